@@ -1,5 +1,5 @@
-//! How long trees take to build over arrangements that builders are known to dislike, against random primitives of the same
-//! number, and what a ray then costs. `benches/README.md` quotes it.
+//! How long trees take to build over arrangements that builders are known to dislike, against
+//! random primitives of the same number, and what a ray then costs. `benches/README.md` quotes it.
 #![expect(clippy::print_stdout, reason = "the table is this program's result")]
 
 #[path = "../crates/bvh/tests/builds/families.rs"]
@@ -19,16 +19,33 @@ const ROUNDS: usize = 5;
 fn main() {
     let arguments: Vec<String> = std::env::args().collect();
     // Not a run that measures, but one that only lists or checks the benches.
-    if arguments.iter().any(|argument| ["--test", "--list"].contains(&argument.as_str())) {
+    if arguments
+        .iter()
+        .any(|argument| ["--test", "--list"].contains(&argument.as_str()))
+    {
         return;
     }
-    let count = arguments.iter().find_map(|a| a.parse().ok()).unwrap_or(100_000);
+    let count = arguments
+        .iter()
+        .find_map(|a| a.parse().ok())
+        .unwrap_or(100_000);
     let named = |quality: &BuildQuality| arguments.contains(&format!("{quality:?}"));
-    let quality = BuildQuality::ALL.into_iter().find(named).unwrap_or_default();
-    println!("\n{count} primitives, preset {quality:?}, {ROUNDS} rounds; CPU time of all threads as a multiple of random ones");
-    println!("{:40}{:>18}{:>14}{:>14}", "", "time : random", "nodes/ray", "tests/ray");
+    let quality = BuildQuality::ALL
+        .into_iter()
+        .find(named)
+        .unwrap_or_default();
+    println!(
+        "\n{count} primitives, preset {quality:?}, {ROUNDS} rounds; CPU time of all threads as a multiple of random ones"
+    );
+    println!(
+        "{:40}{:>18}{:>14}{:>14}",
+        "", "time : random", "nodes/ray", "tests/ray"
+    );
     let base: Family = ("random", random);
-    [base, ("random, one of 500 large", uneven)].into_iter().chain(FAMILIES).for_each(|family| row(family, count, quality));
+    [base, ("random, one of 500 large", uneven)]
+        .into_iter()
+        .chain(FAMILIES)
+        .for_each(|family| row(family, count, quality));
 }
 
 /// Seconds of CPU that a build takes, and what it built.
@@ -53,7 +70,8 @@ fn row((name, family): Family, count: usize, quality: BuildQuality) {
     println!("{name:40}{time:>18}{nodes:>14.1}{tests:>14.1}");
 }
 
-/// Nodes and primitives that a ray visits which is aimed at one of them from a few of its sizes away.
+/// Nodes and primitives that a ray visits which is aimed at one of them from a few of its sizes
+/// away.
 fn visits(geometry: &Geometry<f32>, items: &[Item]) -> [f64; 2] {
     const RAYS: usize = 400;
     let (random, mut visits) = (&mut Random(9), TraversalStats::default());

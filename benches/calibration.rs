@@ -1,12 +1,15 @@
-//! Whether the error that a whole picture claims is the one it has: how often the interval of its root relMSE holds the distance to the
-//! truth, scene by scene, and how often it is said that the interval means nothing; and how often the errors of single pixels hold. Scenes
-//! are presets, two that are hard, and those of `benches/calibration/`. docs/accuracy.md quotes it.
+//! Whether the error that a whole picture claims is the one it has: how often the interval of its
+//! root relMSE holds the distance to the truth, scene by scene, and how often it is said that the
+//! interval means nothing; and how often the errors of single pixels hold. Scenes are presets, two
+//! that are hard, and those of `benches/calibration/`. docs/accuracy.md quotes it.
 //!
-//! `cargo bench --bench calibration -- 1000` takes 1000 renders of each scene, which takes an hour; the default is 100. The truth is the
-//! mean of all renders but the one that is judged. `cargo bench --bench calibration -- 1000 max-error` does it for pictures that are
-//! asked for an error: how often they have it, and what they cost beside an oracle that knows how many samples suffice everywhere. Names of
-//! scenes behind that choose some of them. With `films=FOLDER` the renders of the first are kept there and taken from there if they are, so
-//! that another way to judge them takes seconds.
+//! `cargo bench --bench calibration -- 1000` takes 1000 renders of each scene, which takes an hour;
+//! the default is 100. The truth is the mean of all renders but the one that is judged.
+//! `cargo bench --bench calibration -- 1000 max-error` does it for pictures that are asked for an
+//! error: how often they have it, and what they cost beside an oracle that knows how many samples
+//! suffice everywhere. Names of scenes behind that choose some of them. With `films=FOLDER` the
+//! renders of the first are kept there and taken from there if they are, so that another way to
+//! judge them takes seconds.
 #![expect(clippy::print_stdout, reason = "the table is this program's result")]
 
 #[path = "support/judged.rs"]
@@ -27,7 +30,8 @@ use raywright::core::{Ready, Scene, Settings, prepare};
 use raywright::io::Limits;
 use raywright::io::output::{KeptFilm, Metadata, read_film, write_film};
 
-/// What pictures are asked for that get as many samples as it takes: errors for which sixteen samples, the least there is, do not suffice.
+/// What pictures are asked for that get as many samples as it takes: errors for which sixteen
+/// samples, the least there is, do not suffice.
 const ASKED: [(&str, f64); 15] = [
     ("cornell", 0.08),
     ("glossy-box", 0.12),
@@ -46,10 +50,12 @@ const ASKED: [(&str, f64); 15] = [
     ("door-ajar", 0.2),
 ];
 
-/// Samples of a pixel in the pictures whose intervals are judged: with fewer there are too few replicates for one.
+/// Samples of a pixel in the pictures whose intervals are judged: with fewer there are too few
+/// replicates for one.
 const SAMPLES: u32 = 64;
 
-/// One render: its colours, the green ones' standard errors, what it claims, and samples of a pixel on average.
+/// One render: its colours, the green ones' standard errors, what it claims, and samples of a pixel
+/// on average.
 struct Taken {
     colours: Vec<[f32; 3]>,
     errors: Vec<f32>,
@@ -60,17 +66,35 @@ struct Taken {
 impl Taken {
     /// Mean of all colours and channels.
     fn mean(&self) -> f64 {
-        self.colours.iter().flatten().map(|&c| f64::from(c)).sum::<f64>() / (3.0 * self.colours.len() as f64)
+        self.colours
+            .iter()
+            .flatten()
+            .map(|&c| f64::from(c))
+            .sum::<f64>()
+            / (3.0 * self.colours.len() as f64)
     }
 }
 
 impl From<Film> for Taken {
     fn from(film: Film) -> Self {
         let picture = film.picture();
-        let errors = picture.layer("stderr.G").unwrap_or_else(|| panic!("it was asked for")).samples.clone();
-        let (colours, claimed) = (picture.rgb, film.uncertainty().unwrap_or_else(|| panic!("two replicates")));
+        let errors = picture
+            .layer("stderr.G")
+            .unwrap_or_else(|| panic!("it was asked for"))
+            .samples
+            .clone();
+        let (colours, claimed) = (
+            picture.rgb,
+            film.uncertainty()
+                .unwrap_or_else(|| panic!("two replicates")),
+        );
         let samples = film.counters().samples as f64 / colours.len() as f64;
-        Self { colours, errors, claimed, samples }
+        Self {
+            colours,
+            errors,
+            claimed,
+            samples,
+        }
     }
 }
 
@@ -87,13 +111,18 @@ fn film(scene: &Scene, size: [u32; 2], samples: u32, max_error: Option<f64>, see
     let ready: Ready = prepare(scene, &settings, &()).unwrap_or_else(|e| panic!("{e}"));
     let mut film: Film = ready.film("");
     let whole = film.whole();
-    ready.render_part(&mut film, &whole, &()).unwrap_or_else(|e| panic!("{e}"));
+    ready
+        .render_part(&mut film, &whole, &())
+        .unwrap_or_else(|e| panic!("{e}"));
     film
 }
 
 /// Renders with seeds from the first on, several at a time.
 fn all_of(renders: u64, first: u64, film: impl Fn(u64) -> Film + Sync) -> Vec<Taken> {
-    (first..first + renders).into_par_iter().map(|seed| film(seed).into()).collect()
+    (first..first + renders)
+        .into_par_iter()
+        .map(|seed| film(seed).into())
+        .collect()
 }
 
 /// A film from a file, or from `render` and then in that file.
@@ -101,7 +130,11 @@ fn kept(file: &Path, render: impl FnOnce() -> Film) -> Film {
     if let Ok(kept) = read_film(file, &Limits::default()) {
         return kept.film;
     }
-    let mut kept = KeptFilm { film: render(), metadata: Metadata::default(), display: Display::default() };
+    let mut kept = KeptFilm {
+        film: render(),
+        metadata: Metadata::default(),
+        display: Display::default(),
+    };
     write_film(file, &mut kept).unwrap_or_else(|e| panic!("{e}"));
     kept.film
 }
@@ -116,34 +149,46 @@ fn error(render: &Taken, truth: impl Fn(usize, usize) -> f64) -> f64 {
             })
             .sum::<f64>()
     };
-    (render.colours.iter().enumerate().map(of).sum::<f64>() / (3.0 * render.colours.len() as f64)).sqrt()
+    (render.colours.iter().enumerate().map(of).sum::<f64>() / (3.0 * render.colours.len() as f64))
+        .sqrt()
 }
 
 /// Sums of the colours of renders.
 fn sum_of(renders: &[Taken]) -> Vec<[f64; 3]> {
     let mut sum = vec![[0.0; 3]; renders[0].colours.len()];
     for colours in renders.iter().map(|render| &render.colours) {
-        sum.iter_mut().zip(colours).for_each(|(sum, c)| (0..3).for_each(|i| sum[i] += f64::from(c[i])));
+        sum.iter_mut()
+            .zip(colours)
+            .for_each(|(sum, c)| (0..3).for_each(|i| sum[i] += f64::from(c[i])));
     }
     sum
 }
 
-/// Share of pixels whose error, times Student's factor for its replicates, holds the green of the others' mean, whose own variance is added;
-/// and of those that claim to have none. Where nothing is left to chance, nothing is counted.
+/// Share of pixels whose error, times Student's factor for its replicates, holds the green of the
+/// others' mean, whose own variance is added; and of those that claim to have none. Where nothing
+/// is left to chance, nothing is counted.
 fn pixels(renders: &[Taken], sum: &[[f64; 3]]) -> [String; 2] {
     let n = renders.len() as f64;
     let (mut counted, mut held, mut none) = (0, 0, 0);
     for (pixel, sum) in sum.iter().enumerate() {
         let green = |render: &Taken| f64::from(render.colours[pixel][1]);
         let mean = sum[1] / n;
-        let variance = renders.iter().map(|render| (green(render) - mean).powi(2)).sum::<f64>() / (n - 1.0);
-        if renders.iter().all(|render| render.colours[pixel][1] == renders[0].colours[pixel][1]) {
+        let variance = renders
+            .iter()
+            .map(|render| (green(render) - mean).powi(2))
+            .sum::<f64>()
+            / (n - 1.0);
+        if renders
+            .iter()
+            .all(|render| render.colours[pixel][1] == renders[0].colours[pixel][1])
+        {
             continue;
         }
         for render in renders {
             let off = (green(render) - mean) * n / (n - 1.0);
             let error = f64::from(render.errors[pixel]);
-            let width = student_95(render.claimed.replicates - 1) * (error * error + variance / (n - 1.0)).sqrt();
+            let width = student_95(render.claimed.replicates - 1)
+                * (error * error + variance / (n - 1.0)).sqrt();
             counted += 1;
             held += usize::from(off.abs() <= width);
             none += usize::from(error == 0.0);
@@ -153,7 +198,11 @@ fn pixels(renders: &[Taken], sum: &[[f64; 3]]) -> [String; 2] {
 }
 
 fn percent(count: usize, of: usize) -> String {
-    if of == 0 { "-".to_owned() } else { format!("{:.1} %", 100.0 * count as f64 / of as f64) }
+    if of == 0 {
+        "-".to_owned()
+    } else {
+        format!("{:.1} %", 100.0 * count as f64 / of as f64)
+    }
 }
 
 fn mean(of: impl Iterator<Item = f64> + Clone) -> f64 {
@@ -181,24 +230,38 @@ fn intervals(renders: u64, films: Option<&Path>) {
         let (sum, n) = (sum_of(&all), renders as f64);
         // The others' own error adds a share of one in so many.
         let of = |render: &Taken| {
-            let others = |pixel: usize, i: usize| (sum[pixel][i] - f64::from(render.colours[pixel][i])) / (n - 1.0);
+            let others = |pixel: usize, i: usize| {
+                (sum[pixel][i] - f64::from(render.colours[pixel][i])) / (n - 1.0)
+            };
             error(render, others) * root((n - 1.0) / n)
         };
         let errors: Vec<f64> = all.iter().map(of).collect();
         let judged: Vec<(&Taken, f64)> = all.iter().zip(errors.iter().copied()).collect();
-        let sure: Vec<(&Taken, f64)> = judged.iter().copied().filter(|(render, _)| render.claimed.doubt.is_none()).collect();
+        let sure: Vec<(&Taken, f64)> = judged
+            .iter()
+            .copied()
+            .filter(|(render, _)| render.claimed.doubt.is_none())
+            .collect();
         let holds = |(render, error): &&(&Taken, f64)| {
             let of = render.claimed.root_relmse;
             (of.low..=of.high).contains(error)
         };
-        let beyond = |(render, error): &&(&Taken, f64)| !(0.5..=2.0).contains(&(error / render.claimed.root_relmse.value));
-        let mut pixels: Vec<f64> = all.iter().map(|render| render.claimed.root_relmse.carriers).collect();
+        let beyond = |(render, error): &&(&Taken, f64)| {
+            !(0.5..=2.0).contains(&(error / render.claimed.root_relmse.value))
+        };
+        let mut pixels: Vec<f64> = all
+            .iter()
+            .map(|render| render.claimed.root_relmse.carriers)
+            .collect();
         pixels.sort_by(f64::total_cmp);
         let [held, none] = self::pixels(&all, &sum);
         println!(
             "| {name} | {SAMPLES} | {:.4} | {:.4} | {} | {} | {} | {} | {:.0} ({:.0} to {:.0}) | {held} | {none} |",
             root(mean(errors.iter().map(|e| e * e))),
-            root(mean(all.iter().map(|render| render.claimed.root_relmse.value.powi(2)))),
+            root(mean(
+                all.iter()
+                    .map(|render| render.claimed.root_relmse.value.powi(2))
+            )),
             percent(judged.iter().filter(holds).count(), judged.len()),
             percent(all.len() - sure.len(), all.len()),
             percent(sure.iter().filter(holds).count(), sure.len()),
@@ -210,14 +273,22 @@ fn intervals(renders: u64, films: Option<&Path>) {
     }
 }
 
-/// Samples of every pixel with which renders of a scene have an error on average: between the two powers of two that are nearest.
+/// Samples of every pixel with which renders of a scene have an error on average: between the two
+/// powers of two that are nearest.
 fn oracle(scene: &Scene, size: [u32; 2], truth: &[[f64; 3]], asked: f64) -> f64 {
     let (mut before, mut samples) = (f64::INFINITY, 8_u32);
     loop {
         let all = all_of(20, 1_000_000, |seed| film(scene, size, samples, None, seed));
-        let now = mean(all.iter().map(|render| error(render, |pixel, i| truth[pixel][i])));
+        let now = mean(
+            all.iter()
+                .map(|render| error(render, |pixel, i| truth[pixel][i])),
+        );
         if now <= asked || samples >= 1 << 16 {
-            let share = if before.is_finite() { (before / asked).ln() / (before / now).ln() } else { 1.0 };
+            let share = if before.is_finite() {
+                (before / asked).ln() / (before / now).ln()
+            } else {
+                1.0
+            };
             return f64::from(samples) * (share - 1.0).exp2();
         }
         (before, samples) = (now, 2 * samples);
@@ -227,18 +298,31 @@ fn oracle(scene: &Scene, size: [u32; 2], truth: &[[f64; 3]], asked: f64) -> f64 
 /// Whether pictures have the error that they are asked for, and what that costs.
 fn targets(renders: u64) {
     const SIZE: [u32; 2] = [128, 96];
-    println!("{renders} renders of {} x {} pixels each\n", SIZE[0], SIZE[1]);
+    println!(
+        "{renders} renders of {} x {} pixels each\n",
+        SIZE[0], SIZE[1]
+    );
     println!(
         "| scene | asked | reached | met | samples | oracle's, the same everywhere | ratio | bias of the mean in its standard errors |"
     );
     println!("|---|---|---|---|---|---|---|---|");
     for (name, scene) in judged::scenes() {
-        let Some(&(_, asked)) = ASKED.iter().find(|(of, _)| *of == name) else { continue };
+        let Some(&(_, asked)) = ASKED.iter().find(|(of, _)| *of == name) else {
+            continue;
+        };
         let truths = all_of(16, 2_000_000, |seed| film(&scene, SIZE, 256, None, seed));
-        let truth: Vec<[f64; 3]> = sum_of(&truths).iter().map(|sum| sum.map(|s| s / truths.len() as f64)).collect();
+        let truth: Vec<[f64; 3]> = sum_of(&truths)
+            .iter()
+            .map(|sum| sum.map(|s| s / truths.len() as f64))
+            .collect();
         let needed = oracle(&scene, SIZE, &truth, asked);
-        let all = all_of(renders, 0, |seed| film(&scene, SIZE, 4096, Some(asked), seed));
-        let errors: Vec<f64> = all.iter().map(|render| error(render, |pixel, i| truth[pixel][i])).collect();
+        let all = all_of(renders, 0, |seed| {
+            film(&scene, SIZE, 4096, Some(asked), seed)
+        });
+        let errors: Vec<f64> = all
+            .iter()
+            .map(|render| error(render, |pixel, i| truth[pixel][i]))
+            .collect();
         let samples = mean(all.iter().map(|render| render.samples));
         let ([brightness, of_truth], [found, spread]) = (brightness(&truths), brightness(&all));
         // Of the mean of the renders, and of the truth beside it.
@@ -246,7 +330,10 @@ fn targets(renders: u64) {
         println!(
             "| {name} | {asked} | {:.4} | {} | {samples:.0} | {needed:.0} | {:.2} | {:.2} ± {unsure:.2} |",
             root(mean(errors.iter().map(|e| e * e))),
-            percent(errors.iter().filter(|&&error| error <= asked).count(), errors.len()),
+            percent(
+                errors.iter().filter(|&&error| error <= asked).count(),
+                errors.len()
+            ),
             samples / needed,
             (found - brightness) / spread,
         );
@@ -256,7 +343,12 @@ fn targets(renders: u64) {
 /// Mean brightness of renders, and how far one lies from it.
 fn brightness(renders: &[Taken]) -> [f64; 2] {
     let of = mean(renders.iter().map(Taken::mean));
-    [of, root(mean(renders.iter().map(|render| (render.mean() - of).powi(2))))]
+    [
+        of,
+        root(mean(
+            renders.iter().map(|render| (render.mean() - of).powi(2)),
+        )),
+    ]
 }
 
 fn main() {
@@ -264,8 +356,14 @@ fn main() {
         return;
     }
     let arguments: Vec<String> = std::env::args().skip(1).collect();
-    let renders = arguments.iter().find_map(|argument| argument.parse().ok()).unwrap_or(100_u64);
-    let films = arguments.iter().find_map(|argument| argument.strip_prefix("films=")).map(PathBuf::from);
+    let renders = arguments
+        .iter()
+        .find_map(|argument| argument.parse().ok())
+        .unwrap_or(100_u64);
+    let films = arguments
+        .iter()
+        .find_map(|argument| argument.strip_prefix("films="))
+        .map(PathBuf::from);
     match arguments.iter().any(|argument| argument == "max-error") {
         true => targets(renders),
         false => intervals(renders, films.as_deref()),

@@ -1,10 +1,12 @@
-//! What renders claim of themselves, noisy and denoised, beside what is true: how often nothing is claimed, and how often the claims that are
-//! made hold. docs/accuracy.md quotes it.
+//! What renders claim of themselves, noisy and denoised, beside what is true: how often nothing is
+//! claimed, and how often the claims that are made hold. docs/accuracy.md quotes it.
 //!
-//! `cargo bench --bench claims -- 100` takes 100 renders of 48 x 32 pixels with 16 and with 64 samples each; `samples=16,64,256` says other
-//! numbers, and names choose some of the scenes of `benches/calibration/` and the presets. The truth is the mean of all renders of a scene but the one that
-//! is judged, each as often as it has samples, and its own variance is taken off. With `films=FOLDER` films are kept there and taken from
-//! there, so that another way to judge them takes seconds.
+//! `cargo bench --bench claims -- 100` takes 100 renders of 48 x 32 pixels with 16 and with 64
+//! samples each; `samples=16,64,256` says other numbers, and names choose some of the scenes of
+//! `benches/calibration/` and the presets. The truth is the mean of all renders of a scene but the
+//! one that is judged, each as often as it has samples, and its own variance is taken off. With
+//! `films=FOLDER` films are kept there and taken from there, so that another way to judge them
+//! takes seconds.
 #![expect(clippy::print_stdout, reason = "the table is this program's result")]
 
 #[path = "support/judged.rs"]
@@ -28,7 +30,8 @@ use raywright::io::output::{KeptFilm, Metadata, read_film, write_film};
 
 const SIZE: [u32; 2] = [48, 32];
 
-/// One render: both pictures, what is claimed of each, and the standard errors of the noisy one's pixels.
+/// One render: both pictures, what is claimed of each, and the standard errors of the noisy one's
+/// pixels.
 struct Render {
     samples: f64,
     pictures: [Vec<[f32; 3]>; 2],
@@ -39,37 +42,62 @@ struct Render {
 impl From<Film> for Render {
     fn from(film: Film) -> Self {
         let denoised = denoise(&film, &()).unwrap_or_else(|e| panic!("{e}"));
-        let noisy = film.uncertainty().unwrap_or_else(|| panic!("four replicates"));
-        let (errors, _) = film.standard_errors().unwrap_or_else(|| panic!("four replicates"));
+        let noisy = film
+            .uncertainty()
+            .unwrap_or_else(|| panic!("four replicates"));
+        let (errors, _) = film
+            .standard_errors()
+            .unwrap_or_else(|| panic!("four replicates"));
         let pictures = [film.picture().rgb, denoised.picture.rgb];
         let samples = film.counters().samples as f64 / pictures[0].len() as f64;
-        Self { samples, pictures, claims: [noisy, denoised.error], errors }
+        Self {
+            samples,
+            pictures,
+            claims: [noisy, denoised.error],
+            errors,
+        }
     }
 }
 
 fn render(scene: &Scene, samples: u32, seed: u64) -> Film {
     let sampling = Sampling::General(samples);
-    let settings = Settings { size: SIZE, sampling, integrator: Integrator::Path, seed, denoise: true, ..Settings::of(scene) };
+    let settings = Settings {
+        size: SIZE,
+        sampling,
+        integrator: Integrator::Path,
+        seed,
+        denoise: true,
+        ..Settings::of(scene)
+    };
     let ready = prepare(scene, &settings, &()).unwrap_or_else(|e| panic!("{e}"));
     let mut film = ready.film("");
     let whole = film.whole();
-    ready.render_part(&mut film, &whole, &()).unwrap_or_else(|e| panic!("{e}"));
+    ready
+        .render_part(&mut film, &whole, &())
+        .unwrap_or_else(|e| panic!("{e}"));
     film
 }
 
 /// A film from a file, or rendered and then in that file.
 fn film(file: Option<PathBuf>, scene: &Scene, samples: u32, seed: u64) -> Film {
-    let Some(file) = file else { return render(scene, samples, seed) };
+    let Some(file) = file else {
+        return render(scene, samples, seed);
+    };
     if let Ok(kept) = read_film(&file, &Limits::default()) {
         return kept.film;
     }
     let film = render(scene, samples, seed);
-    let mut kept = KeptFilm { film, metadata: Metadata::default(), display: Display::default() };
+    let mut kept = KeptFilm {
+        film,
+        metadata: Metadata::default(),
+        display: Display::default(),
+    };
     write_film(&file, &mut kept).unwrap_or_else(|e| panic!("{e}"));
     kept.film
 }
 
-/// What all renders of a scene say together: per pixel and channel the sum of samples, and the variance of one sample.
+/// What all renders of a scene say together: per pixel and channel the sum of samples, and the
+/// variance of one sample.
 struct Truth {
     samples: f64,
     sums: Vec<[f64; 3]>,
@@ -81,16 +109,32 @@ impl Truth {
         let samples = renders.iter().map(|render| render.samples).sum::<f64>();
         let pixels = renders[0].errors.len();
         let each = |of: &dyn Fn(usize, usize) -> f64| -> Vec<[f64; 3]> {
-            (0..pixels).map(|pixel| core::array::from_fn(|i| of(pixel, i))).collect()
+            (0..pixels)
+                .map(|pixel| core::array::from_fn(|i| of(pixel, i)))
+                .collect()
         };
-        let colour = |render: &Render, pixel: usize, i: usize| f64::from(render.pictures[0][pixel][i]);
-        let sums = each(&|pixel, i| renders.iter().map(|render| render.samples * colour(render, pixel, i)).sum());
-        let apart = |render: &Render, pixel: usize, i: usize| colour(render, pixel, i) - sums[pixel][i] / samples;
+        let colour =
+            |render: &Render, pixel: usize, i: usize| f64::from(render.pictures[0][pixel][i]);
+        let sums = each(&|pixel, i| {
+            renders
+                .iter()
+                .map(|render| render.samples * colour(render, pixel, i))
+                .sum()
+        });
+        let apart = |render: &Render, pixel: usize, i: usize| {
+            colour(render, pixel, i) - sums[pixel][i] / samples
+        };
         let variances = each(&|pixel, i| {
-            let squares = renders.iter().map(|render| render.samples * apart(render, pixel, i).powi(2));
+            let squares = renders
+                .iter()
+                .map(|render| render.samples * apart(render, pixel, i).powi(2));
             squares.sum::<f64>() / (renders.len() - 1) as f64
         });
-        Self { samples, sums, variances }
+        Self {
+            samples,
+            sums,
+            variances,
+        }
     }
 
     /// The mean of the others, and its variance.
@@ -104,18 +148,28 @@ impl Truth {
     fn error(&self, render: &Render, which: usize) -> f64 {
         let of = |pixel: usize, i: usize| {
             let [truth, variance] = self.without(render, pixel, i);
-            ((f64::from(render.pictures[which][pixel][i]) - truth).powi(2) - variance) / (truth * truth + 0.01)
+            ((f64::from(render.pictures[which][pixel][i]) - truth).powi(2) - variance)
+                / (truth * truth + 0.01)
         };
         let pixels = self.sums.len();
-        (0..pixels).map(|pixel| (0..3).map(|i| of(pixel, i)).sum::<f64>()).sum::<f64>() / (3 * pixels) as f64
+        (0..pixels)
+            .map(|pixel| (0..3).map(|i| of(pixel, i)).sum::<f64>())
+            .sum::<f64>()
+            / (3 * pixels) as f64
     }
 
-    /// Of the pixels that vary: those whose standard error holds the truth, those that claim to have none, and all.
+    /// Of the pixels that vary: those whose standard error holds the truth, those that claim to
+    /// have none, and all.
     fn pixels(&self, renders: &[&Render]) -> [usize; 3] {
         let mut counts = [0; 3];
         for render in renders {
             let factor = student_95(render.claims[0].replicates - 1);
-            for (pixel, error) in render.errors.iter().enumerate().filter(|(pixel, _)| self.variances[*pixel][1] > 0.0) {
+            for (pixel, error) in render
+                .errors
+                .iter()
+                .enumerate()
+                .filter(|(pixel, _)| self.variances[*pixel][1] > 0.0)
+            {
                 let [truth, variance] = self.without(render, pixel, 1);
                 let width = factor * (f64::from(error[1]).powi(2) + variance).sqrt();
                 let holds = (f64::from(render.pictures[0][pixel][1]) - truth).abs() <= width;
@@ -129,22 +183,46 @@ impl Truth {
 }
 
 fn percent(count: usize, of: usize) -> String {
-    if of == 0 { "-".to_owned() } else { format!("{:.1} %", 100.0 * count as f64 / of as f64) }
+    if of == 0 {
+        "-".to_owned()
+    } else {
+        format!("{:.1} %", 100.0 * count as f64 / of as f64)
+    }
 }
 
 /// True error, claimed where known, share without a claim, and share of claims that hold.
 fn judge(truth: &Truth, renders: &[&Render], which: usize) -> String {
-    let squares: Vec<f64> = renders.iter().map(|render| truth.error(render, which)).collect();
-    let claims = || renders.iter().map(|render| render.claims[which]).zip(&squares);
+    let squares: Vec<f64> = renders
+        .iter()
+        .map(|render| truth.error(render, which))
+        .collect();
+    let claims = || {
+        renders
+            .iter()
+            .map(|render| render.claims[which])
+            .zip(&squares)
+    };
     let known = claims().filter(|(claim, _)| claim.doubt.is_none()).count();
     let holds = |(claim, square): &(Uncertainty, &f64)| {
-        claim.doubt.is_none() && (claim.root_relmse.low..=claim.root_relmse.high).contains(&square.max(0.0).sqrt())
+        claim.doubt.is_none()
+            && (claim.root_relmse.low..=claim.root_relmse.high).contains(&square.max(0.0).sqrt())
     };
-    let claimed = claims().filter(|(claim, _)| claim.doubt.is_none()).map(|(claim, _)| claim.root_relmse.value.powi(2));
-    let value = if known == 0 { "-".to_owned() } else { format!("{:.4}", (claimed.sum::<f64>() / known as f64).sqrt()) };
-    let error = (squares.iter().sum::<f64>() / squares.len() as f64).max(0.0).sqrt();
+    let claimed = claims()
+        .filter(|(claim, _)| claim.doubt.is_none())
+        .map(|(claim, _)| claim.root_relmse.value.powi(2));
+    let value = if known == 0 {
+        "-".to_owned()
+    } else {
+        format!("{:.4}", (claimed.sum::<f64>() / known as f64).sqrt())
+    };
+    let error = (squares.iter().sum::<f64>() / squares.len() as f64)
+        .max(0.0)
+        .sqrt();
     let flagged = percent(renders.len() - known, renders.len());
-    format!("{error:.4} | {value} | {flagged} | {known} | {}", percent(claims().filter(holds).count(), known))
+    format!(
+        "{error:.4} | {value} | {flagged} | {known} | {}",
+        percent(claims().filter(holds).count(), known)
+    )
 }
 
 fn main() {
@@ -152,26 +230,51 @@ fn main() {
         return;
     }
     let arguments: Vec<String> = std::env::args().skip(1).collect();
-    let named = |prefix: &str| arguments.iter().find_map(|argument| argument.strip_prefix(prefix));
-    let renders = arguments.iter().find_map(|argument| argument.parse().ok()).unwrap_or(100_u64);
-    let counts: Vec<u32> = named("samples=").unwrap_or("16,64").split(',').filter_map(|count| count.parse().ok()).collect();
+    let named = |prefix: &str| {
+        arguments
+            .iter()
+            .find_map(|argument| argument.strip_prefix(prefix))
+    };
+    let renders = arguments
+        .iter()
+        .find_map(|argument| argument.parse().ok())
+        .unwrap_or(100_u64);
+    let counts: Vec<u32> = named("samples=")
+        .unwrap_or("16,64")
+        .split(',')
+        .filter_map(|count| count.parse().ok())
+        .collect();
     let folder = named("films=").map(Path::new);
-    println!("{renders} renders of {} x {} pixels each\n", SIZE[0], SIZE[1]);
+    println!(
+        "{renders} renders of {} x {} pixels each\n",
+        SIZE[0], SIZE[1]
+    );
     println!(
         "| scene | samples | root relMSE | claimed | flagged | known | held | denoised | claimed | not known | known | held | of pixels, held | claim 0 |"
     );
     println!("|---|---|---|---|---|---|---|---|---|---|---|---|---|---|");
     for (name, scene) in judged::scenes() {
-        let file = |samples, seed| folder.map(|folder| folder.join(format!("{name}-{samples}-{seed}.film")));
-        let all: Vec<(u32, u64)> = counts.iter().flat_map(|&count| (1..=renders).map(move |seed| (count, seed))).collect();
-        let all: Vec<Render> =
-            all.into_par_iter().map(|(samples, seed)| film(file(samples, seed), &scene, samples, seed).into()).collect();
+        let file = |samples, seed| {
+            folder.map(|folder| folder.join(format!("{name}-{samples}-{seed}.film")))
+        };
+        let all: Vec<(u32, u64)> = counts
+            .iter()
+            .flat_map(|&count| (1..=renders).map(move |seed| (count, seed)))
+            .collect();
+        let all: Vec<Render> = all
+            .into_par_iter()
+            .map(|(samples, seed)| film(file(samples, seed), &scene, samples, seed).into())
+            .collect();
         let truth = Truth::new(&all);
         for (of_count, samples) in all.chunks(renders as usize).zip(&counts) {
             let of_count: Vec<&Render> = of_count.iter().collect();
             let [held, none, varying] = truth.pixels(&of_count);
             let [noisy, denoised] = [0, 1].map(|which| judge(&truth, &of_count, which));
-            println!("| {name} | {samples} | {noisy} | {denoised} | {} | {} |", percent(held, varying), percent(none, varying));
+            println!(
+                "| {name} | {samples} | {noisy} | {denoised} | {} | {} |",
+                percent(held, varying),
+                percent(none, varying)
+            );
         }
     }
 }

@@ -1,10 +1,12 @@
-//! What denoising brings, scene by scene: how much less the squared error is, how often the interval that a denoised picture claims holds its
-//! error, how much error was added where it made things worse, and how long it takes. docs/accuracy.md quotes it.
+//! What denoising brings, scene by scene: how much less the squared error is, how often the
+//! interval that a denoised picture claims holds its error, how much error was added where it made
+//! things worse, and how long it takes. docs/accuracy.md quotes it.
 //!
-//! `cargo bench --bench denoise -- 100` takes 100 renders of each scene with 16 and 64 samples; the default is 10, and 256 samples with
-//! them. `size=96x64` says how large they are, and further words choose scenes by name or add model files. The truth is two renders of
-//! `truth=2048` samples each: what a picture differs from the one by, times what it differs from the other by, is free of their noise.
-//! `cargo bench --bench denoise -- time` takes the time for 1280 x 720 pixels.
+//! `cargo bench --bench denoise -- 100` takes 100 renders of each scene with 16 and 64 samples; the
+//! default is 10, and 256 samples with them. `size=96x64` says how large they are, and further
+//! words choose scenes by name or add model files. The truth is two renders of `truth=2048` samples
+//! each: what a picture differs from the one by, times what it differs from the other by, is free
+//! of their noise. `cargo bench --bench denoise -- time` takes the time for 1280 x 720 pixels.
 #![expect(clippy::print_stdout, reason = "the table is this program's result")]
 
 #[path = "support/judged.rs"]
@@ -26,7 +28,15 @@ use raywright::core::{Scene, Settings, prepare};
 use raywright::io::{Input, LoadOptions, load};
 
 /// Scenes on which the denoiser's numbers were chosen.
-const TUNED: [&str; 7] = ["cornell", "product", "many-lights", "glossy-box", "layers", "rough-refraction", "depth-of-field"];
+const TUNED: [&str; 7] = [
+    "cornell",
+    "product",
+    "many-lights",
+    "glossy-box",
+    "layers",
+    "rough-refraction",
+    "depth-of-field",
+];
 
 /// Presets beside those whose claims are judged.
 const FURTHER: [&str; 2] = ["rough-refraction", "instances"];
@@ -36,11 +46,20 @@ const BLOCK: usize = 8;
 
 fn film(scene: &Scene, size: [u32; 2], samples: u32, seed: u64, denoise: bool) -> Film {
     let sampling = Sampling::General(samples);
-    let settings = Settings { size, sampling, integrator: Integrator::Path, seed, denoise, ..Settings::of(scene) };
+    let settings = Settings {
+        size,
+        sampling,
+        integrator: Integrator::Path,
+        seed,
+        denoise,
+        ..Settings::of(scene)
+    };
     let ready = prepare(scene, &settings, &()).unwrap_or_else(|e| panic!("{e}"));
     let mut film = ready.film("");
     let whole = film.whole();
-    ready.render_part(&mut film, &whole, &()).unwrap_or_else(|e| panic!("{e}"));
+    ready
+        .render_part(&mut film, &whole, &())
+        .unwrap_or_else(|e| panic!("{e}"));
     film
 }
 
@@ -86,7 +105,12 @@ struct Row {
 
 impl Row {
     fn add(&mut self, film: &Film, truth: &[Picture; 2]) {
-        let Denoised { picture, error, brightened, .. } = denoise(film, &()).unwrap_or_else(|e| panic!("{e}"));
+        let Denoised {
+            picture,
+            error,
+            brightened,
+            ..
+        } = denoise(film, &()).unwrap_or_else(|e| panic!("{e}"));
         let both = [errors(&film.picture(), truth), errors(&picture, truth)];
         let width = film.size()[0] as usize;
         for (sum, errors) in self.worse.iter_mut().zip(&both) {
@@ -97,7 +121,9 @@ impl Row {
         let [before, after] = both.map(|errors| mean(&errors));
         let of = error.root_relmse;
         self.unknown += usize::from(error.doubt.is_some());
-        self.held += usize::from(error.doubt.is_none() && (of.low..=of.high).contains(&after.max(0.0).sqrt()));
+        self.held += usize::from(
+            error.doubt.is_none() && (of.low..=of.high).contains(&after.max(0.0).sqrt()),
+        );
         self.before.push(before);
         self.after.push(after);
         self.claimed.push(of.value * of.value);
@@ -110,9 +136,19 @@ impl Row {
 
     fn print(&self, name: &str, samples: u32) {
         let [before, after] = &self.worse;
-        let added: f64 = before.iter().zip(after).map(|(before, after)| (after - before).max(0.0)).sum();
-        let (sure, root) = (self.before.len() - self.unknown, |of: &[f64]| mean(of).max(0.0).sqrt());
-        let held = if sure > 0 { format!("{:.1} %", 100.0 * self.held as f64 / sure as f64) } else { "-".to_owned() };
+        let added: f64 = before
+            .iter()
+            .zip(after)
+            .map(|(before, after)| (after - before).max(0.0))
+            .sum();
+        let (sure, root) = (self.before.len() - self.unknown, |of: &[f64]| {
+            mean(of).max(0.0).sqrt()
+        });
+        let held = if sure > 0 {
+            format!("{:.1} %", 100.0 * self.held as f64 / sure as f64)
+        } else {
+            "-".to_owned()
+        };
         println!(
             "| {name} | {samples} | {:.4} | {:.4} | {:.2} | {:.4} | {held} | {:.1} % | {:.1} % | {:+.2} % |",
             root(&self.before),
@@ -129,14 +165,29 @@ impl Row {
 /// The scenes that are judged: those named, or all.
 fn all(words: &[String]) -> Vec<(String, Scene)> {
     let file = |word: &String| {
-        let loaded = load(&Input::Path(word.into()), &LoadOptions::default()).unwrap_or_else(|e| panic!("{e}"));
-        let name = Path::new(word).file_stem().unwrap_or_default().to_string_lossy().into_owned();
+        let loaded = load(&Input::Path(word.into()), &LoadOptions::default())
+            .unwrap_or_else(|e| panic!("{e}"));
+        let name = Path::new(word)
+            .file_stem()
+            .unwrap_or_default()
+            .to_string_lossy()
+            .into_owned();
         (name, loaded.scene)
     };
-    let files: Vec<(String, Scene)> = words.iter().filter(|word| Path::new(word).is_file()).map(file).collect();
-    let further = FURTHER.iter().filter(|name| files.is_empty() && (words.is_empty() || words.iter().any(|word| word == *name)));
-    let mut all: Vec<(String, Scene)> = further.filter_map(|&name| Some((name.to_owned(), scenes::preset(name)?))).collect();
-    if files.is_empty() && (words.is_empty() || words.iter().any(|word| !FURTHER.contains(&word.as_str()))) {
+    let files: Vec<(String, Scene)> = words
+        .iter()
+        .filter(|word| Path::new(word).is_file())
+        .map(file)
+        .collect();
+    let further = FURTHER.iter().filter(|name| {
+        files.is_empty() && (words.is_empty() || words.iter().any(|word| word == *name))
+    });
+    let mut all: Vec<(String, Scene)> = further
+        .filter_map(|&name| Some((name.to_owned(), scenes::preset(name)?)))
+        .collect();
+    if files.is_empty()
+        && (words.is_empty() || words.iter().any(|word| !FURTHER.contains(&word.as_str())))
+    {
         all.extend(judged::scenes());
     }
     all.extend(files);
@@ -144,15 +195,23 @@ fn all(words: &[String]) -> Vec<(String, Scene)> {
 }
 
 fn compare(renders: u64, size: [u32; 2], of_truth: u32, words: &[String]) {
-    let counts: &[u32] = if renders > 10 { &[16, 64] } else { &[16, 64, 256] };
-    println!("{renders} renders of {} x {} pixels each; * were tuned to\n", size[0], size[1]);
+    let counts: &[u32] = if renders > 10 {
+        &[16, 64]
+    } else {
+        &[16, 64, 256]
+    };
+    println!(
+        "{renders} renders of {} x {} pixels each; * were tuned to\n",
+        size[0], size[1]
+    );
     println!(
         "| scene | samples | root relMSE | denoised | less by | claimed | interval holds | not known | added by blocks that got worse | light |"
     );
     println!("|---|---|---|---|---|---|---|---|---|---|");
     let mut gains = vec![[Vec::new(), Vec::new()]; counts.len()];
     for (name, scene) in all(words) {
-        let truth = [1, 2].map(|seed| film(&scene, size, of_truth, u64::MAX - seed, false).picture());
+        let truth =
+            [1, 2].map(|seed| film(&scene, size, of_truth, u64::MAX - seed, false).picture());
         let tuned = TUNED.contains(&name.as_str());
         let name = format!("{name}{}", if tuned { " *" } else { "" });
         for (&samples, gains) in counts.iter().zip(&mut gains) {
@@ -162,7 +221,9 @@ fn compare(renders: u64, size: [u32; 2], of_truth: u32, words: &[String]) {
             gains[usize::from(tuned)].push(row.gain());
         }
     }
-    let middle = |of: &[f64]| (of.iter().map(|gain| gain.max(1e-3).ln()).sum::<f64>() / of.len() as f64).exp();
+    let middle = |of: &[f64]| {
+        (of.iter().map(|gain| gain.max(1e-3).ln()).sum::<f64>() / of.len() as f64).exp()
+    };
     for (samples, [others, tuned]) in counts.iter().zip(gains) {
         let all = [&others[..], &tuned].concat();
         println!(
@@ -174,15 +235,25 @@ fn compare(renders: u64, size: [u32; 2], of_truth: u32, words: &[String]) {
     }
 }
 
-/// What it takes for 1280 x 720 pixels: where only lamps are seen by themselves, and where a noisy sky is everywhere.
+/// What it takes for 1280 x 720 pixels: where only lamps are seen by themselves, and where a noisy
+/// sky is everywhere.
 fn time() {
     for name in ["cornell", "depth-of-field"] {
-        let Some(scene) = scenes::preset(name) else { continue };
+        let Some(scene) = scenes::preset(name) else {
+            continue;
+        };
         let film = film(&scene, [1280, 720], 8, 0, true);
         let work = || assert!(denoise(&film, &()).is_ok());
         println!(
             "{}",
-            turns::interleaved(&format!("{name}, 1280 x 720"), 5, &[turns::Contestant { name: "denoise", work: &work }])
+            turns::interleaved(
+                &format!("{name}, 1280 x 720"),
+                5,
+                &[turns::Contestant {
+                    name: "denoise",
+                    work: &work
+                }]
+            )
         );
     }
 }
@@ -191,7 +262,10 @@ fn main() {
     if !turns::measuring() {
         return;
     }
-    let mut words: Vec<String> = std::env::args().skip(1).filter(|word| !word.starts_with("--")).collect();
+    let mut words: Vec<String> = std::env::args()
+        .skip(1)
+        .filter(|word| !word.starts_with("--"))
+        .collect();
     if words.iter().any(|word| word == "time") {
         return time();
     }
@@ -199,9 +273,17 @@ fn main() {
         let place = words.iter().position(|word| word.starts_with(prefix))?;
         Some(words.remove(place)[prefix.len()..].to_owned())
     };
-    let of_truth = take("truth=").and_then(|word| word.parse().ok()).unwrap_or(2048);
-    let size = take("size=").and_then(|word| word.split_once('x').and_then(|(w, h)| Some([w.parse().ok()?, h.parse().ok()?])));
-    let renders = words.iter().position(|word| word.parse::<u64>().is_ok()).map(|place| words.remove(place));
+    let of_truth = take("truth=")
+        .and_then(|word| word.parse().ok())
+        .unwrap_or(2048);
+    let size = take("size=").and_then(|word| {
+        word.split_once('x')
+            .and_then(|(w, h)| Some([w.parse().ok()?, h.parse().ok()?]))
+    });
+    let renders = words
+        .iter()
+        .position(|word| word.parse::<u64>().is_ok())
+        .map(|place| words.remove(place));
     let renders = renders.and_then(|word| word.parse().ok()).unwrap_or(10);
     compare(renders, size.unwrap_or([96, 64]), of_truth, &words);
 }

@@ -1,9 +1,10 @@
 //! Compiled expressions against closures that a programmer would write for the same formula.
 //!
-//! Each formula is timed three ways, in turns, on the same hits: the program; a boxed closure, called as a renderer would
-//! call one that it keeps with a material; and a closure that the compiler may inline into the loop, which no renderer of
-//! scenes from files can have, as the lower bound. Two tables: of few hits, which the processor's branch predictor soon
-//! knows by heart, and of more than it can, as in a picture. `cargo bench --bench expressions` prints them.
+//! Each formula is timed three ways, in turns, on the same hits: the program; a boxed closure,
+//! called as a renderer would call one that it keeps with a material; and a closure that the
+//! compiler may inline into the loop, which no renderer of scenes from files can have, as the lower
+//! bound. Two tables: of few hits, which the processor's branch predictor soon knows by heart, and
+//! of more than it can, as in a picture. `cargo bench --bench expressions` prints them.
 #![expect(clippy::print_stdout, reason = "the table is this program's result")]
 
 use std::collections::BTreeMap;
@@ -32,10 +33,18 @@ struct Case {
 macro_rules! case {
     ($name:literal, $scope:expr, $source:expr, |$i:ident| $body:expr) => {{
         let names = BTreeMap::from([("t".to_owned(), 6.0)]);
-        let program = Programs::of(&compile($source, &names, $scope).unwrap_or_else(|e| panic!("{}: {e}", $name)));
+        let program = Programs::of(
+            &compile($source, &names, $scope).unwrap_or_else(|e| panic!("{}: {e}", $name)),
+        );
         let formula = |$i: &Inputs<f32>| -> Vec3 { $body };
-        let inlined = move |hits: &[Inputs<f32>]| hits.iter().map(|hit| formula(black_box(hit))).sum();
-        Case { name: $name, program, boxed: black_box(Box::new(formula)), inlined: Box::new(inlined) }
+        let inlined =
+            move |hits: &[Inputs<f32>]| hits.iter().map(|hit| formula(black_box(hit))).sum();
+        Case {
+            name: $name,
+            program,
+            boxed: black_box(Box::new(formula)),
+            inlined: Box::new(inlined),
+        }
     }};
 }
 
@@ -99,7 +108,8 @@ fn cases() -> Vec<Case> {
     ]
 }
 
-const BALL: &str = "[0.8, 0.2, 0.1] * (1.1*(0.5 + 0.5*turbulence(p - [0, 2, 5] + t*[0.1, 0.1, 0.5], 8))
+const BALL: &str =
+    "[0.8, 0.2, 0.1] * (1.1*(0.5 + 0.5*turbulence(p - [0, 2, 5] + t*[0.1, 0.1, 0.5], 8))
     + 0.4*(0.5 + 0.5*sin(p.x*p.y + turbulence2(
         20*p.x/(2*-1000/999.9*(1 + 0.5*p.x + 0.5*(p.y - 2) + p.z - 5)) + 0.1*t,
         20*(p.y - 2)/(2*-1000/999.9*(1 + 0.5*p.x + 0.5*(p.y - 2) + p.z - 5)) + 0.5*t, 8))))";
@@ -124,7 +134,8 @@ fn hits(count: usize) -> Vec<Inputs<f32>> {
     (0..count).map(hit).collect()
 }
 
-/// Nanoseconds per evaluation of one pass over the hits; short, so that few are interrupted on a busy machine.
+/// Nanoseconds per evaluation of one pass over the hits; short, so that few are interrupted on a
+/// busy machine.
 fn pass(hits: &[Inputs<f32>], sum: &dyn Fn(&[Inputs<f32>]) -> Vec3) -> f64 {
     let start = Instant::now();
     black_box(sum(black_box(hits)));
@@ -139,12 +150,25 @@ fn quantile(values: &mut [f64], q: f64) -> f64 {
 /// Times the three forms in turns and prints medians, and the ratios with their quartiles.
 fn table(cases: &[Case], hits: &[Inputs<f32>], rounds: usize) {
     println!("{} hits, {rounds} rounds", hits.len());
-    println!("{:<12}{:>10}{:>10}{:>10}   {:<24}program / inlined", "ns", "program", "boxed", "inlined", "program / boxed");
+    println!(
+        "{:<12}{:>10}{:>10}{:>10}   {:<24}program / inlined",
+        "ns", "program", "boxed", "inlined", "program / boxed"
+    );
     for case in cases {
-        let program = |hits: &[Inputs<f32>]| -> Vec3 { hits.iter().map(|hit| case.program.vector(0, black_box(hit))).sum() };
-        let boxed = |hits: &[Inputs<f32>]| -> Vec3 { hits.iter().map(|hit| (case.boxed)(black_box(hit))).sum() };
+        let program = |hits: &[Inputs<f32>]| -> Vec3 {
+            hits.iter()
+                .map(|hit| case.program.vector(0, black_box(hit)))
+                .sum()
+        };
+        let boxed = |hits: &[Inputs<f32>]| -> Vec3 {
+            hits.iter().map(|hit| (case.boxed)(black_box(hit))).sum()
+        };
         let difference = (program(hits) - (case.inlined)(hits)).abs().max_element();
-        assert!(difference <= 2e-3 * (case.inlined)(hits).abs().max_element(), "{}: forms differ by {difference}", case.name);
+        assert!(
+            difference <= 2e-3 * (case.inlined)(hits).abs().max_element(),
+            "{}: forms differ by {difference}",
+            case.name
+        );
         let mut times = [const { Vec::new() }; 3];
         for _ in 0..rounds {
             times[0].push(pass(hits, &program));
@@ -152,13 +176,20 @@ fn table(cases: &[Case], hits: &[Inputs<f32>], rounds: usize) {
             times[2].push(pass(hits, &case.inlined));
         }
         let ratio = |with: usize| {
-            let mut ratios: Vec<f64> = times[0].iter().zip(&times[with]).map(|(a, b)| a / b).collect();
+            let mut ratios: Vec<f64> = times[0]
+                .iter()
+                .zip(&times[with])
+                .map(|(a, b)| a / b)
+                .collect();
             let [low, middle, high] = [0.25, 0.5, 0.75].map(|q| quantile(&mut ratios, q));
             format!("{middle:5.2} ({low:.2} to {high:.2})")
         };
         let (to_boxed, to_inlined) = (ratio(1), ratio(2));
         let [a, b, c] = times.each_mut().map(|values| quantile(values, 0.5));
-        println!("{:<12}{a:>10.2}{b:>10.2}{c:>10.2}   {to_boxed:<24}{to_inlined}", case.name);
+        println!(
+            "{:<12}{a:>10.2}{b:>10.2}{c:>10.2}   {to_boxed:<24}{to_inlined}",
+            case.name
+        );
     }
 }
 

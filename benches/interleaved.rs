@@ -1,6 +1,7 @@
-//! Comparisons whose difference is smaller than what a machine's speed changes between two benches: the contestants take
-//! turns, and the table says how far apart repeats were. `benches/README.md` quotes it. Scenes that are named (`-- preset:product
-//! model.glb`) are rendered by each precision, and nothing else is.
+//! Comparisons whose difference is smaller than what a machine's speed changes between two benches:
+//! the contestants take turns, and the table says how far apart repeats were. `benches/README.md`
+//! quotes it. Scenes that are named (`-- preset:product model.glb`) are rendered by each precision,
+//! and nothing else is.
 #![expect(clippy::print_stdout, reason = "the tables are this program's result")]
 
 #[path = "support/mesh.rs"]
@@ -31,12 +32,19 @@ fn main() {
     if !measuring() {
         return;
     }
-    let named: Vec<String> = std::env::args().skip(1).filter(|argument| !argument.starts_with("--")).collect();
+    let named: Vec<String> = std::env::args()
+        .skip(1)
+        .filter(|argument| !argument.starts_with("--"))
+        .collect();
     if !named.is_empty() {
-        named.iter().for_each(|name| precisions(&scene(name), name, TINY));
+        named
+            .iter()
+            .for_each(|name| precisions(&scene(name), name, TINY));
         return;
     }
-    let Some(whitted) = preset("whitted") else { return };
+    let Some(whitted) = preset("whitted") else {
+        return;
+    };
     two_threads(&whitted, "whitted", FULL);
     precisions(&whitted, "whitted", SMALL);
     precisions(&mesh(), "mesh of 65 536 triangles", SMALL);
@@ -49,8 +57,13 @@ fn main() {
 
 /// A scene by the name that the program would take.
 fn scene(name: &str) -> Scene {
-    let input = name.strip_prefix("preset:").map_or_else(|| Input::Path(name.into()), |preset| Input::Preset(preset.to_owned()));
-    load(&input, &LoadOptions::default()).unwrap_or_else(|e| panic!("{e}")).scene
+    let input = name.strip_prefix("preset:").map_or_else(
+        || Input::Path(name.into()),
+        |preset| Input::Preset(preset.to_owned()),
+    );
+    load(&input, &LoadOptions::default())
+        .unwrap_or_else(|e| panic!("{e}"))
+        .scene
 }
 
 /// A name in the table and what it changes in the settings.
@@ -58,10 +71,19 @@ type Variant<'a> = (&'a str, &'a dyn Fn(&mut Settings));
 
 /// Renders by each of several settings on one thread, in turns.
 fn compare(title: &str, scene: &Scene, size: [u32; 2], variants: &[Variant<'_>]) {
-    let prepared: Vec<_> = variants.iter().map(|(name, adjust)| (*name, ready(scene, size, adjust))).collect();
+    let prepared: Vec<_> = variants
+        .iter()
+        .map(|(name, adjust)| (*name, ready(scene, size, adjust)))
+        .collect();
     let alone = threads(1);
-    let works: Vec<_> = prepared.iter().map(|(name, ready)| (*name, || drop(alone.install(|| ready.render(&()))))).collect();
-    let contestants: Vec<_> = works.iter().map(|(name, work)| Contestant { name, work }).collect();
+    let works: Vec<_> = prepared
+        .iter()
+        .map(|(name, ready)| (*name, || drop(alone.install(|| ready.render(&())))))
+        .collect();
+    let contestants: Vec<_> = works
+        .iter()
+        .map(|(name, work)| Contestant { name, work })
+        .collect();
     print!("{}", interleaved(title, ROUNDS, &contestants));
 }
 
@@ -69,8 +91,19 @@ fn compare(title: &str, scene: &Scene, size: [u32; 2], variants: &[Variant<'_>])
 fn two_threads(scene: &Scene, name: &str, size: [u32; 2]) {
     let title = format!("{name} at {}x{}, one thread and two", size[0], size[1]);
     let (ready, pools) = (ready(scene, size, |_| {}), [threads(1), threads(2)]);
-    let [one, two] = pools.each_ref().map(|pool| || drop(pool.install(|| ready.render(&()))));
-    let contestants = [Contestant { name: "one thread", work: &one }, Contestant { name: "two threads", work: &two }];
+    let [one, two] = pools
+        .each_ref()
+        .map(|pool| || drop(pool.install(|| ready.render(&()))));
+    let contestants = [
+        Contestant {
+            name: "one thread",
+            work: &one,
+        },
+        Contestant {
+            name: "two threads",
+            work: &two,
+        },
+    ];
     print!("{}", interleaved(&title, ROUNDS, &contestants));
 }
 
@@ -84,7 +117,14 @@ fn precisions(scene: &Scene, name: &str, size: [u32; 2]) {
             }
         }
     };
-    let variants: [Variant<'_>; 2] =
-        [("robust", &with(PrecisionChoice::Robust)), ("reference", &with(PrecisionChoice::Reference))];
-    compare(&format!("{name} at {}x{}, by precision", size[0], size[1]), scene, size, &variants);
+    let variants: [Variant<'_>; 2] = [
+        ("robust", &with(PrecisionChoice::Robust)),
+        ("reference", &with(PrecisionChoice::Reference)),
+    ];
+    compare(
+        &format!("{name} at {}x{}, by precision", size[0], size[1]),
+        scene,
+        size,
+        &variants,
+    );
 }

@@ -1,5 +1,6 @@
-//! What leaves of spheres and of quads bring: trees over random spheres, quads, boxes and all three in one heap, asked by each kernel that
-//! this processor has and by a scan, in turns. `benches/README.md` quotes it.
+//! What leaves of spheres and of quads bring: trees over random spheres, quads, boxes and all three
+//! in one heap, asked by each kernel that this processor has and by a scan, in turns.
+//! `benches/README.md` quotes it.
 #![expect(clippy::print_stdout, reason = "the table is this program's result")]
 
 #[path = "support/random.rs"]
@@ -13,7 +14,10 @@ use std::hint::black_box;
 
 use glam::Vec3;
 use raywright::bvh::shapes::{Cuboid, Quad, Sphere};
-use raywright::bvh::{AcceleratorKind, Geometry, Interval, Kernel, PacketBackoff, PrimitiveSet, Ray, RayPacket, Visibility};
+use raywright::bvh::{
+    AcceleratorKind, Geometry, Interval, Kernel, PacketBackoff, PrimitiveSet, Ray, RayPacket,
+    Visibility,
+};
 
 use random::Random;
 use turns::{Contestant, interleaved, measuring};
@@ -31,18 +35,34 @@ type Ask<'a> = &'a dyn Fn(&Geometry<f32>);
 type Put = fn(&mut PrimitiveSet<f32>, &mut Random, f64);
 
 fn sphere(group: &mut PrimitiveSet<f32>, random: &mut Random, size: f64) {
-    let sphere = Sphere { centre: random.cube().as_vec3(), radius: (size * (0.5 + random.unit())) as f32 };
-    group.sphere(sphere, Visibility::default()).unwrap_or_else(|e| panic!("{e}"));
+    let sphere = Sphere {
+        centre: random.cube().as_vec3(),
+        radius: (size * (0.5 + random.unit())) as f32,
+    };
+    group
+        .sphere(sphere, Visibility::default())
+        .unwrap_or_else(|e| panic!("{e}"));
 }
 
 fn quad(group: &mut PrimitiveSet<f32>, random: &mut Random, size: f64) {
-    let (corner, u, v) = (random.cube(), random.cube() * size * 2.0, random.cube() * size * 2.0);
-    group.shape(Quad::new(corner, u, v).into(), Visibility::default()).unwrap_or_else(|e| panic!("{e}"));
+    let (corner, u, v) = (
+        random.cube(),
+        random.cube() * size * 2.0,
+        random.cube() * size * 2.0,
+    );
+    group
+        .shape(Quad::new(corner, u, v).into(), Visibility::default())
+        .unwrap_or_else(|e| panic!("{e}"));
 }
 
 fn cuboid(group: &mut PrimitiveSet<f32>, random: &mut Random, size: f64) {
     let (middle, half) = (random.cube(), (random.cube().abs() + 0.5) * size);
-    group.shape(Cuboid::new(middle - half, middle + half).into(), Visibility::default()).unwrap_or_else(|e| panic!("{e}"));
+    group
+        .shape(
+            Cuboid::new(middle - half, middle + half).into(),
+            Visibility::default(),
+        )
+        .unwrap_or_else(|e| panic!("{e}"));
 }
 
 fn any_kind(group: &mut PrimitiveSet<f32>, random: &mut Random, size: f64) {
@@ -63,10 +83,20 @@ fn main() {
     if !measuring() {
         return;
     }
-    let counts: Vec<usize> = std::env::args().filter_map(|argument| argument.parse().ok()).collect();
-    let counts = if counts.is_empty() { vec![1000, 100_000] } else { counts };
-    let kinds: [(&str, Put); 4] =
-        [("spheres", sphere), ("quads", quad), ("boxes", cuboid), ("spheres, quads and boxes", any_kind)];
+    let counts: Vec<usize> = std::env::args()
+        .filter_map(|argument| argument.parse().ok())
+        .collect();
+    let counts = if counts.is_empty() {
+        vec![1000, 100_000]
+    } else {
+        counts
+    };
+    let kinds: [(&str, Put); 4] = [
+        ("spheres", sphere),
+        ("quads", quad),
+        ("boxes", cuboid),
+        ("spheres, quads and boxes", any_kind),
+    ];
     for count in counts {
         for (name, put) in kinds {
             table(name, put, count);
@@ -82,16 +112,31 @@ fn table(name: &str, put: Put, count: usize) {
         trees.push((format!("{kernel:?}"), tree));
     }
     if count <= SCANNED {
-        trees.push(("scan".to_owned(), geometry(put, count, AcceleratorKind::Linear)));
+        trees.push((
+            "scan".to_owned(),
+            geometry(put, count, AcceleratorKind::Linear),
+        ));
     }
     let bytes = trees[0].1.bytes() as f64 / count as f64;
     let random = &mut Random(7);
-    let rays: Vec<Ray<f32>> =
-        (0..RAYS).map(|_| Ray::new((random.cube() * 1.5).as_vec3(), random.cube().normalize().as_vec3())).collect();
+    let rays: Vec<Ray<f32>> = (0..RAYS)
+        .map(|_| {
+            Ray::new(
+                (random.cube() * 1.5).as_vec3(),
+                random.cube().normalize().as_vec3(),
+            )
+        })
+        .collect();
     let side = (RAYS as f64).sqrt() as usize;
     let across = |i: usize| (i as f32 / side as f32 - 0.5) * 0.8;
-    let directions: Vec<Vec3> =
-        (0..side * side).map(|i| Vec3::new(across(i % side), across(i / side), 1.0).as_dvec3().normalize().as_vec3()).collect();
+    let directions: Vec<Vec3> = (0..side * side)
+        .map(|i| {
+            Vec3::new(across(i % side), across(i / side), 1.0)
+                .as_dvec3()
+                .normalize()
+                .as_vec3()
+        })
+        .collect();
     let from = RayPacket {
         origin: Vec3::new(0.0, 0.0, -3.0),
         directions: &directions,
@@ -111,7 +156,11 @@ fn table(name: &str, put: Put, count: usize) {
     };
     let camera = |tree: &Geometry<f32>| {
         for &direction in &directions {
-            black_box(tree.closest(&Ray::new(from.origin, direction), Interval::positive(), &mut ()));
+            black_box(tree.closest(
+                &Ray::new(from.origin, direction),
+                Interval::positive(),
+                &mut (),
+            ));
         }
     };
     let together = |tree: &Geometry<f32>| {
@@ -119,11 +168,19 @@ fn table(name: &str, put: Put, count: usize) {
         tree.closest_from(&from, &mut PacketBackoff::default(), &mut hits);
         black_box(&hits);
     };
-    let queries: [(&str, Ask<'_>); 4] =
-        [("closest", &closest), ("any", &any), ("camera's, one by one", &camera), ("camera's, together", &together)];
+    let queries: [(&str, Ask<'_>); 4] = [
+        ("closest", &closest),
+        ("any", &any),
+        ("camera's, one by one", &camera),
+        ("camera's, together", &together),
+    ];
     for (query, ask) in queries {
         let works: Vec<_> = trees.iter().map(|(_, tree)| move || ask(tree)).collect();
-        let contestants: Vec<_> = trees.iter().zip(&works).map(|((name, _), work)| Contestant { name, work }).collect();
+        let contestants: Vec<_> = trees
+            .iter()
+            .zip(&works)
+            .map(|((name, _), work)| Contestant { name, work })
+            .collect();
         let title = format!("{count} {name}, {bytes:.0} bytes each; {query}: {RAYS} rays");
         println!("{}", interleaved(&title, ROUNDS, &contestants));
     }

@@ -1,9 +1,11 @@
-//! How loading grows with what there is to load: for each kind of thing that a scene has many of, the time to read and check
-//! its file, and to explain and prepare it, at 10³, 10⁴ and 10⁵ of it. `tests/integration/many.rs` holds that it stays linear.
+//! How loading grows with what there is to load: for each kind of thing that a scene has many of,
+//! the time to read and check its file, and to explain and prepare it, at 10³, 10⁴ and 10⁵ of it.
+//! `tests/integration/many.rs` holds that it stays linear.
 //!
-//! `cargo bench --bench loading -- sheet [SIDE]` loads a generated GLB of 2·SIDE² triangles (five million) beside the least that
-//! there is to do, reading its bytes and building its tree, and says what memory it takes; `-- model FILE` a whole run over a model
-//! beside decoding its largest image.
+//! `cargo bench --bench loading -- sheet [SIDE]` loads a generated GLB of 2·SIDE² triangles (five
+//! million) beside the least that there is to do, reading its bytes and building its tree, and says
+//! what memory it takes; `-- model FILE` a whole run over a model beside decoding its largest
+//! image.
 #![expect(clippy::print_stdout, reason = "the table is this program's result")]
 
 #[path = "support/many.rs"]
@@ -33,21 +35,35 @@ fn main() {
     if std::env::args().any(|argument| ["--test", "--list"].contains(&argument.as_str())) {
         return;
     }
-    let words: Vec<String> = std::env::args().skip(1).filter(|word| !word.starts_with("--")).collect();
+    let words: Vec<String> = std::env::args()
+        .skip(1)
+        .filter(|word| !word.starts_with("--"))
+        .collect();
     match words.iter().map(String::as_str).collect::<Vec<_>>()[..] {
         ["sheet", ref rest @ ..] => {
-            return sheet_beside_its_tree(rest.first().and_then(|side| side.parse().ok()).unwrap_or(1581));
+            return sheet_beside_its_tree(
+                rest.first()
+                    .and_then(|side| side.parse().ok())
+                    .unwrap_or(1581),
+            );
         }
         ["model", file] => return run_beside_an_image(Path::new(file)),
         ["decode", file] => return drop(decoded(&std::fs::read(file).expect("a file"))),
         _ => {}
     }
-    println!("seconds to load + explain and prepare, the least of {ROUNDS}; exponent from {} to {}", SIZES[0], SIZES[2]);
+    println!(
+        "seconds to load + explain and prepare, the least of {ROUNDS}; exponent from {} to {}",
+        SIZES[0], SIZES[2]
+    );
     for family in &FAMILIES {
         let times = SIZES.map(|n| least(family, n));
         let exponent = (times[2].iter().sum::<f64>() / times[0].iter().sum::<f64>()).log10() / 2.0;
         let cells = times.map(|[load, rest]| format!("{load:.3} + {rest:.3}"));
-        println!("| {:40} | {} | {exponent:.2} |", family.0, cells.join(" | "));
+        println!(
+            "| {:40} | {} | {exponent:.2} |",
+            family.0,
+            cells.join(" | ")
+        );
     }
 }
 
@@ -61,24 +77,40 @@ fn least((what, write): &Family, n: usize) -> [f64; 2] {
     let path = folder.path().join(files[0].0);
     let round = || {
         let start = Instant::now();
-        let loaded = load(&Input::Path(path.clone()), &LoadOptions::default()).unwrap_or_else(|e| panic!("{what}: {e}"));
+        let loaded = load(&Input::Path(path.clone()), &LoadOptions::default())
+            .unwrap_or_else(|e| panic!("{what}: {e}"));
         let load = start.elapsed().as_secs_f64();
         let start = Instant::now();
-        let settings = Settings { size: [8, 8], ..Settings::of(&loaded.scene) };
+        let settings = Settings {
+            size: [8, 8],
+            ..Settings::of(&loaded.scene)
+        };
         let report = detect(&loaded.scene, &settings);
-        let ready = prepare(&loaded.scene, &settings, &()).unwrap_or_else(|e| panic!("{what}: {e}"));
+        let ready =
+            prepare(&loaded.scene, &settings, &()).unwrap_or_else(|e| panic!("{what}: {e}"));
         let rest = start.elapsed().as_secs_f64();
         drop((report, ready));
         [load, rest]
     };
-    (0..ROUNDS).map(|_| round()).fold([f64::INFINITY; 2], |least, times| [least[0].min(times[0]), least[1].min(times[1])])
+    (0..ROUNDS)
+        .map(|_| round())
+        .fold([f64::INFINITY; 2], |least, times| {
+            [least[0].min(times[0]), least[1].min(times[1])]
+        })
 }
 
 /// Peak resident memory in bytes, as Linux tells it; zero elsewhere.
 fn peak_bytes() -> u64 {
     let status = std::fs::read_to_string("/proc/self/status").unwrap_or_default();
-    let line = status.lines().find_map(|line| line.strip_prefix("VmHWM:")).unwrap_or_default();
-    line.trim().trim_end_matches(" kB").parse::<u64>().unwrap_or_default() * 1024
+    let line = status
+        .lines()
+        .find_map(|line| line.strip_prefix("VmHWM:"))
+        .unwrap_or_default();
+    line.trim()
+        .trim_end_matches(" kB")
+        .parse::<u64>()
+        .unwrap_or_default()
+        * 1024
 }
 
 /// CPU seconds of all threads that some work takes, and what it makes.
@@ -88,29 +120,51 @@ fn timed<T>(work: impl FnOnce() -> T) -> (f64, T) {
     (process_seconds() - start, made)
 }
 
-/// Import and preparation of a large file, and what of it can't be saved: in CPU seconds, in turns, since machines are shared.
+/// Import and preparation of a large file, and what of it can't be saved: in CPU seconds, in turns,
+/// since machines are shared.
 fn sheet_beside_its_tree(side: u32) {
     let folder = tempfile::tempdir().expect("a temporary folder");
     let path = folder.path().join("sheet.glb");
     sheet::write(&path, side).expect("the file can be written");
     let (mut ratios, mut peak) = (Vec::new(), 0);
-    println!("{} triangles, {} bytes", 2 * u64::from(side).pow(2), path.metadata().map_or(0, |data| data.len()));
+    println!(
+        "{} triangles, {} bytes",
+        2 * u64::from(side).pow(2),
+        path.metadata().map_or(0, |data| data.len())
+    );
     for _ in 0..ROUNDS {
-        let (import, loaded) =
-            timed(|| load(&Input::Path(path.clone()), &LoadOptions::default()).unwrap_or_else(|e| panic!("{e}")));
-        let settings = Settings { size: [8, 8], ..Settings::of(&loaded.scene) };
-        let (preparation, ready) = timed(|| prepare(&loaded.scene, &settings, &()).unwrap_or_else(|e| panic!("{e}")));
-        let MeshSource::Inline(data) = &loaded.scene.meshes[0].source else { panic!("inline") };
+        let (import, loaded) = timed(|| {
+            load(&Input::Path(path.clone()), &LoadOptions::default())
+                .unwrap_or_else(|e| panic!("{e}"))
+        });
+        let settings = Settings {
+            size: [8, 8],
+            ..Settings::of(&loaded.scene)
+        };
+        let (preparation, ready) =
+            timed(|| prepare(&loaded.scene, &settings, &()).unwrap_or_else(|e| panic!("{e}")));
+        let MeshSource::Inline(data) = &loaded.scene.meshes[0].source else {
+            panic!("inline")
+        };
         let whole = ready.memory().total();
         // Only the first round's is that of a process which does nothing else.
         if peak == 0 {
             peak = peak_bytes();
-            println!("peak {:.2} of the scene's {:.0} MB", peak as f64 / whole as f64, whole as f64 / 1e6);
+            println!(
+                "peak {:.2} of the scene's {:.0} MB",
+                peak as f64 / whole as f64,
+                whole as f64 / 1e6
+            );
         }
         drop(ready);
         let mut group = PrimitiveSet::<f32>::default();
         let corner = |i: u32| data.positions.at(i as usize).as_vec3();
-        group.mesh(data.indices.iter().map(|triangle| triangle.map(corner)), Visibility::default()).expect("triangles");
+        group
+            .mesh(
+                data.indices.iter().map(|triangle| triangle.map(corner)),
+                Visibility::default(),
+            )
+            .expect("triangles");
         let (tree, geometry) = timed(|| Geometry::new(group, AcceleratorKind::default()));
         drop((geometry, loaded));
         let (reading, bytes) = timed(|| std::fs::read(&path).expect("the file"));
@@ -122,11 +176,19 @@ fn sheet_beside_its_tree(side: u32) {
         ratios.push(ratio);
     }
     ratios.sort_by(f64::total_cmp);
-    println!("median ratio {:.2}, {:.2} to {:.2}", ratios[ROUNDS / 2], ratios[0], ratios[ROUNDS - 1]);
+    println!(
+        "median ratio {:.2}, {:.2} to {:.2}",
+        ratios[ROUNDS / 2],
+        ratios[0],
+        ratios[ROUNDS - 1]
+    );
 }
 
 fn decoded(file: &[u8]) -> Vec<u8> {
-    image::load_from_memory(file).expect("an image").into_rgba8().into_vec()
+    image::load_from_memory(file)
+        .expect("an image")
+        .into_rgba8()
+        .into_vec()
 }
 
 /// Milliseconds of a process from its start to its end.
@@ -138,18 +200,31 @@ fn run(command: &mut Command) -> f64 {
     1e3 * seconds
 }
 
-/// The program from its start until a model is prepared, beside a process that decodes the model's largest image and nothing else, in turns: a
-/// process meets all of its memory for the first time, which takes longer than what it does there. And decoding again and again in one.
+/// The program from its start until a model is prepared, beside a process that decodes the model's
+/// largest image and nothing else, in turns: a process meets all of its memory for the first time,
+/// which takes longer than what it does there. And decoding again and again in one.
 fn run_beside_an_image(path: &Path) {
     const ROUNDS: usize = 40;
-    let loaded = load(&Input::Path(path.to_owned()), &LoadOptions::default()).unwrap_or_else(|e| panic!("{e}"));
-    let images = loaded.scene.images.iter().filter_map(|image| image.data.as_ref());
-    let largest = images.max_by_key(|data| data.bytes()).expect("a model with an image");
-    let raywright::core::scene::Pixels::Codes(codes) = &largest.pixels else { panic!("an image of eight bits") };
+    let loaded = load(&Input::Path(path.to_owned()), &LoadOptions::default())
+        .unwrap_or_else(|e| panic!("{e}"));
+    let images = loaded
+        .scene
+        .images
+        .iter()
+        .filter_map(|image| image.data.as_ref());
+    let largest = images
+        .max_by_key(|data| data.bytes())
+        .expect("a model with an image");
+    let raywright::core::scene::Pixels::Codes(codes) = &largest.pixels else {
+        panic!("an image of eight bits")
+    };
     let file = largest_image(path, [largest.width, largest.height]);
     assert_eq!(decoded(&file).len(), 4 * codes.len());
     let folder = tempfile::tempdir().expect("a temporary folder");
-    let (image, path) = (folder.path().join("image"), path.canonicalize().expect("a file"));
+    let (image, path) = (
+        folder.path().join("image"),
+        path.canonicalize().expect("a file"),
+    );
     std::fs::write(&image, &file).expect("the folder can be written to");
     let own = std::env::current_exe().expect("a program");
     let mut rows: [Vec<f64>; 5] = Default::default();
@@ -160,19 +235,47 @@ fn run_beside_an_image(path: &Path) {
         drop(pixels);
         let process = run(Command::new(&own).arg("decode").arg(&image));
         let mut render = Command::new(env!("CARGO_BIN_EXE_raywright"));
-        render.args(["render", "-q", "--size", "1x1", "--spp", "1", "-o", "pixel.png"]).arg(&path).current_dir(folder.path());
+        render
+            .args([
+                "render",
+                "-q",
+                "--size",
+                "1x1",
+                "--spp",
+                "1",
+                "-o",
+                "pixel.png",
+            ])
+            .arg(&path)
+            .current_dir(folder.path());
         let whole = run(&mut render);
-        // A run of its own: what it takes to write down how long a run took comes after preparation and would count as a part of it.
+        // A run of its own: what it takes to write down how long a run took comes after preparation
+        // and would count as a part of it.
         run(render.args(["--stats", "run.json"]));
         let stats = std::fs::read(folder.path().join("run.json")).expect("statistics");
         let stats: serde_json::Value = serde_json::from_slice(&stats).expect("JSON");
         let of = |stage: &str| 1e3 * stats["seconds"][stage].as_f64().expect("seconds");
         let prepared = whole - of("render") - of("write");
-        let found = [warm, of("load") + of("prepare"), process, prepared, prepared / process];
-        rows.iter_mut().zip(found).for_each(|(row, value)| row.push(value));
+        let found = [
+            warm,
+            of("load") + of("prepare"),
+            process,
+            prepared,
+            prepared / process,
+        ];
+        rows.iter_mut()
+            .zip(found)
+            .for_each(|(row, value)| row.push(value));
     }
     rows.iter_mut().for_each(|row| row.sort_by(f64::total_cmp));
-    let told = rows.map(|row| format!("{:.2} ({:.2} to {:.2})", row[ROUNDS / 2], row[ROUNDS / 4], row[3 * ROUNDS / 4]));
+    let told = rows.map(|row| {
+        format!(
+            "{:.2} ({:.2} to {:.2})",
+            row[ROUNDS / 2],
+            row[ROUNDS / 4],
+            row[3 * ROUNDS / 4]
+        )
+    });
     println!("median of {ROUNDS} (quartiles), milliseconds");
     println!("decoding the image again and again   {}", told[0]);
     println!("loading and preparing                {}", told[1]);
@@ -181,14 +284,22 @@ fn run_beside_an_image(path: &Path) {
     println!("of the last two, one by the other    {}", told[4]);
 }
 
-/// The bytes of the image of that size in a GLB file: found by its signature, since this bench is no reader of glTF.
+/// The bytes of the image of that size in a GLB file: found by its signature, since this bench is
+/// no reader of glTF.
 fn largest_image(path: &Path, size: [u32; 2]) -> Vec<u8> {
     let bytes = std::fs::read(path).expect("a file");
-    let starts = (0..bytes.len()).filter(|&at| bytes[at..].starts_with(b"\x89PNG") || bytes[at..].starts_with(b"\xff\xd8\xff"));
+    let starts = (0..bytes.len()).filter(|&at| {
+        bytes[at..].starts_with(b"\x89PNG") || bytes[at..].starts_with(b"\xff\xd8\xff")
+    });
     let decodes = |at: &usize| {
-        let reader = image::ImageReader::new(std::io::Cursor::new(&bytes[*at..])).with_guessed_format().ok();
+        let reader = image::ImageReader::new(std::io::Cursor::new(&bytes[*at..]))
+            .with_guessed_format()
+            .ok();
         reader.and_then(|reader| reader.into_dimensions().ok()) == Some((size[0], size[1]))
     };
-    let start = starts.into_iter().find(decodes).expect("a PNG or JPEG in the file");
+    let start = starts
+        .into_iter()
+        .find(decodes)
+        .expect("a PNG or JPEG in the file");
     bytes[start..].to_vec()
 }

@@ -1,8 +1,9 @@
-//! How often `compare --noise` raises an alarm: pairs of pictures of one scene by different seeds, which differ by noise alone, and pairs of
-//! which one is brighter by half a percent in a tenth of it.
+//! How often `compare --noise` raises an alarm: pairs of pictures of one scene by different seeds,
+//! which differ by noise alone, and pairs of which one is brighter by half a percent in a tenth of
+//! it.
 //!
-//! `cargo bench --bench noise -- 1000` judges so many pairs of each scene, the default; of every pair both pictures are its own. Names of scenes
-//! behind that choose some of them.
+//! `cargo bench --bench noise -- 1000` judges so many pairs of each scene, the default; of every
+//! pair both pictures are its own. Names of scenes behind that choose some of them.
 #![expect(clippy::print_stdout, reason = "the table is this program's result")]
 
 use rayon::iter::{IntoParallelIterator, ParallelIterator};
@@ -18,7 +19,8 @@ const SCENES: [&str; 4] = ["cornell", "product", "many-lights", "glossy-box"];
 /// Samples of a pixel.
 const SAMPLES: u32 = 64;
 
-/// Size of the pictures that differ by noise alone, and of those with a planted bias, of which there are few.
+/// Size of the pictures that differ by noise alone, and of those with a planted bias, of which
+/// there are few.
 const SMALL: [u32; 2] = [64, 48];
 const LARGE: [u32; 2] = [640, 480];
 const BIASED_PAIRS: u64 = 4;
@@ -40,19 +42,36 @@ struct Side {
 impl Side {
     fn render(scene: &Scene, size: [u32; 2], seed: u64) -> Self {
         let (sampling, integrator) = (Sampling::General(SAMPLES), Integrator::Path);
-        let settings = Settings { size, sampling, integrator, seed, ..Settings::of(scene) };
+        let settings = Settings {
+            size,
+            sampling,
+            integrator,
+            seed,
+            ..Settings::of(scene)
+        };
         let ready = prepare(scene, &settings, &()).unwrap_or_else(|e| panic!("{e}"));
         let mut film = ready.film("");
         let whole = film.whole();
-        ready.render_part(&mut film, &whole, &()).unwrap_or_else(|e| panic!("{e}"));
-        let (errors, freedom) = film.standard_errors().unwrap_or_else(|| panic!("four replicates"));
-        Self { size, rgb: film.picture().rgb, errors, freedom }
+        ready
+            .render_part(&mut film, &whole, &())
+            .unwrap_or_else(|e| panic!("{e}"));
+        let (errors, freedom) = film
+            .standard_errors()
+            .unwrap_or_else(|| panic!("four replicates"));
+        Self {
+            size,
+            rgb: film.picture().rgb,
+            errors,
+            freedom,
+        }
     }
 
     /// The same, brighter in the middle: by the root of a tenth of each edge.
     fn biased(mut self) -> Self {
         let [width, height] = self.size;
-        let inside = |at: u32, of: u32| (f64::from(at) + 0.5 - 0.5 * f64::from(of)).abs() < 0.5 * 0.1_f64.sqrt() * f64::from(of);
+        let inside = |at: u32, of: u32| {
+            (f64::from(at) + 0.5 - 0.5 * f64::from(of)).abs() < 0.5 * 0.1_f64.sqrt() * f64::from(of)
+        };
         for (i, pixel) in (0..).zip(&mut self.rgb) {
             if inside(i % width, width) && inside(i / width, height) {
                 *pixel = pixel.map(|channel| channel * BIAS);
@@ -64,12 +83,20 @@ impl Side {
     fn noisy(&self) -> NoisyPicture<'_> {
         let [width, height] = self.size;
         let standard_errors = Some(self.errors.clone());
-        NoisyPicture { width, height, rgb: &self.rgb, standard_errors, freedom: f64::from(self.freedom) }
+        NoisyPicture {
+            width,
+            height,
+            rgb: &self.rgb,
+            standard_errors,
+            freedom: f64::from(self.freedom),
+        }
     }
 
     /// Whether the two differ beyond noise, at each level.
     fn differs(&self, other: &Self) -> [bool; LEVELS.len()] {
-        let judged = |level| judge_noise(&self.noisy(), &other.noisy(), level).unwrap_or_else(|e| panic!("{e}"));
+        let judged = |level| {
+            judge_noise(&self.noisy(), &other.noisy(), level).unwrap_or_else(|e| panic!("{e}"))
+        };
         LEVELS.map(|level| judged(level).beyond > 0)
     }
 }
@@ -77,23 +104,42 @@ impl Side {
 /// How many of so many pairs raise an alarm at each level.
 fn alarms(pairs: u64, differ: impl Fn(u64) -> [bool; LEVELS.len()] + Sync) -> [u64; LEVELS.len()] {
     let add = |a: [u64; 2], b: [u64; 2]| [a[0] + b[0], a[1] + b[1]];
-    (0..pairs).into_par_iter().map(|pair| differ(pair).map(u64::from)).reduce(Default::default, add)
+    (0..pairs)
+        .into_par_iter()
+        .map(|pair| differ(pair).map(u64::from))
+        .reduce(Default::default, add)
 }
 
 fn main() {
     // Cargo adds a flag of its own.
-    let words: Vec<String> = std::env::args().skip(1).filter(|word| !word.starts_with('-')).collect();
-    let pairs = words.first().and_then(|word| word.parse().ok()).unwrap_or(1000);
+    let words: Vec<String> = std::env::args()
+        .skip(1)
+        .filter(|word| !word.starts_with('-'))
+        .collect();
+    let pairs = words
+        .first()
+        .and_then(|word| word.parse().ok())
+        .unwrap_or(1000);
     let chosen = |name: &&str| words.len() < 2 || words[1..].iter().any(|word| word == name);
-    println!("{:12} {:>6} {:>8} {:>8} {:>22}", "scene", "pairs", "at 0.05", "at 0.01", "biased, at 0.05, 0.01");
+    println!(
+        "{:12} {:>6} {:>8} {:>8} {:>22}",
+        "scene", "pairs", "at 0.05", "at 0.01", "biased, at 0.05, 0.01"
+    );
     for name in SCENES.into_iter().filter(chosen) {
-        let loaded = load(&Input::Preset(name.to_owned()), &LoadOptions::default()).unwrap_or_else(|e| panic!("{e}"));
+        let loaded = load(&Input::Preset(name.to_owned()), &LoadOptions::default())
+            .unwrap_or_else(|e| panic!("{e}"));
         let scene = &loaded.scene;
-        let [often, rarely] =
-            alarms(pairs, |pair| Side::render(scene, SMALL, 2 * pair).differs(&Side::render(scene, SMALL, 2 * pair + 1)));
-        let found = alarms(BIASED_PAIRS, |pair| {
-            Side::render(scene, LARGE, 2 * pair).biased().differs(&Side::render(scene, LARGE, 2 * pair + 1))
+        let [often, rarely] = alarms(pairs, |pair| {
+            Side::render(scene, SMALL, 2 * pair).differs(&Side::render(scene, SMALL, 2 * pair + 1))
         });
-        println!("{name:12} {pairs:>6} {often:>8} {rarely:>8} {:>22}", format!("{}, {} of {BIASED_PAIRS}", found[0], found[1]));
+        let found = alarms(BIASED_PAIRS, |pair| {
+            Side::render(scene, LARGE, 2 * pair)
+                .biased()
+                .differs(&Side::render(scene, LARGE, 2 * pair + 1))
+        });
+        println!(
+            "{name:12} {pairs:>6} {often:>8} {rarely:>8} {:>22}",
+            format!("{}, {} of {BIASED_PAIRS}", found[0], found[1])
+        );
     }
 }

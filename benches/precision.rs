@@ -1,5 +1,6 @@
-//! What accuracy costs, and what is wrong without it: the table in docs/accuracy.md of the textbook's formulas in f32, of `robust` and of `reference`. The
-//! textbook's are no part of the program; they are the comparator of its tests.
+//! What accuracy costs, and what is wrong without it: the table in docs/accuracy.md of the
+//! textbook's formulas in f32, of `robust` and of `reference`. The textbook's are no part of the
+//! program; they are the comparator of its tests.
 #![expect(clippy::print_stdout, reason = "the table is this program's result")]
 
 #[path = "support/mesh.rs"]
@@ -26,7 +27,9 @@ fn main() {
     if std::env::args().any(|argument| ["--test", "--list"].contains(&argument.as_str())) {
         return;
     }
-    println!("| | the textbook's formulas | `robust`, the default | `reference` |\n|---|---|---|---|");
+    println!(
+        "| | the textbook's formulas | `robust`, the default | `reference` |\n|---|---|---|---|"
+    );
     tests();
     pictures();
     cases();
@@ -45,7 +48,10 @@ fn row(name: &str, works: [Option<&dyn Fn()>; 3]) {
             seconds[turn] = process_seconds() - start;
         }
         if round > 0 {
-            ratios.iter_mut().zip(seconds).for_each(|(ratios, own)| ratios.push(own / seconds[1]));
+            ratios
+                .iter_mut()
+                .zip(seconds)
+                .for_each(|(ratios, own)| ratios.push(own / seconds[1]));
         }
     }
     let cell = |which: usize| match works[which] {
@@ -56,14 +62,30 @@ fn row(name: &str, works: [Option<&dyn Fn()>; 3]) {
             format!("{:.2} ± {:.1} %", spread.median, spread.relative() * 100.0)
         }
     };
-    println!("| **time**: {name} | {} | {} | {} |", cell(0), cell(1), cell(2));
+    println!(
+        "| **time**: {name} | {} | {} | {} |",
+        cell(0),
+        cell(1),
+        cell(2)
+    );
 }
 
 /// The work of a ray or sample, of every hard case whose textbook's formula there is.
 fn tests() {
     for number in hard_cases().map(|case| case.number) {
-        let Some(Contest { what, textbook, library: [robust, reference], .. }) = contest(number) else { continue };
-        row(&format!("{what} ({number})"), [Some(&textbook), Some(&robust), Some(&reference)]);
+        let Some(Contest {
+            what,
+            textbook,
+            library: [robust, reference],
+            ..
+        }) = contest(number)
+        else {
+            continue;
+        };
+        row(
+            &format!("{what} ({number})"),
+            [Some(&textbook), Some(&robust), Some(&reference)],
+        );
     }
 }
 
@@ -72,35 +94,64 @@ fn pictures() {
     let picture = |name: &str, scene: Option<Scene>, size: [u32; 2]| {
         let Some(scene) = scene else { return };
         let alone = threads(1);
-        let [robust, reference] = [PrecisionChoice::Robust, PrecisionChoice::Reference].map(|precision| {
-            ready(&scene, size, |settings| {
-                settings.precision = precision;
-                if scene.render.pattern.is_none() {
-                    settings.sampling = Sampling::resolve(&scene, Some(4));
-                }
-            })
-        });
+        let [robust, reference] =
+            [PrecisionChoice::Robust, PrecisionChoice::Reference].map(|precision| {
+                ready(&scene, size, |settings| {
+                    settings.precision = precision;
+                    if scene.render.pattern.is_none() {
+                        settings.sampling = Sampling::resolve(&scene, Some(4));
+                    }
+                })
+            });
         let render = |ready: &raywright::core::Ready| drop(alone.install(|| ready.render(&())));
-        row(name, [None, Some(&|| render(&robust)), Some(&|| render(&reference))]);
+        row(
+            name,
+            [
+                None,
+                Some(&|| render(&robust)),
+                Some(&|| render(&reference)),
+            ],
+        );
     };
     picture("the preset", preset("whitted"), [640, 360]);
     picture("a mesh of 65 536 triangles", Some(mesh()), [640, 360]);
     picture("the preset `shapes`", preset("shapes"), [320, 180]);
-    picture("the preset `product`, path-traced", preset("product"), [320, 180]);
+    picture(
+        "the preset `product`, path-traced",
+        preset("product"),
+        [320, 180],
+    );
 }
 
 /// What is wrong in the hard cases, where the textbook's formulas are judged on the same rays.
 fn cases() {
-    let shot = if std::env::var("RAYS").is_ok_and(|rays| rays == "all") { Rays::All } else { Rays::Quarter };
+    let shot = if std::env::var("RAYS").is_ok_and(|rays| rays == "all") {
+        Rays::All
+    } else {
+        Rays::Quarter
+    };
     for case in hard_cases() {
         let measurements = measure(case.number, shot).unwrap_or_default();
-        let Some(textbook) = measurements.first().and_then(|measurement| measurement.textbook.as_ref()) else { continue };
+        let Some(textbook) = measurements
+            .first()
+            .and_then(|measurement| measurement.textbook.as_ref())
+        else {
+            continue;
+        };
         let wrong = |precision: &str| -> u64 {
             let of = |measurement: &&Measurement| measurement.setting.starts_with(precision);
-            measurements.iter().filter(of).map(|measurement| measurement.outcome.wrong).sum()
+            measurements
+                .iter()
+                .filter(of)
+                .map(|measurement| measurement.outcome.wrong)
+                .sum()
         };
         let share = 100.0 * textbook.wrong_share();
         let (robust, reference) = (wrong("robust"), wrong("reference"));
-        println!("| **wrong**: {} ({}) | {share:.1} % | {robust} | {reference} |", case.hard.trim_end_matches('.'), case.number);
+        println!(
+            "| **wrong**: {} ({}) | {share:.1} % | {robust} | {reference} |",
+            case.hard.trim_end_matches('.'),
+            case.number
+        );
     }
 }

@@ -1,7 +1,9 @@
-//! What shading costs a lane: value, density and a sample of the lobes that answer to light, for one path alone and for 8 and 16 side
-//! by side. The contestants do the same work on the same paths and take turns; `benches/README.md` quotes the table.
+//! What shading costs a lane: value, density and a sample of the lobes that answer to light, for
+//! one path alone and for 8 and 16 side by side. The contestants do the same work on the same paths
+//! and take turns; `benches/README.md` quotes the table.
 //!
-//! A compiler that no longer turns the loops over lanes into vectors shows here, as a ratio near one.
+//! A compiler that no longer turns the loops over lanes into vectors shows here, as a ratio near
+//! one.
 #![expect(clippy::print_stdout, reason = "the tables are this program's result")]
 
 #[path = "support/turns.rs"]
@@ -41,7 +43,10 @@ fn even(place: usize) -> f64 {
 
 /// A direction above the plane across z.
 fn above(place: usize) -> DVec3 {
-    let (height, turn) = (0.02 + 0.98 * even(place), core::f64::consts::TAU * even(place + 1));
+    let (height, turn) = (
+        0.02 + 0.98 * even(place),
+        core::f64::consts::TAU * even(place + 1),
+    );
     let across = (1.0 - height * height).sqrt();
     DVec3::new(across * turn.cos(), across * turn.sin(), height)
 }
@@ -50,7 +55,8 @@ fn met<N: Number>() -> Vec<Met<N>> {
     let group = |first: usize| {
         let place = |lane: usize, what: usize| 16 * (first + lane) + what;
         let number = |what: usize| N::of_lanes(|lane| even(place(lane, what)));
-        let direction = |what: usize| <N::Vec3 as Vector3<N>>::of_lanes(|lane| above(place(lane, what)));
+        let direction =
+            |what: usize| <N::Vec3 as Vector3<N>>::of_lanes(|lane| above(place(lane, what)));
         Met {
             wo: direction(0),
             wi: direction(2),
@@ -70,15 +76,21 @@ fn met<N: Number>() -> Vec<Met<N>> {
 }
 
 fn eval<N: Number>(met: &Met<N>) -> N::Vec3 {
-    met.model.local_bsdf(met.frame.normal, met.wo).eval(met.wo, met.wi)
+    met.model
+        .local_bsdf(met.frame.normal, met.wo)
+        .eval(met.wo, met.wi)
 }
 
 fn pdf<N: Number>(met: &Met<N>) -> N {
-    met.model.local_bsdf(met.frame.normal, met.wo).pdf(met.wo, met.wi)
+    met.model
+        .local_bsdf(met.frame.normal, met.wo)
+        .pdf(met.wo, met.wi)
 }
 
 fn sample<N: Number>(met: &Met<N>) -> BsdfSample<N> {
-    met.model.local_bsdf(met.frame.normal, met.wo).sample(&met.frame, met.wo, met.drawn)
+    met.model
+        .local_bsdf(met.frame.normal, met.wo)
+        .sample(&met.frame, met.wo, met.drawn)
 }
 
 /// Work that writes what a function makes of all paths.
@@ -88,7 +100,9 @@ fn over_paths<N: Number, T>(of: impl Fn(&Met<N>) -> T) -> impl Fn() {
     move || {
         for _ in 0..TIMES {
             let mut out = out.borrow_mut();
-            out.iter_mut().zip(black_box(&met)).for_each(|(slot, met)| *slot = of(met));
+            out.iter_mut()
+                .zip(black_box(&met))
+                .for_each(|(slot, met)| *slot = of(met));
             black_box(&*out);
         }
     }
@@ -96,18 +110,55 @@ fn over_paths<N: Number, T>(of: impl Fn(&Met<N>) -> T) -> impl Fn() {
 
 fn compare(name: &str, [one, eight, sixteen]: [&dyn Fn(); 3]) {
     let contestants = [
-        Contestant { name: "1 lane", work: one },
-        Contestant { name: "8 lanes", work: eight },
-        Contestant { name: "16 lanes", work: sixteen },
+        Contestant {
+            name: "1 lane",
+            work: one,
+        },
+        Contestant {
+            name: "8 lanes",
+            work: eight,
+        },
+        Contestant {
+            name: "16 lanes",
+            work: sixteen,
+        },
     ];
-    print!("{}", interleaved(&format!("{name} of {PATHS} paths, {TIMES} times"), ROUNDS, &contestants));
+    print!(
+        "{}",
+        interleaved(
+            &format!("{name} of {PATHS} paths, {TIMES} times"),
+            ROUNDS,
+            &contestants
+        )
+    );
 }
 
 fn main() {
     if !measuring() {
         return;
     }
-    compare("eval", [&over_paths(eval::<f32>), &over_paths(eval::<Lanes<8>>), &over_paths(eval::<Lanes<16>>)]);
-    compare("pdf", [&over_paths(pdf::<f32>), &over_paths(pdf::<Lanes<8>>), &over_paths(pdf::<Lanes<16>>)]);
-    compare("sample", [&over_paths(sample::<f32>), &over_paths(sample::<Lanes<8>>), &over_paths(sample::<Lanes<16>>)]);
+    compare(
+        "eval",
+        [
+            &over_paths(eval::<f32>),
+            &over_paths(eval::<Lanes<8>>),
+            &over_paths(eval::<Lanes<16>>),
+        ],
+    );
+    compare(
+        "pdf",
+        [
+            &over_paths(pdf::<f32>),
+            &over_paths(pdf::<Lanes<8>>),
+            &over_paths(pdf::<Lanes<16>>),
+        ],
+    );
+    compare(
+        "sample",
+        [
+            &over_paths(sample::<f32>),
+            &over_paths(sample::<Lanes<8>>),
+            &over_paths(sample::<Lanes<16>>),
+        ],
+    );
 }

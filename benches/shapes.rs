@@ -1,8 +1,9 @@
-//! What a test of each shape costs in each precision, and what the surface at a hit costs: nanoseconds per test.
+//! What a test of each shape costs in each precision, and what the surface at a hit costs:
+//! nanoseconds per test.
 //!
-//! Rays from a sphere around aim at points near the shape, so that about half of them hit. The precisions of a shape run one after
-//! another, so that drift of the machine shows as a difference between shapes. Medians of many passes over the rays, with half the
-//! distance of their quartiles.
+//! Rays from a sphere around aim at points near the shape, so that about half of them hit. The
+//! precisions of a shape run one after another, so that drift of the machine shows as a difference
+//! between shapes. Medians of many passes over the rays, with half the distance of their quartiles.
 #![expect(clippy::print_stdout, reason = "the table is this program's result")]
 
 #[path = "support/random.rs"]
@@ -19,8 +20,8 @@ use std::time::Instant;
 use glam::{DAffine3, DVec3};
 use raywright::core::bench::Spread;
 use raywright_bvh::shapes::{
-    AnyShape, Cone, Cuboid, Cylinder, Disk, Ellipsoid, Hyperboloid, Paraboloid, Plane, Quad, Sphere, Torus, TransformedShape,
-    Triangle,
+    AnyShape, Cone, Cuboid, Cylinder, Disk, Ellipsoid, Hyperboloid, Paraboloid, Plane, Quad,
+    Sphere, Torus, TransformedShape, Triangle,
 };
 use raywright_bvh::{Interval, PreparedRay, Ray, Real, Shape, Side, Vector};
 
@@ -42,20 +43,55 @@ fn rays<R: Real>() -> Vec<Ray<R>> {
 fn shapes<R: Real>() -> Vec<(&'static str, AnyShape<R>)> {
     let v = |p: DVec3| R::Vec3::from_f64(p);
     let (zero, axis) = (DVec3::ZERO, DVec3::new(0.3, 1.0, -0.2));
-    let (corner, eu, ev) = (DVec3::new(-1.0, -1.0, 0.2), DVec3::new(2.0, 0.2, 0.0), DVec3::new(0.1, 2.0, 0.3));
+    let (corner, eu, ev) = (
+        DVec3::new(-1.0, -1.0, 0.2),
+        DVec3::new(2.0, 0.2, 0.0),
+        DVec3::new(0.1, 2.0, 0.3),
+    );
     vec![
-        ("sphere", Sphere { centre: v(zero), radius: R::ONE }.into()),
+        (
+            "sphere",
+            Sphere {
+                centre: v(zero),
+                radius: R::ONE,
+            }
+            .into(),
+        ),
         ("plane", Plane::new(v(zero), v(axis.normalize())).into()),
-        ("triangle", Triangle { vertices: [v(corner), v(corner + eu), v(corner + ev)] }.into()),
+        (
+            "triangle",
+            Triangle {
+                vertices: [v(corner), v(corner + eu), v(corner + ev)],
+            }
+            .into(),
+        ),
         ("disk", Disk::new(zero, axis, 1.0).into()),
         ("quad", Quad::new(corner, eu, ev).into()),
-        ("box", Cuboid::new(DVec3::NEG_ONE * 0.8, DVec3::ONE * 0.8).into()),
-        ("infinite-cylinder", Cylinder::new(zero, axis, 0.8, None, false).into()),
-        ("open-cylinder", Cylinder::new(-axis, axis, 0.8, Some(2.0), false).into()),
-        ("capped-cylinder", Cylinder::new(-axis, axis, 0.8, Some(2.0), true).into()),
+        (
+            "box",
+            Cuboid::new(DVec3::NEG_ONE * 0.8, DVec3::ONE * 0.8).into(),
+        ),
+        (
+            "infinite-cylinder",
+            Cylinder::new(zero, axis, 0.8, None, false).into(),
+        ),
+        (
+            "open-cylinder",
+            Cylinder::new(-axis, axis, 0.8, Some(2.0), false).into(),
+        ),
+        (
+            "capped-cylinder",
+            Cylinder::new(-axis, axis, 0.8, Some(2.0), true).into(),
+        ),
         ("cone", Cone::new(-axis, axis, 1.0, 0.0, 2.0).into()),
-        ("truncated-cone", Cone::new(-axis, axis, 1.0, 0.5, 2.0).into()),
-        ("ellipsoid", Ellipsoid::new(zero, DVec3::new(1.0, 0.6, 0.8)).into()),
+        (
+            "truncated-cone",
+            Cone::new(-axis, axis, 1.0, 0.5, 2.0).into(),
+        ),
+        (
+            "ellipsoid",
+            Ellipsoid::new(zero, DVec3::new(1.0, 0.6, 0.8)).into(),
+        ),
         ("hyperboloid", Hyperboloid::new(zero, 0.5, 0.7, 1.0).into()),
         ("paraboloid", Paraboloid::new(-DVec3::Y, 1.0, 2.0).into()),
         ("torus", Torus::new(zero, axis, 0.8, 0.3).into()),
@@ -76,7 +112,12 @@ fn run<P, T>(group: &str, id: &str, probes: &[P], mut test: impl FnMut(&P) -> T)
     };
     pass();
     let spread = Spread::of(&(0..PASSES).map(|_| pass()).collect::<Vec<_>>());
-    println!("{:40}{:>10.2} ns ±{:4.1} %", format!("{group} {id}"), spread.median, spread.relative() * 100.0);
+    println!(
+        "{:40}{:>10.2} ns ±{:4.1} %",
+        format!("{group} {id}"),
+        spread.median,
+        spread.relative() * 100.0
+    );
 }
 
 fn precision<R: Real>(name: &str) {
@@ -85,7 +126,8 @@ fn precision<R: Real>(name: &str) {
     for (shape_name, shape) in shapes::<R>() {
         let id = format!("{shape_name}/{name}");
         let range = Interval::<R>::positive();
-        // Each shape's own test, as a tree calls it for its kind; black boxes keep the shape out of the loop's constants.
+        // Each shape's own test, as a tree calls it for its kind; black boxes keep the shape out of
+        // the loop's constants.
         macro_rules! each {
             ($($variant:ident),*) => {
                 match shape {
@@ -96,28 +138,62 @@ fn precision<R: Real>(name: &str) {
                 }
             };
         }
-        each!(Sphere, Plane, Disk, Quad, Cuboid, Cylinder, Cone, Ellipsoid, Hyperboloid, Paraboloid, Torus, Triangle);
-        let hit: Vec<_> = probes.iter().filter(|p| shape.intersect(p, range, Side::Both).is_some()).copied().collect();
+        each!(
+            Sphere,
+            Plane,
+            Disk,
+            Quad,
+            Cuboid,
+            Cylinder,
+            Cone,
+            Ellipsoid,
+            Hyperboloid,
+            Paraboloid,
+            Torus,
+            Triangle
+        );
+        let hit: Vec<_> = probes
+            .iter()
+            .filter(|p| shape.intersect(p, range, Side::Both).is_some())
+            .copied()
+            .collect();
         run("test-and-surface", &id, &hit, |probe| {
             let shape = black_box(&shape);
             let hit = shape.intersect(probe, range, Side::Both);
             hit.map_or(0.0, |h| shape.surface(probe, h).error.to_f64())
         });
     }
-    let map = DAffine3::from_axis_angle(DVec3::Z, 0.3) * DAffine3::from_scale(DVec3::new(1.0, 0.7, 1.2));
-    let sphere = Sphere { centre: R::Vec3::ZERO, radius: R::ONE };
+    let map =
+        DAffine3::from_axis_angle(DVec3::Z, 0.3) * DAffine3::from_scale(DVec3::new(1.0, 0.7, 1.2));
+    let sphere = Sphere {
+        centre: R::Vec3::ZERO,
+        radius: R::ONE,
+    };
     if let Some(placed) = TransformedShape::<R>::new(sphere.into(), map) {
         run("test", &format!("placed-sphere/{name}"), &probes, |probe| {
-            black_box(&placed).intersect(probe, Interval::positive(), Side::Both).map_or(0.0, |h| h.t.to_f64())
+            black_box(&placed)
+                .intersect(probe, Interval::positive(), Side::Both)
+                .map_or(0.0, |h| h.t.to_f64())
         });
     }
-    let sphere = Sphere { centre: R::Vec3::ZERO, radius: R::ONE };
+    let sphere = Sphere {
+        centre: R::Vec3::ZERO,
+        radius: R::ONE,
+    };
     let surfaces: Vec<_> = probes
         .iter()
-        .filter_map(|p| sphere.intersect(p, Interval::positive(), Side::Both).map(|h| sphere.surface(p, h)))
+        .filter_map(|p| {
+            sphere
+                .intersect(p, Interval::positive(), Side::Both)
+                .map(|h| sphere.surface(p, h))
+        })
         .collect();
-    run("ray", &format!("probe/{name}"), &rays, |&ray| PreparedRay::new(ray));
-    run("ray", &format!("spawn/{name}"), &surfaces, |s| s.spawn(s.normal));
+    run("ray", &format!("probe/{name}"), &rays, |&ray| {
+        PreparedRay::new(ray)
+    });
+    run("ray", &format!("spawn/{name}"), &surfaces, |s| {
+        s.spawn(s.normal)
+    });
 }
 
 fn main() {

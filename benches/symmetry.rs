@@ -1,6 +1,10 @@
-//! Scenes said in two ways, for as long as there is time: random ones, presets, and models that are named. What is apart is listed with its seed, so that it can be
-//! repeated. `cargo bench --bench symmetry -- SECONDS [FIRST_SEED] [MODEL ...]`
-#![expect(clippy::print_stdout, reason = "what is found is this program's result")]
+//! Scenes said in two ways, for as long as there is time: random ones, presets, and models that are
+//! named. What is apart is listed with its seed, so that it can be repeated. `cargo bench --bench
+//! symmetry -- SECONDS [FIRST_SEED] [MODEL ...]`
+#![expect(
+    clippy::print_stdout,
+    reason = "what is found is this program's result"
+)]
 
 #[path = "../tests/integration/symmetry/retold.rs"]
 mod retold;
@@ -39,48 +43,88 @@ impl Tally {
 }
 
 fn main() {
-    let arguments: Vec<String> = std::env::args().skip(1).filter(|argument| argument != "--bench").collect();
+    let arguments: Vec<String> = std::env::args()
+        .skip(1)
+        .filter(|argument| argument != "--bench")
+        .collect();
     // Not where benches are only listed or checked.
-    let Some(seconds) = arguments.first().and_then(|argument| argument.parse().ok()) else { return };
-    let first: u64 = arguments.get(1).and_then(|argument| argument.parse().ok()).unwrap_or(1000);
+    let Some(seconds) = arguments.first().and_then(|argument| argument.parse().ok()) else {
+        return;
+    };
+    let first: u64 = arguments
+        .get(1)
+        .and_then(|argument| argument.parse().ok())
+        .unwrap_or(1000);
     let (start, budget) = (Instant::now(), Duration::from_secs(seconds));
     let mut tallies: Vec<(String, Tally)> = Vec::new();
-    let mut add = |name: String, apart: &Apart| match tallies.iter_mut().find(|(other, _)| *other == name) {
-        Some((_, tally)) => tally.add(apart),
-        None => {
-            let mut tally = Tally::default();
-            tally.add(apart);
-            tallies.push((name, tally));
-        }
-    };
-    let named = arguments.iter().skip(2).map(|path| Input::Path(path.into()));
-    let carried = presets::list().into_iter().map(|preset| Input::Preset(preset.name.to_owned()));
+    let mut add =
+        |name: String, apart: &Apart| match tallies.iter_mut().find(|(other, _)| *other == name) {
+            Some((_, tally)) => tally.add(apart),
+            None => {
+                let mut tally = Tally::default();
+                tally.add(apart);
+                tallies.push((name, tally));
+            }
+        };
+    let named = arguments
+        .iter()
+        .skip(2)
+        .map(|path| Input::Path(path.into()));
+    let carried = presets::list()
+        .into_iter()
+        .map(|preset| Input::Preset(preset.name.to_owned()));
     let scenes: Vec<(String, Scene)> = carried
         .chain(named)
         .filter_map(|input| {
-            let loaded = load(&input, &LoadOptions::default()).inspect_err(|e| println!("{e}")).ok()?;
+            let loaded = load(&input, &LoadOptions::default())
+                .inspect_err(|e| println!("{e}"))
+                .ok()?;
             Some((loaded.source.name, loaded.scene))
         })
         .collect();
     for (name, scene) in &scenes {
-        for (symmetry, precision) in
-            Symmetry::OF_ANY.into_iter().flat_map(|symmetry| PRECISIONS.map(|precision| (symmetry, precision)))
+        for (symmetry, precision) in Symmetry::OF_ANY
+            .into_iter()
+            .flat_map(|symmetry| PRECISIONS.map(|precision| (symmetry, precision)))
         {
-            add(format!("{symmetry:?}, presets and models"), &of_scene(name, scene, symmetry, first, precision));
+            add(
+                format!("{symmetry:?}, presets and models"),
+                &of_scene(name, scene, symmetry, first, precision),
+            );
         }
     }
     let mut seed = first;
     while start.elapsed() < budget {
         for symmetry in Symmetry::ALL {
             for precision in PRECISIONS {
-                add(format!("{symmetry:?}, random"), &of_world(symmetry, seed, precision));
+                add(
+                    format!("{symmetry:?}, random"),
+                    &of_world(symmetry, seed, precision),
+                );
             }
         }
         seed += 1;
     }
-    println!("\n| symmetry | pictures compared | apart | most pixels beyond the tolerance |\n|---|---|---|---|");
-    for (name, Tally { compared, apart, most_pixels }) in &tallies {
-        println!("| {name} | {compared} | {apart} | {:.2} % |", 100.0 * most_pixels);
+    println!(
+        "\n| symmetry | pictures compared | apart | most pixels beyond the tolerance |\n|---|---|---|---|"
+    );
+    for (
+        name,
+        Tally {
+            compared,
+            apart,
+            most_pixels,
+        },
+    ) in &tallies
+    {
+        println!(
+            "| {name} | {compared} | {apart} | {:.2} % |",
+            100.0 * most_pixels
+        );
     }
-    println!("\nseeds {first} to {}, {} s", seed - 1, start.elapsed().as_secs());
+    println!(
+        "\nseeds {first} to {}, {} s",
+        seed - 1,
+        start.elapsed().as_secs()
+    );
 }

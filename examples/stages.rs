@@ -1,4 +1,5 @@
-//! Renders a scene and tells at each doubling of its samples how wrong the picture is by then, with the interval that the truth lies in.
+//! Renders a scene and tells at each doubling of its samples how wrong the picture is by then, with
+//! the interval that the truth lies in.
 //!
 //! ```sh
 //! cargo run --release --example stages -- scenes/cornell.scene.toml cornell.png
@@ -11,17 +12,33 @@ use raywright::prelude::*;
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {
     let words: Vec<String> = std::env::args().skip(1).collect();
-    let [scene, out] = words.as_slice() else { return Err("usage: stages SCENE OUT".into()) };
+    let [scene, out] = words.as_slice() else {
+        return Err("usage: stages SCENE OUT".into());
+    };
     let loaded = load(&Input::Path(scene.into()), &LoadOptions::default())?;
-    let settings = Settings { sampling: Sampling::General(256), ..Settings::of(&loaded.scene) };
+    let settings = Settings {
+        sampling: Sampling::General(256),
+        ..Settings::of(&loaded.scene)
+    };
     let ready = prepare(&loaded.scene, &settings, &())?;
     let rendered = ready.render_showing(&(), |stage| {
         let (samples, picture) = (stage.samples(), stage.picture());
         let middle = picture.pixel(picture.width / 2, picture.height / 2);
         let error = stage.error().map(|error| error.root_relmse);
-        let error = error.map_or("not known yet".to_owned(), |e| format!("{:.4} ({:.4} to {:.4})", e.value, e.low, e.high));
-        println!("{} to {} samples, middle pixel {middle:.3?}, error {error}", samples.start(), samples.end());
+        let error = error.map_or("not known yet".to_owned(), |e| {
+            format!("{:.4} ({:.4} to {:.4})", e.value, e.low, e.high)
+        });
+        println!(
+            "{} to {} samples, middle pixel {middle:.3?}, error {error}",
+            samples.start(),
+            samples.end()
+        );
     });
-    write_picture(Path::new(out), rendered.shown(), Display::of(&loaded.scene.render), &Metadata::default())?;
+    write_picture(
+        Path::new(out),
+        rendered.shown(),
+        Display::of(&loaded.scene.render),
+        &Metadata::default(),
+    )?;
     Ok(())
 }

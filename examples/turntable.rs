@@ -13,27 +13,54 @@ use raywright::prelude::*;
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {
     let words: Vec<String> = std::env::args().skip(1).collect();
-    let [model, stem, count] = words.as_slice() else { return Err("usage: turntable MODEL STEM COUNT".into()) };
+    let [model, stem, count] = words.as_slice() else {
+        return Err("usage: turntable MODEL STEM COUNT".into());
+    };
     let count: u32 = count.parse()?;
     let loaded = load(&Input::Path(model.into()), &LoadOptions::default())?;
     let silhouette = Silhouette::of(&loaded.scene);
     let from = |turn: u32| {
         let azimuth = 360.0 * f64::from(turn) / f64::from(count);
-        silhouette.frame(View { azimuth, elevation: 20.0 }, FIELD_OF_VIEW, 16.0 / 9.0)
+        silhouette.frame(
+            View {
+                azimuth,
+                elevation: 20.0,
+            },
+            FIELD_OF_VIEW,
+            16.0 / 9.0,
+        )
     };
 
     let (size, sampling) = ([640, 360], Sampling::General(16));
-    let settings = Settings { size, sampling, camera: Some(from(0)), denoise: true, ..Settings::of(&loaded.scene) };
+    let settings = Settings {
+        size,
+        sampling,
+        camera: Some(from(0)),
+        denoise: true,
+        ..Settings::of(&loaded.scene)
+    };
     let mut ready = prepare(&loaded.scene, &settings, &())?;
     for turn in 0..count {
         let camera = from(turn);
         // Another camera may call for other effects; then everything is prepared anew.
         if !ready.turn_to(&loaded.scene, &camera) {
-            ready = prepare(&loaded.scene, &Settings { camera: Some(camera), ..settings.clone() }, &())?;
+            ready = prepare(
+                &loaded.scene,
+                &Settings {
+                    camera: Some(camera),
+                    ..settings.clone()
+                },
+                &(),
+            )?;
         }
         let path = format!("{stem}-{turn}.png");
         let display = Display::of(&loaded.scene.render);
-        write_picture(Path::new(&path), ready.render(&()).shown(), display, &Metadata::default())?;
+        write_picture(
+            Path::new(&path),
+            ready.render(&()).shown(),
+            display,
+            &Metadata::default(),
+        )?;
     }
     Ok(())
 }

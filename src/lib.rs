@@ -1,4 +1,5 @@
-//! Raywright renders a model or a scene file to a picture that says how far it is from the true one.
+//! Raywright renders a model or a scene file to a picture that says how far it is from the true
+//! one.
 //!
 //! ```
 //! use raywright::prelude::*;
@@ -26,13 +27,15 @@
 //! | [`Ready::render`](prelude::Ready::render) | a [`Rendered`](prelude::Rendered): picture, error, counts. Any number of threads gives the same bits |
 //! | [`write_picture`](prelude::write_picture) | a PNG to look at or an EXR to compute with |
 //!
-//! A scene is shaded by Whitted's integrator if that is all that it calls for, and by a path tracer otherwise.
-//! [`Ready::effects`](prelude::Ready::effects) says which effects are simulated, absent and left out.
+//! A scene is shaded by Whitted's integrator if that is all that it calls for, and by a path tracer
+//! otherwise. [`Ready::effects`](prelude::Ready::effects) says which effects are simulated, absent
+//! and left out.
 //!
 //! # Wrong input
 //!
-//! Everything that can fail returns a typed error: [`io::Error`] for files, [`core::settings::SettingsError`] for settings,
-//! [`core::prepare::PrepareError`] for what does not fit into memory. Nothing is printed, and nothing in a file can cause a panic.
+//! Everything that can fail returns a typed error: [`io::Error`] for files,
+//! [`core::settings::SettingsError`] for settings, [`core::prepare::PrepareError`] for what does
+//! not fit into memory. Nothing is printed, and nothing in a file can cause a panic.
 //!
 //! ```
 //! use raywright::core::prepare::PrepareError;
@@ -55,8 +58,9 @@
 //!
 //! # The crates
 //!
-//! This crate only re-exports. [`bvh`] has rays, shapes and the tree over them; [`core`] scenes, effects, light and film; [`io`] files;
-//! `cli` the program. `default-features = false` leaves the program out, with the crates that only a command line needs.
+//! This crate only re-exports. [`bvh`] has rays, shapes and the tree over them; [`core`] scenes,
+//! effects, light and film; [`io`] files; `cli` the program. `default-features = false` leaves the
+//! program out, with the crates that only a command line needs.
 //!
 //! Not here yet: caustics of lights without size, subsurface scattering, lights that move.
 #![forbid(unsafe_code)]
@@ -79,5 +83,8 @@ pub mod prelude {
     pub use raywright_core::settings::Sampling;
     pub use raywright_core::{Observer, Ready, RenderStage, Rendered, Settings, prepare};
     pub use raywright_io::output::{Metadata, read_picture, write_picture};
-    pub use raywright_io::{Environment, EnvironmentSource, Input, LightShortage, Limits, LoadOptions, Loaded, Resolver, load};
+    pub use raywright_io::{
+        Environment, EnvironmentSource, Input, LightShortage, Limits, LoadOptions, Loaded,
+        Resolver, load,
+    };
 }

@@ -1,4 +1,5 @@
-//! The program: everything is in `raywright_cli`, but for the heap, which a program alone may choose.
+//! The program: everything is in `raywright_cli`, but for the heap, which a program alone may
+//! choose.
 
 /// Counts what the program holds, so that no scene takes memory unasked.
 #[global_allocator]

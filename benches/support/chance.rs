@@ -1,4 +1,5 @@
-//! Pictures by chance, and how often the intervals that are claimed for their pixels hold the truth.
+//! Pictures by chance, and how often the intervals that are claimed for their pixels hold the
+//! truth.
 
 use raywright::core::metrics::student_95;
 use raywright::core::picture::Picture;
@@ -35,7 +36,8 @@ shape.disk = { centre = [1.5, 3.5, 1], normal = [-0.4, -1, -0.2], radius = 1 }
 material = "lamp"
 "#;
 
-/// Balls before, in and behind the plane of focus, on a mottled floor under a sky: a lens, points of which are drawn.
+/// Balls before, in and behind the plane of focus, on a mottled floor under a sky: a lens, points
+/// of which are drawn.
 const LENS: &str = r#"
 format = 1
 
@@ -80,7 +82,12 @@ pub fn scenes() -> [(&'static str, Scene); 2] {
         let folder = tempfile::tempdir().expect("a temporary folder");
         let path = folder.path().join("chance.scene.toml");
         std::fs::write(&path, text).expect("the folder can be written to");
-        (name, load(&Input::Path(path), &LoadOptions::default()).unwrap_or_else(|e| panic!("{e}")).scene)
+        (
+            name,
+            load(&Input::Path(path), &LoadOptions::default())
+                .unwrap_or_else(|e| panic!("{e}"))
+                .scene,
+        )
     })
 }
 
@@ -97,13 +104,20 @@ pub struct Taken {
 pub fn picture(scene: &Scene, taken: Taken, seed: u64) -> Picture {
     let mut settings = Settings::of(scene);
     settings.size = taken.size;
-    (settings.sampling, settings.replicates, settings.seed) = (Sampling::General(taken.samples), taken.replicates, seed);
+    (settings.sampling, settings.replicates, settings.seed) =
+        (Sampling::General(taken.samples), taken.replicates, seed);
     settings.aovs = vec![Aov::StandardError];
-    prepare(scene, &settings, &()).unwrap_or_else(|e| panic!("{e}")).render(&()).picture
+    prepare(scene, &settings, &())
+        .unwrap_or_else(|e| panic!("{e}"))
+        .render(&())
+        .picture
 }
 
 fn errors(picture: &Picture) -> &[f32] {
-    &picture.layer("stderr.G").unwrap_or_else(|| panic!("it was asked for")).samples
+    &picture
+        .layer("stderr.G")
+        .unwrap_or_else(|| panic!("it was asked for"))
+        .samples
 }
 
 /// What came of many pictures.
@@ -134,15 +148,29 @@ impl Tally {
     }
 }
 
-/// Judges the pictures of some seeds by a reference, whose own variance is added to that of each pixel. Pixels in which nothing
-/// is left to chance, in the reference and in the picture, are not counted.
-pub fn judge(scene: &Scene, reference: &Picture, taken: Taken, seeds: core::ops::Range<u64>) -> Tally {
-    let factor = student_95(taken.replicates.unwrap_or(replicates(taken.samples)).min(taken.samples) - 1);
+/// Judges the pictures of some seeds by a reference, whose own variance is added to that of each
+/// pixel. Pixels in which nothing is left to chance, in the reference and in the picture, are not
+/// counted.
+pub fn judge(
+    scene: &Scene,
+    reference: &Picture,
+    taken: Taken,
+    seeds: core::ops::Range<u64>,
+) -> Tally {
+    let factor = student_95(
+        taken
+            .replicates
+            .unwrap_or(replicates(taken.samples))
+            .min(taken.samples)
+            - 1,
+    );
     let mut tally = Tally::default();
     for seed in seeds {
         let found = picture(scene, taken, seed);
         let errors = errors(&found).iter().zip(self::errors(reference));
-        for ((pixel, truth), (&error, &of_truth)) in found.rgb.iter().zip(&reference.rgb).zip(errors) {
+        for ((pixel, truth), (&error, &of_truth)) in
+            found.rgb.iter().zip(&reference.rgb).zip(errors)
+        {
             if error.max(of_truth) <= 0.0 {
                 continue;
             }
@@ -150,7 +178,8 @@ pub fn judge(scene: &Scene, reference: &Picture, taken: Taken, seeds: core::ops:
             let (error, of_truth) = (f64::from(error.max(0.0)), f64::from(of_truth));
             tally.intervals += 1;
             tally.empty += u64::from(error == 0.0);
-            tally.held += u64::from(off.abs() <= factor * (error * error + of_truth * of_truth).sqrt());
+            tally.held +=
+                u64::from(off.abs() <= factor * (error * error + of_truth * of_truth).sqrt());
             tally.squares += off * off;
             tally.claimed += error * error;
         }

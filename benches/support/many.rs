@@ -1,4 +1,5 @@
-//! Files with great numbers of one kind of thing, written on the spot: what loading must take in its stride.
+//! Files with great numbers of one kind of thing, written on the spot: what loading must take in
+//! its stride.
 
 use std::fmt::Write as _;
 
@@ -22,8 +23,7 @@ pub const FAMILIES: [Family; 9] = [
 ];
 
 /// A red pixel.
-const PNG: &str =
-    "data:image/png;base64,iVBORw0KGgoAAAANSUhEUgAAAAEAAAABCAYAAAAfFcSJAAAADUlEQVR42mNk+M9QDwADhgGAWjR9awAAAABJRU5ErkJggg==";
+const PNG: &str = "data:image/png;base64,iVBORw0KGgoAAAANSUhEUgAAAAEAAAABCAYAAAAfFcSJAAAADUlEQVR42mNk+M9QDwADhgGAWjR9awAAAABJRU5ErkJggg==";
 
 /// `a,b,c` of the texts of 0, 1, …
 fn list(n: usize, item: impl Fn(usize) -> String) -> String {
@@ -39,7 +39,11 @@ fn list(n: usize, item: impl Fn(usize) -> String) -> String {
 const ACCESSORS: &str = r#""accessors":[{"bufferView":0,"componentType":5126,"count":3,"type":"VEC3","min":[0,0,0],"max":[1,1,0]}],"bufferViews":[{"buffer":0,"byteLength":36}]"#;
 
 fn triangle() -> Vec<u8> {
-    [[0.0_f32, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]].as_flattened().iter().flat_map(|x| x.to_le_bytes()).collect()
+    [[0.0_f32, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]]
+        .as_flattened()
+        .iter()
+        .flat_map(|x| x.to_le_bytes())
+        .collect()
 }
 
 /// A GLB file of a JSON text and the triangle.
@@ -47,7 +51,14 @@ fn glb(json: &str) -> Vec<u8> {
     let mut json = json.as_bytes().to_vec();
     json.resize(json.len().next_multiple_of(4), b' ');
     let binary = triangle();
-    let chunk = |kind: u32, data: &[u8]| [&(data.len() as u32).to_le_bytes(), &kind.to_le_bytes(), data].concat();
+    let chunk = |kind: u32, data: &[u8]| {
+        [
+            &(data.len() as u32).to_le_bytes(),
+            &kind.to_le_bytes(),
+            data,
+        ]
+        .concat()
+    };
     let chunks = [chunk(0x4E4F_534A, &json), chunk(0x004E_4942, &binary)].concat();
     let head = [0x4654_6C67, 2, chunks.len() as u32 + 12].map(u32::to_le_bytes);
     [head.as_flattened(), &chunks].concat()
@@ -55,8 +66,19 @@ fn glb(json: &str) -> Vec<u8> {
 
 /// Nodes in a row, each with the mesh of its number; what else a file has stands in `more`.
 fn rows(n: usize, material: impl Fn(usize) -> String, more: &str) -> Files {
-    let nodes = list(n, |i| format!(r#"{{"name":"node {i}","mesh":{i},"translation":[{},{},0]}}"#, i % 300 * 2, i / 300 * 2));
-    let meshes = list(n, |i| format!(r#"{{"name":"mesh {i}","primitives":[{{"attributes":{{"POSITION":0}}{}}}]}}"#, material(i)));
+    let nodes = list(n, |i| {
+        format!(
+            r#"{{"name":"node {i}","mesh":{i},"translation":[{},{},0]}}"#,
+            i % 300 * 2,
+            i / 300 * 2
+        )
+    });
+    let meshes = list(n, |i| {
+        format!(
+            r#"{{"name":"mesh {i}","primitives":[{{"attributes":{{"POSITION":0}}{}}}]}}"#,
+            material(i)
+        )
+    });
     let json = format!(
         r#"{{"asset":{{"version":"2.0"}},"scene":0,"scenes":[{{"nodes":[{}]}}],"nodes":[{nodes}],"meshes":[{meshes}],{more}{ACCESSORS},"buffers":[{{"byteLength":36}}]}}"#,
         list(n, |i| i.to_string())
@@ -69,21 +91,33 @@ fn meshes(n: usize) -> Files {
 }
 
 fn materials(n: usize) -> Files {
-    let materials = list(n, |i| format!(r#"{{"name":"material {i}","pbrMetallicRoughness":{{"roughnessFactor":0.5}}}}"#));
-    rows(n, |i| format!(r#","material":{i}"#), &format!(r#""materials":[{materials}],"#))
+    let materials = list(n, |i| {
+        format!(r#"{{"name":"material {i}","pbrMetallicRoughness":{{"roughnessFactor":0.5}}}}"#)
+    });
+    rows(
+        n,
+        |i| format!(r#","material":{i}"#),
+        &format!(r#""materials":[{materials}],"#),
+    )
 }
 
 fn images(n: usize) -> Files {
     let images = list(n, |i| format!(r#"{{"name":"image {i}","uri":"{PNG}"}}"#));
     let textures = list(n, |i| format!(r#"{{"name":"texture {i}","source":{i}}}"#));
-    let materials = list(n, |i| format!(r#"{{"pbrMetallicRoughness":{{"baseColorTexture":{{"index":{i}}}}}}}"#));
+    let materials = list(n, |i| {
+        format!(r#"{{"pbrMetallicRoughness":{{"baseColorTexture":{{"index":{i}}}}}}}"#)
+    });
     let more = format!(r#""images":[{images}],"textures":[{textures}],"materials":[{materials}],"#);
     rows(n, |i| format!(r#","material":{i}"#), &more)
 }
 
 fn lights(n: usize) -> Files {
     let lights = list(n, |i| format!(r#"{{"name":"light {i}","type":"point"}}"#));
-    let nodes = list(n, |i| format!(r#"{{"extensions":{{"KHR_lights_punctual":{{"light":{i}}}}},"translation":[{i},9,0]}}"#));
+    let nodes = list(n, |i| {
+        format!(
+            r#"{{"extensions":{{"KHR_lights_punctual":{{"light":{i}}}}},"translation":[{i},9,0]}}"#
+        )
+    });
     let json = format!(
         r#"{{"asset":{{"version":"2.0"}},"scene":0,"scenes":[{{"nodes":[{}]}}],"nodes":[{nodes}],"extensionsUsed":["KHR_lights_punctual"],"extensions":{{"KHR_lights_punctual":{{"lights":[{lights}]}}}}}}"#,
         list(n, |i| i.to_string())
@@ -95,19 +129,33 @@ fn obj_materials(n: usize) -> Files {
     let (mut obj, mut mtl) = ("mtllib many.mtl\n".to_owned(), String::new());
     for i in 0..n {
         let (x, y) = (i % 300 * 2, i / 300 * 2);
-        let _ = write!(obj, "g group {i}\nv {x} {y} 0\nv {} {y} 0\nv {x} {} 0\nusemtl material {i}\nf -3 -2 -1\n", x + 1, y + 1);
-        let _ = write!(mtl, "newmtl material {i}\nKd 0.5 0.5 0.5\nmap_Kd many.png\n");
+        let _ = write!(
+            obj,
+            "g group {i}\nv {x} {y} 0\nv {} {y} 0\nv {x} {} 0\nusemtl material {i}\nf -3 -2 -1\n",
+            x + 1,
+            y + 1
+        );
+        let _ = write!(
+            mtl,
+            "newmtl material {i}\nKd 0.5 0.5 0.5\nmap_Kd many.png\n"
+        );
         if i % 2 == 1 {
             let _ = writeln!(mtl, "map_Kd -clamp on many{i}.png");
         }
     }
-    vec![("many.obj", obj.into_bytes()), ("many.mtl", mtl.into_bytes())]
+    vec![
+        ("many.obj", obj.into_bytes()),
+        ("many.mtl", mtl.into_bytes()),
+    ]
 }
 
 fn names(n: usize) -> Files {
     let mut text = "format = 1\n".to_owned();
     for i in 0..n {
-        let _ = write!(text, "[[materials]]\nname = \"material {i}\"\nmodel.classic = {{ colour = \"p.x\" }}\n");
+        let _ = write!(
+            text,
+            "[[materials]]\nname = \"material {i}\"\nmodel.classic = {{ colour = \"p.x\" }}\n"
+        );
         let _ = write!(
             text,
             "[[objects]]\nmaterial = \"material {i}\"\nshape.sphere = {{ centre = [{}, {}, 0], radius = 1 }}\n",
@@ -132,8 +180,10 @@ fn shared(n: usize) -> Files {
         .to_owned();
     for i in 0..n {
         let (x, y) = (i % 300 * 2, i / 300 * 2);
-        let _ =
-            write!(text, "[[objects]]\nmaterial = \"m\"\nshape.mesh = \"leaf\"\ntransform = [{{ translate = [{x}, {y}, 0] }}]\n");
+        let _ = write!(
+            text,
+            "[[objects]]\nmaterial = \"m\"\nshape.mesh = \"leaf\"\ntransform = [{{ translate = [{x}, {y}, 0] }}]\n"
+        );
     }
     vec![("many.scene.toml", text.into_bytes())]
 }

@@ -7,12 +7,16 @@ use raywright::core::Scene;
 use raywright::core::noise::fbm3;
 use raywright::core::scene::{Mesh, MeshData, MeshSource};
 
-/// A crumpled ball of some 65 000 triangles on a plane, in a sun: the same on every machine, with no file to be had.
+/// A crumpled ball of some 65 000 triangles on a plane, in a sun: the same on every machine, with
+/// no file to be had.
 pub fn mesh() -> Scene {
     const COLUMNS: u32 = 256;
     const ROWS: u32 = 128;
     let vertex = |i: u32| {
-        let (u, v) = ((i % COLUMNS) as f32 / COLUMNS as f32 * TAU, (i / COLUMNS) as f32 / ROWS as f32 * PI);
+        let (u, v) = (
+            (i % COLUMNS) as f32 / COLUMNS as f32 * TAU,
+            (i / COLUMNS) as f32 / ROWS as f32 * PI,
+        );
         let p = glam::Vec3::new(v.sin() * u.cos(), v.cos(), v.sin() * u.sin());
         (p * (1.0 + 0.25 * fbm3::<f32>(p * 3.0, 4))).to_array()
     };
@@ -22,7 +26,10 @@ pub fn mesh() -> Scene {
         [[a, b, b + COLUMNS], [a, b + COLUMNS, a + COLUMNS]]
     };
     let data = MeshData {
-        positions: (0..COLUMNS * (ROWS + 1)).map(vertex).collect::<Vec<_>>().into(),
+        positions: (0..COLUMNS * (ROWS + 1))
+            .map(vertex)
+            .collect::<Vec<_>>()
+            .into(),
         indices: (0..COLUMNS * ROWS).flat_map(quad).collect(),
         ..MeshData::default()
     };
@@ -37,6 +44,10 @@ pub fn mesh() -> Scene {
                     {"shape": {"plane": {"point": [0, -1.2, 0], "normal": [0, 1, 0]}}, "material": "m"}]}"#,
     )
     .unwrap_or_else(|e| panic!("the scene of the benches: {e}"));
-    scene.meshes.push(Mesh { name: "ball".to_owned(), source: MeshSource::Inline(Arc::new(data)), model: None });
+    scene.meshes.push(Mesh {
+        name: "ball".to_owned(),
+        source: MeshSource::Inline(Arc::new(data)),
+        model: None,
+    });
     scene
 }

@@ -6,7 +6,9 @@ use raywright::io::{Input, LoadOptions, load};
 /// A built-in scene; none where the program does not carry it.
 pub fn preset(name: &str) -> Option<Scene> {
     let options = LoadOptions::default();
-    load(&Input::Preset(name.to_owned()), &options).ok().map(|loaded| loaded.scene)
+    load(&Input::Preset(name.to_owned()), &options)
+        .ok()
+        .map(|loaded| loaded.scene)
 }
 
 /// A scene prepared on its own terms but for size and what `adjust` changes.

@@ -4,15 +4,24 @@ use std::fs::File;
 use std::io::{self, BufWriter, Write};
 use std::path::Path;
 
-/// Writes a wavy sheet of `side`² squares, two triangles each, with normals and texture coordinates; one primitive with 32-bit indices.
+/// Writes a wavy sheet of `side`² squares, two triangles each, with normals and texture
+/// coordinates; one primitive with 32-bit indices.
 pub fn write(path: &Path, side: u32) -> io::Result<()> {
     let row = side + 1;
     let (vertices, triangles) = (u64::from(row).pow(2), 2 * u64::from(side).pow(2));
     let sizes = [12 * vertices, 12 * vertices, 8 * vertices, 12 * triangles];
     let offset = |list: usize| sizes[..list].iter().sum::<u64>();
-    let view = |list: usize| format!(r#"{{"buffer":0,"byteOffset":{},"byteLength":{}}}"#, offset(list), sizes[list]);
+    let view = |list: usize| {
+        format!(
+            r#"{{"buffer":0,"byteOffset":{},"byteLength":{}}}"#,
+            offset(list),
+            sizes[list]
+        )
+    };
     let accessor = |list: usize, kind: &str, component: u32, count: u64| {
-        format!(r#"{{"bufferView":{list},"type":"{kind}","componentType":{component},"count":{count}}}"#)
+        format!(
+            r#"{{"bufferView":{list},"type":"{kind}","componentType":{component},"count":{count}}}"#
+        )
     };
     let mut json = format!(
         r#"{{"asset":{{"version":"2.0"}},"scene":0,"scenes":[{{"nodes":[0]}}],"nodes":[{{"mesh":0}}],
@@ -41,10 +50,17 @@ pub fn write(path: &Path, side: u32) -> io::Result<()> {
     out.write_all(json.as_bytes())?;
     out.write_all(&word(offset(4)))?;
     out.write_all(b"BIN\0")?;
-    let places = || (0..row).flat_map(|j| (0..row).map(move |i| [i, j].map(|x| x as f32 / side as f32)));
-    let floats = |out: &mut BufWriter<File>, list: &[f32]| list.iter().try_for_each(|x| out.write_all(&x.to_le_bytes()));
+    let places =
+        || (0..row).flat_map(|j| (0..row).map(move |i| [i, j].map(|x| x as f32 / side as f32)));
+    let floats = |out: &mut BufWriter<File>, list: &[f32]| {
+        list.iter()
+            .try_for_each(|x| out.write_all(&x.to_le_bytes()))
+    };
     for [x, y] in places() {
-        floats(&mut out, &[x, 0.05 * (40.0 * x).sin() * (37.0 * y).sin(), y])?;
+        floats(
+            &mut out,
+            &[x, 0.05 * (40.0 * x).sin() * (37.0 * y).sin(), y],
+        )?;
     }
     for _ in places() {
         floats(&mut out, &[0.0, 1.0, 0.0])?;

@@ -4,5 +4,8 @@ use rayon::{ThreadPool, ThreadPoolBuilder};
 
 /// A pool to work on.
 pub fn threads(count: usize) -> ThreadPool {
-    ThreadPoolBuilder::new().num_threads(count).build().unwrap_or_else(|e| panic!("{e}"))
+    ThreadPoolBuilder::new()
+        .num_threads(count)
+        .build()
+        .unwrap_or_else(|e| panic!("{e}"))
 }

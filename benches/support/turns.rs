@@ -13,9 +13,9 @@ pub struct Contestant<'a> {
     pub work: &'a dyn Fn(),
 }
 
-/// Times contestants in turns, another one first in each round, after a round that does not count, and returns a table: wall-clock and CPU seconds
-/// of all threads, median ± half the distance of the quartiles, and wall clock and CPU as multiples of the first one's in
-/// the same round.
+/// Times contestants in turns, another one first in each round, after a round that does not count,
+/// and returns a table: wall-clock and CPU seconds of all threads, median ± half the distance of
+/// the quartiles, and wall clock and CPU as multiples of the first one's in the same round.
 pub fn interleaved(title: &str, repeats: usize, contestants: &[Contestant<'_>]) -> String {
     let mut rounds: Vec<Vec<[f64; 2]>> = Vec::with_capacity(repeats);
     for round in 0..=repeats {
@@ -41,7 +41,10 @@ pub fn interleaved(title: &str, repeats: usize, contestants: &[Contestant<'_>]) 
         };
         let cells = [0, 1].map(|clock| cell(&|round| round[i][clock]));
         let ratios = [0, 1].map(|clock| cell(&|round| round[i][clock] / round[0][clock]));
-        table += &format!("{:24}{:>20}{:>20}{:>20}{:>20}\n", contestant.name, cells[0], cells[1], ratios[0], ratios[1]);
+        table += &format!(
+            "{:24}{:>20}{:>20}{:>20}{:>20}\n",
+            contestant.name, cells[0], cells[1], ratios[0], ratios[1]
+        );
     }
     table
 }

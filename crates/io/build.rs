@@ -1,19 +1,27 @@
-//! Finds the scenes and assets that the program carries: whatever lies in `scenes/` when it is built. A file added there
-//! is a new preset and a file deleted there is one less; no code names any of them.
+//! Finds the scenes and assets that the program carries: whatever lies in `scenes/` when it is
+//! built. A file added there is a new preset and a file deleted there is one less; no code names
+//! any of them.
 
 use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
 use std::{env, fs, io};
 
 fn main() -> io::Result<()> {
-    // A package holds a copy where a checkout has a link, which is a plain file on a system without links.
+    // A package holds a copy where a checkout has a link, which is a plain file on a system without
+    // links.
     let manifest = PathBuf::from(env::var("CARGO_MANIFEST_DIR").map_err(io::Error::other)?);
     let inside = manifest.join("scenes");
-    let scenes = if inside.is_dir() { inside.canonicalize()? } else { manifest.join("../../scenes") };
+    let scenes = if inside.is_dir() {
+        inside.canonicalize()?
+    } else {
+        manifest.join("../../scenes")
+    };
     // Cargo looks at everything inside a folder, so that added and deleted files count as changes.
     println!("cargo::rerun-if-changed={}", scenes.display());
     println!("cargo::rerun-if-changed=build.rs");
-    let mut code = String::from("/// Name and text of every preset, by name.\npub(crate) const PRESETS: &[(&str, &str)] = &[\n");
+    let mut code = String::from(
+        "/// Name and text of every preset, by name.\npub(crate) const PRESETS: &[(&str, &str)] = &[\n",
+    );
     for (name, path) in files(&scenes, ".scene.toml")? {
         writeln!(code, "    ({name:?}, include_str!({path:?})),").map_err(io::Error::other)?;
     }
@@ -22,17 +30,29 @@ fn main() -> io::Result<()> {
         writeln!(code, "    ({name:?}, include_bytes!({path:?})),").map_err(io::Error::other)?;
     }
     code.push_str("];\n");
-    fs::write(Path::new(&env::var("OUT_DIR").map_err(io::Error::other)?).join("embedded.rs"), code)
+    fs::write(
+        Path::new(&env::var("OUT_DIR").map_err(io::Error::other)?).join("embedded.rs"),
+        code,
+    )
 }
 
-/// Name without the ending, and path, of the files of a folder that end so, by name; none where there is no such folder.
+/// Name without the ending, and path, of the files of a folder that end so, by name; none where
+/// there is no such folder.
 fn files(folder: &Path, ending: &str) -> io::Result<Vec<(String, PathBuf)>> {
-    let Ok(entries) = fs::read_dir(folder) else { return Ok(Vec::new()) };
+    let Ok(entries) = fs::read_dir(folder) else {
+        return Ok(Vec::new());
+    };
     let mut found = Vec::new();
     for entry in entries {
         let path = entry?.path().canonicalize()?;
-        let name = path.file_name().and_then(|name| name.to_str()).unwrap_or_default();
-        if let Some(stem) = name.strip_suffix(ending).filter(|stem| !stem.is_empty() && path.is_file()) {
+        let name = path
+            .file_name()
+            .and_then(|name| name.to_str())
+            .unwrap_or_default();
+        if let Some(stem) = name
+            .strip_suffix(ending)
+            .filter(|stem| !stem.is_empty() && path.is_file())
+        {
             found.push((stem.to_owned(), path.clone()));
         }
     }

@@ -1,5 +1,6 @@
-//! One image, whatever the machine does: its bits depend on scene, settings and seed, not on the accelerator, the builder,
-//! threads, tiles or the crop. Held for every scene that the program carries and for a few imported ones.
+//! One image, whatever the machine does: its bits depend on scene, settings and seed, not on the
+//! accelerator, the builder, threads, tiles or the crop. Held for every scene that the program
+//! carries and for a few imported ones.
 
 use rayon::ThreadPoolBuilder;
 use raywright::bvh::{AcceleratorKind, BuildQuality};
@@ -24,12 +25,26 @@ struct Subject {
 
 impl Subject {
     fn new(name: String, input: &Input, spp: Option<u32>) -> Self {
-        let scene = load(input, &LoadOptions::default()).unwrap_or_else(|e| panic!("{e}")).scene;
+        let scene = load(input, &LoadOptions::default())
+            .unwrap_or_else(|e| panic!("{e}"))
+            .scene;
         let sampling = Sampling::resolve(&scene, spp);
-        let ready =
-            prepare(&scene, &Settings { size: SIZE, ..Settings::of(&scene) }, &()).unwrap_or_else(|e| panic!("{name}: {e}"));
+        let ready = prepare(
+            &scene,
+            &Settings {
+                size: SIZE,
+                ..Settings::of(&scene)
+            },
+            &(),
+        )
+        .unwrap_or_else(|e| panic!("{name}: {e}"));
         let many = ready.tables().primitives > 1000 && ready.tables().instances > 0;
-        Self { name, scene, sampling, many }
+        Self {
+            name,
+            scene,
+            sampling,
+            many,
+        }
     }
 
     fn render(&self, adjust: impl FnOnce(&mut Settings)) -> Picture {
@@ -38,15 +53,28 @@ impl Subject {
         settings.sampling = self.sampling;
         settings.aovs = vec![Aov::Normal, Aov::Depth, Aov::Object];
         adjust(&mut settings);
-        prepare(&self.scene, &settings, &()).unwrap_or_else(|e| panic!("{}: {e}", self.name)).render(&()).picture
+        prepare(&self.scene, &settings, &())
+            .unwrap_or_else(|e| panic!("{}: {e}", self.name))
+            .render(&())
+            .picture
     }
 }
 
 /// Every preset, with its own pattern or few samples.
 fn carried() -> Vec<Subject> {
-    let few = |scene: &Scene| if scene.render.pattern.is_none() { Some(2) } else { None };
+    let few = |scene: &Scene| {
+        if scene.render.pattern.is_none() {
+            Some(2)
+        } else {
+            None
+        }
+    };
     let subject = |preset: presets::Preset| {
-        let mut subject = Subject::new(preset.name.to_owned(), &Input::Preset(preset.name.to_owned()), None);
+        let mut subject = Subject::new(
+            preset.name.to_owned(),
+            &Input::Preset(preset.name.to_owned()),
+            None,
+        );
         subject.sampling = Sampling::resolve(&subject.scene, few(&subject.scene));
         subject
     };
@@ -55,7 +83,9 @@ fn carried() -> Vec<Subject> {
 
 /// Meshes, instances, textures and physical materials, where the shared data are.
 fn imported() -> Vec<Subject> {
-    let Some(folder) = shared("assets") else { return Vec::new() };
+    let Some(folder) = shared("assets") else {
+        return Vec::new();
+    };
     let files = [
         "gltf/Duck/Duck.glb",
         "gltf/crafted/cornell/cornell.gltf",
@@ -63,7 +93,9 @@ fn imported() -> Vec<Subject> {
         "obj/crafted/cornell_quads_ngons.obj",
         "obj/crafted/glass_and_mirror.obj",
     ];
-    files.map(|file| Subject::new(file.to_owned(), &Input::Path(folder.join(file)), Some(1))).into()
+    files
+        .map(|file| Subject::new(file.to_owned(), &Input::Path(folder.join(file)), Some(1)))
+        .into()
 }
 
 fn subjects() -> Vec<Subject> {
@@ -81,27 +113,48 @@ fn same(what: &str, a: &Picture, b: &Picture) {
 /// Where two pictures first differ in a bit, of colour or layers.
 fn difference(a: &Picture, b: &Picture) -> Option<String> {
     let channels = |p: &Picture| {
-        let layers = p.layers.iter().map(|layer| (layer.name.clone(), layer.samples.clone()));
-        let colour = (0..3).map(|k| (["R", "G", "B"][k].to_owned(), p.rgb.iter().map(|pixel| pixel[k]).collect::<Vec<f32>>()));
+        let layers = p
+            .layers
+            .iter()
+            .map(|layer| (layer.name.clone(), layer.samples.clone()));
+        let colour = (0..3).map(|k| {
+            (
+                ["R", "G", "B"][k].to_owned(),
+                p.rgb.iter().map(|pixel| pixel[k]).collect::<Vec<f32>>(),
+            )
+        });
         colour.chain(layers).collect::<Vec<_>>()
     };
     if (a.width, a.height, a.layers.len()) != (b.width, b.height, b.layers.len()) {
         return Some("not the same shape".to_owned());
     }
-    channels(a).into_iter().zip(channels(b)).find_map(|((name, a_samples), (_, b_samples))| {
-        let differs: Vec<usize> = (0..a_samples.len()).filter(|&i| a_samples[i].to_bits() != b_samples[i].to_bits()).collect();
-        let &i = differs.first()?;
-        let (x, y) = (i as u32 % a.width, i as u32 / a.width);
-        let (p, q) = (a_samples[i], b_samples[i]);
-        Some(format!("{} samples of {name} differ, the first at ({x}, {y}): {p:?} and {q:?}", differs.len()))
-    })
+    channels(a)
+        .into_iter()
+        .zip(channels(b))
+        .find_map(|((name, a_samples), (_, b_samples))| {
+            let differs: Vec<usize> = (0..a_samples.len())
+                .filter(|&i| a_samples[i].to_bits() != b_samples[i].to_bits())
+                .collect();
+            let &i = differs.first()?;
+            let (x, y) = (i as u32 % a.width, i as u32 / a.width);
+            let (p, q) = (a_samples[i], b_samples[i]);
+            Some(format!(
+                "{} samples of {name} differ, the first at ({x}, {y}): {p:?} and {q:?}",
+                differs.len()
+            ))
+        })
 }
 
 /// The part of a picture that a crop names.
 fn part(whole: &Picture, crop: Crop) -> Picture {
-    let rows = (crop.y..crop.y + crop.height).flat_map(|y| (crop.x..crop.x + crop.width).map(move |x| (x, y)));
+    let rows = (crop.y..crop.y + crop.height)
+        .flat_map(|y| (crop.x..crop.x + crop.width).map(move |x| (x, y)));
     let places: Vec<usize> = rows.map(|(x, y)| (y * whole.width + x) as usize).collect();
-    let mut cut = Picture { width: crop.width, height: crop.height, ..whole.clone() };
+    let mut cut = Picture {
+        width: crop.width,
+        height: crop.height,
+        ..whole.clone()
+    };
     cut.rgb = places.iter().map(|&i| whole.rgb[i]).collect();
     for layer in &mut cut.layers {
         layer.samples = places.iter().map(|&i| layer.samples[i]).collect();
@@ -118,7 +171,8 @@ fn scan_and_tree() {
                 subject.render(|s| {
                     s.precision = precision;
                     s.accelerator = accelerator;
-                    // A scan of thousands of instances takes minutes where a tree takes a tenth of a second.
+                    // A scan of thousands of instances takes minutes where a tree takes a tenth of
+                    // a second.
                     if subject.many {
                         s.size = SIZE.map(|edge| edge / 8);
                     }
@@ -126,7 +180,11 @@ fn scan_and_tree() {
             };
             let scan = with(AcceleratorKind::Linear);
             let tree = with(AcceleratorKind::default());
-            same(&format!("{}, {precision:?}: tree and scan", subject.name), &tree, &scan);
+            same(
+                &format!("{}, {precision:?}: tree and scan", subject.name),
+                &tree,
+                &scan,
+            );
         }
     }
 }
@@ -143,7 +201,8 @@ fn t21_build_qualities() {
     }
 }
 
-/// Protects: numbers are addressed by pixel and sample, and sums are taken in one order, whoever takes them.
+/// Protects: numbers are addressed by pixel and sample, and sums are taken in one order, whoever
+/// takes them.
 #[test]
 fn t21_threads_and_tiles() {
     for subject in subjects() {
@@ -157,11 +216,18 @@ fn t21_threads_and_tiles() {
                         s.tile_size = tile_size;
                     })
                 };
-                ThreadPoolBuilder::new().num_threads(threads).build().expect("a few threads").install(render)
+                ThreadPoolBuilder::new()
+                    .num_threads(threads)
+                    .build()
+                    .expect("a few threads")
+                    .install(render)
             };
             let first = with(1, 32);
             for (threads, tile) in [(2, 32), (1, 1), (1, 7), (2, 7), (2, 1000)] {
-                let what = format!("{}, {sampling:?}: {threads} threads, tiles of {tile}", subject.name);
+                let what = format!(
+                    "{}, {sampling:?}: {threads} threads, tiles of {tile}",
+                    subject.name
+                );
                 same(&what, &first, &with(threads, tile));
             }
         }
@@ -171,55 +237,97 @@ fn t21_threads_and_tiles() {
 /// Protects: a part of the picture is that part, and not a picture of its own.
 #[test]
 fn crops() {
-    let crops = [[0, 0, 64, 48], [0, 0, 1, 1], [63, 47, 1, 1], [17, 5, 31, 40], [0, 33, 64, 9]];
+    let crops = [
+        [0, 0, 64, 48],
+        [0, 0, 1, 1],
+        [63, 47, 1, 1],
+        [17, 5, 31, 40],
+        [0, 33, 64, 9],
+    ];
     for subject in subjects() {
         for sampling in [subject.sampling, Sampling::General(3)] {
             let whole = subject.render(|s| s.sampling = sampling);
             for [x, y, width, height] in crops {
-                let crop = Crop { x, y, width, height };
+                let crop = Crop {
+                    x,
+                    y,
+                    width,
+                    height,
+                };
                 let cropped = subject.render(|s| {
                     s.sampling = sampling;
                     s.crop = Some(crop);
                 });
-                same(&format!("{}, {sampling:?}: {crop:?}", subject.name), &part(&whole, crop), &cropped);
+                same(
+                    &format!("{}, {sampling:?}: {crop:?}", subject.name),
+                    &part(&whole, crop),
+                    &cropped,
+                );
             }
         }
     }
 }
 
-/// Protects: the other tests here compare pictures of something, and the comparison sees a single bit.
+/// Protects: the other tests here compare pictures of something, and the comparison sees a single
+/// bit.
 #[test]
 fn the_comparison_sees_one_bit() {
     for subject in subjects() {
         let picture = subject.render(|_| {});
-        let shown = picture.layer("object.id").is_some_and(|ids| ids.samples.iter().any(|&id| id >= 0.0));
+        let shown = picture
+            .layer("object.id")
+            .is_some_and(|ids| ids.samples.iter().any(|&id| id >= 0.0));
         assert!(shown, "{}: the picture shows no object", subject.name);
         let mut other = picture.clone();
         other.rgb[7][1] = f32::from_bits(other.rgb[7][1].to_bits() ^ 1);
         let seen = difference(&picture, &other).unwrap_or_default();
-        assert!(seen.starts_with("1 samples of G differ"), "{}: a changed bit was not seen: {seen}", subject.name);
+        assert!(
+            seen.starts_with("1 samples of G differ"),
+            "{}: a changed bit was not seen: {seen}",
+            subject.name
+        );
     }
 }
 
-/// Protects: who looks at a render on its way changes no bit of it. Each look has about twice the samples of the one before and some of
-/// every pixel; none is the finished picture; who stops at a look gets no further one.
+/// Protects: who looks at a render on its way changes no bit of it. Each look has about twice the
+/// samples of the one before and some of every pixel; none is the finished picture; who stops at a
+/// look gets no further one.
 #[test]
 fn looks_change_no_bit() {
     let text = r#"{ "format": 1, "sky": { "constant": 1 }, "materials": [{ "name": "m", "model": { "physical": { "roughness": 0.5 } } }],
         "objects": [{ "shape": { "sphere": { "centre": [0, 0, 0], "radius": 1 } }, "material": "m" }] }"#;
-    let input = Input::Bytes { name: "ball.scene.json".to_owned(), bytes: text.into(), resolver: None };
-    let scene = load(&input, &LoadOptions::default()).unwrap_or_else(|e| panic!("{e}")).scene;
-    let settings =
-        Settings { size: SIZE, sampling: Sampling::General(256), integrator: Integrator::Path, ..Settings::of(&scene) };
+    let input = Input::Bytes {
+        name: "ball.scene.json".to_owned(),
+        bytes: text.into(),
+        resolver: None,
+    };
+    let scene = load(&input, &LoadOptions::default())
+        .unwrap_or_else(|e| panic!("{e}"))
+        .scene;
+    let settings = Settings {
+        size: SIZE,
+        sampling: Sampling::General(256),
+        integrator: Integrator::Path,
+        ..Settings::of(&scene)
+    };
     let ready = prepare(&scene, &settings, &()).unwrap_or_else(|e| panic!("{e}"));
     let (mut rays, mut bare) = (Vec::new(), 0);
-    // One thread, which takes its tiles in order: of several, those that are behind decide how many samples the others add meanwhile.
-    let pool = ThreadPoolBuilder::new().num_threads(1).build().expect("a thread");
+    // One thread, which takes its tiles in order: of several, those that are behind decide how many
+    // samples the others add meanwhile.
+    let pool = ThreadPoolBuilder::new()
+        .num_threads(1)
+        .build()
+        .expect("a thread");
     let look = |stage: &RenderStage<'_>| {
         let so_far = Rendered::noisy(stage.film());
         rays.push(so_far.counters.camera);
         assert_eq!(*stage.picture(), so_far.picture);
-        bare += stage.picture().rgb.iter().filter(|rgb| **rgb == [0.0; 3]).count();
+        bare += stage
+            .picture()
+            .rgb
+            .iter()
+            .filter(|rgb| **rgb == [0.0; 3])
+            .count();
     };
     let found = pool.install(|| ready.render_showing(&(), look));
     assert!(found.finished && found.picture == ready.render(&()).picture);
@@ -228,8 +336,14 @@ fn looks_change_no_bit() {
     assert!(rays.windows(2).all(|pair| pair[0] < pair[1]), "{rays:?}");
     for (look, &rays) in rays.iter().enumerate() {
         // The first passes are of several samples at once.
-        let (share, most) = (f64::from(1 << (7 - look)) * rays as f64 / all, if look < 3 { 4.0 } else { 1.6 });
-        assert!((1.0..most).contains(&share), "look {look}: {share} of what it should have");
+        let (share, most) = (
+            f64::from(1 << (7 - look)) * rays as f64 / all,
+            if look < 3 { 4.0 } else { 1.6 },
+        );
+        assert!(
+            (1.0..most).contains(&share),
+            "look {look}: {share} of what it should have"
+        );
     }
 
     /// Stops at once.
@@ -244,8 +358,9 @@ fn looks_change_no_bit() {
     assert_eq!(looks, 0);
 }
 
-/// Protects: a sketch shows the view of the picture, however large its pixels are: each is about the mean of those that it covers, of cameras
-/// near, far away and on the move; with pixels as large as the picture's, it is the picture to the bit.
+/// Protects: a sketch shows the view of the picture, however large its pixels are: each is about
+/// the mean of those that it covers, of cameras near, far away and on the move; with pixels as
+/// large as the picture's, it is the picture to the bit.
 #[test]
 fn sketches_show_the_same_view() {
     let scene = |camera: &str| {
@@ -254,21 +369,46 @@ fn sketches_show_the_same_view() {
                 "materials": [{{ "name": "m", "model": {{ "physical": {{ "base_colour": [0.9, 0.6, 0.1] }} }} }}],
                 "objects": [{{ "shape": {{ "sphere": {{ "centre": [0.4, 0.3, 0], "radius": 1 }} }}, "material": "m" }}] }}"#
         );
-        let input = Input::Bytes { name: "ball.scene.json".to_owned(), bytes: text.into(), resolver: None };
-        load(&input, &LoadOptions::default()).unwrap_or_else(|e| panic!("{e}")).scene
+        let input = Input::Bytes {
+            name: "ball.scene.json".to_owned(),
+            bytes: text.into(),
+            resolver: None,
+        };
+        load(&input, &LoadOptions::default())
+            .unwrap_or_else(|e| panic!("{e}"))
+            .scene
     };
     let look = |eye: &str| format!(r#"{{ "look_at": {{ "eye": {eye}, "target": [0, 0, 0] }} }}"#);
     let near = look("[0, 1, 5]");
-    let pinhole = |fov: f64| format!(r#""projection": {{ "pinhole": {{ "vertical_fov": {fov} }} }}"#);
+    let pinhole =
+        |fov: f64| format!(r#""projection": {{ "pinhole": {{ "vertical_fov": {fov} }} }}"#);
     let moving = format!(r#", "pose_end": {}, "shutter": [0, 1]"#, look("[1, 1, 5]"));
     for (camera, name) in [
-        (format!(r#"{{ "pose": {near}, {} }}"#, pinhole(40.0)), "near"),
-        (format!(r#"{{ "pose": {}, {} }}"#, look("[0, 0, 90000]"), pinhole(0.0025)), "far"),
-        (format!(r#"{{ "pose": {near}, {}{moving} }}"#, pinhole(40.0)), "moving"),
+        (
+            format!(r#"{{ "pose": {near}, {} }}"#, pinhole(40.0)),
+            "near",
+        ),
+        (
+            format!(
+                r#"{{ "pose": {}, {} }}"#,
+                look("[0, 0, 90000]"),
+                pinhole(0.0025)
+            ),
+            "far",
+        ),
+        (
+            format!(r#"{{ "pose": {near}, {}{moving} }}"#, pinhole(40.0)),
+            "moving",
+        ),
     ] {
         let scene = scene(&camera);
         let (size, sampling) = ([62, 41], Sampling::General(256));
-        let settings = Settings { size, sampling, integrator: Integrator::Path, ..Settings::of(&scene) };
+        let settings = Settings {
+            size,
+            sampling,
+            integrator: Integrator::Path,
+            ..Settings::of(&scene)
+        };
         let ready = prepare(&scene, &settings, &()).unwrap_or_else(|e| panic!("{name}: {e}"));
         let picture = ready.render(&()).picture;
         assert!(ready.sketch(1, 256, &[], &()).picture == picture, "{name}");
@@ -277,9 +417,13 @@ fn sketches_show_the_same_view() {
         let mut worst = 0.0_f32;
         for (x, y) in (0..10).flat_map(|y| (0..15).map(move |x| (x, y))) {
             let block = (0..16).filter_map(|i| picture.pixel(4 * x + i % 4, 4 * y + i / 4));
-            let mean = block.fold([0.0; 3], |sum, pixel| std::array::from_fn(|c| sum[c] + pixel[c] / 16.0));
+            let mean = block.fold([0.0; 3], |sum, pixel| {
+                std::array::from_fn(|c| sum[c] + pixel[c] / 16.0)
+            });
             let found = sketch.pixel(x, y).expect("a pixel");
-            worst = (0..3).map(|c| (found[c] - mean[c]).abs()).fold(worst, f32::max);
+            worst = (0..3)
+                .map(|c| (found[c] - mean[c]).abs())
+                .fold(worst, f32::max);
         }
         assert!(worst < 0.08, "{name}: {worst}");
     }

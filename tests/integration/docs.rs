@@ -19,14 +19,20 @@ fn page() -> String {
 /// The fenced blocks of a page in a language, in order.
 fn blocks<'a>(page: &'a str, language: &str) -> Vec<&'a str> {
     let opening = format!("```{language}\n");
-    page.split(opening.as_str()).skip(1).map(|rest| rest.split("```").next().unwrap_or_default()).collect()
+    page.split(opening.as_str())
+        .skip(1)
+        .map(|rest| rest.split("```").next().unwrap_or_default())
+        .collect()
 }
 
-/// Words in code marks: names that the page explains. What stands in an example only is not explained.
+/// Words in code marks: names that the page explains. What stands in an example only is not
+/// explained.
 fn explained(page: &str) -> BTreeSet<&str> {
     let outside = page.split("```").step_by(2);
     let spans = outside.flat_map(|text| text.split('`').skip(1).step_by(2));
-    spans.flat_map(|span| span.split(|c: char| !(c.is_alphanumeric() || matches!(c, '_' | '-')))).collect()
+    spans
+        .flat_map(|span| span.split(|c: char| !(c.is_alphanumeric() || matches!(c, '_' | '-'))))
+        .collect()
 }
 
 /// Names of properties and constant words of a schema.
@@ -38,10 +44,14 @@ fn words(schema: &Value, found: &mut BTreeSet<String>) {
                 match (key.as_str(), member) {
                     ("properties", Value::Object(properties)) => {
                         found.extend(properties.keys().cloned());
-                        properties.values().for_each(|property| words(property, found));
+                        properties
+                            .values()
+                            .for_each(|property| words(property, found));
                     }
                     ("const", Value::String(word)) => _ = found.insert(word.clone()),
-                    ("enum", Value::Array(list)) => found.extend(list.iter().filter_map(Value::as_str).map(str::to_owned)),
+                    ("enum", Value::Array(list)) => {
+                        found.extend(list.iter().filter_map(Value::as_str).map(str::to_owned))
+                    }
                     ("default" | "description", _) => {}
                     _ => words(member, found),
                 }
@@ -51,15 +61,23 @@ fn words(schema: &Value, found: &mut BTreeSet<String>) {
     }
 }
 
-/// Protects: whatever the expression compiler knows is explained to who writes expressions. A function is written as a call.
+/// Protects: whatever the expression compiler knows is explained to who writes expressions. A
+/// function is written as a call.
 #[test]
 fn every_name_of_an_expression_is_explained() {
     let page = page();
     for name in function_names() {
-        assert!(page.contains(&format!("`{name}(")), "the page does not explain the function `{name}`");
+        assert!(
+            page.contains(&format!("`{name}(")),
+            "the page does not explain the function `{name}`"
+        );
     }
     let known = explained(&page);
-    for name in Variable::ALL.map(Variable::name).into_iter().chain(constant_names()) {
+    for name in Variable::ALL
+        .map(Variable::name)
+        .into_iter()
+        .chain(constant_names())
+    {
         assert!(known.contains(name), "the page does not explain `{name}`");
     }
 }
@@ -70,25 +88,52 @@ fn every_word_of_the_format_is_explained() {
     let schema: Value = serde_json::from_str(SCHEMA).expect("the schema is JSON");
     let mut wanted = BTreeSet::new();
     words(&schema, &mut wanted);
-    assert!(wanted.contains("hyperboloid") && wanted.len() > 150, "{} words were found", wanted.len());
+    assert!(
+        wanted.contains("hyperboloid") && wanted.len() > 150,
+        "{} words were found",
+        wanted.len()
+    );
     let page = page();
     let known = explained(&page);
-    let missing: Vec<_> = wanted.iter().filter(|word| !known.contains(word.as_str()) && *word != "2.2").collect();
+    let missing: Vec<_> = wanted
+        .iter()
+        .filter(|word| !known.contains(word.as_str()) && *word != "2.2")
+        .collect();
     assert!(missing.is_empty(), "the page does not explain {missing:?}");
 }
 
-/// Protects: who copies the example gets a picture with something in it, and each further block can be added to it.
+/// Protects: who copies the example gets a picture with something in it, and each further block can
+/// be added to it.
 #[test]
 fn the_examples_work() {
     let page = page();
-    let [example, additions @ ..] = &blocks(&page, "toml")[..] else { panic!("the page has an example") };
+    let [example, additions @ ..] = &blocks(&page, "toml")[..] else {
+        panic!("the page has an example")
+    };
     let desk = Desk::new();
     desk.write("beads.scene.toml", example);
-    desk.run(&["render", "beads.scene.toml", "--size", "32x18", "-q"]).exits_with(0).says("");
+    desk.run(&["render", "beads.scene.toml", "--size", "32x18", "-q"])
+        .exits_with(0)
+        .says("");
     let picture = desk.picture("beads.png");
-    let brightness: BTreeSet<u32> = picture.rgb.iter().map(|pixel| (pixel[1] * 20.0) as u32).collect();
-    assert!(brightness.len() > 8, "the picture shows next to nothing: {brightness:?}");
-    desk.run(&["check", "beads.scene.toml", "--set", "radius=0.4", "--at", "3"]).exits_with(0);
+    let brightness: BTreeSet<u32> = picture
+        .rgb
+        .iter()
+        .map(|pixel| (pixel[1] * 20.0) as u32)
+        .collect();
+    assert!(
+        brightness.len() > 8,
+        "the picture shows next to nothing: {brightness:?}"
+    );
+    desk.run(&[
+        "check",
+        "beads.scene.toml",
+        "--set",
+        "radius=0.4",
+        "--at",
+        "3",
+    ])
+    .exits_with(0);
 
     desk.write("crate.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n");
     std::fs::copy(desk.path("beads.png"), desk.path("planks.png")).expect("a picture");
@@ -96,11 +141,16 @@ fn the_examples_work() {
     for addition in additions {
         desk.write("more.scene.toml", format!("{example}\n{addition}"));
         let run = desk.run(&["check", "more.scene.toml"]);
-        assert_eq!((run.exits_with(0).text(), run.stderr.as_str()), ("more.scene.toml: ok\n", ""), "{addition}");
+        assert_eq!(
+            (run.exits_with(0).text(), run.stderr.as_str()),
+            ("more.scene.toml: ok\n", ""),
+            "{addition}"
+        );
     }
 }
 
-/// Protects: pictures in the docs are by commands that anyone can give: they name presets and files, and no folder of whoever made them.
+/// Protects: pictures in the docs are by commands that anyone can give: they name presets and
+/// files, and no folder of whoever made them.
 #[test]
 fn pictures_are_by_commands_for_everyone() {
     let docs = Path::new(env!("CARGO_MANIFEST_DIR")).join("docs");
@@ -108,11 +158,18 @@ fn pictures_are_by_commands_for_everyone() {
     for entry in std::fs::read_dir(docs).expect("a folder") {
         let path = entry.expect("readable").path();
         if path.extension().is_some_and(|ending| ending == "png") {
-            let texts = read_picture(&path, &Limits::default()).expect("a picture").texts;
-            let command = texts.iter().find(|(name, _)| name.to_lowercase().ends_with("command")).map(|(_, text)| text.as_str());
+            let texts = read_picture(&path, &Limits::default())
+                .expect("a picture")
+                .texts;
+            let command = texts
+                .iter()
+                .find(|(name, _)| name.to_lowercase().ends_with("command"))
+                .map(|(_, text)| text.as_str());
             let words: Vec<&str> = command.unwrap_or_default().split(' ').collect();
             assert!(
-                !words.iter().any(|word| word.starts_with(['/', '~']) || word.contains(":\\")),
+                !words
+                    .iter()
+                    .any(|word| word.starts_with(['/', '~']) || word.contains(":\\")),
                 "{}: {words:?}",
                 path.display()
             );
@@ -122,21 +179,30 @@ fn pictures_are_by_commands_for_everyone() {
     assert!(told >= 5, "{told} pictures say how they were made");
 }
 
-/// Protects: each test of the workspace says what it protects, so that a reader can tell whether it still does.
+/// Protects: each test of the workspace says what it protects, so that a reader can tell whether it
+/// still does.
 #[test]
 fn every_test_says_what_it_protects() {
     let root = Path::new(env!("CARGO_MANIFEST_DIR"));
-    let mut open = ["crates", "src", "tests"].map(|name| root.join(name)).to_vec();
+    let mut open = ["crates", "src", "tests"]
+        .map(|name| root.join(name))
+        .to_vec();
     let (mut tests, mut untold) = (0, Vec::new());
     while let Some(folder) = open.pop() {
-        for path in std::fs::read_dir(folder).expect("a folder").map(|entry| entry.expect("readable").path()) {
+        for path in std::fs::read_dir(folder)
+            .expect("a folder")
+            .map(|entry| entry.expect("readable").path())
+        {
             if path.is_dir() {
                 open.push(path);
             } else if path.extension().is_some_and(|ending| ending == "rs") {
                 let text = std::fs::read_to_string(&path).expect("readable");
                 let lines: Vec<&str> = text.lines().map(str::trim).collect();
                 for at in (0..lines.len()).filter(|&at| lines[at] == "#[test]") {
-                    let before = lines[..at].iter().rev().take_while(|line| line.starts_with("///") || line.starts_with("#["));
+                    let before = lines[..at]
+                        .iter()
+                        .rev()
+                        .take_while(|line| line.starts_with("///") || line.starts_with("#["));
                     tests += 1;
                     if !before.into_iter().any(|line| line.contains("Protects")) {
                         untold.push(format!("{}:{}", path.display(), at + 1));
@@ -145,5 +211,9 @@ fn every_test_says_what_it_protects() {
             }
         }
     }
-    assert!(untold.is_empty() && tests > 1000, "{} of {tests} tests: {untold:#?}", untold.len());
+    assert!(
+        untold.is_empty() && tests > 1000,
+        "{} of {tests} tests: {untold:#?}",
+        untold.len()
+    );
 }

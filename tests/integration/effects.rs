@@ -9,34 +9,70 @@ use raywright::io::{Input, LoadOptions, load, presets};
 use crate::support::carried;
 
 fn preset(name: &str) -> Scene {
-    load(&Input::Preset(name.to_owned()), &LoadOptions::default()).unwrap_or_else(|e| panic!("{e}")).scene
+    load(&Input::Preset(name.to_owned()), &LoadOptions::default())
+        .unwrap_or_else(|e| panic!("{e}"))
+        .scene
 }
 
 /// Renders a small picture and checks each absent effect against what was built and counted.
 fn prove(what: &str, scene: &Scene) {
-    let settings = Settings { size: [48, 27], ..Settings::of(scene) };
+    let settings = Settings {
+        size: [48, 27],
+        ..Settings::of(scene)
+    };
     let ready = prepare(scene, &settings, &()).unwrap_or_else(|e| panic!("{what}: {e}"));
     let (tables, counters) = (ready.tables(), ready.render(&()).counters);
     let absent = |effect| ready.effects().status(effect) == Status::Absent;
     let zero = |effect: Effect, value: u64| {
-        assert!(!absent(effect) || value == 0, "{what}: {} is absent, but {value} of it", effect.name());
+        assert!(
+            !absent(effect) || value == 0,
+            "{what}: {} is absent, but {value} of it",
+            effect.name()
+        );
     };
-    zero(Effect::MirrorReflection, if absent(Effect::Refraction) { counters.reflection } else { 0 });
+    zero(
+        Effect::MirrorReflection,
+        if absent(Effect::Refraction) {
+            counters.reflection
+        } else {
+            0
+        },
+    );
     zero(Effect::Refraction, counters.refraction);
     // Paths ask the sky too, which is a light that surfaces receive.
     let whitted = ready.effects().integrator == "whitted";
     let asks_none = absent(Effect::SoftShadows) && (whitted || absent(Effect::SkyLight));
     zero(Effect::Shadows, if asks_none { counters.shadow } else { 0 });
     zero(Effect::SoftShadows, tables.emitters as u64);
-    zero(Effect::Instances, if absent(Effect::Motion) { tables.instances as u64 } else { 0 });
+    zero(
+        Effect::Instances,
+        if absent(Effect::Motion) {
+            tables.instances as u64
+        } else {
+            0
+        },
+    );
     zero(Effect::UnboundedShapes, tables.unbounded as u64);
     zero(Effect::SkyLight, u64::from(tables.irradiance));
-    zero(Effect::ImageTextures, if absent(Effect::EnvironmentMap) { tables.texture_bytes as u64 } else { 0 });
+    zero(
+        Effect::ImageTextures,
+        if absent(Effect::EnvironmentMap) {
+            tables.texture_bytes as u64
+        } else {
+            0
+        },
+    );
     if absent(Effect::DirectLight) && absent(Effect::Highlights) {
-        assert_eq!(tables.lights, 0, "{what}: lights show on nothing, but were built");
+        assert_eq!(
+            tables.lights, 0,
+            "{what}: lights show on nothing, but were built"
+        );
     }
     if whitted {
-        assert_eq!(counters.scatter, 0, "{what}: Whitted ray tracing scatters nothing");
+        assert_eq!(
+            counters.scatter, 0,
+            "{what}: Whitted ray tracing scatters nothing"
+        );
     }
 }
 
@@ -48,14 +84,17 @@ fn absent_effects_cost_nothing_on_every_preset() {
     }
 }
 
-/// Protects: each effect of the canonical preset is found, and disappears when the one thing that calls for it does.
+/// Protects: each effect of the canonical preset is found, and disappears when the one thing that
+/// calls for it does.
 #[test]
 fn the_canonical_preset_with_one_thing_taken_away() {
     if !carried("whitted") {
         return;
     }
     let whole = preset("whitted");
-    let status = |scene: &Scene, effect| raywright::core::effects::detect(scene, &Settings::of(scene)).status(effect);
+    let status = |scene: &Scene, effect| {
+        raywright::core::effects::detect(scene, &Settings::of(scene)).status(effect)
+    };
     for effect in [
         Effect::AmbientLight,
         Effect::DirectLight,
@@ -84,33 +123,63 @@ fn the_canonical_preset_with_one_thing_taken_away() {
         assert_eq!(status(&scene, effect), Status::Absent, "{effect:?}");
         prove(&format!("whitted without {effect:?}"), &scene);
     };
-    without(Effect::Refraction, &|s| s.objects.retain(|o| o.material != "glass"));
-    without(Effect::FuzzyReflection, &|s| s.objects.retain(|o| o.material != "gold"));
+    without(Effect::Refraction, &|s| {
+        s.objects.retain(|o| o.material != "glass")
+    });
+    without(Effect::FuzzyReflection, &|s| {
+        s.objects.retain(|o| o.material != "gold")
+    });
     without(Effect::Shadows, &|s| s.lights[0].shadows = false);
-    without(Effect::Shadows, &|s| s.objects.iter_mut().for_each(|o| o.casts_shadow = false));
+    without(Effect::Shadows, &|s| {
+        s.objects.iter_mut().for_each(|o| o.casts_shadow = false)
+    });
     without(Effect::DirectLight, &|s| s.lights.clear());
-    without(Effect::Checkerboard, &|s| s.objects.retain(|o| o.material != "ground"));
-    without(Effect::UnboundedShapes, &|s| s.objects.retain(|o| o.material != "ground"));
-    without(Effect::MirrorReflection, &|s| s.objects.retain(|o| ["red", "blue"].contains(&o.material.as_str())));
+    without(Effect::Checkerboard, &|s| {
+        s.objects.retain(|o| o.material != "ground")
+    });
+    without(Effect::UnboundedShapes, &|s| {
+        s.objects.retain(|o| o.material != "ground")
+    });
+    without(Effect::MirrorReflection, &|s| {
+        s.objects
+            .retain(|o| ["red", "blue"].contains(&o.material.as_str()))
+    });
     without(Effect::Sky, &|s| s.sky = None);
 }
 
-/// Protects: a path of one segment leaves reflections out and says so with a hint, instead of calling them absent.
+/// Protects: a path of one segment leaves reflections out and says so with a hint, instead of
+/// calling them absent.
 #[test]
 fn depth_one_leaves_reflections_out() {
     if !carried("whitted") {
         return;
     }
     let scene = preset("whitted");
-    let settings = Settings { max_depth: 1, size: [16, 9], ..Settings::of(&scene) };
+    let settings = Settings {
+        max_depth: 1,
+        size: [16, 9],
+        ..Settings::of(&scene)
+    };
     let ready = prepare(&scene, &settings, &()).unwrap_or_else(|e| panic!("{e}"));
-    let left_out: Vec<_> = ready.effects().left_out().map(|e| (e.effect, e.hint.is_some())).collect();
-    assert_eq!(left_out, [(Effect::MirrorReflection, true), (Effect::FuzzyReflection, true), (Effect::Refraction, true)]);
+    let left_out: Vec<_> = ready
+        .effects()
+        .left_out()
+        .map(|e| (e.effect, e.hint.is_some()))
+        .collect();
+    assert_eq!(
+        left_out,
+        [
+            (Effect::MirrorReflection, true),
+            (Effect::FuzzyReflection, true),
+            (Effect::Refraction, true)
+        ]
+    );
     let counters = ready.render(&()).counters;
     assert_eq!((counters.reflection, counters.refraction), (0, 0));
 }
 
-/// Protects: what is left out of glass is left out of rough glass only, and the report says where in the scene it comes from.
+/// Protects: what is left out of glass is left out of rough glass only, and the report says where
+/// in the scene it comes from.
 #[test]
 fn only_rough_glass_is_shown_clearer_than_it_is() {
     let glass = |roughness: f64| {
@@ -120,22 +189,40 @@ fn only_rough_glass_is_shown_clearer_than_it_is() {
             "objects": [{{ "shape": {{ "sphere": {{ "centre": [0, 0, 0], "radius": 1 }} }}, "material": "glass" }}] }}"#
         );
         let scene: Scene = serde_json::from_str(&text).expect("the scene is right");
-        let settings = Settings { integrator: Integrator::Whitted, ..Settings::of(&scene) };
+        let settings = Settings {
+            integrator: Integrator::Whitted,
+            ..Settings::of(&scene)
+        };
         let report = raywright::core::effects::detect(&scene, &settings);
         let of = |effect: Effect| report.effects[effect as usize].clone();
-        [Effect::Refraction, Effect::RoughRefraction, Effect::GlossyReflection]
-            .map(|effect| (of(effect).status, of(effect).source))
+        [
+            Effect::Refraction,
+            Effect::RoughRefraction,
+            Effect::GlossyReflection,
+        ]
+        .map(|effect| (of(effect).status, of(effect).source))
     };
     let from = |field: &str| Some(format!("materials[0].model.physical.{field}"));
     let clear = (Status::Simulated, from("transmission"));
-    assert_eq!(glass(0.0), [clear.clone(), (Status::Absent, None), (Status::Absent, None)]);
+    assert_eq!(
+        glass(0.0),
+        [
+            clear.clone(),
+            (Status::Absent, None),
+            (Status::Absent, None)
+        ]
+    );
     assert_eq!(glass(0.05), glass(0.0), "as rough as what is still traced");
-    let rough = [clear, (Status::LeftOut, from("transmission")), (Status::LeftOut, from("roughness"))];
+    let rough = [
+        clear,
+        (Status::LeftOut, from("transmission")),
+        (Status::LeftOut, from("roughness")),
+    ];
     assert_eq!(glass(0.06), rough);
 }
 
-/// Protects: an effect that is switched off leaves the picture of a scene that never had it, and is reported as left out with
-/// those that depend on it; nothing of the others changes.
+/// Protects: an effect that is switched off leaves the picture of a scene that never had it, and is
+/// reported as left out with those that depend on it; nothing of the others changes.
 #[test]
 fn an_effect_that_is_switched_off_is_as_if_it_were_not_there() {
     if !carried("whitted") {
@@ -143,7 +230,11 @@ fn an_effect_that_is_switched_off_is_as_if_it_were_not_there() {
     }
     let whole = preset("whitted");
     let render = |scene: &Scene, without: EffectSet| {
-        let settings = Settings { size: [48, 27], without, ..Settings::of(scene) };
+        let settings = Settings {
+            size: [48, 27],
+            without,
+            ..Settings::of(scene)
+        };
         let ready = prepare(scene, &settings, &()).unwrap_or_else(|e| panic!("{e}"));
         (ready.render(&()), ready.effects().clone())
     };
@@ -162,12 +253,29 @@ fn an_effect_that_is_switched_off_is_as_if_it_were_not_there() {
         let (by_hand, _) = render(&changed, EffectSet::EMPTY);
         assert_eq!(switched.picture, by_hand.picture, "{effect:?}");
         assert_ne!(switched.picture, as_it_is.picture, "{effect:?}");
-        assert_eq!(switched.counters.shadow, by_hand.counters.shadow, "{effect:?}");
+        assert_eq!(
+            switched.counters.shadow, by_hand.counters.shadow,
+            "{effect:?}"
+        );
         assert_eq!(report.status(effect), Status::LeftOut, "{effect:?}");
     }
     let (_, dark) = render(&whole, EffectSet::of(&[Effect::DirectLight]));
-    let status = [Effect::DirectLight, Effect::Shadows, Effect::Highlights, Effect::Refraction].map(|effect| dark.status(effect));
-    assert_eq!(status, [Status::LeftOut, Status::LeftOut, Status::LeftOut, Status::Simulated]);
+    let status = [
+        Effect::DirectLight,
+        Effect::Shadows,
+        Effect::Highlights,
+        Effect::Refraction,
+    ]
+    .map(|effect| dark.status(effect));
+    assert_eq!(
+        status,
+        [
+            Status::LeftOut,
+            Status::LeftOut,
+            Status::LeftOut,
+            Status::Simulated
+        ]
+    );
     for effect in SWITCHABLE.iter() {
         let (_, report) = render(&whole, EffectSet::of(&[effect]));
         assert_ne!(report.status(effect), Status::Simulated, "{effect:?}");

@@ -5,7 +5,8 @@ use raywright::core::prepare;
 use raywright::core::scene::{Scene, Shape, SideRule};
 use raywright::core::settings::{Sampling, Settings};
 
-/// A white floor seen from close by, under a round lamp of radius 1 and radiance 10 at height 2 that shines down.
+/// A white floor seen from close by, under a round lamp of radius 1 and radiance 10 at height 2
+/// that shines down.
 fn scene(occluder_radius: Option<f64>, lamp: &str) -> Scene {
     sided_scene(occluder_radius, lamp, "outside")
 }
@@ -29,82 +30,139 @@ fn sided_scene(occluder_radius: Option<f64>, lamp: &str, side: &str) -> Scene {
 const DISK: &str = r#"{ "disk": { "centre": [0, 2, 0], "normal": [0, -1, 0], "radius": 1 } }"#;
 
 fn mean(scene: &Scene) -> f64 {
-    let settings = Settings { size: [8, 8], sampling: Sampling::General(256), ..Settings::of(scene) };
-    let picture: Picture = prepare(scene, &settings, &()).unwrap_or_else(|e| panic!("{e}")).render(&()).picture;
+    let settings = Settings {
+        size: [8, 8],
+        sampling: Sampling::General(256),
+        ..Settings::of(scene)
+    };
+    let picture: Picture = prepare(scene, &settings, &())
+        .unwrap_or_else(|e| panic!("{e}"))
+        .render(&())
+        .picture;
     picture.rgb.iter().map(|p| f64::from(p[0])).sum::<f64>() / 64.0
 }
 
-/// Protects: solid-angle measure, density by area and the π of a Lambert surface. Below the middle of a disk of radiance L the
-/// irradiance is π·L·r²/(r² + h²), so a white surface shows L·r²/(r² + h²).
+/// Protects: solid-angle measure, density by area and the π of a Lambert surface. Below the middle
+/// of a disk of radiance L the irradiance is π·L·r²/(r² + h²), so a white surface shows L·r²/(r² +
+/// h²).
 #[test]
 fn a_disk_lights_the_floor_by_its_form_factor() {
     let found = mean(&scene(None, DISK));
     assert!((found - 2.0).abs() < 0.02, "{found} instead of 2");
 }
 
-/// Protects: what is in between casts a shadow with the right penumbra. An occluder of half the lamp's radius at half its height
-/// covers the lamp exactly; of a quarter, it covers the inner half of the lamp's radius.
+/// Protects: what is in between casts a shadow with the right penumbra. An occluder of half the
+/// lamp's radius at half its height covers the lamp exactly; of a quarter, it covers the inner half
+/// of the lamp's radius.
 #[test]
 fn an_occluder_takes_its_part() {
     assert_eq!(mean(&scene(Some(0.51), DISK)), 0.0);
     let found = mean(&scene(Some(0.25), DISK));
     let covered = 10.0 * 0.25 / (0.25 + 4.0);
-    assert!((found - (2.0 - covered)).abs() < 0.02, "{found} instead of {}", 2.0 - covered);
+    assert!(
+        (found - (2.0 - covered)).abs() < 0.02,
+        "{found} instead of {}",
+        2.0 - covered
+    );
 }
 
-/// Protects: a one-sided lamp that shines away lights nothing, and a sphere lights like the disk that it covers: L·sin².
+/// Protects: a one-sided lamp that shines away lights nothing, and a sphere lights like the disk
+/// that it covers: L·sin².
 #[test]
 fn sides_and_spheres() {
     let away = DISK.replace("-1, 0]", "1, 0]");
     assert_eq!(mean(&scene(None, &away)), 0.0);
-    let found = mean(&scene(None, r#"{ "sphere": { "centre": [0, 2, 0], "radius": 0.5 } }"#));
+    let found = mean(&scene(
+        None,
+        r#"{ "sphere": { "centre": [0, 2, 0], "radius": 0.5 } }"#,
+    ));
     let expected = 10.0 * 0.25 / 4.0;
-    assert!((found - expected).abs() < 0.02, "{found} instead of {expected}");
+    assert!(
+        (found - expected).abs() < 0.02,
+        "{found} instead of {expected}"
+    );
 }
 
-/// Protects: a surface gives off light on the sides that can be seen. From outside, a glowing sphere is a disk of L·sin²
-/// whichever wall is seen, the near one's outside or the far one's inside; from within, its inside fills the sky: L.
+/// Protects: a surface gives off light on the sides that can be seen. From outside, a glowing
+/// sphere is a disk of L·sin² whichever wall is seen, the near one's outside or the far one's
+/// inside; from within, its inside fills the sky: L.
 #[test]
 fn each_side_lights_whom_it_faces() {
     let ball = r#"{ "sphere": { "centre": [0, 2, 0], "radius": 0.5 } }"#;
     let room = r#"{ "sphere": { "centre": [0, 0, 0], "radius": 9 } }"#;
     let cap = 10.0 * 0.25 / 4.0;
-    for (side, outside, within) in [("outside", cap, 0.0), ("culled", cap, 0.0), ("inside", cap, 10.0), ("both", cap, 10.0)] {
+    for (side, outside, within) in [
+        ("outside", cap, 0.0),
+        ("culled", cap, 0.0),
+        ("inside", cap, 10.0),
+        ("both", cap, 10.0),
+    ] {
         let found = mean(&sided_scene(None, ball, side));
-        assert!((found - outside).abs() < 0.02, "{side}, seen from outside: {found} instead of {outside}");
+        assert!(
+            (found - outside).abs() < 0.02,
+            "{side}, seen from outside: {found} instead of {outside}"
+        );
         let found = mean(&sided_scene(None, room, side));
-        assert!((found - within).abs() < 0.05, "{side}, seen from within: {found} instead of {within}");
+        assert!(
+            (found - within).abs() < 0.05,
+            "{side}, seen from within: {found} instead of {within}"
+        );
     }
 }
 
-/// Protects: of what is culled the camera sees the outside alone, and light meets both sides. A disk above the floor that turns its back to
-/// it keeps the lamp's light away; so does one right before the camera, which looks through its back at the dark floor.
+/// Protects: of what is culled the camera sees the outside alone, and light meets both sides. A
+/// disk above the floor that turns its back to it keeps the lamp's light away; so does one right
+/// before the camera, which looks through its back at the dark floor.
 #[test]
 fn the_camera_looks_through_backs_that_stop_light() {
     let mut scene = scene(Some(0.51), DISK);
     scene.objects[2].side = SideRule::Culled;
     assert_eq!(mean(&scene), 0.0);
-    scene.objects[2].shape = Shape::Disk { centre: [0.0, 0.1, 0.0], normal: [0.0, -1.0, 0.0], radius: 0.2 };
+    scene.objects[2].shape = Shape::Disk {
+        centre: [0.0, 0.1, 0.0],
+        normal: [0.0, -1.0, 0.0],
+        radius: 0.2,
+    };
     assert_eq!(mean(&scene), 0.0);
     scene.objects[2].side = SideRule::Both;
     assert!(mean(&scene) > 1.0);
 }
 
-/// Protects: no light of a lamp passes an opaque cover that is a few steps of single precision before it: quads, balls, boxes, disks and
-/// meshes as lamps; and without the cover the lamp lights the floor.
+/// Protects: no light of a lamp passes an opaque cover that is a few steps of single precision
+/// before it: quads, balls, boxes, disks and meshes as lamps; and without the cover the lamp lights
+/// the floor.
 #[test]
 fn a_lamp_a_hair_behind_a_cover_is_dark() {
-    let corners = |y: f64, r: f64| format!("[[-{r}, {y}, -{r}], [{r}, {y}, -{r}], [{r}, {y}, {r}], [-{r}, {y}, {r}]]");
-    let quad = |y: f64, r: f64| {
-        format!(r#"{{ "quad": {{ "corner": [-{r}, {y}, -{r}], "edge_u": [{s}, 0, 0], "edge_v": [0, 0, {s}] }} }}"#, s = 2.0 * r)
+    let corners = |y: f64, r: f64| {
+        format!("[[-{r}, {y}, -{r}], [{r}, {y}, -{r}], [{r}, {y}, {r}], [-{r}, {y}, {r}]]")
     };
-    for (height, gap) in [(1.0, 1e-6), (1.0, 5e-7), (1e-3, 5e-10), (1e4, 4e-3), (1e6, 0.25)] {
+    let quad = |y: f64, r: f64| {
+        format!(
+            r#"{{ "quad": {{ "corner": [-{r}, {y}, -{r}], "edge_u": [{s}, 0, 0], "edge_v": [0, 0, {s}] }} }}"#,
+            s = 2.0 * r
+        )
+    };
+    for (height, gap) in [
+        (1.0, 1e-6),
+        (1.0, 5e-7),
+        (1e-3, 5e-10),
+        (1e4, 4e-3),
+        (1e6, 0.25),
+    ] {
         let r = height;
         let lamps = [
             quad(height, r),
-            format!(r#"{{ "disk": {{ "centre": [0, {height}, 0], "normal": [0, -1, 0], "radius": {r} }} }}"#),
-            format!(r#"{{ "box": {{ "min": [-{r}, {height}, -{r}], "max": [{r}, {}, {r}] }} }}"#, height + r),
-            format!(r#"{{ "sphere": {{ "centre": [0, {}, 0], "radius": {r} }} }}"#, height + r),
+            format!(
+                r#"{{ "disk": {{ "centre": [0, {height}, 0], "normal": [0, -1, 0], "radius": {r} }} }}"#
+            ),
+            format!(
+                r#"{{ "box": {{ "min": [-{r}, {height}, -{r}], "max": [{r}, {}, {r}] }} }}"#,
+                height + r
+            ),
+            format!(
+                r#"{{ "sphere": {{ "centre": [0, {}, 0], "radius": {r} }} }}"#,
+                height + r
+            ),
             r#"{ "mesh": "lamp" }"#.to_owned(),
         ];
         for lamp in lamps {
@@ -125,10 +183,17 @@ fn a_lamp_a_hair_behind_a_cover_is_dark() {
                 );
                 serde_json::from_str(&text).unwrap_or_else(|e| panic!("{e}"))
             };
-            let cover = format!(r#", {{ "shape": {}, "material": "black" }}"#, quad(height - gap, 3.0 * r));
+            let cover = format!(
+                r#", {{ "shape": {}, "material": "black" }}"#,
+                quad(height - gap, 3.0 * r)
+            );
             for integrator in ["path", "whitted"] {
                 assert!(mean(&of("", integrator)) > 0.1, "{lamp}: dark by itself");
-                assert_eq!(mean(&of(&cover, integrator)), 0.0, "{lamp} {gap} behind its cover, {integrator}");
+                assert_eq!(
+                    mean(&of(&cover, integrator)),
+                    0.0,
+                    "{lamp} {gap} behind its cover, {integrator}"
+                );
             }
         }
     }

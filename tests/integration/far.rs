@@ -9,7 +9,8 @@ const AT: [f64; 3] = [448_200.25, 4_865_499.5, 20.0];
 
 /// Largest difference of two pictures, as a share of the mean.
 fn difference(a: &Picture, b: &Picture) -> f64 {
-    let mean = a.rgb.iter().flatten().map(|&x| f64::from(x)).sum::<f64>() / (3 * a.rgb.len()) as f64;
+    let mean =
+        a.rgb.iter().flatten().map(|&x| f64::from(x)).sum::<f64>() / (3 * a.rgb.len()) as f64;
     let pairs = a.rgb.iter().flatten().zip(b.rgb.iter().flatten());
     pairs.map(|(a, b)| f64::from(a - b).abs()).sum::<f64>() / (3 * a.rgb.len()) as f64 / mean
 }
@@ -19,9 +20,22 @@ fn twins(name: &str, of: impl Fn([f64; 3]) -> String, flags: &[&str]) -> [Pictur
     let desk = Desk::new();
     [[0.0; 3], AT].map(|at| {
         desk.write(name, of(at));
-        let run =
-            desk.run(&[&["render", name, "-o", "o.exr", "-s", "48x36", "--spp", "16", "--aov", "position"], flags].concat());
-        assert_eq!((run.code, run.stderr.contains("so far from")), (Some(0), false), "{}", run.stderr);
+        let run = desk.run(
+            &[
+                &[
+                    "render", name, "-o", "o.exr", "-s", "48x36", "--spp", "16", "--aov",
+                    "position",
+                ],
+                flags,
+            ]
+            .concat(),
+        );
+        assert_eq!(
+            (run.code, run.stderr.contains("so far from")),
+            (Some(0), false),
+            "{}",
+            run.stderr
+        );
         desk.picture("o.exr")
     })
 }
@@ -38,8 +52,9 @@ fn point(at: [f64; 3], own: [f64; 3]) -> String {
     format!("[{x}, {y}, {z}]")
 }
 
-/// Protects: shapes of every kind, a mesh in the file, one turned, one shown twice, one moving, generators, lamps and lights, materials that
-/// read positions, a camera and an infinite floor look the same where a map's coordinates put them, with both integrators.
+/// Protects: shapes of every kind, a mesh in the file, one turned, one shown twice, one moving,
+/// generators, lamps and lights, materials that read positions, a camera and an infinite floor look
+/// the same where a map's coordinates put them, with both integrators.
 #[test]
 fn scenes_far_from_zero_keep_their_shape() {
     let scene = |at: [f64; 3]| {
@@ -102,22 +117,41 @@ source.inline = {{ positions = [[0, 0, 0], [0.4, 0, 0], [0, 0.4, 0], [0, 0, 0.4]
     }
 }
 
-/// Protects: text and doubles of OBJ, PLY and STL keep the digits that tell a small model's points apart at a map's coordinates, and so does
-/// the view that shows the model whole, and its ground.
+/// Protects: text and doubles of OBJ, PLY and STL keep the digits that tell a small model's points
+/// apart at a map's coordinates, and so does the view that shows the model whole, and its ground.
 #[test]
 fn models_far_from_zero_keep_their_shape() {
     let corners = |at: [f64; 3]| {
         let steps = (0..6).flat_map(|i| {
             let (low, high) = (0.1 * f64::from(i), 0.1 * f64::from(i) + 0.1);
-            [[0.0, low, -low], [0.5, low, -low], [0.5, high, -low], [0.0, high, -low], [0.5, high, -high], [0.0, high, -high]]
+            [
+                [0.0, low, -low],
+                [0.5, low, -low],
+                [0.5, high, -low],
+                [0.0, high, -low],
+                [0.5, high, -high],
+                [0.0, high, -high],
+            ]
         });
-        steps.map(move |own| [0, 1, 2].map(|i| at[i] + own[i])).collect::<Vec<_>>()
+        steps
+            .map(move |own| [0, 1, 2].map(|i| at[i] + own[i]))
+            .collect::<Vec<_>>()
     };
-    let faces = || (0..6).flat_map(|i| [[0, 1, 2, 3], [3, 2, 4, 5]].map(|face| face.map(|corner| 6 * i + corner)));
+    let faces = || {
+        (0..6).flat_map(|i| {
+            [[0, 1, 2, 3], [3, 2, 4, 5]].map(|face| face.map(|corner| 6 * i + corner))
+        })
+    };
     let words = |corner: &[f64; 3]| corner.map(|x| x.to_string()).join(" ");
     let obj = |at| {
-        let vertices = corners(at).iter().map(|corner| format!("v {}\n", words(corner))).collect::<String>();
-        vertices + &faces().map(|face| format!("f {}\n", face.map(|i: usize| (i + 1).to_string()).join(" "))).collect::<String>()
+        let vertices = corners(at)
+            .iter()
+            .map(|corner| format!("v {}\n", words(corner)))
+            .collect::<String>();
+        vertices
+            + &faces()
+                .map(|face| format!("f {}\n", face.map(|i: usize| (i + 1).to_string()).join(" ")))
+                .collect::<String>()
     };
     let ply = |number: &'static str| {
         move |at| {
@@ -125,18 +159,28 @@ fn models_far_from_zero_keep_their_shape() {
                 "ply\nformat ascii 1.0\nelement vertex 36\nproperty {number} x\nproperty {number} y\nproperty {number} z\nelement face 12\n\
                  property list uchar int vertex_indices\nend_header\n"
             );
-            let vertices = corners(at).iter().map(|corner| words(corner) + "\n").collect::<String>();
+            let vertices = corners(at)
+                .iter()
+                .map(|corner| words(corner) + "\n")
+                .collect::<String>();
             head + &vertices
-                + &faces().map(|face| format!("4 {}\n", face.map(|i: usize| i.to_string()).join(" "))).collect::<String>()
+                + &faces()
+                    .map(|face| format!("4 {}\n", face.map(|i: usize| i.to_string()).join(" ")))
+                    .collect::<String>()
         }
     };
     let stl = |at| {
         let corners = corners(at);
         let facet = |[a, b, c]: [usize; 3]| {
-            let loops = [a, b, c].map(|i| format!("vertex {}\n", words(&corners[i]))).concat();
+            let loops = [a, b, c]
+                .map(|i| format!("vertex {}\n", words(&corners[i])))
+                .concat();
             format!("facet normal 0 0 0\nouter loop\n{loops}endloop\nendfacet\n")
         };
-        let facets = faces().flat_map(|[a, b, c, d]| [[a, b, c], [a, c, d]]).map(facet).collect::<String>();
+        let facets = faces()
+            .flat_map(|[a, b, c, d]| [[a, b, c], [a, c, d]])
+            .map(facet)
+            .collect::<String>();
         format!("solid far\n{facets}endsolid\n")
     };
     looks_alike("far.obj", obj, &[]);
@@ -147,10 +191,12 @@ fn models_far_from_zero_keep_their_shape() {
     looks_alike("turned.stl", stl, &["--up", "z", "--spp", "64"]);
 }
 
-/// Protects: a glTF model under a node far from zero looks as it does without, and the layer of positions has the file's own coordinates.
+/// Protects: a glTF model under a node far from zero looks as it does without, and the layer of
+/// positions has the file's own coordinates.
 #[test]
 fn nodes_far_from_zero_keep_their_shape() {
-    let path = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("../shared/cases/reports/far-node.gltf");
+    let path = std::path::Path::new(env!("CARGO_MANIFEST_DIR"))
+        .join("../shared/cases/reports/far-node.gltf");
     let Ok(text) = std::fs::read_to_string(&path) else {
         eprintln!("skipped: shared data not found ({})", path.display());
         return;
@@ -160,29 +206,62 @@ fn nodes_far_from_zero_keep_their_shape() {
     let of = |at: [f64; 3]| text.replace(written, &point(at, [0.0; 3]));
     looks_alike("far.gltf", of, &[]);
     let [near, far] = twins("far.gltf", of, &[]);
-    for (axis, name) in ["position.X", "position.Y", "position.Z"].into_iter().enumerate() {
-        let layer =
-            |picture: &Picture| picture.layers.iter().find(|layer| layer.name == name).expect("the layer").samples.clone();
+    for (axis, name) in ["position.X", "position.Y", "position.Z"]
+        .into_iter()
+        .enumerate()
+    {
+        let layer = |picture: &Picture| {
+            picture
+                .layers
+                .iter()
+                .find(|layer| layer.name == name)
+                .expect("the layer")
+                .samples
+                .clone()
+        };
         let (near, far) = (layer(&near), layer(&far));
-        // Of pixels that are wholly on the ball: the mean of what is there and of nothing is no position.
+        // Of pixels that are wholly on the ball: the mean of what is there and of nothing is no
+        // position.
         let middle = 18 * 48 + 24;
         let expected = (f64::from(near[middle]) + AT[axis]) as f32;
         let step = expected.next_up() - expected;
-        assert!((far[middle] - expected).abs() <= step, "{name}: {} instead of {expected}", far[middle]);
+        assert!(
+            (far[middle] - expected).abs() <= step,
+            "{name}: {} instead of {expected}",
+            far[middle]
+        );
     }
 }
 
-/// Protects: of two models so far apart that single precision can't hold both, the one that it can't is named, once; doubles hold both.
+/// Protects: of two models so far apart that single precision can't hold both, the one that it
+/// can't is named, once; doubles hold both.
 #[test]
 fn what_is_too_far_apart_is_named() {
     let desk = Desk::new();
     let ball = |name: &str, x: f64| {
-        format!("[[objects]]\nname = \"{name}\"\nshape.sphere = {{ centre = [{x}, 0, 0], radius = 1 }}\nmaterial = \"m\"\n")
+        format!(
+            "[[objects]]\nname = \"{name}\"\nshape.sphere = {{ centre = [{x}, 0, 0], radius = 1 }}\nmaterial = \"m\"\n"
+        )
     };
     let head = "format = 1\nsky.constant = 1\n[[materials]]\nname = \"m\"\nmodel.physical = { base_colour = 0.5 }\n";
-    desk.write("two.scene.toml", head.to_owned() + &ball("here", 0.0) + &ball("there", 4e6));
+    desk.write(
+        "two.scene.toml",
+        head.to_owned() + &ball("here", 0.0) + &ball("there", 4e6),
+    );
     let run = |precision| {
-        desk.run(&["render", "two.scene.toml", "-s", "8x8", "--spp", "1", "--precision", precision, "-o", "o.exr"]).stderr
+        desk.run(&[
+            "render",
+            "two.scene.toml",
+            "-s",
+            "8x8",
+            "--spp",
+            "1",
+            "--precision",
+            precision,
+            "-o",
+            "o.exr",
+        ])
+        .stderr
     };
     let named = "`there` is so far from the rest of the scene";
     assert_eq!(run("robust").matches(named).count(), 1);

@@ -12,7 +12,8 @@ use crate::support::carried;
 /// Kinds of shapes that the format has.
 const KINDS: usize = 13;
 
-/// A number for each kind; a new kind does not compile until it is counted here and stands in the gallery.
+/// A number for each kind; a new kind does not compile until it is counted here and stands in the
+/// gallery.
 fn kind(shape: &Shape) -> usize {
     match shape {
         Shape::Sphere { .. } => 0,
@@ -32,37 +33,85 @@ fn kind(shape: &Shape) -> usize {
 }
 
 fn gallery() -> Option<Scene> {
-    carried("shapes")
-        .then(|| load(&Input::Preset("shapes".to_owned()), &LoadOptions::default()).unwrap_or_else(|e| panic!("{e}")).scene)
+    carried("shapes").then(|| {
+        load(&Input::Preset("shapes".to_owned()), &LoadOptions::default())
+            .unwrap_or_else(|e| panic!("{e}"))
+            .scene
+    })
 }
 
 fn settings(scene: &Scene) -> Settings {
-    Settings { size: [480, 270], sampling: Sampling::General(1), aovs: vec![Aov::Object], ..Settings::of(scene) }
+    Settings {
+        size: [480, 270],
+        sampling: Sampling::General(1),
+        aovs: vec![Aov::Object],
+        ..Settings::of(scene)
+    }
 }
 
 /// Protects: nothing of the gallery is forgotten, hidden or out of the picture.
 #[test]
 fn every_shape_is_seen() {
     let Some(scene) = gallery() else { return };
-    let kinds: BTreeSet<usize> = scene.objects.iter().map(|object| kind(&object.shape)).collect();
-    assert_eq!(kinds, (0..KINDS).collect(), "kinds of shapes in the gallery");
-    let picture = prepare(&scene, &settings(&scene), &()).unwrap_or_else(|e| panic!("{e}")).render(&()).picture;
-    let ids = &picture.layer("object.id").expect("the layer was asked for").samples;
+    let kinds: BTreeSet<usize> = scene
+        .objects
+        .iter()
+        .map(|object| kind(&object.shape))
+        .collect();
+    assert_eq!(
+        kinds,
+        (0..KINDS).collect(),
+        "kinds of shapes in the gallery"
+    );
+    let picture = prepare(&scene, &settings(&scene), &())
+        .unwrap_or_else(|e| panic!("{e}"))
+        .render(&())
+        .picture;
+    let ids = &picture
+        .layer("object.id")
+        .expect("the layer was asked for")
+        .samples;
     for (index, object) in scene.objects.iter().enumerate() {
         let pixels = ids.iter().filter(|&&id| id == index as f32).count();
-        assert!(pixels >= 50, "objects[{index}], {}, has {pixels} pixels", object.name);
+        assert!(
+            pixels >= 50,
+            "objects[{index}], {}, has {pixels} pixels",
+            object.name
+        );
     }
 }
 
-/// Protects: there is a light, things stand in it, and it is the sensible rules that decide where shadows begin.
+/// Protects: there is a light, things stand in it, and it is the sensible rules that decide where
+/// shadows begin.
 #[test]
 fn light_and_shadow() {
     let Some(mut scene) = gallery() else { return };
-    assert_eq!(scene.classic, Default::default(), "the gallery keeps the sensible rules");
-    let render = |scene: &Scene| prepare(scene, &settings(scene), &()).unwrap_or_else(|e| panic!("{e}")).render(&()).picture.rgb;
+    assert_eq!(
+        scene.classic,
+        Default::default(),
+        "the gallery keeps the sensible rules"
+    );
+    let render = |scene: &Scene| {
+        prepare(scene, &settings(scene), &())
+            .unwrap_or_else(|e| panic!("{e}"))
+            .render(&())
+            .picture
+            .rgb
+    };
     let whole = render(&scene);
-    scene.objects.iter_mut().for_each(|object| object.casts_shadow = false);
-    let brighter = render(&scene).iter().zip(&whole).filter(|(bare, whole)| bare[1] > 1.2 * whole[1]).count();
+    scene
+        .objects
+        .iter_mut()
+        .for_each(|object| object.casts_shadow = false);
+    let brighter = render(&scene)
+        .iter()
+        .zip(&whole)
+        .filter(|(bare, whole)| bare[1] > 1.2 * whole[1])
+        .count();
     let share = brighter as f64 / whole.len() as f64;
-    assert!((0.05..0.5).contains(&share), "{:.1} % of the pixels lie in a shadow", share * 100.0);
+    assert!(
+        (0.05..0.5).contains(&share),
+        "{:.1} % of the pixels lie in a shadow",
+        share * 100.0
+    );
 }

@@ -4,8 +4,9 @@ use std::sync::Arc;
 
 use raywright::core::effects::{Effect, Status};
 use raywright::core::scene::{
-    Camera, Classic, Colour, ColourInput, Generator, GeneratorKind, Light, LightKind, Material, Mesh, MeshData, MeshSource,
-    Model, Object, Pinhole, Pose, Projection, Scene, Shape, SideRule, TransformStep,
+    Camera, Classic, Colour, ColourInput, Generator, GeneratorKind, Light, LightKind, Material,
+    Mesh, MeshData, MeshSource, Model, Object, Pinhole, Pose, Projection, Scene, Shape, SideRule,
+    TransformStep,
 };
 use raywright::core::settings::Settings;
 use raywright::core::{Rendered, prepare};
@@ -13,7 +14,13 @@ use raywright::core::{Rendered, prepare};
 /// A closed tetrahedron with a corner cut into view: no two faces alike.
 fn tetrahedron() -> MeshData {
     MeshData {
-        positions: vec![[0.0_f32, 0.0, 0.0], [1.0, 0.0, 0.1], [0.2, 1.1, 0.0], [0.1, 0.2, 0.9]].into(),
+        positions: vec![
+            [0.0_f32, 0.0, 0.0],
+            [1.0, 0.0, 0.1],
+            [0.2, 1.1, 0.0],
+            [0.1, 0.2, 0.9],
+        ]
+        .into(),
         indices: vec![[0, 2, 1], [0, 1, 3], [0, 3, 2], [1, 2, 3]],
         ..MeshData::default()
     }
@@ -23,16 +30,38 @@ fn tetrahedron() -> MeshData {
 fn maps() -> Vec<Vec<TransformStep>> {
     let turn = |axis, degrees| TransformStep::Rotate { axis, degrees };
     vec![
-        vec![TransformStep::Scale([1.0, 2.0, 0.5]), turn([0.0, 1.0, 0.3], 40.0), TransformStep::Translate([-2.0, -0.5, 0.0])],
-        vec![TransformStep::Scale([-1.2, 0.8, 1.0]), turn([1.0, 0.0, 0.0], -25.0), TransformStep::Translate([0.6, 0.0, -0.4])],
-        vec![TransformStep::Matrix([[0.7, 0.5, 0.0, 1.2], [0.0, 0.9, 0.2, -0.6], [0.1, 0.0, 1.0, 0.3]])],
+        vec![
+            TransformStep::Scale([1.0, 2.0, 0.5]),
+            turn([0.0, 1.0, 0.3], 40.0),
+            TransformStep::Translate([-2.0, -0.5, 0.0]),
+        ],
+        vec![
+            TransformStep::Scale([-1.2, 0.8, 1.0]),
+            turn([1.0, 0.0, 0.0], -25.0),
+            TransformStep::Translate([0.6, 0.0, -0.4]),
+        ],
+        vec![TransformStep::Matrix([
+            [0.7, 0.5, 0.0, 1.2],
+            [0.0, 0.9, 0.2, -0.6],
+            [0.1, 0.0, 1.0, 0.3],
+        ])],
     ]
 }
 
 /// `shared`: all objects show one mesh; otherwise each has a copy of its own.
 fn scene(shared: bool) -> Scene {
-    let mesh = |name: String| Mesh { name, source: MeshSource::Inline(Arc::new(tetrahedron())), model: None };
-    let name = |i: usize| if shared { "mesh".to_owned() } else { format!("mesh {i}") };
+    let mesh = |name: String| Mesh {
+        name,
+        source: MeshSource::Inline(Arc::new(tetrahedron())),
+        model: None,
+    };
+    let name = |i: usize| {
+        if shared {
+            "mesh".to_owned()
+        } else {
+            format!("mesh {i}")
+        }
+    };
     let object = |(i, transform): (usize, Vec<TransformStep>)| Object {
         name: String::new(),
         shape: Shape::Mesh(name(i)),
@@ -43,12 +72,22 @@ fn scene(shared: bool) -> Scene {
         transform,
         transform_end: None,
     };
-    let classic = Classic { colour: ColourInput::Constant(Colour([0.8, 0.6, 0.4])), ..Classic::default() };
+    let classic = Classic {
+        colour: ColourInput::Constant(Colour([0.8, 0.6, 0.4])),
+        ..Classic::default()
+    };
     let mut scene = Scene {
         cameras: vec![Camera {
             name: String::new(),
-            pose: Pose::LookAt { eye: [0.5, 1.5, 6.0], target: [0.0, 0.2, 0.0], up: [0.0, 1.0, 0.0] },
-            projection: Projection::Pinhole(Pinhole { vertical_fov: Some(35.0), ..Pinhole::default() }),
+            pose: Pose::LookAt {
+                eye: [0.5, 1.5, 6.0],
+                target: [0.0, 0.2, 0.0],
+                up: [0.0, 1.0, 0.0],
+            },
+            projection: Projection::Pinhole(Pinhole {
+                vertical_fov: Some(35.0),
+                ..Pinhole::default()
+            }),
             aspect: None,
             fit: Default::default(),
             pose_end: None,
@@ -56,13 +95,22 @@ fn scene(shared: bool) -> Scene {
         }],
         lights: vec![Light {
             name: String::new(),
-            kind: LightKind::Directional { to_light: [0.5, 1.0, 0.8] },
+            kind: LightKind::Directional {
+                to_light: [0.5, 1.0, 0.8],
+            },
             colour: Colour::WHITE,
             shadows: true,
             specular: true,
         }],
-        materials: vec![Material { name: "matte".to_owned(), model: Model::Classic(Box::new(classic)) }],
-        meshes: if shared { vec![mesh(name(0))] } else { (0..maps().len()).map(|i| mesh(name(i))).collect() },
+        materials: vec![Material {
+            name: "matte".to_owned(),
+            model: Model::Classic(Box::new(classic)),
+        }],
+        meshes: if shared {
+            vec![mesh(name(0))]
+        } else {
+            (0..maps().len()).map(|i| mesh(name(i))).collect()
+        },
         objects: maps().into_iter().enumerate().map(object).collect(),
         ..Scene::default()
     };
@@ -74,19 +122,30 @@ fn scene(shared: bool) -> Scene {
 
 fn render(scene: &Scene) -> (Rendered, usize, u64) {
     let ready = prepare(scene, &Settings::of(scene), &()).unwrap_or_else(|e| panic!("{e}"));
-    (ready.render(&()), ready.tables().instances, ready.memory().geometry)
+    (
+        ready.render(&()),
+        ready.tables().instances,
+        ready.memory().geometry,
+    )
 }
 
-/// Protects: instances only where a mesh is shown more than once, with the picture of the flattened copies: the same facets,
-/// normals by the inverse transpose, outsides outside under a mirroring map. Rounding may move a silhouette.
+/// Protects: instances only where a mesh is shown more than once, with the picture of the flattened
+/// copies: the same facets, normals by the inverse transpose, outsides outside under a mirroring
+/// map. Rounding may move a silhouette.
 #[test]
 fn shared_meshes_are_instances_and_look_like_copies() {
     let (shared, instances, _) = render(&scene(true));
     let (copies, none, _) = render(&scene(false));
     assert_eq!((instances, none), (maps().len(), 0));
     let pairs = shared.picture.rgb.iter().zip(&copies.picture.rgb);
-    let off = pairs.filter(|(a, b)| (0..3).any(|k| (a[k] - b[k]).abs() > 1e-4)).count();
-    assert!(off <= shared.picture.rgb.len() / 1000, "{off} of {} pixels differ", shared.picture.rgb.len());
+    let off = pairs
+        .filter(|(a, b)| (0..3).any(|k| (a[k] - b[k]).abs() > 1e-4))
+        .count();
+    assert!(
+        off <= shared.picture.rgb.len() / 1000,
+        "{off} of {} pixels differ",
+        shared.picture.rgb.len()
+    );
     let lit = shared.picture.rgb.iter().filter(|p| p[0] > 0.05).count();
     assert!(lit > 1000, "only {lit} pixels show anything");
 }
@@ -98,7 +157,9 @@ fn repeated_meshes_are_stored_once() {
     let first = many.objects[0].clone();
     many.objects.extend((0..1000).map(|i| {
         let mut object = first.clone();
-        object.transform.push(TransformStep::Translate([f64::from(i), 0.0, -5.0]));
+        object
+            .transform
+            .push(TransformStep::Translate([f64::from(i), 0.0, -5.0]));
         object
     }));
     let (_, instances, bytes) = render(&many);
@@ -107,12 +168,15 @@ fn repeated_meshes_are_stored_once() {
     assert!(bytes < 1003 * 600, "{bytes} bytes");
 }
 
-/// The scene with every map twice, one behind the other, so that each side that an object shows is shown more than once.
+/// The scene with every map twice, one behind the other, so that each side that an object shows is
+/// shown more than once.
 fn sided_scene(shared: bool, sides: [SideRule; 3], some_cast_none: bool) -> Scene {
     let mut scene = scene(shared);
     let (mut meshes, mut objects) = (scene.meshes.clone(), scene.objects.clone());
     for (i, object) in objects.iter_mut().enumerate() {
-        object.transform.push(TransformStep::Translate([0.4, 0.9, -0.8]));
+        object
+            .transform
+            .push(TransformStep::Translate([0.4, 0.9, -0.8]));
         if let (false, Shape::Mesh(name)) = (shared, &mut object.shape) {
             *name = format!("second {i}");
             meshes[i].name.clone_from(name);
@@ -127,72 +191,128 @@ fn sided_scene(shared: bool, sides: [SideRule; 3], some_cast_none: bool) -> Scen
     scene
 }
 
-/// Protects: which sides can be hit, and whether it casts a shadow, is each object's own, whatever mesh it shares and with
-/// whom, in whatever order.
+/// Protects: which sides can be hit, and whether it casts a shadow, is each object's own, whatever
+/// mesh it shares and with whom, in whatever order.
 #[test]
 fn objects_that_share_a_mesh_keep_their_own_rules() {
     use SideRule::{Both, Inside, Outside};
     let differing = |a: &Rendered, b: &Rendered| {
         let pairs = a.picture.rgb.iter().zip(&b.picture.rgb);
-        pairs.filter(|(a, b)| (0..3).any(|k| (a[k] - b[k]).abs() > 1e-4)).count()
+        pairs
+            .filter(|(a, b)| (0..3).any(|k| (a[k] - b[k]).abs() > 1e-4))
+            .count()
     };
     let alike = render(&sided_scene(true, [Outside; 3], false)).0;
     let least = alike.picture.rgb.len() / 1000;
-    for sides in [[Outside, Inside, Both], [Inside, Both, Outside], [Both, Outside, Inside]] {
+    for sides in [
+        [Outside, Inside, Both],
+        [Inside, Both, Outside],
+        [Both, Outside, Inside],
+    ] {
         let (shared, instances, _) = render(&sided_scene(true, sides, false));
         let copies = render(&sided_scene(false, sides, false)).0;
         assert_eq!(instances, 2 * maps().len());
         let off = differing(&shared, &copies);
-        assert!(off <= least, "{sides:?}: {off} pixels differ from those of copies");
-        assert!(differing(&shared, &alike) > 10 * least, "{sides:?}: the sides show nowhere");
+        assert!(
+            off <= least,
+            "{sides:?}: {off} pixels differ from those of copies"
+        );
+        assert!(
+            differing(&shared, &alike) > 10 * least,
+            "{sides:?}: the sides show nowhere"
+        );
         let quiet = render(&sided_scene(true, sides, true)).0;
         let off = differing(&quiet, &render(&sided_scene(false, sides, true)).0);
-        assert!(off <= least, "{sides:?}, some cast no shadow: {off} pixels differ from those of copies");
-        assert!(differing(&quiet, &shared) > 2 * least, "{sides:?}: the shadows show nowhere");
+        assert!(
+            off <= least,
+            "{sides:?}, some cast no shadow: {off} pixels differ from those of copies"
+        );
+        assert!(
+            differing(&quiet, &shared) > 2 * least,
+            "{sides:?}: the shadows show nowhere"
+        );
     }
 }
 
-/// Protects: the report of effects and what was built agree on what is repeated, also where a generator repeats it, or where
-/// two objects show two sides and share nothing.
+/// Protects: the report of effects and what was built agree on what is repeated, also where a
+/// generator repeats it, or where two objects show two sides and share nothing.
 #[test]
 fn instances_are_reported_where_they_are_built() {
     let mut one = scene(true);
     one.objects.truncate(1);
-    let grid = |x| GeneratorKind::Grid { counts: [x, 1, 1], origin: [0.0; 3], step: [1.5, 0.0, 0.0] };
+    let grid = |x| GeneratorKind::Grid {
+        counts: [x, 1, 1],
+        origin: [0.0; 3],
+        step: [1.5, 0.0, 0.0],
+    };
     let generated = |x, object: &Object| Scene {
         objects: Vec::new(),
-        generators: vec![Generator { kind: grid(x), object: object.clone() }],
+        generators: vec![Generator {
+            kind: grid(x),
+            object: object.clone(),
+        }],
         ..one.clone()
     };
-    let sides = vec![one.objects[0].clone(), Object { side: SideRule::Inside, ..one.objects[0].clone() }];
-    let both = Scene { objects: one.objects.clone(), ..generated(1, &one.objects[0]) };
+    let sides = vec![
+        one.objects[0].clone(),
+        Object {
+            side: SideRule::Inside,
+            ..one.objects[0].clone()
+        },
+    ];
+    let both = Scene {
+        objects: one.objects.clone(),
+        ..generated(1, &one.objects[0])
+    };
     for (scene, expected) in [
         (generated(1, &one.objects[0]), 0),
         (generated(3, &one.objects[0]), 3),
         (both, 2),
-        (Scene { objects: sides, ..one.clone() }, 0),
+        (
+            Scene {
+                objects: sides,
+                ..one.clone()
+            },
+            0,
+        ),
     ] {
         let ready = prepare(&scene, &Settings::of(&scene), &()).unwrap_or_else(|e| panic!("{e}"));
         let reported = ready.effects().status(Effect::Instances) == Status::Simulated;
-        assert_eq!((ready.tables().instances, reported), (expected, expected > 0));
+        assert_eq!(
+            (ready.tables().instances, reported),
+            (expected, expected > 0)
+        );
     }
 }
 
 /// A hilly sheet of 2·n² triangles.
 fn sheet(n: u32) -> MeshData {
     let at = |i: u32| i as f32 / n as f32;
-    let positions = (0..=n).flat_map(|z| (0..=n).map(move |x| [at(x), at(x) * at(z), at(z)])).collect::<Vec<[f32; 3]>>().into();
+    let positions = (0..=n)
+        .flat_map(|z| (0..=n).map(move |x| [at(x), at(x) * at(z), at(z)]))
+        .collect::<Vec<[f32; 3]>>()
+        .into();
     let corner = |x: u32, z: u32| z * (n + 1) + x;
     let indices = (0..n).flat_map(|z| {
         (0..n).flat_map(move |x| {
-            let [a, b, c, d] = [corner(x, z), corner(x + 1, z), corner(x + 1, z + 1), corner(x, z + 1)];
+            let [a, b, c, d] = [
+                corner(x, z),
+                corner(x + 1, z),
+                corner(x + 1, z + 1),
+                corner(x, z + 1),
+            ];
             [[a, c, b], [a, d, c]]
         })
     });
-    MeshData { positions, indices: indices.collect(), ..MeshData::default() }
+    MeshData {
+        positions,
+        indices: indices.collect(),
+        ..MeshData::default()
+    }
 }
 
-/// Protects: objects that show a mesh from the same side share one tree, and what is reported counts every tree that there is.
+/// Protects: objects that show a mesh from the same side share one tree, and what is reported
+/// counts every tree that there is.
 #[test]
 fn a_hundred_instances_share_a_tree() {
     let mut one = scene(true);
@@ -201,17 +321,34 @@ fn a_hundred_instances_share_a_tree() {
     let first = one.objects[0].clone();
     let many = |sides: &[SideRule]| {
         let object = |i: usize| {
-            let mut object = Object { side: sides[i % sides.len()], ..first.clone() };
-            object.transform.push(TransformStep::Translate([i as f64, 0.0, -5.0]));
+            let mut object = Object {
+                side: sides[i % sides.len()],
+                ..first.clone()
+            };
+            object
+                .transform
+                .push(TransformStep::Translate([i as f64, 0.0, -5.0]));
             object
         };
-        Scene { objects: (0..100).map(object).collect(), ..one.clone() }
+        Scene {
+            objects: (0..100).map(object).collect(),
+            ..one.clone()
+        }
     };
     let (_, none, copy) = render(&one);
     let (_, instances, shared) = render(&many(&[SideRule::Outside]));
     assert_eq!((none, instances), (0, 100));
-    assert!(copy > 1152 * 36, "{copy} bytes are too few for the triangles");
-    assert!(shared < 2 * copy + 100 * 300, "{shared} bytes for a hundred, {copy} for one");
+    assert!(
+        copy > 1152 * 36,
+        "{copy} bytes are too few for the triangles"
+    );
+    assert!(
+        shared < 2 * copy + 100 * 300,
+        "{shared} bytes for a hundred, {copy} for one"
+    );
     let (_, _, sided) = render(&many(&[SideRule::Outside, SideRule::Inside]));
-    assert!((2 * copy..3 * copy + 100 * 300).contains(&sided), "{sided} bytes for a hundred with two sides, {copy} for one");
+    assert!(
+        (2 * copy..3 * copy + 100 * 300).contains(&sided),
+        "{sided} bytes for a hundred with two sides, {copy} for one"
+    );
 }

@@ -1,24 +1,57 @@
-//! A picture's claim of accuracy: the intervals of its pixels hold the truth as often as they say. The long version with more
-//! seeds, samples and replicates is the bench of the same name.
+//! A picture's claim of accuracy: the intervals of its pixels hold the truth as often as they say.
+//! The long version with more seeds, samples and replicates is the bench of the same name.
 
 #[path = "../../benches/support/chance.rs"]
 mod chance;
 
 use chance::{Taken, judge, picture, scenes};
 
-/// Protects: a pixel's mean ± 3.18 of its standard errors, the t interval of four replicates, holds the truth in 95 % of
-/// pixels, under a lamp that is sampled and behind a lens; and on the whole the error that is claimed is the one that is made.
-/// The seeds are fixed, so that the outcome is too.
+/// Protects: a pixel's mean ± 3.18 of its standard errors, the t interval of four replicates, holds
+/// the truth in 95 % of pixels, under a lamp that is sampled and behind a lens; and on the whole
+/// the error that is claimed is the one that is made. The seeds are fixed, so that the outcome is
+/// too.
 #[test]
 fn intervals_hold_the_truth_as_often_as_they_say() {
     for (name, scene) in scenes() {
         let size = [30, 20];
-        let reference = picture(&scene, Taken { size, samples: 1024, replicates: Some(16) }, u64::MAX);
-        let tally = judge(&scene, &reference, Taken { size, samples: 64, replicates: None }, 0..12);
-        eprintln!("{name}: {:.2} % of {} intervals", 100.0 * tally.coverage(), tally.intervals);
-        assert!(tally.intervals > 6000, "{name}: {} pixels are left to chance", tally.intervals);
-        assert!((0.93..0.97).contains(&tally.coverage()), "{name}: {} hold the truth", tally.coverage());
+        let reference = picture(
+            &scene,
+            Taken {
+                size,
+                samples: 1024,
+                replicates: Some(16),
+            },
+            u64::MAX,
+        );
+        let tally = judge(
+            &scene,
+            &reference,
+            Taken {
+                size,
+                samples: 64,
+                replicates: None,
+            },
+            0..12,
+        );
+        eprintln!(
+            "{name}: {:.2} % of {} intervals",
+            100.0 * tally.coverage(),
+            tally.intervals
+        );
+        assert!(
+            tally.intervals > 6000,
+            "{name}: {} pixels are left to chance",
+            tally.intervals
+        );
+        assert!(
+            (0.93..0.97).contains(&tally.coverage()),
+            "{name}: {} hold the truth",
+            tally.coverage()
+        );
         let ratio = tally.claimed() / tally.error();
-        assert!((0.9..1.1).contains(&ratio), "{name}: the claimed error is {ratio} of the one made");
+        assert!(
+            (0.9..1.1).contains(&ratio),
+            "{name}: the claimed error is {ratio} of the one made"
+        );
     }
 }

@@ -1,7 +1,8 @@
-//! Pictures keep their bits while the house behind them is rebuilt: a hash of each, taken before, in `kept.txt`.
+//! Pictures keep their bits while the house behind them is rebuilt: a hash of each, taken before,
+//! in `kept.txt`.
 //!
-//! A change that is meant to move pictures takes the hashes anew (`RAYWRIGHT_TAKE_HASHES=1`) and says in its message which
-//! lines changed and why.
+//! A change that is meant to move pictures takes the hashes anew (`RAYWRIGHT_TAKE_HASHES=1`) and
+//! says in its message which lines changed and why.
 
 use std::collections::BTreeMap;
 use std::fmt::Write as _;
@@ -19,16 +20,27 @@ const PRECISIONS: [PrecisionChoice; 2] = [PrecisionChoice::Robust, PrecisionChoi
 
 /// Files that `raywright render` takes, below the shared assets, in order.
 fn imports() -> Vec<(String, PathBuf)> {
-    let Some(folder) = shared("assets") else { return Vec::new() };
+    let Some(folder) = shared("assets") else {
+        return Vec::new();
+    };
     let mut found = Vec::new();
     let mut open = vec![folder.join("gltf"), folder.join("obj")];
     while let Some(next) = open.pop() {
-        for entry in std::fs::read_dir(&next).expect("a folder").map(|entry| entry.expect("readable").path()) {
-            let kind = entry.extension().map(|e| e.to_string_lossy().to_lowercase());
+        for entry in std::fs::read_dir(&next)
+            .expect("a folder")
+            .map(|entry| entry.expect("readable").path())
+        {
+            let kind = entry
+                .extension()
+                .map(|e| e.to_string_lossy().to_lowercase());
             if entry.is_dir() {
                 open.push(entry);
             } else if kind.is_some_and(|kind| matches!(kind.as_str(), "gltf" | "glb" | "obj")) {
-                let name = entry.strip_prefix(&folder).expect("below the folder").to_string_lossy().replace('\\', "/");
+                let name = entry
+                    .strip_prefix(&folder)
+                    .expect("below the folder")
+                    .to_string_lossy()
+                    .replace('\\', "/");
                 found.push((name.replace(' ', "%20"), entry));
             }
         }
@@ -41,54 +53,97 @@ fn imports() -> Vec<(String, PathBuf)> {
 fn hash(picture: &Picture) -> String {
     let mut hash = Sha256::new();
     for pixel in &picture.rgb {
-        pixel.iter().for_each(|x| hash.update(x.to_bits().to_le_bytes()));
+        pixel
+            .iter()
+            .for_each(|x| hash.update(x.to_bits().to_le_bytes()));
     }
-    for samples in picture.alpha.iter().chain(picture.layers.iter().map(|layer| &layer.samples)) {
-        samples.iter().for_each(|x| hash.update(x.to_bits().to_le_bytes()));
+    for samples in picture
+        .alpha
+        .iter()
+        .chain(picture.layers.iter().map(|layer| &layer.samples))
+    {
+        samples
+            .iter()
+            .for_each(|x| hash.update(x.to_bits().to_le_bytes()));
     }
-    hash.finalize().iter().take(8).fold(String::new(), |mut text, byte| {
-        let _ = write!(text, "{byte:02x}");
-        text
-    })
+    hash.finalize()
+        .iter()
+        .take(8)
+        .fold(String::new(), |mut text, byte| {
+            let _ = write!(text, "{byte:02x}");
+            text
+        })
 }
 
 /// Hashes of a scene in both precisions, on one line.
 fn hashes(name: &str, scene: Scene, size: [u32; 2]) -> String {
-    let spp = if scene.render.pattern.is_none() { Some(2) } else { None };
+    let spp = if scene.render.pattern.is_none() {
+        Some(2)
+    } else {
+        None
+    };
     let of = |precision| {
         let mut settings = Settings::of(&scene);
         settings.size = size;
         settings.sampling = Sampling::resolve(&scene, spp);
         settings.precision = precision;
-        settings.aovs = vec![Aov::Albedo, Aov::Normal, Aov::Position, Aov::Depth, Aov::Object, Aov::Material];
-        hash(&prepare(&scene, &settings, &()).unwrap_or_else(|e| panic!("{name}: {e}")).render(&()).picture)
+        settings.aovs = vec![
+            Aov::Albedo,
+            Aov::Normal,
+            Aov::Position,
+            Aov::Depth,
+            Aov::Object,
+            Aov::Material,
+        ];
+        hash(
+            &prepare(&scene, &settings, &())
+                .unwrap_or_else(|e| panic!("{name}: {e}"))
+                .render(&())
+                .picture,
+        )
     };
     PRECISIONS.map(of).join(" ")
 }
 
-/// Protects: while the code behind them is moved about, every preset and every model of the shared assets that loads keeps
-/// each bit of its picture and layers, in both precisions.
+/// Protects: while the code behind them is moved about, every preset and every model of the shared
+/// assets that loads keeps each bit of its picture and layers, in both precisions.
 #[test]
 fn pictures_keep_their_bits() {
     let file = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/integration/kept.txt");
     let mut found = BTreeMap::new();
     for preset in presets::list() {
-        let scene = load(&Input::Preset(preset.name.to_owned()), &LoadOptions::default()).unwrap_or_else(|e| panic!("{e}")).scene;
-        found.insert(format!("preset:{}", preset.name), hashes(preset.name, scene, [64, 48]));
+        let scene = load(
+            &Input::Preset(preset.name.to_owned()),
+            &LoadOptions::default(),
+        )
+        .unwrap_or_else(|e| panic!("{e}"))
+        .scene;
+        found.insert(
+            format!("preset:{}", preset.name),
+            hashes(preset.name, scene, [64, 48]),
+        );
     }
     for (name, path) in imports() {
         // What does not load is judged elsewhere.
-        let Ok(loaded) = load(&Input::Path(path), &LoadOptions::default()) else { continue };
+        let Ok(loaded) = load(&Input::Path(path), &LoadOptions::default()) else {
+            continue;
+        };
         let line = hashes(&name, loaded.scene, [32, 24]);
         found.insert(name, line);
     }
     if std::env::var_os("RAYWRIGHT_TAKE_HASHES").is_some() {
-        let text: String = found.iter().map(|(name, hashes)| format!("{name} {hashes}\n")).collect();
+        let text: String = found
+            .iter()
+            .map(|(name, hashes)| format!("{name} {hashes}\n"))
+            .collect();
         std::fs::write(&file, text).expect("the file can be written");
         return;
     }
     let text = std::fs::read_to_string(&file).expect("tests/integration/kept.txt");
-    let kept: BTreeMap<&str, &str> = text.lines().filter_map(|line| line.split_once(' ')).collect();
+    let kept: BTreeMap<&str, &str> = text
+        .lines()
+        .filter_map(|line| line.split_once(' '))
+        .collect();
     let moved: Vec<&String> = found
         .iter()
         .filter(|(name, hashes)| match kept.get(name.as_str()) {
@@ -100,5 +155,10 @@ fn pictures_keep_their_bits() {
         })
         .map(|(name, _)| name)
         .collect();
-    assert!(moved.is_empty(), "{} of {} pictures changed: {moved:?}", moved.len(), found.len());
+    assert!(
+        moved.is_empty(),
+        "{} of {} pictures changed: {moved:?}",
+        moved.len(),
+        found.len()
+    );
 }

@@ -4,7 +4,8 @@ use raywright::core::prepare;
 use raywright::core::scene::Scene;
 use raywright::core::settings::{Sampling, Settings};
 
-/// A floor at height `y` under a light 2 above it of colour 0.5, and a ceiling at once above the light.
+/// A floor at height `y` under a light 2 above it of colour 0.5, and a ceiling at once above the
+/// light.
 fn scene(y: f64, light: &str) -> Scene {
     let text = format!(
         r#"{{ "format": 1,
@@ -21,18 +22,40 @@ fn scene(y: f64, light: &str) -> Scene {
     serde_json::from_str(&text).expect("the scene is right")
 }
 
-/// Protects: a shadow ray ends at its light, wherever it starts. Far from the origin a ray starts visibly off its surface; one
-/// that keeps the surface's own distance passes its light and finds what is behind.
+/// Protects: a shadow ray ends at its light, wherever it starts. Far from the origin a ray starts
+/// visibly off its surface; one that keeps the surface's own distance passes its light and finds
+/// what is behind.
 #[test]
 fn what_is_behind_a_light_casts_no_shadow() {
-    for (name, position) in [("point", ""), ("spot", r#""direction": [0, -1, 0], "inner_angle": 80, "outer_angle": 89,"#)] {
+    for (name, position) in [
+        ("point", ""),
+        (
+            "spot",
+            r#""direction": [0, -1, 0], "inner_angle": 80, "outer_angle": 89,"#,
+        ),
+    ] {
         for y in [0.0, 100.0, 10_000.0] {
-            let light = format!(r#"{{ "{name}": {{ {position} "position": [0, {}, 0], "falloff": "none" }} }}"#, y + 2.0);
+            let light = format!(
+                r#"{{ "{name}": {{ {position} "position": [0, {}, 0], "falloff": "none" }} }}"#,
+                y + 2.0
+            );
             let scene = scene(y, &light);
-            let settings = Settings { size: [32, 18], sampling: Sampling::General(1), ..Settings::of(&scene) };
-            let picture = prepare(&scene, &settings, &()).unwrap_or_else(|e| panic!("{e}")).render(&()).picture;
+            let settings = Settings {
+                size: [32, 18],
+                sampling: Sampling::General(1),
+                ..Settings::of(&scene)
+            };
+            let picture = prepare(&scene, &settings, &())
+                .unwrap_or_else(|e| panic!("{e}"))
+                .render(&())
+                .picture;
             let dark = picture.rgb.iter().filter(|p| p[1] < 0.2).count();
-            assert_eq!(dark, 0, "{name} at {y}: {dark} of {} pixels lie in a shadow", picture.rgb.len());
+            assert_eq!(
+                dark,
+                0,
+                "{name} at {y}: {dark} of {} pixels lie in a shadow",
+                picture.rgb.len()
+            );
         }
     }
 }

@@ -1,4 +1,5 @@
-//! Pages lead where they say: a reader who follows a link, a chapter's name or a file's name finds it.
+//! Pages lead where they say: a reader who follows a link, a chapter's name or a file's name finds
+//! it.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Component, Path, PathBuf};
@@ -8,20 +9,28 @@ pub fn root() -> &'static Path {
     Path::new(env!("CARGO_MANIFEST_DIR"))
 }
 
-/// All files of the repository, relative to its root; hidden folders and what cargo builds are left out.
+/// All files of the repository, relative to its root; hidden folders and what cargo builds are left
+/// out.
 pub fn files() -> Vec<PathBuf> {
     let mut found = Vec::new();
     let mut folders = vec![root().to_path_buf()];
     while let Some(folder) = folders.pop() {
         for entry in std::fs::read_dir(&folder).expect("a folder") {
             let path = entry.expect("readable").path();
-            let name = path.file_name().map(|name| name.to_string_lossy().into_owned()).unwrap_or_default();
+            let name = path
+                .file_name()
+                .map(|name| name.to_string_lossy().into_owned())
+                .unwrap_or_default();
             if path.is_dir() {
                 if !name.starts_with('.') && name != "target" {
                     folders.push(path);
                 }
             } else {
-                found.push(path.strip_prefix(root()).expect("below the root").to_path_buf());
+                found.push(
+                    path.strip_prefix(root())
+                        .expect("below the root")
+                        .to_path_buf(),
+                );
             }
         }
     }
@@ -45,12 +54,18 @@ fn pages() -> BTreeMap<PathBuf, String> {
 
 /// The titles of a page's chapters.
 fn titles(text: &str) -> impl Iterator<Item = &str> {
-    text.lines().filter(|line| line.starts_with('#')).map(|line| line.trim_start_matches('#').trim())
+    text.lines()
+        .filter(|line| line.starts_with('#'))
+        .map(|line| line.trim_start_matches('#').trim())
 }
 
 /// The anchor that a forge gives a title: lower case, spaces as hyphens, no other punctuation.
 fn anchor(title: &str) -> String {
-    let kept = title.to_lowercase().chars().filter(|c| c.is_alphanumeric() || matches!(c, ' ' | '-' | '_')).collect::<String>();
+    let kept = title
+        .to_lowercase()
+        .chars()
+        .filter(|c| c.is_alphanumeric() || matches!(c, ' ' | '-' | '_'))
+        .collect::<String>();
     kept.replace(' ', "-")
 }
 
@@ -69,7 +84,10 @@ fn resolved(page: &Path, target: &str) -> PathBuf {
 
 /// What stands behind each `opening` up to the next `closing`.
 fn between<'a>(text: &'a str, opening: &'a str, closing: char) -> impl Iterator<Item = &'a str> {
-    text.split(opening).skip(1).filter_map(move |rest| rest.split_once(closing)).map(|(inside, _)| inside)
+    text.split(opening)
+        .skip(1)
+        .filter_map(move |rest| rest.split_once(closing))
+        .map(|(inside, _)| inside)
 }
 
 /// Protects: every link between pages leads to a file that is there, and to a chapter that it has.
@@ -78,11 +96,19 @@ fn links_lead_somewhere() {
     let (pages, mut broken, mut followed) = (pages(), Vec::new(), 0);
     for (page, text) in &pages {
         for link in between(text, "](", ')').filter(|link| !link.contains("://")) {
-            let (file, chapter) = link.split_once('#').map_or((link, None), |(file, chapter)| (file, Some(chapter)));
-            let target = if file.is_empty() { page.clone() } else { resolved(page, file) };
+            let (file, chapter) = link
+                .split_once('#')
+                .map_or((link, None), |(file, chapter)| (file, Some(chapter)));
+            let target = if file.is_empty() {
+                page.clone()
+            } else {
+                resolved(page, file)
+            };
             let there = match chapter {
                 None => root().join(&target).exists(),
-                Some(chapter) => pages.get(&target).is_some_and(|text| titles(text).any(|title| anchor(title) == chapter)),
+                Some(chapter) => pages
+                    .get(&target)
+                    .is_some_and(|text| titles(text).any(|title| anchor(title) == chapter)),
             };
             if !there {
                 broken.push(format!("{}: {link}", page.display()));
@@ -90,10 +116,14 @@ fn links_lead_somewhere() {
             followed += 1;
         }
     }
-    assert!(broken.is_empty() && followed > 60, "of {followed} links these lead nowhere: {broken:#?}");
+    assert!(
+        broken.is_empty() && followed > 60,
+        "of {followed} links these lead nowhere: {broken:#?}"
+    );
 }
 
-/// Protects: a page that is referred to by the title of a chapter, as in README, "Using it", has that chapter.
+/// Protects: a page that is referred to by the title of a chapter, as in README, "Using it", has
+/// that chapter.
 #[test]
 fn chapters_that_are_named_are_there() {
     let pages = pages();
@@ -101,31 +131,53 @@ fn chapters_that_are_named_are_there() {
         for named in ["README", "ARCHITECTURE", "CONTRIBUTING", "CHANGELOG"] {
             let there = &pages[Path::new(&format!("{named}.md"))];
             for chapter in between(text, &format!("{named}, \""), '"') {
-                assert!(titles(there).any(|title| title == chapter), "{}: {named} has no chapter \"{chapter}\"", page.display());
+                assert!(
+                    titles(there).any(|title| title == chapter),
+                    "{}: {named} has no chapter \"{chapter}\"",
+                    page.display()
+                );
             }
         }
     }
 }
 
-/// Protects: a source file that a page names in code marks exists. What changed and what was measured in the past may name files that
-/// are gone, so the changelog and the records of runs are left out.
+/// Protects: a source file that a page names in code marks exists. What changed and what was
+/// measured in the past may name files that are gone, so the changelog and the records of runs are
+/// left out.
 #[test]
 fn files_that_are_named_are_there() {
     let files = files();
-    let names: BTreeSet<String> = files.iter().map(|path| format!("/{}", path.to_string_lossy().replace('\\', "/"))).collect();
+    let names: BTreeSet<String> = files
+        .iter()
+        .map(|path| format!("/{}", path.to_string_lossy().replace('\\', "/")))
+        .collect();
     let (mut missing, mut looked_up) = (Vec::new(), 0);
     for (page, text) in pages() {
         if page == Path::new("CHANGELOG.md") || page.starts_with("benches/runs") {
             continue;
         }
-        for name in text.split('`').skip(1).step_by(2).filter(|name| !name.contains(char::is_whitespace)) {
-            if [".rs", ".md", ".py", ".svg"].iter().any(|ending| name.ends_with(ending)) {
+        for name in text
+            .split('`')
+            .skip(1)
+            .step_by(2)
+            .filter(|name| !name.contains(char::is_whitespace))
+        {
+            if [".rs", ".md", ".py", ".svg"]
+                .iter()
+                .any(|ending| name.ends_with(ending))
+            {
                 looked_up += 1;
-                if !names.iter().any(|path| path.ends_with(&format!("/{}", name.trim_start_matches("../")))) {
+                if !names
+                    .iter()
+                    .any(|path| path.ends_with(&format!("/{}", name.trim_start_matches("../"))))
+                {
                     missing.push(format!("{}: `{name}`", page.display()));
                 }
             }
         }
     }
-    assert!(missing.is_empty() && looked_up > 40, "of {looked_up} names these are of no file: {missing:#?}");
+    assert!(
+        missing.is_empty() && looked_up > 40,
+        "of {looked_up} names these are of no file: {missing:#?}"
+    );
 }

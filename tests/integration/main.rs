@@ -1,5 +1,8 @@
 //! The real program, run as a user runs it. One binary with modules, so that it links once.
-#![expect(clippy::print_stderr, reason = "a test says what it measured, and what it skipped")]
+#![expect(
+    clippy::print_stderr,
+    reason = "a test says what it measured, and what it skipped"
+)]
 
 mod bits;
 mod circles;

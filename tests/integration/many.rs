@@ -1,5 +1,5 @@
-//! Great numbers of each thing that a scene has: what is found by its name or number is looked up, and no list is scanned for
-//! each entry of another.
+//! Great numbers of each thing that a scene has: what is found by its name or number is looked up,
+//! and no list is scanned for each entry of another.
 
 use raywright::core::effects::detect;
 use raywright::core::{Scene, Settings, prepare};
@@ -15,41 +15,74 @@ use files::FAMILIES;
 /// So many that what grows with the square takes minutes, and what does not a fraction of a second.
 const MANY: usize = 100_000;
 
-/// Protects: reading, checking, explaining and preparing take time in proportion to what there is. Nothing is timed: where one
-/// of them scans a list for each entry, this test does not come to an end that anyone waits for.
+/// Protects: reading, checking, explaining and preparing take time in proportion to what there is.
+/// Nothing is timed: where one of them scans a list for each entry, this test does not come to an
+/// end that anyone waits for.
 #[test]
 fn loading_is_linear_in_everything() {
     for (what, write) in FAMILIES {
         let desk = Desk::new();
         // Decoding an image takes longer than all the rest.
-        let n = if what.starts_with("images") { MANY / 10 } else { MANY };
+        let n = if what.starts_with("images") {
+            MANY / 10
+        } else {
+            MANY
+        };
         let files = write(n);
         for (name, contents) in &files {
             desk.write(name, contents);
         }
-        let loaded = load(&Input::Path(desk.path(files[0].0)), &LoadOptions::default()).unwrap_or_else(|e| panic!("{what}: {e}"));
+        let loaded = load(&Input::Path(desk.path(files[0].0)), &LoadOptions::default())
+            .unwrap_or_else(|e| panic!("{what}: {e}"));
         let scene = loaded.scene;
-        let settings = Settings { size: [1, 1], ..Settings::of(&scene) };
+        let settings = Settings {
+            size: [1, 1],
+            ..Settings::of(&scene)
+        };
         let report = detect(&scene, &settings);
-        assert_eq!(report.effects.len(), detect(&Scene::default(), &settings).effects.len(), "{what}");
+        assert_eq!(
+            report.effects.len(),
+            detect(&Scene::default(), &settings).effects.len(),
+            "{what}"
+        );
         let ready = prepare(&scene, &settings, &()).unwrap_or_else(|e| panic!("{what}: {e}"));
-        let found = [ready.tables().primitives, scene.lights.len(), scene.parameters.len()].into_iter().max();
+        let found = [
+            ready.tables().primitives,
+            scene.lights.len(),
+            scene.parameters.len(),
+        ]
+        .into_iter()
+        .max();
         assert_eq!(found, Some(n), "{what}");
     }
 }
 
-/// Protects: a flood of names that nothing has is answered in time, too: each would be compared with every name there is, which costs
-/// so much more than a look that fewer of them will do.
+/// Protects: a flood of names that nothing has is answered in time, too: each would be compared
+/// with every name there is, which costs so much more than a look that fewer of them will do.
 #[test]
 fn a_flood_of_unknown_names_is_refused_in_time() {
     let files = FAMILIES[5].1(MANY / 5);
     let text = String::from_utf8(files[0].1.clone()).expect("it is text");
     let desk = Desk::new();
-    desk.write("many.scene.toml", text.replace("material = \"material", "material = \"unknown"));
-    let error = load(&Input::Path(desk.path("many.scene.toml")), &LoadOptions::default()).expect_err("no such materials");
-    assert!(error.to_string().contains("unknown material `unknown 0`"), "{error}");
+    desk.write(
+        "many.scene.toml",
+        text.replace("material = \"material", "material = \"unknown"),
+    );
+    let error = load(
+        &Input::Path(desk.path("many.scene.toml")),
+        &LoadOptions::default(),
+    )
+    .expect_err("no such materials");
+    assert!(
+        error.to_string().contains("unknown material `unknown 0`"),
+        "{error}"
+    );
     // And so is a flood of wrong keys.
     desk.write("many.scene.toml", text.replace("colour =", "color ="));
-    let error = load(&Input::Path(desk.path("many.scene.toml")), &LoadOptions::default()).expect_err("no such keys");
+    let error = load(
+        &Input::Path(desk.path("many.scene.toml")),
+        &LoadOptions::default(),
+    )
+    .expect_err("no such keys");
     assert!(error.to_string().contains("unknown key `color`"), "{error}");
 }

@@ -1,5 +1,6 @@
-//! What a picture will take is told before anything is built, and never too little: held against what is there then, for every
-//! preset, for meshes, instances, generated objects and lamps, and for the models of the shared assets.
+//! What a picture will take is told before anything is built, and never too little: held against
+//! what is there then, for every preset, for meshes, instances, generated objects and lamps, and
+//! for the models of the shared assets.
 
 use std::path::PathBuf;
 
@@ -12,18 +13,26 @@ use serde_json::{Value, json};
 use crate::support::shared;
 
 const PRECISIONS: [PrecisionChoice; 2] = [PrecisionChoice::Robust, PrecisionChoice::Reference];
-const ACCELERATORS: [AcceleratorKind; 2] = [AcceleratorKind::Linear, AcceleratorKind::Tree(BuildQuality::Fast)];
+const ACCELERATORS: [AcceleratorKind; 2] = [
+    AcceleratorKind::Linear,
+    AcceleratorKind::Tree(BuildQuality::Fast),
+];
 
-/// Each part is at least what is there and at most twice of it; what is hit, in a tree, up to five times and some
-/// kilobytes: how full its nodes and blocks will be is not known. Returns both.
+/// Each part is at least what is there and at most twice of it; what is hit, in a tree, up to five
+/// times and some kilobytes: how full its nodes and blocks will be is not known. Returns both.
 #[track_caller]
 fn told(what: &str, scene: &Scene, settings: &Settings) -> [Memory; 2] {
     let before = estimate(scene, settings);
-    let after = prepare(scene, settings, &()).unwrap_or_else(|e| panic!("{what}: {e}")).memory();
+    let after = prepare(scene, settings, &())
+        .unwrap_or_else(|e| panic!("{what}: {e}"))
+        .memory();
     for ((name, told), (_, real)) in before.parts().into_iter().zip(after.parts()) {
         let wide = name == "geometry" && matches!(settings.accelerator, AcceleratorKind::Tree(_));
         let most = if wide { 5 * real + 8192 } else { 2 * real };
-        assert!(real <= told && told <= most, "{what}: {name} {real} bytes, told {told}");
+        assert!(
+            real <= told && told <= most,
+            "{what}: {name} {real} bytes, told {told}"
+        );
     }
     [before, after]
 }
@@ -32,8 +41,17 @@ fn told(what: &str, scene: &Scene, settings: &Settings) -> [Memory; 2] {
 fn told_in_every_way(what: &str, scene: &Scene) {
     for precision in PRECISIONS {
         for accelerator in ACCELERATORS {
-            let settings = Settings { size: [8, 6], precision, accelerator, ..Settings::of(scene) };
-            told(&format!("{what}, {precision:?}, {accelerator:?}"), scene, &settings);
+            let settings = Settings {
+                size: [8, 6],
+                precision,
+                accelerator,
+                ..Settings::of(scene)
+            };
+            told(
+                &format!("{what}, {precision:?}, {accelerator:?}"),
+                scene,
+                &settings,
+            );
         }
     }
 }
@@ -63,47 +81,68 @@ fn shown(mesh: &str, material: &str, x: f64) -> Value {
     json!({ "shape": { "mesh": mesh }, "material": material, "transform": [{ "translate": [x, 0, 0] }] })
 }
 
-/// Protects: presets take no more memory than was told, and no less than half of it, in each precision and by each accelerator.
+/// Protects: presets take no more memory than was told, and no less than half of it, in each
+/// precision and by each accelerator.
 #[test]
 fn memory_of_presets() {
     for preset in presets::list() {
-        let scene = load(&Input::Preset(preset.name.to_owned()), &LoadOptions::default()).unwrap_or_else(|e| panic!("{e}")).scene;
+        let scene = load(
+            &Input::Preset(preset.name.to_owned()),
+            &LoadOptions::default(),
+        )
+        .unwrap_or_else(|e| panic!("{e}"))
+        .scene;
         told_in_every_way(preset.name, &scene);
     }
 }
 
-/// Protects: the same for meshes shown once, meshes shared by instances, of both sides or not, lamps of every kind, and thousands
-/// of generated objects, moved or turned.
+/// Protects: the same for meshes shown once, meshes shared by instances, of both sides or not,
+/// lamps of every kind, and thousands of generated objects, moved or turned.
 #[test]
 fn memory_of_meshes_instances_and_generators() {
     let sided = |mut object: Value| {
         object["side"] = json!("outside");
         object
     };
-    let instances: Vec<Value> = (0..40).map(|i| shown("leaf", "matte", f64::from(i))).collect();
+    let instances: Vec<Value> = (0..40)
+        .map(|i| shown("leaf", "matte", f64::from(i)))
+        .collect();
     let ball = json!({ "shape": { "sphere": { "centre": [0, 0, 0], "radius": 0.1 } }, "material": "matte" });
-    let turned = json!([{ "rotate": { "axis": [0, 1, 0], "degrees": 20 } }, { "scale": [1, 2, 3] }]);
+    let turned =
+        json!([{ "rotate": { "axis": [0, 1, 0], "degrees": 20 } }, { "scale": [1, 2, 3] }]);
     let (mut egg, mut glow) = (ball.clone(), ball.clone());
     egg["transform"] = turned.clone();
     (glow["transform"], glow["material"]) = (turned, json!("lamp"));
     let grid = |object: &Value| json!([{ "kind": { "grid": { "counts": [20, 10, 10], "origin": [0, 0, 0], "step": [1, 1, 1] } }, "object": object }]);
     let scenes = [
         ("nothing", json!({})),
-        ("a mesh", json!({ "meshes": [fan("leaf", 500)], "objects": [shown("leaf", "matte", 0.0)] })),
-        ("instances", json!({ "meshes": [fan("leaf", 500)], "objects": instances })),
+        (
+            "a mesh",
+            json!({ "meshes": [fan("leaf", 500)], "objects": [shown("leaf", "matte", 0.0)] }),
+        ),
+        (
+            "instances",
+            json!({ "meshes": [fan("leaf", 500)], "objects": instances }),
+        ),
         (
             "instances of two sides, and a mesh by itself",
             json!({ "meshes": [fan("leaf", 300), fan("stem", 9)], "objects": [shown("leaf", "matte", 0.0), shown("leaf", "matte", 1.0),
                 sided(shown("leaf", "matte", 2.0)), sided(shown("leaf", "matte", 3.0)), shown("stem", "matte", 4.0)] }),
         ),
-        ("a mesh that glows", json!({ "meshes": [fan("leaf", 500)], "objects": [shown("leaf", "lamp", 0.0), ball] })),
+        (
+            "a mesh that glows",
+            json!({ "meshes": [fan("leaf", 500)], "objects": [shown("leaf", "lamp", 0.0), ball] }),
+        ),
         (
             "instances that glow",
             json!({ "meshes": [fan("leaf", 50)], "objects": [shown("leaf", "lamp", 0.0), shown("leaf", "lamp", 1.0)] }),
         ),
         ("balls", json!({ "generators": grid(&ball) })),
         ("eggs", json!({ "generators": grid(&egg) })),
-        ("lamps", json!({ "generators": grid(&glow), "objects": [ball] })),
+        (
+            "lamps",
+            json!({ "generators": grid(&glow), "objects": [ball] }),
+        ),
     ];
     for (what, parts) in scenes {
         told_in_every_way(what, &scene(parts));
@@ -113,16 +152,31 @@ fn memory_of_meshes_instances_and_generators() {
 /// Protects: the same for the models of the shared assets that load, textures included.
 #[test]
 fn memory_of_models() {
-    let Some(folder) = shared("assets") else { return };
-    let (mut open, mut most): (Vec<PathBuf>, f64) = (vec![folder.join("gltf"), folder.join("obj")], 1.0);
+    let Some(folder) = shared("assets") else {
+        return;
+    };
+    let (mut open, mut most): (Vec<PathBuf>, f64) =
+        (vec![folder.join("gltf"), folder.join("obj")], 1.0);
     while let Some(next) = open.pop() {
-        for path in std::fs::read_dir(&next).expect("a folder").map(|entry| entry.expect("readable").path()) {
+        for path in std::fs::read_dir(&next)
+            .expect("a folder")
+            .map(|entry| entry.expect("readable").path())
+        {
             if path.is_dir() {
                 open.push(path);
-            } else if path.extension().is_some_and(|e| ["gltf", "glb", "obj"].iter().any(|known| e.eq_ignore_ascii_case(known))) {
+            } else if path.extension().is_some_and(|e| {
+                ["gltf", "glb", "obj"]
+                    .iter()
+                    .any(|known| e.eq_ignore_ascii_case(known))
+            }) {
                 // What does not load is judged elsewhere.
-                let Ok(loaded) = load(&Input::Path(path.clone()), &LoadOptions::default()) else { continue };
-                let settings = Settings { size: [8, 6], ..Settings::of(&loaded.scene) };
+                let Ok(loaded) = load(&Input::Path(path.clone()), &LoadOptions::default()) else {
+                    continue;
+                };
+                let settings = Settings {
+                    size: [8, 6],
+                    ..Settings::of(&loaded.scene)
+                };
                 let [before, after] = told(&path.display().to_string(), &loaded.scene, &settings);
                 most = most.max(before.total() as f64 / after.total() as f64);
             }

@@ -1,5 +1,5 @@
-//! Small inputs made after what people reported of other programs, each with a known answer: wrong pictures in silence, refusals of valid
-//! files, and manners with files.
+//! Small inputs made after what people reported of other programs, each with a known answer: wrong
+//! pictures in silence, refusals of valid files, and manners with files.
 
 use std::path::{Path, PathBuf};
 
@@ -38,23 +38,51 @@ fn report(name: &str) -> Option<PathBuf> {
 /// Mean radiance of the middle of a picture, and what was said of it.
 fn middle(desk: &Desk, file: &Path, flags: &[&str]) -> ([f32; 3], String) {
     let file = file.to_str().expect("a readable path");
-    let run = desk.run(&[&["render", file, "-o", "a.exr", "-q", "--threads", "1", "--allow-empty"], flags].concat());
+    let run = desk.run(
+        &[
+            &[
+                "render",
+                file,
+                "-o",
+                "a.exr",
+                "-q",
+                "--threads",
+                "1",
+                "--allow-empty",
+            ],
+            flags,
+        ]
+        .concat(),
+    );
     run.exits_with(0);
     let picture = desk.picture("a.exr");
     let [width, height] = [picture.width as usize, picture.height as usize];
     let inner = |edge: usize| edge / 4..(edge - edge / 4).max(edge / 4 + 1);
     let at = |x: usize, y: usize| picture.rgb[y * width + x];
-    let pixels: Vec<[f32; 3]> = inner(height).flat_map(|y| inner(width).map(move |x| (x, y))).map(|(x, y)| at(x, y)).collect();
-    ([0, 1, 2].map(|k| pixels.iter().map(|pixel| pixel[k]).sum::<f32>() / pixels.len() as f32), run.stderr)
+    let pixels: Vec<[f32; 3]> = inner(height)
+        .flat_map(|y| inner(width).map(move |x| (x, y)))
+        .map(|(x, y)| at(x, y))
+        .collect();
+    (
+        [0, 1, 2].map(|k| pixels.iter().map(|pixel| pixel[k]).sum::<f32>() / pixels.len() as f32),
+        run.stderr,
+    )
 }
 
 #[track_caller]
 fn near(name: &str, found: [f32; 3], expected: [f32; 3], tolerance: f32) {
-    assert!(found.iter().zip(expected).all(|(a, b)| (a - b).abs() <= tolerance), "{name}: {found:?} instead of {expected:?}");
+    assert!(
+        found
+            .iter()
+            .zip(expected)
+            .all(|(a, b)| (a - b).abs() <= tolerance),
+        "{name}: {found:?} instead of {expected:?}"
+    );
 }
 
-/// Protects: layers of alpha, masks, unlit surfaces, numbers at and beyond the ends of their ranges, integers and keys as files write them, and
-/// hard spots look as the texts of glTF and its extensions say.
+/// Protects: layers of alpha, masks, unlit surfaces, numbers at and beyond the ends of their
+/// ranges, integers and keys as files write them, and hard spots look as the texts of glTF and its
+/// extensions say.
 #[test]
 fn models_of_reports_look_as_their_texts_say() {
     let desk = Desk::new();
@@ -79,18 +107,40 @@ fn models_of_reports_look_as_their_texts_say() {
         ("duplicate-key-material.gltf", dark, [1.0, 0.0, 0.0], 1e-6),
     ] {
         let Some(file) = report(name) else { return };
-        near(name, middle(&desk, &file, &[&["--size", "16x16", "--spp", "256"], flags].concat()).0, expected, tolerance);
+        near(
+            name,
+            middle(
+                &desk,
+                &file,
+                &[&["--size", "16x16", "--spp", "256"], flags].concat(),
+            )
+            .0,
+            expected,
+            tolerance,
+        );
     }
 }
 
-/// Protects: in a white furnace mirrors of index 0, indices beyond a limit, materials of specular and glossiness, and rough thin walls return what
-/// their texts say, and white walls all of it.
+/// Protects: in a white furnace mirrors of index 0, indices beyond a limit, materials of specular
+/// and glossiness, and rough thin walls return what their texts say, and white walls all of it.
 #[test]
 fn furnaces_of_reports() {
     let desk = Desk::new();
     desk.write("white.scene.toml", WHITE);
-    desk.run(&["render", "white.scene.toml", "-o", "white.exr", "-q"]).exits_with(0);
-    let furnace = ["--env", "white.exr", "--size", "16x16", "--spp", "1024", "--integrator", "path", "--max-depth", "64"];
+    desk.run(&["render", "white.scene.toml", "-o", "white.exr", "-q"])
+        .exits_with(0);
+    let furnace = [
+        "--env",
+        "white.exr",
+        "--size",
+        "16x16",
+        "--spp",
+        "1024",
+        "--integrator",
+        "path",
+        "--max-depth",
+        "64",
+    ];
     for (name, expected, tolerance) in [
         ("ior-0-black.gltf", [1.0; 3], 0.01),
         ("ior-0-specular.gltf", [0.5; 3], 0.01),
@@ -102,80 +152,180 @@ fn furnaces_of_reports() {
         ("thin-rough-scene.scene.toml", [1.0; 3], 0.01),
     ] {
         let Some(file) = report(name) else { return };
-        near(name, middle(&desk, &file, if name.ends_with("toml") { &furnace[2..] } else { &furnace }).0, expected, tolerance);
+        near(
+            name,
+            middle(
+                &desk,
+                &file,
+                if name.ends_with("toml") {
+                    &furnace[2..]
+                } else {
+                    &furnace
+                },
+            )
+            .0,
+            expected,
+            tolerance,
+        );
     }
 }
 
-/// Protects: radiance pictures by either signature, skies of luminance or of a named layer, and skies in a window are read as what they are; an
-/// infinite texel is said and makes no picture of its own.
+/// Protects: radiance pictures by either signature, skies of luminance or of a named layer, and
+/// skies in a window are read as what they are; an infinite texel is said and makes no picture of
+/// its own.
 #[test]
 fn skies_of_reports() {
     let desk = Desk::new();
     desk.write("ball.scene.toml", BALL);
     desk.write("empty.scene.toml", EMPTY);
-    for name in ["rgbe-run-length.hdr", "rgbe-comments.hdr", "sky-luminance.exr", "sky-layer.exr", "sky-window-overscan.exr"] {
+    for name in [
+        "rgbe-run-length.hdr",
+        "rgbe-comments.hdr",
+        "sky-luminance.exr",
+        "sky-layer.exr",
+        "sky-window-overscan.exr",
+    ] {
         let Some(sky) = report(name) else { return };
         let sky = sky.to_str().expect("a readable path");
-        near(name, middle(&desk, Path::new("ball.scene.toml"), &["--env", sky]).0, [1.0; 3], 0.02);
+        near(
+            name,
+            middle(&desk, Path::new("ball.scene.toml"), &["--env", sky]).0,
+            [1.0; 3],
+            0.02,
+        );
     }
     let sky = report("sky-window-half.exr").expect("the others are there");
     let sky = sky.to_str().expect("a readable path");
     for (up, expected) in [("up=1", 1.0), ("up=-1", 0.0)] {
-        near(up, middle(&desk, Path::new("empty.scene.toml"), &["--env", sky, "--set", up]).0, [expected; 3], 1e-3);
+        near(
+            up,
+            middle(
+                &desk,
+                Path::new("empty.scene.toml"),
+                &["--env", sky, "--set", up],
+            )
+            .0,
+            [expected; 3],
+            1e-3,
+        );
     }
     for name in ["sky-inf-half.exr", "sky-inf-float.exr"] {
         let sky = report(name).expect("the others are there");
-        let run = desk.run(&["render", "ball.scene.toml", "-o", "b.exr", "--env", sky.to_str().expect("a readable path")]);
+        let run = desk.run(&[
+            "render",
+            "ball.scene.toml",
+            "-o",
+            "b.exr",
+            "--env",
+            sky.to_str().expect("a readable path"),
+        ]);
         assert!(
             run.code == Some(3) || run.stderr.contains("infinite") || run.stderr.contains("finite"),
             "{name}: {}",
             run.stderr
         );
         if run.code == Some(0) {
-            assert!(desk.picture("b.exr").rgb.iter().flatten().all(|x| *x < 1e7), "{name}");
+            assert!(
+                desk.picture("b.exr").rgb.iter().flatten().all(|x| *x < 1e7),
+                "{name}"
+            );
         }
     }
 }
 
-/// Protects: meshes far from the origin look as they do near it, faces of a PLY have each its own picture, indices of zero and lines that end
-/// with CR are read, and a byte order mark is none of a scene's.
+/// Protects: meshes far from the origin look as they do near it, faces of a PLY have each its own
+/// picture, indices of zero and lines that end with CR are read, and a byte order mark is none of a
+/// scene's.
 #[test]
 fn meshes_and_marks_of_reports() {
     let desk = Desk::new();
-    let Some(far) = report("far-node.gltf") else { return };
-    let text = std::fs::read_to_string(&far).expect("readable").replace("448200.25", "0").replace("4865499.5", "0");
+    let Some(far) = report("far-node.gltf") else {
+        return;
+    };
+    let text = std::fs::read_to_string(&far)
+        .expect("readable")
+        .replace("448200.25", "0")
+        .replace("4865499.5", "0");
     desk.write("near-node.gltf", text);
-    let stairs = std::fs::read_to_string(report("far-text.obj").expect("beside it")).expect("readable");
+    let stairs =
+        std::fs::read_to_string(report("far-text.obj").expect("beside it")).expect("readable");
     let moved: String = stairs
         .lines()
         .map(|line| match line.strip_prefix("v ") {
             Some(rest) => {
-                let numbers: Vec<f64> = rest.split_whitespace().map(|x| x.parse().expect("a number")).collect();
-                format!("v {:.3} {:.3} {:.3}\n", numbers[0] - 448_200.25, numbers[1] - 4_865_499.469, numbers[2] - 20.2)
+                let numbers: Vec<f64> = rest
+                    .split_whitespace()
+                    .map(|x| x.parse().expect("a number"))
+                    .collect();
+                format!(
+                    "v {:.3} {:.3} {:.3}\n",
+                    numbers[0] - 448_200.25,
+                    numbers[1] - 4_865_499.469,
+                    numbers[2] - 20.2
+                )
             }
             None => format!("{line}\n"),
         })
         .collect();
     desk.write("near-text.obj", moved);
     let size = ["--size", "64x48", "--spp", "16"];
-    for (name, twin) in [("far-node.gltf", "near-node.gltf"), ("far-text.obj", "near-text.obj")] {
+    for (name, twin) in [
+        ("far-node.gltf", "near-node.gltf"),
+        ("far-text.obj", "near-text.obj"),
+    ] {
         let pictures = [report(name).expect("there"), desk.path(twin)].map(|file| {
-            desk.run(&[&["render", file.to_str().expect("readable"), "-o", "a.exr", "-q"], &size[..]].concat()).exits_with(0);
+            desk.run(
+                &[
+                    &[
+                        "render",
+                        file.to_str().expect("readable"),
+                        "-o",
+                        "a.exr",
+                        "-q",
+                    ],
+                    &size[..],
+                ]
+                .concat(),
+            )
+            .exits_with(0);
             desk.picture("a.exr")
         });
-        let far = |i: &usize| (0..3).any(|k| (pictures[0].rgb[*i][k] - pictures[1].rgb[*i][k]).abs() > 0.02);
+        let far = |i: &usize| {
+            (0..3).any(|k| (pictures[0].rgb[*i][k] - pictures[1].rgb[*i][k]).abs() > 0.02)
+        };
         let off = (0..pictures[0].rgb.len()).filter(far).count();
-        assert!(off * 100 <= pictures[0].rgb.len(), "{name}: {off} pixels are not its twin's");
+        assert!(
+            off * 100 <= pictures[0].rgb.len(),
+            "{name}: {off} pixels are not its twin's"
+        );
     }
-    for (name, left, right) in [("ply-two-textures.ply", 0, 1), ("ply-upper-texture.ply", 0, 0)] {
+    for (name, left, right) in [
+        ("ply-two-textures.ply", 0, 1),
+        ("ply-upper-texture.ply", 0, 0),
+    ] {
         let file = report(name).expect("there");
-        desk.run(&["render", file.to_str().expect("readable"), "-o", "a.exr", "-q", "--size", "32x32", "--view", "front"])
-            .exits_with(0);
+        desk.run(&[
+            "render",
+            file.to_str().expect("readable"),
+            "-o",
+            "a.exr",
+            "-q",
+            "--size",
+            "32x32",
+            "--view",
+            "front",
+        ])
+        .exits_with(0);
         let picture = desk.picture("a.exr");
         for (x, channel) in [(12, left), (19, right)] {
             let pixel = picture.rgb[16 * 32 + x];
-            let brightest = (0..3).max_by(|a, b| pixel[*a].total_cmp(&pixel[*b])).expect("three");
-            assert!(brightest == channel && pixel[channel] > 2.0 * pixel[(channel + 1) % 3], "{name}: {pixel:?} at {x}");
+            let brightest = (0..3)
+                .max_by(|a, b| pixel[*a].total_cmp(&pixel[*b]))
+                .expect("three");
+            assert!(
+                brightest == channel && pixel[channel] > 2.0 * pixel[(channel + 1) % 3],
+                "{name}: {pixel:?} at {x}"
+            );
         }
     }
     for name in [
@@ -190,12 +340,20 @@ fn meshes_and_marks_of_reports() {
         let run = desk.run(&["check", file.to_str().expect("readable")]);
         run.exits_with(0);
         if name.starts_with("obj-zero") {
-            assert_eq!(run.stderr.matches("warning").count(), 1, "{name}: {}", run.stderr);
+            assert_eq!(
+                run.stderr.matches("warning").count(),
+                1,
+                "{name}: {}",
+                run.stderr
+            );
         }
     }
     let red = report("obj-cr-both.obj").expect("there");
     let (pixel, said) = middle(&desk, &red, &["--size", "32x32"]);
-    assert!(pixel[0] > 3.0 * pixel[1] && said.is_empty(), "{pixel:?}: {said}");
+    assert!(
+        pixel[0] > 3.0 * pixel[1] && said.is_empty(),
+        "{pixel:?}: {said}"
+    );
 }
 
 /// Protects: a render with few noisy pixels ends when their error is below what was asked for.
@@ -203,22 +361,40 @@ fn meshes_and_marks_of_reports() {
 fn small_subjects_of_reports_converge() {
     let desk = Desk::new();
     for (name, flags) in [
-        ("small-subject.scene.toml", &["--background", "transparent"][..]),
-        ("small-model.gltf", &["--background", "transparent", "-s", "64x64"]),
+        (
+            "small-subject.scene.toml",
+            &["--background", "transparent"][..],
+        ),
+        (
+            "small-model.gltf",
+            &["--background", "transparent", "-s", "64x64"],
+        ),
     ] {
         let Some(file) = report(name) else { return };
         let file = file.to_str().expect("readable");
-        let asked = ["render", file, "-o", "a.png", "--stats", "s.json", "--max-error", "0.05", "--integrator", "path"];
+        let asked = [
+            "render",
+            file,
+            "-o",
+            "a.png",
+            "--stats",
+            "s.json",
+            "--max-error",
+            "0.05",
+            "--integrator",
+            "path",
+        ];
         desk.run(&[&asked[..], flags].concat()).exits_with(0);
         let stats: serde_json::Value =
-            serde_json::from_slice(&std::fs::read(desk.path("s.json")).expect("written")).expect("JSON");
+            serde_json::from_slice(&std::fs::read(desk.path("s.json")).expect("written"))
+                .expect("JSON");
         let samples = stats["samples"].as_f64().expect("a number") / 48.0 / 48.0;
         assert!(samples < 4096.0, "{name}: {samples} samples a pixel");
     }
 }
 
-/// Protects: a picture keeps who may read it, a name that no file can have is refused before the first ray, a crop keeps its place in the whole, and
-/// a threshold of `compare` sees alpha.
+/// Protects: a picture keeps who may read it, a name that no file can have is refused before the
+/// first ray, a crop keeps its place in the whole, and a threshold of `compare` sees alpha.
 #[test]
 fn manners_of_reports() {
     let desk = Desk::new();
@@ -227,25 +403,66 @@ fn manners_of_reports() {
     {
         use std::os::unix::fs::PermissionsExt as _;
         desk.write("p.png", "");
-        std::fs::set_permissions(desk.path("p.png"), std::fs::Permissions::from_mode(0o600)).expect("may be set");
-        desk.run(&["render", "white.scene.toml", "-o", "p.png", "-q"]).exits_with(0);
-        let mode = std::fs::metadata(desk.path("p.png")).expect("there").permissions().mode();
+        std::fs::set_permissions(desk.path("p.png"), std::fs::Permissions::from_mode(0o600))
+            .expect("may be set");
+        desk.run(&["render", "white.scene.toml", "-o", "p.png", "-q"])
+            .exits_with(0);
+        let mode = std::fs::metadata(desk.path("p.png"))
+            .expect("there")
+            .permissions()
+            .mode();
         assert_eq!(mode & 0o777, 0o600);
     }
     let long = format!("{}.png", "n".repeat(260));
-    let run = desk.run(&["render", "white.scene.toml", "--stats", "s.json", "-o", &long]);
+    let run = desk.run(&[
+        "render",
+        "white.scene.toml",
+        "--stats",
+        "s.json",
+        "-o",
+        &long,
+    ]);
     run.exits_with(4);
     assert!(!desk.path("s.json").exists(), "{}", run.stderr);
-    desk.run(&["render", "white.scene.toml", "-s", "64x48", "--crop", "10,20,16,8", "-o", "c.exr", "-q"]).exits_with(0);
+    desk.run(&[
+        "render",
+        "white.scene.toml",
+        "-s",
+        "64x48",
+        "--crop",
+        "10,20,16,8",
+        "-o",
+        "c.exr",
+        "-q",
+    ])
+    .exits_with(0);
     let meta = exr::meta::MetaData::read_from_file(desk.path("c.exr"), false).expect("an EXR");
-    let (header, whole) = (&meta.headers[0], meta.headers[0].shared_attributes.display_window);
+    let (header, whole) = (
+        &meta.headers[0],
+        meta.headers[0].shared_attributes.display_window,
+    );
     let corner = header.own_attributes.layer_position;
-    assert_eq!(((corner.x(), corner.y()), (header.layer_size.x(), header.layer_size.y())), ((10, 20), (16, 8)));
-    assert_eq!(((whole.position.x(), whole.position.y()), (whole.size.x(), whole.size.y())), ((0, 0), (64, 48)));
-    let Some(cut) = report("compare-alpha-cut.png") else { return };
+    assert_eq!(
+        (
+            (corner.x(), corner.y()),
+            (header.layer_size.x(), header.layer_size.y())
+        ),
+        ((10, 20), (16, 8))
+    );
+    assert_eq!(
+        (
+            (whole.position.x(), whole.position.y()),
+            (whole.size.x(), whole.size.y())
+        ),
+        ((0, 0), (64, 48))
+    );
+    let Some(cut) = report("compare-alpha-cut.png") else {
+        return;
+    };
     let filled = report("compare-alpha-filled.png").expect("beside it");
     for threshold in ["--max-rmse", "--max-flip"] {
         let [cut, filled] = [&cut, &filled].map(|file| file.to_str().expect("readable"));
-        desk.run(&["compare", cut, filled, threshold, "0.001"]).exits_with(1);
+        desk.run(&["compare", cut, filled, threshold, "0.001"])
+            .exits_with(1);
     }
 }

@@ -9,14 +9,19 @@ use crate::links::{files, root};
 /// The number with which a test's name begins, as the list writes it.
 fn number(name: &str) -> Option<String> {
     let (first, rest) = name.split_at_checked(3)?;
-    let is_number = first.starts_with(['p', 't', 's', 'm', 'f']) && first[1..].bytes().all(|b| b.is_ascii_digit());
+    let is_number = first.starts_with(['p', 't', 's', 'm', 'f'])
+        && first[1..].bytes().all(|b| b.is_ascii_digit());
     (is_number && rest.starts_with('_')).then(|| first.to_uppercase())
 }
 
-/// The names of all tests of a file: the functions that follow the attribute, whatever other attributes lie between.
+/// The names of all tests of a file: the functions that follow the attribute, whatever other
+/// attributes lie between.
 fn tests(source: &str) -> impl Iterator<Item = &str> {
     source.split("#[test]\n").skip(1).filter_map(|after| {
-        let line = after.lines().map(str::trim).find(|line| !line.starts_with(['#', '/']))?;
+        let line = after
+            .lines()
+            .map(str::trim)
+            .find(|line| !line.starts_with(['#', '/']))?;
         line.strip_prefix("fn ")?.split('(').next()
     })
 }
@@ -26,11 +31,18 @@ fn tests(source: &str) -> impl Iterator<Item = &str> {
 fn every_hard_case_is_a_test() {
     let listed: BTreeSet<String> = hard_cases().map(|case| case.number.to_owned()).collect();
     let mut found = BTreeSet::new();
-    for path in files().into_iter().filter(|path| path.extension().is_some_and(|ending| ending == "rs")) {
+    for path in files()
+        .into_iter()
+        .filter(|path| path.extension().is_some_and(|ending| ending == "rs"))
+    {
         let source = std::fs::read_to_string(root().join(&path)).expect("source is text");
         for name in tests(&source) {
             let Some(number) = number(name) else { continue };
-            assert!(listed.contains(&number), "{}: {name} has a number that is none", path.display());
+            assert!(
+                listed.contains(&number),
+                "{}: {name} has a number that is none",
+                path.display()
+            );
             found.insert(number);
         }
     }

@@ -8,7 +8,8 @@ use raywright::core::picture::Picture;
 use raywright::io::output::{StoredPicture, read_picture};
 use raywright::io::{Limits, presets};
 
-/// Whether the program carries a preset: a scene file may be deleted, and what else there is stays whole.
+/// Whether the program carries a preset: a scene file may be deleted, and what else there is stays
+/// whole.
 pub fn carried(preset: &str) -> bool {
     let carried = presets::names().any(|known| known == preset);
     if !carried {
@@ -17,9 +18,12 @@ pub fn carried(preset: &str) -> bool {
     carried
 }
 
-/// A file or folder of the shared data beside the checkout; none, and a line that `.ci/run` counts, where it is missing.
+/// A file or folder of the shared data beside the checkout; none, and a line that `.ci/run` counts,
+/// where it is missing.
 pub fn shared(name: &str) -> Option<PathBuf> {
-    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../shared").join(name);
+    let path = Path::new(env!("CARGO_MANIFEST_DIR"))
+        .join("../shared")
+        .join(name);
     if !path.exists() {
         eprintln!("skipped: shared data not found ({})", path.display());
         return None;
@@ -46,7 +50,9 @@ pub struct Run {
 impl Desk {
     /// An empty folder.
     pub fn new() -> Self {
-        Self { folder: tempfile::tempdir().expect("a temporary folder") }
+        Self {
+            folder: tempfile::tempdir().expect("a temporary folder"),
+        }
     }
 
     /// Path of a file in it.
@@ -62,8 +68,15 @@ impl Desk {
     /// Names of what is in it, in order.
     pub fn names(&self) -> Vec<String> {
         let entries = std::fs::read_dir(self.folder.path()).expect("a folder");
-        let mut names: Vec<String> =
-            entries.map(|entry| entry.expect("readable").file_name().to_string_lossy().into_owned()).collect();
+        let mut names: Vec<String> = entries
+            .map(|entry| {
+                entry
+                    .expect("readable")
+                    .file_name()
+                    .to_string_lossy()
+                    .into_owned()
+            })
+            .collect();
         names.sort();
         names
     }
@@ -81,13 +94,19 @@ impl Desk {
     /// The command with its arguments, not yet started.
     pub fn command<A: AsRef<OsStr>>(&self, args: &[A]) -> Command {
         let mut command = Command::new(env!("CARGO_BIN_EXE_raywright"));
-        command.args(args).current_dir(self.folder.path()).stdin(Stdio::null());
+        command
+            .args(args)
+            .current_dir(self.folder.path())
+            .stdin(Stdio::null());
         command
     }
 
     /// Runs the program to its end.
     pub fn run<A: AsRef<OsStr>>(&self, args: &[A]) -> Run {
-        Run::of(args, self.command(args).output().expect("the program starts"))
+        Run::of(
+            args,
+            self.command(args).output().expect("the program starts"),
+        )
     }
 }
 
@@ -96,7 +115,11 @@ impl Desk {
     pub fn pipe<A: AsRef<OsStr>>(&self, args: &[A], bytes: &[u8]) -> Run {
         self.write("pipe", bytes);
         let source = std::fs::File::open(self.path("pipe")).expect("just written");
-        let output = self.command(args).stdin(source).output().expect("the program starts");
+        let output = self
+            .command(args)
+            .stdin(source)
+            .output()
+            .expect("the program starts");
         std::fs::remove_file(self.path("pipe")).expect("it is there");
         Run::of(args, output)
     }
@@ -104,7 +127,10 @@ impl Desk {
 
 impl Run {
     fn of<A: AsRef<OsStr>>(args: &[A], output: Output) -> Self {
-        let words: Vec<_> = args.iter().map(|word| word.as_ref().to_string_lossy()).collect();
+        let words: Vec<_> = args
+            .iter()
+            .map(|word| word.as_ref().to_string_lossy())
+            .collect();
         Self {
             code: output.status.code(),
             stdout: output.stdout,
@@ -121,7 +147,13 @@ impl Run {
     /// The exit code is this one; otherwise the test shows what the program said.
     #[track_caller]
     pub fn exits_with(&self, code: i32) -> &Self {
-        assert_eq!(self.code, Some(code), "{}\nstderr:\n{}", self.command, self.stderr);
+        assert_eq!(
+            self.code,
+            Some(code),
+            "{}\nstderr:\n{}",
+            self.command,
+            self.stderr
+        );
         self
     }
 

@@ -9,7 +9,8 @@ use raywright::io::{Input, LoadOptions, load};
 
 use crate::support::Desk;
 
-/// A triangle across the picture whose three sets lie in columns 1, 2 and 3 of a picture of four colours.
+/// A triangle across the picture whose three sets lie in columns 1, 2 and 3 of a picture of four
+/// colours.
 const SCENE: &str = r#"
 format = 1
 [[cameras]]
@@ -36,27 +37,56 @@ shape.mesh = "sheet"
 material = "shown"
 "#;
 
-const COLOURS: [[f32; 4]; 4] = [[1.0, 1.0, 1.0, 1.0], [1.0, 0.0, 0.0, 1.0], [0.0, 1.0, 0.0, 1.0], [0.0, 0.0, 1.0, 1.0]];
+const COLOURS: [[f32; 4]; 4] = [
+    [1.0, 1.0, 1.0, 1.0],
+    [1.0, 0.0, 0.0, 1.0],
+    [0.0, 1.0, 0.0, 1.0],
+    [0.0, 0.0, 1.0, 1.0],
+];
 
 /// The scene with its image in memory, and what loading said of the mesh.
 fn scene(set: u32) -> (Scene, Vec<String>) {
     let desk = Desk::new();
     desk.write("uv.scene.toml", SCENE.replace("SET", &set.to_string()));
-    let loaded = load(&Input::Path(desk.path("uv.scene.toml")), &LoadOptions::default()).unwrap_or_else(|e| panic!("{e}"));
+    let loaded = load(
+        &Input::Path(desk.path("uv.scene.toml")),
+        &LoadOptions::default(),
+    )
+    .unwrap_or_else(|e| panic!("{e}"));
     let mut scene = loaded.scene;
-    let data = ImageData { width: 4, height: 1, pixels: Pixels::Linear(COLOURS.to_vec()) };
-    scene.images = vec![Image { data: Some(Arc::new(data)), ..scene.images[0].clone() }];
-    let said = loaded.warnings.into_iter().map(|warning| warning.message).filter(|message| message.contains("uv_set"));
+    let data = ImageData {
+        width: 4,
+        height: 1,
+        pixels: Pixels::Linear(COLOURS.to_vec()),
+    };
+    scene.images = vec![Image {
+        data: Some(Arc::new(data)),
+        ..scene.images[0].clone()
+    }];
+    let said = loaded
+        .warnings
+        .into_iter()
+        .map(|warning| warning.message)
+        .filter(|message| message.contains("uv_set"));
     (scene, said.collect())
 }
 
 fn shown(scene: &Scene) -> [f32; 3] {
-    let settings = Settings { size: [3, 3], sampling: Sampling::General(1), ..Settings::of(scene) };
-    prepare(scene, &settings, &()).unwrap_or_else(|e| panic!("{e}")).render(&()).picture.rgb[4]
+    let settings = Settings {
+        size: [3, 3],
+        sampling: Sampling::General(1),
+        ..Settings::of(scene)
+    };
+    prepare(scene, &settings, &())
+        .unwrap_or_else(|e| panic!("{e}"))
+        .render(&())
+        .picture
+        .rgb[4]
 }
 
-/// Protects: sets 0, 1, 2 are read, of a mesh shown once, turned over, or shared; a set that is not there reads (0, 0), which
-/// is the first column, and loading says so with line and object. Sets from 2 on used to read set 0 in silence.
+/// Protects: sets 0, 1, 2 are read, of a mesh shown once, turned over, or shared; a set that is not
+/// there reads (0, 0), which is the first column, and loading says so with line and object. Sets
+/// from 2 on used to read set 0 in silence.
 #[test]
 fn each_set_is_read_and_a_missing_one_is_named() {
     for (set, column) in [(0, 1), (1, 2), (2, 3), (3, 0), (7, 0)] {
@@ -64,13 +94,19 @@ fn each_set_is_read_and_a_missing_one_is_named() {
         let expected: [f32; 3] = core::array::from_fn(|k| COLOURS[column][k]);
         assert_eq!(shown(&scene), expected, "set {set}");
         match column {
-            0 => assert!(said[0].contains("line 22, objects[0]: ") && said[0].contains(&format!("`uv_set` {set}")), "{said:?}"),
+            0 => assert!(
+                said[0].contains("line 22, objects[0]: ")
+                    && said[0].contains(&format!("`uv_set` {set}")),
+                "{said:?}"
+            ),
             _ => assert!(said.is_empty(), "{said:?}"),
         }
         scene.objects[0].transform = vec![TransformStep::Scale([-1.0, 1.0, 1.0])];
         assert_eq!(shown(&scene), expected, "set {set}, mirrored");
         scene.objects.push(scene.objects[0].clone());
-        scene.objects[1].transform.push(TransformStep::Translate([0.0, 0.0, -5.0]));
+        scene.objects[1]
+            .transform
+            .push(TransformStep::Translate([0.0, 0.0, -5.0]));
         assert_eq!(shown(&scene), expected, "set {set}, shared");
     }
 }
@@ -79,7 +115,9 @@ fn each_set_is_read_and_a_missing_one_is_named() {
 #[test]
 fn an_empty_set_is_no_set() {
     let (mut scene, _) = scene(1);
-    let MeshSource::Inline(data) = &scene.meshes[0].source else { panic!("the mesh is in the file") };
+    let MeshSource::Inline(data) = &scene.meshes[0].source else {
+        panic!("the mesh is in the file")
+    };
     let mut data = (**data).clone();
     data.uvs[1].clear();
     scene.meshes[0].source = MeshSource::Inline(Arc::new(data));

@@ -1,12 +1,13 @@
-//! Rays through many instances of one mesh, beside Embree where there is one: CPU time in turns, and whether hits agree. What a ray pays on
-//! entering a part is most of what such scenes take.
+//! Rays through many instances of one mesh, beside Embree where there is one: CPU time in turns,
+//! and whether hits agree. What a ray pays on entering a part is most of what such scenes take.
 //!
 //! ```sh
 //! EMBREE_LIB=libembree4.so.4 cargo run --release -p raywright-peer --example instances -- 10000 [MESH] [REPEATS]
 //! ```
 //!
-//! A MESH is a file of the harness of ray kernels (`benches/README.md`); without one it is a ball of 1280 triangles. Without `EMBREE_LIB` there is
-//! no peer, so that instructions can be counted (`ONLY=camera` or another kind asks that kind of ray alone).
+//! A MESH is a file of the harness of ray kernels (`benches/README.md`); without one it is a ball
+//! of 1280 triangles. Without `EMBREE_LIB` there is no peer, so that instructions can be counted
+//! (`ONLY=camera` or another kind asks that kind of ray alone).
 #![expect(unsafe_code, reason = "the C interface of another library")]
 #![expect(clippy::print_stdout, reason = "the table is this program's result")]
 
@@ -47,15 +48,25 @@ impl Random {
 fn ball() -> Mesh {
     let (around, down) = (40_u32, 17_u32);
     let corner = |i: u32, j: u32| {
-        let (a, b) = ((i % around) as f32 / around as f32 * TAU, j as f32 / down as f32 * PI);
+        let (a, b) = (
+            (i % around) as f32 / around as f32 * TAU,
+            j as f32 / down as f32 * PI,
+        );
         Vec3::new(b.sin() * a.cos(), b.cos(), b.sin() * a.sin())
     };
     let squares = (0..around).flat_map(|i| (0..down).map(move |j| (i, j)));
     let halves = squares.flat_map(|(i, j)| {
-        let [a, b, c, d] = [corner(i, j), corner(i + 1, j), corner(i + 1, j + 1), corner(i, j + 1)];
+        let [a, b, c, d] = [
+            corner(i, j),
+            corner(i + 1, j),
+            corner(i + 1, j + 1),
+            corner(i, j + 1),
+        ];
         [[a, b, c], [a, c, d]]
     });
-    halves.filter(|[a, b, c]| a != b && b != c && a != c).collect()
+    halves
+        .filter(|[a, b, c]| a != b && b != c && a != c)
+        .collect()
 }
 
 /// The mesh in the cube from −1 to 1.
@@ -64,7 +75,9 @@ fn within_one(mesh: Mesh) -> Mesh {
     let least = corners().fold(Vec3::INFINITY, |all, p| all.min(*p));
     let most = corners().fold(Vec3::NEG_INFINITY, |all, p| all.max(*p));
     let (centre, size) = ((least + most) * 0.5, (most - least).max_element() * 0.5);
-    mesh.iter().map(|corners| corners.map(|p| (p - centre) / size)).collect()
+    mesh.iter()
+        .map(|corners| corners.map(|p| (p - centre) / size))
+        .collect()
 }
 
 /// As many on a square, turned and scaled anew, three apart.
@@ -82,12 +95,21 @@ fn placed(count: usize) -> Vec<Affine3A> {
 fn geometry(mesh: &Mesh, maps: &[Affine3A]) -> Geometry<f32> {
     let (mut part, mut scene) = (PrimitiveSet::default(), PrimitiveSet::default());
     let refused = |e| panic!("{e}");
-    part.mesh(mesh.iter().copied(), Visibility::default()).unwrap_or_else(refused);
-    let part = scene.part(Geometry::new(part, AcceleratorKind::default())).unwrap_or_else(refused);
+    part.mesh(mesh.iter().copied(), Visibility::default())
+        .unwrap_or_else(refused);
+    let part = scene
+        .part(Geometry::new(part, AcceleratorKind::default()))
+        .unwrap_or_else(refused);
     for map in maps {
-        let [x, y, z] = [map.matrix3.x_axis, map.matrix3.y_axis, map.matrix3.z_axis].map(|v| v.as_dvec3());
-        let map = DAffine3 { matrix3: DMat3::from_cols(x, y, z), translation: map.translation.as_dvec3() };
-        scene.instance(part, map, Visibility::default()).unwrap_or_else(refused);
+        let [x, y, z] =
+            [map.matrix3.x_axis, map.matrix3.y_axis, map.matrix3.z_axis].map(|v| v.as_dvec3());
+        let map = DAffine3 {
+            matrix3: DMat3::from_cols(x, y, z),
+            translation: map.translation.as_dvec3(),
+        };
+        scene
+            .instance(part, map, Visibility::default())
+            .unwrap_or_else(refused);
     }
     Geometry::new(scene, AcceleratorKind::default())
 }
@@ -95,13 +117,20 @@ fn geometry(mesh: &Mesh, maps: &[Affine3A]) -> Geometry<f32> {
 /// Rays of a pinhole camera above a corner of the square, scanline by scanline.
 fn camera_rays(count: usize, side: usize) -> Vec<Ray<f32>> {
     let reach = (count as f32).sqrt() * 3.0;
-    let (eye, to) =
-        (Vec3::new(-0.1 * reach - 4.0, 0.25 * reach + 3.0, -0.1 * reach - 4.0), Vec3::new(0.45 * reach, 0.0, 0.45 * reach));
+    let (eye, to) = (
+        Vec3::new(-0.1 * reach - 4.0, 0.25 * reach + 3.0, -0.1 * reach - 4.0),
+        Vec3::new(0.45 * reach, 0.0, 0.45 * reach),
+    );
     let ahead = (to - eye).normalize();
     let right = ahead.cross(Vec3::Y).normalize();
     let up = right.cross(ahead);
     let at = |i: usize| 2.0 * (i as f32 + 0.5) / side as f32 - 1.0;
-    let ray = |i: usize| Ray::new(eye, (ahead + 0.4 * (right * at(i % side) - up * at(i / side))).normalize());
+    let ray = |i: usize| {
+        Ray::new(
+            eye,
+            (ahead + 0.4 * (right * at(i % side) - up * at(i / side))).normalize(),
+        )
+    };
     (0..side * side).map(ray).collect()
 }
 
@@ -109,14 +138,26 @@ fn camera_rays(count: usize, side: usize) -> Vec<Ray<f32>> {
 fn later_rays(scene: &Geometry<f32>, rays: &[Ray<f32>]) -> [Vec<Ray<f32>>; 2] {
     let (random, mut bounced, mut shadow) = (&mut Random(3), Vec::new(), Vec::new());
     for ray in rays {
-        let Some(hit) = scene.closest(ray, Interval::positive(), &mut ()) else { continue };
+        let Some(hit) = scene.closest(ray, Interval::positive(), &mut ()) else {
+            continue;
+        };
         let normal = scene.surface(ray, &hit).normal;
-        let normal = if normal.dot(ray.direction) > 0.0 { -normal } else { normal };
+        let normal = if normal.dot(ray.direction) > 0.0 {
+            -normal
+        } else {
+            normal
+        };
         let start = ray.at(hit.t) + normal * 1e-3;
-        bounced.push(Ray::new(start, (normal + random.direction() * 0.999).normalize()));
+        bounced.push(Ray::new(
+            start,
+            (normal + random.direction() * 0.999).normalize(),
+        ));
         let sun = Vec3::new(0.4, 0.5, -0.3).normalize();
-        let to =
-            if bounced.len() % 2 == 0 && sun.dot(normal) > 0.0 { sun } else { (normal + random.direction() * 0.999).normalize() };
+        let to = if bounced.len() % 2 == 0 && sun.dot(normal) > 0.0 {
+            sun
+        } else {
+            (normal + random.direction() * 0.999).normalize()
+        };
         shadow.push(Ray::new(start, to));
     }
     [bounced, shadow]
@@ -137,25 +178,46 @@ fn seconds() -> f64 {
 
 fn ours(scene: &Geometry<f32>, ray: &Ray<f32>, any: bool) -> Answer {
     if any {
-        return scene.any(ray, Interval::positive(), &mut |_| true, &mut ()).then_some((0.0, 0, 0));
+        return scene
+            .any(ray, Interval::positive(), &mut |_| true, &mut ())
+            .then_some((0.0, 0, 0));
     }
-    scene.closest(ray, Interval::positive(), &mut ()).map(|hit| (hit.t, hit.instance, hit.primitive))
+    scene
+        .closest(ray, Interval::positive(), &mut ())
+        .map(|hit| (hit.t, hit.instance, hit.primitive))
 }
 
 fn main() {
     let words: Vec<String> = std::env::args().skip(1).collect();
-    let count = words.first().and_then(|word| word.parse::<f64>().ok()).map_or(10_000, |count| count as usize);
-    let mesh = within_one(words.get(1).filter(|word| word.as_str() != "ball").map_or_else(ball, |file| files::mesh(file)));
+    let count = words
+        .first()
+        .and_then(|word| word.parse::<f64>().ok())
+        .map_or(10_000, |count| count as usize);
+    let mesh = within_one(
+        words
+            .get(1)
+            .filter(|word| word.as_str() != "ball")
+            .map_or_else(ball, |file| files::mesh(file)),
+    );
     let repeats = words.get(2).and_then(|word| word.parse().ok()).unwrap_or(7);
-    let side = words.get(3).and_then(|word| word.parse().ok()).unwrap_or(512);
+    let side = words
+        .get(3)
+        .and_then(|word| word.parse().ok())
+        .unwrap_or(512);
     let maps = placed(count);
     let scene = geometry(&mesh, &maps);
-    let peer = std::env::var("EMBREE_LIB").ok().map(|file| Embree::new(&file, &mesh, &maps));
+    let peer = std::env::var("EMBREE_LIB")
+        .ok()
+        .map(|file| Embree::new(&file, &mesh, &maps));
     let rays = camera_rays(count, side);
     let [bounced, shadow] = later_rays(&scene, &rays);
     let only = std::env::var("ONLY").ok();
     println!("{count} instances of {} triangles", mesh.len());
-    for (name, rays, any) in [("camera", &rays, false), ("bounced", &bounced, false), ("shadow", &shadow, true)] {
+    for (name, rays, any) in [
+        ("camera", &rays, false),
+        ("bounced", &bounced, false),
+        ("shadow", &shadow, true),
+    ] {
         if only.as_ref().is_some_and(|only| only != name) {
             continue;
         }
@@ -177,7 +239,8 @@ fn main() {
         }
         let [own, other] = times.map(|mut times| {
             times.sort_by(f64::total_cmp);
-            [times.first(), times.get(times.len() / 2)].map(|time| time.map_or(f64::NAN, |time| time / rays.len() as f64 * 1e9))
+            [times.first(), times.get(times.len() / 2)]
+                .map(|time| time.map_or(f64::NAN, |time| time / rays.len() as f64 * 1e9))
         });
         println!(
             "{name}: {} rays, {hits} hits, {differ} differ; ns a ray, least and median: ours {:.0} {:.0}, Embree {:.0} {:.0}; its time over ours {:.2} {:.2}",

@@ -1,16 +1,18 @@
-//! Raywright's tree as one of the peers of a harness that traces the same rays with several kernels: the four functions that such a
-//! harness loads from a shared library. `benches/README.md` says how to run it.
+//! Raywright's tree as one of the peers of a harness that traces the same rays with several
+//! kernels: the four functions that such a harness loads from a shared library. `benches/README.md`
+//! says how to run it.
 //!
-//! A variant is a precision, `robust` or `reference`, and after a colon the name of a kernel or of a build preset, in any order. With
-//! `together` those rays that follow one another from one point, with one range, are asked together.
+//! A variant is a precision, `robust` or `reference`, and after a colon the name of a kernel or of
+//! a build preset, in any order. With `together` those rays that follow one another from one point,
+//! with one range, are asked together.
 #![expect(unsafe_code, reason = "a C interface: pointers come from the harness")]
 
 use std::ffi::{CStr, c_char};
 
 use glam::Vec3;
 use raywright_bvh::{
-    AcceleratorKind, BuildQuality, Geometry, Interval, Kernel, PacketBackoff, PrimitiveSet, Ray, RayPacket, Real, Vector,
-    Visibility,
+    AcceleratorKind, BuildQuality, Geometry, Interval, Kernel, PacketBackoff, PrimitiveSet, Ray,
+    RayPacket, Real, Vector, Visibility,
 };
 
 /// A ray of the harness.
@@ -38,7 +40,10 @@ trait Peer {
 
 fn ray<R: Real>(ray: &RayIn) -> (Ray<R>, Interval<R>) {
     let wide = |v: [f32; 3]| Vector::from_f64(Vec3::from_array(v).as_dvec3());
-    let range = Interval { min: R::from_f32(ray.min), max: R::from_f32(ray.max) };
+    let range = Interval {
+        min: R::from_f32(ray.min),
+        max: R::from_f32(ray.max),
+    };
     (Ray::new(wide(ray.origin), wide(ray.direction)), range)
 }
 
@@ -47,7 +52,16 @@ impl<R: Real> Peer for Geometry<R> {
         for (asked, hit) in rays.iter().zip(hits) {
             let (ray, range) = ray::<R>(asked);
             let found = self.closest(&ray, range, &mut ());
-            *hit = found.map_or(HitOut { t: 0.0, primitive: u32::MAX }, |h| HitOut { t: h.t.to_f32(), primitive: h.primitive });
+            *hit = found.map_or(
+                HitOut {
+                    t: 0.0,
+                    primitive: u32::MAX,
+                },
+                |h| HitOut {
+                    t: h.t.to_f32(),
+                    primitive: h.primitive,
+                },
+            );
         }
     }
 
@@ -65,17 +79,32 @@ struct Together<R: Real>(Geometry<R>);
 impl<R: Real> Peer for Together<R> {
     fn closest(&self, rays: &[RayIn], mut hits: &mut [HitOut]) {
         let alike = |a: &RayIn, b: &RayIn| (a.origin, a.min, a.max) == (b.origin, b.min, b.max);
-        let (mut directions, mut found, mut patience) = (Vec::new(), Vec::new(), PacketBackoff::default());
+        let (mut directions, mut found, mut patience) =
+            (Vec::new(), Vec::new(), PacketBackoff::default());
         for rays in rays.chunk_by(alike) {
             let (first, range) = ray::<R>(&rays[0]);
             directions.clear();
             directions.extend(rays.iter().map(|asked| ray::<R>(asked).0.direction));
-            let asked = RayPacket { origin: first.origin, directions: &directions, time: first.time, culls: false, range };
+            let asked = RayPacket {
+                origin: first.origin,
+                directions: &directions,
+                time: first.time,
+                culls: false,
+                range,
+            };
             self.0.closest_from(&asked, &mut patience, &mut found);
             let (these, rest) = hits.split_at_mut(rays.len());
             for (hit, found) in these.iter_mut().zip(&found) {
-                *hit =
-                    found.map_or(HitOut { t: 0.0, primitive: u32::MAX }, |h| HitOut { t: h.t.to_f32(), primitive: h.primitive });
+                *hit = found.map_or(
+                    HitOut {
+                        t: 0.0,
+                        primitive: u32::MAX,
+                    },
+                    |h| HitOut {
+                        t: h.t.to_f32(),
+                        primitive: h.primitive,
+                    },
+                );
             }
             hits = rest;
         }
@@ -86,29 +115,54 @@ impl<R: Real> Peer for Together<R> {
     }
 }
 
-fn build<R: Real + 'static>(triangles: impl Iterator<Item = [Vec3; 3]>, variant: &str, bytes: &mut u64) -> Option<Box<dyn Peer>> {
+fn build<R: Real + 'static>(
+    triangles: impl Iterator<Item = [Vec3; 3]>,
+    variant: &str,
+    bytes: &mut u64,
+) -> Option<Box<dyn Peer>> {
     let mut group = PrimitiveSet::<R>::default();
     let corners = triangles.map(|corners| corners.map(|p| Vector::from_f64(p.as_dvec3())));
     group.mesh(corners, Visibility::default()).ok()?;
-    let named = |name: &str| variant.split(':').any(|part| part.eq_ignore_ascii_case(name));
-    let quality = BuildQuality::ALL.into_iter().find(|quality| named(&format!("{quality:?}"))).unwrap_or_default();
-    let kind = if named("scan") { AcceleratorKind::Linear } else { AcceleratorKind::Tree(quality) };
+    let named = |name: &str| {
+        variant
+            .split(':')
+            .any(|part| part.eq_ignore_ascii_case(name))
+    };
+    let quality = BuildQuality::ALL
+        .into_iter()
+        .find(|quality| named(&format!("{quality:?}")))
+        .unwrap_or_default();
+    let kind = if named("scan") {
+        AcceleratorKind::Linear
+    } else {
+        AcceleratorKind::Tree(quality)
+    };
     // As many threads as the harness lets this one run on.
     let threads = std::thread::available_parallelism().map_or(1, std::num::NonZero::get);
-    let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().ok()?;
+    let pool = rayon::ThreadPoolBuilder::new()
+        .num_threads(threads)
+        .build()
+        .ok()?;
     let mut geometry = pool.install(|| Geometry::new(group, kind));
-    if let Some(kernel) = Kernel::available().into_iter().find(|kernel| named(&format!("{kernel:?}"))) {
+    if let Some(kernel) = Kernel::available()
+        .into_iter()
+        .find(|kernel| named(&format!("{kernel:?}")))
+    {
         geometry.set_kernel(kernel);
     }
     *bytes = geometry.bytes() as u64;
-    if named("together") { Some(Box::new(Together(geometry))) } else { Some(Box::new(geometry)) }
+    if named("together") {
+        Some(Box::new(Together(geometry)))
+    } else {
+        Some(Box::new(geometry))
+    }
 }
 
 /// Builds over a mesh; nothing where that is refused.
 ///
 /// # Safety
-/// `variant` is a C string, there are `vertices` times three numbers at `places` and `triangles` times three indices below
-/// `vertices` at `indices`, and one number may be written at `bytes`.
+/// `variant` is a C string, there are `vertices` times three numbers at `places` and `triangles`
+/// times three indices below `vertices` at `indices`, and one number may be written at `bytes`.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn peer_build(
     variant: *const c_char,
@@ -127,25 +181,38 @@ pub unsafe extern "C" fn peer_build(
             &mut *bytes,
         )
     };
-    let corners = indices.iter().map(|corners| corners.map(|i| Vec3::from_array(places[i as usize])));
+    let corners = indices
+        .iter()
+        .map(|corners| corners.map(|i| Vec3::from_array(places[i as usize])));
     let peer = if variant.split(':').any(|part| part == "reference") {
         build::<f64>(corners, &variant, bytes)
     } else {
         build::<f32>(corners, &variant, bytes)
     };
-    peer.map_or(std::ptr::null_mut(), |peer| Box::into_raw(Box::new(peer)).cast())
+    peer.map_or(std::ptr::null_mut(), |peer| {
+        Box::into_raw(Box::new(peer)).cast()
+    })
 }
 
 /// The closest hit of each ray.
 ///
 /// # Safety
-/// `peer` comes from [`peer_build`] and was not freed; there are `count` rays at `rays` and room for as many hits at `hits`.
+/// `peer` comes from [`peer_build`] and was not freed; there are `count` rays at `rays` and room
+/// for as many hits at `hits`.
 #[unsafe(no_mangle)]
-pub unsafe extern "C" fn peer_closest(peer: *const std::ffi::c_void, rays: *const RayIn, count: usize, hits: *mut HitOut) {
+pub unsafe extern "C" fn peer_closest(
+    peer: *const std::ffi::c_void,
+    rays: *const RayIn,
+    count: usize,
+    hits: *mut HitOut,
+) {
     // SAFETY: the caller promises all of it.
     unsafe {
         let peer = &**peer.cast::<Box<dyn Peer>>();
-        peer.closest(std::slice::from_raw_parts(rays, count), std::slice::from_raw_parts_mut(hits, count));
+        peer.closest(
+            std::slice::from_raw_parts(rays, count),
+            std::slice::from_raw_parts_mut(hits, count),
+        );
     }
 }
 
@@ -154,11 +221,19 @@ pub unsafe extern "C" fn peer_closest(peer: *const std::ffi::c_void, rays: *cons
 /// # Safety
 /// As for [`peer_closest`].
 #[unsafe(no_mangle)]
-pub unsafe extern "C" fn peer_any(peer: *const std::ffi::c_void, rays: *const RayIn, count: usize, hits: *mut u8) {
+pub unsafe extern "C" fn peer_any(
+    peer: *const std::ffi::c_void,
+    rays: *const RayIn,
+    count: usize,
+    hits: *mut u8,
+) {
     // SAFETY: the caller promises all of it.
     unsafe {
         let peer = &**peer.cast::<Box<dyn Peer>>();
-        peer.any(std::slice::from_raw_parts(rays, count), std::slice::from_raw_parts_mut(hits, count));
+        peer.any(
+            std::slice::from_raw_parts(rays, count),
+            std::slice::from_raw_parts_mut(hits, count),
+        );
     }
 }
 

@@ -1,5 +1,6 @@
-//! Whether everything that answers a ray gives the same answer, over as many rays as one has patience for: kernels and builds of the
-//! wide tree, the tree in f64, the scan; and whether closed meshes leak. What tests hold for thousands of rays this holds for millions.
+//! Whether everything that answers a ray gives the same answer, over as many rays as one has
+//! patience for: kernels and builds of the wide tree, the tree in f64, the scan; and whether closed
+//! meshes leak. What tests hold for thousands of rays this holds for millions.
 //!
 //! ```sh
 //! cargo run --release -p raywright-bvh --example agreement -- trees 10000000 [MESH..]   # rays a mesh
@@ -7,8 +8,9 @@
 //! cargo run --release -p raywright-bvh --example agreement -- leaks 1000000              # rays a batch
 //! ```
 //!
-//! A MESH is a file: two u32, how many corners and how many triangles, then three f32 a corner and three u32 a triangle, little endian.
-//! Without one, meshes are made: the hard ones of the tests. Exit code 1 where anything differs or leaks.
+//! A MESH is a file: two u32, how many corners and how many triangles, then three f32 a corner and
+//! three u32 a triangle, little endian. Without one, meshes are made: the hard ones of the tests.
+//! Exit code 1 where anything differs or leaks.
 #![expect(clippy::print_stdout, reason = "the table is this program's result")]
 
 #[expect(dead_code, reason = "`visits` reads rays too")]
@@ -26,8 +28,8 @@ use glam::{DVec3, Vec3};
 use rayon::prelude::*;
 use raywright_bvh::shapes::Triangle;
 use raywright_bvh::{
-    AcceleratorKind, BuildQuality, Geometry, Hit, Interval, Kernel, PreparedRay, PrimitiveSet, Ray, Real, Shape, Side, Vector,
-    Visibility,
+    AcceleratorKind, BuildQuality, Geometry, Hit, Interval, Kernel, PreparedRay, PrimitiveSet, Ray,
+    Real, Shape, Side, Vector, Visibility,
 };
 
 use meshes::{Mesh, Random, families, range, ray};
@@ -37,13 +39,22 @@ const PIECE: u64 = 4096;
 
 fn main() -> ExitCode {
     let words: Vec<String> = std::env::args().skip(1).collect();
-    let count = words.get(1).and_then(|word| word.parse::<f64>().ok()).map_or(1_000_000, |count| count as u64);
+    let count = words
+        .get(1)
+        .and_then(|word| word.parse::<f64>().ok())
+        .map_or(1_000_000, |count| count as u64);
     let wrong = match words.first().map(String::as_str) {
-        Some("trees") => named(&words[2..]).iter().map(|(name, mesh)| trees(name, mesh, count)).sum(),
+        Some("trees") => named(&words[2..])
+            .iter()
+            .map(|(name, mesh)| trees(name, mesh, count))
+            .sum(),
         Some("scan") => {
             let meshes = named(&words[2..]);
             let each = count / meshes.len().max(1) as u64;
-            meshes.iter().map(|(name, mesh)| scan(name, mesh, each / mesh.len() as u64 + 1)).sum()
+            meshes
+                .iter()
+                .map(|(name, mesh)| scan(name, mesh, each / mesh.len() as u64 + 1))
+                .sum()
         }
         Some("leaks") => leaks(count),
         _ => {
@@ -52,21 +63,35 @@ fn main() -> ExitCode {
         }
     };
     println!("{wrong} in all");
-    if wrong == 0 { ExitCode::SUCCESS } else { ExitCode::FAILURE }
+    if wrong == 0 {
+        ExitCode::SUCCESS
+    } else {
+        ExitCode::FAILURE
+    }
 }
 
 /// The meshes of these files, or those of the tests.
 fn named(files: &[String]) -> Vec<(String, Mesh)> {
     if files.is_empty() {
-        return families().into_iter().map(|(name, mesh)| (name.to_owned(), mesh)).collect();
+        return families()
+            .into_iter()
+            .map(|(name, mesh)| (name.to_owned(), mesh))
+            .collect();
     }
-    files.iter().map(|file| (file.clone(), files::mesh(file))).collect()
+    files
+        .iter()
+        .map(|file| (file.clone(), files::mesh(file)))
+        .collect()
 }
 
 fn built<R: Real>(mesh: &Mesh, kind: AcceleratorKind) -> Geometry<R> {
     let mut group = PrimitiveSet::<R>::default();
-    let corners = mesh.iter().map(|corners| corners.map(|p| Vector::from_f64(p.as_dvec3())));
-    group.mesh(corners, Visibility::default()).unwrap_or_else(|e| panic!("{e}"));
+    let corners = mesh
+        .iter()
+        .map(|corners| corners.map(|p| Vector::from_f64(p.as_dvec3())));
+    group
+        .mesh(corners, Visibility::default())
+        .unwrap_or_else(|e| panic!("{e}"));
     Geometry::new(group, kind)
 }
 
@@ -80,7 +105,10 @@ fn over<const N: usize>(count: u64, one: impl Fn(&mut Random) -> [u64; N] + Sync
         })
     };
     let sum = |a: [u64; N], b: [u64; N]| core::array::from_fn(|i| a[i] + b[i]);
-    (0..count.div_ceil(PIECE)).into_par_iter().map(piece).reduce(|| [0; N], sum)
+    (0..count.div_ceil(PIECE))
+        .into_par_iter()
+        .map(piece)
+        .reduce(|| [0; N], sum)
 }
 
 type Bits = Option<([u32; 3], u32)>;
@@ -94,15 +122,17 @@ fn ranges(random: &mut Random, first: Option<Hit<f32>>) -> Interval<f32> {
     range(random, first.map(|hit| hit.t))
 }
 
-/// What a distance is in f32, and what one is that is as far but for the last digits of f64: at a corner of several triangles f64 takes the first
-/// of them, whose test may leave other last digits than the nearest one's, and these decide between two neighbours in f32.
+/// What a distance is in f32, and what one is that is as far but for the last digits of f64: at a
+/// corner of several triangles f64 takes the first of them, whose test may leave other last digits
+/// than the nearest one's, and these decide between two neighbours in f32.
 fn rounded(t: f64) -> [f32; 3] {
     const LAST: f64 = 1.0 / (1_u64 << 44) as f64;
     [t - t.abs() * LAST, t, t + t.abs() * LAST].map(Real::to_f32)
 }
 
-/// Every build in every kernel against the tree in f64, whose distances are rounded here: a hit of another triangle at the same rounded
-/// distance is none that differs. Between kernels and builds every bit counts.
+/// Every build in every kernel against the tree in f64, whose distances are rounded here: a hit of
+/// another triangle at the same rounded distance is none that differs. Between kernels and builds
+/// every bit counts.
 fn trees(name: &str, mesh: &Mesh, count: u64) -> u64 {
     let exact = built::<f64>(mesh, AcceleratorKind::default());
     let mut all: Vec<(BuildQuality, Kernel, Geometry<f32>)> = Vec::new();
@@ -116,10 +146,20 @@ fn trees(name: &str, mesh: &Mesh, count: u64) -> u64 {
     }
     let [hits, exactly, between, any] = over(count, |random| {
         let ray = ray(random, mesh);
-        let whole = Interval { min: 0.0, max: f32::INFINITY };
+        let whole = Interval {
+            min: 0.0,
+            max: f32::INFINITY,
+        };
         let first = all[0].2.closest(&ray, whole, &mut ());
         let wide = Ray::new(ray.origin.as_dvec3(), ray.direction.as_dvec3());
-        let closest = exact.closest(&wide, Interval { min: 0.0, max: f64::INFINITY }, &mut ());
+        let closest = exact.closest(
+            &wide,
+            Interval {
+                min: 0.0,
+                max: f64::INFINITY,
+            },
+            &mut (),
+        );
         let differs = match (first, closest) {
             (Some(first), Some(closest)) => !rounded(closest.t).contains(&first.t),
             (first, closest) => first.is_some() != closest.is_some(),
@@ -129,7 +169,10 @@ fn trees(name: &str, mesh: &Mesh, count: u64) -> u64 {
         let expected = (bits(first), bits(all[0].2.closest(&ray, part, &mut ())));
         let (mut between, mut any) = (0, 0);
         for (_, _, tree) in &all {
-            let found = (bits(tree.closest(&ray, whole, &mut ())), bits(tree.closest(&ray, part, &mut ())));
+            let found = (
+                bits(tree.closest(&ray, whole, &mut ())),
+                bits(tree.closest(&ray, part, &mut ())),
+            );
             between += u64::from(found != expected);
             any += u64::from(ended(tree) != expected.1.is_some());
         }
@@ -153,17 +196,23 @@ impl Corners {
     fn new(mesh: &Mesh) -> Self {
         let (mut known, mut places) = (HashMap::new(), [const { Vec::new() }; 3]);
         let mut number = |corner: Vec3| {
-            *known.entry(corner.to_array().map(f32::to_bits)).or_insert_with(|| {
-                (0..3).for_each(|axis| places[axis].push(f64::from(corner[axis])));
-                places[0].len() as u32 - 1
-            })
+            *known
+                .entry(corner.to_array().map(f32::to_bits))
+                .or_insert_with(|| {
+                    (0..3).for_each(|axis| places[axis].push(f64::from(corner[axis])));
+                    places[0].len() as u32 - 1
+                })
         };
-        let triangles = mesh.iter().map(|&corners| corners.map(&mut number)).collect();
+        let triangles = mesh
+            .iter()
+            .map(|&corners| corners.map(&mut number))
+            .collect();
         Self { places, triangles }
     }
 
-    /// Numbers of the triangles that a line may meet, in ascending order: all but those that have it on one side of two edges, and on
-    /// the other of a third, by more than rounding to f64 could say. No tree, no box, no f32.
+    /// Numbers of the triangles that a line may meet, in ascending order: all but those that have
+    /// it on one side of two edges, and on the other of a third, by more than rounding to f64 could
+    /// say. No tree, no box, no f32.
     fn met(&self, ray: &Ray<f32>, [across, upwards]: &mut [Vec<f64>; 2], found: &mut Vec<u32>) {
         let d = ray.direction.as_dvec3().normalize_or_zero();
         let (side, up) = d.any_orthonormal_pair();
@@ -172,15 +221,18 @@ impl Corners {
         let [xs, ys, zs] = &self.places;
         across.clear();
         upwards.clear();
-        let part = |x: f64, y: f64, z: f64, v: DVec3| (x - origin.x) * v.x + (y - origin.y) * v.y + (z - origin.z) * v.z;
+        let part = |x: f64, y: f64, z: f64, v: DVec3| {
+            (x - origin.x) * v.x + (y - origin.y) * v.y + (z - origin.z) * v.z
+        };
         for ((&x, &y), &z) in xs.iter().zip(ys).zip(zs) {
             across.push(part(x, y, z, side));
             upwards.push(part(x, y, z, up));
             let size = (x - origin.x).abs() + (y - origin.y).abs() + (z - origin.z).abs();
             most = if size > most { size } else { most };
         }
-        // A coordinate is wrong by 8 w of the farthest corner's distance, w = 2⁻⁵³, for the pair's own rounding too, and an edge function
-        // by less than 40 times that and the distance; four times as much is asked for.
+        // A coordinate is wrong by 8 w of the farthest corner's distance, w = 2⁻⁵³, for the pair's
+        // own rounding too, and an edge function by less than 40 times that and the distance; four
+        // times as much is asked for.
         let unsure = most * most * (f64::EPSILON * 0.5 * 160.0);
         found.clear();
         for (number, &[a, b, c]) in (0..).zip(&self.triangles) {
@@ -201,13 +253,24 @@ thread_local! {
     static ROOM: RefCell<([Vec<f64>; 2], Vec<u32>)> = RefCell::default();
 }
 
-/// The default tree against a scan in f64: whatever that can't tell to be missed is tested by the exact test of single triangles.
-/// [`Corners::met`] makes the scan affordable and shares nothing with the tree but that test.
+/// The default tree against a scan in f64: whatever that can't tell to be missed is tested by the
+/// exact test of single triangles. [`Corners::met`] makes the scan affordable and shares nothing
+/// with the tree but that test.
 fn scan(name: &str, mesh: &Mesh, count: u64) -> u64 {
-    let (tree, corners) = (built::<f32>(mesh, AcceleratorKind::default()), Corners::new(mesh));
+    let (tree, corners) = (
+        built::<f32>(mesh, AcceleratorKind::default()),
+        Corners::new(mesh),
+    );
     let scanned = |ray: &Ray<f32>, room: &mut [Vec<f64>; 2], found: &mut Vec<u32>| {
         corners.met(ray, room, found);
-        let (probe, mut range, mut best) = (PreparedRay::new(*ray), Interval { min: 0.0, max: f32::INFINITY }, None);
+        let (probe, mut range, mut best) = (
+            PreparedRay::new(*ray),
+            Interval {
+                min: 0.0,
+                max: f32::INFINITY,
+            },
+            None,
+        );
         for &number in &*found {
             let triangle = Triangle::<f32>::new(mesh[number as usize]);
             // Of the same distance the first one stays.
@@ -220,11 +283,18 @@ fn scan(name: &str, mesh: &Mesh, count: u64) -> u64 {
     };
     let [hits, tested, wrong] = over(count, |random| {
         let ray = ray(random, mesh);
-        let whole = Interval { min: 0.0, max: f32::INFINITY };
+        let whole = Interval {
+            min: 0.0,
+            max: f32::INFINITY,
+        };
         ROOM.with_borrow_mut(|(room, found)| {
             let expected: Bits = scanned(&ray, room, found);
             let differs = bits(tree.closest(&ray, whole, &mut ())) != expected;
-            [u64::from(expected.is_some()), found.len() as u64, u64::from(differs)]
+            [
+                u64::from(expected.is_some()),
+                found.len() as u64,
+                u64::from(differs),
+            ]
         })
     });
     println!(
@@ -235,7 +305,8 @@ fn scan(name: &str, mesh: &Mesh, count: u64) -> u64 {
     wrong
 }
 
-/// A closed room of walls divided into squares, and sheets within it, all corners jittered in their planes.
+/// A closed room of walls divided into squares, and sheets within it, all corners jittered in their
+/// planes.
 fn room(side: usize, place: Vec3, scale: f32) -> Mesh {
     let mut mesh = Mesh::new();
     let random = &mut Random(3);
@@ -247,15 +318,27 @@ fn room(side: usize, place: Vec3, scale: f32) -> Mesh {
             for (i, corner) in grid.iter_mut().enumerate() {
                 let mut at = |i: usize| {
                     let inner = i > 0 && i < side;
-                    (i as f32 + if inner { (random.unit() - 0.5) * 0.6 } else { 0.0 }) / side as f32 * 2.0 - 1.0
+                    (i as f32
+                        + if inner {
+                            (random.unit() - 0.5) * 0.6
+                        } else {
+                            0.0
+                        })
+                        / side as f32
+                        * 2.0
+                        - 1.0
                 };
                 let mut p = [level; 3];
                 (p[(axis + 1) % 3], p[(axis + 2) % 3]) = (at(i % (side + 1)), at(i / (side + 1)));
                 // Corners on the border lie where the next wall has them.
-                let border = i % (side + 1) == 0 || i % (side + 1) == side || i / (side + 1) == 0 || i / (side + 1) == side;
+                let border = i % (side + 1) == 0
+                    || i % (side + 1) == side
+                    || i / (side + 1) == 0
+                    || i / (side + 1) == side;
                 if border {
                     let even = |i: usize| i as f32 / side as f32 * 2.0 - 1.0;
-                    (p[(axis + 1) % 3], p[(axis + 2) % 3]) = (even(i % (side + 1)), even(i / (side + 1)));
+                    (p[(axis + 1) % 3], p[(axis + 2) % 3]) =
+                        (even(i % (side + 1)), even(i / (side + 1)));
                 }
                 *corner = Vec3::from_array(p) * scale + place;
             }
@@ -269,11 +352,14 @@ fn room(side: usize, place: Vec3, scale: f32) -> Mesh {
     mesh
 }
 
-/// Rays from inside closed rooms: at corners, at edges, and along the sheets in them, whose faces they see edge-on. Whatever else they
-/// meet, they must hit something.
+/// Rays from inside closed rooms: at corners, at edges, and along the sheets in them, whose faces
+/// they see edge-on. Whatever else they meet, they must hit something.
 fn leaks(count: u64) -> u64 {
-    let rooms =
-        [("a room", Vec3::ZERO, 1.0), ("far away", Vec3::new(1e4, -3e3, 77.7), 1.0), ("of micrometres", Vec3::ZERO, 1e-6)];
+    let rooms = [
+        ("a room", Vec3::ZERO, 1.0),
+        ("far away", Vec3::new(1e4, -3e3, 77.7), 1.0),
+        ("of micrometres", Vec3::ZERO, 1e-6),
+    ];
     let aims: [(&str, usize); 3] = [("corners", 0), ("edges", 1), ("edge-on", 2)];
     let mut wrong = 0;
     for (name, place, scale) in rooms {
@@ -295,19 +381,32 @@ fn leaks(count: u64) -> u64 {
                             _ => {
                                 let [d, e, f] = mesh[random.below(mesh.len())];
                                 let from = (d + e + f) / 3.0;
-                                let flat = [0, 1, 2].into_iter().find(|&i| d[i] == e[i] && d[i] == f[i]).unwrap_or(0);
-                                let mut to = a + (b - a) * (u * 0.5) + (c - a) * (random.unit() * 0.5);
+                                let flat = [0, 1, 2]
+                                    .into_iter()
+                                    .find(|&i| d[i] == e[i] && d[i] == f[i])
+                                    .unwrap_or(0);
+                                let mut to =
+                                    a + (b - a) * (u * 0.5) + (c - a) * (random.unit() * 0.5);
                                 to[flat] = from[flat];
                                 (from, to)
                             }
                         };
-                        let direction = (target - origin).as_dvec3().normalize_or(glam::DVec3::X).as_vec3();
+                        let direction = (target - origin)
+                            .as_dvec3()
+                            .normalize_or(glam::DVec3::X)
+                            .as_vec3();
                         // On a wall itself a ray may leave it.
                         let within = |p: Vec3| ((p - place) / scale).abs().max_element() < 0.999;
-                        let range = Interval { min: 0.0, max: f32::INFINITY };
+                        let range = Interval {
+                            min: 0.0,
+                            max: f32::INFINITY,
+                        };
                         let ray = Ray::new(origin, direction);
                         let hit = !within(origin) || tree.closest(&ray, range, &mut ()).is_some();
-                        [u64::from(!hit || within(origin) && !tree.any(&ray, range, &mut |_| true, &mut ()))]
+                        [u64::from(
+                            !hit || within(origin)
+                                && !tree.any(&ray, range, &mut |_| true, &mut ()),
+                        )]
                     });
                     println!("{name}, {quality:?}, {kernel:?}, {aim}: {count} rays, {missed} leak");
                     wrong += missed;

@@ -1,18 +1,22 @@
-//! What a ray visits in the trees of each quality, which no load on the machine changes: nodes, blocks, and
-//! triangles of these.
+//! What a ray visits in the trees of each quality, which no load on the machine changes: nodes,
+//! blocks, and triangles of these.
 //!
 //! ```sh
 //! cargo run --release -p raywright-bvh --example visits -- MESH RAYS..
 //! ```
 //!
-//! MESH is a file as `agreement` reads it. RAYS are files of eight f32 a ray, little endian: origin, least distance, direction, greatest
-//! distance; every sixteenth block of 4096 is traced. Where the name has `shadow` in it, any hit is asked for, otherwise the closest.
+//! MESH is a file as `agreement` reads it. RAYS are files of eight f32 a ray, little endian:
+//! origin, least distance, direction, greatest distance; every sixteenth block of 4096 is traced.
+//! Where the name has `shadow` in it, any hit is asked for, otherwise the closest.
 #![expect(clippy::print_stdout, reason = "the table is this program's result")]
 
 mod files;
 
 use glam::Vec3;
-use raywright_bvh::{AcceleratorKind, BuildQuality, Geometry, Interval, PrimitiveSet, Ray, TraversalStats, Visibility};
+use raywright_bvh::{
+    AcceleratorKind, BuildQuality, Geometry, Interval, PrimitiveSet, Ray, TraversalStats,
+    Visibility,
+};
 
 /// Rays of a block, and how many blocks there are for one that is traced.
 const BLOCK: usize = 4096;
@@ -29,10 +33,21 @@ fn main() {
     println!("{:10}{:>8}  {}", "", "bytes", sets.join("  "));
     for quality in BuildQuality::ALL {
         let mut group = PrimitiveSet::<f32>::default();
-        group.mesh(mesh.iter().copied(), Visibility::default()).unwrap_or_else(|e| panic!("{e}"));
+        group
+            .mesh(mesh.iter().copied(), Visibility::default())
+            .unwrap_or_else(|e| panic!("{e}"));
         let tree = Geometry::new(group, AcceleratorKind::Tree(quality));
-        let cells: Vec<String> = sets.iter().zip(&rays).map(|(set, rays)| visited(&tree, rays, set.contains("shadow"))).collect();
-        println!("{:10}{:>8.1}  {}", format!("{quality:?}"), tree.bytes() as f64 / mesh.len() as f64, cells.join("  "));
+        let cells: Vec<String> = sets
+            .iter()
+            .zip(&rays)
+            .map(|(set, rays)| visited(&tree, rays, set.contains("shadow")))
+            .collect();
+        println!(
+            "{:10}{:>8.1}  {}",
+            format!("{quality:?}"),
+            tree.bytes() as f64 / mesh.len() as f64,
+            cells.join("  ")
+        );
     }
 }
 
@@ -40,7 +55,10 @@ fn main() {
 fn visited(tree: &Geometry<f32>, rays: &[[f32; 8]], any: bool) -> String {
     let (mut visits, mut hits, mut count) = (TraversalStats::default(), 0, 0);
     for &[ox, oy, oz, min, dx, dy, dz, max] in rays.chunks(BLOCK).step_by(THIN).flatten() {
-        let (ray, range) = (Ray::new(Vec3::new(ox, oy, oz), Vec3::new(dx, dy, dz)), Interval { min, max });
+        let (ray, range) = (
+            Ray::new(Vec3::new(ox, oy, oz), Vec3::new(dx, dy, dz)),
+            Interval { min, max },
+        );
         let hit = if any {
             tree.any(&ray, range, &mut |_| true, &mut visits)
         } else {

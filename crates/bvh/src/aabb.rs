@@ -17,9 +17,13 @@ pub struct Aabb {
 
 impl Aabb {
     /// Contains nothing; the neutral element of [`Aabb::union`].
-    pub const EMPTY: Self = Self { min: DVec3::INFINITY, max: DVec3::NEG_INFINITY };
+    pub const EMPTY: Self = Self {
+        min: DVec3::INFINITY,
+        max: DVec3::NEG_INFINITY,
+    };
 
-    /// The least box around the points; NaN everywhere when one of them is NaN, so that no primitive loses a corner unseen.
+    /// The least box around the points; NaN everywhere when one of them is NaN, so that no
+    /// primitive loses a corner unseen.
     pub fn from_points(points: impl IntoIterator<Item = DVec3>) -> Self {
         let (mut min, mut max, mut is_number) = (Self::EMPTY.min, Self::EMPTY.max, true);
         // One comparison each, where `min` and `max` of numbers would ask for NaN each time.
@@ -28,23 +32,46 @@ impl Aabb {
             max = DVec3::select(point.cmpgt(max), point, max);
             is_number &= !point.is_nan();
         }
-        if is_number { Self { min, max } } else { Self { min: DVec3::NAN, max: DVec3::NAN } }
+        if is_number {
+            Self { min, max }
+        } else {
+            Self {
+                min: DVec3::NAN,
+                max: DVec3::NAN,
+            }
+        }
     }
 
-    /// The box around a shape by its support function, max p·direction over its points; none when one of them is.
+    /// The box around a shape by its support function, max p·direction over its points; none when
+    /// one of them is.
     pub fn from_support(support: impl Fn(DVec3) -> Option<f64>) -> Option<Self> {
-        let along = |d: DVec3| Some(DVec3::new(support(d * DVec3::X)?, support(d * DVec3::Y)?, support(d * DVec3::Z)?));
-        Some(Self { min: -along(DVec3::NEG_ONE)?, max: along(DVec3::ONE)? })
+        let along = |d: DVec3| {
+            Some(DVec3::new(
+                support(d * DVec3::X)?,
+                support(d * DVec3::Y)?,
+                support(d * DVec3::Z)?,
+            ))
+        };
+        Some(Self {
+            min: -along(DVec3::NEG_ONE)?,
+            max: along(DVec3::ONE)?,
+        })
     }
 
     /// The box from centre − half to centre + half.
     pub fn around(centre: DVec3, half: DVec3) -> Self {
-        Self { min: centre - half, max: centre + half }
+        Self {
+            min: centre - half,
+            max: centre + half,
+        }
     }
 
     /// The least box around both.
     pub fn union(self, other: Self) -> Self {
-        Self { min: self.min.min(other.min), max: self.max.max(other.max) }
+        Self {
+            min: self.min.min(other.min),
+            max: self.max.max(other.max),
+        }
     }
 
     /// Whether it contains no point.
@@ -64,29 +91,42 @@ impl Aabb {
 
     /// What is in both.
     pub(crate) fn intersection(self, other: Self) -> Self {
-        Self { min: self.min.max(other.min), max: self.max.min(other.max) }
+        Self {
+            min: self.min.max(other.min),
+            max: self.max.min(other.max),
+        }
     }
 
     /// The eight corners.
     pub fn corners(&self) -> [DVec3; 8] {
         core::array::from_fn(|i| {
             let pick = |bit: usize, a: f64, b: f64| if i >> bit & 1 == 0 { a } else { b };
-            DVec3::new(pick(0, self.min.x, self.max.x), pick(1, self.min.y, self.max.y), pick(2, self.min.z, self.max.z))
+            DVec3::new(
+                pick(0, self.min.x, self.max.x),
+                pick(1, self.min.y, self.max.y),
+                pick(2, self.min.z, self.max.z),
+            )
         })
     }
 
-    /// The f32 box that a tree may cull by: rounded outward, then grown by four units in the last place of its own
-    /// coordinates and one of its extent. Measured to be enough for a watertight triangle test, and it gives flat boxes
-    /// a thickness, without which Morton-sorted builders degenerate on closed rooms. None when a bound is not a finite
-    /// f32: such a primitive can't be in a tree.
+    /// The f32 box that a tree may cull by: rounded outward, then grown by four units in the last
+    /// place of its own coordinates and one of its extent. Measured to be enough for a watertight
+    /// triangle test, and it gives flat boxes a thickness, without which Morton-sorted builders
+    /// degenerate on closed rooms. None when a bound is not a finite f32: such a primitive can't be
+    /// in a tree.
     pub fn padded(&self) -> Option<PaddedBox> {
         if self.is_empty() {
             return None;
         }
         let ulp = f64::from(f32::EPSILON);
         let extent = self.extent().max_element();
-        let pad = |v: DVec3| v.abs() * (4.0 * ulp) + DVec3::splat(extent * ulp + f64::from(f32::MIN_POSITIVE));
-        let (min, max) = ((self.min - pad(self.min)).as_vec3(), (self.max + pad(self.max)).as_vec3());
+        let pad = |v: DVec3| {
+            v.abs() * (4.0 * ulp) + DVec3::splat(extent * ulp + f64::from(f32::MIN_POSITIVE))
+        };
+        let (min, max) = (
+            (self.min - pad(self.min)).as_vec3(),
+            (self.max + pad(self.max)).as_vec3(),
+        );
         (min.is_finite() && max.is_finite()).then_some(PaddedBox { min, max })
     }
 }
@@ -101,11 +141,23 @@ pub(crate) struct BoundingSphere {
 impl BoundingSphere {
     /// About the middle of the box around all of them.
     pub fn new(centre: DVec3, boxes: &[PaddedBox]) -> Self {
-        let farthest = |bounds: &PaddedBox| (bounds.max.as_dvec3() - centre).max(centre - bounds.min.as_dvec3()).length_squared();
-        let radius = boxes.par_iter().with_min_len(PIECE).map(farthest).reduce(|| 0.0, f64::max).sqrt();
+        let farthest = |bounds: &PaddedBox| {
+            (bounds.max.as_dvec3() - centre)
+                .max(centre - bounds.min.as_dvec3())
+                .length_squared()
+        };
+        let radius = boxes
+            .par_iter()
+            .with_min_len(PIECE)
+            .map(farthest)
+            .reduce(|| 0.0, f64::max)
+            .sqrt();
         // The middle is rounded.
         let radius = radius * 1.03 + centre.length() * (4.0 * f64::from(f32::EPSILON));
-        Self { centre: centre.as_vec3().to_array(), radius: radius as f32 }
+        Self {
+            centre: centre.as_vec3().to_array(),
+            radius: radius as f32,
+        }
     }
 }
 
@@ -120,11 +172,17 @@ pub struct PaddedBox {
 
 impl PaddedBox {
     /// Contains nothing; the neutral element of the union.
-    pub(crate) const NOTHING: Self = Self { min: Vec3::INFINITY, max: Vec3::NEG_INFINITY };
+    pub(crate) const NOTHING: Self = Self {
+        min: Vec3::INFINITY,
+        max: Vec3::NEG_INFINITY,
+    };
 
     /// The least box around both.
     pub(crate) fn union(&self, other: &Self) -> Self {
-        Self { min: self.min.min(other.min), max: self.max.max(other.max) }
+        Self {
+            min: self.min.min(other.min),
+            max: self.max.max(other.max),
+        }
     }
 }
 

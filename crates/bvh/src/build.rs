@@ -1,5 +1,6 @@
-//! Building: sanitised boxes in, a tree of eight-wide nodes out. `obvhs` clusters the boxes and moves parts of the tree to where they cost less.
-//! Ours is what guards it, and the way from its binary tree to eight-wide nodes.
+//! Building: sanitised boxes in, a tree of eight-wide nodes out. `obvhs` clusters the boxes and
+//! moves parts of the tree to where they cost less. Ours is what guards it, and the way from its
+//! binary tree to eight-wide nodes.
 
 mod clusters;
 mod curve;
@@ -48,7 +49,8 @@ impl BuildQuality {
 /// What a build cost: what tests count where they can't measure time.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct BuildWork {
-    /// Boxes looked at: in sorting, clustering, moving and halving. In clustering it is the least that its tree may have taken.
+    /// Boxes looked at: in sorting, clustering, moving and halving. In clustering it is the least
+    /// that its tree may have taken.
     pub looks: u64,
     /// Nodes from the root to the deepest, the root included.
     pub depth: u32,
@@ -68,11 +70,17 @@ pub(crate) struct Build {
 impl Build {
     /// So many places that are tested one after the other.
     pub fn scan(places: usize, work: Option<BuildWork>) -> Self {
-        Self { bvh: Bvh8::flat(0, 0, places), order: None, work, spheres: 0 }
+        Self {
+            bvh: Bvh8::flat(0, 0, places),
+            order: None,
+            work,
+            spheres: 0,
+        }
     }
 }
 
-/// What a primitive may share a leaf of the wide tree with: seven more that are tested with it in lanes.
+/// What a primitive may share a leaf of the wide tree with: seven more that are tested with it in
+/// lanes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum LeafKind {
     /// Nothing: it is tested alone.
@@ -82,7 +90,8 @@ pub(crate) enum LeafKind {
 }
 
 impl LeafKind {
-    /// So many are one leaf wherever they are a subtree: with smaller leaves a tree takes more room than its rays win.
+    /// So many are one leaf wherever they are a subtree: with smaller leaves a tree takes more room
+    /// than its rays win.
     pub fn shared(self) -> usize {
         match self {
             Self::None => 1,
@@ -91,10 +100,14 @@ impl LeafKind {
         }
     }
 
-    /// So many are a leaf of the binary tree wherever they are a subtree, where all primitives are of this kind. Spheres are then halved, to full leaves: it is
-    /// memory that these save.
+    /// So many are a leaf of the binary tree wherever they are a subtree, where all primitives are
+    /// of this kind. Spheres are then halved, to full leaves: it is memory that these save.
     fn collapsed(self) -> usize {
-        if self == Self::Spheres { 4 * WIDTH } else { self.shared() }
+        if self == Self::Spheres {
+            4 * WIDTH
+        } else {
+            self.shared()
+        }
     }
 }
 
@@ -105,24 +118,47 @@ pub(crate) type LeafKindOf<'a> = &'a (dyn Fn(u32) -> LeafKind + Sync);
 pub(crate) type Stop<'a> = &'a (dyn Fn() -> bool + Sync);
 
 /// Builds the tree over two boxes or more; none where `stop` said so.
-pub(crate) fn build(boxes: &[PaddedBox], quality: BuildQuality, kind: LeafKindOf<'_>, stop: Stop<'_>) -> Option<Build> {
+pub(crate) fn build(
+    boxes: &[PaddedBox],
+    quality: BuildQuality,
+    kind: LeafKindOf<'_>,
+    stop: Stop<'_>,
+) -> Option<Build> {
     let mut work = BuildWork::default();
     // Clustered it may be too deep, and halved it is not.
     for quality in [Some(quality), None] {
         let (binary, looks) = binary(boxes, quality, kind, stop)?;
         work.looks += looks;
         if let Some((tree, order, depth)) = Bvh8::collapse(&binary, kind) {
-            return Some(Build { bvh: tree, order: Some(order), work: Some(BuildWork { depth, ..work }), spheres: 0 });
+            return Some(Build {
+                bvh: tree,
+                order: Some(order),
+                work: Some(BuildWork { depth, ..work }),
+                spheres: 0,
+            });
         }
     }
     // Were the builders wrong, queries would be slow, and right.
     Some(Build::scan(boxes.len(), Some(work)))
 }
 
-/// The binary tree over boxes, and how many of them were looked at; halved alone where no quality is asked for.
-fn binary(boxes: &[PaddedBox], quality: Option<BuildQuality>, kind: LeafKindOf<'_>, stop: Stop<'_>) -> Option<(Binary, u64)> {
+/// The binary tree over boxes, and how many of them were looked at; halved alone where no quality
+/// is asked for.
+fn binary(
+    boxes: &[PaddedBox],
+    quality: Option<BuildQuality>,
+    kind: LeafKindOf<'_>,
+    stop: Stop<'_>,
+) -> Option<(Binary, u64)> {
     let mut order: Vec<u32> = (0..boxes.len() as u32).collect();
-    let (mut nodes, mut looks) = (vec![BinaryNode { bounds: PaddedBox::NOTHING, first: 0, count: boxes.len() as u32 }], 0);
+    let (mut nodes, mut looks) = (
+        vec![BinaryNode {
+            bounds: PaddedBox::NOTHING,
+            first: 0,
+            count: boxes.len() as u32,
+        }],
+        0,
+    );
     let is_alike = (1..boxes.len() as u32).all(|place| kind(place) == kind(0));
     if let Some(quality) = quality {
         (order, looks) = curve::order(boxes);
@@ -132,7 +168,12 @@ fn binary(boxes: &[PaddedBox], quality: Option<BuildQuality>, kind: LeafKindOf<'
         looks += clusters.looks;
         nodes = clusters.nodes();
     }
-    let halves = Halves { boxes, kind, is_alike, stop };
+    let halves = Halves {
+        boxes,
+        kind,
+        is_alike,
+        stop,
+    };
     for slot in 0..nodes.len() {
         let BinaryNode { first, count, .. } = nodes[slot];
         if count > 0 {

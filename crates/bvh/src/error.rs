@@ -29,5 +29,9 @@ pub enum GeometryError {
 /// Refuses a box that no tree can hold. None, and one of nothing, is fine.
 pub(crate) fn check_bounds(bounds: Option<Aabb>) -> Result<Option<Aabb>, GeometryError> {
     let refused = bounds.is_some_and(|b| b != Aabb::EMPTY && b.padded().is_none());
-    if refused { Err(GeometryError::NotFinite) } else { Ok(bounds) }
+    if refused {
+        Err(GeometryError::NotFinite)
+    } else {
+        Ok(bounds)
+    }
 }

@@ -1,7 +1,8 @@
 //! A group with its accelerator, ready for queries.
 //!
-//! A [`PrimitiveSet`] collects primitives; [`Geometry`] is the group with its accelerator. An instance is a primitive that shows
-//! another geometry under an affine map, so a scene has two levels where it repeats something and one where it does not.
+//! A [`PrimitiveSet`] collects primitives; [`Geometry`] is the group with its accelerator. An
+//! instance is a primitive that shows another geometry under an affine map, so a scene has two
+//! levels where it repeats something and one where it does not.
 
 use core::mem::take;
 
@@ -19,8 +20,8 @@ use crate::slot::{Kind, Slot};
 /// A group with its accelerator.
 #[derive(Clone, Debug)]
 pub struct Geometry<R: Real> {
-    /// Its slots: first those without bounds, which every query tests, then the others in the accelerator's order, then
-    /// instances of nothing, which none does.
+    /// Its slots: first those without bounds, which every query tests, then the others in the
+    /// accelerator's order, then instances of nothing, which none does.
     pub(crate) group: PrimitiveSet<R>,
     pub(crate) unbounded: usize,
     /// How many of the first are planes in rows of the accelerator.
@@ -49,8 +50,9 @@ struct Sorted {
 }
 
 impl Sorted {
-    /// An instance of an empty geometry has an empty box: nothing to test. What has a box that no tree can hold is tested by every
-    /// query, since nothing may vanish from a scene without a word.
+    /// An instance of an empty geometry has an empty box: nothing to test. What has a box that no
+    /// tree can hold is tested by every query, since nothing may vanish from a scene without a
+    /// word.
     fn new<R: Real>(group: &mut PrimitiveSet<R>) -> Self {
         let all = take(&mut group.slots);
         let mut boxes = filled(all.len(), PaddedBox::NOTHING);
@@ -64,7 +66,10 @@ impl Sorted {
         let piece = |(boxes, slots): (&mut [PaddedBox], &[Slot])| {
             let (mut bounds, mut odd) = (Aabb::EMPTY, false);
             for (padded, slot) in boxes.iter_mut().zip(slots) {
-                match group.bounds(slot).map(|own| (own, within(slot, own).padded())) {
+                match group
+                    .bounds(slot)
+                    .map(|own| (own, within(slot, own).padded()))
+                {
                     Some((own, Some(own_padded))) => {
                         bounds = bounds.union(own);
                         *padded = own_padded;
@@ -74,12 +79,25 @@ impl Sorted {
             }
             (bounds, odd)
         };
-        let pieces: Vec<_> = boxes.par_chunks_mut(PIECE).zip(all.par_chunks(PIECE)).map(piece).collect();
-        let bounds = pieces.iter().fold(Aabb::EMPTY, |bounds, piece| bounds.union(piece.0));
+        let pieces: Vec<_> = boxes
+            .par_chunks_mut(PIECE)
+            .zip(all.par_chunks(PIECE))
+            .map(piece)
+            .collect();
+        let bounds = pieces
+            .iter()
+            .fold(Aabb::EMPTY, |bounds, piece| bounds.union(piece.0));
         if !pieces.iter().any(|piece| piece.1) {
-            return Self { slots: Vec::new(), bounded: all, nothing: Vec::new(), boxes, bounds };
+            return Self {
+                slots: Vec::new(),
+                bounded: all,
+                nothing: Vec::new(),
+                boxes,
+                bounds,
+            };
         }
-        let (mut slots, mut bounded, mut nothing): (Vec<Slot>, Vec<Slot>, Vec<Slot>) = Default::default();
+        let (mut slots, mut bounded, mut nothing): (Vec<Slot>, Vec<Slot>, Vec<Slot>) =
+            Default::default();
         for (slot, padded) in all.into_iter().zip(&boxes) {
             if *padded != PaddedBox::NOTHING {
                 bounded.push(slot);
@@ -90,12 +108,18 @@ impl Sorted {
             }
         }
         boxes.retain(|padded| *padded != PaddedBox::NOTHING);
-        Self { slots, bounded, nothing, boxes, bounds }
+        Self {
+            slots,
+            bounded,
+            nothing,
+            boxes,
+            bounds,
+        }
     }
 }
 
-/// Spheres, triangles and others, where these are so few that nodes would cost more than they spare; none where there are more, so `few` never
-/// make a tree.
+/// Spheres, triangles and others, where these are so few that nodes would cost more than they
+/// spare; none where there are more, so `few` never make a tree.
 fn without_nodes<R: Real>(bounded: &[Slot], few: usize) -> Option<[usize; 3]> {
     let is_few = bounded.len() <= few;
     if !R::IS_SINGLE || bounded.len() > few.max(Bvh8::MOST_FLAT) {
@@ -108,7 +132,8 @@ fn without_nodes<R: Real>(bounded: &[Slot], few: usize) -> Option<[usize; 3]> {
     (is_few || is_flat).then_some([spheres, triangles, others])
 }
 
-/// Builds what answers queries; none where `stop` gave the build up. What few things there is is sorted by kind.
+/// Builds what answers queries; none where `stop` gave the build up. What few things there is is
+/// sorted by kind.
 fn structure<R: Real>(
     group: &PrimitiveSet<R>,
     kind: AcceleratorKind,
@@ -117,17 +142,33 @@ fn structure<R: Real>(
     boxes: &[PaddedBox],
     stop: Stop<'_>,
 ) -> Option<Build> {
-    let AcceleratorKind::Tree(quality) = kind else { return Some(Build::scan(boxes.len(), None)) };
+    let AcceleratorKind::Tree(quality) = kind else {
+        return Some(Build::scan(boxes.len(), None));
+    };
     if let Some([spheres, triangles, others]) = without_nodes::<R>(bounded, few) {
         if spheres + triangles > 0 {
-            let place = |kind: Kind| [Kind::Sphere, Kind::Triangle].iter().position(|&first| first == kind);
+            let place = |kind: Kind| {
+                [Kind::Sphere, Kind::Triangle]
+                    .iter()
+                    .position(|&first| first == kind)
+            };
             bounded.sort_by_key(|slot| place(slot.kind).unwrap_or(2));
         }
         let bvh = Bvh8::flat(spheres, triangles, others);
-        return Some(Build { bvh, order: None, work: Some(BuildWork::default()), spheres });
+        return Some(Build {
+            bvh,
+            order: None,
+            work: Some(BuildWork::default()),
+            spheres,
+        });
     }
     let bounded = &*bounded;
-    build(boxes, quality, &|place| group.company(&bounded[place as usize]), stop)
+    build(
+        boxes,
+        quality,
+        &|place| group.company(&bounded[place as usize]),
+        stop,
+    )
 }
 
 impl<R: Real> Geometry<R> {
@@ -139,13 +180,31 @@ impl<R: Real> Geometry<R> {
         Self::unless(group, kind, &|| false).expect("no one gave the build up")
     }
 
-    /// The same, given up where `stop` says so: none. It is asked between the passes of a build, from any thread of the pool; a
-    /// pass over a quarter of a million boxes, once begun, goes to its end.
-    pub fn unless(mut group: PrimitiveSet<R>, kind: AcceleratorKind, stop: Stop<'_>) -> Option<Self> {
-        let Sorted { mut slots, mut bounded, mut nothing, boxes, bounds } = Sorted::new(&mut group);
+    /// The same, given up where `stop` says so: none. It is asked between the passes of a build,
+    /// from any thread of the pool; a pass over a quarter of a million boxes, once begun, goes to
+    /// its end.
+    pub fn unless(
+        mut group: PrimitiveSet<R>,
+        kind: AcceleratorKind,
+        stop: Stop<'_>,
+    ) -> Option<Self> {
+        let Sorted {
+            mut slots,
+            mut bounded,
+            mut nothing,
+            boxes,
+            bounds,
+        } = Sorted::new(&mut group);
         let unbounded = slots.len();
-        let few = few(unbounded + bounded.len() + nothing.len() == group.spheres.len() + group.planes.len());
-        let Build { mut bvh, order, work, spheres } = structure(&group, kind, &mut bounded, few, &boxes, stop)?;
+        let few =
+            few(unbounded + bounded.len() + nothing.len()
+                == group.spheres.len() + group.planes.len());
+        let Build {
+            mut bvh,
+            order,
+            work,
+            spheres,
+        } = structure(&group, kind, &mut bounded, few, &boxes, stop)?;
         let sphere = BoundingSphere::new(bounds.centre(), &boxes);
         drop(boxes);
         let has_lanes = R::IS_SINGLE && kind != AcceleratorKind::Linear;
@@ -156,7 +215,12 @@ impl<R: Real> Geometry<R> {
         let mut slots = huge_page_vec(unbounded + bounded.len() + nothing.len());
         slots.append(&mut firsts);
         match order {
-            Some(order) => slots.par_extend(order.par_iter().with_min_len(PIECE).map(|&place| bounded[place as usize])),
+            Some(order) => slots.par_extend(
+                order
+                    .par_iter()
+                    .with_min_len(PIECE)
+                    .map(|&place| bounded[place as usize]),
+            ),
             None => slots.extend_from_slice(&bounded),
         }
         drop(bounded);
@@ -168,7 +232,16 @@ impl<R: Real> Geometry<R> {
             group.make_rows(&mut bvh, planes, unbounded, spheres);
         }
         group.follow();
-        Some(Self { faces, group, unbounded, planes, bvh, work, bounds, sphere })
+        Some(Self {
+            faces,
+            group,
+            unbounded,
+            planes,
+            bvh,
+            work,
+            bounds,
+            sphere,
+        })
     }
 
     /// The box around everything bounded; none when something is without bounds.
@@ -210,7 +283,13 @@ impl<R: Real> Geometry<R> {
     #[inline(always)]
     pub(crate) fn triangle(&self, index: usize) -> Triangle<R> {
         if R::IS_SINGLE && self.bvh.has_blocks() {
-            return Triangle { vertices: self.bvh.triangle(index as u32).vertices.map(|v| Vector::from_f64(v.as_dvec3())) };
+            return Triangle {
+                vertices: self
+                    .bvh
+                    .triangle(index as u32)
+                    .vertices
+                    .map(|v| Vector::from_f64(v.as_dvec3())),
+            };
         }
         self.group.triangles[index]
     }
@@ -226,11 +305,14 @@ impl<R: Real> Geometry<R> {
         self.work.map(|_| self.bvh.kernel())
     }
 
-    /// Lets other code walk the tree, here and in what instances show: for comparisons, since hits are the same. One that the
-    /// processor can't run is as [`Kernel::Portable`].
+    /// Lets other code walk the tree, here and in what instances show: for comparisons, since hits
+    /// are the same. One that the processor can't run is as [`Kernel::Portable`].
     pub fn set_kernel(&mut self, kernel: Kernel) {
         self.bvh.set_kernel(kernel);
-        self.group.parts.iter_mut().for_each(|part| part.set_kernel(kernel));
+        self.group
+            .parts
+            .iter_mut()
+            .for_each(|part| part.set_kernel(kernel));
     }
 
     /// What building the tree took; none for a scan.

@@ -1,4 +1,5 @@
-//! How many primitives of which kind a set will hold, and so what memory it will take, before there is one.
+//! How many primitives of which kind a set will hold, and so what memory it will take, before there
+//! is one.
 
 use crate::build::AcceleratorKind;
 use crate::bvh8::Bvh8;
@@ -32,10 +33,14 @@ pub struct GeometryMemory {
 impl GeometryMemory {
     /// A mesh by itself.
     pub fn of_triangles(count: u64) -> Self {
-        Self { triangles: count, ..Self::default() }
+        Self {
+            triangles: count,
+            ..Self::default()
+        }
     }
 
-    /// Adds `count` shapes that differ from this one in their places at most, under maps of their own or not.
+    /// Adds `count` shapes that differ from this one in their places at most, under maps of their
+    /// own or not.
     pub fn add<R: Real>(&mut self, shape: &AnyShape<R>, mapped: bool, count: u64) {
         let kind = match shape {
             _ if mapped => &mut self.placed,
@@ -52,7 +57,14 @@ impl GeometryMemory {
 
     /// Number of primitives.
     pub fn len(&self) -> u64 {
-        let kinds = [self.spheres, self.triangles, self.planes, self.shapes, self.placed, self.instances];
+        let kinds = [
+            self.spheres,
+            self.triangles,
+            self.planes,
+            self.shapes,
+            self.placed,
+            self.instances,
+        ];
         kinds.into_iter().fold(0, u64::saturating_add)
     }
 
@@ -61,37 +73,58 @@ impl GeometryMemory {
         self.len() == 0
     }
 
-    /// At least what [`Geometry::bytes`](crate::Geometry::bytes) will say of these primitives, and less than three times that and
-    /// a few kilobytes; five times where triangles and other primitives stand between one another.
-    /// Only how many nodes a tree will have is not known, and how full its blocks of triangles will be.
+    /// At least what [`Geometry::bytes`](crate::Geometry::bytes) will say of these primitives, and
+    /// less than three times that and a few kilobytes; five times where triangles and other
+    /// primitives stand between one another. Only how many nodes a tree will have is not known, and
+    /// how full its blocks of triangles will be.
     pub fn most_bytes<R: Real>(&self, kind: AcceleratorKind) -> u64 {
         let bounded = self.len().saturating_sub(self.unbounded);
         let few = few(self.len() == self.spheres.saturating_add(self.planes));
         let wide = R::IS_SINGLE && matches!(kind, AcceleratorKind::Tree(_));
-        let planes = if wide { Bvh8::bytes_of_flat(self.planes, 0) } else { 0 };
-        let others = bounded.saturating_sub(self.spheres).saturating_sub(self.triangles);
-        let counts = if R::IS_SINGLE { [self.spheres, self.triangles, others] } else { [0, 0, bounded] };
+        let planes = if wide {
+            Bvh8::bytes_of_flat(self.planes, 0)
+        } else {
+            0
+        };
+        let others = bounded
+            .saturating_sub(self.spheres)
+            .saturating_sub(self.triangles);
+        let counts = if R::IS_SINGLE {
+            [self.spheres, self.triangles, others]
+        } else {
+            [0, 0, bounded]
+        };
         let tree = match kind {
-            _ if wide && Bvh8::is_flat(self.spheres, self.triangles, others) => Bvh8::bytes_of_flat(self.spheres, self.triangles),
+            _ if wide && Bvh8::is_flat(self.spheres, self.triangles, others) => {
+                Bvh8::bytes_of_flat(self.spheres, self.triangles)
+            }
             AcceleratorKind::Tree(_) if bounded > few as u64 => Bvh8::most_bytes(counts),
             _ => 0,
         };
-        self.bytes::<R>(wide).saturating_add(planes).saturating_add(tree)
+        self.bytes::<R>(wide)
+            .saturating_add(planes)
+            .saturating_add(tree)
     }
 
-    /// What they take without an accelerator; the triangles themselves nothing where the tree is wide, since they are in that.
+    /// What they take without an accelerator; the triangles themselves nothing where the tree is
+    /// wide, since they are in that.
     fn bytes<R: Real>(&self, wide: bool) -> u64 {
         let each = [
             (self.len(), PrimitiveSet::<R>::BYTES_EACH),
             (self.spheres, size_of::<Sphere<R>>()),
-            (if wide { 0 } else { self.triangles }, size_of::<Triangle<R>>()),
+            (
+                if wide { 0 } else { self.triangles },
+                size_of::<Triangle<R>>(),
+            ),
             (self.planes, size_of::<Plane<R>>()),
             (self.shapes, size_of::<AnyShape<R>>()),
             (self.placed, size_of::<TransformedShape<R>>()),
             (self.instances, size_of::<Instance>()),
             (self.moving, size_of::<Motion>()),
         ];
-        each.into_iter().fold(0, |sum, (count, bytes)| sum.saturating_add(count.saturating_mul(bytes as u64)))
+        each.into_iter().fold(0, |sum, (count, bytes)| {
+            sum.saturating_add(count.saturating_mul(bytes as u64))
+        })
     }
 }
 
@@ -114,13 +147,19 @@ mod tests {
         };
         let at = |i: u64| DVec3::new((i * 7 % 101) as f64, (i * 13 % 89) as f64, (i % 97) as f64);
         for i in 0..n {
-            add(AnyShape::Sphere(Sphere { centre: Vector::from_f64(at(i)), radius: R::from_f64(0.25) }));
+            add(AnyShape::Sphere(Sphere {
+                centre: Vector::from_f64(at(i)),
+                radius: R::from_f64(0.25),
+            }));
         }
         for i in 0..others {
             add(AnyShape::Disk(Disk::new(at(i), DVec3::Y, 0.5)));
         }
         if plane {
-            add(AnyShape::Plane(Plane::new(Vector::ZERO, Vector::from_f64(DVec3::Y))));
+            add(AnyShape::Plane(Plane::new(
+                Vector::ZERO,
+                Vector::from_f64(DVec3::Y),
+            )));
         }
         (inventory, group)
     }
@@ -133,45 +172,70 @@ mod tests {
                     let (inventory, group) = both::<R>(n, others, plane);
                     let most = inventory.most_bytes::<R>(kind);
                     let real = Geometry::new(group, kind).bytes() as u64;
-                    let what = format!("{n} balls, {others} disks, {kind:?}: {real} bytes, at most {most}");
+                    let what = format!(
+                        "{n} balls, {others} disks, {kind:?}: {real} bytes, at most {most}"
+                    );
                     assert!(real <= most && most <= 3 * real, "{what}");
-                    assert!(matches!(kind, AcceleratorKind::Tree(_)) || real == most, "{what}");
+                    assert!(
+                        matches!(kind, AcceleratorKind::Tree(_)) || real == most,
+                        "{what}"
+                    );
                 }
             }
         }
     }
 
-    /// Protects: what is told of the memory beforehand is never too little and at most three times of what there is then, for few
-    /// primitives and many, with and without boxes, in each precision and by each builder; without a tree it is exact.
+    /// Protects: what is told of the memory beforehand is never too little and at most three times
+    /// of what there is then, for few primitives and many, with and without boxes, in each
+    /// precision and by each builder; without a tree it is exact.
     #[test]
     fn memory_is_told_beforehand() {
         holds::<f32>();
         holds::<f64>();
     }
 
-    /// Protects: the same for meshes, whose blocks may be as good as empty: scattered, in a row that grows so that each triangle hangs
-    /// from a node of its own, all in one place, and with balls between them.
+    /// Protects: the same for meshes, whose blocks may be as good as empty: scattered, in a row
+    /// that grows so that each triangle hangs from a node of its own, all in one place, and with
+    /// balls between them.
     #[test]
     fn memory_of_meshes_is_told_beforehand() {
         let at = |i: u64| DVec3::new((i * 7 % 101) as f64, (i * 13 % 89) as f64, (i % 97) as f64);
-        for (n, balls) in [3, 5, 8, 9, 17, 64, 300, 5000].into_iter().flat_map(|n| [(n, 0), (n, 1), (n, n / 3)]) {
+        for (n, balls) in [3, 5, 8, 9, 17, 64, 300, 5000]
+            .into_iter()
+            .flat_map(|n| [(n, 0), (n, 1), (n, n / 3)])
+        {
             for family in 0..3 {
                 let corner = |i: u64| match family {
                     0 => at(i),
                     1 => DVec3::X * 1.05_f64.powi((i % 600) as i32),
                     _ => DVec3::ONE,
                 };
-                let corners = |i: u64| [corner(i), corner(i) + DVec3::X, corner(i) + DVec3::Y].map(|p| p.as_vec3());
+                let corners = |i: u64| {
+                    [corner(i), corner(i) + DVec3::X, corner(i) + DVec3::Y].map(|p| p.as_vec3())
+                };
                 for kind in BuildQuality::ALL.map(AcceleratorKind::Tree) {
-                    let (mut inventory, mut group) = (GeometryMemory::of_triangles(n), PrimitiveSet::<f32>::default());
-                    group.mesh((0..n).map(corners), Visibility::default()).unwrap();
+                    let (mut inventory, mut group) = (
+                        GeometryMemory::of_triangles(n),
+                        PrimitiveSet::<f32>::default(),
+                    );
+                    group
+                        .mesh((0..n).map(corners), Visibility::default())
+                        .unwrap();
                     for i in 0..balls {
-                        let ball = AnyShape::Sphere(Sphere { centre: corner(i * 3).as_vec3(), radius: 0.25 });
+                        let ball = AnyShape::Sphere(Sphere {
+                            centre: corner(i * 3).as_vec3(),
+                            radius: 0.25,
+                        });
                         inventory.add(&ball, false, 1);
                         group.shape(ball, Visibility::default()).unwrap();
                     }
-                    let (most, real) = (inventory.most_bytes::<f32>(kind), Geometry::new(group, kind).bytes() as u64);
-                    let what = format!("{n} triangles, {balls} balls, family {family}, {kind:?}: {real} bytes, at most {most}");
+                    let (most, real) = (
+                        inventory.most_bytes::<f32>(kind),
+                        Geometry::new(group, kind).bytes() as u64,
+                    );
+                    let what = format!(
+                        "{n} triangles, {balls} balls, family {family}, {kind:?}: {real} bytes, at most {most}"
+                    );
                     let times = if balls == 0 { 3 } else { 5 };
                     assert!(real <= most && most <= times * real + 4096, "{what}");
                 }
@@ -183,27 +247,43 @@ mod tests {
     #[test]
     fn memory_of_quads_is_told_beforehand() {
         let at = |i: u64| DVec3::new((i * 7 % 101) as f64, (i * 13 % 89) as f64, (i % 97) as f64);
-        for (n, others) in [3, 5, 8, 9, 17, 64, 300, 5000].into_iter().flat_map(|n| [(n, false), (n, true)]) {
+        for (n, others) in [3, 5, 8, 9, 17, 64, 300, 5000]
+            .into_iter()
+            .flat_map(|n| [(n, false), (n, true)])
+        {
             for kind in BuildQuality::ALL.map(AcceleratorKind::Tree) {
-                let (mut inventory, mut group) = if others { both::<f32>(n, n, false) } else { Default::default() };
+                let (mut inventory, mut group) = if others {
+                    both::<f32>(n, n, false)
+                } else {
+                    Default::default()
+                };
                 for i in 0..n {
                     let quad = AnyShape::Quad(Quad::new(at(i), DVec3::X, DVec3::Y));
                     inventory.add(&quad, false, 1);
                     group.shape(quad, Visibility::default()).unwrap();
                 }
-                let (most, real) = (inventory.most_bytes::<f32>(kind), Geometry::new(group, kind).bytes() as u64);
-                let what = format!("{n} quads, others: {others}, {kind:?}: {real} bytes, at most {most}");
+                let (most, real) = (
+                    inventory.most_bytes::<f32>(kind),
+                    Geometry::new(group, kind).bytes() as u64,
+                );
+                let what =
+                    format!("{n} quads, others: {others}, {kind:?}: {real} bytes, at most {most}");
                 assert!(real <= most && most <= 5 * real + 4096, "{what}");
             }
         }
     }
 
-    /// Protects: by hand, the most nodes that eight boxes of their own leaves make, and none where there are few.
+    /// Protects: by hand, the most nodes that eight boxes of their own leaves make, and none where
+    /// there are few.
     #[test]
     fn the_emptiest_nodes_are_reckoned_with() {
         let most = |count: u64| {
-            let memory = GeometryMemory { shapes: count, ..GeometryMemory::default() };
-            memory.most_bytes::<f32>(AcceleratorKind::default()) - memory.most_bytes::<f32>(AcceleratorKind::Linear)
+            let memory = GeometryMemory {
+                shapes: count,
+                ..GeometryMemory::default()
+            };
+            memory.most_bytes::<f32>(AcceleratorKind::default())
+                - memory.most_bytes::<f32>(AcceleratorKind::Linear)
         };
         assert_eq!([most(8), most(2)], [(4 * 8 + 3) / 7 * 256, 0]);
     }

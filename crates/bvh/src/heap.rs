@@ -1,5 +1,6 @@
-//! A heap that counts what the whole program holds and keeps it below a limit: an array that nobody asks about beforehand, of ours or of
-//! another crate, is refused with a message too, and no refusal aborts the program.
+//! A heap that counts what the whole program holds and keeps it below a limit: an array that nobody
+//! asks about beforehand, of ours or of another crate, is refused with a message too, and no
+//! refusal aborts the program.
 #![expect(
     unsafe_code,
     reason = "an allocator is unsafe by its trait; every call goes to the system's with the arguments as they came"
@@ -11,7 +12,8 @@ use core::sync::atomic::{AtomicUsize, Ordering};
 use std::alloc::System;
 use std::sync::OnceLock;
 
-/// The system's heap, counted. A program makes it its own with `#[global_allocator]`; libraries work on any heap.
+/// The system's heap, counted. A program makes it its own with `#[global_allocator]`; libraries
+/// work on any heap.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct CountingHeap;
 
@@ -23,7 +25,8 @@ static LIMIT: AtomicUsize = AtomicUsize::new(usize::MAX);
 static REFUSAL: OnceLock<fn(Refusal) -> !> = OnceLock::new();
 
 thread_local! {
-    /// Whether whoever allocates looks at whether there is memory, or is already ending the program.
+    /// Whether whoever allocates looks at whether there is memory, or is already ending the
+    /// program.
     static FALLIBLE: Cell<bool> = const { Cell::new(false) };
 }
 
@@ -41,12 +44,17 @@ pub enum Refusal {
 
 /// Lets the program hold so many bytes more than now; none: as many as the system gives.
 pub fn limit_heap(bytes: Option<u64>) {
-    let more = bytes.map_or(usize::MAX, |bytes| usize::try_from(bytes).unwrap_or(usize::MAX));
-    LIMIT.store(HELD.load(Ordering::Relaxed).saturating_add(more), Ordering::Relaxed);
+    let more = bytes.map_or(usize::MAX, |bytes| {
+        usize::try_from(bytes).unwrap_or(usize::MAX)
+    });
+    LIMIT.store(
+        HELD.load(Ordering::Relaxed).saturating_add(more),
+        Ordering::Relaxed,
+    );
 }
 
-/// Says once who ends the program where memory is refused that nobody looks out for. Without it the program aborts. What it allocates itself
-/// has no limit.
+/// Says once who ends the program where memory is refused that nobody looks out for. Without it the
+/// program aborts. What it allocates itself has no limit.
 pub fn on_heap_refusal(end: fn(Refusal) -> !) {
     // The first one stays.
     let _ = REFUSAL.set(end);
@@ -77,7 +85,9 @@ fn release(bytes: usize) {
 /// Ends the program, or leaves that to whoever looks at the pointer that is null.
 fn refuse(refusal: Refusal) -> *mut u8 {
     // A thread that ends has no such variable any more.
-    let is_fallible = FALLIBLE.try_with(|fallible| fallible.replace(true)).unwrap_or(true);
+    let is_fallible = FALLIBLE
+        .try_with(|fallible| fallible.replace(true))
+        .unwrap_or(true);
     if let Some(end) = REFUSAL.get().filter(|_| !is_fallible) {
         limit_heap(None);
         end(refusal);
@@ -99,11 +109,13 @@ fn counted(bytes: usize, allocate: impl FnOnce() -> *mut u8) -> *mut u8 {
     place
 }
 
-// SAFETY: every block is the system allocator's, which is called with the arguments as they came; a null pointer says that there is none,
-// as the trait has it, and a block that could not grow is as it was. Nothing here unwinds, and counting allocates nothing.
+// SAFETY: every block is the system allocator's, which is called with the arguments as they came; a
+// null pointer says that there is none, as the trait has it, and a block that could not grow is as
+// it was. Nothing here unwinds, and counting allocates nothing.
 unsafe impl GlobalAlloc for CountingHeap {
     unsafe fn alloc(&self, layout: Layout) -> *mut u8 {
-        // SAFETY: the caller's promise about the layout is the one that the system's allocator asks for.
+        // SAFETY: the caller's promise about the layout is the one that the system's allocator asks
+        // for.
         counted(layout.size(), || unsafe { System.alloc(layout) })
     }
 
@@ -119,8 +131,11 @@ unsafe impl GlobalAlloc for CountingHeap {
     }
 
     unsafe fn realloc(&self, place: *mut u8, layout: Layout, size: usize) -> *mut u8 {
-        // SAFETY: the block came from the system's allocator, with this layout, and the caller's promise about the size is the same.
-        let place = counted(size.saturating_sub(layout.size()), || unsafe { System.realloc(place, layout, size) });
+        // SAFETY: the block came from the system's allocator, with this layout, and the caller's
+        // promise about the size is the same.
+        let place = counted(size.saturating_sub(layout.size()), || unsafe {
+            System.realloc(place, layout, size)
+        });
         if !place.is_null() {
             release(layout.size().saturating_sub(size));
         }
@@ -132,8 +147,8 @@ unsafe impl GlobalAlloc for CountingHeap {
 mod tests {
     use super::*;
 
-    /// Protects: what is held is counted through every way to get and give back memory, and what is above the limit is refused to whoever
-    /// looks, with the block that was to grow as it was.
+    /// Protects: what is held is counted through every way to get and give back memory, and what is
+    /// above the limit is refused to whoever looks, with the block that was to grow as it was.
     #[test]
     fn what_is_held_is_counted_and_limited() {
         let heap = CountingHeap;
@@ -142,14 +157,17 @@ mod tests {
         // This heap is not the tests' own: nobody else is counted.
         assert_eq!(held(), 0);
         allocate_fallibly(|| {
-            // SAFETY: the layouts are not empty; blocks are given back with the layout that they have.
+            // SAFETY: the layouts are not empty; blocks are given back with the layout that they
+            // have.
             unsafe {
                 let place = heap.alloc_zeroed(layout);
                 assert!(!place.is_null() && *place == 0 && held() == 1000);
                 limit_heap(Some(500));
                 assert!(core::hint::black_box(heap.alloc(layout)).is_null() && held() == 1000);
                 place.write(7);
-                assert!(heap.realloc(place, layout, 1501).is_null() && held() == 1000 && *place == 7);
+                assert!(
+                    heap.realloc(place, layout, 1501).is_null() && held() == 1000 && *place == 7
+                );
                 let place = heap.realloc(place, layout, 1500);
                 assert!(!place.is_null() && held() == 1500 && *place == 7);
                 let grown = Layout::from_size_align(1500, 8).expect("a layout");
@@ -158,7 +176,8 @@ mod tests {
                 heap.dealloc(place, Layout::from_size_align(100, 8).expect("a layout"));
                 limit_heap(None);
                 let vast = Layout::from_size_align(isize::MAX as usize - 7, 8).expect("a layout");
-                // Out of sight of the compiler, which leaves out a block that nobody uses and takes it for given.
+                // Out of sight of the compiler, which leaves out a block that nobody uses and takes
+                // it for given.
                 assert!(core::hint::black_box(heap.alloc(vast)).is_null());
             }
         });

@@ -1,7 +1,9 @@
-//! Rays, boxes, shapes and acceleration structures: what is hit, and where. Light, materials and files are unknown here.
+//! Rays, boxes, shapes and acceleration structures: what is hit, and where. Light, materials and
+//! files are unknown here.
 //!
-//! A [`PrimitiveSet`] collects primitives, [`Geometry`] answers for them: the closest hit, or any hit that a filter accepts, by a
-//! linear scan or by a tree, with the same bits. What is stored is f32 or f64; intersections compute in f64.
+//! A [`PrimitiveSet`] collects primitives, [`Geometry`] answers for them: the closest hit, or any
+//! hit that a filter accepts, by a linear scan or by a tree, with the same bits. What is stored is
+//! f32 or f64; intersections compute in f64.
 //!
 //! ```
 //! use glam::{DVec3, Vec3};
@@ -23,13 +25,13 @@
 //! # Ok::<(), raywright_bvh::GeometryError>(())
 //! ```
 //!
-//! The tree has nodes of eight boxes and, of what is stored in f32, leaves of eight triangles or spheres. It is walked by the best [`Kernel`] that
-//! the processor can run.
+//! The tree has nodes of eight boxes and, of what is stored in f32, leaves of eight triangles or
+//! spheres. It is walked by the best [`Kernel`] that the processor can run.
 //!
 //! [`Geometry::closest_from`] asks rays that leave one point together.
 //!
-//! Not here yet: SIMD tests of primitives other than triangles, spheres and planes, packets of other rays, quantised nodes, refitting,
-//! motion other than of instances along straight lines.
+//! Not here yet: SIMD tests of primitives other than triangles, spheres and planes, packets of
+//! other rays, quantised nodes, refitting, motion other than of instances along straight lines.
 #![deny(unsafe_code)]
 
 pub mod aabb;

@@ -6,21 +6,29 @@ use crate::geometry::Geometry;
 use crate::processor::{Loops, widest};
 use crate::ray::{Hit, Ray};
 use crate::scalar::{Real, Vector};
-use crate::shapes::{Maps, Parameters, PreparedRay, Shape, ShapeHit, Surface, SurfacePoint, Triangle, Under};
+use crate::shapes::{
+    Maps, Parameters, PreparedRay, Shape, ShapeHit, Surface, SurfacePoint, Triangle, Under,
+};
 use crate::slot::Kind;
 
 /// Triangles that are located together.
 const LANES: usize = 8;
 
 impl<R: Real> Geometry<R> {
-    /// The surface at a hit that this geometry returned for the same ray, before it is rounded to the stored scalar.
+    /// The surface at a hit that this geometry returned for the same ray, before it is rounded to
+    /// the stored scalar.
     #[inline]
     pub fn located(&self, ray: &Ray<R>, hit: &Hit<R>) -> SurfacePoint {
-        // Spheres and planes are asked here, where what their answer does not need of a probe is not made.
+        // Spheres and planes are asked here, where what their answer does not need of a probe is
+        // not made.
         let slot = &self.group.slots[hit.slots[0] as usize];
         match slot.kind {
-            Kind::Sphere => self.group.spheres[slot.index as usize].locate(&self.prepare(*ray), own(hit)),
-            Kind::Plane => self.group.planes[slot.index as usize].locate(&self.prepare(*ray), own(hit)),
+            Kind::Sphere => {
+                self.group.spheres[slot.index as usize].locate(&self.prepare(*ray), own(hit))
+            }
+            Kind::Plane => {
+                self.group.planes[slot.index as usize].locate(&self.prepare(*ray), own(hit))
+            }
             _ => self.locate(&self.prepare(*ray), own(hit), hit.slots, None),
         }
     }
@@ -31,9 +39,14 @@ impl<R: Real> Geometry<R> {
         self.located(ray, hit).stored()
     }
 
-    /// [`Self::surface`] of many rays, told by their places in the list: in less time, since triangles are located several together.
+    /// [`Self::surface`] of many rays, told by their places in the list: in less time, since
+    /// triangles are located several together.
     #[inline]
-    pub fn surfaces<'a>(&self, hits: impl Iterator<Item = (&'a Ray<R>, &'a Hit<R>)>, mut out: impl FnMut(usize, Surface<R>)) {
+    pub fn surfaces<'a>(
+        &self,
+        hits: impl Iterator<Item = (&'a Ray<R>, &'a Hit<R>)>,
+        mut out: impl FnMut(usize, Surface<R>),
+    ) {
         let mut waiting = HitLanes::<R>::default();
         for (place, (ray, hit)) in hits.enumerate() {
             let slot = &self.group.slots[hit.slots[0] as usize];
@@ -55,27 +68,38 @@ impl<R: Real> Geometry<R> {
         self.parameters_at(&self.prepare(*ray), own(hit), hit.slots)
     }
 
-    /// Corners of the triangle that a hit of this ray names, where they are in the world at its time, in the order of the hit's weights; none
-    /// where it names another shape.
+    /// Corners of the triangle that a hit of this ray names, where they are in the world at its
+    /// time, in the order of the hit's weights; none where it names another shape.
     pub fn corners(&self, ray: &Ray<R>, hit: &Hit<R>) -> Option<[DVec3; 3]> {
         self.corners_at(ray.time.to_f64(), hit.slots)
     }
 
-    /// A normal of the space of the instance that a hit names, in the world at the ray's time, not brought to unit length: what
-    /// whoever keeps the normals of a mesh asks where a constant map would not do. Without an instance it is the world's own.
+    /// A normal of the space of the instance that a hit names, in the world at the ray's time, not
+    /// brought to unit length: what whoever keeps the normals of a mesh asks where a constant map
+    /// would not do. Without an instance it is the world's own.
     pub fn normal(&self, ray: &Ray<R>, hit: &Hit<R>, normal: R::Vec3) -> R::Vec3 {
         let (group, slot) = (&self.group, &self.group.slots[hit.slots[0] as usize]);
         if slot.kind != Kind::Instance {
             return normal;
         }
         let mut room = None;
-        let (transform, _) = group.shown(&group.instances[slot.index as usize], ray.time.to_f64(), &mut room);
+        let (transform, _) = group.shown(
+            &group.instances[slot.index as usize],
+            ray.time.to_f64(),
+            &mut room,
+        );
         R::Vec3::from_f64(transform.normal_to_world(normal.to_f64()))
     }
 
     /// For a probe of this geometry's own space, which is under these maps.
     #[inline(never)]
-    fn locate(&self, probe: &PreparedRay, hit: ShapeHit<R>, [slot, inner]: [u32; 2], maps: Under<'_>) -> SurfacePoint {
+    fn locate(
+        &self,
+        probe: &PreparedRay,
+        hit: ShapeHit<R>,
+        [slot, inner]: [u32; 2],
+        maps: Under<'_>,
+    ) -> SurfacePoint {
         let (group, slot) = (&self.group, &self.group.slots[slot as usize]);
         let index = slot.index as usize;
         match slot.kind {
@@ -87,8 +111,16 @@ impl<R: Real> Geometry<R> {
             Kind::Instance => {
                 let mut room = None;
                 let (transform, part) = group.shown(&group.instances[index], probe.time, &mut room);
-                let maps = Maps { map: transform, outer: None };
-                transform.located_to_world(&part.locate(&transform.probe_to_object(probe), hit, [inner, inner], Some(maps)))
+                let maps = Maps {
+                    map: transform,
+                    outer: None,
+                };
+                transform.located_to_world(&part.locate(
+                    &transform.probe_to_object(probe),
+                    hit,
+                    [inner, inner],
+                    Some(maps),
+                ))
             }
         }
     }
@@ -108,7 +140,12 @@ impl<R: Real> Geometry<R> {
         }
     }
 
-    fn parameters_at(&self, probe: &PreparedRay, hit: ShapeHit<R>, [slot, inner]: [u32; 2]) -> Parameters<R> {
+    fn parameters_at(
+        &self,
+        probe: &PreparedRay,
+        hit: ShapeHit<R>,
+        [slot, inner]: [u32; 2],
+    ) -> Parameters<R> {
         let (group, slot) = (&self.group, &self.group.slots[slot as usize]);
         let index = slot.index as usize;
         match slot.kind {
@@ -120,7 +157,8 @@ impl<R: Real> Geometry<R> {
             Kind::Instance => {
                 let mut room = None;
                 let (transform, part) = group.shown(&group.instances[index], probe.time, &mut room);
-                let there = part.parameters_at(&transform.probe_to_object(probe), hit, [inner, inner]);
+                let there =
+                    part.parameters_at(&transform.probe_to_object(probe), hit, [inner, inner]);
                 transform.parameters_to_world(&there)
             }
         }
@@ -140,7 +178,12 @@ struct HitLanes<R: Real> {
 impl<R: Real> Default for HitLanes<R> {
     fn default() -> Self {
         let none = [R::ZERO; LANES];
-        Self { len: 0, place: [0; LANES], corners: [[none; 3]; 3], weights: [none; 2] }
+        Self {
+            len: 0,
+            place: [0; LANES],
+            corners: [[none; 3]; 3],
+            weights: [none; 2],
+        }
     }
 }
 
@@ -164,27 +207,49 @@ impl<R: Real> HitLanes<R> {
         }
         let located = widest(LocateTriangles(self));
         for lane in 0..self.len {
-            let [point, normal] = [located.point, located.normal].map(|[x, y, z]| Vector::new(x[lane], y[lane], z[lane]));
-            let surface = Surface { point, above: point, below: point, error: located.error[lane], normal };
+            let [point, normal] = [located.point, located.normal]
+                .map(|[x, y, z]| Vector::new(x[lane], y[lane], z[lane]));
+            let surface = Surface {
+                point,
+                above: point,
+                below: point,
+                error: located.error[lane],
+                normal,
+            };
             let inside = located.is_inside[lane];
-            out(self.place[lane], if inside { surface } else { self.triangle(lane).located(self.weights(lane)).stored() });
+            out(
+                self.place[lane],
+                if inside {
+                    surface
+                } else {
+                    self.triangle(lane).located(self.weights(lane)).stored()
+                },
+            );
         }
         self.len = 0;
     }
 
     #[inline(always)]
     fn triangle(&self, lane: usize) -> Triangle<R> {
-        Triangle { vertices: self.corners.map(|[x, y, z]| Vector::new(x[lane], y[lane], z[lane])) }
+        Triangle {
+            vertices: self
+                .corners
+                .map(|[x, y, z]| Vector::new(x[lane], y[lane], z[lane])),
+        }
     }
 
     #[inline(always)]
     fn weights(&self, lane: usize) -> [f64; 2] {
         // One by one: a map takes the whole columns, and then no loop over lanes becomes vectors.
-        [self.weights[0][lane].to_f64(), self.weights[1][lane].to_f64()]
+        [
+            self.weights[0][lane].to_f64(),
+            self.weights[1][lane].to_f64(),
+        ]
     }
 }
 
-/// Surfaces of triangles in columns, stored, and whether they are that: what is near a border is not.
+/// Surfaces of triangles in columns, stored, and whether they are that: what is near a border is
+/// not.
 struct LocatedLanes<R> {
     point: [[R; LANES]; 3],
     normal: [[R; LANES]; 3],
@@ -199,15 +264,26 @@ impl<R: Real> Loops for LocateTriangles<'_, R> {
     #[inline(always)]
     fn run(self) -> LocatedLanes<R> {
         let none = [R::ZERO; LANES];
-        let mut out = LocatedLanes { point: [none; 3], normal: [none; 3], error: none, is_inside: [false; LANES] };
+        let mut out = LocatedLanes {
+            point: [none; 3],
+            normal: [none; 3],
+            error: none,
+            is_inside: [false; LANES],
+        };
         for lane in 0..LANES {
             let corner = |k: usize| {
                 let [x, y, z] = &self.0.corners[k];
                 DVec3::new(x[lane].to_f64(), y[lane].to_f64(), z[lane].to_f64())
             };
-            let (point, is_inside) = Triangle::<R>::located_inside([corner(0), corner(1), corner(2)], self.0.weights(lane));
+            let (point, is_inside) = Triangle::<R>::located_inside(
+                [corner(0), corner(1), corner(2)],
+                self.0.weights(lane),
+            );
             let surface = point.stored::<R>();
-            for ([x, y, z], v) in [(&mut out.point, surface.point), (&mut out.normal, surface.normal)] {
+            for ([x, y, z], v) in [
+                (&mut out.point, surface.point),
+                (&mut out.normal, surface.normal),
+            ] {
                 (x[lane], y[lane], z[lane]) = (v.x(), v.y(), v.z());
             }
             out.error[lane] = surface.error;
@@ -220,5 +296,9 @@ impl<R: Real> Loops for LocateTriangles<'_, R> {
 /// The hit as a shape knows it.
 #[inline(always)]
 fn own<R: Real>(hit: &Hit<R>) -> ShapeHit<R> {
-    ShapeHit { t: hit.t, u: hit.u, v: hit.v }
+    ShapeHit {
+        t: hit.t,
+        u: hit.u,
+        v: hit.v,
+    }
 }

@@ -38,7 +38,8 @@ impl<R: Real> PrimitiveSet<R> {
     /// Bytes of a primitive of any kind, besides its data.
     pub(crate) const BYTES_EACH: usize = size_of::<Slot>();
 
-    /// The map of an instance at a ray's time, its own, or where it moves one that is put into `room`, and what it shows.
+    /// The map of an instance at a ray's time, its own, or where it moves one that is put into
+    /// `room`, and what it shows.
     #[inline(always)]
     pub(crate) fn shown<'a>(
         &'a self,
@@ -69,22 +70,43 @@ impl<R: Real> PrimitiveSet<R> {
     }
 
     /// Ends an object of one primitive and returns its id.
-    fn single(&mut self, kind: Kind, visibility: Visibility, index: usize) -> Result<u32, GeometryError> {
+    fn single(
+        &mut self,
+        kind: Kind,
+        visibility: Visibility,
+        index: usize,
+    ) -> Result<u32, GeometryError> {
         self.push(kind, visibility, 0, index)?;
         self.objects += 1;
         Ok(self.objects - 1)
     }
 
-    fn push(&mut self, kind: Kind, visibility: Visibility, primitive: usize, index: usize) -> Result<(), GeometryError> {
+    fn push(
+        &mut self,
+        kind: Kind,
+        visibility: Visibility,
+        primitive: usize,
+        index: usize,
+    ) -> Result<(), GeometryError> {
         if self.slots.len() >= MAX_PRIMITIVES {
             return Err(GeometryError::TooMany);
         }
-        self.slots.push(Slot { object: self.objects, primitive: primitive as u32, index: index as u32, kind, visibility });
+        self.slots.push(Slot {
+            object: self.objects,
+            primitive: primitive as u32,
+            index: index as u32,
+            kind,
+            visibility,
+        });
         Ok(())
     }
 
     /// Adds a sphere and returns its id, as of any object.
-    pub fn sphere(&mut self, sphere: Sphere<R>, visibility: Visibility) -> Result<u32, GeometryError> {
+    pub fn sphere(
+        &mut self,
+        sphere: Sphere<R>,
+        visibility: Visibility,
+    ) -> Result<u32, GeometryError> {
         check_bounds(sphere.bounds())?;
         self.spheres.push(sphere);
         self.single(Kind::Sphere, visibility, self.spheres.len() - 1)
@@ -100,11 +122,16 @@ impl<R: Real> PrimitiveSet<R> {
     }
 
     /// Adds a single triangle and returns its id.
-    pub fn triangle(&mut self, vertices: [R::Vec3; 3], visibility: Visibility) -> Result<u32, GeometryError> {
+    pub fn triangle(
+        &mut self,
+        vertices: [R::Vec3; 3],
+        visibility: Visibility,
+    ) -> Result<u32, GeometryError> {
         self.mesh([vertices], visibility)
     }
 
-    /// Makes room for so many more triangles, where they come from an iterator that can't say how many they will be.
+    /// Makes room for so many more triangles, where they come from an iterator that can't say how
+    /// many they will be.
     pub fn reserve_triangles(&mut self, count: usize) {
         fn reserve<T>(list: &mut Vec<T>, count: usize) {
             if list.is_empty() && list.capacity() < count {
@@ -117,7 +144,8 @@ impl<R: Real> PrimitiveSet<R> {
         reserve(&mut self.triangles, count);
     }
 
-    /// Adds any number of triangles as one object, none included, and returns its id. They are its primitives, in their order.
+    /// Adds any number of triangles as one object, none included, and returns its id. They are its
+    /// primitives, in their order.
     ///
     /// # Errors
     /// Where one is refused, none of them is added.
@@ -132,8 +160,14 @@ impl<R: Real> PrimitiveSet<R> {
         for (primitive, vertices) in triangles.enumerate() {
             let triangle = Triangle::new(vertices);
             self.triangles.push(triangle);
-            let added = check_corners(&triangle)
-                .and_then(|()| self.push(Kind::Triangle, visibility, primitive, self.triangles.len() - 1));
+            let added = check_corners(&triangle).and_then(|()| {
+                self.push(
+                    Kind::Triangle,
+                    visibility,
+                    primitive,
+                    self.triangles.len() - 1,
+                )
+            });
             if let Err(refused) = added {
                 self.slots.truncate(before.0);
                 self.triangles.truncate(before.1);
@@ -150,7 +184,11 @@ impl<R: Real> PrimitiveSet<R> {
     }
 
     /// Adds any shape and returns its id.
-    pub fn shape(&mut self, shape: AnyShape<R>, visibility: Visibility) -> Result<u32, GeometryError> {
+    pub fn shape(
+        &mut self,
+        shape: AnyShape<R>,
+        visibility: Visibility,
+    ) -> Result<u32, GeometryError> {
         match shape {
             AnyShape::Sphere(sphere) => self.sphere(sphere, visibility),
             AnyShape::Triangle(triangle) => self.triangle(triangle.vertices, visibility),
@@ -164,7 +202,12 @@ impl<R: Real> PrimitiveSet<R> {
     }
 
     /// Adds any shape under an affine map and returns its id.
-    pub fn placed(&mut self, shape: AnyShape<R>, to_world: DAffine3, visibility: Visibility) -> Result<u32, GeometryError> {
+    pub fn placed(
+        &mut self,
+        shape: AnyShape<R>,
+        to_world: DAffine3,
+        visibility: Visibility,
+    ) -> Result<u32, GeometryError> {
         if to_world == DAffine3::IDENTITY {
             return self.shape(shape, visibility);
         }
@@ -177,11 +220,12 @@ impl<R: Real> PrimitiveSet<R> {
         self.single(Kind::TransformedShape, visibility, self.placed.len() - 1)
     }
 
-    /// Takes in a geometry for instances to show, and returns its number for [`PrimitiveSet::instance`].
+    /// Takes in a geometry for instances to show, and returns its number for
+    /// [`PrimitiveSet::instance`].
     ///
     /// # Errors
-    /// [`GeometryError::Nested`] where it holds instances itself: a hit names one instance, so there would be no way back to
-    /// what was hit.
+    /// [`GeometryError::Nested`] where it holds instances itself: a hit names one instance, so
+    /// there would be no way back to what was hit.
     pub fn part(&mut self, geometry: Geometry<R>) -> Result<u32, GeometryError> {
         if geometry.instance_count() > 0 {
             return Err(GeometryError::Nested);
@@ -190,22 +234,38 @@ impl<R: Real> PrimitiveSet<R> {
         Ok(self.parts.len() as u32 - 1)
     }
 
-    /// Shows a part under an affine map, as one object, and returns its id. How it takes part in any-hit queries is told by
-    /// the instance, whatever the objects in the part say; which sides can be hit, by those.
-    pub fn instance(&mut self, part: u32, to_world: DAffine3, visibility: Visibility) -> Result<u32, GeometryError> {
+    /// Shows a part under an affine map, as one object, and returns its id. How it takes part in
+    /// any-hit queries is told by the instance, whatever the objects in the part say; which sides
+    /// can be hit, by those.
+    pub fn instance(
+        &mut self,
+        part: u32,
+        to_world: DAffine3,
+        visibility: Visibility,
+    ) -> Result<u32, GeometryError> {
         self.moving(part, [to_world; 2], visibility)
     }
 
-    /// Shows a part under a map that runs from the first, where a ray's time is 0, to the second, where it is 1, each entry of
-    /// it linearly; otherwise as [`PrimitiveSet::instance`], which this is where both are the same. So each point goes along a
-    /// straight line at a constant speed: what turns is smaller on the way, halfway by the cosine of half the angle across
-    /// the axis.
+    /// Shows a part under a map that runs from the first, where a ray's time is 0, to the second,
+    /// where it is 1, each entry of it linearly; otherwise as [`PrimitiveSet::instance`], which
+    /// this is where both are the same. So each point goes along a straight line at a constant
+    /// speed: what turns is smaller on the way, halfway by the cosine of half the angle across the
+    /// axis.
     ///
     /// # Errors
-    /// [`GeometryError::SingularOnTheWay`] where the map can't be inverted, or can't be told from one that can't, at any time
-    /// from 0 to 1, as halfway through half a turn.
-    pub fn moving(&mut self, part: u32, to_world: [DAffine3; 2], visibility: Visibility) -> Result<u32, GeometryError> {
-        let bounds = self.parts.get(part as usize).ok_or(GeometryError::NoPart)?.bounds();
+    /// [`GeometryError::SingularOnTheWay`] where the map can't be inverted, or can't be told from
+    /// one that can't, at any time from 0 to 1, as halfway through half a turn.
+    pub fn moving(
+        &mut self,
+        part: u32,
+        to_world: [DAffine3; 2],
+        visibility: Visibility,
+    ) -> Result<u32, GeometryError> {
+        let bounds = self
+            .parts
+            .get(part as usize)
+            .ok_or(GeometryError::NoPart)?
+            .bounds();
         let instance = if to_world[0] == to_world[1] {
             Instance::new(part, bounds, to_world[0])?
         } else {
@@ -227,7 +287,11 @@ impl<R: Real> PrimitiveSet<R> {
             + size_of_val(self.placed.as_slice())
             + size_of_val(self.instances.as_slice())
             + size_of_val(self.motions.as_slice())
-            + self.parts.iter().map(|part| size_of::<Geometry<R>>() + part.bytes()).sum::<usize>()
+            + self
+                .parts
+                .iter()
+                .map(|part| size_of::<Geometry<R>>() + part.bytes())
+                .sum::<usize>()
     }
 
     /// The box of a primitive; none where it has no bounds.
@@ -244,8 +308,8 @@ impl<R: Real> PrimitiveSet<R> {
     }
 }
 
-/// How many primitives are tested one by one as fast as by way of a node: a sphere's test is the cheapest there is, and a plane
-/// has no box.
+/// How many primitives are tested one by one as fast as by way of a node: a sphere's test is the
+/// cheapest there is, and a plane has no box.
 pub(crate) fn few(spheres_alone: bool) -> usize {
     const SPHERES: usize = 14;
     const OTHERS: usize = 2;
@@ -256,5 +320,9 @@ pub(crate) fn few(spheres_alone: bool) -> usize {
 fn check_corners<R: Real>(triangle: &Triangle<R>) -> Result<(), GeometryError> {
     let most = R::from_f64(f64::from(f32::MAX) * 0.5);
     let within = |corner: &R::Vec3| corner.is_finite() && corner.abs().max_element() < most;
-    if triangle.vertices.iter().all(within) { Ok(()) } else { check_bounds(triangle.bounds()).map(drop) }
+    if triangle.vertices.iter().all(within) {
+        Ok(())
+    } else {
+        check_bounds(triangle.bounds()).map(drop)
+    }
 }

@@ -1,19 +1,25 @@
-//! What depends on the processor that a program runs on: that memory will be wanted soon, and how wide its registers are.
-#![expect(unsafe_code, reason = "instructions of the processor; each block says why it may")]
+//! What depends on the processor that a program runs on: that memory will be wanted soon, and how
+//! wide its registers are.
+#![expect(
+    unsafe_code,
+    reason = "instructions of the processor; each block says why it may"
+)]
 
 #[cfg(target_arch = "x86_64")]
 use crate::math::simd::{Avx2, Avx512};
 
-/// Arithmetic in plain loops over lists, of which a compiler makes as many numbers at a time as registers hold.
+/// Arithmetic in plain loops over lists, of which a compiler makes as many numbers at a time as
+/// registers hold.
 pub trait Loops {
     /// What comes of it.
     type Output;
-    /// Does it. To be `#[inline(always)]`, with all that it calls in its loops: what is not inlined is compiled for every processor.
+    /// Does it. To be `#[inline(always)]`, with all that it calls in its loops: what is not inlined
+    /// is compiled for every processor.
     fn run(self) -> Self::Output;
 }
 
-/// Does work with the widest registers that the processor has. The bits are those of [`Loops::run`] alone: nothing is fused, and each
-/// number is computed as it would be by itself.
+/// Does work with the widest registers that the processor has. The bits are those of [`Loops::run`]
+/// alone: nothing is fused, and each number is computed as it would be by itself.
 #[inline]
 pub fn widest<L: Loops>(work: L) -> L::Output {
     #[cfg(target_arch = "x86_64")]
@@ -42,8 +48,9 @@ fn with_avx2<L: Loops>(work: L) -> L::Output {
     work.run()
 }
 
-/// Has what lies at a place of a list brought near, so that reading it later does not wait for memory. It changes no result; beyond the
-/// list's end, and where the processor has no such instruction, it does nothing.
+/// Has what lies at a place of a list brought near, so that reading it later does not wait for
+/// memory. It changes no result; beyond the list's end, and where the processor has no such
+/// instruction, it does nothing.
 #[inline(always)]
 pub fn prefetch<T>(list: &[T], place: usize) {
     if let Some(wanted) = list.get(place) {
@@ -57,7 +64,8 @@ pub(crate) fn prefetch_line<T>(place: *const T) {
     #[cfg(target_arch = "x86_64")]
     {
         use core::arch::x86_64::{_MM_HINT_T0, _mm_prefetch};
-        // SAFETY: every x86-64 processor has the instruction, and it reads nothing that the program could see.
+        // SAFETY: every x86-64 processor has the instruction, and it reads nothing that the program
+        // could see.
         unsafe { _mm_prefetch::<_MM_HINT_T0>(place.cast()) };
     }
     #[cfg(not(target_arch = "x86_64"))]
@@ -78,17 +86,29 @@ mod tests {
         }
     }
 
-    /// Protects: wide registers give the bits of single numbers: no product is fused with a sum, no root or quotient is nearly so.
+    /// Protects: wide registers give the bits of single numbers: no product is fused with a sum, no
+    /// root or quotient is nearly so.
     #[test]
     fn wide_registers_change_no_bit() {
         let mut differs = 0;
         for turn in 0..100_u32 {
-            let of = |k: u32, i: usize| f32::from_bits(0x3f80_0000 | (turn * 64 + i as u32 + k).wrapping_mul(0x9e37_79b9) >> 9);
-            let (a, b) = (core::array::from_fn(|i| of(0, i)), core::array::from_fn(|i| of(7777, i)));
+            let of = |k: u32, i: usize| {
+                f32::from_bits(
+                    0x3f80_0000 | (turn * 64 + i as u32 + k).wrapping_mul(0x9e37_79b9) >> 9,
+                )
+            };
+            let (a, b) = (
+                core::array::from_fn(|i| of(0, i)),
+                core::array::from_fn(|i| of(7777, i)),
+            );
             let (found, alone) = (widest(Sums(&a, &b)), Sums(&a, &b).run());
             assert_eq!(found.map(f32::to_bits), alone.map(f32::to_bits));
-            let exact = |i: usize| ((f64::from(a[i]) * f64::from(b[i]) + f64::from(a[63 - i])) as f32).sqrt() / b[i];
-            differs += (0..64).filter(|&i| exact(i).to_bits() != alone[i].to_bits()).count();
+            let exact = |i: usize| {
+                ((f64::from(a[i]) * f64::from(b[i]) + f64::from(a[63 - i])) as f32).sqrt() / b[i]
+            };
+            differs += (0..64)
+                .filter(|&i| exact(i).to_bits() != alone[i].to_bits())
+                .count();
         }
         assert!(differs > 500, "fused, {differs} would have other bits");
     }

@@ -2,16 +2,17 @@
 
 use crate::scalar::{Real, Vector};
 
-/// A half-line. The direction has unit length up to its rounding: whoever makes a ray normalises it, and every distance is a
-/// length. Tests take the stored direction as it is, whatever its length, and distances in units of that.
+/// A half-line. The direction has unit length up to its rounding: whoever makes a ray normalises
+/// it, and every distance is a length. Tests take the stored direction as it is, whatever its
+/// length, and distances in units of that.
 #[derive(Clone, Copy, Debug)]
 pub struct Ray<R: Real> {
     /// Start, in world units.
     pub origin: R::Vec3,
     /// Unit direction.
     pub direction: R::Vec3,
-    /// When it is asked, from 0, where every motion starts, to 1, where it ends: where a moving instance is met. Times beyond
-    /// mean the nearer end. What does not move asks nobody.
+    /// When it is asked, from 0, where every motion starts, to 1, where it ends: where a moving
+    /// instance is met. Times beyond mean the nearer end. What does not move asks nobody.
     pub time: R,
     /// Whether it is a camera's, which passes the backs of what is [`Side::Culled`].
     pub culls: bool,
@@ -21,7 +22,12 @@ impl<R: Real> Ray<R> {
     /// A ray at time 0, whose direction is already of unit length.
     #[inline(always)]
     pub fn new(origin: R::Vec3, direction: R::Vec3) -> Self {
-        Self { origin, direction, time: R::ZERO, culls: false }
+        Self {
+            origin,
+            direction,
+            time: R::ZERO,
+            culls: false,
+        }
     }
 
     /// The same ray at another time.
@@ -33,7 +39,10 @@ impl<R: Real> Ray<R> {
     /// The same ray as one of a camera.
     #[inline(always)]
     pub fn culling(self) -> Self {
-        Self { culls: true, ..self }
+        Self {
+            culls: true,
+            ..self
+        }
     }
 
     /// The point at distance `t`.
@@ -49,7 +58,8 @@ impl<R: Real> Ray<R> {
     }
 }
 
-/// The open interval of accepted distances: a hit counts iff `min < t < max`, for every query and every accelerator.
+/// The open interval of accepted distances: a hit counts iff `min < t < max`, for every query and
+/// every accelerator.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Interval<R> {
     /// Excluded lower end.
@@ -62,7 +72,10 @@ impl<R: Real> Interval<R> {
     /// From zero, excluded, without end.
     #[inline(always)]
     pub fn positive() -> Self {
-        Self { min: R::ZERO, max: R::INFINITY }
+        Self {
+            min: R::ZERO,
+            max: R::INFINITY,
+        }
     }
 
     /// Whether a distance is accepted; never for NaN.
@@ -82,8 +95,8 @@ pub enum Side {
     Outside,
     /// Only hits from within: the far root of a closed shape, a room seen from inside.
     Inside,
-    /// Hits from either side count, but of a camera's rays only those against the outward normal: back-face culling. Light
-    /// does not pass the back that a camera looks through.
+    /// Hits from either side count, but of a camera's rays only those against the outward normal:
+    /// back-face culling. Light does not pass the back that a camera looks through.
     Culled,
 }
 
@@ -144,7 +157,8 @@ pub struct Hit<R> {
     pub u: R,
     /// Second one: a barycentric coordinate, or whether the ray leaves a body.
     pub v: R,
-    /// The object that was hit, in the set where it lies: the scene's own, or what the instance shows.
+    /// The object that was hit, in the set where it lies: the scene's own, or what the instance
+    /// shows.
     pub object: u32,
     /// Which of the object's primitives: the triangle of a mesh, 0 for a shape.
     pub primitive: u32,
@@ -161,7 +175,11 @@ impl<R> Hit<R> {
     /// The object of the scene's own set: the one that was hit, or the instance that shows it.
     #[inline(always)]
     pub fn outermost(&self) -> u32 {
-        if self.instance == Self::NO_INSTANCE { self.object } else { self.instance }
+        if self.instance == Self::NO_INSTANCE {
+            self.object
+        } else {
+            self.instance
+        }
     }
 
     /// What decides between hits at one distance: the lowest wins.
@@ -171,10 +189,12 @@ impl<R> Hit<R> {
     }
 }
 
-/// Hits are the same whatever structure found them; where that keeps the primitive is its own affair.
+/// Hits are the same whatever structure found them; where that keeps the primitive is its own
+/// affair.
 impl<R: PartialEq> PartialEq for Hit<R> {
     fn eq(&self, other: &Self) -> bool {
         (&self.t, &self.u, &self.v) == (&other.t, &other.u, &other.v)
-            && (self.object, self.primitive, self.instance) == (other.object, other.primitive, other.instance)
+            && (self.object, self.primitive, self.instance)
+                == (other.object, other.primitive, other.instance)
     }
 }

@@ -1,7 +1,9 @@
-//! What is stored as a parameter: one source serves f32 and f64, the two rungs of `--precision`. Intersections compute in f64 in both.
+//! What is stored as a parameter: one source serves f32 and f64, the two rungs of `--precision`.
+//! Intersections compute in f64 in both.
 //!
-//! glam has no generics, so [`Real`] names the vector family that belongs to a scalar and [`Vector`] names the few
-//! operations that geometry and shading need. Both traits are sealed: the set of scalars is closed on purpose.
+//! glam has no generics, so [`Real`] names the vector family that belongs to a scalar and
+//! [`Vector`] names the few operations that geometry and shading need. Both traits are sealed: the
+//! set of scalars is closed on purpose.
 
 use core::fmt::Debug;
 use core::ops::{Add, AddAssign, Div, DivAssign, Mul, MulAssign, Neg, Sub, SubAssign};
@@ -20,7 +22,8 @@ mod sealed {
 
 /// A floating-point scalar with its glam vector: `f32` with [`Vec3`], `f64` with [`DVec3`].
 ///
-/// Transcendental functions come from the crate `libm`, so that a picture's bits do not depend on the platform's.
+/// Transcendental functions come from the crate `libm`, so that a picture's bits do not depend on
+/// the platform's.
 pub trait Real:
     sealed::Sealed
     + Copy
@@ -50,9 +53,11 @@ pub trait Real:
     const ONE: Self;
     /// Positive infinity.
     const INFINITY: Self;
-    /// Unit roundoff u: half the spacing of the numbers just above one (2⁻²⁴ for f32, 2⁻⁵³ for f64).
+    /// Unit roundoff u: half the spacing of the numbers just above one (2⁻²⁴ for f32, 2⁻⁵³ for
+    /// f64).
     const ROUNDOFF: Self;
-    /// Whether this is f32: then f64, in which intersections compute, has as many digits again to spare.
+    /// Whether this is f32: then f64, in which intersections compute, has as many digits again to
+    /// spare.
     const IS_SINGLE: bool;
     /// Nearest value to `x`.
     fn from_f64(x: f64) -> Self;
@@ -96,10 +101,11 @@ pub trait Real:
     fn atan(self) -> Self;
     /// Angle of the point (x, self), radians in (−π, π].
     fn atan2(self, x: Self) -> Self;
-    /// [`Self::atan2`] of numbers that are finite, 0 where both are; in f32 by arithmetic alone, so that a loop of it can be done many at a
-    /// time, and within three units of rounding.
+    /// [`Self::atan2`] of numbers that are finite, 0 where both are; in f32 by arithmetic alone, so
+    /// that a loop of it can be done many at a time, and within three units of rounding.
     fn angle(self, x: Self) -> Self;
-    /// Cosine and sine of this share of a whole turn, from 0 to 1; in f32 by arithmetic alone, as [`Self::angle`], and within 1.5e-7.
+    /// Cosine and sine of this share of a whole turn, from 0 to 1; in f32 by arithmetic alone, as
+    /// [`Self::angle`], and within 1.5e-7.
     fn sin_cos_turns(self) -> [Self; 2];
     /// Natural exponential.
     fn exp(self) -> Self;
@@ -108,13 +114,15 @@ pub trait Real:
     /// This base to a real exponent.
     fn powf(self, exponent: Self) -> Self;
 
-    /// This base to a whole exponent, by repeated squaring: the same operations in the same order on every machine.
+    /// This base to a whole exponent, by repeated squaring: the same operations in the same order
+    /// on every machine.
     #[inline(always)]
     fn powi(self, mut exponent: u32) -> Self {
         if exponent == 0 {
             return Self::ONE;
         }
-        // Most exponents are powers of two: up to the lowest bit there is nothing but to square, and no branch to guess.
+        // Most exponents are powers of two: up to the lowest bit there is nothing but to square,
+        // and no branch to guess.
         let mut base = self;
         for _ in 0..exponent.trailing_zeros() {
             base *= base;
@@ -131,16 +139,25 @@ pub trait Real:
         result
     }
 
-    /// Largest whole number not above; never −0. Where the processor may lack an instruction for it, the library's is a call,
-    /// and this is not.
+    /// Largest whole number not above; never −0. Where the processor may lack an instruction for
+    /// it, the library's is a call, and this is not.
     #[inline(always)]
     fn floor(self) -> Self {
-        // From 2²³ on, every f32 is whole; so is every f64 from 2⁵² on. To add that much to a smaller number rounds it.
+        // From 2²³ on, every f32 is whole; so is every f64 from 2⁵² on. To add that much to a
+        // smaller number rounds it.
         let all_whole = Self::from_f64(0.5) / Self::ROUNDOFF;
         let magnitude = self.abs();
         let nearest = ((magnitude + all_whole) - all_whole).copysign(self);
-        let below = if nearest > self { nearest - Self::ONE } else { nearest };
-        if magnitude < all_whole { below + Self::ZERO } else { self }
+        let below = if nearest > self {
+            nearest - Self::ONE
+        } else {
+            nearest
+        };
+        if magnitude < all_whole {
+            below + Self::ZERO
+        } else {
+            self
+        }
     }
 
     /// `min` where below, `max` where above.
@@ -150,7 +167,8 @@ pub trait Real:
     }
 }
 
-/// What geometry and shading need of a three-component vector. Products of two vectors are componentwise.
+/// What geometry and shading need of a three-component vector. Products of two vectors are
+/// componentwise.
 pub trait Vector<R: Real>:
     sealed::Sealed
     + Copy
@@ -193,7 +211,8 @@ pub trait Vector<R: Real>:
     fn cross(self, other: Self) -> Self;
     /// Euclidean length.
     fn length(self) -> R;
-    /// Same direction, length one. NaN or infinite for a vector whose squared length leaves the range of the scalar.
+    /// Same direction, length one. NaN or infinite for a vector whose squared length leaves the
+    /// range of the scalar.
     fn normalize(self) -> Self;
     /// Componentwise minimum.
     fn min(self, other: Self) -> Self;
@@ -243,7 +262,8 @@ macro_rules! real {
                 fn copysign(self, sign: Self) -> Self { $t::copysign(self, sign) }
                 fn is_finite(self) -> bool { $t::is_finite(self) }
                 fn is_nan(self) -> bool { $t::is_nan(self) }
-                // The usual case alone, above zero and finite, asked of the bits: of numbers a compiler makes five questions.
+                // The usual case alone, above zero and finite, asked of the bits: of numbers a
+                // compiler makes five questions.
                 fn next_up(self) -> Self {
                     let is_usual = self.to_bits().wrapping_sub(1) < $t::INFINITY.to_bits() - 1;
                     if is_usual { $t::from_bits(self.to_bits() + 1) } else { $t::next_up(self) }

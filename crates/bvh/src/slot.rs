@@ -16,8 +16,9 @@ pub(crate) enum Kind {
     Instance,
 }
 
-/// One primitive: whose it is, its kind, how it takes part, and its place in the array of that kind. Objects and their
-/// primitives are counted in the order in which they were added, so these two are the order of ties too.
+/// One primitive: whose it is, its kind, how it takes part, and its place in the array of that
+/// kind. Objects and their primitives are counted in the order in which they were added, so these
+/// two are the order of ties too.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Slot {
     pub object: u32,

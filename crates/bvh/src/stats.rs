@@ -2,7 +2,8 @@
 
 /// Counts what queries do; `()` counts nothing and costs nothing.
 pub trait TraversalCounter {
-    /// Whether anything is counted. Queries that count walk the tree by [`crate::Kernel::Portable`], so that counts do not depend on the processor.
+    /// Whether anything is counted. Queries that count walk the tree by
+    /// [`crate::Kernel::Portable`], so that counts do not depend on the processor.
     const COUNTS: bool;
     /// Takes what a query did.
     fn count(&mut self, done: TraversalStats);
@@ -27,7 +28,11 @@ pub struct TraversalStats {
 
 impl TraversalStats {
     /// One primitive that is tested alone.
-    pub(crate) const ONE: Self = Self { nodes: 0, leaves: 1, primitives: 1 };
+    pub(crate) const ONE: Self = Self {
+        nodes: 0,
+        leaves: 1,
+        primitives: 1,
+    };
 }
 
 impl TraversalCounter for TraversalStats {

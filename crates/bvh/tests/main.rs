@@ -1,5 +1,5 @@
-//! The tests of the library from without, in one program: each one more would be linked for itself. What each part
-//! protects is told where it begins.
+//! The tests of the library from without, in one program: each one more would be linked for itself.
+//! What each part protects is told where it begins.
 
 mod builds;
 mod kernels;

@@ -1,6 +1,8 @@
-//! The one generator behind whatever tests and benches make at random, so that each failure can be repeated.
+//! The one generator behind whatever tests and benches make at random, so that each failure can be
+//! repeated.
 
-/// The next of SplitMix64's numbers (Steele, Lea, Flood, "Fast Splittable Pseudorandom Number Generators", 2014).
+/// The next of SplitMix64's numbers (Steele, Lea, Flood, "Fast Splittable Pseudorandom Number
+/// Generators", 2014).
 pub fn step(state: &mut u64) -> u64 {
     *state = state.wrapping_add(0x9e37_79b9_7f4a_7c15);
     let z = *state;

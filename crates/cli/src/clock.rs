@@ -18,7 +18,8 @@ pub struct Seconds {
     pub write: f64,
     /// From the start of the program to the end of the last finished stage.
     pub total: f64,
-    /// CPU seconds of all threads while rays were traced, which other programs do not lengthen; seconds where the system does not tell.
+    /// CPU seconds of all threads while rays were traced, which other programs do not lengthen;
+    /// seconds where the system does not tell.
     pub render_cpu: f64,
 }
 
@@ -34,7 +35,11 @@ impl Clock {
     /// Starts the first stage.
     pub fn start() -> Self {
         let now = Instant::now();
-        Self { start: now, last: now, last_cpu: process_seconds() }
+        Self {
+            start: now,
+            last: now,
+            last_cpu: process_seconds(),
+        }
     }
 
     /// Seconds since the end of the last stage; the next one starts.
@@ -45,7 +50,9 @@ impl Clock {
     /// The same with the CPU seconds of all threads since then.
     pub fn lap_with_cpu(&mut self) -> [f64; 2] {
         let (now, cpu) = (Instant::now(), process_seconds());
-        let seconds = now.duration_since(std::mem::replace(&mut self.last, now)).as_secs_f64();
+        let seconds = now
+            .duration_since(std::mem::replace(&mut self.last, now))
+            .as_secs_f64();
         [seconds, cpu - std::mem::replace(&mut self.last_cpu, cpu)]
     }
 
@@ -86,7 +93,13 @@ mod tests {
     /// Protects: three digits at most, and no unit beyond what they can carry.
     #[test]
     fn durations_are_short() {
-        let cases = [(0.0354, "35 ms"), (0.9996, "1.00 s"), (1.239, "1.24 s"), (75.04, "75.0 s"), (725.0, "12 min 5 s")];
+        let cases = [
+            (0.0354, "35 ms"),
+            (0.9996, "1.00 s"),
+            (1.239, "1.24 s"),
+            (75.04, "75.0 s"),
+            (725.0, "12 min 5 s"),
+        ];
         for (seconds, text) in cases {
             assert_eq!(spoken(seconds), text);
         }

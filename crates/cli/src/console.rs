@@ -1,4 +1,5 @@
-//! What the user reads: results on standard output, everything else on standard error, and nothing of it steers a terminal.
+//! What the user reads: results on standard output, everything else on standard error, and nothing
+//! of it steers a terminal.
 
 use std::borrow::Cow;
 use std::env;
@@ -28,8 +29,9 @@ pub enum ColorChoice {
 /// Whether messages are coloured.
 static COLOURED: AtomicBool = AtomicBool::new(false);
 
-/// Decides about the colours of all messages that follow. Unless a flag says so, NO_COLOR (<https://no-color.org>) goes before
-/// CLICOLOR_FORCE and CLICOLOR (<https://bixense.com/clicolors>), and these before what standard error is.
+/// Decides about the colours of all messages that follow. Unless a flag says so, NO_COLOR
+/// (<https://no-color.org>) goes before CLICOLOR_FORCE and CLICOLOR
+/// (<https://bixense.com/clicolors>), and these before what standard error is.
 pub fn set_colour(choice: ColorChoice) {
     let variable = |name| env::var(name).ok().filter(|value| !value.is_empty());
     let coloured = match choice {
@@ -37,22 +39,36 @@ pub fn set_colour(choice: ColorChoice) {
         ColorChoice::Never => false,
         ColorChoice::Auto if variable("NO_COLOR").is_some() => false,
         ColorChoice::Auto if variable("CLICOLOR_FORCE").is_some_and(|value| value != "0") => true,
-        ColorChoice::Auto => variable("CLICOLOR").is_none_or(|value| value != "0") && io::stderr().is_terminal(),
+        ColorChoice::Auto => {
+            variable("CLICOLOR").is_none_or(|value| value != "0") && io::stderr().is_terminal()
+        }
     };
     COLOURED.store(coloured, Ordering::Relaxed);
 }
 
 /// Words that begin messages, and what a terminal shows them in: red, yellow, cyan, green.
-const LABELS: [(&str, u8); 5] = [("error:", 31), ("warning:", 33), ("note:", 36), ("help:", 32), ("tip:", 32)];
+const LABELS: [(&str, u8); 5] = [
+    ("error:", 31),
+    ("warning:", 33),
+    ("note:", 36),
+    ("help:", 32),
+    ("tip:", 32),
+];
 
 /// The same text with its labels bold and coloured.
 fn coloured(text: &str) -> String {
     let line = |line: &str| {
         let indent = line.len() - line.trim_start().len();
-        let label = LABELS.iter().find(|(label, _)| line[indent..].starts_with(label));
+        let label = LABELS
+            .iter()
+            .find(|(label, _)| line[indent..].starts_with(label));
         match label {
             Some((label, code)) => {
-                format!("{}\u{1b}[1;{code}m{label}\u{1b}[0m{}", &line[..indent], &line[indent + label.len()..])
+                format!(
+                    "{}\u{1b}[1;{code}m{label}\u{1b}[0m{}",
+                    &line[..indent],
+                    &line[indent + label.len()..]
+                )
             }
             None => line.to_owned(),
         }
@@ -60,18 +76,22 @@ fn coloured(text: &str) -> String {
     text.split('\n').map(line).collect::<Vec<_>>().join("\n")
 }
 
-/// Characters in a line of standard output: those of the terminal, or as COLUMNS says; none where lines are not broken, since programs read
-/// them.
+/// Characters in a line of standard output: those of the terminal, or as COLUMNS says; none where
+/// lines are not broken, since programs read them.
 pub fn width() -> Option<usize> {
-    let told = env::var("COLUMNS").ok().and_then(|columns| columns.parse().ok());
-    let own = || terminal_size::terminal_size_of(io::stdout()).map(|(width, _)| usize::from(width.0));
+    let told = env::var("COLUMNS")
+        .ok()
+        .and_then(|columns| columns.parse().ok());
+    let own =
+        || terminal_size::terminal_size_of(io::stdout()).map(|(width, _)| usize::from(width.0));
     told.or_else(own).map(|width| width.max(NARROWEST))
 }
 
 /// Lines are not broken into shorter ones.
 const NARROWEST: usize = 40;
 
-/// Writes a result to standard output, masked. A reader that has seen enough (`raywright schema | head`) is no failure.
+/// Writes a result to standard output, masked. A reader that has seen enough
+/// (`raywright schema | head`) is no failure.
 pub fn print(text: impl AsRef<str>) -> Result<(), Failure> {
     match write(masked(text.as_ref()).as_bytes()) {
         Err(error) if error.kind() != io::ErrorKind::BrokenPipe => Err(Failure::stdout(&error)),
@@ -79,7 +99,8 @@ pub fn print(text: impl AsRef<str>) -> Result<(), Failure> {
     }
 }
 
-/// Writes a picture to standard output, as it is. Where nobody reads it to its end it is lost, which is a failure.
+/// Writes a picture to standard output, as it is. Where nobody reads it to its end it is lost,
+/// which is a failure.
 pub fn print_picture(bytes: &[u8]) -> Result<(), Failure> {
     write(bytes).map_err(|error| Failure::stdout(&error))
 }
@@ -89,8 +110,9 @@ fn write(bytes: &[u8]) -> io::Result<()> {
     out.write_all(bytes).and_then(|()| out.flush())
 }
 
-/// A value as indented JSON with a line break at its end. Characters that steer a terminal are written as their codes, so that names
-/// are read back as they are and [`print`] finds nothing to mask.
+/// A value as indented JSON with a line break at its end. Characters that steer a terminal are
+/// written as their codes, so that names are read back as they are and [`print`] finds nothing to
+/// mask.
 pub fn json(value: &impl Serialize) -> String {
     // None of our structures has keys that are not text, the one thing that this can fail on.
     let text = serde_json::to_string_pretty(value).unwrap_or_default() + "\n";
@@ -101,7 +123,11 @@ pub fn json(value: &impl Serialize) -> String {
 pub fn tell(message: impl fmt::Display) {
     let message = message.to_string();
     let shown = masked(&message);
-    let shown = if COLOURED.load(Ordering::Relaxed) { Cow::Owned(coloured(&shown)) } else { shown };
+    let shown = if COLOURED.load(Ordering::Relaxed) {
+        Cow::Owned(coloured(&shown))
+    } else {
+        shown
+    };
     let _ = writeln!(io::stderr().lock(), "{shown}");
 }
 
@@ -118,7 +144,8 @@ pub enum Verbosity {
 }
 
 impl Verbosity {
-    /// Something the user should know although the picture is made: one message, whose further lines belong to it.
+    /// Something the user should know although the picture is made: one message, whose further
+    /// lines belong to it.
     pub fn warn(self, message: impl fmt::Display) {
         if self > Self::Quiet {
             tell(format_args!("warning: {message}"));
@@ -155,6 +182,9 @@ mod tests {
     #[test]
     fn labels_stand_out() {
         let shown = coloured("error: no\n  tip: yes\nan error: in a line");
-        assert_eq!(shown, "\u{1b}[1;31merror:\u{1b}[0m no\n  \u{1b}[1;32mtip:\u{1b}[0m yes\nan error: in a line");
+        assert_eq!(
+            shown,
+            "\u{1b}[1;31merror:\u{1b}[0m no\n  \u{1b}[1;32mtip:\u{1b}[0m yes\nan error: in a line"
+        );
     }
 }

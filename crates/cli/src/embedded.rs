@@ -1,6 +1,7 @@
-//! The program for a module of another language that holds it: scenes are named by what they are, all else by the words of the command
-//! line, whose meaning and messages are those of the program. Nothing is printed, no thread is started and no signal is watched: work is done
-//! on the thread pool from which it is called, and asks an observer whether to go on.
+//! The program for a module of another language that holds it: scenes are named by what they are,
+//! all else by the words of the command line, whose meaning and messages are those of the program.
+//! Nothing is printed, no thread is started and no signal is watched: work is done on the thread
+//! pool from which it is called, and asks an observer whether to go on.
 //!
 //! ```
 //! use raywright_cli::embedded::{Request, load};
@@ -40,18 +41,32 @@ pub struct Request {
 }
 
 impl Request {
-    /// Of `render`, `explain`, `accuracy` or `compare`. What is wrong with the words is said without the command line around them.
+    /// Of `render`, `explain`, `accuracy` or `compare`. What is wrong with the words is said
+    /// without the command line around them.
     pub fn new(command: &str, words: Vec<OsString>) -> Result<Self, Failure> {
         // What a command must be given, in place of what it will be.
-        let names: &[&str] = if command == "compare" { &["a", "b"] } else { &["scene"] };
-        let all =
-            ["raywright", command].into_iter().chain(names.iter().copied()).map(OsString::from).chain(words.iter().cloned());
+        let names: &[&str] = if command == "compare" {
+            &["a", "b"]
+        } else {
+            &["scene"]
+        };
+        let all = ["raywright", command]
+            .into_iter()
+            .chain(names.iter().copied())
+            .map(OsString::from)
+            .chain(words.iter().cloned());
         let arguments = Arguments::try_parse_from(all.collect::<Vec<_>>()).map_err(|error| {
             let Failure { exit, message } = wrong_words(&error);
-            let ends = ["\n\nUsage:", "\n\nFor more information"].map(|end| message.find(end).unwrap_or(message.len()));
-            Failure { exit, message: message[..ends[0].min(ends[1])].to_owned() }
+            let ends = ["\n\nUsage:", "\n\nFor more information"]
+                .map(|end| message.find(end).unwrap_or(message.len()));
+            Failure {
+                exit,
+                message: message[..ends[0].min(ends[1])].to_owned(),
+            }
         })?;
-        let command = arguments.command.ok_or_else(|| Failure::new(Exit::Usage, "no command"))?;
+        let command = arguments
+            .command
+            .ok_or_else(|| Failure::new(Exit::Usage, "no command"))?;
         Ok(Self { command, words })
     }
 
@@ -75,18 +90,25 @@ impl Request {
     }
 
     /// The picture of a scene that was read with these options, of `render`.
-    pub fn picture(&self, loaded: Loaded, observer: &dyn Observer) -> Result<FinishedPicture, Failure> {
+    pub fn picture(
+        &self,
+        loaded: Loaded,
+        observer: &dyn Observer,
+    ) -> Result<FinishedPicture, Failure> {
         let command = self.of_program("render", &loaded);
         picture::render(loaded, &self.task()?, command, observer)
     }
 
     /// What `render` is to do.
     pub(crate) fn task(&self) -> Result<Task, Failure> {
-        let Command::Render(args) = &self.command else { return Err(other("a picture")) };
+        let Command::Render(args) = &self.command else {
+            return Err(other("a picture"));
+        };
         Task::new((**args).clone(), Verbosity::Quiet)
     }
 
-    /// What `explain --json` or `accuracy --json` prints of a scene that was read with these options.
+    /// What `explain --json` or `accuracy --json` prints of a scene that was read with these
+    /// options.
     pub fn report(&self, loaded: Loaded, observer: &dyn Observer) -> Result<String, Failure> {
         match &self.command {
             Command::Explain(args) => explain::embedded(args, loaded, observer),
@@ -98,9 +120,12 @@ impl Request {
         }
     }
 
-    /// What `compare --json` prints of two pictures with these names; that they differ is no failure.
+    /// What `compare --json` prints of two pictures with these names; that they differ is no
+    /// failure.
     pub fn comparison(&self, names: [PathBuf; 2], pair: &[Judged; 2]) -> Result<String, Failure> {
-        let Command::Compare(args) = &self.command else { return Err(other("a comparison")) };
+        let Command::Compare(args) = &self.command else {
+            return Err(other("a comparison"));
+        };
         compare::embedded(args, names, pair)
     }
 
@@ -112,7 +137,10 @@ impl Request {
 }
 
 fn other(what: &str) -> Failure {
-    Failure::new(Exit::Usage, format_args!("this command does not make {what}"))
+    Failure::new(
+        Exit::Usage,
+        format_args!("this command does not make {what}"),
+    )
 }
 
 #[cfg(test)]
@@ -125,43 +153,83 @@ mod tests {
         Request::new(command, words.iter().map(OsString::from).collect())
     }
 
-    /// Protects: words mean what they mean to the program, wrong ones are told in its own message, and files are refused.
+    /// Protects: words mean what they mean to the program, wrong ones are told in its own message,
+    /// and files are refused.
     #[test]
     fn words_are_those_of_the_program() {
         let request = |words: &[&str]| request("render", words);
         let failure = request(&["--sizee=4x4"]).err().expect("no such flag");
         assert_eq!(failure.exit, Exit::Usage);
-        assert!(failure.message.ends_with("a similar argument exists: '--size'"), "{}", failure.message);
-        assert!(request(&["--samples=4"]).err().is_some_and(|failure| failure.message.contains("--spp")));
-        let sheet =
-            Input::Bytes { name: "a.obj".into(), bytes: b"v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n".to_vec(), resolver: None };
+        assert!(
+            failure
+                .message
+                .ends_with("a similar argument exists: '--size'"),
+            "{}",
+            failure.message
+        );
+        assert!(
+            request(&["--samples=4"])
+                .err()
+                .is_some_and(|failure| failure.message.contains("--spp"))
+        );
+        let sheet = Input::Bytes {
+            name: "a.obj".into(),
+            bytes: b"v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n".to_vec(),
+            resolver: None,
+        };
         let picture = |words: &[&str]| {
             let request = request(words)?;
             request.picture(load(&sheet, &request.options(), &())?, &())
         };
-        let made = picture(&["--size=8x4", "--spp=16", "--view=front", "--max-error=1"]).expect("a picture");
-        assert_eq!((made.shown().width, made.shown().height, made.converged), (8, 4, Some(true)));
-        assert_eq!(made.metadata.command, "raywright render a.obj --size=8x4 --spp=16 --view=front --max-error=1");
-        for words in [&["--output=x.png"][..], &["--checkpoint=x.film"], &["--views=front,left"], &["--hash"]] {
-            assert!(picture(words).is_err_and(|failure| failure.message.contains(&words[0][..6])), "{words:?}");
+        let made = picture(&["--size=8x4", "--spp=16", "--view=front", "--max-error=1"])
+            .expect("a picture");
+        assert_eq!(
+            (made.shown().width, made.shown().height, made.converged),
+            (8, 4, Some(true))
+        );
+        assert_eq!(
+            made.metadata.command,
+            "raywright render a.obj --size=8x4 --spp=16 --view=front --max-error=1"
+        );
+        for words in [
+            &["--output=x.png"][..],
+            &["--checkpoint=x.film"],
+            &["--views=front,left"],
+            &["--hash"],
+        ] {
+            assert!(
+                picture(words).is_err_and(|failure| failure.message.contains(&words[0][..6])),
+                "{words:?}"
+            );
         }
     }
 
-    /// Protects: reports are those of the program, and a comparison beyond its threshold is told and no failure.
+    /// Protects: reports are those of the program, and a comparison beyond its threshold is told
+    /// and no failure.
     #[test]
     fn reports_are_handed_over() {
-        let sheet =
-            Input::Bytes { name: "a.obj".into(), bytes: b"v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n".to_vec(), resolver: None };
+        let sheet = Input::Bytes {
+            name: "a.obj".into(),
+            bytes: b"v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n".to_vec(),
+            resolver: None,
+        };
         let loaded = || load(&sheet, &LoadOptions::default(), &()).expect("a scene");
-        let explained = request("explain", &[]).and_then(|request| request.report(loaded(), &())).expect("a report");
+        let explained = request("explain", &[])
+            .and_then(|request| request.report(loaded(), &()))
+            .expect("a report");
         assert!(explained.contains("\"scene\": \"a.obj\""), "{explained}");
         let picture = |seed: &str| {
-            let request = request("render", &["--size=8x8", "--spp=4", "--integrator=path", seed]).expect("a command");
+            let request = request(
+                "render",
+                &["--size=8x8", "--spp=4", "--integrator=path", seed],
+            )
+            .expect("a command");
             request.picture(loaded(), &()).expect("a picture")
         };
-        let pair = [picture("--seed=1"), picture("--seed=2")].map(|of| Judged::of(of.shown(), of.display, &of.metadata));
-        let compared =
-            request("compare", &["--max-rmse=0"]).and_then(|request| request.comparison(["a", "b"].map(PathBuf::from), &pair));
+        let pair = [picture("--seed=1"), picture("--seed=2")]
+            .map(|of| Judged::of(of.shown(), of.display, &of.metadata));
+        let compared = request("compare", &["--max-rmse=0"])
+            .and_then(|request| request.comparison(["a", "b"].map(PathBuf::from), &pair));
         assert!(compared.expect("a comparison").contains("\"RMSE "));
     }
 }

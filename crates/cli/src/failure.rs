@@ -1,4 +1,5 @@
-//! How a run ends: the exit codes that scripts rely on, and the one message that goes with each failure.
+//! How a run ends: the exit codes that scripts rely on, and the one message that goes with each
+//! failure.
 
 use std::fmt;
 use std::io;
@@ -14,7 +15,8 @@ pub enum Exit {
     Done = 0,
     /// The work itself failed, or a comparison lies beyond its threshold.
     Failed = 1,
-    /// The command line asks for something that does not exist: a flag, a preset, a camera, a value.
+    /// The command line asks for something that does not exist: a flag, a preset, a camera, a
+    /// value.
     Usage = 2,
     /// A scene, model or picture whose content cannot be used.
     Input = 3,
@@ -57,7 +59,10 @@ pub struct Failure {
 impl Failure {
     /// A failure whose message gets its `error: ` here.
     pub fn new(exit: Exit, message: impl fmt::Display) -> Self {
-        Self { exit, message: format!("error: {message}") }
+        Self {
+            exit,
+            message: format!("error: {message}"),
+        }
     }
 
     /// The same with advice in a line of its own.
@@ -68,13 +73,19 @@ impl Failure {
 
     /// Standard output could not be written.
     pub fn stdout(cause: &io::Error) -> Self {
-        Self::new(Exit::File, format_args!("cannot write to standard output: {cause}"))
+        Self::new(
+            Exit::File,
+            format_args!("cannot write to standard output: {cause}"),
+        )
     }
 }
 
 impl From<Error> for Failure {
     fn from(error: Error) -> Self {
-        Self { exit: error.kind().into(), message: error.to_string() }
+        Self {
+            exit: error.kind().into(),
+            message: error.to_string(),
+        }
     }
 }
 
@@ -88,9 +99,22 @@ mod tests {
         let code = |error: Error| Failure::from(error).exit as u8;
         assert_eq!(code(Error::usage("x")), 2);
         assert_eq!(code(Error::input("x", "y")), 3);
-        assert_eq!(code(Error::read(std::path::Path::new("x"), &io::Error::other("y"))), 4);
+        assert_eq!(
+            code(Error::read(
+                std::path::Path::new("x"),
+                &io::Error::other("y")
+            )),
+            4
+        );
         assert_eq!(code(Error::limit("x", "y")), 5);
         assert_eq!(Failure::stdout(&io::Error::other("y")).exit as u8, 4);
-        assert_eq!((Exit::Done as u8, Exit::Failed as u8, Exit::Interrupted as u8), (0, 1, 130));
+        assert_eq!(
+            (
+                Exit::Done as u8,
+                Exit::Failed as u8,
+                Exit::Interrupted as u8
+            ),
+            (0, 1, 130)
+        );
     }
 }

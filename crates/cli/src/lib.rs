@@ -1,8 +1,9 @@
-//! The command line of Raywright: arguments, progress, tables, exit codes. It decides nothing about light.
+//! The command line of Raywright: arguments, progress, tables, exit codes. It decides nothing about
+//! light.
 //!
-//! The way of a run: [`args`] is what clap reads, `plan` is what it amounts to after every check that needs no scene,
-//! and each module of `commands` does one thing with the libraries. Errors arrive as one [`failure::Failure`], are
-//! printed once, here, and become the exit code.
+//! The way of a run: [`args`] is what clap reads, `plan` is what it amounts to after every check
+//! that needs no scene, and each module of `commands` does one thing with the libraries. Errors
+//! arrive as one [`failure::Failure`], are printed once, here, and become the exit code.
 //!
 //! ```
 //! use clap::Parser;
@@ -12,7 +13,8 @@
 //! assert!(Arguments::try_parse_from(["raywright", "render", "--size", "64by36"]).is_err());
 //! ```
 //!
-//! [`embedded`] is for modules of other languages: the same words, with pictures and reports in memory instead of files.
+//! [`embedded`] is for modules of other languages: the same words, with pictures and reports in
+//! memory instead of files.
 #![forbid(unsafe_code)]
 
 pub mod args;
@@ -52,12 +54,14 @@ use clap::Parser;
 use args::Arguments;
 use failure::{Exit, Failure};
 
-/// The whole program: reads the command line, does what it says, reports, and returns the exit code.
+/// The whole program: reads the command line, does what it says, reports, and returns the exit
+/// code.
 pub fn main() -> ExitCode {
     main_with(std::env::args_os().collect()).into()
 }
 
-/// The same for a program that holds this one, whose own command line has other words before these. The first is a name.
+/// The same for a program that holds this one, whose own command line has other words before these.
+/// The first is a name.
 pub fn main_with(words: Vec<OsString>) -> Exit {
     panic::set_hook(Box::new(report_panic));
     interrupt::outlive_file_limits();
@@ -89,10 +93,14 @@ fn run(words: Vec<OsString>) -> Result<(), Failure> {
 /// What is wrong with the words, and what was probably meant.
 fn wrong_words(error: &clap::Error) -> Failure {
     let message = synonyms::explained(error).unwrap_or_else(|| error.render().to_string());
-    Failure { exit: Exit::Usage, message }
+    Failure {
+        exit: Exit::Usage,
+        message,
+    }
 }
 
-/// The last resort: a bug shows itself in two lines instead of a trace, and once however many threads it strikes.
+/// The last resort: a bug shows itself in two lines instead of a trace, and once however many
+/// threads it strikes.
 fn report_panic(panic: &panic::PanicHookInfo<'_>) {
     static ONCE: Once = Once::new();
     ONCE.call_once(|| {

@@ -1,17 +1,23 @@
-//! Memory in words, and how much of it the process has used at most, from what the operating system says.
+//! Memory in words, and how much of it the process has used at most, from what the operating system
+//! says.
 
 use raywright_io::human_bytes;
 
 /// The parts that take any, in their order: `geometry 1.2 MiB, picture 300 KiB`.
 pub fn listed(parts: &[(&str, u64)]) -> String {
     let taken = parts.iter().filter(|(_, bytes)| *bytes > 0);
-    taken.map(|(name, bytes)| format!("{name} {}", human_bytes(*bytes))).collect::<Vec<_>>().join(", ")
+    taken
+        .map(|(name, bytes)| format!("{name} {}", human_bytes(*bytes)))
+        .collect::<Vec<_>>()
+        .join(", ")
 }
 
 /// Peak resident memory in bytes; none where the system does not say it in a file.
 pub fn peak_bytes() -> Option<u64> {
     let status = std::fs::read_to_string("/proc/self/status").ok()?;
-    let line = status.lines().find_map(|line| line.strip_prefix("VmHWM:"))?;
+    let line = status
+        .lines()
+        .find_map(|line| line.strip_prefix("VmHWM:"))?;
     let kibibytes: u64 = line.trim().strip_suffix("kB")?.trim().parse().ok()?;
     Some(kibibytes * 1024)
 }
@@ -23,6 +29,9 @@ mod tests {
     fn touched_memory_is_counted() {
         let block = vec![1_u8; 32 << 20];
         let peak = super::peak_bytes().expect("Linux says it");
-        assert!(peak > block.iter().map(|&byte| u64::from(byte)).sum(), "{peak}");
+        assert!(
+            peak > block.iter().map(|&byte| u64::from(byte)).sum(),
+            "{peak}"
+        );
     }
 }

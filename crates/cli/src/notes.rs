@@ -1,4 +1,5 @@
-//! What a run has to say besides its result: all of it with `-v`, a line for each file with a problem otherwise, and nothing with `-q`.
+//! What a run has to say besides its result: all of it with `-v`, a line for each file with a
+//! problem otherwise, and nothing with `-q`.
 
 use std::collections::HashSet;
 
@@ -19,7 +20,11 @@ enum Weight {
 
 impl From<Severity> for Weight {
     fn from(severity: Severity) -> Self {
-        if severity == Severity::Note { Self::Note } else { Self::Warning(severity) }
+        if severity == Severity::Note {
+            Self::Note
+        } else {
+            Self::Warning(severity)
+        }
     }
 }
 
@@ -51,7 +56,13 @@ const MOST_FILES: usize = 20;
 impl Notes {
     /// None yet.
     pub fn new(verbosity: Verbosity) -> Self {
-        Self { verbosity, about: None, file: 0, kept: Vec::new(), texts: HashSet::new() }
+        Self {
+            verbosity,
+            about: None,
+            file: 0,
+            kept: Vec::new(),
+            texts: HashSet::new(),
+        }
     }
 
     /// What follows is about this file.
@@ -60,7 +71,8 @@ impl Notes {
         self.file += 1;
     }
 
-    /// Something that the user should know although the picture is made: a part of it is not as it should be.
+    /// Something that the user should know although the picture is made: a part of it is not as it
+    /// should be.
     pub fn warn(&mut self, message: impl Into<String>) {
         self.add(Weight::Warning(Severity::LeftOut), message.into());
     }
@@ -82,7 +94,10 @@ impl Notes {
 
     /// The warnings that came with a scene.
     pub fn warn_of(&mut self, loaded: &Loaded) {
-        loaded.warnings.iter().for_each(|warning| self.add(warning.severity().into(), warning.message.clone()));
+        loaded
+            .warnings
+            .iter()
+            .for_each(|warning| self.add(warning.severity().into(), warning.message.clone()));
     }
 
     fn add(&mut self, weight: Weight, message: String) {
@@ -94,7 +109,11 @@ impl Notes {
             return console::tell(labelled(weight, &text));
         }
         if self.texts.insert(text.clone()) {
-            self.kept.push(Message { weight, file: self.file, text });
+            self.kept.push(Message {
+                weight,
+                file: self.file,
+                text,
+            });
         }
     }
 
@@ -111,9 +130,13 @@ impl Notes {
         (self.kept, self.texts) = (Vec::new(), HashSet::new());
     }
 
-    /// Of each file with a problem the worst message and how many more there are, the worst file first; without any problem, one line of all.
+    /// Of each file with a problem the worst message and how many more there are, the worst file
+    /// first; without any problem, one line of all.
     fn lines(&self) -> Vec<String> {
-        let is_fine = !self.kept.iter().any(|message| matches!(message.weight, Weight::Warning(_)));
+        let is_fine = !self
+            .kept
+            .iter()
+            .any(|message| matches!(message.weight, Weight::Warning(_)));
         let same = |a: &Message, b: &Message| is_fine || a.file == b.file;
         let mut lines: Vec<(Weight, String)> = self.kept.chunk_by(same).filter_map(line).collect();
         lines.sort_by_key(|(weight, _)| std::cmp::Reverse(*weight));
@@ -121,7 +144,11 @@ impl Notes {
             lines.retain(|(weight, _)| matches!(weight, Weight::Warning(_)));
         }
         let hidden = lines.len().saturating_sub(MOST_FILES);
-        let mut lines: Vec<String> = lines.into_iter().take(MOST_FILES).map(|(_, line)| line).collect();
+        let mut lines: Vec<String> = lines
+            .into_iter()
+            .take(MOST_FILES)
+            .map(|(_, line)| line)
+            .collect();
         if hidden > 0 {
             lines.push(format!("warning: {hidden} more files have warnings: -v"));
         }
@@ -141,7 +168,11 @@ fn line(messages: &[Message]) -> Option<(Weight, String)> {
 }
 
 fn labelled(weight: Weight, message: &str) -> String {
-    let label = if matches!(weight, Weight::Warning(_)) { "warning" } else { "note" };
+    let label = if matches!(weight, Weight::Warning(_)) {
+        "warning"
+    } else {
+        "note"
+    };
     format!("{label}: {message}")
 }
 
@@ -149,7 +180,8 @@ fn labelled(weight: Weight, message: &str) -> String {
 mod tests {
     use super::*;
 
-    /// Protects: the first of the worst messages is the one that is said, with the number of the others; what is said twice counts once.
+    /// Protects: the first of the worst messages is the one that is said, with the number of the
+    /// others; what is said twice counts once.
     #[test]
     fn one_line_has_what_matters_most() {
         let mut notes = Notes::new(Verbosity::Normal);
@@ -164,7 +196,8 @@ mod tests {
         assert_eq!(notes.lines(), ["warning: nothing to see (and 4 more: -v)"]);
     }
 
-    /// Protects: a file with a problem is not silent because another has one, and a file without any takes no line from it.
+    /// Protects: a file with a problem is not silent because another has one, and a file without
+    /// any takes no line from it.
     #[test]
     fn each_file_with_a_problem_has_a_line() {
         let mut notes = Notes::new(Verbosity::Normal);
@@ -175,18 +208,30 @@ mod tests {
         notes.note("shown at rest");
         notes.turn_to("c.glb");
         notes.add(Severity::Missing.into(), "d is missing".into());
-        assert_eq!(notes.lines(), ["warning: c.glb: d is missing", "warning: b.glb: c is missing (and 1 more: -v)"]);
+        assert_eq!(
+            notes.lines(),
+            [
+                "warning: c.glb: d is missing",
+                "warning: b.glb: c is missing (and 1 more: -v)"
+            ]
+        );
         for file in 0..30 {
             notes.turn_to(&format!("{file}.glb"));
             notes.warn("e is missing");
         }
         let lines = notes.lines();
-        assert_eq!((lines.len(), lines.last().map(String::as_str)), (21, Some("warning: 12 more files have warnings: -v")));
+        assert_eq!(
+            (lines.len(), lines.last().map(String::as_str)),
+            (21, Some("warning: 12 more files have warnings: -v"))
+        );
         let mut fine = Notes::new(Verbosity::Normal);
         for file in ["a.glb", "b.glb"] {
             fine.turn_to(file);
             fine.note("shown at rest");
         }
-        assert_eq!(fine.lines(), ["note: a.glb: shown at rest (and 1 more: -v)"]);
+        assert_eq!(
+            fine.lines(),
+            ["note: a.glb: shown at rest (and 1 more: -v)"]
+        );
     }
 }

@@ -32,20 +32,33 @@ pub fn metadata(loaded: &Loaded, plan: &Plan, choices: &Choices) -> Metadata {
     }
 }
 
-/// What a picture's file says of its error: both measures with their intervals, what was sampled and whether noise was taken out; empty where
-/// nothing can be told.
+/// What a picture's file says of its error: both measures with their intervals, what was sampled
+/// and whether noise was taken out; empty where nothing can be told.
 pub fn error(noisy: Option<&Uncertainty>, rendered: &Rendered, film: &Film) -> String {
     let denoised = rendered.denoised();
-    let Some(claim) = denoised.map(|denoised| &denoised.error).or(noisy) else { return String::new() };
+    let Some(claim) = denoised.map(|denoised| &denoised.error).or(noisy) else {
+        return String::new();
+    };
     let of = |name: &str, estimate: Estimate| {
-        let [value, low, high] = [estimate.value, estimate.low, estimate.high].map(|number| significant(number, 3));
+        let [value, low, high] =
+            [estimate.value, estimate.low, estimate.high].map(|number| significant(number, 3));
         format!("{name}={value} {name}_low={low} {name}_high={high}")
     };
     let samples = film.samples(&film.whole());
     let [least, most] = [samples.start(), samples.end()];
-    let samples = if least == most { most.to_string() } else { format!("{least}..{most}") };
-    let doubt = claim.doubt.map_or_else(|| "none".to_owned(), |doubt| name(&doubt));
-    let reconstruction = if denoised.is_some() { "denoised" } else { "mean" };
+    let samples = if least == most {
+        most.to_string()
+    } else {
+        format!("{least}..{most}")
+    };
+    let doubt = claim
+        .doubt
+        .map_or_else(|| "none".to_owned(), |doubt| name(&doubt));
+    let reconstruction = if denoised.is_some() {
+        "denoised"
+    } else {
+        "mean"
+    };
     format!(
         "{} {} samples={samples} reconstruction={reconstruction} doubt={doubt}",
         of("root_relmse", claim.root_relmse),
@@ -53,21 +66,43 @@ pub fn error(noisy: Option<&Uncertainty>, rendered: &Rendered, film: &Film) -> S
     )
 }
 
-/// What tells a scene from others, with all that flags change in it: parts of one picture have the same.
+/// What tells a scene from others, with all that flags change in it: parts of one picture have the
+/// same.
 pub fn identity(loaded: &Loaded, options: &LoadOptions, choices: &Choices) -> String {
-    let LoadOptions { overrides, model, environment, clay, section, .. } = options;
+    let LoadOptions {
+        overrides,
+        model,
+        environment,
+        clay,
+        section,
+        ..
+    } = options;
     // What an environment is read from counts towards the hash.
-    let source = environment.source.as_ref().map(|source| *source == EnvironmentSource::Studio);
-    let environment = (source, environment.ground, environment.backdrop, environment.rotation, environment.strength);
-    format!("{} {overrides:?} {model:?} {environment:?} {clay} {section:?}{}", loaded.hash, of_picture(choices))
+    let source = environment
+        .source
+        .as_ref()
+        .map(|source| *source == EnvironmentSource::Studio);
+    let environment = (
+        source,
+        environment.ground,
+        environment.backdrop,
+        environment.rotation,
+        environment.strength,
+    );
+    format!(
+        "{} {overrides:?} {model:?} {environment:?} {clay} {section:?}{}",
+        loaded.hash,
+        of_picture(choices)
+    )
 }
 
-/// Those of them that parts of one picture have in common: how many samples there are, and whether they are denoised, is the film's
-/// business.
+/// Those of them that parts of one picture have in common: how many samples there are, and whether
+/// they are denoised, is the film's business.
 fn of_picture(choices: &Choices) -> String {
     let of_film = [Ladder::Samples, Ladder::Reconstruction];
     let mut own = choices.clone();
-    own.rungs.retain(|choice| choice.ladder().changes_pictures() && !of_film.contains(&choice.ladder()));
+    own.rungs
+        .retain(|choice| choice.ladder().changes_pictures() && !of_film.contains(&choice.ladder()));
     own.words(RUNG, WITHOUT).concat()
 }
 
@@ -101,14 +136,23 @@ pub fn command_line() -> String {
 
 /// The command with these arguments.
 pub fn command_of(arguments: &[OsString]) -> String {
-    let arguments = arguments.iter().map(|argument| quoted(&argument.to_string_lossy()));
-    std::iter::once("raywright".to_owned()).chain(arguments).collect::<Vec<_>>().join(" ")
+    let arguments = arguments
+        .iter()
+        .map(|argument| quoted(&argument.to_string_lossy()));
+    std::iter::once("raywright".to_owned())
+        .chain(arguments)
+        .collect::<Vec<_>>()
+        .join(" ")
 }
 
 /// A word in single quotes where a shell would otherwise take it apart.
 pub fn quoted(word: &str) -> String {
     let plain = |c: char| c.is_alphanumeric() || "-_./,:=+@%".contains(c);
-    if !word.is_empty() && word.chars().all(plain) { word.to_owned() } else { format!("'{}'", word.replace('\'', r"'\''")) }
+    if !word.is_empty() && word.chars().all(plain) {
+        word.to_owned()
+    } else {
+        format!("'{}'", word.replace('\'', r"'\''"))
+    }
 }
 
 /// The settings that decide a picture's bits, as `name=value` with spaces between.
@@ -119,18 +163,34 @@ fn settings(settings: &Settings, display: Display) -> String {
         Sampling::Pattern(Pattern::Centre) => "centre".to_owned(),
         Sampling::Pattern(Pattern::Corners) => "corners".to_owned(),
     };
-    let error = settings.max_error.map(|error| format!(" max_error={error}")).unwrap_or_default();
-    let denoise = if settings.denoise { " reconstruction=denoised" } else { "" };
-    let crop = settings.crop.map(|c| format!(" crop={},{},{},{}", c.x, c.y, c.width, c.height)).unwrap_or_default();
+    let error = settings
+        .max_error
+        .map(|error| format!(" max_error={error}"))
+        .unwrap_or_default();
+    let denoise = if settings.denoise {
+        " reconstruction=denoised"
+    } else {
+        ""
+    };
+    let crop = settings
+        .crop
+        .map(|c| format!(" crop={},{},{},{}", c.x, c.y, c.width, c.height))
+        .unwrap_or_default();
     let depth = match settings.max_depth {
         Settings::UNLIMITED => "unlimited".to_owned(),
         n => n.to_string(),
     };
-    let clamp = settings.clamp.map(|most| format!(" clamp={most}")).unwrap_or_default();
+    let clamp = settings
+        .clamp
+        .map(|most| format!(" clamp={most}"))
+        .unwrap_or_default();
     let wireframe = if settings.wireframe { " wireframe" } else { "" };
     let background = match display.background {
         None => String::new(),
-        Some(colour) => format!(" background={}", colour.map(|value| significant(255.0 * value, 5)).join(",")),
+        Some(colour) => format!(
+            " background={}",
+            colour.map(|value| significant(255.0 * value, 5)).join(",")
+        ),
     };
     format!(
         "size={width}x{height}{crop} samples={samples}{error}{denoise} max_depth={depth}{clamp} integrator={} precision={} exposure={} tone_map={} gamma={}{background}{wireframe}",
@@ -183,7 +243,10 @@ mod tests {
     /// Protects: names of variants are those of scene files.
     #[test]
     fn variants_have_their_file_names() {
-        assert_eq!(name(&raywright_core::scene::ToneMap::KhronosNeutral), "khronos-neutral");
+        assert_eq!(
+            name(&raywright_core::scene::ToneMap::KhronosNeutral),
+            "khronos-neutral"
+        );
         assert_eq!(name(&raywright_core::scene::TransferCurve::Gamma22), "2.2");
     }
 
@@ -191,7 +254,10 @@ mod tests {
     #[test]
     fn ways_have_their_own_words() {
         use raywright_core::bvh::BuildQuality;
-        let kinds = [AcceleratorKind::Linear, AcceleratorKind::Tree(BuildQuality::High)];
+        let kinds = [
+            AcceleratorKind::Linear,
+            AcceleratorKind::Tree(BuildQuality::High),
+        ];
         assert_eq!(kinds.map(accelerator), ["linear", "bvh"]);
         let precisions = [PrecisionChoice::Robust, PrecisionChoice::Reference];
         assert_eq!(precisions.map(precision), ["robust", "reference"]);

@@ -1,4 +1,5 @@
-//! How far a long computation has come: a bar on a terminal, a line now and then elsewhere, always on standard error.
+//! How far a long computation has come: a bar on a terminal, a line now and then elsewhere, always
+//! on standard error.
 
 use std::io::{self, IsTerminal};
 use std::sync::Mutex;
@@ -11,8 +12,8 @@ use crate::args::ProgressStyle;
 use crate::clock::whole;
 use crate::console::{self, Verbosity};
 
-/// Before the first plain line; each later one waits twice as long as the one before it, up to [`LONGEST_PAUSE`], so that
-/// an hour-long render does not fill a log.
+/// Before the first plain line; each later one waits twice as long as the one before it, up to
+/// [`LONGEST_PAUSE`], so that an hour-long render does not fill a log.
 const FIRST_PAUSE: Duration = Duration::from_secs(1);
 const LONGEST_PAUSE: Duration = Duration::from_secs(32);
 
@@ -62,7 +63,10 @@ impl Progress {
 
     /// The same of work in so many pieces, each of which reports for itself.
     pub fn of_pieces(self, of: usize) -> Self {
-        Self { of: of as u64, ..self }
+        Self {
+            of: of as u64,
+            ..self
+        }
     }
 
     /// The work begins now, not when the display was made.
@@ -77,12 +81,20 @@ impl Progress {
 
     /// `done` of `total` steps of the work, or of the piece under way, are finished.
     pub fn report(&self, done: u64, total: u64) {
-        let (done, total) = (done + self.finished.load(Ordering::Relaxed) * total, total * self.of);
+        let (done, total) = (
+            done + self.finished.load(Ordering::Relaxed) * total,
+            total * self.of,
+        );
         // Where an error decides, what is to be done grows on the way; what is shown never falls.
         let share = (done as f64 / total.max(1) as f64 * SHARES) as u64;
         let share = self.share.fetch_max(share, Ordering::Relaxed).max(share);
         let reports = 1 + self.reports.fetch_add(1, Ordering::Relaxed);
-        let work = Work { elapsed: self.start.elapsed(), reports, done: share, total: SHARES as u64 };
+        let work = Work {
+            elapsed: self.start.elapsed(),
+            reports,
+            done: share,
+            total: SHARES as u64,
+        };
         if let Some(line) = self.display.report(self.what, work) {
             console::tell(line);
         }
@@ -93,11 +105,15 @@ impl Progress {
         [self.finished.load(Ordering::Relaxed), self.of]
     }
 
-    /// Seconds since the start, and those that the rest takes if it goes on as it did; none before anything is known.
+    /// Seconds since the start, and those that the rest takes if it goes on as it did; none before
+    /// anything is known.
     pub fn seconds(&self) -> (f64, Option<f64>) {
         let share = self.share.load(Ordering::Relaxed) as f64 / SHARES;
         let elapsed = self.start.elapsed().as_secs_f64();
-        (elapsed, (share > 0.0).then(|| elapsed * (1.0 - share).max(0.0) / share))
+        (
+            elapsed,
+            (share > 0.0).then(|| elapsed * (1.0 - share).max(0.0) / share),
+        )
     }
 
     /// Takes the display away, so that messages can follow.
@@ -131,14 +147,17 @@ impl Display {
             }
             Self::Lines(pace) => {
                 // A thread that finds another one at work here has nothing newer to say.
-                let due = pace.try_lock().is_ok_and(|mut pace| pace.is_due(work.elapsed));
+                let due = pace
+                    .try_lock()
+                    .is_ok_and(|mut pace| pace.is_due(work.elapsed));
                 (due && work.done < work.total).then(|| work.line(what))
             }
         }
     }
 }
 
-/// A bar on a terminal for work of several steps, each in words, gone when it ends; elsewhere a line now and then.
+/// A bar on a terminal for work of several steps, each in words, gone when it ends; elsewhere a
+/// line now and then.
 #[derive(Debug)]
 pub struct Steps {
     start: Instant,
@@ -150,19 +169,33 @@ impl Steps {
     /// Nothing is done yet.
     pub fn start(verbosity: Verbosity) -> Self {
         let quiet = verbosity == Verbosity::Quiet;
-        let bar = if quiet { ProgressBar::hidden() } else { ProgressBar::new(1000) };
-        if let Ok(template) = Template::with_template("measuring {wide_bar} {percent:>3} %  {msg:40}") {
+        let bar = if quiet {
+            ProgressBar::hidden()
+        } else {
+            ProgressBar::new(1000)
+        };
+        if let Ok(template) =
+            Template::with_template("measuring {wide_bar} {percent:>3} %  {msg:40}")
+        {
             bar.set_style(template);
         }
         let pace = (!quiet && !io::stderr().is_terminal()).then(Pace::new);
-        Self { start: Instant::now(), bar, pace }
+        Self {
+            start: Instant::now(),
+            bar,
+            pace,
+        }
     }
 
     /// What is done now, and the share of the whole that is done already.
     pub fn show(&mut self, what: &str, share: f64) {
         self.bar.set_position((1000.0 * share) as u64);
         self.bar.set_message(console::on_one_line(what));
-        if self.pace.as_mut().is_some_and(|pace| pace.is_due(self.start.elapsed())) {
+        if self
+            .pace
+            .as_mut()
+            .is_some_and(|pace| pace.is_due(self.start.elapsed()))
+        {
             console::tell(format_args!("measuring: {:.0} %, {what}", 100.0 * share));
         }
     }
@@ -176,14 +209,16 @@ impl Drop for Steps {
 
 fn bar(what: &str) -> ProgressBar {
     let bar = ProgressBar::with_draw_target(None, ProgressDrawTarget::stderr());
-    if let Ok(template) = Template::with_template(&format!("{what} {{wide_bar}} {{percent:>3}} %  {{msg:12}}")) {
+    if let Ok(template) =
+        Template::with_template(&format!("{what} {{wide_bar}} {{percent:>3}} %  {{msg:12}}"))
+    {
         bar.set_style(template);
     }
     bar
 }
 
-/// Pieces that must have ended before the rest is estimated from them, or else this share of all: the first ones of a picture may be
-/// the slowest, and many times the time of one tells nothing.
+/// Pieces that must have ended before the rest is estimated from them, or else this share of all:
+/// the first ones of a picture may be the slowest, and many times the time of one tells nothing.
 const ENOUGH: u64 = 16;
 const ENOUGH_SHARE: f64 = 0.05;
 
@@ -202,12 +237,22 @@ impl Work {
     fn line(self, what: &str) -> String {
         let percent = 100 * self.done / self.total.max(1);
         let left = self.left();
-        if left.is_empty() { format!("{what}: {percent} %") } else { format!("{what}: {percent} %, {left}") }
+        if left.is_empty() {
+            format!("{what}: {percent} %")
+        } else {
+            format!("{what}: {percent} %, {left}")
+        }
     }
 
-    /// How long it will take still, if it goes on as it did; empty while there is too little to go by.
+    /// How long it will take still, if it goes on as it did; empty while there is too little to go
+    /// by.
     fn left(self) -> String {
-        let Self { elapsed, reports, done, total } = self;
+        let Self {
+            elapsed,
+            reports,
+            done,
+            total,
+        } = self;
         if done == 0 || reports < ENOUGH && (done as f64) < ENOUGH_SHARE * total as f64 {
             return String::new();
         }
@@ -225,7 +270,10 @@ struct Pace {
 
 impl Pace {
     fn new() -> Self {
-        Self { next: FIRST_PAUSE, pause: FIRST_PAUSE }
+        Self {
+            next: FIRST_PAUSE,
+            pause: FIRST_PAUSE,
+        }
     }
 
     fn is_due(&mut self, elapsed: Duration) -> bool {
@@ -242,19 +290,43 @@ impl Pace {
 mod tests {
     use super::*;
 
-    /// Protects: the estimate is the time so far in proportion, rounded up so that it never says 0 s before the end.
+    /// Protects: the estimate is the time so far in proportion, rounded up so that it never says 0
+    /// s before the end.
     #[test]
     fn time_left_is_in_proportion() {
-        let line = |what, elapsed, done, total| Work { elapsed, reports: 1, done, total }.line(what);
-        assert_eq!(line("rendering", Duration::from_secs(10), 1, 4), "rendering: 25 %, 30 s left");
-        assert_eq!(line("rendering", Duration::from_millis(10), 3, 4), "rendering: 75 %, 1 s left");
-        assert_eq!(line("rendering", Duration::from_secs(10), 0, 4), "rendering: 0 %");
-        assert_eq!(line("rendering", Duration::from_secs(7200), 1, 2), "rendering: 50 %, 2 h 0 min left");
-        assert_eq!(line("rendering", Duration::from_secs(200), 1, 2), "rendering: 50 %, 3 min 20 s left");
+        let line = |what, elapsed, done, total| {
+            Work {
+                elapsed,
+                reports: 1,
+                done,
+                total,
+            }
+            .line(what)
+        };
+        assert_eq!(
+            line("rendering", Duration::from_secs(10), 1, 4),
+            "rendering: 25 %, 30 s left"
+        );
+        assert_eq!(
+            line("rendering", Duration::from_millis(10), 3, 4),
+            "rendering: 75 %, 1 s left"
+        );
+        assert_eq!(
+            line("rendering", Duration::from_secs(10), 0, 4),
+            "rendering: 0 %"
+        );
+        assert_eq!(
+            line("rendering", Duration::from_secs(7200), 1, 2),
+            "rendering: 50 %, 2 h 0 min left"
+        );
+        assert_eq!(
+            line("rendering", Duration::from_secs(200), 1, 2),
+            "rendering: 50 %, 3 min 20 s left"
+        );
     }
 
-    /// Protects: progress towards an error never runs backwards, though what is to be done grows on the way, and the time that is left is that
-    /// of the share which is shown.
+    /// Protects: progress towards an error never runs backwards, though what is to be done grows on
+    /// the way, and the time that is left is that of the share which is shown.
     #[test]
     fn progress_never_runs_backwards() {
         let progress = Progress::hidden().of_pieces(2);
@@ -265,53 +337,80 @@ mod tests {
         assert_eq!(shares, [0.125, 0.25, 0.25, 0.28125, 0.3125]);
     }
 
-    /// Protects: no time is told by the first few of many pieces; from the sixteenth on, or a twentieth of the work, it is.
+    /// Protects: no time is told by the first few of many pieces; from the sixteenth on, or a
+    /// twentieth of the work, it is.
     #[test]
     fn no_time_is_told_by_one_piece() {
-        let line = |reports, done| Work { elapsed: Duration::from_secs(8), reports, done, total: 100_000 }.line("rendering");
+        let line = |reports, done| {
+            Work {
+                elapsed: Duration::from_secs(8),
+                reports,
+                done,
+                total: 100_000,
+            }
+            .line("rendering")
+        };
         assert_eq!(line(1, 1), "rendering: 0 %");
         assert_eq!(line(15, 4999), "rendering: 4 %");
         assert_eq!(line(16, 1000), "rendering: 1 %, 13 min 12 s left");
         assert_eq!(line(1, 5000), "rendering: 5 %, 2 min 32 s left");
     }
 
-    /// Protects: quiet is silent whatever style is asked for, no style is, a terminal alone has a bar, and everything else
-    /// has lines.
+    /// Protects: quiet is silent whatever style is asked for, no style is, a terminal alone has a
+    /// bar, and everything else has lines.
     #[test]
     fn the_display_suits_the_place() {
         use ProgressStyle::{Auto, None, Plain};
-        let kind = |style, verbosity, terminal| match Display::of("rendering", style, verbosity, terminal) {
-            Display::Nothing => "nothing",
-            Display::Bar(_) => "bar",
-            Display::Lines(_) => "lines",
-        };
+        let kind =
+            |style, verbosity, terminal| match Display::of("rendering", style, verbosity, terminal)
+            {
+                Display::Nothing => "nothing",
+                Display::Bar(_) => "bar",
+                Display::Lines(_) => "lines",
+            };
         for style in [Auto, None, Plain] {
             assert_eq!(kind(style, Verbosity::Quiet, true), "nothing");
             assert_eq!(kind(style, Verbosity::Quiet, false), "nothing");
         }
         for verbosity in [Verbosity::Normal, Verbosity::Verbose] {
             let kinds = [(Auto, true), (Auto, false), (Plain, true), (None, true)];
-            assert_eq!(kinds.map(|(style, terminal)| kind(style, verbosity, terminal)), ["bar", "lines", "lines", "nothing"]);
+            assert_eq!(
+                kinds.map(|(style, terminal)| kind(style, verbosity, terminal)),
+                ["bar", "lines", "lines", "nothing"]
+            );
         }
     }
 
-    /// Protects: a line comes when it is due and while there is work left; that all is done is no news.
+    /// Protects: a line comes when it is due and while there is work left; that all is done is no
+    /// news.
     #[test]
     fn the_end_is_no_line() {
         let lines = || Display::Lines(Mutex::new(Pace::new()));
         let second = Duration::from_secs(1);
-        let work = |elapsed, done| Work { elapsed, reports: 1, done, total: 2 };
-        assert_eq!(lines().report("loading", work(second, 1)), Some("loading: 50 %, 1 s left".to_owned()));
+        let work = |elapsed, done| Work {
+            elapsed,
+            reports: 1,
+            done,
+            total: 2,
+        };
+        assert_eq!(
+            lines().report("loading", work(second, 1)),
+            Some("loading: 50 %, 1 s left".to_owned())
+        );
         assert_eq!(lines().report("loading", work(second, 2)), None);
         assert_eq!(lines().report("loading", work(second / 2, 1)), None);
         assert_eq!(Display::Nothing.report("loading", work(second, 1)), None);
     }
 
-    /// Protects: a thousand reports within a minute make a handful of lines, each pause twice the one before.
+    /// Protects: a thousand reports within a minute make a handful of lines, each pause twice the
+    /// one before.
     #[test]
     fn lines_become_rarer() {
         let mut pace = Pace::new();
-        let lines: Vec<u64> = (0..6000).map(|n| 10 * n).filter(|&n| pace.is_due(Duration::from_millis(n))).collect();
+        let lines: Vec<u64> = (0..6000)
+            .map(|n| 10 * n)
+            .filter(|&n| pace.is_due(Duration::from_millis(n)))
+            .collect();
         assert_eq!(lines, [1000, 3000, 7000, 15000, 31000]);
     }
 
@@ -319,7 +418,9 @@ mod tests {
     #[test]
     fn pauses_grow_up_to_half_a_minute() {
         let mut pace = Pace::new();
-        let due: Vec<u64> = (0..130).filter(|&second| pace.is_due(Duration::from_secs(second))).collect();
+        let due: Vec<u64> = (0..130)
+            .filter(|&second| pace.is_due(Duration::from_secs(second)))
+            .collect();
         assert_eq!(due, [1, 3, 7, 15, 31, 63, 95, 127]);
     }
 }

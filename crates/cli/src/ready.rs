@@ -1,4 +1,5 @@
-//! From a loaded scene to one that is ready to render: the view where there is none, and what can go wrong, in the user's words.
+//! From a loaded scene to one that is ready to render: the view where there is none, and what can
+//! go wrong, in the user's words.
 
 use std::cmp::Reverse;
 
@@ -14,7 +15,11 @@ use crate::memory;
 pub const NOTHING_KEPT: &str = "interrupted; nothing was written";
 
 /// Prepares a scene, or says in the words of the command line why that can't be.
-pub fn prepared(loaded: &Loaded, settings: &Settings, observer: &dyn Observer) -> Result<Ready, Failure> {
+pub fn prepared(
+    loaded: &Loaded,
+    settings: &Settings,
+    observer: &dyn Observer,
+) -> Result<Ready, Failure> {
     prepare(&loaded.scene, settings, observer).map_err(|error| failed(&loaded.source, error))
 }
 
@@ -31,7 +36,8 @@ pub fn failed(source: &SourceInfo, error: PrepareError) -> Failure {
     }
 }
 
-/// What needs how much memory, and what to do about the part that needs most; without a limit the system has not got so much.
+/// What needs how much memory, and what to do about the part that needs most; without a limit the
+/// system has not got so much.
 fn too_much(name: &str, needed: &Memory, allowed: Option<u64>) -> Error {
     let advice = |part: &str| match part {
         "picture" => "render less with --size or --crop",
@@ -41,11 +47,25 @@ fn too_much(name: &str, needed: &Memory, allowed: Option<u64>) -> Error {
     let mut parts = needed.parts();
     parts.sort_by_key(|&(_, bytes)| Reverse(bytes));
     let [(most, _), ..] = parts;
-    let needs = format!("rendering it needs about {} ({})", human_bytes(needed.total()), memory::listed(&parts));
+    let needs = format!(
+        "rendering it needs about {} ({})",
+        human_bytes(needed.total()),
+        memory::listed(&parts)
+    );
     match allowed {
-        Some(allowed) => Error::limit(name, format!("{needs}, and the limit is {}", human_bytes(allowed)))
-            .with_hint(format!("raise the limit with --max-memory, or {}", advice(most))),
-        None => Error::limit(name, format!("{needs}, and the system does not give as much")).with_hint(advice(most)),
+        Some(allowed) => Error::limit(
+            name,
+            format!("{needs}, and the limit is {}", human_bytes(allowed)),
+        )
+        .with_hint(format!(
+            "raise the limit with --max-memory, or {}",
+            advice(most)
+        )),
+        None => Error::limit(
+            name,
+            format!("{needs}, and the system does not give as much"),
+        )
+        .with_hint(advice(most)),
     }
 }
 
@@ -75,55 +95,115 @@ mod tests {
         let file = folder.path().join("empty.scene.toml");
         std::fs::write(&file, format!("format = 1\n{text}")).expect("a file");
         let loaded = load(&Input::Path(file), &LoadOptions::default()).expect("a scene");
-        let settings = Settings { size: [8, 8], ..Settings::of(&loaded.scene) };
+        let settings = Settings {
+            size: [8, 8],
+            ..Settings::of(&loaded.scene)
+        };
         (loaded, settings)
     }
 
-    /// Protects: what single precision loses is refused at its line of the scene, listed or generated, and doubles show it.
+    /// Protects: what single precision loses is refused at its line of the scene, listed or
+    /// generated, and doubles show it.
     #[test]
     fn what_a_precision_loses_is_refused_by_it_alone() {
         let material = "[[materials]]\nname = \"m\"\nmodel.physical = {}\n";
         let thin = |x: u32| format!("shape.box = {{ min = [0, 0, {x}], max = [1, 2, {x}.01] }}");
         let listed = format!("[[objects]]\nmaterial = \"m\"\n{}\n", thin(300_000));
         let grid = "kind.grid = { counts = [1, 1, 2], origin = [0, 0, 3e5], step = [1, 1, 1] }";
-        let generated = format!("[[generators]]\n{grid}\nobject = {{ material = \"m\", {} }}\n", thin(0));
+        let generated = format!(
+            "[[generators]]\n{grid}\nobject = {{ material = \"m\", {} }}\n",
+            thin(0)
+        );
         for (scene, line) in [(listed, "scene.toml:7:"), (generated, "scene.toml:7:")] {
             // Most of the scene is about zero, so that coordinates are counted from there.
             let balls = "[[objects]]\nmaterial = \"m\"\nshape.sphere = { centre = [0, 0, 0], radius = 1 }\n".repeat(3);
             let (loaded, settings) = loaded(&format!("{material}{scene}{balls}"));
-            let with = |precision| prepared(&loaded, &Settings { precision, ..settings.clone() }, &());
-            let failure = with(PrecisionChoice::Robust).err().expect("there is nothing to see");
+            let with = |precision| {
+                prepared(
+                    &loaded,
+                    &Settings {
+                        precision,
+                        ..settings.clone()
+                    },
+                    &(),
+                )
+            };
+            let failure = with(PrecisionChoice::Robust)
+                .err()
+                .expect("there is nothing to see");
             assert_eq!(failure.exit, Exit::Input);
-            let parts = [line, "the distance of `max` from `min` is lost in single precision", "add --precision reference"];
-            assert!(parts.iter().all(|part| failure.message.contains(part)), "{}", failure.message);
+            let parts = [
+                line,
+                "the distance of `max` from `min` is lost in single precision",
+                "add --precision reference",
+            ];
+            assert!(
+                parts.iter().all(|part| failure.message.contains(part)),
+                "{}",
+                failure.message
+            );
             assert!(with(PrecisionChoice::Reference).is_ok());
         }
     }
 
-    /// Protects: Ctrl-C ends the preparation too, with the code and the words of a run that was interrupted.
+    /// Protects: Ctrl-C ends the preparation too, with the code and the words of a run that was
+    /// interrupted.
     #[test]
     fn preparation_can_be_interrupted() {
         let (loaded, settings) = empty();
-        let failure = prepared(&loaded, &settings, &Stopped).err().expect("it is stopped");
-        assert_eq!((failure.exit, failure.message.as_str()), (Exit::Interrupted, "error: interrupted; nothing was written"));
+        let failure = prepared(&loaded, &settings, &Stopped)
+            .err()
+            .expect("it is stopped");
+        assert_eq!(
+            (failure.exit, failure.message.as_str()),
+            (Exit::Interrupted, "error: interrupted; nothing was written")
+        );
         assert!(prepared(&loaded, &settings, &()).is_ok());
     }
 
-    /// Protects: who has too little memory hears what takes how much, most first, and what would help with that.
+    /// Protects: who has too little memory hears what takes how much, most first, and what would
+    /// help with that.
     #[test]
     fn too_little_memory_is_explained() {
         let of = |needed: Memory| too_much("a.glb", &needed, Some(1 << 20)).to_string();
-        let picture = of(Memory { geometry: 1 << 20, film: 3 << 20, ..Memory::default() });
+        let picture = of(Memory {
+            geometry: 1 << 20,
+            film: 3 << 20,
+            ..Memory::default()
+        });
         assert_eq!(
             picture,
             "error: a.glb: rendering it needs about 4 MiB (picture 3 MiB, geometry 1 MiB), and the limit is 1 MiB\n\
             help: raise the limit with --max-memory, or render less with --size or --crop"
         );
-        let ends = |needed: Memory, advice: &str| assert!(of(needed).ends_with(advice), "{}", of(needed));
-        ends(Memory { textures: 2 << 20, film: 1, ..Memory::default() }, "or give it smaller images");
-        ends(Memory { geometry: 2 << 20, film: 1, ..Memory::default() }, "or show fewer objects or coarser meshes");
+        let ends =
+            |needed: Memory, advice: &str| assert!(of(needed).ends_with(advice), "{}", of(needed));
+        ends(
+            Memory {
+                textures: 2 << 20,
+                film: 1,
+                ..Memory::default()
+            },
+            "or give it smaller images",
+        );
+        ends(
+            Memory {
+                geometry: 2 << 20,
+                film: 1,
+                ..Memory::default()
+            },
+            "or show fewer objects or coarser meshes",
+        );
         assert_eq!(
-            too_much("a.glb", &Memory { film: 3 << 20, ..Memory::default() }, None).to_string(),
+            too_much(
+                "a.glb",
+                &Memory {
+                    film: 3 << 20,
+                    ..Memory::default()
+                },
+                None
+            )
+            .to_string(),
             "error: a.glb: rendering it needs about 3 MiB (picture 3 MiB), and the system does not give as much\n\
             help: render less with --size or --crop"
         );

@@ -1,16 +1,19 @@
-//! A few points in a terminal: double-logarithmic, in plain characters, no wider than sixty columns.
+//! A few points in a terminal: double-logarithmic, in plain characters, no wider than sixty
+//! columns.
 
 use crate::table::significant;
 
 const WIDTH: usize = 44;
 const HEIGHT: usize = 10;
 
-/// Points (x, y) above zero, with the names of the vertical and the horizontal axis; those at or below zero lie on the edge.
-/// Empty without two different places.
+/// Points (x, y) above zero, with the names of the vertical and the horizontal axis; those at or
+/// below zero lie on the edge. Empty without two different places.
 pub fn scatter(points: &[(f64, f64)], vertical: &str, horizontal: &str) -> String {
     let ends = |of: fn(&(f64, f64)) -> f64| {
         let known = points.iter().map(of).filter(|v| *v > 0.0 && v.is_finite());
-        known.fold((f64::INFINITY, 0.0_f64), |(low, high), v| (low.min(v), high.max(v)))
+        known.fold((f64::INFINITY, 0.0_f64), |(low, high), v| {
+            (low.min(v), high.max(v))
+        })
     };
     let (x, y) = (ends(|p| p.0), ends(|p| p.1));
     if x.0 >= x.1 || y.0 >= y.1 {
@@ -25,7 +28,11 @@ pub fn scatter(points: &[(f64, f64)], vertical: &str, horizontal: &str) -> Strin
         cells[HEIGHT - 1 - place(point.1, y, HEIGHT)][place(point.0, x, WIDTH)] = 'o';
     }
     let [top, bottom] = [y.1, y.0].map(|v| significant(v, 2));
-    let margin = [&top, &bottom].map(|label| label.chars().count()).into_iter().max().unwrap_or(0);
+    let margin = [&top, &bottom]
+        .map(|label| label.chars().count())
+        .into_iter()
+        .max()
+        .unwrap_or(0);
     let mut text = format!("{:margin$}  {vertical}\n", "");
     for (i, row) in cells.iter().enumerate() {
         let label = if i == 0 {
@@ -39,27 +46,50 @@ pub fn scatter(points: &[(f64, f64)], vertical: &str, horizontal: &str) -> Strin
         text.push('\n');
     }
     let [left, right] = [x.0, x.1].map(|v| significant(v, 2) + " s");
-    let gap = WIDTH.saturating_sub(left.chars().count() + right.chars().count() + horizontal.chars().count()) / 2;
+    let gap = WIDTH
+        .saturating_sub(left.chars().count() + right.chars().count() + horizontal.chars().count())
+        / 2;
     text += &format!("{:margin$} +{}\n", "", "-".repeat(WIDTH));
-    text + &format!("{:margin$}  {left}{:gap$}{horizontal}{:gap$}{right}\n", "", "", "")
+    text + &format!(
+        "{:margin$}  {left}{:gap$}{horizontal}{:gap$}{right}\n",
+        "", "", ""
+    )
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
 
-    /// Protects: less time is to the left and less error below, decades are as wide as each other, and lines fit a small terminal.
+    /// Protects: less time is to the left and less error below, decades are as wide as each other,
+    /// and lines fit a small terminal.
     #[test]
     fn corners_are_where_they_belong() {
         let plot = scatter(&[(0.01, 1.0), (0.1, 0.1), (1.0, 0.01)], "error", "time");
         let lines: Vec<&str> = plot.lines().collect();
         assert_eq!(lines.len(), HEIGHT + 3);
-        let column = |line: &str| line.find('o').map(|at| at - line.find('|').expect("the axis") - 1);
-        assert_eq!((column(lines[1]), column(lines[HEIGHT])), (Some(0), Some(WIDTH - 1)));
-        let middle = lines[2..HEIGHT].iter().find_map(|line| column(line)).expect("the middle point");
+        let column = |line: &str| {
+            line.find('o')
+                .map(|at| at - line.find('|').expect("the axis") - 1)
+        };
+        assert_eq!(
+            (column(lines[1]), column(lines[HEIGHT])),
+            (Some(0), Some(WIDTH - 1))
+        );
+        let middle = lines[2..HEIGHT]
+            .iter()
+            .find_map(|line| column(line))
+            .expect("the middle point");
         assert!(middle.abs_diff(WIDTH / 2) <= 1, "{plot}");
-        assert!(lines.iter().all(|line| line.chars().count() <= 60 && !line.ends_with(' ')), "{plot}");
-        assert!(lines[1].starts_with("   1 |") && lines[HEIGHT + 2].contains("0.01 s"), "{plot}");
+        assert!(
+            lines
+                .iter()
+                .all(|line| line.chars().count() <= 60 && !line.ends_with(' ')),
+            "{plot}"
+        );
+        assert!(
+            lines[1].starts_with("   1 |") && lines[HEIGHT + 2].contains("0.01 s"),
+            "{plot}"
+        );
     }
 
     /// Protects: nothing to show, and points at zero, do no harm.

@@ -9,7 +9,8 @@ use raywright_core::Observer;
 use raywright_core::suggest::closest;
 use raywright_core::{Rendered, Settings, extent};
 use raywright_io::{
-    Error, ErrorKind, Format, Input, LightShortage, Limits, LoadOptions, Loaded, WarningCode, load_observed, models_in, presets,
+    Error, ErrorKind, Format, Input, LightShortage, Limits, LoadOptions, Loaded, WarningCode,
+    load_observed, models_in, presets,
 };
 
 use crate::args::DEFAULT_PRESET;
@@ -29,13 +30,24 @@ pub fn read(name: &OsStr, options: &LoadOptions, notes: &mut Notes) -> Result<Lo
 
 /// Reads and checks a scene, and shows how far it has come where that takes a while.
 pub fn load(input: &Input, options: &LoadOptions, progress: &Progress) -> Result<Loaded, Failure> {
-    let loaded = load_watched(input, options, &Watch { progress: Some(progress), ..Watch::until(&AtomicBool::new(false)) });
+    let loaded = load_watched(
+        input,
+        options,
+        &Watch {
+            progress: Some(progress),
+            ..Watch::until(&AtomicBool::new(false))
+        },
+    );
     progress.finish();
     loaded
 }
 
 /// The same for whoever looks on.
-pub fn load_watched(input: &Input, options: &LoadOptions, observer: &dyn Observer) -> Result<Loaded, Failure> {
+pub fn load_watched(
+    input: &Input,
+    options: &LoadOptions,
+    observer: &dyn Observer,
+) -> Result<Loaded, Failure> {
     load_observed(input, options, observer).map_err(|error| explained(error, input).into())
 }
 
@@ -44,41 +56,66 @@ pub fn unnamed() -> Result<OsString, Failure> {
     Ok(default_of(&presets::names().collect::<Vec<_>>())?.into())
 }
 
-/// The default among the presets that there are: a build may come without it, because presets are files that can be deleted.
+/// The default among the presets that there are: a build may come without it, because presets are
+/// files that can be deleted.
 fn default_of(carried: &[&str]) -> Result<String, Error> {
     if carried.contains(&DEFAULT_PRESET) {
         return Ok(format!("preset:{DEFAULT_PRESET}"));
     }
-    let message = format!("no scene is named, and the program was built without its default preset `{DEFAULT_PRESET}`");
+    let message = format!(
+        "no scene is named, and the program was built without its default preset `{DEFAULT_PRESET}`"
+    );
     Err(Error::usage(message).with_hint(match carried {
         [] => "name a file: raywright render FILE; there are no presets".to_owned(),
-        [first, ..] => format!("name a file or a preset, such as preset:{first}; the presets: {}", carried.join(", ")),
+        [first, ..] => format!(
+            "name a file or a preset, such as preset:{first}; the presets: {}",
+            carried.join(", ")
+        ),
     }))
 }
 
 /// Notes what a scene lacked that its picture needs, and what is there in its place.
 pub fn note_completed(loaded: &Loaded, notes: &mut Notes) {
-    let light = loaded.added_sky.map(|shortage| match (loaded.source.format, shortage) {
-        (Format::Native(_), _) => "the scene has no light: a neutral grey sky is added",
-        (_, LightShortage::NoLight) => "the model brings no lights: it stands in the default studio",
-        (_, LightShortage::TooDim) => "the model brings too little light to be seen by: it stands in the default studio",
-    });
+    let light = loaded
+        .added_sky
+        .map(|shortage| match (loaded.source.format, shortage) {
+            (Format::Native(_), _) => "the scene has no light: a neutral grey sky is added",
+            (_, LightShortage::NoLight) => {
+                "the model brings no lights: it stands in the default studio"
+            }
+            (_, LightShortage::TooDim) => {
+                "the model brings too little light to be seen by: it stands in the default studio"
+            }
+        });
     let camera = match light {
         _ if !loaded.scene.cameras.is_empty() => None,
         Some(_) => Some("without a camera it is shown whole"),
         None => Some("the scene has no camera: it is shown whole"),
     };
-    let up = loaded.assumed_up.map(|up| format!("STL does not say what is up: {} is taken, --up y takes y", up.name()));
-    let parts: Vec<&str> = light.into_iter().chain(camera).chain(up.as_deref()).collect();
+    let up = loaded.assumed_up.map(|up| {
+        format!(
+            "STL does not say what is up: {} is taken, --up y takes y",
+            up.name()
+        )
+    });
+    let parts: Vec<&str> = light
+        .into_iter()
+        .chain(camera)
+        .chain(up.as_deref())
+        .collect();
     if !parts.is_empty() {
         notes.note(parts.join("; "));
     }
 }
 
-/// Whether no ray could meet anything of a scene: neither what has an end, nor an infinite plane, nor a sky that the scene itself brings.
+/// Whether no ray could meet anything of a scene: neither what has an end, nor an infinite plane,
+/// nor a sky that the scene itself brings.
 pub fn shows_nothing(loaded: &Loaded) -> bool {
     let scene = &loaded.scene;
-    if matches!(loaded.source.format, Format::Native(_)) && scene.sky.is_some() && loaded.added_sky.is_none() {
+    if matches!(loaded.source.format, Format::Native(_))
+        && scene.sky.is_some()
+        && loaded.added_sky.is_none()
+    {
         return false;
     }
     let listed = scene.objects.is_empty() && scene.generators.is_empty();
@@ -91,8 +128,14 @@ pub fn nothing_to_see(loaded: &Loaded) -> Option<Failure> {
     if !shows_nothing(loaded) {
         return None;
     }
-    let is_thin = loaded.warnings.iter().any(|warning| warning.code == WarningCode::PointsAndLines);
-    let is_cut = loaded.warnings.iter().any(|warning| warning.code == WarningCode::Section);
+    let is_thin = loaded
+        .warnings
+        .iter()
+        .any(|warning| warning.code == WarningCode::PointsAndLines);
+    let is_cut = loaded
+        .warnings
+        .iter()
+        .any(|warning| warning.code == WarningCode::Section);
     let why = match (is_cut, is_thin) {
         (true, _) => "the section leaves nothing of it",
         (_, true) => "it has points and lines alone, which are not rendered",
@@ -127,10 +170,12 @@ pub fn input(name: &OsStr, limits: &Limits) -> Result<Input, Error> {
     if name == "-" {
         return piped(limits);
     }
-    Ok(match name.to_str().and_then(|name| name.strip_prefix("preset:")) {
-        Some(preset) => Input::Preset(preset.to_owned()),
-        None => Input::Path(PathBuf::from(name)),
-    })
+    Ok(
+        match name.to_str().and_then(|name| name.strip_prefix("preset:")) {
+            Some(preset) => Input::Preset(preset.to_owned()),
+            None => Input::Path(PathBuf::from(name)),
+        },
+    )
 }
 
 /// What comes through standard input. A terminal would be waited for without a word.
@@ -138,14 +183,20 @@ fn piped(limits: &Limits) -> Result<Input, Error> {
     let source = std::io::stdin();
     if source.is_terminal() {
         let hint = "pipe one into it: raywright render - < model.stl";
-        return Err(Error::usage("`-` reads a scene or model from standard input, which is a terminal here").with_hint(hint));
+        return Err(Error::usage(
+            "`-` reads a scene or model from standard input, which is a terminal here",
+        )
+        .with_hint(hint));
     }
     Input::from_reader("standard input", source.lock(), limits)
 }
 
-/// A file that does not exist is sometimes a preset without its prefix, or a neighbour with another name; a folder may hold what is meant.
+/// A file that does not exist is sometimes a preset without its prefix, or a neighbour with another
+/// name; a folder may hold what is meant.
 fn explained(error: Error, input: &Input) -> Error {
-    let Input::Path(path) = input else { return error };
+    let Input::Path(path) = input else {
+        return error;
+    };
     if error.kind() != ErrorKind::File {
         return error;
     }
@@ -162,18 +213,26 @@ fn explained(error: Error, input: &Input) -> Error {
     }
     let text = path.to_string_lossy();
     if text.contains("://") {
-        return error.with_hint("addresses are not fetched: download the file first, such as by `curl -LO ADDRESS`");
+        return error.with_hint(
+            "addresses are not fetched: download the file first, such as by `curl -LO ADDRESS`",
+        );
     }
     if text.contains(['*', '?']) {
         return error.with_hint("no file fits that pattern, so that it came here as it is");
     }
     if is_preset(path) {
-        return error.with_hint(format!("the built-in scene of that name is `preset:{}`", path.display()));
+        return error.with_hint(format!(
+            "the built-in scene of that name is `preset:{}`",
+            path.display()
+        ));
     }
     let neighbours = models_in(path.parent().unwrap_or(Path::new("")));
     let name = path.file_name().unwrap_or_default().to_string_lossy();
     match closest(&name, neighbours.iter().map(String::as_str)) {
-        Some(near) => error.with_hint(format!("did you mean `{}`?", path.with_file_name(near).display())),
+        Some(near) => error.with_hint(format!(
+            "did you mean `{}`?",
+            path.with_file_name(near).display()
+        )),
         None => error,
     }
 }
@@ -181,7 +240,11 @@ fn explained(error: Error, input: &Input) -> Error {
 /// The first few of many names.
 fn listed(names: &[String]) -> String {
     const SHOWN: usize = 8;
-    let more = if names.len() > SHOWN { format!(" and {} more", names.len() - SHOWN) } else { String::new() };
+    let more = if names.len() > SHOWN {
+        format!(" and {} more", names.len() - SHOWN)
+    } else {
+        String::new()
+    };
     names[..names.len().min(SHOWN)].join(", ") + &more
 }
 
@@ -193,10 +256,14 @@ fn is_preset(path: &Path) -> bool {
 mod tests {
     use super::*;
 
-    /// Protects: whoever deletes the default preset's file is told what there is to render instead, and how.
+    /// Protects: whoever deletes the default preset's file is told what there is to render instead,
+    /// and how.
     #[test]
     fn without_the_default_preset_the_others_are_listed() {
-        assert_eq!(default_of(&["noise", DEFAULT_PRESET]).expect("it is there"), format!("preset:{DEFAULT_PRESET}"));
+        assert_eq!(
+            default_of(&["noise", DEFAULT_PRESET]).expect("it is there"),
+            format!("preset:{DEFAULT_PRESET}")
+        );
         let error = default_of(&["noise", "shapes"]).expect_err("it is not there");
         assert_eq!(error.kind(), ErrorKind::Usage);
         let message = format!(
@@ -204,6 +271,11 @@ mod tests {
             help: name a file or a preset, such as preset:noise; the presets: noise, shapes"
         );
         assert_eq!(error.to_string(), message);
-        assert!(default_of(&[]).expect_err("nothing is there").to_string().ends_with("there are no presets"));
+        assert!(
+            default_of(&[])
+                .expect_err("nothing is there")
+                .to_string()
+                .ends_with("there are no presets")
+        );
     }
 }

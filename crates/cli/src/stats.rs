@@ -1,5 +1,5 @@
-//! `--stats`: what a render took, as JSON that scripts can rely on. Fields may be added; none is renamed or removed
-//! without a new [`FORMAT`].
+//! `--stats`: what a render took, as JSON that scripts can rely on. Fields may be added; none is
+//! renamed or removed without a new [`FORMAT`].
 
 use raywright_core::counters::Counters;
 use raywright_core::denoise::Denoised;
@@ -63,8 +63,21 @@ struct Rays {
 
 impl From<&Counters> for Rays {
     fn from(counters: &Counters) -> Self {
-        let Counters { camera, reflection, refraction, scatter, shadow, .. } = *counters;
-        Self { camera, reflection, refraction, scatter, shadow }
+        let Counters {
+            camera,
+            reflection,
+            refraction,
+            scatter,
+            shadow,
+            ..
+        } = *counters;
+        Self {
+            camera,
+            reflection,
+            refraction,
+            scatter,
+            shadow,
+        }
     }
 }
 
@@ -79,7 +92,13 @@ struct Memory {
 
 impl<'a> Stats<'a> {
     /// Gathers what is known after a finished render.
-    pub fn new(loaded: &'a Loaded, ready: &'a Ready, rendered: &Rendered, error: Option<Uncertainty>, seconds: Seconds) -> Self {
+    pub fn new(
+        loaded: &'a Loaded,
+        ready: &'a Ready,
+        rendered: &Rendered,
+        error: Option<Uncertainty>,
+        seconds: Seconds,
+    ) -> Self {
         let held = ready.memory();
         Self {
             format: FORMAT,
@@ -92,11 +111,19 @@ impl<'a> Stats<'a> {
             dropped: rendered.counters.dropped,
             cut_short: rendered.counters.cut_short,
             effects: &ready.effects().effects,
-            memory: Memory { peak_bytes: memory::peak_bytes(), geometry_bytes: held.geometry, texture_bytes: held.textures },
+            memory: Memory {
+                peak_bytes: memory::peak_bytes(),
+                geometry_bytes: held.geometry,
+                texture_bytes: held.textures,
+            },
             accelerator: origin::accelerator(ready.settings().accelerator),
             warnings: &loaded.warnings,
             error,
-            denoised: rendered.denoised().map(|&Denoised { error, brightened, .. }| Claim { error, brightened }),
+            denoised: rendered.denoised().map(
+                |&Denoised {
+                     error, brightened, ..
+                 }| Claim { error, brightened },
+            ),
         }
     }
 }

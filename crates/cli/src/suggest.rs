@@ -3,7 +3,8 @@
 use raywright_core::suggest::closest;
 use raywright_io::Error;
 
-/// Says that there is no such thing and suggests the nearest one or, where none is near, lists what there is.
+/// Says that there is no such thing and suggests the nearest one or, where none is near, lists what
+/// there is.
 pub fn unknown(what: &str, name: &str, known: &[&str]) -> Error {
     let error = Error::usage(format_args!("there is no {what} `{name}`"));
     match closest(name, known.iter().copied()) {

@@ -4,35 +4,115 @@ use clap::error::{ContextKind, ContextValue, ErrorKind};
 
 /// Flags of other programs, without dashes, and what they are here.
 const SYNONYMS: [(&[&str], &str); 21] = [
-    (&["samples", "sample", "n-samples", "aa"], "samples a pixel are --spp N"),
-    (&["width", "height", "resolution", "res", "dimensions", "geometry"], "width and height are one flag: --size 640x360"),
-    (&["transparent", "alpha", "rgba"], "--background transparent"),
-    (&["bg", "background-color", "background-colour"], "--background COLOUR, such as white or #e6b219"),
-    (&["hdri", "hdr", "environment", "envmap", "ibl", "skybox"], "--env FILE, an equirectangular picture"),
-    (&["time", "timestamp"], "a moment of animations is --at T, the time that rendering may take --budget T"),
-    (&["timeout", "time-limit", "max-time"], "--budget T, such as 90s or 5min"),
-    (&["fps", "frame-rate", "framerate"], "--frames A..B:FPS has the rate too, such as 0..2:25"),
+    (
+        &["samples", "sample", "n-samples", "aa"],
+        "samples a pixel are --spp N",
+    ),
+    (
+        &[
+            "width",
+            "height",
+            "resolution",
+            "res",
+            "dimensions",
+            "geometry",
+        ],
+        "width and height are one flag: --size 640x360",
+    ),
+    (
+        &["transparent", "alpha", "rgba"],
+        "--background transparent",
+    ),
+    (
+        &["bg", "background-color", "background-colour"],
+        "--background COLOUR, such as white or #e6b219",
+    ),
+    (
+        &["hdri", "hdr", "environment", "envmap", "ibl", "skybox"],
+        "--env FILE, an equirectangular picture",
+    ),
+    (
+        &["time", "timestamp"],
+        "a moment of animations is --at T, the time that rendering may take --budget T",
+    ),
+    (
+        &["timeout", "time-limit", "max-time"],
+        "--budget T, such as 90s or 5min",
+    ),
+    (
+        &["fps", "frame-rate", "framerate"],
+        "--frames A..B:FPS has the rate too, such as 0..2:25",
+    ),
     (&["animation-time", "frame"], "--at T, in seconds"),
     (&["jobs", "cores", "cpus", "n-threads", "j"], "--threads N"),
-    (&["noise", "noise-threshold", "noise-level", "tolerance"], "--max-error E, such as 0.05, ends by the picture's error"),
-    (&["depth", "bounces", "max-bounces", "path-length"], "segments of a path are --max-depth N"),
-    (&["out", "outfile", "output-file", "filename", "o"], "-o FILE"),
-    (&["format", "output-format", "type"], "the name says the format: -o picture.png, .jpg, .webp or .exr"),
-    (&["compression", "jpeg-quality"], "--quality Q, from 1 to 100, of .jpg pictures"),
-    (&["overwrite", "force", "yes", "y", "f"], "a file that -o names is replaced without it"),
-    (&["gpu", "device", "cuda", "cpu"], "there is nothing to choose: all is computed by processors"),
-    (&["edges", "show-edges", "wire", "mesh-edges"], "--wireframe, edges of the model's triangles"),
-    (&["cut", "clip", "cross-section", "cutting-plane", "slice"], "--section AXIS=VALUE, such as x=0.3 or x=50%"),
+    (
+        &["noise", "noise-threshold", "noise-level", "tolerance"],
+        "--max-error E, such as 0.05, ends by the picture's error",
+    ),
+    (
+        &["depth", "bounces", "max-bounces", "path-length"],
+        "segments of a path are --max-depth N",
+    ),
+    (
+        &["out", "outfile", "output-file", "filename", "o"],
+        "-o FILE",
+    ),
+    (
+        &["format", "output-format", "type"],
+        "the name says the format: -o picture.png, .jpg, .webp or .exr",
+    ),
+    (
+        &["compression", "jpeg-quality"],
+        "--quality Q, from 1 to 100, of .jpg pictures",
+    ),
+    (
+        &["overwrite", "force", "yes", "y", "f"],
+        "a file that -o names is replaced without it",
+    ),
+    (
+        &["gpu", "device", "cuda", "cpu"],
+        "there is nothing to choose: all is computed by processors",
+    ),
+    (
+        &["edges", "show-edges", "wire", "mesh-edges"],
+        "--wireframe, edges of the model's triangles",
+    ),
+    (
+        &["cut", "clip", "cross-section", "cutting-plane", "slice"],
+        "--section AXIS=VALUE, such as x=0.3 or x=50%",
+    ),
     (&["denoiser", "oidn", "optix"], "--denoise"),
-    (&["camera-position", "camera-pos", "position", "look-at", "lookat", "focal-point"], "--eye X,Y,Z and --target X,Y,Z"),
+    (
+        &[
+            "camera-position",
+            "camera-pos",
+            "position",
+            "look-at",
+            "lookat",
+            "focal-point",
+        ],
+        "--eye X,Y,Z and --target X,Y,Z",
+    ),
 ];
 
 /// What an argument that is not known is here; none where no other program has it.
 pub fn explained(error: &clap::Error) -> Option<String> {
-    let Some(ContextValue::String(argument)) = error.get(ContextKind::InvalidArg) else { return None };
-    let name = argument.trim_start_matches('-').split('=').next().unwrap_or_default().to_ascii_lowercase().replace('_', "-");
-    let here = SYNONYMS.iter().find(|(names, _)| names.contains(&name.as_str())).map(|(_, here)| here)?;
-    (error.kind() == ErrorKind::UnknownArgument).then(|| format!("error: there is no `{argument}`\nhelp: {here}"))
+    let Some(ContextValue::String(argument)) = error.get(ContextKind::InvalidArg) else {
+        return None;
+    };
+    let name = argument
+        .trim_start_matches('-')
+        .split('=')
+        .next()
+        .unwrap_or_default()
+        .to_ascii_lowercase()
+        .replace('_', "-");
+    let here = SYNONYMS
+        .iter()
+        .find(|(names, _)| names.contains(&name.as_str()))
+        .map(|(_, here)| here)?;
+    (error.kind() == ErrorKind::UnknownArgument)
+        .then(|| format!("error: there is no `{argument}`\nhelp: {here}"))
 }
 
 #[cfg(test)]
@@ -42,25 +122,45 @@ mod tests {
     use super::*;
     use crate::args::Arguments;
 
-    /// Protects: what other programs call a flag leads to ours, however it is spelled, and what nobody has is left to the parser's own advice.
+    /// Protects: what other programs call a flag leads to ours, however it is spelled, and what
+    /// nobody has is left to the parser's own advice.
     #[test]
     fn flags_of_other_programs_lead_to_ours() {
-        let said = |word: &str| explained(&Arguments::try_parse_from(["raywright", "render", "a.glb", word]).expect_err(word));
-        assert_eq!(said("--samples").as_deref(), Some("error: there is no `--samples`\nhelp: samples a pixel are --spp N"));
-        assert_eq!(said("--max_bounces"), said("--max-bounces").map(|told| told.replace("max-bounces", "max_bounces")));
+        let said = |word: &str| {
+            explained(
+                &Arguments::try_parse_from(["raywright", "render", "a.glb", word]).expect_err(word),
+            )
+        };
+        assert_eq!(
+            said("--samples").as_deref(),
+            Some("error: there is no `--samples`\nhelp: samples a pixel are --spp N")
+        );
+        assert_eq!(
+            said("--max_bounces"),
+            said("--max-bounces").map(|told| told.replace("max-bounces", "max_bounces"))
+        );
         assert!(said("--width=300").is_some_and(|told| told.contains("--size 640x360")));
         assert_eq!((said("--sampels"), said("--spp=x")), (None, None));
     }
 
-    /// Protects: no flag of ours is explained as another program's, and each flag that is named is one of ours.
+    /// Protects: no flag of ours is explained as another program's, and each flag that is named is
+    /// one of ours.
     #[test]
     fn synonyms_name_flags_that_exist() {
         let command = Arguments::command();
-        let render = command.get_subcommands().find(|command| command.get_name() == "render").expect("a command");
-        let ours: Vec<&str> = render.get_arguments().filter_map(|argument| argument.get_long()).collect();
+        let render = command
+            .get_subcommands()
+            .find(|command| command.get_name() == "render")
+            .expect("a command");
+        let ours: Vec<&str> = render
+            .get_arguments()
+            .filter_map(|argument| argument.get_long())
+            .collect();
         for (names, here) in SYNONYMS {
             assert!(names.iter().all(|name| !ours.contains(name)), "{names:?}");
-            let flags = here.split([' ', ',']).filter_map(|word| word.strip_prefix("--"));
+            let flags = here
+                .split([' ', ','])
+                .filter_map(|word| word.strip_prefix("--"));
             flags.for_each(|flag| assert!(ours.contains(&flag), "--{flag}"));
         }
     }

@@ -11,8 +11,14 @@ pub fn lay_out<const N: usize>(rows: &[[String; N]]) -> String {
 
 /// Lays rows out in columns, each with its alignment, within the width of the terminal.
 pub fn lay_out_aligned<const N: usize>(columns: [Align; N], rows: &[[String; N]]) -> String {
-    Table { columns: columns.to_vec(), rows: rows.iter().map(|row| row.iter().cloned().collect()).collect() }
-        .text(console::width())
+    Table {
+        columns: columns.to_vec(),
+        rows: rows
+            .iter()
+            .map(|row| row.iter().cloned().collect())
+            .collect(),
+    }
+    .text(console::width())
 }
 
 /// A paragraph within the width of the terminal.
@@ -33,7 +39,11 @@ pub fn significant(value: f64, digits: i32) -> String {
     } else if (1e-3..1e4).contains(&magnitude) {
         let digits = (digits - 1 - magnitude.log10().floor() as i32).max(0) as usize;
         let text = format!("{value:.digits$}");
-        if text.contains('.') { text.trim_end_matches('0').trim_end_matches('.').to_owned() } else { text }
+        if text.contains('.') {
+            text.trim_end_matches('0').trim_end_matches('.').to_owned()
+        } else {
+            text
+        }
     } else {
         format!("{value:.0$e}", (digits - 1).max(0) as usize)
     }

@@ -1,5 +1,5 @@
-//! Where results go, checked before any work is done: a long render must not end with "no such folder", and no result may
-//! take the place of what it is made from.
+//! Where results go, checked before any work is done: a long render must not end with "no such
+//! folder", and no result may take the place of what it is made from.
 
 use std::collections::HashMap;
 use std::path::{Path, PathBuf};
@@ -16,14 +16,18 @@ pub enum Target {
     Stdout,
     /// A file that the user named, by its final name: what is there is replaced.
     File(PathBuf, Format),
-    /// A picture that is called after the scene, because the user named none: it replaces a picture of ours and nothing else.
+    /// A picture that is called after the scene, because the user named none: it replaces a picture
+    /// of ours and nothing else.
     Unnamed(PathBuf, Format),
 }
 
 impl Target {
     /// Whether it can hold more than colour and coverage.
     pub fn has_layers(&self) -> bool {
-        matches!(self, Self::File(_, Format::Exr) | Self::Unnamed(_, Format::Exr))
+        matches!(
+            self,
+            Self::File(_, Format::Exr) | Self::Unnamed(_, Format::Exr)
+        )
     }
 
     /// Whether it can hold coverage.
@@ -44,7 +48,8 @@ impl Target {
 #[derive(Debug, Default)]
 pub struct Outputs {
     all: Vec<Output>,
-    /// Which of them lies where, and which one is what file: a run may have thousands, and each is compared with all.
+    /// Which of them lies where, and which one is what file: a run may have thousands, and each is
+    /// compared with all.
     by_spelling: HashMap<PathBuf, usize>,
     by_fingerprint: HashMap<u64, usize>,
     /// Quality of JPEGs, where one is asked for.
@@ -65,24 +70,39 @@ struct Output {
 impl Outputs {
     /// None yet; JPEGs get a quality from 1 to 100.
     pub fn with_quality(quality: Option<u8>) -> Self {
-        Self { quality, ..Self::default() }
+        Self {
+            quality,
+            ..Self::default()
+        }
     }
 
-    /// Adds a file, if it can be made and is none of those that are there already; `flag` is what names it.
+    /// Adds a file, if it can be made and is none of those that are there already; `flag` is what
+    /// names it.
     pub fn add(&mut self, path: &Path, flag: &'static str) -> Result<(), Failure> {
         let place = Place::check(path)?;
         let fingerprint = place.fingerprint();
         if let Some(other) = self.find(&place, fingerprint) {
             let message = match plain(&other.path) == plain(path) {
                 true => format!("{} is named twice as output", path.display()),
-                false => format!("{} and {} are one file, named twice as output", other.path.display(), path.display()),
+                false => format!(
+                    "{} and {} are one file, named twice as output",
+                    other.path.display(),
+                    path.display()
+                ),
             };
-            return Err(Error::usage(message).with_hint(format!("name another file with {flag}")).into());
+            return Err(Error::usage(message)
+                .with_hint(format!("name another file with {flag}"))
+                .into());
         }
         let index = self.all.len();
         self.by_spelling.insert(place.spelling(), index);
         fingerprint.map(|fingerprint| self.by_fingerprint.insert(fingerprint, index));
-        self.all.push(Output { path: path.to_owned(), flag, place, fingerprint });
+        self.all.push(Output {
+            path: path.to_owned(),
+            flag,
+            place,
+            fingerprint,
+        });
         Ok(())
     }
 
@@ -93,20 +113,35 @@ impl Outputs {
         self.all.get(*index).filter(|other| other.place.is(place))
     }
 
-    /// Refuses to go on where an output would take the place of something that the run reads or its scene names.
+    /// Refuses to go on where an output would take the place of something that the run reads or its
+    /// scene names.
     pub fn keep_clear_of(&self, inputs: &Inputs) -> Result<(), Failure> {
-        let places = self.all.iter().map(|output| (&output.place, output.fingerprint));
-        let Some((i, clash)) = inputs.first_clash(places) else { return Ok(()) };
-        let Output { path, flag, place, .. } = &self.all[i];
+        let places = self
+            .all
+            .iter()
+            .map(|output| (&output.place, output.fingerprint));
+        let Some((i, clash)) = inputs.first_clash(places) else {
+            return Ok(());
+        };
+        let Output {
+            path, flag, place, ..
+        } = &self.all[i];
         let path = path.display();
         let message = match &clash {
             Clash::Read(file) if file.file_name() != place.file_name() => {
-                format!("cannot write {path}: it is {}, which this run reads", file.display())
+                format!(
+                    "cannot write {path}: it is {}, which this run reads",
+                    file.display()
+                )
             }
             Clash::Read(_) => format!("cannot write {path}: this run reads it"),
-            Clash::Named(_) => format!("cannot write {path}: the scene names it as a file of its own"),
+            Clash::Named(_) => {
+                format!("cannot write {path}: the scene names it as a file of its own")
+            }
         };
-        Err(Error::usage(message).with_hint(format!("name another file with {flag}")).into())
+        Err(Error::usage(message)
+            .with_hint(format!("name another file with {flag}"))
+            .into())
     }
 
     /// Whether anything lies where one of them goes.
@@ -114,17 +149,20 @@ impl Outputs {
         self.all.iter().any(|output| output.path.exists())
     }
 
-    /// Whether a file that nobody named would take the place of no output and no input. Where no file can be made at all,
-    /// writing it will say so.
+    /// Whether a file that nobody named would take the place of no output and no input. Where no
+    /// file can be made at all, writing it will say so.
     pub fn leave_free(&self, path: &Path, inputs: &Inputs) -> bool {
         match Place::check(path) {
-            Ok(place) => inputs.clash(&place).is_none() && self.find(&place, place.fingerprint()).is_none(),
+            Ok(place) => {
+                inputs.clash(&place).is_none() && self.find(&place, place.fingerprint()).is_none()
+            }
             Err(_) => true,
         }
     }
 }
 
-/// The pictures that the user asked for: each of a known format, in a folder that can be written to, nothing twice.
+/// The pictures that the user asked for: each of a known format, in a folder that can be written
+/// to, nothing twice.
 pub fn pictures(named: &[PathBuf], outputs: &mut Outputs) -> Result<Vec<Target>, Failure> {
     let mut targets = Vec::with_capacity(named.len());
     for path in named {
@@ -147,22 +185,36 @@ pub fn pictures(named: &[PathBuf], outputs: &mut Outputs) -> Result<Vec<Target>,
 }
 
 /// The picture that is called after the scene, where that name is free or holds a picture of ours.
-pub fn unnamed(stem: &str, format: Format, outputs: &mut Outputs, inputs: &Inputs) -> Result<Target, Failure> {
-    let path = PathBuf::from(format!("{stem}.{}", if format == Format::Exr { "exr" } else { "png" }));
+pub fn unnamed(
+    stem: &str,
+    format: Format,
+    outputs: &mut Outputs,
+    inputs: &Inputs,
+) -> Result<Target, Failure> {
+    let path = PathBuf::from(format!(
+        "{stem}.{}",
+        if format == Format::Exr { "exr" } else { "png" }
+    ));
     outputs.add(&path, "-o")?;
     outputs.keep_clear_of(inputs)?;
     if path.exists() && !is_own_picture(&path) {
         let name = path.display();
-        let message = format!("cannot write {name}: a file of that name is there, and it is not a picture by this program");
+        let message = format!(
+            "cannot write {name}: a file of that name is there, and it is not a picture by this program"
+        );
         let error = Failure::new(Exit::from(ErrorKind::File), message);
-        return Err(error.with_hint(format_args!("name the picture with -o; -o {name} replaces that file")));
+        return Err(error.with_hint(format_args!(
+            "name the picture with -o; -o {name} replaces that file"
+        )));
     }
     Ok(Target::Unnamed(path, format))
 }
 
 /// The path without the parts that mean nothing.
 fn plain(path: &Path) -> PathBuf {
-    path.components().filter(|part| *part != std::path::Component::CurDir).collect()
+    path.components()
+        .filter(|part| *part != std::path::Component::CurDir)
+        .collect()
 }
 
 #[cfg(test)]
@@ -181,7 +233,10 @@ mod tests {
         assert!(check(&[plain.clone(), folder.path().join("b.png")]).is_ok());
         assert!(check(&[plain, detour]).is_err());
         assert!(check(&["-".into(), "-".into()]).is_err());
-        let (one, link) = (folder.path().join("one.png"), folder.path().join("link.png"));
+        let (one, link) = (
+            folder.path().join("one.png"),
+            folder.path().join("link.png"),
+        );
         std::fs::write(&one, "mine").expect("a file");
         std::fs::hard_link(&one, &link).expect("a link");
         assert!(check(&[one, link]).is_err());
@@ -192,10 +247,14 @@ mod tests {
     fn checking_leaves_no_trace() {
         let folder = tempfile::tempdir().expect("a temporary folder");
         check(&[folder.path().join("a.png")]).expect("a fresh folder can be written to");
-        assert_eq!(std::fs::read_dir(folder.path()).expect("a folder").count(), 0);
+        assert_eq!(
+            std::fs::read_dir(folder.path()).expect("a folder").count(),
+            0
+        );
     }
 
-    /// Protects: a file that nobody named is not made where an input or an output of the run is, or would be.
+    /// Protects: a file that nobody named is not made where an input or an output of the run is, or
+    /// would be.
     #[test]
     fn unnamed_files_keep_clear() {
         let folder = tempfile::tempdir().expect("a temporary folder");
@@ -205,19 +264,31 @@ mod tests {
         inputs.read(&at("wood.png"));
         let mut outputs = Outputs::default();
         pictures(&[at("a.png")], &mut outputs).expect("a name that is free");
-        let free = ["a.png", "wood.png", "./wood.png", "b.png"].map(|name| outputs.leave_free(&at(name), &inputs));
+        let free = ["a.png", "wood.png", "./wood.png", "b.png"]
+            .map(|name| outputs.leave_free(&at(name), &inputs));
         assert_eq!(free, [false, false, false, true]);
         outputs.keep_clear_of(&inputs).expect("another file");
-        outputs.add(&at("wood.png"), "-o").expect("a file like another");
+        outputs
+            .add(&at("wood.png"), "-o")
+            .expect("a file like another");
         let refused = outputs.keep_clear_of(&inputs).expect_err("an input");
         assert_eq!(refused.exit, Exit::Usage);
     }
 
-    /// Protects: layers have a place in a named EXR picture alone, not in a PNG, on the standard output or in what nobody named.
+    /// Protects: layers have a place in a named EXR picture alone, not in a PNG, on the standard
+    /// output or in what nobody named.
     #[test]
     fn layers_need_a_named_exr() {
         let file = |format| Target::File("a".into(), format);
-        let targets = [Target::Stdout, file(Format::Png), file(Format::Exr), Target::Unnamed("a.png".into(), Format::Png)];
-        assert_eq!(targets.map(|target| target.has_layers()), [false, false, true, false]);
+        let targets = [
+            Target::Stdout,
+            file(Format::Png),
+            file(Format::Exr),
+            Target::Unnamed("a.png".into(), Format::Png),
+        ];
+        assert_eq!(
+            targets.map(|target| target.has_layers()),
+            [false, false, true, false]
+        );
     }
 }

@@ -1,4 +1,5 @@
-//! What the program looks at while a picture is prepared and made: progress to show, Ctrl-C, and how long it may take.
+//! What the program looks at while a picture is prepared and made: progress to show, Ctrl-C, and
+//! how long it may take.
 
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::time::Instant;
@@ -35,7 +36,13 @@ pub struct Patience {
 impl<'a> Watch<'a> {
     /// Looks at Ctrl-C alone.
     pub fn until(stop: &'a AtomicBool) -> Self {
-        Self { progress: None, patience: Patience::default(), began: Instant::now(), stop, done: AtomicU64::new(0) }
+        Self {
+            progress: None,
+            patience: Patience::default(),
+            began: Instant::now(),
+            stop,
+            done: AtomicU64::new(0),
+        }
     }
 
     /// Whether Ctrl-C came.
@@ -56,7 +63,9 @@ fn is_past(time: Option<Instant>) -> bool {
 impl Observer for Watch<'_> {
     fn progress(&self, done: u64, total: u64) {
         self.done.store(done, Ordering::Relaxed);
-        let Some(progress) = self.progress else { return };
+        let Some(progress) = self.progress else {
+            return;
+        };
         match self.patience.deadline {
             // What can be done is not known, but when it ends.
             Some(deadline) => {
@@ -72,7 +81,10 @@ impl Observer for Watch<'_> {
     }
 
     fn has_enough(&self, everywhere: bool) -> bool {
-        let has_most = self.patience.pause_with.is_some_and(|most| self.done.load(Ordering::Relaxed) >= most);
+        let has_most = self
+            .patience
+            .pause_with
+            .is_some_and(|most| self.done.load(Ordering::Relaxed) >= most);
         everywhere && self.is_late() || has_most || is_past(self.patience.pause_at)
     }
 }
@@ -81,12 +93,19 @@ impl Observer for Watch<'_> {
 mod tests {
     use super::*;
 
-    /// Protects: a budget ends a render once there is something everywhere and not before; a pause to keep it needs nothing.
+    /// Protects: a budget ends a render once there is something everywhere and not before; a pause
+    /// to keep it needs nothing.
     #[test]
     fn time_ends_what_is_somewhere_everywhere() {
         let stop = AtomicBool::new(false);
-        let watch =
-            |deadline, pause_at| Watch { patience: Patience { deadline, pause_at, pause_with: None }, ..Watch::until(&stop) };
+        let watch = |deadline, pause_at| Watch {
+            patience: Patience {
+                deadline,
+                pause_at,
+                pause_with: None,
+            },
+            ..Watch::until(&stop)
+        };
         let now = Some(Instant::now());
         let later = now.map(|now| now + std::time::Duration::from_secs(3600));
         let enough = |watch: Watch| [watch.has_enough(false), watch.has_enough(true)];
@@ -94,7 +113,13 @@ mod tests {
         assert_eq!(enough(watch(later, later)), [false, false]);
         assert_eq!(enough(watch(now, None)), [false, true]);
         assert_eq!(enough(watch(None, now)), [true, true]);
-        let counted = Watch { patience: Patience { pause_with: Some(10), ..Patience::default() }, ..Watch::until(&stop) };
+        let counted = Watch {
+            patience: Patience {
+                pause_with: Some(10),
+                ..Patience::default()
+            },
+            ..Watch::until(&stop)
+        };
         let with = |done| {
             counted.progress(done, 20);
             counted.has_enough(false)

@@ -1,4 +1,5 @@
-//! The words of the command line before clap takes them apart: files without a command are to be rendered.
+//! The words of the command line before clap takes them apart: files without a command are to be
+//! rendered.
 
 use std::ffi::{OsStr, OsString};
 use std::path::Path;
@@ -8,11 +9,16 @@ use clap::{CommandFactory, ValueEnum};
 use crate::args::Arguments;
 use crate::console::ColorChoice;
 
-/// The words with `render` put where a command is left out: before files, and before flags that are not those of every command. Flags of every
-/// command that stand before it are put behind it, so that the last of them counts wherever they stand.
+/// The words with `render` put where a command is left out: before files, and before flags that are
+/// not those of every command. Flags of every command that stand before it are put behind it, so
+/// that the last of them counts wherever they stand.
 pub fn with_command(mut words: Vec<OsString>) -> Vec<OsString> {
-    let Some(place) = place_of_command(&words) else { return words };
-    let has_one = Arguments::command().get_subcommands().any(|command| words[place] == command.get_name());
+    let Some(place) = place_of_command(&words) else {
+        return words;
+    };
+    let has_one = Arguments::command()
+        .get_subcommands()
+        .any(|command| words[place] == command.get_name());
     if has_one {
         words[1..=place].rotate_right(1);
     } else if is_flag(&words[place]) || is_scene(&words[place]) {
@@ -37,12 +43,14 @@ fn place_of_command(words: &[OsString]) -> Option<usize> {
 }
 
 fn is_flag(word: &OsStr) -> bool {
-    word.to_str().is_some_and(|word| word.len() > 1 && word.starts_with('-'))
+    word.to_str()
+        .is_some_and(|word| word.len() > 1 && word.starts_with('-'))
 }
 
 /// Whether a word is more likely a file than a command that is spelled wrong.
 fn is_scene(word: &OsStr) -> bool {
-    let looks = |word: &str| word == "-" || word.starts_with("preset:") || word.contains(['.', '/']);
+    let looks =
+        |word: &str| word == "-" || word.starts_with("preset:") || word.contains(['.', '/']);
     word.to_str().is_none_or(looks) || Path::new(word).exists()
 }
 
@@ -50,11 +58,19 @@ fn is_scene(word: &OsStr) -> bool {
 pub fn colour(words: &[OsString]) -> ColorChoice {
     let named = |name: &str| ColorChoice::from_str(name, false).ok();
     let after = |(i, word): (usize, &str)| match word.strip_prefix("--color") {
-        Some("") => words.get(i + 1).and_then(|word| word.to_str()).and_then(named),
+        Some("") => words
+            .get(i + 1)
+            .and_then(|word| word.to_str())
+            .and_then(named),
         Some(rest) => rest.strip_prefix('=').and_then(named),
         None => None,
     };
-    words.iter().enumerate().rev().find_map(|(i, word)| after((i, word.to_str()?))).unwrap_or_default()
+    words
+        .iter()
+        .enumerate()
+        .rev()
+        .find_map(|(i, word)| after((i, word.to_str()?)))
+        .unwrap_or_default()
 }
 
 #[cfg(test)]
@@ -65,20 +81,41 @@ mod tests {
         line.split(' ').map(OsString::from).collect()
     }
 
-    /// Protects: files and flags alone ask for a render; commands, requests for help and words that are neither are left as they are.
+    /// Protects: files and flags alone ask for a render; commands, requests for help and words that
+    /// are neither are left as they are.
     #[test]
     fn files_alone_are_rendered() {
-        let full = |line| with_command(words(line)).join(OsStr::new(" ")).into_string().expect("text");
+        let full = |line| {
+            with_command(words(line))
+                .join(OsStr::new(" "))
+                .into_string()
+                .expect("text")
+        };
         for (line, expected) in [
             ("raywright a.glb b.glb", "raywright render a.glb b.glb"),
-            ("raywright -q --color never preset:x", "raywright render -q --color never preset:x"),
-            ("raywright --color=auto - -o -", "raywright render --color=auto - -o -"),
-            ("raywright -q -v info a.glb -q", "raywright info -q -v a.glb -q"),
+            (
+                "raywright -q --color never preset:x",
+                "raywright render -q --color never preset:x",
+            ),
+            (
+                "raywright --color=auto - -o -",
+                "raywright render --color=auto - -o -",
+            ),
+            (
+                "raywright -q -v info a.glb -q",
+                "raywright info -q -v a.glb -q",
+            ),
             ("raywright -s 4x3 a.glb", "raywright render -s 4x3 a.glb"),
         ] {
             assert_eq!(full(line), expected);
         }
-        for line in ["raywright", "raywright -q", "raywright info a.glb", "raywright rendr", "raywright --help"] {
+        for line in [
+            "raywright",
+            "raywright -q",
+            "raywright info a.glb",
+            "raywright rendr",
+            "raywright --help",
+        ] {
             assert_eq!(full(line), line);
         }
     }
@@ -86,7 +123,10 @@ mod tests {
     /// Protects: the last word about colours counts, however it is spelled.
     #[test]
     fn colours_are_found_early() {
-        assert_eq!(colour(&words("raywright rendr --color never --color=always")), ColorChoice::Always);
+        assert_eq!(
+            colour(&words("raywright rendr --color never --color=always")),
+            ColorChoice::Always
+        );
         assert_eq!(colour(&words("raywright --color")), ColorChoice::Auto);
     }
 }

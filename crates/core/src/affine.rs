@@ -1,4 +1,5 @@
-//! The map that an object's transform steps amount to: what generators, validation, preparation and importers all ask.
+//! The map that an object's transform steps amount to: what generators, validation, preparation and
+//! importers all ask.
 
 use glam::{DAffine3, DMat3, DVec3};
 
@@ -14,7 +15,11 @@ pub fn affine(steps: &[TransformStep]) -> DAffine3 {
                 DAffine3::from_axis_angle(DVec3::from(axis).normalize(), degrees.to_radians())
             }
             TransformStep::Matrix([x, y, z]) => DAffine3::from_mat3_translation(
-                DMat3::from_cols_array_2d(&[[x[0], y[0], z[0]], [x[1], y[1], z[1]], [x[2], y[2], z[2]]]),
+                DMat3::from_cols_array_2d(&[
+                    [x[0], y[0], z[0]],
+                    [x[1], y[1], z[1]],
+                    [x[2], y[2], z[2]],
+                ]),
                 DVec3::new(x[3], y[3], z[3]),
             ),
         };

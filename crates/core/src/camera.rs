@@ -24,7 +24,8 @@ pub struct Camera<R: Real> {
     shutter: Option<Box<Shutter>>,
 }
 
-/// How wide the rays of a camera are, as round cones around them (Amanatides, "Ray Tracing with Cones", 1984): as wide as a pixel.
+/// How wide the rays of a camera are, as round cones around them (Amanatides, "Ray Tracing with
+/// Cones", 1984): as wide as a pixel.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Cone<R> {
     /// Where they begin, in world units.
@@ -33,8 +34,9 @@ pub struct Cone<R> {
     pub spread: R,
 }
 
-/// When rays are asked, and what is needed to tell where the camera is then. A camera that moves is made anew for each ray, in
-/// f64 from the scene's numbers: rare, and as right as one that stands. Its rays start at the eye, however far away that is.
+/// When rays are asked, and what is needed to tell where the camera is then. A camera that moves is
+/// made anew for each ray, in f64 from the scene's numbers: rare, and as right as one that stands.
+/// Its rays start at the eye, however far away that is.
 #[derive(Clone, Debug)]
 struct Shutter {
     open: f64,
@@ -44,8 +46,9 @@ struct Shutter {
     coarseness: u32,
 }
 
-/// Rays of a camera so far away that stored coordinates there can't tell one pixel's from the next one's. They are made in f64
-/// and stored where they come to the scene: the eye's distance does not show.
+/// Rays of a camera so far away that stored coordinates there can't tell one pixel's from the next
+/// one's. They are made in f64 and stored where they come to the scene: the eye's distance does not
+/// show.
 #[derive(Clone, Debug)]
 struct DistantCamera {
     camera: Camera<f64>,
@@ -57,11 +60,16 @@ impl DistantCamera {
     #[inline(never)]
     fn ray<R: Real>(&self, x: f64, y: f64, lens: [f32; 2]) -> Ray<R> {
         let ray = self.camera.near_ray(x, y, lens);
-        Ray::new(R::Vec3::from_f64(ray.at(self.ahead)), R::Vec3::from_f64(ray.direction)).culling()
+        Ray::new(
+            R::Vec3::from_f64(ray.at(self.ahead)),
+            R::Vec3::from_f64(ray.direction),
+        )
+        .culling()
     }
 }
 
-/// A camera is far when rounding moves its rays by more than 2⁻¹⁶ of the scene's radius, a tenth of a pixel at the most.
+/// A camera is far when rounding moves its rays by more than 2⁻¹⁶ of the scene's radius, a tenth of
+/// a pixel at the most.
 const FAR: f64 = 1.0 / 65536.0;
 
 #[derive(Clone, Debug)]
@@ -78,19 +86,48 @@ enum Kind<R: Real> {
 pub(crate) fn axes(pose: &Pose) -> (DVec3, DMat3) {
     match *pose {
         // Validation refuses a view along `up`.
-        Pose::LookAt { eye, target, up } => (eye.into(), look_at(eye.into(), target.into(), up.into(), DVec3::X)),
-        Pose::Orbit { target, distance, azimuth, elevation } => {
+        Pose::LookAt { eye, target, up } => (
+            eye.into(),
+            look_at(eye.into(), target.into(), up.into(), DVec3::X),
+        ),
+        Pose::Orbit {
+            target,
+            distance,
+            azimuth,
+            elevation,
+        } => {
             let (a, e) = (azimuth.to_radians(), elevation.to_radians());
-            let offset = DVec3::new(libm::cos(e) * libm::sin(a), libm::sin(e), libm::cos(e) * libm::cos(a));
+            let offset = DVec3::new(
+                libm::cos(e) * libm::sin(a),
+                libm::sin(e),
+                libm::cos(e) * libm::cos(a),
+            );
             let target = DVec3::from(target);
             let eye = target + offset * distance;
-            (eye, look_at(eye, target, DVec3::Y, DVec3::new(libm::cos(a), 0.0, -libm::sin(a))))
+            (
+                eye,
+                look_at(
+                    eye,
+                    target,
+                    DVec3::Y,
+                    DVec3::new(libm::cos(a), 0.0, -libm::sin(a)),
+                ),
+            )
         }
-        Pose::Axes { eye, right, up, back } => (eye.into(), DMat3::from_cols(right.into(), up.into(), back.into())),
+        Pose::Axes {
+            eye,
+            right,
+            up,
+            back,
+        } => (
+            eye.into(),
+            DMat3::from_cols(right.into(), up.into(), back.into()),
+        ),
     }
 }
 
-/// The axes of a view; `level` is what lies to its right where rounding, of an eye next to a target far from the origin, has left it along `up`.
+/// The axes of a view; `level` is what lies to its right where rounding, of an eye next to a target
+/// far from the origin, has left it along `up`.
 fn look_at(eye: DVec3, target: DVec3, up: DVec3, level: DVec3) -> DMat3 {
     let forward = (target - eye).normalize();
     let right = forward.cross(up).try_normalize().unwrap_or(level);
@@ -101,19 +138,34 @@ fn look_at(eye: DVec3, target: DVec3, up: DVec3, level: DVec3) -> DMat3 {
 fn focal_length(pinhole: &Pinhole, aspect: f64) -> f64 {
     let from_degrees = |fov: f64| 0.5 / libm::tan(fov.to_radians() * 0.5);
     match *pinhole {
-        Pinhole { vertical_fov: Some(fov), .. } => from_degrees(fov),
-        Pinhole { horizontal_fov: Some(fov), .. } => from_degrees(fov) * aspect,
-        Pinhole { focal_length: Some(length), .. } => length,
+        Pinhole {
+            vertical_fov: Some(fov),
+            ..
+        } => from_degrees(fov),
+        Pinhole {
+            horizontal_fov: Some(fov),
+            ..
+        } => from_degrees(fov) * aspect,
+        Pinhole {
+            focal_length: Some(length),
+            ..
+        } => length,
         // Validation requires one of the three.
         _ => from_degrees(45.0),
     }
 }
 
-/// The same ray, number by number: what a call hands back lies in memory, and the rays of whoever calls would all be made there.
+/// The same ray, number by number: what a call hands back lies in memory, and the rays of whoever
+/// calls would all be made there.
 #[inline(always)]
 fn taken_apart<R: Real>(ray: Ray<R>) -> Ray<R> {
     let vector = |v: R::Vec3| R::Vec3::new(v.x(), v.y(), v.z());
-    Ray { origin: vector(ray.origin), direction: vector(ray.direction), time: ray.time, culls: ray.culls }
+    Ray {
+        origin: vector(ray.origin),
+        direction: vector(ray.direction),
+        time: ray.time,
+        culls: ray.culls,
+    }
 }
 
 impl<R: Real> Camera<R> {
@@ -122,7 +174,12 @@ impl<R: Real> Camera<R> {
         let [width, height] = size.map(f64::from);
         let shutter = exposure(data).map(|[open, close]| {
             let moving = camera_moves(data).then(|| (data.clone(), size));
-            Box::new(Shutter { open, duration: close - open, moving, coarseness: 1 })
+            Box::new(Shutter {
+                open,
+                duration: close - open,
+                moving,
+                coarseness: 1,
+            })
         });
         let (eye, frame) = axes(&pose_at(data, opening(data)));
         let film_width = data.aspect.unwrap_or(width / height);
@@ -137,12 +194,19 @@ impl<R: Real> Camera<R> {
                 up *= *height;
                 Kind::Orthographic
             }
-            Projection::ThinLens { pinhole, aperture_radius, focus_distance } => {
+            Projection::ThinLens {
+                pinhole,
+                aperture_radius,
+                focus_distance,
+            } => {
                 forward *= focal_length(pinhole, film_width);
                 if *aperture_radius == 0.0 {
                     Kind::Pinhole
                 } else {
-                    Kind::ThinLens { radius: R::from_f64(*aperture_radius), focus: R::from_f64(*focus_distance) }
+                    Kind::ThinLens {
+                        radius: R::from_f64(*aperture_radius),
+                        focus: R::from_f64(*focus_distance),
+                    }
                 }
             }
         };
@@ -168,8 +232,8 @@ impl<R: Real> Camera<R> {
         }
     }
 
-    /// The same for a scene whose bounded part lies within `bounds`. Seen from far, rays start at [`Camera::ahead`] on their
-    /// way, before the sphere around the bounds.
+    /// The same for a scene whose bounded part lies within `bounds`. Seen from far, rays start at
+    /// [`Camera::ahead`] on their way, before the sphere around the bounds.
     pub fn towards(data: &CameraData, size: [u32; 2], bounds: &Aabb) -> Self {
         let camera = Self::new(data, size);
         let radius = bounds.extent().length() * 0.5;
@@ -178,21 +242,40 @@ impl<R: Real> Camera<R> {
         let (distance, reach) = match &data.projection {
             Projection::Orthographic { .. } => (-way.dot(frame.z_axis), radius),
             Projection::Pinhole(_) => (way.length(), radius),
-            Projection::ThinLens { aperture_radius, .. } => (way.length(), radius + aperture_radius),
+            Projection::ThinLens {
+                aperture_radius, ..
+            } => (way.length(), radius + aperture_radius),
         };
         // As stored, so that eye and start are apart by what every sum takes them to be.
         let ahead = R::from_f64(distance - 2.0 * reach).to_f64();
-        let moves = camera.shutter.as_ref().is_some_and(|shutter| shutter.moving.is_some());
-        let far = !moves && !bounds.is_empty() && ahead * R::ROUNDOFF.to_f64() > FAR * reach && ahead.is_finite();
-        Self { far: far.then(|| Box::new(DistantCamera { camera: Camera::new(data, size), ahead })), ..camera }
+        let moves = camera
+            .shutter
+            .as_ref()
+            .is_some_and(|shutter| shutter.moving.is_some());
+        let far = !moves
+            && !bounds.is_empty()
+            && ahead * R::ROUNDOFF.to_f64() > FAR * reach
+            && ahead.is_finite();
+        Self {
+            far: far.then(|| {
+                Box::new(DistantCamera {
+                    camera: Camera::new(data, size),
+                    ahead,
+                })
+            }),
+            ..camera
+        }
     }
 
-    /// The same for a picture whose pixels are so many times as wide and as high, counted from the same corner.
+    /// The same for a picture whose pixels are so many times as wide and as high, counted from the
+    /// same corner.
     #[must_use]
     pub fn with_larger_pixels(&self, factor: u32) -> Self {
         let mut camera = self.clone();
         camera.pixel = self.pixel.map(|edge| edge * R::from_f64(f64::from(factor)));
-        camera.half = self.half.map(|half| half * R::from_f64(1.0 / f64::from(factor)));
+        camera.half = self
+            .half
+            .map(|half| half * R::from_f64(1.0 / f64::from(factor)));
         if let Some(far) = &mut camera.far {
             far.camera = far.camera.with_larger_pixels(factor);
         }
@@ -202,32 +285,50 @@ impl<R: Real> Camera<R> {
         camera
     }
 
-    /// How far from the eye, or from its plane, rays start. Zero but for a camera that is far from everything.
+    /// How far from the eye, or from its plane, rays start. Zero but for a camera that is far from
+    /// everything.
     #[inline]
     pub fn ahead(&self) -> R {
-        self.far.as_ref().map_or(R::ZERO, |far| R::from_f64(far.ahead))
+        self.far
+            .as_ref()
+            .map_or(R::ZERO, |far| R::from_f64(far.ahead))
     }
 
-    /// How wide its rays are in the middle of the picture, where pixels look widest; a lens makes them no wider, and of a camera that
-    /// moves it is as the shutter opens.
+    /// How wide its rays are in the middle of the picture, where pixels look widest; a lens makes
+    /// them no wider, and of a camera that moves it is as the shutter opens.
     pub fn cone(&self) -> Cone<R> {
         let pixel = (self.right.length() * self.pixel[0]).max(self.up.length() * self.pixel[1]);
         match self.kind {
-            Kind::Orthographic => Cone { width: pixel, spread: R::ZERO },
-            Kind::Pinhole | Kind::ThinLens { .. } => Cone { width: R::ZERO, spread: pixel * (R::ONE / self.forward.length()) },
+            Kind::Orthographic => Cone {
+                width: pixel,
+                spread: R::ZERO,
+            },
+            Kind::Pinhole | Kind::ThinLens { .. } => Cone {
+                width: R::ZERO,
+                spread: pixel * (R::ONE / self.forward.length()),
+            },
         }
     }
 
-    /// Where a point is in the picture, in pixels from its top left corner, also outside of it; none behind the eye. A lens sees it about there,
-    /// and a camera that moves as the shutter opens.
+    /// Where a point is in the picture, in pixels from its top left corner, also outside of it;
+    /// none behind the eye. A lens sees it about there, and a camera that moves as the shutter
+    /// opens.
     pub fn pixel_of(&self, point: DVec3) -> Option<[f64; 2]> {
-        let [eye, right, up, forward] = [self.eye, self.right, self.up, self.forward].map(Vector::to_f64);
+        let [eye, right, up, forward] =
+            [self.eye, self.right, self.up, self.forward].map(Vector::to_f64);
         let way = point - eye;
         let depth = way.dot(forward) / forward.length_squared();
-        let scale = if matches!(self.kind, Kind::Orthographic) { 1.0 } else { depth };
+        let scale = if matches!(self.kind, Kind::Orthographic) {
+            1.0
+        } else {
+            depth
+        };
         let on_film = |axis: DVec3| way.dot(axis) / (scale * axis.length_squared());
         let [width, height] = self.pixel.map(Real::to_f64);
-        let pixel = [self.half[0].to_f64() + on_film(right) / width, self.half[1].to_f64() - on_film(up) / height];
+        let pixel = [
+            self.half[0].to_f64() + on_film(right) / width,
+            self.half[1].to_f64() - on_film(up) / height,
+        ];
         (depth > 0.0 && pixel.iter().all(|x| x.is_finite())).then_some(pixel)
     }
 
@@ -241,7 +342,8 @@ impl<R: Real> Camera<R> {
         self.shutter.is_some()
     }
 
-    /// As [`Camera::ray`], after this share of the time for which the shutter is open. Without one it is that ray.
+    /// As [`Camera::ray`], after this share of the time for which the shutter is open. Without one
+    /// it is that ray.
     #[inline]
     pub fn ray_during(&self, x: R, y: R, lens: [f32; 2], share: f32) -> Ray<R> {
         match &self.shutter {
@@ -255,15 +357,15 @@ impl<R: Real> Camera<R> {
         let time = R::from_f64(shutter.open + shutter.duration * f64::from(share));
         let ray = match &shutter.moving {
             None => self.ray(x, y, lens),
-            Some((data, size)) => {
-                Self::new(&camera_at(data, time.to_f64()), *size).with_larger_pixels(shutter.coarseness).ray(x, y, lens)
-            }
+            Some((data, size)) => Self::new(&camera_at(data, time.to_f64()), *size)
+                .with_larger_pixels(shutter.coarseness)
+                .ray(x, y, lens),
         };
         ray.at_time(time)
     }
 
-    /// The ray through a film position, in pixels from the top left corner of the picture, from [`Camera::ahead`] on. `lens` is
-    /// uniform in [0, 1)² and only read where [`Camera::has_lens`].
+    /// The ray through a film position, in pixels from the top left corner of the picture, from
+    /// [`Camera::ahead`] on. `lens` is uniform in [0, 1)² and only read where [`Camera::has_lens`].
     #[inline(always)]
     pub fn ray(&self, x: R, y: R, lens: [f32; 2]) -> Ray<R> {
         match &self.far {
@@ -284,7 +386,10 @@ impl<R: Real> Camera<R> {
                 let direction = self.forward + across;
                 // The plane of focus is perpendicular to the view.
                 let sharp = direction * (focus / self.forward.length());
-                let (s, r) = (R::from_f32(lens[0]).sqrt() * radius, R::from_f64(core::f64::consts::TAU) * R::from_f32(lens[1]));
+                let (s, r) = (
+                    R::from_f32(lens[0]).sqrt() * radius,
+                    R::from_f64(core::f64::consts::TAU) * R::from_f32(lens[1]),
+                );
                 let origin = self.right * (s * r.cos()) + self.up * (s * r.sin());
                 Ray::new(self.eye + origin, (sharp - origin).normalize()).culling()
             }

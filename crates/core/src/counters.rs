@@ -4,8 +4,9 @@ use core::ops::AddAssign;
 
 use serde::{Deserialize, Serialize};
 
-/// Surfaces that the rays of a sample may pass as they go on unchanged, because nothing is there, or a part, or the same on both sides. It is
-/// no segment of a path, and a limit only so that there is an end: rays that reach it are counted.
+/// Surfaces that the rays of a sample may pass as they go on unchanged, because nothing is there,
+/// or a part, or the same on both sides. It is no segment of a path, and a limit only so that there
+/// is an end: rays that reach it are counted.
 pub(crate) const MOST_PASSAGES: u32 = 1 << 13;
 
 /// Rays by kind and samples by fate.
@@ -21,8 +22,9 @@ pub struct Counters {
     pub scatter: u64,
     /// Rays towards lights.
     pub shadow: u64,
-    /// Paths that went on by a mirror, or a lobe as narrow, or through glass after they had been scattered: lamps and suns that they meet can't
-    /// be asked for, so that such light is found by chance alone. Counted where there are lamps, and where a sky has small bright parts.
+    /// Paths that went on by a mirror, or a lobe as narrow, or through glass after they had been
+    /// scattered: lamps and suns that they meet can't be asked for, so that such light is found by
+    /// chance alone. Counted where there are lamps, and where a sky has small bright parts.
     #[serde(default)]
     pub unaided: u64,
     /// Lamps, and small bright parts of a sky, met by such paths.
@@ -32,7 +34,8 @@ pub struct Counters {
     pub samples: u64,
     /// Samples dropped because they were not finite.
     pub dropped: u64,
-    /// Rays that ended because those of their sample had passed as many surfaces as they may that were not there, or there in part.
+    /// Rays that ended because those of their sample had passed as many surfaces as they may that
+    /// were not there, or there in part.
     #[serde(default)]
     pub cut_short: u64,
     /// Samples whose camera ray met something.
@@ -49,7 +52,8 @@ pub enum SampleLoss {
         /// Of so many.
         of: u64,
     },
-    /// Rays ended because those of their sample had passed as many surfaces as they may that were not there, or there in part.
+    /// Rays ended because those of their sample had passed as many surfaces as they may that were
+    /// not there, or there in part.
     CutShort {
         /// How many.
         rays: u64,
@@ -61,9 +65,20 @@ pub enum SampleLoss {
 impl Counters {
     /// What was lost of the samples.
     pub fn losses(&self) -> impl Iterator<Item = SampleLoss> + use<> {
-        let Self { samples, dropped, cut_short: rays, .. } = *self;
-        let not_finite = (dropped > 0).then_some(SampleLoss::NotFinite { dropped, of: samples + dropped });
-        let cut_short = (rays > 0).then_some(SampleLoss::CutShort { rays, most: MOST_PASSAGES });
+        let Self {
+            samples,
+            dropped,
+            cut_short: rays,
+            ..
+        } = *self;
+        let not_finite = (dropped > 0).then_some(SampleLoss::NotFinite {
+            dropped,
+            of: samples + dropped,
+        });
+        let cut_short = (rays > 0).then_some(SampleLoss::CutShort {
+            rays,
+            most: MOST_PASSAGES,
+        });
         not_finite.into_iter().chain(cut_short)
     }
 

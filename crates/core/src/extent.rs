@@ -25,25 +25,36 @@ pub struct Extent {
     pub unbounded: usize,
 }
 
-/// The extent of a scene whose numbers are stored in a precision: to the bit that of the geometry that would be built, about its origin. What can't
-/// be built has no place.
+/// The extent of a scene whose numbers are stored in a precision: to the bit that of the geometry
+/// that would be built, about its origin. What can't be built has no place.
 pub(crate) fn extent<R: Real>(scene: &Scene, lookup: &Lookup<'_>) -> Extent {
     let origin = StorageOrigin::of::<R>(scene, lookup).origin;
     let uses = Uses::of(scene);
     let mut shared: HashMap<&str, Aabb> = HashMap::new();
-    let mut whole = Extent { bounds: Aabb::EMPTY, unbounded: 0 };
+    let mut whole = Extent {
+        bounds: Aabb::EMPTY,
+        unbounded: 0,
+    };
     for shown in all_about(scene, origin) {
         let (object, map, ends) = (shown.object, shown.map(), shown.ends());
         // A point on its way is between its ends.
-        let instance = |own: Aabb, origin: DVec3| match ends.map(|ends| ends.map(|end| map_about(end, origin))) {
+        let instance = |own: Aabb, origin: DVec3| match ends
+            .map(|ends| ends.map(|end| map_about(end, origin)))
+        {
             None => transform_bounds(&map_about(map, origin), &own),
-            Some([start, end]) => transform_bounds(&start, &own).union(transform_bounds(&end, &own)),
+            Some([start, end]) => {
+                transform_bounds(&start, &own).union(transform_bounds(&end, &own))
+            }
         };
         match &object.shape {
             Shape::Mesh(name) => {
-                let Some(data) = lookup.mesh_data(name) else { continue };
+                let Some(data) = lookup.mesh_data(name) else {
+                    continue;
+                };
                 if uses.share(name, object.side) {
-                    let own = shared.entry(name.as_str()).or_insert_with(|| around::<R>(data, None));
+                    let own = shared
+                        .entry(name.as_str())
+                        .or_insert_with(|| around::<R>(data, None));
                     if !own.is_empty() {
                         whole.include(Some(instance(*own, data.positions.origin())));
                     }
@@ -52,7 +63,9 @@ pub(crate) fn extent<R: Real>(scene: &Scene, lookup: &Lookup<'_>) -> Extent {
                 }
             }
             shape if ends.is_some() => {
-                let Some((shape, origin)) = own_shape::<R>(shape) else { continue };
+                let Some((shape, origin)) = own_shape::<R>(shape) else {
+                    continue;
+                };
                 whole.include(shape.bounds().map(|bounds| instance(bounds, origin)));
             }
             shape => match placed_shape::<R>(shape, map) {
@@ -67,11 +80,18 @@ pub(crate) fn extent<R: Real>(scene: &Scene, lookup: &Lookup<'_>) -> Extent {
         }
     }
     let Aabb { min, max } = whole.bounds;
-    Extent { bounds: Aabb { min: min + origin, max: max + origin }, ..whole }
+    Extent {
+        bounds: Aabb {
+            min: min + origin,
+            max: max + origin,
+        },
+        ..whole
+    }
 }
 
 impl Extent {
-    /// As a geometry takes in a primitive with this box: what no tree can hold counts as without end.
+    /// As a geometry takes in a primitive with this box: what no tree can hold counts as without
+    /// end.
     fn include(&mut self, bounds: Option<Aabb>) {
         match bounds {
             Some(bounds) if bounds.is_empty() => {}
@@ -85,9 +105,14 @@ impl Extent {
 fn around<R: Real>(data: &MeshData, map: Option<DAffine3>) -> Aabb {
     let position = |i: u32| {
         let own = || DVec3::from(data.positions.offsets()[i as usize].map(f64::from));
-        Vector::from_f64(map.map_or_else(own, |map| map.transform_point3(data.positions.at(i as usize))))
+        Vector::from_f64(map.map_or_else(own, |map| {
+            map.transform_point3(data.positions.at(i as usize))
+        }))
     };
-    let boxes = data.indices.iter().filter_map(|corners| Triangle::<R>::new(corners.map(position)).bounds());
+    let boxes = data
+        .indices
+        .iter()
+        .filter_map(|corners| Triangle::<R>::new(corners.map(position)).bounds());
     boxes.fold(Aabb::EMPTY, Aabb::union)
 }
 

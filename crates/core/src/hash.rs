@@ -1,7 +1,8 @@
 //! The one mixing function behind everything that is random but must be the same in every run.
 
-/// The finaliser of SplitMix64 (Steele, Lea, Flood, "Fast Splittable Pseudorandom Number Generators", 2014): a permutation
-/// of the 64-bit numbers in which every bit of the argument counts for every bit of the result.
+/// The finaliser of SplitMix64 (Steele, Lea, Flood, "Fast Splittable Pseudorandom Number
+/// Generators", 2014): a permutation of the 64-bit numbers in which every bit of the argument
+/// counts for every bit of the result.
 #[inline(always)]
 pub(crate) fn mix(z: u64) -> u64 {
     let z = z.wrapping_add(0x9e37_79b9_7f4a_7c15);
@@ -14,12 +15,19 @@ pub(crate) fn mix(z: u64) -> u64 {
 mod tests {
     use super::mix;
 
-    /// Protects: pictures and scattered objects keep their places. The first numbers of SplitMix64 seeded with 0, as its
-    /// authors' reference program prints them.
+    /// Protects: pictures and scattered objects keep their places. The first numbers of SplitMix64
+    /// seeded with 0, as its authors' reference program prints them.
     #[test]
     fn numbers_are_those_of_the_reference() {
         const STEP: u64 = 0x9e37_79b9_7f4a_7c15;
         let drawn = [0, STEP, STEP.wrapping_mul(2)].map(mix);
-        assert_eq!(drawn, [0xe220_a839_7b1d_cdaf, 0x6e78_9e6a_a1b9_65f4, 0x06c4_5d18_8009_454f]);
+        assert_eq!(
+            drawn,
+            [
+                0xe220_a839_7b1d_cdaf,
+                0x6e78_9e6a_a1b9_65f4,
+                0x06c4_5d18_8009_454f
+            ]
+        );
     }
 }

@@ -6,14 +6,16 @@ use crate::expr::Inputs;
 use crate::scene::MOST_UV_SETS;
 use crate::texture::Place;
 
-/// A point where a ray met a surface. What only some readers want is made from it when they ask: [`Self::inputs`] where an
-/// expression is evaluated, [`Self::mirrored`] where something reflects, [`Self::frame`] where directions are drawn.
+/// A point where a ray met a surface. What only some readers want is made from it when they ask:
+/// [`Self::inputs`] where an expression is evaluated, [`Self::mirrored`] where something reflects,
+/// [`Self::frame`] where directions are drawn.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Interaction<R: Real> {
-    /// The geometric frame: point, how far it may be off, normal outwards. Spawned rays start from it.
+    /// The geometric frame: point, how far it may be off, normal outwards. Spawned rays start from
+    /// it.
     pub surface: Surface<R>,
-    /// The shading frame's axis: unit, interpolated where the mesh has normals, and on the viewer's side where the object
-    /// says so.
+    /// The shading frame's axis: unit, interpolated where the mesh has normals, and on the viewer's
+    /// side where the object says so.
     pub normal: R::Vec3,
     /// Whether the ray arrived against the outward normal.
     pub outside: bool,
@@ -27,9 +29,11 @@ pub(crate) struct Interaction<R: Real> {
     pub time: R,
     /// Texture coordinates by set, as far as the material reads them.
     pub uv: [[R; 2]; MOST_UV_SETS],
-    /// Side of the square of texture coordinates that the ray covers as wide as it is, by set; zero where no texture asks.
+    /// Side of the square of texture coordinates that the ray covers as wide as it is, by set; zero
+    /// where no texture asks.
     pub footprint: [R; MOST_UV_SETS],
-    /// Where its textures lie in their images, and the first use that lies there, where that is known already.
+    /// Where its textures lie in their images, and the first use that lies there, where that is
+    /// known already.
     pub lies: Option<(u32, Place<R>)>,
     /// Colour of the mesh's vertices with alpha; white where there is none.
     pub colour: [R; 4],
@@ -37,8 +41,9 @@ pub(crate) struct Interaction<R: Real> {
     pub material: u32,
 }
 
-/// What the corners of a triangle carry, by their weights at a point of it. Rounding never leads beyond the corners: where all carry the same it is
-/// that everywhere, and an alpha at a mask's cutoff stays there.
+/// What the corners of a triangle carry, by their weights at a point of it. Rounding never leads
+/// beyond the corners: where all carry the same it is that everywhere, and an alpha at a mask's
+/// cutoff stays there.
 #[inline(always)]
 pub(crate) fn interpolate<R: Real>([a, b, c]: [R; 3], [wa, wb, wc]: [R; 3]) -> R {
     let (least, most) = (Real::min(Real::min(a, b), c), Real::max(Real::max(a, b), c));
@@ -60,7 +65,11 @@ impl<R: Real> Default for Beam<R> {
     /// No light yet, and nothing in its way.
     #[inline(always)]
     fn default() -> Self {
-        Self { direction: Vector::ZERO, share: R::ONE, occluder: R::INFINITY }
+        Self {
+            direction: Vector::ZERO,
+            share: R::ONE,
+            occluder: R::INFINITY,
+        }
     }
 }
 

@@ -1,8 +1,8 @@
-//! Scene data, validation, expressions, effects, preparation, integrators, film, display and metrics: everything between a
-//! scene in memory and a picture in memory.
+//! Scene data, validation, expressions, effects, preparation, integrators, film, display and
+//! metrics: everything between a scene in memory and a picture in memory.
 //!
-//! A [`Scene`] is plain data. [`validate`] finds what is wrong with it, [`effects`] what it calls for; [`prepare()`] turns it into
-//! what an integrator walks, and [`Ready::render`] into a picture.
+//! A [`Scene`] is plain data. [`validate`] finds what is wrong with it, [`effects`] what it calls
+//! for; [`prepare()`] turns it into what an integrator walks, and [`Ready::render`] into a picture.
 //!
 //! ```
 //! use raywright_core::{Scene, Settings, prepare};
@@ -26,8 +26,9 @@
 //!
 //! # Threads and stopping
 //!
-//! Nothing here starts a thread. Preparation and rendering work on whichever rayon pool they are called from, which is the one of
-//! the whole program unless the caller makes another, and ask an [`Observer`] whether to go on.
+//! Nothing here starts a thread. Preparation and rendering work on whichever rayon pool they are
+//! called from, which is the one of the whole program unless the caller makes another, and ask an
+//! [`Observer`] whether to go on.
 //!
 //! ```
 //! use core::sync::atomic::{AtomicBool, Ordering};

@@ -1,5 +1,5 @@
-//! From the names that a scene gives its things to their places in its lists: made once, so that nothing scans a list for
-//! each object.
+//! From the names that a scene gives its things to their places in its lists: made once, so that
+//! nothing scans a list for each object.
 
 use std::collections::BTreeMap;
 use std::sync::Arc;
@@ -16,14 +16,22 @@ pub struct Lookup<'a> {
     pub(crate) meshes: Names<'a>,
 }
 
-/// The names of one list, in an order that is the same in every run: messages suggest the first of several that are as near.
+/// The names of one list, in an order that is the same in every run: messages suggest the first of
+/// several that are as near.
 #[derive(Clone, Debug)]
 pub(crate) struct Names<'a>(BTreeMap<&'a str, usize>);
 
 impl<'a> Names<'a> {
     fn new<T>(things: &'a [T], name: impl Fn(&'a T) -> &'a String) -> Self {
         // Later ones are overwritten by earlier ones.
-        Self(things.iter().enumerate().rev().map(|(index, thing)| (name(thing).as_str(), index)).collect())
+        Self(
+            things
+                .iter()
+                .enumerate()
+                .rev()
+                .map(|(index, thing)| (name(thing).as_str(), index))
+                .collect(),
+        )
     }
 
     pub fn get(&self, name: &str) -> Option<usize> {
@@ -59,12 +67,16 @@ impl<'a> Lookup<'a> {
 
     /// The texture of a name.
     pub fn texture(&self, name: &str) -> Option<&'a Texture> {
-        self.textures.get(name).map(|index| &self.scene.textures[index])
+        self.textures
+            .get(name)
+            .map(|index| &self.scene.textures[index])
     }
 
     /// The material of a name, with its place in the scene's list.
     pub fn material(&self, name: &str) -> Option<(usize, &'a Material)> {
-        self.materials.get(name).map(|index| (index, &self.scene.materials[index]))
+        self.materials
+            .get(name)
+            .map(|index| (index, &self.scene.materials[index]))
     }
 
     /// The mesh of a name.
@@ -88,17 +100,39 @@ mod tests {
     /// Protects: each name leads to the first thing that has it, in its own list and no other.
     #[test]
     fn names_lead_to_the_first_that_has_them() {
-        let material = |name: &str| Material { name: name.to_owned(), model: crate::scene::Model::Physical(Box::default()) };
-        let mesh = |name: &str, source| Mesh { name: name.to_owned(), source, model: None };
+        let material = |name: &str| Material {
+            name: name.to_owned(),
+            model: crate::scene::Model::Physical(Box::default()),
+        };
+        let mesh = |name: &str, source| Mesh {
+            name: name.to_owned(),
+            source,
+            model: None,
+        };
         let scene = Scene {
             materials: ["a", "b", "a"].map(material).into(),
-            meshes: vec![mesh("a", MeshSource::File("x.obj".to_owned())), mesh("c", MeshSource::Inline(Arc::default()))],
+            meshes: vec![
+                mesh("a", MeshSource::File("x.obj".to_owned())),
+                mesh("c", MeshSource::Inline(Arc::default())),
+            ],
             ..Scene::default()
         };
         let lookup = Lookup::new(&scene);
-        assert_eq!(["a", "b", "c"].map(|name| lookup.material(name).map(|(index, _)| index)), [Some(0), Some(1), None]);
-        assert!(lookup.mesh("a").is_some() && lookup.mesh("b").is_none() && lookup.image("a").is_none());
-        assert!(lookup.mesh_data("a").is_none() && lookup.mesh_data("c").is_some() && lookup.texture("a").is_none());
-        assert_eq!((lookup.materials.len(), lookup.meshes.iter().count()), (2, 2));
+        assert_eq!(
+            ["a", "b", "c"].map(|name| lookup.material(name).map(|(index, _)| index)),
+            [Some(0), Some(1), None]
+        );
+        assert!(
+            lookup.mesh("a").is_some() && lookup.mesh("b").is_none() && lookup.image("a").is_none()
+        );
+        assert!(
+            lookup.mesh_data("a").is_none()
+                && lookup.mesh_data("c").is_some()
+                && lookup.texture("a").is_none()
+        );
+        assert_eq!(
+            (lookup.materials.len(), lookup.meshes.iter().count()),
+            (2, 2)
+        );
     }
 }

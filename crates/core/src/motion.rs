@@ -1,7 +1,8 @@
-//! What of a scene moves, and the scene as it stands at one time: what effects, validation, preparation and the camera all ask.
+//! What of a scene moves, and the scene as it stands at one time: what effects, validation,
+//! preparation and the camera all ask.
 //!
-//! A motion runs from time 0 to time 1. Objects go from one map to another entry by entry (see [`raywright_bvh::Motion`]), cameras
-//! from one pose to another number by number.
+//! A motion runs from time 0 to time 1. Objects go from one map to another entry by entry (see
+//! [`raywright_bvh::Motion`]), cameras from one pose to another number by number.
 
 use std::borrow::Cow;
 
@@ -21,7 +22,10 @@ pub(crate) fn ends(object: &Object) -> Option<[DAffine3; 2]> {
 
 /// Whether a camera is somewhere else in the end.
 pub(crate) fn camera_moves(camera: &Camera) -> bool {
-    camera.pose_end.as_ref().is_some_and(|end| *end != camera.pose)
+    camera
+        .pose_end
+        .as_ref()
+        .is_some_and(|end| *end != camera.pose)
 }
 
 /// When a camera's shutter opens and closes, where it has one that is open for any time.
@@ -34,57 +38,122 @@ pub(crate) fn opening(camera: &Camera) -> f64 {
     camera.shutter.map_or(0.0, |[open, _]| open)
 }
 
-/// The pose of a camera at a time. Poses of two kinds, which validation refuses, have nothing between them.
+/// The pose of a camera at a time. Poses of two kinds, which validation refuses, have nothing
+/// between them.
 pub(crate) fn pose_at(camera: &Camera, time: f64) -> Pose {
     let number = |a: f64, b: f64| a + (b - a) * time;
     let triple = |a: [f64; 3], b: [f64; 3]| core::array::from_fn(|i| number(a[i], b[i]));
     match (&camera.pose, &camera.pose_end) {
-        (Pose::LookAt { eye, target, up }, Some(Pose::LookAt { eye: e, target: t, up: u })) => {
-            Pose::LookAt { eye: triple(*eye, *e), target: triple(*target, *t), up: triple(*up, *u) }
-        }
         (
-            Pose::Orbit { target, distance, azimuth, elevation },
-            Some(Pose::Orbit { target: t, distance: d, azimuth: a, elevation: e }),
+            Pose::LookAt { eye, target, up },
+            Some(Pose::LookAt {
+                eye: e,
+                target: t,
+                up: u,
+            }),
+        ) => Pose::LookAt {
+            eye: triple(*eye, *e),
+            target: triple(*target, *t),
+            up: triple(*up, *u),
+        },
+        (
+            Pose::Orbit {
+                target,
+                distance,
+                azimuth,
+                elevation,
+            },
+            Some(Pose::Orbit {
+                target: t,
+                distance: d,
+                azimuth: a,
+                elevation: e,
+            }),
         ) => Pose::Orbit {
             target: triple(*target, *t),
             distance: number(*distance, *d),
             azimuth: number(*azimuth, *a),
             elevation: number(*elevation, *e),
         },
-        (Pose::Axes { eye, right, up, back }, Some(Pose::Axes { eye: e, right: r, up: u, back: b })) => {
-            Pose::Axes { eye: triple(*eye, *e), right: triple(*right, *r), up: triple(*up, *u), back: triple(*back, *b) }
-        }
+        (
+            Pose::Axes {
+                eye,
+                right,
+                up,
+                back,
+            },
+            Some(Pose::Axes {
+                eye: e,
+                right: r,
+                up: u,
+                back: b,
+            }),
+        ) => Pose::Axes {
+            eye: triple(*eye, *e),
+            right: triple(*right, *r),
+            up: triple(*up, *u),
+            back: triple(*back, *b),
+        },
         (pose, _) => pose.clone(),
     }
 }
 
 /// A camera as it stands at a time, without a shutter.
 pub(crate) fn camera_at(camera: &Camera, time: f64) -> Camera {
-    Camera { pose: pose_at(camera, time), pose_end: None, shutter: None, ..camera.clone() }
+    Camera {
+        pose: pose_at(camera, time),
+        pose_end: None,
+        shutter: None,
+        ..camera.clone()
+    }
 }
 
 /// The view that is prepared: where motion is not simulated, as the shutter opens.
 pub(crate) fn simulated_camera(camera: Camera, simulated: EffectSet) -> Camera {
-    if simulated.has(Effect::Motion) { camera } else { camera_at(&camera, opening(&camera)) }
+    if simulated.has(Effect::Motion) {
+        camera
+    } else {
+        camera_at(&camera, opening(&camera))
+    }
 }
 
-/// The scene that is prepared: where motion is not simulated, everything stands where it is as the shutter opens. A scene without
-/// motion is itself.
-pub(crate) fn simulated_scene<'a>(scene: &'a Scene, camera: Option<&Camera>, simulated: EffectSet) -> Cow<'a, Scene> {
+/// The scene that is prepared: where motion is not simulated, everything stands where it is as the
+/// shutter opens. A scene without motion is itself.
+pub(crate) fn simulated_scene<'a>(
+    scene: &'a Scene,
+    camera: Option<&Camera>,
+    simulated: EffectSet,
+) -> Cow<'a, Scene> {
     let generated = scene.generators.iter().map(|generator| &generator.object);
-    if simulated.has(Effect::Motion) || scene.objects.iter().chain(generated).all(|object| object.transform_end.is_none()) {
+    if simulated.has(Effect::Motion)
+        || scene
+            .objects
+            .iter()
+            .chain(generated)
+            .all(|object| object.transform_end.is_none())
+    {
         return Cow::Borrowed(scene);
     }
     let (mut scene, time) = (scene.clone(), camera.map_or(0.0, opening));
-    let generated = scene.generators.iter_mut().map(|generator| &mut generator.object);
-    scene.objects.iter_mut().chain(generated).for_each(|object| stand(object, time));
+    let generated = scene
+        .generators
+        .iter_mut()
+        .map(|generator| &mut generator.object);
+    scene
+        .objects
+        .iter_mut()
+        .chain(generated)
+        .for_each(|object| stand(object, time));
     Cow::Owned(scene)
 }
 
-/// Leaves an object where it is at a time. One that can't be on its way stays as it is: geometry says why.
+/// Leaves an object where it is at a time. One that can't be on its way stays as it is: geometry
+/// says why.
 fn stand(object: &mut Object, time: f64) {
     if let Some(ends) = ends(object) {
-        let Ok(motion) = Motion::new(ends) else { return };
+        let Ok(motion) = Motion::new(ends) else {
+            return;
+        };
         let map = motion.map(time);
         let row = |i: usize| [map.x_axis[i], map.y_axis[i], map.z_axis[i], map.w_axis[i]];
         object.transform = vec![TransformStep::Matrix([row(0), row(1), row(2)])];

@@ -1,23 +1,26 @@
 //! Gradient noise in two and three dimensions, and its octave sums.
 //!
-//! The classic construction (Ken Perlin, "An Image Synthesizer", 1985; the quintic weights from his "Improving Noise", 2002)
-//! with lattice gradients hashed by the permutation polynomial (34 x² + x) mod 289 and normalised to first order (Ian McEwan,
-//! David Sheets, Mark Richardson, Stefan Gustavson, "Efficient computational noise in GLSL", 2012). Values are within about
-//! ±1, zero at the points of the lattice, and repeat every 289 units.
+//! The classic construction (Ken Perlin, "An Image Synthesizer", 1985; the quintic weights from his
+//! "Improving Noise", 2002) with lattice gradients hashed by the permutation polynomial (34 x² + x)
+//! mod 289 and normalised to first order (Ian McEwan, David Sheets, Mark Richardson, Stefan
+//! Gustavson, "Efficient computational noise in GLSL", 2012). Values are within about ±1, zero at
+//! the points of the lattice, and repeat every 289 units.
 
 use raywright_bvh::scalar::{Real, Vector};
 
-/// Most octaves that a sum may have: the last one repeats 2²³ times within a unit, which is all that an f32 can tell apart.
+/// Most octaves that a sum may have: the last one repeats 2²³ times within a unit, which is all
+/// that an f32 can tell apart.
 pub const MAX_OCTAVES: u32 = 24;
 
 /// Period of the lattice, and count of the hash values.
 const PERIOD: usize = 289;
 
-/// perm(x) = (34 x² + x) mod 289 for every sum of two values below 289. The length is a power of two, so that a masked
-/// index needs no check; the rest is never read.
+/// perm(x) = (34 x² + x) mod 289 for every sum of two values below 289. The length is a power of
+/// two, so that a masked index needs no check; the rest is never read.
 static PERMUTATION: [u16; 1024] = permutation();
 
-/// Gradient of each hash value, its length corrected; in the scalar of the renderer. Lengths as in [`PERMUTATION`].
+/// Gradient of each hash value, its length corrected; in the scalar of the renderer. Lengths as in
+/// [`PERMUTATION`].
 static GRADIENTS_F32: [[f32; 3]; 512] = narrow(gradients());
 static GRADIENTS_F64: [[f64; 3]; 512] = gradients();
 static PLANE_GRADIENTS_F32: [[f32; 2]; 512] = narrow(plane_gradients());
@@ -33,12 +36,14 @@ const fn permutation() -> [u16; 1024] {
     table
 }
 
-/// The gradient of a hash value before its length is corrected: a point of an octahedron over a 7 × 7 grid.
+/// The gradient of a hash value before its length is corrected: a point of an octahedron over a 7 ×
+/// 7 grid.
 ///
-/// For 42 of the 289 hash values the point lies on the very edge where the octahedron is folded (c = 0 in real arithmetic),
-/// and which way it falls is decided by rounding. The pictures we are to reproduce were made in single precision with the
-/// division by 7 written as a product with the rounded 1/7, so that is the definition, in every precision of ours: each
-/// operation below is one correctly rounded f32 operation, and their order matters.
+/// For 42 of the 289 hash values the point lies on the very edge where the octahedron is folded
+/// (c = 0 in real arithmetic), and which way it falls is decided by rounding. The pictures we are
+/// to reproduce were made in single precision with the division by 7 written as a product with the
+/// rounded 1/7, so that is the definition, in every precision of ours: each operation below is one
+/// correctly rounded f32 operation, and their order matters.
 const fn octahedron_point(hash: usize) -> [f32; 3] {
     const SEVENTH: f32 = 1.0 / 7.0;
     let scaled = hash as f32 * SEVENTH;
@@ -54,7 +59,8 @@ const fn octahedron_point(hash: usize) -> [f32; 3] {
     [a, b, c]
 }
 
-/// A tangent of 1/√x at the mean squared length of the gradients: their lengths become one to first order.
+/// A tangent of 1/√x at the mean squared length of the gradients: their lengths become one to first
+/// order.
 const fn length_correction(squared: f64) -> f64 {
     1.792_842_914_001_59 - 0.853_734_720_953_14 * squared
 }
@@ -106,25 +112,40 @@ const fn is_single<R: Real>() -> bool {
     size_of::<R>() == size_of::<f32>()
 }
 
-/// The two lattice coordinates around `x`, modulo 289, and how far `x` is past the first one, in [0, 1).
+/// The two lattice coordinates around `x`, modulo 289, and how far `x` is past the first one, in
+/// [0, 1).
 ///
-/// Beyond 2³¹ an f32 is a whole number (2⁶³ for f64), so the distance is zero there, and which cell it is means nothing.
+/// Beyond 2³¹ an f32 is a whole number (2⁶³ for f64), so the distance is zero there, and which cell
+/// it is means nothing.
 #[inline(always)]
 fn cell<R: Real>(x: R) -> ([usize; 2], R) {
     let (whole, below) = if is_single::<R>() {
         let truncated = x.to_f32() as i32;
         let lower = i32::from(R::from_f32(truncated as f32) > x);
         let whole = truncated.wrapping_sub(lower);
-        (whole.rem_euclid(PERIOD as i32) as usize, R::from_f32(whole as f32))
+        (
+            whole.rem_euclid(PERIOD as i32) as usize,
+            R::from_f32(whole as f32),
+        )
     } else {
         let truncated = x.to_f64() as i64;
         let lower = i64::from(R::from_f64(truncated as f64) > x);
         let whole = truncated.wrapping_sub(lower);
-        (whole.rem_euclid(PERIOD as i64) as usize, R::from_f64(whole as f64))
+        (
+            whole.rem_euclid(PERIOD as i64) as usize,
+            R::from_f64(whole as f64),
+        )
     };
     let past = x - below;
-    let past = if past < R::ZERO || past > R::ONE { R::ZERO } else { past };
-    ([whole, if whole == PERIOD - 1 { 0 } else { whole + 1 }], past)
+    let past = if past < R::ZERO || past > R::ONE {
+        R::ZERO
+    } else {
+        past
+    };
+    (
+        [whole, if whole == PERIOD - 1 { 0 } else { whole + 1 }],
+        past,
+    )
 }
 
 #[inline(always)]
@@ -161,7 +182,13 @@ pub fn noise3<R: Real>(p: R::Vec3) -> R {
     let (u, v, w) = (x - R::ONE, y - R::ONE, z - R::ONE);
     let (fade_x, fade_y, fade_z) = (quintic(x), quintic(y), quintic(z));
     // One row of the cell, along z, at the hash of its x and y.
-    let row = |hash: usize, x: R, y: R| blend(corner(permute(hash + z0), x, y, z), corner(permute(hash + z1), x, y, w), fade_z);
+    let row = |hash: usize, x: R, y: R| {
+        blend(
+            corner(permute(hash + z0), x, y, z),
+            corner(permute(hash + z1), x, y, w),
+            fade_z,
+        )
+    };
     let (hash0, hash1) = (permute(x0), permute(x1));
     let (hash00, hash01) = (permute(hash0 + y0), permute(hash0 + y1));
     let (hash10, hash11) = (permute(hash1 + y0), permute(hash1 + y1));
@@ -187,8 +214,16 @@ pub fn noise2<R: Real>(x: R, y: R) -> R {
     let (u, v) = (x - R::ONE, y - R::ONE);
     let (fade_x, fade_y) = (quintic(x), quintic(y));
     let (hash0, hash1) = (permute(x0), permute(x1));
-    let side0 = blend(corner(permute(hash0 + y0), x, y), corner(permute(hash0 + y1), x, v), fade_y);
-    let side1 = blend(corner(permute(hash1 + y0), u, y), corner(permute(hash1 + y1), u, v), fade_y);
+    let side0 = blend(
+        corner(permute(hash0 + y0), x, y),
+        corner(permute(hash0 + y1), x, v),
+        fade_y,
+    );
+    let side1 = blend(
+        corner(permute(hash1 + y0), u, y),
+        corner(permute(hash1 + y1), u, v),
+        fade_y,
+    );
     R::from_f64(2.3) * blend(side0, side1, fade_x)
 }
 
@@ -222,7 +257,9 @@ pub fn fbm2<R: Real>(x: R, y: R, octaves: u32) -> R {
 
 /// [`turbulence3`] in the plane.
 pub fn turbulence2<R: Real>(x: R, y: R, octaves: u32) -> R {
-    sum(octaves, |frequency| noise2(x * frequency, y * frequency).abs())
+    sum(octaves, |frequency| {
+        noise2(x * frequency, y * frequency).abs()
+    })
 }
 
 #[cfg(test)]

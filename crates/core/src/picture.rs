@@ -1,4 +1,5 @@
-//! A finished picture as plain data: what the film hands over, and what files, displays and metrics take.
+//! A finished picture as plain data: what the film hands over, and what files, displays and metrics
+//! take.
 
 /// A picture: linear scene-referred colour, an optional coverage and any number of further layers.
 ///
@@ -9,11 +10,13 @@ pub struct Picture {
     pub width: u32,
     /// Rows.
     pub height: u32,
-    /// Radiance in linear Rec. 709 primaries; multiplied by the coverage where there is one (associated alpha).
+    /// Radiance in linear Rec. 709 primaries; multiplied by the coverage where there is one
+    /// (associated alpha).
     pub rgb: Vec<[f32; 3]>,
     /// Coverage, 0 (background) to 1; none: every pixel is covered.
     pub alpha: Option<Vec<f32>>,
-    /// The part of the coverage that is a shadow on a studio's ground, black; none: all of it is surfaces.
+    /// The part of the coverage that is a shadow on a studio's ground, black; none: all of it is
+    /// surfaces.
     pub shadow: Option<Vec<f32>>,
     /// Further channels, in no particular order; names are unique.
     pub layers: Vec<Layer>,
@@ -21,7 +24,8 @@ pub struct Picture {
     pub window: Option<DataWindow>,
 }
 
-/// The place of a picture in a larger one, as the data window of an OpenEXR file has it in its display window.
+/// The place of a picture in a larger one, as the data window of an OpenEXR file has it in its
+/// display window.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Serialize)]
 pub struct DataWindow {
     /// Column and row of its first pixel in the whole; negative where it begins outside.
@@ -73,7 +77,9 @@ impl Picture {
         if x >= self.width {
             return None;
         }
-        self.rgb.get(y as usize * self.width as usize + x as usize).copied()
+        self.rgb
+            .get(y as usize * self.width as usize + x as usize)
+            .copied()
     }
 
     /// The same with colours that no coverage multiplies; black where nothing is covered.
@@ -89,17 +95,27 @@ impl Picture {
     /// The share of a pixel that surfaces cover, and the share that is a ground's shadow.
     pub fn coverage(&self, pixel: usize) -> [f32; 2] {
         let shadow = self.shadow.as_ref().map_or(0.0, |shadow| shadow[pixel]);
-        [self.alpha.as_ref().map_or(1.0, |alpha| alpha[pixel] - shadow), shadow]
+        [
+            self.alpha
+                .as_ref()
+                .map_or(1.0, |alpha| alpha[pixel] - shadow),
+            shadow,
+        ]
     }
 
     /// The same without its shadow: what surfaces cover alone.
     #[must_use]
     pub fn without_shadow(&self) -> Self {
         let surfaces = (0..self.pixels()).map(|pixel| self.coverage(pixel)[0]);
-        Self { alpha: self.alpha.as_ref().map(|_| surfaces.collect()), shadow: None, ..self.clone() }
+        Self {
+            alpha: self.alpha.as_ref().map(|_| surfaces.collect()),
+            shadow: None,
+            ..self.clone()
+        }
     }
 
-    /// The colour of what surfaces show in a pixel, without the coverage that multiplies it; none where there are none.
+    /// The colour of what surfaces show in a pixel, without the coverage that multiplies it; none
+    /// where there are none.
     pub(crate) fn surface_colour(&self, pixel: usize) -> Option<[f32; 3]> {
         if self.alpha.is_none() {
             return Some(self.rgb[pixel]);
@@ -111,7 +127,11 @@ impl Picture {
     /// The same before a colour that is seen where nothing covers it.
     #[must_use]
     pub fn over(&self, colour: [f64; 3]) -> Self {
-        let mut over = Self { alpha: None, shadow: None, ..self.clone() };
+        let mut over = Self {
+            alpha: None,
+            shadow: None,
+            ..self.clone()
+        };
         for (rgb, &alpha) in over.rgb.iter_mut().zip(self.alpha.iter().flatten()) {
             let clear = 1.0 - f64::from(alpha);
             *rgb = core::array::from_fn(|i| (f64::from(rgb[i]) + clear * colour[i]) as f32);
@@ -129,14 +149,21 @@ impl Picture {
         let n = self.pixels();
         self.rgb.len() == n
             && self.alpha.as_ref().is_none_or(|alpha| alpha.len() == n)
-            && self.shadow.as_ref().is_none_or(|shadow| shadow.len() == n && self.alpha.is_some())
+            && self
+                .shadow
+                .as_ref()
+                .is_none_or(|shadow| shadow.len() == n && self.alpha.is_some())
             && self.layers.iter().all(|layer| layer.samples.len() == n)
     }
 }
 
 /// A colour without the coverage that multiplies it; black where nothing is covered.
 fn straight_colour(rgb: [f32; 3], alpha: f32) -> [f32; 3] {
-    if alpha > 0.0 { rgb.map(|x| x / alpha) } else { [0.0; 3] }
+    if alpha > 0.0 {
+        rgb.map(|x| x / alpha)
+    } else {
+        [0.0; 3]
+    }
 }
 
 fn pixel_count(width: u32, height: u32) -> usize {
@@ -147,7 +174,8 @@ fn pixel_count(width: u32, height: u32) -> usize {
 mod tests {
     use super::*;
 
-    /// Protects: rows count from the top and columns from the left, and places outside are none, also where the index would exist.
+    /// Protects: rows count from the top and columns from the left, and places outside are none,
+    /// also where the index would exist.
     #[test]
     fn pixels_are_addressed_by_column_and_row() {
         let mut picture = Picture::new(3, 2);
@@ -163,9 +191,30 @@ mod tests {
     fn inconsistent_buffers_are_seen() {
         let good = Picture::new(2, 2);
         assert!(good.is_consistent());
-        assert!(!Picture { rgb: vec![[0.0; 3]; 3], ..good.clone() }.is_consistent());
-        assert!(!Picture { alpha: Some(vec![1.0]), ..good.clone() }.is_consistent());
-        let layer = Layer { name: "depth.Z".into(), samples: vec![0.0; 5] };
-        assert!(!Picture { layers: vec![layer], ..good }.is_consistent());
+        assert!(
+            !Picture {
+                rgb: vec![[0.0; 3]; 3],
+                ..good.clone()
+            }
+            .is_consistent()
+        );
+        assert!(
+            !Picture {
+                alpha: Some(vec![1.0]),
+                ..good.clone()
+            }
+            .is_consistent()
+        );
+        let layer = Layer {
+            name: "depth.Z".into(),
+            samples: vec![0.0; 5],
+        };
+        assert!(
+            !Picture {
+                layers: vec![layer],
+                ..good
+            }
+            .is_consistent()
+        );
     }
 }

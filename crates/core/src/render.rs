@@ -19,7 +19,9 @@ pub use self::stage::RenderStage;
 use crate::camera::Camera;
 use crate::counters::Counters;
 use crate::denoise::{DenoiseError, Denoised, denoise};
-use crate::film::{Block, Film, Gather, Moments, Part, Plain, Plan, ReplicateBuffer, Sums, TileUpdate, parts};
+use crate::film::{
+    Block, Film, Gather, Moments, Part, Plain, Plan, ReplicateBuffer, Sums, TileUpdate, parts,
+};
 use crate::filter::Draws;
 use crate::integrator::{FirstHit, LightTransport, PACKET, PathResult};
 use crate::observer::Observer;
@@ -48,7 +50,10 @@ impl Rendered {
     /// What a film amounts to so far, denoised where it is to be.
     pub fn of(film: &Film, observer: &dyn Observer) -> Self {
         let denoised = film.is_to_be_denoised().then(|| denoise(film, observer));
-        Self { denoised, ..Self::noisy(film) }
+        Self {
+            denoised,
+            ..Self::noisy(film)
+        }
     }
 
     /// What a film amounts to so far, as it is.
@@ -59,7 +64,13 @@ impl Rendered {
     /// The same where the film's picture is there already.
     fn with_picture(film: &Film, picture: Picture) -> Self {
         let unfinished = film.unfinished();
-        Self { picture, denoised: None, counters: film.counters(), unfinished, finished: unfinished == 0 }
+        Self {
+            picture,
+            denoised: None,
+            counters: film.counters(),
+            unfinished,
+            finished: unfinished == 0,
+        }
     }
 
     /// The denoised picture with what is claimed of it, where there is one.
@@ -69,28 +80,43 @@ impl Rendered {
 
     /// The picture that is to be looked at: the denoised one where there is one.
     pub fn shown(&self) -> &Picture {
-        self.denoised().map_or(&self.picture, |denoised| &denoised.picture)
+        self.denoised()
+            .map_or(&self.picture, |denoised| &denoised.picture)
     }
 
     /// The same before a colour that is seen where nothing covers it, in place of its coverage.
     #[must_use]
     pub fn over(&self, colour: [f64; 3]) -> Self {
-        let over = |denoised: &Denoised| Denoised { picture: denoised.picture.over(colour), ..denoised.clone() };
-        let denoised = self.denoised.as_ref().map(|denoised| denoised.as_ref().map(over).map_err(|error| *error));
-        Self { picture: self.picture.over(colour), denoised, ..self.clone() }
+        let over = |denoised: &Denoised| Denoised {
+            picture: denoised.picture.over(colour),
+            ..denoised.clone()
+        };
+        let denoised = self
+            .denoised
+            .as_ref()
+            .map(|denoised| denoised.as_ref().map(over).map_err(|error| *error));
+        Self {
+            picture: self.picture.over(colour),
+            denoised,
+            ..self.clone()
+        }
     }
 
-    /// All numbers there are: the picture as it was sampled, with its layers and those of the denoised one.
+    /// All numbers there are: the picture as it was sampled, with its layers and those of the
+    /// denoised one.
     pub fn all_layers(&self) -> Cow<'_, Picture> {
-        let Some(denoised) = self.denoised() else { return Cow::Borrowed(&self.picture) };
+        let Some(denoised) = self.denoised() else {
+            return Cow::Borrowed(&self.picture);
+        };
         let mut all = self.picture.clone();
         all.layers.extend(denoised.layers());
         Cow::Owned(all)
     }
 }
 
-/// Renders what `part` names and the film lacks on the current thread pool, in passes over the picture that each add some samples
-/// of one replicate, so that a render that is stopped has something everywhere, and nearly the same of it.
+/// Renders what `part` names and the film lacks on the current thread pool, in passes over the
+/// picture that each add some samples of one replicate, so that a render that is stopped has
+/// something everywhere, and nearly the same of it.
 pub(crate) fn render<'a, R: Real, T: LightTransport<'a, R>>(
     (scene, camera): (&'a Prepared<R>, &Camera<R>),
     settings: &Settings,
@@ -104,11 +130,21 @@ pub(crate) fn render<'a, R: Real, T: LightTransport<'a, R>>(
     let exchange = |finished: Option<TileUpdate>| lock(&queue).exchange(finished, observer);
     let work = || {
         let mut finished = None;
-        let mut tracer = T::new(scene, settings.max_depth, !plan.layers.mean.is_empty(), observer);
+        let mut tracer = T::new(
+            scene,
+            settings.max_depth,
+            !plan.layers.mean.is_empty(),
+            observer,
+        );
         while !observer.cancelled()
             && let Some(next) = exchange(finished.take())
         {
-            let Next { tile, replicate, samples, start } = next;
+            let Next {
+                tile,
+                replicate,
+                samples,
+                start,
+            } = next;
             let area = plan.tile(tile);
             let job = UnitJob::<R, T> {
                 camera,
@@ -122,18 +158,23 @@ pub(crate) fn render<'a, R: Real, T: LightTransport<'a, R>>(
                 observer,
                 transport: PhantomData,
             };
-            let Some(unit) = job.run(&start, &mut tracer) else { break };
+            let Some(unit) = job.run(&start, &mut tracer) else {
+                break;
+            };
             finished = Some(unit);
         }
         lock(&queue).end(finished, &tracer.into_light_usage(), observer);
     };
-    // Each thread takes the next one, so that they are finished nearly in order and none waits for another. Not a broadcast,
-    // which ends only when every thread of the pool has taken part: a caller's pool may have other things to do.
+    // Each thread takes the next one, so that they are finished nearly in order and none waits for
+    // another. Not a broadcast, which ends only when every thread of the pool has taken part: a
+    // caller's pool may have other things to do.
     rayon::scope(|scope| (0..rayon::current_num_threads()).for_each(|_| scope.spawn(|_| work())));
 }
 
 fn lock<'a, T>(mutex: &'a Mutex<T>) -> MutexGuard<'a, T> {
-    mutex.lock().unwrap_or_else(|poisoned| poisoned.into_inner())
+    mutex
+        .lock()
+        .unwrap_or_else(|poisoned| poisoned.into_inner())
 }
 
 /// What of a sample is covered and what is shadow, in parts that sums are taken of.
@@ -178,7 +219,9 @@ impl<'t, R: Real, T: LightTransport<'t, R>> UnitJob<'_, R, T> {
             }
         };
         match self.settings.sampling {
-            Sampling::Pattern(Pattern::Corners) => (dropped, met) = self.corners::<B>(tracer, &mut plane, finish),
+            Sampling::Pattern(Pattern::Corners) => {
+                (dropped, met) = self.corners::<B>(tracer, &mut plane, finish)
+            }
             Sampling::Pattern(Pattern::Centre) | Sampling::General(_) => {
                 dropped = 0;
                 let mut firsts = FirstHitSums::new(self.plan);
@@ -191,13 +234,18 @@ impl<'t, R: Real, T: LightTransport<'t, R>> UnitJob<'_, R, T> {
                     }
                     for x in self.columns() {
                         if self.samples.start > 0 {
-                            pixel.resume(start.pixel(place, self.samples.start), self.samples.start);
+                            pixel
+                                .resume(start.pixel(place, self.samples.start), self.samples.start);
                             firsts.resume(start, place);
                         }
                         place += 1;
                         for index in self.samples.clone() {
-                            let make = |most, samples: &mut Samples<_>| self.make_samples([x, y], index, most, samples);
-                            let Some(brought) = ahead.next(tracer, make) else { break };
+                            let make = |most, samples: &mut Samples<_>| {
+                                self.make_samples([x, y], index, most, samples)
+                            };
+                            let Some(brought) = ahead.next(tracer, make) else {
+                                break;
+                            };
                             let entered = pixel.add(brought.radiance, shares(&brought));
                             dropped += u64::from(!entered);
                             firsts.add(|| ahead.first(), entered);
@@ -209,16 +257,29 @@ impl<'t, R: Real, T: LightTransport<'t, R>> UnitJob<'_, R, T> {
                 met = pixel.met;
             }
         }
-        let centre = if self.replicate == 0 && self.samples.start == 0 { self.centre_layers(tracer) } else { Vec::new() };
+        let centre = if self.replicate == 0 && self.samples.start == 0 {
+            self.centre_layers(tracer)
+        } else {
+            Vec::new()
+        };
         if tracer.is_stopped() {
             return None;
         }
         let mut counters: Counters = tracer.take_counters();
-        let entered = |plane: &ReplicateBuffer| plane.samples.iter().map(|&n| u64::from(n)).sum::<u64>();
+        let entered =
+            |plane: &ReplicateBuffer| plane.samples.iter().map(|&n| u64::from(n)).sum::<u64>();
         counters.samples = entered(&plane) - entered(start);
         counters.dropped = dropped;
         counters.met = met;
-        Some(TileUpdate { tile: self.tile, replicate: self.replicate, drawn: self.samples.end, plane, spread, centre, counters })
+        Some(TileUpdate {
+            tile: self.tile,
+            replicate: self.replicate,
+            drawn: self.samples.end,
+            plane,
+            spread,
+            centre,
+            counters,
+        })
     }
 
     /// Rows of the whole picture that the tile lies in.
@@ -233,7 +294,8 @@ impl<'t, R: Real, T: LightTransport<'t, R>> UnitJob<'_, R, T> {
         first..first + self.area.width
     }
 
-    /// Pixels that are the means of their corners; how many samples were dropped, and how many met something.
+    /// Pixels that are the means of their corners; how many samples were dropped, and how many met
+    /// something.
     fn corners<B: Block<R>>(
         &self,
         tracer: &mut T,
@@ -245,15 +307,23 @@ impl<'t, R: Real, T: LightTransport<'t, R>> UnitJob<'_, R, T> {
         let mut dropped = 0;
         let mut firsts = FirstHitSums::new(self.plan);
         let mut pixel = Gather::<R, B>::default();
-        for (y, upper) in lattice.chunks_exact(row).take(self.area.height as usize).enumerate() {
+        for (y, upper) in lattice
+            .chunks_exact(row)
+            .take(self.area.height as usize)
+            .enumerate()
+        {
             let lower = &lattice[(y + 1) * row..][..row];
             for (x, (top, bottom)) in upper.windows(2).zip(lower.windows(2)).enumerate() {
-                let entered = [&bottom[0], &bottom[1], &top[0], &top[1]].map(|&(radiance, shares)| pixel.add(radiance, shares));
+                let entered = [&bottom[0], &bottom[1], &top[0], &top[1]]
+                    .map(|&(radiance, shares)| pixel.add(radiance, shares));
                 dropped += entered.iter().filter(|entered| !**entered).count() as u64;
                 finish(plane, pixel.finish());
                 if !hits.is_empty() {
                     let top = y * row + x;
-                    for (at, entered) in [top + row, top + row + 1, top, top + 1].into_iter().zip(entered) {
+                    for (at, entered) in [top + row, top + row + 1, top, top + 1]
+                        .into_iter()
+                        .zip(entered)
+                    {
                         firsts.add(|| (hits[at].0.as_ref(), hits[at].1), entered);
                     }
                     firsts.push(plane);
@@ -263,25 +333,40 @@ impl<'t, R: Real, T: LightTransport<'t, R>> UnitJob<'_, R, T> {
         (dropped, pixel.met)
     }
 
-    /// Radiance and coverage at the corners of the tile's pixels, each traced once for the up to four pixels that share it, and their first
-    /// hits and what was seen without light from elsewhere, where layers ask for them.
+    /// Radiance and coverage at the corners of the tile's pixels, each traced once for the up to
+    /// four pixels that share it, and their first hits and what was seen without light from
+    /// elsewhere, where layers ask for them.
     #[expect(clippy::type_complexity, reason = "two lists for one caller")]
-    fn lattice(&self, tracer: &mut T) -> (Vec<(R::Vec3, [u32; 2])>, Vec<(Option<FirstHit>, [f64; 3])>) {
+    fn lattice(
+        &self,
+        tracer: &mut T,
+    ) -> (Vec<(R::Vec3, [u32; 2])>, Vec<(Option<FirstHit>, [f64; 3])>) {
         // One more each way than there are pixels.
         let inclusive = |range: Range<u32>| range.start..range.end + 1;
         let (columns, rows) = (inclusive(self.columns()), inclusive(self.rows()));
         let count = columns.len() * rows.len();
         let asked = !self.plan.layers.mean.is_empty();
-        let (mut corners, mut hits) = (Vec::with_capacity(count), Vec::with_capacity(if asked { count } else { 0 }));
+        let (mut corners, mut hits) = (
+            Vec::with_capacity(count),
+            Vec::with_capacity(if asked { count } else { 0 }),
+        );
         let mut ahead = Ahead::default();
         for y in rows {
             for x in columns.clone() {
                 let at = |v: u32| R::from_f64(f64::from(v));
                 let make = |most, samples: &mut Samples<_>| {
-                    samples.addresses.extend((x..columns.end).take(most).map(|x| self.address(x, y, 0)));
-                    samples.rays.extend((x..columns.end).take(most).map(|x| self.camera.ray(at(x), at(y), [0.5; 2])));
+                    samples
+                        .addresses
+                        .extend((x..columns.end).take(most).map(|x| self.address(x, y, 0)));
+                    samples.rays.extend(
+                        (x..columns.end)
+                            .take(most)
+                            .map(|x| self.camera.ray(at(x), at(y), [0.5; 2])),
+                    );
                 };
-                let Some(brought) = ahead.next(tracer, make) else { break };
+                let Some(brought) = ahead.next(tracer, make) else {
+                    break;
+                };
                 corners.push((brought.radiance, shares(&brought)));
                 if asked {
                     let (first, direct) = ahead.first();
@@ -293,22 +378,53 @@ impl<'t, R: Real, T: LightTransport<'t, R>> UnitJob<'_, R, T> {
     }
 
     fn address(&self, x: u32, y: u32, index: u32) -> Address {
-        let Settings { seed, frame, sampler, .. } = *self.settings;
-        Address { seed, frame, sampler, pixel: [x, y], replicate: self.replicate, index, ..Address::default() }
+        let Settings {
+            seed,
+            frame,
+            sampler,
+            ..
+        } = *self.settings;
+        Address {
+            seed,
+            frame,
+            sampler,
+            pixel: [x, y],
+            replicate: self.replicate,
+            index,
+            ..Address::default()
+        }
     }
 
-    /// Makes at most so many samples from one of a pixel on: those of this pixel, then of the next ones; of paths those of the next rows
-    /// too.
+    /// Makes at most so many samples from one of a pixel on: those of this pixel, then of the next
+    /// ones; of paths those of the next rows too.
     fn make_samples(&self, [x, y]: [u32; 2], index: u32, most: usize, samples: &mut Samples<R>) {
         // A row of its own leaves one point together.
-        let end = if T::BATCH > PACKET { self.rows().end } else { y + 1 };
-        let pixels =
-            (y..end).flat_map(|row| (if row == y { x } else { self.columns().start }..self.columns().end).map(move |x| [x, row]));
+        let end = if T::BATCH > PACKET {
+            self.rows().end
+        } else {
+            y + 1
+        };
+        let pixels = (y..end).flat_map(|row| {
+            (if row == y { x } else { self.columns().start }..self.columns().end)
+                .map(move |x| [x, row])
+        });
         let by_chance = !self.settings.sampling.is_fixed();
-        let Samples { addresses, rays, sequences, places } = samples;
+        let Samples {
+            addresses,
+            rays,
+            sequences,
+            places,
+        } = samples;
         for pixel in pixels {
-            let from = if pixel == [x, y] { index } else { self.samples.start };
-            let until = self.samples.end.min(from.saturating_add((most - addresses.len()) as u32));
+            let from = if pixel == [x, y] {
+                index
+            } else {
+                self.samples.start
+            };
+            let until = self
+                .samples
+                .end
+                .min(from.saturating_add((most - addresses.len()) as u32));
             let first = self.address(pixel[0], pixel[1], 0);
             addresses.extend((from..until).map(|index| Address { index, ..first }));
             if by_chance {
@@ -322,12 +438,21 @@ impl<'t, R: Real, T: LightTransport<'t, R>> UnitJob<'_, R, T> {
         }
         if by_chance {
             fours(sequences.iter().copied(), places);
-            rays.extend(addresses.iter().zip(&*places).map(|(&address, &[u, v, ..])| {
-                let [u, v] = [u, v].map(|number| self.draws.place(number));
-                self.sample_ray(address, [u, v])
-            }));
+            rays.extend(
+                addresses
+                    .iter()
+                    .zip(&*places)
+                    .map(|(&address, &[u, v, ..])| {
+                        let [u, v] = [u, v].map(|number| self.draws.place(number));
+                        self.sample_ray(address, [u, v])
+                    }),
+            );
         } else {
-            rays.extend(addresses.iter().map(|&address| self.sample_ray(address, [0.5; 2])));
+            rays.extend(
+                addresses
+                    .iter()
+                    .map(|&address| self.sample_ray(address, [0.5; 2])),
+            );
         }
     }
 
@@ -336,20 +461,32 @@ impl<'t, R: Real, T: LightTransport<'t, R>> UnitJob<'_, R, T> {
     fn sample_ray(&self, address: Address, [u, v]: [f32; 2]) -> Ray<R> {
         let [x, y] = address.pixel;
         let camera = self.camera;
-        let lens = if camera.has_lens() { pair(address, Purpose::Lens) } else { [0.5; 2] };
-        let share = if camera.has_shutter() { pair(address, Purpose::Time)[0] } else { 0.0 };
+        let lens = if camera.has_lens() {
+            pair(address, Purpose::Lens)
+        } else {
+            [0.5; 2]
+        };
+        let share = if camera.has_shutter() {
+            pair(address, Purpose::Time)[0]
+        } else {
+            0.0
+        };
         let at = |v: u32, offset: f32| R::from_f64(f64::from(v)) + R::from_f32(offset);
         camera.ray_during(at(x, u), at(y, v), lens, share)
     }
 
-    /// The layers that show what the rays through the middles of pixels hit first. Those rays are traced for them alone.
+    /// The layers that show what the rays through the middles of pixels hit first. Those rays are
+    /// traced for them alone.
     fn centre_layers(&self, tracer: &mut T) -> Vec<Vec<f32>> {
         let layers = &self.plan.layers.centre;
         let mut buffers = vec![Vec::new(); layers.len()];
         if layers.is_empty() {
             return buffers;
         }
-        for (x, y) in self.rows().flat_map(|y| self.columns().map(move |x| (x, y))) {
+        for (x, y) in self
+            .rows()
+            .flat_map(|y| self.columns().map(move |x| (x, y)))
+        {
             let at = |v: u32| R::from_f64(f64::from(v) + 0.5);
             let first = tracer.first_hit(self.camera.ray_during(at(x), at(y), [0.5; 2], 0.0));
             for (buffer, (aov, _)) in buffers.iter_mut().zip(layers) {

@@ -1,4 +1,5 @@
-//! What a render is asked for besides the scene: every choice that the command line can override, resolved to plain values.
+//! What a render is asked for besides the scene: every choice that the command line can override,
+//! resolved to plain values.
 
 mod check;
 mod rungs;
@@ -14,12 +15,14 @@ use crate::scene::{Camera, Integrator, Pattern, Scene};
 pub use check::SettingsError;
 pub use rungs::{AreaShadows, LightSampling, Microfacets, PrecisionChoice, Roulette, SamplerKind};
 
-/// Replicates that so many samples of the general sampler are divided into, where nothing else is asked for: as few as the
-/// estimate of the error allows, because each is less even than all samples together would be.
+/// Replicates that so many samples of the general sampler are divided into, where nothing else is
+/// asked for: as few as the estimate of the error allows, because each is less even than all
+/// samples together would be.
 ///
-/// Two are the fewest that say anything, and from eight samples on they hold what they claim; but one degree of freedom makes
-/// wide intervals (Student's factor for 95 % is 12.7). From 64 samples on, which are four times sixteen, four hold what they
-/// claim (factor 3.18) at little cost. `benches/README.md` has the figures of 1 to 8.
+/// Two are the fewest that say anything, and from eight samples on they hold what they claim; but
+/// one degree of freedom makes wide intervals (Student's factor for 95 % is 12.7). From 64 samples
+/// on, which are four times sixteen, four hold what they claim (factor 3.18) at little cost.
+/// `benches/README.md` has the figures of 1 to 8.
 pub fn replicates(samples: u32) -> u32 {
     match samples {
         0..8 => 1,
@@ -38,8 +41,8 @@ pub enum Sampling {
 }
 
 impl Sampling {
-    /// `--spp`: the count of the scene's pattern keeps it, one sample of a pattern scene is the pixel's centre, anything
-    /// else uses the general sampler. None: as the scene says.
+    /// `--spp`: the count of the scene's pattern keeps it, one sample of a pattern scene is the
+    /// pixel's centre, anything else uses the general sampler. None: as the scene says.
     pub fn resolve(scene: &Scene, spp: Option<u32>) -> Self {
         match (scene.render.pattern, spp) {
             (Some(pattern), None) => Self::Pattern(pattern),
@@ -91,7 +94,8 @@ pub enum Background {
     /// The sky.
     #[default]
     Environment,
-    /// Nothing: alpha 0, black; reflections and light still come from the sky. A studio's ground keeps its shadows, as black that covers.
+    /// Nothing: alpha 0, black; reflections and light still come from the sky. A studio's ground
+    /// keeps its shadows, as black that covers.
     Transparent,
 }
 
@@ -105,7 +109,8 @@ pub enum Aov {
     Normal,
     /// Position of the first hit, mean over the samples that hit.
     Position,
-    /// What camera rays see without light from elsewhere: lamps, the sky and what shows its colour as it is; mean over the samples.
+    /// What camera rays see without light from elsewhere: lamps, the sky and what shows its colour
+    /// as it is; mean over the samples.
     Emission,
     /// Distance along the pixel-centre ray, −1 for the sky.
     Depth,
@@ -115,8 +120,9 @@ pub enum Aov {
     Material,
     /// Samples that entered the pixel.
     Samples,
-    /// Standard error of the pixel's mean, per channel, from the means of its replicates: 0 where chance has no part, −1 where
-    /// fewer than two replicates leave it unknown (fewer than eight samples, or a fixed pattern under random lights).
+    /// Standard error of the pixel's mean, per channel, from the means of its replicates: 0 where
+    /// chance has no part, −1 where fewer than two replicates leave it unknown (fewer than eight
+    /// samples, or a fixed pattern under random lights).
     StandardError,
 }
 
@@ -148,11 +154,12 @@ pub struct Settings {
     pub sampling: Sampling,
     /// How much of a pixel's surroundings counts towards it, where samples lie at random places.
     pub filter: PixelFilter,
-    /// Ray segments a path may have, at least one, of which Whitted's integrator takes [`Settings::MOST_SEGMENTS`] at most;
+    /// Ray segments a path may have, at least one, of which Whitted's integrator takes
+    /// [`Settings::MOST_SEGMENTS`] at most;
     /// [`Settings::UNLIMITED`]: as many as chance allows.
     pub max_depth: u32,
-    /// Radiance to which the brightest channel of a path-traced sample is brought where it is above it: fewer fireflies for light that is
-    /// lost. None: nothing is lost.
+    /// Radiance to which the brightest channel of a path-traced sample is brought where it is above
+    /// it: fewer fireflies for light that is lost. None: nothing is lost.
     pub clamp: Option<f64>,
     /// How light is computed.
     pub integrator: Integrator,
@@ -174,14 +181,17 @@ pub struct Settings {
     pub seed: u64,
     /// Number of the picture in a sequence, so that neighbours in it do not share their noise.
     pub frame: u32,
-    /// Independent parts that the general sampler's samples are taken in, where there are as many samples; the spread of their
-    /// means is what errors are estimated from. None: [`replicates`] says how many.
+    /// Independent parts that the general sampler's samples are taken in, where there are as many
+    /// samples; the spread of their means is what errors are estimated from. None: [`replicates`]
+    /// says how many.
     pub replicates: Option<u32>,
-    /// Whether the picture is denoised once it is there: less noise for a bias that it tells itself. Its samples are taken in four replicates
-    /// then, from eight on, and it keeps the layers that [`crate::denoise`] reads.
+    /// Whether the picture is denoised once it is there: less noise for a bias that it tells
+    /// itself. Its samples are taken in four replicates then, from eight on, and it keeps the
+    /// layers that [`crate::denoise`] reads.
     pub denoise: bool,
-    /// Root relMSE that the picture may have, above zero: samples are added where the error is until the upper end of its interval
-    /// is below, at most as many as `sampling` says. None: every pixel takes those.
+    /// Root relMSE that the picture may have, above zero: samples are added where the error is
+    /// until the upper end of its interval is below, at most as many as `sampling` says. None:
+    /// every pixel takes those.
     pub max_error: Option<f64>,
     /// Arithmetic.
     pub precision: PrecisionChoice,
@@ -197,7 +207,8 @@ pub struct Settings {
     pub aovs: Vec<Aov>,
     /// Edge of a tile in pixels; pictures do not depend on it.
     pub tile_size: u32,
-    /// Bytes that [`Memory`](crate::Memory) may take in all, by what is told of it before anything is built; none: no limit.
+    /// Bytes that [`Memory`](crate::Memory) may take in all, by what is told of it before anything
+    /// is built; none: no limit.
     pub max_memory: Option<u64>,
 }
 
@@ -214,7 +225,8 @@ impl Settings {
     /// No limit on the segments of a path: chance alone ends it.
     pub const UNLIMITED: u32 = u32::MAX;
 
-    /// Radiance behind a studio's ground where what is before it is kept apart: that of a white page, or as much of it as a limit leaves.
+    /// Radiance behind a studio's ground where what is before it is kept apart: that of a white
+    /// page, or as much of it as a limit leaves.
     pub(crate) fn page_radiance(&self) -> f64 {
         self.clamp.map_or(1.0, |most| most.min(1.0))
     }
@@ -258,11 +270,16 @@ impl Settings {
 mod tests {
     use super::*;
 
-    /// Protects: one picture below 8 samples, two below 64, four from there on: docs/decisions/0033-replicates.md.
+    /// Protects: one picture below 8 samples, two below 64, four from there on:
+    /// docs/decisions/0033-replicates.md.
     #[test]
     fn pictures_are_divided_by_their_samples() {
         for samples in 0..200 {
-            let expected = if samples < 8 { 1 } else { 4 - 2 * u32::from(samples < 64) };
+            let expected = if samples < 8 {
+                1
+            } else {
+                4 - 2 * u32::from(samples < 64)
+            };
             assert_eq!(replicates(samples), expected, "{samples}");
         }
         assert_eq!(replicates(u32::MAX), 4);

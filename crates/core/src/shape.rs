@@ -1,17 +1,22 @@
-//! The one place where a shape of the scene becomes one that geometry stores, for all that ask what it will be.
+//! The one place where a shape of the scene becomes one that geometry stores, for all that ask what
+//! it will be.
 
 use glam::{DAffine3, DMat3, DVec3};
 use raywright_bvh::shapes::{
-    AnyShape, Cone, Cuboid, Cylinder, Disk, Ellipsoid, Hyperboloid, Paraboloid, Plane, Quad, Sphere, Torus, Triangle,
+    AnyShape, Cone, Cuboid, Cylinder, Disk, Ellipsoid, Hyperboloid, Paraboloid, Plane, Quad,
+    Sphere, Torus, Triangle,
 };
 use raywright_bvh::{Real, Shape as _, Vector};
 
 use crate::nearby::{FAR_FROM_OWN, near};
 use crate::scene::{Shape, Triple};
 
-/// A shape of the scene as it is stored under a map: where that only moves it, by numbers of its own; else in a space of its own, about an
-/// origin near it, with the map from there.
-pub(crate) fn placed_shape<R: Real>(shape: &Shape, map: DAffine3) -> Option<(AnyShape<R>, Option<DAffine3>)> {
+/// A shape of the scene as it is stored under a map: where that only moves it, by numbers of its
+/// own; else in a space of its own, about an origin near it, with the map from there.
+pub(crate) fn placed_shape<R: Real>(
+    shape: &Shape,
+    map: DAffine3,
+) -> Option<(AnyShape<R>, Option<DAffine3>)> {
     if map.matrix3 == DMat3::IDENTITY {
         return Some((any_shape(shape, map.translation)?, None));
     }
@@ -34,38 +39,75 @@ pub(crate) fn own_origin(shape: &Shape) -> DVec3 {
 
 /// A map of points that are counted from an origin.
 pub(crate) fn map_about(map: DAffine3, origin: DVec3) -> DAffine3 {
-    if origin == DVec3::ZERO { map } else { map * DAffine3::from_translation(origin) }
+    if origin == DVec3::ZERO {
+        map
+    } else {
+        map * DAffine3::from_translation(origin)
+    }
 }
 
-/// A shape of the scene, moved by an offset, in a precision's scalar; none for a mesh, which is many.
+/// A shape of the scene, moved by an offset, in a precision's scalar; none for a mesh, which is
+/// many.
 pub(crate) fn any_shape<R: Real>(shape: &Shape, offset: DVec3) -> Option<AnyShape<R>> {
     let at = |p: Triple| DVec3::from(p) + offset;
     let v = |p: Triple| DVec3::from(p);
     Some(match *shape {
-        Shape::Sphere { centre, radius } => {
-            AnyShape::Sphere(Sphere { centre: Vector::from_f64(at(centre)), radius: R::from_f64(radius) })
-        }
-        Shape::Plane { point, normal } => {
-            AnyShape::Plane(Plane::new(Vector::from_f64(at(point)), Vector::from_f64(v(normal).normalize())))
-        }
-        Shape::Disk { centre, normal, radius } => AnyShape::Disk(Disk::new(at(centre), v(normal), radius)),
-        Shape::Quad { corner, edge_u, edge_v } => AnyShape::Quad(Quad::new(at(corner), v(edge_u), v(edge_v))),
+        Shape::Sphere { centre, radius } => AnyShape::Sphere(Sphere {
+            centre: Vector::from_f64(at(centre)),
+            radius: R::from_f64(radius),
+        }),
+        Shape::Plane { point, normal } => AnyShape::Plane(Plane::new(
+            Vector::from_f64(at(point)),
+            Vector::from_f64(v(normal).normalize()),
+        )),
+        Shape::Disk {
+            centre,
+            normal,
+            radius,
+        } => AnyShape::Disk(Disk::new(at(centre), v(normal), radius)),
+        Shape::Quad {
+            corner,
+            edge_u,
+            edge_v,
+        } => AnyShape::Quad(Quad::new(at(corner), v(edge_u), v(edge_v))),
         Shape::Box { min, max } => AnyShape::Cuboid(Cuboid::new(at(min), at(max))),
-        Shape::Cylinder { base, axis, radius, height, caps } => {
-            AnyShape::Cylinder(Cylinder::new(at(base), v(axis), radius, height, caps))
+        Shape::Cylinder {
+            base,
+            axis,
+            radius,
+            height,
+            caps,
+        } => AnyShape::Cylinder(Cylinder::new(at(base), v(axis), radius, height, caps)),
+        Shape::Cone {
+            base,
+            axis,
+            radius,
+            top_radius,
+            height,
+        } => AnyShape::Cone(Cone::new(at(base), v(axis), radius, top_radius, height)),
+        Shape::Ellipsoid { centre, semi_axes } => {
+            AnyShape::Ellipsoid(Ellipsoid::new(at(centre), v(semi_axes)))
         }
-        Shape::Cone { base, axis, radius, top_radius, height } => {
-            AnyShape::Cone(Cone::new(at(base), v(axis), radius, top_radius, height))
+        Shape::Hyperboloid {
+            centre,
+            waist_radius,
+            c,
+            half_height,
+        } => AnyShape::Hyperboloid(Hyperboloid::new(at(centre), waist_radius, c, half_height)),
+        Shape::Paraboloid {
+            apex,
+            radius,
+            height,
+        } => AnyShape::Paraboloid(Paraboloid::new(at(apex), radius, height)),
+        Shape::Torus {
+            centre,
+            axis,
+            major_radius,
+            minor_radius,
+        } => AnyShape::Torus(Torus::new(at(centre), v(axis), major_radius, minor_radius)),
+        Shape::Triangle { vertices } => {
+            AnyShape::Triangle(Triangle::new(vertices.map(|p| Vector::from_f64(at(p)))))
         }
-        Shape::Ellipsoid { centre, semi_axes } => AnyShape::Ellipsoid(Ellipsoid::new(at(centre), v(semi_axes))),
-        Shape::Hyperboloid { centre, waist_radius, c, half_height } => {
-            AnyShape::Hyperboloid(Hyperboloid::new(at(centre), waist_radius, c, half_height))
-        }
-        Shape::Paraboloid { apex, radius, height } => AnyShape::Paraboloid(Paraboloid::new(at(apex), radius, height)),
-        Shape::Torus { centre, axis, major_radius, minor_radius } => {
-            AnyShape::Torus(Torus::new(at(centre), v(axis), major_radius, minor_radius))
-        }
-        Shape::Triangle { vertices } => AnyShape::Triangle(Triangle::new(vertices.map(|p| Vector::from_f64(at(p))))),
         Shape::Mesh(_) => return None,
     })
 }

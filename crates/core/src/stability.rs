@@ -1,5 +1,6 @@
-//! The hard cases of numerics: what is hard about each, and the bound that it is held to. Each is a test, or several, whose name begins with
-//! its number; those that are functions here are measured by programs too.
+//! The hard cases of numerics: what is hard about each, and the bound that it is held to. Each is a
+//! test, or several, whose name begins with its number; those that are functions here are measured
+//! by programs too.
 
 mod cameras;
 mod facets;
@@ -16,7 +17,8 @@ pub use raywright_bvh::stability::judge::{Outcome, Rays};
 /// A hard case.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct HardCase {
-    /// A letter and two digits: P primitives, T traversal, S rays that leave surfaces and shading, M sampling, F camera and film.
+    /// A letter and two digits: P primitives, T traversal, S rays that leave surfaces and shading,
+    /// M sampling, F camera and film.
     pub number: &'static str,
     /// What is hard.
     pub hard: &'static str,
@@ -26,7 +28,8 @@ pub struct HardCase {
     pub left_out: Option<&'static str>,
 }
 
-/// One case a line: number, what is hard, bound and what is left out, with a bar between two spaces from one to the next.
+/// One case a line: number, what is hard, bound and what is left out, with a bar between two spaces
+/// from one to the next.
 const LIST: &str = include_str!("stability/cases.txt");
 
 /// All hard cases in the order of the list.
@@ -35,11 +38,17 @@ pub fn hard_cases() -> impl Iterator<Item = HardCase> {
         let mut parts = line.split(" | ");
         let mut next = || parts.next().unwrap_or_default();
         let (number, hard, bound) = (next(), next(), next());
-        HardCase { number, hard, bound, left_out: parts.next() }
+        HardCase {
+            number,
+            hard,
+            bound,
+            left_out: parts.next(),
+        }
     })
 }
 
-/// Measures a case in both precisions, and by every kernel that this processor has where a tree is walked; none where the case is a test alone.
+/// Measures a case in both precisions, and by every kernel that this processor has where a tree is
+/// walked; none where the case is a test alone.
 pub fn measure(number: &str, rays: Rays) -> Option<Vec<Measurement>> {
     /// A case of both precisions.
     macro_rules! both {

@@ -1,7 +1,8 @@
-//! The invariants on a scene of the user's own: what of its data, of rays of its own cameras and of its lights makes a picture wrong or noisy.
+//! The invariants on a scene of the user's own: what of its data, of rays of its own cameras and of
+//! its lights makes a picture wrong or noisy.
 //!
-//! Each family of checks is a function from what is known of the scene to findings. Facts that preparation and rendering tell anyway, such as
-//! gaps that storing closes, are taken from there.
+//! Each family of checks is a function from what is known of the scene to findings. Facts that
+//! preparation and rendering tell anyway, such as gaps that storing closes, are taken from there.
 //!
 //! ```
 //! use raywright_core::stress::{Code, Effort, Severity, stress};
@@ -77,7 +78,9 @@ pub struct Effort {
 
 impl Default for Effort {
     fn default() -> Self {
-        Self { budget: Duration::from_secs(30) }
+        Self {
+            budget: Duration::from_secs(30),
+        }
     }
 }
 
@@ -130,14 +133,27 @@ impl Observer for Deadline<'_> {
     }
 }
 
-/// Checks a validated scene as its settings would render it, on the current thread pool. What is found depends on scene, settings and seed, and
-/// on the clock only where [`Report::is_cut`].
+/// Checks a validated scene as its settings would render it, on the current thread pool. What is
+/// found depends on scene, settings and seed, and on the clock only where [`Report::is_cut`].
 ///
 /// # Errors
 /// See [`PrepareError`]; shapes of which storing leaves nothing are findings.
-pub fn stress(scene: &Scene, settings: &Settings, effort: &Effort, observer: &dyn Observer) -> Result<Report, PrepareError> {
-    let deadline = Deadline { observer, end: Instant::now().checked_add(effort.budget) };
-    let session = Session { scene, settings, observer, deadline };
+pub fn stress(
+    scene: &Scene,
+    settings: &Settings,
+    effort: &Effort,
+    observer: &dyn Observer,
+) -> Result<Report, PrepareError> {
+    let deadline = Deadline {
+        observer,
+        end: Instant::now().checked_add(effort.budget),
+    };
+    let session = Session {
+        scene,
+        settings,
+        observer,
+        deadline,
+    };
     session.run()
 }
 
@@ -158,8 +174,17 @@ impl Session<'_> {
         if !lost.is_empty() {
             // It can't be prepared, so that no ray can be sent.
             let mut findings = stored::lost_shapes(scene, &lost);
-            findings.extend(textures::check(&facts).into_iter().chain(lamps::check(&facts, &views)));
-            return Ok(report(findings, &views, Vec::new(), [0, scene.cameras.len().max(1)]));
+            findings.extend(
+                textures::check(&facts)
+                    .into_iter()
+                    .chain(lamps::check(&facts, &views)),
+            );
+            return Ok(report(
+                findings,
+                &views,
+                Vec::new(),
+                [0, scene.cameras.len().max(1)],
+            ));
         }
         let steps = 2 + views.len() as u64 * 3;
         let progress = |done: u64| self.observer.progress(done, steps);
@@ -179,30 +204,56 @@ impl Session<'_> {
             progress(2 + 3 * done as u64);
         }
         let (furnaces, of) = furnace::measure(&facts, settings, &self.deadline);
-        let seen = looks.rays.iter().cloned().reduce(RaySurvey::plus).unwrap_or_default();
+        let seen = looks
+            .rays
+            .iter()
+            .cloned()
+            .reduce(RaySurvey::plus)
+            .unwrap_or_default();
         findings.extend(meshes::check(&facts, &topologies, &seen));
         findings.extend(bodies::check(&facts, &topologies, &seen, &looks.aimed));
-        findings.extend(coplanar::check(&facts, &overlaps, &seen, |pair| bodies::flickers(&facts, &seen, pair)));
+        findings.extend(coplanar::check(&facts, &overlaps, &seen, |pair| {
+            bodies::flickers(&facts, &seen, pair)
+        }));
         findings.extend(samples::check(&facts, &looks.pictures, size));
         findings.extend(materials::check(&facts, settings, &seen, &furnaces));
         findings.extend(textures::check(&facts));
         findings.extend(lamps::check(&facts, &views));
         findings.extend(cameras::check(&facts, &views, &looks.rays));
         progress(steps);
-        let furnaces = CheckRun { name: "furnaces", looked_at: furnaces.len() as u64, unit: "materials", planned: of as u64 };
+        let furnaces = CheckRun {
+            name: "furnaces",
+            looked_at: furnaces.len() as u64,
+            unit: "materials",
+            planned: of as u64,
+        };
         let checks = looks.checks(furnaces);
-        Ok(report(findings, &views, checks, [views.len(), scene.cameras.len().max(1)]))
+        Ok(report(
+            findings,
+            &views,
+            checks,
+            [views.len(), scene.cameras.len().max(1)],
+        ))
     }
 
     /// The cameras that are looked through, each in the picture's size.
     fn views(&self) -> Vec<View> {
         let (scene, size) = (self.scene, self.settings.size);
         let cameras = scene.cameras.iter().enumerate().take(CAMERAS);
-        let mut views: Vec<View> =
-            cameras.map(|(index, camera)| View::new(index, Subject::Camera(Some(index)), camera.clone(), size)).collect();
+        let mut views: Vec<View> = cameras
+            .map(|(index, camera)| {
+                View::new(index, Subject::Camera(Some(index)), camera.clone(), size)
+            })
+            .collect();
         if views.is_empty() {
             let silhouette = Silhouette::of(scene);
-            let framed = || silhouette.frame(silhouette.front(), FIELD_OF_VIEW, f64::from(size[0]) / f64::from(size[1]));
+            let framed = || {
+                silhouette.frame(
+                    silhouette.front(),
+                    FIELD_OF_VIEW,
+                    f64::from(size[0]) / f64::from(size[1]),
+                )
+            };
             let camera = self.settings.camera.clone().unwrap_or_else(framed);
             views.push(View::new(0, Subject::Camera(None), camera, size));
         }
@@ -239,9 +290,22 @@ impl Session<'_> {
     ) -> Vec<Finding> {
         let seed = self.settings.seed;
         let deadline = &self.deadline;
-        looks.rays.push(ready.work(&PictureRays { facts, overlaps, size: ready.settings().size, seed, deadline }));
-        looks.aimed.push(ready.work(&EdgeAim { facts, topologies, seed, deadline }));
-        looks.pictures.push(SmallPicture::of(ready, view.index, &self.deadline));
+        looks.rays.push(ready.work(&PictureRays {
+            facts,
+            overlaps,
+            size: ready.settings().size,
+            seed,
+            deadline,
+        }));
+        looks.aimed.push(ready.work(&EdgeAim {
+            facts,
+            topologies,
+            seed,
+            deadline,
+        }));
+        looks
+            .pictures
+            .push(SmallPicture::of(ready, view.index, &self.deadline));
         bodies::closed(facts, &ready.closed_gaps(), &ready.light_leaks())
     }
 }
@@ -260,9 +324,16 @@ impl Looks {
         let rays = self.rays.iter().map(RaySurvey::run);
         let aimed = self.aimed.iter().map(AimedRays::run);
         let mut sums: Vec<CheckRun> = Vec::new();
-        for run in rays.chain(aimed).chain(self.pictures.iter().map(|picture| picture.run.clone())).chain([furnaces]) {
+        for run in rays
+            .chain(aimed)
+            .chain(self.pictures.iter().map(|picture| picture.run.clone()))
+            .chain([furnaces])
+        {
             match sums.iter_mut().find(|sum| sum.name == run.name) {
-                Some(sum) => (sum.looked_at, sum.planned) = (sum.looked_at + run.looked_at, sum.planned + run.planned),
+                Some(sum) => {
+                    (sum.looked_at, sum.planned) =
+                        (sum.looked_at + run.looked_at, sum.planned + run.planned)
+                }
                 None => sums.push(run),
             }
         }
@@ -274,14 +345,27 @@ impl Looks {
 const KEPT: usize = 16;
 
 /// The findings, the worst first, each once, with the pixels in which they are.
-fn report(mut findings: Vec<Finding>, views: &[View], checks: Vec<CheckRun>, cameras: [usize; 2]) -> Report {
+fn report(
+    mut findings: Vec<Finding>,
+    views: &[View],
+    checks: Vec<CheckRun>,
+    cameras: [usize; 2],
+) -> Report {
     for found in &mut findings {
         let place = found.place.map(glam::DVec3::from);
-        let pixel = |place| views.iter().find_map(|view| Some((view.pixel_of(place)?, view.index)));
+        let pixel = |place| {
+            views
+                .iter()
+                .find_map(|view| Some((view.pixel_of(place)?, view.index)))
+        };
         found.pixel = found.pixel.or_else(|| place.and_then(pixel));
     }
-    findings.sort_by(|a, b| (a.severity, a.code, a.subject, &a.why).cmp(&(b.severity, b.code, b.subject, &b.why)));
-    findings.dedup_by(|again, found| (again.code, again.subject, &again.why) == (found.code, found.subject, &found.why));
+    findings.sort_by(|a, b| {
+        (a.severity, a.code, a.subject, &a.why).cmp(&(b.severity, b.code, b.subject, &b.why))
+    });
+    findings.dedup_by(|again, found| {
+        (again.code, again.subject, &again.why) == (found.code, found.subject, &found.why)
+    });
     let (all, mut of_kind) = (findings.len(), BTreeMap::new());
     findings.retain(|found| {
         let kept = of_kind.entry((found.severity, found.code)).or_insert(0);
@@ -289,5 +373,11 @@ fn report(mut findings: Vec<Finding>, views: &[View], checks: Vec<CheckRun>, cam
         *kept <= KEPT
     });
     let left_out = all - findings.len();
-    Report { findings, left_out, checks, cameras, size: views.first().map_or([1, 1], |view| view.size) }
+    Report {
+        findings,
+        left_out,
+        checks,
+        cameras,
+        size: views.first().map_or([1, 1], |view| view.size),
+    }
 }

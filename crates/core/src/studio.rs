@@ -1,8 +1,9 @@
 //! The lights of the default studio, as they stand for a camera.
 //!
-//! Key, fill and rim are lobes around directions far away over a gradient: a sky that is drawn in closed form, so that soft light costs
-//! little noise. They go round with the camera's azimuth, as a photographer's stand about the camera while the model turns, so that every
-//! side of a model is seen in the same light; heights are the world's.
+//! Key, fill and rim are lobes around directions far away over a gradient: a sky that is drawn in
+//! closed form, so that soft light costs little noise. They go round with the camera's azimuth, as
+//! a photographer's stand about the camera while the model turns, so that every side of a model is
+//! seen in the same light; heights are the world's.
 
 use core::f64::consts::TAU;
 
@@ -26,43 +27,79 @@ struct SoftLight {
     exponent: u32,
 }
 
-/// Key, fill and rim. What they send to a surface that faces them is 2/(exponent + 2) of their radiance, over π.
+/// Key, fill and rim. What they send to a surface that faces them is 2/(exponent + 2) of their
+/// radiance, over π.
 const LIGHTS: [SoftLight; 3] = [
-    SoftLight { azimuth: -40.0, elevation: 45.0, radiance: 3.8, exponent: 12 },
-    SoftLight { azimuth: 60.0, elevation: 15.0, radiance: 0.4, exponent: 4 },
-    SoftLight { azimuth: 155.0, elevation: 35.0, radiance: 5.0, exponent: 30 },
+    SoftLight {
+        azimuth: -40.0,
+        elevation: 45.0,
+        radiance: 3.8,
+        exponent: 12,
+    },
+    SoftLight {
+        azimuth: 60.0,
+        elevation: 15.0,
+        radiance: 0.4,
+        exponent: 4,
+    },
+    SoftLight {
+        azimuth: 155.0,
+        elevation: 35.0,
+        radiance: 5.0,
+        exponent: 30,
+    },
 ];
 
 /// The sky that lights a scene in a studio, seen by a camera.
 pub(crate) fn lights(studio: &Studio, camera: &Camera) -> Sky {
     let turn = azimuth(camera) - studio.rotation.to_radians();
     let suns = LIGHTS.iter().map(|light| Sun {
-        direction: towards(turn + light.azimuth.to_radians(), light.elevation.to_radians()).to_array(),
+        direction: towards(
+            turn + light.azimuth.to_radians(),
+            light.elevation.to_radians(),
+        )
+        .to_array(),
         colour: Colour::WHITE,
         weight: light.radiance * studio.strength,
         exponent: light.exponent,
     });
     let grey = |radiance: f64| Colour([radiance * studio.strength; 3]);
-    Sky::Gradient { bottom: grey(BELOW), top: grey(ABOVE), suns: suns.collect() }
+    Sky::Gradient {
+        bottom: grey(BELOW),
+        top: grey(ABOVE),
+        suns: suns.collect(),
+    }
 }
 
-/// The unit direction of an azimuth, 0 along +z and a quarter of a turn along +x, and an elevation, in radians.
+/// The unit direction of an azimuth, 0 along +z and a quarter of a turn along +x, and an elevation,
+/// in radians.
 pub(crate) fn towards(azimuth: f64, elevation: f64) -> DVec3 {
     let (sin, cos) = libm::sincos(azimuth);
     let (height, level) = libm::sincos(elevation);
     DVec3::new(level * sin, height, level * cos)
 }
 
-/// Where a camera stands about what it looks at, in radians; of one that looks straight down or up, where it would come down to.
+/// Where a camera stands about what it looks at, in radians; of one that looks straight down or up,
+/// where it would come down to.
 fn azimuth(camera: &Camera) -> f64 {
     let (back, up) = match pose_at(camera, opening(camera)) {
-        Pose::LookAt { eye, target, up } => (DVec3::from(eye) - DVec3::from(target), DVec3::from(up)),
+        Pose::LookAt { eye, target, up } => {
+            (DVec3::from(eye) - DVec3::from(target), DVec3::from(up))
+        }
         Pose::Orbit { azimuth, .. } => return azimuth.to_radians() % TAU,
         Pose::Axes { up, back, .. } => (DVec3::from(back), DVec3::from(up)),
     };
     let back = back.normalize_or_zero();
-    let level = if back.x.hypot(back.z) > 0.01 { back } else { up * -back.y.signum() };
-    if level.x == 0.0 && level.z == 0.0 { 0.0 } else { libm::atan2(level.x, level.z) }
+    let level = if back.x.hypot(back.z) > 0.01 {
+        back
+    } else {
+        up * -back.y.signum()
+    };
+    if level.x == 0.0 && level.z == 0.0 {
+        0.0
+    } else {
+        libm::atan2(level.x, level.z)
+    }
 }
 
 #[cfg(test)]

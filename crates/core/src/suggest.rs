@@ -1,7 +1,8 @@
 //! "Did you mean": the known word that is nearest to an unknown one.
 
-/// The candidate that a mistyped word most likely stands for, if any is near enough: at most one edit for every three
-/// characters, where swapping neighbours is one edit, and case and the choice of `-`, `_` or space do not count.
+/// The candidate that a mistyped word most likely stands for, if any is near enough: at most one
+/// edit for every three characters, where swapping neighbours is one edit, and case and the choice
+/// of `-`, `_` or space do not count.
 pub fn closest<'a>(wrong: &str, candidates: impl IntoIterator<Item = &'a str>) -> Option<&'a str> {
     // The distance costs the product of both lengths; nobody mistypes a word this long.
     const LONGEST: usize = 64;
@@ -13,14 +14,27 @@ pub fn closest<'a>(wrong: &str, candidates: impl IntoIterator<Item = &'a str>) -
     candidates
         .into_iter()
         .filter(|candidate| candidate.len() <= LONGEST)
-        .map(|candidate| (strsim::damerau_levenshtein(&wrong, &plain(candidate)), candidate))
+        .map(|candidate| {
+            (
+                strsim::damerau_levenshtein(&wrong, &plain(candidate)),
+                candidate,
+            )
+        })
         .filter(|(distance, candidate)| *distance <= edits && *distance < candidate.chars().count())
         .min_by_key(|(distance, _)| *distance)
         .map(|(_, candidate)| candidate)
 }
 
 fn plain(word: &str) -> String {
-    word.chars().map(|c| if matches!(c, '-' | ' ') { '_' } else { c.to_ascii_lowercase() }).collect()
+    word.chars()
+        .map(|c| {
+            if matches!(c, '-' | ' ') {
+                '_'
+            } else {
+                c.to_ascii_lowercase()
+            }
+        })
+        .collect()
 }
 
 #[cfg(test)]

@@ -3,7 +3,9 @@
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
-use raywright_core::scene::{AlphaMode, Colour, Image, ImageData, Model, Physical, Pixels, Scene, TextureRef};
+use raywright_core::scene::{
+    AlphaMode, Colour, Image, ImageData, Model, Physical, Pixels, Scene, TextureRef,
+};
 
 /// Base colour of clay: a neutral grey.
 const CLAY: f64 = 0.6;
@@ -17,12 +19,17 @@ pub(crate) fn model() -> Model {
 }
 
 fn matte(own: Physical) -> Physical {
-    Physical { base_colour: Colour([CLAY; 3]).into(), specular: 0.0.into(), ..own }
+    Physical {
+        base_colour: Colour([CLAY; 3]).into(),
+        specular: 0.0.into(),
+        ..own
+    }
 }
 
-/// Makes every surface a matte neutral one. What gives off light evenly goes on, since it may be all the light there is. Shapes that alpha cuts out of
-/// larger ones are kept: masks as they are, and blended surfaces are cut at half where an image says how far they are there. The others become
-/// opaque, and so does glass.
+/// Makes every surface a matte neutral one. What gives off light evenly goes on, since it may be
+/// all the light there is. Shapes that alpha cuts out of larger ones are kept: masks as they are,
+/// and blended surfaces are cut at half where an image says how far they are there. The others
+/// become opaque, and so does glass.
 pub(crate) fn apply(scene: &mut Scene) {
     let mut cuts = Cutouts::default();
     for material in &mut scene.materials {
@@ -31,7 +38,10 @@ pub(crate) fn apply(scene: &mut Scene) {
             Model::Physical(model) => cuts.of(model),
             Model::Classic(_) => Physical::default(),
         };
-        material.model = Model::Physical(Box::new(Physical { emission, ..matte(cut) }));
+        material.model = Model::Physical(Box::new(Physical {
+            emission,
+            ..matte(cut)
+        }));
     }
     cuts.add_to(scene);
     scene.unread.clear();
@@ -50,23 +60,55 @@ impl Cutouts {
             (AlphaMode::Blend, Some(_)) => (AlphaMode::Mask { cutoff: HALF }, 1.0.into()),
             _ => return Physical::default(),
         };
-        let white =
-            |texture: &TextureRef| TextureRef { name: self.white(&texture.name), factor: Colour::WHITE, ..texture.clone() };
-        Physical { alpha, opacity, base_colour_texture: texture.map(white), ..Physical::default() }
+        let white = |texture: &TextureRef| TextureRef {
+            name: self.white(&texture.name),
+            factor: Colour::WHITE,
+            ..texture.clone()
+        };
+        Physical {
+            alpha,
+            opacity,
+            base_colour_texture: texture.map(white),
+            ..Physical::default()
+        }
     }
 
     fn white(&mut self, name: &str) -> String {
-        self.0.entry(name.to_owned()).or_insert_with(|| format!("{name} (white)")).clone()
+        self.0
+            .entry(name.to_owned())
+            .or_insert_with(|| format!("{name} (white)"))
+            .clone()
     }
 
     /// Adds the textures, whose images are white copies.
     fn add_to(self, scene: &mut Scene) {
         for (name, white) in self.0 {
-            let Some(texture) = scene.textures.iter().find(|texture| texture.name == name).cloned() else { continue };
-            let Some(image) = scene.images.iter().find(|image| image.name == texture.image) else { continue };
+            let Some(texture) = scene
+                .textures
+                .iter()
+                .find(|texture| texture.name == name)
+                .cloned()
+            else {
+                continue;
+            };
+            let Some(image) = scene
+                .images
+                .iter()
+                .find(|image| image.name == texture.image)
+            else {
+                continue;
+            };
             let data = image.data.as_deref().map(|data| Arc::new(whitened(data)));
-            scene.images.push(Image { name: white.clone(), data, ..image.clone() });
-            scene.textures.push(raywright_core::scene::Texture { name: white.clone(), image: white, ..texture });
+            scene.images.push(Image {
+                name: white.clone(),
+                data,
+                ..image.clone()
+            });
+            scene.textures.push(raywright_core::scene::Texture {
+                name: white.clone(),
+                image: white,
+                ..texture
+            });
         }
     }
 }
@@ -74,8 +116,18 @@ impl Cutouts {
 /// An image of which only the alpha is left.
 fn whitened(data: &ImageData) -> ImageData {
     let pixels = match &data.pixels {
-        Pixels::Codes(pixels) => Pixels::Codes(pixels.iter().map(|&[.., alpha]| [255, 255, 255, alpha]).collect()),
-        Pixels::Linear(pixels) => Pixels::Linear(pixels.iter().map(|&[.., alpha]| [1.0, 1.0, 1.0, alpha]).collect()),
+        Pixels::Codes(pixels) => Pixels::Codes(
+            pixels
+                .iter()
+                .map(|&[.., alpha]| [255, 255, 255, alpha])
+                .collect(),
+        ),
+        Pixels::Linear(pixels) => Pixels::Linear(
+            pixels
+                .iter()
+                .map(|&[.., alpha]| [1.0, 1.0, 1.0, alpha])
+                .collect(),
+        ),
     };
     ImageData { pixels, ..*data }
 }
@@ -86,8 +138,9 @@ mod tests {
 
     use super::*;
 
-    /// Protects: what every kind of material becomes: matte grey, with the light that it gives off evenly and the shape that alpha cuts out, from an
-    /// image that has no colour of its own any more; glass and what a number makes blend are opaque.
+    /// Protects: what every kind of material becomes: matte grey, with the light that it gives off
+    /// evenly and the shape that alpha cuts out, from an image that has no colour of its own any
+    /// more; glass and what a number makes blend are opaque.
     #[test]
     fn materials_become_clay() {
         let physical = |name: &str, terms: serde_json::Value| json!({ "name": name, "model": { "physical": terms } });
@@ -105,7 +158,11 @@ mod tests {
             "images": [{ "name": "leaf", "path": "leaf.png" }], "textures": [{ "name": "leaf", "image": "leaf" }] }))
         .expect("a scene");
         let pixels = Pixels::Codes(vec![[10, 200, 30, 255], [10, 200, 30, 0]]);
-        scene.images[0].data = Some(Arc::new(ImageData { width: 2, height: 1, pixels }));
+        scene.images[0].data = Some(Arc::new(ImageData {
+            width: 2,
+            height: 1,
+            pixels,
+        }));
         apply(&mut scene);
         let found: Vec<Physical> = scene
             .materials
@@ -120,10 +177,22 @@ mod tests {
         let alphas = [&found[2], &found[3]].map(|model| (model.alpha, model.opacity.clone()));
         assert_eq!(alphas[0], (AlphaMode::Mask { cutoff: 0.3 }, 0.9.into()));
         assert_eq!(alphas[1], (AlphaMode::Mask { cutoff: HALF }, 1.0.into()));
-        let names = [&found[2], &found[3]].map(|model| model.base_colour_texture.as_ref().map(|texture| texture.name.clone()));
+        let names = [&found[2], &found[3]].map(|model| {
+            model
+                .base_colour_texture
+                .as_ref()
+                .map(|texture| texture.name.clone())
+        });
         assert_eq!(names, [(); 2].map(|()| Some("leaf (white)".to_owned())));
-        let white = scene.images.iter().find(|image| image.name == "leaf (white)").and_then(|image| image.data.clone());
-        assert_eq!(white.map(|data| data.pixels.clone()), Some(Pixels::Codes(vec![[255; 4], [255, 255, 255, 0]])));
+        let white = scene
+            .images
+            .iter()
+            .find(|image| image.name == "leaf (white)")
+            .and_then(|image| image.data.clone());
+        assert_eq!(
+            white.map(|data| data.pixels.clone()),
+            Some(Pixels::Codes(vec![[255; 4], [255, 255, 255, 0]]))
+        );
         assert_eq!(found[5].emission, Colour([5.0, 4.0, 3.0]).into());
         assert_eq!(found[6].emission, Colour([1.0, 0.0, 0.0]).into());
     }

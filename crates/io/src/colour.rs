@@ -1,18 +1,26 @@
-//! Colours as people write them elsewhere: `#e6b219`, `white`, `rgb(230, 178, 25)`. They are codes of the sRGB curve, and become linear.
+//! Colours as people write them elsewhere: `#e6b219`, `white`, `rgb(230, 178, 25)`. They are codes
+//! of the sRGB curve, and become linear.
 
 use css_color::Srgb;
 use raywright_core::display::curve::decode;
 use raywright_core::scene::TransferCurve;
 
-/// The linear colour that a text means; none where it is no opaque colour of CSS. Digits without `#` are a number.
+/// The linear colour that a text means; none where it is no opaque colour of CSS. Digits without
+/// `#` are a number.
 pub fn parse_colour(text: &str) -> Option<[f64; 3]> {
     let text = text.trim();
-    let is_name =
-        || text.len() > 2 && text.bytes().all(|b| b.is_ascii_alphabetic()) && !text.bytes().all(|b| b.is_ascii_hexdigit());
+    let is_name = || {
+        text.len() > 2
+            && text.bytes().all(|b| b.is_ascii_alphabetic())
+            && !text.bytes().all(|b| b.is_ascii_hexdigit())
+    };
     if !(text.starts_with('#') || text.starts_with("rgb") || is_name()) {
         return None;
     }
-    let colour: Srgb = text.parse().ok().filter(|colour: &Srgb| colour.alpha >= 1.0)?;
+    let colour: Srgb = text
+        .parse()
+        .ok()
+        .filter(|colour: &Srgb| colour.alpha >= 1.0)?;
     // Codes are whole numbers in all three notations.
     Some([colour.red, colour.green, colour.blue].map(|share| {
         let code = (f64::from(share) * 255.0).round();
@@ -24,19 +32,43 @@ pub fn parse_colour(text: &str) -> Option<[f64; 3]> {
 mod tests {
     use super::*;
 
-    /// Protects: the three notations mean one colour, in linear numbers by the definition of sRGB (IEC 61966-2-1), and what is a number or an
-    /// expression is none.
+    /// Protects: the three notations mean one colour, in linear numbers by the definition of sRGB
+    /// (IEC 61966-2-1), and what is a number or an expression is none.
     #[test]
     fn notations_of_one_colour_agree() {
         let linear = |code: f64| ((code / 255.0 + 0.055) / 1.055_f64).powf(2.4);
         let expected = [230.0, 178.0, 25.0].map(linear);
-        for text in ["#e6b219", "#E6B219", "rgb(230, 178, 25)", " rgb(230 178 25) "] {
+        for text in [
+            "#e6b219",
+            "#E6B219",
+            "rgb(230, 178, 25)",
+            " rgb(230 178 25) ",
+        ] {
             let found = parse_colour(text).expect(text);
-            assert!(found.iter().zip(expected).all(|(a, b)| (a - b).abs() < 1e-9), "{text}: {found:?}");
+            assert!(
+                found
+                    .iter()
+                    .zip(expected)
+                    .all(|(a, b)| (a - b).abs() < 1e-9),
+                "{text}: {found:?}"
+            );
         }
         assert_eq!(parse_colour("white"), Some([1.0; 3]));
         assert_eq!(parse_colour("#fff"), Some([1.0; 3]));
-        for text in ["", "0.5", "123456", "facade", "sin(t)", "t", "p.x", "#12", "rgb(1)", "transparent", "#11223344", "wihte"] {
+        for text in [
+            "",
+            "0.5",
+            "123456",
+            "facade",
+            "sin(t)",
+            "t",
+            "p.x",
+            "#12",
+            "rgb(1)",
+            "transparent",
+            "#11223344",
+            "wihte",
+        ] {
             assert_eq!(parse_colour(text), None, "{text}");
         }
     }

@@ -41,15 +41,34 @@ pub struct Diagnostics {
 
 impl Diagnostics {
     /// Sorts the problems by place; they mean that the content is wrong.
-    pub fn new(file: impl Into<String>, text: impl Into<Arc<str>>, mut problems: Vec<Diagnostic>) -> Self {
+    pub fn new(
+        file: impl Into<String>,
+        text: impl Into<Arc<str>>,
+        mut problems: Vec<Diagnostic>,
+    ) -> Self {
         problems.sort_by_key(|problem| problem.span.as_ref().map_or(0, |span| span.start));
-        Self { file: file.into(), text: text.into(), problems, kind: ErrorKind::Input }
+        Self {
+            file: file.into(),
+            text: text.into(),
+            problems,
+            kind: ErrorKind::Input,
+        }
     }
 
     /// All problems as text, at most twenty in full.
     pub(crate) fn render(&self, renderer: &Renderer) -> String {
-        let mut blocks: Vec<String> = self.problems.iter().take(SHOWN).map(|problem| self.block(problem, renderer)).collect();
-        if let Some(more) = self.problems.len().checked_sub(SHOWN).filter(|&more| more > 0) {
+        let mut blocks: Vec<String> = self
+            .problems
+            .iter()
+            .take(SHOWN)
+            .map(|problem| self.block(problem, renderer))
+            .collect();
+        if let Some(more) = self
+            .problems
+            .len()
+            .checked_sub(SHOWN)
+            .filter(|&more| more > 0)
+        {
             let noun = if more == 1 { "problem" } else { "problems" };
             blocks.push(format!("{}: {more} more {noun} not shown", self.file));
         }
@@ -58,28 +77,42 @@ impl Diagnostics {
 
     fn block(&self, problem: &Diagnostic, renderer: &Renderer) -> String {
         let Some(span) = &problem.span else {
-            return plain(&format!("{}: {}", self.file, problem.message), problem.hint.as_deref(), renderer);
+            return plain(
+                &format!("{}: {}", self.file, problem.message),
+                problem.hint.as_deref(),
+                renderer,
+            );
         };
         let hint = problem.hint.as_ref().map(|hint| Level::HELP.message(hint));
         let title = Level::ERROR.primary_title(&problem.message);
-        // Only the line of the place goes to the renderer, or a piece of it, so that a long file costs no more than a short one.
+        // Only the line of the place goes to the renderer, or a piece of it, so that a long file
+        // costs no more than a short one.
         let place = Place::of(&self.text, span);
         let label = Some(problem.label.as_str()).filter(|label| !label.is_empty());
-        let annotation = AnnotationKind::Primary.span(place.within.clone()).label(label);
-        let snippet =
-            Snippet::source(&self.text[place.shown.clone()]).line_start(place.line).path(&self.file).annotation(annotation);
+        let annotation = AnnotationKind::Primary
+            .span(place.within.clone())
+            .label(label);
+        let snippet = Snippet::source(&self.text[place.shown.clone()])
+            .line_start(place.line)
+            .path(&self.file)
+            .annotation(annotation);
         let shown = renderer.render(&[Group::with_title(title).element(snippet).elements(hint)]);
         // The renderer counts columns from the beginning of the piece.
-        let [within, of_text] =
-            [place.column_within, place.column].map(|column| format!("{}:{}:{column}", self.file, place.line));
-        if within == of_text { shown } else { shown.replacen(&within, &of_text, 1) }
+        let [within, of_text] = [place.column_within, place.column]
+            .map(|column| format!("{}:{}:{column}", self.file, place.line));
+        if within == of_text {
+            shown
+        } else {
+            shown.replacen(&within, &of_text, 1)
+        }
     }
 }
 
 /// A message without a place, and its advice.
 pub(crate) fn plain(message: &str, hint: Option<&str>, renderer: &Renderer) -> String {
     let error = renderer.render(&[Group::with_title(Level::ERROR.primary_title(message))]);
-    let help = hint.map(|hint| renderer.render(&[Group::with_title(Level::HELP.secondary_title(hint))]));
+    let help =
+        hint.map(|hint| renderer.render(&[Group::with_title(Level::HELP.secondary_title(hint))]));
     // Two reports, because one would put an empty gutter between them.
     help.map_or_else(|| error.clone(), |help| format!("{error}\n{help}"))
 }
@@ -100,7 +133,8 @@ pub struct Place {
 }
 
 impl Place {
-    /// The place of a span; out-of-range and mid-character offsets are moved to the nearest sensible ones.
+    /// The place of a span; out-of-range and mid-character offsets are moved to the nearest
+    /// sensible ones.
     pub fn of(text: &str, span: &Range<usize>) -> Self {
         let mut start = text.floor_char_boundary(span.start.min(text.len()));
         // The end of a text that ends with a line break belongs to its last line.
@@ -114,11 +148,21 @@ impl Place {
         let line = text[..line_start].matches('\n').count() + 1;
         let column = text[line_start..start].chars().count() + 1;
         let cut = start - line_start > 4 * MARGIN;
-        let from = if cut { text.ceil_char_boundary(start - MARGIN) } else { line_start };
+        let from = if cut {
+            text.ceil_char_boundary(start - MARGIN)
+        } else {
+            line_start
+        };
         let to = line_end.min(text.floor_char_boundary(end.min(start + MARGIN) + 2 * MARGIN));
         let end = end.min(to);
         let column_within = text[from..start].chars().count() + 1;
-        Self { line, column, shown: from..to, within: start - from..end - from, column_within }
+        Self {
+            line,
+            column,
+            shown: from..to,
+            within: start - from..end - from,
+            column_within,
+        }
     }
 }
 
@@ -127,12 +171,18 @@ mod tests {
     use super::*;
 
     fn shown(text: &str, span: Range<usize>) -> String {
-        let problem = Diagnostic { message: "m".into(), span: Some(span), label: String::new(), hint: None };
+        let problem = Diagnostic {
+            message: "m".into(),
+            span: Some(span),
+            label: String::new(),
+            hint: None,
+        };
         Diagnostics::new("a.json", text, vec![problem]).render(&Renderer::plain())
     }
 
-    /// Protects: a message has its place once, as the line and the column of the text, in short lines and far along long ones, in any line, and
-    /// where the line has characters of several bytes.
+    /// Protects: a message has its place once, as the line and the column of the text, in short
+    /// lines and far along long ones, in any line, and where the line has characters of several
+    /// bytes.
     #[test]
     fn places_are_told_once() {
         let place = |text: &str, span| {
@@ -144,7 +194,10 @@ mod tests {
         let long = "x".repeat(1000);
         for at in [0, 239, 240, 241, 500, 999] {
             assert_eq!(place(&long, at..at + 1), format!("a.json:1:{}", at + 1));
-            assert_eq!(place(&format!("\n\n{long}\n"), at + 2..at + 3), format!("a.json:3:{}", at + 1));
+            assert_eq!(
+                place(&format!("\n\n{long}\n"), at + 2..at + 3),
+                format!("a.json:3:{}", at + 1)
+            );
         }
         assert_eq!(place(&"é".repeat(500), 800..802), "a.json:1:401");
     }

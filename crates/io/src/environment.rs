@@ -1,5 +1,5 @@
-//! What a scene is seen under: its own sky, none, the neutral one, the default studio, or a picture from a file of the user's; and what is
-//! added where a scene brings no light.
+//! What a scene is seen under: its own sky, none, the neutral one, the default studio, or a picture
+//! from a file of the user's; and what is added where a scene brings no light.
 
 use std::fs::File;
 use std::path::{Path, PathBuf};
@@ -18,8 +18,9 @@ use crate::limits::{Limits, human_bytes};
 use crate::source::Format;
 use crate::warning::{Warning, WarningCode};
 
-/// What is to be the environment, and how it is turned and weighed. Nothing: a scene keeps its own as it is, a scene that would be black
-/// gets the neutral sky, and a model that brings no lights stands in the default studio.
+/// What is to be the environment, and how it is turned and weighed. Nothing: a scene keeps its own
+/// as it is, a scene that would be black gets the neutral sky, and a model that brings no lights
+/// stands in the default studio.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Environment {
     /// In place of the scene's own sky.
@@ -66,11 +67,13 @@ pub enum LightShortage {
     TooDim,
 }
 
-/// Puts an environment into a scene; what was read counts towards the folder's hash and inputs. Returns why light was added where nobody
-/// asked for any: the neutral sky to scenes of our format, the default studio around models.
+/// Puts an environment into a scene; what was read counts towards the folder's hash and inputs.
+/// Returns why light was added where nobody asked for any: the neutral sky to scenes of our format,
+/// the default studio around models.
 ///
 /// # Errors
-/// A file that can't be read, is no picture or is over a limit, and a sky that can't be turned or weighed.
+/// A file that can't be read, is no picture or is over a limit, and a sky that can't be turned or
+/// weighed.
 pub(crate) fn apply(
     scene: &mut Scene,
     format: Format,
@@ -93,7 +96,11 @@ pub(crate) fn apply(
     if wish.source.is_some() {
         folder.note(format!("environment {:?}", wish.source).as_bytes());
     }
-    let shortage = if wish.source.is_some() { None } else { shortage(scene, format) };
+    let shortage = if wish.source.is_some() {
+        None
+    } else {
+        shortage(scene, format)
+    };
     let is_model = !matches!(format, Format::Native(_));
     if shortage.is_some() && is_model {
         scene.sky = Some(studio());
@@ -116,10 +123,16 @@ pub(crate) fn apply(
         folder.note(key.as_bytes());
         folder.note(&value.to_le_bytes());
         let Some(sky) = &mut scene.sky else {
-            let error = Error::usage(format!("--env-{key} changes the environment, and the scene has none"));
+            let error = Error::usage(format!(
+                "--env-{key} changes the environment, and the scene has none"
+            ));
             return Err(error.with_hint("add one: --env default, or --env FILE"));
         };
-        if key == "rotation" { turn(sky, value)? } else { weigh(sky, value)? }
+        if key == "rotation" {
+            turn(sky, value)?
+        } else {
+            weigh(sky, value)?
+        }
     }
     if shortage.is_some() && !is_model {
         scene.sky = Some(neutral_sky());
@@ -127,8 +140,8 @@ pub(crate) fn apply(
     Ok(shortage)
 }
 
-/// What light a scene lacks. Who writes a scene may want it dark; a model without lights that reach it is of no use to anyone, since what
-/// glows in it seldom lights it.
+/// What light a scene lacks. Who writes a scene may want it dark; a model without lights that reach
+/// it is of no use to anyone, since what glows in it seldom lights it.
 fn shortage(scene: &Scene, format: Format) -> Option<LightShortage> {
     match format {
         Format::Native(_) => (!has_light(scene)).then_some(LightShortage::NoLight),
@@ -138,31 +151,61 @@ fn shortage(scene: &Scene, format: Format) -> Option<LightShortage> {
     }
 }
 
-fn picture(scene: &mut Scene, path: &Path, folder: &Folder, limits: &Limits, warnings: &mut Vec<Warning>) -> Result<(), Error> {
+fn picture(
+    scene: &mut Scene,
+    path: &Path,
+    folder: &Folder,
+    limits: &Limits,
+    warnings: &mut Vec<Warning>,
+) -> Result<(), Error> {
     let unreadable = |cause: std::io::Error| Error::read(path, &cause);
     folder.note_file(path);
     // A pipe could keep a reader waiting for ever, and a folder is none.
     if path.exists() && !path.is_file() {
         return Err(Error::input(path.display(), "is not a regular file"));
     }
-    let bytes = read_file(&File::open(path).map_err(unreadable)?, limits.file_bytes).map_err(unreadable)?;
-    let larger =
-        || Error::limit(path.display(), format!("the file is larger than the limit of {}", human_bytes(limits.file_bytes)));
+    let bytes =
+        read_file(&File::open(path).map_err(unreadable)?, limits.file_bytes).map_err(unreadable)?;
+    let larger = || {
+        Error::limit(
+            path.display(),
+            format!(
+                "the file is larger than the limit of {}",
+                human_bytes(limits.file_bytes)
+            ),
+        )
+    };
     let bytes = bytes.ok_or_else(larger)?;
     folder.note(&bytes);
-    let Decoded { image, remarks, mended } = image_file::decode(&bytes, limits).map_err(|fault| match fault.kind {
+    let Decoded {
+        image,
+        remarks,
+        mended,
+    } = image_file::decode(&bytes, limits).map_err(|fault| match fault.kind {
         FaultKind::Limit => Error::limit(path.display(), fault.message),
-        FaultKind::Input | FaultKind::Choice => {
-            Error::input(path.display(), fault.message).with_hint("an environment is an equirectangular .hdr or .exr picture")
-        }
+        FaultKind::Input | FaultKind::Choice => Error::input(path.display(), fault.message)
+            .with_hint("an environment is an equirectangular .hdr or .exr picture"),
     })?;
-    warnings.extend(remarks.into_iter().map(|remark| Warning::new(WarningCode::of_image(mended), path.display(), remark)));
+    warnings.extend(
+        remarks
+            .into_iter()
+            .map(|remark| Warning::new(WarningCode::of_image(mended), path.display(), remark)),
+    );
     let mut name = "environment".to_owned();
     while scene.images.iter().any(|image| image.name == name) {
         name.push('\'');
     }
-    scene.images.push(Image { name: name.clone(), path: path.display().to_string(), data: Some(Arc::new(image)), mended });
-    scene.sky = Some(Sky::Map(SkyMap { image: name, rotation: 0.0, strength: 1.0 }));
+    scene.images.push(Image {
+        name: name.clone(),
+        path: path.display().to_string(),
+        data: Some(Arc::new(image)),
+        mended,
+    });
+    scene.sky = Some(Sky::Map(SkyMap {
+        image: name,
+        rotation: 0.0,
+        strength: 1.0,
+    }));
     Ok(())
 }
 
@@ -199,7 +242,9 @@ fn weigh(sky: &mut Sky, factor: f64) -> Result<(), Error> {
 }
 
 fn computed(what: &str, flag: &str) -> Error {
-    let error = Error::usage(format!("{flag}: the scene's sky is an expression, which can't be {what} from outside"));
+    let error = Error::usage(format!(
+        "{flag}: the scene's sky is an expression, which can't be {what} from outside"
+    ));
     error.with_hint("change the expression, or take another environment with --env")
 }
 
@@ -211,37 +256,95 @@ mod tests {
     use raywright_core::scene::{ColourInput, Light, LightKind, Sun};
 
     fn under(sky: Option<Sky>, wish: Environment) -> Result<Scene, Error> {
-        let mut scene = Scene { sky, ..Scene::default() };
-        apply(&mut scene, Format::Glb, &wish, &Folder::none(1 << 20), &Limits::default(), &mut Vec::new()).map(|_| scene)
+        let mut scene = Scene {
+            sky,
+            ..Scene::default()
+        };
+        apply(
+            &mut scene,
+            Format::Glb,
+            &wish,
+            &Folder::none(1 << 20),
+            &Limits::default(),
+            &mut Vec::new(),
+        )
+        .map(|_| scene)
     }
 
     fn gradient() -> Sky {
-        let sun = Sun { direction: [1.0, 2.0, 0.0], colour: Colour([1.0; 3]), weight: 4.0, exponent: 8 };
-        Sky::Gradient { bottom: Colour([0.1, 0.2, 0.3]), top: Colour([1.0; 3]), suns: vec![sun] }
+        let sun = Sun {
+            direction: [1.0, 2.0, 0.0],
+            colour: Colour([1.0; 3]),
+            weight: 4.0,
+            exponent: 8,
+        };
+        Sky::Gradient {
+            bottom: Colour([0.1, 0.2, 0.3]),
+            top: Colour([1.0; 3]),
+            suns: vec![sun],
+        }
     }
 
-    /// Protects: each kind of sky is turned and weighed as a picture is: 90° shows along +z what was along +x.
+    /// Protects: each kind of sky is turned and weighed as a picture is: 90° shows along +z what
+    /// was along +x.
     #[test]
     fn skies_are_turned_and_weighed() {
-        let wish = || Environment { rotation: Some(90.0), strength: Some(0.5), ..Environment::default() };
-        let Ok(Scene { sky: Some(Sky::Gradient { bottom, suns, .. }), .. }) = under(Some(gradient()), wish()) else {
+        let wish = || Environment {
+            rotation: Some(90.0),
+            strength: Some(0.5),
+            ..Environment::default()
+        };
+        let Ok(Scene {
+            sky: Some(Sky::Gradient { bottom, suns, .. }),
+            ..
+        }) = under(Some(gradient()), wish())
+        else {
             panic!("a gradient")
         };
         let expected = [0.0, 2.0, 1.0];
-        assert!(suns[0].direction.iter().zip(expected).all(|(a, b)| (a - b).abs() < 1e-12), "{:?}", suns[0].direction);
+        assert!(
+            suns[0]
+                .direction
+                .iter()
+                .zip(expected)
+                .all(|(a, b)| (a - b).abs() < 1e-12),
+            "{:?}",
+            suns[0].direction
+        );
         assert_eq!((bottom.0, suns[0].weight), ([0.05, 0.1, 0.15], 2.0));
-        let map = Sky::Map(SkyMap { image: "a".to_owned(), rotation: 30.0, strength: 3.0 });
-        let Ok(Scene { sky: Some(Sky::Map(map)), .. }) = under(Some(map), wish()) else { panic!("a map") };
+        let map = Sky::Map(SkyMap {
+            image: "a".to_owned(),
+            rotation: 30.0,
+            strength: 3.0,
+        });
+        let Ok(Scene {
+            sky: Some(Sky::Map(map)),
+            ..
+        }) = under(Some(map), wish())
+        else {
+            panic!("a map")
+        };
         assert_eq!((map.rotation, map.strength), (120.0, 1.5));
-        let error = under(Some(Sky::Expression(ColourInput::Expression("d".to_owned()))), wish()).expect_err("an expression");
+        let error = under(
+            Some(Sky::Expression(ColourInput::Expression("d".to_owned()))),
+            wish(),
+        )
+        .expect_err("an expression");
         assert_eq!(error.kind(), ErrorKind::Usage);
-        let none = Environment { source: Some(EnvironmentSource::None), ..wish() };
+        let none = Environment {
+            source: Some(EnvironmentSource::None),
+            ..wish()
+        };
         let error = under(None, none).expect_err("no sky").to_string();
-        assert!(error.contains("the scene has none") && error.contains("--env default"), "{error}");
+        assert!(
+            error.contains("the scene has none") && error.contains("--env default"),
+            "{error}"
+        );
     }
 
-    /// Protects: whoever loads a scene without light gets one that can be seen, with the reason, unless no environment is wished for: the
-    /// neutral sky for a scene that somebody wrote, where dim light is enough, and the studio for a model whose own lights don't reach it.
+    /// Protects: whoever loads a scene without light gets one that can be seen, with the reason,
+    /// unless no environment is wished for: the neutral sky for a scene that somebody wrote, where
+    /// dim light is enough, and the studio for a model whose own lights don't reach it.
     #[test]
     fn scenes_that_would_be_black_get_light() {
         let to_light = [0.0, 1.0, 0.0];
@@ -252,48 +355,113 @@ mod tests {
             shadows: true,
             specular: true,
         };
-        let (native, studio) = (Format::Native(Notation::Toml), Sky::Studio(Studio::default()));
+        let (native, studio) = (
+            Format::Native(Notation::Toml),
+            Sky::Studio(Studio::default()),
+        );
         for (brightness, format, expected) in [
             (None, native, Some((LightShortage::NoLight, neutral_sky()))),
-            (None, Format::Obj, Some((LightShortage::NoLight, studio.clone()))),
+            (
+                None,
+                Format::Obj,
+                Some((LightShortage::NoLight, studio.clone())),
+            ),
             (Some(1e-3), native, None),
-            (Some(1e-3), Format::Gltf, Some((LightShortage::TooDim, studio.clone()))),
+            (
+                Some(1e-3),
+                Format::Gltf,
+                Some((LightShortage::TooDim, studio.clone())),
+            ),
             (Some(1.0), Format::Gltf, None),
         ] {
-            let bare = Scene { lights: brightness.map(light).into_iter().collect(), ..Scene::default() };
+            let bare = Scene {
+                lights: brightness.map(light).into_iter().collect(),
+                ..Scene::default()
+            };
             let lit = |wish: &Environment| {
                 let mut scene = bare.clone();
-                let added = apply(&mut scene, format, wish, &Folder::none(1 << 20), &Limits::default(), &mut Vec::new())
-                    .expect("no file");
+                let added = apply(
+                    &mut scene,
+                    format,
+                    wish,
+                    &Folder::none(1 << 20),
+                    &Limits::default(),
+                    &mut Vec::new(),
+                )
+                .expect("no file");
                 (added, scene.sky, scene.lights.len())
             };
             let (why, sky) = expected.unzip();
-            assert_eq!(lit(&Environment::default()), (why, sky, bare.lights.len()), "{brightness:?}, {format:?}");
-            let with = |source| Environment { source: Some(source), ..Environment::default() };
-            assert_eq!(lit(&with(EnvironmentSource::None)), (None, None, bare.lights.len()), "{brightness:?}, {format:?}");
+            assert_eq!(
+                lit(&Environment::default()),
+                (why, sky, bare.lights.len()),
+                "{brightness:?}, {format:?}"
+            );
+            let with = |source| Environment {
+                source: Some(source),
+                ..Environment::default()
+            };
+            assert_eq!(
+                lit(&with(EnvironmentSource::None)),
+                (None, None, bare.lights.len()),
+                "{brightness:?}, {format:?}"
+            );
             let asked = lit(&with(EnvironmentSource::Studio));
-            assert_eq!(asked, (None, Some(studio.clone()), 0), "{brightness:?}, {format:?}");
+            assert_eq!(
+                asked,
+                (None, Some(studio.clone()), 0),
+                "{brightness:?}, {format:?}"
+            );
         }
     }
 
-    /// Protects: the studio that a model stands in is turned and weighed as any sky, and its ground can be left out.
+    /// Protects: the studio that a model stands in is turned and weighed as any sky, and its ground
+    /// can be left out.
     #[test]
     fn a_studio_is_turned_and_weighed() {
-        let wish = Environment { rotation: Some(30.0), strength: Some(0.5), ground: GroundRule::None, ..Environment::default() };
-        let expected = Studio { rotation: 30.0, strength: 0.5, ground: false, backdrop: None };
-        assert_eq!(under(None, wish).expect("a studio").sky, Some(Sky::Studio(expected)));
+        let wish = Environment {
+            rotation: Some(30.0),
+            strength: Some(0.5),
+            ground: GroundRule::None,
+            ..Environment::default()
+        };
+        let expected = Studio {
+            rotation: 30.0,
+            strength: 0.5,
+            ground: false,
+            backdrop: None,
+        };
+        assert_eq!(
+            under(None, wish).expect("a studio").sky,
+            Some(Sky::Studio(expected))
+        );
     }
 
     /// Protects: a sky goes, and the neutral one comes; what can't be read is said with its place.
     #[test]
     fn skies_are_replaced() {
-        let with = |source| Environment { source: Some(source), ..Environment::default() };
-        assert_eq!(under(Some(gradient()), with(EnvironmentSource::None)).expect("none").sky, None);
-        assert_eq!(under(None, with(EnvironmentSource::Default)).expect("one").sky, Some(neutral_sky()));
-        let error = under(None, with(EnvironmentSource::File("no/such.hdr".into()))).expect_err("no file");
+        let with = |source| Environment {
+            source: Some(source),
+            ..Environment::default()
+        };
+        assert_eq!(
+            under(Some(gradient()), with(EnvironmentSource::None))
+                .expect("none")
+                .sky,
+            None
+        );
+        assert_eq!(
+            under(None, with(EnvironmentSource::Default))
+                .expect("one")
+                .sky,
+            Some(neutral_sky())
+        );
+        let error =
+            under(None, with(EnvironmentSource::File("no/such.hdr".into()))).expect_err("no file");
         assert_eq!(error.kind(), ErrorKind::File);
         assert!(error.to_string().contains("no/such.hdr"), "{error}");
-        let error = under(None, with(EnvironmentSource::File("Cargo.toml".into()))).expect_err("no picture");
+        let error = under(None, with(EnvironmentSource::File("Cargo.toml".into())))
+            .expect_err("no picture");
         assert_eq!(error.kind(), ErrorKind::Input);
     }
 }

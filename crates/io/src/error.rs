@@ -1,4 +1,5 @@
-//! Everything that can go wrong between a path and a scene, or between a picture and its file, as one complete message.
+//! Everything that can go wrong between a path and a scene, or between a picture and its file, as
+//! one complete message.
 
 use std::fmt;
 use std::path::Path;
@@ -8,7 +9,8 @@ use annotate_snippets::Renderer;
 use crate::diagnostic::{Diagnostics, plain};
 use crate::error_kind::ErrorKind;
 
-/// A failure. Its `Display` is the whole message for a user, with place, cause and remedy, in plain text.
+/// A failure. Its `Display` is the whole message for a user, with place, cause and remedy, in plain
+/// text.
 #[derive(Debug)]
 pub enum Error {
     /// Problems in the text of a native scene, each with its place.
@@ -43,18 +45,31 @@ impl Error {
     /// A file that cannot be read, or that the system has no memory for.
     pub fn read(path: &Path, cause: &std::io::Error) -> Self {
         if cause.kind() == std::io::ErrorKind::OutOfMemory {
-            return Self::limit(path.display(), "the system has no memory for the whole file");
+            return Self::limit(
+                path.display(),
+                "the system has no memory for the whole file",
+            );
         }
-        Self::plain(ErrorKind::File, format!("cannot read {}: {}", path.display(), reason(cause)))
+        Self::plain(
+            ErrorKind::File,
+            format!("cannot read {}: {}", path.display(), reason(cause)),
+        )
     }
 
     /// A file that cannot be written.
     pub fn write(path: &Path, cause: &std::io::Error) -> Self {
-        Self::plain(ErrorKind::File, format!("cannot write {}: {}", path.display(), reason(cause)))
+        Self::plain(
+            ErrorKind::File,
+            format!("cannot write {}: {}", path.display(), reason(cause)),
+        )
     }
 
     fn plain(kind: ErrorKind, message: String) -> Self {
-        Self::Plain { kind, message, hint: None }
+        Self::Plain {
+            kind,
+            message,
+            hint: None,
+        }
     }
 
     /// The same failure with advice; the problems of a scene carry theirs already.
@@ -77,14 +92,21 @@ impl Error {
     /// What is wrong, without the place and the advice.
     pub fn message(&self) -> &str {
         match self {
-            Self::Scene(diagnostics) => diagnostics.problems.first().map_or("", |problem| &problem.message),
+            Self::Scene(diagnostics) => diagnostics
+                .problems
+                .first()
+                .map_or("", |problem| &problem.message),
             Self::Plain { message, .. } => message,
         }
     }
 
     /// The whole message, coloured for a terminal where asked.
     pub fn render(&self, colour: bool) -> String {
-        let renderer = if colour { Renderer::styled() } else { Renderer::plain() };
+        let renderer = if colour {
+            Renderer::styled()
+        } else {
+            Renderer::plain()
+        };
         match self {
             Self::Scene(diagnostics) => diagnostics.render(&renderer),
             Self::Plain { message, hint, .. } => plain(message, hint.as_deref(), &renderer),
@@ -100,7 +122,8 @@ impl fmt::Display for Error {
 
 impl std::error::Error for Error {}
 
-/// The cause of a failed file operation without the operating system's numbers where a plainer word exists.
+/// The cause of a failed file operation without the operating system's numbers where a plainer word
+/// exists.
 pub(crate) fn reason(cause: &std::io::Error) -> String {
     use std::io::ErrorKind as Cause;
     match cause.kind() {

@@ -1,5 +1,6 @@
-//! The one gate through which files named inside a scene are read: nothing outside the scene's folder, nothing over the
-//! limits, every byte counts towards the scene's hash, and every name is remembered as one that no output may replace.
+//! The one gate through which files named inside a scene are read: nothing outside the scene's
+//! folder, nothing over the limits, every byte counts towards the scene's hash, and every name is
+//! remembered as one that no output may replace.
 
 mod resolver;
 
@@ -31,7 +32,9 @@ pub enum ReadError {
 impl fmt::Display for ReadError {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
-            Self::Refused(text) | Self::Unreadable(text) | Self::TooLarge(text) => f.write_str(text),
+            Self::Refused(text) | Self::Unreadable(text) | Self::TooLarge(text) => {
+                f.write_str(text)
+            }
         }
     }
 }
@@ -72,61 +75,95 @@ impl Folder {
             Some(parent) if parent != Path::new("") => parent,
             _ => Path::new("."),
         };
-        Ok(Self { root: Root::Disk(parent.canonicalize()?), ..Self::none(file_bytes) })
+        Ok(Self {
+            root: Root::Disk(parent.canonicalize()?),
+            ..Self::none(file_bytes)
+        })
     }
 
     /// The folder that holds a file which was read from this one, for what that file names in turn.
     pub fn beside(&self, reference: &str) -> Result<Self, ReadError> {
         let root = match self.resolve(reference)? {
-            Location::Disk(path) => path.parent().map_or(self.root.clone(), |parent| Root::Disk(parent.to_owned())),
+            Location::Disk(path) => path
+                .parent()
+                .map_or(self.root.clone(), |parent| Root::Disk(parent.to_owned())),
             Location::Resolver(resolver, name) => {
-                let prefix = name.rsplit_once('/').map(|(folder, _)| format!("{folder}/"));
+                let prefix = name
+                    .rsplit_once('/')
+                    .map(|(folder, _)| format!("{folder}/"));
                 Root::Resolver(resolver.clone(), prefix.unwrap_or_default())
             }
         };
-        Ok(Self { root, inputs: Rc::clone(&self.inputs), outside: self.outside, ..Self::none(self.file_bytes) })
+        Ok(Self {
+            root,
+            inputs: Rc::clone(&self.inputs),
+            outside: self.outside,
+            ..Self::none(self.file_bytes)
+        })
     }
 
     /// The same folder, from which references may lead out where `allowed`.
     pub fn allowing_outside(self, allowed: bool) -> Self {
-        Self { outside: allowed, ..self }
+        Self {
+            outside: allowed,
+            ..self
+        }
     }
 
     /// The folder of a scene that the program carries, which has none.
     pub fn none(file_bytes: u64) -> Self {
         let root = Root::Nowhere("a scene that the program carries cannot read files");
-        Self { root, outside: false, file_bytes, hash: RefCell::default(), inputs: Rc::default() }
+        Self {
+            root,
+            outside: false,
+            file_bytes,
+            hash: RefCell::default(),
+            inputs: Rc::default(),
+        }
     }
 
     /// The folder of what came as bytes alone, which has none, or what a caller has in its place.
     pub fn of_bytes(resolver: Option<&Resolver>, file_bytes: u64) -> Self {
         let root = match resolver {
             Some(resolver) => Root::Resolver(resolver.clone(), String::new()),
-            None => Root::Nowhere("what comes through a pipe lies in no folder to find it in; name the scene's file instead"),
+            None => Root::Nowhere(
+                "what comes through a pipe lies in no folder to find it in; name the scene's file instead",
+            ),
         };
-        Self { root, ..Self::none(file_bytes) }
+        Self {
+            root,
+            ..Self::none(file_bytes)
+        }
     }
 
-    /// The bytes of a file named inside the scene, by a path relative to the folder with `/` between its parts.
+    /// The bytes of a file named inside the scene, by a path relative to the folder with `/`
+    /// between its parts.
     pub fn read(&self, reference: &str) -> Result<Vec<u8>, ReadError> {
         self.name(reference);
-        let unreadable = |cause: std::io::Error| ReadError::Unreadable(format!("cannot read `{reference}`: {}", reason(&cause)));
+        let unreadable = |cause: std::io::Error| {
+            ReadError::Unreadable(format!("cannot read `{reference}`: {}", reason(&cause)))
+        };
         let bytes = match self.resolve(reference)? {
             Location::Disk(path) => {
                 self.inputs.borrow_mut().read(&path);
-                // A pipe or a device could keep a reader waiting for ever, and a pipe already when it is opened.
+                // A pipe or a device could keep a reader waiting for ever, and a pipe already when
+                // it is opened.
                 if !path.is_file() {
-                    return Err(ReadError::Refused(format!("`{reference}` is not a regular file")));
+                    return Err(ReadError::Refused(format!(
+                        "`{reference}` is not a regular file"
+                    )));
                 }
                 let file = File::open(&path).map_err(unreadable)?;
                 read_file(&file, self.file_bytes).map_err(unreadable)?
             }
-            Location::Resolver(resolver, name) => {
-                Some(resolver.read(&name).map_err(unreadable)?).filter(|bytes| bytes.len() as u64 <= self.file_bytes)
-            }
+            Location::Resolver(resolver, name) => Some(resolver.read(&name).map_err(unreadable)?)
+                .filter(|bytes| bytes.len() as u64 <= self.file_bytes),
         };
         let bytes = bytes.ok_or_else(|| {
-            ReadError::TooLarge(format!("`{reference}` is larger than the limit of {}", human_bytes(self.file_bytes)))
+            ReadError::TooLarge(format!(
+                "`{reference}` is larger than the limit of {}",
+                human_bytes(self.file_bytes)
+            ))
         })?;
         self.note(reference.as_bytes());
         self.note(&bytes);
@@ -140,7 +177,8 @@ impl Folder {
 
     /// Remembers a file that the scene names, whether it is there, may be read, is read, or not.
     pub fn name(&self, reference: &str) {
-        // A picture of the scene that was written under a name which the scene takes for a texture's would change the next one.
+        // A picture of the scene that was written under a name which the scene takes for a
+        // texture's would change the next one.
         let path = Path::new(reference.strip_prefix("file://").unwrap_or(reference));
         if let Root::Disk(root) = &self.root
             && !reference.is_empty()
@@ -159,7 +197,8 @@ impl Folder {
         self.hash.borrow_mut().note(bytes);
     }
 
-    /// The hash of everything read and noted since it was last taken, in order. Taken and not copied: it holds up to a megabyte.
+    /// The hash of everything read and noted since it was last taken, in order. Taken and not
+    /// copied: it holds up to a megabyte.
     pub fn take_hash(&self) -> SceneHash {
         self.hash.take()
     }
@@ -169,16 +208,25 @@ impl Folder {
         if reference.is_empty() || reference.contains('\0') {
             return refuse("names no file");
         }
-        let local = if self.outside { reference.strip_prefix("file://").unwrap_or(reference) } else { reference };
+        let local = if self.outside {
+            reference.strip_prefix("file://").unwrap_or(reference)
+        } else {
+            reference
+        };
         if has_scheme(local) {
             return refuse("is an address, and only files in the scene's own folder are read");
         }
         let root = match &self.root {
             Root::Disk(root) => root,
             Root::Resolver(resolver, prefix) => {
-                let Some(name) = inside(local) else { return refuse("leads out of the scene's folder") };
+                let Some(name) = inside(local) else {
+                    return refuse("leads out of the scene's folder");
+                };
                 let parts: Vec<_> = name.iter().map(|part| part.to_string_lossy()).collect();
-                return Ok(Location::Resolver(resolver, prefix.clone() + &parts.join("/")));
+                return Ok(Location::Resolver(
+                    resolver,
+                    prefix.clone() + &parts.join("/"),
+                ));
             }
             Root::Nowhere(why) => return refuse(&format!("is a file, and {why}")),
         };
@@ -188,21 +236,34 @@ impl Folder {
             None if self.outside => root.join(local),
             None => return refuse(OUT),
         };
-        let unreadable = |cause| ReadError::Unreadable(format!("cannot read `{reference}`: {}", reason(&cause)));
-        let there = path.canonicalize().or_else(|cause| in_any_case(root, local).ok_or(cause));
-        let path = there.inspect_err(|_| self.inputs.borrow_mut().miss(&path)).map_err(unreadable)?;
+        let unreadable =
+            |cause| ReadError::Unreadable(format!("cannot read `{reference}`: {}", reason(&cause)));
+        let there = path
+            .canonicalize()
+            .or_else(|cause| in_any_case(root, local).ok_or(cause));
+        let path = there
+            .inspect_err(|_| self.inputs.borrow_mut().miss(&path))
+            .map_err(unreadable)?;
         match self.outside || path.starts_with(root) {
             true => Ok(Location::Disk(path)),
-            false => refuse("is a link that leads out of the scene's folder (--allow-outside follows it)"),
+            false => refuse(
+                "is a link that leads out of the scene's folder (--allow-outside follows it)",
+            ),
         }
     }
 }
 
-/// A reference without `.` and `..`, by its text alone; none where it begins at a root or leads above the folder on its way.
+/// A reference without `.` and `..`, by its text alone; none where it begins at a root or leads
+/// above the folder on its way.
 fn inside(reference: &str) -> Option<PathBuf> {
-    // What Windows reads as a path is none anywhere, so that a scene is refused by every machine or by none.
-    let on_drive = matches!(reference.as_bytes(), [letter, b':', ..] if letter.is_ascii_alphabetic());
-    if on_drive || reference.starts_with(['/', '\\']) || reference.split('\\').any(|part| part == "..") {
+    // What Windows reads as a path is none anywhere, so that a scene is refused by every machine or
+    // by none.
+    let on_drive =
+        matches!(reference.as_bytes(), [letter, b':', ..] if letter.is_ascii_alphabetic());
+    if on_drive
+        || reference.starts_with(['/', '\\'])
+        || reference.split('\\').any(|part| part == "..")
+    {
         return None;
     }
     let mut plain = PathBuf::new();
@@ -217,13 +278,16 @@ fn inside(reference: &str) -> Option<PathBuf> {
     Some(plain)
 }
 
-/// The one file inside a folder whose name differs from a reference in the case of letters alone: many files were written where
-/// that makes no difference.
+/// The one file inside a folder whose name differs from a reference in the case of letters alone:
+/// many files were written where that makes no difference.
 fn in_any_case(root: &Path, reference: &str) -> Option<PathBuf> {
     let mut path = root.to_owned();
     for part in &inside(reference)? {
         let wanted = part.to_str()?.to_lowercase();
-        let names = path.read_dir().ok()?.filter_map(|entry| entry.ok()?.file_name().into_string().ok());
+        let names = path
+            .read_dir()
+            .ok()?
+            .filter_map(|entry| entry.ok()?.file_name().into_string().ok());
         let mut fitting = names.filter(|name| name.to_lowercase() == wanted);
         // Of several, none is more right than the others.
         let (name, other) = (fitting.next()?, fitting.next());
@@ -239,8 +303,11 @@ fn in_any_case(root: &Path, reference: &str) -> Option<PathBuf> {
 fn has_scheme(reference: &str) -> bool {
     let (scheme, rest) = reference.split_once(':').unwrap_or_default();
     let word = scheme.starts_with(|c: char| c.is_ascii_alphabetic())
-        && scheme.chars().all(|c| c.is_ascii_alphanumeric() || matches!(c, '+' | '-' | '.'));
-    word && scheme.len() > 1 && (rest.starts_with('/') || matches!(scheme, "data" | "file" | "http" | "https"))
+        && scheme
+            .chars()
+            .all(|c| c.is_ascii_alphanumeric() || matches!(c, '+' | '-' | '.'));
+    word && scheme.len() > 1
+        && (rest.starts_with('/') || matches!(scheme, "data" | "file" | "http" | "https"))
 }
 
 /// All bytes of a file, or none if there are more than `limit`.
@@ -249,11 +316,18 @@ pub(crate) fn read_file(file: &File, limit: u64) -> std::io::Result<Option<Vec<u
 }
 
 /// All bytes of a source that says how many it has, or none if there are more than `limit`.
-pub(crate) fn read_limited(source: impl Read, told: u64, limit: u64) -> std::io::Result<Option<Vec<u8>>> {
+pub(crate) fn read_limited(
+    source: impl Read,
+    told: u64,
+    limit: u64,
+) -> std::io::Result<Option<Vec<u8>>> {
     let mut bytes = Vec::new();
-    // Without this they are copied each time that the list grows. What can't be had at once may not be there at all.
+    // Without this they are copied each time that the list grows. What can't be had at once may not
+    // be there at all.
     let _ = bytes.try_reserve_exact(usize::try_from(told.min(limit)).unwrap_or_default());
-    source.take(limit.saturating_add(1)).read_to_end(&mut bytes)?;
+    source
+        .take(limit.saturating_add(1))
+        .read_to_end(&mut bytes)?;
     Ok((bytes.len() as u64 <= limit).then_some(bytes))
 }
 

@@ -1,6 +1,8 @@
-//! Decoding of image files: PNG, JPEG, WebP and KTX2 textures, Radiance HDR and OpenEXR environments.
+//! Decoding of image files: PNG, JPEG, WebP and KTX2 textures, Radiance HDR and OpenEXR
+//! environments.
 //!
-//! Only pixels are read: colour profiles, gamma chunks and camera orientation are ignored, as glTF 2.0 asks for (section 3.8.3).
+//! Only pixels are read: colour profiles, gamma chunks and camera orientation are ignored, as glTF
+//! 2.0 asks for (section 3.8.3).
 
 mod light;
 mod open_exr;
@@ -49,7 +51,10 @@ pub(crate) fn sniff(bytes: &[u8]) -> Kind {
     if radiance::is_radiance(bytes) {
         return Kind::Hdr;
     }
-    SIGNATURES.iter().find(|(head, _)| bytes.starts_with(head)).map_or(Kind::Unknown, |&(_, kind)| kind)
+    SIGNATURES
+        .iter()
+        .find(|(head, _)| bytes.starts_with(head))
+        .map_or(Kind::Unknown, |&(_, kind)| kind)
 }
 
 /// A picture, and what of it was not taken as it is.
@@ -64,18 +69,22 @@ pub(crate) struct Decoded {
 
 impl From<ImageData> for Decoded {
     fn from(image: ImageData) -> Self {
-        Self { image, remarks: Vec::new(), mended: 0 }
+        Self {
+            image,
+            remarks: Vec::new(),
+            mended: 0,
+        }
     }
 }
 
 /// Decodes a whole image file.
 ///
-/// PNG, JPEG, WebP and KTX2 become [`Pixels::Codes`] (grey and palettes spread to RGBA, 16-bit samples rounded to 8 bits), HDR and EXR
-/// become [`Pixels::Linear`].
+/// PNG, JPEG, WebP and KTX2 become [`Pixels::Codes`] (grey and palettes spread to RGBA, 16-bit
+/// samples rounded to 8 bits), HDR and EXR become [`Pixels::Linear`].
 ///
 /// # Errors
-/// A fault of kind limit when the header asks for more than `limits` allow (nothing is allocated then); of kind input when
-/// the format is not read here or the data is broken.
+/// A fault of kind limit when the header asks for more than `limits` allow (nothing is allocated
+/// then); of kind input when the format is not read here or the data is broken.
 pub(crate) fn decode(bytes: &[u8], limits: &Limits) -> Outcome<Decoded> {
     let kind = sniff(bytes);
     if !matches!(kind, Kind::Foreign(_) | Kind::Unknown) {
@@ -93,8 +102,12 @@ pub(crate) fn decode(bytes: &[u8], limits: &Limits) -> Outcome<Decoded> {
         Kind::Hdr => radiance::decode(bytes, limits),
         Kind::Exr => open_exr::decode(bytes, limits),
         Kind::Ktx2 => ktx2::decode(bytes, limits).map(Decoded::from),
-        Kind::Foreign(name) => Err(Fault::input(format!("is a {name} picture; PNG, JPEG, WebP, KTX2, HDR and EXR are read"))),
-        Kind::Unknown => Err(Fault::input("is no picture that is read here (PNG, JPEG, WebP, KTX2, HDR, EXR)")),
+        Kind::Foreign(name) => Err(Fault::input(format!(
+            "is a {name} picture; PNG, JPEG, WebP, KTX2, HDR and EXR are read"
+        ))),
+        Kind::Unknown => Err(Fault::input(
+            "is no picture that is read here (PNG, JPEG, WebP, KTX2, HDR, EXR)",
+        )),
     }
 }
 
@@ -104,7 +117,10 @@ pub(crate) fn decode(bytes: &[u8], limits: &Limits) -> Outcome<Decoded> {
 /// As [`decode`] as far as a header tells, and of kind limit when the budget does not last.
 pub(crate) fn claim(bytes: &[u8], limits: &Limits, budget: &mut Budget) -> Outcome<()> {
     let [width, height] = size(bytes, limits)?;
-    budget.memory(width as usize * height as usize, bytes_a_pixel(sniff(bytes)))
+    budget.memory(
+        width as usize * height as usize,
+        bytes_a_pixel(sniff(bytes)),
+    )
 }
 
 fn bytes_a_pixel(kind: Kind) -> usize {
@@ -116,7 +132,11 @@ fn bytes_a_pixel(kind: Kind) -> usize {
 
 /// Width and height that a header gives a picture.
 fn size(bytes: &[u8], limits: &Limits) -> Outcome<[u32; 2]> {
-    let size = |format| opened(format, bytes, limits).map(|decoder| decoder.dimensions()).map(|(width, height)| [width, height]);
+    let size = |format| {
+        opened(format, bytes, limits)
+            .map(|decoder| decoder.dimensions())
+            .map(|(width, height)| [width, height])
+    };
     match sniff(bytes) {
         Kind::Png => size(ImageFormat::Png),
         Kind::Jpeg => size(ImageFormat::Jpeg),
@@ -125,20 +145,24 @@ fn size(bytes: &[u8], limits: &Limits) -> Outcome<[u32; 2]> {
         Kind::Exr => open_exr::size(bytes, limits),
         Kind::Ktx2 => ktx2::size(bytes, limits),
         // Decoding says what is wrong with it.
-        Kind::Foreign(_) | Kind::Unknown => decode(bytes, limits).map(|decoded| [decoded.image.width, decoded.image.height]),
+        Kind::Foreign(_) | Kind::Unknown => {
+            decode(bytes, limits).map(|decoded| [decoded.image.width, decoded.image.height])
+        }
     }
 }
 
 /// What the decoder of a format says that is wrong.
 fn broken(error: image::ImageError) -> Fault {
     match error {
-        image::ImageError::Limits(e) => Fault::limit(format!("is a picture that takes too much memory to read ({e})")),
+        image::ImageError::Limits(e) => Fault::limit(format!(
+            "is a picture that takes too much memory to read ({e})"
+        )),
         e => Fault::input(format!("is a broken picture ({e})")),
     }
 }
 
-/// The length of a PNG's palette, where that is not three bytes for each of up to 256 colours: the decoder (`png` 0.18.1), which
-/// would have to refuse it, panics.
+/// The length of a PNG's palette, where that is not three bytes for each of up to 256 colours: the
+/// decoder (`png` 0.18.1), which would have to refuse it, panics.
 fn broken_palette(bytes: &[u8]) -> Option<usize> {
     let mut chunks = bytes.get(8..)?;
     while let Some((head, rest)) = chunks.split_first_chunk::<8>() {
@@ -155,7 +179,11 @@ fn broken_palette(bytes: &[u8]) -> Option<usize> {
 }
 
 /// The decoder of a picture that is not too large.
-fn opened<'b>(format: ImageFormat, bytes: &'b [u8], limits: &Limits) -> Outcome<impl ImageDecoder + 'b> {
+fn opened<'b>(
+    format: ImageFormat,
+    bytes: &'b [u8],
+    limits: &Limits,
+) -> Outcome<impl ImageDecoder + 'b> {
     if format == ImageFormat::Png
         && let Some(length) = broken_palette(bytes)
     {
@@ -164,7 +192,8 @@ fn opened<'b>(format: ImageFormat, bytes: &'b [u8], limits: &Limits) -> Outcome<
         )));
     }
     let mut reader = ImageReader::with_format(Cursor::new(bytes), format);
-    // The pixel count is checked below; this bounds what the decoder itself may allocate on the way.
+    // The pixel count is checked below; this bounds what the decoder itself may allocate on the
+    // way.
     let mut own = image::Limits::default();
     own.max_alloc = Some(limits.image_pixels.saturating_mul(16));
     reader.limits(own);
@@ -179,26 +208,45 @@ fn decode_with(format: ImageFormat, bytes: &[u8], limits: &Limits) -> Outcome<Im
     let (width, height) = decoder.dimensions();
     let picture = DynamicImage::from_decoder(decoder).map_err(broken)?;
     let pixels = match picture {
-        // The two most common kinds are copied as they are; the general way looks at every pixel's colour space.
-        DynamicImage::ImageRgb8(picture) => {
-            Pixels::Codes(picture.as_raw().as_chunks().0.iter().map(|&[r, g, b]| [r, g, b, 255]).collect())
-        }
+        // The two most common kinds are copied as they are; the general way looks at every pixel's
+        // colour space.
+        DynamicImage::ImageRgb8(picture) => Pixels::Codes(
+            picture
+                .as_raw()
+                .as_chunks()
+                .0
+                .iter()
+                .map(|&[r, g, b]| [r, g, b, 255])
+                .collect(),
+        ),
         picture => Pixels::Codes(picture.into_rgba8().as_raw().as_chunks().0.to_vec()),
     };
-    Ok(ImageData { width, height, pixels })
+    Ok(ImageData {
+        width,
+        height,
+        pixels,
+    })
 }
 
-/// Decodes a PNG with a palette of eight bits in less than half of the time that it takes by way of three colours a pixel. None for
-/// every other picture, and for one that is broken or too large: the general way says why. Row by row, since a list of all codes is as
-/// much memory again, which takes the system as long to provide as decoding takes.
+/// Decodes a PNG with a palette of eight bits in less than half of the time that it takes by way of
+/// three colours a pixel. None for every other picture, and for one that is broken or too large:
+/// the general way says why. Row by row, since a list of all codes is as much memory again, which
+/// takes the system as long to provide as decoding takes.
 fn decode_palette(bytes: &[u8], limits: &Limits) -> Option<ImageData> {
     // Depth and kind of colour stand at fixed places of the first chunk.
-    if bytes.get(24..26) != Some(&[png::BitDepth::Eight as u8, png::ColorType::Indexed as u8]) || broken_palette(bytes).is_some()
+    if bytes.get(24..26) != Some(&[png::BitDepth::Eight as u8, png::ColorType::Indexed as u8])
+        || broken_palette(bytes).is_some()
     {
         return None;
     }
-    let own = png::Limits { bytes: usize::try_from(limits.image_pixels).ok()?.saturating_mul(16) };
-    let mut reader = png::Decoder::new_with_limits(Cursor::new(bytes), own).read_info().ok()?;
+    let own = png::Limits {
+        bytes: usize::try_from(limits.image_pixels)
+            .ok()?
+            .saturating_mul(16),
+    };
+    let mut reader = png::Decoder::new_with_limits(Cursor::new(bytes), own)
+        .read_info()
+        .ok()?;
     let info = reader.info();
     let (width, height) = info.size();
     check_size(u64::from(width), u64::from(height), limits).ok()?;
@@ -206,9 +254,13 @@ fn decode_palette(bytes: &[u8], limits: &Limits) -> Option<ImageData> {
         return None;
     }
     let colours = info.palette.as_ref()?.as_chunks().0;
-    // As the decoder has it, what is beyond the palette is black, what is beyond the list of alphas opaque, and a list that is longer than the
-    // palette is none.
-    let alphas = info.trns.as_deref().filter(|alphas| alphas.len() <= colours.len()).unwrap_or_default();
+    // As the decoder has it, what is beyond the palette is black, what is beyond the list of alphas
+    // opaque, and a list that is longer than the palette is none.
+    let alphas = info
+        .trns
+        .as_deref()
+        .filter(|alphas| alphas.len() <= colours.len())
+        .unwrap_or_default();
     let colour = |code: usize| {
         let [r, g, b] = colours.get(code).copied().unwrap_or_default();
         [r, g, b, alphas.get(code).copied().unwrap_or(255)]
@@ -219,7 +271,11 @@ fn decode_palette(bytes: &[u8], limits: &Limits) -> Option<ImageData> {
     while let Some(row) = reader.next_row().ok()? {
         pixels.extend(row.data().iter().map(|&code| colours[usize::from(code)]));
     }
-    (pixels.len() == count).then_some(ImageData { width, height, pixels: Pixels::Codes(pixels) })
+    (pixels.len() == count).then_some(ImageData {
+        width,
+        height,
+        pixels: Pixels::Codes(pixels),
+    })
 }
 
 #[cfg(test)]

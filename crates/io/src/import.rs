@@ -1,4 +1,5 @@
-//! What the importers of foreign formats share: faults that do not know their file yet, warnings, unique names, a budget.
+//! What the importers of foreign formats share: faults that do not know their file yet, warnings,
+//! unique names, a budget.
 
 use std::collections::HashSet;
 use std::fmt;
@@ -41,17 +42,26 @@ pub(crate) type Imported = (Scene, Vec<Warning>);
 impl Fault {
     /// The content is wrong.
     pub fn input(message: impl Into<String>) -> Self {
-        Self { kind: FaultKind::Input, message: message.into() }
+        Self {
+            kind: FaultKind::Input,
+            message: message.into(),
+        }
     }
 
     /// The content asks for too much.
     pub fn limit(message: impl Into<String>) -> Self {
-        Self { kind: FaultKind::Limit, message: message.into() }
+        Self {
+            kind: FaultKind::Limit,
+            message: message.into(),
+        }
     }
 
     /// The user asked for what is not there.
     pub fn choice(message: impl Into<String>) -> Self {
-        Self { kind: FaultKind::Choice, message: message.into() }
+        Self {
+            kind: FaultKind::Choice,
+            message: message.into(),
+        }
     }
 
     /// The same fault with the place where it happened in front.
@@ -74,7 +84,8 @@ impl From<ReadError> for Fault {
     fn from(error: ReadError) -> Self {
         match error {
             ReadError::TooLarge(_) => Self::limit(error.to_string()),
-            // The file named by the user was read; one that it names and that is not there makes it wrong.
+            // The file named by the user was read; one that it names and that is not there makes it
+            // wrong.
             ReadError::Refused(_) | ReadError::Unreadable(_) => Self::input(error.to_string()),
         }
     }
@@ -87,19 +98,26 @@ impl From<ReadError> for Fault {
 pub(crate) fn endurable<T>(outcome: Outcome<T>) -> Outcome<Result<T, String>> {
     match outcome {
         Ok(value) => Ok(Ok(value)),
-        Err(Fault { kind: FaultKind::Input, message }) => Ok(Err(message)),
+        Err(Fault {
+            kind: FaultKind::Input,
+            message,
+        }) => Ok(Err(message)),
         Err(fault) => Err(fault),
     }
 }
 
-/// A scene that the rest of the program may rely on: whatever slipped through the importer is refused here.
+/// A scene that the rest of the program may rely on: whatever slipped through the importer is
+/// refused here.
 ///
 /// # Errors
 /// A fault of kind input with the first problem.
 pub(crate) fn checked(scene: Scene) -> Outcome<Scene> {
     match validate(&scene).first() {
         None => Ok(scene),
-        Some(problem) => Err(Fault::input(format!("{} (of the scene made from it): {}", problem.path, problem.message))),
+        Some(problem) => Err(Fault::input(format!(
+            "{} (of the scene made from it): {}",
+            problem.path, problem.message
+        ))),
     }
 }
 
@@ -113,7 +131,11 @@ pub(crate) fn shown(text: &str) -> String {
 
 /// A number of a file as messages show it: without a row of zeros.
 pub(crate) fn number(value: f64) -> String {
-    if value == 0.0 || (1e-6..1e6).contains(&value.abs()) { value.to_string() } else { format!("{value:e}") }
+    if value == 0.0 || (1e-6..1e6).contains(&value.abs()) {
+        value.to_string()
+    } else {
+        format!("{value:e}")
+    }
 }
 
 /// Warnings, each said once and not more than a reader can take in.
@@ -144,18 +166,31 @@ impl Warnings {
         if (least..=most).contains(&value) {
             return value;
         }
-        let clamped = if value.is_nan() { least } else { value.clamp(least, most) };
+        let clamped = if value.is_nan() {
+            least
+        } else {
+            value.clamp(least, most)
+        };
         let [said, least, most, taken] = [value, least, most, clamped].map(number);
-        self.add(WarningCode::Range, format!("{place}: {what} {said} is outside {least} to {most}; {taken} was taken"));
+        self.add(
+            WarningCode::Range,
+            format!("{place}: {what} {said} is outside {least} to {most}; {taken} was taken"),
+        );
         clamped
     }
 
     /// The list for the user.
     pub fn finish(mut self, file: impl fmt::Display) -> Vec<Warning> {
         if self.left_out > 0 {
-            self.list.push((WarningCode::More, format!("{} more warnings", self.left_out)));
+            self.list.push((
+                WarningCode::More,
+                format!("{} more warnings", self.left_out),
+            ));
         }
-        self.list.into_iter().map(|(code, message)| Warning::new(code, &file, message)).collect()
+        self.list
+            .into_iter()
+            .map(|(code, message)| Warning::new(code, &file, message))
+            .collect()
     }
 }
 
@@ -172,7 +207,8 @@ impl Names {
         let wish = if wish.is_empty() { "unnamed" } else { wish };
         let mut name = wish.to_owned();
         while !self.taken.insert(name.clone()) {
-            // One counter for all wishes: a million meshes of one name must not cost a million tries each.
+            // One counter for all wishes: a million meshes of one name must not cost a million
+            // tries each.
             self.counter += 1;
             name = format!("{wish} ({})", self.counter);
         }
@@ -180,7 +216,8 @@ impl Names {
     }
 }
 
-/// Arrays of fewer bytes are made without a question to the system, which has room for them or none for the program.
+/// Arrays of fewer bytes are made without a question to the system, which has room for them or none
+/// for the program.
 const LARGE: u64 = 1 << 20;
 
 /// Asks the system for so much memory before it is allocated.
@@ -191,7 +228,10 @@ pub(crate) fn ask_system(bytes: u64) -> Outcome<()> {
     if bytes < LARGE || is_available(bytes) {
         return Ok(());
     }
-    Err(Fault::limit(format!("needs {} of memory, and the system does not give as much", human_bytes(bytes))))
+    Err(Fault::limit(format!(
+        "needs {} of memory, and the system does not give as much",
+        human_bytes(bytes)
+    )))
 }
 
 /// What decoding may still take.
@@ -206,7 +246,12 @@ pub(crate) struct Budget {
 impl Budget {
     /// The whole of what the limits allow.
     pub fn new(limits: &Limits) -> Self {
-        Self { limits: *limits, bytes: limits.memory_bytes, triangles: limits.triangles, objects: limits.objects }
+        Self {
+            limits: *limits,
+            bytes: limits.memory_bytes,
+            triangles: limits.triangles,
+            objects: limits.objects,
+        }
     }
 
     /// Claims memory before it is allocated.
@@ -217,7 +262,11 @@ impl Budget {
         let bytes = (count as u64).saturating_mul(bytes_each as u64);
         let total = self.limits.memory_bytes;
         self.bytes = self.bytes.checked_sub(bytes).ok_or_else(|| {
-            Fault::limit(format!("needs more memory than the limit of {} ({} more)", human_bytes(total), human_bytes(bytes)))
+            Fault::limit(format!(
+                "needs more memory than the limit of {} ({} more)",
+                human_bytes(total),
+                human_bytes(bytes)
+            ))
         })?;
         ask_system(bytes)
     }
@@ -228,8 +277,10 @@ impl Budget {
     /// A fault of kind limit when more are asked for than are left.
     pub fn triangles(&mut self, count: usize) -> Outcome<()> {
         let total = self.limits.triangles;
-        self.triangles =
-            self.triangles.checked_sub(count as u64).ok_or_else(|| Fault::limit(format!("has more than {total} triangles")))?;
+        self.triangles = self
+            .triangles
+            .checked_sub(count as u64)
+            .ok_or_else(|| Fault::limit(format!("has more than {total} triangles")))?;
         self.memory(count, size_of::<[u32; 3]>())
     }
 
@@ -239,7 +290,10 @@ impl Budget {
     /// A fault of kind limit when there are too many.
     pub fn object(&mut self) -> Outcome<()> {
         let total = self.limits.objects;
-        self.objects = self.objects.checked_sub(1).ok_or_else(|| Fault::limit(format!("has more than {total} objects")))?;
+        self.objects = self
+            .objects
+            .checked_sub(1)
+            .ok_or_else(|| Fault::limit(format!("has more than {total} objects")))?;
         // Its names are texts of their own.
         self.memory(1, size_of::<raywright_core::scene::Object>() + 128)
     }
@@ -253,7 +307,10 @@ mod tests {
     #[test]
     fn names_are_unique_even_against_numbered_wishes() {
         let mut names = Names::default();
-        let made: Vec<_> = ["a", "a", "a (1)", "a", ""].iter().map(|wish| names.unique(wish)).collect();
+        let made: Vec<_> = ["a", "a", "a (1)", "a", ""]
+            .iter()
+            .map(|wish| names.unique(wish))
+            .collect();
         let distinct: HashSet<_> = made.iter().collect();
         assert_eq!(distinct.len(), made.len(), "{made:?}");
         assert_eq!(made[0], "a");
@@ -268,17 +325,30 @@ mod tests {
         }
         assert_eq!(warnings.finish("f").len(), Warnings::MOST + 1);
         let mut warnings = Warnings::default();
-        ["a", "b", "a", "b", "b"].into_iter().for_each(|message| warnings.add(WarningCode::Format, message));
-        let said: Vec<_> = warnings.finish("f").into_iter().map(|warning| warning.message).collect();
+        ["a", "b", "a", "b", "b"]
+            .into_iter()
+            .for_each(|message| warnings.add(WarningCode::Format, message));
+        let said: Vec<_> = warnings
+            .finish("f")
+            .into_iter()
+            .map(|warning| warning.message)
+            .collect();
         assert_eq!(said, ["f: a", "f: b"]);
     }
 
     /// Protects: claims add up, also when a single product overflows.
     #[test]
     fn budget_refuses_what_exceeds_it() {
-        let mut budget = Budget::new(&Limits { memory_bytes: 100, triangles: 3, ..Limits::default() });
+        let mut budget = Budget::new(&Limits {
+            memory_bytes: 100,
+            triangles: 3,
+            ..Limits::default()
+        });
         assert!(budget.memory(10, 2).is_ok());
-        assert_eq!(budget.memory(usize::MAX, usize::MAX).unwrap_err().kind, FaultKind::Limit);
+        assert_eq!(
+            budget.memory(usize::MAX, usize::MAX).unwrap_err().kind,
+            FaultKind::Limit
+        );
         assert!(budget.triangles(4).is_err());
         assert!(budget.triangles(3).is_ok());
         assert!(budget.memory(45, 1).is_err());

@@ -1,7 +1,9 @@
-//! KTX 2.0 files that are flat and have one layer: Basis Universal pictures, as KHR_texture_basisu allows them (ETC1S or UASTC), and eight
-//! bits a channel as they are, both perhaps compressed by Zstandard. Transcoding is `basisu`'s and decompression `ruzstd`'s; that every
-//! range of the container lies in the file, that each level has the size that its pixels make, and that the picture is not larger than is
-//! allowed, is looked at here first, since the transcoder adds offsets before it compares them.
+//! KTX 2.0 files that are flat and have one layer: Basis Universal pictures, as KHR_texture_basisu
+//! allows them (ETC1S or UASTC), and eight bits a channel as they are, both perhaps compressed by
+//! Zstandard. Transcoding is `basisu`'s and decompression `ruzstd`'s; that every range of the
+//! container lies in the file, that each level has the size that its pixels make, and that the
+//! picture is not larger than is allowed, is looked at here first, since the transcoder adds
+//! offsets before it compares them.
 
 use basisu::{DecodeFlags, TargetFormat, Transcoder};
 use raywright_core::scene::{ImageData, Pixels};
@@ -17,7 +19,8 @@ pub(crate) const SIGNATURE: &[u8] = b"\xabKTX 20\xbb\r\n\x1a\n";
 
 /// Bytes of the header, the index of sections included (KTX 2.0, section 3).
 const HEADER: u64 = 80;
-/// Levels that a picture of 2³² pixels a side could have at most, and more than the transcoder reads.
+/// Levels that a picture of 2³² pixels a side could have at most, and more than the transcoder
+/// reads.
 const MOST_LEVELS: u32 = 32;
 /// Codes of supercompression (KTX 2.0, section 3.6.1), besides none.
 const BASIS_LZ: u32 = 1;
@@ -41,8 +44,9 @@ enum Coding {
 }
 
 impl Coding {
-    /// The coding of a `VkFormat` (Vulkan 1.3, section 34.1.1). Which curve colours are stored by is the business of who reads the texture, as
-    /// with every other picture: UNORM and SRGB are the same codes.
+    /// The coding of a `VkFormat` (Vulkan 1.3, section 34.1.1). Which curve colours are stored by
+    /// is the business of who reads the texture, as with every other picture: UNORM and SRGB are
+    /// the same codes.
     fn of(format: u32) -> Option<Self> {
         let plain = |channels, reversed| Some(Self::Plain { channels, reversed });
         match format {
@@ -70,8 +74,8 @@ struct Ktx2Container<'b> {
 /// The largest level of a file, in the order and with the codes of its channels.
 ///
 /// # Errors
-/// A fault of kind input for a broken file and for one that is no flat picture in a coding that is read, of kind limit for a larger one than
-/// `limits` allow.
+/// A fault of kind input for a broken file and for one that is no flat picture in a coding that is
+/// read, of kind limit for a larger one than `limits` allow.
 pub(crate) fn decode(bytes: &[u8], limits: &Limits) -> Outcome<ImageData> {
     let container = Ktx2Container::read(bytes, limits)?;
     let Ktx2Container { width, height, .. } = container;
@@ -82,13 +86,19 @@ pub(crate) fn decode(bytes: &[u8], limits: &Limits) -> Outcome<ImageData> {
     if pixels.len() as u64 != u64::from(width) * u64::from(height) {
         return Err(broken("its size"));
     }
-    Ok(ImageData { width, height, pixels: Pixels::Codes(pixels) })
+    Ok(ImageData {
+        width,
+        height,
+        pixels: Pixels::Codes(pixels),
+    })
 }
 
 /// The pixels of a Basis Universal picture.
 fn transcoded(bytes: &[u8]) -> Outcome<Vec<[u8; 4]>> {
     let transcoder = Transcoder::new(bytes).map_err(|_| broken("its codebooks"))?;
-    let codes = transcoder.transcode(0, TargetFormat::Rgba32, DecodeFlags::NONE).map_err(|e| broken(&format!("{e:?}")))?;
+    let codes = transcoder
+        .transcode(0, TargetFormat::Rgba32, DecodeFlags::NONE)
+        .map_err(|e| broken(&format!("{e:?}")))?;
     Ok(codes.as_chunks().0.to_vec())
 }
 
@@ -108,29 +118,46 @@ impl<'b> Ktx2Container<'b> {
     fn read(bytes: &'b [u8], limits: &Limits) -> Outcome<Self> {
         let short = || Fault::input("is a KTX2 picture that ends inside its header");
         let word = |at: u64| word(bytes, at).ok_or_else(short);
-        let long = |at: u64| Ok::<u64, Fault>(u64::from(word(at)?) | u64::from(word(at + 4)?) << 32);
-        let [format, width, height, depth, layers, faces, levels, scheme] =
-            [word(12)?, word(20)?, word(24)?, word(28)?, word(32)?, word(36)?, word(40)?, word(44)?];
+        let long =
+            |at: u64| Ok::<u64, Fault>(u64::from(word(at)?) | u64::from(word(at + 4)?) << 32);
+        let [format, width, height, depth, layers, faces, levels, scheme] = [
+            word(12)?,
+            word(20)?,
+            word(24)?,
+            word(28)?,
+            word(32)?,
+            word(36)?,
+            word(40)?,
+            word(44)?,
+        ];
         check_size(u64::from(width), u64::from(height), limits)?;
         if (depth, layers.max(1), faces) != (0, 1, 1) || levels > MOST_LEVELS {
-            return Err(Fault::input("is a KTX2 picture, but no flat one of one layer"));
+            return Err(Fault::input(
+                "is a KTX2 picture, but no flat one of one layer",
+            ));
         }
         let coding = Coding::of(format).ok_or_else(|| {
             let read = "ETC1S, UASTC (KHR_texture_basisu) and eight bits in three or four channels are read";
             Fault::input(format!("is a KTX2 picture of VkFormat {format}; {read}"))
         })?;
-        for (start, length) in
-            [(word(48)?.into(), word(52)?.into()), (word(56)?.into(), word(60)?.into()), (long(64)?, long(72)?)]
-        {
+        for (start, length) in [
+            (word(48)?.into(), word(52)?.into()),
+            (word(56)?.into(), word(60)?.into()),
+            (long(64)?, long(72)?),
+        ] {
             range(bytes, start, length)?;
         }
         let model = model(bytes).ok_or_else(short)?;
         if coding == Coding::Basis && ![ETC1S, UASTC].contains(&model) {
-            return Err(Fault::input(format!("is a KTX2 picture of colour model {model}; ETC1S and UASTC are read")));
+            return Err(Fault::input(format!(
+                "is a KTX2 picture of colour model {model}; ETC1S and UASTC are read"
+            )));
         }
         let etc1s = coding == Coding::Basis && model == ETC1S;
         if etc1s != (scheme == BASIS_LZ) || scheme > ZSTANDARD {
-            return Err(Fault::input(format!("is a KTX2 picture whose coding is not read with supercompression {scheme}")));
+            return Err(Fault::input(format!(
+                "is a KTX2 picture whose coding is not read with supercompression {scheme}"
+            )));
         }
         let mut largest = None;
         for number in 0..u64::from(levels.max(1)) {
@@ -142,7 +169,11 @@ impl<'b> Ktx2Container<'b> {
                 Coding::Basis => side(width).div_ceil(4) * side(height).div_ceil(4) * 16,
                 Coding::Plain { channels, .. } => side(width) * side(height) * channels as u64,
             };
-            let told = if scheme == ZSTANDARD { long(at + 16)? } else { level.len() as u64 };
+            let told = if scheme == ZSTANDARD {
+                long(at + 16)?
+            } else {
+                level.len() as u64
+            };
             if told != whole && (scheme == ZSTANDARD || coding != Coding::Basis) {
                 return Err(broken(&format!("level {number} is of another size")));
             }
@@ -151,7 +182,13 @@ impl<'b> Ktx2Container<'b> {
         if etc1s {
             codebooks(bytes, long(64)?, long(72)?, levels.max(1))?;
         }
-        Ok(Self { width, height, coding, level: largest.unwrap_or_default(), compressed: scheme == ZSTANDARD })
+        Ok(Self {
+            width,
+            height,
+            coding,
+            level: largest.unwrap_or_default(),
+            compressed: scheme == ZSTANDARD,
+        })
     }
 
     /// The pixels of a plain coding; what has no alpha is opaque.
@@ -162,8 +199,11 @@ impl<'b> Ktx2Container<'b> {
             true => {
                 // Known to be what the pixels take, which is within the limits.
                 unpacked.resize(self.width as usize * self.height as usize * channels, 0);
-                let mut decoder = StreamingDecoder::new(self.level).map_err(|e| broken(&e.to_string()))?;
-                decoder.read_exact(&mut unpacked).map_err(|_| broken("its compressed data"))?;
+                let mut decoder =
+                    StreamingDecoder::new(self.level).map_err(|e| broken(&e.to_string()))?;
+                decoder
+                    .read_exact(&mut unpacked)
+                    .map_err(|_| broken("its compressed data"))?;
                 &unpacked
             }
         };
@@ -180,24 +220,37 @@ impl<'b> Ktx2Container<'b> {
 
 /// The colour model of the first descriptor.
 fn model(bytes: &[u8]) -> Option<u8> {
-    bytes.get(usize::try_from(word(bytes, 48)?).ok()?.checked_add(12)?).copied()
+    bytes
+        .get(usize::try_from(word(bytes, 48)?).ok()?.checked_add(12)?)
+        .copied()
 }
 
 /// A part of the file.
 fn range(bytes: &[u8], start: u64, length: u64) -> Outcome<&[u8]> {
-    let end = start.checked_add(length).and_then(|end| usize::try_from(end).ok());
+    let end = start
+        .checked_add(length)
+        .and_then(|end| usize::try_from(end).ok());
     usize::try_from(start)
         .ok()
         .zip(end)
         .and_then(|(start, end)| bytes.get(start..end))
-        .ok_or_else(|| Fault::input(format!("is a KTX2 picture cut off: {length} bytes from byte {start} are missing")))
+        .ok_or_else(|| {
+            Fault::input(format!(
+                "is a KTX2 picture cut off: {length} bytes from byte {start} are missing"
+            ))
+        })
 }
 
 /// The parts of BasisLZ's global data lie in it (KTX 2.0, section 3.12.2).
 fn codebooks(bytes: &[u8], start: u64, length: u64, images: u32) -> Outcome<()> {
     let broken = || Fault::input("is a broken KTX2 picture (its codebooks reach beyond it)");
     let word = |at: u64| word(bytes, at).map(u64::from).ok_or_else(broken);
-    let whole = 20 + 20 * u64::from(images) + word(start + 4)? + word(start + 8)? + word(start + 12)? + word(start + 16)?;
+    let whole = 20
+        + 20 * u64::from(images)
+        + word(start + 4)?
+        + word(start + 8)?
+        + word(start + 12)?
+        + word(start + 16)?;
     if whole > length {
         return Err(broken());
     }
@@ -207,7 +260,11 @@ fn codebooks(bytes: &[u8], start: u64, length: u64, images: u32) -> Outcome<()> 
 /// A little-endian number.
 fn word(bytes: &[u8], at: u64) -> Option<u32> {
     let at = usize::try_from(at).ok()?;
-    bytes.get(at..at.checked_add(4)?)?.try_into().ok().map(u32::from_le_bytes)
+    bytes
+        .get(at..at.checked_add(4)?)?
+        .try_into()
+        .ok()
+        .map(u32::from_le_bytes)
 }
 
 #[cfg(test)]
@@ -220,23 +277,62 @@ mod tests {
         (u128::from(u32::from_le_bytes(colour)) << 5 | 0x17).to_le_bytes()
     }
 
-    /// Bytes as a Zstandard frame: one segment with its size in four bytes, one last block that is not compressed (RFC 8878, section 3.1.1).
+    /// Bytes as a Zstandard frame: one segment with its size in four bytes, one last block that is
+    /// not compressed (RFC 8878, section 3.1.1).
     fn frame(data: &[u8]) -> Vec<u8> {
         let length = (data.len() as u32).to_le_bytes();
         let header = ((data.len() as u32) << 3 | 1).to_le_bytes();
-        [b"\x28\xb5\x2f\xfd\xa0".as_slice(), &length, &header[..3], data].concat()
+        [
+            b"\x28\xb5\x2f\xfd\xa0".as_slice(),
+            &length,
+            &header[..3],
+            data,
+        ]
+        .concat()
     }
 
-    /// A file of one level in a `VkFormat`, with the colour model of its descriptor, stored as it is or as Zstandard.
-    fn file([width, height]: [u32; 2], format: u32, model: u8, data: &[u8], zstandard: bool) -> Vec<u8> {
-        let level = if zstandard { frame(data) } else { data.to_vec() };
+    /// A file of one level in a `VkFormat`, with the colour model of its descriptor, stored as it
+    /// is or as Zstandard.
+    fn file(
+        [width, height]: [u32; 2],
+        format: u32,
+        model: u8,
+        data: &[u8],
+        zstandard: bool,
+    ) -> Vec<u8> {
+        let level = if zstandard {
+            frame(data)
+        } else {
+            data.to_vec()
+        };
         let mut out = SIGNATURE.to_vec();
         let scheme = if zstandard { ZSTANDARD } else { 0 };
-        out.extend([format, 1, width, height, 0, 0, 1, 1, scheme, 104, 44, 0, 0].into_iter().flat_map(u32::to_le_bytes));
-        out.extend([0_u64, 0, 148, level.len() as u64, data.len() as u64].into_iter().flat_map(u64::to_le_bytes));
-        // One basic descriptor: colour model, primaries, the sRGB curve; blocks of four by four; a sample of all channels.
+        out.extend(
+            [format, 1, width, height, 0, 0, 1, 1, scheme, 104, 44, 0, 0]
+                .into_iter()
+                .flat_map(u32::to_le_bytes),
+        );
+        out.extend(
+            [0_u64, 0, 148, level.len() as u64, data.len() as u64]
+                .into_iter()
+                .flat_map(u64::to_le_bytes),
+        );
+        // One basic descriptor: colour model, primaries, the sRGB curve; blocks of four by four; a
+        // sample of all channels.
         let sample = [127 << 16 | 3 << 24, 0, 0, u32::MAX];
-        out.extend([44, 0, 2 | 40 << 16, 0x0002_0100 | u32::from(model), 0x0303, 16, 0].into_iter().flat_map(u32::to_le_bytes));
+        out.extend(
+            [
+                44,
+                0,
+                2 | 40 << 16,
+                0x0002_0100 | u32::from(model),
+                0x0303,
+                16,
+                0,
+            ]
+            .into_iter()
+            .flat_map(u32::to_le_bytes),
+        );
         out.extend(sample.into_iter().flat_map(u32::to_le_bytes));
         out.extend(level);
         out
@@ -248,15 +344,25 @@ mod tests {
         file(size, 0, UASTC, &data, zstandard)
     }
 
-    /// Protects: plain pixels have the codes that are written, whatever the order of their channels, sRGB or not, opaque where there is no
-    /// alpha, stored or compressed.
+    /// Protects: plain pixels have the codes that are written, whatever the order of their
+    /// channels, sRGB or not, opaque where there is no alpha, stored or compressed.
     #[test]
     fn plain_pixels() {
-        let colours = [[1, 2, 3, 4], [250, 100, 50, 0], [7, 8, 9, 255], [0, 0, 255, 128], [255, 0, 0, 1], [90, 80, 70, 60]];
+        let colours = [
+            [1, 2, 3, 4],
+            [250, 100, 50, 0],
+            [7, 8, 9, 255],
+            [0, 0, 255, 128],
+            [255, 0, 0, 1],
+            [90, 80, 70, 60],
+        ];
         for zstandard in [false, true] {
-            for (formats, channels, reversed) in
-                [([23, 29], 3, false), ([30, 36], 3, true), ([37, 43], 4, false), ([44, 50], 4, true)]
-            {
+            for (formats, channels, reversed) in [
+                ([23, 29], 3, false),
+                ([30, 36], 3, true),
+                ([37, 43], 4, false),
+                ([44, 50], 4, true),
+            ] {
                 let texel = |&[r, g, b, a]: &[u8; 4]| {
                     let texel = if reversed { [b, g, r, a] } else { [r, g, b, a] };
                     texel.into_iter().take(channels).collect::<Vec<u8>>()
@@ -265,45 +371,89 @@ mod tests {
                 for format in formats {
                     let good = file([3, 2], format, 1, &data, zstandard);
                     let image = decode(&good, &Limits::default()).unwrap();
-                    let expected = colours.map(|[r, g, b, a]| [r, g, b, if channels == 4 { a } else { 255 }]);
-                    assert_eq!((image.width, image.height, image.pixels), (3, 2, Pixels::Codes(expected.to_vec())), "{format}");
+                    let expected =
+                        colours.map(|[r, g, b, a]| [r, g, b, if channels == 4 { a } else { 255 }]);
+                    assert_eq!(
+                        (image.width, image.height, image.pixels),
+                        (3, 2, Pixels::Codes(expected.to_vec())),
+                        "{format}"
+                    );
                     // One pixel more or less than there is data for.
                     for size in [[3, 3], [3, 1], [7, 1]] {
-                        assert!(decode(&file(size, format, 1, &data, zstandard), &Limits::default()).is_err(), "{size:?}");
+                        assert!(
+                            decode(&file(size, format, 1, &data, zstandard), &Limits::default())
+                                .is_err(),
+                            "{size:?}"
+                        );
                     }
                     for end in 0..good.len() {
-                        assert!(decode(&good[..end], &Limits::default()).is_err(), "{format} cut at {end}");
+                        assert!(
+                            decode(&good[..end], &Limits::default()).is_err(),
+                            "{format} cut at {end}"
+                        );
                     }
                 }
             }
         }
-        let foreign = decode(&file([1, 1], 97, 1, &[0; 8], false), &Limits::default()).unwrap_err().message;
+        let foreign = decode(&file([1, 1], 97, 1, &[0; 8], false), &Limits::default())
+            .unwrap_err()
+            .message;
         assert!(foreign.contains("VkFormat 97"), "{foreign}");
     }
 
-    /// Protects: pixels have the codes that their blocks say, in rows from the top, cut at the picture's edge, stored or compressed.
+    /// Protects: pixels have the codes that their blocks say, in rows from the top, cut at the
+    /// picture's edge, stored or compressed.
     #[test]
     fn blocks_of_one_colour() {
-        let colours = [[255, 0, 0, 255], [1, 2, 3, 4], [0, 200, 7, 128], [9, 9, 9, 255]];
+        let colours = [
+            [255, 0, 0, 255],
+            [1, 2, 3, 4],
+            [0, 200, 7, 128],
+            [9, 9, 9, 255],
+        ];
         for zstandard in [false, true] {
             let image = decode(&uastc([6, 5], &colours, zstandard), &Limits::default()).unwrap();
-            let Pixels::Codes(codes) = image.pixels else { panic!("codes") };
+            let Pixels::Codes(codes) = image.pixels else {
+                panic!("codes")
+            };
             let expected = |i: usize| colours[(i / 6 / 4) * 2 + (i % 6) / 4];
             assert_eq!((image.width, image.height), (6, 5));
-            assert_eq!(codes, (0..30).map(expected).collect::<Vec<_>>(), "zstandard {zstandard}");
+            assert_eq!(
+                codes,
+                (0..30).map(expected).collect::<Vec<_>>(),
+                "zstandard {zstandard}"
+            );
         }
     }
 
-    /// Protects: nothing is taken for a picture larger than allowed, and no cut or lie in the container is more than an error.
+    /// Protects: nothing is taken for a picture larger than allowed, and no cut or lie in the
+    /// container is more than an error.
     #[test]
     fn broken_containers_are_refused() {
         let good = uastc([8, 4], &[[5; 4], [6; 4]], true);
-        let small = Limits { image_pixels: 31, ..Limits::default() };
+        let small = Limits {
+            image_pixels: 31,
+            ..Limits::default()
+        };
         assert_eq!(decode(&good, &small).unwrap_err().kind, FaultKind::Limit);
         for end in 0..good.len() {
-            assert!(decode(&good[..end], &Limits::default()).is_err(), "cut at {end}");
+            assert!(
+                decode(&good[..end], &Limits::default()).is_err(),
+                "cut at {end}"
+            );
         }
-        for (at, value) in [(28, 1), (32, 2), (36, 6), (40, 33), (44, 3), (48, u32::MAX), (68, 1), (84, 1), (96, 1), (116, 162)] {
+        for (at, value) in [
+            (28, 1),
+            (32, 2),
+            (36, 6),
+            (40, 33),
+            (44, 3),
+            (48, u32::MAX),
+            (68, 1),
+            (84, 1),
+            (96, 1),
+            (116, 162),
+        ] {
             let mut bad = good.clone();
             bad[at..at + 4].copy_from_slice(&value.to_le_bytes());
             assert!(decode(&bad, &Limits::default()).is_err(), "{value} at {at}");

@@ -1,6 +1,8 @@
-//! Native scene files, models, textures, image and report output: everything between a path and a scene or a picture.
+//! Native scene files, models, textures, image and report output: everything between a path and a
+//! scene or a picture.
 //!
-//! Nothing in a file can make this crate panic, hang, read outside the scene's folder or take memory unasked.
+//! Nothing in a file can make this crate panic, hang, read outside the scene's folder or take
+//! memory unasked.
 //!
 //! ```
 //! use raywright_core::{Settings, prepare};
@@ -17,8 +19,9 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 //!
-//! Not here yet: subsurface scattering and vendors' extensions of glTF's materials (each is named in
-//! [`Scene::unread`](raywright_core::Scene::unread), and so an effect that is left out), points and lines (a warning).
+//! Not here yet: subsurface scattering and vendors' extensions of glTF's materials (each is named
+//! in [`Scene::unread`](raywright_core::Scene::unread), and so an effect that is left out), points
+//! and lines (a warning).
 #![forbid(unsafe_code)]
 
 mod clay;

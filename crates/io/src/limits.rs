@@ -51,8 +51,14 @@ mod tests {
     /// Protects: sizes read as a person writes them.
     #[test]
     fn sizes_read_as_a_person_writes_them() {
-        let cases =
-            [(0, "0 bytes"), (1, "1 byte"), (1023, "1023 bytes"), (1536, "1.5 KiB"), (64 << 20, "64 MiB"), (1 << 30, "1 GiB")];
+        let cases = [
+            (0, "0 bytes"),
+            (1, "1 byte"),
+            (1023, "1023 bytes"),
+            (1536, "1.5 KiB"),
+            (64 << 20, "64 MiB"),
+            (1 << 30, "1 GiB"),
+        ];
         for (bytes, text) in cases {
             assert_eq!(human_bytes(bytes), text);
         }

@@ -45,10 +45,19 @@ impl Input {
     /// All that a reader gives, under a name for messages.
     ///
     /// # Errors
-    /// An error of kind file where it can't be read, of kind limit where it gives more than a file may have.
+    /// An error of kind file where it can't be read, of kind limit where it gives more than a file
+    /// may have.
     pub fn from_reader(name: &str, source: impl Read, limits: &Limits) -> Result<Self, Error> {
-        let bytes = limited(Path::new(name), read_limited(source, 0, most(limits)), limits)?;
-        Ok(Self::Bytes { name: name.to_owned(), bytes, resolver: None })
+        let bytes = limited(
+            Path::new(name),
+            read_limited(source, 0, most(limits)),
+            limits,
+        )?;
+        Ok(Self::Bytes {
+            name: name.to_owned(),
+            bytes,
+            resolver: None,
+        })
     }
 
     /// The name without folders and endings, for naming pictures.
@@ -64,7 +73,8 @@ impl Input {
 /// What loading may be told.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct LoadOptions {
-    /// Time and parameters in place of the file's. For a model, the time is that of its animations; none: it is shown at rest.
+    /// Time and parameters in place of the file's. For a model, the time is that of its animations;
+    /// none: it is shown at rest.
     pub overrides: Overrides,
     /// What of a model is meant.
     pub model: ModelOptions,
@@ -80,14 +90,16 @@ pub struct LoadOptions {
     pub limits: Limits,
 }
 
-/// What of a model is meant. Files other than glTF have an up axis alone, native scenes nothing to choose from.
+/// What of a model is meant. Files other than glTF have an up axis alone, native scenes nothing to
+/// choose from.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct ModelOptions {
     /// Name of a scene or, where no name fits, its index; none: the file's default.
     pub scene: Option<String>,
     /// Name of a variant of its materials (KHR_materials_variants); none: the default look.
     pub variant: Option<String>,
-    /// Name of an animation or, where no name fits, its index; none: all together. Without a time it is shown at its beginning.
+    /// Name of an animation or, where no name fits, its index; none: all together. Without a time
+    /// it is shown at its beginning.
     pub animation: Option<String>,
     /// The axis of any model that is up; none: z of STL, where no file says it, y of all others.
     pub up: Option<UpAxis>,
@@ -100,22 +112,27 @@ pub struct Loaded {
     pub scene: Scene,
     /// What the user should know.
     pub warnings: Vec<Warning>,
-    /// SHA-256 of all bytes read, the time and the overridden parameters: equal hashes, equal scenes.
+    /// SHA-256 of all bytes read, the time and the overridden parameters: equal hashes, equal
+    /// scenes.
     pub hash: SceneHash,
     /// Where it came from.
     pub source: SourceInfo,
-    /// Every file that was read for it or that it names: what no output of the same run may replace.
+    /// Every file that was read for it or that it names: what no output of the same run may
+    /// replace.
     pub inputs: Inputs,
     /// What a glTF file holds besides; empty for every other.
     pub contents: Contents,
-    /// Why the neutral sky was added to it or, of a model, the default studio; none: it has light, or an environment was asked for.
+    /// Why the neutral sky was added to it or, of a model, the default studio; none: it has light,
+    /// or an environment was asked for.
     pub added_sky: Option<LightShortage>,
-    /// The axis that was taken for up though no file says so; none: it is y, as everywhere here, or was asked for.
+    /// The axis that was taken for up though no file says so; none: it is y, as everywhere here, or
+    /// was asked for.
     pub assumed_up: Option<UpAxis>,
 }
 
-/// Reads and checks a scene, and completes it: one without light gets the neutral sky, and a model whose own lights are none or too faint to
-/// be seen by stands in the default studio ([`Loaded::added_sky`] says so). Where it has no camera, preparation frames the whole of it.
+/// Reads and checks a scene, and completes it: one without light gets the neutral sky, and a model
+/// whose own lights are none or too faint to be seen by stands in the default studio
+/// ([`Loaded::added_sky`] says so). Where it has no camera, preparation frames the whole of it.
 ///
 /// # Errors
 /// [`Error`] says which kind: content, file, limit, or a preset or parameter that does not exist.
@@ -123,29 +140,53 @@ pub fn load(input: &Input, options: &LoadOptions) -> Result<Loaded, Error> {
     load_observed(input, options, &())
 }
 
-/// As [`load`]; the observer hears how far the import of a glTF file has come, and is not asked whether to stop.
+/// As [`load`]; the observer hears how far the import of a glTF file has come, and is not asked
+/// whether to stop.
 ///
 /// # Errors
 /// As [`load`].
-pub fn load_observed(input: &Input, options: &LoadOptions, observer: &dyn Observer) -> Result<Loaded, Error> {
+pub fn load_observed(
+    input: &Input,
+    options: &LoadOptions,
+    observer: &dyn Observer,
+) -> Result<Loaded, Error> {
     match input {
         Input::Preset(name) => {
             refuse_choice(&format!("preset:{name}"), &options.model)?;
             refuse_axis(&format!("preset:{name}"), &options.model)?;
             let preset = presets::get(name)?;
             let folder = Folder::none(options.limits.file_bytes);
-            native_scene(&format!("preset:{name}"), name, preset.text, Notation::Toml, &folder, options)
+            native_scene(
+                &format!("preset:{name}"),
+                name,
+                preset.text,
+                Notation::Toml,
+                &folder,
+                options,
+            )
         }
         Input::Path(path) => {
             let bytes = read(path, &options.limits)?;
-            let folder = Folder::around(path, options.limits.file_bytes).map_err(|cause| Error::read(path, &cause))?;
+            let folder = Folder::around(path, options.limits.file_bytes)
+                .map_err(|cause| Error::read(path, &cause))?;
             let folder = folder.allowing_outside(options.allow_outside);
             folder.note_file(path);
             content(path, &input.stem(), bytes, &folder, options, observer)
         }
-        Input::Bytes { name, bytes, resolver } => {
+        Input::Bytes {
+            name,
+            bytes,
+            resolver,
+        } => {
             let folder = Folder::of_bytes(resolver.as_ref(), options.limits.file_bytes);
-            content(Path::new(name), &input.stem(), bytes.clone(), &folder, options, observer)
+            content(
+                Path::new(name),
+                &input.stem(),
+                bytes.clone(),
+                &folder,
+                options,
+                observer,
+            )
         }
     }
 }
@@ -173,8 +214,17 @@ fn content(
 
 /// Refuses what only glTF files can be asked for.
 fn refuse_choice(name: &str, model: &ModelOptions) -> Result<(), Error> {
-    let wishes = [("scene", &model.scene), ("variant", &model.variant), ("animation", &model.animation)];
-    let Some((what, wish)) = wishes.into_iter().find_map(|(what, wish)| Some((what, wish.as_ref()?))) else { return Ok(()) };
+    let wishes = [
+        ("scene", &model.scene),
+        ("variant", &model.variant),
+        ("animation", &model.animation),
+    ];
+    let Some((what, wish)) = wishes
+        .into_iter()
+        .find_map(|(what, wish)| Some((what, wish.as_ref()?)))
+    else {
+        return Ok(());
+    };
     let message = format!("{name} has no {what}s to choose from, so none is `{wish}`");
     Err(Error::usage(message).with_hint(format!("only glTF and GLB files have {what}s")))
 }
@@ -182,7 +232,10 @@ fn refuse_choice(name: &str, model: &ModelOptions) -> Result<(), Error> {
 /// Refuses to turn what says itself where everything is.
 fn refuse_axis(name: &str, model: &ModelOptions) -> Result<(), Error> {
     let Some(up) = model.up else { return Ok(()) };
-    let message = format!("{name}: only models are turned, so {} is not made its up axis", up.name());
+    let message = format!(
+        "{name}: only models are turned, so {} is not made its up axis",
+        up.name()
+    );
     Err(Error::usage(message).with_hint("a camera is turned by three numbers, such as --up 0,0,1"))
 }
 
@@ -203,27 +256,76 @@ fn model(
     }
     folder.note(&bytes);
     note_overrides(folder, &options.overrides);
-    let ModelOptions { scene, variant, animation, up } = &options.model;
+    let ModelOptions {
+        scene,
+        variant,
+        animation,
+        up,
+    } = &options.model;
     let axis = up.map(|up| up.name().to_owned());
-    for (kind, wish) in [("scene", scene), ("variant", variant), ("animation", animation), ("up", &axis)] {
-        wish.iter().for_each(|wish| [kind, wish].iter().for_each(|text| folder.note(text.as_bytes())));
+    for (kind, wish) in [
+        ("scene", scene),
+        ("variant", variant),
+        ("animation", animation),
+        ("up", &axis),
+    ] {
+        wish.iter().for_each(|wish| {
+            [kind, wish]
+                .iter()
+                .for_each(|text| folder.note(text.as_bytes()))
+        });
     }
     if !format.has_choices() {
         refuse_choice(&name, &options.model)?;
     }
     let time = options.overrides.at.or(animation.as_ref().map(|_| 0.0));
-    let choice = Choice { scene: scene.as_deref(), variant: variant.as_deref(), animation: animation.as_deref(), time };
-    let Model { mut scene, mut warnings, contents } =
-        model_file::load(format, path, &bytes, (folder, &options.limits), &choice, observer)?;
+    let choice = Choice {
+        scene: scene.as_deref(),
+        variant: variant.as_deref(),
+        animation: animation.as_deref(),
+        time,
+    };
+    let Model {
+        mut scene,
+        mut warnings,
+        contents,
+    } = model_file::load(
+        format,
+        path,
+        &bytes,
+        (folder, &options.limits),
+        &choice,
+        observer,
+    )?;
     within_limits(&name, &scene, &options.limits)?;
-    let own = if format == Format::Stl { UpAxis::Z } else { UpAxis::Y };
+    let own = if format == Format::Stl {
+        UpAxis::Z
+    } else {
+        UpAxis::Y
+    };
     turn(&mut scene, up.unwrap_or(own));
     warnings.extend(restyle(&mut scene, options, &name, folder));
     within_limits(&name, &scene, &options.limits)?;
     let assumed_up = (up.is_none() && own != UpAxis::Y).then_some(own);
-    let added_sky = environment::apply(&mut scene, format, &options.environment, folder, &options.limits, &mut warnings)?;
+    let added_sky = environment::apply(
+        &mut scene,
+        format,
+        &options.environment,
+        folder,
+        &options.limits,
+        &mut warnings,
+    )?;
     let source = SourceInfo::new(name, stem, format, None);
-    Ok(Loaded { scene, warnings, hash: folder.take_hash(), source, inputs: folder.inputs(), contents, added_sky, assumed_up })
+    Ok(Loaded {
+        scene,
+        warnings,
+        hash: folder.take_hash(),
+        source,
+        inputs: folder.inputs(),
+        contents,
+        added_sky,
+        assumed_up,
+    })
 }
 
 fn native_scene(
@@ -244,7 +346,14 @@ fn native_scene(
     warnings.extend(restyle(&mut scene, options, name, folder));
     within_limits(name, &scene, &options.limits)?;
     let format = Format::Native(notation);
-    let added_sky = environment::apply(&mut scene, format, &options.environment, folder, &options.limits, &mut warnings)?;
+    let added_sky = environment::apply(
+        &mut scene,
+        format,
+        &options.environment,
+        folder,
+        &options.limits,
+        &mut warnings,
+    )?;
     let source = SourceInfo::new(name, stem, format, Some(text.into()));
     let contents = Contents::default();
     Ok(Loaded {
@@ -265,16 +374,25 @@ fn restyle(scene: &mut Scene, options: &LoadOptions, name: &str, folder: &Folder
         folder.note(b"clay");
         clay::apply(scene);
     }
-    let Some(section) = &options.section else { return Vec::new() };
+    let Some(section) = &options.section else {
+        return Vec::new();
+    };
     folder.note(format!("{section:?}").as_bytes());
     section::cut(scene, section, name)
 }
 
-/// Refuses scenes of more objects or triangles than the limits allow, before anything is made of them.
+/// Refuses scenes of more objects or triangles than the limits allow, before anything is made of
+/// them.
 fn within_limits(name: &str, scene: &Scene, limits: &Limits) -> Result<(), Error> {
     let objects = generate::count(scene);
     if objects > limits.objects {
-        return Err(Error::limit(name, format!("the scene has {objects} objects, more than the limit of {}", limits.objects)));
+        return Err(Error::limit(
+            name,
+            format!(
+                "the scene has {objects} objects, more than the limit of {}",
+                limits.objects
+            ),
+        ));
     }
     let inline = scene.meshes.iter().map(|mesh| match &mesh.source {
         MeshSource::Inline(data) => data.indices.len() as u64,
@@ -284,7 +402,10 @@ fn within_limits(name: &str, scene: &Scene, limits: &Limits) -> Result<(), Error
     if triangles > limits.triangles {
         return Err(Error::limit(
             name,
-            format!("the scene has {triangles} triangles, more than the limit of {}", limits.triangles),
+            format!(
+                "the scene has {triangles} triangles, more than the limit of {}",
+                limits.triangles
+            ),
         ));
     }
     Ok(())
@@ -313,17 +434,43 @@ fn most(limits: &Limits) -> u64 {
 }
 
 /// What was read, if it was not too much.
-fn limited(path: &Path, read: std::io::Result<Option<Vec<u8>>>, limits: &Limits) -> Result<Vec<u8>, Error> {
-    read.map_err(|cause| Error::read(path, &cause))?.ok_or_else(|| {
-        Error::limit(path.display(), format!("the file is larger than the limit of {}", human_bytes(most(limits))))
-    })
+fn limited(
+    path: &Path,
+    read: std::io::Result<Option<Vec<u8>>>,
+    limits: &Limits,
+) -> Result<Vec<u8>, Error> {
+    read.map_err(|cause| Error::read(path, &cause))?
+        .ok_or_else(|| {
+            Error::limit(
+                path.display(),
+                format!(
+                    "the file is larger than the limit of {}",
+                    human_bytes(most(limits))
+                ),
+            )
+        })
 }
 
 /// The file's name without its folder and endings.
 fn stem(path: &Path) -> String {
-    let name = path.file_name().map(|name| name.to_string_lossy().into_owned()).unwrap_or_default();
-    let endings = [".scene.toml", ".scene.json", ".toml", ".json", ".gltf", ".glb", ".obj", ".stl", ".ply"];
-    let ending = endings.iter().find(|ending| name.to_ascii_lowercase().ends_with(*ending) && name.len() > ending.len());
+    let name = path
+        .file_name()
+        .map(|name| name.to_string_lossy().into_owned())
+        .unwrap_or_default();
+    let endings = [
+        ".scene.toml",
+        ".scene.json",
+        ".toml",
+        ".json",
+        ".gltf",
+        ".glb",
+        ".obj",
+        ".stl",
+        ".ply",
+    ];
+    let ending = endings
+        .iter()
+        .find(|ending| name.to_ascii_lowercase().ends_with(*ending) && name.len() > ending.len());
     name[..name.len() - ending.map_or(0, |ending| ending.len())].to_owned()
 }
 
@@ -333,8 +480,13 @@ fn format_of(path: &Path, bytes: &[u8]) -> Result<Format, Error> {
         if let Some((format, remedy)) = foreign(path) {
             return Error::input(path.display(), format!("{format} is not read")).with_hint(remedy);
         }
-        let message = if bytes.is_empty() { "is empty" } else { "cannot tell what kind of scene this is" };
-        let hint = format!("scenes are read from .scene.toml and .scene.json files, models from {MODELS}");
+        let message = if bytes.is_empty() {
+            "is empty"
+        } else {
+            "cannot tell what kind of scene this is"
+        };
+        let hint =
+            format!("scenes are read from .scene.toml and .scene.json files, models from {MODELS}");
         Error::input(path.display(), message).with_hint(hint)
     })
 }

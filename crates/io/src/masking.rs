@@ -1,9 +1,10 @@
-//! What of foreign text may be shown: names come out of files, and a name can hold what a terminal or a page obeys. Messages, tables, reports
-//! and plots all ask here.
+//! What of foreign text may be shown: names come out of files, and a name can hold what a terminal
+//! or a page obeys. Messages, tables, reports and plots all ask here.
 
 use std::borrow::Cow;
 
-/// Text that shows and does nothing else: each character that steers is the sign for one that cannot be shown.
+/// Text that shows and does nothing else: each character that steers is the sign for one that
+/// cannot be shown.
 pub fn masked(text: &str) -> Cow<'_, str> {
     replaced(text, |_, out| out.push(char::REPLACEMENT_CHARACTER))
 }
@@ -13,10 +14,14 @@ pub fn on_one_line(text: &str) -> String {
     masked(&text.replace(['\n', '\t'], "\u{fffd}")).into_owned()
 }
 
-/// JSON in which characters that steer are written as their codes, so that texts are read back as they are and nothing is left to mask.
-/// Outside of texts JSON is ASCII.
+/// JSON in which characters that steer are written as their codes, so that texts are read back as
+/// they are and nothing is left to mask. Outside of texts JSON is ASCII.
 pub fn masked_json(json: &str) -> Cow<'_, str> {
-    replaced(json, |c, out| c.encode_utf16(&mut [0; 2]).iter().for_each(|unit| *out += &format!("\\u{unit:04x}")))
+    replaced(json, |c, out| {
+        c.encode_utf16(&mut [0; 2])
+            .iter()
+            .for_each(|unit| *out += &format!("\\u{unit:04x}"))
+    })
 }
 
 fn replaced(text: &str, put: impl Fn(char, &mut String)) -> Cow<'_, str> {
@@ -24,17 +29,27 @@ fn replaced(text: &str, put: impl Fn(char, &mut String)) -> Cow<'_, str> {
         return Cow::Borrowed(text);
     }
     let mut out = String::with_capacity(text.len());
-    text.chars().for_each(|c| if steers(c) { put(c, &mut out) } else { out.push(c) });
+    text.chars().for_each(|c| {
+        if steers(c) {
+            put(c, &mut out)
+        } else {
+            out.push(c)
+        }
+    });
     Cow::Owned(out)
 }
 
-/// Whether a character is obeyed instead of shown: control characters but line breaks and tabs, the separators of lines and paragraphs, and
-/// Unicode's format characters, which turn the direction of text or hide in it. Of these the joiners (U+200C, U+200D) stay, without which some
-/// scripts cannot be written, and the signs that are seen (such as U+0600, the sign before an Arabic number).
+/// Whether a character is obeyed instead of shown: control characters but line breaks and tabs, the
+/// separators of lines and paragraphs, and Unicode's format characters, which turn the direction of
+/// text or hide in it. Of these the joiners (U+200C, U+200D) stay, without which some scripts
+/// cannot be written, and the signs that are seen (such as U+0600, the sign before an Arabic
+/// number).
 fn steers(c: char) -> bool {
     match c {
         '\n' | '\t' => false,
-        '\u{ad}' | '\u{61c}' | '\u{180e}' | '\u{200b}' | '\u{200e}' | '\u{200f}' | '\u{feff}' => true,
+        '\u{ad}' | '\u{61c}' | '\u{180e}' | '\u{200b}' | '\u{200e}' | '\u{200f}' | '\u{feff}' => {
+            true
+        }
         '\u{2028}'..='\u{202e}' | '\u{2060}'..='\u{206f}' | '\u{fff9}'..='\u{fffb}' => true,
         '\u{1bca0}'..='\u{1bca3}' | '\u{1d173}'..='\u{1d17a}' | '\u{e0000}'..='\u{e007f}' => true,
         c => c.is_control(),
@@ -45,7 +60,8 @@ fn steers(c: char) -> bool {
 mod tests {
     use super::*;
 
-    /// Protects: nothing that a terminal obeys is shown, whatever stands in a name, and everything else is.
+    /// Protects: nothing that a terminal obeys is shown, whatever stands in a name, and everything
+    /// else is.
     #[test]
     fn what_steers_is_masked() {
         let name = "\u{1b}[31mré\u{9b}2J\u{7f}\u{7}\r\u{202e}d\u{2066}\n\t世";
@@ -59,7 +75,8 @@ mod tests {
         }
     }
 
-    /// Protects: JSON has names as they are, in codes that no terminal obeys, those beyond 16 bits as two.
+    /// Protects: JSON has names as they are, in codes that no terminal obeys, those beyond 16 bits
+    /// as two.
     #[test]
     fn json_has_codes() {
         let name = "\u{1b}[31m\u{9b}2J\u{7f}\r\n\u{202e}é\u{2028}\u{e0041}";

@@ -15,7 +15,8 @@ use crate::model_file;
 use crate::source::Format;
 use crate::warning::Warning;
 
-/// All triangles of a model file, where the file puts them in the scene and at the time that are asked for.
+/// All triangles of a model file, where the file puts them in the scene and at the time that are
+/// asked for.
 pub(crate) fn read(
     file: &Path,
     bytes: &[u8],
@@ -23,12 +24,24 @@ pub(crate) fn read(
     limits: &Limits,
     model: &ModelPart,
 ) -> Result<(MeshData, Vec<Warning>), Error> {
-    let format =
-        Format::of_model(file).ok_or_else(|| Error::input(file.display(), format!("meshes are read from {MODELS} files")))?;
+    let format = Format::of_model(file).ok_or_else(|| {
+        Error::input(
+            file.display(),
+            format!("meshes are read from {MODELS} files"),
+        )
+    })?;
     if !format.has_choices() && *model != ModelPart::default() {
-        return Err(Error::input(file.display(), format!("{} has no scenes and no time", format.file())));
+        return Err(Error::input(
+            file.display(),
+            format!("{} has no scenes and no time", format.file()),
+        ));
     }
-    let choice = Choice { scene: model.scene.as_deref(), variant: None, animation: None, time: model.time };
+    let choice = Choice {
+        scene: model.scene.as_deref(),
+        variant: None,
+        animation: None,
+        time: model.time,
+    };
     let model = model_file::load(format, file, bytes, (folder, limits), &choice, &())?;
     Ok((merged(&model.scene), model.warnings))
 }
@@ -36,10 +49,15 @@ pub(crate) fn read(
 /// The meshes of a scene in one, each as often as an object shows it.
 fn merged(scene: &Scene) -> MeshData {
     let lookup = Lookup::new(scene);
-    let shown = scene.objects.iter().filter_map(|object| match &object.shape {
-        Shape::Mesh(name) => lookup.mesh_data(name).map(|part| (&**part, affine(&object.transform))),
-        _ => None,
-    });
+    let shown = scene
+        .objects
+        .iter()
+        .filter_map(|object| match &object.shape {
+            Shape::Mesh(name) => lookup
+                .mesh_data(name)
+                .map(|part| (&**part, affine(&object.transform))),
+            _ => None,
+        });
     let parts: Vec<(&MeshData, DAffine3)> = shown.collect();
     let smooth = parts.iter().any(|(part, _)| !part.normals.is_empty());
     // Tangents that only some parts have are made for all where something asks for them.
@@ -64,19 +82,38 @@ fn faceted(part: &MeshData) -> MeshData {
     let corners = || part.indices.iter().flatten().map(|index| *index as usize);
     let positions = part.positions.select(corners());
     let normal = |[a, b, c]: [Vec3; 3]| (b - a).cross(c - a).normalize_or(Vec3::Y).to_array();
-    let triangles = positions.offsets().chunks_exact(3).map(|p| [0, 1, 2].map(|k| Vec3::from_array(p[k])));
+    let triangles = positions
+        .offsets()
+        .chunks_exact(3)
+        .map(|p| [0, 1, 2].map(|k| Vec3::from_array(p[k])));
     MeshData {
-        normals: triangles.flat_map(|triangle| [normal(triangle); 3]).collect(),
-        indices: (0..positions.len() as u32 / 3).map(|i| [3 * i, 3 * i + 1, 3 * i + 2]).collect(),
-        uvs: part.uvs.iter().map(|set| corners().filter_map(|i| set.get(i).copied()).collect()).collect(),
-        tangents: corners().filter_map(|i| part.tangents.get(i).copied()).collect(),
-        colours: corners().filter_map(|i| part.colours.get(i).copied()).collect(),
+        normals: triangles
+            .flat_map(|triangle| [normal(triangle); 3])
+            .collect(),
+        indices: (0..positions.len() as u32 / 3)
+            .map(|i| [3 * i, 3 * i + 1, 3 * i + 2])
+            .collect(),
+        uvs: part
+            .uvs
+            .iter()
+            .map(|set| corners().filter_map(|i| set.get(i).copied()).collect())
+            .collect(),
+        tangents: corners()
+            .filter_map(|i| part.tangents.get(i).copied())
+            .collect(),
+        colours: corners()
+            .filter_map(|i| part.colours.get(i).copied())
+            .collect(),
         positions,
         is_cap: false,
     }
 }
 
-fn append((whole, positions): (&mut MeshData, &mut Vec<DVec3>), part: &MeshData, transform: &DAffine3) {
+fn append(
+    (whole, positions): (&mut MeshData, &mut Vec<DVec3>),
+    part: &MeshData,
+    transform: &DAffine3,
+) {
     let (before, vertices) = (positions.len(), part.positions.len());
     let after = before + vertices;
     let double = |v: &[f32; 3]| Vec3::from_array(*v).as_dvec3();
@@ -89,10 +126,18 @@ fn append((whole, positions): (&mut MeshData, &mut Vec<DVec3>), part: &MeshData,
         [a, b, c].map(shift)
     }));
     let inverse = transform.matrix3.inverse().transpose();
-    let turned = |n: &[f32; 3]| (inverse * double(n)).normalize_or(DVec3::Y).as_vec3().to_array();
+    let turned = |n: &[f32; 3]| {
+        (inverse * double(n))
+            .normalize_or(DVec3::Y)
+            .as_vec3()
+            .to_array()
+    };
     whole.normals.extend(part.normals.iter().map(turned));
     let along = |t: &[f32; 4]| {
-        let [x, y, z] = (transform.matrix3 * double(&[t[0], t[1], t[2]])).normalize_or_zero().as_vec3().to_array();
+        let [x, y, z] = (transform.matrix3 * double(&[t[0], t[1], t[2]]))
+            .normalize_or_zero()
+            .as_vec3()
+            .to_array();
         [x, y, z, if mirrored { -t[3] } else { t[3] }]
     };
     whole.tangents.extend(part.tangents.iter().map(along));
@@ -123,7 +168,11 @@ mod tests {
     fn file(parts: Vec<(MeshData, Vec<TransformStep>)>) -> Scene {
         let mut scene = Scene::default();
         for (i, (data, transform)) in parts.into_iter().enumerate() {
-            scene.meshes.push(Mesh { name: i.to_string(), source: MeshSource::Inline(Arc::new(data)), model: None });
+            scene.meshes.push(Mesh {
+                name: i.to_string(),
+                source: MeshSource::Inline(Arc::new(data)),
+                model: None,
+            });
             scene.objects.push(Object {
                 name: String::new(),
                 shape: Shape::Mesh(i.to_string()),
@@ -141,16 +190,26 @@ mod tests {
     /// The corners 0, x and y, facing +z.
     fn leaf() -> MeshData {
         let positions = vec![[0.0_f32; 3], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]];
-        MeshData { positions: positions.into(), indices: vec![[0, 1, 2]], ..MeshData::default() }
+        MeshData {
+            positions: positions.into(),
+            indices: vec![[0, 1, 2]],
+            ..MeshData::default()
+        }
     }
 
     fn full() -> MeshData {
         let uvs = vec![vec![[0.25, 0.5]; 3], vec![[0.75, 1.0]; 3]];
-        MeshData { normals: vec![[0.0, 0.6, 0.8]; 3], colours: vec![[0.5; 4]; 3], uvs, ..leaf() }
+        MeshData {
+            normals: vec![[0.0, 0.6, 0.8]; 3],
+            colours: vec![[0.5; 4]; 3],
+            uvs,
+            ..leaf()
+        }
     }
 
-    /// Protects: parts become one mesh in which each keeps what it has, and what it lacks is what a mesh alone would be taken to have:
-    /// white, (0, 0) and the facet's own normal; whichever comes first.
+    /// Protects: parts become one mesh in which each keeps what it has, and what it lacks is what a
+    /// mesh alone would be taken to have: white, (0, 0) and the facet's own normal; whichever comes
+    /// first.
     #[test]
     fn parts_keep_what_they_have() {
         for bare_first in [true, false] {
@@ -160,26 +219,55 @@ mod tests {
             }
             let whole = merged(&file(parts));
             let [bare, own] = if bare_first { [0, 3] } else { [3, 0] };
-            assert_eq!((whole.positions.len(), whole.indices.as_slice()), (6, &[[0, 1, 2], [3, 4, 5]][..]));
-            assert_eq!((whole.colours[bare + 2], whole.colours[own + 2]), ([1.0; 4], [0.5; 4]));
-            assert_eq!((whole.normals[bare + 2], whole.normals[own + 2]), ([0.0, 0.0, 1.0], [0.0, 0.6, 0.8]));
-            assert_eq!((whole.uvs[0][bare + 2], whole.uvs[0][own + 2]), ([0.0; 2], [0.25, 0.5]));
-            assert_eq!((whole.uvs[1][bare + 2], whole.uvs[1][own + 2]), ([0.0; 2], [0.75, 1.0]));
+            assert_eq!(
+                (whole.positions.len(), whole.indices.as_slice()),
+                (6, &[[0, 1, 2], [3, 4, 5]][..])
+            );
+            assert_eq!(
+                (whole.colours[bare + 2], whole.colours[own + 2]),
+                ([1.0; 4], [0.5; 4])
+            );
+            assert_eq!(
+                (whole.normals[bare + 2], whole.normals[own + 2]),
+                ([0.0, 0.0, 1.0], [0.0, 0.6, 0.8])
+            );
+            assert_eq!(
+                (whole.uvs[0][bare + 2], whole.uvs[0][own + 2]),
+                ([0.0; 2], [0.25, 0.5])
+            );
+            assert_eq!(
+                (whole.uvs[1][bare + 2], whole.uvs[1][own + 2]),
+                ([0.0; 2], [0.75, 1.0])
+            );
         }
         assert!(merged(&file(vec![(leaf(), Vec::new())])).normals.is_empty());
     }
 
-    /// Protects: a part stands where its node puts it; normals stay perpendicular under what stretches, and a mirror turns no triangle
-    /// inside out.
+    /// Protects: a part stands where its node puts it; normals stay perpendicular under what
+    /// stretches, and a mirror turns no triangle inside out.
     #[test]
     fn parts_stand_where_they_are_put() {
-        let stretched = merged(&file(vec![(full(), vec![TransformStep::Scale([1.0, 3.0, 4.0])])]));
+        let stretched = merged(&file(vec![(
+            full(),
+            vec![TransformStep::Scale([1.0, 3.0, 4.0])],
+        )]));
         assert_eq!(stretched.positions.offsets()[2], [0.0, 3.0, 0.0]);
         // (0, 0.6/3, 0.8/4) has equal parts.
         let half = std::f32::consts::FRAC_1_SQRT_2;
-        assert!(stretched.normals[0].iter().zip([0.0, half, half]).all(|(a, b)| (a - b).abs() < 1e-6), "{:?}", stretched.normals);
-        let mirrored = merged(&file(vec![(leaf(), vec![TransformStep::Scale([-1.0, 1.0, 1.0])])]));
-        let [a, b, c] = mirrored.indices[0].map(|i| Vec3::from_array(mirrored.positions.offsets()[i as usize]));
+        assert!(
+            stretched.normals[0]
+                .iter()
+                .zip([0.0, half, half])
+                .all(|(a, b)| (a - b).abs() < 1e-6),
+            "{:?}",
+            stretched.normals
+        );
+        let mirrored = merged(&file(vec![(
+            leaf(),
+            vec![TransformStep::Scale([-1.0, 1.0, 1.0])],
+        )]));
+        let [a, b, c] =
+            mirrored.indices[0].map(|i| Vec3::from_array(mirrored.positions.offsets()[i as usize]));
         assert_eq!((b - a).cross(c - a), Vec3::Z);
     }
 }

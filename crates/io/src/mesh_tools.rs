@@ -1,4 +1,5 @@
-//! What importers do to meshes beyond reading them: repair what is not finite, make normals, apply transforms.
+//! What importers do to meshes beyond reading them: repair what is not finite, make normals, apply
+//! transforms.
 
 use glam::{DAffine3, DMat3, DVec3, Vec3};
 use rayon::iter::{IndexedParallelIterator, IntoParallelRefMutIterator, ParallelIterator};
@@ -25,56 +26,105 @@ pub(crate) fn transform_steps(transform: &DAffine3) -> Vec<TransformStep> {
     }
     let (m, t) = (transform.matrix3.transpose(), transform.translation);
     let row = |axis: DVec3, t: f64| [axis.x, axis.y, axis.z, t];
-    vec![TransformStep::Matrix([row(m.x_axis, t.x), row(m.y_axis, t.y), row(m.z_axis, t.z)])]
+    vec![TransformStep::Matrix([
+        row(m.x_axis, t.x),
+        row(m.y_axis, t.y),
+        row(m.z_axis, t.z),
+    ])]
 }
 
-/// A mesh with its vertices moved by a transform that flattens it. Its normals would need the inverse, so facets take over, and
-/// tangents go with them.
+/// A mesh with its vertices moved by a transform that flattens it. Its normals would need the
+/// inverse, so facets take over, and tangents go with them.
 pub(crate) fn squeezed(mesh: &MeshData, transform: &DAffine3) -> MeshData {
-    let moved: Vec<DVec3> = mesh.positions.iter().map(|p| transform.transform_point3(p)).collect();
-    MeshData { positions: moved.into(), normals: Vec::new(), tangents: Vec::new(), ..mesh.clone() }
+    let moved: Vec<DVec3> = mesh
+        .positions
+        .iter()
+        .map(|p| transform.transform_point3(p))
+        .collect();
+    MeshData {
+        positions: moved.into(),
+        normals: Vec::new(),
+        tangents: Vec::new(),
+        ..mesh.clone()
+    }
 }
 
-/// Drops triangles with a vertex that is not finite or absurdly far away, and gives such vertices the place of another, so
-/// that bounds stay finite. Returns how many triangles went.
+/// Drops triangles with a vertex that is not finite or absurdly far away, and gives such vertices
+/// the place of another, so that bounds stay finite. Returns how many triangles went.
 pub(crate) fn drop_unusable(mesh: &mut MeshData) -> usize {
-    let unusable: Vec<bool> = mesh.positions.iter().map(|p| !p.to_array().iter().all(|c| c.abs() <= FARTHEST)).collect();
+    let unusable: Vec<bool> = mesh
+        .positions
+        .iter()
+        .map(|p| !p.to_array().iter().all(|c| c.abs() <= FARTHEST))
+        .collect();
     if !unusable.contains(&true) {
         return 0;
     }
     let before = mesh.indices.len();
-    mesh.indices.retain(|triangle| triangle.iter().all(|&i| unusable.get(i as usize) == Some(&false)));
+    mesh.indices.retain(|triangle| {
+        triangle
+            .iter()
+            .all(|&i| unusable.get(i as usize) == Some(&false))
+    });
     let first = unusable.iter().position(|unusable| !unusable);
-    let stand_in = first.map_or_else(<[f32; 3]>::default, |vertex| mesh.positions.offsets()[vertex]);
-    for (offset, _) in mesh.positions.offsets_mut().iter_mut().zip(&unusable).filter(|(_, unusable)| **unusable) {
+    let stand_in = first.map_or_else(<[f32; 3]>::default, |vertex| {
+        mesh.positions.offsets()[vertex]
+    });
+    for (offset, _) in mesh
+        .positions
+        .offsets_mut()
+        .iter_mut()
+        .zip(&unusable)
+        .filter(|(_, unusable)| **unusable)
+    {
         *offset = stand_in;
     }
     before - mesh.indices.len()
 }
 
-/// A colour of a vertex or face of a format without colour management: written as shown, by the sRGB curve; what is no number is white.
+/// A colour of a vertex or face of a format without colour management: written as shown, by the
+/// sRGB curve; what is no number is white.
 pub(crate) fn painted(rgb: [f32; 3]) -> [f32; 4] {
-    let linear = |c: f32| if c.is_nan() { 1.0 } else { curve::decode(TransferCurve::Srgb, f64::from(c.clamp(0.0, 1.0))) as f32 };
+    let linear = |c: f32| {
+        if c.is_nan() {
+            1.0
+        } else {
+            curve::decode(TransferCurve::Srgb, f64::from(c.clamp(0.0, 1.0))) as f32
+        }
+    };
     let [r, g, b] = rgb.map(linear);
     [r, g, b, 1.0]
 }
 
-/// Brings normals to unit length; one that has none (zero, not usable) becomes the mean of its facets' normals.
+/// Brings normals to unit length; one that has none (zero, not usable) becomes the mean of its
+/// facets' normals.
 pub(crate) fn mend_normals(mesh: &mut MeshData) {
-    let mend = |(i, normal): (usize, &mut [f32; 3])| match Vec3::from_array(*normal).as_dvec3().try_normalize() {
+    let mend = |(i, normal): (usize, &mut [f32; 3])| match Vec3::from_array(*normal)
+        .as_dvec3()
+        .try_normalize()
+    {
         Some(unit) => {
             *normal = unit.as_vec3().to_array();
             None
         }
         None => Some(i),
     };
-    let lacking: Vec<usize> = mesh.normals.par_iter_mut().enumerate().with_min_len(1 << 14).filter_map(mend).collect();
+    let lacking: Vec<usize> = mesh
+        .normals
+        .par_iter_mut()
+        .enumerate()
+        .with_min_len(1 << 14)
+        .filter_map(mend)
+        .collect();
     if lacking.is_empty() {
         return;
     }
     let facets = facet_means(mesh);
     for i in lacking {
-        let mean = facets.get(i).and_then(|n| n.try_normalize()).unwrap_or(DVec3::Y);
+        let mean = facets
+            .get(i)
+            .and_then(|n| n.try_normalize())
+            .unwrap_or(DVec3::Y);
         mesh.normals[i] = mean.as_vec3().to_array();
     }
 }
@@ -84,7 +134,10 @@ fn facet_means(mesh: &MeshData) -> Vec<DVec3> {
     let mut sums = vec![DVec3::ZERO; mesh.positions.len()];
     for triangle in &mesh.indices {
         let corner = |k: usize| {
-            mesh.positions.offsets().get(triangle[k] as usize).map_or(DVec3::ZERO, |p| Vec3::from_array(*p).as_dvec3())
+            mesh.positions
+                .offsets()
+                .get(triangle[k] as usize)
+                .map_or(DVec3::ZERO, |p| Vec3::from_array(*p).as_dvec3())
         };
         let normal = (corner(1) - corner(0)).cross(corner(2) - corner(0));
         for &i in triangle {
@@ -102,27 +155,56 @@ mod tests {
     use glam::DQuat;
 
     fn triangle(positions: Vec<[f32; 3]>) -> MeshData {
-        MeshData { positions: positions.into(), indices: vec![[0, 1, 2], [2, 1, 3]], ..MeshData::default() }
+        MeshData {
+            positions: positions.into(),
+            indices: vec![[0, 1, 2], [2, 1, 3]],
+            ..MeshData::default()
+        }
     }
 
-    /// Protects: one bad vertex takes its triangles with it, and nothing not finite is left for the bounds.
+    /// Protects: one bad vertex takes its triangles with it, and nothing not finite is left for the
+    /// bounds.
     #[test]
     fn unusable_vertices_go_with_their_triangles() {
         for bad in [f32::NAN, f32::INFINITY, -1e30] {
-            let mut mesh = triangle(vec![[bad, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [1.0, 1.0, 0.0]]);
+            let mut mesh = triangle(vec![
+                [bad, 0.0, 0.0],
+                [1.0, 0.0, 0.0],
+                [0.0, 1.0, 0.0],
+                [1.0, 1.0, 0.0],
+            ]);
             assert_eq!(drop_unusable(&mut mesh), 1, "{bad}");
             assert_eq!(mesh.indices, [[2, 1, 3]]);
             assert_eq!(mesh.positions.offsets()[0], [1.0, 0.0, 0.0]);
         }
     }
 
-    /// Protects: a normal without length becomes its facets' mean; others are only brought to unit length.
+    /// Protects: a normal without length becomes its facets' mean; others are only brought to unit
+    /// length.
     #[test]
     fn normals_without_length_are_made_anew() {
-        let mut mesh = triangle(vec![[0.0; 3], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [1.0, 1.0, 0.0]]);
-        mesh.normals = vec![[0.0; 3], [0.0, 3.0, 4.0], [f32::NAN, 0.0, 0.0], [0.0, 0.0, -1.0]];
+        let mut mesh = triangle(vec![
+            [0.0; 3],
+            [1.0, 0.0, 0.0],
+            [0.0, 1.0, 0.0],
+            [1.0, 1.0, 0.0],
+        ]);
+        mesh.normals = vec![
+            [0.0; 3],
+            [0.0, 3.0, 4.0],
+            [f32::NAN, 0.0, 0.0],
+            [0.0, 0.0, -1.0],
+        ];
         mend_normals(&mut mesh);
-        assert_eq!(mesh.normals, [[0.0, 0.0, 1.0], [0.0, 0.6, 0.8], [0.0, 0.0, 1.0], [0.0, 0.0, -1.0]]);
+        assert_eq!(
+            mesh.normals,
+            [
+                [0.0, 0.0, 1.0],
+                [0.0, 0.6, 0.8],
+                [0.0, 0.0, 1.0],
+                [0.0, 0.0, -1.0]
+            ]
+        );
     }
 
     /// Protects: what is flat is flat at every scale, and what is not is not.
@@ -130,11 +212,14 @@ mod tests {
     fn flatness_does_not_depend_on_scale() {
         let turned = DQuat::from_rotation_y(0.5);
         for size in [1e-9, 1.0, 1e9] {
-            let of = |scale: DVec3| DAffine3::from_scale_rotation_translation(scale * size, turned, DVec3::ONE);
+            let of = |scale: DVec3| {
+                DAffine3::from_scale_rotation_translation(scale * size, turned, DVec3::ONE)
+            };
             assert!(is_invertible(&of(DVec3::new(1.0, -2.0, 1e-3))));
             assert!(!is_invertible(&of(DVec3::new(1.0, 0.0, 1.0))));
         }
-        let sheared = DAffine3::from_cols(DVec3::X, DVec3::new(1.0, 1e-12, 0.0), DVec3::Z, DVec3::ZERO);
+        let sheared =
+            DAffine3::from_cols(DVec3::X, DVec3::new(1.0, 1e-12, 0.0), DVec3::Z, DVec3::ZERO);
         assert!(!is_invertible(&sheared));
     }
 
@@ -142,22 +227,48 @@ mod tests {
     #[test]
     fn transforms_are_written_by_rows() {
         assert!(transform_steps(&DAffine3::IDENTITY).is_empty());
-        let moved =
-            DAffine3::from_translation(DVec3::new(1.0, 2.0, 3.0)) * DAffine3::from_rotation_z(std::f64::consts::FRAC_PI_2);
-        let [TransformStep::Matrix(rows)] = transform_steps(&moved)[..] else { panic!("one matrix") };
+        let moved = DAffine3::from_translation(DVec3::new(1.0, 2.0, 3.0))
+            * DAffine3::from_rotation_z(std::f64::consts::FRAC_PI_2);
+        let [TransformStep::Matrix(rows)] = transform_steps(&moved)[..] else {
+            panic!("one matrix")
+        };
         let rounded = rows.map(|row| row.map(|x| x.round()));
-        assert_eq!(rounded, [[0.0, -1.0, 0.0, 1.0], [1.0, 0.0, 0.0, 2.0], [0.0, 0.0, 1.0, 3.0]]);
+        assert_eq!(
+            rounded,
+            [
+                [0.0, -1.0, 0.0, 1.0],
+                [1.0, 0.0, 0.0, 2.0],
+                [0.0, 0.0, 1.0, 3.0]
+            ]
+        );
     }
 
     /// Protects: what a flat map squeezes keeps all but its normals, which no flat map can carry.
     #[test]
     fn what_is_squeezed_has_no_normals() {
-        let mut mesh = triangle(vec![[0.0; 3], [1.0, 2.0, 0.0], [0.0, 1.0, 0.0], [1.0, 1.0, 3.0]]);
+        let mut mesh = triangle(vec![
+            [0.0; 3],
+            [1.0, 2.0, 0.0],
+            [0.0, 1.0, 0.0],
+            [1.0, 1.0, 3.0],
+        ]);
         mesh.normals = vec![[0.0, 0.0, 1.0]; 4];
         mesh.uvs = vec![vec![[0.5; 2]; 4]];
-        let flat =
-            squeezed(&mesh, &DAffine3::from_scale_rotation_translation(DVec3::new(2.0, 0.0, 1.0), DQuat::IDENTITY, DVec3::X));
-        assert_eq!((flat.positions.offsets()[3], flat.positions.offsets()[1]), ([3.0, 0.0, 3.0], [3.0, 0.0, 0.0]));
-        assert_eq!((flat.normals.len(), &flat.uvs, &flat.indices), (0, &mesh.uvs, &mesh.indices));
+        let flat = squeezed(
+            &mesh,
+            &DAffine3::from_scale_rotation_translation(
+                DVec3::new(2.0, 0.0, 1.0),
+                DQuat::IDENTITY,
+                DVec3::X,
+            ),
+        );
+        assert_eq!(
+            (flat.positions.offsets()[3], flat.positions.offsets()[1]),
+            ([3.0, 0.0, 3.0], [3.0, 0.0, 0.0])
+        );
+        assert_eq!(
+            (flat.normals.len(), &flat.uvs, &flat.indices),
+            (0, &mesh.uvs, &mesh.indices)
+        );
     }
 }

@@ -1,4 +1,5 @@
-//! A model file of any format, as a scene: for who names it on the command line, and for scenes that name it.
+//! A model file of any format, as a scene: for who names it on the command line, and for scenes
+//! that name it.
 
 use std::path::Path;
 
@@ -10,7 +11,8 @@ use crate::limits::Limits;
 use crate::source::Format;
 use crate::{Error, obj, ply, stl};
 
-/// Reads a model, given its bytes, with what lies in its folder. Formats without scenes and time make nothing of the choice.
+/// Reads a model, given its bytes, with what lies in its folder. Formats without scenes and time
+/// make nothing of the choice.
 ///
 /// # Errors
 /// An error of kind input, limit or usage, as the importers say.
@@ -26,7 +28,13 @@ pub(crate) fn load(
         Format::Obj => obj::load(file, bytes, folder, limits)?,
         Format::Stl => stl::load(file, bytes, folder, limits)?,
         Format::Ply => ply::load(file, bytes, folder, limits)?,
-        Format::Gltf | Format::Glb | Format::Native(_) => return gltf::load(file, bytes, folder, limits, choice, observer),
+        Format::Gltf | Format::Glb | Format::Native(_) => {
+            return gltf::load(file, bytes, folder, limits, choice, observer);
+        }
     };
-    Ok(Model { scene, warnings, contents: Contents::default() })
+    Ok(Model {
+        scene,
+        warnings,
+        contents: Contents::default(),
+    })
 }

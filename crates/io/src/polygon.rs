@@ -1,4 +1,5 @@
-//! Triangulation of polygons with any number of corners, convex or not ("Triangulation by Ear Clipping", Eberly 2002).
+//! Triangulation of polygons with any number of corners, convex or not ("Triangulation by Ear
+//! Clipping", Eberly 2002).
 
 use glam::{DVec2, DVec3};
 
@@ -14,14 +15,17 @@ pub(crate) struct Clipper {
     largest: usize,
 }
 
-/// Memory for each corner while a polygon is cut: as a point in space and in its plane, as a part of the outline and of a triangle, in lists
-/// that may be twice as long as they are full.
+/// Memory for each corner while a polygon is cut: as a point in space and in its plane, as a part
+/// of the outline and of a triangle, in lists that may be twice as long as they are full.
 const BYTES_A_CORNER: usize = 160;
 
 impl Default for Clipper {
     /// A fresh allowance of work.
     fn default() -> Self {
-        Self { work: MOST_WORK, largest: 0 }
+        Self {
+            work: MOST_WORK,
+            largest: 0,
+        }
     }
 }
 
@@ -61,8 +65,12 @@ impl Clipper {
             let n = left.len();
             let tip = (at + 1) % n;
             let ear = [left[at], left[tip], left[(at + 2) % n]];
-            self.work = self.work.checked_sub(n as u64).ok_or_else(|| Fault::limit("its concave polygons are too large"))?;
-            // A polygon that crosses itself may have no ear left: then any corner goes, and the loop ends all the same.
+            self.work = self
+                .work
+                .checked_sub(n as u64)
+                .ok_or_else(|| Fault::limit("its concave polygons are too large"))?;
+            // A polygon that crosses itself may have no ear left: then any corner goes, and the
+            // loop ends all the same.
             if failed > n || is_ear(points, &left, ear) {
                 out.push(ear);
                 left.remove(tip);
@@ -79,10 +87,16 @@ impl Clipper {
     }
 }
 
-/// Twice the polygon's area, as a vector along its normal (Newell's method; Sutherland, Sproull, Schumacker 1974).
+/// Twice the polygon's area, as a vector along its normal (Newell's method; Sutherland, Sproull,
+/// Schumacker 1974).
 pub(crate) fn normal(points: &[DVec3]) -> DVec3 {
-    let Some(&first) = points.first() else { return DVec3::ZERO };
-    points.windows(2).map(|edge| (edge[0] - first).cross(edge[1] - first)).sum()
+    let Some(&first) = points.first() else {
+        return DVec3::ZERO;
+    };
+    points
+        .windows(2)
+        .map(|edge| (edge[0] - first).cross(edge[1] - first))
+        .sum()
 }
 
 /// Drops the axis that the normal is closest to, so that the polygon turns counter-clockwise.
@@ -95,7 +109,11 @@ fn project(p: DVec3, normal: DVec3) -> DVec2 {
     } else {
         (p.x, p.y, normal.z)
     };
-    if along < 0.0 { DVec2::new(b, a) } else { DVec2::new(a, b) }
+    if along < 0.0 {
+        DVec2::new(b, a)
+    } else {
+        DVec2::new(a, b)
+    }
 }
 
 /// Whether a counter-clockwise polygon never turns right and goes round once.
@@ -103,12 +121,16 @@ fn is_convex(points: &[DVec2]) -> bool {
     let n = points.len();
     let edge = |i: usize| points[(i + 1) % n] - points[i % n];
     let turns_left = (0..n).all(|i| edge(i).perp_dot(edge(i + 1)) >= 0.0);
-    // A star turns left everywhere, too; going round once, edges turn from pointing left to pointing right just once.
-    let rounds = (0..n).filter(|&i| edge(i).x < 0.0 && edge(i + 1).x >= 0.0).count();
+    // A star turns left everywhere, too; going round once, edges turn from pointing left to
+    // pointing right just once.
+    let rounds = (0..n)
+        .filter(|&i| edge(i).x < 0.0 && edge(i + 1).x >= 0.0)
+        .count();
     turns_left && rounds <= 1
 }
 
-/// Whether cutting a corner off leaves the rest whole: it turns left, and no other corner lies in its triangle.
+/// Whether cutting a corner off leaves the rest whole: it turns left, and no other corner lies in
+/// its triangle.
 fn is_ear(points: &[DVec2], left: &[usize], ear: [usize; 3]) -> bool {
     let [a, b, c] = ear.map(|i| points[i]);
     if side(a, b, c) <= 0.0 {
@@ -117,7 +139,12 @@ fn is_ear(points: &[DVec2], left: &[usize], ear: [usize; 3]) -> bool {
     left.iter().all(|&i| {
         let p = points[i];
         // Keyhole polygons use a place twice; a corner of the ear does not stand in its own way.
-        p == a || p == b || p == c || side(a, b, p) < 0.0 || side(b, c, p) < 0.0 || side(c, a, p) < 0.0
+        p == a
+            || p == b
+            || p == c
+            || side(a, b, p) < 0.0
+            || side(b, c, p) < 0.0
+            || side(c, a, p) < 0.0
     })
 }
 
@@ -138,38 +165,66 @@ mod tests {
     }
 
     fn area(points: &[DVec3], triangles: &[[usize; 3]]) -> f64 {
-        triangles.iter().map(|t| normal(&t.map(|i| points[i])).length() / 2.0).sum()
+        triangles
+            .iter()
+            .map(|t| normal(&t.map(|i| points[i])).length() / 2.0)
+            .sum()
     }
 
     /// Protects: a fan over an L covers what is outside of it: the sum of areas tells.
     #[test]
     fn concave_polygons_are_covered_exactly() {
-        let corners = [(0.0, 0.0), (2.0, 0.0), (2.0, 1.0), (1.0, 1.0), (1.0, 2.0), (0.0, 2.0)];
+        let corners = [
+            (0.0, 0.0),
+            (2.0, 0.0),
+            (2.0, 1.0),
+            (1.0, 1.0),
+            (1.0, 2.0),
+            (0.0, 2.0),
+        ];
         for start in 0..6 {
             for mirrored in [false, true] {
-                let mut points: Vec<_> = (0..6).map(|i| corners[(i + start) % 6]).map(|(x, z)| DVec3::new(x, 5.0, z)).collect();
+                let mut points: Vec<_> = (0..6)
+                    .map(|i| corners[(i + start) % 6])
+                    .map(|(x, z)| DVec3::new(x, 5.0, z))
+                    .collect();
                 if mirrored {
                     points.reverse();
                 }
                 let triangles = triangulated(&points);
                 assert_eq!(triangles.len(), 4);
-                assert!((area(&points, &triangles) - 3.0).abs() < 1e-12, "{start} {mirrored} {triangles:?}");
+                assert!(
+                    (area(&points, &triangles) - 3.0).abs() < 1e-12,
+                    "{start} {mirrored} {triangles:?}"
+                );
                 let facing = normal(&points);
-                assert!(triangles.iter().all(|t| normal(&t.map(|i| points[i])).dot(facing) > 0.0), "{triangles:?}");
+                assert!(
+                    triangles
+                        .iter()
+                        .all(|t| normal(&t.map(|i| points[i])).dot(facing) > 0.0),
+                    "{triangles:?}"
+                );
             }
         }
     }
 
-    /// Protects: what turns left everywhere is convex only if it goes round once, whichever corner it starts from: a pentagon is, a
-    /// pentagram goes round twice. A dent is none.
+    /// Protects: what turns left everywhere is convex only if it goes round once, whichever corner
+    /// it starts from: a pentagon is, a pentagram goes round twice. A dent is none.
     #[test]
     fn stars_are_not_convex() {
         let corner = |i: usize| DVec2::from_angle(0.3 + std::f64::consts::TAU * i as f64 / 5.0);
         for start in 0..5 {
             let pentagon: Vec<_> = (0..5).map(|i| corner(i + start)).collect();
             let pentagram: Vec<_> = (0..5).map(|i| corner(2 * (i + start))).collect();
-            assert!(is_convex(&pentagon) && !is_convex(&pentagram), "from corner {start}");
-            let dented: Vec<_> = pentagon.iter().enumerate().map(|(i, &p)| if i == start { p * 0.1 } else { p }).collect();
+            assert!(
+                is_convex(&pentagon) && !is_convex(&pentagram),
+                "from corner {start}"
+            );
+            let dented: Vec<_> = pentagon
+                .iter()
+                .enumerate()
+                .map(|(i, &p)| if i == start { p * 0.1 } else { p })
+                .collect();
             assert!(!is_convex(&dented), "corner {start}");
         }
     }
@@ -179,7 +234,8 @@ mod tests {
     fn degenerate_polygons_end() {
         let same = vec![DVec3::ONE; 50];
         assert_eq!(triangulated(&same).len(), 48);
-        let square = [(0.0, 0.0), (1.0, 0.0), (1.0, 1.0), (0.0, 1.0)].map(|(x, y)| DVec3::new(x, y, 0.0));
+        let square =
+            [(0.0, 0.0), (1.0, 0.0), (1.0, 1.0), (0.0, 1.0)].map(|(x, y)| DVec3::new(x, y, 0.0));
         let often: Vec<_> = square.iter().copied().cycle().take(200).collect();
         assert_eq!(triangulated(&often).len(), 198);
         assert!(triangulated(&square[..2]).is_empty());
@@ -188,14 +244,21 @@ mod tests {
     /// Protects: the work is bounded, whatever the polygon.
     #[test]
     fn huge_concave_polygons_are_refused() {
-        let tooth = |i: i32| DVec3::new(f64::from(i), f64::from(i % 2) * (1.0 + f64::from(i % 7)), 0.0);
+        let tooth = |i: i32| {
+            DVec3::new(
+                f64::from(i),
+                f64::from(i % 2) * (1.0 + f64::from(i % 7)),
+                0.0,
+            )
+        };
         let points: Vec<_> = (0..200_000).map(tooth).collect();
         let mut out = Vec::new();
         assert!(Clipper::default().triangulate(&points, &mut out).is_err());
     }
 
     proptest! {
-        /// Protects: a star-shaped polygon is covered exactly: its area is the sum of its triangles' areas.
+        /// Protects: a star-shaped polygon is covered exactly: its area is the sum of its
+        /// triangles' areas.
         #[test]
         fn star_shaped_polygons_keep_their_area(radii in prop::collection::vec(0.1_f64..1.0, 3..40)) {
             let n = radii.len() as f64;

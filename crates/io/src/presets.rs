@@ -1,4 +1,5 @@
-//! Scenes that the program carries: the files of `scenes/` as they were when it was built, and nothing more.
+//! Scenes that the program carries: the files of `scenes/` as they were when it was built, and
+//! nothing more.
 
 use raywright_core::suggest::closest;
 
@@ -20,7 +21,14 @@ pub struct Preset {
 
 /// All presets, by name.
 pub fn list() -> Vec<Preset> {
-    PRESETS.iter().map(|&(name, text)| Preset { name, title: native::title(text), text }).collect()
+    PRESETS
+        .iter()
+        .map(|&(name, text)| Preset {
+            name,
+            title: native::title(text),
+            text,
+        })
+        .collect()
 }
 
 /// Names of all presets, in order.
@@ -31,10 +39,15 @@ pub fn names() -> impl Iterator<Item = &'static str> {
 /// The preset of this name.
 ///
 /// # Errors
-/// Of kind [`ErrorKind::Usage`](crate::ErrorKind::Usage) if there is none; it suggests the nearest one.
+/// Of kind [`ErrorKind::Usage`](crate::ErrorKind::Usage) if there is none; it suggests the nearest
+/// one.
 pub fn get(name: &str) -> Result<Preset, Error> {
     if let Some(&(name, text)) = PRESETS.iter().find(|(known, _)| *known == name) {
-        return Ok(Preset { name, title: native::title(text), text });
+        return Ok(Preset {
+            name,
+            title: native::title(text),
+            text,
+        });
     }
     let hint = match closest(name, names()) {
         Some(word) => format!("did you mean `preset:{word}`?"),
@@ -46,7 +59,10 @@ pub fn get(name: &str) -> Result<Preset, Error> {
 
 /// An asset that the program carries for its presets: `embedded:NAME` in a scene.
 pub(crate) fn asset(name: &str) -> Option<&'static [u8]> {
-    ASSETS.iter().find(|(known, _)| *known == name).map(|(_, bytes)| *bytes)
+    ASSETS
+        .iter()
+        .find(|(known, _)| *known == name)
+        .map(|(_, bytes)| *bytes)
 }
 
 /// Names of all assets.

@@ -1,7 +1,9 @@
-//! Cuts through models: what lies beyond a plane is left away, and closed meshes get a cap there, so that bodies look solid.
+//! Cuts through models: what lies beyond a plane is left away, and closed meshes get a cap there,
+//! so that bodies look solid.
 //!
-//! Each mesh is cut where each object that shows it lies, once it is known how the whole is turned. A vertex that storing can't tell from the plane
-//! counts as in it, so that a plane through a face leaves no film of it.
+//! Each mesh is cut where each object that shows it lies, once it is known how the whole is turned.
+//! A vertex that storing can't tell from the plane counts as in it, so that a plane through a face
+//! leaves no film of it.
 
 mod cap;
 mod clip;
@@ -13,7 +15,9 @@ use std::sync::Arc;
 
 use glam::DVec3;
 use raywright_core::affine;
-use raywright_core::scene::{Material, Mesh, MeshData, MeshSource, Model, Object, Scene, Shape, SideRule};
+use raywright_core::scene::{
+    Material, Mesh, MeshData, MeshSource, Model, Object, Scene, Shape, SideRule,
+};
 
 use crate::clay;
 use crate::warning::{Warning, WarningCode};
@@ -47,20 +51,39 @@ impl FromStr for Section {
                 .to_owned()
         };
         let (name, place) = text.split_once('=').ok_or_else(expected)?;
-        let (keeps_above, name) = name.trim().strip_prefix('-').map_or((false, name.trim()), |name| (true, name));
-        let axis = ["x", "y", "z"].iter().position(|axis| name.eq_ignore_ascii_case(axis)).ok_or_else(expected)?;
-        let number = |text: &str| text.trim().parse().ok().filter(|x: &f64| x.is_finite()).ok_or_else(expected);
+        let (keeps_above, name) = name
+            .trim()
+            .strip_prefix('-')
+            .map_or((false, name.trim()), |name| (true, name));
+        let axis = ["x", "y", "z"]
+            .iter()
+            .position(|axis| name.eq_ignore_ascii_case(axis))
+            .ok_or_else(expected)?;
+        let number = |text: &str| {
+            text.trim()
+                .parse()
+                .ok()
+                .filter(|x: &f64| x.is_finite())
+                .ok_or_else(expected)
+        };
         let position = match place.trim().strip_suffix('%') {
             Some(share) => Position::Share(number(share)? / 100.0),
             None => Position::Coordinate(number(place)?),
         };
-        Ok(Self { axis, keeps_above, position })
+        Ok(Self {
+            axis,
+            keeps_above,
+            position,
+        })
     }
 }
 
 impl fmt::Display for Section {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let (side, axis) = (if self.keeps_above { "-" } else { "" }, ["x", "y", "z"][self.axis]);
+        let (side, axis) = (
+            if self.keeps_above { "-" } else { "" },
+            ["x", "y", "z"][self.axis],
+        );
         match self.position {
             Position::Coordinate(at) => write!(f, "{side}{axis}={at}"),
             Position::Share(share) => write!(f, "{side}{axis}={}%", 100.0 * share),
@@ -75,14 +98,17 @@ impl Section {
     }
 }
 
-/// Coordinates of f32 that far apart, as a share of the largest one, are taken for one: four units in the last place of half of it.
+/// Coordinates of f32 that far apart, as a share of the largest one, are taken for one: four units
+/// in the last place of half of it.
 const SAME: f64 = 2.5e-7;
 
 /// Cuts a scene. `name` is what warnings call it.
 pub(crate) fn cut(scene: &mut Scene, section: &Section, name: &str) -> Vec<Warning> {
     let meshes = meshes_of(scene);
     let mut warnings: Vec<Warning> = not_cut(scene, &meshes, name).into_iter().collect();
-    let Some([least, most]) = extent(scene, &meshes, section.axis) else { return warnings };
+    let Some([least, most]) = extent(scene, &meshes, section.axis) else {
+        return warnings;
+    };
     let plane = match section.position {
         Position::Coordinate(at) => at,
         Position::Share(share) => least + share * (most - least),
@@ -90,7 +116,11 @@ pub(crate) fn cut(scene: &mut Scene, section: &Section, name: &str) -> Vec<Warni
     let tolerance = SAME * least.abs().max(most.abs());
     let height = |point: DVec3| {
         let height = section.sign() * (point[section.axis] - plane);
-        if height.abs() <= tolerance { 0.0 } else { height }
+        if height.abs() <= tolerance {
+            0.0
+        } else {
+            height
+        }
     };
     let (mut kept, mut open, mut materials) = (Vec::new(), 0, CapMaterials::of(scene));
     for (mut object, data) in core::mem::take(&mut scene.objects).into_iter().zip(meshes) {
@@ -99,7 +129,11 @@ pub(crate) fn cut(scene: &mut Scene, section: &Section, name: &str) -> Vec<Warni
             continue;
         };
         let map = affine(&object.transform);
-        let heights: Vec<f64> = data.positions.iter().map(|point| height(map.transform_point3(point))).collect();
+        let heights: Vec<f64> = data
+            .positions
+            .iter()
+            .map(|point| height(map.transform_point3(point)))
+            .collect();
         match MeshCutter::new(&data, &heights, map, section).cut() {
             Cut::Kept => {}
             Cut::Gone => continue,
@@ -111,8 +145,15 @@ pub(crate) fn cut(scene: &mut Scene, section: &Section, name: &str) -> Vec<Warni
                     open += 1;
                 }
                 if !cap.indices.is_empty() {
-                    let (shape, material) = (shape_of(scene, &object, cap), materials.add(scene, &object.material));
-                    kept.push(Object { shape, material, ..object.clone() });
+                    let (shape, material) = (
+                        shape_of(scene, &object, cap),
+                        materials.add(scene, &object.material),
+                    );
+                    kept.push(Object {
+                        shape,
+                        material,
+                        ..object.clone()
+                    });
                 }
                 object.shape = shape_of(scene, &object, mesh);
             }
@@ -129,7 +170,9 @@ pub(crate) fn cut(scene: &mut Scene, section: &Section, name: &str) -> Vec<Warni
     if scene.objects.is_empty() {
         let [least, most] = [least, most].map(|x| format!("{x:.6}"));
         let axis = ["x", "y", "z"][section.axis];
-        let message = format!("the section leaves nothing of it: it lies between {least} and {most} along {axis}");
+        let message = format!(
+            "the section leaves nothing of it: it lies between {least} and {most} along {axis}"
+        );
         warnings.push(Warning::new(WarningCode::Section, name, message));
     }
     warnings
@@ -137,13 +180,22 @@ pub(crate) fn cut(scene: &mut Scene, section: &Section, name: &str) -> Vec<Warni
 
 /// A new mesh in place of an object's.
 fn shape_of(scene: &mut Scene, object: &Object, data: MeshData) -> Shape {
-    let own = if let Shape::Mesh(own) = &object.shape { own } else { "" };
+    let own = if let Shape::Mesh(own) = &object.shape {
+        own
+    } else {
+        ""
+    };
     let name = format!("{own} (section {})", scene.meshes.len());
-    scene.meshes.push(Mesh { name: name.clone(), source: MeshSource::Inline(Arc::new(data)), model: None });
+    scene.meshes.push(Mesh {
+        name: name.clone(),
+        source: MeshSource::Inline(Arc::new(data)),
+        model: None,
+    });
     Shape::Mesh(name)
 }
 
-/// What caps are made of: what their bodies are, or grey clay where images or vertices say that, which a cap has none of.
+/// What caps are made of: what their bodies are, or grey clay where images or vertices say that,
+/// which a cap has none of.
 struct CapMaterials {
     /// Whether the material of a name is such a one, for those that there were before the cut.
     varies: HashMap<String, bool>,
@@ -152,10 +204,16 @@ struct CapMaterials {
 impl CapMaterials {
     fn of(scene: &Scene) -> Self {
         let varies = |material: &Material| {
-            let is_coloured = matches!(&material.model, Model::Physical(model) if model.vertex_colours);
-            (material.name.clone(), is_coloured || material.textures().next().is_some())
+            let is_coloured =
+                matches!(&material.model, Model::Physical(model) if model.vertex_colours);
+            (
+                material.name.clone(),
+                is_coloured || material.textures().next().is_some(),
+            )
         };
-        Self { varies: scene.materials.iter().map(varies).collect() }
+        Self {
+            varies: scene.materials.iter().map(varies).collect(),
+        }
     }
 
     /// The name of the material of a cap, which is added where it is new.
@@ -165,7 +223,10 @@ impl CapMaterials {
         }
         let grey = format!("{body} (cap)");
         if self.varies.insert(grey.clone(), false).is_none() {
-            scene.materials.push(Material { name: grey.clone(), model: clay::model() });
+            scene.materials.push(Material {
+                name: grey.clone(),
+                model: clay::model(),
+            });
         }
         grey
     }
@@ -173,12 +234,28 @@ impl CapMaterials {
 
 /// The mesh of each object that is cut; none of what moves and of other shapes.
 fn meshes_of(scene: &Scene) -> Vec<Option<Arc<MeshData>>> {
-    let inline = |mesh: &Mesh| if let MeshSource::Inline(data) = &mesh.source { Some(Arc::clone(data)) } else { None };
+    let inline = |mesh: &Mesh| {
+        if let MeshSource::Inline(data) = &mesh.source {
+            Some(Arc::clone(data))
+        } else {
+            None
+        }
+    };
     // The first one of a name counts.
-    let by_name: HashMap<&str, &Mesh> = scene.meshes.iter().rev().map(|mesh| (mesh.name.as_str(), mesh)).collect();
+    let by_name: HashMap<&str, &Mesh> = scene
+        .meshes
+        .iter()
+        .rev()
+        .map(|mesh| (mesh.name.as_str(), mesh))
+        .collect();
     let of = |object: &Object| {
-        let Shape::Mesh(name) = &object.shape else { return None };
-        by_name.get(name.as_str()).filter(|_| object.transform_end.is_none()).and_then(|mesh| inline(mesh))
+        let Shape::Mesh(name) = &object.shape else {
+            return None;
+        };
+        by_name
+            .get(name.as_str())
+            .filter(|_| object.transform_end.is_none())
+            .and_then(|mesh| inline(mesh))
     };
     scene.objects.iter().map(of).collect()
 }
@@ -187,16 +264,30 @@ fn meshes_of(scene: &Scene) -> Vec<Option<Arc<MeshData>>> {
 fn extent(scene: &Scene, meshes: &[Option<Arc<MeshData>>], axis: usize) -> Option<[f64; 2]> {
     let along = |(object, data): (&Object, &Option<Arc<MeshData>>)| {
         let (data, map) = (data.as_ref()?, affine(&object.transform));
-        let coordinates = data.positions.iter().map(|point| map.transform_point3(point)[axis]);
-        coordinates.fold(None, |range, x| Some(range.map_or([x; 2], |[least, most]: [f64; 2]| [least.min(x), most.max(x)])))
+        let coordinates = data
+            .positions
+            .iter()
+            .map(|point| map.transform_point3(point)[axis]);
+        coordinates.fold(None, |range, x| {
+            Some(range.map_or([x; 2], |[least, most]: [f64; 2]| {
+                [least.min(x), most.max(x)]
+            }))
+        })
     };
-    scene.objects.iter().zip(meshes).filter_map(along).reduce(|[a, b], [c, d]| [a.min(c), b.max(d)])
+    scene
+        .objects
+        .iter()
+        .zip(meshes)
+        .filter_map(along)
+        .reduce(|[a, b], [c, d]| [a.min(c), b.max(d)])
 }
 
 /// A warning of what is not cut.
 fn not_cut(scene: &Scene, meshes: &[Option<Arc<MeshData>>], name: &str) -> Option<Warning> {
     let count = meshes.iter().filter(|mesh| mesh.is_none()).count() + scene.generators.len();
-    let message = format!("{count} objects are not cut by the section: only triangle meshes are that stand still");
+    let message = format!(
+        "{count} objects are not cut by the section: only triangle meshes are that stand still"
+    );
     (count > 0).then(|| Warning::new(WarningCode::Section, name, message))
 }
 

@@ -34,12 +34,28 @@ pub(crate) fn foreign(path: &Path) -> Option<(&'static str, &'static str)> {
     const FOREIGN: [(&[&str], &str, &str); 12] = [
         (&["usd", "usda", "usdc", "usdz"], "USD", BLENDER),
         (&["fbx"], "FBX", "Blender or FBX2glTF makes a .glb of it"),
-        (&["blend"], "a Blender file", "export it from Blender: File, Export, glTF 2.0 (.glb)"),
-        (&["dae"], "COLLADA", "Blender or COLLADA2GLTF makes a glTF file of it"),
+        (
+            &["blend"],
+            "a Blender file",
+            "export it from Blender: File, Export, glTF 2.0 (.glb)",
+        ),
+        (
+            &["dae"],
+            "COLLADA",
+            "Blender or COLLADA2GLTF makes a glTF file of it",
+        ),
         (&["abc"], "Alembic", BLENDER),
         (&["3ds", "x3d", "wrl", "x", "bvh"], "this format", BLENDER),
-        (&["step", "stp", "iges", "igs", "brep"], "a CAD body", "FreeCAD exports it as .glb or .stl"),
-        (&["3mf", "amf"], "this format of printers", "programs that slice it export .stl"),
+        (
+            &["step", "stp", "iges", "igs", "brep"],
+            "a CAD body",
+            "FreeCAD exports it as .glb or .stl",
+        ),
+        (
+            &["3mf", "amf"],
+            "this format of printers",
+            "programs that slice it export .stl",
+        ),
         (
             &["max", "ma", "mb", "c4d", "skp", "hip", "3dm"],
             "a file of a modelling program",
@@ -50,7 +66,11 @@ pub(crate) fn foreign(path: &Path) -> Option<(&'static str, &'static str)> {
             "a scene of another renderer",
             "export its meshes as .ply or .obj, and see docs/scene-format.md for all else",
         ),
-        (&["gz", "zip", "7z", "xz", "zst", "bz2", "tar", "tgz", "rar"], "an archive", "unpack it first"),
+        (
+            &["gz", "zip", "7z", "xz", "zst", "bz2", "tar", "tgz", "rar"],
+            "an archive",
+            "unpack it first",
+        ),
         (
             &["png", "jpg", "jpeg", "webp", "gif", "hdr", "exr"],
             "a picture",
@@ -58,7 +78,10 @@ pub(crate) fn foreign(path: &Path) -> Option<(&'static str, &'static str)> {
         ),
     ];
     let ending = path.extension()?.to_string_lossy().to_ascii_lowercase();
-    FOREIGN.iter().find(|(endings, ..)| endings.contains(&ending.as_str())).map(|&(_, format, remedy)| (format, remedy))
+    FOREIGN
+        .iter()
+        .find(|(endings, ..)| endings.contains(&ending.as_str()))
+        .map(|&(_, format, remedy)| (format, remedy))
 }
 
 impl Format {
@@ -93,7 +116,10 @@ impl Format {
 
     /// What an input is written in, by its ending or, where that says nothing, by its content.
     pub(crate) fn of(file: &Path, bytes: &[u8]) -> Option<Self> {
-        let ending = file.extension().map(|ending| ending.to_string_lossy().to_ascii_lowercase()).unwrap_or_default();
+        let ending = file
+            .extension()
+            .map(|ending| ending.to_string_lossy().to_ascii_lowercase())
+            .unwrap_or_default();
         match ending.as_str() {
             _ if bytes.starts_with(b"glTF") => Some(Self::Glb),
             "toml" => Some(Self::Native(Notation::Toml)),
@@ -112,18 +138,30 @@ impl Format {
         }
         if start.starts_with(b"{") {
             let is_gltf = start.windows(7).any(|window| window == b"\"asset\"");
-            return Some(if is_gltf { Self::Gltf } else { Self::Native(Notation::Json) });
+            return Some(if is_gltf {
+                Self::Gltf
+            } else {
+                Self::Native(Notation::Json)
+            });
         }
-        // The first line that is no comment tells the two formats of lines apart: a key and its value, or a keyword.
-        let mut statements =
-            lines(start).map(|line| line.trim_ascii()).filter(|line| !line.is_empty() && !line.starts_with(b"#"));
+        // The first line that is no comment tells the two formats of lines apart: a key and its
+        // value, or a keyword.
+        let mut statements = lines(start)
+            .map(|line| line.trim_ascii())
+            .filter(|line| !line.is_empty() && !line.starts_with(b"#"));
         let first = statements.next().unwrap_or_default();
-        let keyword = first.split(|byte| byte.is_ascii_whitespace()).next().unwrap_or_default();
-        const KEYWORDS: [&[u8]; 11] = [b"v", b"vt", b"vn", b"vp", b"f", b"g", b"o", b"s", b"l", b"mtllib", b"usemtl"];
+        let keyword = first
+            .split(|byte| byte.is_ascii_whitespace())
+            .next()
+            .unwrap_or_default();
+        const KEYWORDS: [&[u8]; 11] = [
+            b"v", b"vt", b"vn", b"vp", b"f", b"g", b"o", b"s", b"l", b"mtllib", b"usemtl",
+        ];
         if KEYWORDS.contains(&keyword) {
             return Some(Self::Obj);
         }
-        let is_toml = first.starts_with(b"format") || first.starts_with(b"[") || start.starts_with(b"#");
+        let is_toml =
+            first.starts_with(b"format") || first.starts_with(b"[") || start.starts_with(b"#");
         is_toml.then_some(Self::Native(Notation::Toml))
     }
 }
@@ -132,10 +170,20 @@ impl Format {
 pub fn models_in(folder: &Path) -> Vec<String> {
     /// A folder with more entries is no place to look for a misspelled name in.
     const MOST: usize = 10_000;
-    let folder = if folder == Path::new("") { Path::new(".") } else { folder };
-    let entries = std::fs::read_dir(folder).into_iter().flatten().take(MOST).flatten();
+    let folder = if folder == Path::new("") {
+        Path::new(".")
+    } else {
+        folder
+    };
+    let entries = std::fs::read_dir(folder)
+        .into_iter()
+        .flatten()
+        .take(MOST)
+        .flatten();
     let names = entries.filter_map(|entry| entry.file_name().into_string().ok());
-    let mut names: Vec<String> = names.filter(|name| is_scene_or_model(Path::new(name))).collect();
+    let mut names: Vec<String> = names
+        .filter(|name| is_scene_or_model(Path::new(name)))
+        .collect();
     names.sort();
     names
 }
@@ -143,7 +191,9 @@ pub fn models_in(folder: &Path) -> Vec<String> {
 /// Whether a file is a scene or a model by its name.
 pub fn is_scene_or_model(file: &Path) -> bool {
     let name = file.file_name().unwrap_or_default().to_string_lossy();
-    name.ends_with(".scene.toml") || name.ends_with(".scene.json") || Format::of_model(file).is_some()
+    name.ends_with(".scene.toml")
+        || name.ends_with(".scene.json")
+        || Format::of_model(file).is_some()
 }
 
 /// Where a scene came from.
@@ -162,11 +212,23 @@ pub struct SourceInfo {
 }
 
 impl SourceInfo {
-    pub(crate) fn new(name: impl Into<String>, stem: impl Into<String>, format: Format, text: Option<Arc<str>>) -> Self {
-        Self { name: name.into(), stem: stem.into(), format, text, tree: OnceLock::new() }
+    pub(crate) fn new(
+        name: impl Into<String>,
+        stem: impl Into<String>,
+        format: Format,
+        text: Option<Arc<str>>,
+    ) -> Self {
+        Self {
+            name: name.into(),
+            stem: stem.into(),
+            format,
+            text,
+            tree: OnceLock::new(),
+        }
     }
 
-    /// An error with what is wrong with the scene, each problem at its place in the text, or with its path where there is no text.
+    /// An error with what is wrong with the scene, each problem at its place in the text, or with
+    /// its path where there is no text.
     pub fn error(&self, problems: Vec<Problem>) -> Error {
         let message = |problem: &Problem| format!("{}: {}", problem.path, problem.message);
         if let (Some(text), Format::Native(_)) = (&self.text, self.format) {
@@ -177,21 +239,33 @@ impl SourceInfo {
                 label: String::new(),
                 hint: problem.hint,
             };
-            return Error::Scene(Diagnostics::new(&self.name, Arc::clone(text), problems.into_iter().map(at).collect()));
+            return Error::Scene(Diagnostics::new(
+                &self.name,
+                Arc::clone(text),
+                problems.into_iter().map(at).collect(),
+            ));
         }
         let hint = problems.iter().find_map(|problem| problem.hint.clone());
-        let error = Error::input(&self.name, problems.iter().map(message).collect::<Vec<_>>().join("; "));
+        let error = Error::input(
+            &self.name,
+            problems.iter().map(message).collect::<Vec<_>>().join("; "),
+        );
         hint.into_iter().fold(error, Error::with_hint)
     }
 
     /// The text's tree; none where there is no text.
     fn tree(&self) -> Option<&native::Tree> {
-        let (Some(text), Format::Native(notation)) = (&self.text, self.format) else { return None };
-        self.tree.get_or_init(|| native::Tree::new(text, notation)).as_ref()
+        let (Some(text), Format::Native(notation)) = (&self.text, self.format) else {
+            return None;
+        };
+        self.tree
+            .get_or_init(|| native::Tree::new(text, notation))
+            .as_ref()
     }
 
-    /// Where a part of the scene stands, for a user: `x.scene.toml:12:5`, or `duck.glb: materials[2]` where there is no
-    /// text. The path starts at the root: `objects[3].material`; what the text leaves out stands at the part around it.
+    /// Where a part of the scene stands, for a user: `x.scene.toml:12:5`, or
+    /// `duck.glb: materials[2]` where there is no text. The path starts at the root:
+    /// `objects[3].material`; what the text leaves out stands at the part around it.
     pub fn locate(&self, path: &str) -> String {
         let (Some(text), Format::Native(_)) = (&self.text, self.format) else {
             return format!("{}: {path}", self.name);
@@ -210,14 +284,24 @@ impl SourceInfo {
 mod tests {
     use super::*;
 
-    /// Protects: places are told by line and column in a text, by the path alone in a model, and by the file where neither is known.
+    /// Protects: places are told by line and column in a text, by the path alone in a model, and by
+    /// the file where neither is known.
     #[test]
     fn places_are_told_as_well_as_they_can_be() {
         let text = "format = 1\n[render]\n  samples = 4\n";
         let native = |text| SourceInfo::new("a.toml", "a", Format::Native(Notation::Toml), text);
-        assert_eq!(native(Some(text.into())).locate("render.samples"), "a.toml:3:13");
+        assert_eq!(
+            native(Some(text.into())).locate("render.samples"),
+            "a.toml:3:13"
+        );
         assert_eq!(native(Some(text.into())).locate("sky"), "a.toml");
-        assert_eq!(native(None).locate("render.samples"), "a.toml: render.samples");
-        assert_eq!(SourceInfo::new("a.obj", "a", Format::Obj, None).locate("lights[0]"), "a.obj: lights[0]");
+        assert_eq!(
+            native(None).locate("render.samples"),
+            "a.toml: render.samples"
+        );
+        assert_eq!(
+            SourceInfo::new("a.obj", "a", Format::Obj, None).locate("lights[0]"),
+            "a.obj: lights[0]"
+        );
     }
 }

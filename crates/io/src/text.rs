@@ -8,12 +8,17 @@ use crate::import::{Fault, MODELS, Outcome, shown};
 /// A fault of kind input that names what the file is.
 pub(crate) fn refuse_foreign(bytes: &[u8]) -> Outcome<()> {
     let head = bytes.get(..bytes.len().min(4096)).unwrap_or_default();
-    let paired = |odd: usize| head.len() > 3 && head.iter().skip(odd).step_by(2).all(|&byte| byte == 0);
+    let paired =
+        |odd: usize| head.len() > 3 && head.iter().skip(odd).step_by(2).all(|&byte| byte == 0);
     if head.starts_with(b"\xff\xfe") || head.starts_with(b"\xfe\xff") || paired(0) || paired(1) {
-        return Err(Fault::input("is UTF-16 text; models are read as ASCII or UTF-8, so convert it (iconv -t UTF-8)"));
+        return Err(Fault::input(
+            "is UTF-16 text; models are read as ASCII or UTF-8, so convert it (iconv -t UTF-8)",
+        ));
     }
     if head.contains(&0) {
-        return Err(Fault::input(format!("is a binary file and no OBJ text; models are read from {MODELS} files")));
+        return Err(Fault::input(format!(
+            "is a binary file and no OBJ text; models are read from {MODELS} files"
+        )));
     }
     Ok(())
 }
@@ -28,15 +33,17 @@ pub(crate) fn lines(bytes: &[u8]) -> impl Iterator<Item = &[u8]> {
     let mut rest = Some(bytes);
     std::iter::from_fn(move || {
         let text = rest?;
-        let Some(length) = text.iter().position(|byte| matches!(byte, b'\r' | b'\n')) else { return rest.take() };
+        let Some(length) = text.iter().position(|byte| matches!(byte, b'\r' | b'\n')) else {
+            return rest.take();
+        };
         let (line, end) = text.split_at(length);
         rest = end.strip_prefix(b"\r\n").or_else(|| end.get(1..));
         Some(line)
     })
 }
 
-/// The part of a word that is a number, and its value, as C's `strtod` finds it: files have `1.0f` and `3.1+e2`. A number with a
-/// decimal comma is none: `strtod` would lose its fraction.
+/// The part of a word that is a number, and its value, as C's `strtod` finds it: files have `1.0f`
+/// and `3.1+e2`. A number with a decimal comma is none: `strtod` would lose its fraction.
 pub(crate) fn number(word: &str) -> Option<(&str, f64)> {
     if let Ok(value) = word.parse() {
         return Some((word, value));
@@ -45,22 +52,32 @@ pub(crate) fn number(word: &str) -> Option<(&str, f64)> {
         return None;
     }
     // Bounded: a hostile word must not cost its length squared.
-    let ends: Vec<usize> = word.char_indices().map(|(i, c)| i + c.len_utf8()).take(64).collect();
+    let ends: Vec<usize> = word
+        .char_indices()
+        .map(|(i, c)| i + c.len_utf8())
+        .take(64)
+        .collect();
     ends.into_iter().rev().find_map(|end| {
         let head = word.get(..end)?;
         Some((head, head.parse().ok()?))
     })
 }
 
-/// Whether a word has a comma before a digit, as programs write numbers that heed the settings of some countries.
+/// Whether a word has a comma before a digit, as programs write numbers that heed the settings of
+/// some countries.
 pub(crate) fn has_decimal_comma(word: &str) -> bool {
-    word.as_bytes().windows(2).any(|pair| pair[0] == b',' && pair[1].is_ascii_digit())
+    word.as_bytes()
+        .windows(2)
+        .any(|pair| pair[0] == b',' && pair[1].is_ascii_digit())
 }
 
 /// The fault of a word where a number should be.
 pub(crate) fn no_number(keyword: &str, word: &str) -> Fault {
-    let remedy =
-        if has_decimal_comma(word) { "; decimals have a point, so export it again with points in place of commas" } else { "" };
+    let remedy = if has_decimal_comma(word) {
+        "; decimals have a point, so export it again with points in place of commas"
+    } else {
+        ""
+    };
     Fault::input(format!("{keyword}: `{}` is no number{remedy}", shown(word)))
 }
 
@@ -68,7 +85,8 @@ pub(crate) fn no_number(keyword: &str, word: &str) -> Fault {
 mod tests {
     use super::*;
 
-    /// Protects: each of the three ends of a line ends one, also where a text mixes them, and a pair ends one and not two.
+    /// Protects: each of the three ends of a line ends one, also where a text mixes them, and a
+    /// pair ends one and not two.
     #[test]
     fn lines_end_in_three_ways() {
         let found: Vec<&[u8]> = lines(b"a\rb\nc\r\n\r\nd\n\re").collect();
@@ -80,7 +98,14 @@ mod tests {
     /// Protects: numbers that other programs write.
     #[test]
     fn numbers_are_read_as_c_reads_them() {
-        for (word, value) in [("1", 1.0), (".8e-001", 0.08), ("-.7e+02", -70.0), ("2.", 2.0), ("1.5f", 1.5), ("3.1+e2", 3.1)] {
+        for (word, value) in [
+            ("1", 1.0),
+            (".8e-001", 0.08),
+            ("-.7e+02", -70.0),
+            ("2.", 2.0),
+            ("1.5f", 1.5),
+            ("3.1+e2", 3.1),
+        ] {
             assert_eq!(number(word).map(|n| n.1), Some(value), "{word}");
         }
         assert_eq!(number("1,").map(|n| n.1), Some(1.0), "the comma of a list");

@@ -1,4 +1,5 @@
-//! Models whose own up is another axis than y: turned as a whole, so that studio, ground, views and films go with them.
+//! Models whose own up is another axis than y: turned as a whole, so that studio, ground, views and
+//! films go with them.
 
 use core::str::FromStr;
 
@@ -36,10 +37,14 @@ impl UpAxis {
 
     /// Its name.
     pub fn name(self) -> &'static str {
-        Self::NAMED.iter().find(|(_, axis)| *axis == self).map_or("y", |(name, _)| name)
+        Self::NAMED
+            .iter()
+            .find(|(_, axis)| *axis == self)
+            .map_or("y", |(name, _)| name)
     }
 
-    /// The quarter turns about x or z that make it y. Each number changes its place or its sign alone, so that nothing is rounded.
+    /// The quarter turns about x or z that make it y. Each number changes its place or its sign
+    /// alone, so that nothing is rounded.
     fn rows(self) -> [[f64; 4]; 3] {
         let [x, y, z] = match self {
             Self::Y => [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]],
@@ -57,8 +62,12 @@ impl FromStr for UpAxis {
     type Err = String;
 
     fn from_str(text: &str) -> Result<Self, String> {
-        let found = Self::NAMED.iter().find(|(name, _)| name.eq_ignore_ascii_case(text));
-        found.map(|(_, axis)| *axis).ok_or_else(|| format!("`{text}` is no axis: y, z, x, -y, -z or -x"))
+        let found = Self::NAMED
+            .iter()
+            .find(|(name, _)| name.eq_ignore_ascii_case(text));
+        found
+            .map(|(_, axis)| *axis)
+            .ok_or_else(|| format!("`{text}` is no axis: y, z, x, -y, -z or -x"))
     }
 }
 
@@ -71,9 +80,15 @@ pub(crate) fn turn(scene: &mut Scene, up: UpAxis) {
     let map = affine(&[step]);
     for object in &mut scene.objects {
         object.transform.push(step);
-        object.transform_end.iter_mut().for_each(|end| end.push(step));
+        object
+            .transform_end
+            .iter_mut()
+            .for_each(|end| end.push(step));
     }
-    scene.lights.iter_mut().for_each(|light| *light = moved(light, &map));
+    scene
+        .lights
+        .iter_mut()
+        .for_each(|light| *light = moved(light, &map));
     for Camera { pose, pose_end, .. } in &mut scene.cameras {
         turn_pose(pose, &map);
         pose_end.iter_mut().for_each(|end| turn_pose(end, &map));
@@ -85,7 +100,12 @@ fn turn_pose(pose: &mut Pose, map: &DAffine3) {
     let turn = |v: &mut Triple| *v = map.transform_vector3(DVec3::from(*v)).to_array();
     match pose {
         Pose::LookAt { eye, target, up } => [eye, target, up].map(turn),
-        Pose::Axes { eye, right, up, back } => {
+        Pose::Axes {
+            eye,
+            right,
+            up,
+            back,
+        } => {
             turn(eye);
             [right, up, back].map(turn)
         }
@@ -97,11 +117,20 @@ fn turn_pose(pose: &mut Pose, map: &DAffine3) {
 pub(crate) fn moved(light: &Light, map: &DAffine3) -> Light {
     let mut light = light.clone();
     let point = |p: &mut Triple| *p = map.transform_point3(DVec3::from(*p)).to_array();
-    let way = |d: &mut Triple| *d = map.transform_vector3(DVec3::from(*d)).normalize_or(DVec3::from(*d)).to_array();
+    let way = |d: &mut Triple| {
+        *d = map
+            .transform_vector3(DVec3::from(*d))
+            .normalize_or(DVec3::from(*d))
+            .to_array()
+    };
     match &mut light.kind {
         LightKind::Directional { to_light } => way(to_light),
         LightKind::Point { position, .. } => point(position),
-        LightKind::Spot { position, direction, .. } => {
+        LightKind::Spot {
+            position,
+            direction,
+            ..
+        } => {
             point(position);
             way(direction);
         }
@@ -113,15 +142,26 @@ pub(crate) fn moved(light: &Light, map: &DAffine3) -> Light {
 mod tests {
     use super::*;
 
-    /// Protects: each axis becomes y by a turn, which mirrors nothing and rounds nothing, and is found by its name.
+    /// Protects: each axis becomes y by a turn, which mirrors nothing and rounds nothing, and is
+    /// found by its name.
     #[test]
     fn every_axis_becomes_up() {
-        let axes = [DVec3::Y, DVec3::Z, DVec3::NEG_Y, DVec3::NEG_Z, DVec3::X, DVec3::NEG_X];
+        let axes = [
+            DVec3::Y,
+            DVec3::Z,
+            DVec3::NEG_Y,
+            DVec3::NEG_Z,
+            DVec3::X,
+            DVec3::NEG_X,
+        ];
         for ((name, up), axis) in UpAxis::NAMED.into_iter().zip(axes) {
             let map = affine(&[TransformStep::Matrix(up.rows())]);
             assert_eq!(map.transform_vector3(axis), DVec3::Y, "{name}");
             assert_eq!(map.matrix3.determinant(), 1.0, "{name}");
-            assert_eq!((name.parse(), name.to_uppercase().parse(), up.name()), (Ok(up), Ok(up), name));
+            assert_eq!(
+                (name.parse(), name.to_uppercase().parse(), up.name()),
+                (Ok(up), Ok(up), name)
+            );
         }
         assert!("up".parse::<UpAxis>().is_err());
     }
@@ -129,10 +169,18 @@ mod tests {
     /// Protects: what stands on the axis stands upright afterwards, cameras and lights included.
     #[test]
     fn all_is_turned_together() {
-        let pose = Pose::Axes { eye: [0.0, -5.0, 1.0], right: [1.0, 0.0, 0.0], up: [0.0, 0.0, 1.0], back: [0.0, -1.0, 0.0] };
+        let pose = Pose::Axes {
+            eye: [0.0, -5.0, 1.0],
+            right: [1.0, 0.0, 0.0],
+            up: [0.0, 0.0, 1.0],
+            back: [0.0, -1.0, 0.0],
+        };
         let camera = |pose: Pose| {
             let text = r#"{"name": "c", "pose": {"look_at": {"eye": [0, 0, 1], "target": [0, 0, 0]}}, "projection": {"orthographic": {"height": 1}}}"#;
-            Camera { pose, ..serde_json::from_str(text).expect("a camera") }
+            Camera {
+                pose,
+                ..serde_json::from_str(text).expect("a camera")
+            }
         };
         let light = r#"{"colour": [1, 1, 1], "kind": {"directional": {"to_light": [0, 0, 1]}}}"#;
         let mut scene = Scene {
@@ -141,8 +189,18 @@ mod tests {
             ..Scene::default()
         };
         turn(&mut scene, UpAxis::Z);
-        let upright = Pose::Axes { eye: [0.0, 1.0, 5.0], right: [1.0, 0.0, 0.0], up: [0.0, 1.0, 0.0], back: [0.0, 0.0, 1.0] };
+        let upright = Pose::Axes {
+            eye: [0.0, 1.0, 5.0],
+            right: [1.0, 0.0, 0.0],
+            up: [0.0, 1.0, 0.0],
+            back: [0.0, 0.0, 1.0],
+        };
         assert_eq!(scene.cameras[0].pose, upright);
-        assert_eq!(scene.lights[0].kind, LightKind::Directional { to_light: [0.0, 1.0, 0.0] });
+        assert_eq!(
+            scene.lights[0].kind,
+            LightKind::Directional {
+                to_light: [0.0, 1.0, 0.0]
+            }
+        );
     }
 }

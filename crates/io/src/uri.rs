@@ -1,4 +1,5 @@
-//! References of glTF files: data that travels inside the reference, or the name of a file beside the scene.
+//! References of glTF files: data that travels inside the reference, or the name of a file beside
+//! the scene.
 
 use std::borrow::Cow;
 
@@ -13,12 +14,15 @@ use crate::import::{Fault, Outcome, shown};
 /// Writers differ in how they end base64 data; what they mean is never in doubt.
 const BASE64: GeneralPurpose = GeneralPurpose::new(
     &STANDARD,
-    GeneralPurposeConfig::new().with_decode_padding_mode(DecodePaddingMode::Indifferent).with_decode_allow_trailing_bits(true),
+    GeneralPurposeConfig::new()
+        .with_decode_padding_mode(DecodePaddingMode::Indifferent)
+        .with_decode_allow_trailing_bits(true),
 );
 
 /// Whether a reference carries its data itself.
 pub(crate) fn is_data(uri: &str) -> bool {
-    uri.get(..5).is_some_and(|head| head.eq_ignore_ascii_case("data:"))
+    uri.get(..5)
+        .is_some_and(|head| head.eq_ignore_ascii_case("data:"))
 }
 
 /// Remembers the file that a reference names, without reading it.
@@ -32,20 +36,30 @@ pub(crate) fn name(folder: &Folder, uri: &str) {
 /// Reads what a reference means (RFC 3986 relative references and RFC 2397 data).
 ///
 /// # Errors
-/// A fault of kind input: broken base64, a percent escape that is not UTF-8, or a file that [`Folder::read`] refuses.
+/// A fault of kind input: broken base64, a percent escape that is not UTF-8, or a file that
+/// [`Folder::read`] refuses.
 pub(crate) fn read(folder: &Folder, uri: &str) -> Outcome<Vec<u8>> {
     if is_data(uri) {
         return data(uri.get(5..).unwrap_or_default());
     }
-    let decoded = percent_decode_str(uri)
-        .decode_utf8()
-        .map_err(|_| Fault::input(format!("`{}` has a percent escape that is not UTF-8", shown(uri))))?;
-    // Some writers do not escape, and a file may really be called `50%25.png`; some part folders as Windows does.
+    let decoded = percent_decode_str(uri).decode_utf8().map_err(|_| {
+        Fault::input(format!(
+            "`{}` has a percent escape that is not UTF-8",
+            shown(uri)
+        ))
+    })?;
+    // Some writers do not escape, and a file may really be called `50%25.png`; some part folders as
+    // Windows does.
     let others = [uri.to_owned(), decoded.replace('\\', "/")];
     match folder.read(&decoded) {
         Err(ReadError::Unreadable(why)) => {
-            let mut found = others.iter().filter(|other| **other != decoded).filter_map(|other| folder.read(other).ok());
-            found.next().ok_or_else(|| ReadError::Unreadable(why).into())
+            let mut found = others
+                .iter()
+                .filter(|other| **other != decoded)
+                .filter_map(|other| folder.read(other).ok());
+            found
+                .next()
+                .ok_or_else(|| ReadError::Unreadable(why).into())
         }
         other => other.map_err(Fault::from),
     }
@@ -53,27 +67,46 @@ pub(crate) fn read(folder: &Folder, uri: &str) -> Outcome<Vec<u8>> {
 
 /// The bytes of a data reference, given what follows `data:`.
 fn data(text: &str) -> Outcome<Vec<u8>> {
-    let (head, body) = text.split_once(',').ok_or_else(|| Fault::input("a data: reference without a comma"))?;
+    let (head, body) = text
+        .split_once(',')
+        .ok_or_else(|| Fault::input("a data: reference without a comma"))?;
     let bytes: Cow<[u8]> = percent_decode_str(body).into();
-    if !head.split(';').any(|parameter| parameter.trim().eq_ignore_ascii_case("base64")) {
+    if !head
+        .split(';')
+        .any(|parameter| parameter.trim().eq_ignore_ascii_case("base64"))
+    {
         return Ok(bytes.into_owned());
     }
     // Buffers of a gigabyte travel this way: copied only where lines are broken.
     let packed = match bytes.iter().any(u8::is_ascii_whitespace) {
-        true => bytes.iter().copied().filter(|b| !b.is_ascii_whitespace()).collect(),
+        true => bytes
+            .iter()
+            .copied()
+            .filter(|b| !b.is_ascii_whitespace())
+            .collect(),
         false => bytes,
     };
-    BASE64.decode(packed).map_err(|e| Fault::input(format!("a data: reference with broken base64 ({e})")))
+    BASE64
+        .decode(packed)
+        .map_err(|e| Fault::input(format!("a data: reference with broken base64 ({e})")))
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
 
-    /// Protects: base64 with and without padding, with escapes and line breaks, and plain percent-encoded text.
+    /// Protects: base64 with and without padding, with escapes and line breaks, and plain
+    /// percent-encoded text.
     #[test]
     fn data_references_are_decoded() {
-        for text in [";base64,QUJD", "x/y;charset=z;BASE64,QUJD", ";base64,QU\r\nJD", ";base64,QUJ%44", ",ABC", ",%41BC"] {
+        for text in [
+            ";base64,QUJD",
+            "x/y;charset=z;BASE64,QUJD",
+            ";base64,QU\r\nJD",
+            ";base64,QUJ%44",
+            ",ABC",
+            ",%41BC",
+        ] {
             assert_eq!(data(text), Ok(b"ABC".to_vec()), "{text}");
         }
         for text in [";base64,QQ==", ";base64,QQ", ";base64,QQ%3D%3D"] {
@@ -94,10 +127,20 @@ mod tests {
         assert_eq!(read(&folder, "a%20b.bin"), Ok(b"1".to_vec()));
         assert_eq!(read(&folder, "a b.bin"), Ok(b"1".to_vec()));
         assert_eq!(read(&folder, "50%25.bin"), Ok(b"2".to_vec()));
-        assert_eq!(read(&folder, ".\\a%20b.bin"), Ok(b"1".to_vec()), "as Windows parts folders");
-        for uri in
-            ["%2e%2e/x", "%2Fetc/passwd", "file:///etc/passwd", "http://localhost/x", "%FF.bin", "..\\x", "%5Cetc%5Cpasswd"]
-        {
+        assert_eq!(
+            read(&folder, ".\\a%20b.bin"),
+            Ok(b"1".to_vec()),
+            "as Windows parts folders"
+        );
+        for uri in [
+            "%2e%2e/x",
+            "%2Fetc/passwd",
+            "file:///etc/passwd",
+            "http://localhost/x",
+            "%FF.bin",
+            "..\\x",
+            "%5Cetc%5Cpasswd",
+        ] {
             assert!(read(&folder, uri).is_err(), "{uri}");
         }
     }

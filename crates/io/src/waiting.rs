@@ -15,13 +15,15 @@ use crate::warning::WarningCode;
 /// What became of pictures, each with its place, in the order in which they came.
 #[derive(Debug, Default)]
 pub(crate) struct DecodeReport {
-    /// Why those can't be decoded that can't: what uses them takes its factor alone, as [`drop_missing`] sees to.
+    /// Why those can't be decoded that can't: what uses them takes its factor alone, as
+    /// [`drop_missing`] sees to.
     pub broken: Vec<String>,
     /// What of the others was not taken as it is.
     pub remarks: Vec<(WarningCode, String)>,
 }
 
-/// Pictures on their way into a scene: looked at one by one, in order, and decoded together on the threads of the current pool.
+/// Pictures on their way into a scene: looked at one by one, in order, and decoded together on the
+/// threads of the current pool.
 #[derive(Debug, Default)]
 pub(crate) struct Waiting<'a>(Vec<(usize, String, Cow<'a, [u8]>)>);
 
@@ -35,7 +37,12 @@ impl<'a> Waiting<'a> {
     ///
     /// # Errors
     /// A fault of kind limit of the first picture that asks for more than is allowed.
-    pub fn decode(self, images: &mut [Image], limits: &Limits, done: &(dyn Fn() + Sync)) -> Outcome<DecodeReport> {
+    pub fn decode(
+        self,
+        images: &mut [Image],
+        limits: &Limits,
+        done: &(dyn Fn() + Sync),
+    ) -> Outcome<DecodeReport> {
         let one = |(image, place, bytes): (usize, String, Cow<'a, [u8]>)| {
             let data = decode(&bytes, limits);
             done();
@@ -52,7 +59,11 @@ impl<'a> Waiting<'a> {
                 Err(why) => report.broken.push(why),
                 Ok(data) => {
                     let code = WarningCode::of_image(data.mended);
-                    report.remarks.extend(data.remarks.into_iter().map(|remark| (code, format!("{place}: {remark}"))));
+                    report.remarks.extend(
+                        data.remarks
+                            .into_iter()
+                            .map(|remark| (code, format!("{place}: {remark}"))),
+                    );
                     if let Some(image) = images.get_mut(image) {
                         (image.data, image.mended) = (Some(data.image.into()), data.mended);
                     }
@@ -65,16 +76,28 @@ impl<'a> Waiting<'a> {
 
 /// Takes images without pixels, with the textures of them and their uses, out of an imported scene.
 pub(crate) fn drop_missing(scene: &mut Scene) {
-    let missing: HashSet<String> = scene.images.extract_if(.., |image| image.data.is_none()).map(|image| image.name).collect();
+    let missing: HashSet<String> = scene
+        .images
+        .extract_if(.., |image| image.data.is_none())
+        .map(|image| image.name)
+        .collect();
     if missing.is_empty() {
         return;
     }
-    let gone: HashSet<String> =
-        scene.textures.extract_if(.., |texture| missing.contains(&texture.image)).map(|texture| texture.name).collect();
+    let gone: HashSet<String> = scene
+        .textures
+        .extract_if(.., |texture| missing.contains(&texture.image))
+        .map(|texture| texture.name)
+        .collect();
     for material in &mut scene.materials {
-        let Model::Physical(model) = &mut material.model else { continue };
+        let Model::Physical(model) = &mut material.model else {
+            continue;
+        };
         model.change(&mut |value| {
-            if value.texture().is_some_and(|(_, used)| gone.contains(&used.name)) {
+            if value
+                .texture()
+                .is_some_and(|(_, used)| gone.contains(&used.name))
+            {
                 value.flatten(true, false);
             }
         });

@@ -1,5 +1,5 @@
-//! Warnings: what a user should know of a picture although it is made, each with a code that scripts rely on and a severity by which the
-//! worst is said first.
+//! Warnings: what a user should know of a picture although it is made, each with a code that
+//! scripts rely on and a severity by which the worst is said first.
 
 use std::fmt;
 
@@ -10,7 +10,8 @@ use serde::{Serialize, Serializer};
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Severity {
-    /// The picture is as the file says, or as near as makes no difference; something was chosen or read in a certain way.
+    /// The picture is as the file says, or as near as makes no difference; something was chosen or
+    /// read in a certain way.
     Note,
     /// Something that the file has is not in the picture, or not as it was meant.
     LeftOut,
@@ -23,7 +24,8 @@ pub enum Severity {
 /// Declares the codes with their names and severities in one table.
 macro_rules! codes {
     ($($(#[$doc:meta])* $code:ident $name:literal $severity:ident,)*) => {
-        /// What a warning is about. Names are part of the command line's contract: `raywright check --allow NAME`.
+        /// What a warning is about. Names are part of the command line's contract:
+        /// `raywright check --allow NAME`.
         #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
         pub enum WarningCode {
             $($(#[$doc])* $code,)*
@@ -92,7 +94,11 @@ codes! {
 impl WarningCode {
     /// The code of what is said of an image, so many texels of which were mended.
     pub(crate) fn of_image(mended: impl Into<u64>) -> Self {
-        if mended.into() > 0 { Self::Texels } else { Self::Conversion }
+        if mended.into() > 0 {
+            Self::Texels
+        } else {
+            Self::Conversion
+        }
     }
 
     /// The code of a name.
@@ -119,7 +125,10 @@ pub struct Warning {
 impl Warning {
     /// A warning about a file.
     pub fn new(code: WarningCode, path: impl fmt::Display, message: impl fmt::Display) -> Self {
-        Self { code, message: format!("{path}: {message}") }
+        Self {
+            code,
+            message: format!("{path}: {message}"),
+        }
     }
 
     /// How bad it is.
@@ -149,12 +158,26 @@ impl fmt::Display for Warning {
 mod tests {
     use super::*;
 
-    /// Protects: names are found again and are of one kind, and the worst come first, so that lists of them need no order of their own.
+    /// Protects: names are found again and are of one kind, and the worst come first, so that lists
+    /// of them need no order of their own.
     #[test]
     fn codes_have_names_in_order() {
         let names: Vec<&str> = WarningCode::ALL.iter().map(|code| code.name()).collect();
-        assert!(WarningCode::ALL.iter().all(|code| WarningCode::of(code.name()) == Some(*code)));
-        assert!(names.iter().all(|name| name.bytes().all(|byte| byte.is_ascii_lowercase() || byte == b'-')), "{names:?}");
-        assert!(WarningCode::ALL.windows(2).all(|pair| pair[0].severity() >= pair[1].severity()));
+        assert!(
+            WarningCode::ALL
+                .iter()
+                .all(|code| WarningCode::of(code.name()) == Some(*code))
+        );
+        assert!(
+            names.iter().all(|name| name
+                .bytes()
+                .all(|byte| byte.is_ascii_lowercase() || byte == b'-')),
+            "{names:?}"
+        );
+        assert!(
+            WarningCode::ALL
+                .windows(2)
+                .all(|pair| pair[0].severity() >= pair[1].severity())
+        );
     }
 }

@@ -17,7 +17,11 @@ impl<'a> Work<'a> {
 
     /// Nothing is planned yet.
     pub fn new(observer: &'a dyn Observer) -> Self {
-        Self { observer, total: 0, done: AtomicU64::new(0) }
+        Self {
+            observer,
+            total: 0,
+            done: AtomicU64::new(0),
+        }
     }
 
     /// So much is to be done.
@@ -29,6 +33,7 @@ impl<'a> Work<'a> {
     pub fn done(&self, amount: u64) {
         let before = self.done.fetch_add(amount, Ordering::Relaxed);
         // What is made in several poses was planned once.
-        self.observer.progress(before.saturating_add(amount).min(self.total), self.total);
+        self.observer
+            .progress(before.saturating_add(amount).min(self.total), self.total);
     }
 }

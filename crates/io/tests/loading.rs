@@ -1,9 +1,13 @@
-//! Loading as a caller sees it: what comes from where, what each failure means, what the hash covers.
+//! Loading as a caller sees it: what comes from where, what each failure means, what the hash
+//! covers.
 
 use std::path::{Path, PathBuf};
 
 use raywright_core::scene::{MeshSource, Scene, Triple};
-use raywright_io::{Error, ErrorKind, Format, Input, Limits, LoadOptions, Loaded, Notation, Overrides, load, presets};
+use raywright_io::{
+    Error, ErrorKind, Format, Input, Limits, LoadOptions, Loaded, Notation, Overrides, load,
+    presets,
+};
 
 /// A folder of its own with one scene and whatever else a test puts there.
 struct Place {
@@ -12,7 +16,9 @@ struct Place {
 
 impl Place {
     fn new(scene: &str) -> Self {
-        let place = Self { folder: tempfile::tempdir().expect("a temporary folder") };
+        let place = Self {
+            folder: tempfile::tempdir().expect("a temporary folder"),
+        };
         place.put("x.scene.toml", scene.as_bytes());
         place
     }
@@ -29,22 +35,39 @@ impl Place {
     }
 
     fn load_with(&self, options: &LoadOptions) -> Result<Loaded, Error> {
-        load(&Input::Path(self.folder.path().join("x.scene.toml")), options)
+        load(
+            &Input::Path(self.folder.path().join("x.scene.toml")),
+            options,
+        )
     }
 
     /// The kind and message of the failure, with the folder's own name left out.
     fn fails(&self, options: &LoadOptions) -> (ErrorKind, String) {
         let error = self.load_with(options).expect_err("the scene is wrong");
-        (error.kind(), error.to_string().replace(&format!("{}/", self.folder.path().display()), ""))
+        (
+            error.kind(),
+            error
+                .to_string()
+                .replace(&format!("{}/", self.folder.path().display()), ""),
+        )
     }
 }
 
 fn limits(limits: Limits) -> LoadOptions {
-    LoadOptions { limits, ..LoadOptions::default() }
+    LoadOptions {
+        limits,
+        ..LoadOptions::default()
+    }
 }
 
 fn at(t: f64) -> LoadOptions {
-    LoadOptions { overrides: Overrides { at: Some(t), set: Vec::new() }, ..LoadOptions::default() }
+    LoadOptions {
+        overrides: Overrides {
+            at: Some(t),
+            set: Vec::new(),
+        },
+        ..LoadOptions::default()
+    }
 }
 
 const TEXTURED: &str = "format = 1\n[[images]]\nname = \"wood\"\npath = \"wood.png\"\n";
@@ -54,22 +77,33 @@ fn png() -> Vec<u8> {
     let mut bytes = Vec::new();
     let mut encoder = png::Encoder::new(&mut bytes, 1, 1);
     encoder.set_color(png::ColorType::Rgb);
-    encoder.write_header().and_then(|mut writer| writer.write_image_data(&[255, 0, 0])).expect("a picture");
+    encoder
+        .write_header()
+        .and_then(|mut writer| writer.write_image_data(&[255, 0, 0]))
+        .expect("a picture");
     bytes
 }
 
 /// Protects: a file that does not exist is named with the reason.
 #[test]
 fn a_file_that_does_not_exist_is_named_with_the_reason() {
-    let error = load(&Input::Path(PathBuf::from("no/such.scene.toml")), &LoadOptions::default()).expect_err("no file");
+    let error = load(
+        &Input::Path(PathBuf::from("no/such.scene.toml")),
+        &LoadOptions::default(),
+    )
+    .expect_err("no file");
     assert_eq!(error.kind(), ErrorKind::File);
-    assert_eq!(error.to_string(), "error: cannot read no/such.scene.toml: no such file or folder");
+    assert_eq!(
+        error.to_string(),
+        "error: cannot read no/such.scene.toml: no such file or folder"
+    );
 }
 
 /// Protects: a folder is no scene.
 #[test]
 fn a_folder_is_no_scene() {
-    let error = load(&Input::Path(std::env::temp_dir()), &LoadOptions::default()).expect_err("a folder");
+    let error =
+        load(&Input::Path(std::env::temp_dir()), &LoadOptions::default()).expect_err("a folder");
     assert_eq!(error.kind(), ErrorKind::File);
     assert!(error.to_string().ends_with(": it is a folder"), "{error}");
 }
@@ -107,16 +141,33 @@ fn a_text_that_is_not_utf_8_is_refused_with_its_place() {
 fn the_ending_decides_what_a_file_is_and_the_content_where_it_does_not() {
     let place = Place::new("");
     let format = |name: &str, bytes: &[u8]| {
-        let loaded = load(&Input::Path(place.put(name, bytes)), &LoadOptions::default());
-        loaded.map(|loaded| (loaded.source.format, loaded.source.stem)).map_err(|error| error.to_string())
+        let loaded = load(
+            &Input::Path(place.put(name, bytes)),
+            &LoadOptions::default(),
+        );
+        loaded
+            .map(|loaded| (loaded.source.format, loaded.source.stem))
+            .map_err(|error| error.to_string())
     };
     let toml = Format::Native(Notation::Toml);
     let json = Format::Native(Notation::Json);
-    assert_eq!(format("a.scene.toml", b"format = 1"), Ok((toml, "a".to_owned())));
-    assert_eq!(format("b.b.scene.json", b"{\"format\": 1}"), Ok((json, "b.b".to_owned())));
+    assert_eq!(
+        format("a.scene.toml", b"format = 1"),
+        Ok((toml, "a".to_owned()))
+    );
+    assert_eq!(
+        format("b.b.scene.json", b"{\"format\": 1}"),
+        Ok((json, "b.b".to_owned()))
+    );
     assert_eq!(format("c.toml", b"format = 1"), Ok((toml, "c".to_owned())));
-    assert_eq!(format("d", b"# mine\nformat = 1"), Ok((toml, "d".to_owned())));
-    assert_eq!(format("e.txt", b" {\"format\": 1}"), Ok((json, "e.txt".to_owned())));
+    assert_eq!(
+        format("d", b"# mine\nformat = 1"),
+        Ok((toml, "d".to_owned()))
+    );
+    assert_eq!(
+        format("e.txt", b" {\"format\": 1}"),
+        Ok((json, "e.txt".to_owned()))
+    );
 }
 
 /// Protects: what asks for too much is over a limit.
@@ -127,15 +178,34 @@ fn what_asks_for_too_much_is_over_a_limit() {
         object = { material = \"m\", shape.sphere = { centre = [0, 0, 0], radius = 1 } }";
     let (kind, message) = Place::new(grid).fails(&LoadOptions::default());
     assert_eq!(kind, ErrorKind::Limit);
-    assert_eq!(message, "error: x.scene.toml: the scene has 18446744073709551615 objects, more than the limit of 16000000");
+    assert_eq!(
+        message,
+        "error: x.scene.toml: the scene has 18446744073709551615 objects, more than the limit of 16000000"
+    );
 
     let mesh = "format = 1\n[[meshes]]\nname = \"m\"\n\
         source.inline = { positions = [[0, 0, 0], [1, 0, 0], [0, 1, 0]], indices = [[0, 1, 2], [0, 2, 1]] }";
-    assert_eq!(Place::new(mesh).fails(&limits(Limits { triangles: 1, ..Limits::default() })).0, ErrorKind::Limit);
+    assert_eq!(
+        Place::new(mesh)
+            .fails(&limits(Limits {
+                triangles: 1,
+                ..Limits::default()
+            }))
+            .0,
+        ErrorKind::Limit
+    );
 
-    let (kind, message) = Place::new(TEXTURED).fails(&limits(Limits { text_bytes: 10, ..Limits::default() }));
+    let (kind, message) = Place::new(TEXTURED).fails(&limits(Limits {
+        text_bytes: 10,
+        ..Limits::default()
+    }));
     assert_eq!(kind, ErrorKind::Limit);
-    assert!(message.starts_with("error: x.scene.toml: the scene is larger than the limit of 10 bytes\nhelp: "), "{message}");
+    assert!(
+        message.starts_with(
+            "error: x.scene.toml: the scene is larger than the limit of 10 bytes\nhelp: "
+        ),
+        "{message}"
+    );
 }
 
 /// Protects: a missing texture is a warning and a missing sky is not.
@@ -143,11 +213,14 @@ fn what_asks_for_too_much_is_over_a_limit() {
 fn a_missing_texture_is_a_warning_and_a_missing_sky_is_not() {
     let loaded = Place::new(TEXTURED).load().expect("a scene");
     assert_eq!(loaded.scene.images[0].data, None);
-    let [warning] = loaded.warnings.as_slice() else { panic!("one warning, not {:?}", loaded.warnings) };
+    let [warning] = loaded.warnings.as_slice() else {
+        panic!("one warning, not {:?}", loaded.warnings)
+    };
     let text = "image `wood`: cannot read `wood.png`: no such file or folder; where it is used, the factor alone counts";
     assert!(warning.message.ends_with(text), "{warning}");
 
-    let (kind, message) = Place::new(&format!("{TEXTURED}[sky]\nmap = {{ image = \"wood\" }}")).fails(&LoadOptions::default());
+    let (kind, message) = Place::new(&format!("{TEXTURED}[sky]\nmap = {{ image = \"wood\" }}"))
+        .fails(&LoadOptions::default());
     assert_eq!(kind, ErrorKind::File);
     assert!(message.contains("--> x.scene.toml:4:8"), "{message}");
 }
@@ -157,15 +230,38 @@ fn a_missing_texture_is_a_warning_and_a_missing_sky_is_not() {
 fn images_are_decoded_and_broken_ones_shown_at_their_place() {
     let place = Place::new(TEXTURED);
     place.put("wood.png", &png());
-    let image = place.load().expect("a scene").scene.images[0].data.clone().expect("pixels");
+    let image = place.load().expect("a scene").scene.images[0]
+        .data
+        .clone()
+        .expect("pixels");
     assert_eq!((image.width, image.height), (1, 1));
     place.put("wood.png", &png()[..40]);
     let (kind, message) = place.fails(&LoadOptions::default());
     assert_eq!(kind, ErrorKind::Input);
-    assert!(message.contains("`wood.png` is a broken picture") && message.contains("--> x.scene.toml:4:8"), "{message}");
+    assert!(
+        message.contains("`wood.png` is a broken picture")
+            && message.contains("--> x.scene.toml:4:8"),
+        "{message}"
+    );
     place.put("wood.png", &png());
-    assert_eq!(place.fails(&limits(Limits { image_pixels: 0, ..Limits::default() })).0, ErrorKind::Limit);
-    assert!(place.load_with(&limits(Limits { image_pixels: 1, ..Limits::default() })).is_ok(), "as many as are allowed");
+    assert_eq!(
+        place
+            .fails(&limits(Limits {
+                image_pixels: 0,
+                ..Limits::default()
+            }))
+            .0,
+        ErrorKind::Limit
+    );
+    assert!(
+        place
+            .load_with(&limits(Limits {
+                image_pixels: 1,
+                ..Limits::default()
+            }))
+            .is_ok(),
+        "as many as are allowed"
+    );
 }
 
 /// Protects: references out of the folder are refused at their place.
@@ -187,15 +283,23 @@ fn references_out_of_the_folder_are_refused_at_their_place() {
 /// Protects: an unknown embedded image is refused at its place.
 #[test]
 fn an_unknown_embedded_image_is_refused_at_its_place() {
-    let (kind, message) = Place::new(&TEXTURED.replace("wood.png", "embedded:nothing")).fails(&LoadOptions::default());
+    let (kind, message) = Place::new(&TEXTURED.replace("wood.png", "embedded:nothing"))
+        .fails(&LoadOptions::default());
     assert_eq!(kind, ErrorKind::Input);
-    assert!(message.starts_with("error: the program carries no `nothing`"), "{message}");
+    assert!(
+        message.starts_with("error: the program carries no `nothing`"),
+        "{message}"
+    );
 }
 
 /// A glTF file with one triangle, its buffer beside it, shown twice: moved, and mirrored.
 fn gltf_triangle(place: &Place) {
     let corners: [Triple; 3] = [[0.0; 3], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]];
-    let buffer: Vec<u8> = corners.iter().flatten().flat_map(|x| (*x as f32).to_le_bytes()).collect();
+    let buffer: Vec<u8> = corners
+        .iter()
+        .flatten()
+        .flat_map(|x| (*x as f32).to_le_bytes())
+        .collect();
     place.put("models/leaf.bin", &buffer);
     let text = r#"{ "asset": { "version": "2.0" }, "scene": 0, "scenes": [{ "nodes": [0, 1] }],
         "nodes": [{ "mesh": 0, "translation": [0, 0, 5] }, { "mesh": 0, "scale": [-1, 1, 1] }],
@@ -213,9 +317,17 @@ fn a_mesh_in_a_file_becomes_one_mesh_with_the_file_s_transforms() {
     let place = Place::new(MODEL);
     gltf_triangle(&place);
     let loaded = place.load().unwrap_or_else(|error| panic!("{error}"));
-    let MeshSource::Inline(mesh) = &loaded.scene.meshes[0].source else { panic!("the mesh was not read") };
-    assert_eq!(mesh.positions.offsets()[..3], [[0.0, 0.0, 5.0], [1.0, 0.0, 5.0], [0.0, 1.0, 5.0]]);
-    assert_eq!(mesh.positions.offsets()[3..], [[0.0, 0.0, 0.0], [-1.0, 0.0, 0.0], [0.0, 1.0, 0.0]]);
+    let MeshSource::Inline(mesh) = &loaded.scene.meshes[0].source else {
+        panic!("the mesh was not read")
+    };
+    assert_eq!(
+        mesh.positions.offsets()[..3],
+        [[0.0, 0.0, 5.0], [1.0, 0.0, 5.0], [0.0, 1.0, 5.0]]
+    );
+    assert_eq!(
+        mesh.positions.offsets()[3..],
+        [[0.0, 0.0, 0.0], [-1.0, 0.0, 0.0], [0.0, 1.0, 0.0]]
+    );
     // The mirrored one is turned over, so that both face +z.
     assert_eq!(mesh.indices, [[0, 1, 2], [3, 5, 4]]);
 }
@@ -231,7 +343,10 @@ fn a_mesh_file_that_cannot_be_had_is_an_error_at_its_place() {
     place.put("models/leaf.gltf", b"{}");
     let (kind, message) = place.fails(&LoadOptions::default());
     assert_eq!(kind, ErrorKind::Input);
-    assert!(message.contains("models/leaf.gltf: ") && message.contains("--> x.scene.toml:4:15"), "{message}");
+    assert!(
+        message.contains("models/leaf.gltf: ") && message.contains("--> x.scene.toml:4:15"),
+        "{message}"
+    );
 }
 
 /// Protects: a model has no parameters.
@@ -239,17 +354,33 @@ fn a_mesh_file_that_cannot_be_had_is_an_error_at_its_place() {
 fn a_model_has_no_parameters() {
     let place = Place::new("");
     gltf_triangle(&place);
-    let overrides = Overrides { at: None, set: vec![("speed".to_owned(), 1.0)] };
-    let options = LoadOptions { overrides, ..LoadOptions::default() };
+    let overrides = Overrides {
+        at: None,
+        set: vec![("speed".to_owned(), 1.0)],
+    };
+    let options = LoadOptions {
+        overrides,
+        ..LoadOptions::default()
+    };
     let model = Input::Path(place.folder.path().join("models/leaf.gltf"));
-    assert_eq!(load(&model, &options).expect_err("no parameter").kind(), ErrorKind::Usage);
-    assert_eq!(load(&model, &LoadOptions::default()).expect("a scene").source.format, Format::Gltf);
+    assert_eq!(
+        load(&model, &options).expect_err("no parameter").kind(),
+        ErrorKind::Usage
+    );
+    assert_eq!(
+        load(&model, &LoadOptions::default())
+            .expect("a scene")
+            .source
+            .format,
+        Format::Gltf
+    );
 }
 
 /// Protects: the hash covers text time parameters and files.
 #[test]
 fn the_hash_covers_text_time_parameters_and_files() {
-    let hash = |place: &Place, options: &LoadOptions| place.load_with(options).expect("a scene").hash;
+    let hash =
+        |place: &Place, options: &LoadOptions| place.load_with(options).expect("a scene").hash;
     let place = Place::new(TEXTURED);
     place.put("wood.png", &png());
     let first = hash(&place, &LoadOptions::default());
@@ -270,43 +401,75 @@ fn the_hash_covers_text_time_parameters_and_files() {
     gltf_triangle(&place);
     let first = hash(&place, &LoadOptions::default());
     place.put("models/leaf.bin", &[0; 36]);
-    assert_ne!(hash(&place, &LoadOptions::default()), first, "the buffer of a model does not count");
+    assert_ne!(
+        hash(&place, &LoadOptions::default()),
+        first,
+        "the buffer of a model does not count"
+    );
 }
 
-/// Protects: a value on the command line makes another scene, by the value and by which parameter it is given to; of two for
-/// one parameter the last one counts.
+/// Protects: a value on the command line makes another scene, by the value and by which parameter
+/// it is given to; of two for one parameter the last one counts.
 #[test]
 fn values_of_parameters_count() {
     let place = Place::new("format = 1\n[parameters]\na = 1\nb = 1\n");
     let load = |set: &[(&str, f64)]| {
-        let set = set.iter().map(|&(name, value)| (name.to_owned(), value)).collect();
-        let options = LoadOptions { overrides: Overrides { at: None, set }, ..LoadOptions::default() };
+        let set = set
+            .iter()
+            .map(|&(name, value)| (name.to_owned(), value))
+            .collect();
+        let options = LoadOptions {
+            overrides: Overrides { at: None, set },
+            ..LoadOptions::default()
+        };
         place.load_with(&options).expect("a scene")
     };
     let hash = |set| load(set).hash;
     assert_eq!(hash(&[("a", 2.0)]), hash(&[("a", 2.0)]));
-    let different = [hash(&[]), hash(&[("a", 2.0)]), hash(&[("a", 3.0)]), hash(&[("b", 2.0)])];
+    let different = [
+        hash(&[]),
+        hash(&[("a", 2.0)]),
+        hash(&[("a", 3.0)]),
+        hash(&[("b", 2.0)]),
+    ];
     for (i, one) in different.iter().enumerate() {
         assert!(!different[..i].contains(one), "{i}");
     }
-    assert_eq!(load(&[("a", 2.0), ("b", 5.0), ("a", 3.0)]).scene.parameters["a"], 3.0);
+    assert_eq!(
+        load(&[("a", 2.0), ("b", 5.0), ("a", 3.0)]).scene.parameters["a"],
+        3.0
+    );
 }
 
-/// Protects: loading says which files a scene is made from or names, itself included, so that no picture of it replaces one.
+/// Protects: loading says which files a scene is made from or names, itself included, so that no
+/// picture of it replaces one.
 #[test]
 fn a_scene_knows_its_files() {
     use raywright_io::output;
     let place = Place::new(&format!("{TEXTURED}{}", MODEL.replace("format = 1\n", "")));
     gltf_triangle(&place);
     let unused = r#""images": [{ "uri": "un%20used.png" }], "asset""#;
-    let text = std::fs::read_to_string(place.folder.path().join("models/leaf.gltf")).expect("a file");
-    place.put("models/leaf.gltf", text.replace("\"asset\"", unused).as_bytes());
-    let inputs = place.load().unwrap_or_else(|error| panic!("{error}")).inputs;
+    let text =
+        std::fs::read_to_string(place.folder.path().join("models/leaf.gltf")).expect("a file");
+    place.put(
+        "models/leaf.gltf",
+        text.replace("\"asset\"", unused).as_bytes(),
+    );
+    let inputs = place
+        .load()
+        .unwrap_or_else(|error| panic!("{error}"))
+        .inputs;
     let held = |name: &str| {
         let file = output::Place::check(&place.folder.path().join(name)).expect("a place");
         inputs.clash(&file).is_some()
     };
-    for name in ["x.scene.toml", "wood.png", "models/leaf.gltf", "models/leaf.bin", "models/un used.png"] {
+    for name in [
+        "x.scene.toml",
+        "wood.png",
+        "models/leaf.gltf",
+        "models/leaf.bin",
+        "models/un used.png",
+    ] {
         assert!(held(name), "{name}");
     }
     assert!(!held("x.png") && !held("leaf.bin"));
@@ -317,8 +480,14 @@ fn a_scene_knows_its_files() {
 fn parts_of_a_scene_are_located_in_its_text() {
     let loaded = Place::new(TEXTURED).load().expect("a scene");
     let name = &loaded.source.name;
-    assert_eq!(loaded.source.locate("images[0].path"), format!("{name}:4:8"));
-    assert_eq!(loaded.source.locate("images[0].data"), format!("{name}:2:1"));
+    assert_eq!(
+        loaded.source.locate("images[0].path"),
+        format!("{name}:4:8")
+    );
+    assert_eq!(
+        loaded.source.locate("images[0].data"),
+        format!("{name}:2:1")
+    );
     assert_eq!(loaded.source.locate("sky.map"), *name);
 }
 
@@ -326,11 +495,18 @@ fn parts_of_a_scene_are_located_in_its_text() {
 #[test]
 fn every_preset_loads_and_is_found_by_its_name() {
     for preset in presets::list() {
-        let loaded = load(&Input::Preset(preset.name.to_owned()), &LoadOptions::default());
+        let loaded = load(
+            &Input::Preset(preset.name.to_owned()),
+            &LoadOptions::default(),
+        );
         let loaded = loaded.unwrap_or_else(|error| panic!("{error}"));
         assert_eq!(loaded.warnings, [], "{}", preset.name);
         assert_eq!(loaded.scene.title, preset.title);
-        assert_ne!(preset.title, "", "{} says nothing about itself", preset.name);
+        assert_ne!(
+            preset.title, "",
+            "{} says nothing about itself",
+            preset.name
+        );
     }
 }
 
@@ -339,67 +515,130 @@ fn every_preset_loads_and_is_found_by_its_name() {
 fn presets_are_the_files_of_the_scenes_folder() {
     let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../scenes");
     let entries = std::fs::read_dir(folder).into_iter().flatten();
-    let mut files: Vec<String> =
-        entries.filter_map(|entry| entry.ok()?.file_name().to_str()?.strip_suffix(".scene.toml").map(str::to_owned)).collect();
+    let mut files: Vec<String> = entries
+        .filter_map(|entry| {
+            entry
+                .ok()?
+                .file_name()
+                .to_str()?
+                .strip_suffix(".scene.toml")
+                .map(str::to_owned)
+        })
+        .collect();
     files.sort();
-    assert_eq!(presets::list().iter().map(|preset| preset.name.to_owned()).collect::<Vec<_>>(), files);
+    assert_eq!(
+        presets::list()
+            .iter()
+            .map(|preset| preset.name.to_owned())
+            .collect::<Vec<_>>(),
+        files
+    );
 }
 
 /// Protects: an unknown preset is a usage error with a suggestion.
 #[test]
 fn an_unknown_preset_is_a_usage_error_with_a_suggestion() {
-    let Some(preset) = presets::list().into_iter().next() else { return };
+    let Some(preset) = presets::list().into_iter().next() else {
+        return;
+    };
     let mistyped = format!("{}x", preset.name);
-    let error = load(&Input::Preset(mistyped.clone()), &LoadOptions::default()).expect_err("no such preset");
+    let error = load(&Input::Preset(mistyped.clone()), &LoadOptions::default())
+        .expect_err("no such preset");
     assert_eq!(error.kind(), ErrorKind::Usage);
-    let wanted = format!("error: there is no preset `{mistyped}`\nhelp: did you mean `preset:{}`?", preset.name);
+    let wanted = format!(
+        "error: there is no preset `{mistyped}`\nhelp: did you mean `preset:{}`?",
+        preset.name
+    );
     assert_eq!(error.to_string(), wanted);
 }
 
-/// Protects: endings of any case say what a file is, and are no part of its stem, after which the picture is named.
+/// Protects: endings of any case say what a file is, and are no part of its stem, after which the
+/// picture is named.
 #[test]
 fn endings_count_in_any_case() {
     let place = Place::new("");
     let model = b"v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n";
     for (name, bytes, expected) in [
-        ("A.Scene.TOML", b"format = 1".as_slice(), (Format::Native(Notation::Toml), "A")),
-        ("B.JSON", b"{\"format\": 1}", (Format::Native(Notation::Json), "B")),
+        (
+            "A.Scene.TOML",
+            b"format = 1".as_slice(),
+            (Format::Native(Notation::Toml), "A"),
+        ),
+        (
+            "B.JSON",
+            b"{\"format\": 1}",
+            (Format::Native(Notation::Json), "B"),
+        ),
         ("C.OBJ", model, (Format::Obj, "C")),
     ] {
-        let source = load(&Input::Path(place.put(name, bytes)), &LoadOptions::default()).expect("a scene").source;
+        let source = load(
+            &Input::Path(place.put(name, bytes)),
+            &LoadOptions::default(),
+        )
+        .expect("a scene")
+        .source;
         assert_eq!((source.format, source.stem.as_str()), expected, "{name}");
     }
 }
 
-/// Protects: a byte order mark before a text of any format, with either end of lines, changes nothing of what is read, from a file and from a
-/// pipe alike; of a scene of ours, places in messages count from what follows it.
+/// Protects: a byte order mark before a text of any format, with either end of lines, changes
+/// nothing of what is read, from a file and from a pipe alike; of a scene of ours, places in
+/// messages count from what follows it.
 #[test]
 fn byte_order_marks_change_nothing() {
     let toml = "format = 1\n[[materials]]\nname = \"m\"\nmodel.classic = {}\n";
-    let json = "{\"format\": 1,\n\"materials\": [{\"name\": \"m\", \"model\": {\"classic\": {}}}]}\n";
+    let json =
+        "{\"format\": 1,\n\"materials\": [{\"name\": \"m\", \"model\": {\"classic\": {}}}]}\n";
     let obj = "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n";
-    let stl =
-        "solid a\nfacet normal 0 0 1\nouter loop\nvertex 0 0 0\nvertex 1 0 0\nvertex 0 1 0\nendloop\nendfacet\nendsolid a\n";
+    let stl = "solid a\nfacet normal 0 0 1\nouter loop\nvertex 0 0 0\nvertex 1 0 0\nvertex 0 1 0\nendloop\nendfacet\nendsolid a\n";
     let ply = "ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty float y\nproperty float z\nelement face 1\n\
                property list uchar int vertex_index\nend_header\n0 0 0\n1 0 0\n0 1 0\n3 0 1 2\n";
     let gltf = "{\"asset\": {\"version\": \"2.0\"},\n\"materials\": [{}], \"scenes\": [{}], \"scene\": 0}\n";
     let place = Place::new("");
-    for (name, text) in
-        [("a.scene.toml", toml), ("a.scene.json", json), ("a.obj", obj), ("a.stl", stl), ("a.ply", ply), ("a.gltf", gltf)]
-    {
+    for (name, text) in [
+        ("a.scene.toml", toml),
+        ("a.scene.json", json),
+        ("a.obj", obj),
+        ("a.stl", stl),
+        ("a.ply", ply),
+        ("a.gltf", gltf),
+    ] {
         let read = |text: &str| {
             let path = place.put(name, text.as_bytes());
-            let piped = Input::Bytes { name: name.to_owned(), bytes: text.as_bytes().to_vec(), resolver: None };
-            let unnamed = Input::Bytes { name: "-".to_owned(), bytes: text.as_bytes().to_vec(), resolver: None };
+            let piped = Input::Bytes {
+                name: name.to_owned(),
+                bytes: text.as_bytes().to_vec(),
+                resolver: None,
+            };
+            let unnamed = Input::Bytes {
+                name: "-".to_owned(),
+                bytes: text.as_bytes().to_vec(),
+                resolver: None,
+            };
             [Input::Path(path), piped, unnamed].map(|input| {
-                let loaded = load(&input, &LoadOptions::default()).unwrap_or_else(|e| panic!("{name}: {e}"));
-                assert_eq!(loaded.warnings.iter().filter(|warning| !warning.message.contains("nothing to see")).count(), 0);
-                Scene { title: String::new(), ..loaded.scene }
+                let loaded =
+                    load(&input, &LoadOptions::default()).unwrap_or_else(|e| panic!("{name}: {e}"));
+                assert_eq!(
+                    loaded
+                        .warnings
+                        .iter()
+                        .filter(|warning| !warning.message.contains("nothing to see"))
+                        .count(),
+                    0
+                );
+                Scene {
+                    title: String::new(),
+                    ..loaded.scene
+                }
             })
         };
         let plain = read(text);
         assert_eq!(read(&format!("\u{feff}{text}")), plain, "{name}");
-        assert_eq!(read(&format!("\u{feff}{}", text.replace('\n', "\r\n"))), plain, "{name}");
+        assert_eq!(
+            read(&format!("\u{feff}{}", text.replace('\n', "\r\n"))),
+            plain,
+            "{name}"
+        );
     }
     place.put("x.scene.toml", b"\xef\xbb\xbfformat = 2\n");
     let (_, message) = place.fails(&LoadOptions::default());

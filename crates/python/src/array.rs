@@ -25,7 +25,8 @@ pub enum Numbers {
     Booleans(Vec<bool>),
 }
 
-/// A block of numbers, row after row, by the protocol of NumPy's `__array_interface__`: an array of it is a view that keeps it alive.
+/// A block of numbers, row after row, by the protocol of NumPy's `__array_interface__`: an array of
+/// it is a view that keeps it alive.
 #[pyclass(frozen, module = "raywright")]
 pub struct Array {
     numbers: Numbers,
@@ -35,7 +36,10 @@ pub struct Array {
 impl Array {
     /// Of that shape.
     pub fn new(numbers: Numbers, shape: &[usize]) -> Self {
-        Self { numbers, shape: shape.to_vec() }
+        Self {
+            numbers,
+            shape: shape.to_vec(),
+        }
     }
 
     /// As a NumPy array that can't be written to.
@@ -50,14 +54,30 @@ impl Array {
 
     /// Where the first number is, and what they are.
     fn place(&self) -> (usize, &'static str) {
-        const FLOAT: &str = if cfg!(target_endian = "little") { "<f4" } else { ">f4" };
-        const DOUBLE: &str = if cfg!(target_endian = "little") { "<f8" } else { ">f8" };
-        const INTEGER: &str = if cfg!(target_endian = "little") { "<i8" } else { ">i8" };
+        const FLOAT: &str = if cfg!(target_endian = "little") {
+            "<f4"
+        } else {
+            ">f4"
+        };
+        const DOUBLE: &str = if cfg!(target_endian = "little") {
+            "<f8"
+        } else {
+            ">f8"
+        };
+        const INTEGER: &str = if cfg!(target_endian = "little") {
+            "<i8"
+        } else {
+            ">i8"
+        };
         let floats = |numbers: &[f32]| (numbers.as_ptr().addr(), FLOAT);
         match &self.numbers {
             Numbers::Shown(of) => floats(of.shown().rgb.as_flattened()),
             Numbers::Sampled(of) => floats(of.rendered.picture.rgb.as_flattened()),
-            Numbers::Errors(of) => floats(of.rendered.denoised().map_or(&[], |denoised| denoised.standard_error.as_flattened())),
+            Numbers::Errors(of) => floats(
+                of.rendered
+                    .denoised()
+                    .map_or(&[], |denoised| denoised.standard_error.as_flattened()),
+            ),
             Numbers::Alpha(of) => floats(of.shown().alpha.as_deref().unwrap_or_default()),
             Numbers::Layer(of, i) => floats(&of.rendered.picture.layers[*i].samples),
             Numbers::Floats(own) => floats(own),

@@ -5,7 +5,9 @@ use std::sync::Arc;
 use pyo3::prelude::*;
 use pyo3::types::{PyBytes, PyTuple};
 use rayon::prelude::*;
-use raywright_bvh::{AcceleratorKind, Geometry, Interval, PrimitiveSet, Ray, Real, Vector, Visibility};
+use raywright_bvh::{
+    AcceleratorKind, Geometry, Interval, PrimitiveSet, Ray, Real, Vector, Visibility,
+};
 use raywright_cli::failure::{Exit, Failure};
 use raywright_core::Observer;
 
@@ -18,9 +20,9 @@ const TOGETHER: usize = 1024;
 
 /// A tree over triangles that answers for rays.
 ///
-/// vertices: of shape (n, 3), in any unit. triangles: of shape (m, 3), whole numbers from 0. precision: "robust" stores positions in single
-/// precision and decides hits in double; "reference" does both in double. Watertight: no ray slips through between triangles with common
-/// vertices.
+/// vertices: of shape (n, 3), in any unit. triangles: of shape (m, 3), whole numbers from 0.
+/// precision: "robust" stores positions in single precision and decides hits in double; "reference"
+/// does both in double. Watertight: no ray slips through between triangles with common vertices.
 #[pyclass(frozen, module = "raywright")]
 pub struct Bvh(Arc<Tree>);
 
@@ -61,10 +63,20 @@ struct Rays {
 
 impl Rays {
     /// Asks something of each ray, in their order.
-    fn ask<T: Send, R: Real>(&self, watch: &Watch, ask: impl Fn(&Ray<R>, Interval<R>) -> T + Sync) -> Result<Vec<T>, Failure> {
+    fn ask<T: Send, R: Real>(
+        &self,
+        watch: &Watch,
+        ask: impl Fn(&Ray<R>, Interval<R>) -> T + Sync,
+    ) -> Result<Vec<T>, Failure> {
         let [min, max] = self.range.map(R::from_f64);
-        let vector = |v: &[f64]| R::Vec3::new(R::from_f64(v[0]), R::from_f64(v[1]), R::from_f64(v[2]));
-        let answer = |ray: &[f64]| ask(&Ray::new(vector(&ray[..3]), vector(&ray[3..])), Interval { min, max });
+        let vector =
+            |v: &[f64]| R::Vec3::new(R::from_f64(v[0]), R::from_f64(v[1]), R::from_f64(v[2]));
+        let answer = |ray: &[f64]| {
+            ask(
+                &Ray::new(vector(&ray[..3]), vector(&ray[3..])),
+                Interval { min, max },
+            )
+        };
         let some = |rays: &[f64]| -> Vec<T> {
             let wanted = if watch.cancelled() { &[] } else { rays };
             wanted.chunks_exact(6).map(answer).collect()
@@ -77,25 +89,37 @@ impl Rays {
     }
 
     fn closest<R: Real>(&self, geometry: &Geometry<R>, watch: &Watch) -> Result<Hits, Failure> {
-        let found = self.ask(watch, |ray: &Ray<R>, range| geometry.closest(ray, range, &mut ()))?;
+        let found = self.ask(watch, |ray: &Ray<R>, range| {
+            geometry.closest(ray, range, &mut ())
+        })?;
         let mut hits = Hits::default();
         for hit in found {
             hits.t.push(hit.map_or(f64::INFINITY, |hit| hit.t.to_f64()));
-            hits.triangle.push(hit.map_or(-1, |hit| i64::from(hit.primitive)));
-            hits.uv.extend(hit.map_or([f64::NAN; 2], |hit| [hit.u.to_f64(), hit.v.to_f64()]));
+            hits.triangle
+                .push(hit.map_or(-1, |hit| i64::from(hit.primitive)));
+            hits.uv
+                .extend(hit.map_or([f64::NAN; 2], |hit| [hit.u.to_f64(), hit.v.to_f64()]));
         }
         Ok(hits)
     }
 
-    fn occluded<R: Real>(&self, geometry: &Geometry<R>, watch: &Watch) -> Result<Vec<bool>, Failure> {
-        self.ask(watch, |ray: &Ray<R>, range| geometry.any(ray, range, &mut |_| true, &mut ()))
+    fn occluded<R: Real>(
+        &self,
+        geometry: &Geometry<R>,
+        watch: &Watch,
+    ) -> Result<Vec<bool>, Failure> {
+        self.ask(watch, |ray: &Ray<R>, range| {
+            geometry.any(ray, range, &mut |_| true, &mut ())
+        })
     }
 }
 
 /// The tree over a mesh, stored so.
 fn built<R: Real>(vertices: &[f64], triangles: &[i64]) -> Result<Geometry<R>, Failure> {
     let corner = |vertex: i64| {
-        let place = usize::try_from(vertex).ok().and_then(|vertex| vertex.checked_mul(3));
+        let place = usize::try_from(vertex)
+            .ok()
+            .and_then(|vertex| vertex.checked_mul(3));
         let at = place.and_then(|place| vertices.get(place..place + 3));
         at.map(|v| R::Vec3::new(R::from_f64(v[0]), R::from_f64(v[1]), R::from_f64(v[2])))
     };
@@ -103,10 +127,16 @@ fn built<R: Real>(vertices: &[f64], triangles: &[i64]) -> Result<Geometry<R>, Fa
         let [a, b, c] = [0, 1, 2].map(|i| triangles[3 * number + i]);
         match [a, b, c].map(corner) {
             [Some(a), Some(b), Some(c)] => Ok([a, b, c]),
-            _ => Err(unfit(format_args!("triangles[{number}] is {a}, {b}, {c}, and there are {} vertices", vertices.len() / 3))),
+            _ => Err(unfit(format_args!(
+                "triangles[{number}] is {a}, {b}, {c}, and there are {} vertices",
+                vertices.len() / 3
+            ))),
         }
     };
-    let triangles = (0..triangles.len() / 3).into_par_iter().map(of).collect::<Result<Vec<_>, _>>()?;
+    let triangles = (0..triangles.len() / 3)
+        .into_par_iter()
+        .map(of)
+        .collect::<Result<Vec<_>, _>>()?;
     let mut set = PrimitiveSet::default();
     set.mesh(triangles, Visibility::default()).map_err(unfit)?;
     Ok(Geometry::new(set, AcceleratorKind::default()))
@@ -117,44 +147,96 @@ fn rows<'py>(of: &Bound<'py, PyAny>, name: &str, kind: &str) -> PyResult<Bound<'
     let py = of.py();
     let shape: Vec<usize> = of.getattr("shape")?.extract()?;
     if shape.len() != 2 || shape[1] != 3 {
-        return Err(raised(py, unfit(format_args!("{name} has the shape {shape:?}, and (n, 3) is expected"))));
+        return Err(raised(
+            py,
+            unfit(format_args!(
+                "{name} has the shape {shape:?}, and (n, 3) is expected"
+            )),
+        ));
     }
-    Ok(of.call_method1("astype", (kind,))?.call_method0("tobytes")?.cast_into()?)
+    Ok(of
+        .call_method1("astype", (kind,))?
+        .call_method0("tobytes")?
+        .cast_into()?)
 }
 
 fn doubles(bytes: &[u8]) -> Vec<f64> {
-    bytes.as_chunks().0.iter().map(|&number| f64::from_ne_bytes(number)).collect()
+    bytes
+        .as_chunks()
+        .0
+        .iter()
+        .map(|&number| f64::from_ne_bytes(number))
+        .collect()
 }
 
 /// Origins and directions beside each other; one of them may be for all.
-fn rays(origins: &Bound<'_, PyAny>, directions: &Bound<'_, PyAny>, range: [f64; 2]) -> PyResult<Rays> {
+fn rays(
+    origins: &Bound<'_, PyAny>,
+    directions: &Bound<'_, PyAny>,
+    range: [f64; 2],
+) -> PyResult<Rays> {
     let py = origins.py();
-    let as_rows = |of: &Bound<'_, PyAny>| numpy(py)?.call_method1("atleast_2d", (of,)).map(Bound::unbind);
-    let (origins, directions) = (as_rows(origins)?.into_bound(py), as_rows(directions)?.into_bound(py));
+    let as_rows = |of: &Bound<'_, PyAny>| {
+        numpy(py)?
+            .call_method1("atleast_2d", (of,))
+            .map(Bound::unbind)
+    };
+    let (origins, directions) = (
+        as_rows(origins)?.into_bound(py),
+        as_rows(directions)?.into_bound(py),
+    );
     let pair = numpy(py)?.call_method1("broadcast_arrays", (&origins, &directions));
-    let pair = pair.map_err(|_| raised(py, unfit("there are not as many directions as origins")))?;
-    let [origins, directions] = [(0, "origins"), (1, "directions")].map(|(i, name)| rows(&pair.get_item(i)?, name, "float64"));
-    let [origins, directions] = [doubles(origins?.as_bytes()), doubles(directions?.as_bytes())];
-    let both = origins.as_chunks::<3>().0.iter().zip(directions.as_chunks::<3>().0);
-    Ok(Rays { numbers: both.flat_map(|(origin, direction)| [*origin, *direction]).flatten().collect(), range })
+    let pair =
+        pair.map_err(|_| raised(py, unfit("there are not as many directions as origins")))?;
+    let [origins, directions] = [(0, "origins"), (1, "directions")]
+        .map(|(i, name)| rows(&pair.get_item(i)?, name, "float64"));
+    let [origins, directions] = [
+        doubles(origins?.as_bytes()),
+        doubles(directions?.as_bytes()),
+    ];
+    let both = origins
+        .as_chunks::<3>()
+        .0
+        .iter()
+        .zip(directions.as_chunks::<3>().0);
+    Ok(Rays {
+        numbers: both
+            .flat_map(|(origin, direction)| [*origin, *direction])
+            .flatten()
+            .collect(),
+        range,
+    })
 }
 
 #[pymethods]
 impl Bvh {
     #[new]
     #[pyo3(signature = (vertices, triangles, *, precision = "robust", threads = None))]
-    fn new(vertices: &Bound<'_, PyAny>, triangles: &Bound<'_, PyAny>, precision: &str, threads: Option<u32>) -> PyResult<Self> {
+    fn new(
+        vertices: &Bound<'_, PyAny>,
+        triangles: &Bound<'_, PyAny>,
+        precision: &str,
+        threads: Option<u32>,
+    ) -> PyResult<Self> {
         let py = vertices.py();
-        let array = |of: &Bound<'_, PyAny>| numpy(py)?.call_method1("asarray", (of,)).map(Bound::unbind);
+        let array =
+            |of: &Bound<'_, PyAny>| numpy(py)?.call_method1("asarray", (of,)).map(Bound::unbind);
         let vertices = doubles(rows(array(vertices)?.bind(py), "vertices", "float64")?.as_bytes());
         let triangles = rows(array(triangles)?.bind(py), "triangles", "int64")?;
-        let triangles: Vec<i64> = triangles.as_bytes().as_chunks().0.iter().map(|&number| i64::from_ne_bytes(number)).collect();
+        let triangles: Vec<i64> = triangles
+            .as_bytes()
+            .as_chunks()
+            .0
+            .iter()
+            .map(|&number| i64::from_ne_bytes(number))
+            .collect();
         let precision = precision.to_owned();
         let tree = work::run(py, threads, None, move |_| match precision.as_str() {
             "robust" => Ok(Tree::Robust(built(&vertices, &triangles)?)),
             "reference" => Ok(Tree::Reference(built(&vertices, &triangles)?)),
             other => {
-                let failure = Failure::new(Exit::Usage, format_args!("there is no precision `{other}`"));
+                let failure =
+                    Failure::new(Exit::Usage, format_args!("there is no precision `{other}`"));
                 Err(failure.with_hint("known: robust, reference"))
             }
         })?;
@@ -163,9 +245,10 @@ impl Bvh {
 
     /// The nearest hit of each ray with tmin < t < tmax.
     ///
-    /// origins, directions: of shape (n, 3), or (3,) for all. Returns (t, triangle, uv): distances in lengths of the direction, float64 of
-    /// shape (n,), infinite where nothing is hit; numbers of triangles, int64 of shape (n,), -1 there; and where in them, float64 of shape
-    /// (n, 2): (1 - u - v) a + u b + v c of the triangle's vertices a, b, c.
+    /// origins, directions: of shape (n, 3), or (3,) for all. Returns (t, triangle, uv): distances
+    /// in lengths of the direction, float64 of shape (n,), infinite where nothing is hit; numbers
+    /// of triangles, int64 of shape (n,), -1 there; and where in them, float64 of shape (n, 2):
+    /// (1 - u - v) a + u b + v c of the triangle's vertices a, b, c.
     #[pyo3(signature = (origins, directions, *, tmin = 0.0, tmax = f64::INFINITY, threads = None))]
     fn closest<'py>(
         &self,
@@ -175,8 +258,13 @@ impl Bvh {
         tmax: f64,
         threads: Option<u32>,
     ) -> PyResult<Bound<'py, PyTuple>> {
-        let (py, rays, tree) = (origins.py(), rays(origins, directions, [tmin, tmax])?, Arc::clone(&self.0));
-        let Hits { t, triangle, uv } = work::run(py, threads, None, move |watch| tree.closest(&rays, watch))?;
+        let (py, rays, tree) = (
+            origins.py(),
+            rays(origins, directions, [tmin, tmax])?,
+            Arc::clone(&self.0),
+        );
+        let Hits { t, triangle, uv } =
+            work::run(py, threads, None, move |watch| tree.closest(&rays, watch))?;
         let count = t.len();
         let arrays = [
             Array::new(Numbers::Doubles(t), &[count]).copy(py)?,
@@ -196,7 +284,11 @@ impl Bvh {
         tmax: f64,
         threads: Option<u32>,
     ) -> PyResult<Bound<'py, PyAny>> {
-        let (py, rays, tree) = (origins.py(), rays(origins, directions, [tmin, tmax])?, Arc::clone(&self.0));
+        let (py, rays, tree) = (
+            origins.py(),
+            rays(origins, directions, [tmin, tmax])?,
+            Arc::clone(&self.0),
+        );
         let hit = work::run(py, threads, None, move |watch| tree.occluded(&rays, watch))?;
         let count = hit.len();
         Array::new(Numbers::Booleans(hit), &[count]).copy(py)

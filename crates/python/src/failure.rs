@@ -15,9 +15,17 @@ pub fn raised(py: Python<'_>, Failure { exit, message }: Failure) -> PyErr {
         Exit::Interrupted => return PyKeyboardInterrupt::new_err(()),
         Exit::Done | Exit::Failed | Exit::Unreached => "Error",
     };
-    let message = message.strip_prefix("error: ").unwrap_or(&message).trim_end().to_owned();
-    let class =
-        py.import("raywright._errors").and_then(|module| module.getattr(name)?.cast_into::<PyType>().map_err(PyErr::from));
+    let message = message
+        .strip_prefix("error: ")
+        .unwrap_or(&message)
+        .trim_end()
+        .to_owned();
+    let class = py.import("raywright._errors").and_then(|module| {
+        module
+            .getattr(name)?
+            .cast_into::<PyType>()
+            .map_err(PyErr::from)
+    });
     match class {
         Ok(class) => PyErr::from_type(class, message),
         Err(error) => error,

@@ -5,16 +5,25 @@ use std::ffi::OsString;
 use pyo3::prelude::*;
 use pyo3::types::{PyBool, PyDict, PyList, PyTuple};
 
-/// Flags that are called something else here: by what they hold, and where Python has the name already.
-const RENAMED: [(&str, &str); 3] = [("layers", "aov"), ("rungs", "rung"), ("model_scene", "scene")];
+/// Flags that are called something else here: by what they hold, and where Python has the name
+/// already.
+const RENAMED: [(&str, &str); 3] = [
+    ("layers", "aov"),
+    ("rungs", "rung"),
+    ("model_scene", "scene"),
+];
 
-/// The words of keywords, in their order. None and False leave a flag out, True is the flag alone, a dict one flag for each entry, a list
-/// its parts with commas between, or of a size with an x.
+/// The words of keywords, in their order. None and False leave a flag out, True is the flag alone,
+/// a dict one flag for each entry, a list its parts with commas between, or of a size with an x.
 pub fn words(keywords: Option<&Bound<'_, PyDict>>) -> PyResult<Vec<OsString>> {
     let mut words = Vec::new();
     for (name, value) in keywords.into_iter().flatten() {
         let name: String = name.extract()?;
-        let flag = RENAMED.iter().find(|(own, _)| *own == name).map_or(name.as_str(), |(_, flag)| flag).replace('_', "-");
+        let flag = RENAMED
+            .iter()
+            .find(|(own, _)| *own == name)
+            .map_or(name.as_str(), |(_, flag)| flag)
+            .replace('_', "-");
         if value.is_none() {
             continue;
         }
@@ -36,7 +45,10 @@ pub fn words(keywords: Option<&Bound<'_, PyDict>>) -> PyResult<Vec<OsString>> {
 /// A value as it is typed.
 fn text(value: &Bound<'_, PyAny>, separator: &str) -> PyResult<OsString> {
     if value.is_instance_of::<PyList>() || value.is_instance_of::<PyTuple>() {
-        let parts = value.try_iter()?.map(|part| Ok(part?.str()?.to_string())).collect::<PyResult<Vec<_>>>()?;
+        let parts = value
+            .try_iter()?
+            .map(|part| Ok(part?.str()?.to_string()))
+            .collect::<PyResult<Vec<_>>>()?;
         return Ok(parts.join(separator).into());
     }
     match value.call_method0("__fspath__") {

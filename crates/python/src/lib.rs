@@ -1,8 +1,9 @@
 //! Raywright as a Python module: pictures as arrays, rays for arrays, and the program itself.
 //!
-//! A rim beside the command line, with its words: keywords become flags (`keywords`), whose meaning and messages are the program's. Work is
-//! done without the interpreter's lock (`work`), pictures and hits are handed over as NumPy arrays (`array`). What of it needs no Rust is
-//! in `python/raywright`.
+//! A rim beside the command line, with its words: keywords become flags (`keywords`), whose meaning
+//! and messages are the program's. Work is done without the interpreter's lock (`work`), pictures
+//! and hits are handed over as NumPy arrays (`array`). What of it needs no Rust is in
+//! `python/raywright`.
 #![forbid(unsafe_code)]
 
 mod array;

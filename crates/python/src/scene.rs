@@ -30,7 +30,11 @@ struct Source {
 
 impl Source {
     /// The scene as these options read it: at another moment it is read again.
-    fn loaded(&self, options: LoadOptions, observer: &dyn Observer) -> Result<Arc<Loaded>, Failure> {
+    fn loaded(
+        &self,
+        options: LoadOptions,
+        observer: &dyn Observer,
+    ) -> Result<Arc<Loaded>, Failure> {
         let latest = || self.latest.lock().unwrap_or_else(PoisonError::into_inner);
         if let Some((_, loaded)) = latest().as_ref().filter(|(own, _)| *own == options) {
             return Ok(Arc::clone(loaded));
@@ -40,7 +44,12 @@ impl Source {
         Ok(loaded)
     }
 
-    fn request(&self, py: Python<'_>, command: &str, keywords: Option<&Bound<'_, PyDict>>) -> PyResult<Request> {
+    fn request(
+        &self,
+        py: Python<'_>,
+        command: &str,
+        keywords: Option<&Bound<'_, PyDict>>,
+    ) -> PyResult<Request> {
         let words = [self.words.clone(), words(keywords)?].concat();
         Request::new(command, words).map_err(|failure| raised(py, failure))
     }
@@ -48,16 +57,26 @@ impl Source {
 
 /// Reads a scene of any origin.
 fn read(py: Python<'_>, input: Input, keywords: Option<&Bound<'_, PyDict>>) -> PyResult<Scene> {
-    let source = Arc::new(Source { input, words: words(keywords)?, latest: Mutex::default() });
+    let source = Arc::new(Source {
+        input,
+        words: words(keywords)?,
+        latest: Mutex::default(),
+    });
     let (request, own) = (source.request(py, "render", None)?, Arc::clone(&source));
-    work::run(py, request.threads(), None, move |watch| own.loaded(request.options(), watch))?;
+    work::run(py, request.threads(), None, move |watch| {
+        own.loaded(request.options(), watch)
+    })?;
     Ok(Scene(source))
 }
 
 /// Reads a file, or a scene that the program carries, `preset:NAME`.
 #[pyfunction]
 #[pyo3(signature = (path, **keywords))]
-pub fn load_path(py: Python<'_>, path: PathBuf, keywords: Option<&Bound<'_, PyDict>>) -> PyResult<Scene> {
+pub fn load_path(
+    py: Python<'_>,
+    path: PathBuf,
+    keywords: Option<&Bound<'_, PyDict>>,
+) -> PyResult<Scene> {
     let input = match path.to_str().and_then(|name| name.strip_prefix("preset:")) {
         Some(preset) => Input::Preset(preset.to_owned()),
         None => Input::Path(path),
@@ -68,11 +87,25 @@ pub fn load_path(py: Python<'_>, path: PathBuf, keywords: Option<&Bound<'_, PyDi
 /// Reads the content of a file, whose name says its format where it ends in one.
 #[pyfunction]
 #[pyo3(signature = (name, bytes, **keywords))]
-pub fn load_bytes(py: Python<'_>, name: String, bytes: &[u8], keywords: Option<&Bound<'_, PyDict>>) -> PyResult<Scene> {
-    read(py, Input::Bytes { name, bytes: bytes.to_vec(), resolver: None }, keywords)
+pub fn load_bytes(
+    py: Python<'_>,
+    name: String,
+    bytes: &[u8],
+    keywords: Option<&Bound<'_, PyDict>>,
+) -> PyResult<Scene> {
+    read(
+        py,
+        Input::Bytes {
+            name,
+            bytes: bytes.to_vec(),
+            resolver: None,
+        },
+        keywords,
+    )
 }
 
-/// Compares two pictures, each a `Picture` or the name of a file, as `raywright compare --json` does.
+/// Compares two pictures, each a `Picture` or the name of a file, as `raywright compare --json`
+/// does.
 #[pyfunction]
 #[pyo3(signature = (picture, reference, **keywords))]
 pub fn compare<'py>(
@@ -81,11 +114,16 @@ pub fn compare<'py>(
     keywords: Option<&Bound<'py, PyDict>>,
 ) -> PyResult<Bound<'py, PyAny>> {
     let py = picture.py();
-    let request = Request::new("compare", words(keywords)?).map_err(|failure| raised(py, failure))?;
-    let sides = [side(picture, "the first picture")?, side(reference, "the second picture")?];
+    let request =
+        Request::new("compare", words(keywords)?).map_err(|failure| raised(py, failure))?;
+    let sides = [
+        side(picture, "the first picture")?,
+        side(reference, "the second picture")?,
+    ];
     let compared = work::run(py, None, None, move |_| {
         let [(name, picture), (other, reference)] = sides;
-        let judged = |side: Option<Judged>, name: &PathBuf| side.map_or_else(|| Judged::read(name), Ok);
+        let judged =
+            |side: Option<Judged>, name: &PathBuf| side.map_or_else(|| Judged::read(name), Ok);
         let pair = [judged(picture, &name)?, judged(reference, &other)?];
         request.comparison([name, other], &pair)
     })?;
@@ -106,7 +144,12 @@ fn plain<'py>(py: Python<'py>, json: &str) -> PyResult<Bound<'py, PyAny>> {
 }
 
 impl Scene {
-    fn report<'py>(&self, py: Python<'py>, command: &str, keywords: Option<&Bound<'py, PyDict>>) -> PyResult<Bound<'py, PyAny>> {
+    fn report<'py>(
+        &self,
+        py: Python<'py>,
+        command: &str,
+        keywords: Option<&Bound<'py, PyDict>>,
+    ) -> PyResult<Bound<'py, PyAny>> {
         let (request, source) = (self.0.request(py, command, keywords)?, Arc::clone(&self.0));
         let report = work::run(py, request.threads(), None, move |watch| {
             let loaded = source.loaded(request.options(), watch)?;
@@ -118,13 +161,16 @@ impl Scene {
 
 #[pymethods]
 impl Scene {
-    /// Renders the scene. Keywords are the flags of `raywright render` with underscores for hyphens; those not given are the scene's own.
+    /// Renders the scene. Keywords are the flags of `raywright render` with underscores for
+    /// hyphens; those not given are the scene's own.
     ///
-    /// size: (width, height) in pixels. view: "front", "back", "left", "right", "top", "bottom", "iso" or (azimuth, elevation) in
-    /// degrees. at: time in seconds. max_error: root relMSE to be reached, such as 0.05; or spp: samples of a pixel; or budget: a time,
-    /// such as "10s". denoise: whether noise is filtered out. seed: of the random numbers. background: "env", "transparent" or a colour.
-    /// layers: what `Picture.layers` has besides depth, of albedo, normal, position, emission, object, material, samples, stderr. threads:
-    /// how many; the picture does not depend on it. progress: called with the share that is done, from 0 to 1.
+    /// size: (width, height) in pixels. view: "front", "back", "left", "right", "top", "bottom",
+    /// "iso" or (azimuth, elevation) in degrees. at: time in seconds. max_error: root relMSE to be
+    /// reached, such as 0.05; or spp: samples of a pixel; or budget: a time, such as "10s".
+    /// denoise: whether noise is filtered out. seed: of the random numbers. background: "env",
+    /// "transparent" or a colour. layers: what `Picture.layers` has besides depth, of albedo,
+    /// normal, position, emission, object, material, samples, stderr. threads: how many; the
+    /// picture does not depend on it. progress: called with the share that is done, from 0 to 1.
     #[pyo3(signature = (*, layers = None, progress = None, **keywords),
         text_signature = "($self, *, size=None, view=None, at=None, max_error=None, spp=None, denoise=False, seed=None, background=None, \
         layers=('depth',), threads=None, progress=None, **flags)")]
@@ -136,11 +182,17 @@ impl Scene {
         keywords: Option<&Bound<'_, PyDict>>,
     ) -> PyResult<Picture> {
         let own = PyDict::new(py);
-        own.set_item("layers", layers.unwrap_or(("depth",).into_pyobject(py)?.into_any()))?;
+        own.set_item(
+            "layers",
+            layers.unwrap_or(("depth",).into_pyobject(py)?.into_any()),
+        )?;
         if let Some(keywords) = keywords {
             own.update(keywords.as_mapping())?;
         }
-        let (request, source) = (self.0.request(py, "render", Some(&own))?, Arc::clone(&self.0));
+        let (request, source) = (
+            self.0.request(py, "render", Some(&own))?,
+            Arc::clone(&self.0),
+        );
         let finished = work::run(py, request.threads(), progress.as_ref(), move |watch| {
             let loaded = source.loaded(request.options(), &())?;
             request.picture((*loaded).clone(), watch)
@@ -151,14 +203,19 @@ impl Scene {
         Ok(Picture::new(finished))
     }
 
-    /// Which effects of the scene are simulated, absent and left out, and on which rungs of which ladders it stands: what
-    /// `raywright explain --json` prints, as dicts and lists.
+    /// Which effects of the scene are simulated, absent and left out, and on which rungs of which
+    /// ladders it stands: what `raywright explain --json` prints, as dicts and lists.
     #[pyo3(signature = (**keywords))]
-    fn explain<'py>(&self, py: Python<'py>, keywords: Option<&Bound<'py, PyDict>>) -> PyResult<Bound<'py, PyAny>> {
+    fn explain<'py>(
+        &self,
+        py: Python<'py>,
+        keywords: Option<&Bound<'py, PyDict>>,
+    ) -> PyResult<Bound<'py, PyAny>> {
         self.report(py, "explain", keywords)
     }
 
-    /// What accuracy costs in time on this scene, measured for `budget` seconds: what `raywright accuracy --json` prints, as dicts and lists.
+    /// What accuracy costs in time on this scene, measured for `budget` seconds: what
+    /// `raywright accuracy --json` prints, as dicts and lists.
     #[pyo3(signature = (*, budget = None, **keywords), text_signature = "($self, *, budget=60, **flags)")]
     fn accuracy<'py>(
         &self,
@@ -178,12 +235,18 @@ impl Scene {
     #[getter]
     fn warnings(&self) -> Vec<String> {
         let latest = self.0.latest.lock().unwrap_or_else(PoisonError::into_inner);
-        latest.iter().flat_map(|(_, loaded)| &loaded.warnings).map(ToString::to_string).collect()
+        latest
+            .iter()
+            .flat_map(|(_, loaded)| &loaded.warnings)
+            .map(ToString::to_string)
+            .collect()
     }
 
     fn __repr__(&self) -> String {
         let latest = self.0.latest.lock().unwrap_or_else(PoisonError::into_inner);
-        let name = latest.as_ref().map_or("", |(_, loaded)| loaded.source.name.as_str());
+        let name = latest
+            .as_ref()
+            .map_or("", |(_, loaded)| loaded.source.name.as_str());
         format!("<raywright.Scene {name}>")
     }
 }

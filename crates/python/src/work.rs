@@ -1,4 +1,5 @@
-//! Work that Python waits for: on threads of its own and without the interpreter's lock, until it is done or Ctrl-C says that nobody wants it.
+//! Work that Python waits for: on threads of its own and without the interpreter's lock, until it
+//! is done or Ctrl-C says that nobody wants it.
 
 use std::panic::{AssertUnwindSafe, catch_unwind, resume_unwind};
 use std::sync::Arc;
@@ -15,7 +16,8 @@ use crate::failure::raised;
 
 /// Between looks at Ctrl-C and at how far the work has come.
 const PAUSE: Duration = Duration::from_millis(20);
-/// How long work that is stopped is waited for. What goes on for longer, as a parser may, ends by itself, and nobody hears of it.
+/// How long work that is stopped is waited for. What goes on for longer, as a parser may, ends by
+/// itself, and nobody hears of it.
 const GRACE: Duration = Duration::from_millis(100);
 /// Of each thread: as much as a program's first one has.
 const STACK: usize = 8 << 20;
@@ -24,7 +26,8 @@ const STACK: usize = 8 << 20;
 #[derive(Default)]
 pub struct Watch {
     stop: AtomicBool,
-    /// Greatest share of it that was done, as bits: those of numbers that are not negative have their order.
+    /// Greatest share of it that was done, as bits: those of numbers that are not negative have
+    /// their order.
     share: AtomicU64,
 }
 
@@ -45,7 +48,8 @@ impl Observer for Watch {
     }
 }
 
-/// Does some work on so many threads, or one for each processor, and calls `progress` with the share of it that is done.
+/// Does some work on so many threads, or one for each processor, and calls `progress` with the
+/// share of it that is done.
 ///
 /// # Errors
 /// The work's own, and whatever a signal's handler or `progress` raise.
@@ -56,7 +60,10 @@ pub fn run<T: Send + 'static>(
     work: impl FnOnce(&Watch) -> Result<T, Failure> + Send + 'static,
 ) -> PyResult<T> {
     let count = threads.map_or(0, |count| count as usize);
-    let pool = rayon::ThreadPoolBuilder::new().num_threads(count).stack_size(STACK).build();
+    let pool = rayon::ThreadPoolBuilder::new()
+        .num_threads(count)
+        .stack_size(STACK)
+        .build();
     let pool = pool.map_err(|cause| raised(py, refused(&cause)))?;
     let (watch, (sender, mut receiver)) = (Arc::new(Watch::default()), mpsc::channel());
     let own = Arc::clone(&watch);
@@ -74,7 +81,10 @@ pub fn run<T: Send + 'static>(
             Ok(Err(panic)) => resume_unwind(panic),
             Err(RecvTimeoutError::Timeout | RecvTimeoutError::Disconnected) => {}
         }
-        if let Err(interrupt) = py.check_signals().and_then(|()| tell(progress, watch.share(), &mut told)) {
+        if let Err(interrupt) = py
+            .check_signals()
+            .and_then(|()| tell(progress, watch.share(), &mut told))
+        {
             watch.stop.store(true, Ordering::Relaxed);
             // Its result is of no use any more; that it ended is.
             let _ = py.detach(move || receiver.recv_timeout(GRACE).is_ok());

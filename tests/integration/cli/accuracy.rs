@@ -1,5 +1,5 @@
-//! `accuracy`: what its table, JSON and CSV say, that its flags are those of `render`, and which mistakes it knows. No time is judged by
-//! its size.
+//! `accuracy`: what its table, JSON and CSV say, that its flags are those of `render`, and which
+//! mistakes it knows. No time is judged by its size.
 
 use std::io::{BufRead, BufReader};
 use std::process::{Command, Stdio};
@@ -24,7 +24,20 @@ objects = [
 "#;
 
 fn quick(more: &[&'static str]) -> Vec<&'static str> {
-    [&["accuracy", "ball.scene.toml", "--size", "16x12", "--budget", "10min", "--rounds", "2"], more].concat()
+    [
+        &[
+            "accuracy",
+            "ball.scene.toml",
+            "--size",
+            "16x12",
+            "--budget",
+            "10min",
+            "--rounds",
+            "2",
+        ],
+        more,
+    ]
+    .concat()
 }
 
 fn desk() -> Desk {
@@ -33,8 +46,9 @@ fn desk() -> Desk {
     desk
 }
 
-/// Protects: the answer and what is worth its time come first, then what was compared with what, on what; there is a row for each rung but
-/// those that are slower and worse; the rung in use is marked; and what the scene does not call for is named instead of measured.
+/// Protects: the answer and what is worth its time come first, then what was compared with what, on
+/// what; there is a row for each rung but those that are slower and worse; the rung in use is
+/// marked; and what the scene does not call for is named instead of measured.
 #[test]
 fn every_rung_has_a_row() {
     let desk = desk();
@@ -58,14 +72,37 @@ fn every_rung_has_a_row() {
     ] {
         assert!(text.contains(words), "no `{words}` in\n{text}");
     }
-    let place = |words: &str| text.find(words).unwrap_or_else(|| panic!("no `{words}` in\n{text}"));
-    assert!(place("In use") < place("worth their time") && place("worth their time") < place("measured as it"), "{text}");
-    // What all commands have in common stands there once; how many rungs each names is for the clock to say.
-    assert_eq!(text.matches("raywright render ball.scene.toml --size 16x12").count(), 1, "{text}");
-    // How many rungs are slower and worse is for the clock to say, too: their list is as long as it is.
+    let place = |words: &str| {
+        text.find(words)
+            .unwrap_or_else(|| panic!("no `{words}` in\n{text}"))
+    };
+    assert!(
+        place("In use") < place("worth their time")
+            && place("worth their time") < place("measured as it"),
+        "{text}"
+    );
+    // What all commands have in common stands there once; how many rungs each names is for the
+    // clock to say.
+    assert_eq!(
+        text.matches("raywright render ball.scene.toml --size 16x12")
+            .count(),
+        1,
+        "{text}"
+    );
+    // How many rungs are slower and worse is for the clock to say, too: their list is as long as it
+    // is.
     let is_list = |line: &str| line.starts_with("slower and worse than");
-    let figures = |line: &str| line.split(" --").next().filter(|_| !is_list(line)).map_or(0, |figures| figures.chars().count());
-    assert!(text.lines().all(|line| figures(line) <= 160 && !line.ends_with(' ')), "{text}");
+    let figures = |line: &str| {
+        line.split(" --")
+            .next()
+            .filter(|_| !is_list(line))
+            .map_or(0, |figures| figures.chars().count())
+    };
+    assert!(
+        text.lines()
+            .all(|line| figures(line) <= 160 && !line.ends_with(' ')),
+        "{text}"
+    );
 }
 
 /// Protects: a report fits the width that a terminal says it has.
@@ -73,44 +110,88 @@ fn every_rung_has_a_row() {
 fn reports_fit_the_terminal() {
     let desk = desk();
     for width in ["60", "80", "120"] {
-        let output = desk.command(&quick(&["-q"])).env("COLUMNS", width).output().expect("the program starts");
+        let output = desk
+            .command(&quick(&["-q"]))
+            .env("COLUMNS", width)
+            .output()
+            .expect("the program starts");
         let text = String::from_utf8_lossy(&output.stdout);
         let most = width.parse::<usize>().expect("a number");
         assert!(text.lines().count() > 30, "{text}");
         for line in text.lines() {
-            assert!(line.chars().count() <= most, "{} of {most}: {line}", line.chars().count());
+            assert!(
+                line.chars().count() <= most,
+                "{} of {most}: {line}",
+                line.chars().count()
+            );
         }
     }
 }
 
-/// Protects: JSON and CSV hold the same figures; and each setting on the frontier can be rendered with the flags that stand there.
+/// Protects: JSON and CSV hold the same figures; and each setting on the frontier can be rendered
+/// with the flags that stand there.
 #[test]
 fn files_hold_the_figures() {
     let desk = desk();
     let run = desk.run(&quick(&["--json", "-o", "a.csv", "-o", "b.json", "-q"]));
     run.exits_with(0).says("");
     let json: Value = serde_json::from_str(run.text()).expect("JSON");
-    let file: Value = serde_json::from_slice(&std::fs::read(desk.path("b.json")).expect("a file")).expect("JSON");
+    let file: Value =
+        serde_json::from_slice(&std::fs::read(desk.path("b.json")).expect("a file")).expect("JSON");
     assert_eq!(json, file);
-    assert_eq!((&json["format"], &json["scene"], &json["size"]), (&3.into(), &"ball.scene.toml".into(), &vec![16, 12].into()));
-    let list = |of: &str| json[of].as_array().cloned().unwrap_or_else(|| panic!("no {of}"));
-    let rungs = |of: &str| list(of).iter().map(|ladder| ladder["rungs"].as_array().map_or(0, Vec::len)).sum::<usize>();
-    let effects = json["costs"]["effects"].as_array().expect("effects").clone();
+    assert_eq!(
+        (&json["format"], &json["scene"], &json["size"]),
+        (&3.into(), &"ball.scene.toml".into(), &vec![16, 12].into())
+    );
+    let list = |of: &str| {
+        json[of]
+            .as_array()
+            .cloned()
+            .unwrap_or_else(|| panic!("no {of}"))
+    };
+    let rungs = |of: &str| {
+        list(of)
+            .iter()
+            .map(|ladder| ladder["rungs"].as_array().map_or(0, Vec::len))
+            .sum::<usize>()
+    };
+    let effects = json["costs"]["effects"]
+        .as_array()
+        .expect("effects")
+        .clone();
     let frontier = list("frontier");
     let csv = std::fs::read_to_string(desk.path("a.csv")).expect("a file");
     let lines: Vec<Vec<&str>> = csv.lines().map(|line| line.split(',').collect()).collect();
-    let rows =
-        rungs("ladders") + rungs("prices") + list("outputs").len() + effects.len() + frontier.len() + list("combinations").len();
+    let rows = rungs("ladders")
+        + rungs("prices")
+        + list("outputs").len()
+        + effects.len()
+        + frontier.len()
+        + list("combinations").len();
     assert_eq!(lines.len(), 2 + rows, "{csv}");
-    assert!(lines.iter().all(|line| line.len() == lines[0].len()), "{csv}");
+    assert!(
+        lines.iter().all(|line| line.len() == lines[0].len()),
+        "{csv}"
+    );
     let figure = |ladder: &str, rung: &str, column: &str| {
-        let line = lines.iter().find(|line| line[0] == ladder && line[1] == rung).expect("a line");
-        line[lines[0].iter().position(|name| *name == column).expect("a column")].parse::<f64>().ok()
+        let line = lines
+            .iter()
+            .find(|line| line[0] == ladder && line[1] == rung)
+            .expect("a line");
+        line[lines[0]
+            .iter()
+            .position(|name| *name == column)
+            .expect("a column")]
+        .parse::<f64>()
+        .ok()
     };
     let same = |ladder: &str, rung: &Value, columns: &[(&str, &Value)]| {
         for &(column, value) in columns {
             assert!(value.is_number(), "{rung}, {column}");
-            let (found, told) = (figure(ladder, rung.as_str().expect("a name"), column), value.as_f64().expect("a number"));
+            let (found, told) = (
+                figure(ladder, rung.as_str().expect("a name"), column),
+                value.as_f64().expect("a number"),
+            );
             // Whoever reads JSON may round the last digit another way.
             assert!(
                 found.is_some_and(|found| (found - told).abs() <= 1e-15 * told.abs()),
@@ -118,28 +199,61 @@ fn files_hold_the_figures() {
             );
         }
     };
-    let precision = list("ladders").into_iter().find(|ladder| ladder["ladder"] == "precision").expect("every scene reaches it");
+    let precision = list("ladders")
+        .into_iter()
+        .find(|ladder| ladder["ladder"] == "precision")
+        .expect("every scene reaches it");
     let robust = &precision["rungs"][0];
     let errors = &robust["measured"]["errors"];
-    same("precision", &robust["rung"], &[("rmse", &errors["rmse"]["value"]), ("relmse_high", &errors["relmse"]["high"])]);
-    same("own", &"".into(), &[("seconds", &json["own"]["seconds"]["value"]), ("rays", &json["own"]["rays"])]);
+    same(
+        "precision",
+        &robust["rung"],
+        &[
+            ("rmse", &errors["rmse"]["value"]),
+            ("relmse_high", &errors["relmse"]["high"]),
+        ],
+    );
+    same(
+        "own",
+        &"".into(),
+        &[
+            ("seconds", &json["own"]["seconds"]["value"]),
+            ("rays", &json["own"]["rays"]),
+        ],
+    );
     for ladder in list("prices") {
         for rung in ladder["rungs"].as_array().expect("rungs") {
             let paid = &rung["paid"];
-            let columns = [("preparing_seconds", &paid["preparing"]["median"]), ("geometry_bytes", &paid["geometry"])];
-            same(ladder["ladder"].as_str().expect("a name"), &rung["rung"], &columns);
+            let columns = [
+                ("preparing_seconds", &paid["preparing"]["median"]),
+                ("geometry_bytes", &paid["geometry"]),
+            ];
+            same(
+                ladder["ladder"].as_str().expect("a name"),
+                &rung["rung"],
+                &columns,
+            );
         }
     }
     for of in list("outputs") {
-        let columns = ["bytes_per_pixel", "rmse", "greatest", "flip", "clipped"].map(|column| (column, &of[column]));
+        let columns = ["bytes_per_pixel", "rmse", "greatest", "flip", "clipped"]
+            .map(|column| (column, &of[column]));
         same("output", &of["rung"], &columns);
     }
     for of in &effects {
-        let columns = [("seconds", &of["seconds_without"]["median"]), ("ratio", &of["ratio"]["median"]), ("rmse", &of["rmse"])];
+        let columns = [
+            ("seconds", &of["seconds_without"]["median"]),
+            ("ratio", &of["ratio"]["median"]),
+            ("rmse", &of["rmse"]),
+        ];
         same("effect", &of["effect"], &columns);
     }
     for candidate in &frontier {
-        let flags = candidate["flags"].as_array().expect("flags").iter().filter_map(Value::as_str);
+        let flags = candidate["flags"]
+            .as_array()
+            .expect("flags")
+            .iter()
+            .filter_map(Value::as_str);
         let words: Vec<&str> = ["render", "ball.scene.toml", "--size", "8x6", "-q"]
             .into_iter()
             .chain(flags.flat_map(str::split_whitespace))
@@ -148,8 +262,9 @@ fn files_hold_the_figures() {
     }
 }
 
-/// Protects: the page needs nothing from elsewhere, shows every rung with its picture and the error of it, gives each setting on the
-/// frontier as a command, and survives names with characters of its own; the plot is the page's.
+/// Protects: the page needs nothing from elsewhere, shows every rung with its picture and the error
+/// of it, gives each setting on the frontier as a command, and survives names with characters of
+/// its own; the plot is the page's.
 #[test]
 fn the_page_stands_alone() {
     let desk = Desk::new();
@@ -178,9 +293,19 @@ fn the_page_stands_alone() {
         assert!(!page.contains(from_elsewhere), "{from_elsewhere}");
     }
     // Ladders of 2, 2, 6, 4, 6, 3 and 2 rungs, one of each in use; the reference has no error.
-    let (renders, errors) = (page.matches("data-kind=\"render\"").count(), page.matches("data-kind=\"error\"").count());
-    assert_eq!((renders, errors), (1 + 1 + 1 + 1 + 5 + 3 + 5 + 2 + 1, 1 + 1 + 1 + 5 + 3 + 5 + 2 + 1));
-    // What changes no picture is priced, and each effect with what it adds; a table's rows have one width.
+    let (renders, errors) = (
+        page.matches("data-kind=\"render\"").count(),
+        page.matches("data-kind=\"error\"").count(),
+    );
+    assert_eq!(
+        (renders, errors),
+        (
+            1 + 1 + 1 + 1 + 5 + 3 + 5 + 2 + 1,
+            1 + 1 + 1 + 5 + 3 + 5 + 2 + 1
+        )
+    );
+    // What changes no picture is priced, and each effect with what it adds; a table's rows have one
+    // width.
     for words in [
         "<p class=\"answer\">In use: error ",
         "<h2>What changes no picture</h2>",
@@ -196,30 +321,76 @@ fn the_page_stands_alone() {
             || page.contains("raywright render 'a&amp;b&lt;c.scene.toml'")
     );
     let svg = std::fs::read_to_string(desk.path("a.svg")).expect("a plot");
-    assert!(svg.starts_with("<svg") && svg.contains(">worth their time, together<") && svg.contains("<title>--spp "));
-    assert_eq!(page.matches("What accuracy costs in time: ").count(), 2, "the title of the page and its heading");
+    assert!(
+        svg.starts_with("<svg")
+            && svg.contains(">worth their time, together<")
+            && svg.contains("<title>--spp ")
+    );
+    assert_eq!(
+        page.matches("What accuracy costs in time: ").count(),
+        2,
+        "the title of the page and its heading"
+    );
     assert!(!svg.contains("NaN") && !svg.contains("inf"));
 }
 
-/// Protects: a reference is kept in a file, and the next run takes it; a film of another kind or scene is refused with its name, and stays.
+/// Protects: a reference is kept in a file, and the next run takes it; a film of another kind or
+/// scene is refused with its name, and stays.
 #[test]
 fn a_reference_is_kept() {
     let desk = desk();
     let words = quick(&["--reference", "ball.film"]);
     let first = desk.run(&words);
     first.exits_with(0);
-    assert!(first.text().contains("\nreference: f64") && first.stderr.contains("ball.film"), "{}", first.stderr);
+    assert!(
+        first.text().contains("\nreference: f64") && first.stderr.contains("ball.film"),
+        "{}",
+        first.stderr
+    );
     let kept = std::fs::read(desk.path("ball.film")).expect("a file");
     let second = desk.run(&words);
     second.exits_with(0);
-    assert!(second.text().contains("\nreference (of an earlier run): f64"), "{}", second.text());
-    desk.write("other.scene.toml", SCENE.replace("radius = 1", "radius = 2"));
-    let other = ["accuracy", "other.scene.toml", "--size", "16x12", "--budget", "10min", "--reference", "ball.film"];
+    assert!(
+        second
+            .text()
+            .contains("\nreference (of an earlier run): f64"),
+        "{}",
+        second.text()
+    );
+    desk.write(
+        "other.scene.toml",
+        SCENE.replace("radius = 1", "radius = 2"),
+    );
+    let other = [
+        "accuracy",
+        "other.scene.toml",
+        "--size",
+        "16x12",
+        "--budget",
+        "10min",
+        "--reference",
+        "ball.film",
+    ];
     let run = desk.run(&other);
     run.exits_with(3);
-    assert!(run.stderr.contains("ball.film") && run.stderr.contains("the scene differs"), "{}", run.stderr);
+    assert!(
+        run.stderr.contains("ball.film") && run.stderr.contains("the scene differs"),
+        "{}",
+        run.stderr
+    );
     assert!(std::fs::read(desk.path("ball.film")).expect("a file") == kept);
-    desk.run(&["render", "ball.scene.toml", "--size", "8x6", "--spp", "8", "--checkpoint", "render.film", "-q"]).exits_with(0);
+    desk.run(&[
+        "render",
+        "ball.scene.toml",
+        "--size",
+        "8x6",
+        "--spp",
+        "8",
+        "--checkpoint",
+        "render.film",
+        "-q",
+    ])
+    .exits_with(0);
     let run = desk.run(&quick(&["--reference", "render.film"]));
     run.exits_with(3);
     assert!(run.stderr.contains("it is no reference"), "{}", run.stderr);
@@ -235,12 +406,28 @@ fn mistakes_are_said_at_once() {
         assert!(run.stderr.contains(said), "{}", run.stderr);
     };
     refused(&quick(&["-o", "a.txt"]), 2, ".json");
-    refused(&["accuracy", "ball.scene.toml", "--budget", "0s"], 2, "expected a time from 1s to 24h");
-    refused(&["accuracy", "ball.scene.toml", "--rounds", "1"], 2, "--rounds");
+    refused(
+        &["accuracy", "ball.scene.toml", "--budget", "0s"],
+        2,
+        "expected a time from 1s to 24h",
+    );
+    refused(
+        &["accuracy", "ball.scene.toml", "--rounds", "1"],
+        2,
+        "--rounds",
+    );
     refused(&["accuracy", "none.scene.toml"], 4, "none.scene.toml");
-    refused(&["accuracy", "ball.scene.toml", "-o", "a.csv", "-o", "a.csv"], 2, "twice");
+    refused(
+        &["accuracy", "ball.scene.toml", "-o", "a.csv", "-o", "a.csv"],
+        2,
+        "twice",
+    );
     refused(&["accuracy", "preset:none"], 2, "none");
-    refused(&quick(&["--max-memory", "1K"]), 5, "raise the limit with --max-memory");
+    refused(
+        &quick(&["--max-memory", "1K"]),
+        5,
+        "raise the limit with --max-memory",
+    );
 }
 
 /// A rough ball of glass on a floor, with more samples than there is time for.
@@ -256,39 +443,89 @@ objects = [
 ]
 "#;
 
-/// Protects: a budget that is too small for everything, on all but the fastest machines, gives a report all the same, with the scene's own
-/// picture and rungs of the ladder that says most. That the time ends it is tested by a clock that can be set.
+/// Protects: a budget that is too small for everything, on all but the fastest machines, gives a
+/// report all the same, with the scene's own picture and rungs of the ladder that says most. That
+/// the time ends it is tested by a clock that can be set.
 #[test]
 fn a_short_budget_is_kept_and_gives_a_report() {
     let desk = Desk::new();
     desk.write("slow.scene.toml", SLOW);
     let effort = ["--size", "16x12", "--budget", "8s", "--threads", "1"];
-    let run = desk.run(&[&["accuracy", "slow.scene.toml"], &effort[..], &["-o", "a.json", "-q"]].concat());
+    let run = desk.run(
+        &[
+            &["accuracy", "slow.scene.toml"],
+            &effort[..],
+            &["-o", "a.json", "-q"],
+        ]
+        .concat(),
+    );
     run.exits_with(0);
-    let report: Value = serde_json::from_slice(&std::fs::read(desk.path("a.json")).expect("a report")).expect("JSON");
+    let report: Value =
+        serde_json::from_slice(&std::fs::read(desk.path("a.json")).expect("a report"))
+            .expect("JSON");
     let samples = &report["ladders"][0];
     assert_eq!(samples["ladder"], "samples");
-    let known = samples["rungs"].as_array().expect("rungs").iter().filter(|rung| !rung["measured"].is_null()).count();
-    assert!(known >= 1 && report["own"]["renders"].as_u64() >= Some(1), "{}", run.text());
+    let known = samples["rungs"]
+        .as_array()
+        .expect("rungs")
+        .iter()
+        .filter(|rung| !rung["measured"].is_null())
+        .count();
+    assert!(
+        known >= 1 && report["own"]["renders"].as_u64() >= Some(1),
+        "{}",
+        run.text()
+    );
 }
 
-/// Protects: Ctrl-C ends a measurement with what it has: printed, and in a file whose name says that it is a part.
+/// Protects: Ctrl-C ends a measurement with what it has: printed, and in a file whose name says
+/// that it is a part.
 #[cfg(unix)]
 #[test]
 fn an_interrupted_measurement_keeps_what_it_has() {
     let desk = desk();
-    let words = ["accuracy", "ball.scene.toml", "--size", "128x96", "--budget", "60s", "-o", "a.json"];
-    let mut child = desk.command(&words).stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().expect("the program starts");
-    let mut said = BufReader::new(child.stderr.take().expect("a pipe")).lines().map_while(Result::ok);
-    let is_of_a_setting = |line: String| line.contains('=') || line.contains("as it is") || line.contains("more tiles");
+    let words = [
+        "accuracy",
+        "ball.scene.toml",
+        "--size",
+        "128x96",
+        "--budget",
+        "60s",
+        "-o",
+        "a.json",
+    ];
+    let mut child = desk
+        .command(&words)
+        .stdout(Stdio::piped())
+        .stderr(Stdio::piped())
+        .spawn()
+        .expect("the program starts");
+    let mut said = BufReader::new(child.stderr.take().expect("a pipe"))
+        .lines()
+        .map_while(Result::ok);
+    let is_of_a_setting = |line: String| {
+        line.contains('=') || line.contains("as it is") || line.contains("more tiles")
+    };
     assert!(said.any(is_of_a_setting), "it comes to the settings");
     std::thread::sleep(Duration::from_millis(1500));
-    assert!(Command::new("kill").args(["-INT", &child.id().to_string()]).status().expect("kill runs").success());
+    assert!(
+        Command::new("kill")
+            .args(["-INT", &child.id().to_string()])
+            .status()
+            .expect("kill runs")
+            .success()
+    );
     let rest: Vec<String> = said.collect();
     let output = child.wait_with_output().expect("it ends");
     assert_eq!(output.status.code(), Some(130), "{rest:?}");
-    assert_eq!(desk.names(), ["a.partial.json", "ball.scene.toml"], "{rest:?}");
-    let report: Value = serde_json::from_slice(&std::fs::read(desk.path("a.partial.json")).expect("a report")).expect("JSON");
+    assert_eq!(
+        desk.names(),
+        ["a.partial.json", "ball.scene.toml"],
+        "{rest:?}"
+    );
+    let report: Value =
+        serde_json::from_slice(&std::fs::read(desk.path("a.partial.json")).expect("a report"))
+            .expect("JSON");
     assert!(report["own"]["renders"].as_u64() >= Some(1) && report["cut_short"] == true);
     assert!(String::from_utf8_lossy(&output.stdout).contains("as it is"));
 }

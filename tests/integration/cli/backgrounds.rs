@@ -1,4 +1,5 @@
-//! `--background`: colours that have exactly their codes, coverage, and shadows as coverage. `--backdrop`: what the studio has behind models.
+//! `--background`: colours that have exactly their codes, coverage, and shadows as coverage.
+//! `--backdrop`: what the studio has behind models.
 
 use raywright::core::picture::Picture;
 
@@ -20,105 +21,205 @@ pub fn block() -> Desk {
 #[track_caller]
 fn render(desk: &Desk, more: &str) {
     let line = format!("render b.obj --view 30,30 -s 48x36 --spp 16 --zoom 0.6 -q {more}");
-    desk.run(&line.split_whitespace().collect::<Vec<_>>()).exits_with(0);
+    desk.run(&line.split_whitespace().collect::<Vec<_>>())
+        .exits_with(0);
 }
 
 /// Codes of display values.
 fn codes(picture: &Picture) -> Vec<[u8; 3]> {
-    picture.rgb.iter().map(|rgb| rgb.map(|value| (255.0 * value).round() as u8)).collect()
+    picture
+        .rgb
+        .iter()
+        .map(|rgb| rgb.map(|value| (255.0 * value).round() as u8))
+        .collect()
 }
 
 /// Largest difference of codes.
 fn apart(a: &[[u8; 3]], b: &[[u8; 3]]) -> u8 {
-    a.iter().flatten().zip(b.iter().flatten()).map(|(a, b)| a.abs_diff(*b)).max().unwrap_or(0)
+    a.iter()
+        .flatten()
+        .zip(b.iter().flatten())
+        .map(|(a, b)| a.abs_diff(*b))
+        .max()
+        .unwrap_or(0)
 }
 
-/// Protects: a colour has exactly its codes where nothing is before it, in each format that has codes, whatever exposure, tone map and curve are,
-/// denoised or not; an OpenEXR file has its linear value there, and no coverage.
+/// Protects: a colour has exactly its codes where nothing is before it, in each format that has
+/// codes, whatever exposure, tone map and curve are, denoised or not; an OpenEXR file has its
+/// linear value there, and no coverage.
 #[test]
 fn a_colour_has_exactly_its_codes() {
     let desk = block();
-    for (colour, expected) in [("white", [255; 3]), ("black", [0; 3]), ("#e6b219", [230, 178, 25])] {
-        for more in ["", "--exposure 3 --tonemap aces", "--gamma 2.2 --tonemap agx --exposure -2", "--denoise", "--ground none"] {
-            render(&desk, &format!("--background {colour} -o a.png -o a.webp -o a.exr {more}"));
+    for (colour, expected) in [
+        ("white", [255; 3]),
+        ("black", [0; 3]),
+        ("#e6b219", [230, 178, 25]),
+    ] {
+        for more in [
+            "",
+            "--exposure 3 --tonemap aces",
+            "--gamma 2.2 --tonemap agx --exposure -2",
+            "--denoise",
+            "--ground none",
+        ] {
+            render(
+                &desk,
+                &format!("--background {colour} -o a.png -o a.webp -o a.exr {more}"),
+            );
             for name in ["a.png", "a.webp"] {
                 let picture = desk.picture(name);
-                assert_eq!((picture.alpha.as_ref(), codes(&picture)[0]), (None, expected), "{name} {colour} {more}");
+                assert_eq!(
+                    (picture.alpha.as_ref(), codes(&picture)[0]),
+                    (None, expected),
+                    "{name} {colour} {more}"
+                );
             }
             let (exr, code) = (desk.picture("a.exr"), f64::from(expected[1]) / 255.0);
-            let linear = raywright::core::display::curve::decode(raywright::core::scene::TransferCurve::Srgb, code);
-            assert!(exr.alpha.is_none() && (f64::from(exr.rgb[0][1]) - linear).abs() < 1e-6, "{colour} {more}: {:?}", exr.rgb[0]);
+            let linear = raywright::core::display::curve::decode(
+                raywright::core::scene::TransferCurve::Srgb,
+                code,
+            );
+            assert!(
+                exr.alpha.is_none() && (f64::from(exr.rgb[0][1]) - linear).abs() < 1e-6,
+                "{colour} {more}: {:?}",
+                exr.rgb[0]
+            );
         }
     }
     render(&desk, "--background white -o a.jpg --quality 100");
     assert_eq!(codes(&desk.picture("a.jpg"))[0], [255; 3]);
     render(&desk, "--background #e6b219 --rung output=16-bit -o a.png");
-    let [r, g, b] = desk.picture("a.png").rgb[0].map(|value| (65535.0 * f64::from(value)).round() as u32);
+    let [r, g, b] =
+        desk.picture("a.png").rgb[0].map(|value| (65535.0 * f64::from(value)).round() as u32);
     assert_eq!([r, g, b], [230, 178, 25].map(|code| 257 * code));
 }
 
-/// Protects: a page that lays a transparent picture over its colour shows what a background of that colour shows, within two codes, shadow and
-/// edges included, from PNG and WebP; the linear numbers of an OpenEXR file, premultiplied, give the linear picture of a colour.
+/// Protects: a page that lays a transparent picture over its colour shows what a background of that
+/// colour shows, within two codes, shadow and edges included, from PNG and WebP; the linear numbers
+/// of an OpenEXR file, premultiplied, give the linear picture of a colour.
 #[test]
 fn pages_show_what_backgrounds_show() {
     let desk = block();
-    render(&desk, "--background transparent -o clear.png -o clear.webp -o clear.exr");
+    render(
+        &desk,
+        "--background transparent -o clear.png -o clear.webp -o clear.exr",
+    );
     let exr = desk.picture("clear.exr");
     let alpha = exr.alpha.clone().expect("coverage");
-    let is_shadow = |pixel: usize| exr.rgb[pixel] == [0.0; 3] && (0.05..0.95).contains(&alpha[pixel]);
-    assert!((0..alpha.len()).filter(|&pixel| is_shadow(pixel)).count() > 100, "the ground has a shadow");
+    let is_shadow =
+        |pixel: usize| exr.rgb[pixel] == [0.0; 3] && (0.05..0.95).contains(&alpha[pixel]);
+    assert!(
+        (0..alpha.len()).filter(|&pixel| is_shadow(pixel)).count() > 100,
+        "the ground has a shadow"
+    );
     assert!(alpha.contains(&0.0) && alpha.contains(&1.0));
-    for (page, code) in [("white", [255_u8; 3]), ("#808080", [128; 3]), ("#e6193c", [230, 25, 60])] {
-        render(&desk, &format!("--background {page} -o direct.png -o direct.exr"));
+    for (page, code) in [
+        ("white", [255_u8; 3]),
+        ("#808080", [128; 3]),
+        ("#e6193c", [230, 25, 60]),
+    ] {
+        render(
+            &desk,
+            &format!("--background {page} -o direct.png -o direct.exr"),
+        );
         let direct = codes(&desk.picture("direct.png"));
         for name in ["clear.png", "clear.webp"] {
             let clear = desk.picture(name);
             let over = |(rgb, &alpha): (&[f32; 3], &f32)| {
-                core::array::from_fn(|i| (255.0 * alpha * rgb[i] + (1.0 - alpha) * f32::from(code[i])).round() as u8)
+                core::array::from_fn(|i| {
+                    (255.0 * alpha * rgb[i] + (1.0 - alpha) * f32::from(code[i])).round() as u8
+                })
             };
-            let laid: Vec<[u8; 3]> = clear.rgb.iter().zip(clear.alpha.iter().flatten()).map(over).collect();
-            assert!(apart(&laid, &direct) <= 2, "{name} on {page}: {}", apart(&laid, &direct));
+            let laid: Vec<[u8; 3]> = clear
+                .rgb
+                .iter()
+                .zip(clear.alpha.iter().flatten())
+                .map(over)
+                .collect();
+            assert!(
+                apart(&laid, &direct) <= 2,
+                "{name} on {page}: {}",
+                apart(&laid, &direct)
+            );
         }
         let linear = desk.picture("direct.exr");
         let over = exr.over(linear.rgb[0].map(f64::from));
-        let apart = over.rgb.iter().flatten().zip(linear.rgb.iter().flatten()).map(|(a, b)| (a - b).abs()).fold(0.0, f32::max);
+        let apart = over
+            .rgb
+            .iter()
+            .flatten()
+            .zip(linear.rgb.iter().flatten())
+            .map(|(a, b)| (a - b).abs())
+            .fold(0.0, f32::max);
         assert!(apart < 1e-6, "{page}: {apart}");
     }
 }
 
-/// Protects: a film knows its background and its shadows: gone on with, in parts that are merged, and denoised later it gives the picture of one
-/// run; a sheet, a film of moments and a picture of one pixel have the colour too.
+/// Protects: a film knows its background and its shadows: gone on with, in parts that are merged,
+/// and denoised later it gives the picture of one run; a sheet, a film of moments and a picture of
+/// one pixel have the colour too.
 #[test]
 fn films_know_their_background() {
     let desk = block();
     render(&desk, "--background #e6b219 -o whole.png -o whole.exr");
     for part in ["1/2", "2/2"] {
-        render(&desk, &format!("--background #e6b219 --part {part} --checkpoint {}.film", &part[..1]));
+        render(
+            &desk,
+            &format!(
+                "--background #e6b219 --part {part} --checkpoint {}.film",
+                &part[..1]
+            ),
+        );
     }
-    desk.run(&["merge", "1.film", "2.film", "-o", "merged.png", "-q"]).exits_with(0);
+    desk.run(&["merge", "1.film", "2.film", "-o", "merged.png", "-q"])
+        .exits_with(0);
     assert!(desk.picture("merged.png") == desk.picture("whole.png"));
-    render(&desk, "--background #e6b219 --spp 16 --denoise -o denoised.png --checkpoint d.film");
-    desk.run(&["denoise", "d.film", "-o", "later.png", "-q"]).exits_with(0);
+    render(
+        &desk,
+        "--background #e6b219 --spp 16 --denoise -o denoised.png --checkpoint d.film",
+    );
+    desk.run(&["denoise", "d.film", "-o", "later.png", "-q"])
+        .exits_with(0);
     assert!(desk.picture("later.png") == desk.picture("denoised.png"));
     // Another colour before the same film is another picture of the same samples.
-    render(&desk, "--background white --spp 16 --denoise --resume d.film -o white.png");
+    render(
+        &desk,
+        "--background white --spp 16 --denoise --resume d.film -o white.png",
+    );
     assert_eq!(codes(&desk.picture("white.png"))[0], [255; 3]);
     let views = "b.obj --views front,left -s 48x36 --spp 4 --background #e6b219 --sheet s.png -q";
-    desk.run(&views.split(' ').collect::<Vec<_>>()).exits_with(0);
-    assert!(codes(&desk.picture("s.png")).iter().filter(|&&code| code == [230, 178, 25]).count() > 200);
-    render(&desk, "--background #e6b219 -s 1x1 --zoom 0.01 --allow-empty -o one.png");
+    desk.run(&views.split(' ').collect::<Vec<_>>())
+        .exits_with(0);
+    assert!(
+        codes(&desk.picture("s.png"))
+            .iter()
+            .filter(|&&code| code == [230, 178, 25])
+            .count()
+            > 200
+    );
+    render(
+        &desk,
+        "--background #e6b219 -s 1x1 --zoom 0.01 --allow-empty -o one.png",
+    );
     assert_eq!(codes(&desk.picture("one.png")), [[230, 178, 25]]);
 }
 
-/// Protects: a denoised shadow is smoother than a noisy one, by coverage as by colour: far from edges its pixels differ less from their neighbours.
+/// Protects: a denoised shadow is smoother than a noisy one, by coverage as by colour: far from
+/// edges its pixels differ less from their neighbours.
 #[test]
 fn shadows_are_denoised() {
     let desk = block();
     let rough = |more: &str| {
         render(&desk, &format!("--background transparent -o a.png {more}"));
         let alpha = desk.picture("a.png").alpha.expect("coverage");
-        let is_shadow = |pixel: &usize| alpha[pixel - 1..pixel + 2].iter().all(|alpha| (0.02..0.9).contains(alpha));
-        let steps = (1..alpha.len() - 1).filter(is_shadow).map(|pixel| f64::from(alpha[pixel] - alpha[pixel - 1]).abs());
+        let is_shadow = |pixel: &usize| {
+            alpha[pixel - 1..pixel + 2]
+                .iter()
+                .all(|alpha| (0.02..0.9).contains(alpha))
+        };
+        let steps = (1..alpha.len() - 1)
+            .filter(is_shadow)
+            .map(|pixel| f64::from(alpha[pixel] - alpha[pixel - 1]).abs());
         let (sum, count) = steps.fold((0.0, 0), |(sum, count), step| (sum + step, count + 1));
         assert!(count > 50, "{count}");
         sum / f64::from(count)
@@ -127,21 +228,30 @@ fn shadows_are_denoised() {
     assert!(denoised < 0.6 * noisy, "{denoised} {noisy}");
 }
 
-/// Protects: all pictures of a run have one backdrop, which its first model decides, or the flag does; a picture alone has the one that sets it off,
-/// and what a run's others have is that of no other camera or moment.
+/// Protects: all pictures of a run have one backdrop, which its first model decides, or the flag
+/// does; a picture alone has the one that sets it off, and what a run's others have is that of no
+/// other camera or moment.
 #[test]
 fn runs_have_one_backdrop() {
     let desk = block();
     for (name, grey) in [("bright", 0.9), ("dark", 0.02)] {
-        desk.write(format!("{name}.obj"), BLOCK.replace("b.mtl", &format!("{name}.mtl")));
-        desk.write(format!("{name}.mtl"), format!("newmtl m\nKd {grey} {grey} {grey}\n"));
+        desk.write(
+            format!("{name}.obj"),
+            BLOCK.replace("b.mtl", &format!("{name}.mtl")),
+        );
+        desk.write(
+            format!("{name}.mtl"),
+            format!("newmtl m\nKd {grey} {grey} {grey}\n"),
+        );
     }
     let corners = |words: &str| {
         let count = words.matches(".obj").count();
         let name = if count == 1 { "0.png" } else { "%d.png" };
         let line = format!("{words} -s 32x24 --spp 4 --ground none -o {name} -q");
         desk.run(&line.split(' ').collect::<Vec<_>>()).exits_with(0);
-        (0..count).map(|i| codes(&desk.picture(&format!("{i}.png")))[0][0]).collect::<Vec<_>>()
+        (0..count)
+            .map(|i| codes(&desk.picture(&format!("{i}.png")))[0][0])
+            .collect::<Vec<_>>()
     };
     let [bright, dark] = ["bright.obj", "dark.obj"].map(|name| corners(name)[0]);
     assert!(dark > bright + 50, "{dark} {bright}");
@@ -150,5 +260,7 @@ fn runs_have_one_backdrop() {
     assert_eq!(corners("bright.obj dark.obj --backdrop light"), [dark; 2]);
     assert_eq!(corners("dark.obj bright.obj --backdrop dark"), [bright; 2]);
     assert_eq!(corners("dark.obj bright.obj --backdrop auto"), [dark; 2]);
-    desk.run(&["render", "dark.obj", "--backdrop", "grey"]).exits_with(2).says_like("auto, dark or light");
+    desk.run(&["render", "dark.obj", "--backdrop", "grey"])
+        .exits_with(2)
+        .says_like("auto, dark or light");
 }

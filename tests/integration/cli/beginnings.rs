@@ -1,5 +1,5 @@
-//! The time before there is a picture: memory that nobody asked about beforehand, threads that the system does not give, and ends that come
-//! while a scene is read.
+//! The time before there is a picture: memory that nobody asked about beforehand, threads that the
+//! system does not give, and ends that come while a scene is read.
 
 use std::process::{Child, Command, Output, Stdio};
 
@@ -12,11 +12,15 @@ fn many(count: usize, one: impl Fn(usize) -> String) -> String {
     (0..count).map(one).collect()
 }
 
-/// Runs the program with addresses for so many kibibytes; none where the system does not limit them.
+/// Runs the program with addresses for so many kibibytes; none where the system does not limit
+/// them.
 #[cfg(unix)]
 fn within(desk: &Desk, kibibytes: usize, words: &str) -> Option<Output> {
     let script = format!("ulimit -v {kibibytes} || exit 77; exec \"$0\" {words}");
-    let run = Command::new("sh").args(["-c", &script, env!("CARGO_BIN_EXE_raywright")]).current_dir(desk.path("")).output();
+    let run = Command::new("sh")
+        .args(["-c", &script, env!("CARGO_BIN_EXE_raywright")])
+        .current_dir(desk.path(""))
+        .output();
     let run = run.expect("a shell");
     if run.status.code() == Some(77) {
         eprintln!("skipped: the system limits no memory");
@@ -25,8 +29,9 @@ fn within(desk: &Desk, kibibytes: usize, words: &str) -> Option<Output> {
     Some(run)
 }
 
-/// Protects: whatever a file has very many of, used or not, counts against `--max-memory`: materials, objects, generators, lights, cameras,
-/// parameters, images, textures and names, in each notation and format, and the end is one message and the code of limits.
+/// Protects: whatever a file has very many of, used or not, counts against `--max-memory`:
+/// materials, objects, generators, lights, cameras, parameters, images, textures and names, in each
+/// notation and format, and the end is one message and the code of limits.
 #[test]
 fn lists_of_every_kind_are_counted() {
     const COUNT: usize = 40_000;
@@ -34,8 +39,19 @@ fn lists_of_every_kind_are_counted() {
     let paint = "[[materials]]\nname = \"m\"\nmodel.physical = {}\n";
     let camera = "pose.look_at = { eye = [0, 0, 5], target = [0, 0, 0] }\nprojection.pinhole = { vertical_fov = 40 }\n";
     let scenes = [
-        ("materials", many(COUNT, |i| format!("[[materials]]\nname = \"m{i}\"\nmodel.physical = {{}}\n"))),
-        ("objects", paint.to_owned() + &many(COUNT, |i| format!("[[objects]]\nname = \"o{i}\"\nmaterial = \"m\"\n{ball}\n"))),
+        (
+            "materials",
+            many(COUNT, |i| {
+                format!("[[materials]]\nname = \"m{i}\"\nmodel.physical = {{}}\n")
+            }),
+        ),
+        (
+            "objects",
+            paint.to_owned()
+                + &many(COUNT, |i| {
+                    format!("[[objects]]\nname = \"o{i}\"\nmaterial = \"m\"\n{ball}\n")
+                }),
+        ),
         (
             "generators",
             paint.to_owned()
@@ -45,28 +61,72 @@ fn lists_of_every_kind_are_counted() {
                     )
                 }),
         ),
-        ("lights", many(COUNT, |_| "[[lights]]\nkind.point.position = [0, 9, 0]\ncolour = 1\n".to_owned())),
-        ("cameras", many(COUNT, |i| format!("[[cameras]]\nname = \"c{i}\"\n{camera}"))),
-        ("parameters", "[parameters]\n".to_owned() + &many(4 * COUNT, |i| format!("p{i} = {i}\n"))),
-        ("textures", many(COUNT, |i| format!("[[textures]]\nname = \"t{i}\"\nimage = \"a\"\n"))),
+        (
+            "lights",
+            many(COUNT, |_| {
+                "[[lights]]\nkind.point.position = [0, 9, 0]\ncolour = 1\n".to_owned()
+            }),
+        ),
+        (
+            "cameras",
+            many(COUNT, |i| format!("[[cameras]]\nname = \"c{i}\"\n{camera}")),
+        ),
+        (
+            "parameters",
+            "[parameters]\n".to_owned() + &many(4 * COUNT, |i| format!("p{i} = {i}\n")),
+        ),
+        (
+            "textures",
+            many(COUNT, |i| {
+                format!("[[textures]]\nname = \"t{i}\"\nimage = \"a\"\n")
+            }),
+        ),
         ("title", format!("title = \"{}\"\n", "x".repeat(20 << 20))),
     ];
     let desk = Desk::new();
     for (kind, text) in scenes {
         desk.write(format!("{kind}.scene.toml"), format!("format = 1\n{text}"));
     }
-    let materials: Vec<_> = (0..COUNT).map(|i| json!({ "name": format!("m{i}"), "model": { "physical": {} } })).collect();
-    desk.write("json.scene.json", json!({ "format": 1, "materials": materials }).to_string());
+    let materials: Vec<_> = (0..COUNT)
+        .map(|i| json!({ "name": format!("m{i}"), "model": { "physical": {} } }))
+        .collect();
+    desk.write(
+        "json.scene.json",
+        json!({ "format": 1, "materials": materials }).to_string(),
+    );
     let nodes = vec![json!({ "name": "n" }); COUNT];
     let document = json!({ "asset": { "version": "2.0" }, "nodes": nodes, "materials": vec![json!({}); COUNT] });
     desk.write("model.gltf", document.to_string());
     desk.write("paint.mtl", many(3 * COUNT, |i| format!("newmtl m{i}\n")));
-    desk.write("model.obj", "mtllib paint.mtl\nv 0 0 0\nv 1 0 0\nv 0 1 0\nusemtl m1\nf 1 2 3\n");
+    desk.write(
+        "model.obj",
+        "mtllib paint.mtl\nv 0 0 0\nv 1 0 0\nv 0 1 0\nusemtl m1\nf 1 2 3\n",
+    );
     for name in desk.names().iter().filter(|name| !name.ends_with(".mtl")) {
-        let run = desk.run(&["render", name, "--max-memory", "1M", "-s", "8x8", "--spp", "1", "-o", "a.png"]);
+        let run = desk.run(&[
+            "render",
+            name,
+            "--max-memory",
+            "1M",
+            "-s",
+            "8x8",
+            "--spp",
+            "1",
+            "-o",
+            "a.png",
+        ]);
         assert_eq!(run.code, Some(5), "{name}: {}", run.stderr);
-        assert!(run.stderr.starts_with(&format!("error: {name}")), "{name}: {}", run.stderr);
-        assert_eq!(run.stderr.matches("error").count(), 1, "{name}: {}", run.stderr);
+        assert!(
+            run.stderr.starts_with(&format!("error: {name}")),
+            "{name}: {}",
+            run.stderr
+        );
+        assert_eq!(
+            run.stderr.matches("error").count(),
+            1,
+            "{name}: {}",
+            run.stderr
+        );
         assert!(run.stderr.lines().count() <= 2, "{name}: {}", run.stderr);
     }
     assert!(!desk.path("a.png").exists());
@@ -85,20 +145,33 @@ fn framing_takes_little_memory() {
              object = {{ shape.sphere = {{ centre = [0, 0, 0], radius = 0.01 }}, material = \"m\" }}\n"
         ),
     );
-    let run = within(&desk, 200_000, "render many.scene.toml --threads 1 --max-memory 60M -s 8x8 --spp 1 -o a.png");
+    let run = within(
+        &desk,
+        200_000,
+        "render many.scene.toml --threads 1 --max-memory 60M -s 8x8 --spp 1 -o a.png",
+    );
     let Some(run) = run else { return };
-    assert!(run.status.success(), "{}", String::from_utf8_lossy(&run.stderr));
+    assert!(
+        run.status.success(),
+        "{}",
+        String::from_utf8_lossy(&run.stderr)
+    );
 }
 
-/// Protects: memory that runs out anywhere while a scene is read, and threads that the system does not give, are one message and the code of
-/// limits, and no abort.
+/// Protects: memory that runs out anywhere while a scene is read, and threads that the system does
+/// not give, are one message and the code of limits, and no abort.
 #[cfg(unix)]
 #[test]
 fn what_the_system_refuses_is_told() {
     let desk = Desk::new();
     desk.write(
         "a.scene.toml",
-        format!("format = 1\n{}", many(60_000, |i| format!("[[materials]]\nname = \"m{i}\"\nmodel.physical = {{}}\n"))),
+        format!(
+            "format = 1\n{}",
+            many(60_000, |i| format!(
+                "[[materials]]\nname = \"m{i}\"\nmodel.physical = {{}}\n"
+            ))
+        ),
     );
     for (kibibytes, words, said) in [
         (
@@ -106,13 +179,26 @@ fn what_the_system_refuses_is_told() {
             "render a.scene.toml --threads 1 --max-memory 99G -s 8x8 -o a.png",
             "a.scene.toml: loading and preparing it takes more memory than the system gives\n",
         ),
-        (200_000, "info a.scene.toml", "a.scene.toml: loading and preparing it takes more memory than the system gives\n"),
-        (400_000, "render --threads 1000 -s 8x8 -o a.png", "cannot start the threads: "),
+        (
+            200_000,
+            "info a.scene.toml",
+            "a.scene.toml: loading and preparing it takes more memory than the system gives\n",
+        ),
+        (
+            400_000,
+            "render --threads 1000 -s 8x8 -o a.png",
+            "cannot start the threads: ",
+        ),
     ] {
-        let Some(run) = within(&desk, kibibytes, words) else { return };
+        let Some(run) = within(&desk, kibibytes, words) else {
+            return;
+        };
         let text = String::from_utf8_lossy(&run.stderr);
         assert_eq!(run.status.code(), Some(5), "{words}: {text}");
-        assert!(text.starts_with(&format!("error: {said}")) && text.lines().count() == 2, "{words}: {text}");
+        assert!(
+            text.starts_with(&format!("error: {said}")) && text.lines().count() == 2,
+            "{words}: {text}"
+        );
     }
     assert_eq!(desk.names(), ["a.scene.toml"]);
 }
@@ -120,7 +206,11 @@ fn what_the_system_refuses_is_told() {
 /// A run that waits for a scene that never comes to its end.
 fn waiting(desk: &Desk, words: &[&str]) -> Child {
     let words = [&["render", "-", "-s", "8x8"], words].concat();
-    desk.command(&words).stdin(Stdio::piped()).stderr(Stdio::piped()).spawn().expect("starts")
+    desk.command(&words)
+        .stdin(Stdio::piped())
+        .stderr(Stdio::piped())
+        .spawn()
+        .expect("starts")
 }
 
 /// Waits until a run handles Ctrl-C; before that the signal ends it by itself.
@@ -129,7 +219,9 @@ fn wait_for_handler(child: &Child) {
     const INTERRUPT: u64 = 1 << 1;
     let handles = || {
         let status = std::fs::read_to_string(format!("/proc/{}/status", child.id())).ok()?;
-        let mask = status.lines().find_map(|line| line.strip_prefix("SigCgt:"))?;
+        let mask = status
+            .lines()
+            .find_map(|line| line.strip_prefix("SigCgt:"))?;
         Some(u64::from_str_radix(mask.trim(), 16).expect("a mask of signals") & INTERRUPT != 0)
     };
     let pause = |milliseconds| std::thread::sleep(std::time::Duration::from_millis(milliseconds));
@@ -142,38 +234,61 @@ fn wait_for_handler(child: &Child) {
     }
 }
 
-/// Protects: the first Ctrl-C ends a run that is still reading, with its code and words, whatever keeps it from asking whether to go on.
+/// Protects: the first Ctrl-C ends a run that is still reading, with its code and words, whatever
+/// keeps it from asking whether to go on.
 #[cfg(unix)]
 #[test]
 fn reading_is_interrupted() {
     let desk = Desk::new();
-    for words in [&[][..], &["--threads", "2"], &["--views", "front,top", "--sheet", "a.png"]] {
+    for words in [
+        &[][..],
+        &["--threads", "2"],
+        &["--views", "front,top", "--sheet", "a.png"],
+    ] {
         let mut child = waiting(&desk, words);
         let standard_input = child.stdin.take();
         wait_for_handler(&child);
-        let kill = Command::new("kill").args(["-INT", &child.id().to_string()]).status().expect("kill runs");
+        let kill = Command::new("kill")
+            .args(["-INT", &child.id().to_string()])
+            .status()
+            .expect("kill runs");
         assert!(kill.success());
         let run = child.wait_with_output().expect("ends");
         drop(standard_input);
         let text = String::from_utf8_lossy(&run.stderr);
-        assert_eq!((run.status.code(), text.as_ref()), (Some(130), "error: interrupted; nothing was written\n"), "{words:?}");
+        assert_eq!(
+            (run.status.code(), text.as_ref()),
+            (Some(130), "error: interrupted; nothing was written\n"),
+            "{words:?}"
+        );
         assert!(desk.names().is_empty());
     }
 }
 
-/// Protects: a run waits for its scene for as long as its budget says, and not for the least that a budget may be.
+/// Protects: a run waits for its scene for as long as its budget says, and not for the least that a
+/// budget may be.
 #[test]
 fn reading_has_all_of_the_budget() {
     use std::io::Write as _;
     let desk = Desk::new();
     let mut child = waiting(&desk, &["--budget", "1h", "--spp", "1", "-o", "a.png"]);
     std::thread::sleep(std::time::Duration::from_millis(1500));
-    let written = child.stdin.take().expect("piped").write_all(b"format = 1\nsky.constant = 0.5\n");
+    let written = child
+        .stdin
+        .take()
+        .expect("piped")
+        .write_all(b"format = 1\nsky.constant = 0.5\n");
     let run = child.wait_with_output().expect("ends");
-    assert_eq!((run.status.code(), written.is_ok()), (Some(0), true), "{}", String::from_utf8_lossy(&run.stderr));
+    assert_eq!(
+        (run.status.code(), written.is_ok()),
+        (Some(0), true),
+        "{}",
+        String::from_utf8_lossy(&run.stderr)
+    );
 }
 
-/// Protects: a budget ends a run that has no picture to begin, with one message and the code of limits.
+/// Protects: a budget ends a run that has no picture to begin, with one message and the code of
+/// limits.
 #[test]
 fn reading_ends_with_the_budget() {
     let desk = Desk::new();

@@ -1,4 +1,5 @@
-//! `bench`: what its table, JSON, Markdown and plot say, and which mistakes it knows. No figure is judged by its size.
+//! `bench`: what its table, JSON, Markdown and plot say, and which mistakes it knows. No figure is
+//! judged by its size.
 
 use serde_json::Value;
 
@@ -17,7 +18,21 @@ objects = [
 
 /// A quick run: every row is measured, if badly.
 fn quick(more: &[&'static str]) -> Vec<&'static str> {
-    [&["bench", "--max-n", "20", "--repeats", "2", "--seconds", "0.01", "--shape", "spheres"], more].concat()
+    [
+        &[
+            "bench",
+            "--max-n",
+            "20",
+            "--repeats",
+            "2",
+            "--seconds",
+            "0.01",
+            "--shape",
+            "spheres",
+        ],
+        more,
+    ]
+    .concat()
 }
 
 /// Protects: the table has a row for every N and says how it was measured and what it found.
@@ -27,11 +42,21 @@ fn table_has_a_row_for_each_size() {
     let run = desk.run(&quick(&[]));
     run.exits_with(0).says("");
     let text = run.text();
-    for words in ["thread", "median of 2 interleaved repeats", "\nSpheres\n", "scan, ns/ray", "scan : tree", "tree"] {
+    for words in [
+        "thread",
+        "median of 2 interleaved repeats",
+        "\nSpheres\n",
+        "scan, ns/ray",
+        "scan : tree",
+        "tree",
+    ] {
         assert!(text.contains(words), "no `{words}` in\n{text}");
     }
-    let sizes: Vec<&str> =
-        text.lines().filter_map(|line| line.split_whitespace().next()).filter(|w| w.parse::<u32>().is_ok()).collect();
+    let sizes: Vec<&str> = text
+        .lines()
+        .filter_map(|line| line.split_whitespace().next())
+        .filter(|w| w.parse::<u32>().is_ok())
+        .collect();
     // Once with its times, once with build and memory.
     assert_eq!(sizes, ["1", "2", "4", "8", "16", "20"].repeat(2), "{text}");
 }
@@ -43,20 +68,43 @@ fn json_has_every_figure() {
     let run = desk.run(&quick(&["--json"]));
     run.exits_with(0).says("");
     let report: Value = serde_json::from_str(run.text()).expect("JSON");
-    assert_eq!((&report["format"], &report["threads"], &report["repeats"]), (&1.into(), &1.into(), &2.into()));
+    assert_eq!(
+        (&report["format"], &report["threads"], &report["repeats"]),
+        (&1.into(), &1.into(), &2.into())
+    );
     let series = &report["generated"][0];
-    assert_eq!((series["kind"].as_str(), &series["tree_growth"]), (Some("spheres"), &Value::Null));
+    assert_eq!(
+        (series["kind"].as_str(), &series["tree_growth"]),
+        (Some("spheres"), &Value::Null)
+    );
     let row = &series["rows"][5];
-    assert_eq!((row["primitives"].as_u64(), row["scan"]["tests_per_ray"].as_f64()), (Some(20), Some(20.0)));
-    assert!(series["crossover"] != Value::Null && series["scan_growth"] == Value::Null, "{series}");
+    assert_eq!(
+        (
+            row["primitives"].as_u64(),
+            row["scan"]["tests_per_ray"].as_f64()
+        ),
+        (Some(20), Some(20.0))
+    );
+    assert!(
+        series["crossover"] != Value::Null && series["scan_growth"] == Value::Null,
+        "{series}"
+    );
     for figure in ["median", "lower_quartile", "upper_quartile", "min", "max"] {
         let costs = ["scan", "tree"].map(|who| &row[who]);
-        let spreads = costs.iter().flat_map(|cost| [&cost["nanoseconds"], &cost["build_milliseconds"]]);
+        let spreads = costs
+            .iter()
+            .flat_map(|cost| [&cost["nanoseconds"], &cost["build_milliseconds"]]);
         for spread in spreads.chain([&row["ratio"]]) {
-            assert!(spread[figure].as_f64().is_some_and(|x| x > 0.0), "{figure} in {row}");
+            assert!(
+                spread[figure].as_f64().is_some_and(|x| x > 0.0),
+                "{figure} in {row}"
+            );
         }
     }
-    assert!(row["tree"]["bytes"].as_u64() > row["scan"]["bytes"].as_u64(), "{row}");
+    assert!(
+        row["tree"]["bytes"].as_u64() > row["scan"]["bytes"].as_u64(),
+        "{row}"
+    );
 }
 
 /// Protects: Markdown is a table that renders: as many cells in each line as in its head.
@@ -65,38 +113,85 @@ fn markdown_is_a_table() {
     let desk = Desk::new();
     let run = desk.run(&quick(&["--markdown"]));
     run.exits_with(0);
-    let cells: Vec<usize> =
-        run.text().lines().filter(|line| line.starts_with('|')).map(|line| line.matches('|').count()).collect();
+    let cells: Vec<usize> = run
+        .text()
+        .lines()
+        .filter(|line| line.starts_with('|'))
+        .map(|line| line.matches('|').count())
+        .collect();
     assert_eq!(cells, [[8; 8], [6; 8]].concat(), "{}", run.text());
 }
 
-/// Protects: the plot is written beside the table and is one whole SVG; another kind of file is refused before anything is measured.
+/// Protects: the plot is written beside the table and is one whole SVG; another kind of file is
+/// refused before anything is measured.
 #[test]
 fn plot_is_an_svg_file() {
     let desk = Desk::new();
-    desk.run(&quick(&["--plot", "n.svg"])).exits_with(0).says("n.svg");
+    desk.run(&quick(&["--plot", "n.svg"]))
+        .exits_with(0)
+        .says("n.svg");
     let svg = std::fs::read_to_string(desk.path("n.svg")).expect("the plot");
-    assert!(svg.starts_with("<svg") && svg.ends_with("</svg>\n") && svg.contains("scan, spheres"), "{svg}");
+    assert!(
+        svg.starts_with("<svg") && svg.ends_with("</svg>\n") && svg.contains("scan, spheres"),
+        "{svg}"
+    );
     assert!(!svg.contains("NaN"), "{svg}");
-    assert!(svg.contains("prefers-color-scheme"), "the plot reads in light and dark:\n{svg}");
-    desk.run(&quick(&["-o", "n.png"])).exits_with(2).says("error: n.png does not end in .svg, and the plot is nothing else");
+    assert!(
+        svg.contains("prefers-color-scheme"),
+        "the plot reads in light and dark:\n{svg}"
+    );
+    desk.run(&quick(&["-o", "n.png"]))
+        .exits_with(2)
+        .says("error: n.png does not end in .svg, and the plot is nothing else");
     desk.run(&quick(&["-q", "-o", "no/n.svg"])).exits_with(4);
 }
 
-/// Protects: a scene of one's own: camera rays and bounces, and the changes that a scene can be given.
+/// Protects: a scene of one's own: camera rays and bounces, and the changes that a scene can be
+/// given.
 #[test]
 fn given_scenes_are_measured() {
     let desk = Desk::new();
     desk.write("s.scene.toml", SPHERE);
-    let run = desk.run(&["bench", "s.scene.toml", "--repeats", "1", "--seconds", "0.01", "--json"]);
+    let run = desk.run(&[
+        "bench",
+        "s.scene.toml",
+        "--repeats",
+        "1",
+        "--seconds",
+        "0.01",
+        "--json",
+    ]);
     run.exits_with(0).says("");
     let report: Value = serde_json::from_str(run.text()).expect("JSON");
     let given = &report["given"];
-    assert_eq!((given["scene"].as_str(), given["camera"]["primitives"].as_u64()), (Some("s.scene.toml"), Some(2)));
-    assert!(given["bounce"]["tree"]["rays"].as_u64().is_some_and(|rays| rays > 0), "{given}");
-    let table = desk.run(&["bench", "s.scene.toml", "--repeats", "1", "--seconds", "0.01"]);
-    assert!(table.text().contains("camera") && table.text().contains("2 primitives"), "{}", table.text());
-    desk.run(&["bench", "s.scene.toml", "--set", "q=1"]).exits_with(2);
+    assert_eq!(
+        (
+            given["scene"].as_str(),
+            given["camera"]["primitives"].as_u64()
+        ),
+        (Some("s.scene.toml"), Some(2))
+    );
+    assert!(
+        given["bounce"]["tree"]["rays"]
+            .as_u64()
+            .is_some_and(|rays| rays > 0),
+        "{given}"
+    );
+    let table = desk.run(&[
+        "bench",
+        "s.scene.toml",
+        "--repeats",
+        "1",
+        "--seconds",
+        "0.01",
+    ]);
+    assert!(
+        table.text().contains("camera") && table.text().contains("2 primitives"),
+        "{}",
+        table.text()
+    );
+    desk.run(&["bench", "s.scene.toml", "--set", "q=1"])
+        .exits_with(2);
 }
 
 /// Protects: each mistake ends with the code that the command line promises.
@@ -107,15 +202,19 @@ fn mistakes_have_their_codes() {
     desk.write("empty.scene.toml", "format = 1\n");
     desk.run(&["bench", "--max-n", "0"]).exits_with(2);
     desk.run(&["bench", "--json", "--markdown"]).exits_with(2);
-    desk.run(&["bench", "s.scene.toml", "--max-n", "10"]).exits_with(2);
+    desk.run(&["bench", "s.scene.toml", "--max-n", "10"])
+        .exits_with(2);
     desk.run(&["bench", "--seconds", "0"]).exits_with(2);
     desk.run(&["bench", "missing.glb"]).exits_with(4);
     let empty = desk.run(&["bench", "empty.scene.toml"]);
-    empty.exits_with(3).says("error: empty.scene.toml: the scene has no object that a ray could hit");
+    empty
+        .exits_with(3)
+        .says("error: empty.scene.toml: the scene has no object that a ray could hit");
 }
 
-/// Protects: the tree is built as `--build` says, and the report names it; a rung that there is not is told with those that there are. Sizes of
-/// the triangles differ by up to three hundred times, since a tree over even ones is the same in each quality.
+/// Protects: the tree is built as `--build` says, and the report names it; a rung that there is not
+/// is told with those that there are. Sizes of the triangles differ by up to three hundred times,
+/// since a tree over even ones is the same in each quality.
 #[test]
 fn the_tree_is_built_as_asked() {
     let desk = Desk::new();
@@ -126,7 +225,11 @@ fn the_tree_is_built_as_asked() {
     };
     let mut model = String::new();
     for triangle in 0..600 {
-        let size = if triangle % 8 == 0 { 10_f64.powf(2.5 * number() - 2.0) } else { 0.02 };
+        let size = if triangle % 8 == 0 {
+            10_f64.powf(2.5 * number() - 2.0)
+        } else {
+            0.02
+        };
         let centre = [number(), number(), number()];
         for _ in 0..3 {
             let [x, y, z] = centre.map(|middle| middle + size * (number() - 0.5));
@@ -136,15 +239,32 @@ fn the_tree_is_built_as_asked() {
     }
     desk.write("uneven.obj", &model);
     let report = |quality: &str| -> Value {
-        let run = desk.run(&["bench", "uneven.obj", "--repeats", "1", "--seconds", "0.01", "--json", "--build", quality]);
+        let run = desk.run(&[
+            "bench",
+            "uneven.obj",
+            "--repeats",
+            "1",
+            "--seconds",
+            "0.01",
+            "--json",
+            "--build",
+            quality,
+        ]);
         run.exits_with(0);
         serde_json::from_str(run.text()).expect("JSON")
     };
     let bytes = ["fast", "medium", "high"].map(|quality| {
         let report = report(quality);
         assert_eq!(report["builder"], quality);
-        report["given"]["camera"]["tree"]["bytes"].as_u64().expect("bytes")
+        report["given"]["camera"]["tree"]["bytes"]
+            .as_u64()
+            .expect("bytes")
     });
-    assert!(bytes[0] != bytes[1] && bytes[1] != bytes[2] && bytes[0] != bytes[2], "{bytes:?}");
-    desk.run(&quick(&["--build", "slow"])).exits_with(2).says_like("expected one of fast, medium, high");
+    assert!(
+        bytes[0] != bytes[1] && bytes[1] != bytes[2] && bytes[0] != bytes[2],
+        "{bytes:?}"
+    );
+    desk.run(&quick(&["--build", "slow"]))
+        .exits_with(2)
+        .says_like("expected one of fast, medium, high");
 }

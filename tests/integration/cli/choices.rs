@@ -1,8 +1,10 @@
-//! `--rung` and `--without`: from the command line to the picture and to what the picture says of itself.
+//! `--rung` and `--without`: from the command line to the picture and to what the picture says of
+//! itself.
 
 use crate::support::Desk;
 
-/// A white floor under the sun, a ball in between, and the lit floor of the shadow's place in sight.
+/// A white floor under the sun, a ball in between, and the lit floor of the shadow's place in
+/// sight.
 const SCENE: &str = r#"
 format = 1
 render = { size = [8, 8], samples = 1, max_depth = 3 }
@@ -15,67 +17,159 @@ objects = [
 ]
 "#;
 
-/// Protects: an effect that is switched off on the command line, by either word, is off in the picture; a rung of samples is as
-/// many samples; and the picture's file names what was chosen, so that it can be made again.
+/// Protects: an effect that is switched off on the command line, by either word, is off in the
+/// picture; a rung of samples is as many samples; and the picture's file names what was chosen, so
+/// that it can be made again.
 #[test]
 fn choices_reach_picture_and_file() {
     let desk = Desk::new();
     desk.write("room.scene.toml", SCENE);
     let render = |flags: &[&str]| {
-        let words = [&["render", "room.scene.toml", "-o", "a.exr", "--stats", "s.json", "-q"], flags].concat();
+        let words = [
+            &[
+                "render",
+                "room.scene.toml",
+                "-o",
+                "a.exr",
+                "--stats",
+                "s.json",
+                "-q",
+            ],
+            flags,
+        ]
+        .concat();
         desk.run(&words).exits_with(0).says("");
         let stored = desk.stored("a.exr");
         let stats = std::fs::read_to_string(desk.path("s.json")).expect("a file");
         let stats: serde_json::Value = serde_json::from_str(&stats).expect("JSON");
         let samples = stats["samples"].as_u64().expect("a number");
-        (stored.picture.rgb, stored.texts["raywright_settings"].clone(), samples, stats["rays"]["shadow"].as_u64())
+        (
+            stored.picture.rgb,
+            stored.texts["raywright_settings"].clone(),
+            samples,
+            stats["rays"]["shadow"].as_u64(),
+        )
     };
     let (dark, plain, samples, asked) = render(&[]);
-    assert!(dark.iter().all(|pixel| *pixel == [0.0; 3]) && samples == 64 && asked > Some(0), "{samples} {asked:?}");
-    assert!(!plain.contains("rung") && !plain.contains("without"), "{plain}");
-    for (flags, told) in [(["--without", "shadows"], " without=shadows"), (["--rung", "shadows=off"], " rung:shadows=off")] {
+    assert!(
+        dark.iter().all(|pixel| *pixel == [0.0; 3]) && samples == 64 && asked > Some(0),
+        "{samples} {asked:?}"
+    );
+    assert!(
+        !plain.contains("rung") && !plain.contains("without"),
+        "{plain}"
+    );
+    for (flags, told) in [
+        (["--without", "shadows"], " without=shadows"),
+        (["--rung", "shadows=off"], " rung:shadows=off"),
+    ] {
         let (lit, settings, _, asked) = render(&flags);
-        assert!(lit.iter().flatten().all(|x| (x - 1.0).abs() < 1e-5) && asked == Some(0), "{flags:?}: {lit:?}");
+        assert!(
+            lit.iter().flatten().all(|x| (x - 1.0).abs() < 1e-5) && asked == Some(0),
+            "{flags:?}: {lit:?}"
+        );
         assert_eq!(settings, format!("{plain}{told}"));
     }
     let (_, settings, samples, _) = render(&["--rung", "samples=4"]);
-    assert!(samples == 4 * 64 && settings.contains(" samples=4 ") && settings.ends_with(" rung:samples=4"), "{settings}");
+    assert!(
+        samples == 4 * 64
+            && settings.contains(" samples=4 ")
+            && settings.ends_with(" rung:samples=4"),
+        "{settings}"
+    );
 }
 
-/// Protects: the kind of output reaches the file: 16 bits and dithered codes in PNGs that are read as they were written, floats in an EXR that
-/// is called after the scene, and a PNG for floats is refused; the linear picture is the same in all, and its film goes on with another kind.
+/// Protects: the kind of output reaches the file: 16 bits and dithered codes in PNGs that are read
+/// as they were written, floats in an EXR that is called after the scene, and a PNG for floats is
+/// refused; the linear picture is the same in all, and its film goes on with another kind.
 #[test]
 fn outputs_are_what_was_asked_for() {
     let desk = Desk::new();
     desk.write("room.scene.toml", SCENE);
-    let base =
-        ["render", "room.scene.toml", "--without", "shadows", "--exposure", "-0.7", "--gamma", "none", "--tonemap", "none", "-q"];
+    let base = [
+        "render",
+        "room.scene.toml",
+        "--without",
+        "shadows",
+        "--exposure",
+        "-0.7",
+        "--gamma",
+        "none",
+        "--tonemap",
+        "none",
+        "-q",
+    ];
     let render = |more: &[&str]| desk.run(&[&base[..], more].concat());
-    for (rung, name) in [("8-bit", "8.png"), ("8-bit-dither", "d.png"), ("16-bit", "16.png")] {
-        render(&["--rung", &format!("output={rung}"), "-o", name, "-o", &format!("{name}.exr")]).exits_with(0).says("");
+    for (rung, name) in [
+        ("8-bit", "8.png"),
+        ("8-bit-dither", "d.png"),
+        ("16-bit", "16.png"),
+    ] {
+        render(&[
+            "--rung",
+            &format!("output={rung}"),
+            "-o",
+            name,
+            "-o",
+            &format!("{name}.exr"),
+        ])
+        .exits_with(0)
+        .says("");
     }
     // The last but one byte of a PNG's header but three says how many bits there are.
     let bits = |name: &str| std::fs::read(desk.path(name)).expect("a picture")[24];
     assert_eq!((bits("8.png"), bits("d.png"), bits("16.png")), (8, 8, 16));
     let value = 2.0_f64.powf(-0.7);
-    let values = |name: &str| desk.stored(name).picture.rgb.iter().map(|pixel| f64::from(pixel[0])).collect::<Vec<f64>>();
-    assert!(values("16.png").iter().all(|v| (v - value).abs() < 0.51 / 65535.0), "{:?} instead of {value}", values("16.png"));
-    assert!(values("8.png").iter().all(|v| (v - value).abs() < 0.51 / 255.0));
+    let values = |name: &str| {
+        desk.stored(name)
+            .picture
+            .rgb
+            .iter()
+            .map(|pixel| f64::from(pixel[0]))
+            .collect::<Vec<f64>>()
+    };
+    assert!(
+        values("16.png")
+            .iter()
+            .all(|v| (v - value).abs() < 0.51 / 65535.0),
+        "{:?} instead of {value}",
+        values("16.png")
+    );
+    assert!(
+        values("8.png")
+            .iter()
+            .all(|v| (v - value).abs() < 0.51 / 255.0)
+    );
     let dithered = values("d.png");
     assert!(
-        dithered.iter().any(|v| *v != dithered[0]) && dithered.iter().all(|v| (v - value).abs() < 1.0 / 255.0),
+        dithered.iter().any(|v| *v != dithered[0])
+            && dithered.iter().all(|v| (v - value).abs() < 1.0 / 255.0),
         "{dithered:?}"
     );
-    assert_eq!(desk.stored("8.png.exr").picture.rgb, desk.stored("16.png.exr").picture.rgb);
+    assert_eq!(
+        desk.stored("8.png.exr").picture.rgb,
+        desk.stored("16.png.exr").picture.rgb
+    );
 
     render(&["--rung", "output=float"]).exits_with(0);
-    assert_eq!(desk.stored("room.exr").picture.rgb, desk.stored("8.png.exr").picture.rgb);
+    assert_eq!(
+        desk.stored("room.exr").picture.rgb,
+        desk.stored("8.png.exr").picture.rgb
+    );
     assert!(!desk.path("room.png").exists());
     render(&["--rung", "output=float", "-o", "f.png"])
         .exits_with(2)
         .says_like("all formats but OpenEXR have codes of display values");
 
     render(&["--checkpoint", "a.film", "-o", "a.png"]).exits_with(0);
-    render(&["--resume", "a.film", "--rung", "output=16-bit", "-o", "b.png"]).exits_with(0);
+    render(&[
+        "--resume",
+        "a.film",
+        "--rung",
+        "output=16-bit",
+        "-o",
+        "b.png",
+    ])
+    .exits_with(0);
     assert_eq!(bits("b.png"), 16);
 }

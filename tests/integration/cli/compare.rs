@@ -11,104 +11,259 @@ fn desk_with_pictures() -> Option<Desk> {
     }
     let desk = Desk::new();
     let render = ["render", "preset:whitted", "--size", "48x27", "-q"];
-    desk.run(&[&render[..], &["-o", "a.exr", "-o", "a.png"]].concat()).exits_with(0);
-    desk.run(&[&render[..], &["-o", "b.exr", "-o", "b.png", "--max-depth", "2"]].concat()).exits_with(0);
+    desk.run(&[&render[..], &["-o", "a.exr", "-o", "a.png"]].concat())
+        .exits_with(0);
+    desk.run(
+        &[
+            &render[..],
+            &["-o", "b.exr", "-o", "b.png", "--max-depth", "2"],
+        ]
+        .concat(),
+    )
+    .exits_with(0);
     Some(desk)
 }
 
-/// Protects: a picture against itself is identical, in both kinds, and passes the strictest thresholds.
+/// Protects: a picture against itself is identical, in both kinds, and passes the strictest
+/// thresholds.
 #[test]
 fn the_same_picture_is_identical() {
-    let Some(desk) = desk_with_pictures() else { return };
+    let Some(desk) = desk_with_pictures() else {
+        return;
+    };
     for file in ["a.exr", "a.png"] {
-        let strict =
-            ["--max-rmse", "0", "--max-relmse", "0", "--max-relmse-trimmed", "0", "--max-flip", "0", "--min-psnr", "200"];
+        let strict = [
+            "--max-rmse",
+            "0",
+            "--max-relmse",
+            "0",
+            "--max-relmse-trimmed",
+            "0",
+            "--max-flip",
+            "0",
+            "--min-psnr",
+            "200",
+        ];
         let run = desk.run(&[&["compare", file, file], &strict[..]].concat());
         run.exits_with(0).says("");
-        assert!(run.text().contains("identical  yes, bit for bit\n"), "{}", run.text());
+        assert!(
+            run.text().contains("identical  yes, bit for bit\n"),
+            "{}",
+            run.text()
+        );
     }
 }
 
 /// Protects: a figure beyond its threshold ends with 1 and is named; within, with 0.
 #[test]
 fn thresholds_decide_the_exit_code() {
-    let Some(desk) = desk_with_pictures() else { return };
-    let figures: Value =
-        serde_json::from_str(desk.run(&["compare", "a.exr", "b.exr", "--json"]).exits_with(0).text()).expect("JSON");
+    let Some(desk) = desk_with_pictures() else {
+        return;
+    };
+    let figures: Value = serde_json::from_str(
+        desk.run(&["compare", "a.exr", "b.exr", "--json"])
+            .exits_with(0)
+            .text(),
+    )
+    .expect("JSON");
     let number = |path: &str| figures.pointer(path).and_then(Value::as_f64).expect(path);
     for (flag, name, value) in [
         ("--max-rmse", "RMSE", number("/errors/rmse")),
         ("--max-relmse", "relMSE", number("/errors/relmse")),
-        ("--max-relmse-trimmed", "trimmed relMSE", number("/errors/relmse_trimmed")),
+        (
+            "--max-relmse-trimmed",
+            "trimmed relMSE",
+            number("/errors/relmse_trimmed"),
+        ),
         ("--max-flip", "mean FLIP", number("/flip/mean")),
     ] {
         assert!(value > 0.0, "{name}");
-        desk.run(&["compare", "a.exr", "b.exr", flag, &(value * 1.01).to_string()]).exits_with(0).says("");
-        let run = desk.run(&["compare", "a.exr", "b.exr", flag, &(value * 0.99).to_string()]);
+        desk.run(&[
+            "compare",
+            "a.exr",
+            "b.exr",
+            flag,
+            &(value * 1.01).to_string(),
+        ])
+        .exits_with(0)
+        .says("");
+        let run = desk.run(&[
+            "compare",
+            "a.exr",
+            "b.exr",
+            flag,
+            &(value * 0.99).to_string(),
+        ]);
         run.exits_with(1);
-        assert!(run.stderr.starts_with(&format!("error: a.exr differs from b.exr: {name} ")), "{}", run.stderr);
+        assert!(
+            run.stderr
+                .starts_with(&format!("error: a.exr differs from b.exr: {name} ")),
+            "{}",
+            run.stderr
+        );
     }
     let psnr = number("/errors/psnr");
-    desk.run(&["compare", "a.exr", "b.exr", "--min-psnr", &(psnr - 0.1).to_string()]).exits_with(0);
-    desk.run(&["compare", "a.exr", "b.exr", "--min-psnr", &(psnr + 0.1).to_string()]).exits_with(1);
+    desk.run(&[
+        "compare",
+        "a.exr",
+        "b.exr",
+        "--min-psnr",
+        &(psnr - 0.1).to_string(),
+    ])
+    .exits_with(0);
+    desk.run(&[
+        "compare",
+        "a.exr",
+        "b.exr",
+        "--min-psnr",
+        &(psnr + 0.1).to_string(),
+    ])
+    .exits_with(1);
 }
 
-/// Protects: the difference picture has the pictures' size and is written also where a threshold is passed.
+/// Protects: the difference picture has the pictures' size and is written also where a threshold is
+/// passed.
 #[test]
 fn the_difference_is_shown() {
-    let Some(desk) = desk_with_pictures() else { return };
-    desk.run(&["compare", "a.png", "b.png", "--diff", "d.png", "--max-rmse", "0"]).exits_with(1);
+    let Some(desk) = desk_with_pictures() else {
+        return;
+    };
+    desk.run(&[
+        "compare",
+        "a.png",
+        "b.png",
+        "--diff",
+        "d.png",
+        "--max-rmse",
+        "0",
+    ])
+    .exits_with(1);
     let difference = desk.picture("d.png");
     assert_eq!((difference.width, difference.height), (48, 27));
-    desk.run(&["compare", "a.png", "a.png", "--diff", "none.png"]).exits_with(0);
+    desk.run(&["compare", "a.png", "a.png", "--diff", "none.png"])
+        .exits_with(0);
     let none = desk.picture("none.png");
     assert!(none.rgb.iter().all(|pixel| *pixel == none.rgb[0]) && none.rgb != difference.rgb);
 }
 
-/// Protects: a linear picture and a display picture meet as display values, through the display that the flags describe.
+/// Protects: a linear picture and a display picture meet as display values, through the display
+/// that the flags describe.
 #[test]
 fn unlike_kinds_meet_as_display_values() {
-    let Some(desk) = desk_with_pictures() else { return };
+    let Some(desk) = desk_with_pictures() else {
+        return;
+    };
     let display = ["--tonemap", "aces", "--gamma", "2.2"];
     // The PNG is rounded to codes, half a code at most.
-    desk.run(&[&["compare", "a.exr", "a.png", "--max-rmse", "0.002"], &display[..]].concat()).exits_with(0);
-    desk.run(&["compare", "a.exr", "a.png", "--max-rmse", "0.002", "--tonemap", "none"]).exits_with(1);
-    let brighter = [&["compare", "a.exr", "a.png", "--max-rmse", "0.002", "--exposure", "-1"], &display[..]].concat();
+    desk.run(
+        &[
+            &["compare", "a.exr", "a.png", "--max-rmse", "0.002"],
+            &display[..],
+        ]
+        .concat(),
+    )
+    .exits_with(0);
+    desk.run(&[
+        "compare",
+        "a.exr",
+        "a.png",
+        "--max-rmse",
+        "0.002",
+        "--tonemap",
+        "none",
+    ])
+    .exits_with(1);
+    let brighter = [
+        &[
+            "compare",
+            "a.exr",
+            "a.png",
+            "--max-rmse",
+            "0.002",
+            "--exposure",
+            "-1",
+        ],
+        &display[..],
+    ]
+    .concat();
     desk.run(&brighter).exits_with(1);
 }
 
-/// Protects: linear pictures are shown as files say that they are, those of display values first, and it is told who says so, or that nobody
-/// does; flags go before.
+/// Protects: linear pictures are shown as files say that they are, those of display values first,
+/// and it is told who says so, or that nobody does; flags go before.
 #[test]
 fn the_display_is_the_files_own() {
     let desk = Desk::new();
-    desk.write("sky.scene.toml", "format = 1\nsky.constant = [0.2, 0.7, 3]\n");
+    desk.write(
+        "sky.scene.toml",
+        "format = 1\nsky.constant = [0.2, 0.7, 3]\n",
+    );
     let render = |flags: &[&str], files: [&str; 2]| {
         let common = ["render", "sky.scene.toml", "-q", "-s", "16x8", "--spp", "1"];
-        desk.run(&[&common[..], flags, &["-o", files[0], "-o", files[1]]].concat()).exits_with(0);
+        desk.run(&[&common[..], flags, &["-o", files[0], "-o", files[1]]].concat())
+            .exits_with(0);
     };
-    render(&["--tonemap", "agx", "--gamma", "2.2", "--exposure", "-0.5"], ["a.exr", "a.png"]);
-    render(&["--no-metadata", "--tonemap", "agx"], ["bare.exr", "bare.png"]);
-    render(&["--background", "transparent", "--tonemap", "aces"], ["clear.exr", "clear.png"]);
+    render(
+        &["--tonemap", "agx", "--gamma", "2.2", "--exposure", "-0.5"],
+        ["a.exr", "a.png"],
+    );
+    render(
+        &["--no-metadata", "--tonemap", "agx"],
+        ["bare.exr", "bare.png"],
+    );
+    render(
+        &["--background", "transparent", "--tonemap", "aces"],
+        ["clear.exr", "clear.png"],
+    );
     let shown = |files: [&str; 2], flags: &[&str]| {
         let run = desk.run(&[&["compare"], &files[..], flags].concat());
-        run.text().lines().find_map(|line| line.strip_prefix("shown by ")).unwrap_or_default().trim().to_owned()
+        run.text()
+            .lines()
+            .find_map(|line| line.strip_prefix("shown by "))
+            .unwrap_or_default()
+            .trim()
+            .to_owned()
     };
-    for files in [["a.exr", "a.png"], ["a.png", "a.exr"], ["bare.exr", "a.png"], ["a.exr", "a.exr"], ["clear.exr", "clear.png"]] {
-        desk.run(&[&["compare"], &files[..], &["--max-rmse", "0.002", "--max-flip", "0.02"]].concat()).exits_with(0);
+    for files in [
+        ["a.exr", "a.png"],
+        ["a.png", "a.exr"],
+        ["bare.exr", "a.png"],
+        ["a.exr", "a.exr"],
+        ["clear.exr", "clear.png"],
+    ] {
+        desk.run(
+            &[
+                &["compare"],
+                &files[..],
+                &["--max-rmse", "0.002", "--max-flip", "0.02"],
+            ]
+            .concat(),
+        )
+        .exits_with(0);
     }
     let own = "tone map agx, gamma 2.2, exposure -0.5, as ";
     assert_eq!(shown(["a.exr", "a.png"], &[]), format!("{own}a.png says"));
-    assert_eq!(shown(["a.exr", "bare.exr"], &[]), format!("{own}a.exr says"));
-    assert_eq!(shown(["a.exr", "bare.png"], &[]), format!("{own}a.exr says"));
-    let default = "tone map khronos-neutral, gamma srgb, exposure 0, taken since neither file says it";
+    assert_eq!(
+        shown(["a.exr", "bare.exr"], &[]),
+        format!("{own}a.exr says")
+    );
+    assert_eq!(
+        shown(["a.exr", "bare.png"], &[]),
+        format!("{own}a.exr says")
+    );
+    let default =
+        "tone map khronos-neutral, gamma srgb, exposure 0, taken since neither file says it";
     assert_eq!(shown(["bare.exr", "bare.png"], &[]), default);
     let flags = ["--tonemap", "none", "--gamma", "srgb", "--exposure", "1"];
-    assert_eq!(shown(["a.exr", "a.png"], &flags), "tone map none, gamma srgb, exposure 1");
+    assert_eq!(
+        shown(["a.exr", "a.png"], &flags),
+        "tone map none, gamma srgb, exposure 1"
+    );
     assert_eq!(shown(["a.png", "bare.png"], &[]), "");
 }
 
-/// Protects: coverage counts in each threshold, by figures of its own; where it is alike it changes nothing.
+/// Protects: coverage counts in each threshold, by figures of its own; where it is alike it changes
+/// nothing.
 #[test]
 fn coverage_is_beyond_thresholds() {
     use raywright::core::display::Display;
@@ -118,7 +273,10 @@ fn coverage_is_beyond_thresholds() {
     let write = |name: &str, alpha: Option<f32>| {
         let mut picture = Picture::new(10, 10);
         picture.alpha = alpha.map(|alpha| [vec![alpha; 25], vec![1.0; 75]].concat());
-        let (png, exr) = (desk.path(format!("{name}.png")), desk.path(format!("{name}.exr")));
+        let (png, exr) = (
+            desk.path(format!("{name}.png")),
+            desk.path(format!("{name}.exr")),
+        );
         write_png(&png, &picture, Display::PLAIN, &Metadata::default()).expect("a picture");
         write_exr(&exr, &picture, &Metadata::default()).expect("a picture");
     };
@@ -133,23 +291,31 @@ fn coverage_is_beyond_thresholds() {
         ["--min-psnr", "7"],
     ];
     for ending in ["png", "exr"] {
-        let [cut, filled, opaque] = ["cut", "filled", "opaque"].map(|name| format!("{name}.{ending}"));
+        let [cut, filled, opaque] =
+            ["cut", "filled", "opaque"].map(|name| format!("{name}.{ending}"));
         for threshold in thresholds {
             for other in [&filled, &opaque] {
                 let run = desk.run(&["compare", &cut, other, threshold[0], threshold[1]]);
                 run.exits_with(1).says_like(": coverage: ");
             }
-            desk.run(&["compare", &filled, &opaque, threshold[0], threshold[1]]).exits_with(0);
+            desk.run(&["compare", &filled, &opaque, threshold[0], threshold[1]])
+                .exits_with(0);
         }
         // A quarter of the pixels is off by 1.
-        desk.run(&["compare", &cut, &filled, "--max-rmse", "0.51"]).exits_with(0);
+        desk.run(&["compare", &cut, &filled, "--max-rmse", "0.51"])
+            .exits_with(0);
         let run = desk.run(&["compare", &cut, &filled]);
-        assert!(run.text().contains("coverage   differs by up to 1, RMSE 0.5, mean FLIP "), "{}", run.text());
+        assert!(
+            run.text()
+                .contains("coverage   differs by up to 1, RMSE 0.5, mean FLIP "),
+            "{}",
+            run.text()
+        );
     }
 }
 
-/// Protects: a linear picture, whose colours are multiplied by its coverage, equals its own display picture, whose colours are not, also where
-/// pixels are partly covered.
+/// Protects: a linear picture, whose colours are multiplied by its coverage, equals its own display
+/// picture, whose colours are not, also where pixels are partly covered.
 #[test]
 fn partly_covered_pictures_are_their_own_display_pictures() {
     use raywright::core::display::Display;
@@ -160,16 +326,31 @@ fn partly_covered_pictures_are_their_own_display_pictures() {
     picture.rgb.fill([0.2, 0.1, 0.05]);
     picture.alpha = Some(vec![0.25; 64]);
     write_exr(&desk.path("a.exr"), &picture, &Metadata::default()).expect("a picture");
-    write_png(&desk.path("a.png"), &picture, Display::PLAIN, &Metadata::default()).expect("a picture");
+    write_png(
+        &desk.path("a.png"),
+        &picture,
+        Display::PLAIN,
+        &Metadata::default(),
+    )
+    .expect("a picture");
     // Colours are rounded to codes, half a code at most.
-    let flags = ["--max-rmse", "0.002", "--tonemap", "none", "--exposure", "0"];
+    let flags = [
+        "--max-rmse",
+        "0.002",
+        "--tonemap",
+        "none",
+        "--exposure",
+        "0",
+    ];
     for sides in [["a.exr", "a.png"], ["a.png", "a.exr"]] {
-        desk.run(&[&["compare"], &sides[..], &flags].concat()).exits_with(0);
+        desk.run(&[&["compare"], &sides[..], &flags].concat())
+            .exits_with(0);
     }
 }
 
-/// Protects: an EXR picture of a crop says where it lies in the whole, as OpenEXR's windows do, with its layers, denoised, and from a film
-/// whose parts are joined; it is read back with its place, and crops of other places are not compared.
+/// Protects: an EXR picture of a crop says where it lies in the whole, as OpenEXR's windows do,
+/// with its layers, denoised, and from a film whose parts are joined; it is read back with its
+/// place, and crops of other places are not compared.
 #[test]
 fn crops_keep_their_place() {
     use raywright::core::picture::DataWindow;
@@ -177,15 +358,53 @@ fn crops_keep_their_place() {
     if !carried("cornell") {
         return;
     }
-    let common = ["render", "preset:cornell", "-q", "-s", "64x48", "--spp", "8", "--crop"];
-    let render = |crop: &str, rest: &[&str]| desk.run(&[&common[..], &[crop], rest].concat()).exits_with(0).code;
-    render("10,20,40,8", &["-o", "a.exr", "-o", "a.png", "--aov", "depth,stderr", "--checkpoint", "all.film"]);
+    let common = [
+        "render",
+        "preset:cornell",
+        "-q",
+        "-s",
+        "64x48",
+        "--spp",
+        "8",
+        "--crop",
+    ];
+    let render = |crop: &str, rest: &[&str]| {
+        desk.run(&[&common[..], &[crop], rest].concat())
+            .exits_with(0)
+            .code
+    };
+    render(
+        "10,20,40,8",
+        &[
+            "-o",
+            "a.exr",
+            "-o",
+            "a.png",
+            "--aov",
+            "depth,stderr",
+            "--checkpoint",
+            "all.film",
+        ],
+    );
     render("10,20,40,8", &["--denoise", "-o", "denoised.exr"]);
     render("10,20,40,8", &["--part", "1/2", "--checkpoint", "1.film"]);
     render("10,20,40,8", &["--part", "2/2", "--checkpoint", "2.film"]);
-    desk.run(&["merge", "1.film", "2.film", "-o", "merged.exr", "--checkpoint", "both.film"]).exits_with(0);
-    desk.run(&["merge", "both.film", "-o", "again.exr"]).exits_with(0);
-    let window = Some(DataWindow { origin: [10, 20], full: [64, 48] });
+    desk.run(&[
+        "merge",
+        "1.film",
+        "2.film",
+        "-o",
+        "merged.exr",
+        "--checkpoint",
+        "both.film",
+    ])
+    .exits_with(0);
+    desk.run(&["merge", "both.film", "-o", "again.exr"])
+        .exits_with(0);
+    let window = Some(DataWindow {
+        origin: [10, 20],
+        full: [64, 48],
+    });
     for name in ["a.exr", "denoised.exr", "merged.exr", "again.exr"] {
         assert_eq!(desk.picture(name).window, window, "{name}");
     }
@@ -200,31 +419,60 @@ fn crops_keep_their_place() {
     for other in ["merged.exr", "all.film"] {
         let run = desk.run(&["compare", "a.exr", other, "--max-rmse", "0"]);
         run.exits_with(0);
-        assert!(run.text().contains("place      10, 20 of 64x48\n"), "{}", run.text());
+        assert!(
+            run.text().contains("place      10, 20 of 64x48\n"),
+            "{}",
+            run.text()
+        );
     }
     let run = desk.run(&["compare", "a.exr", "a.png", "--max-rmse", "0.002"]);
-    assert!(run.exits_with(0).text().contains("place      10, 20 of 64x48 against one that says no place\n"), "{}", run.text());
+    assert!(
+        run.exits_with(0)
+            .text()
+            .contains("place      10, 20 of 64x48 against one that says no place\n"),
+        "{}",
+        run.text()
+    );
 }
 
-/// Protects: what cannot be compared: another size, no picture, no file, a difference picture nowhere.
+/// Protects: what cannot be compared: another size, no picture, no file, a difference picture
+/// nowhere.
 #[test]
 fn what_cannot_be_compared_is_explained() {
-    let Some(desk) = desk_with_pictures() else { return };
-    desk.run(&["render", "preset:whitted", "--size", "20x10", "-q", "-o", "small.png"]).exits_with(0);
+    let Some(desk) = desk_with_pictures() else {
+        return;
+    };
+    desk.run(&[
+        "render",
+        "preset:whitted",
+        "--size",
+        "20x10",
+        "-q",
+        "-o",
+        "small.png",
+    ])
+    .exits_with(0);
     desk.run(&["compare", "a.png", "small.png"])
         .exits_with(3)
         .says("error: a.png and small.png: the pictures differ in size: 48 × 27 against 20 × 10 pixels");
     desk.write("text.png", "not a picture");
-    desk.run(&["compare", "a.png", "text.png"]).exits_with(3).says("error: text.png: no PNG, JPEG, WebP or OpenEXR picture");
-    desk.run(&["compare", "a.png", "missing.png"]).exits_with(4).says("error: cannot read missing.png: no such file or folder");
-    desk.run(&["compare", "a.png", "b.png", "--diff", "no/d.png"]).exits_with(4);
+    desk.run(&["compare", "a.png", "text.png"])
+        .exits_with(3)
+        .says("error: text.png: no PNG, JPEG, WebP or OpenEXR picture");
+    desk.run(&["compare", "a.png", "missing.png"])
+        .exits_with(4)
+        .says("error: cannot read missing.png: no such file or folder");
+    desk.run(&["compare", "a.png", "b.png", "--diff", "no/d.png"])
+        .exits_with(4);
     desk.run(&["compare", "a.png", "b.png", "--diff", "d.exr"])
         .exits_with(2)
         .says("error: d.exr: the difference picture is a .png");
-    desk.run(&["compare", "a.png", "b.png", "--max-rmse", "-1"]).exits_with(2);
+    desk.run(&["compare", "a.png", "b.png", "--max-rmse", "-1"])
+        .exits_with(2);
 }
 
-/// Protects: a pixel that is no number is beyond any threshold, though no figure can count it; without a threshold it is told.
+/// Protects: a pixel that is no number is beyond any threshold, though no figure can count it;
+/// without a threshold it is told.
 #[test]
 fn numbers_that_are_none_pass_no_threshold() {
     use raywright::core::picture::Picture;
@@ -237,15 +485,24 @@ fn numbers_that_are_none_pass_no_threshold() {
     let run = desk.run(&["compare", "nan.exr", "black.exr"]);
     run.exits_with(0);
     assert!(run.text().contains("1 pixels, left out"), "{}", run.text());
-    for threshold in [["--max-rmse", "1000"], ["--max-flip", "1"], ["--min-psnr", "0"]] {
+    for threshold in [
+        ["--max-rmse", "1000"],
+        ["--max-flip", "1"],
+        ["--min-psnr", "0"],
+    ] {
         let run = desk.run(&[&["compare", "nan.exr", "black.exr"], &threshold[..]].concat());
         run.exits_with(1);
-        assert!(run.stderr.contains("1 pixels are not finite numbers"), "{}", run.stderr);
+        assert!(
+            run.stderr.contains("1 pixels are not finite numbers"),
+            "{}",
+            run.stderr
+        );
     }
 }
 
-/// Protects: the figures of the printed table by hand: of eight pixels one is off by 51/255 in a channel and one by 3/255, so that the squares
-/// of these are all that there is in 24 numbers; the shares are percent of all pixels.
+/// Protects: the figures of the printed table by hand: of eight pixels one is off by 51/255 in a
+/// channel and one by 3/255, so that the squares of these are all that there is in 24 numbers; the
+/// shares are percent of all pixels.
 #[test]
 fn the_table_has_the_figures() {
     use raywright::core::display::Display;
@@ -254,9 +511,13 @@ fn the_table_has_the_figures() {
     let desk = Desk::new();
     let mut picture = Picture::new(4, 2);
     picture.rgb = vec![[1.0, 0.0, 0.0]; 8];
-    let display = Display { curve: raywright::core::scene::TransferCurve::None, ..Display::PLAIN };
-    let write =
-        |name: &str, picture: &Picture| write_png(&desk.path(name), picture, display, &Metadata::default()).expect("a picture");
+    let display = Display {
+        curve: raywright::core::scene::TransferCurve::None,
+        ..Display::PLAIN
+    };
+    let write = |name: &str, picture: &Picture| {
+        write_png(&desk.path(name), picture, display, &Metadata::default()).expect("a picture")
+    };
     write("a.png", &picture);
     picture.rgb[6] = [1.0, 0.0, 51.0 / 255.0];
     picture.rgb[2] = [252.0 / 255.0, 0.0, 0.0];

@@ -1,4 +1,5 @@
-//! Denoised pictures: the same bits whichever way a render goes, a claim of their own, and a clear word where there can be none.
+//! Denoised pictures: the same bits whichever way a render goes, a claim of their own, and a clear
+//! word where there can be none.
 
 use serde_json::Value;
 
@@ -7,27 +8,41 @@ use crate::support::Desk;
 
 /// Names of a picture's layers.
 fn layers(desk: &Desk, name: &str) -> Vec<String> {
-    desk.picture(name).layers.into_iter().map(|layer| layer.name).collect()
+    desk.picture(name)
+        .layers
+        .into_iter()
+        .map(|layer| layer.name)
+        .collect()
 }
 
-/// Protects: a denoised picture has the same bits at once, by other threads, gone on with, in parts, and from a film afterwards. PNG shows it;
-/// EXR has the noisy picture's bits and both as layers.
+/// Protects: a denoised picture has the same bits at once, by other threads, gone on with, in
+/// parts, and from a film afterwards. PNG shows it; EXR has the noisy picture's bits and both as
+/// layers.
 #[test]
 fn denoised_pictures_have_the_bits_of_one_run() {
     let desk = desk();
-    render(&desk, "--spp 16 --denoise -o once.png -o once.exr --checkpoint once.film")
-        .exits_with(0)
-        .says_like("denoised (biased), error ")
-        .says_like("(70x50, 16 samples, denoised");
+    render(
+        &desk,
+        "--spp 16 --denoise -o once.png -o once.exr --checkpoint once.film",
+    )
+    .exits_with(0)
+    .says_like("denoised (biased), error ")
+    .says_like("(70x50, 16 samples, denoised");
     render(&desk, "--spp 16 --denoise --threads 1 -o single.exr").exits_with(0);
     same_bits(&desk, "single.exr", "once.exr");
     render(&desk, "--spp 8 --denoise -o few.exr --checkpoint few.film").exits_with(0);
     render(&desk, "--spp 16 --denoise -o more.exr --resume few.film").exits_with(0);
     same_bits(&desk, "more.exr", "once.exr");
     for k in 1..=2 {
-        render(&desk, &format!("--spp 16 --denoise --part {k}/2 --checkpoint {k}.film")).exits_with(0);
+        render(
+            &desk,
+            &format!("--spp 16 --denoise --part {k}/2 --checkpoint {k}.film"),
+        )
+        .exits_with(0);
     }
-    merge(&desk, "2.film 1.film -o merged.exr -o merged.png").exits_with(0).says_like("denoised (biased)");
+    merge(&desk, "2.film 1.film -o merged.exr -o merged.png")
+        .exits_with(0)
+        .says_like("denoised (biased)");
     same_bits(&desk, "merged.exr", "once.exr");
     desk.run(&["denoise", "once.film", "-o", "after.exr", "-o", "after.png"])
         .exits_with(0)
@@ -36,58 +51,100 @@ fn denoised_pictures_have_the_bits_of_one_run() {
         same_bits(&desk, &format!("{name}.exr"), "once.exr");
         same_bits(&desk, &format!("{name}.png"), "once.png");
     }
-    let names = ["denoised.B", "denoised.G", "denoised.R", "denoised.stderr.B", "denoised.stderr.G", "denoised.stderr.R"];
+    let names = [
+        "denoised.B",
+        "denoised.G",
+        "denoised.R",
+        "denoised.stderr.B",
+        "denoised.stderr.G",
+        "denoised.stderr.R",
+    ];
     let mut found = layers(&desk, "once.exr");
     found.sort();
     assert_eq!(found, names);
     // From 64 samples on a picture has the same replicates, denoised or not.
     render(&desk, "--spp 64 --denoise -o dear.exr -o dear.png").exits_with(0);
     render(&desk, "--spp 64 -o plain.exr -o plain.png").exits_with(0);
-    assert_eq!(bits(&desk.picture("dear.exr"))[0], bits(&desk.picture("plain.exr"))[0]);
-    assert_ne!(bits(&desk.picture("dear.png")), bits(&desk.picture("plain.png")));
+    assert_eq!(
+        bits(&desk.picture("dear.exr"))[0],
+        bits(&desk.picture("plain.exr"))[0]
+    );
+    assert_ne!(
+        bits(&desk.picture("dear.png")),
+        bits(&desk.picture("plain.png"))
+    );
 }
 
-/// Protects: what is claimed of a denoised picture is in the statistics under the names of the noisy one's error, and what is asked for
-/// with `--max-error` is judged by it.
+/// Protects: what is claimed of a denoised picture is in the statistics under the names of the
+/// noisy one's error, and what is asked for with `--max-error` is judged by it.
 #[test]
 fn denoised_pictures_have_a_claim_of_their_own() {
     let desk = desk();
     let stats = |words: &str| -> Value {
         render(&desk, &format!("{words} -o a.png --stats a.json")).exits_with(0);
-        serde_json::from_slice(&std::fs::read(desk.path("a.json")).expect("statistics")).expect("JSON")
+        serde_json::from_slice(&std::fs::read(desk.path("a.json")).expect("statistics"))
+            .expect("JSON")
     };
     let told = stats("--spp 64 --denoise");
     let (error, denoised) = (&told["error"], &told["denoised"]);
     for key in error.as_object().expect("an error").keys() {
         assert!(denoised.get(key).is_some(), "{key}: {denoised}");
     }
-    assert!(denoised["root_relmse"]["value"].as_f64() < error["root_relmse"]["value"].as_f64(), "{told}");
-    assert!(denoised["brightened"].as_f64().is_some_and(|light| light.abs() < 0.1), "{told}");
+    assert!(
+        denoised["root_relmse"]["value"].as_f64() < error["root_relmse"]["value"].as_f64(),
+        "{told}"
+    );
+    assert!(
+        denoised["brightened"]
+            .as_f64()
+            .is_some_and(|light| light.abs() < 0.1),
+        "{told}"
+    );
     let samples = |words: &str| stats(words)["samples"].as_u64().expect("samples");
-    let (plain, fewer) = (samples("--max-error 0.4 --spp 4096"), samples("--max-error 0.4 --spp 4096 --denoise"));
+    let (plain, fewer) = (
+        samples("--max-error 0.4 --spp 4096"),
+        samples("--max-error 0.4 --spp 4096 --denoise"),
+    );
     assert!(fewer <= plain, "{fewer} with denoising, {plain} without");
 }
 
-/// Protects: a crop is denoised as the picture that it is, and what nothing covers stays transparent and black, with numbers throughout.
+/// Protects: a crop is denoised as the picture that it is, and what nothing covers stays
+/// transparent and black, with numbers throughout.
 #[test]
 fn crops_and_transparent_pictures_are_denoised() {
     let desk = desk();
-    desk.write("a.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0.3 0.2 1\nf 1 2 3\nf 1 2 4\nf 1 4 3\nf 2 3 4\n");
+    desk.write(
+        "a.obj",
+        "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0.3 0.2 1\nf 1 2 3\nf 1 2 4\nf 1 4 3\nf 2 3 4\n",
+    );
     let words = "render a.obj --ground none --background transparent --size 40x30 --spp 16 --denoise -o a.exr -o a.png";
-    desk.run(&words.split(' ').collect::<Vec<_>>()).exits_with(0).says_like("denoised (biased)");
+    desk.run(&words.split(' ').collect::<Vec<_>>())
+        .exits_with(0)
+        .says_like("denoised (biased)");
     render(&desk, "--spp 16 --denoise --crop 20,10,33,21 -o crop.exr")
         .exits_with(0)
         .says_like("(33x21, 16 samples, denoised (biased)");
     for (name, pixels) in [("a.exr", 40 * 30), ("crop.exr", 33 * 21)] {
-        let layers: Vec<_> = desk.picture(name).layers.into_iter().filter(|layer| layer.name.starts_with("denoised")).collect();
+        let layers: Vec<_> = desk
+            .picture(name)
+            .layers
+            .into_iter()
+            .filter(|layer| layer.name.starts_with("denoised"))
+            .collect();
         assert!(
-            layers.iter().all(|layer| layer.samples.len() == pixels && layer.samples.iter().all(|x| x.is_finite())),
+            layers.iter().all(|layer| layer.samples.len() == pixels
+                && layer.samples.iter().all(|x| x.is_finite())),
             "{name}"
         );
         assert_eq!(layers.len(), 6, "{name}");
     }
-    let shown = image::open(desk.path("a.png")).expect("a picture").into_rgba8();
-    assert_eq!((shown.get_pixel(0, 0).0, shown.get_pixel(20, 15).0[3]), ([0; 4], 255));
+    let shown = image::open(desk.path("a.png"))
+        .expect("a picture")
+        .into_rgba8();
+    assert_eq!(
+        (shown.get_pixel(0, 0).0, shown.get_pixel(20, 15).0[3]),
+        ([0; 4], 255)
+    );
 }
 
 /// Protects: denoised pictures of either integrator say how near they are.
@@ -95,36 +152,73 @@ fn crops_and_transparent_pictures_are_denoised() {
 fn denoised_pictures_by_rays_alone_say_their_error() {
     let words = "render preset:whitted --size 33x21 --spp 16 --denoise -o a.png";
     let desk = desk();
-    desk.run(&words.split(' ').collect::<Vec<_>>()).exits_with(0).says_like("(33x21, 16 samples, denoised (biased), error ");
+    desk.run(&words.split(' ').collect::<Vec<_>>())
+        .exits_with(0)
+        .says_like("(33x21, 16 samples, denoised (biased), error ");
 }
 
-/// Protects: where there is no denoised picture it is said why, before anything is rendered where that can be; a first look is one in any
-/// case.
+/// Protects: where there is no denoised picture it is said why, before anything is rendered where
+/// that can be; a first look is one in any case.
 #[test]
 fn what_can_not_be_denoised_says_why() {
     let desk = desk();
-    render(&desk, "--spp 4 --denoise").exits_with(2).says_like("fewer than 8 samples do not tell noise from what is seen");
-    render(&desk, "--denoise --rung reconstruction=unbiased").exits_with(2).says_like("--denoise");
+    render(&desk, "--spp 4 --denoise")
+        .exits_with(2)
+        .says_like("fewer than 8 samples do not tell noise from what is seen");
+    render(&desk, "--denoise --rung reconstruction=unbiased")
+        .exits_with(2)
+        .says_like("--denoise");
     render(&desk, "--spp 64 -o a.png --checkpoint plain.film").exits_with(0);
     desk.run(&["denoise", "plain.film", "-o", "b.png"])
         .exits_with(3)
         .says_like("plain.film: it has no layer `emission`")
         .says_like("--denoise");
-    render(&desk, "--spp 32 --aov albedo,normal,emission,depth -o a.exr --checkpoint two.film").exits_with(0);
-    desk.run(&["denoise", "two.film", "-o", "b.png"]).exits_with(3).says_like("fewer than four replicates");
-    render(&desk, "--spp 16 --denoise -o b.png --resume plain.film").exits_with(3).says_like("it is of another picture");
-    assert!(!desk.names().iter().any(|name| name == "b.png"), "{:?}", desk.names());
-    render(&desk, "--spp 64 --aov albedo,normal,emission,depth -o a.exr --checkpoint four.film").exits_with(0);
-    desk.run(&["denoise", "four.film", "-o", "b.png"]).exits_with(0);
-    render(&desk, "--rung samples=64,reconstruction=denoised -o c.png").exits_with(0).says_like("denoised (biased)");
-    desk.write("calm.scene.toml", "format = 1\nsky.constant = 0.5\n[render]\npattern = \"corners\"\nsize = [8, 8]\n");
-    desk.run(&["render", "calm.scene.toml", "--denoise"]).exits_with(0).says_like("nothing in this picture is by chance");
-    desk.run(&["render", "calm.scene.toml", "--quick"]).exits_with(0).says_like("(4x4, 4 samples");
-    desk.run(&["render", "calm.scene.toml", "--quick", "-s", "9x7"]).exits_with(0).says_like("(9x7, 4 samples");
-    desk.run(&["render", "preset:whitted", "--quick", "-s", "0x7"]).exits_with(2);
+    render(
+        &desk,
+        "--spp 32 --aov albedo,normal,emission,depth -o a.exr --checkpoint two.film",
+    )
+    .exits_with(0);
+    desk.run(&["denoise", "two.film", "-o", "b.png"])
+        .exits_with(3)
+        .says_like("fewer than four replicates");
+    render(&desk, "--spp 16 --denoise -o b.png --resume plain.film")
+        .exits_with(3)
+        .says_like("it is of another picture");
+    assert!(
+        !desk.names().iter().any(|name| name == "b.png"),
+        "{:?}",
+        desk.names()
+    );
+    render(
+        &desk,
+        "--spp 64 --aov albedo,normal,emission,depth -o a.exr --checkpoint four.film",
+    )
+    .exits_with(0);
+    desk.run(&["denoise", "four.film", "-o", "b.png"])
+        .exits_with(0);
+    render(&desk, "--rung samples=64,reconstruction=denoised -o c.png")
+        .exits_with(0)
+        .says_like("denoised (biased)");
+    desk.write(
+        "calm.scene.toml",
+        "format = 1\nsky.constant = 0.5\n[render]\npattern = \"corners\"\nsize = [8, 8]\n",
+    );
+    desk.run(&["render", "calm.scene.toml", "--denoise"])
+        .exits_with(0)
+        .says_like("nothing in this picture is by chance");
+    desk.run(&["render", "calm.scene.toml", "--quick"])
+        .exits_with(0)
+        .says_like("(4x4, 4 samples");
+    desk.run(&["render", "calm.scene.toml", "--quick", "-s", "9x7"])
+        .exits_with(0)
+        .says_like("(9x7, 4 samples");
+    desk.run(&["render", "preset:whitted", "--quick", "-s", "0x7"])
+        .exits_with(2);
     desk.write(
         "bright.scene.toml",
-        std::fs::read_to_string(desk.path("room.scene.toml")).expect("a scene").replace("samples = 6", "samples = 40"),
+        std::fs::read_to_string(desk.path("room.scene.toml"))
+            .expect("a scene")
+            .replace("samples = 6", "samples = 40"),
     );
     desk.run(&["render", "bright.scene.toml", "--quick", "--size", "70x50"])
         .exits_with(0)

@@ -18,37 +18,80 @@ sky = { constant = [0.1, 0.2, 0.4] }
 cameras = [{ pose.look_at = { eye = [0, 1, 4], target = [0, 0, 0] }, projection.pinhole = { vertical_fov = 5 } }]
 "#;
 
-/// Protects: a floor under another sky has its light, as much as is asked for; none is none; what can't be done is said with its kind of
-/// error, and the environment's own file is not written over.
+/// Protects: a floor under another sky has its light, as much as is asked for; none is none; what
+/// can't be done is said with its kind of error, and the environment's own file is not written
+/// over.
 #[test]
 fn another_sky() {
     let desk = Desk::new();
     desk.write("floor.scene.toml", FLOOR);
     desk.write("sky.scene.toml", SKY);
-    desk.run(&["render", "sky.scene.toml", "-o", "sky.exr", "-q"]).exits_with(0);
+    desk.run(&["render", "sky.scene.toml", "-o", "sky.exr", "-q"])
+        .exits_with(0);
     let floor = |flags: &[&str]| {
-        desk.run(&[&["render", "floor.scene.toml", "-o", "a.exr", "-q"], flags].concat()).exits_with(0).says("");
+        desk.run(&[&["render", "floor.scene.toml", "-o", "a.exr", "-q"], flags].concat())
+            .exits_with(0)
+            .says("");
         let rgb = desk.picture("a.exr").rgb;
         [0, 1, 2].map(|k| rgb.iter().map(|pixel| pixel[k]).sum::<f32>() / rgb.len() as f32)
     };
     let near = |found: [f32; 3], expected: [f32; 3]| {
-        assert!(found.iter().zip(expected).all(|(a, b)| (a - b).abs() <= 0.02 * b), "{found:?} instead of {expected:?}");
+        assert!(
+            found
+                .iter()
+                .zip(expected)
+                .all(|(a, b)| (a - b).abs() <= 0.02 * b),
+            "{found:?} instead of {expected:?}"
+        );
     };
     near(floor(&["--env", "sky.exr"]), [0.05, 0.1, 0.2]);
-    near(floor(&["--env", "sky.exr", "--env-strength", "3", "--env-rotation", "-77"]), [0.15, 0.3, 0.6]);
+    near(
+        floor(&[
+            "--env",
+            "sky.exr",
+            "--env-strength",
+            "3",
+            "--env-rotation",
+            "-77",
+        ]),
+        [0.15, 0.3, 0.6],
+    );
     // Linear from 1 above to 0.4 below: 0.7 + 0.3 · ⅔ on what faces up.
     near(floor(&["--env", "default"]), [0.45; 3]);
     near(floor(&["--env", "none"]), [0.0; 3]);
     for (flags, code, words) in [
-        (&["--env", "none", "--env-rotation", "5"][..], 2, "--env default"),
+        (
+            &["--env", "none", "--env-rotation", "5"][..],
+            2,
+            "--env default",
+        ),
         (&["--env", "missing.hdr"], 4, "missing.hdr"),
         (&["--env", "floor.scene.toml"], 3, "HDR"),
-        (&["--env", "sky.exr", "--env-strength", "-1"], 2, "--env-strength"),
+        (
+            &["--env", "sky.exr", "--env-strength", "-1"],
+            2,
+            "--env-strength",
+        ),
     ] {
         let run = desk.run(&[&["render", "floor.scene.toml", "-o", "b.exr"], flags].concat());
-        assert!(run.exits_with(code).stderr.contains(words), "{flags:?}: {}", run.stderr);
+        assert!(
+            run.exits_with(code).stderr.contains(words),
+            "{flags:?}: {}",
+            run.stderr
+        );
     }
     let before = std::fs::read(desk.path("sky.exr")).expect("a file");
-    let run = desk.run(&["render", "floor.scene.toml", "--env", "sky.exr", "-o", "sky.exr"]);
-    assert!(run.code != Some(0) && std::fs::read(desk.path("sky.exr")).expect("a file") == before, "{}", run.stderr);
+    let run = desk.run(&[
+        "render",
+        "floor.scene.toml",
+        "--env",
+        "sky.exr",
+        "-o",
+        "sky.exr",
+    ]);
+    assert!(
+        run.code != Some(0) && std::fs::read(desk.path("sky.exr")).expect("a file") == before,
+        "{}",
+        run.stderr
+    );
 }

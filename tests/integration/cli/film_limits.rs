@@ -1,4 +1,5 @@
-//! What a kept film is refused for: each reason by its words and its exit code, and no file is left behind.
+//! What a kept film is refused for: each reason by its words and its exit code, and no file is left
+//! behind.
 
 use std::fs;
 
@@ -30,23 +31,51 @@ fn desk() -> Desk {
 }
 
 fn render(desk: &Desk, words: &str) -> Run {
-    let first = ["render", "ball.scene.toml", "--integrator", "path", "--progress=none"];
-    desk.run(&first.into_iter().chain(words.split_whitespace()).collect::<Vec<&str>>())
+    let first = [
+        "render",
+        "ball.scene.toml",
+        "--integrator",
+        "path",
+        "--progress=none",
+    ];
+    desk.run(
+        &first
+            .into_iter()
+            .chain(words.split_whitespace())
+            .collect::<Vec<&str>>(),
+    )
 }
 
 fn merge(desk: &Desk, words: &str) -> Run {
-    desk.run(&["merge"].into_iter().chain(words.split_whitespace()).collect::<Vec<&str>>())
+    desk.run(
+        &["merge"]
+            .into_iter()
+            .chain(words.split_whitespace())
+            .collect::<Vec<&str>>(),
+    )
 }
 
-/// Protects: a film is read where the limit is what it and its picture take, and refused one byte below, by name and amount; by
-/// every command that reads one.
+/// Protects: a film is read where the limit is what it and its picture take, and refused one byte
+/// below, by name and amount; by every command that reads one.
 #[test]
 fn a_film_over_the_limit_is_refused() {
     let desk = desk();
     let path = desk.path("a.film");
     let whole = read_film(&path, &Limits::default()).expect("a film");
-    let needed = whole.film.header().bytes().expect("a header that makes sense");
-    let within = |memory_bytes: u64| read_film(&path, &Limits { memory_bytes, ..Limits::default() });
+    let needed = whole
+        .film
+        .header()
+        .bytes()
+        .expect("a header that makes sense");
+    let within = |memory_bytes: u64| {
+        read_film(
+            &path,
+            &Limits {
+                memory_bytes,
+                ..Limits::default()
+            },
+        )
+    };
     assert!(within(needed).is_ok());
     let refused = within(needed - 1).expect_err("one byte too few");
     assert_eq!(refused.kind(), ErrorKind::Limit, "{refused}");
@@ -65,8 +94,9 @@ fn a_film_over_the_limit_is_refused() {
     assert_eq!(desk.names(), before);
 }
 
-/// Protects: every way in which a file is no film of this program says so in its own words, with the exit code of bad input, and writes
-/// nothing: other files, other versions, headers and films that are cut off, changed, or too long.
+/// Protects: every way in which a file is no film of this program says so in its own words, with
+/// the exit code of bad input, and writes nothing: other files, other versions, headers and films
+/// that are cut off, changed, or too long.
 #[test]
 fn what_is_no_film_says_why() {
     let desk = desk();
@@ -76,37 +106,69 @@ fn what_is_no_film_says_why() {
         bytes[place] = byte;
         bytes
     };
-    let header_end = 28 + usize::try_from(u64::from_le_bytes(whole[20..28].try_into().expect("eight"))).expect("short");
+    let header_end = 28
+        + usize::try_from(u64::from_le_bytes(whole[20..28].try_into().expect("eight")))
+            .expect("short");
     let cases: Vec<(Vec<u8>, &str)> = vec![
-        (b"P6 1 1 255 abc".to_vec(), "it is not a film, as --checkpoint writes them"),
+        (
+            b"P6 1 1 255 abc".to_vec(),
+            "it is not a film, as --checkpoint writes them",
+        ),
         (Vec::new(), "it is not a film, as --checkpoint writes them"),
-        (changed(16, 200), "it has version 200 of the format, and this program reads version "),
-        (changed(27, 1), "its header is longer than any that this program writes"),
+        (
+            changed(16, 200),
+            "it has version 200 of the format, and this program reads version ",
+        ),
+        (
+            changed(27, 1),
+            "its header is longer than any that this program writes",
+        ),
         (changed(28, b'!'), "its header is wrong: "),
-        (whole[..18].to_vec(), "it ends in the middle; it was cut off"),
-        (whole[..header_end - 1].to_vec(), "it ends in the middle; it was cut off"),
-        (whole[..header_end + 5].to_vec(), "it ends in the middle; it was cut off"),
-        (whole[..whole.len() - 1].to_vec(), "it ends in the middle; it was cut off"),
-        (changed(header_end + 3, whole[header_end + 3] ^ 1), "its checksum is wrong: it was damaged or changed"),
+        (
+            whole[..18].to_vec(),
+            "it ends in the middle; it was cut off",
+        ),
+        (
+            whole[..header_end - 1].to_vec(),
+            "it ends in the middle; it was cut off",
+        ),
+        (
+            whole[..header_end + 5].to_vec(),
+            "it ends in the middle; it was cut off",
+        ),
+        (
+            whole[..whole.len() - 1].to_vec(),
+            "it ends in the middle; it was cut off",
+        ),
+        (
+            changed(header_end + 3, whole[header_end + 3] ^ 1),
+            "its checksum is wrong: it was damaged or changed",
+        ),
         ([&whole[..], b"x"].concat(), "something follows its end"),
     ];
     for (bytes, reason) in cases {
         desk.write("b.film", bytes);
         let before = desk.names();
-        for run in [merge(&desk, "b.film -o b.png"), render(&desk, "--spp 8 --resume b.film -o b.png")] {
+        for run in [
+            merge(&desk, "b.film -o b.png"),
+            render(&desk, "--spp 8 --resume b.film -o b.png"),
+        ] {
             run.exits_with(3).says_like(&format!("b.film: {reason}"));
         }
         assert_eq!(desk.names(), before, "{reason}");
     }
     fs::create_dir(desk.path("c.film")).expect("a folder");
-    for run in
-        [merge(&desk, "c.film -o b.png"), render(&desk, "--spp 8 --resume c.film -o b.png"), merge(&desk, "d.film -o b.png")]
-    {
+    for run in [
+        merge(&desk, "c.film -o b.png"),
+        render(&desk, "--spp 8 --resume c.film -o b.png"),
+        merge(&desk, "d.film -o b.png"),
+    ] {
         run.exits_with(4).says_like("cannot read ");
     }
 }
 
-/// Protects: a film that another version of the program made is not gone on from, merged or replayed: its samples may be others.
+/// Protects: a film that another version of the program made is not gone on from, merged or
+/// replayed: its samples may be others.
 #[test]
 fn a_film_of_another_version_is_refused() {
     let desk = desk();
@@ -119,6 +181,7 @@ fn a_film_of_another_version_is_refused() {
         render(&desk, "--spp 8 --resume b.film -o b.png"),
         render(&desk, "--replay b.film -o b.png"),
     ] {
-        run.exits_with(3).says_like("b.film: it was made by Raywright 0.0.1, and this is ");
+        run.exits_with(3)
+            .says_like("b.film: it was made by Raywright 0.0.1, and this is ");
     }
 }

@@ -1,5 +1,5 @@
-//! Renders of more than one run: kept and gone on with, divided and merged, ended by time. What must come out are the bits of one
-//! run, and no file may do harm.
+//! Renders of more than one run: kept and gone on with, divided and merged, ended by time. What
+//! must come out are the bits of one run, and no file may do harm.
 
 use std::fs;
 use std::process::Command;
@@ -8,7 +8,8 @@ use raywright::core::picture::Picture;
 
 use crate::support::Desk;
 
-/// A lamp, a ball of glass, a rough floor and a lens: everything that draws numbers, in 70 × 50 pixels, which are six tiles.
+/// A lamp, a ball of glass, a rough floor and a lens: everything that draws numbers, in 70 × 50
+/// pixels, which are six tiles.
 const SCENE: &str = r#"
 format = 1
 render = { size = [70, 50], samples = 6 }
@@ -46,22 +47,56 @@ pub(super) fn desk() -> Desk {
 
 /// Renders the scene with these further words.
 pub(super) fn render(desk: &Desk, words: &str) -> crate::support::Run {
-    let first = ["render", "room.scene.toml", "--integrator", "path", "--progress=none"];
-    desk.run(&first.into_iter().chain(words.split_whitespace()).collect::<Vec<&str>>())
+    let first = [
+        "render",
+        "room.scene.toml",
+        "--integrator",
+        "path",
+        "--progress=none",
+    ];
+    desk.run(
+        &first
+            .into_iter()
+            .chain(words.split_whitespace())
+            .collect::<Vec<&str>>(),
+    )
 }
 
 pub(super) fn merge(desk: &Desk, words: &str) -> crate::support::Run {
-    desk.run(&["merge"].into_iter().chain(words.split_whitespace()).collect::<Vec<&str>>())
+    desk.run(
+        &["merge"]
+            .into_iter()
+            .chain(words.split_whitespace())
+            .collect::<Vec<&str>>(),
+    )
 }
 
 /// Colours and layers by name, to the bit.
 pub(super) fn bits(picture: &Picture) -> Vec<(String, Vec<u32>)> {
-    let colour = ("colour".to_owned(), picture.rgb.iter().flatten().map(|x| x.to_bits()).collect());
+    let colour = (
+        "colour".to_owned(),
+        picture.rgb.iter().flatten().map(|x| x.to_bits()).collect(),
+    );
     let layer = |layer: &raywright::core::picture::Layer| {
-        (layer.name.clone(), layer.samples.iter().map(|x| x.to_bits()).collect::<Vec<u32>>())
+        (
+            layer.name.clone(),
+            layer
+                .samples
+                .iter()
+                .map(|x| x.to_bits())
+                .collect::<Vec<u32>>(),
+        )
     };
-    let alpha = picture.alpha.iter().map(|alpha| ("coverage".to_owned(), alpha.iter().map(|x| x.to_bits()).collect()));
-    std::iter::once(colour).chain(alpha).chain(picture.layers.iter().map(layer)).collect()
+    let alpha = picture.alpha.iter().map(|alpha| {
+        (
+            "coverage".to_owned(),
+            alpha.iter().map(|x| x.to_bits()).collect(),
+        )
+    });
+    std::iter::once(colour)
+        .chain(alpha)
+        .chain(picture.layers.iter().map(layer))
+        .collect()
 }
 
 #[track_caller]
@@ -73,25 +108,46 @@ pub(super) fn same_bits(desk: &Desk, one: &str, other: &str) {
     }
 }
 
-/// Protects: a render that is gone on with, twice and with more samples each time, by other threads and another accelerator, has
-/// the bits of one run, layers and errors included; what is gone on from may be what is kept.
+/// Protects: a render that is gone on with, twice and with more samples each time, by other threads
+/// and another accelerator, has the bits of one run, layers and errors included; what is gone on
+/// from may be what is kept.
 #[test]
 fn more_samples_later_have_the_bits_of_one_run() {
     let desk = desk();
-    render(&desk, &format!("--spp 5 {LAYERS} -o few.exr --checkpoint a.film"))
-        .exits_with(0)
-        .says_like("wrote few.exr, a.film (70x50, 5 samples");
-    render(&desk, &format!("--spp 21 {LAYERS} -o more.exr --resume a.film --checkpoint a.film --threads 1")).exits_with(0);
-    render(&desk, &format!("--spp 90 {LAYERS} -o many.exr --resume a.film --accel linear")).exits_with(0);
+    render(
+        &desk,
+        &format!("--spp 5 {LAYERS} -o few.exr --checkpoint a.film"),
+    )
+    .exits_with(0)
+    .says_like("wrote few.exr, a.film (70x50, 5 samples");
+    render(
+        &desk,
+        &format!("--spp 21 {LAYERS} -o more.exr --resume a.film --checkpoint a.film --threads 1"),
+    )
+    .exits_with(0);
+    render(
+        &desk,
+        &format!("--spp 90 {LAYERS} -o many.exr --resume a.film --accel linear"),
+    )
+    .exits_with(0);
     render(&desk, &format!("--spp 21 {LAYERS} -o more-once.exr")).exits_with(0);
     render(&desk, &format!("--spp 90 {LAYERS} -o many-once.exr")).exits_with(0);
     same_bits(&desk, "more.exr", "more-once.exr");
     same_bits(&desk, "many.exr", "many-once.exr");
-    assert_eq!(desk.names().iter().filter(|name| name.starts_with('.')).count(), 0, "{:?}", desk.names());
+    assert_eq!(
+        desk.names()
+            .iter()
+            .filter(|name| name.starts_with('.'))
+            .count(),
+        0,
+        "{:?}",
+        desk.names()
+    );
 }
 
-/// Protects: parts of a picture, each rendered by a run of its own, merge to the bits of one run, in any order and in two steps,
-/// and a crop is divided as a picture is. A merge shows them as they were asked for, or otherwise.
+/// Protects: parts of a picture, each rendered by a run of its own, merge to the bits of one run,
+/// in any order and in two steps, and a crop is divided as a picture is. A merge shows them as they
+/// were asked for, or otherwise.
 #[test]
 fn parts_have_the_bits_of_one_run() {
     let desk = desk();
@@ -100,7 +156,9 @@ fn parts_have_the_bits_of_one_run() {
     for k in 1..=4 {
         render(&desk, &format!("{all} --part {k}/4 --checkpoint {k}.film")).exits_with(0);
     }
-    merge(&desk, "3.film 1.film 4.film 2.film -o all.exr -o all.png").exits_with(0).says_like("wrote all.exr, all.png (4 parts");
+    merge(&desk, "3.film 1.film 4.film 2.film -o all.exr -o all.png")
+        .exits_with(0)
+        .says_like("wrote all.exr, all.png (4 parts");
     same_bits(&desk, "all.exr", "once.exr");
     same_bits(&desk, "all.png", "once.png");
     merge(&desk, "2.film 4.film --checkpoint even.film").exits_with(0);
@@ -108,16 +166,27 @@ fn parts_have_the_bits_of_one_run() {
     same_bits(&desk, "steps.exr", "once.exr");
     // A union is what one run can go on from.
     merge(&desk, "1.film 3.film even.film --checkpoint whole.film").exits_with(0);
-    render(&desk, &format!("{} -o more.exr --resume whole.film", all.replace("--spp 9", "--spp 20"))).exits_with(0);
-    render(&desk, &format!("{} -o more-once.exr", all.replace("--spp 9", "--spp 20"))).exits_with(0);
+    render(
+        &desk,
+        &format!(
+            "{} -o more.exr --resume whole.film",
+            all.replace("--spp 9", "--spp 20")
+        ),
+    )
+    .exits_with(0);
+    render(
+        &desk,
+        &format!("{} -o more-once.exr", all.replace("--spp 9", "--spp 20")),
+    )
+    .exits_with(0);
     same_bits(&desk, "more.exr", "more-once.exr");
     merge(&desk, "whole.film -o dark.png --exposure -3").exits_with(0);
     let sum = |name: &str| desk.picture(name).rgb.iter().flatten().sum::<f32>();
     assert!(sum("dark.png") < 0.5 * sum("once.png"));
 }
 
-/// Protects: what is missing, there twice, of another picture or none of ours is refused with the file's name, and no picture is
-/// made of it.
+/// Protects: what is missing, there twice, of another picture or none of ours is refused with the
+/// file's name, and no picture is made of it.
 #[test]
 fn what_is_no_part_is_refused() {
     let desk = desk();
@@ -131,40 +200,61 @@ fn what_is_no_part_is_refused() {
     ] {
         render(
             &desk,
-            &format!("--spp 2 {words} --checkpoint {name}.film {}", if words.contains("part") { "" } else { "-o x.png" }),
+            &format!(
+                "--spp 2 {words} --checkpoint {name}.film {}",
+                if words.contains("part") {
+                    ""
+                } else {
+                    "-o x.png"
+                }
+            ),
         )
         .exits_with(0);
     }
     let before = desk.names();
     let missing = merge(&desk, "1.film 3.film -o all.png");
-    missing.exits_with(3).says_like("error: parts are missing, or were not finished: 2 of 6 tiles (");
+    missing
+        .exits_with(3)
+        .says_like("error: parts are missing, or were not finished: 2 of 6 tiles (");
     merge(&desk, "1.film 2.film 1.film 3.film -o all.png")
         .exits_with(3)
         .says_like("1.film: it holds samples that a part before it holds too");
     merge(&desk, "1.film seed.film -o all.png")
         .exits_with(3)
         .says_like("seed.film: it is not of the picture of 1.film: the seed differs");
-    merge(&desk, "1.film depth.film -o all.png").exits_with(3).says_like("the maximum depth differs");
-    merge(&desk, "1.film rung.film -o all.png").exits_with(3).says_like("the light sampling differs");
-    merge(&desk, "1.film gone.film -o all.png").exits_with(4).says_like("cannot read gone.film: no such file or folder");
-    merge(&desk, "1.film room.scene.toml -o all.png").exits_with(3).says_like("room.scene.toml: it is not a film");
+    merge(&desk, "1.film depth.film -o all.png")
+        .exits_with(3)
+        .says_like("the maximum depth differs");
+    merge(&desk, "1.film rung.film -o all.png")
+        .exits_with(3)
+        .says_like("the light sampling differs");
+    merge(&desk, "1.film gone.film -o all.png")
+        .exits_with(4)
+        .says_like("cannot read gone.film: no such file or folder");
+    merge(&desk, "1.film room.scene.toml -o all.png")
+        .exits_with(3)
+        .says_like("room.scene.toml: it is not a film");
     merge(&desk, "1.film -o 1.film").exits_with(2);
-    merge(&desk, "1.film 2.film --checkpoint 2.film").exits_with(2).says_like("cannot write 2.film: this run reads it");
+    merge(&desk, "1.film 2.film --checkpoint 2.film")
+        .exits_with(2)
+        .says_like("cannot write 2.film: this run reads it");
     merge(&desk, "1.film 2.film").exits_with(2);
     assert_eq!(desk.names(), before);
     merge(&desk, "1.film 3.film -o some.png --unfinished").exits_with(0);
     assert!(desk.picture("some.png").rgb.contains(&[0.0; 3]));
 }
 
-/// Protects: a film of another scene, file content or flag, or with more samples than asked for, is not gone on from, and it is
-/// said what differs. Only what changes no sample may differ.
+/// Protects: a film of another scene, file content or flag, or with more samples than asked for, is
+/// not gone on from, and it is said what differs. Only what changes no sample may differ.
 #[test]
 fn another_picture_is_not_gone_on_from() {
     let desk = desk();
     render(&desk, "--spp 40 --checkpoint a.film -o a.png").exits_with(0);
     let refused = |words: &str, cause: &str| {
         let run = render(&desk, &format!("{words} --resume a.film -o b.png"));
-        run.exits_with(3).says_like(&format!("a.film: it is of another picture: the {cause} differs"));
+        run.exits_with(3).says_like(&format!(
+            "a.film: it is of another picture: the {cause} differs"
+        ));
     };
     refused("--spp 80 --seed 7", "seed");
     refused("--spp 80 --eye 0,1,5", "camera");
@@ -192,11 +282,16 @@ fn another_picture_is_not_gone_on_from() {
     render(&desk, "--spp 4 --part 1/7 --checkpoint c.film")
         .exits_with(2)
         .says_like("divides the picture into 7 shares, and it has 6 tiles");
-    render(&desk, "--spp 4 --resume a.film --checkpoint room.scene.toml").exits_with(2).says_like("cannot write room.scene.toml");
+    render(
+        &desk,
+        "--spp 4 --resume a.film --checkpoint room.scene.toml",
+    )
+    .exits_with(2)
+    .says_like("cannot write room.scene.toml");
 }
 
-/// Protects: a film that was cut off, changed in any byte or made up ends with a message and takes no memory that it does not
-/// have: every length, every bit of a header, and numbers at random.
+/// Protects: a film that was cut off, changed in any byte or made up ends with a message and takes
+/// no memory that it does not have: every length, every bit of a header, and numbers at random.
 #[test]
 fn damaged_films_do_no_harm() {
     let desk = desk();
@@ -208,7 +303,11 @@ fn damaged_films_do_no_harm() {
     };
     assert!(read(&whole).is_ok());
     for length in 0..whole.len() {
-        assert!(read(&whole[..length]).is_err(), "{length} of {} bytes", whole.len());
+        assert!(
+            read(&whole[..length]).is_err(),
+            "{length} of {} bytes",
+            whole.len()
+        );
     }
     for place in 0..whole.len() {
         for bit in [0, 3, 7] {
@@ -217,14 +316,22 @@ fn damaged_films_do_no_harm() {
             assert!(read(&changed).is_err(), "bit {bit} of byte {place}");
         }
     }
-    assert!(read(&[&whole[..], b"\0"].concat()).expect_err("too long").to_string().contains("something follows its end"));
+    assert!(
+        read(&[&whole[..], b"\0"].concat())
+            .expect_err("too long")
+            .to_string()
+            .contains("something follows its end")
+    );
     merge(&desk, "b.film -o b.png").exits_with(3);
     // As large as numbers can say, in a file of a few hundred bytes.
     let text = String::from_utf8_lossy(&whole[28..]).into_owned();
     let header = &text[..text.rfind('}').expect("a header") + 1];
     for (old, new) in [
         (r#""width":4,"height":3"#, r#""width":65535,"height":65535"#),
-        (r#""width":4,"height":3"#, r#""width":4294967295,"height":4294967295"#),
+        (
+            r#""width":4,"height":3"#,
+            r#""width":4294967295,"height":4294967295"#,
+        ),
         (r#""tile_size":32"#, r#""tile_size":0"#),
         (r#""samples":1"#, r#""samples":4294967295"#),
         (r#""drawn":[1]"#, r#""drawn":[65535]"#),
@@ -233,86 +340,163 @@ fn damaged_films_do_no_harm() {
     ] {
         assert!(header.contains(old), "{old} is not in {header}");
         let changed = header.replacen(old, new, 1);
-        let bytes = [&whole[..20], &(changed.len() as u64).to_le_bytes(), changed.as_bytes(), &[0; 400]].concat();
+        let bytes = [
+            &whole[..20],
+            &(changed.len() as u64).to_le_bytes(),
+            changed.as_bytes(),
+            &[0; 400],
+        ]
+        .concat();
         let run = (read(&bytes).is_err(), merge(&desk, "b.film -o b.png"));
-        assert!(run.0 && matches!(run.1.code, Some(3 | 5)), "{new}: {:?} {}", run.1.code, run.1.stderr);
+        assert!(
+            run.0 && matches!(run.1.code, Some(3 | 5)),
+            "{new}: {:?} {}",
+            run.1.code,
+            run.1.stderr
+        );
     }
 }
 
-/// Protects: an error that is asked for is reached, by the interval that the report states, with more samples where they are needed;
-/// threads and another accelerator give the same bits; what an end by budget or by the most samples leaves is said.
+/// Protects: an error that is asked for is reached, by the interval that the report states, with
+/// more samples where they are needed; threads and another accelerator give the same bits; what an
+/// end by budget or by the most samples leaves is said.
 #[test]
 fn an_error_is_reached() {
     let desk = desk();
     let all = format!("--max-error 0.01 {LAYERS}");
-    render(&desk, &format!("{all} -o a.exr --stats a.json")).exits_with(0).says_like(", below the 0.01 asked for, ");
-    let stats: serde_json::Value = serde_json::from_slice(&fs::read(desk.path("a.json")).expect("a report")).expect("JSON");
-    let high = stats["error"]["root_relmse"]["high"].as_f64().expect("an interval");
+    render(&desk, &format!("{all} -o a.exr --stats a.json"))
+        .exits_with(0)
+        .says_like(", below the 0.01 asked for, ");
+    let stats: serde_json::Value =
+        serde_json::from_slice(&fs::read(desk.path("a.json")).expect("a report")).expect("JSON");
+    let high = stats["error"]["root_relmse"]["high"]
+        .as_f64()
+        .expect("an interval");
     assert!(high <= 0.01 && high > 0.005, "{high}");
     let picture = desk.picture("a.exr");
     let samples = &picture.layer("samples.N").expect("asked for").samples;
-    let (least, most) = samples.iter().fold((f32::MAX, 0.0_f32), |(least, most), &n| (least.min(n), most.max(n)));
+    let (least, most) = samples
+        .iter()
+        .fold((f32::MAX, 0.0_f32), |(least, most), &n| {
+            (least.min(n), most.max(n))
+        });
     assert!(least >= 16.0 && most > 1.5 * least, "{least} to {most}");
     render(&desk, &format!("{all} -o b.exr --threads 1 --accel linear")).exits_with(0);
     same_bits(&desk, "a.exr", "b.exr");
     for (end, file) in [("--spp 40", "c.exr"), ("--budget 1s", "d.exr")] {
         let run = render(&desk, &format!("--max-error 0.0001 {end} -o {file}"));
-        run.exits_with(6).says_like("error: the error of 0.0001 that was asked for is not reached");
+        run.exits_with(6)
+            .says_like("error: the error of 0.0001 that was asked for is not reached");
         assert!(desk.path(file).exists());
     }
     render(&desk, "--max-error 0.1 --part 1/2 --checkpoint p.film").exits_with(2);
     render(&desk, "--max-error 0 -o d.exr").exits_with(2);
 }
 
-/// Protects: why samples were added after the error that was asked for seemed to be reached is said, with how many there were by then.
+/// Protects: why samples were added after the error that was asked for seemed to be reached is
+/// said, with how many there were by then.
 #[test]
 fn going_on_is_explained() {
     if !crate::support::carried("cornell") {
         return;
     }
     let desk = Desk::new();
-    let run = desk.run(&["preset:cornell", "-s", "24x24", "--max-error", "0.08", "-o", "c.png"]);
+    let run = desk.run(&[
+        "preset:cornell",
+        "-s",
+        "24x24",
+        "--max-error",
+        "0.08",
+        "-o",
+        "c.png",
+    ]);
     run.exits_with(0)
         .says_like(" samples seemed to reach 0.08, with 0.0")
         .says_like("so more were taken")
         .says_like("below the 0.08 asked for");
 }
 
-/// Protects: the film of a render that its budget ended is a map of samples, by which another render has its bits, whether samples
-/// went where the error is or not; the film of other settings is refused.
+/// Protects: the film of a render that its budget ended is a map of samples, by which another
+/// render has its bits, whether samples went where the error is or not; the film of other settings
+/// is refused.
 #[test]
 fn what_a_budget_ended_is_replayed() {
     let desk = desk();
     for (name, words, code) in [("even", "", 0), ("error", "--max-error 0.0001", 6)] {
-        render(&desk, &format!("{words} --budget 1s {LAYERS} -o {name}.exr --checkpoint {name}.film")).exits_with(code);
-        render(&desk, &format!("{words} {LAYERS} --replay {name}.film -o {name}-again.exr --threads 1")).exits_with(code);
+        render(
+            &desk,
+            &format!("{words} --budget 1s {LAYERS} -o {name}.exr --checkpoint {name}.film"),
+        )
+        .exits_with(code);
+        render(
+            &desk,
+            &format!("{words} {LAYERS} --replay {name}.film -o {name}-again.exr --threads 1"),
+        )
+        .exits_with(code);
         same_bits(&desk, &format!("{name}.exr"), &format!("{name}-again.exr"));
     }
-    render(&desk, &format!("--seed 3 {LAYERS} --replay even.film -o c.exr")).exits_with(3).says_like("seed");
-    render(&desk, &format!("{LAYERS} --replay error.film -o d.exr")).exits_with(3).says_like("maximum error");
+    render(
+        &desk,
+        &format!("--seed 3 {LAYERS} --replay even.film -o c.exr"),
+    )
+    .exits_with(3)
+    .says_like("seed");
+    render(&desk, &format!("{LAYERS} --replay error.film -o d.exr"))
+        .exits_with(3)
+        .says_like("maximum error");
 }
 
-/// Protects: a time that is too short for anything still gives every pixel the samples of one pass, which is said, and what it
-/// made can be gone on from to the bits of one run.
+/// Protects: a time that is too short for anything still gives every pixel the samples of one pass,
+/// which is said, and what it made can be gone on from to the bits of one run.
 #[test]
 fn a_budget_ends_after_a_pass() {
     let desk = desk();
     // Longer than a second: 65,536 samples of 60,000 pixels.
     let all = "--size 300x200 --aov samples";
-    let run = render(&desk, &format!("{all} --budget 1s -o a.exr --checkpoint a.film"));
+    let run = render(
+        &desk,
+        &format!("{all} --budget 1s -o a.exr --checkpoint a.film"),
+    );
     run.exits_with(0);
-    let taken = desk.picture("a.exr").layer("samples.N").expect("asked for").samples.clone();
-    let (least, most) = taken.iter().fold((f32::MAX, 0.0_f32), |(least, most), &n| (least.min(n), most.max(n)));
+    let taken = desk
+        .picture("a.exr")
+        .layer("samples.N")
+        .expect("asked for")
+        .samples
+        .clone();
+    let (least, most) = taken.iter().fold((f32::MAX, 0.0_f32), |(least, most), &n| {
+        (least.min(n), most.max(n))
+    });
     assert!(least >= 4.0 && most < 65_536.0, "{least} to {most}");
-    let told = if least == most { format!("{least} of 65536 samples") } else { format!("{least} to {most} of 65536 samples") };
+    let told = if least == most {
+        format!("{least} of 65536 samples")
+    } else {
+        format!("{least} to {most} of 65536 samples")
+    };
     assert!(run.stderr.contains(&told), "{told}: {}", run.stderr);
-    assert!(desk.stored("a.exr").texts.iter().any(|(_, text)| text.contains(&format!("taken='{told}'"))), "{told}");
+    assert!(
+        desk.stored("a.exr")
+            .texts
+            .iter()
+            .any(|(_, text)| text.contains(&format!("taken='{told}'"))),
+        "{told}"
+    );
     // A scene's fixed pattern is one pass.
-    let pattern = desk.run(&["render", "preset:whitted", "--size", "64x36", "--budget", "1s", "-o", "w.png"]);
+    let pattern = desk.run(&[
+        "render",
+        "preset:whitted",
+        "--size",
+        "64x36",
+        "--budget",
+        "1s",
+        "-o",
+        "w.png",
+    ]);
     pattern.exits_with(0).says_like("64x36, 4 samples");
 }
 
-/// Protects: a render that is interrupted is kept, says how it goes on, and goes on to the bits of one run.
+/// Protects: a render that is interrupted is kept, says how it goes on, and goes on to the bits of
+/// one run.
 #[cfg(unix)]
 #[test]
 fn an_interrupted_render_goes_on() {
@@ -334,45 +518,82 @@ fn an_interrupted_render_goes_on() {
         "a.film",
         "--progress=plain",
     ];
-    let mut child = desk.command(&words).stderr(Stdio::piped()).spawn().expect("starts");
+    let mut child = desk
+        .command(&words)
+        .stderr(Stdio::piped())
+        .spawn()
+        .expect("starts");
     let mut stderr = child.stderr.take().expect("piped");
     stderr.read_exact(&mut [0]).expect("a first line");
-    assert!(Command::new("kill").args(["-INT", &child.id().to_string()]).status().expect("kill runs").success());
+    assert!(
+        Command::new("kill")
+            .args(["-INT", &child.id().to_string()])
+            .status()
+            .expect("kill runs")
+            .success()
+    );
     let code = child.wait().expect("ends").code();
     let mut text = String::new();
     stderr.read_to_string(&mut text).expect("text");
     assert_eq!(code, Some(130), "{text}");
-    assert!(text.contains("what was finished is in a.partial.exr, a.film\nhelp: go on with --resume a.film"), "{text}");
+    assert!(
+        text.contains(
+            "what was finished is in a.partial.exr, a.film\nhelp: go on with --resume a.film"
+        ),
+        "{text}"
+    );
     let (size, spp) = ("--size 160x120", "--spp 400");
     render(&desk, &format!("{size} {spp} -o a.exr --resume a.film")).exits_with(0);
     render(&desk, &format!("{size} {spp} -o once.exr")).exits_with(0);
     same_bits(&desk, "a.exr", "once.exr");
 }
 
-/// Protects: the farm of docs/farm.md that GNU parallel runs makes the picture of one run; where it is installed.
+/// Protects: the farm of docs/farm.md that GNU parallel runs makes the picture of one run; where it
+/// is installed.
 #[test]
 fn gnu_parallel_is_a_farm() {
-    let installed = Command::new("parallel").arg("--version").output().is_ok_and(|output| output.stdout.starts_with(b"GNU"));
+    let installed = Command::new("parallel")
+        .arg("--version")
+        .output()
+        .is_ok_and(|output| output.stdout.starts_with(b"GNU"));
     if !installed {
         eprintln!("skipped: GNU parallel is not installed");
         return;
     }
     let desk = desk();
-    let page = fs::read_to_string(concat!(env!("CARGO_MANIFEST_DIR"), "/docs/farm.md")).expect("the page");
-    let (_, rest) = page.split_once("<!-- test: parallel -->\n```sh\n").expect("the commands");
+    let page =
+        fs::read_to_string(concat!(env!("CARGO_MANIFEST_DIR"), "/docs/farm.md")).expect("the page");
+    let (_, rest) = page
+        .split_once("<!-- test: parallel -->\n```sh\n")
+        .expect("the commands");
     let (commands, _) = rest.split_once("\n```").expect("their end");
     let program = std::path::Path::new(env!("CARGO_BIN_EXE_raywright"));
-    let path = format!("{}:{}", program.parent().expect("a folder").display(), std::env::var("PATH").unwrap_or_default());
+    let path = format!(
+        "{}:{}",
+        program.parent().expect("a folder").display(),
+        std::env::var("PATH").unwrap_or_default()
+    );
     let small = commands.replace("--spp 256", "--spp 9");
     assert_ne!(small, commands);
-    let ran = Command::new("sh").args(["-ec", &small]).current_dir(desk.path(".")).env("PATH", path).output().expect("a shell");
-    assert!(ran.status.success(), "{}", String::from_utf8_lossy(&ran.stderr));
-    desk.run(&["render", "room.scene.toml", "--spp", "9", "-o", "once.png"]).exits_with(0);
+    let ran = Command::new("sh")
+        .args(["-ec", &small])
+        .current_dir(desk.path("."))
+        .env("PATH", path)
+        .output()
+        .expect("a shell");
+    assert!(
+        ran.status.success(),
+        "{}",
+        String::from_utf8_lossy(&ran.stderr)
+    );
+    desk.run(&["render", "room.scene.toml", "--spp", "9", "-o", "once.png"])
+        .exits_with(0);
     same_bits(&desk, "room.png", "once.png");
 }
 
-/// Protects: a film that can't be kept costs no picture, neither of `render` nor of `merge`: it is written, the failure is told, and the exit
-/// code is that of files. The limit on the length of files is met by the film alone, which is many times as long as the picture.
+/// Protects: a film that can't be kept costs no picture, neither of `render` nor of `merge`: it is
+/// written, the failure is told, and the exit code is that of files. The limit on the length of
+/// files is met by the film alone, which is many times as long as the picture.
 #[cfg(unix)]
 #[test]
 fn a_film_that_cannot_be_kept_costs_no_picture() {
@@ -381,7 +602,10 @@ fn a_film_that_cannot_be_kept_costs_no_picture() {
     let limited = |words: &str| {
         // A signal is how the system says it to programs that don't ignore it.
         let script = format!("trap '' XFSZ; ulimit -f 64 || exit 77; exec \"$0\" {words}");
-        let run = Command::new("sh").args(["-c", &script, env!("CARGO_BIN_EXE_raywright")]).current_dir(desk.path("")).output();
+        let run = Command::new("sh")
+            .args(["-c", &script, env!("CARGO_BIN_EXE_raywright")])
+            .current_dir(desk.path(""))
+            .output();
         run.expect("a shell")
     };
     let fails = |words: &str, picture: &str| {
@@ -392,10 +616,21 @@ fn a_film_that_cannot_be_kept_costs_no_picture() {
         }
         let said = String::from_utf8_lossy(&run.stderr).into_owned();
         assert_eq!(run.status.code(), Some(4), "{words}: {said}");
-        assert!(said.contains("error: cannot write a.film") && said.contains(&format!("wrote {picture} (")), "{words}: {said}");
-        assert!(desk.path(picture).exists() && !desk.path("a.film").exists(), "{words}: {:?}", desk.names());
+        assert!(
+            said.contains("error: cannot write a.film")
+                && said.contains(&format!("wrote {picture} (")),
+            "{words}: {said}"
+        );
+        assert!(
+            desk.path(picture).exists() && !desk.path("a.film").exists(),
+            "{words}: {:?}",
+            desk.names()
+        );
     };
-    fails("render room.scene.toml --integrator path --spp 4 --checkpoint a.film -o a.png", "a.png");
+    fails(
+        "render room.scene.toml --integrator path --spp 4 --checkpoint a.film -o a.png",
+        "a.png",
+    );
     let whole = render(&desk, "--spp 4 --checkpoint b.film -o b.png");
     whole.exits_with(0);
     assert_eq!(desk.picture("a.png").rgb, desk.picture("b.png").rgb);

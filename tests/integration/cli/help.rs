@@ -14,41 +14,68 @@ fn help_and_version_are_results() {
     assert!(help.text().contains("Usage: raywright"), "{}", help.text());
     let version = desk.run(&["--version"]);
     version.exits_with(0).says("");
-    assert_eq!(version.text(), format!("raywright {}\n", env!("CARGO_PKG_VERSION")));
+    assert_eq!(
+        version.text(),
+        format!("raywright {}\n", env!("CARGO_PKG_VERSION"))
+    );
 }
 
-/// Protects: every command explains itself, by `--help` and by `help`, and its summary fits into one line of the list.
+/// Protects: every command explains itself, by `--help` and by `help`, and its summary fits into
+/// one line of the list.
 #[test]
 fn every_command_has_help() {
     let desk = Desk::new();
     let list = desk.run(&["help"]);
     list.exits_with(0).says("");
     for command in COMMANDS {
-        let summary = list.text().lines().find(|line| line.trim_start().starts_with(command)).expect(command);
+        let summary = list
+            .text()
+            .lines()
+            .find(|line| line.trim_start().starts_with(command))
+            .expect(command);
         assert!(summary.chars().count() <= 100, "{summary}");
         let help = desk.run(&[command, "--help"]);
         help.exits_with(0).says("");
-        assert!(help.text().contains(&format!("Usage: raywright {command}")), "{}", help.text());
-        assert_eq!(desk.run(&["help", command]).exits_with(0).text(), help.text());
+        assert!(
+            help.text().contains(&format!("Usage: raywright {command}")),
+            "{}",
+            help.text()
+        );
+        assert_eq!(
+            desk.run(&["help", command]).exits_with(0).text(),
+            help.text()
+        );
     }
 }
 
-/// Protects: texts fit the terminal, and are broken where it ends and nowhere else. Lines that are indented are tables and
-/// examples.
+/// Protects: texts fit the terminal, and are broken where it ends and nowhere else. Lines that are
+/// indented are tables and examples.
 #[test]
 fn help_is_wrapped_by_the_width_of_the_terminal() {
     let desk = Desk::new();
     for width in [80, 100] {
         for command in COMMANDS {
-            let output =
-                desk.command(&[command, "--help"]).env("COLUMNS", width.to_string()).output().expect("the program starts");
+            let output = desk
+                .command(&[command, "--help"])
+                .env("COLUMNS", width.to_string())
+                .output()
+                .expect("the program starts");
             let text = String::from_utf8(output.stdout).expect("text");
             let lines: Vec<&str> = text.lines().collect();
-            assert!(lines.iter().all(|line| line.chars().count() <= width), "{command} in {width} columns:\n{text}");
-            for pair in lines.windows(2).filter(|pair| pair.iter().all(|line| line.starts_with(|c: char| !c.is_whitespace()))) {
+            assert!(
+                lines.iter().all(|line| line.chars().count() <= width),
+                "{command} in {width} columns:\n{text}"
+            );
+            for pair in lines.windows(2).filter(|pair| {
+                pair.iter()
+                    .all(|line| line.starts_with(|c: char| !c.is_whitespace()))
+            }) {
                 let word = pair[1].split(' ').next().unwrap_or_default();
                 let whole = pair[0].chars().count() + 1 + word.chars().count();
-                assert!(whole > width, "{command} in {width} columns: a break before `{word}`\n{text}");
+                assert!(
+                    whole > width,
+                    "{command} in {width} columns: a break before `{word}`\n{text}"
+                );
             }
         }
     }
@@ -85,51 +112,105 @@ fn completions_are_written_for_each_shell() {
     }
 }
 
-/// Protects: the manual has a page for the program and for each command, under the name that `man` looks for.
+/// Protects: the manual has a page for the program and for each command, under the name that `man`
+/// looks for.
 #[test]
 fn manual_pages_carry_their_names() {
     let desk = Desk::new();
     let program = desk.run(&["man"]);
     program.exits_with(0).says("");
-    assert!(program.text().contains(".TH raywright 1"), "{}", program.text());
+    assert!(
+        program.text().contains(".TH raywright 1"),
+        "{}",
+        program.text()
+    );
     for command in COMMANDS {
         let page = desk.run(&["man", command]);
         page.exits_with(0).says("");
-        assert!(page.text().contains(&format!(".TH raywright-{command} 1")), "{}", page.text());
+        assert!(
+            page.text().contains(&format!(".TH raywright-{command} 1")),
+            "{}",
+            page.text()
+        );
     }
 }
 
-/// Protects: a reader that has seen enough of a text is no failure (`raywright schema | head -0`), and a picture that nobody reads is one.
+/// Protects: a reader that has seen enough of a text is no failure (`raywright schema | head -0`),
+/// and a picture that nobody reads is one.
 #[test]
 fn closed_pipes_lose_pictures_and_no_texts() {
     let desk = Desk::new();
-    let picture = ["render", "sky.scene.toml", "-q", "-s", "300x300", "--spp", "1", "-o", "-", "-o", "a.png"];
+    let picture = [
+        "render",
+        "sky.scene.toml",
+        "-q",
+        "-s",
+        "300x300",
+        "--spp",
+        "1",
+        "-o",
+        "-",
+        "-o",
+        "a.png",
+    ];
     desk.write("sky.scene.toml", "format = 1\nsky.constant = 0.5\n");
-    for (arguments, code) in [(&["completions", "zsh"][..], 0), (&["schema"], 0), (&picture, 4)] {
-        let mut child = desk.command(arguments).stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().expect("starts");
+    for (arguments, code) in [
+        (&["completions", "zsh"][..], 0),
+        (&["schema"], 0),
+        (&picture, 4),
+    ] {
+        let mut child = desk
+            .command(arguments)
+            .stdout(Stdio::piped())
+            .stderr(Stdio::piped())
+            .spawn()
+            .expect("starts");
         drop(child.stdout.take());
         let mut stderr = String::new();
-        child.stderr.take().expect("piped").read_to_string(&mut stderr).expect("text");
+        child
+            .stderr
+            .take()
+            .expect("piped")
+            .read_to_string(&mut stderr)
+            .expect("text");
         let status = child.wait().expect("ends");
         assert_eq!(status.code(), Some(code), "{arguments:?}: {stderr}");
-        assert_eq!(stderr.starts_with("error: cannot write to standard output"), code == 4, "{stderr}");
+        assert_eq!(
+            stderr.starts_with("error: cannot write to standard output"),
+            code == 4,
+            "{stderr}"
+        );
     }
-    assert_eq!(desk.names(), ["a.png", "sky.scene.toml"], "what can be written is written");
+    assert_eq!(
+        desk.names(),
+        ["a.png", "sky.scene.toml"],
+        "what can be written is written"
+    );
 }
 
-/// Protects: the help of `--without` names each effect that can be switched off and no other, as the command line takes them.
+/// Protects: the help of `--without` names each effect that can be switched off and no other, as
+/// the command line takes them.
 #[test]
 fn help_names_the_effects() {
     let desk = Desk::new();
     let help = desk.run(&["render", "--help"]);
     let text = help.text().split_whitespace().collect::<Vec<_>>().join(" ");
-    let (_, list) = text.split_once("Switch effects off, separated by commas: ").expect("the flag's help");
+    let (_, list) = text
+        .split_once("Switch effects off, separated by commas: ")
+        .expect("the flag's help");
     let known = desk.run(&["render", "--without", "magic"]);
-    let (_, known) = known.stderr.split_once("known: ").expect("a list of those known");
+    let (_, known) = known
+        .stderr
+        .split_once("known: ")
+        .expect("a list of those known");
     let known = known.lines().next().expect("a line").trim();
-    assert!(known.split(", ").count() > 30 && list.starts_with(&format!("{known} ")), "{list}\n{known}");
+    assert!(
+        known.split(", ").count() > 30 && list.starts_with(&format!("{known} ")),
+        "{list}\n{known}"
+    );
     desk.write("sky.scene.toml", "format = 1\nsky.constant = 0.5\n");
-    let without = |names: &str| desk.run(&["explain", "sky.scene.toml", "--json", "--without", names]);
+    let without =
+        |names: &str| desk.run(&["explain", "sky.scene.toml", "--json", "--without", names]);
     let all = without(&known.replace(", ", ","));
     let all: serde_json::Value = serde_json::from_str(all.exits_with(0).text()).expect("JSON");
     for effect in all["effects"].as_array().expect("a list") {

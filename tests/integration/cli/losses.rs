@@ -1,5 +1,5 @@
-//! What is not in a picture though it was to be: samples that are no numbers and rays that are cut short are told, wherever the picture is
-//! made of what has them.
+//! What is not in a picture though it was to be: samples that are no numbers and rays that are cut
+//! short are told, wherever the picture is made of what has them.
 
 use serde_json::Value;
 
@@ -34,48 +34,115 @@ fn stats(desk: &Desk, name: &str) -> Value {
     serde_json::from_str(&std::fs::read_to_string(desk.path(name)).expect("a file")).expect("JSON")
 }
 
-/// Protects: samples that are dropped are counted in the statistics and warned of, there and on standard error, by both integrators; also of
-/// a film that is gone on with, of parts that are merged, and of one that is denoised.
+/// Protects: samples that are dropped are counted in the statistics and warned of, there and on
+/// standard error, by both integrators; also of a film that is gone on with, of parts that are
+/// merged, and of one that is denoised.
 #[test]
 fn dropped_samples_are_told() {
     let desk = Desk::new();
     desk.write("half.scene.toml", HALF);
     let told = "1024 of 2048 samples (50 %) were not finite and were dropped";
     for integrator in ["whitted", "path"] {
-        let run = desk.run(&["render", "half.scene.toml", "--integrator", integrator, "-v", "-o", "a.exr", "--stats", "a.json"]);
+        let run = desk.run(&[
+            "render",
+            "half.scene.toml",
+            "--integrator",
+            integrator,
+            "-v",
+            "-o",
+            "a.exr",
+            "--stats",
+            "a.json",
+        ]);
         run.exits_with(0).says_like(told);
         let stats = stats(&desk, "a.json");
-        assert_eq!((&stats["samples"], &stats["dropped"], &stats["cut_short"]), (&1024.into(), &1024.into(), &0.into()));
+        assert_eq!(
+            (&stats["samples"], &stats["dropped"], &stats["cut_short"]),
+            (&1024.into(), &1024.into(), &0.into())
+        );
         assert!(
-            stats["warnings"][0]["message"].as_str().is_some_and(|message| message.starts_with(told)),
+            stats["warnings"][0]["message"]
+                .as_str()
+                .is_some_and(|message| message.starts_with(told)),
             "{}",
             stats["warnings"]
         );
     }
     for part in ["1", "2"] {
         let (part, film) = (format!("{part}/2"), format!("{part}.film"));
-        desk.run(&["render", "half.scene.toml", "--spp", "8", "--denoise", "--part", &part, "--checkpoint", &film]).exits_with(0);
+        desk.run(&[
+            "render",
+            "half.scene.toml",
+            "--spp",
+            "8",
+            "--denoise",
+            "--part",
+            &part,
+            "--checkpoint",
+            &film,
+        ])
+        .exits_with(0);
     }
     let told = "2048 of 4096 samples (50 %) were not finite and were dropped";
-    desk.run(&["merge", "1.film", "2.film", "-o", "b.exr", "--checkpoint", "both.film"]).exits_with(0).says_like(told);
-    desk.run(&["denoise", "both.film", "-o", "c.exr"]).exits_with(0).says_like(told);
-    let resumed =
-        ["render", "half.scene.toml", "--spp", "16", "--denoise", "--resume", "both.film", "-o", "d.exr", "--stats", "d.json"];
-    desk.run(&resumed).exits_with(0).says_like("4096 of 8192 samples (50 %) were not finite and were dropped");
+    desk.run(&[
+        "merge",
+        "1.film",
+        "2.film",
+        "-o",
+        "b.exr",
+        "--checkpoint",
+        "both.film",
+    ])
+    .exits_with(0)
+    .says_like(told);
+    desk.run(&["denoise", "both.film", "-o", "c.exr"])
+        .exits_with(0)
+        .says_like(told);
+    let resumed = [
+        "render",
+        "half.scene.toml",
+        "--spp",
+        "16",
+        "--denoise",
+        "--resume",
+        "both.film",
+        "-o",
+        "d.exr",
+        "--stats",
+        "d.json",
+    ];
+    desk.run(&resumed)
+        .exits_with(0)
+        .says_like("4096 of 8192 samples (50 %) were not finite and were dropped");
     assert_eq!(stats(&desk, "d.json")["dropped"], 4096);
 }
 
-/// Protects: rays that end at the limit of surfaces that are passed are counted and warned of, by both integrators.
+/// Protects: rays that end at the limit of surfaces that are passed are counted and warned of, by
+/// both integrators.
 #[test]
 fn rays_that_are_cut_short_are_told() {
     let desk = Desk::new();
     desk.write("layers.scene.toml", LAYERS);
     for integrator in ["whitted", "path"] {
-        let run =
-            desk.run(&["render", "layers.scene.toml", "--integrator", integrator, "-v", "-o", "a.exr", "--stats", "a.json"]);
-        run.exits_with(0).says_like("2 rays ended at the 8192 surfaces that those of a sample may pass unchanged");
+        let run = desk.run(&[
+            "render",
+            "layers.scene.toml",
+            "--integrator",
+            integrator,
+            "-v",
+            "-o",
+            "a.exr",
+            "--stats",
+            "a.json",
+        ]);
+        run.exits_with(0).says_like(
+            "2 rays ended at the 8192 surfaces that those of a sample may pass unchanged",
+        );
         let stats = stats(&desk, "a.json");
-        assert_eq!((&stats["dropped"], &stats["cut_short"]), (&0.into(), &2.into()));
+        assert_eq!(
+            (&stats["dropped"], &stats["cut_short"]),
+            (&0.into(), &2.into())
+        );
         assert_eq!(stats["warnings"].as_array().map(Vec::len), Some(1));
     }
 }

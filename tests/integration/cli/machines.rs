@@ -1,4 +1,5 @@
-//! What scripts rely on: verdicts on many files, JSON of documented layouts, progress in JSON, hashes, and comparisons that know noise.
+//! What scripts rely on: verdicts on many files, JSON of documented layouts, progress in JSON,
+//! hashes, and comparisons that know noise.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::fs;
@@ -17,8 +18,9 @@ fn json(run: &Run) -> Value {
     serde_json::from_str(run.text()).expect("JSON")
 }
 
-/// Protects: each of many files gets its verdict, for people and for scripts, and the first wrong one decides the exit code; warnings are
-/// errors on request, and a scene with nothing in it is warned of.
+/// Protects: each of many files gets its verdict, for people and for scripts, and the first wrong
+/// one decides the exit code; warnings are errors on request, and a scene with nothing in it is
+/// warned of.
 #[test]
 fn many_files_are_checked() {
     let desk = Desk::new();
@@ -28,33 +30,71 @@ fn many_files_are_checked() {
     let nothing = "empty.scene.toml: there is nothing to see: it has no object";
     let both = ["check", "good.scene.toml", "empty.scene.toml"];
     let run = desk.run(&both);
-    run.exits_with(0).says(&format!("warning: {nothing} [nothing-to-see]"));
-    assert_eq!(run.text(), "good.scene.toml: ok\nempty.scene.toml: ok, 1 warning\n");
+    run.exits_with(0)
+        .says(&format!("warning: {nothing} [nothing-to-see]"));
+    assert_eq!(
+        run.text(),
+        "good.scene.toml: ok\nempty.scene.toml: ok, 1 warning\n"
+    );
     desk.run(&[&both[..], &["--deny-warnings"]].concat())
         .exits_with(3)
         .says_like("error: empty.scene.toml: 1 warning, and --deny-warnings allows none\nerror: 1 of 2 files are not right");
-    let all = ["check", "good.scene.toml", "gone.glb", "bad.scene.toml", "empty.scene.toml"];
-    desk.run(&all).exits_with(4).says_like("unknown key `objcts`").says_like("error: 2 of 4 files are not right");
+    let all = [
+        "check",
+        "good.scene.toml",
+        "gone.glb",
+        "bad.scene.toml",
+        "empty.scene.toml",
+    ];
+    desk.run(&all)
+        .exits_with(4)
+        .says_like("unknown key `objcts`")
+        .says_like("error: 2 of 4 files are not right");
     let run = desk.run(&[&all[..], &["--json", "--deny-warnings"]].concat());
     run.exits_with(4);
     let report = json(&run);
-    let of = |key: &str| report["files"].as_array().expect("a list").iter().map(|file| file[key].clone()).collect::<Vec<Value>>();
+    let of = |key: &str| {
+        report["files"]
+            .as_array()
+            .expect("a list")
+            .iter()
+            .map(|file| file[key].clone())
+            .collect::<Vec<Value>>()
+    };
     assert_eq!(of("code"), [0, 4, 3, 3].map(Value::from));
     assert_eq!(of("ok"), [true, false, false, false].map(Value::from));
-    assert_eq!(of("warnings")[3], serde_json::json!([{ "code": "nothing-to-see", "severity": "empty", "message": nothing }]));
-    desk.run(&[&both[..], &["--deny-warnings", "--allow", "nothing-to-see"]].concat()).exits_with(0);
-    desk.run(&[&both[..], &["--deny-warnings", "--allow", "nothing"]].concat()).exits_with(2).says_like("there is no such code");
+    assert_eq!(
+        of("warnings")[3],
+        serde_json::json!([{ "code": "nothing-to-see", "severity": "empty", "message": nothing }])
+    );
+    desk.run(&[&both[..], &["--deny-warnings", "--allow", "nothing-to-see"]].concat())
+        .exits_with(0);
+    desk.run(&[&both[..], &["--deny-warnings", "--allow", "nothing"]].concat())
+        .exits_with(2)
+        .says_like("there is no such code");
     // What rests and could move is no problem of a picture.
     desk.write("model.gltf", super::models::model());
-    desk.run(&["check", "model.gltf", "--deny-warnings"]).exits_with(0).says_like("note: model.gltf: ").says_like("[at-rest]");
-    assert_eq!(desk.run(&["check", "model.gltf"]).text(), "model.gltf: ok, 2 notes\n");
-    assert!(of("error")[2].as_str().is_some_and(|error| error.starts_with("unknown key `objcts`")), "{report}");
+    desk.run(&["check", "model.gltf", "--deny-warnings"])
+        .exits_with(0)
+        .says_like("note: model.gltf: ")
+        .says_like("[at-rest]");
+    assert_eq!(
+        desk.run(&["check", "model.gltf"]).text(),
+        "model.gltf: ok, 2 notes\n"
+    );
+    assert!(
+        of("error")[2]
+            .as_str()
+            .is_some_and(|error| error.starts_with("unknown key `objcts`")),
+        "{report}"
+    );
 }
 
 /// Keys that are always there, and those that are there sometimes.
 type Keys = [BTreeSet<String>; 2];
 
-/// What docs/machines.md says of a kind of JSON: its version, its keys, and those of the objects within, by where these are.
+/// What docs/machines.md says of a kind of JSON: its version, its keys, and those of the objects
+/// within, by where these are.
 struct Layout {
     version: u64,
     keys: Keys,
@@ -65,7 +105,9 @@ impl Layout {
     /// The row for an object within: that of its place, or of its last key anywhere.
     fn within(&self, at: &str) -> Option<(&String, &Keys)> {
         let last = at.rsplit_once('.').map_or(at, |(_, last)| last);
-        self.within.get_key_value(at).or_else(|| self.within.get_key_value(&format!("*.{last}")))
+        self.within
+            .get_key_value(at)
+            .or_else(|| self.within.get_key_value(&format!("*.{last}")))
     }
 }
 
@@ -81,28 +123,43 @@ fn keys(cell: &str) -> Keys {
 }
 
 fn documented(from: &str) -> Layout {
-    let page = fs::read_to_string(concat!(env!("CARGO_MANIFEST_DIR"), "/docs/machines.md")).expect("the page");
-    let rows =
-        page.lines().filter(|line| line.starts_with(&format!("| `{from}` |"))).map(|line| line.split('|').collect::<Vec<_>>());
+    let page = fs::read_to_string(concat!(env!("CARGO_MANIFEST_DIR"), "/docs/machines.md"))
+        .expect("the page");
+    let rows = page
+        .lines()
+        .filter(|line| line.starts_with(&format!("| `{from}` |")))
+        .map(|line| line.split('|').collect::<Vec<_>>());
     let mut rows = rows.map(|cells| (cells[2].to_owned(), cells[3].to_owned()));
     let (version, own) = rows.next().unwrap_or_else(|| panic!("no row of {from}"));
     let mut within = BTreeMap::new();
     for (places, cell) in rows {
-        names(&places).for_each(|place| assert!(within.insert(place.clone(), keys(&cell)).is_none(), "{from}: {place} twice"));
+        names(&places).for_each(|place| {
+            assert!(
+                within.insert(place.clone(), keys(&cell)).is_none(),
+                "{from}: {place} twice"
+            )
+        });
     }
     let mut own = keys(&own);
     own[0].insert("format".to_owned());
-    Layout { version: version.trim().parse().expect("a version"), keys: own, within }
+    Layout {
+        version: version.trim().parse().expect("a version"),
+        keys: own,
+        within,
+    }
 }
 
 /// Every object of some JSON with where it is: `a.b[].c`.
 fn objects<'a>(at: &str, found: &'a Value, all: &mut Vec<(String, &'a Value)>) {
     match found {
-        Value::Array(list) => list.iter().for_each(|one| objects(&format!("{at}[]"), one, all)),
+        Value::Array(list) => list
+            .iter()
+            .for_each(|one| objects(&format!("{at}[]"), one, all)),
         Value::Object(keys) => {
             all.push((at.to_owned(), found));
             let dot = if at.is_empty() { "" } else { "." };
-            keys.iter().for_each(|(key, value)| objects(&format!("{at}{dot}{key}"), value, all));
+            keys.iter()
+                .for_each(|(key, value)| objects(&format!("{at}{dot}{key}"), value, all));
         }
         _ => {}
     }
@@ -116,14 +173,32 @@ fn has_the_documented_keys(from: &str, found: &Value) -> BTreeSet<String> {
     let mut all = Vec::new();
     objects("", found, &mut all);
     for (at, object) in &all {
-        let known = if at.is_empty() { Some(&layout.keys) } else { layout.within(at).map(|(_, keys)| keys) };
-        let [always, sometimes] = known.unwrap_or_else(|| panic!("{from}: `{at}` is not documented"));
-        let keys: BTreeSet<String> = object.as_object().expect("an object").keys().cloned().collect();
+        let known = if at.is_empty() {
+            Some(&layout.keys)
+        } else {
+            layout.within(at).map(|(_, keys)| keys)
+        };
+        let [always, sometimes] =
+            known.unwrap_or_else(|| panic!("{from}: `{at}` is not documented"));
+        let keys: BTreeSet<String> = object
+            .as_object()
+            .expect("an object")
+            .keys()
+            .cloned()
+            .collect();
         let missing: Vec<_> = always.difference(&keys).collect();
-        let unknown: Vec<_> = keys.iter().filter(|key| !always.contains(*key) && !sometimes.contains(*key)).collect();
-        assert!(missing.is_empty() && unknown.is_empty(), "{from}, {at}: missing {missing:?}, not documented {unknown:?}");
+        let unknown: Vec<_> = keys
+            .iter()
+            .filter(|key| !always.contains(*key) && !sometimes.contains(*key))
+            .collect();
+        assert!(
+            missing.is_empty() && unknown.is_empty(),
+            "{from}, {at}: missing {missing:?}, not documented {unknown:?}"
+        );
     }
-    all.into_iter().filter_map(|(at, _)| Some(layout.within(&at)?.0.clone())).collect()
+    all.into_iter()
+        .filter_map(|(at, _)| Some(layout.within(&at)?.0.clone()))
+        .collect()
 }
 
 /// A lamp over a floor, seen by paths, so that everything that can be told is.
@@ -136,8 +211,8 @@ objects = [{ shape.plane = { point = [0, -1, 0], normal = [0, 1, 0] }, material 
   { shape.sphere = { centre = [0, 2, 0], radius = 0.5 }, material = "l" }]
 "#;
 
-/// Protects: every JSON has the keys that its page documents, in every object within, no more and no fewer, and the version; and what the
-/// page documents is there.
+/// Protects: every JSON has the keys that its page documents, in every object within, no more and
+/// no fewer, and the version; and what the page documents is there.
 #[test]
 fn layouts_are_those_of_the_page() {
     let desk = Desk::new();
@@ -151,27 +226,53 @@ fn layouts_are_those_of_the_page() {
     let words = |line: &str| desk.run(&line.split(' ').collect::<Vec<_>>());
     words("render lamp.scene.toml --denoise --aov stderr -q -o a.exr --stats s.json").exits_with(0);
     words("render lamp.scene.toml --aov stderr --seed 2 -q -o b.exr").exits_with(0);
-    words("render lamp.scene.toml --background transparent --crop 2,2,16,12 -q -o c.exr").exits_with(0);
+    words("render lamp.scene.toml --background transparent --crop 2,2,16,12 -q -o c.exr")
+        .exits_with(0);
     let stats = fs::read_to_string(desk.path("s.json")).expect("a report");
-    let mut seen = has_the_documented_keys("render --stats", &serde_json::from_str(&stats).expect("JSON"));
+    let mut seen = has_the_documented_keys(
+        "render --stats",
+        &serde_json::from_str(&stats).expect("JSON"),
+    );
     let complete = |from: &str, seen: &BTreeSet<String>| {
-        // Of places with the same keys one is enough: not every scene has an answer to everything. Whether tree and scan change places is for
-        // the clock to say.
+        // Of places with the same keys one is enough: not every scene has an answer to everything.
+        // Whether tree and scan change places is for the clock to say.
         let within = documented(from).within;
         let is_seen = |keys: &Keys| seen.iter().any(|at| within.get(at) == Some(keys));
         let is_timed = |at: &str| at == "generated[].crossover";
-        let unseen: Vec<_> = within.iter().filter(|(at, keys)| !is_seen(keys) && !is_timed(at)).map(|(at, _)| at).collect();
+        let unseen: Vec<_> = within
+            .iter()
+            .filter(|(at, keys)| !is_seen(keys) && !is_timed(at))
+            .map(|(at, _)| at)
+            .collect();
         assert!(unseen.is_empty(), "{from}: nothing is at {unseen:?}");
     };
     words("render model.gltf -s 8x8 --spp 4 -q -o d.png --stats u.json").exits_with(0);
     let stats = fs::read_to_string(desk.path("u.json")).expect("a report");
-    seen.extend(has_the_documented_keys("render --stats", &serde_json::from_str(&stats).expect("JSON")));
+    seen.extend(has_the_documented_keys(
+        "render --stats",
+        &serde_json::from_str(&stats).expect("JSON"),
+    ));
     complete("render --stats", &seen);
     for (from, lines) in [
-        ("check --json", &["check good.scene.toml model.gltf --json"][..]),
-        ("info --json", &["info good.scene.toml --json", "info model.gltf --json"]),
-        ("info PICTURE --json", &["info a.exr --json", "info c.exr --json"]),
-        ("explain --json", &["explain good.scene.toml --json", "explain lamp.scene.toml --json --measure"]),
+        (
+            "check --json",
+            &["check good.scene.toml model.gltf --json"][..],
+        ),
+        (
+            "info --json",
+            &["info good.scene.toml --json", "info model.gltf --json"],
+        ),
+        (
+            "info PICTURE --json",
+            &["info a.exr --json", "info c.exr --json"],
+        ),
+        (
+            "explain --json",
+            &[
+                "explain good.scene.toml --json",
+                "explain lamp.scene.toml --json --measure",
+            ],
+        ),
         (
             "bench --json",
             &[
@@ -179,9 +280,25 @@ fn layouts_are_those_of_the_page() {
                 "bench good.scene.toml --repeats 1 --seconds 0.01 --json -q",
             ],
         ),
-        ("stress --json", &["stress twice.scene.toml --json -q", "stress model.gltf --json -q"]),
-        ("accuracy --json", &["accuracy lamp.scene.toml --budget 3min --size 12x9 --rounds 2 --json -q"]),
-        ("compare --json", &["compare a.exr b.exr --json", "compare a.exr b.exr --noise --json", "compare c.exr c.exr --json"]),
+        (
+            "stress --json",
+            &[
+                "stress twice.scene.toml --json -q",
+                "stress model.gltf --json -q",
+            ],
+        ),
+        (
+            "accuracy --json",
+            &["accuracy lamp.scene.toml --budget 3min --size 12x9 --rounds 2 --json -q"],
+        ),
+        (
+            "compare --json",
+            &[
+                "compare a.exr b.exr --json",
+                "compare a.exr b.exr --noise --json",
+                "compare c.exr c.exr --json",
+            ],
+        ),
     ] {
         let mut seen = BTreeSet::new();
         for line in lines {
@@ -193,44 +310,73 @@ fn layouts_are_those_of_the_page() {
     }
 }
 
-/// Protects: progress in JSON is a line after each picture at least, with the samples that there are and the error that the statistics have; it
-/// changes no bit.
+/// Protects: progress in JSON is a line after each picture at least, with the samples that there
+/// are and the error that the statistics have; it changes no bit.
 #[test]
 fn progress_is_told_in_json() {
     let desk = room();
-    let words = "render room.scene.toml --integrator path --spp 64 -o a.exr --stats s.json --progress json";
+    let words =
+        "render room.scene.toml --integrator path --spp 64 -o a.exr --stats s.json --progress json";
     let run = desk.run(&words.split(' ').collect::<Vec<_>>());
     run.exits_with(0);
-    let lines: Vec<Value> =
-        run.stderr.lines().filter(|line| line.starts_with('{')).map(|line| serde_json::from_str(line).expect("JSON")).collect();
+    let lines: Vec<Value> = run
+        .stderr
+        .lines()
+        .filter(|line| line.starts_with('{'))
+        .map(|line| serde_json::from_str(line).expect("JSON"))
+        .collect();
     let last = lines.last().expect("a line");
     for line in &lines {
         has_the_documented_keys("render --progress json", line);
     }
-    assert_eq!((&last["samples"], &last["of"]), (&Value::from(vec![64, 64]), &64.into()));
-    assert_eq!((&last["picture"], &last["pictures"], &last["seconds_left"]), (&1.into(), &1.into(), &0.0.into()));
-    let stats: Value = serde_json::from_slice(&fs::read(desk.path("s.json")).expect("a report")).expect("JSON");
+    assert_eq!(
+        (&last["samples"], &last["of"]),
+        (&Value::from(vec![64, 64]), &64.into())
+    );
+    assert_eq!(
+        (&last["picture"], &last["pictures"], &last["seconds_left"]),
+        (&1.into(), &1.into(), &0.0.into())
+    );
+    let stats: Value =
+        serde_json::from_slice(&fs::read(desk.path("s.json")).expect("a report")).expect("JSON");
     assert_eq!(last["error"], stats["error"]);
     render(&desk, "--spp 64 -o b.exr").exits_with(0);
     assert!(desk.picture("a.exr").rgb == desk.picture("b.exr").rgb);
 }
 
-/// Protects: the hash is that of the pixels alone, one line a file; without metadata equal pixels are equal files, whatever made them.
+/// Protects: the hash is that of the pixels alone, one line a file; without metadata equal pixels
+/// are equal files, whatever made them.
 #[test]
 fn equal_pixels_have_equal_hashes_and_files() {
     let desk = room();
     let hash = |words: &str| {
         let run = render(&desk, &format!("--hash --spp 2 {words}"));
         run.exits_with(0);
-        let lines: Vec<_> = run.text().lines().map(|line| line.split_once("  ").expect("two columns")).collect();
+        let lines: Vec<_> = run
+            .text()
+            .lines()
+            .map(|line| line.split_once("  ").expect("two columns"))
+            .collect();
         let hash = lines[0].0;
-        assert!(hash.len() == 64 && hash.bytes().all(|byte| byte.is_ascii_hexdigit()), "{hash}");
+        assert!(
+            hash.len() == 64 && hash.bytes().all(|byte| byte.is_ascii_hexdigit()),
+            "{hash}"
+        );
         assert!(lines.iter().all(|line| line.0 == hash), "{lines:?}");
-        (hash.to_owned(), lines.iter().map(|line| line.1.to_owned()).collect::<Vec<_>>())
+        (
+            hash.to_owned(),
+            lines
+                .iter()
+                .map(|line| line.1.to_owned())
+                .collect::<Vec<_>>(),
+        )
     };
     let (one, names) = hash("-o a.png -o a.exr --no-metadata --threads 1");
     assert_eq!(names, ["a.png", "a.exr"]);
-    assert_eq!(hash("-o b.png -o b.exr --no-metadata --accel linear").0, one);
+    assert_eq!(
+        hash("-o b.png -o b.exr --no-metadata --accel linear").0,
+        one
+    );
     assert_ne!(hash("-o c.png -o c.exr --seed 5").0, one);
     let file = |name: &str| fs::read(desk.path(name)).expect("a file");
     assert!(file("a.png") == file("b.png") && file("a.exr") == file("b.exr"));
@@ -238,21 +384,37 @@ fn equal_pixels_have_equal_hashes_and_files() {
     assert!(!desk.stored("c.png").texts.is_empty());
     let several = render(&desk, "--hash --spp 2 --views front,top -o v%d.png");
     assert_eq!(several.exits_with(0).text().lines().count(), 2);
-    render(&desk, "--hash --spp 2 -o -").exits_with(2).says_like("-o - and --hash both write to standard output");
+    render(&desk, "--hash --spp 2 -o -")
+        .exits_with(2)
+        .says_like("-o - and --hash both write to standard output");
 }
 
-/// Protects: pictures that differ by noise pass, by their layers or a film, and those that differ by more do not, which is said with its place;
-/// what tells no noise is refused.
+/// Protects: pictures that differ by noise pass, by their layers or a film, and those that differ
+/// by more do not, which is said with its place; what tells no noise is refused.
 #[test]
 fn comparisons_know_noise() {
     let desk = room();
-    render(&desk, "--spp 64 --aov stderr --seed 1 -o a.exr --checkpoint a.film").exits_with(0);
+    render(
+        &desk,
+        "--spp 64 --aov stderr --seed 1 -o a.exr --checkpoint a.film",
+    )
+    .exits_with(0);
     render(&desk, "--spp 64 --aov stderr --seed 2 -o b.exr -o b.png").exits_with(0);
-    let compare = |line: &str| desk.run(&[&["compare"], &line.split(' ').collect::<Vec<_>>()[..]].concat());
-    for line in ["a.exr b.exr --noise", "b.exr a.film --noise", "a.film a.exr --noise"] {
+    let compare =
+        |line: &str| desk.run(&[&["compare"], &line.split(' ').collect::<Vec<_>>()[..]].concat());
+    for line in [
+        "a.exr b.exr --noise",
+        "b.exr a.film --noise",
+        "a.film a.exr --noise",
+    ] {
         let run = compare(line);
         run.exits_with(0).says("");
-        assert!(run.text().contains("noise      nothing beyond it (a false alarm in 1 of 100 comparisons)\n"), "{}", run.text());
+        assert!(
+            run.text()
+                .contains("noise      nothing beyond it (a false alarm in 1 of 100 comparisons)\n"),
+            "{}",
+            run.text()
+        );
     }
     let mut biased: Picture = desk.picture("a.exr");
     for (i, pixel) in (0..).zip(&mut biased.rgb) {
@@ -262,13 +424,22 @@ fn comparisons_know_noise() {
     }
     write_exr(&desk.path("c.exr"), &biased, &Metadata::default()).expect("a picture");
     let run = compare("c.exr b.exr --noise --level 0.05 --json");
-    run.exits_with(1).says_like("error: c.exr differs from b.exr: noise: ").says_like("; the clearest at ");
+    run.exits_with(1)
+        .says_like("error: c.exr differs from b.exr: noise: ")
+        .says_like("; the clearest at ");
     let report = json(&run);
     has_the_documented_keys("compare --json", &report);
     let clearest = &report["noise"]["clearest"];
-    assert!(clearest["x"].as_u64() < Some(32) && clearest["share"].as_f64() > Some(0.03), "{report}");
-    compare("a.exr b.png --noise").exits_with(3).says_like("b.png: --noise is about radiance");
+    assert!(
+        clearest["x"].as_u64() < Some(32) && clearest["share"].as_f64() > Some(0.03),
+        "{report}"
+    );
+    compare("a.exr b.png --noise")
+        .exits_with(3)
+        .says_like("b.png: --noise is about radiance");
     render(&desk, "--spp 64 -o d.exr").exits_with(0);
-    compare("d.exr d.exr --noise").exits_with(3).says_like("neither says how much noise it has");
+    compare("d.exr d.exr --noise")
+        .exits_with(3)
+        .says_like("neither says how much noise it has");
     compare("a.exr b.exr --level 0.1").exits_with(2);
 }

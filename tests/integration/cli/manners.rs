@@ -1,5 +1,5 @@
-//! The command line as people's hands know it: flags anywhere, the last one counts, colours where they are wanted, one line a render, tables
-//! that fit, and messages in the reader's words.
+//! The command line as people's hands know it: flags anywhere, the last one counts, colours where
+//! they are wanted, one line a render, tables that fit, and messages in the reader's words.
 
 use crate::support::{Desk, Run};
 
@@ -18,7 +18,8 @@ fn words(line: &str) -> Vec<&str> {
     line.split_whitespace().collect()
 }
 
-/// Protects: the last of repeated flags counts, `-q` and `-v` stand before or after a command, and the later of them counts.
+/// Protects: the last of repeated flags counts, `-q` and `-v` stand before or after a command, and
+/// the later of them counts.
 #[test]
 fn the_last_flag_counts() {
     let desk = desk();
@@ -26,34 +27,60 @@ fn the_last_flag_counts() {
     run("render ball.scene.toml -s 9x9 --spp 4 --seed 1 -s 8x4 --spp 2 --progress plain --progress none")
         .exits_with(0)
         .says_like("wrote ball.png (8x4, 2 samples, ");
-    run("-q render ball.scene.toml -s 8x4 --spp 1").exits_with(0).says("");
-    run("-v -q ball.scene.toml -s 8x4 --spp 1").exits_with(0).says("");
-    run("-q ball.scene.toml -s 8x4 --spp 1 -v").exits_with(0).says_like("\nmethod  1 primitives, bvh, robust precision");
+    run("-q render ball.scene.toml -s 8x4 --spp 1")
+        .exits_with(0)
+        .says("");
+    run("-v -q ball.scene.toml -s 8x4 --spp 1")
+        .exits_with(0)
+        .says("");
+    run("-q ball.scene.toml -s 8x4 --spp 1 -v")
+        .exits_with(0)
+        .says_like("\nmethod  1 primitives, bvh, robust precision");
     run("-q info ball.scene.toml").exits_with(0).says("");
 }
 
-/// Protects: messages are coloured on request or where CLICOLOR_FORCE asks for it, and else, NO_COLOR above all, not where no terminal is; their
-/// text is the same.
+/// Protects: messages are coloured on request or where CLICOLOR_FORCE asks for it, and else,
+/// NO_COLOR above all, not where no terminal is; their text is the same.
 #[test]
 fn colours_are_for_those_who_want_them() {
     let desk = desk();
     let said = |arguments: &[&str], variables: &[(&str, &str)]| {
         let mut command = desk.command(arguments);
-        command.env_remove("NO_COLOR").env_remove("CLICOLOR").env_remove("CLICOLOR_FORCE").envs(variables.iter().copied());
+        command
+            .env_remove("NO_COLOR")
+            .env_remove("CLICOLOR")
+            .env_remove("CLICOLOR_FORCE")
+            .envs(variables.iter().copied());
         String::from_utf8(command.output().expect("the program starts").stderr).expect("text")
     };
     let plain = "error: cannot read gone.glb: no such file or folder\n";
-    let red = format!("\u{1b}[1;31merror:\u{1b}[0m{}", plain.strip_prefix("error:").expect("a label"));
+    let red = format!(
+        "\u{1b}[1;31merror:\u{1b}[0m{}",
+        plain.strip_prefix("error:").expect("a label")
+    );
     assert_eq!(said(&["gone.glb"], &[]), plain);
-    assert_eq!(said(&["gone.glb", "--color", "always"], &[("NO_COLOR", "1")]), red);
-    assert_eq!(said(&["--color=always", "gone.glb", "--color=never"], &[]), plain);
+    assert_eq!(
+        said(&["gone.glb", "--color", "always"], &[("NO_COLOR", "1")]),
+        red
+    );
+    assert_eq!(
+        said(&["--color=always", "gone.glb", "--color=never"], &[]),
+        plain
+    );
     assert_eq!(said(&["gone.glb"], &[("CLICOLOR_FORCE", "1")]), red);
-    assert_eq!(said(&["gone.glb"], &[("CLICOLOR_FORCE", "1"), ("NO_COLOR", "1")]), plain);
+    assert_eq!(
+        said(&["gone.glb"], &[("CLICOLOR_FORCE", "1"), ("NO_COLOR", "1")]),
+        plain
+    );
     let usage = said(&["--color", "always", "render", "--spp", "x"], &[]);
-    assert!(usage.starts_with("\u{1b}[1;31merror:\u{1b}[0m invalid value"), "{usage}");
+    assert!(
+        usage.starts_with("\u{1b}[1;31merror:\u{1b}[0m invalid value"),
+        "{usage}"
+    );
 }
 
-/// Protects: a render says one line of what it made and at most one of what there is to know, in which its file is named once; `-v` says each.
+/// Protects: a render says one line of what it made and at most one of what there is to know, in
+/// which its file is named once; `-v` says each.
 #[test]
 fn a_render_says_two_lines() {
     let desk = desk();
@@ -65,67 +92,139 @@ fn a_render_says_two_lines() {
         lines[0]
             .starts_with("note: the model brings no lights: it stands in the default studio; without a camera it is shown whole")
     );
-    assert!(lines[1].starts_with("wrote truck.png (32x18, 64 samples, error 0."), "{}", lines[1]);
-    assert!(lines[1].contains(" to ") && lines[1].ends_with("s)"), "an interval and a time: {}", lines[1]);
+    assert!(
+        lines[1].starts_with("wrote truck.png (32x18, 64 samples, error 0."),
+        "{}",
+        lines[1]
+    );
+    assert!(
+        lines[1].contains(" to ") && lines[1].ends_with("s)"),
+        "an interval and a time: {}",
+        lines[1]
+    );
     assert!(!run.stderr.contains("truck.obj"), "{}", run.stderr);
     // Two warnings and a note.
-    desk.write("two.obj", format!("mtllib gone.mtl\nusemtl x\n{TRIANGLE}l 1 2\n"));
+    desk.write(
+        "two.obj",
+        format!("mtllib gone.mtl\nusemtl x\n{TRIANGLE}l 1 2\n"),
+    );
     let short = desk.run(&words("render two.obj -s 8x8 --spp 1 --progress none"));
     short.exits_with(0);
     let (first, rest) = short.stderr.split_once('\n').expect("two lines");
-    assert!(first.starts_with("warning: two.obj: ") && first.ends_with(" more: -v)"), "{first}");
+    assert!(
+        first.starts_with("warning: two.obj: ") && first.ends_with(" more: -v)"),
+        "{first}"
+    );
     assert_eq!(rest.lines().count(), 1, "{rest}");
     let long = desk.run(&words("render two.obj -s 8x8 --spp 1 --progress none -v"));
-    let count = |label: &str| long.stderr.lines().filter(|line| line.starts_with(label)).count();
-    let more = first.rsplit_once("(and ").and_then(|(_, rest)| rest.split(' ').next()?.parse::<usize>().ok()).expect("a number");
-    assert_eq!(count("warning: ") + count("note: "), 1 + more, "{}", long.stderr);
+    let count = |label: &str| {
+        long.stderr
+            .lines()
+            .filter(|line| line.starts_with(label))
+            .count()
+    };
+    let more = first
+        .rsplit_once("(and ")
+        .and_then(|(_, rest)| rest.split(' ').next()?.parse::<usize>().ok())
+        .expect("a number");
+    assert_eq!(
+        count("warning: ") + count("note: "),
+        1 + more,
+        "{}",
+        long.stderr
+    );
 }
 
-/// Protects: every line of `explain` and `bench` fits a terminal of 60, 80 and 120 columns, though nothing is left out, and none is broken where
-/// a program reads it. What is absent is one line unless more is asked for.
+/// Protects: every line of `explain` and `bench` fits a terminal of 60, 80 and 120 columns, though
+/// nothing is left out, and none is broken where a program reads it. What is absent is one line
+/// unless more is asked for.
 #[test]
 fn tables_fit_the_terminal() {
     let desk = desk();
     let bench = "bench ball.scene.toml --repeats 1 --seconds 0.01";
     let scaling = "bench --max-n 4 --repeats 1 --seconds 0.01 --shape spheres";
-    for line in ["explain ball.scene.toml", "explain -v ball.scene.toml", bench, scaling] {
+    for line in [
+        "explain ball.scene.toml",
+        "explain -v ball.scene.toml",
+        bench,
+        scaling,
+    ] {
         let text = |columns: Option<&str>| {
             let mut command = desk.command(&words(line));
-            command.env_remove("COLUMNS").envs(columns.map(|columns| ("COLUMNS", columns)));
+            command
+                .env_remove("COLUMNS")
+                .envs(columns.map(|columns| ("COLUMNS", columns)));
             String::from_utf8(command.output().expect("the program starts").stdout).expect("text")
         };
         let letters = |text: &str| text.chars().filter(|c| !c.is_whitespace()).count();
         let whole = text(None);
-        assert!(whole.lines().any(|line| line.chars().count() > 80), "{whole}");
+        assert!(
+            whole.lines().any(|line| line.chars().count() > 80),
+            "{whole}"
+        );
         for width in ["60", "80", "120"] {
             let fitted = text(Some(width));
-            let widest = fitted.lines().max_by_key(|line| line.chars().count()).expect("lines");
-            assert!(widest.chars().count() <= width.parse().expect("a number"), "{line} in {width}: {widest}\n{fitted}");
+            let widest = fitted
+                .lines()
+                .max_by_key(|line| line.chars().count())
+                .expect("lines");
+            assert!(
+                widest.chars().count() <= width.parse().expect("a number"),
+                "{line} in {width}: {widest}\n{fitted}"
+            );
             // Times differ from run to run, and a first column may come twice.
             assert!(letters(&fitted) * 10 > letters(&whole) * 9, "{fitted}");
         }
     }
     let explained = desk.run(&["explain", "ball.scene.toml"]);
-    let absent: Vec<&str> = explained.text().lines().filter(|line| line.contains("absent")).collect();
-    assert!(absent.len() == 1 && absent[0].contains(": ") && absent[0].contains("depth of field, "), "{absent:?}");
-    assert!(desk.run(&["explain", "-v", "ball.scene.toml"]).text().contains("\nabsent, and nothing is spent on it\n"));
+    let absent: Vec<&str> = explained
+        .text()
+        .lines()
+        .filter(|line| line.contains("absent"))
+        .collect();
+    assert!(
+        absent.len() == 1 && absent[0].contains(": ") && absent[0].contains("depth of field, "),
+        "{absent:?}"
+    );
+    assert!(
+        desk.run(&["explain", "-v", "ball.scene.toml"])
+            .text()
+            .contains("\nabsent, and nothing is spent on it\n")
+    );
 }
 
-/// Protects: a misspelled file is answered with its neighbour, a folder with what is in it, and a value with those that there are.
+/// Protects: a misspelled file is answered with its neighbour, a folder with what is in it, and a
+/// value with those that there are.
 #[test]
 fn messages_are_in_the_readers_words() {
     let desk = desk();
     let says = |line: &str, code: i32, message: &str| {
         desk.run(&words(line)).exits_with(code).says(message);
     };
-    says("truk.obj", 4, "error: cannot read truk.obj: no such file or folder\nhelp: did you mean `truck.obj`?");
-    says("./truk.obj", 4, "error: cannot read ./truk.obj: no such file or folder\nhelp: did you mean `./truck.obj`?");
+    says(
+        "truk.obj",
+        4,
+        "error: cannot read truk.obj: no such file or folder\nhelp: did you mean `truck.obj`?",
+    );
+    says(
+        "./truk.obj",
+        4,
+        "error: cannot read ./truk.obj: no such file or folder\nhelp: did you mean `./truck.obj`?",
+    );
     std::fs::create_dir(desk.path("models")).expect("a folder");
-    says("models/", 4, "error: cannot read models/: it is a folder\nhelp: there is no scene or model in it");
+    says(
+        "models/",
+        4,
+        "error: cannot read models/: it is a folder\nhelp: there is no scene or model in it",
+    );
     desk.write("models/b.glb", "");
     desk.write("models/a.scene.toml", "");
     desk.write("models/notes.txt", "");
-    says("models", 4, "error: cannot read models: it is a folder\nhelp: in it: models/a.scene.toml, models/b.glb");
+    says(
+        "models",
+        4,
+        "error: cannot read models: it is a folder\nhelp: in it: models/a.scene.toml, models/b.glb",
+    );
     let samples = |value: &str| {
         format!(
             "error: invalid value '{value}' for '--spp <N>': expected a whole number of samples from 1 to 65536, such as 64\n\n\
@@ -135,15 +234,23 @@ fn messages_are_in_the_readers_words() {
     says("render --spp lots", 2, &samples("lots"));
     says("render --spp -3", 2, &samples("-3"));
     let environment = |value: &str, cause: &str| {
-        let what = format!("error: invalid value '{value}' for '--env <none|default|FILE>': {cause}");
-        says(&format!("render --env {value}"), 2, &format!("{what}\n\nFor more information, try '--help'."));
+        let what =
+            format!("error: invalid value '{value}' for '--env <none|default|FILE>': {cause}");
+        says(
+            &format!("render --env {value}"),
+            2,
+            &format!("{what}\n\nFor more information, try '--help'."),
+        );
     };
     environment("studio", "the studio has a flag of its own: --studio");
-    environment("noen", "expected none, default or an equirectangular picture (.hdr, .exr, .png, .jpg)");
+    environment(
+        "noen",
+        "expected none, default or an equirectangular picture (.hdr, .exr, .png, .jpg)",
+    );
 }
 
-/// Protects: a colour in the notations of the web is the same one in linear numbers, in scenes and on the command line; an array of codes is
-/// warned of with what to write.
+/// Protects: a colour in the notations of the web is the same one in linear numbers, in scenes and
+/// on the command line; an array of codes is warned of with what to write.
 #[test]
 fn colours_have_their_usual_names() {
     let desk = desk();
@@ -160,8 +267,8 @@ fn colours_have_their_usual_names() {
         scene(colour);
         assert!(render("c", "") == numbers, "{colour}");
     }
-    let backgrounds =
-        ["0.5028864580325687,0,1", "#bc00ff", "rgb(188,0,255)"].map(|of| render("ball", &format!("--background {of}")));
+    let backgrounds = ["0.5028864580325687,0,1", "#bc00ff", "rgb(188,0,255)"]
+        .map(|of| render("ball", &format!("--background {of}")));
     assert!(backgrounds[0] == backgrounds[1] && backgrounds[0] == backgrounds[2]);
     scene("[230, 178, 25]");
     let run = desk.run(&["check", "c.scene.toml"]);
@@ -173,37 +280,75 @@ fn colours_have_their_usual_names() {
     desk.run(&["check", "c.scene.toml"]).exits_with(3);
 }
 
-/// Protects: a number below zero is told as what it is, not as a flag that there isn't, and where it may be below zero it is taken.
+/// Protects: a number below zero is told as what it is, not as a flag that there isn't, and where
+/// it may be below zero it is taken.
 #[test]
 fn numbers_below_zero_are_no_flags() {
     let desk = desk();
-    let flags = ["--zoom -1", "--fov -10", "--max-error -1", "--budget -1s", "--clamp -1", "--seed -1", "--turntable -4"];
-    for flag in flags.into_iter().chain(["--crop -1,0,5,5", "--size -3x4", "--threads -1", "--max-memory -5"]) {
+    let flags = [
+        "--zoom -1",
+        "--fov -10",
+        "--max-error -1",
+        "--budget -1s",
+        "--clamp -1",
+        "--seed -1",
+        "--turntable -4",
+    ];
+    for flag in flags.into_iter().chain([
+        "--crop -1,0,5,5",
+        "--size -3x4",
+        "--threads -1",
+        "--max-memory -5",
+    ]) {
         let (name, value) = flag.split_once(' ').expect("a flag and its value");
         desk.run(&words(&format!("render ball.scene.toml {flag}")))
             .exits_with(2)
             .says_like(&format!("invalid value '{value}' for '{name} "));
     }
-    desk.run(&words("render ball.scene.toml -s 4x4 --spp 1 -o a.exr -o a.png")).exits_with(0);
-    desk.run(&words("compare a.exr a.exr --min-psnr -3")).exits_with(0);
+    desk.run(&words(
+        "render ball.scene.toml -s 4x4 --spp 1 -o a.exr -o a.png",
+    ))
+    .exits_with(0);
+    desk.run(&words("compare a.exr a.exr --min-psnr -3"))
+        .exits_with(0);
 }
 
-/// Protects: the help names every effect that can be switched off, and a file that isn't named is no film before anything is rendered.
+/// Protects: the help names every effect that can be switched off, and a file that isn't named is
+/// no film before anything is rendered.
 #[test]
 fn help_names_every_effect() {
     let desk = desk();
     let help = desk.run(&words("render --help"));
     let unknown = desk.run(&words("render --without none-such"));
-    let known = unknown.exits_with(2).stderr.split_once("known: ").expect("a list").1.lines().next().expect("a line").to_owned();
+    let known = unknown
+        .exits_with(2)
+        .stderr
+        .split_once("known: ")
+        .expect("a list")
+        .1
+        .lines()
+        .next()
+        .expect("a line")
+        .to_owned();
     let names: Vec<_> = known.split(", ").collect();
-    let text = help.exits_with(0).text().split_whitespace().collect::<Vec<_>>().join(" ");
-    let list = text.split_once("Switch effects off, separated by commas: ").expect("a list").1;
+    let text = help
+        .exits_with(0)
+        .text()
+        .split_whitespace()
+        .collect::<Vec<_>>()
+        .join(" ");
+    let list = text
+        .split_once("Switch effects off, separated by commas: ")
+        .expect("a list")
+        .1;
     for name in &names {
         assert!(list.contains(name), "{name}");
     }
     assert!(names.len() > 30, "{names:?}");
-    desk.run(&words("render ball.scene.toml -s 4x4 --spp 1 --checkpoint nofolder/"))
-        .exits_with(4)
-        .says_like("cannot write nofolder/");
+    desk.run(&words(
+        "render ball.scene.toml -s 4x4 --spp 1 --checkpoint nofolder/",
+    ))
+    .exits_with(4)
+    .says_like("cannot write nofolder/");
     assert!(!desk.path("ball.png").exists());
 }

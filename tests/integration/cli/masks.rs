@@ -1,17 +1,21 @@
-//! Names come out of files that anybody may have made: whatever stands in them, a terminal that shows them obeys nothing.
+//! Names come out of files that anybody may have made: whatever stands in them, a terminal that
+//! shows them obeys nothing.
 
 use serde_json::{Value, json};
 
 use crate::support::{Desk, Run};
 
-/// An escape sequence, a bell, one in a single character, a deletion, a turn of direction, separators of lines and paragraphs, what cannot be
-/// seen, and a line that looks like the program's.
-const EVIL: &str = "n\u{1b}[31m\u{7}\u{9b}2J\u{7f}\u{202e}\u{2028}\u{2029}\u{200b}\u{feff}\r\nwarning: x";
+/// An escape sequence, a bell, one in a single character, a deletion, a turn of direction,
+/// separators of lines and paragraphs, what cannot be seen, and a line that looks like the
+/// program's.
+const EVIL: &str =
+    "n\u{1b}[31m\u{7}\u{9b}2J\u{7f}\u{202e}\u{2028}\u{2029}\u{200b}\u{feff}\r\nwarning: x";
 
 /// A model whose every name steers the terminal, without a light.
 fn model() -> String {
     let variants = json!({ "KHR_materials_variants": { "variants": [{ "name": EVIL }] } });
-    let triangle = "data:application/octet-stream;base64,AAAAAAAAAAAAAAAAAACAPwAAAAAAAAAAAAAAAAAAgD8AAAAA";
+    let triangle =
+        "data:application/octet-stream;base64,AAAAAAAAAAAAAAAAAACAPwAAAAAAAAAAAAAAAAAAgD8AAAAA";
     let model = json!({ "asset": { "version": "2.0", "generator": EVIL }, "extensionsUsed": ["KHR_materials_variants", EVIL],
         "extensions": variants, "scene": 0,
         "scenes": [{ "name": EVIL, "nodes": [0, 1] }, { "name": EVIL, "nodes": [0] }],
@@ -40,7 +44,8 @@ fn scene() -> String {
     scene.to_string()
 }
 
-/// What a terminal obeys: control characters but line breaks and tabs, separators of lines, turns of direction, and what cannot be seen.
+/// What a terminal obeys: control characters but line breaks and tabs, separators of lines, turns
+/// of direction, and what cannot be seen.
 fn steers(c: char) -> bool {
     c.is_control() && !matches!(c, '\n' | '\t')
         || matches!(c, '\u{2028}'..='\u{202e}' | '\u{2066}'..='\u{2069}' | '\u{200b}' | '\u{feff}')
@@ -48,15 +53,25 @@ fn steers(c: char) -> bool {
 
 #[track_caller]
 fn is_harmless(run: &Run, words: &[&str]) {
-    for (from, text) in [("standard output", run.text()), ("standard error", run.stderr.as_str())] {
+    for (from, text) in [
+        ("standard output", run.text()),
+        ("standard error", run.stderr.as_str()),
+    ] {
         let found: Vec<char> = text.chars().filter(|&c| steers(c)).collect();
-        assert!(found.is_empty(), "{words:?}: {found:?} on {from}:\n{}", text.escape_debug());
-        assert!(!text.lines().any(|line| line == "warning: x"), "{words:?}: a name makes a line of its own on {from}:\n{text}");
+        assert!(
+            found.is_empty(),
+            "{words:?}: {found:?} on {from}:\n{}",
+            text.escape_debug()
+        );
+        assert!(
+            !text.lines().any(|line| line == "warning: x"),
+            "{words:?}: a name makes a line of its own on {from}:\n{text}"
+        );
     }
 }
 
-/// Protects: no command passes on what a terminal would obey, from no name of a model or a scene, in results, warnings, notes or errors;
-/// JSON stays JSON, with the names as they are.
+/// Protects: no command passes on what a terminal would obey, from no name of a model or a scene,
+/// in results, warnings, notes or errors; JSON stays JSON, with the names as they are.
 #[test]
 fn names_do_nothing_to_a_terminal() {
     let desk = Desk::new();
@@ -72,24 +87,41 @@ fn names_do_nothing_to_a_terminal() {
             &["explain", file],
             &["explain", file, "--json"],
             &["check", file],
-            &["render", file, small[0], small[1], small[2], small[3], "-v", "--stats", "s.json", "-o", "a.png"],
+            &[
+                "render", file, small[0], small[1], small[2], small[3], "-v", "--stats", "s.json",
+                "-o", "a.png",
+            ],
             &["render", file, "--camera", "none\u{1b}[31m", "-o", "a.png"],
             &["render", file, "--scene", "none\u{1b}[31m", "-o", "a.png"],
             &["render", file, "--variant", "none\u{1b}[31m", "-o", "a.png"],
-            &["accuracy", file, "--size", "4x4", "--budget", "2s", "--rounds", "2"],
+            &[
+                "accuracy", file, "--size", "4x4", "--budget", "2s", "--rounds", "2",
+            ],
             &["bench", file, "--seconds", "0.1", "--repeats", "1"],
         ];
         for words in commands {
             let run = desk.run(words);
-            assert!(matches!(run.code, Some(0 | 2 | 3)), "{words:?}: {:?}\n{}", run.code, run.stderr);
+            assert!(
+                matches!(run.code, Some(0 | 2 | 3)),
+                "{words:?}: {:?}\n{}",
+                run.code,
+                run.stderr
+            );
             is_harmless(&run, words);
             if words.contains(&"--json") {
                 serde_json::from_slice::<Value>(&run.stdout).expect("JSON");
             }
         }
     }
-    let told: Value = serde_json::from_slice(&desk.run(&["info", "a.scene.json", "--json"]).stdout).expect("JSON");
-    assert_eq!((&told["title"], &told["cameras"][0]), (&json!(EVIL), &json!(EVIL)));
+    let told: Value = serde_json::from_slice(&desk.run(&["info", "a.scene.json", "--json"]).stdout)
+        .expect("JSON");
+    assert_eq!(
+        (&told["title"], &told["cameras"][0]),
+        (&json!(EVIL), &json!(EVIL))
+    );
     let written = std::fs::read_to_string(desk.path("s.json")).expect("a report");
-    assert!(!written.chars().any(steers) && serde_json::from_str::<Value>(&written).is_ok(), "{written}");
+    assert!(
+        !written.chars().any(steers) && serde_json::from_str::<Value>(&written).is_ok(),
+        "{written}"
+    );
 }

@@ -1,4 +1,5 @@
-//! Typical mistakes and what the program says about each: the whole message, because the message is the product.
+//! Typical mistakes and what the program says about each: the whole message, because the message is
+//! the product.
 
 use std::process::Command;
 
@@ -9,7 +10,10 @@ use crate::support::{Desk, carried};
 fn wrong_use_is_explained() {
     let desk = Desk::new();
     let cases: &[(&[&str], &str)] = &[
-        (&["render", "preset:whitted", "--set", "t=1"], "error: the scene has no parameter `t`\nhelp: time is set with --at"),
+        (
+            &["render", "preset:whitted", "--set", "t=1"],
+            "error: the scene has no parameter `t`\nhelp: time is set with --at",
+        ),
         (
             &["rendr"],
             "error: unrecognized subcommand 'rendr'\n\n  tip: a similar subcommand exists: 'render'\n\nUsage: raywright [OPTIONS] [COMMAND]\n       raywright [OPTIONS] FILE...\n\nFor more information, try '--help'.",
@@ -42,15 +46,31 @@ fn wrong_use_is_explained() {
             &["render", "--set", "speed"],
             "error: invalid value 'speed' for '--set <NAME=VALUE>': expected NAME=VALUE with a number, such as roughness=0.3\n\nFor more information, try '--help'.",
         ),
-        (&["render", "preset:whited"], "error: there is no preset `whited`\nhelp: did you mean `preset:whitted`?"),
-        (&["render", "preset:whitted", "--camera", "oribt"], "error: there is no camera `oribt`\nhelp: did you mean `orbit`?"),
-        (&["render", "preset:whitted", "--camera", "1"], "error: there is no camera `1`\nhelp: known: orbit"),
+        (
+            &["render", "preset:whited"],
+            "error: there is no preset `whited`\nhelp: did you mean `preset:whitted`?",
+        ),
+        (
+            &["render", "preset:whitted", "--camera", "oribt"],
+            "error: there is no camera `oribt`\nhelp: did you mean `orbit`?",
+        ),
+        (
+            &["render", "preset:whitted", "--camera", "1"],
+            "error: there is no camera `1`\nhelp: known: orbit",
+        ),
         (
             &["render", "preset:whitted", "--eye", "0,0.6,0"],
             "error: the camera at 0,0.6,0 looks at the point it stands on\nhelp: give --eye and --target different points",
         ),
         (
-            &["render", "preset:whitted", "--eye", "0,5,0", "--target", "0,0,0"],
+            &[
+                "render",
+                "preset:whitted",
+                "--eye",
+                "0,5,0",
+                "--target",
+                "0,0,0",
+            ],
             "error: the view from 0,5,0 to 0,0,0 is along its own up direction 0,1,0\nhelp: give another one, such as --up 0,0,1",
         ),
         (
@@ -69,10 +89,16 @@ fn wrong_use_is_explained() {
             &["render", "preset:whitted", "--aov", "depth"],
             "error: --aov adds layers to an .exr picture, and none is written\nhelp: add one: -o picture.exr",
         ),
-        (&["man", "rendre"], "error: there is no command `rendre`\nhelp: did you mean `render`?"),
+        (
+            &["man", "rendre"],
+            "error: there is no command `rendre`\nhelp: did you mean `render`?",
+        ),
     ];
     let carried = carried("whitted");
-    for (arguments, message) in cases.iter().filter(|(words, _)| carried || !words.iter().any(|word| word.contains(":whit"))) {
+    for (arguments, message) in cases
+        .iter()
+        .filter(|(words, _)| carried || !words.iter().any(|word| word.contains(":whit")))
+    {
         desk.run(arguments).exits_with(2).says(message);
     }
     assert!(desk.names().is_empty(), "nothing is written");
@@ -82,8 +108,12 @@ fn wrong_use_is_explained() {
 #[test]
 fn files_out_of_reach_are_explained() {
     let desk = Desk::new();
-    desk.run(&["duck.glb"]).exits_with(4).says("error: cannot read duck.glb: no such file or folder");
-    desk.run(&["render", "room.scene.toml"]).exits_with(4).says("error: cannot read room.scene.toml: no such file or folder");
+    desk.run(&["duck.glb"])
+        .exits_with(4)
+        .says("error: cannot read duck.glb: no such file or folder");
+    desk.run(&["render", "room.scene.toml"])
+        .exits_with(4)
+        .says("error: cannot read room.scene.toml: no such file or folder");
     if carried("whitted") {
         desk.run(&["render", "whitted"]).exits_with(4).says(
             "error: cannot read whitted: no such file or folder\nhelp: the built-in scene of that name is `preset:whitted`",
@@ -94,24 +124,41 @@ fn files_out_of_reach_are_explained() {
         .says("error: cannot write renders/a.png: no such file or folder\nhelp: create the folder first: mkdir -p renders");
 }
 
-/// Protects: what other programs write is named, with what makes of it a model that is read; addresses, and patterns that no file fits, are told
-/// from names that are spelled wrong; and flags of other programs lead to ours.
+/// Protects: what other programs write is named, with what makes of it a model that is read;
+/// addresses, and patterns that no file fits, are told from names that are spelled wrong; and flags
+/// of other programs lead to ours.
 #[test]
 fn habits_from_elsewhere_are_understood() {
     let desk = Desk::new();
     let files = [
-        ("a.usdz", "error: a.usdz: USD is not read\nhelp: Blender imports it and exports glTF"),
-        ("a.fbx", "error: a.fbx: FBX is not read\nhelp: Blender or FBX2glTF makes a .glb of it"),
-        ("a.STEP", "error: a.STEP: a CAD body is not read\nhelp: FreeCAD exports it as .glb or .stl"),
+        (
+            "a.usdz",
+            "error: a.usdz: USD is not read\nhelp: Blender imports it and exports glTF",
+        ),
+        (
+            "a.fbx",
+            "error: a.fbx: FBX is not read\nhelp: Blender or FBX2glTF makes a .glb of it",
+        ),
+        (
+            "a.STEP",
+            "error: a.STEP: a CAD body is not read\nhelp: FreeCAD exports it as .glb or .stl",
+        ),
         ("a.blend", "error: a.blend: a Blender file is not read"),
-        ("a.glb.gz", "error: a.glb.gz: an archive is not read\nhelp: unpack it first"),
+        (
+            "a.glb.gz",
+            "error: a.glb.gz: an archive is not read\nhelp: unpack it first",
+        ),
     ];
     for (name, message) in files {
         desk.write(name, "some bytes");
         desk.run(&[name]).exits_with(3).says_like(message);
     }
-    desk.run(&["https://example.org/a.glb"]).exits_with(4).says_like("addresses are not fetched");
-    desk.run(&["models/*.obj"]).exits_with(4).says_like("no file fits that pattern");
+    desk.run(&["https://example.org/a.glb"])
+        .exits_with(4)
+        .says_like("addresses are not fetched");
+    desk.run(&["models/*.obj"])
+        .exits_with(4)
+        .says_like("no file fits that pattern");
     desk.run(&["a.glb", "--samples", "4"])
         .exits_with(2)
         .says("error: there is no `--samples`\nhelp: samples a pixel are --spp N");
@@ -126,31 +173,54 @@ fn limits_are_explained() {
     let desk = Desk::new();
     let run = desk.run(&["render", "preset:whitted", "--size", "65536x65536"]);
     run.exits_with(5);
-    assert!(run.stderr.starts_with("error: preset:whitted: rendering it needs about "), "{}", run.stderr);
-    assert!(run.stderr.contains("and the limit is 8 GiB\nhelp: raise the limit with --max-memory"), "{}", run.stderr);
+    assert!(
+        run.stderr
+            .starts_with("error: preset:whitted: rendering it needs about "),
+        "{}",
+        run.stderr
+    );
+    assert!(
+        run.stderr
+            .contains("and the limit is 8 GiB\nhelp: raise the limit with --max-memory"),
+        "{}",
+        run.stderr
+    );
 }
 
-/// Protects: `--max-memory` bounds what loading takes too: 4 bytes for each of 4096 pixels are more than 10 KiB, and it is the
-/// texture that the message names.
+/// Protects: `--max-memory` bounds what loading takes too: 4 bytes for each of 4096 pixels are more
+/// than 10 KiB, and it is the texture that the message names.
 #[test]
 fn the_limit_holds_for_loading() {
     let desk = Desk::new();
-    image::GrayImage::new(64, 64).save(desk.path("wood.png")).expect("a picture");
-    desk.write("room.scene.toml", "format = 1\n[[images]]\nname = \"wood\"\npath = \"wood.png\"\n");
+    image::GrayImage::new(64, 64)
+        .save(desk.path("wood.png"))
+        .expect("a picture");
+    desk.write(
+        "room.scene.toml",
+        "format = 1\n[[images]]\nname = \"wood\"\npath = \"wood.png\"\n",
+    );
     let run = desk.run(&["render", "room.scene.toml", "--max-memory", "10K"]);
     run.exits_with(5);
-    assert!(run.stderr.contains("`wood.png` needs more memory than the limit of 10 KiB (16 KiB more)"), "{}", run.stderr);
+    assert!(
+        run.stderr
+            .contains("`wood.png` needs more memory than the limit of 10 KiB (16 KiB more)"),
+        "{}",
+        run.stderr
+    );
 }
 
-/// Protects: memory that the system refuses is a message and the exit code of limits for what takes most of it: the film, geometry, and
-/// pictures. The limit is one on the program's addresses, as in containers and on shared machines.
+/// Protects: memory that the system refuses is a message and the exit code of limits for what takes
+/// most of it: the film, geometry, and pictures. The limit is one on the program's addresses, as in
+/// containers and on shared machines.
 #[cfg(unix)]
 #[test]
 fn memory_that_the_system_refuses_is_told() {
     let desk = Desk::new();
     let scene = |rest: &str| {
         let camera = "pose.look_at = { eye = [0, 0, 5], target = [0, 0, 0] }, projection.pinhole = { vertical_fov = 40 }";
-        format!("format = 1\ncameras = [{{ {camera} }}]\nmaterials = [{{ name = \"m\", model.physical = {{}} }}]\n{rest}")
+        format!(
+            "format = 1\ncameras = [{{ {camera} }}]\nmaterials = [{{ name = \"m\", model.physical = {{}} }}]\n{rest}"
+        )
     };
     let ball = "object = { shape.sphere = { centre = [0, 0, 0], radius = 0.1 }, material = \"m\" }";
     desk.write("film.scene.toml", scene("sky.constant = 1\n"));
@@ -160,15 +230,26 @@ fn memory_that_the_system_refuses_is_told() {
             "generators = [{{ kind.grid = {{ counts = [200, 200, 200], origin = [0, 0, 0], step = [1, 1, 1] }}, {ball} }}]\n"
         )),
     );
-    desk.write("sky.scene.toml", scene("images = [{ name = \"a\", path = \"a.hdr\" }]\nsky.map.image = \"a\"\n"));
-    desk.write("a.hdr", "#?RADIANCE\nFORMAT=32-bit_rle_rgbe\n\n-Y 14000 +X 14000\n");
+    desk.write(
+        "sky.scene.toml",
+        scene("images = [{ name = \"a\", path = \"a.hdr\" }]\nsky.map.image = \"a\"\n"),
+    );
+    desk.write(
+        "a.hdr",
+        "#?RADIANCE\nFORMAT=32-bit_rle_rgbe\n\n-Y 14000 +X 14000\n",
+    );
     for (words, message) in [
         ("film.scene.toml --size 30000x30000", "picture"),
         ("many.scene.toml --size 8x8", "geometry"),
         ("sky.scene.toml --size 8x8", "a.hdr"),
     ] {
-        let script = format!("ulimit -v 2000000 || exit 77; exec \"$0\" render {words} --threads 1 --max-memory 999G -o a.png");
-        let run = Command::new("sh").args(["-c", &script, env!("CARGO_BIN_EXE_raywright")]).current_dir(desk.path("")).output();
+        let script = format!(
+            "ulimit -v 2000000 || exit 77; exec \"$0\" render {words} --threads 1 --max-memory 999G -o a.png"
+        );
+        let run = Command::new("sh")
+            .args(["-c", &script, env!("CARGO_BIN_EXE_raywright")])
+            .current_dir(desk.path(""))
+            .output();
         let run = run.expect("a shell");
         if run.status.code() == Some(77) {
             eprintln!("skipped: the system limits no memory");
@@ -176,7 +257,10 @@ fn memory_that_the_system_refuses_is_told() {
         }
         let said = String::from_utf8_lossy(&run.stderr);
         assert_eq!(run.status.code(), Some(5), "{words}: {said}");
-        assert!(said.contains(message) && said.contains("the system does not give as much"), "{words}: {said}");
+        assert!(
+            said.contains(message) && said.contains("the system does not give as much"),
+            "{words}: {said}"
+        );
     }
     assert!(!desk.path("a.png").exists());
 }

@@ -1,4 +1,5 @@
-//! The command line: what each command prints, which exit code it ends with, what it says about mistakes.
+//! The command line: what each command prints, which exit code it ends with, what it says about
+//! mistakes.
 
 mod accuracy;
 mod backgrounds;

@@ -1,20 +1,33 @@
-//! Scenes, looks and moments of a model on the command line, and motion in a scene: from the flags to picture, report and file.
+//! Scenes, looks and moments of a model on the command line, and motion in a scene: from the flags
+//! to picture, report and file.
 
 use raywright::core::settings::Sampling;
 use raywright::prelude::*;
 
 use crate::support::Desk;
 
-/// A white wall across the view in its first scene, nothing in sight in its second; red or blue; from the left edge of the picture
-/// to beyond its right one within a second.
+/// A white wall across the view in its first scene, nothing in sight in its second; red or blue;
+/// from the left edge of the picture to beyond its right one within a second.
 pub fn model() -> String {
-    let floats = |numbers: &[f32]| numbers.iter().flat_map(|n| n.to_le_bytes()).collect::<Vec<_>>();
+    let floats = |numbers: &[f32]| {
+        numbers
+            .iter()
+            .flat_map(|n| n.to_le_bytes())
+            .collect::<Vec<_>>()
+    };
     let corners = [-9.0, -9.0, 0.0, 9.0, -9.0, 0.0, 0.0, 18.0, 0.0];
-    let bytes = [floats(&corners), floats(&[0.0, 1.0]), floats(&[0.0, 0.0, 0.0, 90.0, 0.0, 0.0])].concat();
+    let bytes = [
+        floats(&corners),
+        floats(&[0.0, 1.0]),
+        floats(&[0.0, 0.0, 0.0, 90.0, 0.0, 0.0]),
+    ]
+    .concat();
     let hex: String = bytes.iter().map(|byte| format!("%{byte:02x}")).collect();
     let unlit = |colour: &str| {
         let extensions = r#""extensions": { "KHR_materials_unlit": {} }"#;
-        format!(r#"{{ "pbrMetallicRoughness": {{ "baseColorFactor": [{colour}, 1] }}, {extensions} }}"#)
+        format!(
+            r#"{{ "pbrMetallicRoughness": {{ "baseColorFactor": [{colour}, 1] }}, {extensions} }}"#
+        )
     };
     let (red, blue) = (unlit("1, 0, 0"), unlit("0, 0, 1"));
     format!(
@@ -37,7 +50,8 @@ pub fn model() -> String {
     )
 }
 
-/// Protects: `--scene`, `--variant` and `--at` choose what is seen of a model, and `info` lists what there is to choose from.
+/// Protects: `--scene`, `--variant` and `--at` choose what is seen of a model, and `info` lists
+/// what there is to choose from.
 #[test]
 fn parts_of_a_model_are_chosen() {
     let desk = Desk::new();
@@ -76,18 +90,32 @@ fn parts_of_a_model_are_chosen() {
         assert_eq!(seen(flags), colour, "{flags:?}");
     }
     let info = desk.run(&["info", "wall.gltf"]);
-    for row in ["scenes      0 wall, 1 void", "variants    red, blue", "animations  leave (1 s)"] {
-        assert!(info.exits_with(0).text().lines().any(|line| line == row), "{row}\n{}", info.text());
+    for row in [
+        "scenes      0 wall, 1 void",
+        "variants    red, blue",
+        "animations  leave (1 s)",
+    ] {
+        assert!(
+            info.exits_with(0).text().lines().any(|line| line == row),
+            "{row}\n{}",
+            info.text()
+        );
     }
 }
 
-/// Protects: what a model has not is wrong use and one message that lists what it has; so is any choice where there is none.
+/// Protects: what a model has not is wrong use and one message that lists what it has; so is any
+/// choice where there is none.
 #[test]
 fn unknown_parts_are_listed() {
     let desk = Desk::new();
     desk.write("wall.gltf", model());
     desk.write("flat.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n");
-    let said = |flags: &[&str]| desk.run(&[&["check"], flags].concat()).exits_with(2).stderr.clone();
+    let said = |flags: &[&str]| {
+        desk.run(&[&["check"], flags].concat())
+            .exits_with(2)
+            .stderr
+            .clone()
+    };
     let scenes = "error: wall.gltf: has no scene `viod`; did you mean `void`? Its scenes: 0 `wall`, 1 `void`\n";
     assert_eq!(said(&["wall.gltf", "--scene", "viod"]), scenes);
     assert_eq!(
@@ -98,8 +126,8 @@ fn unknown_parts_are_listed() {
     assert_eq!(said(&["flat.obj", "--scene", "0"]), none);
 }
 
-/// Protects: a scene's motion is an effect that `explain` names, that a shutter calls for, and that can be switched off; a way that
-/// can't be is a problem of the scene, at its line.
+/// Protects: a scene's motion is an effect that `explain` names, that a shutter calls for, and that
+/// can be switched off; a way that can't be is a problem of the scene, at its line.
 #[test]
 fn motion_is_explained_switched_off_and_checked() {
     let desk = Desk::new();
@@ -114,25 +142,58 @@ fn motion_is_explained_switched_off_and_checked() {
     let moves = "{ translate = [1, 0, 0] }";
     let status = |flags: &[&str]| {
         let words = [&["explain", "a.scene.toml", "--json"], flags].concat();
-        let report: serde_json::Value = serde_json::from_str(desk.run(&words).exits_with(0).text()).expect("JSON");
+        let report: serde_json::Value =
+            serde_json::from_str(desk.run(&words).exits_with(0).text()).expect("JSON");
         let effects = report["effects"].as_array().expect("a list");
-        let motion = effects.iter().find(|effect| effect["name"] == "motion").expect("it is listed");
-        (motion["status"].as_str().expect("a word").to_owned(), motion["because"].as_str().expect("a text").to_owned())
+        let motion = effects
+            .iter()
+            .find(|effect| effect["name"] == "motion")
+            .expect("it is listed");
+        (
+            motion["status"].as_str().expect("a word").to_owned(),
+            motion["because"].as_str().expect("a text").to_owned(),
+        )
     };
     let told = |status: &str, because: &str| (status.to_owned(), because.to_owned());
     desk.write("a.scene.toml", scene(camera, moves));
-    assert_eq!(status(&[]), told("simulated", "something moves while the shutter is open"));
-    assert_eq!(status(&["--without", "motion"]), told("left-out", "switched off"));
+    assert_eq!(
+        status(&[]),
+        told("simulated", "something moves while the shutter is open")
+    );
+    assert_eq!(
+        status(&["--without", "motion"]),
+        told("left-out", "switched off")
+    );
     desk.write("a.scene.toml", scene("", moves));
-    assert_eq!(status(&[]), told("left-out", "the camera has no shutter, so everything is seen at time 0"));
+    assert_eq!(
+        status(&[]),
+        told(
+            "left-out",
+            "the camera has no shutter, so everything is seen at time 0"
+        )
+    );
     desk.write("a.scene.toml", scene(camera, ""));
-    assert_eq!(status(&[]), told("absent", "nothing moves while the shutter is open"));
-    desk.write("a.scene.toml", scene(camera, "{ rotate = { axis = [0, 1, 0], degrees = 180 } }"));
-    let message = desk.run(&["check", "a.scene.toml"]).exits_with(3).stderr.clone();
-    assert!(message.contains("a.scene.toml:8:") && message.contains("less than 180 degrees"), "{message}");
+    assert_eq!(
+        status(&[]),
+        told("absent", "nothing moves while the shutter is open")
+    );
+    desk.write(
+        "a.scene.toml",
+        scene(camera, "{ rotate = { axis = [0, 1, 0], degrees = 180 } }"),
+    );
+    let message = desk
+        .run(&["check", "a.scene.toml"])
+        .exits_with(3)
+        .stderr
+        .clone();
+    assert!(
+        message.contains("a.scene.toml:8:") && message.contains("less than 180 degrees"),
+        "{message}"
+    );
 }
 
-/// Protects: `--frames all` has the moments of the whole animation, or of the one that is chosen, and says where there is none.
+/// Protects: `--frames all` has the moments of the whole animation, or of the one that is chosen,
+/// and says where there is none.
 #[test]
 fn films_last_as_long_as_animations() {
     let desk = Desk::new();
@@ -140,141 +201,313 @@ fn films_last_as_long_as_animations() {
     let run = |words: &str| desk.run(&words.split(' ').collect::<Vec<_>>());
     let film = "render wall.gltf --size 4x4 --spp 1 -q -o f%d.exr --frames";
     run(&format!("{film} all:4")).exits_with(0);
-    assert_eq!(desk.names().iter().filter(|name| name.starts_with('f')).count(), 4);
-    let kept: Vec<_> = (0..4).map(|i| desk.picture(&format!("f{i}.exr")).rgb).collect();
+    assert_eq!(
+        desk.names()
+            .iter()
+            .filter(|name| name.starts_with('f'))
+            .count(),
+        4
+    );
+    let kept: Vec<_> = (0..4)
+        .map(|i| desk.picture(&format!("f{i}.exr")).rgb)
+        .collect();
     run(&format!("{film} 0..1:4")).exits_with(0);
     (0..4).for_each(|i| assert!(desk.picture(&format!("f{i}.exr")).rgb == kept[i], "{i}"));
     run(&format!("{film} all:4 --animation leave")).exits_with(0);
-    run(&format!("{film} all:4 --animation come")).exits_with(2).says_like("leave");
-    run(&format!("{film} all:1e9")).exits_with(2).says_like("1000000000 pictures are too many");
-    run("render preset:whitted -q --frames all:25").exits_with(2).says_like("it has no animation with a length");
-    run("render - -q --frames all:25").exits_with(2).says_like("standard input is read once");
-    run("render wall.gltf wall.gltf -q --frames all:25").exits_with(2).says_like("--frames all is of one model");
+    run(&format!("{film} all:4 --animation come"))
+        .exits_with(2)
+        .says_like("leave");
+    run(&format!("{film} all:1e9"))
+        .exits_with(2)
+        .says_like("1000000000 pictures are too many");
+    run("render preset:whitted -q --frames all:25")
+        .exits_with(2)
+        .says_like("it has no animation with a length");
+    run("render - -q --frames all:25")
+        .exits_with(2)
+        .says_like("standard input is read once");
+    run("render wall.gltf wall.gltf -q --frames all:25")
+        .exits_with(2)
+        .says_like("--frames all is of one model");
 }
 
-/// Protects: what `info` tells is JSON, too: counts, names, what there is to choose from, which extensions are read, where the
-/// model is and what it takes.
+/// Protects: what `info` tells is JSON, too: counts, names, what there is to choose from, which
+/// extensions are read, where the model is and what it takes.
 #[test]
 fn models_are_told_as_json() {
     let desk = Desk::new();
-    let text = model().replacen("\"asset\"", "\"extensionsUsed\": [\"VENDOR_fog\", \"KHR_materials_variants\"], \"asset\"", 1);
+    let text = model().replacen(
+        "\"asset\"",
+        "\"extensionsUsed\": [\"VENDOR_fog\", \"KHR_materials_variants\"], \"asset\"",
+        1,
+    );
     desk.write("wall.gltf", text);
     let run = desk.run(&["info", "wall.gltf", "--json"]);
     let told: serde_json::Value = serde_json::from_str(run.exits_with(0).text()).expect("JSON");
-    assert_eq!((told["notation"].as_str(), told["scenes"][0].as_str()), (Some("glTF 2.0"), Some("wall")));
+    assert_eq!(
+        (told["notation"].as_str(), told["scenes"][0].as_str()),
+        (Some("glTF 2.0"), Some("wall"))
+    );
     assert_eq!(told["variants"], serde_json::json!(["red", "blue"]));
     assert_eq!(told["animations"][0]["seconds"], 1.0);
     let extensions = serde_json::json!([{ "name": "KHR_materials_variants", "required": false, "read": true },
         { "name": "VENDOR_fog", "required": false, "read": false }]);
     assert_eq!(told["extensions"], extensions);
-    assert!(told["bounds"][1][0].is_number() && told["memory"]["geometry"].as_u64().is_some_and(|bytes| bytes > 0), "{told}");
+    assert!(
+        told["bounds"][1][0].is_number()
+            && told["memory"]["geometry"]
+                .as_u64()
+                .is_some_and(|bytes| bytes > 0),
+        "{told}"
+    );
     let shown = told["triangles"]["shown"].as_u64();
-    assert!(shown.is_some_and(|n| n > 0) && told["triangles"]["stored"].as_u64() == shown, "{told}");
+    assert!(
+        shown.is_some_and(|n| n > 0) && told["triangles"]["stored"].as_u64() == shown,
+        "{told}"
+    );
 }
 
-/// Protects: files outside the scene's folder are read with `--allow-outside` alone, whose name the refusal tells.
+/// Protects: files outside the scene's folder are read with `--allow-outside` alone, whose name the
+/// refusal tells.
 #[test]
 fn files_outside_are_read_where_allowed() {
     let desk = Desk::new();
     desk.write("a.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n");
     std::fs::create_dir(desk.path("sub")).expect("a folder");
-    desk.write("sub/b.scene.toml", "format = 1\n[[models]]\nfile = \"../a.obj\"\n");
+    desk.write(
+        "sub/b.scene.toml",
+        "format = 1\n[[models]]\nfile = \"../a.obj\"\n",
+    );
     let refused = desk.run(&["check", "sub/b.scene.toml"]);
-    assert!(refused.exits_with(3).stderr.contains("--allow-outside"), "{}", refused.stderr);
-    desk.run(&["check", "sub/b.scene.toml", "--allow-outside"]).exits_with(0);
+    assert!(
+        refused.exits_with(3).stderr.contains("--allow-outside"),
+        "{}",
+        refused.stderr
+    );
+    desk.run(&["check", "sub/b.scene.toml", "--allow-outside"])
+        .exits_with(0);
 }
 
-/// Protects: a picture in which nothing was met says where the scene is; one in which something was says nothing. A model that brings no
-/// lights stands in the studio, whatever glows in it, and is told so; a scene that is dark on purpose stays dark.
+/// Protects: a picture in which nothing was met says where the scene is; one in which something was
+/// says nothing. A model that brings no lights stands in the studio, whatever glows in it, and is
+/// told so; a scene that is dark on purpose stays dark.
 #[test]
 fn nothing_to_be_seen_is_told() {
     let desk = Desk::new();
-    let obj =
-        "mtllib a.mtl\nusemtl lamp\nv 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\nusemtl wall\nv 0 0 -1\nv 90 0 -1\nv 0 90 -1\nf 4 5 6\n";
+    let obj = "mtllib a.mtl\nusemtl lamp\nv 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\nusemtl wall\nv 0 0 -1\nv 90 0 -1\nv 0 90 -1\nf 4 5 6\n";
     desk.write("a.obj", obj);
-    desk.write("a.mtl", "newmtl lamp\nKd 0 0 0\nKe 0.1 0.1 0.1\nnewmtl wall\nKd 1 1 1\n");
+    desk.write(
+        "a.mtl",
+        "newmtl lamp\nKd 0 0 0\nKe 0.1 0.1 0.1\nnewmtl wall\nKd 1 1 1\n",
+    );
     let render = |file: &str, target: &str| {
-        let words = ["render", file, "--size", "8x8", "--spp", "1", "--eye", "0.2,0.2,5", "--target", target, "-o", "a.png"];
+        let words = [
+            "render",
+            file,
+            "--size",
+            "8x8",
+            "--spp",
+            "1",
+            "--eye",
+            "0.2,0.2,5",
+            "--target",
+            target,
+            "-o",
+            "a.png",
+        ];
         desk.run(&words)
     };
     let there = render("a.obj", "0.2,0.2,0").exits_with(0).stderr.clone();
     assert!(
-        !there.contains("no camera ray") && there.contains("the model brings no lights: it stands in the default studio"),
+        !there.contains("no camera ray")
+            && there.contains("the model brings no lights: it stands in the default studio"),
         "{there}"
     );
     std::fs::remove_file(desk.path("a.png")).expect("a picture");
     let away = render("a.obj", "0.2,0.2,9");
-    let said =
-        "no camera ray met anything: the scene lies between (0.000000, 0.000000, -1.000000) and (90.000000, 90.000000, 0.000000)";
-    away.exits_with(3).says_like(said).says_like("help: --allow-empty makes a picture all the same");
+    let said = "no camera ray met anything: the scene lies between (0.000000, 0.000000, -1.000000) and (90.000000, 90.000000, 0.000000)";
+    away.exits_with(3)
+        .says_like(said)
+        .says_like("help: --allow-empty makes a picture all the same");
     assert!(!desk.path("a.png").exists());
-    let flags = ["render", "a.obj", "--size", "8x8", "--spp", "1", "--eye", "0.2,0.2,5", "--target", "0.2,0.2,9"];
-    desk.run(&[&flags[..], &["--allow-empty", "-o", "a.png"]].concat()).exits_with(0).says_like(said);
+    let flags = [
+        "render",
+        "a.obj",
+        "--size",
+        "8x8",
+        "--spp",
+        "1",
+        "--eye",
+        "0.2,0.2,5",
+        "--target",
+        "0.2,0.2,9",
+    ];
+    desk.run(&[&flags[..], &["--allow-empty", "-o", "a.png"]].concat())
+        .exits_with(0)
+        .says_like(said);
     // A part of a picture may well be empty.
-    desk.run(&[&flags[..], &["--crop", "0,0,2,2", "-o", "a.png"]].concat()).exits_with(0).says_like(said);
+    desk.run(&[&flags[..], &["--crop", "0,0,2,2", "-o", "a.png"]].concat())
+        .exits_with(0)
+        .says_like(said);
     // Of several pictures of a scene, one that shows something is enough.
-    desk.run(&["render", "a.obj", "--views", "left,front", "--size", "8x8", "--spp", "1", "-o", "v%d.png"]).exits_with(0);
+    desk.run(&[
+        "render",
+        "a.obj",
+        "--views",
+        "left,front",
+        "--size",
+        "8x8",
+        "--spp",
+        "1",
+        "-o",
+        "v%d.png",
+    ])
+    .exits_with(0);
     desk.write("thin.obj", "v 0 0 0\nv 1 0 0\nl 1 2\n");
-    desk.run(&["render", "thin.obj"])
-        .exits_with(3)
-        .says_like("thin.obj: there is nothing to see: it has points and lines alone, which are not rendered");
+    desk.run(&["render", "thin.obj"]).exits_with(3).says_like(
+        "thin.obj: there is nothing to see: it has points and lines alone, which are not rendered",
+    );
     desk.write("void.scene.toml", "format = 1\n");
-    desk.run(&["render", "a.obj", "void.scene.toml", "--size", "8x8", "--spp", "1", "-o", "n%d.png"])
-        .exits_with(3)
-        .says_like("void.scene.toml: there is nothing to see: it has no object")
-        .says_like("wrote n0.png");
-    desk.write("dim.scene.toml", "format = 1\n[[models]]\nfile = \"a.obj\"\n");
-    let dim = render("dim.scene.toml", "0.2,0.2,0").exits_with(0).stderr.clone();
+    desk.run(&[
+        "render",
+        "a.obj",
+        "void.scene.toml",
+        "--size",
+        "8x8",
+        "--spp",
+        "1",
+        "-o",
+        "n%d.png",
+    ])
+    .exits_with(3)
+    .says_like("void.scene.toml: there is nothing to see: it has no object")
+    .says_like("wrote n0.png");
+    desk.write(
+        "dim.scene.toml",
+        "format = 1\n[[models]]\nfile = \"a.obj\"\n",
+    );
+    let dim = render("dim.scene.toml", "0.2,0.2,0")
+        .exits_with(0)
+        .stderr
+        .clone();
     assert!(!dim.contains("sky") && !dim.contains("studio"), "{dim}");
 }
 
-/// Protects: a library that loads, prepares and renders gets the command line's picture, bit for bit, of models and scenes without light
-/// too, and is told what was added; no environment means none for both.
+/// Protects: a library that loads, prepares and renders gets the command line's picture, bit for
+/// bit, of models and scenes without light too, and is told what was added; no environment means
+/// none for both.
 #[test]
 fn the_library_completes_what_the_program_completes() {
     let desk = Desk::new();
     desk.write("bare.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n");
-    desk.write("lamp.gltf", model().replace("KHR_materials_unlit", "VENDOR_nothing"));
-    desk.write("bare.scene.toml", "format = 1\n[[models]]\nfile = \"bare.obj\"\n");
+    desk.write(
+        "lamp.gltf",
+        model().replace("KHR_materials_unlit", "VENDOR_nothing"),
+    );
+    desk.write(
+        "bare.scene.toml",
+        "format = 1\n[[models]]\nfile = \"bare.obj\"\n",
+    );
     for file in ["bare.obj", "lamp.gltf", "bare.scene.toml"] {
-        for (env, source) in [(None, None), (Some(["--env", "none"]), Some(EnvironmentSource::None))] {
-            let words = ["render", file, "--size", "12x8", "--spp", "4", "-o", "a.exr", "-q"];
-            desk.run(&[&words[..], env.iter().flatten().copied().collect::<Vec<_>>().as_slice()].concat()).exits_with(0);
-            let environment = Environment { source: source.clone(), ..Environment::default() };
-            let options = LoadOptions { environment, ..LoadOptions::default() };
+        for (env, source) in [
+            (None, None),
+            (Some(["--env", "none"]), Some(EnvironmentSource::None)),
+        ] {
+            let words = [
+                "render", file, "--size", "12x8", "--spp", "4", "-o", "a.exr", "-q",
+            ];
+            desk.run(
+                &[
+                    &words[..],
+                    env.iter().flatten().copied().collect::<Vec<_>>().as_slice(),
+                ]
+                .concat(),
+            )
+            .exits_with(0);
+            let environment = Environment {
+                source: source.clone(),
+                ..Environment::default()
+            };
+            let options = LoadOptions {
+                environment,
+                ..LoadOptions::default()
+            };
             let loaded = load(&Input::Path(desk.path(file)), &options).expect("a model");
             let own = Settings::of(&loaded.scene);
-            let settings = Settings { size: [12, 8], sampling: Sampling::resolve(&loaded.scene, Some(4)), ..own };
-            let picture = prepare(&loaded.scene, &settings, &()).expect("a small picture").render(&()).picture;
+            let settings = Settings {
+                size: [12, 8],
+                sampling: Sampling::resolve(&loaded.scene, Some(4)),
+                ..own
+            };
+            let picture = prepare(&loaded.scene, &settings, &())
+                .expect("a small picture")
+                .render(&())
+                .picture;
             assert_eq!(picture.rgb, desk.picture("a.exr").rgb, "{file}, {env:?}");
-            assert_eq!(picture.rgb.iter().any(|pixel| *pixel != [0.0; 3]), source.is_none(), "{file}, {env:?}");
-            assert_eq!(loaded.added_sky, source.is_none().then_some(LightShortage::NoLight), "{file}");
+            assert_eq!(
+                picture.rgb.iter().any(|pixel| *pixel != [0.0; 3]),
+                source.is_none(),
+                "{file}, {env:?}"
+            );
+            assert_eq!(
+                loaded.added_sky,
+                source.is_none().then_some(LightShortage::NoLight),
+                "{file}"
+            );
         }
     }
 }
 
-/// Protects: a model whose own up is z stands upright from every side, on the studio's ground: an STL by default, others where that is asked for.
-/// It looks as one that was written with y up; and a camera can still be turned alone, but not where views choose their own.
+/// Protects: a model whose own up is z stands upright from every side, on the studio's ground: an
+/// STL by default, others where that is asked for. It looks as one that was written with y up; and
+/// a camera can still be turned alone, but not where views choose their own.
 #[test]
 fn models_stand_upright() {
     // A wedge, which looks another way from each side.
-    let corners = [[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 2.0, 0.0], [0.0, 0.0, 3.0]];
+    let corners = [
+        [0.0, 0.0, 0.0],
+        [1.0, 0.0, 0.0],
+        [0.0, 2.0, 0.0],
+        [0.0, 0.0, 3.0],
+    ];
     let facets = [[0, 2, 1], [0, 1, 3], [0, 3, 2], [1, 2, 3]];
     let obj = |turned: bool| {
         let place = |[x, y, z]: [f64; 3]| if turned { [x, z, -y] } else { [x, y, z] };
         let vertices = corners.map(|corner| place(corner).map(|x| x.to_string()).join(" "));
         let faces = facets.map(|facet| facet.map(|i| (i + 1).to_string()).join(" "));
-        vertices.map(|vertex| format!("v {vertex}\n")).concat() + &faces.map(|face| format!("f {face}\n")).concat()
+        vertices.map(|vertex| format!("v {vertex}\n")).concat()
+            + &faces.map(|face| format!("f {face}\n")).concat()
     };
     let facet = |facet: [usize; 3]| {
-        let corners = facet.map(|i| format!("vertex {}\n", corners[i].map(|x: f64| x.to_string()).join(" ")));
-        format!("facet normal 0 0 0\nouter loop\n{}endloop\nendfacet\n", corners.concat())
+        let corners = facet.map(|i| {
+            format!(
+                "vertex {}\n",
+                corners[i].map(|x: f64| x.to_string()).join(" ")
+            )
+        });
+        format!(
+            "facet normal 0 0 0\nouter loop\n{}endloop\nendfacet\n",
+            corners.concat()
+        )
     };
     let desk = Desk::new();
     desk.write("y.obj", obj(true));
     desk.write("z.obj", obj(false));
-    desk.write("z.stl", format!("solid s\n{}endsolid\n", facets.map(facet).concat()));
-    let render = ["-v", "--size", "24x24", "--spp", "16", "--views", "front,left,top,iso", "-o", "%d.exr"];
+    desk.write(
+        "z.stl",
+        format!("solid s\n{}endsolid\n", facets.map(facet).concat()),
+    );
+    let render = [
+        "-v",
+        "--size",
+        "24x24",
+        "--spp",
+        "16",
+        "--views",
+        "front,left,top,iso",
+        "-o",
+        "%d.exr",
+    ];
     let pictures = |args: &[&str]| {
         let run = desk.run(&[&["render"], args, &render[..]].concat());
         run.exits_with(0);
@@ -283,20 +516,40 @@ fn models_stand_upright() {
     };
     let (upright, _) = pictures(&["y.obj"]);
     let (printed, told) = pictures(&["z.stl"]);
-    assert!(told.contains("STL does not say what is up: z is taken, --up y takes y"), "{told}");
+    assert!(
+        told.contains("STL does not say what is up: z is taken, --up y takes y"),
+        "{told}"
+    );
     let (lying, _) = pictures(&["z.stl", "--up", "y"]);
     let far = |a: &[Vec<[f32; 3]>], b: &[Vec<[f32; 3]>]| {
-        let pairs = a.iter().flatten().flatten().zip(b.iter().flatten().flatten());
+        let pairs = a
+            .iter()
+            .flatten()
+            .flatten()
+            .zip(b.iter().flatten().flatten());
         pairs.map(|(a, b)| (a - b).abs()).sum::<f32>() / (4 * 24 * 24 * 3) as f32
     };
-    for (what, other) in [("STL", &printed), ("OBJ", &pictures(&["z.obj", "--up", "z"]).0)] {
-        assert!(far(&upright, other) < 1e-3, "{what}: {}", far(&upright, other));
+    for (what, other) in [
+        ("STL", &printed),
+        ("OBJ", &pictures(&["z.obj", "--up", "z"]).0),
+    ] {
+        assert!(
+            far(&upright, other) < 1e-3,
+            "{what}: {}",
+            far(&upright, other)
+        );
     }
     assert!(far(&upright, &lying) > 0.01);
     let refused = desk.run(&["render", "z.obj", "--up", "0,0,1", "--view", "front"]);
-    refused.exits_with(2).says_like("turn a model instead: --up z");
-    desk.run(&["render", "preset:whitted", "--up", "z"]).exits_with(2).says_like("only models are turned");
-    desk.run(&["render", "z.obj", "--up", "w"]).exits_with(2).says_like("expected an axis of the model");
+    refused
+        .exits_with(2)
+        .says_like("turn a model instead: --up z");
+    desk.run(&["render", "preset:whitted", "--up", "z"])
+        .exits_with(2)
+        .says_like("only models are turned");
+    desk.run(&["render", "z.obj", "--up", "w"])
+        .exits_with(2)
+        .says_like("expected an axis of the model");
 }
 
 /// A square of two triangles, in three formats.
@@ -304,15 +557,25 @@ fn square() -> [(&'static str, &'static str); 3] {
     let stl = "solid s\nfacet normal 0 0 1\nouter loop\nvertex 0 0 0\nvertex 1 0 0\nvertex 1 1 0\nvertex 0 1 0\nendloop\nendfacet\nendsolid\n";
     let ply = "ply\nformat ascii 1.0\nelement vertex 4\nproperty float x\nproperty float y\nproperty float z\nelement face 1\n\
         property list uchar int vertex_indices\nend_header\n0 0 0\n1 0 0\n1 1 0\n0 1 0\n4 0 1 2 3\n";
-    [("square.obj", "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nf 1 2 3 4\n"), ("square.stl", stl), ("square.ply", ply)]
+    [
+        (
+            "square.obj",
+            "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nf 1 2 3 4\n",
+        ),
+        ("square.stl", stl),
+        ("square.ply", ply),
+    ]
 }
 
-/// Protects: every command that reads a model reads all formats, from a file and through a pipe, and each shows the same picture; a picture
-/// of a pipe is named after it, and what names other files is told that they are not to be had.
+/// Protects: every command that reads a model reads all formats, from a file and through a pipe,
+/// and each shows the same picture; a picture of a pipe is named after it, and what names other
+/// files is told that they are not to be had.
 #[test]
 fn formats_and_pipes() {
     let desk = Desk::new();
-    let render = ["render", "--up", "y", "--size", "16x12", "--spp", "4", "-q", "-o", "a.exr"];
+    let render = [
+        "render", "--up", "y", "--size", "16x12", "--spp", "4", "-q", "-o", "a.exr",
+    ];
     let mut pictures = Vec::new();
     for (name, text) in square() {
         desk.write(name, text);
@@ -322,26 +585,60 @@ fn formats_and_pipes() {
             .expect("known");
         for (input, bytes) in [(name, ""), ("-", text)] {
             let info = desk.pipe(&["info", input], bytes.as_bytes());
-            let rows: Vec<String> =
-                info.exits_with(0).text().lines().map(|line| line.split_whitespace().collect::<Vec<_>>().join(" ")).collect();
-            for row in [format!("format {format}"), "triangles 2 in 1 mesh".to_owned()] {
+            let rows: Vec<String> = info
+                .exits_with(0)
+                .text()
+                .lines()
+                .map(|line| line.split_whitespace().collect::<Vec<_>>().join(" "))
+                .collect();
+            for row in [
+                format!("format {format}"),
+                "triangles 2 in 1 mesh".to_owned(),
+            ] {
                 assert!(rows.contains(&row), "{row}\n{}", info.text());
             }
             desk.pipe(&["check", input], bytes.as_bytes()).exits_with(0);
-            assert!(desk.pipe(&["explain", input], bytes.as_bytes()).exits_with(0).text().contains("sky"));
-            desk.pipe(&[&render[..], &[input]].concat(), bytes.as_bytes()).exits_with(0);
+            assert!(
+                desk.pipe(&["explain", input], bytes.as_bytes())
+                    .exits_with(0)
+                    .text()
+                    .contains("sky")
+            );
+            desk.pipe(&[&render[..], &[input]].concat(), bytes.as_bytes())
+                .exits_with(0);
             pictures.push(desk.picture("a.exr").rgb);
         }
     }
-    assert!(pictures[0].iter().any(|pixel| *pixel != pictures[0][0]) && pictures.iter().all(|picture| *picture == pictures[0]));
+    assert!(
+        pictures[0].iter().any(|pixel| *pixel != pictures[0][0])
+            && pictures.iter().all(|picture| *picture == pictures[0])
+    );
     let before = desk.names();
-    desk.pipe(&["render", "--size", "2x2", "--spp", "1", "-q", "-"], square()[1].1.as_bytes()).exits_with(0);
-    let new: Vec<String> = desk.names().into_iter().filter(|name| !before.contains(name)).collect();
+    desk.pipe(
+        &["render", "--size", "2x2", "--spp", "1", "-q", "-"],
+        square()[1].1.as_bytes(),
+    )
+    .exits_with(0);
+    let new: Vec<String> = desk
+        .names()
+        .into_iter()
+        .filter(|name| !before.contains(name))
+        .collect();
     assert_eq!(new, ["standard-input.png"]);
-    let beside = desk.pipe(&["check", "-"], b"mtllib a.mtl\nv 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n");
+    let beside = desk.pipe(
+        &["check", "-"],
+        b"mtllib a.mtl\nv 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n",
+    );
     beside
         .exits_with(0)
         .says_like("standard input: material library: `a.mtl` is a file, and what comes through a pipe lies in no folder");
-    desk.pipe(&["check", "-"], b"").exits_with(3).says_like("error: standard input: is empty");
-    desk.pipe(&["check", "-", "--variant", "red"], square()[2].1.as_bytes()).exits_with(2).says_like("has no variants");
+    desk.pipe(&["check", "-"], b"")
+        .exits_with(3)
+        .says_like("error: standard input: is empty");
+    desk.pipe(
+        &["check", "-", "--variant", "red"],
+        square()[2].1.as_bytes(),
+    )
+    .exits_with(2)
+    .says_like("has no variants");
 }

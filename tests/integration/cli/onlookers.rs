@@ -1,4 +1,5 @@
-//! Pictures that are shown while they are rendered: in a file that grows, and in tev, for which a server stands here that reads its packets.
+//! Pictures that are shown while they are rendered: in a file that grows, and in tev, for which a
+//! server stands here that reads its packets.
 
 use std::collections::{BTreeMap, HashSet};
 use std::io::Read;
@@ -51,7 +52,11 @@ impl Reader<'_> {
     }
 
     fn text(&mut self) -> String {
-        let end = self.0.iter().position(|&byte| byte == 0).expect("a text that ends");
+        let end = self
+            .0
+            .iter()
+            .position(|&byte| byte == 0)
+            .expect("a text that ends");
         let text = String::from_utf8(self.0[..end].to_vec()).expect("text");
         self.0 = &self.0[end + 1..];
         text
@@ -59,7 +64,8 @@ impl Reader<'_> {
 }
 
 impl Shown {
-    /// Takes a packet as tev does (its `Ipc.cpp`): pictures are created, and then get values by offsets and strides.
+    /// Takes a packet as tev does (its `Ipc.cpp`): pictures are created, and then get values by
+    /// offsets and strides.
     fn take(&mut self, packet: &[u8]) {
         let mut reader = Reader(packet);
         assert_eq!(reader.number() as usize, packet.len());
@@ -70,20 +76,33 @@ impl Shown {
             4 => {
                 self.size = [reader.number(), reader.number()];
                 let pixels = (self.size[0] * self.size[1]) as usize;
-                self.channels = (0..reader.number()).map(|_| (reader.text(), vec![f32::NAN; pixels])).collect();
+                self.channels = (0..reader.number())
+                    .map(|_| (reader.text(), vec![f32::NAN; pixels]))
+                    .collect();
                 self.created += 1;
             }
             6 => {
                 let names: Vec<String> = (0..reader.number()).map(|_| reader.text()).collect();
                 let [x, y, width, height] = [(); 4].map(|()| reader.number() as usize);
-                let mut longs = || names.iter().map(|_| u64::from_le_bytes(reader.bytes()) as usize).collect::<Vec<_>>();
+                let mut longs = || {
+                    names
+                        .iter()
+                        .map(|_| u64::from_le_bytes(reader.bytes()) as usize)
+                        .collect::<Vec<_>>()
+                };
                 let (offsets, strides) = (longs(), longs());
-                let values: Vec<f32> =
-                    reader.0.chunks_exact(4).map(|four| f32::from_le_bytes(four.try_into().expect("four"))).collect();
+                let values: Vec<f32> = reader
+                    .0
+                    .chunks_exact(4)
+                    .map(|four| f32::from_le_bytes(four.try_into().expect("four")))
+                    .collect();
                 let last = |i: usize| offsets[i] + (width * height - 1) * strides[i] + 1;
                 assert_eq!((0..names.len()).map(last).max(), Some(values.len()));
                 for (i, name) in names.iter().enumerate() {
-                    let channel = self.channels.get_mut(name).expect("a channel that was created");
+                    let channel = self
+                        .channels
+                        .get_mut(name)
+                        .expect("a channel that was created");
                     for pixel in 0..width * height {
                         let place = (y + pixel / width) * self.size[0] as usize + x + pixel % width;
                         channel[place] = values[offsets[i] + pixel * strides[i]];
@@ -96,39 +115,89 @@ impl Shown {
     }
 }
 
-/// Protects: tev is told of a picture, of each doubling of its samples and of its end by packets that it can read, with the layers that are known
-/// by then; what it shows in the end is what is written, and the picture's bits are those of a render that nobody looks on at.
+/// Protects: tev is told of a picture, of each doubling of its samples and of its end by packets
+/// that it can read, with the layers that are known by then; what it shows in the end is what is
+/// written, and the picture's bits are those of a render that nobody looks on at.
 #[test]
 fn tev_is_shown_each_stage() {
     let desk = Desk::new();
     desk.write("ball.scene.toml", SCENE);
     let listener = TcpListener::bind("127.0.0.1:0").expect("a port");
-    let display = format!("tev:127.0.0.1:{}", listener.local_addr().expect("an address").port());
+    let display = format!(
+        "tev:127.0.0.1:{}",
+        listener.local_addr().expect("an address").port()
+    );
     let server = thread::spawn(move || {
         let (mut stream, _) = listener.accept().expect("a connection");
         let mut bytes = Vec::new();
         stream.read_to_end(&mut bytes).expect("packets");
         let (mut shown, mut rest) = (Shown::default(), bytes.as_slice());
-        while let Some(length) = rest.first_chunk().map(|&four| u32::from_le_bytes(four) as usize) {
+        while let Some(length) = rest
+            .first_chunk()
+            .map(|&four| u32::from_le_bytes(four) as usize)
+        {
             let (packet, after) = rest.split_at(length);
             shown.take(packet);
             rest = after;
         }
         shown
     });
-    let words = ["render", "ball.scene.toml", "--denoise", "--hash", "-o", "a.exr", "--display", &display];
-    let hash = desk.run(&words).exits_with(0).text().split_whitespace().next().expect("a hash").to_owned();
+    let words = [
+        "render",
+        "ball.scene.toml",
+        "--denoise",
+        "--hash",
+        "-o",
+        "a.exr",
+        "--display",
+        &display,
+    ];
+    let hash = desk
+        .run(&words)
+        .exits_with(0)
+        .text()
+        .split_whitespace()
+        .next()
+        .expect("a hash")
+        .to_owned();
     let shown = server.join().expect("packets that can be read");
-    assert!(shown.updated >= 6 && (1..=2).contains(&shown.created), "{} pictures, {} updates", shown.created, shown.updated);
+    assert!(
+        shown.updated >= 6 && (1..=2).contains(&shown.created),
+        "{} pictures, {} updates",
+        shown.created,
+        shown.updated
+    );
     assert_eq!(shown.size, [48, 32]);
     let picture = desk.picture("a.exr");
     for (channel, name) in ["R", "G", "B"].into_iter().enumerate() {
-        assert!(picture.rgb.iter().map(|rgb| rgb[channel]).eq(shown.channels[name].iter().copied()), "{name}");
-        let denoised = &picture.layer(&format!("denoised.{name}")).expect("a layer").samples;
+        assert!(
+            picture
+                .rgb
+                .iter()
+                .map(|rgb| rgb[channel])
+                .eq(shown.channels[name].iter().copied()),
+            "{name}"
+        );
+        let denoised = &picture
+            .layer(&format!("denoised.{name}"))
+            .expect("a layer")
+            .samples;
         assert_eq!(denoised, &shown.channels[&format!("denoised.{name}")]);
-        assert!(shown.channels[&format!("stderr.{name}")].iter().all(|&error| error >= 0.0), "{name}");
+        assert!(
+            shown.channels[&format!("stderr.{name}")]
+                .iter()
+                .all(|&error| error >= 0.0),
+            "{name}"
+        );
     }
-    let alone = desk.run(&["render", "ball.scene.toml", "--denoise", "--hash", "-o", "b.exr"]);
+    let alone = desk.run(&[
+        "render",
+        "ball.scene.toml",
+        "--denoise",
+        "--hash",
+        "-o",
+        "b.exr",
+    ]);
     assert!(alone.exits_with(0).text().starts_with(&hash));
 }
 
@@ -137,33 +206,62 @@ fn tev_is_shown_each_stage() {
 fn a_viewer_that_is_not_there_is_told() {
     let desk = Desk::new();
     desk.write("ball.scene.toml", SCENE);
-    let port = TcpListener::bind("127.0.0.1:0").and_then(|listener| listener.local_addr()).expect("an address").port();
+    let port = TcpListener::bind("127.0.0.1:0")
+        .and_then(|listener| listener.local_addr())
+        .expect("an address")
+        .port();
     let display = format!("tev:127.0.0.1:{port}");
-    desk.run(&["render", "ball.scene.toml", "--display", &display]).exits_with(4).says_like("start it first");
-    desk.run(&["render", "ball.scene.toml", "--display", "window"]).exits_with(2).says_like("expected tev");
+    desk.run(&["render", "ball.scene.toml", "--display", &display])
+        .exits_with(4)
+        .says_like("start it first");
+    desk.run(&["render", "ball.scene.toml", "--display", "window"])
+        .exits_with(2)
+        .says_like("expected tev");
     assert_eq!(desk.names(), ["ball.scene.toml"]);
 }
 
-/// Protects: a preview is a whole picture whenever it is looked at, other ones on its way than in its end, which is the picture; it takes no place
-/// of an input, and is of one picture.
+/// Protects: a preview is a whole picture whenever it is looked at, other ones on its way than in
+/// its end, which is the picture; it takes no place of an input, and is of one picture.
 #[test]
 fn a_preview_grows() {
     let desk = Desk::new();
     desk.write("ball.scene.toml", SCENE);
-    let words = ["render", "ball.scene.toml", "-s", "200x150", "--spp", "512", "--preview", "p.png", "-o", "o.png", "-q"];
-    let mut child = desk.command(&words).stderr(Stdio::piped()).spawn().expect("the program starts");
+    let words = [
+        "render",
+        "ball.scene.toml",
+        "-s",
+        "200x150",
+        "--spp",
+        "512",
+        "--preview",
+        "p.png",
+        "-o",
+        "o.png",
+        "-q",
+    ];
+    let mut child = desk
+        .command(&words)
+        .stderr(Stdio::piped())
+        .spawn()
+        .expect("the program starts");
     let mut seen = HashSet::new();
     while child.try_wait().expect("a child").is_none() {
-        let Ok(bytes) = std::fs::read(desk.path("p.png")) else { continue };
+        let Ok(bytes) = std::fs::read(desk.path("p.png")) else {
+            continue;
+        };
         desk.write("look.png", &bytes);
-        let stored = read_picture(&desk.path("look.png"), &Limits::default()).expect("a whole picture");
+        let stored =
+            read_picture(&desk.path("look.png"), &Limits::default()).expect("a whole picture");
         assert_eq!([stored.picture.width, stored.picture.height], [200, 150]);
         seen.insert(bytes);
     }
     assert!(child.wait().expect("a child").success());
     assert!(seen.len() >= 4, "{} stages were seen", seen.len());
     assert_eq!(desk.picture("p.png"), desk.picture("o.png"));
-    assert_eq!(desk.names(), ["ball.scene.toml", "look.png", "o.png", "p.png"]);
+    assert_eq!(
+        desk.names(),
+        ["ball.scene.toml", "look.png", "o.png", "p.png"]
+    );
 
     let refused = |words: &[&str], why: &str| {
         let words = [&["render", "ball.scene.toml"], words].concat();
@@ -171,12 +269,26 @@ fn a_preview_grows() {
     };
     refused(&["--preview", "p.exr"], "does not end in .png");
     refused(&["--preview", "o.png", "-o", "o.png"], "named twice");
-    refused(&["--preview", "p.png", "--views", "front,left"], "of one picture");
-    let texture = "[[images]]\nname = \"i\"\npath = \"p.png\"\n[[textures]]\nname = \"t\"\nimage = \"i\"\n";
-    let textured = SCENE.replace("base_colour = [0.7, 0.4, 0.2]", "base_colour_texture = { name = \"t\" }") + texture;
+    refused(
+        &["--preview", "p.png", "--views", "front,left"],
+        "of one picture",
+    );
+    let texture =
+        "[[images]]\nname = \"i\"\npath = \"p.png\"\n[[textures]]\nname = \"t\"\nimage = \"i\"\n";
+    let textured = SCENE.replace(
+        "base_colour = [0.7, 0.4, 0.2]",
+        "base_colour_texture = { name = \"t\" }",
+    ) + texture;
     desk.write("ball.scene.toml", textured);
     let before = std::fs::read(desk.path("p.png")).expect("a file");
-    let run = desk.run(&["render", "ball.scene.toml", "--preview", "p.png", "-o", "q.png"]);
+    let run = desk.run(&[
+        "render",
+        "ball.scene.toml",
+        "--preview",
+        "p.png",
+        "-o",
+        "q.png",
+    ]);
     run.exits_with(2).says_like("this run reads it");
     assert_eq!(std::fs::read(desk.path("p.png")).expect("a file"), before);
 }

@@ -1,5 +1,5 @@
-//! What no output replaces: the files that a run reads or its scene names, and, where the user named nothing, anybody's files
-//! but our own pictures.
+//! What no output replaces: the files that a run reads or its scene names, and, where the user
+//! named nothing, anybody's files but our own pictures.
 
 use std::fs;
 
@@ -8,7 +8,9 @@ use crate::support::Desk;
 /// A pixel by another program, as every texture here.
 fn pixel() -> Vec<u8> {
     let mut file = std::io::Cursor::new(Vec::new());
-    image::RgbImage::new(1, 1).write_to(&mut file, image::ImageFormat::Png).expect("a picture");
+    image::RgbImage::new(1, 1)
+        .write_to(&mut file, image::ImageFormat::Png)
+        .expect("a picture");
     file.into_inner()
 }
 
@@ -23,7 +25,10 @@ fn desk() -> Desk {
         "format = 1\nsky.constant = 1\n[[images]]\nname = \"wood\"\npath = \"wood.png\"\n\
         [[images]]\nname = \"gone\"\npath = \"gone.png\"\n",
     );
-    desk.write("leaf.obj", "mtllib a.mtl b.mtl\nusemtl a\nv 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n");
+    desk.write(
+        "leaf.obj",
+        "mtllib a.mtl b.mtl\nusemtl a\nv 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n",
+    );
     desk.write("a.mtl", "newmtl a\nmap_Kd leaf.png\n");
     desk.write("b.mtl", "newmtl unused\nmap_Kd spare.png\n");
     for name in ["leaf.png", "spare.png"] {
@@ -33,12 +38,17 @@ fn desk() -> Desk {
 }
 
 fn everything(desk: &Desk) -> Vec<(String, Vec<u8>)> {
-    let files = desk.names().into_iter().filter(|name| desk.path(name).is_file());
-    files.map(|name| (name.clone(), fs::read(desk.path(&name)).expect("a file"))).collect()
+    let files = desk
+        .names()
+        .into_iter()
+        .filter(|name| desk.path(name).is_file());
+    files
+        .map(|name| (name.clone(), fs::read(desk.path(&name)).expect("a file")))
+        .collect()
 }
 
-/// Protects: an output that is an input of the run, or that the scene names, is refused before the render, under every
-/// name of that file and by every flag, and nothing is touched.
+/// Protects: an output that is an input of the run, or that the scene names, is refused before the
+/// render, under every name of that file and by every flag, and nothing is touched.
 #[cfg(unix)]
 #[test]
 fn inputs_are_never_replaced() {
@@ -55,29 +65,72 @@ fn inputs_are_never_replaced() {
     let cases: &[(&str, &str, &str, &str)] = &[
         ("room.scene.toml", "-o", "wood.png", "this run reads it"),
         ("room.scene.toml", "-o", "./wood.png", "this run reads it"),
-        ("room.scene.toml", "-o", "sub/../wood.png", "this run reads it"),
+        (
+            "room.scene.toml",
+            "-o",
+            "sub/../wood.png",
+            "this run reads it",
+        ),
         ("room.scene.toml", "-o", "link.png", "this run reads it"),
-        ("./sub/../room.scene.toml", "-o", "hard.png", "wood.png, which this run reads"),
-        ("room.scene.toml", "-o", "gone.png", "the scene names it as a file of its own"),
-        ("room.scene.toml", "-o", "ahead.png", "the scene names it as a file of its own"),
-        ("room.scene.toml", "--stats", "room.json", "this run reads it"),
+        (
+            "./sub/../room.scene.toml",
+            "-o",
+            "hard.png",
+            "wood.png, which this run reads",
+        ),
+        (
+            "room.scene.toml",
+            "-o",
+            "gone.png",
+            "the scene names it as a file of its own",
+        ),
+        (
+            "room.scene.toml",
+            "-o",
+            "ahead.png",
+            "the scene names it as a file of its own",
+        ),
+        (
+            "room.scene.toml",
+            "--stats",
+            "room.json",
+            "this run reads it",
+        ),
         ("leaf.obj", "--stats", "mtl.json", "this run reads it"),
         ("leaf.obj", "--stats", "b.json", "this run reads it"),
-        ("leaf.obj", "-o", "spare.png", "the scene names it as a file of its own"),
+        (
+            "leaf.obj",
+            "-o",
+            "spare.png",
+            "the scene names it as a file of its own",
+        ),
         ("leaf.obj", "-o", "leaf.png", "this run reads it"),
     ];
     for (scene, flag, output, cause) in cases {
         let run = desk.run(&[&["render", scene, flag, output], &SMALL[..]].concat());
         run.exits_with(2);
-        assert!(run.stderr.contains(&format!("cannot write {output}: ")), "{}", run.stderr);
+        assert!(
+            run.stderr.contains(&format!("cannot write {output}: ")),
+            "{}",
+            run.stderr
+        );
         assert!(run.stderr.contains(cause), "{}", run.stderr);
-        assert!(run.stderr.contains(&format!("help: name another file with {flag}")), "{}", run.stderr);
+        assert!(
+            run.stderr
+                .contains(&format!("help: name another file with {flag}")),
+            "{}",
+            run.stderr
+        );
     }
     // Named by nobody: the model's own texture.
     desk.run(&[&["render", "leaf.obj"], &SMALL[..]].concat())
         .exits_with(2)
         .says("error: cannot write leaf.png: this run reads it\nhelp: name another file with -o");
-    assert!(everything(&desk) == before, "something was written: {:?}", desk.names());
+    assert!(
+        everything(&desk) == before,
+        "something was written: {:?}",
+        desk.names()
+    );
 }
 
 /// Protects: neither side of a comparison is replaced by the picture of their difference.
@@ -89,14 +142,23 @@ fn compared_pictures_are_never_replaced() {
     for output in ["wood.png", "./spare.png", "hard.png"] {
         let run = desk.run(&["compare", "wood.png", "spare.png", "--diff", output]);
         run.exits_with(2);
-        assert!(run.stderr.contains("help: name another file with --diff"), "{}", run.stderr);
+        assert!(
+            run.stderr.contains("help: name another file with --diff"),
+            "{}",
+            run.stderr
+        );
         assert!(everything(&desk) == before);
     }
-    desk.run(&["compare", "wood.png", "spare.png", "--diff", "leaf.png"]).exits_with(0);
-    assert!(fs::read(desk.path("leaf.png")).expect("a file") != pixel(), "the user named that file");
+    desk.run(&["compare", "wood.png", "spare.png", "--diff", "leaf.png"])
+        .exits_with(0);
+    assert!(
+        fs::read(desk.path("leaf.png")).expect("a file") != pixel(),
+        "the user named that file"
+    );
 }
 
-/// Protects: where the user names nothing, a picture of ours is replaced and any other file is kept, whatever it holds.
+/// Protects: where the user names nothing, a picture of ours is replaced and any other file is
+/// kept, whatever it holds.
 #[test]
 fn unnamed_pictures_replace_only_our_own() {
     let desk = desk();
@@ -104,7 +166,12 @@ fn unnamed_pictures_replace_only_our_own() {
     desk.run(&render).exits_with(0);
     desk.run(&render).exits_with(0);
     let whole = fs::read(desk.path("room.png")).expect("a picture");
-    for foreign in [pixel(), whole[..whole.len() - 5].to_vec(), b"notes".to_vec(), Vec::new()] {
+    for foreign in [
+        pixel(),
+        whole[..whole.len() - 5].to_vec(),
+        b"notes".to_vec(),
+        Vec::new(),
+    ] {
         desk.write("room.png", &foreign);
         desk.run(&render).exits_with(4).says(
             "error: cannot write room.png: a file of that name is there, and it is not a picture by this program\n\
@@ -112,7 +179,8 @@ fn unnamed_pictures_replace_only_our_own() {
         );
         assert!(fs::read(desk.path("room.png")).expect("a file") == foreign);
     }
-    desk.run(&[&render[..], &["-o", "room.png"]].concat()).exits_with(0);
+    desk.run(&[&render[..], &["-o", "room.png"]].concat())
+        .exits_with(0);
     assert_eq!(desk.picture("room.png").width, 4);
 }
 
@@ -122,45 +190,123 @@ fn unnamed_pictures_replace_only_our_own() {
 fn outputs_do_not_replace_each_other() {
     let desk = desk();
     std::os::unix::fs::symlink("s.png", desk.path("s.json")).expect("a link");
-    let run = desk.run(&[&["render", "room.scene.toml", "-o", "s.png", "--stats", "s.json"], &SMALL[..]].concat());
+    let run = desk.run(
+        &[
+            &[
+                "render",
+                "room.scene.toml",
+                "-o",
+                "s.png",
+                "--stats",
+                "s.json",
+            ],
+            &SMALL[..],
+        ]
+        .concat(),
+    );
     run.exits_with(2).says("error: s.png and s.json are one file, named twice as output\nhelp: name another file with --stats");
     assert!(!desk.path("s.png").exists());
 }
 
-/// Protects: a file that only its owner may read stays so when it is written again, whatever kind of result it is.
+/// Protects: a file that only its owner may read stays so when it is written again, whatever kind
+/// of result it is.
 #[cfg(unix)]
 #[test]
 fn modes_are_kept() {
     use std::os::unix::fs::PermissionsExt;
     let desk = Desk::new();
     desk.write("sky.scene.toml", "format = 1\nsky.constant = 0.5\n");
-    let files = ["a.png", "a.exr", "a.film", "a.json", "sheet.png", "a.gif", "a.apng", "diff.png", "merged.png"];
+    let files = [
+        "a.png",
+        "a.exr",
+        "a.film",
+        "a.json",
+        "sheet.png",
+        "a.gif",
+        "a.apng",
+        "diff.png",
+        "merged.png",
+    ];
     let start = || {
         for name in files {
             desk.write(name, "");
-            fs::set_permissions(desk.path(name), fs::Permissions::from_mode(0o600)).expect("an own file");
+            fs::set_permissions(desk.path(name), fs::Permissions::from_mode(0o600))
+                .expect("an own file");
         }
     };
     start();
-    let render = ["render", "sky.scene.toml", "-q", "--size", "4x4", "--spp", "2"];
-    desk.run(&[&render[..], &["-o", "a.png", "-o", "a.exr", "--checkpoint", "a.film", "--stats", "a.json"]].concat())
+    let render = [
+        "render",
+        "sky.scene.toml",
+        "-q",
+        "--size",
+        "4x4",
+        "--spp",
+        "2",
+    ];
+    desk.run(
+        &[
+            &render[..],
+            &[
+                "-o",
+                "a.png",
+                "-o",
+                "a.exr",
+                "--checkpoint",
+                "a.film",
+                "--stats",
+                "a.json",
+            ],
+        ]
+        .concat(),
+    )
+    .exits_with(0);
+    desk.run(
+        &[
+            &render[..],
+            &[
+                "--turntable",
+                "2",
+                "-o",
+                "a.gif",
+                "-o",
+                "a.apng",
+                "--sheet",
+                "sheet.png",
+            ],
+        ]
+        .concat(),
+    )
+    .exits_with(0);
+    desk.run(&["compare", "a.png", "a.exr", "--diff", "diff.png"])
         .exits_with(0);
-    desk.run(&[&render[..], &["--turntable", "2", "-o", "a.gif", "-o", "a.apng", "--sheet", "sheet.png"]].concat()).exits_with(0);
-    desk.run(&["compare", "a.png", "a.exr", "--diff", "diff.png"]).exits_with(0);
-    desk.run(&["merge", "a.film", "-o", "merged.png"]).exits_with(0);
+    desk.run(&["merge", "a.film", "-o", "merged.png"])
+        .exits_with(0);
     for name in files {
         let there = fs::metadata(desk.path(name)).expect("a file");
-        assert!(there.len() > 0 && there.permissions().mode() & 0o777 == 0o600, "{name}: {:o}", there.permissions().mode());
+        assert!(
+            there.len() > 0 && there.permissions().mode() & 0o777 == 0o600,
+            "{name}: {:o}",
+            there.permissions().mode()
+        );
     }
 }
 
-/// Protects: what cannot be written is known before the first ray: no picture is made of a scene that would take hours, and nothing is left.
+/// Protects: what cannot be written is known before the first ray: no picture is made of a scene
+/// that would take hours, and nothing is left.
 #[cfg(unix)]
 #[test]
 fn outputs_are_tried_before_the_first_ray() {
     let desk = Desk::new();
     desk.write("sky.scene.toml", "format = 1\nsky.constant = 0.5\n");
-    let endless = ["render", "sky.scene.toml", "-s", "4000x4000", "--spp", "65536"];
+    let endless = [
+        "render",
+        "sky.scene.toml",
+        "-s",
+        "4000x4000",
+        "--spp",
+        "65536",
+    ];
     let long = |ending: &str| "n".repeat(260) + ending;
     for arguments in [
         ["-o".to_owned(), long(".png")],
@@ -172,20 +318,37 @@ fn outputs_are_tried_before_the_first_ray() {
         ["-o".to_owned(), long(".gif")],
     ] {
         let words = arguments.iter().map(String::as_str).collect::<Vec<_>>();
-        desk.run(&[&endless[..], &words].concat()).exits_with(4).says_like("the name is too long");
+        desk.run(&[&endless[..], &words].concat())
+            .exits_with(4)
+            .says_like("the name is too long");
     }
     assert_eq!(desk.names(), ["sky.scene.toml"]);
     let longest = "n".repeat(251) + ".png";
-    desk.run(&["render", "sky.scene.toml", "-q", "-s", "4x4", "--spp", "1", "-o", &longest]).exits_with(0);
+    desk.run(&[
+        "render",
+        "sky.scene.toml",
+        "-q",
+        "-s",
+        "4x4",
+        "--spp",
+        "1",
+        "-o",
+        &longest,
+    ])
+    .exits_with(0);
     assert!(desk.path(&longest).exists());
 }
 
-/// Protects: a limit on the size of files ends a run with exit code 4, leaves the old file as it was and nothing beside it.
+/// Protects: a limit on the size of files ends a run with exit code 4, leaves the old file as it
+/// was and nothing beside it.
 #[cfg(target_os = "linux")]
 #[test]
 fn file_limits_leave_nothing_behind() {
     let desk = Desk::new();
-    desk.write("sky.scene.toml", "format = 1\nsky.map.image = \"a\"\nimages = [{ name = \"a\", path = \"noise.png\" }]\n");
+    desk.write(
+        "sky.scene.toml",
+        "format = 1\nsky.map.image = \"a\"\nimages = [{ name = \"a\", path = \"noise.png\" }]\n",
+    );
     let noise = image::RgbImage::from_fn(64, 64, |x, y| {
         let hash = (x * 64 + y).wrapping_mul(2_654_435_761);
         image::Rgb([(hash >> 8) as u8, (hash >> 16) as u8, (hash >> 24) as u8])
@@ -197,36 +360,88 @@ fn file_limits_leave_nothing_behind() {
     let program = desk.command::<&str>(&[]).get_program().to_owned();
     for arguments in ["-o a.exr", "-o a.png", "-o b.png --checkpoint a.film"] {
         let before = everything(&desk);
-        let script = format!("ulimit -f 4; exec \"$0\" render sky.scene.toml -q -s 96x96 --spp 4 {arguments}");
+        let script = format!(
+            "ulimit -f 4; exec \"$0\" render sky.scene.toml -q -s 96x96 --spp 4 {arguments}"
+        );
         let mut shell = std::process::Command::new("sh");
-        let run = shell.args(["-c", &script]).arg(&program).current_dir(desk.path("")).output().expect("a shell");
+        let run = shell
+            .args(["-c", &script])
+            .arg(&program)
+            .current_dir(desk.path(""))
+            .output()
+            .expect("a shell");
         let said = String::from_utf8_lossy(&run.stderr);
         assert_eq!(run.status.code(), Some(4), "{arguments}: {said}");
-        assert!(said.contains("larger than a file may become here"), "{said}");
+        assert!(
+            said.contains("larger than a file may become here"),
+            "{said}"
+        );
         assert_eq!(everything(&desk), before, "{arguments}");
     }
 }
 
-/// Protects: a full disk ends a run with exit code 4, wherever the picture goes; a picture that was to be a file is kept beside the scene under a
-/// name that nothing has, or in the temporary folder.
+/// Protects: a full disk ends a run with exit code 4, wherever the picture goes; a picture that was
+/// to be a file is kept beside the scene under a name that nothing has, or in the temporary folder.
 #[cfg(target_os = "linux")]
 #[test]
 fn full_disks_are_told() {
     let desk = Desk::new();
     desk.write("sky.scene.toml", "format = 1\nsky.constant = 0.5\n");
     std::os::unix::fs::symlink("/dev/full", desk.path("full.png")).expect("a link");
-    let render = ["render", "sky.scene.toml", "-q", "-s", "4x4", "--spp", "1", "-o"];
+    let render = [
+        "render",
+        "sky.scene.toml",
+        "-q",
+        "-s",
+        "4x4",
+        "--spp",
+        "1",
+        "-o",
+    ];
     let full = [&render[..], &["full.png"]].concat();
-    desk.run(&full).exits_with(4).says_like("the disk is full").says_like("the picture is kept in").says_like("full-2.png");
+    desk.run(&full)
+        .exits_with(4)
+        .says_like("the disk is full")
+        .says_like("the picture is kept in")
+        .says_like("full-2.png");
     assert!(desk.picture("full-2.png").rgb.len() == 16 && desk.path("full.png").is_symlink());
     desk.run(&full).exits_with(4).says_like("full-3.png");
     let temporary = desk.path("temporary");
     fs::create_dir(&temporary).expect("a folder");
-    let preset = ["render", "preset:whitted", "-q", "-s", "4x4", "-o", "full.png"];
-    let run = desk.command(&preset).env("TMPDIR", &temporary).output().expect("the program starts");
-    assert_eq!(run.status.code(), Some(4), "{}", String::from_utf8_lossy(&run.stderr));
+    let preset = [
+        "render",
+        "preset:whitted",
+        "-q",
+        "-s",
+        "4x4",
+        "-o",
+        "full.png",
+    ];
+    let run = desk
+        .command(&preset)
+        .env("TMPDIR", &temporary)
+        .output()
+        .expect("the program starts");
+    assert_eq!(
+        run.status.code(),
+        Some(4),
+        "{}",
+        String::from_utf8_lossy(&run.stderr)
+    );
     assert_eq!(desk.picture("temporary/full.png").rgb.len(), 16);
-    let full = fs::OpenOptions::new().write(true).open("/dev/full").expect("Linux has it");
-    let run = desk.command(&[&render[..], &["-"]].concat()).stdout(full).output().expect("the program starts");
-    assert_eq!(run.status.code(), Some(4), "{}", String::from_utf8_lossy(&run.stderr));
+    let full = fs::OpenOptions::new()
+        .write(true)
+        .open("/dev/full")
+        .expect("Linux has it");
+    let run = desk
+        .command(&[&render[..], &["-"]].concat())
+        .stdout(full)
+        .output()
+        .expect("the program starts");
+    assert_eq!(
+        run.status.code(),
+        Some(4),
+        "{}",
+        String::from_utf8_lossy(&run.stderr)
+    );
 }

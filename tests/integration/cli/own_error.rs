@@ -11,11 +11,14 @@ fn info(desk: &Desk, name: &str) -> Value {
 
 /// Three digits, as a file says them.
 fn shortened(value: &Value) -> f64 {
-    format!("{:.2e}", value.as_f64().expect("a number")).parse().expect("a number")
+    format!("{:.2e}", value.as_f64().expect("a number"))
+        .parse()
+        .expect("a number")
 }
 
-/// Protects: the error of a picture's file is that of the statistics, in both formats, of the denoised picture where there is one, with the
-/// samples that were taken and whether it is in doubt.
+/// Protects: the error of a picture's file is that of the statistics, in both formats, of the
+/// denoised picture where there is one, with the samples that were taken and whether it is in
+/// doubt.
 #[test]
 fn files_say_the_error_of_the_statistics() {
     let desk = desk();
@@ -25,64 +28,122 @@ fn files_say_the_error_of_the_statistics() {
         ("--spp 64 --denoise", "denoised", "denoised", "64"),
     ] {
         render(&desk, &format!("{words} -o a.png -o a.exr --stats s.json")).exits_with(0);
-        let stats: Value = serde_json::from_slice(&std::fs::read(desk.path("s.json")).expect("a report")).expect("JSON");
+        let stats: Value =
+            serde_json::from_slice(&std::fs::read(desk.path("s.json")).expect("a report"))
+                .expect("JSON");
         for name in ["a.png", "a.exr"] {
             let error = &info(&desk, name)["error"];
             for measure in ["root_relmse", "rmse"] {
                 for end in ["value", "low", "high"] {
                     let (told, known) = (&error[measure][end], &stats[claim][measure][end]);
-                    assert_eq!(told.as_f64(), known.as_f64().map(|_| shortened(known)), "{words}, {name}: {measure} {end}");
+                    assert_eq!(
+                        told.as_f64(),
+                        known.as_f64().map(|_| shortened(known)),
+                        "{words}, {name}: {measure} {end}"
+                    );
                 }
             }
-            assert_eq!((&error["doubt"], error["samples"].as_str()), (&stats[claim]["doubt"], Some(samples)), "{words}, {name}");
+            assert_eq!(
+                (&error["doubt"], error["samples"].as_str()),
+                (&stats[claim]["doubt"], Some(samples)),
+                "{words}, {name}"
+            );
             assert_eq!(error["reconstruction"], reconstruction, "{words}, {name}");
         }
     }
 }
 
-/// Protects: where samples go where the error is, the file says the fewest and the most; the joined parts of a picture say what the whole says;
-/// a picture without chance and one that is to say nothing say no error; a picture of somebody else's is shown for what it is.
+/// Protects: where samples go where the error is, the file says the fewest and the most; the joined
+/// parts of a picture say what the whole says; a picture without chance and one that is to say
+/// nothing say no error; a picture of somebody else's is shown for what it is.
 #[test]
 fn files_say_what_is_known() {
     let desk = desk();
     render(&desk, "--max-error 0.02 -o a.exr").exits_with(0);
     let told = info(&desk, "a.exr");
-    let (least, most) = told["error"]["samples"].as_str().and_then(|samples| samples.split_once("..")).expect("a range");
+    let (least, most) = told["error"]["samples"]
+        .as_str()
+        .and_then(|samples| samples.split_once(".."))
+        .expect("a range");
     assert!(least.parse::<u32>().expect("a number") < most.parse::<u32>().expect("a number"));
-    assert!(told["error"]["root_relmse"]["high"].as_f64().expect("an interval") <= 0.02, "{told}");
-    let (value, table) = (&told["error"]["root_relmse"]["value"], desk.run(&["info", "a.exr"]));
+    assert!(
+        told["error"]["root_relmse"]["high"]
+            .as_f64()
+            .expect("an interval")
+            <= 0.02,
+        "{told}"
+    );
+    let (value, table) = (
+        &told["error"]["root_relmse"]["value"],
+        desk.run(&["info", "a.exr"]),
+    );
     table.exits_with(0);
-    assert!(table.text().contains(&format!("root relMSE {value} (")), "{}", table.text());
+    assert!(
+        table.text().contains(&format!("root relMSE {value} (")),
+        "{}",
+        table.text()
+    );
 
     render(&desk, "--spp 64 -o whole.png").exits_with(0);
     for i in 1..=2 {
-        render(&desk, &format!("--spp 64 --part {i}/2 --checkpoint {i}.film")).exits_with(0);
+        render(
+            &desk,
+            &format!("--spp 64 --part {i}/2 --checkpoint {i}.film"),
+        )
+        .exits_with(0);
     }
     merge(&desk, "1.film 2.film -o joined.png").exits_with(0);
-    assert_eq!(info(&desk, "joined.png")["error"], info(&desk, "whole.png")["error"]);
+    assert_eq!(
+        info(&desk, "joined.png")["error"],
+        info(&desk, "whole.png")["error"]
+    );
 
     render(&desk, "--spp 64 --no-metadata -o bare.png").exits_with(0);
     let bare = info(&desk, "bare.png");
-    assert_eq!((&bare["error"], &bare["size"]), (&Value::Null, &serde_json::json!([70, 50])));
+    assert_eq!(
+        (&bare["error"], &bare["size"]),
+        (&Value::Null, &serde_json::json!([70, 50]))
+    );
     render(&desk, "--spp 64 --crop 8,4,20,10 -o part.exr --aov depth").exits_with(0);
     let part = info(&desk, "part.exr");
-    assert_eq!(part["window"], serde_json::json!({ "origin": [8, 4], "full": [70, 50] }));
+    assert_eq!(
+        part["window"],
+        serde_json::json!({ "origin": [8, 4], "full": [70, 50] })
+    );
     assert_eq!(part["layers"], serde_json::json!(["depth.Z"]));
     let table = desk.run(&["info", "part.exr"]);
-    assert!(table.exits_with(0).text().contains("20x10 pixels at 8, 4 of 70x50"), "{}", table.text());
+    assert!(
+        table
+            .exits_with(0)
+            .text()
+            .contains("20x10 pixels at 8, 4 of 70x50"),
+        "{}",
+        table.text()
+    );
     desk.write("broken.png", "no picture");
-    desk.run(&["info", "broken.png"]).exits_with(3).says_like("broken.png: no PNG, JPEG, WebP or OpenEXR picture");
+    desk.run(&["info", "broken.png"])
+        .exits_with(3)
+        .says_like("broken.png: no PNG, JPEG, WebP or OpenEXR picture");
     desk.run(&["info", "none.exr"]).exits_with(4);
 }
 
-/// Protects: a picture with noise that is seen is told once what denoising brings, and none where it is denoised, asked for an error, or calm.
+/// Protects: a picture with noise that is seen is told once what denoising brings, and none where
+/// it is denoised, asked for an error, or calm.
 #[test]
 fn denoising_is_named_where_it_helps() {
     let desk = desk();
-    let said = |words: &str| render(&desk, words).exits_with(0).stderr.contains("--denoise leaves");
+    let said = |words: &str| {
+        render(&desk, words)
+            .exits_with(0)
+            .stderr
+            .contains("--denoise leaves")
+    };
     assert!(said("--spp 8 -o a.png -v"));
     assert!(!said("--spp 8 --denoise -o b.png -v"));
-    assert!(!said("--spp 4 -o c.png -v"), "too few to tell noise from what is seen");
+    assert!(
+        !said("--spp 4 -o c.png -v"),
+        "too few to tell noise from what is seen"
+    );
     assert!(!said("--max-error 0.06 -o d.png -v"));
     assert!(!said("--spp 8 --integrator whitted -o e.png -v"));
 }

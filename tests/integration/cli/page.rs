@@ -1,12 +1,13 @@
-//! The page of `accuracy` in a real browser: its controls do what they say, by keyboard too, and it fits a phone. Skipped where there is no
-//! Chromium; `.ci/run` brings one.
+//! The page of `accuracy` in a real browser: its controls do what they say, by keyboard too, and it
+//! fits a phone. Skipped where there is no Chromium; `.ci/run` brings one.
 
 use std::path::PathBuf;
 use std::process::Command;
 
 use crate::support::Desk;
 
-/// What pages are asked by: questions whose answers are wrong are kept, and how far a text stands out from what is below it.
+/// What pages are asked by: questions whose answers are wrong are kept, and how far a text stands
+/// out from what is below it.
 pub const CONTRAST: &str = r"
 const wrong = [];
 const ask = (what, right) => { if (!right) wrong.push(what); };
@@ -28,7 +29,8 @@ const askContrast = element => {
 };
 ";
 
-/// What is asked of the page, from inside it. A line for each answer that is wrong goes into the document, which the browser hands out.
+/// What is asked of the page, from inside it. A line for each answer that is wrong goes into the
+/// document, which the browser hands out.
 const QUESTIONS: &str = r##"
 <script>
 CONTRAST
@@ -73,11 +75,15 @@ addEventListener("load", () => {
 pub fn browser() -> Option<PathBuf> {
     let folders: Vec<PathBuf> = std::env::split_paths(&std::env::var_os("PATH")?).collect();
     let names = ["chromium", "chromium-browser", "google-chrome"];
-    names.iter().flat_map(|name| folders.iter().map(move |folder| folder.join(name))).find(|path| path.is_file())
+    names
+        .iter()
+        .flat_map(|name| folders.iter().map(move |folder| folder.join(name)))
+        .find(|path| path.is_file())
 }
 
-/// Protects: choosing pictures shows these and their errors, the edge between them moves, all of it can be reached by keyboard, nothing is
-/// wider than a phone, and every text stands out from what is below it by 4.5 (WCAG 2.2, contrast of text), in light colours and dark ones.
+/// Protects: choosing pictures shows these and their errors, the edge between them moves, all of it
+/// can be reached by keyboard, nothing is wider than a phone, and every text stands out from what
+/// is below it by 4.5 (WCAG 2.2, contrast of text), in light colours and dark ones.
 #[test]
 fn the_page_works_in_a_browser() {
     let Some(browser) = browser() else {
@@ -86,11 +92,34 @@ fn the_page_works_in_a_browser() {
     };
     let desk = Desk::new();
     desk.write("ball.scene.toml", super::accuracy::SCENE);
-    let words = ["accuracy", "ball.scene.toml", "--size", "16x12", "--budget", "10min", "--rounds", "2", "-o", "a.html", "-q"];
+    let words = [
+        "accuracy",
+        "ball.scene.toml",
+        "--size",
+        "16x12",
+        "--budget",
+        "10min",
+        "--rounds",
+        "2",
+        "-o",
+        "a.html",
+        "-q",
+    ];
     desk.run(&words).exits_with(0);
     let page = std::fs::read_to_string(desk.path("a.html")).expect("a page");
-    desk.write("asked.html", page.replace("</body>", &format!("{}</body>", QUESTIONS.replace("CONTRAST", CONTRAST))));
-    for (width, colours, scheme) in [("360", "light", 1), ("1400", "light", 1), ("360", "dark", 0), ("1400", "dark", 0)] {
+    desk.write(
+        "asked.html",
+        page.replace(
+            "</body>",
+            &format!("{}</body>", QUESTIONS.replace("CONTRAST", CONTRAST)),
+        ),
+    );
+    for (width, colours, scheme) in [
+        ("360", "light", 1),
+        ("1400", "light", 1),
+        ("360", "dark", 0),
+        ("1400", "dark", 0),
+    ] {
         let run = Command::new(&browser)
             .args([
                 "--headless",
@@ -100,15 +129,34 @@ fn the_page_works_in_a_browser() {
                 "--no-first-run",
                 "--disable-background-networking",
             ])
-            .args(["--disable-component-update", "--disable-sync", "--dump-dom", "--virtual-time-budget=20000"])
+            .args([
+                "--disable-component-update",
+                "--disable-sync",
+                "--dump-dom",
+                "--virtual-time-budget=20000",
+            ])
             .arg(format!("--window-size={width},800"))
-            .arg(format!("--user-data-dir={}", desk.path(format!("profile-{width}-{colours}")).display()))
+            .arg(format!(
+                "--user-data-dir={}",
+                desk.path(format!("profile-{width}-{colours}")).display()
+            ))
             .arg(format!("--blink-settings=preferredColorScheme={scheme}"))
-            .arg(format!("file://{}#{colours}", desk.path("asked.html").display()))
+            .arg(format!(
+                "file://{}#{colours}",
+                desk.path("asked.html").display()
+            ))
             .output()
             .expect("a browser");
         let document = String::from_utf8_lossy(&run.stdout);
-        let title = document.split_once("<title>").and_then(|(_, rest)| rest.split_once("</title>")).map(|(title, _)| title);
-        assert_eq!(title, Some("ALL RIGHT"), "at {width} pixels in {colours} colours: {}", String::from_utf8_lossy(&run.stderr));
+        let title = document
+            .split_once("<title>")
+            .and_then(|(_, rest)| rest.split_once("</title>"))
+            .map(|(title, _)| title);
+        assert_eq!(
+            title,
+            Some("ALL RIGHT"),
+            "at {width} pixels in {colours} colours: {}",
+            String::from_utf8_lossy(&run.stderr)
+        );
     }
 }

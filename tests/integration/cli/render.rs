@@ -1,4 +1,5 @@
-//! `render`: where pictures go, what their bits depend on, and what is left behind when something goes wrong.
+//! `render`: where pictures go, what their bits depend on, and what is left behind when something
+//! goes wrong.
 
 use std::io::Read;
 use std::process::Stdio;
@@ -22,14 +23,27 @@ fn alone_it_renders_the_preset() {
     let run = desk.run::<&str>(&[]);
     if !carried("whitted") {
         run.exits_with(2);
-        assert!(run.stderr.starts_with("error: no scene is named, and the program was built without"), "{}", run.stderr);
-        assert!(presets::names().all(|name| run.stderr.contains(name)), "{}", run.stderr);
+        assert!(
+            run.stderr
+                .starts_with("error: no scene is named, and the program was built without"),
+            "{}",
+            run.stderr
+        );
+        assert!(
+            presets::names().all(|name| run.stderr.contains(name)),
+            "{}",
+            run.stderr
+        );
         return;
     }
     run.exits_with(0);
     // On a busy machine lines of progress come first.
     let told = run.stderr.lines().last().unwrap_or_default();
-    assert!(told.starts_with("wrote whitted.png (640x360, 4 samples, "), "{}", run.stderr);
+    assert!(
+        told.starts_with("wrote whitted.png (640x360, 4 samples, "),
+        "{}",
+        run.stderr
+    );
     let picture = desk.picture("whitted.png");
     assert_eq!((picture.width, picture.height), (640, 360));
     assert_eq!(desk.names(), ["whitted.png"]);
@@ -42,20 +56,29 @@ fn several_outputs_are_written() {
         return;
     }
     let desk = Desk::new();
-    desk.run(&small(&["-o", "a.png", "-o", "b.exr", "-q"])).exits_with(0).says("");
+    desk.run(&small(&["-o", "a.png", "-o", "b.exr", "-q"]))
+        .exits_with(0)
+        .says("");
     assert_eq!(desk.names(), ["a.png", "b.exr"]);
 }
 
-/// Protects: pictures for pages: a WebP has the codes of the PNG, a JPEG nearly, by the quality that is asked for; both say what made them; and
-/// a JPEG that is to be transparent is refused before anything is rendered.
+/// Protects: pictures for pages: a WebP has the codes of the PNG, a JPEG nearly, by the quality
+/// that is asked for; both say what made them; and a JPEG that is to be transparent is refused
+/// before anything is rendered.
 #[test]
 fn pages_have_their_formats() {
     if !carried("whitted") {
         return;
     }
     let desk = Desk::new();
-    desk.run(&small(&["-o", "a.png", "-o", "a.webp", "-o", "a.jpg", "-q"])).exits_with(0).says("");
-    desk.run(&small(&["-o", "small.JPEG", "--quality", "20", "-q"])).exits_with(0).says("");
+    desk.run(&small(&[
+        "-o", "a.png", "-o", "a.webp", "-o", "a.jpg", "-q",
+    ]))
+    .exits_with(0)
+    .says("");
+    desk.run(&small(&["-o", "small.JPEG", "--quality", "20", "-q"]))
+        .exits_with(0)
+        .says("");
     assert_eq!(desk.picture("a.png").rgb, desk.picture("a.webp").rgb);
     let far = |name: &str| {
         let (picture, truth) = (desk.picture(name), desk.picture("a.png"));
@@ -67,15 +90,19 @@ fn pages_have_their_formats() {
     for (name, notation) in [("a.webp", "WebP"), ("a.jpg", "JPEG")] {
         let run = desk.run(&["info", name]);
         assert!(
-            run.exits_with(0).text().contains(notation) && run.text().contains("raywright render preset:whitted"),
+            run.exits_with(0).text().contains(notation)
+                && run.text().contains("raywright render preset:whitted"),
             "{}",
             run.text()
         );
     }
     desk.run(&["compare", "a.webp", "a.png"]).exits_with(0);
     let refused = desk.run(&small(&["-o", "b.jpg", "--background", "transparent"]));
-    refused.exits_with(2).says_like("a JPEG has no transparency");
-    desk.run(&small(&["-o", "b.jpg", "--quality", "0"])).exits_with(2);
+    refused
+        .exits_with(2)
+        .says_like("a JPEG has no transparency");
+    desk.run(&small(&["-o", "b.jpg", "--quality", "0"]))
+        .exits_with(2);
     assert!(!desk.names().contains(&"b.jpg".to_owned()));
 }
 
@@ -100,7 +127,8 @@ fn crops_are_parts_of_the_whole() {
     }
     let desk = Desk::new();
     desk.run(&small(&["-o", "whole.exr"])).exits_with(0);
-    desk.run(&small(&["-o", "part.exr", "--crop", "13,5,20,11"])).exits_with(0);
+    desk.run(&small(&["-o", "part.exr", "--crop", "13,5,20,11"]))
+        .exits_with(0);
     let (whole, part) = (desk.picture("whole.exr"), desk.picture("part.exr"));
     assert_eq!((part.width, part.height), (20, 11));
     for y in 0..11 {
@@ -117,9 +145,14 @@ fn bits_do_not_depend_on_threads_or_accelerator() {
         return;
     }
     let desk = Desk::new();
-    desk.run(&small(&["-o", "one.exr", "--threads", "1", "--spp", "3"])).exits_with(0);
-    desk.run(&small(&["-o", "two.exr", "--threads", "2", "--spp", "3"])).exits_with(0);
-    desk.run(&small(&["-o", "scan.exr", "--accel", "linear", "--spp", "3"])).exits_with(0);
+    desk.run(&small(&["-o", "one.exr", "--threads", "1", "--spp", "3"]))
+        .exits_with(0);
+    desk.run(&small(&["-o", "two.exr", "--threads", "2", "--spp", "3"]))
+        .exits_with(0);
+    desk.run(&small(&[
+        "-o", "scan.exr", "--accel", "linear", "--spp", "3",
+    ]))
+    .exits_with(0);
     let one = desk.picture("one.exr");
     assert!(one.rgb == desk.picture("two.exr").rgb, "threads");
     assert!(one.rgb == desk.picture("scan.exr").rgb, "accelerator");
@@ -147,8 +180,14 @@ fn flags_reach_the_picture() {
         ["--tonemap", "agx"],
         ["--gamma", "none"],
     ] {
-        desk.run(&small(&["-o", "other.png", flags[0], flags[1]])).exits_with(0);
-        assert!(desk.picture("other.png").rgb != plain, "{} {}", flags[0], flags[1]);
+        desk.run(&small(&["-o", "other.png", flags[0], flags[1]]))
+            .exits_with(0);
+        assert!(
+            desk.picture("other.png").rgb != plain,
+            "{} {}",
+            flags[0],
+            flags[1]
+        );
     }
 }
 
@@ -160,21 +199,24 @@ fn seeds_decide_random_samples() {
     }
     let desk = Desk::new();
     for (name, seed) in [("a.exr", "1"), ("b.exr", "1"), ("c.exr", "2")] {
-        desk.run(&small(&["-o", name, "--spp", "2", "--seed", seed])).exits_with(0);
+        desk.run(&small(&["-o", name, "--spp", "2", "--seed", seed]))
+            .exits_with(0);
     }
     let first = desk.picture("a.exr").rgb;
     assert!(first == desk.picture("b.exr").rgb);
     assert!(first != desk.picture("c.exr").rgb);
 }
 
-/// Protects: a transparent background gives an alpha channel that is 0 in the sky and 1 on the ground.
+/// Protects: a transparent background gives an alpha channel that is 0 in the sky and 1 on the
+/// ground.
 #[test]
 fn transparency_is_an_alpha_channel() {
     if !carried("whitted") {
         return;
     }
     let desk = Desk::new();
-    desk.run(&small(&["-o", "a.png", "--background", "transparent"])).exits_with(0);
+    desk.run(&small(&["-o", "a.png", "--background", "transparent"]))
+        .exits_with(0);
     let alpha = desk.picture("a.png").alpha.expect("a channel");
     assert_eq!((alpha.first(), alpha.last()), (Some(&0.0), Some(&1.0)));
 }
@@ -187,8 +229,14 @@ fn layers_have_their_names() {
     }
     let desk = Desk::new();
     let list = "albedo,normal,position,depth,object,material,samples,stderr";
-    desk.run(&small(&["-o", "a.exr", "--aov", list])).exits_with(0);
-    let names: Vec<String> = desk.picture("a.exr").layers.into_iter().map(|layer| layer.name).collect();
+    desk.run(&small(&["-o", "a.exr", "--aov", list]))
+        .exits_with(0);
+    let names: Vec<String> = desk
+        .picture("a.exr")
+        .layers
+        .into_iter()
+        .map(|layer| layer.name)
+        .collect();
     let expected = [
         "albedo.B",
         "albedo.G",
@@ -217,15 +265,23 @@ fn pictures_carry_their_origin() {
         return;
     }
     let desk = Desk::new();
-    desk.run(&small(&["-o", "a.png", "-o", "b.exr"])).exits_with(0);
+    desk.run(&small(&["-o", "a.png", "-o", "b.exr"]))
+        .exits_with(0);
     for (file, prefix, separator) in [("a.png", "Raywright ", " "), ("b.exr", "raywright_", "_")] {
         let texts = desk.stored(file).texts;
-        let entry = |name: &str| texts.get(&format!("{prefix}{}", name.replace(' ', separator))).cloned().unwrap_or_default();
+        let entry = |name: &str| {
+            texts
+                .get(&format!("{prefix}{}", name.replace(' ', separator)))
+                .cloned()
+                .unwrap_or_default()
+        };
         assert_eq!(entry("scene hash").len(), 64, "{file}: {texts:?}");
         assert_eq!(entry("seed"), "0");
-        assert_eq!(entry("command"), "raywright render preset:whitted --size 48x27 -o a.png -o b.exr");
-        let settings =
-            "size=48x27 samples=corners max_depth=4 integrator=whitted precision=robust exposure=0 tone_map=aces gamma=2.2";
+        assert_eq!(
+            entry("command"),
+            "raywright render preset:whitted --size 48x27 -o a.png -o b.exr"
+        );
+        let settings = "size=48x27 samples=corners max_depth=4 integrator=whitted precision=robust exposure=0 tone_map=aces gamma=2.2";
         assert_eq!(entry("settings"), settings);
     }
 }
@@ -237,8 +293,10 @@ fn failures_leave_nothing_behind() {
         return;
     }
     let desk = Desk::new();
-    desk.run(&["render", "preset:whitted", "--max-memory", "1K"]).exits_with(5);
-    desk.run(&["render", "missing.glb", "-o", "a.png"]).exits_with(4);
+    desk.run(&["render", "preset:whitted", "--max-memory", "1K"])
+        .exits_with(5);
+    desk.run(&["render", "missing.glb", "-o", "a.png"])
+        .exits_with(4);
     desk.write("bad.scene.toml", "format = 1\nobjcts = []\n");
     desk.run(&["render", "bad.scene.toml"]).exits_with(3);
     assert_eq!(desk.names(), ["bad.scene.toml"]);
@@ -257,7 +315,8 @@ fn unwritable_places_are_found_at_once() {
     }
 }
 
-/// Protects: a folder without write permission; where the tests run as a user to whom that means nothing, nothing is shown.
+/// Protects: a folder without write permission; where the tests run as a user to whom that means
+/// nothing, nothing is shown.
 #[cfg(unix)]
 #[test]
 fn folders_without_permission_are_found_at_once() {
@@ -267,12 +326,15 @@ fn folders_without_permission_are_found_at_once() {
     use std::os::unix::fs::PermissionsExt;
     let desk = Desk::new();
     std::fs::create_dir(desk.path("locked")).expect("a folder");
-    std::fs::set_permissions(desk.path("locked"), std::fs::Permissions::from_mode(0o555)).expect("permissions");
+    std::fs::set_permissions(desk.path("locked"), std::fs::Permissions::from_mode(0o555))
+        .expect("permissions");
     if std::fs::write(desk.path("locked/probe"), "").is_ok() {
         eprintln!("skipped: this user may write anywhere");
         return;
     }
-    desk.run(&small(&["-o", "locked/a.png"])).exits_with(4).says("error: cannot write locked/a.png: permission denied");
+    desk.run(&small(&["-o", "locked/a.png"]))
+        .exits_with(4)
+        .says("error: cannot write locked/a.png: permission denied");
 }
 
 /// Protects: plain progress is a line now and then with the share and the time left.
@@ -282,7 +344,11 @@ fn progress_is_told_in_lines() {
         return;
     }
     let desk = Desk::new();
-    let mut child = desk.command(&LONG).stderr(Stdio::piped()).spawn().expect("starts");
+    let mut child = desk
+        .command(&LONG)
+        .stderr(Stdio::piped())
+        .spawn()
+        .expect("starts");
     let mut stderr = child.stderr.take().expect("piped");
     let mut text = String::new();
     let mut byte = [0];
@@ -291,14 +357,31 @@ fn progress_is_told_in_lines() {
     }
     child.kill().expect("still running");
     child.wait().expect("ends");
-    let share = text.strip_prefix("rendering: ").and_then(|rest| rest.split_once(" %")).expect(&text);
-    assert!(share.0.parse::<u32>().is_ok_and(|percent| percent < 100), "{text}");
+    let share = text
+        .strip_prefix("rendering: ")
+        .and_then(|rest| rest.split_once(" %"))
+        .expect(&text);
+    assert!(
+        share.0.parse::<u32>().is_ok_and(|percent| percent < 100),
+        "{text}"
+    );
 }
 
 /// A render that takes minutes, so that a test can interrupt it.
-const LONG: [&str; 9] = ["render", "preset:whitted", "-o", "a.exr", "--spp", "4096", "--size", "1920x1080", "--progress=plain"];
+const LONG: [&str; 9] = [
+    "render",
+    "preset:whitted",
+    "-o",
+    "a.exr",
+    "--spp",
+    "4096",
+    "--size",
+    "1920x1080",
+    "--progress=plain",
+];
 
-/// Protects: Ctrl-C keeps what is finished under a name that says so, and the final name stays free.
+/// Protects: Ctrl-C keeps what is finished under a name that says so, and the final name stays
+/// free.
 #[cfg(unix)]
 #[test]
 fn interrupted_renders_keep_what_is_finished() {
@@ -306,23 +389,39 @@ fn interrupted_renders_keep_what_is_finished() {
         return;
     }
     let desk = Desk::new();
-    let mut child = desk.command(&LONG).stderr(Stdio::piped()).spawn().expect("starts");
+    let mut child = desk
+        .command(&LONG)
+        .stderr(Stdio::piped())
+        .spawn()
+        .expect("starts");
     // The first line of progress means that some tiles are finished.
     let mut stderr = child.stderr.take().expect("piped");
     stderr.read_exact(&mut [0]).expect("a first line");
     let start = Instant::now();
-    let kill = std::process::Command::new("kill").args(["-INT", &child.id().to_string()]).status().expect("kill runs");
+    let kill = std::process::Command::new("kill")
+        .args(["-INT", &child.id().to_string()])
+        .status()
+        .expect("kill runs");
     assert!(kill.success());
     let status = child.wait().expect("ends");
     let mut text = String::new();
     stderr.read_to_string(&mut text).expect("text");
     assert_eq!(status.code(), Some(130), "{text}");
-    assert!(text.ends_with("error: interrupted; what was finished is in a.partial.exr\n"), "{text}");
-    assert!(start.elapsed() < Duration::from_secs(30), "it stops at the next tile");
+    assert!(
+        text.ends_with("error: interrupted; what was finished is in a.partial.exr\n"),
+        "{text}"
+    );
+    assert!(
+        start.elapsed() < Duration::from_secs(30),
+        "it stops at the next tile"
+    );
     assert_eq!(desk.names(), ["a.partial.exr"]);
     let picture = desk.picture("a.partial.exr");
     assert_eq!((picture.width, picture.height), (1920, 1080));
-    assert!(picture.rgb.iter().any(|&pixel| pixel != [0.0; 3]), "something was finished");
+    assert!(
+        picture.rgb.iter().any(|&pixel| pixel != [0.0; 3]),
+        "something was finished"
+    );
 }
 
 /// Protects: a second Ctrl-C does not wait until everything that was finished is kept.
@@ -335,23 +434,43 @@ fn a_second_interrupt_ends_at_once() {
     let desk = Desk::new();
     // Writing all these takes seconds.
     let outputs: Vec<String> = (0..40).map(|i| format!("-o={i}.png")).collect();
-    let mut words = vec!["render", "preset:whitted", "-v", "--spp", "65536", "--size", "1920x1080"];
+    let mut words = vec![
+        "render",
+        "preset:whitted",
+        "-v",
+        "--spp",
+        "65536",
+        "--size",
+        "1920x1080",
+    ];
     words.extend(outputs.iter().map(String::as_str));
-    let mut child = desk.command(&words).stderr(Stdio::piped()).spawn().expect("starts");
+    let mut child = desk
+        .command(&words)
+        .stderr(Stdio::piped())
+        .spawn()
+        .expect("starts");
     // The effects are told right before the render.
-    child.stderr.take().expect("piped").read_exact(&mut [0]).expect("a first line");
+    child
+        .stderr
+        .take()
+        .expect("piped")
+        .read_exact(&mut [0])
+        .expect("a first line");
     let start = Instant::now();
     while child.try_wait().expect("a child").is_none() {
         assert!(start.elapsed() < Duration::from_secs(30), "it still runs");
-        std::process::Command::new("kill").args(["-INT", &child.id().to_string()]).status().expect("kill runs");
+        std::process::Command::new("kill")
+            .args(["-INT", &child.id().to_string()])
+            .status()
+            .expect("kill runs");
         std::thread::sleep(Duration::from_millis(100));
     }
     assert_eq!(child.wait().expect("ended").code(), Some(130));
     assert!(desk.names().len() < 40, "{:?}", desk.names());
 }
 
-/// Protects: lamps that light nothing are named, without a warning and with the rays that were sent to them, one by one or the first and
-/// the last of them; lamps that do light something are not.
+/// Protects: lamps that light nothing are named, without a warning and with the rays that were sent
+/// to them, one by one or the first and the last of them; lamps that do light something are not.
 #[test]
 fn lamps_in_cupboards_are_named() {
     let desk = Desk::new();
@@ -361,8 +480,14 @@ fn lamps_in_cupboards_are_named() {
         )
     };
     let scene = |closed: &[f64]| {
-        let boxes: String = closed.iter().map(|&x| ball("cupboard", x, 0.6, "wall")).collect();
-        let lamps: String = [("a", -2.0), ("b", 0.0), ("c", 2.0)].iter().map(|&(name, x)| ball(name, x, 0.3, "lamp")).collect();
+        let boxes: String = closed
+            .iter()
+            .map(|&x| ball("cupboard", x, 0.6, "wall"))
+            .collect();
+        let lamps: String = [("a", -2.0), ("b", 0.0), ("c", 2.0)]
+            .iter()
+            .map(|&(name, x)| ball(name, x, 0.3, "lamp"))
+            .collect();
         format!(
             "format = 1\nsky.constant = 0.3\n\
              cameras = [{{ pose.look_at = {{ eye = [0, 3, 8], target = [0, 1, 0] }}, projection.pinhole = {{ vertical_fov = 40 }} }}]\n\
@@ -372,20 +497,45 @@ fn lamps_in_cupboards_are_named() {
     };
     let told = |name: &str, closed: &[f64]| {
         desk.write(name, scene(closed));
-        let run = desk.run(&["render", name, "--size", "24x16", "--spp", "64", "--integrator", "path", "-v", "-o", "a.png"]);
+        let run = desk.run(&[
+            "render",
+            name,
+            "--size",
+            "24x16",
+            "--spp",
+            "64",
+            "--integrator",
+            "path",
+            "-v",
+            "-o",
+            "a.png",
+        ]);
         run.exits_with(0);
-        run.stderr.lines().filter(|line| line.contains("nothing is lit by")).map(str::to_owned).collect::<Vec<_>>()
+        run.stderr
+            .lines()
+            .filter(|line| line.contains("nothing is lit by"))
+            .map(str::to_owned)
+            .collect::<Vec<_>>()
     };
     assert_eq!(told("open.scene.toml", &[]), [""; 0]);
     let one = told("one.scene.toml", &[0.0]);
-    assert!(one.len() == 1 && one[0].starts_with("note: nothing is lit by object `b`: all "), "{one:?}");
+    assert!(
+        one.len() == 1 && one[0].starts_with("note: nothing is lit by object `b`: all "),
+        "{one:?}"
+    );
     assert!(one[0].ends_with(" rays there were stopped"), "{one:?}");
     let all = told("all.scene.toml", &[-2.0, 0.0, 2.0]);
-    assert!(all.len() == 1 && all[0].starts_with("note: nothing is lit by object `a`, 1 more and object `c`: all "), "{all:?}");
+    assert!(
+        all.len() == 1
+            && all[0]
+                .starts_with("note: nothing is lit by object `a`, 1 more and object `c`: all "),
+        "{all:?}"
+    );
 }
 
-/// Protects: a picture that is clipped by more than a fifth is warned of, whatever else is said; `--exposure auto` takes what the warning names, in
-/// the picture, in its metadata, of a film, and once for all pictures of a scene.
+/// Protects: a picture that is clipped by more than a fifth is warned of, whatever else is said;
+/// `--exposure auto` takes what the warning names, in the picture, in its metadata, of a film, and
+/// once for all pictures of a scene.
 #[test]
 fn exposure_is_found() {
     let desk = Desk::new();
@@ -394,17 +544,72 @@ fn exposure_is_found() {
         "format = 1\nsky.expression = \"5*(1 + t)\"\n[render]\nsize = [8, 8]\nsamples = 1\ntone_map = \"none\"\n",
     );
     let plain = desk.run(&["render", "sky.scene.toml", "-o", "a.png"]);
-    plain.exits_with(0).says_like("warning: 100 % of the pixels are clipped; try --exposure -3, or auto");
-    desk.run(&["render", "sky.scene.toml", "--exposure", "-3", "-o", "b.png"]).exits_with(0);
-    let auto = desk.run(&["render", "sky.scene.toml", "--exposure", "auto", "-o", "c.png", "--checkpoint", "c.film"]);
-    assert!(!auto.exits_with(0).stderr.contains("clipped"), "{}", auto.stderr);
-    assert!(desk.picture("c.png").rgb == desk.picture("b.png").rgb && desk.picture("a.png").rgb != desk.picture("b.png").rgb);
-    assert!(desk.run(&["info", "c.png"]).exits_with(0).text().contains("exposure=-3"));
-    desk.run(&["merge", "c.film", "--exposure", "auto", "-o", "d.png"]).exits_with(0);
+    plain
+        .exits_with(0)
+        .says_like("warning: 100 % of the pixels are clipped; try --exposure -3, or auto");
+    desk.run(&[
+        "render",
+        "sky.scene.toml",
+        "--exposure",
+        "-3",
+        "-o",
+        "b.png",
+    ])
+    .exits_with(0);
+    let auto = desk.run(&[
+        "render",
+        "sky.scene.toml",
+        "--exposure",
+        "auto",
+        "-o",
+        "c.png",
+        "--checkpoint",
+        "c.film",
+    ]);
+    assert!(
+        !auto.exits_with(0).stderr.contains("clipped"),
+        "{}",
+        auto.stderr
+    );
+    assert!(
+        desk.picture("c.png").rgb == desk.picture("b.png").rgb
+            && desk.picture("a.png").rgb != desk.picture("b.png").rgb
+    );
+    assert!(
+        desk.run(&["info", "c.png"])
+            .exits_with(0)
+            .text()
+            .contains("exposure=-3")
+    );
+    desk.run(&["merge", "c.film", "--exposure", "auto", "-o", "d.png"])
+        .exits_with(0);
     assert!(desk.picture("d.png").rgb == desk.picture("b.png").rgb);
-    desk.run(&["render", "sky.scene.toml", "--frames", "0..2:1", "--exposure", "auto", "-o", "f%d.png"]).exits_with(0);
-    desk.run(&["render", "sky.scene.toml", "--at", "1", "--exposure", "-3", "-o", "g.png"]).exits_with(0);
-    assert!(desk.picture("f0.png").rgb == desk.picture("b.png").rgb && desk.picture("f1.png").rgb == desk.picture("g.png").rgb);
+    desk.run(&[
+        "render",
+        "sky.scene.toml",
+        "--frames",
+        "0..2:1",
+        "--exposure",
+        "auto",
+        "-o",
+        "f%d.png",
+    ])
+    .exits_with(0);
+    desk.run(&[
+        "render",
+        "sky.scene.toml",
+        "--at",
+        "1",
+        "--exposure",
+        "-3",
+        "-o",
+        "g.png",
+    ])
+    .exits_with(0);
+    assert!(
+        desk.picture("f0.png").rgb == desk.picture("b.png").rgb
+            && desk.picture("f1.png").rgb == desk.picture("g.png").rgb
+    );
     desk.run(&["render", "sky.scene.toml", "--exposure", "bright"])
         .exits_with(2)
         .says_like("expected a number of stops, or auto");

@@ -17,35 +17,69 @@ fn explain_says_the_same_twice() {
     let desk = Desk::new();
     let table = desk.run(&["explain", "preset:whitted", "-v"]);
     table.exits_with(0).says("");
-    let report = json(desk.run(&["explain", "preset:whitted", "--json"]).exits_with(0).text());
+    let report = json(
+        desk.run(&["explain", "preset:whitted", "--json"])
+            .exits_with(0)
+            .text(),
+    );
     assert_eq!(report["integrator"], "whitted");
     let effects = report["effects"].as_array().expect("a list");
     let (listed, rungs) = table.text().split_once("rungs in use").expect("both lists");
     let once = |text: &str, start: &str| {
-        let lines = text.lines().filter(|line| line.trim_start().starts_with(start)).count();
+        let lines = text
+            .lines()
+            .filter(|line| line.trim_start().starts_with(start))
+            .count();
         assert_eq!(lines, 1, "{start} in\n{text}");
     };
     for ladder in report["ladders"].as_array().expect("a list") {
-        let (name, rung) = (ladder["ladder"].as_str().expect("a name"), ladder["rung"].as_str().expect("a rung"));
+        let (name, rung) = (
+            ladder["ladder"].as_str().expect("a name"),
+            ladder["rung"].as_str().expect("a rung"),
+        );
         once(rungs, &format!("{name} "));
         assert!(rungs.contains(&format!(" {rung} ")), "{rung} in\n{rungs}");
     }
     for effect in effects {
         let name = effect["name"].as_str().expect("a name");
         once(listed, &format!("{name}  "));
-        assert!(!effect["because"].as_str().expect("a reason").is_empty(), "{name}");
-        assert_eq!(effect["source"].is_null(), effect["status"] == "absent", "{name}");
+        assert!(
+            !effect["because"].as_str().expect("a reason").is_empty(),
+            "{name}"
+        );
+        assert_eq!(
+            effect["source"].is_null(),
+            effect["status"] == "absent",
+            "{name}"
+        );
     }
     let preset = desk.run(&["presets", "whitted"]);
-    let before = preset.text().split("transmission").next().expect("the glass");
-    let place = format!("from materials[1].model.classic.transmission, preset:whitted:{}:", before.matches('\n').count() + 1);
-    assert!(table.text().contains(&place), "{place} in\n{}", table.text());
-    let status = |name: &str| effects.iter().find(|effect| effect["name"] == name).map(|effect| effect["status"].clone());
+    let before = preset
+        .text()
+        .split("transmission")
+        .next()
+        .expect("the glass");
+    let place = format!(
+        "from materials[1].model.classic.transmission, preset:whitted:{}:",
+        before.matches('\n').count() + 1
+    );
+    assert!(
+        table.text().contains(&place),
+        "{place} in\n{}",
+        table.text()
+    );
+    let status = |name: &str| {
+        effects
+            .iter()
+            .find(|effect| effect["name"] == name)
+            .map(|effect| effect["status"].clone())
+    };
     assert_eq!(status("refraction"), Some("simulated".into()));
     assert_eq!(status("depth of field"), Some("absent".into()));
 }
 
-/// Protects: a scene with what this version does not do: the picture is made, and one warning says what is missing.
+/// Protects: a scene with what this version does not do: the picture is made, and one warning says
+/// what is missing.
 #[test]
 fn what_is_left_out_is_a_warning() {
     let desk = Desk::new();
@@ -72,16 +106,31 @@ material = "matte"
     let run = desk.run(&["render", "rough.scene.toml"]);
     run.exits_with(0);
     let (warning, rest) = run.stderr.split_once('\n').expect("two messages");
-    assert_eq!(warning, "warning: left out: glossy reflection (why, and what to do: raywright explain rough.scene.toml)");
+    assert_eq!(
+        warning,
+        "warning: left out: glossy reflection (why, and what to do: raywright explain rough.scene.toml)"
+    );
     assert!(rest.starts_with("wrote rough.png"), "{rest}");
-    let report = json(desk.run(&["explain", "rough.scene.toml", "--json"]).exits_with(0).text());
-    let left_out: Vec<&Value> =
-        report["effects"].as_array().expect("a list").iter().filter(|effect| effect["status"] == "left-out").collect();
-    assert!(left_out.iter().all(|effect| effect["hint"].is_string()), "{left_out:?}");
+    let report = json(
+        desk.run(&["explain", "rough.scene.toml", "--json"])
+            .exits_with(0)
+            .text(),
+    );
+    let left_out: Vec<&Value> = report["effects"]
+        .as_array()
+        .expect("a list")
+        .iter()
+        .filter(|effect| effect["status"] == "left-out")
+        .collect();
+    assert!(
+        left_out.iter().all(|effect| effect["hint"].is_string()),
+        "{left_out:?}"
+    );
     assert_eq!(left_out.len(), 1);
 }
 
-/// Protects: meshes that vanish where coordinates are stored are named, and how to see them; in f64 there is nothing to say.
+/// Protects: meshes that vanish where coordinates are stored are named, and how to see them; in f64
+/// there is nothing to say.
 #[test]
 fn what_vanishes_is_a_warning() {
     let desk = Desk::new();
@@ -95,29 +144,52 @@ fn what_vanishes_is_a_warning() {
         format!("[[meshes]]\nname = \"{name}\"\nsource.inline = {inline}\n")
     };
     let scene = |objects: &[(&str, &str)]| {
-        let parts: Vec<String> = objects.iter().map(|(name, x)| mesh(name) + &object(name, x)).collect();
+        let parts: Vec<String> = objects
+            .iter()
+            .map(|(name, x)| mesh(name) + &object(name, x))
+            .collect();
         let head = "format = 1\n[render]\nsize = [8, 8]\nsamples = 1\n[[materials]]\nname = \"matte\"\nmodel.physical = {}\n";
         head.to_owned() + &parts.concat()
     };
     desk.write("one.scene.toml", scene(&[("near", "0"), ("far", "1e9")]));
-    desk.write("three.scene.toml", scene(&[("far", "1e9"), ("farther", "1e10"), ("near", "0"), ("beyond", "-1e9")]));
+    desk.write(
+        "three.scene.toml",
+        scene(&[
+            ("far", "1e9"),
+            ("farther", "1e10"),
+            ("near", "0"),
+            ("beyond", "-1e9"),
+        ]),
+    );
     let warning = |arguments: &[&str]| {
         let run = desk.run(&[arguments, &["--allow-empty"]].concat());
         run.exits_with(0);
-        run.stderr.lines().filter(|line| line.contains("nothing is seen")).map(str::to_owned).collect::<Vec<_>>()
+        run.stderr
+            .lines()
+            .filter(|line| line.contains("nothing is seen"))
+            .map(str::to_owned)
+            .collect::<Vec<_>>()
     };
     let advice = "so far from the origin, single precision takes the corners of such small triangles for one; move the mesh nearer, or \
                   add --precision reference";
-    assert_eq!(warning(&["render", "one.scene.toml", "-v"]), [format!("warning: nothing is seen of object `far`: {advice}")]);
+    assert_eq!(
+        warning(&["render", "one.scene.toml", "-v"]),
+        [format!(
+            "warning: nothing is seen of object `far`: {advice}"
+        )]
+    );
     assert_eq!(
         warning(&["render", "three.scene.toml", "-v"]),
-        [format!("warning: nothing is seen of object `far` and 2 more: {advice}")]
+        [format!(
+            "warning: nothing is seen of object `far` and 2 more: {advice}"
+        )]
     );
     assert!(warning(&["render", "one.scene.toml", "--precision", "reference"]).is_empty());
 }
 
-/// Protects: a gap beside glass that single precision closes is a warning with both names, a distance that is seen and the way to see it, also in the
-/// statistics; in f64 there is nothing to say.
+/// Protects: a gap beside glass that single precision closes is a warning with both names, a
+/// distance that is seen and the way to see it, also in the statistics; in f64 there is nothing to
+/// say.
 #[test]
 fn closed_gaps_are_a_warning() {
     let desk = Desk::new();
@@ -129,21 +201,44 @@ fn closed_gaps_are_a_warning() {
     let head = "format = 1\n[render]\nsize = [8, 8]\nsamples = 1\n[sky]\nconstant = 1\n\
                 [[materials]]\nname = \"shell\"\nmodel.physical = { transmission = 1, roughness = 0 }\n\
                 [[materials]]\nname = \"core\"\nmodel.physical = {}\n";
-    desk.write("a.scene.toml", head.to_owned() + &ball("shell", "1.00000012") + &ball("core", "1"));
+    desk.write(
+        "a.scene.toml",
+        head.to_owned() + &ball("shell", "1.00000012") + &ball("core", "1"),
+    );
     let run = desk.run(&["render", "a.scene.toml", "-v", "--stats", "a.json"]);
     let message = "the gap between object `shell` and object `core` is closed: light that passes the one starts beyond the other, since they \
                    touch or are nearer than rounding tells apart; leave ";
-    let warning =
-        run.exits_with(0).stderr.lines().find(|line| line.contains(message)).unwrap_or_else(|| panic!("{}", run.stderr));
-    assert!(warning.starts_with("warning: ") && warning.ends_with(" metres or more between them, or add --precision reference"));
-    let stats: Value = serde_json::from_slice(&std::fs::read(desk.path("a.json")).expect("statistics")).expect("JSON");
-    assert!(stats["warnings"].to_string().contains("the gap between object `shell` and object `core`"), "{}", stats["warnings"]);
+    let warning = run
+        .exits_with(0)
+        .stderr
+        .lines()
+        .find(|line| line.contains(message))
+        .unwrap_or_else(|| panic!("{}", run.stderr));
+    assert!(
+        warning.starts_with("warning: ")
+            && warning.ends_with(" metres or more between them, or add --precision reference")
+    );
+    let stats: Value =
+        serde_json::from_slice(&std::fs::read(desk.path("a.json")).expect("statistics"))
+            .expect("JSON");
+    assert!(
+        stats["warnings"]
+            .to_string()
+            .contains("the gap between object `shell` and object `core`"),
+        "{}",
+        stats["warnings"]
+    );
     let exact = desk.run(&["render", "a.scene.toml", "--precision", "reference"]);
-    assert!(!exact.exits_with(0).stderr.contains("the gap between"), "{}", exact.stderr);
+    assert!(
+        !exact.exits_with(0).stderr.contains("the gap between"),
+        "{}",
+        exact.stderr
+    );
 }
 
-/// Protects: a lamp that shines through a cover which single precision does not tell from it is a warning with both names, a distance from which on
-/// the cover is dark, which it is, and the way to see it dark, also in the statistics; in f64 there is nothing to say.
+/// Protects: a lamp that shines through a cover which single precision does not tell from it is a
+/// warning with both names, a distance from which on the cover is dark, which it is, and the way to
+/// see it dark, also in the statistics; in f64 there is nothing to say.
 #[test]
 fn light_leaks_are_a_warning() {
     let desk = Desk::new();
@@ -164,27 +259,64 @@ fn light_leaks_are_a_warning() {
     let run = desk.run(&["render", "a.scene.toml", "-v", "--stats", "a.json"]);
     let head = "warning: object `lamp` shines through object `lid`, which is opaque but nearer before it than rounding tells apart; leave ";
     let tail = " metres or more between them, or add --precision reference";
-    let said = run.exits_with(0).stderr.lines().find_map(|line| line.strip_prefix(head)?.strip_suffix(tail));
-    let leave: f64 = said.unwrap_or_else(|| panic!("{}", run.stderr)).parse().expect("a distance");
-    let stats: Value = serde_json::from_slice(&std::fs::read(desk.path("a.json")).expect("statistics")).expect("JSON");
-    assert!(stats["warnings"].to_string().contains("object `lamp` shines through object `lid`"), "{}", stats["warnings"]);
+    let said = run
+        .exits_with(0)
+        .stderr
+        .lines()
+        .find_map(|line| line.strip_prefix(head)?.strip_suffix(tail));
+    let leave: f64 = said
+        .unwrap_or_else(|| panic!("{}", run.stderr))
+        .parse()
+        .expect("a distance");
+    let stats: Value =
+        serde_json::from_slice(&std::fs::read(desk.path("a.json")).expect("statistics"))
+            .expect("JSON");
+    assert!(
+        stats["warnings"]
+            .to_string()
+            .contains("object `lamp` shines through object `lid`"),
+        "{}",
+        stats["warnings"]
+    );
     desk.write("b.scene.toml", scene(leave));
     for (name, precision) in [("a", "reference"), ("b", "robust")] {
-        let run = desk.run(&["render", &format!("{name}.scene.toml"), "--precision", precision]);
-        assert!(!run.exits_with(0).stderr.contains("shines through"), "{}", run.stderr);
+        let run = desk.run(&[
+            "render",
+            &format!("{name}.scene.toml"),
+            "--precision",
+            precision,
+        ]);
+        assert!(
+            !run.exits_with(0).stderr.contains("shines through"),
+            "{}",
+            run.stderr
+        );
     }
 }
 
-/// Protects: `--stats` has the fields that scripts rely on, and its figures are those of the render.
+/// Protects: `--stats` has the fields that scripts rely on, and its figures are those of the
+/// render.
 #[test]
 fn stats_have_their_fields() {
     if !carried("whitted") {
         return;
     }
     let desk = Desk::new();
-    desk.run(&["render", "preset:whitted", "--size", "40x30", "--spp", "1", "--stats", "s.json", "-o", "a.png", "-q"])
-        .exits_with(0)
-        .says("");
+    desk.run(&[
+        "render",
+        "preset:whitted",
+        "--size",
+        "40x30",
+        "--spp",
+        "1",
+        "--stats",
+        "s.json",
+        "-o",
+        "a.png",
+        "-q",
+    ])
+    .exits_with(0)
+    .says("");
     let text = std::fs::read_to_string(desk.path("s.json")).expect("a file");
     let stats = json(&text);
     let names: Vec<&String> = stats.as_object().expect("an object").keys().collect();
@@ -204,29 +336,92 @@ fn stats_have_their_fields() {
         "warnings",
     ];
     assert_eq!(names, expected);
-    assert_eq!((&stats["format"], &stats["accelerator"]), (&1.into(), &"bvh".into()));
-    assert_eq!(stats["command"], "raywright render preset:whitted --size 40x30 --spp 1 --stats s.json -o a.png -q");
-    assert_eq!((stats["samples"].as_u64(), stats["rays"]["camera"].as_u64()), (Some(1200), Some(1200)));
+    assert_eq!(
+        (&stats["format"], &stats["accelerator"]),
+        (&1.into(), &"bvh".into())
+    );
+    assert_eq!(
+        stats["command"],
+        "raywright render preset:whitted --size 40x30 --spp 1 --stats s.json -o a.png -q"
+    );
+    assert_eq!(
+        (stats["samples"].as_u64(), stats["rays"]["camera"].as_u64()),
+        (Some(1200), Some(1200))
+    );
     assert_eq!(stats["rays"]["scatter"], 0);
-    // Neighbours share the samples at their corners: four a pixel are used, one a lattice point of the tile is traced.
-    desk.run(&["render", "preset:whitted", "--size", "20x10", "--stats", "c.json", "-o", "a.png", "-q"]).exits_with(0);
+    // Neighbours share the samples at their corners: four a pixel are used, one a lattice point of
+    // the tile is traced.
+    desk.run(&[
+        "render",
+        "preset:whitted",
+        "--size",
+        "20x10",
+        "--stats",
+        "c.json",
+        "-o",
+        "a.png",
+        "-q",
+    ])
+    .exits_with(0);
     let corners = json(&std::fs::read_to_string(desk.path("c.json")).expect("a file"));
-    assert_eq!((corners["samples"].as_u64(), corners["rays"]["camera"].as_u64()), (Some(4 * 20 * 10), Some(21 * 11)));
+    assert_eq!(
+        (
+            corners["samples"].as_u64(),
+            corners["rays"]["camera"].as_u64()
+        ),
+        (Some(4 * 20 * 10), Some(21 * 11))
+    );
     for kind in ["reflection", "refraction", "shadow"] {
-        assert!(stats["rays"][kind].as_u64().is_some_and(|n| n > 0), "{kind}");
+        assert!(
+            stats["rays"][kind].as_u64().is_some_and(|n| n > 0),
+            "{kind}"
+        );
     }
     let seconds = |name: &str| stats["seconds"][name].as_f64().expect(name);
-    let stages: f64 = ["load", "prepare", "render", "write"].into_iter().map(seconds).sum();
-    assert!(stages > 0.0 && stages <= seconds("total"), "{stages} of {}", seconds("total"));
-    let fields = |value: &Value| value.as_object().map(|object| object.keys().cloned().collect::<Vec<_>>());
-    assert_eq!(fields(&stats["effects"][0]).expect("effects"), ["name", "status", "because", "source", "hint"]);
-    assert_eq!(fields(&stats["memory"]).expect("memory"), ["peak_bytes", "geometry_bytes", "texture_bytes"]);
-    assert!(stats["memory"]["geometry_bytes"].as_u64().is_some_and(|bytes| bytes > 0));
+    let stages: f64 = ["load", "prepare", "render", "write"]
+        .into_iter()
+        .map(seconds)
+        .sum();
+    assert!(
+        stages > 0.0 && stages <= seconds("total"),
+        "{stages} of {}",
+        seconds("total")
+    );
+    let fields = |value: &Value| {
+        value
+            .as_object()
+            .map(|object| object.keys().cloned().collect::<Vec<_>>())
+    };
+    assert_eq!(
+        fields(&stats["effects"][0]).expect("effects"),
+        ["name", "status", "because", "source", "hint"]
+    );
+    assert_eq!(
+        fields(&stats["memory"]).expect("memory"),
+        ["peak_bytes", "geometry_bytes", "texture_bytes"]
+    );
+    assert!(
+        stats["memory"]["geometry_bytes"]
+            .as_u64()
+            .is_some_and(|bytes| bytes > 0)
+    );
     // Pictures by their own bytes: the first render's, four a pixel.
     let sky = "format = 1\nimages = [{ name = \"a\", path = \"a.png\" }]\nsky.map.image = \"a\"\n";
     desk.write("sky.scene.toml", sky);
-    desk.run(&["render", "sky.scene.toml", "--size", "4x3", "--spp", "1", "--stats", "d.json", "-o", "b.png", "-q"])
-        .exits_with(0);
+    desk.run(&[
+        "render",
+        "sky.scene.toml",
+        "--size",
+        "4x3",
+        "--spp",
+        "1",
+        "--stats",
+        "d.json",
+        "-o",
+        "b.png",
+        "-q",
+    ])
+    .exits_with(0);
     let sky = json(&std::fs::read_to_string(desk.path("d.json")).expect("a file"));
     assert_eq!(sky["memory"]["texture_bytes"], 20 * 10 * 4);
 }
@@ -246,7 +441,8 @@ fn stats_are_checked_before_the_render() {
     assert_eq!(desk.names(), ["a.scene.json"]);
 }
 
-/// Protects: a scene without camera and light is shown all the same, and the user is told what was added.
+/// Protects: a scene without camera and light is shown all the same, and the user is told what was
+/// added.
 #[test]
 fn what_is_added_to_a_scene_is_said() {
     let desk = Desk::new();
@@ -265,11 +461,34 @@ material = "plain"
     let run = desk.run(&["render", "bare.scene.toml", "--size", "32x18", "--spp", "1"]);
     run.exits_with(0);
     let said: Vec<&str> = run.stderr.lines().collect();
-    assert_eq!(said[0], "note: the scene has no light: a neutral grey sky is added; without a camera it is shown whole");
-    assert!(said.len() == 2 && said[1].starts_with("wrote bare.png (32x18, 1 sample"), "{said:?}");
+    assert_eq!(
+        said[0],
+        "note: the scene has no light: a neutral grey sky is added; without a camera it is shown whole"
+    );
+    assert!(
+        said.len() == 2 && said[1].starts_with("wrote bare.png (32x18, 1 sample"),
+        "{said:?}"
+    );
     let framed = desk.picture("bare.png");
-    assert!(framed.rgb.iter().any(|&pixel| pixel != framed.rgb[0]), "the sphere is in sight");
-    let nearer = desk.run(&["render", "bare.scene.toml", "--size", "32x18", "--spp", "1", "--fov", "20", "-o", "near.png"]);
+    assert!(
+        framed.rgb.iter().any(|&pixel| pixel != framed.rgb[0]),
+        "the sphere is in sight"
+    );
+    let nearer = desk.run(&[
+        "render",
+        "bare.scene.toml",
+        "--size",
+        "32x18",
+        "--spp",
+        "1",
+        "--fov",
+        "20",
+        "-o",
+        "near.png",
+    ]);
     nearer.exits_with(0);
-    assert!(desk.picture("near.png").rgb != framed.rgb, "flags change the framed camera too");
+    assert!(
+        desk.picture("near.png").rgb != framed.rgb,
+        "flags change the framed camera too"
+    );
 }

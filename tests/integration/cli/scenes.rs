@@ -28,7 +28,8 @@ kind.grid = { counts = [3, 2, 1], origin = [0, 0, 0], step = [4, 3, 1] }
 object = { shape.disk = { centre = [0, 0, 0], normal = [0, 0, 1], radius = 1 }, material = "red" }
 "#;
 
-/// Protects: the table of `info` counts what is there, and leaves rows out that have nothing to say.
+/// Protects: the table of `info` counts what is there, and leaves rows out that have nothing to
+/// say.
 #[test]
 fn info_shows_what_is_in_a_scene() {
     let desk = Desk::new();
@@ -49,13 +50,26 @@ materials   1 classic
     let (table, rest) = run.text().split_at(expected.len().min(run.text().len()));
     assert_eq!(table, expected);
     let rest: Vec<(&str, &str)> = rest.lines().map(|line| line.split_at(12)).collect();
-    assert_eq!(rest.iter().map(|(name, _)| name.trim_end()).collect::<Vec<_>>(), ["bounds", "memory", "hash"]);
-    assert_eq!(rest[0].1, "-1, -1, -0.25  to  9, 4, 0.25, and 1 without end");
-    assert!(rest[1].1.starts_with("geometry ") && rest[1].1.contains("picture "), "{}", rest[1].1);
+    assert_eq!(
+        rest.iter()
+            .map(|(name, _)| name.trim_end())
+            .collect::<Vec<_>>(),
+        ["bounds", "memory", "hash"]
+    );
+    assert_eq!(
+        rest[0].1,
+        "-1, -1, -0.25  to  9, 4, 0.25, and 1 without end"
+    );
+    assert!(
+        rest[1].1.starts_with("geometry ") && rest[1].1.contains("picture "),
+        "{}",
+        rest[1].1
+    );
     assert_eq!(rest[2].1.len(), 64);
 }
 
-/// Protects: `check` says that a good file is good, and ends with the code that scripts look at when it is not.
+/// Protects: `check` says that a good file is good, and ends with the code that scripts look at
+/// when it is not.
 #[test]
 fn check_tells_good_files_from_bad_ones() {
     let desk = Desk::new();
@@ -65,8 +79,14 @@ fn check_tells_good_files_from_bad_ones() {
     assert_eq!(good.text(), "two.scene.toml: ok\n");
     for (images, told) in [(1, "1 warning"), (2, "2 warnings")] {
         let image = |i: u32| format!("\n[[images]]\nname = \"{i}\"\npath = \"{i}.png\"\n");
-        desk.write("bare.scene.toml", TWO_SPHERES.to_owned() + &(0..images).map(image).collect::<String>());
-        assert_eq!(desk.run(&["check", "bare.scene.toml"]).text(), format!("bare.scene.toml: ok, {told}\n"));
+        desk.write(
+            "bare.scene.toml",
+            TWO_SPHERES.to_owned() + &(0..images).map(image).collect::<String>(),
+        );
+        assert_eq!(
+            desk.run(&["check", "bare.scene.toml"]).text(),
+            format!("bare.scene.toml: ok, {told}\n")
+        );
     }
     desk.write("bad.scene.toml", TWO_SPHERES.replace("radius", "raduis"));
     desk.run(&["check", "bad.scene.toml"]).exits_with(3);
@@ -75,12 +95,14 @@ fn check_tells_good_files_from_bad_ones() {
         .says("error: cannot read missing.scene.toml: no such file or folder");
 }
 
-/// Protects: a parameter that the scene does not have is a mistake of the command line, not of the file.
+/// Protects: a parameter that the scene does not have is a mistake of the command line, not of the
+/// file.
 #[test]
 fn unknown_parameters_are_wrong_use() {
     let desk = Desk::new();
     desk.write("two.scene.toml", TWO_SPHERES);
-    desk.run(&["check", "two.scene.toml", "--set", "q=1"]).exits_with(2);
+    desk.run(&["check", "two.scene.toml", "--set", "q=1"])
+        .exits_with(2);
 }
 
 /// Protects: the text of a preset is a scene file that the program itself accepts.
@@ -90,7 +112,11 @@ fn presets_are_scene_files() {
     let table = desk.run(&["presets"]);
     table.exits_with(0).says("");
     for line in table.text().lines() {
-        let name = line.split_whitespace().next().and_then(|word| word.strip_prefix("preset:")).expect("a preset's name");
+        let name = line
+            .split_whitespace()
+            .next()
+            .and_then(|word| word.strip_prefix("preset:"))
+            .expect("a preset's name");
         let text = desk.run(&["presets", name]);
         text.exits_with(0).says("");
         desk.write("copy.scene.toml", text.text());
@@ -105,21 +131,41 @@ fn the_schema_describes_scenes() {
     let run = Desk::new().run(&["schema"]);
     run.exits_with(0).says("");
     let schema: serde_json::Value = serde_json::from_str(run.text()).expect("JSON");
-    for part in ["format", "render", "cameras", "sky", "lights", "materials", "meshes", "objects"] {
+    for part in [
+        "format",
+        "render",
+        "cameras",
+        "sky",
+        "lights",
+        "materials",
+        "meshes",
+        "objects",
+    ] {
         assert!(schema["properties"][part].is_object(), "{part}");
     }
 }
 
-/// Protects: all problems of the keys are reported at once, each with its line, a caret and a remedy.
+/// Protects: all problems of the keys are reported at once, each with its line, a caret and a
+/// remedy.
 #[test]
 fn problems_of_a_scene_are_shown_where_they_are() {
     let desk = Desk::new();
-    let wrong = TWO_SPHERES.replace("radius = \"r\"", "raduis = -2").replace("vertical_fov = 40", "vertical_fov = 400");
-    desk.write("two.scene.toml", wrong.replace("material = \"red\"\n[[generators]]", "material = \"rde\"\n[[generators]]"));
+    let wrong = TWO_SPHERES
+        .replace("radius = \"r\"", "raduis = -2")
+        .replace("vertical_fov = 40", "vertical_fov = 400");
+    desk.write(
+        "two.scene.toml",
+        wrong.replace(
+            "material = \"red\"\n[[generators]]",
+            "material = \"rde\"\n[[generators]]",
+        ),
+    );
     let run = desk.run(&["check", "two.scene.toml"]);
     run.exits_with(3).says(PROBLEMS);
     assert_eq!(run.text(), "");
-    desk.run(&["render", "two.scene.toml"]).exits_with(3).says(PROBLEMS);
+    desk.run(&["render", "two.scene.toml"])
+        .exits_with(3)
+        .says(PROBLEMS);
 }
 
 const PROBLEMS: &str = "\

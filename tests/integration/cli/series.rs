@@ -9,7 +9,8 @@ use image::{AnimationDecoder, RgbaImage};
 
 use crate::support::Desk;
 
-const TETRAHEDRON: &str = "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0.3 0.2 1\nf 1 2 3\nf 1 2 4\nf 1 4 3\nf 2 3 4\n";
+const TETRAHEDRON: &str =
+    "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0.3 0.2 1\nf 1 2 3\nf 1 2 4\nf 1 4 3\nf 2 3 4\n";
 const TRIANGLE: &str = "v 0 0 0\nv 2 0 0\nv 0 1 0\nf 1 2 3\n";
 
 /// A desk with two models.
@@ -20,30 +21,62 @@ fn desk() -> Desk {
     desk
 }
 
-/// Protects: each of several pictures of a run has the bits of a run of its own, from views, around and of moments, is named as asked, and
-/// what means one picture is refused beside them.
+/// Protects: each of several pictures of a run has the bits of a run of its own, from views, around
+/// and of moments, is named as asked, and what means one picture is refused beside them.
 #[test]
 fn several_pictures_are_those_of_single_runs() {
     let desk = Desk::new();
-    desk.write("a.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0.3 0.2 1\nf 1 2 3\nf 1 2 4\nf 1 4 3\nf 2 3 4\n");
+    desk.write(
+        "a.obj",
+        "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0.3 0.2 1\nf 1 2 3\nf 1 2 4\nf 1 4 3\nf 2 3 4\n",
+    );
     desk.write(
         "b.scene.toml",
         "format = 1\nsky.constant = 1\n[[materials]]\nname = \"m\"\nmodel.physical.base_colour = [\"0.2 + 0.5*t\", 0.5, 0.1]\n\
         [[objects]]\nmaterial = \"m\"\nshape.box = { min = [0, 0, 0], max = [\"1 + t\", 1, 1] }\n",
     );
     let run = |words: &[&str]| {
-        desk.run(&[&["render", "--size", "24x16", "--spp", "8", "-q"], words].concat()).exits_with(0);
+        desk.run(&[&["render", "--size", "24x16", "--spp", "8", "-q"], words].concat())
+            .exits_with(0);
     };
     let same = |several: &str, words: &[&str]| {
         run(&[words, &["-o", "single.exr"]].concat());
-        assert_eq!(desk.picture(several).rgb, desk.picture("single.exr").rgb, "{several}");
+        assert_eq!(
+            desk.picture(several).rgb,
+            desk.picture("single.exr").rgb,
+            "{several}"
+        );
     };
-    run(&["a.obj", "--views", "front,70,-20,top", "--fov", "20", "-o", "v%02d.exr"]);
-    for (several, view) in [("v00.exr", "front"), ("v01.exr", "70,-20"), ("v02.exr", "top")] {
+    run(&[
+        "a.obj",
+        "--views",
+        "front,70,-20,top",
+        "--fov",
+        "20",
+        "-o",
+        "v%02d.exr",
+    ]);
+    for (several, view) in [
+        ("v00.exr", "front"),
+        ("v01.exr", "70,-20"),
+        ("v02.exr", "top"),
+    ] {
         same(several, &["a.obj", "--view", view, "--fov", "20"]);
     }
-    run(&["a.obj", "--turntable", "3", "--view", "0,30", "-o", "t%d.exr"]);
-    for (several, view) in [("t0.exr", "0,30"), ("t1.exr", "120,30"), ("t2.exr", "240,30")] {
+    run(&[
+        "a.obj",
+        "--turntable",
+        "3",
+        "--view",
+        "0,30",
+        "-o",
+        "t%d.exr",
+    ]);
+    for (several, view) in [
+        ("t0.exr", "0,30"),
+        ("t1.exr", "120,30"),
+        ("t2.exr", "240,30"),
+    ] {
         same(several, &["a.obj", "--view", view]);
     }
     run(&["b.scene.toml", "--frames", "0..1:2", "-o", "f%04d.exr"]);
@@ -51,40 +84,76 @@ fn several_pictures_are_those_of_single_runs() {
     same("f0001.exr", &["b.scene.toml", "--at", "0.5"]);
     run(&["a.obj", "--views", "left,iso"]);
     assert!(desk.path("a-left.png").exists() && desk.path("a-iso.png").exists());
-    for words in [&["-o", "one.png"][..], &["--budget", "5s"], &["-o", "-"], &["--view", "top"]] {
-        desk.run(&[&["render", "a.obj", "--views", "left,iso"], words].concat()).exits_with(2);
+    for words in [
+        &["-o", "one.png"][..],
+        &["--budget", "5s"],
+        &["-o", "-"],
+        &["--view", "top"],
+    ] {
+        desk.run(&[&["render", "a.obj", "--views", "left,iso"], words].concat())
+            .exits_with(2);
     }
 }
 
-/// Protects: the one line of several pictures tells the largest of their errors, whichever comes first: from below a tetrahedron has 0.012, and
-/// 0.031 from one side.
+/// Protects: the one line of several pictures tells the largest of their errors, whichever comes
+/// first: from below a tetrahedron has 0.012, and 0.031 from one side.
 #[test]
 fn several_pictures_tell_their_largest_error() {
     let desk = desk();
     for views in ["bottom,iso", "iso,bottom"] {
-        let words = ["render", "a.obj", "--size", "24x16", "--spp", "64", "--views", views, "-o", "v%d.png"];
-        desk.run(&words).exits_with(0).says_like("(2 pictures, 24x16, 64 samples, errors up to 0.031, ");
+        let words = [
+            "render", "a.obj", "--size", "24x16", "--spp", "64", "--views", views, "-o", "v%d.png",
+        ];
+        desk.run(&words)
+            .exits_with(0)
+            .says_like("(2 pictures, 24x16, 64 samples, errors up to 0.031, ");
     }
 }
 
-/// Protects: each of several files becomes a picture of its own, with the bits of a run of its own, by its own name, of which there may be two;
-/// `render` may be left out, and there is one line for all of them.
+/// Protects: each of several files becomes a picture of its own, with the bits of a run of its own,
+/// by its own name, of which there may be two; `render` may be left out, and there is one line for
+/// all of them.
 #[test]
 fn several_files_are_rendered() {
     let desk = desk();
     fs::create_dir(desk.path("more")).expect("a folder");
     desk.write("more/a.obj", TRIANGLE);
     let run = desk.run(&["-s", "24x16", "a.obj", "b.obj", "more/a.obj", "--spp", "8"]);
-    run.exits_with(0).says_like("wrote a.png to a-2.png (3 pictures, 24x16, 8 samples, errors up to ");
-    assert_eq!(run.stderr.lines().filter(|line| !line.starts_with("note: ")).count(), 1, "{}", run.stderr);
-    desk.run(&["b.obj", "-s", "24x16", "--spp", "8", "-o", "single.png", "-q"]).exits_with(0).says("");
+    run.exits_with(0)
+        .says_like("wrote a.png to a-2.png (3 pictures, 24x16, 8 samples, errors up to ");
+    assert_eq!(
+        run.stderr
+            .lines()
+            .filter(|line| !line.starts_with("note: "))
+            .count(),
+        1,
+        "{}",
+        run.stderr
+    );
+    desk.run(&[
+        "b.obj",
+        "-s",
+        "24x16",
+        "--spp",
+        "8",
+        "-o",
+        "single.png",
+        "-q",
+    ])
+    .exits_with(0)
+    .says("");
     for name in ["b.png", "a-2.png"] {
-        assert!(desk.picture(name).rgb == desk.picture("single.png").rgb, "{name}");
+        assert!(
+            desk.picture(name).rgb == desk.picture("single.png").rgb,
+            "{name}"
+        );
     }
     assert!(desk.picture("a.png").rgb != desk.picture("single.png").rgb);
-    desk.run(&["-q", "render", "a.obj", "b.obj", "-s", "9x9", "-s", "24x16", "--spp", "8", "-o", "n%d.png"])
-        .exits_with(0)
-        .says("");
+    desk.run(&[
+        "-q", "render", "a.obj", "b.obj", "-s", "9x9", "-s", "24x16", "--spp", "8", "-o", "n%d.png",
+    ])
+    .exits_with(0)
+    .says("");
     assert!(desk.picture("n1.png").rgb == desk.picture("single.png").rgb);
     desk.run(&["a.obj", "b.obj", "-o", "n.png"])
         .exits_with(2)
@@ -97,63 +166,138 @@ fn several_files_are_seen_from_one_view() {
     let desk = desk();
     let run = |words: &[&str]| {
         // One of them is flat and seen along its surface.
-        desk.run(&[&["-s", "24x16", "--spp", "8", "-q", "--allow-empty"], words].concat()).exits_with(0);
+        desk.run(&[&["-s", "24x16", "--spp", "8", "-q", "--allow-empty"], words].concat())
+            .exits_with(0);
     };
     run(&["a.obj", "b.obj", "--view", "left", "-o", "v%d.exr"]);
     for (several, file) in [("v0.exr", "a.obj"), ("v1.exr", "b.obj")] {
         run(&[file, "--view", "left", "-o", "single.exr"]);
-        assert_eq!(desk.picture(several).rgb, desk.picture("single.exr").rgb, "{several}");
+        assert_eq!(
+            desk.picture(several).rgb,
+            desk.picture("single.exr").rgb,
+            "{several}"
+        );
     }
 }
 
-/// Protects: a file that can't be rendered is told and does not keep the others away; the run ends with its exit code.
+/// Protects: a file that can't be rendered is told and does not keep the others away; the run ends
+/// with its exit code.
 #[test]
 fn a_bad_file_among_others_is_told() {
     let desk = desk();
     desk.write("bad.scene.toml", "format = 1\nobjcts = []\n");
-    let run = desk.run(&["a.obj", "bad.scene.toml", "gone.glb", "b.obj", "-s", "8x8", "--spp", "1"]);
-    run.exits_with(3).says_like("unknown key `objcts`").says_like("error: cannot read gone.glb: no such file or folder");
-    assert!(run.stderr.trim_end().ends_with("error: 2 of 4 scenes were not rendered"), "{}", run.stderr);
-    assert_eq!(desk.names(), ["a.obj", "a.png", "b.obj", "b.png", "bad.scene.toml"]);
+    let run = desk.run(&[
+        "a.obj",
+        "bad.scene.toml",
+        "gone.glb",
+        "b.obj",
+        "-s",
+        "8x8",
+        "--spp",
+        "1",
+    ]);
+    run.exits_with(3)
+        .says_like("unknown key `objcts`")
+        .says_like("error: cannot read gone.glb: no such file or folder");
+    assert!(
+        run.stderr
+            .trim_end()
+            .ends_with("error: 2 of 4 scenes were not rendered"),
+        "{}",
+        run.stderr
+    );
+    assert_eq!(
+        desk.names(),
+        ["a.obj", "a.png", "b.obj", "b.png", "bad.scene.toml"]
+    );
 }
 
 /// Protects: no picture takes the place of a file that a later scene of the run names.
 #[test]
 fn later_scenes_keep_their_files() {
     let desk = desk();
-    image::GrayImage::new(4, 4).save(desk.path("0.png")).expect("a picture");
+    image::GrayImage::new(4, 4)
+        .save(desk.path("0.png"))
+        .expect("a picture");
     let before = fs::read(desk.path("0.png")).expect("just written");
-    desk.write("sky.scene.toml", "format = 1\nimages = [{ name = \"a\", path = \"0.png\" }]\nsky.map.image = \"a\"\n");
+    desk.write(
+        "sky.scene.toml",
+        "format = 1\nimages = [{ name = \"a\", path = \"0.png\" }]\nsky.map.image = \"a\"\n",
+    );
     let run = desk.run(&["a.obj", "sky.scene.toml", "-s", "8x8", "-o", "%d.png"]);
-    run.exits_with(2).says("error: cannot write 0.png: this run reads it\nhelp: name another file with -o");
+    run.exits_with(2)
+        .says("error: cannot write 0.png: this run reads it\nhelp: name another file with -o");
     assert_eq!(fs::read(desk.path("0.png")).expect("still there"), before);
 }
 
-/// Protects: a sheet holds all pictures of all files and is all that is written unless more is asked for; what lies on it are the pictures of
-/// single runs.
+/// Protects: a sheet holds all pictures of all files and is all that is written unless more is
+/// asked for; what lies on it are the pictures of single runs.
 #[test]
 fn a_sheet_holds_all_pictures() {
     let desk = desk();
-    let run = desk.run(&["a.obj", "b.obj", "--views", "front,iso", "-s", "200x100", "--spp", "2", "--sheet", "s.png"]);
-    run.exits_with(0).says_like("wrote s.png (4 pictures, 200x100, 2 samples");
+    let run = desk.run(&[
+        "a.obj",
+        "b.obj",
+        "--views",
+        "front,iso",
+        "-s",
+        "200x100",
+        "--spp",
+        "2",
+        "--sheet",
+        "s.png",
+    ]);
+    run.exits_with(0)
+        .says_like("wrote s.png (4 pictures, 200x100, 2 samples");
     assert_eq!(desk.names(), ["a.obj", "b.obj", "s.png"]);
     let sheet = desk.picture("s.png");
-    // Two columns of two rows, each with a line of 24 pixels below it, and 12 pixels between all of them.
-    assert_eq!([sheet.width, sheet.height], [3 * 12 + 2 * 200, 3 * 12 + 2 * (100 + 24)]);
-    desk.run(&["b.obj", "--view", "front", "-s", "200x100", "--spp", "2", "-o", "single.png"]).exits_with(0);
+    // Two columns of two rows, each with a line of 24 pixels below it, and 12 pixels between all of
+    // them.
+    assert_eq!(
+        [sheet.width, sheet.height],
+        [3 * 12 + 2 * 200, 3 * 12 + 2 * (100 + 24)]
+    );
+    desk.run(&[
+        "b.obj",
+        "--view",
+        "front",
+        "-s",
+        "200x100",
+        "--spp",
+        "2",
+        "-o",
+        "single.png",
+    ])
+    .exits_with(0);
     let single = desk.picture("single.png");
     for (x, y) in [(0, 0), (100, 50), (199, 99), (80, 60)] {
-        assert_eq!(sheet.pixel(12 + x, 2 * 12 + 100 + 24 + y), single.pixel(x, y), "{x}, {y}");
+        assert_eq!(
+            sheet.pixel(12 + x, 2 * 12 + 100 + 24 + y),
+            single.pixel(x, y),
+            "{x}, {y}"
+        );
     }
     let ink = (0..200).flat_map(|x| (0..24).map(move |y| (x, y)));
-    let ink = ink.filter(|&(x, y)| sheet.pixel(12 + x, 12 + 100 + y).is_some_and(|pixel| pixel[0] > 0.5)).count();
+    let ink = ink
+        .filter(|&(x, y)| {
+            sheet
+                .pixel(12 + x, 12 + 100 + y)
+                .is_some_and(|pixel| pixel[0] > 0.5)
+        })
+        .count();
     assert!(ink > 50, "{ink} pixels of `a front`");
-    desk.run(&["a.obj", "--sheet", "s.exr"]).exits_with(2).says("error: s.exr: a sheet is a .png");
-    desk.run(&["a.obj", "b.obj", "-s", "8x8", "--spp", "1", "--sheet", "s.png", "-o", "p%d.png"]).exits_with(0);
+    desk.run(&["a.obj", "--sheet", "s.exr"])
+        .exits_with(2)
+        .says("error: s.exr: a sheet is a .png");
+    desk.run(&[
+        "a.obj", "b.obj", "-s", "8x8", "--spp", "1", "--sheet", "s.png", "-o", "p%d.png",
+    ])
+    .exits_with(0);
     assert!(desk.path("p1.png").exists());
 }
 
-/// Protects: an animation holds the pictures of single runs, in order and at the rate that is asked for: an APNG to the bit.
+/// Protects: an animation holds the pictures of single runs, in order and at the rate that is asked
+/// for: an APNG to the bit.
 #[test]
 fn animations_hold_each_picture() {
     let desk = desk();
@@ -163,54 +307,114 @@ fn animations_hold_each_picture() {
         [[objects]]\nmaterial = \"m\"\nshape.box = { min = [0, 0, 0], max = [\"1 + t\", 1, 1] }\n",
     );
     let all = ["c.scene.toml", "-s", "24x16", "--spp", "8"];
-    let run = desk.run(&[&all[..], &["--frames", "0..1:3", "-o", "f.apng", "-o", "f.gif"]].concat());
-    run.exits_with(0).says_like("wrote f.apng, f.gif (3 pictures, 24x16, 8 samples");
+    let run = desk.run(
+        &[
+            &all[..],
+            &["--frames", "0..1:3", "-o", "f.apng", "-o", "f.gif"],
+        ]
+        .concat(),
+    );
+    run.exits_with(0)
+        .says_like("wrote f.apng, f.gif (3 pictures, 24x16, 8 samples");
     let open = |name: &str| BufReader::new(File::open(desk.path(name)).expect("a file"));
-    let decoder = PngDecoder::new(open("f.apng")).expect("a PNG").apng().expect("animated");
+    let decoder = PngDecoder::new(open("f.apng"))
+        .expect("a PNG")
+        .apng()
+        .expect("animated");
     let frames = decoder.into_frames().collect_frames().expect("whole");
     assert_eq!(frames.len(), 3);
-    for (frame, time) in frames.iter().zip(["0", "0.3333333333333333", "0.6666666666666666"]) {
-        desk.run(&[&all[..], &["--at", time, "-o", "single.png"]].concat()).exits_with(0);
-        let single: RgbaImage = image::open(desk.path("single.png")).expect("a picture").into_rgba8();
+    for (frame, time) in frames
+        .iter()
+        .zip(["0", "0.3333333333333333", "0.6666666666666666"])
+    {
+        desk.run(&[&all[..], &["--at", time, "-o", "single.png"]].concat())
+            .exits_with(0);
+        let single: RgbaImage = image::open(desk.path("single.png"))
+            .expect("a picture")
+            .into_rgba8();
         assert_eq!(*frame.buffer(), single, "{time}");
-        assert_eq!(Duration::from(frame.delay()), Duration::from_millis(333), "{time}");
+        assert_eq!(
+            Duration::from(frame.delay()),
+            Duration::from_millis(333),
+            "{time}"
+        );
     }
-    let mut gif = gif::DecodeOptions::new().read_info(open("f.gif")).expect("a GIF");
+    let mut gif = gif::DecodeOptions::new()
+        .read_info(open("f.gif"))
+        .expect("a GIF");
     let mut delays = Vec::new();
     while let Some(frame) = gif.read_next_frame().expect("whole") {
         assert_eq!([frame.width, frame.height], [24, 16]);
         delays.push(frame.delay);
     }
-    assert_eq!(delays, [33, 34, 33], "hundredths of a second that add up to one");
-    desk.run(&["a.obj", "c.scene.toml", "-o", "f.gif", "--stats", "s.json"]).exits_with(2);
+    assert_eq!(
+        delays,
+        [33, 34, 33],
+        "hundredths of a second that add up to one"
+    );
+    desk.run(&["a.obj", "c.scene.toml", "-o", "f.gif", "--stats", "s.json"])
+        .exits_with(2);
 }
 
-/// Protects: who interrupts a run keeps the finished pictures under their names, the one under way and the sheet and animation of them under
-/// names that say so, and no other file.
+/// Protects: who interrupts a run keeps the finished pictures under their names, the one under way
+/// and the sheet and animation of them under names that say so, and no other file.
 #[cfg(unix)]
 #[test]
 fn an_interrupted_run_keeps_what_is_finished() {
     let desk = desk();
-    let words = ["a.obj", "b.obj", "--turntable", "200", "-s", "320x240", "--spp", "64", "--progress=none", "-o", "t%03d.png"];
-    let mut child = desk.command(&[&words[..], &["--sheet", "s.png", "-o", "t.gif"]].concat()).spawn().expect("starts");
+    let words = [
+        "a.obj",
+        "b.obj",
+        "--turntable",
+        "200",
+        "-s",
+        "320x240",
+        "--spp",
+        "64",
+        "--progress=none",
+        "-o",
+        "t%03d.png",
+    ];
+    let mut child = desk
+        .command(&[&words[..], &["--sheet", "s.png", "-o", "t.gif"]].concat())
+        .spawn()
+        .expect("starts");
     let start = Instant::now();
     while !desk.path("t001.png").exists() {
-        assert!(start.elapsed() < Duration::from_secs(120), "no picture is finished");
+        assert!(
+            start.elapsed() < Duration::from_secs(120),
+            "no picture is finished"
+        );
         std::thread::sleep(Duration::from_millis(5));
     }
-    assert!(std::process::Command::new("kill").args(["-INT", &child.id().to_string()]).status().expect("kill runs").success());
+    assert!(
+        std::process::Command::new("kill")
+            .args(["-INT", &child.id().to_string()])
+            .status()
+            .expect("kill runs")
+            .success()
+    );
     assert_eq!(child.wait().expect("ends").code(), Some(130));
     let names = desk.names();
-    let finished =
-        names.iter().filter(|name| name.starts_with('t') && name.ends_with("png") && !name.contains("partial")).count();
+    let finished = names
+        .iter()
+        .filter(|name| name.starts_with('t') && name.ends_with("png") && !name.contains("partial"))
+        .count();
     assert!((2..200).contains(&finished), "{names:?}");
     for name in ["s.partial.png", "t.partial.gif"] {
         assert!(names.contains(&name.to_owned()), "{name} of {names:?}");
     }
-    assert!(!names.iter().any(|name| name == "s.png" || name == "t.gif" || name.starts_with('.')), "{names:?}");
+    assert!(
+        !names
+            .iter()
+            .any(|name| name == "s.png" || name == "t.gif" || name.starts_with('.')),
+        "{names:?}"
+    );
     let mut gif = gif::DecodeOptions::new();
     gif.set_color_output(gif::ColorOutput::Indexed);
-    let mut gif = gif.read_info(File::open(desk.path("t.partial.gif")).expect("a file")).expect("a GIF");
+    let mut gif = gif
+        .read_info(File::open(desk.path("t.partial.gif")).expect("a file"))
+        .expect("a GIF");
     let mut frames = 0;
     while gif.read_next_frame().expect("whole").is_some() {
         frames += 1;

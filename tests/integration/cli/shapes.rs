@@ -8,31 +8,47 @@ use crate::support::Desk;
 /// The block from its front corner, in linear numbers, with these words.
 #[track_caller]
 fn render(desk: &Desk, more: &str) -> Picture {
-    let line = format!("render b.obj --view 30,30 -s 64x48 --spp 32 --ground none -q -o a.exr {more}");
-    desk.run(&line.split_whitespace().collect::<Vec<_>>()).exits_with(0);
+    let line =
+        format!("render b.obj --view 30,30 -s 64x48 --spp 32 --ground none -q -o a.exr {more}");
+    desk.run(&line.split_whitespace().collect::<Vec<_>>())
+        .exits_with(0);
     desk.picture("a.exr")
 }
 
-/// Protects: clay is neutral, whatever the file says, by `explain` as by `render`, and nothing but clay is known.
+/// Protects: clay is neutral, whatever the file says, by `explain` as by `render`, and nothing but
+/// clay is known.
 #[test]
 fn clay_is_neutral() {
     let desk = block();
-    let [red, clay] = ["", "--material clay"].map(|more| render(&desk, &format!("--backdrop dark {more}")));
+    let [red, clay] =
+        ["", "--material clay"].map(|more| render(&desk, &format!("--backdrop dark {more}")));
     let middle = |picture: &Picture| picture.pixel(32, 24).expect("a pixel");
     let ([r, g, b], [cr, cg, cb]) = (middle(&red), middle(&clay));
     assert!(r > 3.0 * g && r > 3.0 * b, "{r} {g} {b}");
-    assert!((cr - cg).abs() < 1e-3 * cr && (cg - cb).abs() < 1e-3 * cr && cr > 0.05, "{cr} {cg} {cb}");
-    desk.run(&["explain", "b.obj", "--material", "clay"]).exits_with(0);
-    desk.run(&["render", "b.obj", "--material", "wood"]).exits_with(2).says_like("expected clay");
+    assert!(
+        (cr - cg).abs() < 1e-3 * cr && (cg - cb).abs() < 1e-3 * cr && cr > 0.05,
+        "{cr} {cg} {cb}"
+    );
+    desk.run(&["explain", "b.obj", "--material", "clay"])
+        .exits_with(0);
+    desk.run(&["render", "b.obj", "--material", "wood"])
+        .exits_with(2)
+        .says_like("expected clay");
 }
 
-/// Protects: edges are dark on the first surface and on it alone, with clay too and denoised; they are part of what makes a film another picture; where
-/// nothing has edges, that is said.
+/// Protects: edges are dark on the first surface and on it alone, with clay too and denoised; they
+/// are part of what makes a film another picture; where nothing has edges, that is said.
 #[test]
 fn edges_are_drawn() {
     let desk = block();
-    for more in ["", "--material clay", "--denoise", "--background transparent"] {
-        let [plain, lines] = ["", "--wireframe"].map(|edges| render(&desk, &format!("--backdrop light {more} {edges}")));
+    for more in [
+        "",
+        "--material clay",
+        "--denoise",
+        "--background transparent",
+    ] {
+        let [plain, lines] = ["", "--wireframe"]
+            .map(|edges| render(&desk, &format!("--backdrop light {more} {edges}")));
         let darker = |i: usize| lines.rgb[i][0] < 0.8 * plain.rgb[i][0];
         let count = (0..plain.rgb.len()).filter(|&i| darker(i)).count();
         assert!((60..600).contains(&count), "{more}: {count}");
@@ -41,38 +57,81 @@ fn edges_are_drawn() {
     }
     render(&desk, "--checkpoint plain.film");
     let gone_on = "render b.obj --view 30,30 -s 64x48 --spp 32 --ground none --wireframe --resume plain.film -q -o b.png";
-    desk.run(&gone_on.split(' ').collect::<Vec<_>>()).exits_with(3).says_like("the wireframe differs");
+    desk.run(&gone_on.split(' ').collect::<Vec<_>>())
+        .exits_with(3)
+        .says_like("the wireframe differs");
     let ball = "format = 1\nmaterials = [{ name = \"m\", model.physical = {} }]\n[[objects]]\nshape.sphere = { centre = [0, 0, 0], radius = 1 }\n\
                 material = \"m\"\n";
     desk.write("ball.scene.toml", ball);
-    let run = desk.run(&["render", "ball.scene.toml", "--wireframe", "-s", "8x8", "--spp", "1", "-o", "c.png"]);
-    run.exits_with(0).says_like("--wireframe draws the edges of triangles");
+    let run = desk.run(&[
+        "render",
+        "ball.scene.toml",
+        "--wireframe",
+        "-s",
+        "8x8",
+        "--spp",
+        "1",
+        "-o",
+        "c.png",
+    ]);
+    run.exits_with(0)
+        .says_like("--wireframe draws the edges of triangles");
 }
 
-/// Protects: a section leaves what lies on its side, capped with the body's own material, in views, sheets and with clay and lines; one that leaves
-/// nothing ends with exit code 3, what is open is named, and `--up` comes first.
+/// Protects: a section leaves what lies on its side, capped with the body's own material, in views,
+/// sheets and with clay and lines; one that leaves nothing ends with exit code 3, what is open is
+/// named, and `--up` comes first.
 #[test]
 fn sections_are_capped() {
     let desk = block();
-    // From +x, straight at the cap: as large and as red as the face that was there, and as deep in the picture as it is cut.
+    // From +x, straight at the cap: as large and as red as the face that was there, and as deep in
+    // the picture as it is cut.
     let depth = |more: &str| {
-        let words =
-            format!("render b.obj --eye 5,0.5,0.5 --target 0,0.5,0.5 --fov 20 -s 32x32 --spp 16 -q -o a.exr --aov depth {more}");
-        desk.run(&words.split_whitespace().collect::<Vec<_>>()).exits_with(0);
+        let words = format!(
+            "render b.obj --eye 5,0.5,0.5 --target 0,0.5,0.5 --fov 20 -s 32x32 --spp 16 -q -o a.exr --aov depth {more}"
+        );
+        desk.run(&words.split_whitespace().collect::<Vec<_>>())
+            .exits_with(0);
         let picture = desk.picture("a.exr");
         let [r, g, b] = picture.pixel(16, 16).expect("a pixel");
         assert!(r > 3.0 * g && r > 3.0 * b, "{more}: {r} {g} {b}");
         f64::from(picture.layer("depth.Z").expect("a layer").samples[16 * 32 + 16])
     };
-    for (section, expected) in [("", 4.0), ("--section x=0.25", 4.75), ("--section x=25%", 4.75), ("--section -z=0.25", 4.0)] {
-        assert!((depth(section) - expected).abs() < 0.01, "{section}: {}", depth(section));
+    for (section, expected) in [
+        ("", 4.0),
+        ("--section x=0.25", 4.75),
+        ("--section x=25%", 4.75),
+        ("--section -z=0.25", 4.0),
+    ] {
+        assert!(
+            (depth(section) - expected).abs() < 0.01,
+            "{section}: {}",
+            depth(section)
+        );
     }
     let sheet = "render b.obj --section -y=0.5 --material clay --wireframe --views iso,front -s 24x16 --spp 2 --sheet s.png -q";
-    desk.run(&sheet.split(' ').collect::<Vec<_>>()).exits_with(0);
+    desk.run(&sheet.split(' ').collect::<Vec<_>>())
+        .exits_with(0);
     let nothing = desk.run(&["render", "b.obj", "--section", "x=-1", "-o", "n.png"]);
-    nothing.exits_with(3).says_like("the section leaves nothing of it");
+    nothing
+        .exits_with(3)
+        .says_like("the section leaves nothing of it");
     desk.write("open.obj", BLOCK.replace("f 1 4 3 2\n", ""));
-    desk.run(&["render", "open.obj", "--section", "x=0.5", "-s", "8x8", "--spp", "1"]).exits_with(0).says_like("not closed");
-    desk.run(&["render", "b.obj", "--section", "w=1"]).exits_with(2).says_like("x=30%");
-    desk.run(&["info", "b.obj", "--section", "y=0.5", "--up", "z"]).exits_with(0);
+    desk.run(&[
+        "render",
+        "open.obj",
+        "--section",
+        "x=0.5",
+        "-s",
+        "8x8",
+        "--spp",
+        "1",
+    ])
+    .exits_with(0)
+    .says_like("not closed");
+    desk.run(&["render", "b.obj", "--section", "w=1"])
+        .exits_with(2)
+        .says_like("x=30%");
+    desk.run(&["info", "b.obj", "--section", "y=0.5", "--up", "z"])
+        .exits_with(0);
 }

@@ -50,17 +50,24 @@ fn json(run: &Run) -> Value {
     serde_json::from_str(run.text()).unwrap_or_else(|e| panic!("{e}\n{}", run.stderr))
 }
 
-/// Protects: findings are told with the place in the file and a remedy, the worst first, in lines of 60 characters; what is as bad as was denied ends
-/// with exit code 1, and nothing else does.
+/// Protects: findings are told with the place in the file and a remedy, the worst first, in lines
+/// of 60 characters; what is as bad as was denied ends with exit code 1, and nothing else does.
 #[test]
 fn findings_are_told_in_words() {
     let desk = Desk::new();
     desk.write("faults.scene.toml", FAULTS);
     let arguments = ["stress", "faults.scene.toml", "--budget", "10min"];
-    let output = desk.command(&arguments).env("COLUMNS", "60").output().expect("the program starts");
+    let output = desk
+        .command(&arguments)
+        .env("COLUMNS", "60")
+        .output()
+        .expect("the program starts");
     let text = String::from_utf8(output.stdout).expect("text");
     assert_eq!(output.status.code(), Some(1), "{text}");
-    let long: Vec<&str> = text.lines().filter(|line| line.chars().count() > 60).collect();
+    let long: Vec<&str> = text
+        .lines()
+        .filter(|line| line.chars().count() > 60)
+        .collect();
     assert!(long.is_empty(), "{long:?}");
     let at = |word: &str| text.find(word).unwrap_or_else(|| panic!("{word}:\n{text}"));
     let order = [
@@ -73,51 +80,118 @@ fn findings_are_told_in_words() {
     ];
     assert!(order.map(at).is_sorted(), "{text}");
     assert!(
-        text.contains("material `white` - energy-made") && text.contains("faults.scene.toml:11:1") && text.contains("do: "),
+        text.contains("material `white` - energy-made")
+            && text.contains("faults.scene.toml:11:1")
+            && text.contains("do: "),
         "{text}"
     );
-    desk.write("fine.scene.toml", FAULTS.replace("1.5", "0.5").replace("transmission = 1", "transmission = 0"));
+    desk.write(
+        "fine.scene.toml",
+        FAULTS
+            .replace("1.5", "0.5")
+            .replace("transmission = 1", "transmission = 0"),
+    );
     let fine = ["stress", "fine.scene.toml", "--budget", "10min", "-q"];
     desk.run(&fine).exits_with(0);
-    desk.run(&[&fine[..], &["--deny", "slow-or-noisy"]].concat()).exits_with(1).says_like("1 of 2 findings");
+    desk.run(&[&fine[..], &["--deny", "slow-or-noisy"]].concat())
+        .exits_with(1)
+        .says_like("1 of 2 findings");
     desk.write(
         "finer.scene.toml",
-        FAULTS.replace("range = 10", "range = 1000").replace("1.5", "0.5").replace("transmission = 1", "transmission = 0"),
+        FAULTS
+            .replace("range = 10", "range = 1000")
+            .replace("1.5", "0.5")
+            .replace("transmission = 1", "transmission = 0"),
     );
-    desk.run(&["stress", "finer.scene.toml", "--budget", "10min", "-q", "--deny", "slow-or-noisy"]).exits_with(0);
-    desk.run(&["stress", "finer.scene.toml", "--budget", "10min", "-q", "--deny", "harmless"]).exits_with(1);
+    desk.run(&[
+        "stress",
+        "finer.scene.toml",
+        "--budget",
+        "10min",
+        "-q",
+        "--deny",
+        "slow-or-noisy",
+    ])
+    .exits_with(0);
+    desk.run(&[
+        "stress",
+        "finer.scene.toml",
+        "--budget",
+        "10min",
+        "-q",
+        "--deny",
+        "harmless",
+    ])
+    .exits_with(1);
 }
 
-/// Protects: JSON has every finding with its name, place and pixel, the same for the same seed; a picture has the places marked in it, and is
-/// refused where it would not be a PNG or would replace the scene.
+/// Protects: JSON has every finding with its name, place and pixel, the same for the same seed; a
+/// picture has the places marked in it, and is refused where it would not be a PNG or would replace
+/// the scene.
 #[test]
 fn findings_are_told_to_programs_and_marked() {
     let desk = Desk::new();
     desk.write("faults.scene.toml", FAULTS);
-    let run =
-        || desk.run(&["stress", "faults.scene.toml", "--budget", "10min", "--json", "-q", "-o", "marks.png", "--seed", "5"]);
+    let run = || {
+        desk.run(&[
+            "stress",
+            "faults.scene.toml",
+            "--budget",
+            "10min",
+            "--json",
+            "-q",
+            "-o",
+            "marks.png",
+            "--seed",
+            "5",
+        ])
+    };
     let (first, again) = (run(), run());
     first.exits_with(1);
     let (first, again) = (json(&first), json(&again));
     assert_eq!(first["findings"], again["findings"]);
-    assert_eq!((&first["seed"], &first["cut_short"]), (&5.into(), &false.into()));
+    assert_eq!(
+        (&first["seed"], &first["cut_short"]),
+        (&5.into(), &false.into())
+    );
     let findings = first["findings"].as_array().expect("findings");
-    let pane = findings.iter().find(|found| found["code"] == "open-body").expect("an open body");
+    let pane = findings
+        .iter()
+        .find(|found| found["code"] == "open-body")
+        .expect("an open body");
     assert_eq!(
         (&pane["severity"], &pane["about"], &pane["path"]),
-        (&"picture-wrong".into(), &"object `window`".into(), &"objects[2]".into())
+        (
+            &"picture-wrong".into(),
+            &"object `window`".into(),
+            &"objects[2]".into()
+        )
     );
-    let pixel: Vec<f64> = pane["pixel"].as_array().expect("a pixel").iter().filter_map(Value::as_f64).collect();
-    assert!((48.0..90.0).contains(&pixel[0]) && (10.0..60.0).contains(&pixel[1]), "{pane}");
+    let pixel: Vec<f64> = pane["pixel"]
+        .as_array()
+        .expect("a pixel")
+        .iter()
+        .filter_map(Value::as_f64)
+        .collect();
+    assert!(
+        (48.0..90.0).contains(&pixel[0]) && (10.0..60.0).contains(&pixel[1]),
+        "{pane}"
+    );
     let marked = desk.picture("marks.png");
     let is_red = |rgb: &&[f32; 3]| rgb[0] > 0.9 && rgb[1] < 0.5;
-    assert!([marked.width, marked.height] == [96, 64] && marked.rgb.iter().filter(is_red).count() > 20);
-    desk.run(&["stress", "faults.scene.toml", "-o", "marks.exr"]).exits_with(2);
+    assert!(
+        [marked.width, marked.height] == [96, 64] && marked.rgb.iter().filter(is_red).count() > 20
+    );
+    desk.run(&["stress", "faults.scene.toml", "-o", "marks.exr"])
+        .exits_with(2);
     desk.write("x.png", FAULTS);
-    desk.run(&["stress", "x.png", "-o", "x.png"]).exits_with(2).says_like("this run reads it");
+    desk.run(&["stress", "x.png", "-o", "x.png"])
+        .exits_with(2)
+        .says_like("this run reads it");
 }
 
-/// Protects: a budget that ends before the rays says how many of how many there were: here eight cameras in a white room, in which light goes to and fro.
+/// Protects: a budget that ends before the rays says how many of how many there were: here eight
+/// cameras in a white room, in which light goes to and fro.
 #[test]
 fn a_budget_that_ends_is_told() {
     let camera = "{ pose.look_at = { eye = [0, 1, 4], target = [0, 0, 0] }, projection.pinhole = { vertical_fov = 40 } }";
@@ -130,25 +204,60 @@ fn a_budget_that_ends_is_told() {
     );
     let desk = Desk::new();
     desk.write("room.scene.toml", room);
-    let arguments = ["stress", "room.scene.toml", "--budget", "1s", "--threads", "1", "-q"];
-    assert_eq!(json(&desk.run(&[&arguments[..], &["--json"]].concat()))["cut_short"], true);
+    let arguments = [
+        "stress",
+        "room.scene.toml",
+        "--budget",
+        "1s",
+        "--threads",
+        "1",
+        "-q",
+    ];
+    assert_eq!(
+        json(&desk.run(&[&arguments[..], &["--json"]].concat()))["cut_short"],
+        true
+    );
     let run = desk.run(&arguments);
-    assert!(run.text().contains("larger --budget finds more"), "{}", run.text());
+    assert!(
+        run.text().contains("larger --budget finds more"),
+        "{}",
+        run.text()
+    );
 }
 
-/// Protects: a sky whose file has texels that are no light is wrong, although reading puts others in their place.
+/// Protects: a sky whose file has texels that are no light is wrong, although reading puts others
+/// in their place.
 #[test]
 fn files_with_texels_that_are_no_light() {
     let desk = Desk::new();
-    let mut sky = Picture { rgb: (0..512).map(|i| [0.2, 0.3, 0.001 * i as f32]).collect(), ..Picture::new(32, 16) };
+    let mut sky = Picture {
+        rgb: (0..512).map(|i| [0.2, 0.3, 0.001 * i as f32]).collect(),
+        ..Picture::new(32, 16)
+    };
     sky.rgb[100] = [f32::NAN, 0.3, 0.2];
     write_exr(&desk.path("sky.exr"), &sky, &Metadata::default()).expect("a file");
-    let scene =
-        FAULTS.replace("sky.constant = 0.5", "sky.map = { image = \"sky\" }\nimages = [{ name = \"sky\", path = \"sky.exr\" }]");
-    desk.write("sky.scene.toml", scene.replace("1.5", "0.5").replace("transmission = 1", "transmission = 0"));
+    let scene = FAULTS.replace(
+        "sky.constant = 0.5",
+        "sky.map = { image = \"sky\" }\nimages = [{ name = \"sky\", path = \"sky.exr\" }]",
+    );
+    desk.write(
+        "sky.scene.toml",
+        scene
+            .replace("1.5", "0.5")
+            .replace("transmission = 1", "transmission = 0"),
+    );
     let found = wrong(&desk, "sky.scene.toml");
-    let of = |found: &Value| (found["code"].clone(), found["about"].clone(), found["count"].clone());
-    assert_eq!(found.iter().map(of).collect::<Vec<_>>(), [("image-not-light".into(), "image `sky`".into(), 1.into())]);
+    let of = |found: &Value| {
+        (
+            found["code"].clone(),
+            found["about"].clone(),
+            found["count"].clone(),
+        )
+    };
+    assert_eq!(
+        found.iter().map(of).collect::<Vec<_>>(),
+        [("image-not-light".into(), "image `sky`".into(), 1.into())]
+    );
 }
 
 /// What makes the picture of a scene wrong.
@@ -157,23 +266,53 @@ fn wrong(desk: &Desk, scene: &str) -> Vec<Value> {
     let run = desk.run(&["stress", scene, "--budget", "10min", "--json", "-q"]);
     let report = json(&run);
     let of = |found: &&Value| found["severity"] == "picture-wrong";
-    let wrong: Vec<Value> = report["findings"].as_array().expect("findings").iter().filter(of).cloned().collect();
-    assert_eq!(run.code, Some(i32::from(!wrong.is_empty())), "{scene}: {}", run.stderr);
+    let wrong: Vec<Value> = report["findings"]
+        .as_array()
+        .expect("findings")
+        .iter()
+        .filter(of)
+        .cloned()
+        .collect();
+    assert_eq!(
+        run.code,
+        Some(i32::from(!wrong.is_empty())),
+        "{scene}: {}",
+        run.stderr
+    );
     wrong
 }
 
-/// Protects: of no scene that the program carries is the picture said to be wrong. Its small pictures are smaller still and have few samples, which take
-/// nearly all of the time; rays and furnaces are those of the command.
+/// Protects: of no scene that the program carries is the picture said to be wrong. Its small
+/// pictures are smaller still and have few samples, which take nearly all of the time; rays and
+/// furnaces are those of the command.
 #[test]
 fn no_preset_is_wrong() {
     for preset in presets::names() {
-        let scene = load(&Input::Preset(preset.to_owned()), &LoadOptions::default()).unwrap_or_else(|e| panic!("{e}")).scene;
+        let scene = load(&Input::Preset(preset.to_owned()), &LoadOptions::default())
+            .unwrap_or_else(|e| panic!("{e}"))
+            .scene;
         let own = Settings::of(&scene);
-        let sampling = if own.sampling.is_fixed() { own.sampling } else { Sampling::General(4) };
-        let settings = Settings { size: own.size.map(|edge| edge.div_ceil(8)), sampling, ..own };
-        let effort = Effort { budget: Duration::from_secs(600) };
-        let report = stress(&scene, &settings, &effort, &()).unwrap_or_else(|e| panic!("{preset}: {e}"));
-        assert_ne!(report.worst(), Some(Severity::PictureWrong), "{preset}: {:?}", report.findings);
+        let sampling = if own.sampling.is_fixed() {
+            own.sampling
+        } else {
+            Sampling::General(4)
+        };
+        let settings = Settings {
+            size: own.size.map(|edge| edge.div_ceil(8)),
+            sampling,
+            ..own
+        };
+        let effort = Effort {
+            budget: Duration::from_secs(600),
+        };
+        let report =
+            stress(&scene, &settings, &effort, &()).unwrap_or_else(|e| panic!("{preset}: {e}"));
+        assert_ne!(
+            report.worst(),
+            Some(Severity::PictureWrong),
+            "{preset}: {:?}",
+            report.findings
+        );
         assert!(!report.is_cut(), "{preset}");
     }
 }
@@ -181,7 +320,9 @@ fn no_preset_is_wrong() {
 /// Protects: of twenty public models without faults none is said to be wrong.
 #[test]
 fn no_clean_model_is_wrong() {
-    let Some(folder) = shared("assets") else { return };
+    let Some(folder) = shared("assets") else {
+        return;
+    };
     let models = [
         "gltf/AnimatedCube/AnimatedCube.gltf",
         "gltf/AnimatedMorphCube/AnimatedMorphCube.gltf",
@@ -209,7 +350,11 @@ fn no_clean_model_is_wrong() {
     ];
     let desk = Desk::new();
     let path = |model: &&str| -> PathBuf { folder.join(model) };
-    let there: Vec<PathBuf> = models.iter().map(path).filter(|path| path.exists()).collect();
+    let there: Vec<PathBuf> = models
+        .iter()
+        .map(path)
+        .filter(|path| path.exists())
+        .collect();
     assert!(there.len() >= 20, "{there:?}");
     for path in there {
         let name = path.to_string_lossy();
@@ -220,8 +365,13 @@ fn no_clean_model_is_wrong() {
 /// Protects: the page names every kind of finding.
 #[test]
 fn every_finding_is_explained() {
-    let page = std::fs::read_to_string(Path::new(env!("CARGO_MANIFEST_DIR")).join("docs/stress.md")).expect("the page");
-    let missing: Vec<&str> =
-        Code::ALL.iter().map(|code| code.name()).filter(|name| !page.contains(&format!("`{name}`"))).collect();
+    let page =
+        std::fs::read_to_string(Path::new(env!("CARGO_MANIFEST_DIR")).join("docs/stress.md"))
+            .expect("the page");
+    let missing: Vec<&str> = Code::ALL
+        .iter()
+        .map(|code| code.name())
+        .filter(|name| !page.contains(&format!("`{name}`")))
+        .collect();
     assert!(missing.is_empty(), "{missing:?}");
 }

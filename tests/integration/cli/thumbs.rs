@@ -9,11 +9,16 @@ const SQUARE: &str = "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nf 1 2 3 4\n";
 /// Lines of standard output, in order.
 fn lines(desk: &Desk, args: &[&str]) -> Vec<String> {
     let run = desk.run(&[&["thumbs", "models", "-o", "out"], args].concat());
-    run.exits_with(0).text().lines().map(str::to_owned).collect()
+    run.exits_with(0)
+        .text()
+        .lines()
+        .map(str::to_owned)
+        .collect()
 }
 
-/// Protects: every model of every folder has a picture of its own, the newest first; a second run makes none; a file that a model reads, the
-/// size and a picture that is gone are reasons to make one, and only that one.
+/// Protects: every model of every folder has a picture of its own, the newest first; a second run
+/// makes none; a file that a model reads, the size and a picture that is gone are reasons to make
+/// one, and only that one.
 #[test]
 fn pictures_are_made_where_something_changed() {
     let desk = Desk::new();
@@ -21,8 +26,12 @@ fn pictures_are_made_where_something_changed() {
     std::fs::create_dir_all(folder.join("deep/.hidden")).expect("folders");
     let put = |name: &str, text: &str, age: u64| {
         std::fs::write(folder.join(name), text).expect("a file");
-        let file = std::fs::File::options().write(true).open(folder.join(name)).expect("the file");
-        file.set_modified(SystemTime::UNIX_EPOCH + Duration::from_secs(1_000_000 - age)).expect("its time");
+        let file = std::fs::File::options()
+            .write(true)
+            .open(folder.join(name))
+            .expect("the file");
+        file.set_modified(SystemTime::UNIX_EPOCH + Duration::from_secs(1_000_000 - age))
+            .expect("its time");
     };
     let with_library = "mtllib a.mtl\nusemtl m\n".to_owned() + SQUARE;
     put("a.obj", &with_library, 30);
@@ -37,22 +46,45 @@ fn pictures_are_made_where_something_changed() {
     put("notes.txt", "no model", 0);
     let all = |states: [&str; 3]| {
         let names = ["deep/a.obj", "deep/a.stl", "a.obj"];
-        states.iter().zip(names).map(|(state, name)| format!("{state} out/{name}.png")).collect::<Vec<_>>()
+        states
+            .iter()
+            .zip(names)
+            .map(|(state, name)| format!("{state} out/{name}.png"))
+            .collect::<Vec<_>>()
     };
-    assert_eq!(lines(&desk, &["--size", "32"]), all(["new ", "new ", "new "]));
+    assert_eq!(
+        lines(&desk, &["--size", "32"]),
+        all(["new ", "new ", "new "])
+    );
     let picture = desk.picture("out/a.obj.png");
     assert_eq!((picture.width, picture.height), (32, 32));
-    assert!(picture.rgb.iter().any(|[r, g, _]| *r > 2.0 * g), "the material's red");
-    assert_eq!(lines(&desk, &["--size", "32"]), all(["same", "same", "same"]));
+    assert!(
+        picture.rgb.iter().any(|[r, g, _]| *r > 2.0 * g),
+        "the material's red"
+    );
+    assert_eq!(
+        lines(&desk, &["--size", "32"]),
+        all(["same", "same", "same"])
+    );
     put("a.mtl", "newmtl m\nKd 0.1 0.1 0.8\n", 0);
-    assert_eq!(lines(&desk, &["--size", "32"]), all(["same", "same", "new "]));
+    assert_eq!(
+        lines(&desk, &["--size", "32"]),
+        all(["same", "same", "new "])
+    );
     std::fs::remove_file(desk.path("out/deep/a.obj.png")).expect("a picture");
-    assert_eq!(lines(&desk, &["--size", "32"]), all(["new ", "same", "same"]));
-    assert_eq!(lines(&desk, &["--size", "48"]), all(["new ", "new ", "new "]));
+    assert_eq!(
+        lines(&desk, &["--size", "32"]),
+        all(["new ", "same", "same"])
+    );
+    assert_eq!(
+        lines(&desk, &["--size", "48"]),
+        all(["new ", "new ", "new "])
+    );
 }
 
-/// Protects: a model that can't be rendered is named and keeps no other one away, the exit code is the worst; a file that is not ours is not
-/// replaced; pictures that lie below the folder are no models of the next run; an index of somebody else is refused.
+/// Protects: a model that can't be rendered is named and keeps no other one away, the exit code is
+/// the worst; a file that is not ours is not replaced; pictures that lie below the folder are no
+/// models of the next run; an index of somebody else is refused.
 #[test]
 fn what_fails_keeps_nothing_away() {
     let desk = Desk::new();
@@ -65,42 +97,72 @@ fn what_fails_keeps_nothing_away() {
     assert_eq!(run.text(), "new  models/out/good.obj.png\n");
     std::fs::remove_file(desk.path("models/broken.glb")).expect("the file");
     std::fs::write(desk.path("models/out/good.obj.png"), "mine").expect("a file");
-    desk.run(&["thumbs", "models", "-o", "models/out", "--size", "16"]).exits_with(4).says_like("no picture by this program");
-    assert_eq!(std::fs::read(desk.path("models/out/good.obj.png")).expect("the file"), b"mine");
+    desk.run(&["thumbs", "models", "-o", "models/out", "--size", "16"])
+        .exits_with(4)
+        .says_like("no picture by this program");
+    assert_eq!(
+        std::fs::read(desk.path("models/out/good.obj.png")).expect("the file"),
+        b"mine"
+    );
     std::fs::write(desk.path("models/out/thumbs.json"), "[]").expect("a file");
-    desk.run(&["thumbs", "models", "-o", "models/out"]).exits_with(3).says_like("not what thumbs writes");
+    desk.run(&["thumbs", "models", "-o", "models/out"])
+        .exits_with(3)
+        .says_like("not what thumbs writes");
     desk.run(&["thumbs", "none", "-o", "out"]).exits_with(4);
 }
 
-/// Protects: a texture that was missing and comes, and one that goes again, renew the picture of what names it.
+/// Protects: a texture that was missing and comes, and one that goes again, renew the picture of
+/// what names it.
 #[test]
 fn missing_files_that_come_are_noticed() {
     let desk = Desk::new();
     std::fs::create_dir_all(desk.path("models")).expect("a folder");
-    desk.write("models/a.obj", "mtllib a.mtl\nusemtl m\nvt 0 0\n".to_owned() + &SQUARE.replace("f 1 2 3 4", "f 1/1 2/1 3/1 4/1"));
+    desk.write(
+        "models/a.obj",
+        "mtllib a.mtl\nusemtl m\nvt 0 0\n".to_owned()
+            + &SQUARE.replace("f 1 2 3 4", "f 1/1 2/1 3/1 4/1"),
+    );
     desk.write("models/a.mtl", "newmtl m\nKd 1 1 1\nmap_Kd red.png\n");
     assert_eq!(lines(&desk, &["--size", "16"]), ["new  out/a.obj.png"]);
     assert_eq!(lines(&desk, &["--size", "16"]), ["same out/a.obj.png"]);
     let red = image::RgbImage::from_pixel(1, 1, image::Rgb([255, 0, 0]));
     red.save(desk.path("models/red.png")).expect("a picture");
     assert_eq!(lines(&desk, &["--size", "16"]), ["new  out/a.obj.png"]);
-    assert!(desk.picture("out/a.obj.png").rgb.iter().any(|[r, g, _]| *r > 2.0 * g), "the texture's red");
+    assert!(
+        desk.picture("out/a.obj.png")
+            .rgb
+            .iter()
+            .any(|[r, g, _]| *r > 2.0 * g),
+        "the texture's red"
+    );
     assert_eq!(lines(&desk, &["--size", "16"]), ["same out/a.obj.png"]);
     std::fs::remove_file(desk.path("models/red.png")).expect("a file");
     assert_eq!(lines(&desk, &["--size", "16"]), ["new  out/a.obj.png"]);
 }
 
-/// Protects: a picture that would be white all over is darkened, and one that would show nothing is a failure.
+/// Protects: a picture that would be white all over is darkened, and one that would show nothing is
+/// a failure.
 #[test]
 fn thumbnails_show_something() {
     let desk = Desk::new();
     std::fs::create_dir_all(desk.path("models")).expect("a folder");
-    desk.write("models/bright.obj", "mtllib a.mtl\nusemtl m\n".to_owned() + SQUARE);
+    desk.write(
+        "models/bright.obj",
+        "mtllib a.mtl\nusemtl m\n".to_owned() + SQUARE,
+    );
     desk.write("models/a.mtl", "newmtl m\nKd 0.5 0.5 0.5\nKe 40 30 20\n");
     lines(&desk, &["--size", "16"]);
     let codes = |[r, _, b]: [f32; 3]| r > b && r < 1.0;
-    assert!(desk.picture("out/bright.obj.png").rgb.into_iter().any(codes), "the lamp's colour");
+    assert!(
+        desk.picture("out/bright.obj.png")
+            .rgb
+            .into_iter()
+            .any(codes),
+        "the lamp's colour"
+    );
     desk.write("models/point.obj", "v 1 1 1\nv 1 1 1\nv 1 1 1\nf 1 2 3\n");
-    desk.run(&["thumbs", "models", "-o", "out", "--size", "16"]).exits_with(3).says_like("no camera ray met anything");
+    desk.run(&["thumbs", "models", "-o", "out", "--size", "16"])
+        .exits_with(3)
+        .says_like("no camera ray met anything");
     assert!(!desk.path("out/point.obj.png").exists());
 }

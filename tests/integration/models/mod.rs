@@ -1,5 +1,5 @@
-//! Whole collections of real models, held against what is known of each: pictures by other programs, twins, answers by hand,
-//! verdicts.
+//! Whole collections of real models, held against what is known of each: pictures by other
+//! programs, twins, answers by hand, verdicts.
 
 mod answers;
 mod samples;
@@ -15,15 +15,24 @@ use raywright::io::{Input, LoadOptions, load};
 
 /// A model's scene.
 fn scene(path: &Path) -> Scene {
-    load(&Input::Path(path.to_owned()), &LoadOptions::default()).unwrap_or_else(|e| panic!("{e}")).scene
+    load(&Input::Path(path.to_owned()), &LoadOptions::default())
+        .unwrap_or_else(|e| panic!("{e}"))
+        .scene
 }
 
 /// A camera from a point to a point.
 fn looking(eye: [f64; 3], target: [f64; 3], vertical_fov: f64) -> Camera {
     Camera {
         name: String::new(),
-        pose: Pose::LookAt { eye, target, up: [0.0, 1.0, 0.0] },
-        projection: Projection::Pinhole(Pinhole { vertical_fov: Some(vertical_fov), ..Pinhole::default() }),
+        pose: Pose::LookAt {
+            eye,
+            target,
+            up: [0.0, 1.0, 0.0],
+        },
+        projection: Projection::Pinhole(Pinhole {
+            vertical_fov: Some(vertical_fov),
+            ..Pinhole::default()
+        }),
         aspect: None,
         fit: Default::default(),
         pose_end: None,
@@ -42,5 +51,8 @@ fn picture(scene: &Scene, camera: Option<Camera>, size: [u32; 2], samples: u32) 
         integrator: Integrator::Whitted,
         ..Settings::of(scene)
     };
-    prepare(scene, &settings, &()).unwrap_or_else(|e| panic!("{e}")).render(&()).picture
+    prepare(scene, &settings, &())
+        .unwrap_or_else(|e| panic!("{e}"))
+        .render(&())
+        .picture
 }

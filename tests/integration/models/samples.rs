@@ -1,10 +1,12 @@
 //! The models of Khronos' asset generator beside its own pictures of them.
 //!
-//! Those are by a rasteriser in a studio that is not known, so shades are not compared. What is: *coverage*, the shares of pixels
-//! where both show the model and where both show the studio behind it (visibility, culling, alpha, topology, transforms); *pattern*, the
-//! correlation of the colours on the model (images, their wrapping, sets and transforms, vertex colours); *tint*, how far the mean
-//! chromaticities are apart (factors, emission). The studio is told from the pictures themselves: it is what they show where no
-//! model is. Models that reflect it or let it through are told by their coverage alone.
+//! Those are by a rasteriser in a studio that is not known, so shades are not compared. What is:
+//! *coverage*, the shares of pixels where both show the model and where both show the studio behind
+//! it (visibility, culling, alpha, topology, transforms); *pattern*, the correlation of the colours
+//! on the model (images, their wrapping, sets and transforms, vertex colours); *tint*, how far the
+//! mean chromaticities are apart (factors, emission). The studio is told from the pictures
+//! themselves: it is what they show where no model is. Models that reflect it or let it through are
+//! told by their coverage alone.
 
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
@@ -21,7 +23,8 @@ use crate::support::shared;
 
 /// Pixels a side: the samples have four times as many.
 const SIZE: usize = 100;
-/// The pictures' vertical field of view, 0.8 radians: a sheet of one metre is 364 of 400 pixels wide from 1.3 metres.
+/// The pictures' vertical field of view, 0.8 radians: a sheet of one metre is 364 of 400 pixels
+/// wide from 1.3 metres.
 const FIELD_OF_VIEW: f64 = 45.837;
 
 /// One model with both pictures.
@@ -44,15 +47,23 @@ fn pairs(folder: &Path) -> Vec<Pair> {
             let here = folder.join(text(&group["folder"]));
             let file: PathBuf = here.join(text(&model["fileName"]));
             let sample = text(&model["sampleImageName"]);
-            let sample = here.join("SampleImages").join(sample.rsplit('/').next().unwrap_or_default());
+            let sample = here
+                .join("SampleImages")
+                .join(sample.rsplit('/').next().unwrap_or_default());
             if !(file.is_file() && sample.is_file()) {
                 continue;
             }
-            let eye: [f64; 3] = serde_json::from_value(model["camera"]["translation"].clone()).expect("a camera");
+            let eye: [f64; 3] =
+                serde_json::from_value(model["camera"]["translation"].clone()).expect("a camera");
             let view = looking(eye, [0.0; 3], FIELD_OF_VIEW);
             let ours = picture(&evenly_lit(&file), Some(view), [SIZE as u32; 2], 16);
             let name = text(&model["fileName"]).replace(".gltf", "");
-            pairs.push(Pair { name, camera: format!("{eye:?}"), ours, theirs: sampled(&sample) });
+            pairs.push(Pair {
+                name,
+                camera: format!("{eye:?}"),
+                ours,
+                theirs: sampled(&sample),
+            });
         }
     }
     pairs
@@ -60,15 +71,28 @@ fn pairs(folder: &Path) -> Vec<Pair> {
 
 /// A model's scene under the neutral sky, whose shades are the least that are not the samples'.
 fn evenly_lit(path: &Path) -> Scene {
-    let environment = Environment { source: Some(EnvironmentSource::Default), ..Environment::default() };
-    let options = LoadOptions { environment, ..LoadOptions::default() };
-    load(&Input::Path(path.to_owned()), &options).unwrap_or_else(|e| panic!("{e}")).scene
+    let environment = Environment {
+        source: Some(EnvironmentSource::Default),
+        ..Environment::default()
+    };
+    let options = LoadOptions {
+        environment,
+        ..LoadOptions::default()
+    };
+    load(&Input::Path(path.to_owned()), &options)
+        .unwrap_or_else(|e| panic!("{e}"))
+        .scene
 }
 
 /// A sample in linear light at our size.
 fn sampled(path: &Path) -> Vec<[f32; 3]> {
     let image = image::open(path).expect("a sample").into_rgb8();
-    assert_eq!(image.dimensions(), (4 * SIZE as u32, 4 * SIZE as u32), "{}", path.display());
+    assert_eq!(
+        image.dimensions(),
+        (4 * SIZE as u32, 4 * SIZE as u32),
+        "{}",
+        path.display()
+    );
     let linear = |code: u8| decode(TransferCurve::Srgb, f64::from(code) / 255.0) as f32;
     let block = |i: usize| {
         let (x, y) = (4 * (i % SIZE) as u32, 4 * (i / SIZE) as u32);
@@ -92,7 +116,11 @@ fn studio<'a>(pairs: impl Iterator<Item = &'a Pair>) -> Vec<Option<[f32; 3]>> {
     let pairs: Vec<&Pair> = pairs.collect();
     let bare = |pair: &Pair, i: usize| around(i).all(|j| alpha(&pair.ours, j) == 0.0);
     let pixel = |i: usize| {
-        let shown: Vec<[f32; 3]> = pairs.iter().filter(|pair| bare(pair, i)).map(|pair| seen(pair.theirs[i])).collect();
+        let shown: Vec<[f32; 3]> = pairs
+            .iter()
+            .filter(|pair| bare(pair, i))
+            .map(|pair| seen(pair.theirs[i]))
+            .collect();
         let median = |c: usize| {
             let mut list: Vec<f32> = shown.iter().map(|p| p[c]).collect();
             list.sort_by(f32::total_cmp);
@@ -112,7 +140,8 @@ fn around(i: usize) -> impl Iterator<Item = usize> {
     let (x, y) = ((i % SIZE) as isize, (i / SIZE) as isize);
     let inside = |v: isize| (0..SIZE as isize).contains(&v);
     let all = (-1..=1).flat_map(move |dy| (-1..=1).map(move |dx| (x + dx, y + dy)));
-    all.filter(move |&(x, y)| inside(x) && inside(y)).map(|(x, y)| y as usize * SIZE + x as usize)
+    all.filter(move |&(x, y)| inside(x) && inside(y))
+        .map(|(x, y)| y as usize * SIZE + x as usize)
 }
 
 /// How far two pictures agree; none where there is nothing to tell by.
@@ -120,7 +149,8 @@ fn around(i: usize) -> impl Iterator<Item = usize> {
 struct Agreement {
     /// Share of the pixels without the model where the sample shows the studio.
     bare: f64,
-    /// Share of the pixels with the model where it does not; what is as grey as the wall behind it looks alike.
+    /// Share of the pixels with the model where it does not; what is as grey as the wall behind it
+    /// looks alike.
     shown: f64,
     pattern: Option<f64>,
     tint: Option<f64>,
@@ -128,22 +158,42 @@ struct Agreement {
 
 fn agreement(pair: &Pair, ours: &Picture, studio: &[Option<[f32; 3]>]) -> Agreement {
     let theirs = &pair.theirs;
-    let differs = |i: usize, back: [f32; 3]| (0..3).any(|c| (seen(theirs[i])[c] - back[c]).abs() > 0.08);
+    let differs =
+        |i: usize, back: [f32; 3]| (0..3).any(|c| (seen(theirs[i])[c] - back[c]).abs() > 0.08);
     // Edges are told otherwise by every program.
     let share = |ours_shows: &dyn Fn(usize) -> bool, wanted: bool| {
         let places = (0..SIZE * SIZE).filter(|&i| around(i).all(ours_shows));
-        let told: Vec<bool> = places.filter_map(|i| Some(differs(i, studio[i]?) == wanted)).collect();
-        if told.is_empty() { 1.0 } else { told.iter().filter(|told| **told).count() as f64 / told.len() as f64 }
+        let told: Vec<bool> = places
+            .filter_map(|i| Some(differs(i, studio[i]?) == wanted))
+            .collect();
+        if told.is_empty() {
+            1.0
+        } else {
+            told.iter().filter(|told| **told).count() as f64 / told.len() as f64
+        }
     };
-    // The assets' images lost the colours of what is not opaque in them; materials that take it for opaque show it black.
+    // The assets' images lost the colours of what is not opaque in them; materials that take it for
+    // opaque show it black.
     let lost = |i: usize| ours.rgb[i].iter().all(|x| *x < 0.01);
     let inside = (0..SIZE * SIZE).filter(|&i| around(i).all(|j| alpha(ours, j) > 0.99 && !lost(j)));
-    let inside: Vec<usize> = if reflects(&pair.name) { Vec::new() } else { inside.collect() };
+    let inside: Vec<usize> = if reflects(&pair.name) {
+        Vec::new()
+    } else {
+        inside.collect()
+    };
     let enough = inside.len() > 100;
     Agreement {
         bare: share(&|j| alpha(ours, j) == 0.0, false),
-        shown: if veils(&pair.name) { 1.0 } else { share(&|j| alpha(ours, j) > 0.99, true) },
-        pattern: if enough { correlation(&inside, &ours.rgb, theirs) } else { None },
+        shown: if veils(&pair.name) {
+            1.0
+        } else {
+            share(&|j| alpha(ours, j) > 0.99, true)
+        },
+        pattern: if enough {
+            correlation(&inside, &ours.rgb, theirs)
+        } else {
+            None
+        },
         tint: enough.then(|| tint(&inside, &ours.rgb, theirs)),
     }
 }
@@ -155,19 +205,31 @@ fn veils(name: &str) -> bool {
 
 /// Whether what is seen on a model is the studio: metals, and veils.
 fn reflects(name: &str) -> bool {
-    veils(name) || ["04", "06"].iter().any(|n| *name == format!("Material_MetallicRoughness_{n}"))
+    veils(name)
+        || ["04", "06"]
+            .iter()
+            .any(|n| *name == format!("Material_MetallicRoughness_{n}"))
 }
 
 /// Of the channels of both pictures over some pixels; none where ours has next to no pattern.
 fn correlation(places: &[usize], ours: &[[f32; 3]], theirs: &[[f32; 3]]) -> Option<f64> {
     let (mut ab, mut aa, mut bb) = (0.0, 0.0, 0.0);
     for c in 0..3 {
-        let values = |list: &[[f32; 3]]| places.iter().map(|&i| f64::from(seen(list[i])[c])).collect::<Vec<_>>();
+        let values = |list: &[[f32; 3]]| {
+            places
+                .iter()
+                .map(|&i| f64::from(seen(list[i])[c]))
+                .collect::<Vec<_>>()
+        };
         let (a, b) = (values(ours), values(theirs));
         let mean = |list: &[f64]| list.iter().sum::<f64>() / list.len() as f64;
         let (ma, mb) = (mean(&a), mean(&b));
         for (x, y) in a.iter().zip(&b) {
-            (ab, aa, bb) = (ab + (x - ma) * (y - mb), aa + (x - ma).powi(2), bb + (y - mb).powi(2));
+            (ab, aa, bb) = (
+                ab + (x - ma) * (y - mb),
+                aa + (x - ma).powi(2),
+                bb + (y - mb).powi(2),
+            );
         }
     }
     let spread = (aa / (3 * places.len()) as f64).sqrt();
@@ -177,7 +239,9 @@ fn correlation(places: &[usize], ours: &[[f32; 3]], theirs: &[[f32; 3]]) -> Opti
 /// Distance of the mean chromaticities, in shares of red, green and blue.
 fn tint(places: &[usize], ours: &[[f32; 3]], theirs: &[[f32; 3]]) -> f64 {
     let shares = |list: &[[f32; 3]]| {
-        let sum = places.iter().fold([0.0; 3], |sum, &i| core::array::from_fn(|c| sum[c] + f64::from(list[i][c])));
+        let sum = places.iter().fold([0.0; 3], |sum, &i| {
+            core::array::from_fn(|c| sum[c] + f64::from(list[i][c]))
+        });
         let whole: f64 = sum.iter().sum();
         sum.map(|x| x / whole.max(1e-12))
     };
@@ -188,19 +252,31 @@ fn tint(places: &[usize], ours: &[[f32; 3]], theirs: &[[f32; 3]]) -> f64 {
 fn mirrored(picture: &Picture) -> Picture {
     let flip = |i: usize| i / SIZE * SIZE + (SIZE - 1 - i % SIZE);
     let rgb = (0..SIZE * SIZE).map(|i| picture.rgb[flip(i)]).collect();
-    let alpha = picture.alpha.as_ref().map(|alpha| (0..SIZE * SIZE).map(|i| alpha[flip(i)]).collect());
-    Picture { rgb, alpha, ..picture.clone() }
+    let alpha = picture
+        .alpha
+        .as_ref()
+        .map(|alpha| (0..SIZE * SIZE).map(|i| alpha[flip(i)]).collect());
+    Picture {
+        rgb,
+        alpha,
+        ..picture.clone()
+    }
 }
 
-/// Protects: each model of the asset generator shows what its sample shows, as far as that is comparable; and the measure would
-/// tell if it did not: the mirrored picture of what has a pattern fails it.
+/// Protects: each model of the asset generator shows what its sample shows, as far as that is
+/// comparable; and the measure would tell if it did not: the mirrored picture of what has a pattern
+/// fails it.
 #[test]
 fn generated_models_look_like_their_samples() {
-    let Some(folder) = shared("assets/gltf/AssetGenerator") else { return };
+    let Some(folder) = shared("assets/gltf/AssetGenerator") else {
+        return;
+    };
     let pairs = pairs(&folder);
     let mut studios = BTreeMap::new();
     for pair in &pairs {
-        studios.entry(&pair.camera).or_insert_with(|| studio(pairs.iter().filter(|other| other.camera == pair.camera)));
+        studios
+            .entry(&pair.camera)
+            .or_insert_with(|| studio(pairs.iter().filter(|other| other.camera == pair.camera)));
     }
     let (mut wrong, mut told) = (Vec::new(), 0);
     for pair in &pairs {
@@ -224,11 +300,20 @@ fn generated_models_look_like_their_samples() {
     }
     assert!(wrong.is_empty(), "{wrong:?}");
     let patterned = pairs.len();
-    assert!(told > 20, "the measure tells {told} of {patterned} from their mirror images");
+    assert!(
+        told > 20,
+        "the measure tells {told} of {patterned} from their mirror images"
+    );
 }
 
 fn fits(agreement: &Agreement) -> bool {
-    let Agreement { bare, shown, pattern, tint } = *agreement;
-    // The samples have palettes of 256 colours and less: some of the studio's are off, and so are tints.
+    let Agreement {
+        bare,
+        shown,
+        pattern,
+        tint,
+    } = *agreement;
+    // The samples have palettes of 256 colours and less: some of the studio's are off, and so are
+    // tints.
     bare > 0.92 && shown > 0.75 && pattern.is_none_or(|x| x > 0.8) && tint.is_none_or(|x| x < 0.12)
 }

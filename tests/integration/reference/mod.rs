@@ -18,18 +18,33 @@ use raywright::io::{Input, Limits, LoadOptions, Overrides, load};
 
 /// A picture of the reference.
 pub fn read(path: &Path) -> Picture {
-    read_picture(path, &Limits::default()).unwrap_or_else(|e| panic!("{e}")).picture
+    read_picture(path, &Limits::default())
+        .unwrap_or_else(|e| panic!("{e}"))
+        .picture
 }
 
 /// A preset at a time with parameters.
 pub fn scene(preset: &str, at: f64, set: &[(&str, f64)]) -> Scene {
-    let overrides = Overrides { at: Some(at), set: set.iter().map(|(n, v)| ((*n).to_owned(), *v)).collect() };
-    let options = LoadOptions { overrides, ..LoadOptions::default() };
-    load(&Input::Preset(preset.to_owned()), &options).unwrap_or_else(|e| panic!("{e}")).scene
+    let overrides = Overrides {
+        at: Some(at),
+        set: set.iter().map(|(n, v)| ((*n).to_owned(), *v)).collect(),
+    };
+    let options = LoadOptions {
+        overrides,
+        ..LoadOptions::default()
+    };
+    load(&Input::Preset(preset.to_owned()), &options)
+        .unwrap_or_else(|e| panic!("{e}"))
+        .scene
 }
 
 /// Renders a preset at a time with parameters, through the library.
-pub fn render(preset: &str, at: f64, set: &[(&str, f64)], adjust: impl Fn(&mut Settings)) -> Rendered {
+pub fn render(
+    preset: &str,
+    at: f64,
+    set: &[(&str, f64)],
+    adjust: impl Fn(&mut Settings),
+) -> Rendered {
     render_scene(&scene(preset, at, set), adjust)
 }
 
@@ -37,12 +52,18 @@ pub fn render(preset: &str, at: f64, set: &[(&str, f64)], adjust: impl Fn(&mut S
 pub fn render_scene(scene: &Scene, adjust: impl Fn(&mut Settings)) -> Rendered {
     let mut settings = Settings::of(scene);
     adjust(&mut settings);
-    prepare(scene, &settings, &()).unwrap_or_else(|e| panic!("{e}")).render(&())
+    prepare(scene, &settings, &())
+        .unwrap_or_else(|e| panic!("{e}"))
+        .render(&())
 }
 
 /// The display transform that most references use.
-pub const ACES_22: Display =
-    Display { tone_map: ToneMap::Aces, curve: TransferCurve::Gamma22, exposure_stops: 0.0, ..Display::PLAIN };
+pub const ACES_22: Display = Display {
+    tone_map: ToneMap::Aces,
+    curve: TransferCurve::Gamma22,
+    exposure_stops: 0.0,
+    ..Display::PLAIN
+};
 
 /// Share of the pixels chosen by `mask` in which some channel differs by more than `threshold`.
 pub fn share_beyond(a: &Picture, b: &Picture, threshold: f32, mask: impl Fn(usize) -> bool) -> f64 {
@@ -58,7 +79,11 @@ pub fn share_beyond(a: &Picture, b: &Picture, threshold: f32, mask: impl Fn(usiz
 
 /// Which pixels of a reference rounding cannot change: white in its `stable.png`.
 pub fn stable_mask(folder: &Path) -> Vec<bool> {
-    read(&folder.join("stable.png")).rgb.iter().map(|pixel| pixel[0] > 0.5).collect()
+    read(&folder.join("stable.png"))
+        .rgb
+        .iter()
+        .map(|pixel| pixel[0] > 0.5)
+        .collect()
 }
 
 /// At most this share of the stable pixels is off by more than 1/255; prints the share.
@@ -66,36 +91,67 @@ pub fn stable_mask(folder: &Path) -> Vec<bool> {
 pub fn hold_stable(what: &str, ours: &Picture, theirs: &Picture, stable: &[bool], allowed: f64) {
     let share = share_beyond(ours, theirs, 1.0 / 255.0, |i| stable[i]);
     let all = share_beyond(ours, theirs, 1.0 / 255.0, |_| true);
-    eprintln!("{what}: {:.4} % of stable pixels off by > 1/255, {:.4} % of all", share * 100.0, all * 100.0);
+    eprintln!(
+        "{what}: {:.4} % of stable pixels off by > 1/255, {:.4} % of all",
+        share * 100.0,
+        all * 100.0
+    );
     if share > allowed {
         let kept = keep(what, ours, theirs);
-        panic!("{what}: {:.4} % of the stable pixels are off by more than 1/255; see {}", share * 100.0, kept.display());
+        panic!(
+            "{what}: {:.4} % of the stable pixels are off by more than 1/255; see {}",
+            share * 100.0,
+            kept.display()
+        );
     }
 }
 
 /// Keeps what a failed comparison compared, and the difference 50 times enlarged.
 pub fn keep(what: &str, ours: &Picture, theirs: &Picture) -> PathBuf {
-    let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join("reference").join(what.replace([' ', '/'], "-"));
+    let folder = Path::new(env!("CARGO_TARGET_TMPDIR"))
+        .join("reference")
+        .join(what.replace([' ', '/'], "-"));
     std::fs::create_dir_all(&folder).expect("a folder for the pictures");
     let mut difference = ours.clone();
     for (pixel, other) in difference.rgb.iter_mut().zip(&theirs.rgb) {
         *pixel = std::array::from_fn(|k| 50.0 * (pixel[k] - other[k]).abs());
     }
-    for (name, picture) in [("ours", ours), ("theirs", theirs), ("difference", &difference)] {
-        let plain = Picture { layers: Vec::new(), ..picture.clone() };
-        write_png(&folder.join(format!("{name}.png")), &plain, Display::PLAIN, &Metadata::default()).expect("a picture");
+    for (name, picture) in [
+        ("ours", ours),
+        ("theirs", theirs),
+        ("difference", &difference),
+    ] {
+        let plain = Picture {
+            layers: Vec::new(),
+            ..picture.clone()
+        };
+        write_png(
+            &folder.join(format!("{name}.png")),
+            &plain,
+            Display::PLAIN,
+            &Metadata::default(),
+        )
+        .expect("a picture");
     }
     folder
 }
 
 /// The samples of a layer.
 pub fn object_ids(picture: &Picture, layer: &str) -> Vec<f32> {
-    picture.layer(layer).unwrap_or_else(|| panic!("no layer {layer}")).samples.clone()
+    picture
+        .layer(layer)
+        .unwrap_or_else(|| panic!("no layer {layer}"))
+        .samples
+        .clone()
 }
 
 /// The terms of a classic material of the preset.
 pub fn classic<'a>(scene: &'a mut Scene, name: &str) -> &'a mut Classic {
-    let material = scene.materials.iter_mut().find(|m| m.name == name).expect("the preset has the material");
+    let material = scene
+        .materials
+        .iter_mut()
+        .find(|m| m.name == name)
+        .expect("the preset has the material");
     match &mut material.model {
         Model::Classic(m) => m,
         Model::Physical(_) => panic!("{name} is classic"),

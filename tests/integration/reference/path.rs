@@ -1,4 +1,5 @@
-//! Paths against converged pictures of the path-traced box and of the rows of refracting balls, whose materials are mixtures.
+//! Paths against converged pictures of the path-traced box and of the rows of refracting balls,
+//! whose materials are mixtures.
 
 use std::path::Path;
 
@@ -10,7 +11,8 @@ use serde_json::{Value, json};
 use super::{keep, read, render_scene};
 use crate::support::shared;
 
-/// The scene of a folder, as facts: the documented one with every constant, and rays that start as its do.
+/// The scene of a folder, as facts: the documented one with every constant, and rays that start as
+/// its do.
 fn scene(folder: &Path, published: bool) -> Scene {
     let text = std::fs::read_to_string(folder.join("scene.json")).expect("a scene");
     let data: Value = serde_json::from_str(&text).expect("JSON");
@@ -30,7 +32,11 @@ fn scene(folder: &Path, published: bool) -> Scene {
             mixture["published_roulette"] = published.into();
         }
         let stripes = json!({ "expression": "floor(2*fract(p.x))" });
-        let colour = if m["albedo_pattern"].is_null() { m["albedo"].clone() } else { stripes["expression"].clone() };
+        let colour = if m["albedo_pattern"].is_null() {
+            m["albedo"].clone()
+        } else {
+            stripes["expression"].clone()
+        };
         let mut terms = json!({ "colour": colour, "mixture": mixture });
         if m["emissive"] != json!([0, 0, 0]) {
             terms["emission"] = m["emissive"].clone();
@@ -62,13 +68,16 @@ fn scene(folder: &Path, published: bool) -> Scene {
     .expect("a scene")
 }
 
-/// Means over blocks of 8×8 pixels, the last ones as many as there are, and the standard errors of these means.
+/// Means over blocks of 8×8 pixels, the last ones as many as there are, and the standard errors of
+/// these means.
 fn blocks(samples: impl Fn(usize) -> (f64, f64), [width, height]: [usize; 2]) -> Vec<(f64, f64)> {
     let mut found = Vec::new();
     for y in (0..height).step_by(8) {
         for x in (0..width).step_by(8) {
             let (mut sum, mut variance, mut n) = (0.0, 0.0, 0.0);
-            for pixel in (y..(y + 8).min(height)).flat_map(|y| (x..(x + 8).min(width)).map(move |x| y * width + x)) {
+            for pixel in (y..(y + 8).min(height))
+                .flat_map(|y| (x..(x + 8).min(width)).map(move |x| y * width + x))
+            {
                 let (value, error) = samples(pixel);
                 (sum, variance, n) = (sum + value, variance + error * error, n + 1.0);
             }
@@ -78,10 +87,13 @@ fn blocks(samples: impl Fn(usize) -> (f64, f64), [width, height]: [usize; 2]) ->
     found
 }
 
-/// Holds a picture against one of a folder: 99 % of the blocks within four standard errors of both together, and the mean within 0.5 %.
+/// Holds a picture against one of a folder: 99 % of the blocks within four standard errors of both
+/// together, and the mean within 0.5 %.
 #[track_caller]
 fn hold(folder: &str, file: &str, errors: &str, published: bool) {
-    let Some(all) = shared("reference/path") else { return };
+    let Some(all) = shared("reference/path") else {
+        return;
+    };
     let path = all.join(folder);
     let ours = render_scene(&scene(&path, published), |s| {
         s.sampling = Sampling::General(64);
@@ -90,7 +102,8 @@ fn hold(folder: &str, file: &str, errors: &str, published: bool) {
     .picture;
     let (theirs, known) = (read(&path.join(file)), read(&path.join(errors)));
     let size = [ours.width as usize, ours.height as usize];
-    let layers = ["stderr.R", "stderr.G", "stderr.B"].map(|name| ours.layer(name).expect("errors").samples.clone());
+    let layers = ["stderr.R", "stderr.G", "stderr.B"]
+        .map(|name| ours.layer(name).expect("errors").samples.clone());
     let (mut off, mut count) = (0, 0);
     let mut means = [[0.0; 2]; 3];
     for k in 0..3 {
@@ -101,33 +114,51 @@ fn hold(folder: &str, file: &str, errors: &str, published: bool) {
             off += usize::from((a - b).abs() > 4.0 * (sa * sa + sb * sb).sqrt());
             count += 1;
         }
-        means[k] = [&own, &other].map(|list| list.iter().map(|(mean, _)| mean).sum::<f64>() / list.len() as f64);
+        means[k] = [&own, &other]
+            .map(|list| list.iter().map(|(mean, _)| mean).sum::<f64>() / list.len() as f64);
     }
     let ratios = means.map(|[a, b]| a / b);
-    eprintln!("{folder}/{file}: {off} of {count} blocks beyond four standard errors, means in ratio {ratios:.4?}");
+    eprintln!(
+        "{folder}/{file}: {off} of {count} blocks beyond four standard errors, means in ratio {ratios:.4?}"
+    );
     let sound = off * 100 <= count && ratios.iter().all(|ratio| (ratio - 1.0).abs() <= 0.005);
     if !sound {
         let kept = keep(&format!("path {folder} {file}"), &ours, &theirs);
-        panic!("{folder}/{file}: {off} of {count} blocks are off, means in ratio {ratios:.4?}; see {}", kept.display());
+        panic!(
+            "{folder}/{file}: {off} of {count} blocks are off, means in ratio {ratios:.4?}; see {}",
+            kept.display()
+        );
     }
 }
 
-/// Protects: a box of matte walls with glossy balls: light sampling of matte shares, rays without density kept out of it, the depth.
+/// Protects: a box of matte walls with glossy balls: light sampling of matte shares, rays without
+/// density kept out of it, the depth.
 #[test]
 fn the_glossy_box() {
     hold("part2_glossy", "linear.exr", "stderr.exr", false);
 }
 
-/// Protects: Fresnel's share of chances, refraction and absorption, as a mixture and with the published roulette.
+/// Protects: Fresnel's share of chances, refraction and absorption, as a mixture and with the
+/// published roulette.
 #[test]
 fn absorption() {
-    hold("part3_absorption", "linear_mixture.exr", "stderr_mixture.exr", false);
+    hold(
+        "part3_absorption",
+        "linear_mixture.exr",
+        "stderr_mixture.exr",
+        false,
+    );
     hold("part3_absorption", "linear.exr", "stderr.exr", true);
 }
 
 /// Protects: rough mirrored and refracted rays, as a mixture and with the published roulette.
 #[test]
 fn rough_refraction() {
-    hold("part3_rough_refraction", "linear_mixture.exr", "stderr_mixture.exr", false);
+    hold(
+        "part3_rough_refraction",
+        "linear_mixture.exr",
+        "stderr_mixture.exr",
+        false,
+    );
     hold("part3_rough_refraction", "linear.exr", "stderr.exr", true);
 }

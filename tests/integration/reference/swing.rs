@@ -1,4 +1,5 @@
-//! The swinging sphere, and the hyperboloid with its ellipsoid, against closed forms and the programs that drew them first.
+//! The swinging sphere, and the hyperboloid with its ellipsoid, against closed forms and the
+//! programs that drew them first.
 
 use raywright::core::picture::Picture;
 use raywright::core::settings::{Aov, PrecisionChoice};
@@ -12,35 +13,56 @@ fn interior(ids: &[f32], width: u32, height: u32) -> Vec<bool> {
     let same = |i: usize| {
         let (x, y) = (i % w, i / w);
         let rows = y.saturating_sub(1)..=(y + 1).min(h - 1);
-        rows.flat_map(|y| (x.saturating_sub(1)..=(x + 1).min(w - 1)).map(move |x| y * w + x)).all(|k| ids[k] == ids[i])
+        rows.flat_map(|y| (x.saturating_sub(1)..=(x + 1).min(w - 1)).map(move |x| y * w + x))
+            .all(|k| ids[k] == ids[i])
     };
     (0..ids.len()).map(same).collect()
 }
 
-/// Interiors agree in colour and every pixel shows an object that the reference shows there or right beside it.
+/// Interiors agree in colour and every pixel shows an object that the reference shows there or
+/// right beside it.
 fn check(what: &str, ours: &Picture, theirs: &Picture, ids: &[f32]) {
     let inside = interior(ids, ours.width, ours.height);
     let mut worst = 0.0_f32;
     for i in (0..inside.len()).filter(|&i| inside[i]) {
-        worst =
-            (0..3).map(|k| (ours.rgb[i][k] - theirs.rgb[i][k]).abs()).fold(worst, |a, b| if b > a || b.is_nan() { b } else { a });
+        worst = (0..3)
+            .map(|k| (ours.rgb[i][k] - theirs.rgb[i][k]).abs())
+            .fold(worst, |a, b| if b > a || b.is_nan() { b } else { a });
     }
     let seen = object_ids(ours, "object.id");
-    let wrong = (0..seen.len()).filter(|&i| seen[i] != ids[i]).collect::<Vec<_>>();
-    eprintln!("{what}: interiors within {worst:.1e}, {} of {} pixels show another object", wrong.len(), seen.len());
-    assert!(worst <= 1e-3, "{what}: a pixel inside an object is off by {worst}");
+    let wrong = (0..seen.len())
+        .filter(|&i| seen[i] != ids[i])
+        .collect::<Vec<_>>();
+    eprintln!(
+        "{what}: interiors within {worst:.1e}, {} of {} pixels show another object",
+        wrong.len(),
+        seen.len()
+    );
+    assert!(
+        worst <= 1e-3,
+        "{what}: a pixel inside an object is off by {worst}"
+    );
     let far = wrong.iter().filter(|&&i| inside[i]).count();
-    assert_eq!(far, 0, "{what}: pixels show another object and are more than one pixel from a silhouette");
+    assert_eq!(
+        far, 0,
+        "{what}: pixels show another object and are more than one pixel from a silhouette"
+    );
 }
 
 /// Object of each pixel by the reference's distance: −1 is a miss, and there is one object.
 fn hits(aov: &Picture) -> Vec<f32> {
-    object_ids(aov, "t").into_iter().map(|t| if t < 0.0 { -1.0 } else { 0.0 }).collect()
+    object_ids(aov, "t")
+        .into_iter()
+        .map(|t| if t < 0.0 { -1.0 } else { 0.0 })
+        .collect()
 }
 
-/// Protects: a centre by expressions of the time, a field of view by focal length, and one parameter that switches light.
+/// Protects: a centre by expressions of the time, a field of view by focal length, and one
+/// parameter that switches light.
 fn pendulum(precision: PrecisionChoice) {
-    let Some(folder) = shared("reference/swing").filter(|_| carried("pendulum")) else { return };
+    let Some(folder) = shared("reference/swing").filter(|_| carried("pendulum")) else {
+        return;
+    };
     for (name, t) in [("t0p6_256x256", 0.6), ("t4p0_256x256", 4.0)] {
         let folder = folder.join(name);
         let ids = hits(&read(&folder.join("aov.exr")));
@@ -49,21 +71,34 @@ fn pendulum(precision: PrecisionChoice) {
                 s.precision = precision;
                 s.aovs = vec![Aov::Object];
             });
-            check(&format!("pendulum {name} {file}"), &ours.picture, &read(&folder.join(file)), &ids);
+            check(
+                &format!("pendulum {name} {file}"),
+                &ours.picture,
+                &read(&folder.join(file)),
+                &ids,
+            );
         }
     }
 }
 
 /// Protects: roots, clipping and normals of the hyperboloid and the ellipsoid, on both sides.
 fn quadrics(precision: PrecisionChoice) {
-    let Some(folder) = shared("reference/swing/quadrics_256x240").filter(|_| carried("quadrics")) else { return };
+    let Some(folder) = shared("reference/swing/quadrics_256x240").filter(|_| carried("quadrics"))
+    else {
+        return;
+    };
     let ids = object_ids(&read(&folder.join("aov.exr")), "object");
     let ours = render("quadrics", 0.0, &[], |s| {
         s.precision = precision;
         s.aovs = vec![Aov::Object];
     });
     for file in ["color_analytic.exr", "color_marched.exr"] {
-        check(&format!("quadrics {file}"), &ours.picture, &read(&folder.join(file)), &ids);
+        check(
+            &format!("quadrics {file}"),
+            &ours.picture,
+            &read(&folder.join(file)),
+            &ids,
+        );
     }
 }
 

@@ -1,5 +1,7 @@
-//! A picture depends on what a scene is and not on how it is said: on its unit, its place, its axes, the order of its objects and triangles, what is
-//! divided and what is shared. `cargo bench --bench symmetry` tries as many scenes as there is time for; here is a share of them.
+//! A picture depends on what a scene is and not on how it is said: on its unit, its place, its
+//! axes, the order of its objects and triangles, what is divided and what is shared.
+//! `cargo bench --bench symmetry` tries as many scenes as there is time for; here is a share of
+//! them.
 
 mod retold;
 mod scales;
@@ -14,29 +16,55 @@ use twins::{Symmetry, of_scene, of_world};
 
 const PRECISIONS: [PrecisionChoice; 2] = [PrecisionChoice::Robust, PrecisionChoice::Reference];
 
-/// Protects: random scenes of every shape, material and light, from a millionth to a thousand million metres, are the same picture however they are said: to the bit
-/// where the arithmetic is exact, and but for a fiftieth of the pixels where axes are exchanged.
+/// Protects: random scenes of every shape, material and light, from a millionth to a thousand
+/// million metres, are the same picture however they are said: to the bit where the arithmetic is
+/// exact, and but for a fiftieth of the pixels where axes are exchanged.
 #[test]
 fn random_scenes_are_symmetric() {
     let seeds = 0..6;
-    let all = Symmetry::ALL.into_iter().flat_map(|symmetry| PRECISIONS.map(|precision| (symmetry, precision)));
+    let all = Symmetry::ALL
+        .into_iter()
+        .flat_map(|symmetry| PRECISIONS.map(|precision| (symmetry, precision)));
     let failures: Vec<_> = all
-        .flat_map(|(symmetry, precision)| seeds.clone().map(move |seed| of_world(symmetry, seed, precision)))
+        .flat_map(|(symmetry, precision)| {
+            seeds
+                .clone()
+                .map(move |seed| of_world(symmetry, seed, precision))
+        })
         .filter(|apart| !apart.holds)
         .map(|apart| format!("{apart}\n"))
         .collect();
-    assert!(failures.is_empty(), "{} twins are apart:\n{}", failures.len(), failures.concat());
+    assert!(
+        failures.is_empty(),
+        "{} twins are apart:\n{}",
+        failures.len(),
+        failures.concat()
+    );
 }
 
-/// Protects: presets and models keep their bits when objects and triangles are dealt anew, meshes divided and copied.
+/// Protects: presets and models keep their bits when objects and triangles are dealt anew, meshes
+/// divided and copied.
 #[test]
 fn presets_and_models_are_symmetric() {
-    let carried = presets::list().into_iter().map(|preset| (preset.name.to_owned(), Input::Preset(preset.name.to_owned())));
-    let files = ["gltf/crafted/cornell/cornell.gltf", "gltf/crafted/nested_transforms.glb", "obj/crafted/glass_and_mirror.obj"];
+    let carried = presets::list().into_iter().map(|preset| {
+        (
+            preset.name.to_owned(),
+            Input::Preset(preset.name.to_owned()),
+        )
+    });
+    let files = [
+        "gltf/crafted/cornell/cornell.gltf",
+        "gltf/crafted/nested_transforms.glb",
+        "obj/crafted/glass_and_mirror.obj",
+    ];
     let folder = shared("assets");
-    let models = folder.iter().flat_map(|folder| files.map(|file| (file.to_owned(), Input::Path(folder.join(file)))));
+    let models = folder
+        .iter()
+        .flat_map(|folder| files.map(|file| (file.to_owned(), Input::Path(folder.join(file)))));
     for (name, input) in carried.chain(models) {
-        let scene = load(&input, &LoadOptions::default()).unwrap_or_else(|e| panic!("{name}: {e}")).scene;
+        let scene = load(&input, &LoadOptions::default())
+            .unwrap_or_else(|e| panic!("{name}: {e}"))
+            .scene;
         for symmetry in Symmetry::OF_ANY {
             let apart = of_scene(&name, &scene, symmetry, 1, PrecisionChoice::Robust);
             assert!(apart.holds, "{apart}");

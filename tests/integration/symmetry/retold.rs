@@ -1,4 +1,5 @@
-//! A scene in other words: its objects and triangles in another order, its meshes divided, or each object with a mesh of its own.
+//! A scene in other words: its objects and triangles in another order, its meshes divided, or each
+//! object with a mesh of its own.
 
 use std::sync::Arc;
 
@@ -7,7 +8,8 @@ use raywright::core::scene::{Mesh, MeshData, MeshSource, Model, Object, Scene, S
 
 use super::twins::Symmetry;
 
-/// The same scene said differently, where the symmetry is one of those that say any scene differently.
+/// The same scene said differently, where the symmetry is one of those that say any scene
+/// differently.
 pub fn retold(symmetry: Symmetry, mut scene: Scene, seed: u64) -> Scene {
     let random = &mut Random::new(seed, 3);
     match symmetry {
@@ -28,27 +30,38 @@ fn shuffle<T>(list: &mut [T], random: &mut Random) {
 
 /// Whether an object's material has one of these properties.
 fn is_of(scene: &Scene, object: &Object, property: impl Fn(&Model) -> bool) -> bool {
-    scene.materials.iter().any(|material| material.name == object.material && property(&material.model))
+    scene
+        .materials
+        .iter()
+        .any(|material| material.name == object.material && property(&material.model))
 }
 
 fn shines(scene: &Scene, object: &Object) -> bool {
-    scene.materials.iter().any(|material| material.name == object.material && material.emits())
+    scene
+        .materials
+        .iter()
+        .any(|material| material.name == object.material && material.emits())
 }
 
 /// Whether rays go into a body and out of it: one that is divided is none.
 fn is_body(model: &Model) -> bool {
     match model {
         Model::Classic(classic) => classic.transmission.is_some() || classic.mixture.is_some(),
-        Model::Physical(physical) => (physical.may_transmit() || physical.may_diffuse_through()) && !physical.thin_walled,
+        Model::Physical(physical) => {
+            (physical.may_transmit() || physical.may_diffuse_through()) && !physical.thin_walled
+        }
     }
 }
 
-/// The places of what does not shine are dealt anew, but where the scene says that the order decides about shadows.
+/// The places of what does not shine are dealt anew, but where the scene says that the order
+/// decides about shadows.
 fn reorder(scene: &mut Scene, random: &mut Random) {
     if scene.classic.shadow == ShadowRule::FirstInOrder {
         return;
     }
-    let places: Vec<usize> = (0..scene.objects.len()).filter(|&i| !shines(scene, &scene.objects[i])).collect();
+    let places: Vec<usize> = (0..scene.objects.len())
+        .filter(|&i| !shines(scene, &scene.objects[i]))
+        .collect();
     let mut dealt: Vec<Object> = places.iter().map(|&i| scene.objects[i].clone()).collect();
     shuffle(&mut dealt, random);
     for (place, object) in places.into_iter().zip(dealt) {
@@ -58,8 +71,12 @@ fn reorder(scene: &mut Scene, random: &mut Random) {
 
 /// The triangles of each mesh that no lamp has the shape of.
 fn each_mesh(scene: &mut Scene, mut change: impl FnMut(&mut Vec<[u32; 3]>)) {
-    let of_lamps: Vec<Shape> =
-        scene.objects.iter().filter(|object| shines(scene, object)).map(|object| object.shape.clone()).collect();
+    let of_lamps: Vec<Shape> = scene
+        .objects
+        .iter()
+        .filter(|object| shines(scene, object))
+        .map(|object| object.shape.clone())
+        .collect();
     for mesh in &mut scene.meshes {
         if let MeshSource::Inline(data) = &mut mesh.source
             && !of_lamps.contains(&Shape::Mesh(mesh.name.clone()))
@@ -78,7 +95,12 @@ fn split(scene: &mut Scene) {
             Shape::Mesh(name) if !is_whole => scene.meshes.iter().find(|mesh| mesh.name == *name),
             _ => None,
         };
-        let Some(Mesh { name, source: MeshSource::Inline(data), .. }) = mesh.cloned() else {
+        let Some(Mesh {
+            name,
+            source: MeshSource::Inline(data),
+            ..
+        }) = mesh.cloned()
+        else {
             objects.push(object);
             continue;
         };
@@ -86,10 +108,20 @@ fn split(scene: &mut Scene) {
             let part = format!("{name} half {half}");
             if scene.meshes.iter().all(|mesh| mesh.name != part) {
                 let indices = data.indices.iter().copied().skip(half).step_by(2).collect();
-                let source = MeshSource::Inline(Arc::new(MeshData { indices, ..(*data).clone() }));
-                scene.meshes.push(Mesh { name: part.clone(), source, model: None });
+                let source = MeshSource::Inline(Arc::new(MeshData {
+                    indices,
+                    ..(*data).clone()
+                }));
+                scene.meshes.push(Mesh {
+                    name: part.clone(),
+                    source,
+                    model: None,
+                });
             }
-            objects.push(Object { shape: Shape::Mesh(part), ..object.clone() });
+            objects.push(Object {
+                shape: Shape::Mesh(part),
+                ..object.clone()
+            });
         }
     }
     scene.objects = objects;
@@ -99,10 +131,17 @@ fn split(scene: &mut Scene) {
 fn copy(scene: &mut Scene) {
     let mut copies = Vec::new();
     for (index, object) in scene.objects.iter_mut().enumerate() {
-        let Shape::Mesh(name) = &mut object.shape else { continue };
-        let Some(mesh) = scene.meshes.iter().find(|mesh| mesh.name == *name) else { continue };
+        let Shape::Mesh(name) = &mut object.shape else {
+            continue;
+        };
+        let Some(mesh) = scene.meshes.iter().find(|mesh| mesh.name == *name) else {
+            continue;
+        };
         *name = format!("{name} of {index}");
-        copies.push(Mesh { name: name.clone(), ..mesh.clone() });
+        copies.push(Mesh {
+            name: name.clone(),
+            ..mesh.clone()
+        });
     }
     scene.meshes.extend(copies);
 }

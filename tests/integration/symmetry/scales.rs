@@ -1,6 +1,6 @@
-//! A scene has no unit: with every length times a power of two, which floating point multiplies by exactly, the picture has
-//! the same bits. Whatever holds a length of its own (a padding, a least distance, a tolerance), or leaves the range of its
-//! numbers, shows.
+//! A scene has no unit: with every length times a power of two, which floating point multiplies by
+//! exactly, the picture has the same bits. Whatever holds a length of its own (a padding, a least
+//! distance, a tolerance), or leaves the range of its numbers, shows.
 
 use raywright::core::picture::Picture;
 use raywright::core::settings::{Aov, PrecisionChoice};
@@ -13,27 +13,49 @@ const SCENE: &str = include_str!("scales.scene.toml");
 
 /// The scene with lengths times 2ᵏ.
 fn scaled(desk: &Desk, k: i32) -> Scene {
-    let overrides = Overrides { at: None, set: vec![("s".to_owned(), 2.0_f64.powi(k))] };
-    let options = LoadOptions { overrides, ..LoadOptions::default() };
-    load(&Input::Path(desk.path("scales.scene.toml")), &options).unwrap_or_else(|e| panic!("2^{k}: {e}")).scene
+    let overrides = Overrides {
+        at: None,
+        set: vec![("s".to_owned(), 2.0_f64.powi(k))],
+    };
+    let options = LoadOptions {
+        overrides,
+        ..LoadOptions::default()
+    };
+    load(&Input::Path(desk.path("scales.scene.toml")), &options)
+        .unwrap_or_else(|e| panic!("2^{k}: {e}"))
+        .scene
 }
 
 fn picture(scene: &Scene, precision: PrecisionChoice) -> Picture {
     let aovs = vec![Aov::Normal, Aov::Object, Aov::Depth];
-    let settings = Settings { precision, aovs, ..Settings::of(scene) };
-    prepare(scene, &settings, &()).unwrap_or_else(|e| panic!("{e}")).render(&()).picture
+    let settings = Settings {
+        precision,
+        aovs,
+        ..Settings::of(scene)
+    };
+    prepare(scene, &settings, &())
+        .unwrap_or_else(|e| panic!("{e}"))
+        .render(&())
+        .picture
 }
 
-/// How many pixels differ in a bit, of colour or layers, where depths are measured in units of the scale.
+/// How many pixels differ in a bit, of colour or layers, where depths are measured in units of the
+/// scale.
 fn different(a: &Picture, b: &Picture, unit: f32) -> usize {
     let layer = |i: usize, at: usize| {
         let (x, y) = (&a.layers[i], &b.layers[i]);
         // −1 where nothing is hit.
-        let factor = if x.name == "depth.Z" && x.samples[at] > 0.0 { unit } else { 1.0 };
+        let factor = if x.name == "depth.Z" && x.samples[at] > 0.0 {
+            unit
+        } else {
+            1.0
+        };
         (x.samples[at] * factor).to_bits() == y.samples[at].to_bits()
     };
-    let same =
-        |at: usize| a.rgb[at].map(f32::to_bits) == b.rgb[at].map(f32::to_bits) && (0..a.layers.len()).all(|i| layer(i, at));
+    let same = |at: usize| {
+        a.rgb[at].map(f32::to_bits) == b.rgb[at].map(f32::to_bits)
+            && (0..a.layers.len()).all(|i| layer(i, at))
+    };
     (0..a.rgb.len()).filter(|&at| !same(at)).count()
 }
 
@@ -41,10 +63,22 @@ fn hold(precision: PrecisionChoice) {
     let desk = Desk::new();
     desk.write("scales.scene.toml", SCENE);
     let first = picture(&scaled(&desk, 0), precision);
-    assert!(first.rgb.iter().flatten().all(|x| x.is_finite()), "{precision:?}: the picture has numbers that are none");
+    assert!(
+        first.rgb.iter().flatten().all(|x| x.is_finite()),
+        "{precision:?}: the picture has numbers that are none"
+    );
     let failures: Vec<String> = [-30, -20, -10, -3, -1, 1, 2, 5, 10, 20, 30]
         .into_iter()
-        .map(|k| (k, different(&first, &picture(&scaled(&desk, k), precision), 2.0_f32.powi(k))))
+        .map(|k| {
+            (
+                k,
+                different(
+                    &first,
+                    &picture(&scaled(&desk, k), precision),
+                    2.0_f32.powi(k),
+                ),
+            )
+        })
         .filter(|(_, count)| *count > 0)
         .map(|(k, count)| format!("2^{k}: {count}"))
         .collect();
@@ -56,7 +90,8 @@ fn hold(precision: PrecisionChoice) {
     );
 }
 
-/// Protects: no length of our own, and no overflow, from a thousandth of a micrometre to a million kilometres, where f32 stores.
+/// Protects: no length of our own, and no overflow, from a thousandth of a micrometre to a million
+/// kilometres, where f32 stores.
 #[test]
 fn pictures_have_no_unit_in_single_precision() {
     hold(PrecisionChoice::Robust);

@@ -1,4 +1,5 @@
-//! Two renders that should be one: of scenes that differ in nothing that is seen, and how far their pictures are apart.
+//! Two renders that should be one: of scenes that differ in nothing that is seen, and how far their
+//! pictures are apart.
 
 use core::fmt;
 
@@ -26,9 +27,16 @@ struct Bound {
 
 impl Bound {
     /// No bit.
-    const EXACT: Self = Self { tolerance: 0.0, share: 0.0 };
-    /// What a rounding decides may be decided otherwise: the edges of shadows and of what is seen in mirrors.
-    const ROUNDED: Self = Self { tolerance: 1e-3, share: 0.02 };
+    const EXACT: Self = Self {
+        tolerance: 0.0,
+        share: 0.0,
+    };
+    /// What a rounding decides may be decided otherwise: the edges of shadows and of what is seen
+    /// in mirrors.
+    const ROUNDED: Self = Self {
+        tolerance: 1e-3,
+        share: 0.02,
+    };
 }
 
 /// A way to say a scene differently.
@@ -54,16 +62,27 @@ pub enum Symmetry {
 
 impl Symmetry {
     /// All of them.
-    pub const ALL: [Self; 8] =
-        [Self::Scaled, Self::Moved, Self::Reordered, Self::Shuffled, Self::Split, Self::Copied, Self::Mirrored, Self::Turned];
+    pub const ALL: [Self; 8] = [
+        Self::Scaled,
+        Self::Moved,
+        Self::Reordered,
+        Self::Shuffled,
+        Self::Split,
+        Self::Copied,
+        Self::Mirrored,
+        Self::Turned,
+    ];
 
     /// Those that say any scene differently, not only one that was made for it.
     pub const OF_ANY: [Self; 4] = [Self::Reordered, Self::Shuffled, Self::Split, Self::Copied];
 
-    /// How far the pictures of a scene may be apart. Under exchanged axes products are summed in another order. What is shared is met by a ray of its own space,
-    /// and what is not is moved to the world before it is rounded; that is the same where nothing is moved.
+    /// How far the pictures of a scene may be apart. Under exchanged axes products are summed in
+    /// another order. What is shared is met by a ray of its own space, and what is not is moved to
+    /// the world before it is rounded; that is the same where nothing is moved.
     fn bound(self, scene: &Scene) -> Bound {
-        let is_moved = |object: &Object| matches!(object.shape, Shape::Mesh(_)) && !object.transform.is_empty();
+        let is_moved = |object: &Object| {
+            matches!(object.shape, Shape::Mesh(_)) && !object.transform.is_empty()
+        };
         match self {
             Self::Mirrored | Self::Turned => Bound::ROUNDED,
             Self::Split | Self::Copied if scene.objects.iter().any(is_moved) => Bound::ROUNDED,
@@ -71,7 +90,8 @@ impl Symmetry {
         }
     }
 
-    /// Whether pixels lie otherwise in the picture, or light that chance has a part in is drawn otherwise: then what the middle of each pixel sees is compared.
+    /// Whether pixels lie otherwise in the picture, or light that chance has a part in is drawn
+    /// otherwise: then what the middle of each pixel sees is compared.
     fn turns(self) -> bool {
         matches!(self, Self::Mirrored | Self::Turned)
     }
@@ -79,27 +99,52 @@ impl Symmetry {
     /// A scene twice.
     fn of_world(self, seed: u64) -> [Shown; 2] {
         let random = &mut Random::new(seed, 2);
-        let contents = if self.turns() { Contents::Turnable } else { Contents::All };
+        let contents = if self.turns() {
+            Contents::Turnable
+        } else {
+            Contents::All
+        };
         // From a millionth to a thousand million metres.
         let unit = 2.0_f64.powi(random.between(-20.0, 30.0) as i32);
-        let own = Layout { unit, ..Layout::default() };
+        let own = Layout {
+            unit,
+            ..Layout::default()
+        };
         let shown = |layout: Layout| Shown {
             unit: layout.unit,
             flipped: layout.signs.x < 0.0,
             ..Shown::of(world(seed, contents, &layout))
         };
         let other = match self {
-            Self::Scaled => Layout { unit: unit * 2.0_f64.powi(random.pick(&[-7, -2, 3, 10])), ..own },
-            Self::Mirrored => Layout { signs: DVec3::new(-1.0, 1.0, 1.0), ..own },
-            Self::Turned => Layout { axes: random.pick(&[[1, 2, 0], [2, 0, 1]]), ..own },
+            Self::Scaled => Layout {
+                unit: unit * 2.0_f64.powi(random.pick(&[-7, -2, 3, 10])),
+                ..own
+            },
+            Self::Mirrored => Layout {
+                signs: DVec3::new(-1.0, 1.0, 1.0),
+                ..own
+            },
+            Self::Turned => Layout {
+                axes: random.pick(&[[1, 2, 0], [2, 0, 1]]),
+                ..own
+            },
             Self::Moved => {
                 let far = unit * DVec3::new(random.pick(&[-1.0, 1.0]) * 65536.0, 0.0, 131_072.0);
                 let by = unit * DVec3::new(random.pick(&[-1.0, 1.0]) * 1_048_576.0, 0.0, 524_288.0);
-                return [shown(Layout { offset: far, ..own }), shown(Layout { offset: far + by, ..own })];
+                return [
+                    shown(Layout { offset: far, ..own }),
+                    shown(Layout {
+                        offset: far + by,
+                        ..own
+                    }),
+                ];
             }
             _ => {
                 let scene = world(seed, contents, &own);
-                return [Shown::of(scene.clone()), Shown::of(retold(self, scene, seed))];
+                return [
+                    Shown::of(scene.clone()),
+                    Shown::of(retold(self, scene, seed)),
+                ];
             }
         };
         [shown(own), shown(other)]
@@ -117,7 +162,11 @@ struct Shown {
 
 impl Shown {
     fn of(scene: Scene) -> Self {
-        Self { scene, unit: 1.0, flipped: false }
+        Self {
+            scene,
+            unit: 1.0,
+            flipped: false,
+        }
     }
 }
 
@@ -139,47 +188,98 @@ pub struct Apart {
 impl fmt::Display for Apart {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let first = self.first.as_deref().unwrap_or("nowhere");
-        write!(f, "{}: {:.2} % of the pixels are apart, by up to {:e}; {first}", self.what, 100.0 * self.share, self.worst)
+        write!(
+            f,
+            "{}: {:.2} % of the pixels are apart, by up to {:e}; {first}",
+            self.what,
+            100.0 * self.share,
+            self.worst
+        )
     }
 }
 
 fn picture(shown: &Shown, symmetry: Symmetry, precision: PrecisionChoice) -> Picture {
     let scene = &shown.scene;
     let few = scene.render.pattern.is_none().then_some(2);
-    let sampling = if symmetry.turns() { Sampling::Pattern(Pattern::Centre) } else { Sampling::resolve(scene, few) };
+    let sampling = if symmetry.turns() {
+        Sampling::Pattern(Pattern::Centre)
+    } else {
+        Sampling::resolve(scene, few)
+    };
     let aovs = vec![Aov::Depth, Aov::Albedo];
-    let settings = Settings { size: SIZE, precision, aovs, sampling, max_depth: 5, ..Settings::of(scene) };
-    prepare(scene, &settings, &()).unwrap_or_else(|e| panic!("{e}")).render(&()).picture
+    let settings = Settings {
+        size: SIZE,
+        precision,
+        aovs,
+        sampling,
+        max_depth: 5,
+        ..Settings::of(scene)
+    };
+    prepare(scene, &settings, &())
+        .unwrap_or_else(|e| panic!("{e}"))
+        .render(&())
+        .picture
 }
 
 /// All channels of a pixel, with depths in the scene's unit.
 fn channels(picture: &Picture, shown: &Shown, at: usize) -> Vec<f32> {
     let [width, column] = [picture.width as usize, at % picture.width as usize];
-    let at = if shown.flipped { at - column + (width - 1 - column) } else { at };
+    let at = if shown.flipped {
+        at - column + (width - 1 - column)
+    } else {
+        at
+    };
     let layer = |layer: &raywright::core::picture::Layer| {
         // −1 where nothing is hit.
         let is_depth = layer.name == "depth.Z" && layer.samples[at] > 0.0;
-        if is_depth { (f64::from(layer.samples[at]) / shown.unit) as f32 } else { layer.samples[at] }
+        if is_depth {
+            (f64::from(layer.samples[at]) / shown.unit) as f32
+        } else {
+            layer.samples[at]
+        }
     };
-    picture.rgb[at].into_iter().chain(picture.layers.iter().map(layer)).collect()
+    picture.rgb[at]
+        .into_iter()
+        .chain(picture.layers.iter().map(layer))
+        .collect()
 }
 
 /// Compares the pictures of a scene that is said in two ways.
-fn compare(what: String, symmetry: Symmetry, [a, b]: &[Shown; 2], precision: PrecisionChoice) -> Apart {
-    let (pictures, bound) = ([picture(a, symmetry, precision), picture(b, symmetry, precision)], symmetry.bound(&a.scene));
-    // Light that chance has a part in is drawn otherwise along other axes, and of lights without a distance in shares that depend on the box around the scene, which is
-    // looser around what is shared. There what is hit is compared.
+fn compare(
+    what: String,
+    symmetry: Symmetry,
+    [a, b]: &[Shown; 2],
+    precision: PrecisionChoice,
+) -> Apart {
+    let (pictures, bound) = (
+        [
+            picture(a, symmetry, precision),
+            picture(b, symmetry, precision),
+        ],
+        symmetry.bound(&a.scene),
+    );
+    // Light that chance has a part in is drawn otherwise along other axes, and of lights without a
+    // distance in shares that depend on the box around the scene, which is looser around what is
+    // shared. There what is hit is compared.
     let is_drawn = bound.share > 0.0 && a.scene.render.pattern.is_none();
     let (mut count, mut worst, mut first) = (0, 0.0_f32, None);
     for at in 0..pictures[0].rgb.len() {
         let [one, other] = [channels(&pictures[0], a, at), channels(&pictures[1], b, at)];
         let skipped = if is_drawn { 3 } else { 0 };
-        let off = one
-            .iter()
-            .zip(&other)
-            .skip(skipped)
-            .map(|(x, y)| if x.to_bits() == y.to_bits() { 0.0 } else { (x - y).abs().max(f32::MIN_POSITIVE) });
-        let off = off.fold(0.0, |most, off| if off > most || off.is_nan() { off } else { most });
+        let off = one.iter().zip(&other).skip(skipped).map(|(x, y)| {
+            if x.to_bits() == y.to_bits() {
+                0.0
+            } else {
+                (x - y).abs().max(f32::MIN_POSITIVE)
+            }
+        });
+        let off = off.fold(0.0, |most, off| {
+            if off > most || off.is_nan() {
+                off
+            } else {
+                most
+            }
+        });
         let is_apart = off > bound.tolerance || off.is_nan();
         worst = worst.max(off);
         if is_apart {
@@ -188,17 +288,36 @@ fn compare(what: String, symmetry: Symmetry, [a, b]: &[Shown; 2], precision: Pre
         }
     }
     let share = f64::from(count) / pictures[0].rgb.len() as f64;
-    let is_sound = pictures.iter().all(|picture| picture.rgb.iter().flatten().all(|x| x.is_finite()));
-    Apart { what, share, worst, first, holds: is_sound && share <= bound.share }
+    let is_sound = pictures
+        .iter()
+        .all(|picture| picture.rgb.iter().flatten().all(|x| x.is_finite()));
+    Apart {
+        what,
+        share,
+        worst,
+        first,
+        holds: is_sound && share <= bound.share,
+    }
 }
 
 /// A random scene of a seed.
 pub fn of_world(symmetry: Symmetry, seed: u64, precision: PrecisionChoice) -> Apart {
-    compare(format!("{symmetry:?}, {precision:?}, seed {seed}"), symmetry, &symmetry.of_world(seed), precision)
+    compare(
+        format!("{symmetry:?}, {precision:?}, seed {seed}"),
+        symmetry,
+        &symmetry.of_world(seed),
+        precision,
+    )
 }
 
 /// Any scene.
-pub fn of_scene(name: &str, scene: &Scene, symmetry: Symmetry, seed: u64, precision: PrecisionChoice) -> Apart {
+pub fn of_scene(
+    name: &str,
+    scene: &Scene,
+    symmetry: Symmetry,
+    seed: u64,
+    precision: PrecisionChoice,
+) -> Apart {
     let other = retold(symmetry, scene.clone(), seed);
     compare(
         format!("{symmetry:?}, {precision:?}, {name}, seed {seed}"),

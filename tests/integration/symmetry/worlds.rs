@@ -1,5 +1,6 @@
-//! Random scenes of every shape, material and light, laid out anywhere, in any size, along any axes: places are multiples of a 1024th of the scene's
-//! unit, so that powers of two and whole units are added and multiplied exactly.
+//! Random scenes of every shape, material and light, laid out anywhere, in any size, along any
+//! axes: places are multiples of a 1024th of the scene's unit, so that powers of two and whole
+//! units are added and multiplied exactly.
 
 use glam::DVec3;
 use raywright::bvh::stability::judge::Random;
@@ -21,7 +22,12 @@ pub struct Layout {
 
 impl Default for Layout {
     fn default() -> Self {
-        Self { unit: 1.0, offset: DVec3::ZERO, axes: [0, 1, 2], signs: DVec3::ONE }
+        Self {
+            unit: 1.0,
+            offset: DVec3::ZERO,
+            axes: [0, 1, 2],
+            signs: DVec3::ONE,
+        }
     }
 }
 
@@ -45,11 +51,17 @@ impl Layout {
     fn point(&self, p: DVec3) -> [f64; 3] {
         (self.turned(p) * self.unit + self.offset).into()
     }
-    /// Two corners or edges in the order that keeps the outside of a face where it is: a mirrored layout would turn the face over.
+    /// Two corners or edges in the order that keeps the outside of a face where it is: a mirrored
+    /// layout would turn the face over.
     fn as_wound<T>(&self, [a, b]: [T; 2]) -> [T; 2] {
-        if self.signs.element_product() < 0.0 { [b, a] } else { [a, b] }
+        if self.signs.element_product() < 0.0 {
+            [b, a]
+        } else {
+            [a, b]
+        }
     }
-    /// Of three rows of a linear map, about a place: what it is along the axes of the world, with the move to there.
+    /// Of three rows of a linear map, about a place: what it is along the axes of the world, with
+    /// the move to there.
     fn map(&self, linear: [DVec3; 3], place: DVec3) -> Value {
         let at = self.point(place);
         let row = |i: usize| {
@@ -61,7 +73,10 @@ impl Layout {
     }
     /// The same without its offset, for what a map moves there.
     fn local(&self) -> Self {
-        Self { offset: DVec3::ZERO, ..*self }
+        Self {
+            offset: DVec3::ZERO,
+            ..*self
+        }
     }
 }
 
@@ -87,10 +102,18 @@ impl Maker<'_> {
         (self.random.between(low, high) * 1024.0).round() / 1024.0
     }
     fn place(&mut self, reach: f64) -> DVec3 {
-        DVec3::new(self.step(-reach, reach), self.step(0.125, 2.5), self.step(-reach, reach))
+        DVec3::new(
+            self.step(-reach, reach),
+            self.step(0.125, 2.5),
+            self.step(-reach, reach),
+        )
     }
     fn vector(&mut self, reach: f64) -> DVec3 {
-        DVec3::new(self.step(-reach, reach), self.step(-reach, reach), self.step(-reach, reach))
+        DVec3::new(
+            self.step(-reach, reach),
+            self.step(-reach, reach),
+            self.step(-reach, reach),
+        )
     }
     /// One that is neither short nor along an axis.
     fn axis(&mut self) -> DVec3 {
@@ -110,16 +133,23 @@ impl Maker<'_> {
         let metres = |share: f64| length * share;
         match kind {
             0 => json!({ "sphere": { "centre": at, "radius": length } }),
-            1 => json!({ "disk": { "centre": at, "normal": layout.direction(axis), "radius": length } }),
+            1 => {
+                json!({ "disk": { "centre": at, "normal": layout.direction(axis), "radius": length } })
+            }
             2 => {
                 let u = self.axis() * size;
                 let [u, v] = layout.as_wound([u, self.vector(0.5) * size - u * 0.5]);
                 json!({ "quad": { "corner": at, "edge_u": layout.vector(u), "edge_v": layout.vector(v) } })
             }
             3 => {
-                let half = DVec3::new(self.step(0.125, 0.5), self.step(0.125, 0.5), self.step(0.125, 0.5));
+                let half = DVec3::new(
+                    self.step(0.125, 0.5),
+                    self.step(0.125, 0.5),
+                    self.step(0.125, 0.5),
+                );
                 let corners = [-half, half].map(|corner| DVec3::from(layout.point(place + corner)));
-                let [min, max] = [corners[0].min(corners[1]), corners[0].max(corners[1])].map(|p| p.to_array());
+                let [min, max] =
+                    [corners[0].min(corners[1]), corners[0].max(corners[1])].map(|p| p.to_array());
                 json!({ "box": { "min": min, "max": max } })
             }
             4 => {
@@ -129,7 +159,11 @@ impl Maker<'_> {
                 json!({ "cone": { "base": at, "axis": layout.direction(axis), "radius": metres(0.75), "top_radius": metres(0.25), "height": metres(1.5) } })
             }
             6 => {
-                let semi = DVec3::new(self.step(0.125, 0.75), self.step(0.125, 0.75), self.step(0.125, 0.75));
+                let semi = DVec3::new(
+                    self.step(0.125, 0.75),
+                    self.step(0.125, 0.75),
+                    self.step(0.125, 0.75),
+                );
                 json!({ "ellipsoid": { "centre": at, "semi_axes": layout.lengths(semi) } })
             }
             7 => {
@@ -148,16 +182,28 @@ impl Maker<'_> {
 
     /// Something to be hit: as it is, or under a map that stretches, shears and may mirror.
     fn object(&mut self, materials: usize, meshes: &mut Vec<Value>) -> Value {
-        let kinds = if self.contents == Contents::All { 11 } else { 9 };
+        let kinds = if self.contents == Contents::All {
+            11
+        } else {
+            9
+        };
         let (place, layout) = (self.place(3.5), *self.layout);
         let material = format!("m{}", self.random.bits() as usize % materials);
         let is_mesh = self.chance(0.35);
         // The first mesh lies about zero, to be shared, and maps put it in its places.
         let is_mapped = self.chance(0.4) || is_mesh && meshes.is_empty();
-        let (from, there) = if is_mapped { (layout.local(), DVec3::ZERO) } else { (layout, place) };
+        let (from, there) = if is_mapped {
+            (layout.local(), DVec3::ZERO)
+        } else {
+            (layout, place)
+        };
         let shape = if is_mesh {
             let is_shared = !meshes.is_empty() && is_mapped && self.chance(0.6);
-            let name = if is_shared { "mesh0".to_owned() } else { format!("mesh{}", meshes.len()) };
+            let name = if is_shared {
+                "mesh0".to_owned()
+            } else {
+                format!("mesh{}", meshes.len())
+            };
             if !is_shared {
                 meshes.push(self.mesh(&name, there, &from));
             }
@@ -181,9 +227,17 @@ impl Maker<'_> {
         let ball = raywright::bvh::stability::triangles::icosphere(1);
         let size = self.step(0.375, 0.75);
         let bend = |p: DVec3| (p * size * 1024.0).round() / 1024.0;
-        let corners: Vec<DVec3> = ball.corners.iter().map(|p| bend(p.as_dvec3()) + self.vector(0.03) + place).collect();
+        let corners: Vec<DVec3> = ball
+            .corners
+            .iter()
+            .map(|p| bend(p.as_dvec3()) + self.vector(0.03) + place)
+            .collect();
         let positions: Vec<[f64; 3]> = corners.iter().map(|&p| layout.point(p)).collect();
-        let normals: Vec<[f64; 3]> = ball.corners.iter().map(|p| layout.direction(p.as_dvec3())).collect();
+        let normals: Vec<[f64; 3]> = ball
+            .corners
+            .iter()
+            .map(|p| layout.direction(p.as_dvec3()))
+            .collect();
         let face = |&[a, b, c]: &[usize; 3]| {
             let [b, c] = layout.as_wound([b, c]);
             [a, b, c]
@@ -202,8 +256,12 @@ impl Maker<'_> {
         let kind = self.random.bits() % 9;
         let unit = self.layout.unit;
         let model = match kind {
-            _ if is_classic && kind < 2 => json!({ "colour": colour, "diffuse": 0.8, "reflection": { "weight": 0.4 } }),
-            _ if is_classic && kind == 2 => json!({ "colour": colour, "diffuse": 0.2, "transmission": { "ior": 1.5 } }),
+            _ if is_classic && kind < 2 => {
+                json!({ "colour": colour, "diffuse": 0.8, "reflection": { "weight": 0.4 } })
+            }
+            _ if is_classic && kind == 2 => {
+                json!({ "colour": colour, "diffuse": 0.2, "transmission": { "ior": 1.5 } })
+            }
             3 if is_classic && self.contents == Contents::All => {
                 json!({ "colour": { "checker": { "even": colour, "odd": [0.1, 0.2, 0.3], "size": 0.5 * unit } }, "diffuse": 1 })
             }
@@ -215,11 +273,21 @@ impl Maker<'_> {
             }
             1 => json!({ "base_colour": colour, "roughness": 0.3, "metallic": 1 }),
             2 => json!({ "base_colour": colour, "roughness": 0, "metallic": 1 }),
-            3 => json!({ "base_colour": colour, "roughness": 0.5, "clearcoat": { "factor": 1, "roughness": 0.1 } }),
-            4 => json!({ "base_colour": colour, "roughness": 0.4, "sheen": { "colour": [0.5, 0.5, 0.5], "roughness": 0.4 } }),
-            5 => json!({ "base_colour": colour, "roughness": 0.6, "thin_walled": true, "transmission": 0.5 }),
-            6 => json!({ "base_colour": colour, "roughness": 0.8, "diffuse_transmission": { "factor": 0.4 } }),
-            7 => json!({ "base_colour": colour, "roughness": 0.3, "alpha": "blend", "opacity": 0.6 }),
+            3 => {
+                json!({ "base_colour": colour, "roughness": 0.5, "clearcoat": { "factor": 1, "roughness": 0.1 } })
+            }
+            4 => {
+                json!({ "base_colour": colour, "roughness": 0.4, "sheen": { "colour": [0.5, 0.5, 0.5], "roughness": 0.4 } })
+            }
+            5 => {
+                json!({ "base_colour": colour, "roughness": 0.6, "thin_walled": true, "transmission": 0.5 })
+            }
+            6 => {
+                json!({ "base_colour": colour, "roughness": 0.8, "diffuse_transmission": { "factor": 0.4 } })
+            }
+            7 => {
+                json!({ "base_colour": colour, "roughness": 0.3, "alpha": "blend", "opacity": 0.6 })
+            }
             _ => json!({ "base_colour": colour, "roughness": 0.9 }),
         };
         let family = if is_classic { "classic" } else { "physical" };
@@ -229,7 +297,9 @@ impl Maker<'_> {
     fn lights(&mut self) -> Value {
         let (layout, unit) = (*self.layout, self.layout.unit);
         let strength = |of: f64| [of * unit * unit; 3];
-        let mut lights = vec![json!({ "kind": { "directional": { "to_light": layout.direction(self.axis()) } }, "colour": 0.6 })];
+        let mut lights = vec![
+            json!({ "kind": { "directional": { "to_light": layout.direction(self.axis()) } }, "colour": 0.6 }),
+        ];
         if self.chance(0.7) {
             let place = self.place(4.0) + DVec3::Y * 4.0;
             lights.push(json!({ "kind": { "point": { "position": layout.point(place), "range": 40.0 * unit } }, "colour": strength(15.0) }));
@@ -250,8 +320,7 @@ impl Maker<'_> {
         let (layout, unit) = (*self.layout, self.layout.unit);
         let eye = self.vector(1.0) + DVec3::new(0.0, 3.0, 9.0);
         let target = self.vector(0.5) + DVec3::Y;
-        let pose =
-            json!({ "look_at": { "eye": layout.point(eye), "target": layout.point(target), "up": layout.direction(DVec3::Y) } });
+        let pose = json!({ "look_at": { "eye": layout.point(eye), "target": layout.point(target), "up": layout.direction(DVec3::Y) } });
         let pinhole = json!({ "vertical_fov": 42 });
         let kind = self.random.bits() % 4;
         let projection = match kind {
@@ -268,12 +337,20 @@ impl Maker<'_> {
 
 /// The scene of a seed, laid out as it is told; the same scene in every layout.
 pub fn world(seed: u64, contents: Contents, layout: &Layout) -> Scene {
-    let mut maker = Maker { random: Random::new(seed, 1), layout, contents };
+    let mut maker = Maker {
+        random: Random::new(seed, 1),
+        layout,
+        contents,
+    };
     let is_classic = maker.chance(0.5);
-    let materials: Vec<Value> = (0..5).map(|i| maker.material(format!("m{i}"), is_classic)).collect();
+    let materials: Vec<Value> = (0..5)
+        .map(|i| maker.material(format!("m{i}"), is_classic))
+        .collect();
     let mut meshes = Vec::new();
     let count = 8 + maker.random.bits() as usize % 8;
-    let mut objects: Vec<Value> = (0..count).map(|_| maker.object(materials.len(), &mut meshes)).collect();
+    let mut objects: Vec<Value> = (0..count)
+        .map(|_| maker.object(materials.len(), &mut meshes))
+        .collect();
     objects.push(json!({ "shape": { "plane": { "point": layout.point(DVec3::ZERO), "normal": layout.direction(DVec3::Y) } }, "material": "ground" }));
     let ground = maker.colour();
     let ground = if is_classic {
@@ -295,7 +372,11 @@ pub fn world(seed: u64, contents: Contents, layout: &Layout) -> Scene {
     } else {
         json!({ "constant": [0.3, 0.35, 0.4] })
     };
-    let render = if is_classic { json!({ "pattern": "centre", "integrator": "whitted" }) } else { json!({ "samples": 2 }) };
+    let render = if is_classic {
+        json!({ "pattern": "centre", "integrator": "whitted" })
+    } else {
+        json!({ "samples": 2 })
+    };
     let scene = json!({
         "format": 1, "render": render, "cameras": [maker.camera()], "lights": maker.lights(), "sky": sky,
         "materials": materials, "meshes": meshes, "objects": objects,

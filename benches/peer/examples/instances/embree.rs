@@ -78,27 +78,39 @@ impl Embree {
         const UINT3: u32 = 0x5003;
         const COLUMNS: u32 = 0x9234;
         let text = CString::new(file).unwrap_or_default();
-        // SAFETY: types, numbers and the order of calls are those of Embree's manual; buffers have the sizes that they were asked for.
+        // SAFETY: types, numbers and the order of calls are those of Embree's manual; buffers have
+        // the sizes that they were asked for.
         unsafe {
             let library = dlopen(text.as_ptr(), 2);
             assert!(!library.is_null(), "{file} can't be loaded");
-            let new_scene: unsafe extern "C" fn(Handle) -> Handle = function(library, "rtcNewScene");
-            let new_geometry: unsafe extern "C" fn(Handle, u32) -> Handle = function(library, "rtcNewGeometry");
+            let new_scene: unsafe extern "C" fn(Handle) -> Handle =
+                function(library, "rtcNewScene");
+            let new_geometry: unsafe extern "C" fn(Handle, u32) -> Handle =
+                function(library, "rtcNewGeometry");
             let new_buffer: unsafe extern "C" fn(Handle, u32, u32, u32, usize, usize) -> *mut u8 =
                 function(library, "rtcSetNewGeometryBuffer");
-            let show: unsafe extern "C" fn(Handle, Handle) = function(library, "rtcSetGeometryInstancedScene");
-            let place: unsafe extern "C" fn(Handle, u32, u32, *const f32) = function(library, "rtcSetGeometryTransform");
+            let show: unsafe extern "C" fn(Handle, Handle) =
+                function(library, "rtcSetGeometryInstancedScene");
+            let place: unsafe extern "C" fn(Handle, u32, u32, *const f32) =
+                function(library, "rtcSetGeometryTransform");
             let commit: unsafe extern "C" fn(Handle) = function(library, "rtcCommitGeometry");
-            let attach: unsafe extern "C" fn(Handle, Handle) -> u32 = function(library, "rtcAttachGeometry");
+            let attach: unsafe extern "C" fn(Handle, Handle) -> u32 =
+                function(library, "rtcAttachGeometry");
             let commit_scene: unsafe extern "C" fn(Handle) = function(library, "rtcCommitScene");
-            let device =
-                function::<unsafe extern "C" fn(*const c_char) -> Handle>(library, "rtcNewDevice")(c"threads=1".as_ptr());
+            let device = function::<unsafe extern "C" fn(*const c_char) -> Handle>(
+                library,
+                "rtcNewDevice",
+            )(c"threads=1".as_ptr());
             let (part, geometry) = (new_scene(device), new_geometry(device, TRIANGLES));
             let corners = new_buffer(geometry, 1, 0, FLOAT3, 12, mesh.len() * 3);
             std::ptr::copy_nonoverlapping(mesh.as_ptr().cast::<u8>(), corners, size_of_val(mesh));
             let indices: Vec<u32> = (0..mesh.len() as u32 * 3).collect();
             let to = new_buffer(geometry, 0, 0, UINT3, 12, mesh.len());
-            std::ptr::copy_nonoverlapping(indices.as_ptr().cast::<u8>(), to, size_of_val(indices.as_slice()));
+            std::ptr::copy_nonoverlapping(
+                indices.as_ptr().cast::<u8>(),
+                to,
+                size_of_val(indices.as_slice()),
+            );
             commit(geometry);
             attach(part, geometry);
             commit_scene(part);
@@ -111,26 +123,63 @@ impl Embree {
                 attach(scene, instance);
             }
             commit_scene(scene);
-            let error = function::<unsafe extern "C" fn(Handle) -> i32>(library, "rtcGetDeviceError")(device);
+            let error = function::<unsafe extern "C" fn(Handle) -> i32>(
+                library,
+                "rtcGetDeviceError",
+            )(device);
             assert_eq!(error, 0, "Embree's error");
-            Self { scene, closest: function(library, "rtcIntersect1"), any: function(library, "rtcOccluded1") }
+            Self {
+                scene,
+                closest: function(library, "rtcIntersect1"),
+                any: function(library, "rtcOccluded1"),
+            }
         }
     }
 
     pub fn ask(&self, ray: &Ray<f32>, any: bool) -> Answer {
         const NONE: u32 = u32::MAX;
         let (origin, direction) = (ray.origin.to_array(), ray.direction.to_array());
-        let ray = RayIn { origin, near: 0.0, direction, time: 0.0, far: f32::INFINITY, mask: NONE, id: 0, flags: 0 };
-        let mut asked =
-            RayHit { ray, normal: [0.0; 3], u: 0.0, v: 0.0, primitive: NONE, geometry: NONE, instance: NONE, rest: [0; 4] };
+        let ray = RayIn {
+            origin,
+            near: 0.0,
+            direction,
+            time: 0.0,
+            far: f32::INFINITY,
+            mask: NONE,
+            id: 0,
+            flags: 0,
+        };
+        let mut asked = RayHit {
+            ray,
+            normal: [0.0; 3],
+            u: 0.0,
+            v: 0.0,
+            primitive: NONE,
+            geometry: NONE,
+            instance: NONE,
+            rest: [0; 4],
+        };
         let none = std::ptr::null_mut();
-        let mut arguments = Arguments { flags: 0, features: NONE, pointers: [none; 3], rest: [0; 2] };
+        let mut arguments = Arguments {
+            flags: 0,
+            features: NONE,
+            pointers: [none; 3],
+            rest: [0; 2],
+        };
         let query = if any { self.any } else { self.closest };
         // SAFETY: a ray with room for a hit, aligned, and arguments of the library's layout.
-        unsafe { query(self.scene, (&raw mut asked).cast(), (&raw mut arguments).cast()) };
+        unsafe {
+            query(
+                self.scene,
+                (&raw mut asked).cast(),
+                (&raw mut arguments).cast(),
+            )
+        };
         match () {
             () if any => (asked.ray.far < 0.0).then_some((0.0, 0, 0)),
-            () => (asked.geometry != NONE).then_some((asked.ray.far, asked.instance, asked.primitive)),
+            () => {
+                (asked.geometry != NONE).then_some((asked.ray.far, asked.instance, asked.primitive))
+            }
         }
     }
 }

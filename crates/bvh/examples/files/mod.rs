@@ -1,19 +1,25 @@
-//! Meshes and rays as the harness of ray kernels writes them, which `benches/README.md` names, for the examples that read some.
+//! Meshes and rays as the harness of ray kernels writes them, which `benches/README.md` names, for
+//! the examples that read some.
 
 use glam::Vec3;
 
 fn words(file: &str) -> Vec<[u8; 4]> {
     let bytes = std::fs::read(file).unwrap_or_else(|e| panic!("{file}: {e}"));
-    bytes.chunks_exact(4).map(|word| [word[0], word[1], word[2], word[3]]).collect()
+    bytes
+        .chunks_exact(4)
+        .map(|word| [word[0], word[1], word[2], word[3]])
+        .collect()
 }
 
-/// The triangles of a file: two u32, how many corners and how many triangles, then three f32 a corner and three u32 a triangle, little
-/// endian.
+/// The triangles of a file: two u32, how many corners and how many triangles, then three f32 a
+/// corner and three u32 a triangle, little endian.
 pub fn mesh(file: &str) -> Vec<[Vec3; 3]> {
     let words = words(file);
     let whole = |at: usize| u32::from_le_bytes(words[at]) as usize;
     let (corners, triangles) = (whole(0), whole(1));
-    let corner = |i: usize| Vec3::from_array([0, 1, 2].map(|axis| f32::from_le_bytes(words[2 + 3 * i + axis])));
+    let corner = |i: usize| {
+        Vec3::from_array([0, 1, 2].map(|axis| f32::from_le_bytes(words[2 + 3 * i + axis])))
+    };
     let triangle = |i: usize| [0, 1, 2].map(|side| corner(whole(2 + 3 * corners + 3 * i + side)));
     (0..triangles).map(triangle).collect()
 }
@@ -21,5 +27,8 @@ pub fn mesh(file: &str) -> Vec<[Vec3; 3]> {
 /// The rays of a file: eight f32 each.
 pub fn rays(file: &str) -> Vec<[f32; 8]> {
     let words = words(file);
-    words.chunks_exact(8).map(|ray| core::array::from_fn(|i| f32::from_le_bytes(ray[i]))).collect()
+    words
+        .chunks_exact(8)
+        .map(|ray| core::array::from_fn(|i| f32::from_le_bytes(ray[i])))
+        .collect()
 }

@@ -1,5 +1,6 @@
-//! The trees of `obvhs`: boxes along a curve are clustered, parts of the tree moved to where they cost less, few triangles put into one leaf, and parts
-//! moved again. Many boxes are clustered in pieces of the curve, since what `obvhs` has begun it finishes, and then the tops of these trees.
+//! The trees of `obvhs`: boxes along a curve are clustered, parts of the tree moved to where they
+//! cost less, few triangles put into one leaf, and parts moved again. Many boxes are clustered in
+//! pieces of the curve, since what `obvhs` has begun it finishes, and then the tops of these trees.
 
 use glam::Vec3A;
 use obvhs::aabb::Aabb;
@@ -16,7 +17,8 @@ use super::{BuildQuality, Stop};
 use crate::aabb::{PIECE, PaddedBox};
 use crate::binary::BinaryNode;
 
-/// So many boxes are clustered at once, at most: one call of `obvhs` then takes a tenth of a second.
+/// So many boxes are clustered at once, at most: one call of `obvhs` then takes a tenth of a
+/// second.
 const MOST: usize = 1 << 18;
 /// Nodes of each tree over which, where there are several, a tree is built that joins them.
 const TOPS: usize = 64;
@@ -34,9 +36,18 @@ impl Means {
     /// Measured: `../../../../benches/runs`.
     fn new(quality: BuildQuality) -> Self {
         match quality {
-            BuildQuality::Fast => Self { far: false, moved: [0.0, 0.05] },
-            BuildQuality::Medium => Self { far: false, moved: [0.03, 0.3] },
-            BuildQuality::High => Self { far: true, moved: [0.3, 1.0] },
+            BuildQuality::Fast => Self {
+                far: false,
+                moved: [0.0, 0.05],
+            },
+            BuildQuality::Medium => Self {
+                far: false,
+                moved: [0.03, 0.3],
+            },
+            BuildQuality::High => Self {
+                far: true,
+                moved: [0.3, 1.0],
+            },
         }
     }
 }
@@ -50,7 +61,11 @@ pub(super) struct Clusters {
 impl Clusters {
     /// The nodes, whose boxes are still to be made: those of `obvhs` are scaled.
     pub fn nodes(&self) -> Vec<BinaryNode> {
-        let node = |node: &Bvh2Node| BinaryNode { bounds: PaddedBox::NOTHING, first: node.first_index, count: node.prim_count };
+        let node = |node: &Bvh2Node| BinaryNode {
+            bounds: PaddedBox::NOTHING,
+            first: node.first_index,
+            count: node.prim_count,
+        };
         self.tree.nodes.iter().map(node).collect()
     }
 }
@@ -71,17 +86,32 @@ pub(super) struct Clustering<'a> {
 impl<'a> Clustering<'a> {
     /// Of boxes so many of which are a leaf.
     pub fn new(boxes: &'a [PaddedBox], quality: BuildQuality, leaf: usize, stop: Stop<'a>) -> Self {
-        let around = boxes.par_iter().with_min_len(PIECE).copied().reduce(|| PaddedBox::NOTHING, |a, b| a.union(&b));
+        let around = boxes
+            .par_iter()
+            .with_min_len(PIECE)
+            .copied()
+            .reduce(|| PaddedBox::NOTHING, |a, b| a.union(&b));
         let extent = (around.max.as_dvec3() - around.min.as_dvec3()).max_element();
-        // Surfaces up to 2⁶⁰ and a bit leave room for sums of them, and those of boxes 2⁻⁹⁰ as long are still told apart.
+        // Surfaces up to 2⁶⁰ and a bit leave room for sums of them, and those of boxes 2⁻⁹⁰ as long
+        // are still told apart.
         let exponent = 30 - (extent.log2() as i32).clamp(-96, 156);
-        Self { boxes, means: Means::new(quality), leaf: leaf as u32, most: MOST, scale: 2.0_f32.powi(exponent), stop }
+        Self {
+            boxes,
+            means: Means::new(quality),
+            leaf: leaf as u32,
+            most: MOST,
+            scale: 2.0_f32.powi(exponent),
+            stop,
+        }
     }
 
     /// The tree over boxes in order of a curve, an order that it changes; none where given up.
     pub fn run(&self, order: &mut [u32]) -> Option<Clusters> {
         let size = order.len().div_ceil(order.len().div_ceil(self.most));
-        let pieces: Vec<_> = order.par_chunks_mut(size).map(|order| self.piece(order)).collect();
+        let pieces: Vec<_> = order
+            .par_chunks_mut(size)
+            .map(|order| self.piece(order))
+            .collect();
         let mut pieces = pieces.into_iter().collect::<Option<Vec<_>>>()?;
         if pieces.len() == 1 {
             return pieces.pop();
@@ -97,11 +127,15 @@ impl<'a> Clustering<'a> {
     fn piece(&self, order: &mut [u32]) -> Option<Clusters> {
         let leaf = |(at, &place): (usize, &u32)| Bvh2Node::new(self.aabb(place), 1, at as u32);
         let leaves = piled(&order.iter().enumerate().map(leaf).collect::<Vec<_>>());
-        let Clusters { mut tree, mut looks } = self.clustered(leaves)?;
+        let Clusters {
+            mut tree,
+            mut looks,
+        } = self.clustered(leaves)?;
         let [before, after] = self.means.moved;
         looks += self.moved(&mut tree, before)?;
         tree.primitive_indices = order.to_vec();
-        // At this cost of a node whatever is few enough is one leaf. Which leaves share a block is found by what rays spend, when nodes become wide.
+        // At this cost of a node whatever is few enough is one leaf. Which leaves share a block is
+        // found by what rays spend, when nodes become wide.
         collapse(&mut tree, self.leaf, self.leaf as f32);
         order.copy_from_slice(&tree.primitive_indices);
         looks += self.moved(&mut tree, after)?;
@@ -112,9 +146,12 @@ impl<'a> Clustering<'a> {
         if (self.stop)() {
             return None;
         }
-        let around = leaves.iter().fold(Aabb::INVALID, |all, leaf| all.union(leaf.aabb()));
+        let around = leaves
+            .iter()
+            .fold(Aabb::INVALID, |all, leaf| all.union(leaf.aabb()));
         // The code of a centre at the very end would be that of one at the beginning.
-        let extent = cell_extent(around.diagonal().as_dvec3()).as_vec3a() * (1.0 + 1e-6) + Vec3A::splat(f32::MIN_POSITIVE);
+        let extent = cell_extent(around.diagonal().as_dvec3()).as_vec3a() * (1.0 + 1e-6)
+            + Vec3A::splat(f32::MIN_POSITIVE);
         let around = Aabb::new(around.min, around.min + extent);
         let mut builder = PlocBuilder::new();
         let mut tree = Bvh2::default();
@@ -126,8 +163,9 @@ impl<'a> Clustering<'a> {
             builder.build_ploc_from_leaves::<6, false>(&mut tree, around, SortPrecision::U64, 0);
             2 * 6
         };
-        // A search for a better place keeps twice as many places in mind. In a tree so deep that it would have more it forgets some, and is none the worse;
-        // told of that depth it would fail in a tree that grew deeper still.
+        // A search for a better place keeps twice as many places in mind. In a tree so deep that it
+        // would have more it forgets some, and is none the worse; told of that depth it would fail
+        // in a tree that grew deeper still.
         tree.max_depth = DEFAULT_MAX_STACK_DEPTH / 2;
         let looks = neighbours * waits(&tree);
         Some(Clusters { tree, looks })
@@ -140,10 +178,19 @@ impl<'a> Clustering<'a> {
     /// One tree of those of several pieces of so many boxes.
     fn joined(&self, pieces: Vec<Clusters>, size: usize) -> Option<Clusters> {
         let tops: Vec<_> = pieces.iter().map(|piece| tops(&piece.tree)).collect();
-        let all = pieces.iter().zip(&tops).enumerate().flat_map(|(number, (piece, tops))| {
-            tops.iter().map(move |&top| Bvh2Node::new(*piece.tree.nodes[top].aabb(), number as u32 + 1, top as u32))
-        });
-        let Clusters { mut tree, mut looks } = self.clustered(all.collect())?;
+        let all = pieces
+            .iter()
+            .zip(&tops)
+            .enumerate()
+            .flat_map(|(number, (piece, tops))| {
+                tops.iter().map(move |&top| {
+                    Bvh2Node::new(*piece.tree.nodes[top].aabb(), number as u32 + 1, top as u32)
+                })
+            });
+        let Clusters {
+            mut tree,
+            mut looks,
+        } = self.clustered(all.collect())?;
         looks += self.moved(&mut tree, 1.0)?;
         let mut bases = Vec::with_capacity(pieces.len());
         let joined = tree.nodes.len();
@@ -152,24 +199,36 @@ impl<'a> Clustering<'a> {
             bases.push(base);
             looks += piece.looks;
             tree.nodes.extend(piece.tree.nodes.into_iter().map(|node| {
-                let by = if node.is_leaf() { (number * size) as u32 } else { base };
+                let by = if node.is_leaf() {
+                    (number * size) as u32
+                } else {
+                    base
+                };
                 Bvh2Node::new(*node.aabb(), node.prim_count, node.first_index + by)
             }));
         }
         for at in 0..joined {
             let node = tree.nodes[at];
             if node.is_leaf() {
-                tree.nodes[at] = tree.nodes[(bases[node.prim_count as usize - 1] + node.first_index) as usize];
+                tree.nodes[at] =
+                    tree.nodes[(bases[node.prim_count as usize - 1] + node.first_index) as usize];
             }
         }
         Some(Clusters { tree, looks })
     }
 }
 
-/// The passes of a clustering that its nodes waited for their siblings, at least, over all of them. Children come after their parents.
+/// The passes of a clustering that its nodes waited for their siblings, at least, over all of them.
+/// Children come after their parents.
 fn waits(tree: &Bvh2) -> u64 {
     let (mut passes, mut waits) = (vec![0_u32; tree.nodes.len()], 0);
-    for (at, node) in tree.nodes.iter().enumerate().rev().filter(|(_, node)| !node.is_leaf()) {
+    for (at, node) in tree
+        .nodes
+        .iter()
+        .enumerate()
+        .rev()
+        .filter(|(_, node)| !node.is_leaf())
+    {
         let [left, right] = [0, 1].map(|side| passes[node.first_index as usize + side]);
         passes[at] = left.max(right) + 1;
         waits += u64::from(2 * passes[at] - left - right);
@@ -180,9 +239,17 @@ fn waits(tree: &Bvh2) -> u64 {
 /// The nodes below which a tree is kept: the greatest are opened until there are enough of them.
 fn tops(tree: &Bvh2) -> Vec<usize> {
     let mut tops = vec![0];
-    let area = |&top: &usize| if tree.nodes[top].is_leaf() { -1.0 } else { tree.nodes[top].aabb().half_area() };
+    let area = |&top: &usize| {
+        if tree.nodes[top].is_leaf() {
+            -1.0
+        } else {
+            tree.nodes[top].aabb().half_area()
+        }
+    };
     while tops.len() < TOPS {
-        let greatest = (0..tops.len()).max_by(|&a, &b| area(&tops[a]).total_cmp(&area(&tops[b]))).unwrap_or(0);
+        let greatest = (0..tops.len())
+            .max_by(|&a, &b| area(&tops[a]).total_cmp(&area(&tops[b])))
+            .unwrap_or(0);
         let node = tree.nodes[tops[greatest]];
         if node.is_leaf() {
             break;
@@ -205,29 +272,58 @@ mod tests {
         let at = |i: usize| if i.is_multiple_of(50) { 7 } else { i };
         let place = |i: usize, stride: usize| (at(i) * stride % 20_011) as f32 / 20_011.0;
         let centre = |i: usize| Vec3::new(place(i, 3137), place(i, 6197), place(i, 8117));
-        (0..count).map(|i| PaddedBox { min: centre(i) - 0.01, max: centre(i) + 0.01 + place(i, 977) * 0.05 }).collect()
+        (0..count)
+            .map(|i| PaddedBox {
+                min: centre(i) - 0.01,
+                max: centre(i) + 0.01 + place(i, 977) * 0.05,
+            })
+            .collect()
     }
 
     /// What a tree is, for comparison.
     type Told = (Vec<(u32, u32)>, Vec<u32>, u64);
 
-    fn run(boxes: &[PaddedBox], quality: BuildQuality, shared: usize, most: usize, threads: usize) -> Told {
-        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
+    fn run(
+        boxes: &[PaddedBox],
+        quality: BuildQuality,
+        shared: usize,
+        most: usize,
+        threads: usize,
+    ) -> Told {
+        let pool = rayon::ThreadPoolBuilder::new()
+            .num_threads(threads)
+            .build()
+            .unwrap();
         pool.install(|| {
             let (mut order, _) = curve::order(boxes);
-            let clusters = Clustering { most, ..Clustering::new(boxes, quality, shared, &|| false) }.run(&mut order).unwrap();
-            (clusters.nodes().iter().map(|node| (node.first, node.count)).collect(), order, clusters.looks)
+            let clusters = Clustering {
+                most,
+                ..Clustering::new(boxes, quality, shared, &|| false)
+            }
+            .run(&mut order)
+            .unwrap();
+            (
+                clusters
+                    .nodes()
+                    .iter()
+                    .map(|node| (node.first, node.count))
+                    .collect(),
+                order,
+                clusters.looks,
+            )
         })
     }
 
-    /// Protects: the tree is the same for any number of threads, in one piece and in many; each box is in one leaf, and leaves but for piles hold no more than
-    /// they may.
+    /// Protects: the tree is the same for any number of threads, in one piece and in many; each box
+    /// is in one leaf, and leaves but for piles hold no more than they may.
     #[test]
     fn trees_are_the_same_for_any_number_of_threads() {
         let boxes = boxes(30_000);
-        for (quality, shared, most) in
-            [(BuildQuality::High, 4, MOST), (BuildQuality::Medium, 1, 4096), (BuildQuality::Fast, 8, 500)]
-        {
+        for (quality, shared, most) in [
+            (BuildQuality::High, 4, MOST),
+            (BuildQuality::Medium, 1, 4096),
+            (BuildQuality::Fast, 8, 500),
+        ] {
             let one = run(&boxes, quality, shared, most, 1);
             assert!(one == run(&boxes, quality, shared, most, 4), "{quality:?}");
             let (nodes, order, _) = one;
@@ -239,7 +335,10 @@ mod tests {
                     continue;
                 }
                 let own = &order[first as usize..(first + count) as usize];
-                assert!(own.len() <= shared || own.len() >= 16, "{quality:?}: {own:?}");
+                assert!(
+                    own.len() <= shared || own.len() >= 16,
+                    "{quality:?}: {own:?}"
+                );
                 met.extend_from_slice(own);
             }
             met.sort_unstable();
@@ -247,19 +346,33 @@ mod tests {
         }
     }
 
-    /// Protects: a tree joined of many pieces costs rays hardly more than one of a piece: the surfaces of its nodes.
+    /// Protects: a tree joined of many pieces costs rays hardly more than one of a piece: the
+    /// surfaces of its nodes.
     #[test]
     fn pieces_are_joined_well() {
-        let boxes: Vec<_> =
-            boxes(20_000).into_iter().enumerate().filter(|(i, _)| !i.is_multiple_of(50)).map(|(_, own)| own).collect();
+        let boxes: Vec<_> = boxes(20_000)
+            .into_iter()
+            .enumerate()
+            .filter(|(i, _)| !i.is_multiple_of(50))
+            .map(|(_, own)| own)
+            .collect();
         let cost = |most: usize| {
             let (mut order, _) = curve::order(&boxes);
-            let clustering = Clustering { most, ..Clustering::new(&boxes, BuildQuality::Medium, 1, &|| false) };
+            let clustering = Clustering {
+                most,
+                ..Clustering::new(&boxes, BuildQuality::Medium, 1, &|| false)
+            };
             let tree = clustering.run(&mut order).unwrap().tree;
             let (mut cost, mut waiting) = (0.0, vec![0]);
             while let Some(node) = waiting.pop().map(|at: u32| tree.nodes[at as usize]) {
-                cost += f64::from(node.aabb().half_area()) / f64::from(tree.nodes[0].aabb().half_area());
-                waiting.extend((!node.is_leaf()).then_some([node.first_index, node.first_index + 1]).into_iter().flatten());
+                cost += f64::from(node.aabb().half_area())
+                    / f64::from(tree.nodes[0].aabb().half_area());
+                waiting.extend(
+                    (!node.is_leaf())
+                        .then_some([node.first_index, node.first_index + 1])
+                        .into_iter()
+                        .flatten(),
+                );
             }
             cost
         };

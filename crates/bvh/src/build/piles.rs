@@ -1,15 +1,18 @@
-//! Boxes that lie on one another. Clustering would make a list of them, one pair a pass, and no tree over them spares a ray much: whichever box around some
-//! of them it meets, it meets most of them. So they are one leaf in a clustering, and halved.
+//! Boxes that lie on one another. Clustering would make a list of them, one pair a pass, and no
+//! tree over them spares a ray much: whichever box around some of them it meets, it meets most of
+//! them. So they are one leaf in a clustering, and halved.
 
 use obvhs::aabb::Aabb;
 use obvhs::bvh2::node::Bvh2Node;
 
 /// Fewer boxes are no pile.
 const FEWEST: usize = 16;
-/// The surfaces of a pile's boxes are on average this share of the surface around all of them, or more. Patches of surfaces have an eighth and less.
+/// The surfaces of a pile's boxes are on average this share of the surface around all of them, or
+/// more. Patches of surfaces have an eighth and less.
 const SHARE: f64 = 0.25;
 
-/// The leaves with one in place of those of a pile. All of one box are in piles but for fewer than 32 at either end.
+/// The leaves with one in place of those of a pile. All of one box are in piles but for fewer than
+/// 32 at either end.
 pub(super) fn piled(leaves: &[Bvh2Node]) -> Vec<Bvh2Node> {
     let mut kept = Vec::with_capacity(leaves.len());
     keep(leaves, &mut kept);
@@ -22,15 +25,23 @@ fn keep(leaves: &[Bvh2Node], kept: &mut Vec<Bvh2Node>) -> (Aabb, f64) {
     let join = |(a, sum): (Aabb, f64), (b, more): (Aabb, f64)| (a.union(&b), sum + more);
     let (bounds, sum) = if leaves.len() < 2 * FEWEST {
         kept.extend_from_slice(leaves);
-        leaves.iter().map(|leaf| (*leaf.aabb(), f64::from(leaf.aabb().half_area()))).fold((Aabb::INVALID, 0.0), join)
+        leaves
+            .iter()
+            .map(|leaf| (*leaf.aabb(), f64::from(leaf.aabb().half_area())))
+            .fold((Aabb::INVALID, 0.0), join)
     } else {
         let (left, right) = leaves.split_at(leaves.len() / 2);
         let left = keep(left, kept);
         join(left, keep(right, kept))
     };
-    if leaves.len() >= FEWEST && sum >= SHARE * leaves.len() as f64 * f64::from(bounds.half_area()) {
+    if leaves.len() >= FEWEST && sum >= SHARE * leaves.len() as f64 * f64::from(bounds.half_area())
+    {
         kept.truncate(start);
-        kept.push(Bvh2Node::new(bounds, leaves.len() as u32, leaves[0].first_index));
+        kept.push(Bvh2Node::new(
+            bounds,
+            leaves.len() as u32,
+            leaves[0].first_index,
+        ));
     }
     (bounds, sum)
 }
@@ -43,19 +54,28 @@ mod tests {
 
     fn leaves(count: usize, at: impl Fn(usize) -> f32) -> Vec<Bvh2Node> {
         let aabb = |i: usize| Aabb::new(Vec3A::splat(at(i)), Vec3A::splat(at(i) + 1.0));
-        (0..count).map(|i| Bvh2Node::new(aabb(i), 1, i as u32)).collect()
+        (0..count)
+            .map(|i| Bvh2Node::new(aabb(i), 1, i as u32))
+            .collect()
     }
 
-    /// Protects: boxes that are equal, or nearly, are one leaf that names them all; those side by side stay apart, also where others are piled.
+    /// Protects: boxes that are equal, or nearly, are one leaf that names them all; those side by
+    /// side stay apart, also where others are piled.
     #[test]
     fn what_lies_on_one_another_is_one_leaf() {
         for step in [0.0, 1e-3] {
             let piled = piled(&leaves(100, |i| i as f32 * step));
-            assert!(piled.len() == 1 && (piled[0].prim_count, piled[0].first_index) == (100, 0), "{piled:?}");
+            assert!(
+                piled.len() == 1 && (piled[0].prim_count, piled[0].first_index) == (100, 0),
+                "{piled:?}"
+            );
         }
         assert_eq!(piled(&leaves(FEWEST - 1, |_| 0.0)).len(), FEWEST - 1);
         assert_eq!(piled(&leaves(100, |i| i as f32)).len(), 100);
         let some = piled(&leaves(128, |i| if i < 64 { 0.0 } else { i as f32 }));
-        assert_eq!((some.len(), some[0].prim_count, some[1].first_index), (65, 64, 64));
+        assert_eq!(
+            (some.len(), some[0].prim_count, some[1].first_index),
+            (65, 64, 64)
+        );
     }
 }

@@ -1,4 +1,5 @@
-//! From a binary tree to eight-wide nodes and leaves of up to eight primitives of a kind, by least expected cost.
+//! From a binary tree to eight-wide nodes and leaves of up to eight primitives of a kind, by least
+//! expected cost.
 //!
 //! A child is an inner node, a leaf of up to eight triangles or spheres, or one other primitive.
 
@@ -16,7 +17,8 @@ use crate::bvh8::triangle8::{LeafHeader, Triangle8};
 use crate::memory::{filled, huge_page_vec};
 use costs::{AS_INNER, AS_LEAF, Costs, FEWER, shares, solve, weight};
 
-/// A block of fewer primitives takes in another one beside it where both fit into one and rays spend less on that.
+/// A block of fewer primitives takes in another one beside it where both fit into one and rays
+/// spend less on that.
 const SPARSE: usize = 5;
 
 /// What a lane will hold.
@@ -50,7 +52,8 @@ struct Piece {
     jobs: Vec<Job>,
 }
 
-/// An inner child that another piece is to be the tree of: the lane of a node, the root in the binary tree, and its level.
+/// An inner child that another piece is to be the tree of: the lane of a node, the root in the
+/// binary tree, and its level.
 struct Job {
     slot: usize,
     lane: usize,
@@ -63,18 +66,29 @@ impl Collapse<'_> {
     fn to_left(&self, left: u32, lanes: usize) -> usize {
         let (l, r) = (&self.costs[left as usize], &self.costs[left as usize + 1]);
         let cost = |to_left: &usize| l.cost[to_left - 1] + r.cost[lanes - to_left - 1];
-        shares(l, r, lanes).min_by(|a, b| cost(a).total_cmp(&cost(b))).unwrap_or(1)
+        shares(l, r, lanes)
+            .min_by(|a, b| cost(a).total_cmp(&cost(b)))
+            .unwrap_or(1)
     }
 
     /// Appends what a subtree becomes in up to so many lanes.
     fn open(&self, node: u32, mut lanes: usize, out: &mut NodeLanes) {
-        let (pick, bounds) = (&self.costs[node as usize].pick, self.binary.nodes[node as usize].bounds);
+        let (pick, bounds) = (
+            &self.costs[node as usize].pick,
+            self.binary.nodes[node as usize].bounds,
+        );
         while lanes > 1 && pick[lanes - 1] == FEWER {
             lanes -= 1;
         }
         match pick[lanes - 1] {
-            AS_LEAF => out.push(Lane { bounds, content: self.leaf(node) }),
-            AS_INNER if lanes == 1 => out.push(Lane { bounds, content: LaneContent::Inner(node) }),
+            AS_LEAF => out.push(Lane {
+                bounds,
+                content: self.leaf(node),
+            }),
+            AS_INNER if lanes == 1 => out.push(Lane {
+                bounds,
+                content: LaneContent::Inner(node),
+            }),
             _ => self.divide(self.binary.nodes[node as usize].first, lanes, out),
         }
     }
@@ -90,7 +104,9 @@ impl Collapse<'_> {
     fn leaf(&self, node: u32) -> LaneContent {
         let Costs { alike, company, .. } = self.costs[node as usize];
         if usize::from(alike) > WIDTH {
-            return LaneContent::Other(self.binary.order[self.binary.nodes[node as usize].first as usize]);
+            return LaneContent::Other(
+                self.binary.order[self.binary.nodes[node as usize].first as usize],
+            );
         }
         let mut places = ArrayVec::new();
         self.places(node, &mut places);
@@ -109,9 +125,13 @@ impl Collapse<'_> {
         }
     }
 
-    /// The tree below an inner node, but for what lies in nodes from `tops` on; none where it is too deep.
+    /// The tree below an inner node, but for what lies in nodes from `tops` on; none where it is
+    /// too deep.
     fn piece(&self, root: u32, depth: u32, tops: usize) -> Option<Piece> {
-        let mut piece = Piece { nodes: vec![Node::EMPTY], ..Piece::default() };
+        let mut piece = Piece {
+            nodes: vec![Node::EMPTY],
+            ..Piece::default()
+        };
         let mut work = vec![(0_usize, root, depth)];
         while let Some((slot, root, depth)) = work.pop() {
             if depth > MAX_DEPTH {
@@ -122,13 +142,24 @@ impl Collapse<'_> {
             self.divide(self.binary.nodes[root as usize].first, WIDTH, &mut lanes);
             let first = work.len();
             join_sparse(&mut lanes);
-            // Rays that ask for any hit go from the last lane to the first: to what ends them soonest.
-            let of = |lane: &Lane| (!matches!(lane.content, LaneContent::Inner(_)), half_area(&lane.bounds));
+            // Rays that ask for any hit go from the last lane to the first: to what ends them
+            // soonest.
+            let of = |lane: &Lane| {
+                (
+                    !matches!(lane.content, LaneContent::Inner(_)),
+                    half_area(&lane.bounds),
+                )
+            };
             lanes.sort_by(|a, b| of(a).0.cmp(&of(b).0).then(of(a).1.total_cmp(&of(b).1)));
             for (lane, Lane { bounds, content }) in lanes.into_iter().enumerate() {
                 let child = match content {
                     LaneContent::Inner(node) if node as usize >= tops => {
-                        piece.jobs.push(Job { slot, lane, root: node, depth: depth + 1 });
+                        piece.jobs.push(Job {
+                            slot,
+                            lane,
+                            root: node,
+                            depth: depth + 1,
+                        });
                         Child::NONE
                     }
                     LaneContent::Inner(node) => {
@@ -170,27 +201,52 @@ impl Piece {
 }
 
 impl Bvh8 {
-    /// Collapses a binary tree whose leaves are primitives of one company, as many as a block takes, or one other primitive. Returns the order in
-    /// which its leaves name the boxes, and its depth; none where that is more than a traversal's stack allows, or where there is
-    /// no inner node.
-    pub(crate) fn collapse(binary: &Binary, company: LeafKindOf<'_>) -> Option<(Self, Vec<u32>, u32)> {
+    /// Collapses a binary tree whose leaves are primitives of one company, as many as a block
+    /// takes, or one other primitive. Returns the order in which its leaves name the boxes, and its
+    /// depth; none where that is more than a traversal's stack allows, or where there is no inner
+    /// node.
+    pub(crate) fn collapse(
+        binary: &Binary,
+        company: LeafKindOf<'_>,
+    ) -> Option<(Self, Vec<u32>, u32)> {
         if binary.nodes.first().is_none_or(|root| root.count > 0) {
             return None;
         }
-        let collapse = Collapse { binary, costs: solve(binary, company) };
+        let collapse = Collapse {
+            binary,
+            costs: solve(binary, company),
+        };
         let top = collapse.piece(0, 1, binary.tops())?;
-        let pieces: Vec<_> = top.jobs.par_iter().map(|job| collapse.piece(job.root, job.depth, usize::MAX)).collect();
+        let pieces: Vec<_> = top
+            .jobs
+            .par_iter()
+            .map(|job| collapse.piece(job.root, job.depth, usize::MAX))
+            .collect();
         let pieces = pieces.into_iter().collect::<Option<Vec<_>>>()?;
         drop(collapse);
-        let total = |count: fn(&Piece) -> usize| count(&top) + pieces.iter().map(count).sum::<usize>();
-        let [nodes, blocks] = [total(|piece| piece.nodes.len()), total(|piece| piece.facts.len())];
-        let mut bvh = Self { nodes: huge_page_vec(nodes), facts: huge_page_vec(blocks), rows: top.rows, ..Self::default() };
+        let total =
+            |count: fn(&Piece) -> usize| count(&top) + pieces.iter().map(count).sum::<usize>();
+        let [nodes, blocks] = [
+            total(|piece| piece.nodes.len()),
+            total(|piece| piece.facts.len()),
+        ];
+        let mut bvh = Self {
+            nodes: huge_page_vec(nodes),
+            facts: huge_page_vec(blocks),
+            rows: top.rows,
+            ..Self::default()
+        };
         bvh.nodes.extend(top.nodes);
         bvh.facts.extend(top.facts);
         let (mut order, mut deepest) = (huge_page_vec(binary.order.len()), top.deepest);
         order.extend(top.order);
         for (job, piece) in top.jobs.iter().zip(pieces) {
-            let bases = [bvh.nodes.len(), bvh.facts.len(), order.len(), bvh.rows.len()];
+            let bases = [
+                bvh.nodes.len(),
+                bvh.facts.len(),
+                order.len(),
+                bvh.rows.len(),
+            ];
             let bases @ [_, _, place, ..] = bases.map(|base| base as u32);
             bvh.nodes[job.slot].children[job.lane] = Child::new(Child::INNER, bvh.nodes.len());
             let moved = |mut source: Node| {
@@ -198,9 +254,15 @@ impl Bvh8 {
                 source
             };
             bvh.nodes.extend(piece.nodes.into_iter().map(moved));
-            bvh.facts.extend(piece.facts.into_iter().map(|facts| LeafHeader { first: facts.first + place, ..facts }));
+            bvh.facts
+                .extend(piece.facts.into_iter().map(|facts| LeafHeader {
+                    first: facts.first + place,
+                    ..facts
+                }));
             bvh.rows.extend(piece.rows);
-            bvh.rows[bases[3] as usize..].iter_mut().for_each(|row| row.facts.first += place);
+            bvh.rows[bases[3] as usize..]
+                .iter_mut()
+                .for_each(|row| row.facts.first += place);
             order.extend(piece.order);
             deepest = deepest.max(piece.deepest);
         }
@@ -212,7 +274,13 @@ impl Bvh8 {
 /// Puts sparse blocks of a node together where rays spend less on one than on two.
 fn join_sparse(lanes: &mut NodeLanes) {
     while let Some((into, from)) = pair(lanes) {
-        let Lane { bounds, content: LaneContent::Several(_, places) } = lanes.remove(from) else { break };
+        let Lane {
+            bounds,
+            content: LaneContent::Several(_, places),
+        } = lanes.remove(from)
+        else {
+            break;
+        };
         let into = &mut lanes[into - usize::from(from < into)];
         into.bounds = into.bounds.union(&bounds);
         if let LaneContent::Several(_, own) = &mut into.content {
@@ -231,10 +299,13 @@ fn pair(lanes: &[Lane]) -> Option<(usize, usize)> {
         let (company, own) = count(lane)?;
         Some(half_area(&lanes[lane].bounds) * weight(company, own as u8))
     };
-    // Only where that costs rays less: two walls in one box would be asked about by every ray in the room.
+    // Only where that costs rays less: two walls in one box would be asked about by every ray in
+    // the room.
     let pays = |a: usize, b: usize, company: LeafKind, together: usize| {
         let area = half_area(&lanes[a].bounds.union(&lanes[b].bounds));
-        spent(a).zip(spent(b)).is_some_and(|(a, b)| area * weight(company, together as u8) < a + b)
+        spent(a)
+            .zip(spent(b))
+            .is_some_and(|(a, b)| area * weight(company, together as u8) < a + b)
     };
     let growth = |&(a, b): &(usize, usize)| {
         let [a, b] = [&lanes[a].bounds, &lanes[b].bounds];
@@ -245,8 +316,9 @@ fn pair(lanes: &[Lane]) -> Option<(usize, usize)> {
     }
     let pairs = (0..lanes.len()).flat_map(|b| (0..lanes.len()).map(move |a| (a, b)));
     let fit = pairs.filter(|&(a, b)| {
-        let fits =
-            |((own, into), (other, from))| own == other && from < SPARSE && into + from <= WIDTH && pays(a, b, own, into + from);
+        let fits = |((own, into), (other, from))| {
+            own == other && from < SPARSE && into + from <= WIDTH && pays(a, b, own, into + from)
+        };
         a != b && count(a).zip(count(b)).is_some_and(fits)
     });
     fit.min_by(|a, b| growth(a).total_cmp(&growth(b)))
@@ -261,23 +333,51 @@ mod tests {
 
     /// The triangles of each block of a tree over boxes of this size, by their places.
     fn blocks(boxes: &[(Vec3, Vec3)]) -> Vec<Vec<u32>> {
-        let boxes: Vec<_> = boxes.iter().map(|&(min, size)| PaddedBox { min, max: min + size }).collect();
-        let built = build(&boxes, BuildQuality::Medium, &|_| LeafKind::Triangles, &|| false).expect("not stopped");
+        let boxes: Vec<_> = boxes
+            .iter()
+            .map(|&(min, size)| PaddedBox {
+                min,
+                max: min + size,
+            })
+            .collect();
+        let built = build(
+            &boxes,
+            BuildQuality::Medium,
+            &|_| LeafKind::Triangles,
+            &|| false,
+        )
+        .expect("not stopped");
         let order = built.order.expect("a tree");
-        let own = |facts: &LeafHeader| order[facts.first as usize..][..usize::from(facts.count)].to_vec();
+        let own =
+            |facts: &LeafHeader| order[facts.first as usize..][..usize::from(facts.count)].to_vec();
         built.bvh.facts.iter().map(own).collect()
     }
 
-    /// Protects: two opposite walls of a room are no block, which every ray in the room would ask; two that lie side by side are one, and
-    /// so are small triangles in a corner.
+    /// Protects: two opposite walls of a room are no block, which every ray in the room would ask;
+    /// two that lie side by side are one, and so are small triangles in a corner.
     #[test]
     fn walls_share_a_block_only_where_rays_spend_less() {
         let wall = |x: f32, y: f32| (Vec3::new(x, y, 0.0), Vec3::new(0.001, 1.0, 1.0));
-        let small = |i: u8| (Vec3::new(0.5 + 0.01 * f32::from(i), 0.5, 0.5), Vec3::splat(0.01));
-        let opposite: Vec<_> = [wall(0.0, 0.0), wall(1.0, 0.0)].into_iter().chain((0..8).map(small)).collect();
-        let together = |blocks: &[Vec<u32>]| blocks.iter().any(|block| block.contains(&0) && block.contains(&1));
+        let small = |i: u8| {
+            (
+                Vec3::new(0.5 + 0.01 * f32::from(i), 0.5, 0.5),
+                Vec3::splat(0.01),
+            )
+        };
+        let opposite: Vec<_> = [wall(0.0, 0.0), wall(1.0, 0.0)]
+            .into_iter()
+            .chain((0..8).map(small))
+            .collect();
+        let together = |blocks: &[Vec<u32>]| {
+            blocks
+                .iter()
+                .any(|block| block.contains(&0) && block.contains(&1))
+        };
         let [apart, beside] = [blocks(&opposite), blocks(&[wall(0.0, 0.0), wall(0.0, 1.0)])];
-        assert!(!together(&apart) && apart.iter().flatten().count() == 10, "{apart:?}");
+        assert!(
+            !together(&apart) && apart.iter().flatten().count() == 10,
+            "{apart:?}"
+        );
         assert!(apart.iter().any(|block| block.len() == 8), "{apart:?}");
         assert!(together(&beside), "{beside:?}");
     }

@@ -1,9 +1,13 @@
-//! Which code walks the tree, chosen once from what the processor has, the same for every ray; and where that code is entered: the traversal as a whole,
-//! and the leaves apart from it, whose registers they would take.
+//! Which code walks the tree, chosen once from what the processor has, the same for every ray; and
+//! where that code is entered: the traversal as a whole, and the leaves apart from it, whose
+//! registers they would take.
 //!
-//! Each entry is a method of the token that proves that the processor has the instructions. It calls a function that is compiled for them, into which
-//! everything else is inlined.
-#![expect(unsafe_code, reason = "calls of functions that are compiled for instructions whose token the caller has")]
+//! Each entry is a method of the token that proves that the processor has the instructions. It
+//! calls a function that is compiled for them, into which everything else is inlined.
+#![expect(
+    unsafe_code,
+    reason = "calls of functions that are compiled for instructions whose token the caller has"
+)]
 
 use super::Bvh8;
 use super::Child;
@@ -36,7 +40,9 @@ impl Kernel {
     /// Those that this processor can run, slowest first.
     pub fn available() -> Vec<Self> {
         let all = [Self::Portable, Self::Avx2, Self::Avx512];
-        all.into_iter().filter(|&kernel| Chosen::new(kernel).is_some()).collect()
+        all.into_iter()
+            .filter(|&kernel| Chosen::new(kernel).is_some())
+            .collect()
     }
 }
 
@@ -61,7 +67,10 @@ impl Chosen {
 /// The fastest that this processor can run.
 impl Default for Chosen {
     fn default() -> Self {
-        [Kernel::Avx512, Kernel::Avx2].into_iter().find_map(Self::new).unwrap_or(Self::Portable(Portable))
+        [Kernel::Avx512, Kernel::Avx2]
+            .into_iter()
+            .find_map(Self::new)
+            .unwrap_or(Self::Portable(Portable))
     }
 }
 
@@ -78,8 +87,9 @@ macro_rules! by_mode {
     };
 }
 
-/// A call of an entry for the instructions that a kernel has and the mode of a query. Queries that count go through the portable code alone: they are not
-/// timed, and need not be compiled for each set of instructions.
+/// A call of an entry for the instructions that a kernel has and the mode of a query. Queries that
+/// count go through the portable code alone: they are not timed, and need not be compiled for each
+/// set of instructions.
 macro_rules! with {
     ($kernel:expr, $query:expr, $mapped:literal, $token:ident, $mode:ident => $call:expr) => {
         match $kernel {
@@ -96,8 +106,9 @@ macro_rules! with {
 
 /// Traversals by whoever has a query: one copy of each, whatever a caller's scalar.
 impl Bvh8 {
-    /// Shows `visitor` what the query's ray meets, which f32 has exactly and which is here one number after the other: a load of two would wait for both
-    /// stores of whoever has just made the ray. Whether that ended the traversal.
+    /// Shows `visitor` what the query's ray meets, which f32 has exactly and which is here one
+    /// number after the other: a load of two would wait for both stores of whoever has just made
+    /// the ray. Whether that ended the traversal.
     #[inline(never)]
     #[expect(clippy::too_many_arguments, reason = "in registers")]
     pub(crate) fn visit(
@@ -119,7 +130,8 @@ impl Bvh8 {
         with!(self.kernel, query, false, s, M => s.walk::<M>(self, ox, oy, oz, dx, dy, dz, near, query, visitor))
     }
 
-    /// The same where something is tested without nodes: rows, and without any nodes blocks and the rest, one after the other.
+    /// The same where something is tested without nodes: rows, and without any nodes blocks and the
+    /// rest, one after the other.
     #[inline(never)]
     #[expect(clippy::too_many_arguments, reason = "in registers")]
     fn visit_flat(
@@ -134,7 +146,8 @@ impl Bvh8 {
         query: &mut TraversalQuery<'_>,
         visitor: &mut dyn HitVisitor,
     ) -> bool {
-        if self.always > 0 && with!(self.kernel, query, false, s, M => s.rows::<M>(self, ox, oy, oz, dx, dy, dz, query, visitor))
+        if self.always > 0
+            && with!(self.kernel, query, false, s, M => s.rows::<M>(self, ox, oy, oz, dx, dy, dz, query, visitor))
         {
             return true;
         }
@@ -148,7 +161,8 @@ impl Bvh8 {
         with!(self.kernel, query, false, s, M => s.blocks::<M>(self, &aim, query, visitor))
     }
 
-    /// The same for a ray in the space of an instance, which f32 would move: `setup` is that of [`TraversalRay::mapped`].
+    /// The same for a ray in the space of an instance, which f32 would move: `setup` is that of
+    /// [`TraversalRay::mapped`].
     #[inline(never)]
     pub(crate) fn visit_mapped(
         &self,
@@ -164,10 +178,16 @@ impl Bvh8 {
 
     /// The same where something is tested without nodes.
     #[inline(never)]
-    fn visit_flat_mapped(&self, setup: &TraversalRay, query: &mut TraversalQuery<'_>, visitor: &mut dyn HitVisitor) -> bool {
+    fn visit_flat_mapped(
+        &self,
+        setup: &TraversalRay,
+        query: &mut TraversalQuery<'_>,
+        visitor: &mut dyn HitVisitor,
+    ) -> bool {
         if self.always > 0 {
             let line = *query.prepared();
-            if with!(self.kernel, query, true, s, M => s.rows_mapped::<M>(self, &line, query, visitor)) {
+            if with!(self.kernel, query, true, s, M => s.rows_mapped::<M>(self, &line, query, visitor))
+            {
                 return true;
             }
         }
@@ -177,7 +197,8 @@ impl Bvh8 {
         with!(self.kernel, query, true, s, M => s.blocks::<M>(self, &setup.aim, query, visitor))
     }
 
-    /// The same for a ray of the world that comes to an instance of what this is the tree of; none where another ray has to be made.
+    /// The same for a ray of the world that comes to an instance of what this is the tree of; none
+    /// where another ray has to be made.
     #[inline(never)]
     pub(crate) fn visit_instance(
         &self,
@@ -195,7 +216,11 @@ impl Bvh8 {
 
     /// Shows `meets` what rays from one point meet.
     #[inline(never)]
-    pub(crate) fn visit_packet(&self, pencil: &mut PacketState, meets: &mut dyn PacketVisitor) -> PacketResult {
+    pub(crate) fn visit_packet(
+        &self,
+        pencil: &mut PacketState,
+        meets: &mut dyn PacketVisitor,
+    ) -> PacketResult {
         match self.kernel {
             Chosen::Portable(s) => s.pencil(self, pencil, meets),
             Chosen::Avx2(s) => s.pencil(self, pencil, meets),
@@ -204,7 +229,8 @@ impl Bvh8 {
     }
 }
 
-/// Entries of a set of instructions: methods of its token, each of which calls a function that an attribute has compiled for them.
+/// Entries of a set of instructions: methods of its token, each of which calls a function that an
+/// attribute has compiled for them.
 macro_rules! entries {
     ($token:ident, $compiled:meta: $(
         $(#[doc = $about:literal])*
@@ -239,7 +265,8 @@ macro_rules! traversals {
             pub(super) fn walk_mapped<M: TraversalMode>(s, bvh: &Bvh8, setup: &TraversalRay, query: &mut TraversalQuery<'_>, visitor: &mut dyn HitVisitor) {
                 traverse::<_, M>(s, bvh, setup, query, visitor)
             } -> bool;
-            /// The same for a ray of the world, by the map of an instance. None where f32 can't tell it well enough.
+            /// The same for a ray of the world, by the map of an instance. None where f32 can't
+            /// tell it well enough.
             pub(super) fn walk_instance<M: TraversalMode>(
                 s, bvh: &Bvh8, inverse: &RoughInverse, bounds: &BoundingSphere, ray: &PreparedRay, query: &mut TraversalQuery<'_>, visitor: &mut dyn HitVisitor
             ) { traverse_instance::<_, M>(s, bvh, inverse, bounds, ray, query, visitor) } -> Option<bool>;
@@ -259,7 +286,8 @@ macro_rules! traversals {
     };
 }
 
-/// What a traversal asks of a leaf, apart from it, whose registers that would take, with the exact test of a lane.
+/// What a traversal asks of a leaf, apart from it, whose registers that would take, with the exact
+/// test of a lane.
 macro_rules! leaves {
     ($token:ident, $compiled:meta, $crossing:expr) => {
         #[inline(always)]
@@ -294,10 +322,18 @@ impl TraversalSimd for Portable {
 
 #[cfg(target_arch = "x86_64")]
 impl Avx2 {
-    traversals!(Avx2, target_feature(enable = "avx2,fma,bmi1,bmi2,lzcnt,popcnt"));
+    traversals!(
+        Avx2,
+        target_feature(enable = "avx2,fma,bmi1,bmi2,lzcnt,popcnt")
+    );
 }
 
 #[cfg(target_arch = "x86_64")]
 impl Avx512 {
-    traversals!(Avx512, target_feature(enable = "avx512f,avx512vl,avx512dq,avx512bw,avx2,fma,bmi1,bmi2,lzcnt,popcnt"));
+    traversals!(
+        Avx512,
+        target_feature(
+            enable = "avx512f,avx512vl,avx512dq,avx512bw,avx2,fma,bmi1,bmi2,lzcnt,popcnt"
+        )
+    );
 }

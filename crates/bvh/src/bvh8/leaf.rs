@@ -1,5 +1,7 @@
-//! What a traversal asks of leaves, and of what is tested without nodes: triangles by the filter and then the exact test, spheres and planes in rows
-//! by their own test ([`super::row`]), since what a filter in f32 would spare of those is less than it costs. Each says whether that ended the walk.
+//! What a traversal asks of leaves, and of what is tested without nodes: triangles by the filter
+//! and then the exact test, spheres and planes in rows by their own test ([`super::row`]), since
+//! what a filter in f32 would spare of those is less than it costs. Each says whether that ended
+//! the walk.
 
 use super::filter;
 use super::optimisation_barrier::in_memory;
@@ -13,8 +15,8 @@ use super::{Bvh8, Child, Lanes};
 use crate::math::simd::Simd;
 use crate::shapes::{PreparedRay, TriangleHit};
 
-/// The lanes of a block that the exact test is asked about, with a far end as it is and as boxes use it. None where what the filter says ended the
-/// walk.
+/// The lanes of a block that the exact test is asked about, with a far end as it is and as boxes
+/// use it. None where what the filter says ended the walk.
 #[inline(always)]
 pub(super) fn candidates<S: Simd, M: TraversalMode>(
     s: S,
@@ -45,10 +47,16 @@ pub(super) fn triangles<S: TraversalSimd, M: TraversalMode>(
     query: &mut TraversalQuery<'_>,
     visitor: &mut dyn HitVisitor,
 ) -> bool {
-    let sight = if M::MAPPED { ProjectedRay::of(query.prepared()) } else { ProjectedRay::new(aim.origin, aim.direction) };
+    let sight = if M::MAPPED {
+        ProjectedRay::of(query.prepared())
+    } else {
+        ProjectedRay::new(aim.origin, aim.direction)
+    };
     let (triangles, facts) = (&bvh.blocks[number], &bvh.facts[number]);
     for lane in Lanes(lanes) {
-        let met = s.crossing(triangles, lane, in_memory(&sight)).unwrap_or_else(|Unsure| alone(triangles, lane, query));
+        let met = s
+            .crossing(triangles, lane, in_memory(&sight))
+            .unwrap_or_else(|Unsure| alone(triangles, lane, query));
         if met.is_some_and(|met| query.triangle::<M>(facts, lane, &met, visitor)) {
             return true;
         }
@@ -59,7 +67,11 @@ pub(super) fn triangles<S: TraversalSimd, M: TraversalMode>(
 /// The test of single triangles.
 #[inline(never)]
 fn alone(block: &Triangle8, lane: usize, query: &mut TraversalQuery<'_>) -> Option<TriangleHit> {
-    block.triangle(lane).crossing(query.prepared()).as_ref().map(TriangleHit::from)
+    block
+        .triangle(lane)
+        .crossing(query.prepared())
+        .as_ref()
+        .map(TriangleHit::from)
 }
 
 #[inline(always)]
@@ -87,9 +99,20 @@ pub(super) fn spheres<S: Simd, M: TraversalMode>(
     visitor: &mut dyn HitVisitor,
 ) -> bool {
     // Made for the first row that the ray meets.
-    let line =
-        line.get_or_insert_with(|| if M::MAPPED { *query.prepared() } else { PreparedRay::in_world(aim.origin, aim.direction) });
-    row::<S, M>(s, &bvh.rows[bvh.always + leaf.index()], line, query, visitor)
+    let line = line.get_or_insert_with(|| {
+        if M::MAPPED {
+            *query.prepared()
+        } else {
+            PreparedRay::in_world(aim.origin, aim.direction)
+        }
+    });
+    row::<S, M>(
+        s,
+        &bvh.rows[bvh.always + leaf.index()],
+        line,
+        query,
+        visitor,
+    )
 }
 
 /// The rows that every query meets.
@@ -101,7 +124,9 @@ pub(super) fn rows<S: Simd, M: TraversalMode>(
     query: &mut TraversalQuery<'_>,
     visitor: &mut dyn HitVisitor,
 ) -> bool {
-    bvh.rows[..bvh.always].iter().any(|one| row::<S, M>(s, one, line, query, visitor))
+    bvh.rows[..bvh.always]
+        .iter()
+        .any(|one| row::<S, M>(s, one, line, query, visitor))
 }
 
 /// Each block, and then what comes in no block, where there are no nodes.

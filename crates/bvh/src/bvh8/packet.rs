@@ -1,13 +1,19 @@
 //! Rays from one point, up to sixteen at a time: a pencil, as the rays of a pinhole camera are.
 //!
-//! Boxes are tested once for all of them, by the interval of their inverse directions: rounding keeps order, so where the box test of
-//! any of them passes, this one does, and no later. What a triangle has to do with the common origin is worked out once, eight
-//! triangles side by side; then each triangle that the interval of directions may hit meets eight rays at a time. What [`super::filter`]
-//! says of bounds holds here as it stands: U = e₂·(f64 × d) is (e₂ × f64)·d, with as many roundings. W is also taken for the interval as
-//! (N − A − B)·d, of components that are wrong by 23 u E R, so by 42 u E R |d|, of the same 46. What the filter leaves goes through
-//! the exact test's own operations, eight rays at once in f64, so that a hit has the bits that the ray alone would find.
+//! Boxes are tested once for all of them, by the interval of their inverse directions: rounding
+//! keeps order, so where the box test of any of them passes, this one does, and no later. What a
+//! triangle has to do with the common origin is worked out once, eight triangles side by side; then
+//! each triangle that the interval of directions may hit meets eight rays at a time. What
+//! [`super::filter`] says of bounds holds here as it stands: U = e₂·(f64 × d) is (e₂ × f64)·d, with
+//! as many roundings. W is also taken for the interval as (N − A − B)·d, of components that are
+//! wrong by 23 u E R, so by 42 u E R |d|, of the same 46. What the filter leaves goes through the
+//! exact test's own operations, eight rays at once in f64, so that a hit has the bits that the ray
+//! alone would find.
 
-#![expect(unsafe_code, reason = "the stack is read where it was written; each block says why")]
+#![expect(
+    unsafe_code,
+    reason = "the stack is read where it was written; each block says why"
+)]
 
 mod bundle;
 mod triangles;
@@ -57,13 +63,27 @@ impl PacketState {
     #[inline(always)]
     pub fn new(origin: Vec3, directions: &[Vec3], [near, last]: [f32; 2], culls: bool) -> Self {
         let count = directions.len().min(RAYS);
-        let mut lanes = directions.first().copied().unwrap_or(Vec3::ONE).to_array().map(|d| [d; RAYS]);
+        let mut lanes = directions
+            .first()
+            .copied()
+            .unwrap_or(Vec3::ONE)
+            .to_array()
+            .map(|d| [d; RAYS]);
         for (ray, direction) in directions.iter().take(RAYS).enumerate() {
             (lanes[0][ray], lanes[1][ray], lanes[2][ray]) = (direction.x, direction.y, direction.z);
         }
         let (mut far, slots) = ([f32::NEG_INFINITY; RAYS], [[Self::NOTHING; RAYS]; 2]);
         far[..count].fill(last);
-        Self { origin: origin.to_array(), directions: lanes, count, near, far, rest: [[0.0; RAYS]; 2], slots, culls }
+        Self {
+            origin: origin.to_array(),
+            directions: lanes,
+            count,
+            near,
+            far,
+            rest: [[0.0; RAYS]; 2],
+            slots,
+            culls,
+        }
     }
 
     /// What a ray has hit: the distance and the hit's other numbers, and both slots.
@@ -71,7 +91,12 @@ impl PacketState {
     pub fn hit(&self, ray: usize) -> Option<([f32; 3], [u32; 2])> {
         let ray = ray & (RAYS - 1);
         let found = self.slots[0][ray] != Self::NOTHING;
-        found.then(|| ([self.far[ray], self.rest[0][ray], self.rest[1][ray]], [self.slots[0][ray], self.slots[1][ray]]))
+        found.then(|| {
+            (
+                [self.far[ray], self.rest[0][ray], self.rest[1][ray]],
+                [self.slots[0][ray], self.slots[1][ray]],
+            )
+        })
     }
 
     /// A ray, at no time.
@@ -80,9 +105,16 @@ impl PacketState {
         Ray::new(self.origin.into(), [d(0), d(1), d(2)].into())
     }
 
-    /// Takes a hit within the range where it is nearer than what was found, or as near and lower in the order of ties.
+    /// Takes a hit within the range where it is nearer than what was found, or as near and lower in
+    /// the order of ties.
     #[inline(always)]
-    pub fn consider(&mut self, ray: usize, [t, u, v]: [f32; 3], [slot, inner]: [u32; 2], lower: impl FnOnce(u32, u32) -> bool) {
+    pub fn consider(
+        &mut self,
+        ray: usize,
+        [t, u, v]: [f32; 3],
+        [slot, inner]: [u32; 2],
+        lower: impl FnOnce(u32, u32) -> bool,
+    ) {
         let ray = ray & (RAYS - 1);
         let (best, found) = (self.far[ray], self.slots[0][ray]);
         if t < best || t == best && (found == Self::NOTHING || lower(slot, found)) {
@@ -99,7 +131,8 @@ impl PacketState {
         (1 << count) - 1
     }
 
-    /// The least and the greatest size of directions in each axis, with their sign; none where that is not one.
+    /// The least and the greatest size of directions in each axis, with their sign; none where that
+    /// is not one.
     #[inline(always)]
     fn spans(&self) -> Option<[[f32; 3]; 2]> {
         let mut spans = [[0.0; 3]; 2];
@@ -132,21 +165,31 @@ pub(crate) trait PacketVisitor {
 pub(crate) enum PacketResult {
     /// All is found that they meet.
     Whole,
-    /// Each has its own way: it would take less to ask them one by one, and what they found so far is not all.
+    /// Each has its own way: it would take less to ask them one by one, and what they found so far
+    /// is not all.
     Parted,
     /// They can't be asked together: directions differ too much. Nothing was done.
     Unfit,
 }
 
-/// Leaves that a pencil asks about before it is given up: as many as cost about what its rays cost one by one. Measured:
-/// `../../../../benches/runs/2026-11-23-pencils.md`.
+/// Leaves that a pencil asks about before it is given up: as many as cost about what its rays cost
+/// one by one. Measured: `../../../../benches/runs/2026-11-23-pencils.md`.
 const MOST_LEAVES: u32 = 32;
 
 /// Asks about all that the rays may meet.
 #[inline(always)]
-pub(super) fn walk<S: TraversalSimd>(s: S, bvh: &Bvh8, pencil: &mut PacketState, meets: &mut dyn PacketVisitor) -> PacketResult {
+pub(super) fn walk<S: TraversalSimd>(
+    s: S,
+    bvh: &Bvh8,
+    pencil: &mut PacketState,
+    meets: &mut dyn PacketVisitor,
+) -> PacketResult {
     let has_boxes = !(bvh.nodes.is_empty() && bvh.blocks.is_empty());
-    let bundle = if has_boxes { Bundle::new(s, pencil) } else { None };
+    let bundle = if has_boxes {
+        Bundle::new(s, pencil)
+    } else {
+        None
+    };
     if has_boxes && bundle.is_none() {
         return PacketResult::Unfit;
     }
@@ -163,7 +206,9 @@ pub(super) fn walk<S: TraversalSimd>(s: S, bvh: &Bvh8, pencil: &mut PacketState,
             return PacketResult::Parted;
         }
     }
-    bvh.others.clone().for_each(|place| meets.other(place, pencil));
+    bvh.others
+        .clone()
+        .for_each(|place| meets.other(place, pencil));
     PacketResult::Whole
 }
 
@@ -176,7 +221,9 @@ fn rows_of_lanes<S: Simd>(s: S, rows: &[Row], pencil: &mut PacketState, meets: &
         if first >= pencil.count {
             return;
         }
-        let row = |axis: usize| -> [f32; WIDTH] { core::array::from_fn(|lane| pencil.directions[axis][first + lane]) };
+        let row = |axis: usize| -> [f32; WIDTH] {
+            core::array::from_fn(|lane| pencil.directions[axis][first + lane])
+        };
         let lines = RaysF64::new(s, origin, [&row(0), &row(1), &row(2)], pencil.culls);
         for row in rows {
             for lane in 0..usize::from(row.facts.count) {
@@ -187,9 +234,15 @@ fn rows_of_lanes<S: Simd>(s: S, rows: &[Row], pencil: &mut PacketState, meets: &
                 }
                 let roots = found.stored(s);
                 for ray in Lanes(found.hits) {
-                    let v = if roots.leaving >> ray & 1 == 0 { 0.0 } else { 1.0 };
+                    let v = if roots.leaving >> ray & 1 == 0 {
+                        0.0
+                    } else {
+                        1.0
+                    };
                     let slots = [row.facts.first + lane as u32, u32::MAX];
-                    pencil.consider(first + ray, [roots.t[ray], 0.0, v], slots, |a, b| meets.lower(a, b));
+                    pencil.consider(first + ray, [roots.t[ray], 0.0, v], slots, |a, b| {
+                        meets.lower(a, b)
+                    });
                 }
             }
         }
@@ -235,7 +288,9 @@ fn down<S: TraversalSimd>(
                 return false;
             }
             match () {
-                () if current.is_block() => block(s, bvh, current.index(), bundle, pencil, exact, meets),
+                () if current.is_block() => {
+                    block(s, bvh, current.index(), bundle, pencil, exact, meets)
+                }
                 () if current.is_row() => {
                     let row = bvh.always + current.index();
                     rows_of_lanes(s, &bvh.rows[row..=row], pencil, meets);
@@ -245,7 +300,9 @@ fn down<S: TraversalSimd>(
             far = greatest_far(pencil);
         }
         // SAFETY: everything below the top was written.
-        let Some(next) = (unsafe { stack.pop(&mut top, far) }) else { return true };
+        let Some(next) = (unsafe { stack.pop(&mut top, far) }) else {
+            return true;
+        };
         current = next;
     }
 }

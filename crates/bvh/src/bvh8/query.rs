@@ -1,5 +1,6 @@
-//! A query as a traversal has it: where hits count, whose ray it is and what was counted, and what takes its hits. Nothing here depends on the scalar that
-//! primitives are stored in, so each traversal is compiled once, in this crate.
+//! A query as a traversal has it: where hits count, whose ray it is and what was counted, and what
+//! takes its hits. Nothing here depends on the scalar that primitives are stored in, so each
+//! traversal is compiled once, in this crate.
 
 use super::row::RowHits;
 use super::traversal_ray::RayReparametrisation;
@@ -13,8 +14,9 @@ use crate::stats::TraversalStats;
 pub(crate) trait TraversalMode {
     /// Whether any hit will do. Then children are visited in no order.
     const ANY: bool;
-    /// Whether its ray was rounded, see [`super::TraversalRay::mapped`]: then the exact tests take [`TraversalQuery::prepared`]. What it comes to is
-    /// shown by an instance, or stored in f64 and in no lanes, so that every hit is shown; otherwise opaque ones end a search for any.
+    /// Whether its ray was rounded, see [`super::TraversalRay::mapped`]: then the exact tests take
+    /// [`TraversalQuery::prepared`]. What it comes to is shown by an instance, or stored in f64 and
+    /// in no lanes, so that every hit is shown; otherwise opaque ones end a search for any.
     const MAPPED: bool;
     /// Whether it counts.
     const COUNTS: bool;
@@ -23,7 +25,9 @@ pub(crate) trait TraversalMode {
 /// Each of them as a type.
 pub(super) struct Mode<const ANY: bool, const MAPPED: bool, const COUNTS: bool>;
 
-impl<const ANY: bool, const MAPPED: bool, const COUNTS: bool> TraversalMode for Mode<ANY, MAPPED, COUNTS> {
+impl<const ANY: bool, const MAPPED: bool, const COUNTS: bool> TraversalMode
+    for Mode<ANY, MAPPED, COUNTS>
+{
     const ANY: bool = ANY;
     const MAPPED: bool = MAPPED;
     const COUNTS: bool = COUNTS;
@@ -39,7 +43,8 @@ pub(crate) enum RaySource<'a> {
     Prepared(&'a PreparedRay),
 }
 
-/// Takes the hits of a traversal. Each method says whether that ends it, and may bring the query's ends nearer.
+/// Takes the hits of a traversal. Each method says whether that ends it, and may bring the query's
+/// ends nearer.
 pub(crate) trait HitVisitor {
     /// A primitive in lanes is hit within the range.
     fn hit(&mut self, query: &mut TraversalQuery<'_>, slot: u32, t: f32, u: f32, v: f32) -> bool;
@@ -72,15 +77,23 @@ impl TraversalQuery<'_> {
     pub fn prepared(&mut self) -> &PreparedRay {
         match self.source {
             RaySource::Prepared(ray) => ray,
-            RaySource::Stored(ray, faces) => self.prepared.get_or_insert_with(|| PreparedRay::of(*ray, faces)),
-            RaySource::Under(transform, ray) => self.prepared.get_or_insert_with(|| transform.probe_to_object(ray)),
+            RaySource::Stored(ray, faces) => self
+                .prepared
+                .get_or_insert_with(|| PreparedRay::of(*ray, faces)),
+            RaySource::Under(transform, ray) => self
+                .prepared
+                .get_or_insert_with(|| transform.probe_to_object(ray)),
         }
     }
 
     /// The greatest distance that still counts, as the traversal counts it.
     #[inline(always)]
     pub(super) fn far<M: TraversalMode>(&self) -> f32 {
-        if M::MAPPED { self.rebase.far(self.far) } else { self.far }
+        if M::MAPPED {
+            self.rebase.far(self.far)
+        } else {
+            self.far
+        }
     }
 
     #[inline(always)]
@@ -98,17 +111,29 @@ impl TraversalQuery<'_> {
         }
     }
 
-    /// The lanes of a leaf that matter, and those of which a hit within the range ends the traversal whatever it is.
+    /// The lanes of a leaf that matter, and those of which a hit within the range ends the
+    /// traversal whatever it is.
     #[inline(always)]
     fn wanted<M: TraversalMode>(facts: &LeafHeader) -> [u8; 2] {
-        if M::ANY && !M::MAPPED { [facts.opaque | facts.asks, facts.opaque] } else { [u8::MAX, 0] }
+        if M::ANY && !M::MAPPED {
+            [facts.opaque | facts.asks, facts.opaque]
+        } else {
+            [u8::MAX, 0]
+        }
     }
 
     /// The same of a block, before it is known from which side a triangle is hit.
     #[inline(always)]
     pub(super) fn lanes<M: TraversalMode>(&self, facts: &LeafHeader) -> [u32; 2] {
         let [wanted, ends] = Self::wanted::<M>(facts);
-        [wanted.into(), if M::ANY { (ends & !(facts.outside_alone(self.culls) | facts.inside)).into() } else { 0 }]
+        [
+            wanted.into(),
+            if M::ANY {
+                (ends & !(facts.outside_alone(self.culls) | facts.inside)).into()
+            } else {
+                0
+            },
+        ]
     }
 
     /// A triangle of a block is hit at some distance. True ends the traversal.
@@ -124,7 +149,13 @@ impl TraversalQuery<'_> {
             return false;
         }
         let ends = Self::wanted::<M>(facts)[1] >> lane & 1 != 0;
-        ends || visitor.hit(self, facts.first + lane as u32, hit.t, hit.weights[0], hit.weights[1])
+        ends || visitor.hit(
+            self,
+            facts.first + lane as u32,
+            hit.t,
+            hit.weights[0],
+            hit.weights[1],
+        )
     }
 
     /// These of a row are hit within the range. True ends the traversal.
@@ -138,7 +169,11 @@ impl TraversalQuery<'_> {
         let [wanted, ends] = Self::wanted::<M>(facts);
         roots.hits & u32::from(ends) != 0
             || Lanes(roots.hits & u32::from(wanted)).any(|lane| {
-                let v = if roots.leaving >> lane & 1 == 0 { 0.0 } else { 1.0 };
+                let v = if roots.leaving >> lane & 1 == 0 {
+                    0.0
+                } else {
+                    1.0
+                };
                 visitor.hit(self, facts.first + lane as u32, roots.t[lane], 0.0, v)
             })
     }

@@ -1,5 +1,6 @@
-//! Spheres and planes eight at a time, by the operations of their own tests ([`crate::shapes::Sphere`], [`crate::shapes::Plane`]) in
-//! lanes of f64. One of them alone costs less than a filter in front of it would; eight cost about as much as one.
+//! Spheres and planes eight at a time, by the operations of their own tests
+//! ([`crate::shapes::Sphere`], [`crate::shapes::Plane`]) in lanes of f64. One of them alone costs
+//! less than a filter in front of it would; eight cost about as much as one.
 
 use glam::{DVec3, Vec3};
 
@@ -29,7 +30,8 @@ pub(crate) enum RowKind {
     Planes,
 }
 
-/// What a row says of a ray: which lanes it hits within the range, on an accepted side, which of those as it leaves a body, and where.
+/// What a row says of a ray: which lanes it hits within the range, on an accepted side, which of
+/// those as it leaves a body, and where.
 #[derive(Clone, Copy)]
 pub(crate) struct RowHits<T> {
     pub hits: u32,
@@ -41,13 +43,22 @@ impl<T: Copy> RowHits<T> {
     /// The same in memory.
     #[inline(always)]
     pub(super) fn stored<S: Simd<Floats = T>>(&self, s: S) -> RowHits<[f32; WIDTH]> {
-        RowHits { hits: self.hits, leaving: self.leaving, t: s.to_array(self.t) }
+        RowHits {
+            hits: self.hits,
+            leaving: self.leaving,
+            t: s.to_array(self.t),
+        }
     }
 }
 
 impl Row {
-    /// Of spheres, by centre and radius, or of planes, by point and normal, whose slots follow the first one.
-    pub fn new(kind: RowKind, first: usize, own: impl Iterator<Item = ([Vec3; 2], Visibility)>) -> Self {
+    /// Of spheres, by centre and radius, or of planes, by point and normal, whose slots follow the
+    /// first one.
+    pub fn new(
+        kind: RowKind,
+        first: usize,
+        own: impl Iterator<Item = ([Vec3; 2], Visibility)>,
+    ) -> Self {
         let mut row = Self::room(kind, first, 0);
         for (lane, ([place, rest], visibility)) in own.take(WIDTH).enumerate() {
             for axis in 0..3 {
@@ -61,12 +72,23 @@ impl Row {
 
     /// Room for so many, the first of which is at a place.
     pub(super) fn room(kind: RowKind, first: usize, count: usize) -> Self {
-        Self { kind, facts: LeafHeader::new(first, count), places: [[f32::NAN; WIDTH]; 3], rest: [[f32::NAN; WIDTH]; 3] }
+        Self {
+            kind,
+            facts: LeafHeader::new(first, count),
+            places: [[f32::NAN; WIDTH]; 3],
+            rest: [[f32::NAN; WIDTH]; 3],
+        }
     }
 
     /// Where a ray hits them.
     #[inline(always)]
-    pub(super) fn hits<S: Simd>(&self, s: S, probe: &PreparedRay, range: Interval<f32>, culls: bool) -> RowHits<S::Floats> {
+    pub(super) fn hits<S: Simd>(
+        &self,
+        s: S,
+        probe: &PreparedRay,
+        range: Interval<f32>,
+        culls: bool,
+    ) -> RowHits<S::Floats> {
         let rays = RayLanes {
             origin: splat3_f64(s, probe.origin),
             direction: splat3_f64(s, probe.direction),
@@ -75,39 +97,88 @@ impl Row {
             inverse_length_squared: s.splat_f64(probe.inverse_length_squared),
         };
         let ends = [s.splat(range.min), s.splat(Real::next_down(range.max))];
-        let sides = [self.facts.outside_alone(culls).into(), self.facts.inside.into()];
+        let sides = [
+            self.facts.outside_alone(culls).into(),
+            self.facts.inside.into(),
+        ];
         // One by one: a closure would not have the instructions of the function that it is in.
-        let places = [s.widen(&self.places[0]), s.widen(&self.places[1]), s.widen(&self.places[2])];
+        let places = [
+            s.widen(&self.places[0]),
+            s.widen(&self.places[1]),
+            s.widen(&self.places[2]),
+        ];
         // By value: a ray that is referred to would lie in memory for the rare case.
         let ([x, y, z], probe) = (&self.rest, *probe);
         match self.kind {
             RowKind::Spheres => spheres(s, places, s.widen(x), &rays, ends, sides, move |lane| {
-                self.sphere(lane).intersect(&probe, range, self.side(lane, culls))
+                self.sphere(lane)
+                    .intersect(&probe, range, self.side(lane, culls))
             }),
-            RowKind::Planes => planes(s, places, [s.widen(x), s.widen(y), s.widen(z)], &rays, ends, sides),
+            RowKind::Planes => planes(
+                s,
+                places,
+                [s.widen(x), s.widen(y), s.widen(z)],
+                &rays,
+                ends,
+                sides,
+            ),
         }
     }
 
     /// Where eight rays hit one of them, up to `far`: a bit a ray.
     #[inline(always)]
-    pub(super) fn lane<S: Simd>(&self, s: S, lane: usize, lines: &RaysF64<S>, near: f32, far: S::Floats) -> RowHits<S::Floats> {
+    pub(super) fn lane<S: Simd>(
+        &self,
+        s: S,
+        lane: usize,
+        lines: &RaysF64<S>,
+        near: f32,
+        far: S::Floats,
+    ) -> RowHits<S::Floats> {
         let lane = lane & (WIDTH - 1);
-        let of = |rows: &[[f32; WIDTH]; 3]| Vec3::new(rows[0][lane], rows[1][lane], rows[2][lane]).as_dvec3();
+        let of = |rows: &[[f32; WIDTH]; 3]| {
+            Vec3::new(rows[0][lane], rows[1][lane], rows[2][lane]).as_dvec3()
+        };
         let only = |side: u8| if side >> lane & 1 == 0 { 0 } else { 0xff };
-        let sides = [only(self.facts.outside_alone(lines.culls)), only(self.facts.inside)];
-        let (places, rest, ends) = (splat3_f64(s, of(&self.places)), of(&self.rest), [s.splat(near), far]);
+        let sides = [
+            only(self.facts.outside_alone(lines.culls)),
+            only(self.facts.inside),
+        ];
+        let (places, rest, ends) = (
+            splat3_f64(s, of(&self.places)),
+            of(&self.rest),
+            [s.splat(near), far],
+        );
         match self.kind {
-            RowKind::Spheres => spheres(s, places, s.splat_f64(rest.x), &lines.rays, ends, sides, |ray| {
-                let range = Interval { min: near, max: s.to_array(far)[ray].next_up() };
-                self.sphere(lane).intersect(&lines.probe(ray), range, self.side(lane, lines.culls))
-            }),
+            RowKind::Spheres => spheres(
+                s,
+                places,
+                s.splat_f64(rest.x),
+                &lines.rays,
+                ends,
+                sides,
+                |ray| {
+                    let range = Interval {
+                        min: near,
+                        max: s.to_array(far)[ray].next_up(),
+                    };
+                    self.sphere(lane).intersect(
+                        &lines.probe(ray),
+                        range,
+                        self.side(lane, lines.culls),
+                    )
+                },
+            ),
             RowKind::Planes => planes(s, places, splat3_f64(s, rest), &lines.rays, ends, sides),
         }
     }
 
     fn sphere(&self, lane: usize) -> Sphere<f32> {
         let at = |axis: usize| self.places[axis][lane];
-        Sphere { centre: Vec3::new(at(0), at(1), at(2)), radius: self.rest[0][lane] }
+        Sphere {
+            centre: Vec3::new(at(0), at(1), at(2)),
+            radius: self.rest[0][lane],
+        }
     }
 
     fn side(&self, lane: usize, culls: bool) -> Side {
@@ -130,10 +201,15 @@ struct RayLanes<S: Simd> {
 
 #[inline(always)]
 fn difference<S: Simd>(s: S, a: [S::Doubles; 3], b: [S::Doubles; 3]) -> [S::Doubles; 3] {
-    [s.sub_f64(a[0], b[0]), s.sub_f64(a[1], b[1]), s.sub_f64(a[2], b[2])]
+    [
+        s.sub_f64(a[0], b[0]),
+        s.sub_f64(a[1], b[1]),
+        s.sub_f64(a[2], b[2]),
+    ]
 }
 
-/// Rays and spheres, lane by lane. `sides` are the lanes hit from outside alone and from inside alone; `alone` tests a lane's sphere by itself.
+/// Rays and spheres, lane by lane. `sides` are the lanes hit from outside alone and from inside
+/// alone; `alone` tests a lane's sphere by itself.
 #[inline(always)]
 fn spheres<S: Simd>(
     s: S,
@@ -150,7 +226,11 @@ fn spheres<S: Simd>(
     let zero = s.splat_f64(0.0);
     let may_meet = s.at_least_f64(s.sub_f64(squared, s.mul_f64(outside, rays.shortened)), zero);
     if may_meet == 0 {
-        return RowHits { hits: 0, leaving: 0, t: first };
+        return RowHits {
+            hits: 0,
+            leaving: 0,
+            t: first,
+        };
     }
     let discriminant = s.sub_f64(squared, s.mul_f64(outside, rays.length_squared));
     let met = s.at_least_f64(discriminant, zero);
@@ -161,13 +241,21 @@ fn spheres<S: Simd>(
     let far = s.narrow(s.mul_f64(s.sub_f64(root, b), rays.inverse_length_squared));
     let entering = met & s.less(first, near) & s.at_most(near, last) & !inside_alone;
     let leaving = met & s.less(first, far) & s.at_most(far, last) & !outside_alone & !entering;
-    let hits = RowHits { hits: entering | leaving, leaving, t: s.select(leaving, near, far) };
+    let hits = RowHits {
+        hits: entering | leaving,
+        leaving,
+        t: s.select(leaving, near, far),
+    };
     let far_away = may_meet & s.greater_f64(outside, s.mul_f64(room, s.splat_f64(FAR * FAR)));
     if far_away == 0 {
         return hits;
     }
     let RowHits { hits, leaving, t } = one_by_one(far_away, hits.stored(s), alone);
-    RowHits { hits, leaving, t: s.load(&t) }
+    RowHits {
+        hits,
+        leaving,
+        t: s.load(&t),
+    }
 }
 
 /// Rays from so far away that the test of a sphere takes another form.
@@ -201,12 +289,19 @@ fn planes<S: Simd>(
     [outside_alone, inside_alone]: [u32; 2],
 ) -> RowHits<S::Floats> {
     let slope = dot_f64(s, normals, rays.direction);
-    let t = s.narrow(s.div_f64(dot_f64(s, normals, difference(s, points, rays.origin)), slope));
+    let t = s.narrow(s.div_f64(
+        dot_f64(s, normals, difference(s, points, rays.origin)),
+        slope,
+    ));
     // A ray in the plane gives 0/0 or x/0: neither lies in an open range.
     let within = s.less(first, t) & s.at_most(t, last) & s.less(t, s.splat(f32::INFINITY));
     let finite = within & s.less(s.splat(f32::NEG_INFINITY), t);
     let against = s.greater_f64(s.splat_f64(0.0), slope);
-    RowHits { hits: finite & !(outside_alone & !against) & !(inside_alone & against), leaving: 0, t }
+    RowHits {
+        hits: finite & !(outside_alone & !against) & !(inside_alone & against),
+        leaving: 0,
+        t,
+    }
 }
 
 /// Eight rays from one point, with what these tests need of a [`PreparedRay`].
@@ -225,8 +320,19 @@ impl<S: Simd> RaysF64<S> {
         let length_squared = dot_f64(s, direction, direction);
         let inverse_length_squared = s.div_f64(s.splat_f64(1.0), length_squared);
         let shortened = s.mul_f64(length_squared, s.splat_f64(PreparedRay::SHORTER));
-        let rays = RayLanes { origin: splat3_f64(s, origin), direction, length_squared, shortened, inverse_length_squared };
-        Self { rays, origin, rows: [*x, *y, *z], culls }
+        let rays = RayLanes {
+            origin: splat3_f64(s, origin),
+            direction,
+            length_squared,
+            shortened,
+            inverse_length_squared,
+        };
+        Self {
+            rays,
+            origin,
+            rows: [*x, *y, *z],
+            culls,
+        }
     }
 
     fn probe(&self, ray: usize) -> PreparedRay {

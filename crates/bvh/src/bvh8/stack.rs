@@ -1,12 +1,16 @@
 //! What a walk has still to visit: children with the distances at which the ray enters them.
-#![expect(unsafe_code, reason = "room for entries that nothing has to clear for a ray; each block says why it may")]
+#![expect(
+    unsafe_code,
+    reason = "room for entries that nothing has to clear for a ray; each block says why it may"
+)]
 
 use core::mem::MaybeUninit;
 
 use super::{Child, Lanes, STACK, WIDTH};
 
-/// A child with a distance, that one in the upper half: where no distance is below zero, whole numbers have the order of the
-/// distances. Where some are, the order is another one, but no less right.
+/// A child with a distance, that one in the upper half: where no distance is below zero, whole
+/// numbers have the order of the distances. Where some are, the order is another one, but no less
+/// right.
 #[derive(Clone, Copy)]
 #[repr(transparent)]
 pub(super) struct Waiting(pub u64);
@@ -28,8 +32,8 @@ impl Waiting {
     }
 }
 
-/// Room for a stack. How many entries are in use is the walk's to know: beside the entries it would stay in memory, and
-/// every step would wait for it.
+/// Room for a stack. How many entries are in use is the walk's to know: beside the entries it would
+/// stay in memory, and every step would wait for it.
 pub(super) struct Stack([MaybeUninit<Waiting>; STACK]);
 
 impl Stack {
@@ -44,7 +48,8 @@ impl Stack {
         self.0[place].write(waiting);
     }
 
-    /// Takes entries off the top, down to one that is entered before `last`. None where there is no such one.
+    /// Takes entries off the top, down to one that is entered before `last`. None where there is no
+    /// such one.
     ///
     /// # Safety
     /// All below the top were written.
@@ -64,13 +69,22 @@ impl Stack {
     /// Room for the eight entries of a node, written or not.
     #[inline(always)]
     pub fn eight(&mut self, place: usize) -> &mut [MaybeUninit<Waiting>; WIDTH] {
-        let Some(eight) = self.0[place..].first_chunk_mut() else { panic!("the builder keeps to the depth") };
+        let Some(eight) = self.0[place..].first_chunk_mut() else {
+            panic!("the builder keeps to the depth")
+        };
         eight
     }
 
-    /// Writes the children of a mask from `base` on, the nearest last, each put among those before it. Returns the new top.
+    /// Writes the children of a mask from `base` on, the nearest last, each put among those before
+    /// it. Returns the new top.
     #[inline(always)]
-    pub fn push_sorted(&mut self, base: usize, children: &[Child; WIDTH], entries: &[f32; WIDTH], mask: u32) -> usize {
+    pub fn push_sorted(
+        &mut self,
+        base: usize,
+        children: &[Child; WIDTH],
+        entries: &[f32; WIDTH],
+        mask: u32,
+    ) -> usize {
         let (room, mut count) = (self.eight(base), 0);
         for lane in Lanes(mask) {
             let waiting = Waiting::new(children[lane], entries[lane]);
@@ -96,7 +110,9 @@ impl Stack {
     /// Both were written.
     #[inline(always)]
     pub unsafe fn last_two(&self, top: usize) -> [Child; 2] {
-        let Some(two) = self.0[..top].last_chunk::<2>() else { panic!("two are waiting") };
+        let Some(two) = self.0[..top].last_chunk::<2>() else {
+            panic!("two are waiting")
+        };
         // SAFETY: the caller says that they were written.
         two.map(|waiting| unsafe { waiting.assume_init() }.child())
     }

@@ -1,4 +1,5 @@
-//! What a traversal asks of a set of instructions besides lanes: its stack, the exact test of some lanes, and leaves apart from it.
+//! What a traversal asks of a set of instructions besides lanes: its stack, the exact test of some
+//! lanes, and leaves apart from it.
 
 use super::projected_ray::{ProjectedRay, Unsure};
 use super::query::{HitVisitor, TraversalMode, TraversalQuery};
@@ -15,12 +16,25 @@ pub(super) trait TraversalSimd: Simd {
     #[inline(always)]
     fn two(self, children: &[Child; WIDTH], entries: Self::Floats, mask: u32) -> [Waiting; 2] {
         let entries = self.to_array(entries);
-        let (a, b) = (mask.trailing_zeros() as usize & 7, (mask & mask.wrapping_sub(1)).trailing_zeros() as usize & 7);
-        [Waiting::new(children[a], entries[a]), Waiting::new(children[b], entries[b])]
+        let (a, b) = (
+            mask.trailing_zeros() as usize & 7,
+            (mask & mask.wrapping_sub(1)).trailing_zeros() as usize & 7,
+        );
+        [
+            Waiting::new(children[a], entries[a]),
+            Waiting::new(children[b], entries[b]),
+        ]
     }
     /// Writes the children of a mask from `top` on. Returns the new top.
     #[inline(always)]
-    fn push(self, stack: &mut Stack, mut top: usize, children: &[Child; WIDTH], entries: Self::Floats, mask: u32) -> usize {
+    fn push(
+        self,
+        stack: &mut Stack,
+        mut top: usize,
+        children: &[Child; WIDTH],
+        entries: Self::Floats,
+        mask: u32,
+    ) -> usize {
         let entries = self.to_array(entries);
         for lane in Lanes(mask) {
             stack.set(top, Waiting::new(children[lane], entries[lane]));
@@ -30,12 +44,25 @@ pub(super) trait TraversalSimd: Simd {
     }
     /// The same, the nearest last.
     #[inline(always)]
-    fn push_sorted(self, stack: &mut Stack, base: usize, children: &[Child; WIDTH], entries: Self::Floats, mask: u32) -> usize {
+    fn push_sorted(
+        self,
+        stack: &mut Stack,
+        base: usize,
+        children: &[Child; WIDTH],
+        entries: Self::Floats,
+        mask: u32,
+    ) -> usize {
         stack.push_sorted(base, children, &self.to_array(entries), mask)
     }
     /// The exact test of a lane, where this has one of its own.
-    fn crossing(self, block: &Triangle8, lane: usize, sight: &ProjectedRay) -> Result<Option<TriangleHit>, Unsure>;
-    /// [`super::leaf::triangles`], compiled for this and apart from the walk, whose registers it would take.
+    fn crossing(
+        self,
+        block: &Triangle8,
+        lane: usize,
+        sight: &ProjectedRay,
+    ) -> Result<Option<TriangleHit>, Unsure>;
+    /// [`super::leaf::triangles`], compiled for this and apart from the walk, whose registers it
+    /// would take.
     fn settle<M: TraversalMode>(
         self,
         bvh: &Bvh8,
@@ -74,24 +101,40 @@ mod tests {
         *state
     }
 
-    /// A ray along which corners project to whole numbers of 47 bits and 24, as they are: the direction's largest component is one.
+    /// A ray along which corners project to whole numbers of 47 bits and 24, as they are: the
+    /// direction's largest component is one.
     const ALONG: Vec3 = Vec3::new(0.0, 0.0, 1.0);
 
-    /// A triangle with an edge that passes the origin by less than the rounding of a product, or by nothing; one in four has its third
-    /// corner there too, so that it is seen edge-on.
+    /// A triangle with an edge that passes the origin by less than the rounding of a product, or by
+    /// nothing; one in four has its third corner there too, so that it is seen edge-on.
     fn triangle(state: &mut u64) -> [Vec3; 3] {
         let mut corner = || ((next(state) >> 41) as i64 - (1 << 22)) as f32;
-        let (a, c, scale) = ([corner(), corner()], [corner(), corner()], [-0.5, -1.0, -2.0, -4.0][(next(state) % 4) as usize]);
-        let nudged = |x: f32, state: &mut u64| [x, x.next_up(), x.next_down()][(next(state) % 3) as usize];
+        let (a, c, scale) = (
+            [corner(), corner()],
+            [corner(), corner()],
+            [-0.5, -1.0, -2.0, -4.0][(next(state) % 4) as usize],
+        );
+        let nudged =
+            |x: f32, state: &mut u64| [x, x.next_up(), x.next_down()][(next(state) % 3) as usize];
         let b = [nudged(a[0] * scale, state), nudged(a[1] * scale, state)];
-        let c = if next(state).is_multiple_of(4) { [nudged(a[0] * 3.0, state), nudged(a[1] * 3.0, state)] } else { c };
+        let c = if next(state).is_multiple_of(4) {
+            [nudged(a[0] * 3.0, state), nudged(a[1] * 3.0, state)]
+        } else {
+            c
+        };
         let mut depth = || (next(state) >> 50) as f32;
-        [Vec3::new(a[0], a[1], depth()), Vec3::new(b[0], b[1], depth()), Vec3::new(c[0], c[1], depth())]
+        [
+            Vec3::new(a[0], a[1], depth()),
+            Vec3::new(b[0], b[1], depth()),
+            Vec3::new(c[0], c[1], depth()),
+        ]
     }
 
-    /// A triangle with an edge that passes the origin by a few units of what rounding takes from products of 42 digits with each other: the
-    /// corners at its ends are whole numbers, the origin has twenty binary places. With D along the edge, u × D = 1 and k × a small number, ends at
-    /// k u + m D and an origin at (k + 2⁻²⁰ r) u + n D have edge functions of 2⁻²⁰ r times a whole number.
+    /// A triangle with an edge that passes the origin by a few units of what rounding takes from
+    /// products of 42 digits with each other: the corners at its ends are whole numbers, the origin
+    /// has twenty binary places. With D along the edge, u × D = 1 and k × a small number, ends at k
+    /// u + m D and an origin at (k + 2⁻²⁰ r) u + n D have edge functions of 2⁻²⁰ r times a whole
+    /// number.
     fn long(state: &mut u64) -> ([Vec3; 3], Vec3) {
         let mut below = |most: u64| (next(state) % most) as i64;
         let (d, u) = loop {
@@ -101,7 +144,13 @@ mod tests {
             while rests[1] != 0 {
                 let q = rests[0] / rests[1];
                 rests = [rests[1], rests[0] - q * rests[1]];
-                factors = [factors[1], [factors[0][0] - q * factors[1][0], factors[0][1] - q * factors[1][1]]];
+                factors = [
+                    factors[1],
+                    [
+                        factors[0][0] - q * factors[1][0],
+                        factors[0][1] - q * factors[1][1],
+                    ],
+                ];
             }
             if rests[0].abs() == 1 {
                 break (d, [factors[0][1] * rests[0], -factors[0][0] * rests[0]]);
@@ -111,15 +160,19 @@ mod tests {
         let (k, r) = (1 + below(8), below(1 << digits) * (below(3) - 1));
         let ends = [1 + below(60), -1 - below(60)].map(|m| [0, 1].map(|i| k * u[i] + m * d[i]));
         let far = ((k << 20) + r) as i128;
-        let along = far * i128::from(u[0] * d[0] + u[1] * d[1]) / i128::from(d[0] * d[0] + d[1] * d[1]);
-        let origin = [0, 1].map(|i| (far * i128::from(u[i]) - along * i128::from(d[i])) as f32 / 1_048_576.0);
+        let along =
+            far * i128::from(u[0] * d[0] + u[1] * d[1]) / i128::from(d[0] * d[0] + d[1] * d[1]);
+        let origin = [0, 1]
+            .map(|i| (far * i128::from(u[i]) - along * i128::from(d[i])) as f32 / 1_048_576.0);
         let third = [below(1 << 22) - (1 << 21), below(1 << 22) - (1 << 21)];
-        let corners = [ends[0], ends[1], third].map(|p| Vec3::new(p[0] as f32, p[1] as f32, below(1024) as f32));
+        let corners = [ends[0], ends[1], third]
+            .map(|p| Vec3::new(p[0] as f32, p[1] as f32, below(1024) as f32));
         (corners, Vec3::new(origin[0], origin[1], 0.0))
     }
 
-    /// Protects: the exact test in registers is that of single triangles to the bit, or leaves it to that: where rounding alone would turn
-    /// the sign of an edge, edge-on and elsewhere, for each axis that a direction is longest along.
+    /// Protects: the exact test in registers is that of single triangles to the bit, or leaves it
+    /// to that: where rounding alone would turn the sign of an edge, edge-on and elsewhere, for
+    /// each axis that a direction is longest along.
     #[test]
     fn registers_are_as_exact_as_single_triangles() {
         let Some(avx2) = Avx2::detect() else { return };
@@ -127,21 +180,45 @@ mod tests {
         for round in 0..60_000 {
             let turn = |v: Vec3| [v, Vec3::new(v.z, v.x, v.y), Vec3::new(v.y, v.z, v.x)][round % 3];
             let mut block = Triangle8::EMPTY;
-            let (corners, origin) = if round % 4 < 2 { (triangle(state), Vec3::ZERO) } else { long(state) };
+            let (corners, origin) = if round % 4 < 2 {
+                (triangle(state), Vec3::ZERO)
+            } else {
+                long(state)
+            };
             block.set(round % WIDTH, corners.map(turn));
-            let tilt = Vec3::new(next(state) as f32, next(state) as f32, 0.0) * [0.0, 1e-20][round % 2];
-            let (origin, direction) = (turn(origin), turn((ALONG + tilt) * [1.0, -1.0][round / 4 % 2]));
-            let alone = block.triangle(round % WIDTH).crossing(&PreparedRay::new(Ray::<f32>::new(origin, direction)));
+            let tilt =
+                Vec3::new(next(state) as f32, next(state) as f32, 0.0) * [0.0, 1e-20][round % 2];
+            let (origin, direction) = (
+                turn(origin),
+                turn((ALONG + tilt) * [1.0, -1.0][round / 4 % 2]),
+            );
+            let alone = block
+                .triangle(round % WIDTH)
+                .crossing(&PreparedRay::new(Ray::<f32>::new(origin, direction)));
             let sight = ProjectedRay::new(origin.to_array(), direction.to_array());
             let Ok(met) = avx2.crossing(&block, round % WIDTH, &sight) else {
                 left += 1;
                 continue;
             };
-            let bits = |met: TriangleHit| ([met.t, met.weights[0], met.weights[1]].map(f32::to_bits), met.from_outside);
-            assert_eq!(met.map(bits), alone.as_ref().map(|crossing| bits(TriangleHit::from(crossing))), "{block:?}, {direction}");
+            let bits = |met: TriangleHit| {
+                (
+                    [met.t, met.weights[0], met.weights[1]].map(f32::to_bits),
+                    met.from_outside,
+                )
+            };
+            assert_eq!(
+                met.map(bits),
+                alone
+                    .as_ref()
+                    .map(|crossing| bits(TriangleHit::from(crossing))),
+                "{block:?}, {direction}"
+            );
             hits += u32::from(met.is_some());
             missed += u32::from(met.is_none());
         }
-        assert!(hits > 1000 && missed > 1000 && left > 1000, "{hits} hits, {missed} missed, {left} left");
+        assert!(
+            hits > 1000 && missed > 1000 && left > 1000,
+            "{hits} hits, {missed} missed, {left} left"
+        );
     }
 }

@@ -1,7 +1,11 @@
 //! The walk: down to the nearest leaf, through the filter, and back to what waits.
 //!
-//! One source for every kernel, inlined as a whole into a function that may use the kernel's instructions.
-#![expect(unsafe_code, reason = "the stack is read where it was written; each block says why")]
+//! One source for every kernel, inlined as a whole into a function that may use the kernel's
+//! instructions.
+#![expect(
+    unsafe_code,
+    reason = "the stack is read where it was written; each block says why"
+)]
 
 use core::marker::PhantomData;
 
@@ -31,11 +35,16 @@ impl<S: Simd> RayEnd<S> {
     #[inline(always)]
     fn new(s: S, value: f32) -> Self {
         let last = TraversalRay::last(value);
-        Self { value, last, boxes: s.splat(last) }
+        Self {
+            value,
+            last,
+            boxes: s.splat(last),
+        }
     }
 }
 
-/// The ray in all lanes, as boxes need it. The origin is taken with its sign turned: what is added to it need not be in a register.
+/// The ray in all lanes, as boxes need it. The origin is taken with its sign turned: what is added
+/// to it need not be in a register.
 struct Slabs<S: Simd, M> {
     minus_origin: [S::Floats; 3],
     inverse: [S::Floats; 3],
@@ -65,13 +74,20 @@ impl<S: Simd, M: TraversalMode> Slabs<S, M> {
     /// From the origin to a node's planes from a place on.
     #[inline(always)]
     fn offset(&self, s: S, node: &Node, axis: usize, place: usize) -> S::Floats {
-        s.add(self.minus_origin[axis], s.load_from(&node.planes[axis], place))
+        s.add(
+            self.minus_origin[axis],
+            s.load_from(&node.planes[axis], place),
+        )
     }
 
     #[inline(always)]
     fn entry(&self, s: S, node: &Node, axis: usize, place: usize) -> S::Floats {
         let offset = self.offset(s, node, axis, place);
-        if M::MAPPED { s.mul_sub(offset, self.inverse[axis], self.early[axis]) } else { s.mul(offset, self.inverse[axis]) }
+        if M::MAPPED {
+            s.mul_sub(offset, self.inverse[axis], self.early[axis])
+        } else {
+            s.mul(offset, self.inverse[axis])
+        }
     }
 
     #[inline(always)]
@@ -81,10 +97,12 @@ impl<S: Simd, M: TraversalMode> Slabs<S, M> {
     }
 }
 
-/// Has brought near what a child is read from that waits while its nearer sibling is visited: all of a node, most of a block.
+/// Has brought near what a child is read from that waits while its nearer sibling is visited: all
+/// of a node, most of a block.
 #[inline(always)]
 fn fetch(bvh: &Bvh8, child: Child) {
-    let lines = |start: *const u8| (0..4).for_each(|line| prefetch_line(start.wrapping_add(64 * line)));
+    let lines =
+        |start: *const u8| (0..4).for_each(|line| prefetch_line(start.wrapping_add(64 * line)));
     if !child.is_leaf() {
         lines(bvh.nodes.as_ptr().wrapping_add(child.node()).cast());
     } else if child.is_block() {
@@ -92,7 +110,8 @@ fn fetch(bvh: &Bvh8, child: Child) {
     }
 }
 
-/// The walk of a ray of the world through the tree of what an instance shows; none where f32 can't tell it well enough.
+/// The walk of a ray of the world through the tree of what an instance shows; none where f32 can't
+/// tell it well enough.
 #[inline(always)]
 pub(super) fn traverse_instance<S: TraversalSimd, M: TraversalMode>(
     s: S,
@@ -108,7 +127,10 @@ pub(super) fn traverse_instance<S: TraversalSimd, M: TraversalMode>(
         RoughRay::Meets(setup, start) => (setup, start),
         RoughRay::TooRough => return None,
     };
-    query.rebase = RayReparametrisation { start: start.into(), scale: 1.0 };
+    query.rebase = RayReparametrisation {
+        start: start.into(),
+        scale: 1.0,
+    };
     Some(traverse::<S, M>(s, bvh, &setup, query, visitor))
 }
 
@@ -130,7 +152,8 @@ pub(super) fn traverse<S: TraversalSimd, M: TraversalMode>(
     let (mut stack, mut line) = (Stack::new(), None);
     let (mut top, mut current) = (0, Child(0));
     loop {
-        // Down to a leaf that has to be looked at. Nothing is called in here, so the ray keeps its registers.
+        // Down to a leaf that has to be looked at. Nothing is called in here, so the ray keeps its
+        // registers.
         let left = loop {
             if !current.is_leaf() {
                 let node = &bvh.nodes[current.node()];
@@ -140,7 +163,10 @@ pub(super) fn traverse<S: TraversalSimd, M: TraversalMode>(
                     s.max(slabs.entry(s, node, 2, sz), slabs.near),
                 );
                 let exit = s.min(
-                    s.min(slabs.exit(s, node, 0, WIDTH - sx), slabs.exit(s, node, 1, WIDTH - sy)),
+                    s.min(
+                        slabs.exit(s, node, 0, WIDTH - sx),
+                        slabs.exit(s, node, 1, WIDTH - sy),
+                    ),
                     s.min(slabs.exit(s, node, 2, WIDTH - sz), far.boxes),
                 );
                 let entered = s.at_most(entry, exit);
@@ -174,7 +200,14 @@ pub(super) fn traverse<S: TraversalSimd, M: TraversalMode>(
                 // Its places are read for each block: the walk has no registers left for them.
                 let bvh = in_memory(bvh);
                 prefetch_line(bvh.facts.as_ptr().wrapping_add(current.index()));
-                match candidates::<S, M>(s, bvh, current.index(), in_memory(&aim), [far.value, far.last], query) {
+                match candidates::<S, M>(
+                    s,
+                    bvh,
+                    current.index(),
+                    in_memory(&aim),
+                    [far.value, far.last],
+                    query,
+                ) {
                     None => return true,
                     Some(0) => {}
                     Some(lanes) => break lanes,
@@ -183,7 +216,9 @@ pub(super) fn traverse<S: TraversalSimd, M: TraversalMode>(
                 break 0;
             }
             // SAFETY: everything below the top was written.
-            let Some(next) = (unsafe { stack.pop(&mut top, far.last) }) else { return false };
+            let Some(next) = (unsafe { stack.pop(&mut top, far.last) }) else {
+                return false;
+            };
             current = next;
         };
         let over = match left {
@@ -198,7 +233,9 @@ pub(super) fn traverse<S: TraversalSimd, M: TraversalMode>(
             far = RayEnd::new(s, query.far::<M>());
         }
         // SAFETY: everything below the top was written.
-        let Some(next) = (unsafe { stack.pop(&mut top, far.last) }) else { return false };
+        let Some(next) = (unsafe { stack.pop(&mut top, far.last) }) else {
+            return false;
+        };
         current = next;
     }
 }

@@ -1,11 +1,16 @@
 //! What a traversal asks of AVX2 and AVX-512.
 //!
-//! The unsafe code of the project lies in this crate: in the modules of `bvh8` that say so at their top (this one, `kernel`, `stack`,
-//! `traverse`, `packet` and `optimisation_barrier`), in `math/simd`, `processor.rs`, `memory.rs` and `heap.rs`. Here it is of three kinds.
-//! *Instructions*: a token of type [`Avx2`] or [`Avx512`] exists only where the processor was seen to have them, and methods of a token use
-//! no others. *Memory*: loads and stores go through pointers made from arrays of just that many numbers. *The stack*: its room is written
-//! before it is read.
-#![expect(unsafe_code, reason = "intrinsics of the processor; each block says why it may")]
+//! The unsafe code of the project lies in this crate: in the modules of `bvh8` that say so at their
+//! top (this one, `kernel`, `stack`, `traverse`, `packet` and `optimisation_barrier`), in
+//! `math/simd`, `processor.rs`, `memory.rs` and `heap.rs`. Here it is of three kinds.
+//! *Instructions*: a token of type [`Avx2`] or [`Avx512`] exists only where the processor was seen
+//! to have them, and methods of a token use no others. *Memory*: loads and stores go through
+//! pointers made from arrays of just that many numbers. *The stack*: its room is written before it
+//! is read.
+#![expect(
+    unsafe_code,
+    reason = "intrinsics of the processor; each block says why it may"
+)]
 
 mod exact;
 
@@ -24,13 +29,19 @@ use crate::math::simd::{Avx2, Avx512, Simd};
 use crate::shapes::{PreparedRay, TriangleHit};
 
 impl TraversalSimd for Avx2 {
-    leaves!(Avx2, target_feature(enable = "avx2,fma,bmi1,bmi2,lzcnt,popcnt"), exact::crossing);
+    leaves!(
+        Avx2,
+        target_feature(enable = "avx2,fma,bmi1,bmi2,lzcnt,popcnt"),
+        exact::crossing
+    );
 }
 
 impl TraversalSimd for Avx512 {
     leaves!(
         Avx512,
-        target_feature(enable = "avx512f,avx512vl,avx512dq,avx512bw,avx2,fma,bmi1,bmi2,lzcnt,popcnt"),
+        target_feature(
+            enable = "avx512f,avx512vl,avx512dq,avx512bw,avx2,fma,bmi1,bmi2,lzcnt,popcnt"
+        ),
         exact::crossing
     );
 
@@ -39,30 +50,55 @@ impl TraversalSimd for Avx512 {
         // SAFETY: `self` says that the processor has AVX-512F and VL and AVX2.
         unsafe {
             let first = _mm256_castsi256_si128(pack(children, entries, mask)[0]);
-            [Waiting(_mm_cvtsi128_si64(first) as u64), Waiting(_mm_extract_epi64::<1>(first) as u64)]
+            [
+                Waiting(_mm_cvtsi128_si64(first) as u64),
+                Waiting(_mm_extract_epi64::<1>(first) as u64),
+            ]
         }
     }
     #[inline(always)]
-    fn push(self, stack: &mut Stack, top: usize, children: &[Child; WIDTH], entries: __m256, mask: u32) -> usize {
+    fn push(
+        self,
+        stack: &mut Stack,
+        top: usize,
+        children: &[Child; WIDTH],
+        entries: __m256,
+        mask: u32,
+    ) -> usize {
         let room = stack.eight(top);
-        // SAFETY: `self` says that the processor has AVX-512F and VL and AVX2. `Waiting` is a transparent u64; there is room for eight
-        // entries, all of which are written, four at a time.
+        // SAFETY: `self` says that the processor has AVX-512F and VL and AVX2. `Waiting` is a
+        // transparent u64; there is room for eight entries, all of which are written, four at a
+        // time.
         unsafe {
-            let ([low, high], place) = (pack(children, entries, mask), room.as_mut_ptr().cast::<__m256i>());
-            let (first, last) = (_mm256_permute2x128_si256::<0x20>(low, high), _mm256_permute2x128_si256::<0x31>(low, high));
+            let ([low, high], place) = (
+                pack(children, entries, mask),
+                room.as_mut_ptr().cast::<__m256i>(),
+            );
+            let (first, last) = (
+                _mm256_permute2x128_si256::<0x20>(low, high),
+                _mm256_permute2x128_si256::<0x31>(low, high),
+            );
             _mm256_storeu_si256(place, first);
             _mm256_storeu_si256(place.add(1), last);
         }
         top + mask.count_ones() as usize
     }
     #[inline(always)]
-    fn push_sorted(self, stack: &mut Stack, base: usize, children: &[Child; WIDTH], entries: __m256, mask: u32) -> usize {
+    fn push_sorted(
+        self,
+        stack: &mut Stack,
+        base: usize,
+        children: &[Child; WIDTH],
+        entries: __m256,
+        mask: u32,
+    ) -> usize {
         if mask.count_ones() > 4 {
             return stack.push_sorted(base, children, &self.to_array(entries), mask);
         }
         let room = stack.eight(base);
-        // SAFETY: `self` says that the processor has AVX-512F and VL and AVX2. `Waiting` is a transparent u64, and there is room for eight
-        // entries, the first four of which are written.
+        // SAFETY: `self` says that the processor has AVX-512F and VL and AVX2. `Waiting` is a
+        // transparent u64, and there is room for eight entries, the first four of which are
+        // written.
         unsafe {
             let [low, high] = pack(children, entries, mask);
             let four = _mm256_permute2x128_si256::<0x20>(low, high);
@@ -72,7 +108,8 @@ impl TraversalSimd for Avx512 {
     }
 }
 
-/// Four numbers, the greatest first: by a network, since which of the children of a node are nearer no predictor can guess.
+/// Four numbers, the greatest first: by a network, since which of the children of a node are nearer
+/// no predictor can guess.
 #[inline]
 #[target_feature(enable = "avx512f,avx512vl,avx2")]
 fn falling(four: __m256i) -> __m256i {
@@ -88,8 +125,9 @@ fn ordered<const LESSER: u8>(four: __m256i, partners: __m256i) -> __m256i {
     _mm256_mask_min_epu64(_mm256_max_epu64(four, partners), LESSER, four, partners)
 }
 
-/// The children of a mask with their distances as the stack has them: the first, the second, the fifth and the sixth in one register, the
-/// others in the second. At 256 bits, since some processors run all vectors slower while there are wider ones.
+/// The children of a mask with their distances as the stack has them: the first, the second, the
+/// fifth and the sixth in one register, the others in the second. At 256 bits, since some
+/// processors run all vectors slower while there are wider ones.
 #[inline]
 #[target_feature(enable = "avx512f,avx512vl,avx2")]
 fn pack(children: &[Child; WIDTH], entries: __m256, mask: u32) -> [__m256i; 2] {
@@ -97,7 +135,10 @@ fn pack(children: &[Child; WIDTH], entries: __m256, mask: u32) -> [__m256i; 2] {
     let children = unsafe { _mm256_loadu_si256(children.as_ptr().cast()) };
     let children = _mm256_maskz_compress_epi32(mask as u8, children);
     let distances = _mm256_maskz_compress_epi32(mask as u8, _mm256_castps_si256(entries));
-    [_mm256_unpacklo_epi32(children, distances), _mm256_unpackhi_epi32(children, distances)]
+    [
+        _mm256_unpacklo_epi32(children, distances),
+        _mm256_unpackhi_epi32(children, distances),
+    ]
 }
 
 #[cfg(test)]

@@ -1,10 +1,11 @@
-//! Numbers of twice the precision of f64, for what is decided or summed where f64 alone would lose the answer.
+//! Numbers of twice the precision of f64, for what is decided or summed where f64 alone would lose
+//! the answer.
 
 use core::ops::{Add, Mul};
 
-/// An unrounded sum of two numbers of f64, of which the second is what rounding took from the first. Operations are right to a
-/// few times 2⁻¹⁰⁶ of the sizes of what goes in ("Accurate Sum and Dot Product", Ogita, Rump, Oishi 2005), as long as nothing
-/// overflows or underflows.
+/// An unrounded sum of two numbers of f64, of which the second is what rounding took from the
+/// first. Operations are right to a few times 2⁻¹⁰⁶ of the sizes of what goes in ("Accurate Sum and
+/// Dot Product", Ogita, Rump, Oishi 2005), as long as nothing overflows or underflows.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct DoubleDouble {
     most: f64,
@@ -16,7 +17,10 @@ impl DoubleDouble {
     #[inline(always)]
     pub fn product(a: f64, b: f64) -> Self {
         let most = a * b;
-        Self { most, rest: a.mul_add(b, -most) }
+        Self {
+            most,
+            rest: a.mul_add(b, -most),
+        }
     }
 
     /// To f64.
@@ -42,7 +46,10 @@ impl Add for DoubleDouble {
         let part = total - self.most;
         let rest = (self.most - (total - part)) + (other.most - part) + (self.rest + other.rest);
         let most = total + rest;
-        Self { most, rest: rest - (most - total) }
+        Self {
+            most,
+            rest: rest - (most - total),
+        }
     }
 }
 

@@ -1,7 +1,9 @@
-//! Eight numbers side by side, of f32 and of f64: the only lanes that geometry has. Numbers and masks, and nothing about rays.
+//! Eight numbers side by side, of f32 and of f64: the only lanes that geometry has. Numbers and
+//! masks, and nothing about rays.
 //!
-//! Each operation on f64 rounds by itself, as that of one number does, so that tests in lanes have the bits of those one by one. `fearless_simd`,
-//! `pulp` and `wide` were looked at and not taken: `../../../../docs/decisions/0048-what-stays.md`.
+//! Each operation on f64 rounds by itself, as that of one number does, so that tests in lanes have
+//! the bits of those one by one. `fearless_simd`, `pulp` and `wide` were looked at and not taken:
+//! `../../../../docs/decisions/0048-what-stays.md`.
 
 mod portable;
 #[cfg(target_arch = "x86_64")]
@@ -17,8 +19,10 @@ pub(crate) use self::x86::{Avx2, Avx512};
 /// Numbers side by side.
 pub(crate) const WIDTH: usize = 8;
 
-/// Eight lanes, by instructions that the processor has: a value of such a type is the proof. A minimum or maximum is its second operand unless
-/// the first one is less or greater, so that what is not a number bounds nothing. Comparisons give a bit a lane, never set for what is not a number.
+/// Eight lanes, by instructions that the processor has: a value of such a type is the proof. A
+/// minimum or maximum is its second operand unless the first one is less or greater, so that what
+/// is not a number bounds nothing. Comparisons give a bit a lane, never set for what is not a
+/// number.
 pub(crate) trait Simd: Copy {
     type Floats: Copy;
     type Doubles: Copy;
@@ -86,7 +90,10 @@ impl Iterator for Lanes {
 /// x·a + y·b + z·c in the order of the scalar product.
 #[inline(always)]
 pub(crate) fn dot_f64<S: Simd>(s: S, a: [S::Doubles; 3], b: [S::Doubles; 3]) -> S::Doubles {
-    s.add_f64(s.add_f64(s.mul_f64(a[0], b[0]), s.mul_f64(a[1], b[1])), s.mul_f64(a[2], b[2]))
+    s.add_f64(
+        s.add_f64(s.mul_f64(a[0], b[0]), s.mul_f64(a[1], b[1])),
+        s.mul_f64(a[2], b[2]),
+    )
 }
 
 /// The same vector in all lanes.

@@ -4,8 +4,8 @@ use glam::DVec3;
 
 use super::cylinder::Ends;
 use super::{
-    Cone, Cuboid, Cylinder, Disk, Ellipsoid, Hyperboloid, Paraboloid, Parameters, Plane, PreparedRay, Quad, SampleArea, Shape,
-    ShapeHit, Sphere, SurfacePoint, Torus, Triangle, Under,
+    Cone, Cuboid, Cylinder, Disk, Ellipsoid, Hyperboloid, Paraboloid, Parameters, Plane,
+    PreparedRay, Quad, SampleArea, Shape, ShapeHit, Sphere, SurfacePoint, Torus, Triangle, Under,
 };
 use crate::aabb::Aabb;
 use crate::ray::{Interval, Side};
@@ -79,7 +79,12 @@ impl<R: Real> Shape<R> for AnyShape<R> {
     }
 
     #[inline]
-    fn intersect(&self, probe: &PreparedRay, range: Interval<R>, side: Side) -> Option<ShapeHit<R>> {
+    fn intersect(
+        &self,
+        probe: &PreparedRay,
+        range: Interval<R>,
+        side: Side,
+    ) -> Option<ShapeHit<R>> {
         each!(self, shape => shape.intersect(probe, range, side))
     }
 
@@ -93,11 +98,14 @@ impl<R: Real> Shape<R> for AnyShape<R> {
 }
 
 impl<R: Real> AnyShape<R> {
-    /// Whether it can be hit safely: its box is one of finite f32 numbers or, without a box, its parameters are finite.
+    /// Whether it can be hit safely: its box is one of finite f32 numbers or, without a box, its
+    /// parameters are finite.
     pub fn is_finite(&self) -> bool {
         match self {
             AnyShape::Plane(plane) => plane.point.is_finite() && plane.normal.is_finite(),
-            AnyShape::Cylinder(c) if c.ends == Ends::None => c.base.is_finite() && c.axis.is_finite() && c.radius.is_finite(),
+            AnyShape::Cylinder(c) if c.ends == Ends::None => {
+                c.base.is_finite() && c.axis.is_finite() && c.radius.is_finite()
+            }
             // With an infinite slope the box is that of a cylinder.
             AnyShape::Hyperboloid(h) if !h.slope.is_finite() => false,
             shape => shape.bounds().is_some_and(|b| b.padded().is_some()),
@@ -130,4 +138,17 @@ macro_rules! from {
     };
 }
 
-from!(Sphere, Plane, Disk, Quad, Cuboid, Cylinder, Cone, Ellipsoid, Hyperboloid, Paraboloid, Torus, Triangle);
+from!(
+    Sphere,
+    Plane,
+    Disk,
+    Quad,
+    Cuboid,
+    Cylinder,
+    Cone,
+    Ellipsoid,
+    Hyperboloid,
+    Paraboloid,
+    Torus,
+    Triangle
+);

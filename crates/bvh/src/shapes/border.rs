@@ -1,9 +1,10 @@
-//! Starts beside the border of a flat face under maps: kept from it, so that a ray starts on its own side of the faces that
-//! join there.
+//! Starts beside the border of a flat face under maps: kept from it, so that a ray starts on its
+//! own side of the faces that join there.
 //!
-//! A face can't know what joins it. Its starts are clear of all that meet it at no less than half a right angle, in the space
-//! that is mapped. They go there the shortest way in the world: a face may be a million times as long as it is wide. One that
-//! is smaller than its points are exact has no such place, and they stay.
+//! A face can't know what joins it. Its starts are clear of all that meet it at no less than half a
+//! right angle, in the space that is mapped. They go there the shortest way in the world: a face
+//! may be a million times as long as it is wide. One that is smaller than its points are exact has
+//! no such place, and they stay.
 
 use super::drift::Drift;
 use super::{Maps, SurfacePoint};
@@ -32,30 +33,49 @@ pub(super) fn off_border<R: Real>(
     let by_both = by_u + by_v;
     let drift = Drift::around::<R>(Some(maps), located.point, located.error);
     let reach = drift.reach() * 2.0;
-    let is_far = |share: f64, gradient: DVec3| share > 0.0 && share * share > reach * reach * gradient.dot(gradient);
-    let opposite =
-        if face == Face::Triangle { is_far(1.0 - u - v, by_both) } else { is_far(1.0 - u, by_u) && is_far(1.0 - v, by_v) };
+    let is_far = |share: f64, gradient: DVec3| {
+        share > 0.0 && share * share > reach * reach * gradient.dot(gradient)
+    };
+    let opposite = if face == Face::Triangle {
+        is_far(1.0 - u - v, by_both)
+    } else {
+        is_far(1.0 - u, by_u) && is_far(1.0 - v, by_v)
+    };
     if is_far(u, by_u) && is_far(v, by_v) && opposite {
         return located;
     }
-    // As far off the edge as a start may drift off its own face, too: then it is still behind one that leans over it.
+    // As far off the edge as a start may drift off its own face, too: then it is still behind one
+    // that leans over it.
     let lean = drift.along(located.normal);
-    let least = [by_u, by_v, by_both].map(|gradient| drift.along(gradient) + lean * gradient.length());
-    let within = if face == Face::Triangle { within_triangle } else { within_parallelogram };
+    let least =
+        [by_u, by_v, by_both].map(|gradient| drift.along(gradient) + lean * gradient.length());
+    let within = if face == Face::Triangle {
+        within_triangle
+    } else {
+        within_parallelogram
+    };
     let kept = within(at, [drift.in_world(by_u), drift.in_world(by_v)], least);
     let start = located.point + ab * (kept[0] - u) + ac * (kept[1] - v);
-    SurfacePoint { above: start, below: start, ..located }
+    SurfacePoint {
+        above: start,
+        below: start,
+        ..located
+    }
 }
 
-/// Of the shares of the two edges at a point, by their gradients in the world, the nearest ones that are not below the least, that of the third
-/// corner last.
+/// Of the shares of the two edges at a point, by their gradients in the world, the nearest ones
+/// that are not below the least, that of the third corner last.
 fn within_triangle([u, v]: [f64; 2], [by_u, by_v]: [DVec3; 2], least: [f64; 3]) -> [f64; 2] {
     let gradients = [by_u, by_v, -(by_u + by_v)];
     let mut shares = [u, v, 1.0 - u - v];
     let lack = |shares: &[f64; 3], i: usize| least[i] - shares[i];
     let mut near = 0;
     for i in 1..3 {
-        near = if lack(&shares, i) > lack(&shares, near) { i } else { near };
+        near = if lack(&shares, i) > lack(&shares, near) {
+            i
+        } else {
+            near
+        };
     }
     let lacks = lack(&shares, near);
     let has_room = least[0] + least[1] + least[2] < 1.0;
@@ -79,7 +99,11 @@ fn within_triangle([u, v]: [f64; 2], [by_u, by_v]: [DVec3; 2], least: [f64; 3]) 
 }
 
 /// The same with the sides opposite each edge.
-fn within_parallelogram([u, v]: [f64; 2], [by_u, by_v]: [DVec3; 2], [least_u, least_v, _]: [f64; 3]) -> [f64; 2] {
+fn within_parallelogram(
+    [u, v]: [f64; 2],
+    [by_u, by_v]: [DVec3; 2],
+    [least_u, least_v, _]: [f64; 3],
+) -> [f64; 2] {
     let has_room = least_u < 0.5 && least_v < 0.5;
     if !has_room {
         return [u, v];
@@ -88,7 +112,15 @@ fn within_parallelogram([u, v]: [f64; 2], [by_u, by_v]: [DVec3; 2], [least_u, le
     let (to_u, to_v) = (kept(u, least_u) - u, kept(v, least_v) - v);
     // Straight away from one side the other share changes with it.
     let both = by_u.dot(by_v);
-    let with_u = if to_v == 0.0 { to_u * (both / by_u.dot(by_u)) } else { to_v };
-    let with_v = if to_u == 0.0 { to_v * (both / by_v.dot(by_v)) } else { to_u };
+    let with_u = if to_v == 0.0 {
+        to_u * (both / by_u.dot(by_u))
+    } else {
+        to_v
+    };
+    let with_v = if to_u == 0.0 {
+        to_v * (both / by_v.dot(by_v))
+    } else {
+        to_u
+    };
     [kept(u + with_v, least_u), kept(v + with_u, least_v)]
 }

@@ -9,7 +9,8 @@ use super::{Parameters, PreparedRay, SampleArea, Shape, ShapeHit, SurfacePoint, 
 use crate::ray::{Interval, Side};
 use crate::scalar::{Real, Vector};
 
-/// A solid whose radius changes evenly along its axis. Formulas are homogeneous in the axis, as for the cylinder.
+/// A solid whose radius changes evenly along its axis. Formulas are homogeneous in the axis, as for
+/// the cylinder.
 #[derive(Clone, Copy, Debug)]
 pub struct Cone<R: Real> {
     /// Centre of the base.
@@ -23,7 +24,8 @@ pub struct Cone<R: Real> {
 }
 
 impl<R: Real> Cone<R> {
-    /// From the centre of the base, the direction of the axis with any length above zero, the two radii and the height.
+    /// From the centre of the base, the direction of the axis with any length above zero, the two
+    /// radii and the height.
     pub fn new(base: DVec3, axis: DVec3, radius: f64, top_radius: f64, height: f64) -> Self {
         Self {
             base: R::Vec3::from_f64(base),
@@ -33,8 +35,8 @@ impl<R: Real> Cone<R> {
         }
     }
 
-    /// The distances that the ray spends within the wall's nappe of non-negative radius: one range, though the double cone
-    /// may have two.
+    /// The distances that the ray spends within the wall's nappe of non-negative radius: one range,
+    /// though the double cone may have two.
     #[inline(always)]
     fn wall(&self, probe: &PreparedRay, close: bool) -> Option<Crossings> {
         let (axis, d) = (self.axis.to_f64(), probe.direction);
@@ -44,7 +46,10 @@ impl<R: Real> Cone<R> {
         let (m, n) = (d.cross(axis), f.cross(axis));
         // The radius at the ray's point, times the axis squared: `reach + t·opening`.
         let taper = top_radius - base_radius;
-        let (reach, opening) = (base_radius * squared + taper * f.dot(axis), taper * d.dot(axis));
+        let (reach, opening) = (
+            base_radius * squared + taper * f.dot(axis),
+            taper * d.dot(axis),
+        );
         let quadratic = Quadratic::new(
             squared * m.dot(m) - opening * opening,
             squared * m.dot(n) - reach * opening,
@@ -56,15 +61,30 @@ impl<R: Real> Cone<R> {
             let middle = reach - opening * quadratic.b / quadratic.a;
             return (middle >= 0.0).then(|| roots.moved(ahead));
         }
-        // Steeper than the wall or parallel to it: all beyond one root, on the side where the radius grows. Such a line
-        // always meets the cone, whatever rounding makes of its discriminant.
-        let roots = Quadratic { discriminant: quadratic.discriminant.max(0.0), ..quadratic }.roots()?;
+        // Steeper than the wall or parallel to it: all beyond one root, on the side where the
+        // radius grows. Such a line always meets the cone, whatever rounding makes of its
+        // discriminant.
+        let roots = Quadratic {
+            discriminant: quadratic.discriminant.max(0.0),
+            ..quadratic
+        }
+        .roots()?;
         let roots = roots.moved(ahead);
-        let grows = if quadratic.a < 0.0 { opening > 0.0 } else { quadratic.b < 0.0 };
-        Some(if grows {
-            Crossings { enter: roots.enter, leave: f64::INFINITY }
+        let grows = if quadratic.a < 0.0 {
+            opening > 0.0
         } else {
-            Crossings { enter: -f64::INFINITY, leave: roots.leave }
+            quadratic.b < 0.0
+        };
+        Some(if grows {
+            Crossings {
+                enter: roots.enter,
+                leave: f64::INFINITY,
+            }
+        } else {
+            Crossings {
+                enter: -f64::INFINITY,
+                leave: roots.leave,
+            }
         })
     }
 
@@ -72,7 +92,11 @@ impl<R: Real> Cone<R> {
     fn span(&self, probe: &PreparedRay, close: bool) -> Option<Span> {
         let solid = self.solid();
         // With equal radii there is no nappe to choose, and along the axis no crossing.
-        let wall = if self.radius == self.top_radius { solid.tube(probe, close)? } else { self.wall(probe, close)? };
+        let wall = if self.radius == self.top_radius {
+            solid.tube(probe, close)?
+        } else {
+            self.wall(probe, close)?
+        };
         solid.span(probe, wall)
     }
 
@@ -81,24 +105,41 @@ impl<R: Real> Cone<R> {
         Turned::new(self.base, self.axis, [self.radius, self.top_radius])
     }
 
-    /// The point of the wall at a fraction `along` of the axis, in the direction `out` across the axis, or at the tip where
-    /// there is no such direction.
+    /// The point of the wall at a fraction `along` of the axis, in the direction `out` across the
+    /// axis, or at the tip where there is no such direction.
     fn on_wall(&self, along: f64, out: DVec3) -> SurfacePoint {
         let axis = self.axis.to_f64();
         let (height, distance) = (axis.length(), out.length());
         let has_side = distance > 0.0;
-        let out = if has_side { out * (1.0 / distance) } else { DVec3::ZERO };
+        let out = if has_side {
+            out * (1.0 / distance)
+        } else {
+            DVec3::ZERO
+        };
         let taper = self.top_radius.to_f64() - self.radius.to_f64();
-        let point = self.base.to_f64() + axis * along + out * (self.radius.to_f64() + taper * along);
-        let normal = if has_side { out * height - axis * (taper / height) } else { axis * 1.0_f64.copysign(-taper) };
+        let point =
+            self.base.to_f64() + axis * along + out * (self.radius.to_f64() + taper * along);
+        let normal = if has_side {
+            out * height - axis * (taper / height)
+        } else {
+            axis * 1.0_f64.copysign(-taper)
+        };
         SurfacePoint::new(point, normal.normalize(), slack(self.solid().scale(point)))
     }
 
     /// Areas of the wall, the base and the other end.
     fn areas(&self) -> [f64; 3] {
-        let (base, top, height) = (self.radius.to_f64(), self.top_radius.to_f64(), self.axis.to_f64().length());
+        let (base, top, height) = (
+            self.radius.to_f64(),
+            self.top_radius.to_f64(),
+            self.axis.to_f64().length(),
+        );
         let pi = core::f64::consts::PI;
-        [pi * (base + top) * length(height, base - top), pi * base * base, pi * top * top]
+        [
+            pi * (base + top) * length(height, base - top),
+            pi * base * base,
+            pi * top * top,
+        ]
     }
 }
 
@@ -111,8 +152,17 @@ impl<R: Real> Shape<R> for Cone<R> {
     }
 
     #[inline]
-    fn intersect(&self, probe: &PreparedRay, range: Interval<R>, side: Side) -> Option<ShapeHit<R>> {
-        self.span(probe, tests_close(probe, self.base, self.radius.max(self.top_radius)))?.nearest(range, side)
+    fn intersect(
+        &self,
+        probe: &PreparedRay,
+        range: Interval<R>,
+        side: Side,
+    ) -> Option<ShapeHit<R>> {
+        self.span(
+            probe,
+            tests_close(probe, self.base, self.radius.max(self.top_radius)),
+        )?
+        .nearest(range, side)
     }
 
     fn locate_under(&self, probe: &PreparedRay, hit: ShapeHit<R>, maps: Under<'_>) -> SurfacePoint {
@@ -120,13 +170,20 @@ impl<R: Real> Shape<R> for Cone<R> {
         // The unrounded end of the span, so that the fraction along the axis is the hit's own.
         let raw = point_at(probe, self.span(probe, true).map(Span::crossings), hit);
         let (along, out) = split(raw - self.base.to_f64(), self.axis.to_f64());
-        let located = if part == WALL { self.on_wall(along, out) } else { self.solid().on_cap(part, out) };
-        self.solid().start_inside::<R>(located, part, (along, out), maps)
+        let located = if part == WALL {
+            self.on_wall(along, out)
+        } else {
+            self.solid().on_cap(part, out)
+        };
+        self.solid()
+            .start_inside::<R>(located, part, (along, out), maps)
     }
 
-    /// u turns about the axis; v runs down it, from 0 at the top to 1 at the base; on an end from its centre to its rim.
+    /// u turns about the axis; v runs down it, from 0 at the top to 1 at the base; on an end from
+    /// its centre to its rim.
     fn parameters(&self, probe: &PreparedRay, hit: ShapeHit<R>) -> Parameters<R> {
-        self.solid().parameters(self.locate(probe, hit).point, hit.u.to_f64() as u8, 1.0)
+        self.solid()
+            .parameters(self.locate(probe, hit).point, hit.u.to_f64() as u8, 1.0)
     }
 }
 
@@ -139,12 +196,18 @@ impl<R: Real> SampleArea<R> for Cone<R> {
         let on_wall = |share: f64, out| {
             // The radius there is the root of an even mixture of the two squared ones.
             let (low, high) = (self.radius.to_f64(), self.top_radius.to_f64());
-            let radius = (low * low + (high * high - low * low) * share).max(0.0).sqrt();
+            let radius = (low * low + (high * high - low * low) * share)
+                .max(0.0)
+                .sqrt();
             // (radius − low)/(high − low), without the difference of equals.
             let along = (low + high) * share / (radius + low).max(f64::MIN_POSITIVE);
             self.on_wall(along.min(1.0), out)
         };
         let area = self.area();
-        (self.solid().sample(self.areas(), area, [u, v].map(Real::to_f64), on_wall), 1.0 / area)
+        (
+            self.solid()
+                .sample(self.areas(), area, [u, v].map(Real::to_f64), on_wall),
+            1.0 / area,
+        )
     }
 }

@@ -4,12 +4,15 @@ use glam::DVec3;
 
 use super::drift::Drift;
 use super::quadratic::{Span, point_at};
-use super::{Maps, Parameters, PreparedRay, SampleArea, Shape, ShapeHit, SurfacePoint, Under, slack};
+use super::{
+    Maps, Parameters, PreparedRay, SampleArea, Shape, ShapeHit, SurfacePoint, Under, slack,
+};
 use crate::aabb::Aabb;
 use crate::ray::{Interval, Side};
 use crate::scalar::{Real, Vector};
 
-/// A solid box with faces across the axes. A hit's first number is its face: 2·axis, plus one at the greater side.
+/// A solid box with faces across the axes. A hit's first number is its face: 2·axis, plus one at
+/// the greater side.
 #[derive(Clone, Copy, Debug)]
 pub struct Cuboid<R: Real> {
     /// Least corner.
@@ -21,7 +24,10 @@ pub struct Cuboid<R: Real> {
 impl<R: Real> Cuboid<R> {
     /// From its least and greatest corner.
     pub fn new(min: DVec3, max: DVec3) -> Self {
-        Self { min: R::Vec3::from_f64(min), max: R::Vec3::from_f64(max) }
+        Self {
+            min: R::Vec3::from_f64(min),
+            max: R::Vec3::from_f64(max),
+        }
     }
 
     /// Unit outward normal of a face.
@@ -34,7 +40,10 @@ impl<R: Real> Cuboid<R> {
     /// The distances that the ray spends between all pairs of faces.
     #[inline(always)]
     fn span(&self, probe: &PreparedRay) -> Option<Span> {
-        let (below, above) = (self.min.to_f64() - probe.origin, self.max.to_f64() - probe.origin);
+        let (below, above) = (
+            self.min.to_f64() - probe.origin,
+            self.max.to_f64() - probe.origin,
+        );
         let mut span = Span::of(-f64::INFINITY, f64::INFINITY, 0);
         for axis in 0..3_u8 {
             let at = usize::from(axis);
@@ -47,12 +56,18 @@ impl<R: Real> Cuboid<R> {
                 }
                 continue;
             }
-            span = span.cut(Span::between(low / slope, high / slope, [2 * axis, 2 * axis + 1], slope > 0.0));
+            span = span.cut(Span::between(
+                low / slope,
+                high / slope,
+                [2 * axis, 2 * axis + 1],
+                slope > 0.0,
+            ));
         }
         Some(span)
     }
 
-    /// The surface at a point near a face: the point is kept on that and within its border by the rounding to storage.
+    /// The surface at a point near a face: the point is kept on that and within its border by the
+    /// rounding to storage.
     #[inline(always)]
     fn located(&self, raw: DVec3, (axis, greater): (usize, bool)) -> SurfacePoint {
         let at = |i: usize| {
@@ -60,17 +75,25 @@ impl<R: Real> Cuboid<R> {
             if i == axis {
                 return (if greater { max } else { min }).to_f64();
             }
-            raw[i].min(max.next_down().to_f64()).max(min.next_up().to_f64())
+            raw[i]
+                .min(max.next_down().to_f64())
+                .max(min.next_up().to_f64())
         };
         let size = self.min.abs().max(self.max.abs()).to_f64().max_element();
         let normal = Self::face::<DVec3, f64>(axis, if greater { 1.0 } else { -1.0 });
         SurfacePoint::new(DVec3::new(at(0), at(1), at(2)), normal, slack(size))
     }
 
-    /// From a point of a face to where a ray starts that goes in: inside of all faces, so far as it may drift against each. What
-    /// lies above the face is outside anyway; without maps faces are at right angles, and the point is far enough from the others.
+    /// From a point of a face to where a ray starts that goes in: inside of all faces, so far as it
+    /// may drift against each. What lies above the face is outside anyway; without maps faces are
+    /// at right angles, and the point is far enough from the others.
     #[inline(never)]
-    fn inwards(&self, located: &SurfacePoint, (axis, greater): (usize, bool), maps: Maps<'_>) -> DVec3 {
+    fn inwards(
+        &self,
+        located: &SurfacePoint,
+        (axis, greater): (usize, bool),
+        maps: Maps<'_>,
+    ) -> DVec3 {
         let drift = Drift::around::<R>(Some(maps), located.point, located.error);
         let at = |i: usize| {
             let (min, max) = (self.min.axis(i).to_f64(), self.max.axis(i).to_f64());
@@ -106,36 +129,68 @@ impl<R: Real> Shape<R> for Cuboid<R> {
     }
 
     #[inline]
-    fn intersect(&self, probe: &PreparedRay, range: Interval<R>, side: Side) -> Option<ShapeHit<R>> {
+    fn intersect(
+        &self,
+        probe: &PreparedRay,
+        range: Interval<R>,
+        side: Side,
+    ) -> Option<ShapeHit<R>> {
         self.span(probe)?.nearest(range, side)
     }
 
     fn locate_under(&self, probe: &PreparedRay, hit: ShapeHit<R>, maps: Under<'_>) -> SurfacePoint {
         let (axis, greater) = face_of(hit.u);
         let span = if probe.mapped { self.span(probe) } else { None };
-        let located = self.located(point_at(probe, span.map(Span::crossings), hit), (axis, greater));
+        let located = self.located(
+            point_at(probe, span.map(Span::crossings), hit),
+            (axis, greater),
+        );
         match maps {
-            Some(maps) => SurfacePoint { below: self.inwards(&located, (axis, greater), maps), ..located },
+            Some(maps) => SurfacePoint {
+                below: self.inwards(&located, (axis, greater), maps),
+                ..located
+            },
             None => located,
         }
     }
 
-    /// Each face has u and v in [0, 1], u to the right and v down as it is seen from outside: upright ones with +y up, the top
-    /// from above and the bottom from below with x to the right.
+    /// Each face has u and v in [0, 1], u to the right and v down as it is seen from outside:
+    /// upright ones with +y up, the top from above and the bottom from below with x to the right.
     fn parameters(&self, probe: &PreparedRay, hit: ShapeHit<R>) -> Parameters<R> {
         let point = self.surface(probe, hit).point;
         let size: R::Vec3 = self.max - self.min;
         let (axis, greater) = face_of(hit.u);
         // Along which axes u and v run, and whether they fall as its coordinate grows.
-        let (along_u, u_falls, along_v, v_falls) = [(2, greater, 1, true), (0, false, 2, !greater), (0, !greater, 1, true)][axis];
+        let (along_u, u_falls, along_v, v_falls) = [
+            (2, greater, 1, true),
+            (0, false, 2, !greater),
+            (0, !greater, 1, true),
+        ][axis];
         // A size may round to nothing far from the origin; then there is but one place along it.
         let share = |i: usize, falls: bool| {
-            let way = if falls { self.max.axis(i) - point.axis(i) } else { point.axis(i) - self.min.axis(i) };
-            if size.axis(i) > R::ZERO { way / size.axis(i) } else { R::ZERO }
+            let way = if falls {
+                self.max.axis(i) - point.axis(i)
+            } else {
+                point.axis(i) - self.min.axis(i)
+            };
+            if size.axis(i) > R::ZERO {
+                way / size.axis(i)
+            } else {
+                R::ZERO
+            }
         };
-        let length = if u_falls { -size.axis(along_u) } else { size.axis(along_u) };
+        let length = if u_falls {
+            -size.axis(along_u)
+        } else {
+            size.axis(along_u)
+        };
         let dpdu = Self::face::<R::Vec3, R>(along_u, length);
-        Parameters { u: share(along_u, u_falls), v: share(along_v, v_falls), dpdu, mirrored: false }
+        Parameters {
+            u: share(along_u, u_falls),
+            v: share(along_v, v_falls),
+            dpdu,
+            mirrored: false,
+        }
     }
 }
 
@@ -145,7 +200,8 @@ impl<R: Real> SampleArea<R> for Cuboid<R> {
         2.0 * (s.x * s.y + s.y * s.z + s.z * s.x)
     }
 
-    /// The first number picks the pair of faces and the place along it, the half of its range picks the side.
+    /// The first number picks the pair of faces and the place along it, the half of its range picks
+    /// the side.
     fn sample_area(&self, u: R, v: R) -> (SurfacePoint, f64) {
         let s = self.max.to_f64() - self.min.to_f64();
         let pairs = [s.y * s.z, s.z * s.x, s.x * s.y];
@@ -179,7 +235,14 @@ mod tests {
         let plate = Cuboid::<f32>::new(DVec3::new(1e8, 0.0, 0.0), DVec3::new(1e8 + 1.0, 2.0, 2.0));
         assert_eq!(plate.min.x, plate.max.x);
         let probe = PreparedRay::new(Ray::<f32>::new(Vec3::new(1e8, 0.5, -1.0), Vec3::Z));
-        let found = plate.parameters(&probe, ShapeHit { t: 1.0, u: 4.0, v: 0.0 });
+        let found = plate.parameters(
+            &probe,
+            ShapeHit {
+                t: 1.0,
+                u: 4.0,
+                v: 0.0,
+            },
+        );
         assert_eq!((found.u, found.v), (0.0, 0.75));
     }
 }

@@ -35,7 +35,8 @@ pub struct Cylinder<R: Real> {
 }
 
 impl<R: Real> Cylinder<R> {
-    /// From a point of the axis, its direction of any length above zero, radius, and the height unless infinite.
+    /// From a point of the axis, its direction of any length above zero, radius, and the height
+    /// unless infinite.
     pub fn new(base: DVec3, axis: DVec3, radius: f64, height: Option<f64>, caps: bool) -> Self {
         let ends = match height {
             None => Ends::None,
@@ -55,7 +56,8 @@ impl<R: Real> Cylinder<R> {
         Turned::new(self.base, self.axis, [self.radius; 2])
     }
 
-    /// The point of the wall at a fraction `along` of the axis, seen from the axis in the direction `out`.
+    /// The point of the wall at a fraction `along` of the axis, seen from the axis in the direction
+    /// `out`.
     fn on_wall(&self, along: f64, out: DVec3) -> SurfacePoint {
         let normal = out.normalize();
         let point = self.base.to_f64() + self.axis.to_f64() * along + normal * self.radius.to_f64();
@@ -65,7 +67,11 @@ impl<R: Real> Cylinder<R> {
     /// Areas of the wall and of one cap.
     fn areas(&self) -> (f64, f64) {
         let (radius, height) = (self.radius.to_f64(), self.axis.to_f64().length());
-        let cap = if self.ends == Ends::Capped { core::f64::consts::PI * radius * radius } else { 0.0 };
+        let cap = if self.ends == Ends::Capped {
+            core::f64::consts::PI * radius * radius
+        } else {
+            0.0
+        };
         (core::f64::consts::TAU * radius * height, cap)
     }
 }
@@ -78,7 +84,12 @@ impl<R: Real> Shape<R> for Cylinder<R> {
     }
 
     #[inline]
-    fn intersect(&self, probe: &PreparedRay, range: Interval<R>, side: Side) -> Option<ShapeHit<R>> {
+    fn intersect(
+        &self,
+        probe: &PreparedRay,
+        range: Interval<R>,
+        side: Side,
+    ) -> Option<ShapeHit<R>> {
         let solid = self.solid();
         let wall = solid.tube(probe, tests_close(probe, self.base, self.radius))?;
         match self.ends {
@@ -95,11 +106,20 @@ impl<R: Real> Shape<R> for Cylinder<R> {
         let part = hit.u.to_f64() as u8;
         let (solid, wall) = (self.solid(), self.solid().tube(probe, true));
         let span = || Some(solid.span(probe, wall?)?.crossings());
-        let raw = point_at(probe, if self.ends == Ends::Capped { span() } else { wall }, hit);
+        let raw = point_at(
+            probe,
+            if self.ends == Ends::Capped {
+                span()
+            } else {
+                wall
+            },
+            hit,
+        );
         let (mut along, mut out) = split(raw - self.base.to_f64(), self.axis.to_f64());
         if self.ends == Ends::Capped && maps.is_none() {
-            // Wall and caps are at right angles here, so only rounding brings a start across a seam. Kept away from the seam
-            // by what rounding the point may move it, for rays that start inside.
+            // Wall and caps are at right angles here, so only rounding brings a start across a
+            // seam. Kept away from the seam by what rounding the point may move it, for rays that
+            // start inside.
             let reach = solid.scale(raw) * R::ROUNDOFF.to_f64() * 4.0;
             let margin = (reach / self.axis.to_f64().length()).min(0.5);
             along = along.max(margin).min(1.0 - margin);
@@ -108,19 +128,28 @@ impl<R: Real> Shape<R> for Cylinder<R> {
                 out *= rim.max(0.0) / distance;
             }
         }
-        let located = if part == WALL { self.on_wall(along, out) } else { solid.on_cap(part, out) };
+        let located = if part == WALL {
+            self.on_wall(along, out)
+        } else {
+            solid.on_cap(part, out)
+        };
         let radius = self.radius.to_f64();
         if self.ends != Ends::Capped {
             return off_bends::<R>(located, maps, || [f64::INFINITY, radius]);
         }
-        if maps.is_none() { located } else { solid.start_inside::<R>(located, part, (along, out), maps) }
+        if maps.is_none() {
+            located
+        } else {
+            solid.start_inside::<R>(located, part, (along, out), maps)
+        }
     }
 
-    /// u turns about the axis; v runs down it, from 0 at the top to 1 at the base, of an infinite one in its own units from the
-    /// base; on a cap from the centre to the rim.
+    /// u turns about the axis; v runs down it, from 0 at the top to 1 at the base, of an infinite
+    /// one in its own units from the base; on a cap from the centre to the rim.
     fn parameters(&self, probe: &PreparedRay, hit: ShapeHit<R>) -> Parameters<R> {
         let top = if self.ends == Ends::None { 0.0 } else { 1.0 };
-        self.solid().parameters(self.locate(probe, hit).point, hit.u.to_f64() as u8, top)
+        self.solid()
+            .parameters(self.locate(probe, hit).point, hit.u.to_f64() as u8, top)
     }
 }
 
@@ -134,6 +163,10 @@ impl<R: Real> SampleArea<R> for Cylinder<R> {
     fn sample_area(&self, u: R, v: R) -> (SurfacePoint, f64) {
         let ((wall, cap), area) = (self.areas(), self.area());
         let on_wall = |along, out| self.on_wall(along, out);
-        (self.solid().sample([wall, cap, cap], area, [u, v].map(Real::to_f64), on_wall), 1.0 / area)
+        (
+            self.solid()
+                .sample([wall, cap, cap], area, [u, v].map(Real::to_f64), on_wall),
+            1.0 / area,
+        )
     }
 }

@@ -22,17 +22,31 @@ pub struct Disk<R: Real> {
 impl<R: Real> Disk<R> {
     /// From centre, a normal of any length above zero, and radius.
     pub fn new(centre: DVec3, normal: DVec3, radius: f64) -> Self {
-        Self { centre: R::Vec3::from_f64(centre), normal: R::Vec3::from_f64(normal.normalize()), radius: R::from_f64(radius) }
+        Self {
+            centre: R::Vec3::from_f64(centre),
+            normal: R::Vec3::from_f64(normal.normalize()),
+            radius: R::from_f64(radius),
+        }
     }
 }
 
 impl<R: Real> Shape<R> for Disk<R> {
     fn support(&self, direction: DVec3) -> Option<f64> {
-        Some(disk_support(self.centre.to_f64(), self.normal.to_f64(), self.radius.to_f64(), direction))
+        Some(disk_support(
+            self.centre.to_f64(),
+            self.normal.to_f64(),
+            self.radius.to_f64(),
+            direction,
+        ))
     }
 
     #[inline]
-    fn intersect(&self, probe: &PreparedRay, range: Interval<R>, side: Side) -> Option<ShapeHit<R>> {
+    fn intersect(
+        &self,
+        probe: &PreparedRay,
+        range: Interval<R>,
+        side: Side,
+    ) -> Option<ShapeHit<R>> {
         let (normal, radius) = (self.normal.to_f64(), self.radius.to_f64());
         let f = probe.origin - self.centre.to_f64();
         let slope = normal.dot(probe.direction);
@@ -40,7 +54,8 @@ impl<R: Real> Shape<R> for Disk<R> {
         let distance = -normal.dot(f) / slope;
         let t = R::from_f64(distance);
         let offset = f + probe.direction * distance;
-        (range.contains(t) && offset.dot(offset) <= radius * radius && side.accepts(slope < 0.0)).then_some(ShapeHit::at(t))
+        (range.contains(t) && offset.dot(offset) <= radius * radius && side.accepts(slope < 0.0))
+            .then_some(ShapeHit::at(t))
     }
 
     fn locate_under(&self, probe: &PreparedRay, _: ShapeHit<R>, _: Under<'_>) -> SurfacePoint {
@@ -53,7 +68,12 @@ impl<R: Real> Shape<R> for Disk<R> {
     fn parameters(&self, probe: &PreparedRay, hit: ShapeHit<R>) -> Parameters<R> {
         let offset = self.locate(probe, hit).point - self.centre.to_f64();
         let (u, dpdu) = turn(offset, self.normal.to_f64());
-        Parameters { u, v: R::from_f64(offset.length()) / self.radius, dpdu, mirrored: false }
+        Parameters {
+            u,
+            v: R::from_f64(offset.length()) / self.radius,
+            dpdu,
+            mirrored: false,
+        }
     }
 }
 
@@ -67,6 +87,9 @@ impl<R: Real> SampleArea<R> for Disk<R> {
         let radius = self.radius.to_f64();
         let point = centre + spoke(self.normal.to_f64(), u.to_f64()) * (radius * v.to_f64().sqrt());
         let error = slack(centre.abs().max_element() + radius);
-        (SurfacePoint::new(point, self.normal.to_f64().normalize(), error), 1.0 / self.area())
+        (
+            SurfacePoint::new(point, self.normal.to_f64().normalize(), error),
+            1.0 / self.area(),
+        )
     }
 }

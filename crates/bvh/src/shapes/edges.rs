@@ -1,11 +1,12 @@
 //! Edge functions whose sign is exact: what makes triangles and quads watertight.
 //!
-//! Corners are projected along the ray onto a plane, each by itself, so that two faces that share a corner agree on it to
-//! the bit. The three edge functions of a face are then differences of products of those coordinates, and their sign is made
-//! exact: whether the ray passes left or right of an edge is the same question with the same answer for both faces at it
-//! ("Watertight Ray/Triangle Intersection", Woop, Benthin, Wald 2013, section 3). The coordinates are of f64: were
-//! they rounded to f32, where products are exact in f64, a needle's far corner would move by more than the needle is wide,
-//! and a ray that leaves it would meet it again somewhere along it.
+//! Corners are projected along the ray onto a plane, each by itself, so that two faces that share a
+//! corner agree on it to the bit. The three edge functions of a face are then differences of
+//! products of those coordinates, and their sign is made exact: whether the ray passes left or
+//! right of an edge is the same question with the same answer for both faces at it ("Watertight
+//! Ray/Triangle Intersection", Woop, Benthin, Wald 2013, section 3). The coordinates are of f64:
+//! were they rounded to f32, where products are exact in f64, a needle's far corner would move by
+//! more than the needle is wide, and a ray that leaves it would meet it again somewhere along it.
 
 use glam::DVec3;
 
@@ -35,23 +36,38 @@ pub(crate) struct TriangleHit<T = f32> {
 
 impl From<&TriangleHit<f64>> for TriangleHit {
     #[inline(always)]
-    fn from(&TriangleHit { t, weights: [v, w], from_outside }: &TriangleHit<f64>) -> Self {
-        Self { t: t as f32, weights: [v as f32, w as f32], from_outside }
+    fn from(
+        &TriangleHit {
+            t,
+            weights: [v, w],
+            from_outside,
+        }: &TriangleHit<f64>,
+    ) -> Self {
+        Self {
+            t: t as f32,
+            weights: [v as f32, w as f32],
+            from_outside,
+        }
     }
 }
 
-/// Below so much of what its factors could make of it, a determinant says that a face is seen edge-on.
+/// Below so much of what its factors could make of it, a determinant says that a face is seen
+/// edge-on.
 ///
-/// A projected coordinate is wrong by 4 w R s at most, where w = 2⁻⁵³, R is how far the farthest corner is from the origin, and s the
-/// length of the projecting vectors. So the three edge functions are wrong by 8 w R s S together, with S the sum of the sizes of all
-/// coordinates, and the distance, a mean of the corners' own that is weighted by them, by 8 w R s S Δ/|determinant|, with Δ the
-/// greatest difference of two corners' distances. A walk finds what is met as late as where it enters a box by 4 u R and more, with
-/// u = 2⁻²⁴, since boxes are padded and far ends widened. A determinant of 2⁻²⁵ S Δ keeps the distance right to 2⁻²⁴ R.
+/// A projected coordinate is wrong by 4 w R s at most, where w = 2⁻⁵³, R is how far the farthest
+/// corner is from the origin, and s the length of the projecting vectors. So the three edge
+/// functions are wrong by 8 w R s S together, with S the sum of the sizes of all coordinates, and
+/// the distance, a mean of the corners' own that is weighted by them, by 8 w R s S Δ/|determinant|,
+/// with Δ the greatest difference of two corners' distances. A walk finds what is met as late as
+/// where it enters a box by 4 u R and more, with u = 2⁻²⁴, since boxes are padded and far ends
+/// widened. A determinant of 2⁻²⁵ S Δ keeps the distance right to 2⁻²⁴ R.
 ///
-/// With less than that the weights may be noise, and the distance is taken where an edge is crossed ([`entered`]), on the face itself
-/// but for how far it extends the other way across the ray: the determinant over the way that it extends most, and S is at most three
-/// of these, so 3 · 2⁻²⁵ Δ. Boxes are padded by 2⁻²² of their greatest extent, which is Δ/√3 at least. So the ray is within the box of
-/// the part of the face that holds this place, whatever parts it has, and no order of visits decides.
+/// With less than that the weights may be noise, and the distance is taken where an edge is crossed
+/// ([`entered`]), on the face itself but for how far it extends the other way across the ray: the
+/// determinant over the way that it extends most, and S is at most three of these, so 3 · 2⁻²⁵ Δ.
+/// Boxes are padded by 2⁻²² of their greatest extent, which is Δ/√3 at least. So the ray is within
+/// the box of the part of the face that holds this place, whatever parts it has, and no order of
+/// visits decides.
 pub(crate) const EDGE_ON: f64 = 1.0 / 33_554_432.0;
 
 impl Corner {
@@ -59,22 +75,33 @@ impl Corner {
     #[inline(always)]
     pub fn new(probe: &PreparedRay, corner: DVec3) -> Self {
         let offset = corner - probe.origin;
-        Self { offset, x: offset.dot(probe.across[0]), y: offset.dot(probe.across[1]) }
+        Self {
+            offset,
+            x: offset.dot(probe.across[0]),
+            y: offset.dot(probe.across[1]),
+        }
     }
 
-    /// The edge function of the edge from `self` to `to`, of exact sign: positive when the ray has the edge on its right.
+    /// The edge function of the edge from `self` to `to`, of exact sign: positive when the ray has
+    /// the edge on its right.
     #[inline(always)]
     fn edge(&self, to: &Self) -> f64 {
         exact_difference(to.x, self.y, to.y, self.x)
     }
 }
 
-/// Where the ray passes through the triangle of three projected corners; its border belongs to it. None for a triangle that
-/// the ray sees edge-on: its neighbours are hit instead.
+/// Where the ray passes through the triangle of three projected corners; its border belongs to it.
+/// None for a triangle that the ray sees edge-on: its neighbours are hit instead.
 #[inline(always)]
-pub(crate) fn cross(probe: &PreparedRay, a: &Corner, b: &Corner, c: &Corner) -> Option<TriangleHit<f64>> {
+pub(crate) fn cross(
+    probe: &PreparedRay,
+    a: &Corner,
+    b: &Corner,
+    c: &Corner,
+) -> Option<TriangleHit<f64>> {
     let (u, v, w) = (b.edge(c), c.edge(a), a.edge(b));
-    // Without short circuits: most triangles are missed, by an edge that no branch predictor can guess. −0 counts as 0.
+    // Without short circuits: most triangles are missed, by an edge that no branch predictor can
+    // guess. −0 counts as 0.
     if ((u < 0.0) | (v < 0.0) | (w < 0.0)) & ((u > 0.0) | (v > 0.0) | (w > 0.0)) {
         return None;
     }
@@ -85,25 +112,38 @@ pub(crate) fn cross(probe: &PreparedRay, a: &Corner, b: &Corner, c: &Corner) -> 
         return None;
     }
     let from_outside = determinant > 0.0;
-    let [za, zb, zc] = [a.offset.dot(probe.direction), b.offset.dot(probe.direction), c.offset.dot(probe.direction)];
+    let [za, zb, zc] = [
+        a.offset.dot(probe.direction),
+        b.offset.dot(probe.direction),
+        c.offset.dot(probe.direction),
+    ];
     let sizes = a.x.abs() + a.y.abs() + b.x.abs() + b.y.abs() + c.x.abs() + c.y.abs();
     let depth = za.max(zb).max(zc) - za.min(zb).min(zc);
     let told = determinant.abs() >= sizes * depth * EDGE_ON;
     if !told {
         let (along, [_, v, w]) = entered([a.x, b.x, c.x], [a.y, b.y, c.y], [za, zb, zc]);
-        return Some(TriangleHit { t: along * probe.inverse_length_squared, weights: [v, w], from_outside });
+        return Some(TriangleHit {
+            t: along * probe.inverse_length_squared,
+            weights: [v, w],
+            from_outside,
+        });
     }
     let inverse = 1.0 / determinant;
     let (u, v, w) = (u * inverse, v * inverse, w * inverse);
     let along = za * u + zb * v + zc * w;
-    Some(TriangleHit { t: along * probe.inverse_length_squared, weights: [v, w], from_outside })
+    Some(TriangleHit {
+        t: along * probe.inverse_length_squared,
+        weights: [v, w],
+        from_outside,
+    })
 }
 
-/// Where the ray meets a face that it sees edge-on, in units of the squared direction: where it enters it, and the corners' weights there.
+/// Where the ray meets a face that it sees edge-on, in units of the squared direction: where it
+/// enters it, and the corners' weights there.
 ///
-/// The face is taken for a flat one in the plane of the ray and of the longer way that it extends across it, where it is wide, so that
-/// each edge is crossed at a well-rounded place. That is no farther from the ray than rounding moves a corner and the face extends the
-/// other way.
+/// The face is taken for a flat one in the plane of the ray and of the longer way that it extends
+/// across it, where it is wide, so that each edge is crossed at a well-rounded place. That is no
+/// farther from the ray than rounding moves a corner and the face extends the other way.
 #[cold]
 #[inline(never)]
 fn entered(x: [f64; 3], y: [f64; 3], z: [f64; 3]) -> (f64, [f64; 3]) {
@@ -129,21 +169,23 @@ fn entered(x: [f64; 3], y: [f64; 3], z: [f64; 3]) -> (f64, [f64; 3]) {
     best
 }
 
-/// What a test of a flat face by its corners may be wrong by: the flatter one of its triangles is, `longest_squared` over
-/// twice its area, the less its corners tell where its plane is.
+/// What a test of a flat face by its corners may be wrong by: the flatter one of its triangles is,
+/// `longest_squared` over twice its area, the less its corners tell where its plane is.
 #[inline(always)]
 pub(super) fn corner_slack(scale: f64, longest_squared: f64, inverse_twice_area: f64) -> f64 {
     slack(scale) * (longest_squared * inverse_twice_area).min(1.0 / f64::ROUNDOFF)
 }
 
-/// a·b − c·d rounded, with the exact sign: the rounding errors of the products, by fused multiply-add, decide when the
-/// products themselves are too close (Kahan's method with the sum of three carried out without error as far as the sign
-/// depends on it). Exact unless a product's error underflows.
+/// a·b − c·d rounded, with the exact sign: the rounding errors of the products, by fused
+/// multiply-add, decide when the products themselves are too close (Kahan's method with the sum of
+/// three carried out without error as far as the sign depends on it). Exact unless a product's
+/// error underflows.
 #[cold]
 fn exact_tail(a: f64, b: f64, c: f64, d: f64) -> f64 {
     let (p, q) = (a * b, c * d);
     let (p_error, q_error) = (a.mul_add(b, -p), c.mul_add(d, -q));
-    // p − q is exact here by Sterbenz' lemma; the difference of the two errors is split into its rounding and the rest.
+    // p − q is exact here by Sterbenz' lemma; the difference of the two errors is split into its
+    // rounding and the rest.
     let high = p_error - q_error;
     let back = high - p_error;
     let low = (p_error - (high - back)) - (q_error + back);
@@ -151,12 +193,14 @@ fn exact_tail(a: f64, b: f64, c: f64, d: f64) -> f64 {
     if sum == 0.0 { low } else { sum }
 }
 
-/// Whether three points lie on one line; exact where the differences of their coordinates are, as those of f32 numbers
-/// within nine orders of magnitude.
+/// Whether three points lie on one line; exact where the differences of their coordinates are, as
+/// those of f32 numbers within nine orders of magnitude.
 pub(super) fn are_collinear(a: DVec3, b: DVec3, c: DVec3) -> bool {
     let (p, q) = (b - a, c - a);
     let minor = |a: f64, b: f64, c: f64, d: f64| exact_difference(a, b, c, d);
-    minor(p.y, q.z, p.z, q.y) == 0.0 && minor(p.z, q.x, p.x, q.z) == 0.0 && minor(p.x, q.y, p.y, q.x) == 0.0
+    minor(p.y, q.z, p.z, q.y) == 0.0
+        && minor(p.z, q.x, p.x, q.z) == 0.0
+        && minor(p.x, q.y, p.y, q.x) == 0.0
 }
 
 /// a·b − c·d with the exact sign.
@@ -164,7 +208,8 @@ pub(super) fn are_collinear(a: DVec3, b: DVec3, c: DVec3) -> bool {
 fn exact_difference(a: f64, b: f64, c: f64, d: f64) -> f64 {
     let (p, q) = (a * b, c * d);
     let difference = p - q;
-    // Wrong by at most u·(|p| + |q| + |difference|), and |q| is at most |p| + |difference|: one product tells the size of both.
+    // Wrong by at most u·(|p| + |q| + |difference|), and |q| is at most |p| + |difference|: one
+    // product tells the size of both.
     if difference.abs() >= p.abs() * (f64::ROUNDOFF * 8.0) {
         return difference;
     }
@@ -184,8 +229,9 @@ mod tests {
         z ^ z >> 31
     }
 
-    /// Protects: a face that lies along the ray is met where the ray enters it, at the crossing of an edge, by closed form, whatever
-    /// noise there is across it; one whose edge lies on the ray at that edge's nearer end.
+    /// Protects: a face that lies along the ray is met where the ray enters it, at the crossing of
+    /// an edge, by closed form, whatever noise there is across it; one whose edge lies on the ray
+    /// at that edge's nearer end.
     #[test]
     fn faces_edge_on_are_met_where_they_begin() {
         let noise = [1e-17, -2e-17, 1e-18];
@@ -193,35 +239,60 @@ mod tests {
         let (x, z) = ([-1.0, 1.0, 3.0], [10.0, 20.0, 40.0]);
         assert_eq!(entered(x, noise, z), (15.0, [0.5, 0.5, 0.0]));
         assert_eq!(entered(noise, x, z), (15.0, [0.5, 0.5, 0.0]));
-        assert_eq!(entered([1.0, 3.0, -1.0], noise, [20.0, 40.0, 10.0]), (15.0, [0.5, 0.0, 0.5]));
-        assert_eq!(entered([0.0, 0.0, 2.0], noise, [7.0, 5.0, 1.0]), (5.0, [0.0, 1.0, 0.0]));
+        assert_eq!(
+            entered([1.0, 3.0, -1.0], noise, [20.0, 40.0, 10.0]),
+            (15.0, [0.5, 0.0, 0.5])
+        );
+        assert_eq!(
+            entered([0.0, 0.0, 2.0], noise, [7.0, 5.0, 1.0]),
+            (5.0, [0.0, 1.0, 0.0])
+        );
     }
 
-    /// Protects: the sign of a·b − c·d whatever cancels, and its value to a third, against whole numbers of 128 bits: products
-    /// that are equal, that differ in their last bits, and that differ by as much as decides which formula is taken.
+    /// Protects: the sign of a·b − c·d whatever cancels, and its value to a third, against whole
+    /// numbers of 128 bits: products that are equal, that differ in their last bits, and that
+    /// differ by as much as decides which formula is taken.
     #[test]
     fn p21_differences_of_products_are_those_of_whole_numbers() {
         let state = &mut 7;
         let (mut equal, mut close, mut rounded_away) = (0, 0, 0);
         for _ in 0..2_000_000 {
-            let odd = |state: &mut u64, bits: u32| (next(state) >> (64 - bits) | 1 | 1 << (bits - 1)) as i64;
+            let odd = |state: &mut u64, bits: u32| {
+                (next(state) >> (64 - bits) | 1 | 1 << (bits - 1)) as i64
+            };
             let bits = 24 + (next(state) % 29) as u32;
             let (x, y) = (odd(state, bits), odd(state, bits));
-            // (x + m)(y − n) is close to x·y where m·y ≈ n·x: steps by a ratio of small numbers, or none.
+            // (x + m)(y − n) is close to x·y where m·y ≈ n·x: steps by a ratio of small numbers, or
+            // none.
             let step = (next(state) % 4) as i64;
             let other = (step as f64 * y as f64 / x as f64).round() as i64;
             let jitter = (next(state) % 3) as i64 - 1;
-            let (c, d) = if next(state).is_multiple_of(8) { (y, x) } else { (x + step, y - other + jitter) };
+            let (c, d) = if next(state).is_multiple_of(8) {
+                (y, x)
+            } else {
+                (x + step, y - other + jitter)
+            };
             let exact = i128::from(x) * i128::from(y) - i128::from(c) * i128::from(d);
             let found = exact_difference(x as f64, y as f64, c as f64, d as f64);
-            assert_eq!(found.partial_cmp(&0.0), Some(exact.cmp(&0)), "{x}·{y} − {c}·{d} = {exact}, not {found}");
+            assert_eq!(
+                found.partial_cmp(&0.0),
+                Some(exact.cmp(&0)),
+                "{x}·{y} − {c}·{d} = {exact}, not {found}"
+            );
             let wrong = (found - exact as f64).abs();
-            assert!(wrong <= exact.unsigned_abs() as f64 * 0.34, "{x}·{y} − {c}·{d} = {exact}, not {found}");
+            assert!(
+                wrong <= exact.unsigned_abs() as f64 * 0.34,
+                "{x}·{y} − {c}·{d} = {exact}, not {found}"
+            );
             let products = x as f64 * y as f64 - c as f64 * d as f64;
             equal += u32::from(exact == 0);
             rounded_away += u32::from(exact != 0 && products == 0.0);
-            close += u32::from(exact != 0 && products.abs() <= x as f64 * y as f64 * 8.0 * f64::EPSILON);
+            close +=
+                u32::from(exact != 0 && products.abs() <= x as f64 * y as f64 * 8.0 * f64::EPSILON);
         }
-        assert!(equal > 1000 && close > 1000 && rounded_away > 1000, "{equal} {close} {rounded_away}");
+        assert!(
+            equal > 1000 && close > 1000 && rounded_away > 1000,
+            "{equal} {close} {rounded_away}"
+        );
     }
 }

@@ -7,7 +7,9 @@ use super::prepared_ray::FAR;
 use super::quadratic::{Crossings, Quadratic, approach, point_at, rarely};
 use super::sample::area_by_quadrature;
 use super::sphere::{on_globe, sphere_direction};
-use super::{Maps, Parameters, PreparedRay, SampleArea, Shape, ShapeHit, SurfacePoint, Under, slack};
+use super::{
+    Maps, Parameters, PreparedRay, SampleArea, Shape, ShapeHit, SurfacePoint, Under, slack,
+};
 use crate::ray::{Interval, Side};
 use crate::scalar::{Real, Vector};
 
@@ -23,11 +25,15 @@ pub struct Ellipsoid<R: Real> {
 impl<R: Real> Ellipsoid<R> {
     /// From centre and half-lengths.
     pub fn new(centre: DVec3, semi_axes: DVec3) -> Self {
-        Self { centre: R::Vec3::from_f64(centre), semi_axes: R::Vec3::from_f64(semi_axes) }
+        Self {
+            centre: R::Vec3::from_f64(centre),
+            semi_axes: R::Vec3::from_f64(semi_axes),
+        }
     }
 
-    /// The crossings, in the space where the ellipsoid is a sphere: each axis is scaled by the other two half-lengths, whose
-    /// product is exact in a wider core, and the radius there is the product of all three.
+    /// The crossings, in the space where the ellipsoid is a sphere: each axis is scaled by the
+    /// other two half-lengths, whose product is exact in a wider core, and the radius there is the
+    /// product of all three.
     #[inline(always)]
     fn crossings(&self, probe: &PreparedRay, close: bool) -> Option<Crossings> {
         let s = self.semi_axes.to_f64();
@@ -49,7 +55,10 @@ impl<R: Real> Ellipsoid<R> {
         let met = half_squared >= 0.0;
         met.then(|| {
             let (middle, half) = (middle + ahead, half_squared.sqrt());
-            Crossings { enter: middle - half, leave: middle + half }
+            Crossings {
+                enter: middle - half,
+                leave: middle + half,
+            }
         })
     }
 
@@ -62,18 +71,24 @@ impl<R: Real> Ellipsoid<R> {
         SurfacePoint::new(point, gradient.normalize(), slack(scale))
     }
 
-    /// From a point to where a ray starts that goes in: as on the unit sphere of which this is an image, for which see
-    /// [`super::drift::off_bends`].
+    /// From a point to where a ray starts that goes in: as on the unit sphere of which this is an
+    /// image, for which see [`super::drift::off_bends`].
     #[inline(never)]
     fn inwards(&self, located: &SurfacePoint, maps: Maps<'_>) -> DVec3 {
         let s = self.semi_axes.to_f64();
         let drift = Drift::around::<R>(Some(maps), located.point, located.error);
-        let [x, y, z] = [DVec3::X / s.x, DVec3::Y / s.y, DVec3::Z / s.z].map(|gradient| drift.along(gradient));
+        let [x, y, z] =
+            [DVec3::X / s.x, DVec3::Y / s.y, DVec3::Z / s.z].map(|gradient| drift.along(gradient));
         let share = x * x + y * y + z * z;
-        if share < 1.0 { (self.centre.to_f64() - located.point) * share } else { DVec3::ZERO }
+        if share < 1.0 {
+            (self.centre.to_f64() - located.point) * share
+        } else {
+            DVec3::ZERO
+        }
     }
 
-    /// How many times larger the surface is at a point than the unit sphere at its image, by the unit direction there.
+    /// How many times larger the surface is at a point than the unit sphere at its image, by the
+    /// unit direction there.
     fn stretch(&self, n: DVec3) -> f64 {
         let s = self.semi_axes.to_f64();
         DVec3::new(n.x * s.y * s.z, n.y * s.z * s.x, n.z * s.x * s.y).length()
@@ -86,8 +101,14 @@ impl<R: Real> Shape<R> for Ellipsoid<R> {
     }
 
     #[inline]
-    fn intersect(&self, probe: &PreparedRay, range: Interval<R>, side: Side) -> Option<ShapeHit<R>> {
-        self.crossings(probe, !R::IS_SINGLE)?.nearest(range, side, |_| true)
+    fn intersect(
+        &self,
+        probe: &PreparedRay,
+        range: Interval<R>,
+        side: Side,
+    ) -> Option<ShapeHit<R>> {
+        self.crossings(probe, !R::IS_SINGLE)?
+            .nearest(range, side, |_| true)
     }
 
     fn locate_under(&self, probe: &PreparedRay, hit: ShapeHit<R>, maps: Under<'_>) -> SurfacePoint {
@@ -95,7 +116,10 @@ impl<R: Real> Shape<R> for Ellipsoid<R> {
         let way = (probe.origin - point).abs().max_element();
         let located = self.at(point, way + point.abs().max_element());
         match maps {
-            Some(maps) => SurfacePoint { below: located.point + self.inwards(&located, maps), ..located },
+            Some(maps) => SurfacePoint {
+                below: located.point + self.inwards(&located, maps),
+                ..located
+            },
             None => located,
         }
     }
@@ -106,14 +130,21 @@ impl<R: Real> Shape<R> for Ellipsoid<R> {
         let n = ((self.locate(probe, hit).point - centre) / s).normalize();
         let [u, v] = on_globe::<f64>(n).map(R::from_f64);
         let dpdu = R::Vec3::from_f64(DVec3::new(n.z, 0.0, -n.x) * s * core::f64::consts::TAU);
-        Parameters { u, v, dpdu, mirrored: false }
+        Parameters {
+            u,
+            v,
+            dpdu,
+            mirrored: false,
+        }
     }
 }
 
 /// Drawn evenly over the unit sphere and mapped: the density follows the stretch of the map.
 impl<R: Real> SampleArea<R> for Ellipsoid<R> {
     fn area(&self) -> f64 {
-        area_by_quadrature(|u, v| 4.0 * core::f64::consts::PI * self.stretch(sphere_direction(u, v)))
+        area_by_quadrature(|u, v| {
+            4.0 * core::f64::consts::PI * self.stretch(sphere_direction(u, v))
+        })
     }
 
     fn sample_area(&self, u: R, v: R) -> (SurfacePoint, f64) {

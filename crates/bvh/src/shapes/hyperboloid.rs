@@ -6,11 +6,15 @@ use super::drift::off_bends;
 use super::frame::{disk_support, length, spoke, turn};
 use super::prepared_ray::FAR;
 use super::quadratic::{Crossings, Quadratic, approach, point_at, rarely};
-use super::{Parameters, PreparedRay, SampleArea, Shape, ShapeHit, SurfacePoint, Under, sample::area_by_quadrature, slack};
+use super::{
+    Parameters, PreparedRay, SampleArea, Shape, ShapeHit, SurfacePoint, Under,
+    sample::area_by_quadrature, slack,
+};
 use crate::ray::{Interval, Side};
 use crate::scalar::{Real, Vector};
 
-/// (x/a)² − (y/c)² + (z/a)² = 1 about its centre, for |y| ≤ half_height. Its normal points away from the axis.
+/// (x/a)² − (y/c)² + (z/a)² = 1 about its centre, for |y| ≤ half_height. Its normal points away
+/// from the axis.
 #[derive(Clone, Copy, Debug)]
 pub struct Hyperboloid<R: Real> {
     /// Centre.
@@ -55,7 +59,12 @@ impl<R: Real> Hyperboloid<R> {
         // b² − a·c by the minors of (d, f), as |d × f|² is for a sphere.
         let m = d.cross(f);
         let discriminant = unit * a + (m.x * m.x + m.z * m.z - m.y * m.y);
-        Quadratic { discriminant, ..quadratic }.roots().map(|r| r.moved(ahead))
+        Quadratic {
+            discriminant,
+            ..quadratic
+        }
+        .roots()
+        .map(|r| r.moved(ahead))
     }
 
     /// The surface at a point near it.
@@ -86,26 +95,38 @@ impl<R: Real> Shape<R> for Hyperboloid<R> {
     /// It curves inwards: it reaches as far as its two rims.
     fn support(&self, direction: DVec3) -> Option<f64> {
         let height = self.half_height.to_f64();
-        let rim = disk_support(self.centre.to_f64(), DVec3::Y, self.radius_at(height), direction);
+        let rim = disk_support(
+            self.centre.to_f64(),
+            DVec3::Y,
+            self.radius_at(height),
+            direction,
+        );
         Some(rim + height * direction.y.abs())
     }
 
     #[inline]
-    fn intersect(&self, probe: &PreparedRay, range: Interval<R>, side: Side) -> Option<ShapeHit<R>> {
+    fn intersect(
+        &self,
+        probe: &PreparedRay,
+        range: Interval<R>,
+        side: Side,
+    ) -> Option<ShapeHit<R>> {
         let half_height = self.half_height.to_f64();
         let above = probe.origin.y - self.centre.y().to_f64();
         let clipped = |t: f64| (above + probe.direction.y * t).abs() <= half_height;
         if half_height == 0.0 {
             return None;
         }
-        self.crossings(probe, !R::IS_SINGLE)?.nearest(range, side, clipped)
+        self.crossings(probe, !R::IS_SINGLE)?
+            .nearest(range, side, clipped)
     }
 
     fn locate_under(&self, probe: &PreparedRay, hit: ShapeHit<R>, maps: Under<'_>) -> SurfacePoint {
         let point = point_at(probe, self.crossings(probe, true), hit);
         let located = self.at(point, (probe.origin - point).abs().max_element());
         off_bends::<R>(located, maps, || {
-            // Outside it is the profile that bends, most at the waist; inside, and there most as well, the circle.
+            // Outside it is the profile that bends, most at the waist; inside, and there most as
+            // well, the circle.
             let (waist, slope) = (self.waist.to_f64(), self.slope.to_f64());
             [slope * (slope / waist), waist]
         })
@@ -116,7 +137,12 @@ impl<R: Real> Shape<R> for Hyperboloid<R> {
         let offset = self.locate(probe, hit).point - self.centre.to_f64();
         let (u, dpdu) = turn(DVec3::new(offset.x, 0.0, offset.z), DVec3::Y);
         let v = R::from_f64(0.5) - R::from_f64(offset.y) / (self.half_height + self.half_height);
-        Parameters { u, v, dpdu, mirrored: false }
+        Parameters {
+            u,
+            v,
+            dpdu,
+            mirrored: false,
+        }
     }
 }
 
@@ -129,7 +155,10 @@ impl<R: Real> SampleArea<R> for Hyperboloid<R> {
     fn sample_area(&self, u: R, v: R) -> (SurfacePoint, f64) {
         let y = (2.0 * u.to_f64() - 1.0) * self.half_height.to_f64();
         let offset = spoke(DVec3::Y, v.to_f64()) * self.radius_at(y) + DVec3::Y * y;
-        (self.at(self.centre.to_f64() + offset, 0.0), 1.0 / self.inverse_density(y))
+        (
+            self.at(self.centre.to_f64() + offset, 0.0),
+            1.0 / self.inverse_density(y),
+        )
     }
 
     fn density(&self, point: &SurfacePoint) -> f64 {

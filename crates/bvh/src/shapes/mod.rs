@@ -1,8 +1,8 @@
 //! Shapes: each knows its bounds, how a ray hits it, and what its surface is like at a hit.
 //!
 //! A shape is stored in f32 or f64; its test computes in f64. A test returns a distance and two
-//! numbers of the shape's own: the surface point is made once, by [`Shape::locate`], when the closest hit is known, and
-//! texture coordinates only for who asks.
+//! numbers of the shape's own: the surface point is made once, by [`Shape::locate`], when the
+//! closest hit is known, and texture coordinates only for who asks.
 
 mod any;
 mod border;
@@ -58,8 +58,8 @@ use crate::aabb::Aabb;
 use crate::ray::{Interval, Side};
 use crate::scalar::Real;
 
-/// What a test may be wrong by, for lengths up to `scale`: some roundings of it. The longest chain of a shape
-/// has about ten.
+/// What a test may be wrong by, for lengths up to `scale`: some roundings of it. The longest chain
+/// of a shape has about ten.
 #[inline(always)]
 pub(crate) fn slack(scale: f64) -> f64 {
     scale * (f64::ROUNDOFF * 16.0)
@@ -70,10 +70,11 @@ pub(crate) fn slack(scale: f64) -> f64 {
 pub struct ShapeHit<R> {
     /// Distance along the ray.
     pub t: R,
-    /// A barycentric coordinate, the part of the surface that was hit, or zero where there is one part.
+    /// A barycentric coordinate, the part of the surface that was hit, or zero where there is one
+    /// part.
     pub u: R,
-    /// A barycentric coordinate, or for a body one where the ray leaves it: the two ends of a thin body may have the same
-    /// stored distance.
+    /// A barycentric coordinate, or for a body one where the ray leaves it: the two ends of a thin
+    /// body may have the same stored distance.
     pub v: R,
 }
 
@@ -81,13 +82,21 @@ impl<R: Real> ShapeHit<R> {
     /// A hit that needs no further numbers.
     #[inline(always)]
     pub fn at(t: R) -> Self {
-        Self { t, u: R::ZERO, v: R::ZERO }
+        Self {
+            t,
+            u: R::ZERO,
+            v: R::ZERO,
+        }
     }
 
     /// A hit where the ray leaves a body.
     #[inline(always)]
     pub fn leaving(t: R) -> Self {
-        Self { t, u: R::ZERO, v: R::ONE }
+        Self {
+            t,
+            u: R::ZERO,
+            v: R::ONE,
+        }
     }
 
     /// Whether the ray leaves a body here.
@@ -102,21 +111,25 @@ pub type Under<'a> = Option<Maps<'a>>;
 
 /// A surface that rays can hit.
 pub trait Shape<R: Real> {
-    /// The support function, max p·direction over all points p of the shape: where a plane touches that comes in from far
-    /// along `direction`. None for a shape without bounds. Not a number when a parameter is not.
+    /// The support function, max p·direction over all points p of the shape: where a plane touches
+    /// that comes in from far along `direction`. None for a shape without bounds. Not a number when
+    /// a parameter is not.
     fn support(&self, direction: DVec3) -> Option<f64>;
 
-    /// The least axis-parallel box around it; none for a shape without bounds, which then stays outside any tree.
+    /// The least axis-parallel box around it; none for a shape without bounds, which then stays
+    /// outside any tree.
     fn bounds(&self) -> Option<Aabb> {
         Aabb::from_support(|direction| self.support(direction))
     }
 
     /// The nearest hit within `range` (open at both ends) on an accepted side.
-    fn intersect(&self, probe: &PreparedRay, range: Interval<R>, side: Side) -> Option<ShapeHit<R>>;
+    fn intersect(&self, probe: &PreparedRay, range: Interval<R>, side: Side)
+    -> Option<ShapeHit<R>>;
 
-    /// The surface at a hit that [`Shape::intersect`] returned for the same ray, before it is rounded to the stored scalar. A
-    /// ray that comes from the world by the inverses of maps brings them: what may happen to the start of a ray there decides
-    /// how far from edges and bends starts have to be.
+    /// The surface at a hit that [`Shape::intersect`] returned for the same ray, before it is
+    /// rounded to the stored scalar. A ray that comes from the world by the inverses of maps brings
+    /// them: what may happen to the start of a ray there decides how far from edges and bends
+    /// starts have to be.
     fn locate_under(&self, probe: &PreparedRay, hit: ShapeHit<R>, maps: Under<'_>) -> SurfacePoint;
 
     /// The same for a ray of the shape's own space.
@@ -135,10 +148,15 @@ pub trait Shape<R: Real> {
     }
 }
 
-/// The first of two ordered roots that lies in the range on an accepted side: rays enter a closed shape at `near` and
-/// leave it at `far`.
+/// The first of two ordered roots that lies in the range on an accepted side: rays enter a closed
+/// shape at `near` and leave it at `far`.
 #[inline(always)]
-pub(crate) fn first_root<R: Real>(near: R, far: R, range: Interval<R>, side: Side) -> Option<ShapeHit<R>> {
+pub(crate) fn first_root<R: Real>(
+    near: R,
+    far: R,
+    range: Interval<R>,
+    side: Side,
+) -> Option<ShapeHit<R>> {
     if side.accepts(true) && range.contains(near) {
         Some(ShapeHit::at(near))
     } else if side.accepts(false) && range.contains(far) {

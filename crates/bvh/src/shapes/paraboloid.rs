@@ -5,11 +5,15 @@ use glam::DVec3;
 use super::drift::off_bends;
 use super::frame::{length, spoke, turn};
 use super::quadratic::{Crossings, Quadratic, approach, point_at, tests_close};
-use super::{Parameters, PreparedRay, SampleArea, Shape, ShapeHit, SurfacePoint, Under, sample::area_by_quadrature, slack};
+use super::{
+    Parameters, PreparedRay, SampleArea, Shape, ShapeHit, SurfacePoint, Under,
+    sample::area_by_quadrature, slack,
+};
 use crate::ray::{Interval, Side};
 use crate::scalar::{Real, Vector};
 
-/// y = (x² + z²)·height/radius² about its lowest point, up to `height`. Its normal points away from the axis and down.
+/// y = (x² + z²)·height/radius² about its lowest point, up to `height`. Its normal points away from
+/// the axis and down.
 #[derive(Clone, Copy, Debug)]
 pub struct Paraboloid<R: Real> {
     /// Lowest point.
@@ -23,7 +27,11 @@ pub struct Paraboloid<R: Real> {
 impl<R: Real> Paraboloid<R> {
     /// From the lowest point, the radius of the rim and its height.
     pub fn new(apex: DVec3, radius: f64, height: f64) -> Self {
-        Self { apex: R::Vec3::from_f64(apex), radius: R::from_f64(radius), height: R::from_f64(height) }
+        Self {
+            apex: R::Vec3::from_f64(apex),
+            radius: R::from_f64(radius),
+            height: R::from_f64(height),
+        }
     }
 
     /// The crossings of the whole bowl.
@@ -34,8 +42,11 @@ impl<R: Real> Paraboloid<R> {
         let d = probe.direction;
         let flat = |p: DVec3, q: DVec3| p.x * q.x + p.z * q.z;
         let room = radius * radius;
-        let quadratic =
-            Quadratic::new(height * flat(d, d), height * flat(d, f) - room * d.y * 0.5, height * flat(f, f) - room * f.y);
+        let quadratic = Quadratic::new(
+            height * flat(d, d),
+            height * flat(d, f) - room * d.y * 0.5,
+            height * flat(f, f) - room * f.y,
+        );
         quadratic.roots().map(|r| r.moved(ahead))
     }
 
@@ -50,7 +61,8 @@ impl<R: Real> Paraboloid<R> {
         SurfacePoint::new(point, gradient.normalize(), slack(scale))
     }
 
-    /// One over the density at a distance from the axis: the rim's disk, as much larger as the bowl leans there.
+    /// One over the density at a distance from the axis: the rim's disk, as much larger as the bowl
+    /// leans there.
     fn inverse_density(&self, distance: f64) -> f64 {
         let (radius, height) = (self.radius.to_f64(), self.height.to_f64());
         let lean = 2.0 * height * distance / (radius * radius);
@@ -60,23 +72,39 @@ impl<R: Real> Paraboloid<R> {
 
 impl<R: Real> Shape<R> for Paraboloid<R> {
     fn support(&self, direction: DVec3) -> Option<f64> {
-        let (apex, radius, height) = (self.apex.to_f64(), self.radius.to_f64(), self.height.to_f64());
-        // On the bowl at a fraction s of the rim's radius: s·across + s²·up, greatest at the rim or where its slope is zero.
-        let (across, up) = (radius * length(direction.x, direction.z), height * direction.y);
+        let (apex, radius, height) = (
+            self.apex.to_f64(),
+            self.radius.to_f64(),
+            self.height.to_f64(),
+        );
+        // On the bowl at a fraction s of the rim's radius: s·across + s²·up, greatest at the rim or
+        // where its slope is zero.
+        let (across, up) = (
+            radius * length(direction.x, direction.z),
+            height * direction.y,
+        );
         let inner = across / (-2.0 * up);
         let s = if up < 0.0 && inner < 1.0 { inner } else { 1.0 };
         Some(apex.dot(direction) + s * across + s * s * up)
     }
 
     #[inline]
-    fn intersect(&self, probe: &PreparedRay, range: Interval<R>, side: Side) -> Option<ShapeHit<R>> {
+    fn intersect(
+        &self,
+        probe: &PreparedRay,
+        range: Interval<R>,
+        side: Side,
+    ) -> Option<ShapeHit<R>> {
         let height = self.height.to_f64();
         let above = probe.origin.y - self.apex.y().to_f64();
         if height == 0.0 {
             return None;
         }
-        self.crossings(probe, tests_close(probe, self.apex, self.radius.min(self.height)))?
-            .nearest(range, side, |t| above + probe.direction.y * t <= height)
+        self.crossings(
+            probe,
+            tests_close(probe, self.apex, self.radius.min(self.height)),
+        )?
+        .nearest(range, side, |t| above + probe.direction.y * t <= height)
     }
 
     fn locate_under(&self, probe: &PreparedRay, hit: ShapeHit<R>, maps: Under<'_>) -> SurfacePoint {
@@ -93,7 +121,12 @@ impl<R: Real> Shape<R> for Paraboloid<R> {
     fn parameters(&self, probe: &PreparedRay, hit: ShapeHit<R>) -> Parameters<R> {
         let offset = self.locate(probe, hit).point - self.apex.to_f64();
         let (u, dpdu) = turn(DVec3::new(offset.x, 0.0, offset.z), DVec3::Y);
-        Parameters { u, v: R::ONE - R::from_f64(offset.y) / self.height, dpdu, mirrored: false }
+        Parameters {
+            u,
+            v: R::ONE - R::from_f64(offset.y) / self.height,
+            dpdu,
+            mirrored: false,
+        }
     }
 }
 
@@ -105,8 +138,12 @@ impl<R: Real> SampleArea<R> for Paraboloid<R> {
 
     fn sample_area(&self, u: R, v: R) -> (SurfacePoint, f64) {
         let distance = u.to_f64().sqrt() * self.radius.to_f64();
-        let offset = spoke(DVec3::Y, v.to_f64()) * distance + DVec3::Y * (u.to_f64() * self.height.to_f64());
-        (self.at(self.apex.to_f64() + offset, 0.0), 1.0 / self.inverse_density(distance))
+        let offset =
+            spoke(DVec3::Y, v.to_f64()) * distance + DVec3::Y * (u.to_f64() * self.height.to_f64());
+        (
+            self.at(self.apex.to_f64() + offset, 0.0),
+            1.0 / self.inverse_density(distance),
+        )
     }
 
     fn density(&self, point: &SurfacePoint) -> f64 {

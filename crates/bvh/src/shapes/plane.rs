@@ -19,21 +19,28 @@ pub struct Plane<R: Real> {
 }
 
 impl<R: Real> Plane<R> {
-    /// A plane through a point; `normal` has unit length. The tangent is x where the normal allows it, so that for a floor
-    /// u and v are world x and z.
+    /// A plane through a point; `normal` has unit length. The tangent is x where the normal allows
+    /// it, so that for a floor u and v are world x and z.
     pub fn new(point: R::Vec3, normal: R::Vec3) -> Self {
-        Self { point, normal, tangent: R::Vec3::from_f64(tangent(normal.to_f64())) }
+        Self {
+            point,
+            normal,
+            tangent: R::Vec3::from_f64(tangent(normal.to_f64())),
+        }
     }
 }
 
-/// Where a ray crosses the plane with this normal through a point, and what that is wrong by: at the unrounded distance, so that what remains is the
-/// rounding of the stored coordinates.
+/// Where a ray crosses the plane with this normal through a point, and what that is wrong by: at
+/// the unrounded distance, so that what remains is the rounding of the stored coordinates.
 #[inline(always)]
 pub(super) fn on_plane(probe: &PreparedRay, normal: DVec3, through: DVec3) -> (DVec3, f64) {
     let height = normal.dot(through - probe.origin);
     let point = probe.origin + probe.direction * (height / normal.dot(probe.direction));
     let way = (point - probe.origin).abs().max_element();
-    (point, slack(point.abs().max_element() + through.abs().max_element() + way))
+    (
+        point,
+        slack(point.abs().max_element() + through.abs().max_element() + way),
+    )
 }
 
 impl<R: Real> Shape<R> for Plane<R> {
@@ -42,7 +49,12 @@ impl<R: Real> Shape<R> for Plane<R> {
     }
 
     #[inline(always)]
-    fn intersect(&self, probe: &PreparedRay, range: Interval<R>, side: Side) -> Option<ShapeHit<R>> {
+    fn intersect(
+        &self,
+        probe: &PreparedRay,
+        range: Interval<R>,
+        side: Side,
+    ) -> Option<ShapeHit<R>> {
         let normal = self.normal.to_f64();
         let slope = normal.dot(probe.direction);
         let height = normal.dot(self.point.to_f64() - probe.origin);
@@ -63,6 +75,11 @@ impl<R: Real> Shape<R> for Plane<R> {
     fn parameters(&self, probe: &PreparedRay, hit: ShapeHit<R>) -> Parameters<R> {
         let offset = self.surface(probe, hit).point - self.point;
         let bitangent = self.tangent.cross(self.normal);
-        Parameters { u: offset.dot(self.tangent), v: offset.dot(bitangent), dpdu: self.tangent, mirrored: false }
+        Parameters {
+            u: offset.dot(self.tangent),
+            v: offset.dot(bitangent),
+            dpdu: self.tangent,
+            mirrored: false,
+        }
     }
 }

@@ -13,24 +13,28 @@ pub(crate) const FAR: f64 = 1024.0;
 pub struct PreparedRay {
     /// Origin, exactly.
     pub origin: DVec3,
-    /// Direction; of unit length only up to the rounding of the stored one, and of any length in the space of an instance.
+    /// Direction; of unit length only up to the rounding of the stored one, and of any length in
+    /// the space of an instance.
     pub direction: DVec3,
     /// When it is asked, see [`Ray::time`].
     pub time: f64,
     /// Whether it passes backs that are culled, see [`Ray::culls`].
     pub culls: bool,
-    /// Whether this is the space of a placed shape or an instance. There a rounding of the distance, moved along the surface
-    /// by projecting it back, may come out of the map magnified, so that points are made from unrounded distances.
+    /// Whether this is the space of a placed shape or an instance. There a rounding of the
+    /// distance, moved along the surface by projecting it back, may come out of the map magnified,
+    /// so that points are made from unrounded distances.
     pub mapped: bool,
     /// Squared length of `direction`.
     pub length_squared: f64,
-    /// The same, less by more than the rounding of any sum of a few products with it: a discriminant made with it is never
-    /// below zero where one from the same coefficients, or from the exact ones, is not.
+    /// The same, less by more than the rounding of any sum of a few products with it: a
+    /// discriminant made with it is never below zero where one from the same coefficients, or from
+    /// the exact ones, is not.
     pub shortened: f64,
     /// One over it.
     pub inverse_length_squared: f64,
-    /// Two vectors across the direction, such that (first, second, direction) is right-handed: they span the plane onto
-    /// which triangles are projected. As long as the largest component of the direction at least.
+    /// Two vectors across the direction, such that (first, second, direction) is right-handed: they
+    /// span the plane onto which triangles are projected. As long as the largest component of the
+    /// direction at least.
     pub across: [DVec3; 2],
 }
 
@@ -51,9 +55,23 @@ impl PreparedRay {
         let length_squared = direction.dot(direction);
         let inverse_length_squared = 1.0 / length_squared;
         let shortened = length_squared * Self::SHORTER;
-        let across = if faces { across(direction) } else { [DVec3::ZERO; 2] };
+        let across = if faces {
+            across(direction)
+        } else {
+            [DVec3::ZERO; 2]
+        };
         let (time, culls, mapped) = (ray.time.to_f64(), ray.culls, false);
-        Self { origin, direction, time, culls, mapped, length_squared, shortened, inverse_length_squared, across }
+        Self {
+            origin,
+            direction,
+            time,
+            culls,
+            mapped,
+            length_squared,
+            shortened,
+            inverse_length_squared,
+            across,
+        }
     }
 
     /// Prepares a stored ray for spheres and planes.
@@ -65,11 +83,20 @@ impl PreparedRay {
     /// Prepares a ray of a mapped space, of any length: distances are in units of that length.
     #[inline(always)]
     pub(crate) fn mapped(origin: DVec3, direction: DVec3, culls: bool) -> Self {
-        Self { mapped: true, ..Self::new(Ray { origin, direction, time: 0.0, culls }) }
+        Self {
+            mapped: true,
+            ..Self::new(Ray {
+                origin,
+                direction,
+                time: 0.0,
+                culls,
+            })
+        }
     }
 
-    /// Whether a point made from a stored distance could lie beside the hit by as much as 2⁻¹⁴ of a shape of this size. Such
-    /// a point is made from the unrounded distance instead, and always in a map's space.
+    /// Whether a point made from a stored distance could lie beside the hit by as much as 2⁻¹⁴ of a
+    /// shape of this size. Such a point is made from the unrounded distance instead, and always in
+    /// a map's space.
     #[inline(always)]
     pub(crate) fn needs_unrounded<R: Real>(&self, t: R, size: R) -> bool {
         self.mapped || t > size * R::from_f64(FAR)
@@ -82,8 +109,8 @@ impl PreparedRay {
     }
 }
 
-/// The shear of "Watertight Ray/Triangle Intersection" (Woop, Benthin, Wald 2013) without its division: a point's shear
-/// coordinates times the direction's largest component.
+/// The shear of "Watertight Ray/Triangle Intersection" (Woop, Benthin, Wald 2013) without its
+/// division: a point's shear coordinates times the direction's largest component.
 #[inline(always)]
 fn across(d: DVec3) -> [DVec3; 2] {
     let size = d.abs();

@@ -9,8 +9,8 @@ use crate::aabb::Aabb;
 use crate::ray::{Interval, Side};
 use crate::scalar::{Real, Vector};
 
-/// A parallelogram by its four corners, of which each is rounded by itself: faces that share an edge share its bits.
-/// The outside is edge_u × edge_v.
+/// A parallelogram by its four corners, of which each is rounded by itself: faces that share an
+/// edge share its bits. The outside is edge_u × edge_v.
 #[derive(Clone, Copy, Debug)]
 pub struct Quad<R: Real> {
     /// Corners in order: corner, + edge_u, + edge_u + edge_v, + edge_v.
@@ -20,7 +20,15 @@ pub struct Quad<R: Real> {
 impl<R: Real> Quad<R> {
     /// From a corner and the two edges that leave it.
     pub fn new(corner: DVec3, edge_u: DVec3, edge_v: DVec3) -> Self {
-        Self { corners: [corner, corner + edge_u, corner + edge_u + edge_v, corner + edge_v].map(R::Vec3::from_f64) }
+        Self {
+            corners: [
+                corner,
+                corner + edge_u,
+                corner + edge_u + edge_v,
+                corner + edge_v,
+            ]
+            .map(R::Vec3::from_f64),
+        }
     }
 
     /// The diagonals. Their product is the normal: so the two halves have one, though rounded
@@ -41,12 +49,18 @@ impl<R: Real> Quad<R> {
     #[inline(always)]
     fn point(&self, [u, v]: [f64; 2]) -> DVec3 {
         let [a, b, c, d] = self.corners.map(Vector::to_f64);
-        if u >= v { a + (b - a) * (u - v) + (c - a) * v } else { a + (c - a) * u + (d - a) * (v - u) }
+        if u >= v {
+            a + (b - a) * (u - v) + (c - a) * v
+        } else {
+            a + (c - a) * u + (d - a) * (v - u)
+        }
     }
 
     #[inline(always)]
     fn scale(&self) -> R {
-        self.corners.iter().fold(R::ZERO, |m, c| m.max(c.abs().max_element()))
+        self.corners
+            .iter()
+            .fold(R::ZERO, |m, c| m.max(c.abs().max_element()))
     }
 
     /// What the test of the corners may be wrong by.
@@ -54,7 +68,11 @@ impl<R: Real> Quad<R> {
     fn slack(&self) -> f64 {
         let [first, second] = self.diagonals();
         let longest = first.dot(first).max(second.dot(second));
-        corner_slack(self.scale().to_f64(), longest, 1.0 / first.cross(second).length())
+        corner_slack(
+            self.scale().to_f64(),
+            longest,
+            1.0 / first.cross(second).length(),
+        )
     }
 
     #[inline(always)]
@@ -63,19 +81,27 @@ impl<R: Real> Quad<R> {
         self.slack() + (self.scale() * R::ROUNDOFF * R::from_f64(4.0)).to_f64()
     }
 
-    /// How far rounding has moved the corners out of a common plane: how far the diagonals are apart.
+    /// How far rounding has moved the corners out of a common plane: how far the diagonals are
+    /// apart.
     fn fold(&self) -> f64 {
         let [a, b, ..] = self.corners.map(Vector::to_f64);
         self.normal().dot(b - a).abs()
     }
 
-    /// Two triangles with a diagonal, each watertight: the distance, both coordinates, and whether the ray comes from outside.
+    /// Two triangles with a diagonal, each watertight: the distance, both coordinates, and whether
+    /// the ray comes from outside.
     #[inline(always)]
     fn watertight(&self, probe: &PreparedRay) -> Option<(f64, [f64; 2], bool)> {
         // One by one: an array's map is not always inlined.
         let [a, b, c, d] = self.corners;
-        let (a, b) = (Corner::new(probe, a.to_f64()), Corner::new(probe, b.to_f64()));
-        let (c, d) = (Corner::new(probe, c.to_f64()), Corner::new(probe, d.to_f64()));
+        let (a, b) = (
+            Corner::new(probe, a.to_f64()),
+            Corner::new(probe, b.to_f64()),
+        );
+        let (c, d) = (
+            Corner::new(probe, c.to_f64()),
+            Corner::new(probe, d.to_f64()),
+        );
         if let Some(hit) = cross(probe, &a, &b, &c) {
             let [second, third] = hit.weights;
             return Some((hit.t, [second + third, third], hit.from_outside));
@@ -98,20 +124,34 @@ impl<R: Real> Shape<R> for Quad<R> {
     }
 
     #[inline]
-    fn intersect(&self, probe: &PreparedRay, range: Interval<R>, side: Side) -> Option<ShapeHit<R>> {
+    fn intersect(
+        &self,
+        probe: &PreparedRay,
+        range: Interval<R>,
+        side: Side,
+    ) -> Option<ShapeHit<R>> {
         let (t, [u, v], from_outside) = self.watertight(probe)?;
         let t = R::from_f64(t);
-        (range.contains(t) && side.accepts(from_outside)).then(|| ShapeHit { t, u: R::from_f64(u), v: R::from_f64(v) })
+        (range.contains(t) && side.accepts(from_outside)).then(|| ShapeHit {
+            t,
+            u: R::from_f64(u),
+            v: R::from_f64(v),
+        })
     }
 
     fn locate_under(&self, probe: &PreparedRay, hit: ShapeHit<R>, maps: Under<'_>) -> SurfacePoint {
         let [a, b, _, d] = self.corners.map(Vector::to_f64);
         let normal = self.normal();
-        // The rounding of stored coordinates moves the point along the plane only, but in a map's space that may be far.
-        let again = if probe.mapped { self.watertight(probe) } else { None };
+        // The rounding of stored coordinates moves the point along the plane only, but in a map's
+        // space that may be far.
+        let again = if probe.mapped {
+            self.watertight(probe)
+        } else {
+            None
+        };
         let [u, v] = again.map_or_else(|| [hit.u.to_f64(), hit.v.to_f64()], |(_, place, _)| place);
-        // Kept away from the border by what rounding the point may move it: a ray that starts at an inner edge of a
-        // closed room then starts on the inner side of both walls.
+        // Kept away from the border by what rounding the point may move it: a ray that starts at an
+        // inner edge of a closed room then starts on the inner side of both walls.
         let reach = a.abs().max(b.abs()).max(d.abs()).max_element() * R::ROUNDOFF.to_f64() * 8.0;
         let keep = |x: f64, edge: DVec3| {
             let margin = (reach / edge.length()).min(0.5);
@@ -120,7 +160,9 @@ impl<R: Real> Shape<R> for Quad<R> {
         let (u, v) = (keep(u, b - a), keep(v, d - a));
         let located = SurfacePoint::new(self.point([u, v]), normal, self.error());
         match maps {
-            Some(maps) => off_border::<R>(located, Face::Parallelogram, [b - a, d - a], [u, v], maps),
+            Some(maps) => {
+                off_border::<R>(located, Face::Parallelogram, [b - a, d - a], [u, v], maps)
+            }
             None => located,
         }
     }
@@ -128,7 +170,12 @@ impl<R: Real> Shape<R> for Quad<R> {
     /// u along the first edge, v along the second.
     fn parameters(&self, _: &PreparedRay, hit: ShapeHit<R>) -> Parameters<R> {
         let [a, b, _, _]: [R::Vec3; 4] = self.corners;
-        Parameters { u: hit.u, v: hit.v, dpdu: b - a, mirrored: true }
+        Parameters {
+            u: hit.u,
+            v: hit.v,
+            dpdu: b - a,
+            mirrored: true,
+        }
     }
 }
 

@@ -1,8 +1,9 @@
 //! Sign changes of a quartic on an interval: where a ray crosses a torus.
 //!
-//! The curve is cut where its slope is zero, and those places where the slope's slope is: on each piece it runs one way, so a
-//! root is there iff the ends differ in sign, and a bracket finds it whatever the coefficients. Crossings therefore come in
-//! the right number and order, and a double root gives none or two.
+//! The curve is cut where its slope is zero, and those places where the slope's slope is: on each
+//! piece it runs one way, so a root is there iff the ends differ in sign, and a bracket finds it
+//! whatever the coefficients. Crossings therefore come in the right number and order, and a double
+//! root gives none or two.
 
 use arrayvec::ArrayVec;
 
@@ -28,7 +29,8 @@ impl Quartic {
         (x * x * 2.0 + self.p) * x + self.q * 0.5
     }
 
-    /// The interval [−reach, reach], cut where the curve turns: up to five places in ascending order that bound four pieces, each monotone.
+    /// The interval [−reach, reach], cut where the curve turns: up to five places in ascending
+    /// order that bound four pieces, each monotone.
     fn pieces(&self, reach: f64) -> ArrayVec<f64, 5> {
         let mut pieces = ArrayVec::from_iter([-reach]);
         // The slope turns at ± `knee`, and not at all where the curve is convex throughout.
@@ -37,21 +39,31 @@ impl Quartic {
             let (at_from, at_to) = (self.slope(from), self.slope(to));
             if (at_from < 0.0) != (at_to < 0.0) {
                 let slope_of_slope = |x: f64| x * x * 6.0 + self.p;
-                pieces.push(find(from, to, at_from, |x| (self.slope(x), slope_of_slope(x))));
+                pieces.push(find(from, to, at_from, |x| {
+                    (self.slope(x), slope_of_slope(x))
+                }));
             }
         }
         pieces.push(reach);
         pieces
     }
 
-    /// The crossings of zero in ascending order, with whether the curve falls there, until `take` has what it wants. The
-    /// curve counts as positive at both ends.
-    pub fn crossings<T>(&self, reach: f64, mut take: impl FnMut(f64, bool) -> Option<T>) -> Option<T> {
+    /// The crossings of zero in ascending order, with whether the curve falls there, until `take`
+    /// has what it wants. The curve counts as positive at both ends.
+    pub fn crossings<T>(
+        &self,
+        reach: f64,
+        mut take: impl FnMut(f64, bool) -> Option<T>,
+    ) -> Option<T> {
         let pieces = self.pieces(reach);
         let mut at_from = 1.0;
         for (i, ends) in pieces.windows(2).enumerate() {
             let (from, to) = (ends[0], ends[1]);
-            let at_to = if i + 2 == pieces.len() { 1.0 } else { self.value(to) };
+            let at_to = if i + 2 == pieces.len() {
+                1.0
+            } else {
+                self.value(to)
+            };
             if (at_from < 0.0) != (at_to < 0.0) {
                 let falls = at_to < 0.0;
                 let root = find(from, to, at_from, |x| (self.value(x), self.slope(x) * 2.0));
@@ -65,14 +77,15 @@ impl Quartic {
     }
 }
 
-/// The zero between two places where a monotone function differs in sign: Newton's steps, and a halving where a step leaves
-/// the bracket or gains less than a halving would.
+/// The zero between two places where a monotone function differs in sign: Newton's steps, and a
+/// halving where a step leaves the bracket or gains less than a halving would.
 fn find(from: f64, to: f64, at_from: f64, f: impl Fn(f64) -> (f64, f64)) -> f64 {
     let rises = at_from < 0.0;
     let (mut low, mut high) = (from, to);
     let mut x = (from + to) * 0.5;
     let mut last = to - from;
-    // A halving a step would need as many as the scalar has digits; Newton's steps take six or seven.
+    // A halving a step would need as many as the scalar has digits; Newton's steps take six or
+    // seven.
     for _ in 0..64 {
         let (value, slope) = f(x);
         if (value < 0.0) == rises {

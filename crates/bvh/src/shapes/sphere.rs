@@ -3,7 +3,9 @@
 use super::drift::off_bends;
 use super::prepared_ray::FAR;
 use super::quadratic::{Crossings, approach, rarely};
-use super::{Parameters, PreparedRay, SampleArea, Shape, ShapeHit, SurfacePoint, Under, first_root, slack};
+use super::{
+    Parameters, PreparedRay, SampleArea, Shape, ShapeHit, SurfacePoint, Under, first_root, slack,
+};
 use crate::aabb::Aabb;
 use crate::ray::{Interval, Side};
 use crate::scalar::{Real, Vector};
@@ -24,19 +26,29 @@ impl<R: Real> Shape<R> for Sphere<R> {
     }
 
     fn bounds(&self) -> Option<Aabb> {
-        Some(Aabb::around(self.centre.to_f64(), DVec3::splat(self.radius.to_f64())))
+        Some(Aabb::around(
+            self.centre.to_f64(),
+            DVec3::splat(self.radius.to_f64()),
+        ))
     }
 
-    /// b² − a·c as in every textbook, and no form is faster: where f32 is stored it is wrong by 2⁻³⁰ of r² up
-    /// to 1024 radii away. From farther, where it would lose the square of the distance (all digits at 10⁸ radii), and
-    /// where f64 is stored, from the perpendicular distance of the centre to the ray, which loses only the distance
-    /// ("Precision Improvements for Ray/Sphere Intersection", Ray Tracing Gems, chapter 7).
+    /// b² − a·c as in every textbook, and no form is faster: where f32 is stored it is wrong by
+    /// 2⁻³⁰ of r² up to 1024 radii away. From farther, where it would lose the square of the
+    /// distance (all digits at 10⁸ radii), and where f64 is stored, from the perpendicular distance
+    /// of the centre to the ray, which loses only the distance ("Precision Improvements for
+    /// Ray/Sphere Intersection", Ray Tracing Gems, chapter 7).
     ///
-    /// Most rays miss most spheres, and those pay nothing for it. With the squared length shortened the textbook's discriminant
-    /// is greater outside by 64 roundings of squared distance and length, more than it is wrong by, and inside it can't be below
-    /// zero: so where it is, every form says that the ray misses.
+    /// Most rays miss most spheres, and those pay nothing for it. With the squared length shortened
+    /// the textbook's discriminant is greater outside by 64 roundings of squared distance and
+    /// length, more than it is wrong by, and inside it can't be below zero: so where it is, every
+    /// form says that the ray misses.
     #[inline(always)]
-    fn intersect(&self, probe: &PreparedRay, range: Interval<R>, side: Side) -> Option<ShapeHit<R>> {
+    fn intersect(
+        &self,
+        probe: &PreparedRay,
+        range: Interval<R>,
+        side: Side,
+    ) -> Option<ShapeHit<R>> {
         let f = probe.origin - self.centre.to_f64();
         let r = self.radius.to_f64();
         let (b, room) = (f.dot(probe.direction), r * r);
@@ -60,17 +72,28 @@ impl<R: Real> Shape<R> for Sphere<R> {
             return None;
         }
         let (root, inverse) = (discriminant.sqrt(), probe.inverse_length_squared);
-        first_root(R::from_f64((-b - root) * inverse), R::from_f64((root - b) * inverse), range, side)
+        first_root(
+            R::from_f64((-b - root) * inverse),
+            R::from_f64((root - b) * inverse),
+            range,
+            side,
+        )
     }
 
     #[inline]
     fn locate_under(&self, probe: &PreparedRay, hit: ShapeHit<R>, maps: Under<'_>) -> SurfacePoint {
         let (centre, radius) = (self.centre.to_f64(), self.radius.to_f64());
         if probe.needs_unrounded(hit.t, self.radius) {
-            // From the roots again, as the rounding of the stored distance may be large in the map's space, or for the sphere.
+            // From the roots again, as the rounding of the stored distance may be large in the
+            // map's space, or for the sphere.
             let (ahead, l) = approach(probe, centre, true);
-            let half = ((radius * radius - l.dot(l)).max(0.0) * probe.inverse_length_squared).sqrt();
-            let t = Crossings { enter: ahead - half, leave: ahead + half }.unrounded(hit);
+            let half =
+                ((radius * radius - l.dot(l)).max(0.0) * probe.inverse_length_squared).sqrt();
+            let t = Crossings {
+                enter: ahead - half,
+                leave: ahead + half,
+            }
+            .unrounded(hit);
             let located = self.at((l + probe.direction * (t - ahead)).normalize());
             // In a map's space it is always here.
             return off_bends::<R>(located, maps, || [f64::INFINITY, radius]);
@@ -78,15 +101,20 @@ impl<R: Real> Shape<R> for Sphere<R> {
         self.at((probe.at(hit.t) - centre).normalize())
     }
 
-    /// u runs about +y from the −x side, to the right as seen from outside, v from the top: an image wraps around as a map does
-    /// around a globe.
+    /// u runs about +y from the −x side, to the right as seen from outside, v from the top: an
+    /// image wraps around as a map does around a globe.
     #[inline]
     fn parameters(&self, probe: &PreparedRay, hit: ShapeHit<R>) -> Parameters<R> {
         let n = self.locate(probe, hit).normal;
         let [u, v] = on_globe::<f64>(n).map(R::from_f64);
         let around = self.radius.to_f64() * core::f64::consts::TAU;
         let dpdu = DVec3::new(n.z, 0.0, -n.x) * around;
-        Parameters { u, v, dpdu: R::Vec3::from_f64(dpdu), mirrored: false }
+        Parameters {
+            u,
+            v,
+            dpdu: R::Vec3::from_f64(dpdu),
+            mirrored: false,
+        }
     }
 }
 
@@ -99,11 +127,16 @@ impl<R: Real> Sphere<R> {
         (r * r - l.dot(l)) * probe.length_squared
     }
 
-    /// The surface in a direction from the centre; in the core's scalar, so that only the rounding to storage is left.
+    /// The surface in a direction from the centre; in the core's scalar, so that only the rounding
+    /// to storage is left.
     #[inline(always)]
     pub fn at(&self, normal: DVec3) -> SurfacePoint {
         let (centre, radius) = (self.centre.to_f64(), self.radius.to_f64());
-        SurfacePoint::new(centre + normal * radius, normal, slack(centre.abs().max_element() + radius))
+        SurfacePoint::new(
+            centre + normal * radius,
+            normal,
+            slack(centre.abs().max_element() + radius),
+        )
     }
 }
 
@@ -113,12 +146,16 @@ impl<R: Real> SampleArea<R> for Sphere<R> {
     }
 
     fn sample_area(&self, u: R, v: R) -> (SurfacePoint, f64) {
-        (self.at(sphere_direction(u.to_f64(), v.to_f64())), 1.0 / self.area())
+        (
+            self.at(sphere_direction(u.to_f64(), v.to_f64())),
+            1.0 / self.area(),
+        )
     }
 }
 
-/// Coordinates in [0, 1] of a direction in an equirectangular map: the first runs about +y from the −x side, the second from
-/// the top. At the poles, where an arc cosine has steps as wide as the root of its scalar's, they keep their digits.
+/// Coordinates in [0, 1] of a direction in an equirectangular map: the first runs about +y from the
+/// −x side, the second from the top. At the poles, where an arc cosine has steps as wide as the
+/// root of its scalar's, they keep their digits.
 #[inline(always)]
 pub fn equirectangular<R: Real>(n: R::Vec3) -> [R; 2] {
     let ring = (n.x() * n.x() + n.z() * n.z()).sqrt();
@@ -128,8 +165,8 @@ pub fn equirectangular<R: Real>(n: R::Vec3) -> [R; 2] {
     ]
 }
 
-/// Texture coordinates of a sphere by its unit normal: an equirectangular map is seen from inside, a globe from outside, so the
-/// first runs the other way.
+/// Texture coordinates of a sphere by its unit normal: an equirectangular map is seen from inside,
+/// a globe from outside, so the first runs the other way.
 pub(super) fn on_globe<R: Real>(n: R::Vec3) -> [R; 2] {
     let [u, v] = equirectangular::<R>(n);
     [R::ONE - u, v]
@@ -151,17 +188,29 @@ mod tests {
 
     /// Texture coordinates where a vertical ray meets a shape around the origin, as stored.
     fn seen(shape: &AnyShape<f32>, x: f32, z: f32, down: f32) -> (f64, f64) {
-        let probe = PreparedRay::new(Ray::<f32>::new(Vec3::new(x, -3.0 * down, z), Vec3::new(0.0, down, 0.0)));
-        let hit = shape.intersect(&probe, Interval::positive(), Side::Both).expect("the ray meets the shape");
+        let probe = PreparedRay::new(Ray::<f32>::new(
+            Vec3::new(x, -3.0 * down, z),
+            Vec3::new(0.0, down, 0.0),
+        ));
+        let hit = shape
+            .intersect(&probe, Interval::positive(), Side::Both)
+            .expect("the ray meets the shape");
         let found = shape.parameters(&probe, hit);
         (found.u.into(), found.v.into())
     }
 
-    /// Protects: texture coordinates close to the poles, where an arc cosine of f32 moves in steps of 3.5e-4.
+    /// Protects: texture coordinates close to the poles, where an arc cosine of f32 moves in steps
+    /// of 3.5e-4.
     #[test]
     fn s19_coordinates_near_the_poles_keep_their_digits() {
-        let ball = Sphere::<f32> { centre: Vec3::ZERO, radius: 1.0 };
-        let egg = Ellipsoid::<f32> { centre: Vec3::ZERO, semi_axes: Vec3::new(2.0, 1.0, 0.5) };
+        let ball = Sphere::<f32> {
+            centre: Vec3::ZERO,
+            radius: 1.0,
+        };
+        let egg = Ellipsoid::<f32> {
+            centre: Vec3::ZERO,
+            semi_axes: Vec3::new(2.0, 1.0, 0.5),
+        };
         for (shape, sx, sz) in [(AnyShape::from(ball), 1.0, 1.0), (egg.into(), 2.0, 0.5)] {
             for distance in [1e-1, 1e-2, 1e-3, 1e-4, 1e-5, 1e-6, 1e-7] {
                 for turn in [0.3_f32, 2.0, 4.0, 6.0] {
@@ -173,8 +222,16 @@ mod tests {
                     for (down, v) in [(-1.0, pole), (1.0, 1.0 - pole)] {
                         let found = seen(&shape, x, z, down);
                         let ulps = ((found.1 - v) / (v * f64::from(f32::EPSILON))).abs();
-                        assert!(ulps <= 4.0, "{distance:e} from a pole: {} instead of {v}, {ulps} ulp", found.1);
-                        assert!((found.0 - around).abs() <= 4.0 * f64::from(f32::EPSILON), "u = {}", found.0);
+                        assert!(
+                            ulps <= 4.0,
+                            "{distance:e} from a pole: {} instead of {v}, {ulps} ulp",
+                            found.1
+                        );
+                        assert!(
+                            (found.0 - around).abs() <= 4.0 * f64::from(f32::EPSILON),
+                            "u = {}",
+                            found.0
+                        );
                     }
                 }
             }
@@ -184,22 +241,30 @@ mod tests {
         }
     }
 
-    /// Protects: at the seam, on the −x side, u goes from next to nothing to next to one, and is in [0, 1] on it, with zeros of either sign.
+    /// Protects: at the seam, on the −x side, u goes from next to nothing to next to one, and is in
+    /// [0, 1] on it, with zeros of either sign.
     #[test]
     fn s19_coordinates_meet_at_the_seam() {
-        let ball = AnyShape::from(Sphere::<f32> { centre: Vec3::ZERO, radius: 1.0 });
+        let ball = AnyShape::from(Sphere::<f32> {
+            centre: Vec3::ZERO,
+            radius: 1.0,
+        });
         for x in [-0.9_f32, -0.5, -1e-3] {
             for step in [1e-2_f32, 1e-4, 1e-6, 1e-8] {
                 let [above, below] = [step, -step].map(|z| seen(&ball, x, z, 1.0).0);
                 let turn = f64::from(step).atan2(-f64::from(x)) / core::f64::consts::TAU;
                 assert!(
-                    (above.min(below) - turn).abs() < 1e-6 && (1.0 - above.max(below) - turn).abs() < 1e-6,
+                    (above.min(below) - turn).abs() < 1e-6
+                        && (1.0 - above.max(below) - turn).abs() < 1e-6,
                     "{above} and {below} at {step:e}"
                 );
             }
             for z in [0.0, -0.0] {
                 let (u, v) = seen(&ball, x, z, 1.0);
-                assert!((u == 0.0 || u == 1.0) && (0.0..=1.0).contains(&v), "{u} on the seam");
+                assert!(
+                    (u == 0.0 || u == 1.0) && (0.0..=1.0).contains(&v),
+                    "{u} on the seam"
+                );
             }
         }
     }

@@ -9,7 +9,8 @@ use super::{Parameters, PreparedRay, SampleArea, Shape, ShapeHit, SurfacePoint, 
 use crate::ray::{Interval, Side};
 use crate::scalar::{Real, Vector};
 
-/// All points at `minor_radius` from a circle. Formulas are homogeneous in the axis, as for the cylinder.
+/// All points at `minor_radius` from a circle. Formulas are homogeneous in the axis, as for the
+/// cylinder.
 #[derive(Clone, Copy, Debug)]
 pub struct Torus<R: Real> {
     /// Centre.
@@ -22,7 +23,8 @@ pub struct Torus<R: Real> {
     pub minor_radius: R,
 }
 
-/// A ray seen by a torus of major radius one: the quartic in the distance from `middle`, and how that distance scales.
+/// A ray seen by a torus of major radius one: the quartic in the distance from `middle`, and how
+/// that distance scales.
 struct Profile {
     quartic: Quartic,
     /// Crossings lie within this distance.
@@ -43,9 +45,10 @@ impl<R: Real> Torus<R> {
         }
     }
 
-    /// Measured from the ray's point nearest to the centre, so that coefficients are of the torus' own size and the
-    /// cubic one vanishes; none when that point is beyond the sphere around the torus, the ray stays above or below the tube
-    /// wherever it is in that sphere, or passes through the hole.
+    /// Measured from the ray's point nearest to the centre, so that coefficients are of the torus'
+    /// own size and the cubic one vanishes; none when that point is beyond the sphere around the
+    /// torus, the ray stays above or below the tube wherever it is in that sphere, or passes
+    /// through the hole.
     #[inline(always)]
     fn profile(&self, probe: &PreparedRay) -> Option<Profile> {
         let (axis, major) = (self.axis.to_f64(), self.major_radius.to_f64());
@@ -67,7 +70,8 @@ impl<R: Real> Torus<R> {
         let (height, lean) = (f.dot(axis), d.dot(axis));
         let reach = room.sqrt();
         let squared = f.dot(f);
-        // Both by more than any rounding: there the quartic is far above zero. No nearer to the tube's height than that:
+        // Both by more than any rounding: there the quartic is far above zero. No nearer to the
+        // tube's height than that:
         let level = tube * axis.dot(axis).sqrt() * 1.005;
         // and nowhere at that height as far from the axis as the tube.
         let (steep, hole) = (lean * lean, (1.0 - tube) * (1.0 - tube) * 0.99);
@@ -81,15 +85,25 @@ impl<R: Real> Torus<R> {
             q: 8.0 * height * lean * inverse_axis,
             w: g * g - 4.0 * (squared - height * height * inverse_axis),
         };
-        Some(Profile { quartic, reach, middle: ahead, scale: major * inverse_length })
+        Some(Profile {
+            quartic,
+            reach,
+            middle: ahead,
+            scale: major * inverse_length,
+        })
     }
 
-    /// The point of the tube around the circle's point in direction `spoke`, in the direction `normal` from there.
+    /// The point of the tube around the circle's point in direction `spoke`, in the direction
+    /// `normal` from there.
     fn on_tube(&self, spoke: DVec3, normal: DVec3) -> SurfacePoint {
         let (major, minor) = (self.major_radius.to_f64(), self.minor_radius.to_f64());
         let point = self.centre.to_f64() + spoke * major + normal * minor;
         let size = self.centre.abs().max_element() + self.major_radius + self.minor_radius;
-        SurfacePoint::new(point, normal, slack(size.to_f64() + point.abs().max_element()))
+        SurfacePoint::new(
+            point,
+            normal,
+            slack(size.to_f64() + point.abs().max_element()),
+        )
     }
 
     /// One over the density where the tube's normal leans away from the axis by `away`.
@@ -106,11 +120,22 @@ impl<R: Real> Shape<R> for Torus<R> {
         Some(ring + self.minor_radius.to_f64() * direction.length())
     }
 
-    fn intersect(&self, probe: &PreparedRay, range: Interval<R>, side: Side) -> Option<ShapeHit<R>> {
+    fn intersect(
+        &self,
+        probe: &PreparedRay,
+        range: Interval<R>,
+        side: Side,
+    ) -> Option<ShapeHit<R>> {
         let profile = self.profile(probe)?;
         profile.quartic.crossings(profile.reach, |x, enters| {
             let t = R::from_f64(profile.middle + profile.scale * x);
-            (range.contains(t) && side.accepts(enters)).then(|| if enters { ShapeHit::at(t) } else { ShapeHit::leaving(t) })
+            (range.contains(t) && side.accepts(enters)).then(|| {
+                if enters {
+                    ShapeHit::at(t)
+                } else {
+                    ShapeHit::leaving(t)
+                }
+            })
         })
     }
 
@@ -121,16 +146,33 @@ impl<R: Real> Shape<R> for Torus<R> {
             let spoke = split(offset, self.axis.to_f64()).1.normalize();
             (spoke, offset - spoke * major)
         };
-        // In a map's space and from far the rounding of the stored distance may be large: the root is looked up again.
-        let profile = if probe.needs_unrounded(hit.t, self.minor_radius) { self.profile(probe) } else { None };
-        let exact = profile.and_then(|Profile { quartic, reach, middle, scale }| {
-            let stored = |t: f64, enters: bool| R::from_f64(t) == hit.t && enters != hit.leaves();
-            quartic.crossings(reach, |x, enters| Some(middle + scale * x).filter(|&t| stored(t, enters)))
-        });
+        // In a map's space and from far the rounding of the stored distance may be large: the root
+        // is looked up again.
+        let profile = if probe.needs_unrounded(hit.t, self.minor_radius) {
+            self.profile(probe)
+        } else {
+            None
+        };
+        let exact = profile.and_then(
+            |Profile {
+                 quartic,
+                 reach,
+                 middle,
+                 scale,
+             }| {
+                let stored =
+                    |t: f64, enters: bool| R::from_f64(t) == hit.t && enters != hit.leaves();
+                quartic.crossings(reach, |x, enters| {
+                    Some(middle + scale * x).filter(|&t| stored(t, enters))
+                })
+            },
+        );
         let raw = exact.map_or_else(|| probe.at(hit.t), |t| probe.origin + probe.direction * t);
         let (spoke, off) = tube(raw - centre);
         let minor = self.minor_radius.to_f64();
-        off_bends::<R>(self.on_tube(spoke, off.normalize()), maps, || [major - minor, minor])
+        off_bends::<R>(self.on_tube(spoke, off.normalize()), maps, || {
+            [major - minor, minor]
+        })
     }
 
     /// u turns about the axis, v about the tube from its inner side, down on the outer one.
@@ -142,7 +184,12 @@ impl<R: Real> Shape<R> for Torus<R> {
         let up = R::from_f64(located.normal.dot(axis));
         let away = R::from_f64(located.normal.dot(out.normalize()));
         let full = R::from_f64(core::f64::consts::TAU);
-        Parameters { u, v: R::from_f64(0.5) - up.atan2(away) / full, dpdu, mirrored: false }
+        Parameters {
+            u,
+            v: R::from_f64(0.5) - up.atan2(away) / full,
+            dpdu,
+            mirrored: false,
+        }
     }
 }
 

@@ -3,14 +3,16 @@
 use glam::{DAffine3, DMat3, DVec3};
 
 use super::sample::area_by_quadrature;
-use super::{AnyShape, Maps, Parameters, PreparedRay, Shape, ShapeHit, SurfacePoint, Transform, Under};
+use super::{
+    AnyShape, Maps, Parameters, PreparedRay, Shape, ShapeHit, SurfacePoint, Transform, Under,
+};
 use crate::aabb::Aabb;
 use crate::ray::{Interval, Side};
 use crate::scalar::{Real, Vector};
 
-/// A shape in a space of its own, hit there and shaded in the world. Rays keep their parameter: a distance along the ray is
-/// the same number in both spaces ("Improving Ray Tracing Precision by Object Space Intersection Computation", Dammertz,
-/// Keller 2006).
+/// A shape in a space of its own, hit there and shaded in the world. Rays keep their parameter: a
+/// distance along the ray is the same number in both spaces ("Improving Ray Tracing Precision by
+/// Object Space Intersection Computation", Dammertz, Keller 2006).
 #[derive(Clone, Copy, Debug)]
 pub struct TransformedShape<R: Real> {
     shape: AnyShape<R>,
@@ -23,12 +25,19 @@ impl<R: Real> TransformedShape<R> {
     /// Puts a shape under a map; none when the map can't be inverted in finite numbers.
     pub fn new(shape: AnyShape<R>, to_world: DAffine3) -> Option<Self> {
         let volume = to_world.matrix3.determinant().abs();
-        Transform::new(to_world).map(|transform| Self { shape, transform, volume })
+        Transform::new(to_world).map(|transform| Self {
+            shape,
+            transform,
+            volume,
+        })
     }
 
     /// How far the image reaches in a direction of the world.
     pub fn support(&self, direction: DVec3) -> Option<f64> {
-        let DAffine3 { matrix3: matrix, translation } = self.transform.to_world;
+        let DAffine3 {
+            matrix3: matrix,
+            translation,
+        } = self.transform.to_world;
         Some(self.shape.support(matrix.transpose() * direction)? + translation.dot(direction))
     }
 
@@ -39,8 +48,14 @@ impl<R: Real> TransformedShape<R> {
 
     /// The nearest hit, as [`Shape::intersect`].
     #[inline]
-    pub fn intersect(&self, probe: &PreparedRay, range: Interval<R>, side: Side) -> Option<ShapeHit<R>> {
-        self.shape.intersect(&self.transform.probe_to_object(probe), range, side)
+    pub fn intersect(
+        &self,
+        probe: &PreparedRay,
+        range: Interval<R>,
+        side: Side,
+    ) -> Option<ShapeHit<R>> {
+        self.shape
+            .intersect(&self.transform.probe_to_object(probe), range, side)
     }
 
     /// The surface at a hit, as [`Shape::locate`].
@@ -49,30 +64,50 @@ impl<R: Real> TransformedShape<R> {
     }
 
     /// The surface at a hit of a ray that comes from the world by the inverses of these maps.
-    pub(crate) fn locate_under(&self, probe: &PreparedRay, hit: ShapeHit<R>, outer: Under<'_>) -> SurfacePoint {
-        let maps = Maps { map: &self.transform, outer: outer.as_ref() };
-        self.transform.located_to_world(&self.shape.locate_under(&self.transform.probe_to_object(probe), hit, Some(maps)))
+    pub(crate) fn locate_under(
+        &self,
+        probe: &PreparedRay,
+        hit: ShapeHit<R>,
+        outer: Under<'_>,
+    ) -> SurfacePoint {
+        let maps = Maps {
+            map: &self.transform,
+            outer: outer.as_ref(),
+        };
+        self.transform.located_to_world(&self.shape.locate_under(
+            &self.transform.probe_to_object(probe),
+            hit,
+            Some(maps),
+        ))
     }
 
     /// Texture coordinates at a hit, as [`Shape::parameters`].
     pub fn parameters(&self, probe: &PreparedRay, hit: ShapeHit<R>) -> Parameters<R> {
-        self.transform.parameters_to_world(&self.shape.parameters(&self.transform.probe_to_object(probe), hit))
+        self.transform.parameters_to_world(
+            &self
+                .shape
+                .parameters(&self.transform.probe_to_object(probe), hit),
+        )
     }
 
-    /// How many times larger the image of a piece of surface is, by its unit normal in object space.
+    /// How many times larger the image of a piece of surface is, by its unit normal in object
+    /// space.
     fn stretch(&self, normal: DVec3) -> f64 {
         self.volume * self.transform.normal_to_world(normal).length()
     }
 
-    /// Area of the image; none when it is infinite. In closed form under a map that only turns, moves and evenly scales, for
-    /// a flat shape and for a box; by quadrature otherwise.
+    /// Area of the image; none when it is infinite. In closed form under a map that only turns,
+    /// moves and evenly scales, for a flat shape and for a box; by quadrature otherwise.
     pub fn area(&self) -> Option<f64> {
         let own = self.shape.area()?;
         if is_similarity(self.transform.to_world.matrix3) {
             let scale = libm::cbrt(self.volume);
             return Some(own * scale * scale);
         }
-        if matches!(self.shape, AnyShape::Disk(_) | AnyShape::Quad(_) | AnyShape::Triangle(_)) {
+        if matches!(
+            self.shape,
+            AnyShape::Disk(_) | AnyShape::Quad(_) | AnyShape::Triangle(_)
+        ) {
             let (anywhere, _) = self.shape.sample_area(R::from_f64(0.5), R::from_f64(0.5))?;
             return Some(own * self.stretch(anywhere.normal));
         }
@@ -82,7 +117,8 @@ impl<R: Real> TransformedShape<R> {
             return Some(2.0 * faces.dot(DVec3::AXES.map(|axis| self.stretch(axis)).into()));
         }
         Some(area_by_quadrature(|u, v| {
-            self.sample_area(R::from_f64(u), R::from_f64(v)).map_or(0.0, |(_, density)| 1.0 / density)
+            self.sample_area(R::from_f64(u), R::from_f64(v))
+                .map_or(0.0, |(_, density)| 1.0 / density)
         }))
     }
 
@@ -97,8 +133,13 @@ impl<R: Real> TransformedShape<R> {
     /// The density per area of drawing a point of the image; none when the area is infinite.
     pub fn density_at(&self, point: &SurfacePoint) -> Option<f64> {
         // Without a bound: the point by the inverse, the normal by the transpose.
-        let Transform { to_world, inverse, .. } = &self.transform;
-        let normal = to_world.matrix3.transpose_mul_vec3(point.normal).normalize();
+        let Transform {
+            to_world, inverse, ..
+        } = &self.transform;
+        let normal = to_world
+            .matrix3
+            .transpose_mul_vec3(point.normal)
+            .normalize();
         let own = SurfacePoint::new(*inverse * (point.point - to_world.translation), normal, 0.0);
         let stretch = self.stretch(own.normal);
         Some(self.shape.density(&own)? / stretch)
@@ -117,31 +158,48 @@ fn is_similarity(map: DMat3) -> bool {
     let close = |a: f64, b: f64| (a - b).abs() <= 1e-12 * size;
     close(y.length_squared(), size)
         && close(z.length_squared(), size)
-        && [x.dot(y), y.dot(z), z.dot(x)].iter().all(|&lean| close(lean, 0.0))
+        && [x.dot(y), y.dot(z), z.dot(x)]
+            .iter()
+            .all(|&lean| close(lean, 0.0))
 }
 
 #[cfg(test)]
 mod tests {
-    use super::super::{Cuboid, Cylinder, Disk, Ellipsoid, Quad, SampleArea, Sphere, Torus, Triangle};
+    use super::super::{
+        Cuboid, Cylinder, Disk, Ellipsoid, Quad, SampleArea, Sphere, Torus, Triangle,
+    };
     use super::*;
     use glam::Vec3;
 
     fn area<R: Real>(shape: impl Into<AnyShape<R>>, map: DAffine3) -> f64 {
-        TransformedShape::<R>::new(shape.into(), map).and_then(|placed| placed.area()).expect("the area is finite")
+        TransformedShape::<R>::new(shape.into(), map)
+            .and_then(|placed| placed.area())
+            .expect("the area is finite")
     }
 
-    /// Protects: a map that keeps angles multiplies every area by the square of its scale, mirrors included.
+    /// Protects: a map that keeps angles multiplies every area by the square of its scale, mirrors
+    /// included.
     #[test]
     fn similar_shapes_have_similar_areas() {
         let turn = DAffine3::from_axis_angle(DVec3::new(1.0, -2.0, 0.5).normalize(), 2.1);
-        let map =
-            DAffine3::from_translation(DVec3::new(50.0, 2.0, -7.0)) * turn * DAffine3::from_scale(DVec3::new(-3.0, 3.0, 3.0));
+        let map = DAffine3::from_translation(DVec3::new(50.0, 2.0, -7.0))
+            * turn
+            * DAffine3::from_scale(DVec3::new(-3.0, 3.0, 3.0));
         assert!(is_similarity(map.matrix3) && is_similarity(DMat3::IDENTITY));
         for stretched in [DVec3::new(1.0, 1.0, 1.001), DVec3::new(2.0, 1.0, 1.0)] {
-            assert!(!is_similarity(turn.matrix3 * DMat3::from_diagonal(stretched)));
+            assert!(!is_similarity(
+                turn.matrix3 * DMat3::from_diagonal(stretched)
+            ));
         }
-        assert!(!is_similarity(DMat3::from_cols(DVec3::X, DVec3::new(0.1, 0.995_f64.sqrt(), 0.0), DVec3::Z)));
-        let ball = Sphere { centre: DVec3::ONE, radius: 0.5 };
+        assert!(!is_similarity(DMat3::from_cols(
+            DVec3::X,
+            DVec3::new(0.1, 0.995_f64.sqrt(), 0.0),
+            DVec3::Z
+        )));
+        let ball = Sphere {
+            centre: DVec3::ONE,
+            radius: 0.5,
+        };
         let ring = Torus::new(DVec3::X, DVec3::ONE, 2.0, 0.3);
         let egg = Ellipsoid::new(DVec3::Y, DVec3::new(1.0, 2.0, 30.0));
         let tin = Cylinder::new(DVec3::Z, DVec3::ONE, 0.7, Some(3.0), true);
@@ -159,36 +217,54 @@ mod tests {
     /// Protects: the image of a flat shape, whose area follows from its edges.
     #[test]
     fn flat_shapes_stay_flat() {
-        let map = DAffine3::from_mat3(DMat3::from_cols_array(&[1.5, 0.2, 0.0, -0.7, 2.0, 0.4, 0.1, 0.0, 0.25]));
-        let (corner, u, v) = (DVec3::new(1.0, 2.0, 3.0), DVec3::new(0.5, 1.0, 0.25), DVec3::new(-1.0, 0.5, 2.0));
+        let map = DAffine3::from_mat3(DMat3::from_cols_array(&[
+            1.5, 0.2, 0.0, -0.7, 2.0, 0.4, 0.1, 0.0, 0.25,
+        ]));
+        let (corner, u, v) = (
+            DVec3::new(1.0, 2.0, 3.0),
+            DVec3::new(0.5, 1.0, 0.25),
+            DVec3::new(-1.0, 0.5, 2.0),
+        );
         let spanned = (map.matrix3 * u).cross(map.matrix3 * v).length();
         assert!((area::<f32>(Quad::new(corner, u, v), map) / spanned - 1.0).abs() < 1e-9);
         let triangle = Triangle::new([corner, corner + u, corner + v]);
         assert!((area::<f64>(triangle, map) / (0.5 * spanned) - 1.0).abs() < 1e-9);
         // A disk across z is an ellipse between the images of x and y.
         let disk = Disk::new(corner, DVec3::Z, 2.0);
-        let ellipse = core::f64::consts::PI * 4.0 * map.matrix3.x_axis.cross(map.matrix3.y_axis).length();
+        let ellipse =
+            core::f64::consts::PI * 4.0 * map.matrix3.x_axis.cross(map.matrix3.y_axis).length();
         assert!((area::<f32>(disk, map) / ellipse - 1.0).abs() < 1e-9);
     }
 
     /// Protects: the image of a box, whose faces stay flat.
     #[test]
     fn boxes_keep_flat_faces() {
-        let map = DAffine3::from_mat3(DMat3::from_cols_array(&[1.5, 0.2, 0.0, -0.7, 2.0, 0.4, 0.1, 0.0, 0.25]));
+        let map = DAffine3::from_mat3(DMat3::from_cols_array(&[
+            1.5, 0.2, 0.0, -0.7, 2.0, 0.4, 0.1, 0.0, 0.25,
+        ]));
         let (size, m) = (DVec3::new(2.0, 0.5, 3.0), map.matrix3);
         let [x, y, z] = [m.x_axis * size.x, m.y_axis * size.y, m.z_axis * size.z];
         let faces = 2.0 * (x.cross(y).length() + y.cross(z).length() + z.cross(x).length());
         let image = area::<f32>(Cuboid::new(DVec3::ONE, DVec3::ONE + size), map);
-        assert!((image / faces - 1.0).abs() < 1e-9, "{image} instead of {faces}");
+        assert!(
+            (image / faces - 1.0).abs() < 1e-9,
+            "{image} instead of {faces}"
+        );
     }
 
     /// Protects: everything else by quadrature, here a ball that becomes a spheroid of known area.
     #[test]
     fn stretched_shapes_are_measured() {
-        let ball = Sphere { centre: Vec3::ZERO, radius: 1.0 };
+        let ball = Sphere {
+            centre: Vec3::ZERO,
+            radius: 1.0,
+        };
         let image = area::<f32>(ball, DAffine3::from_scale(DVec3::new(1.0, 1.0, 5.0)));
         let e = (1.0 - 1.0 / 25.0_f64).sqrt();
         let spheroid = core::f64::consts::TAU * (1.0 + 5.0 / e * libm::asin(e));
-        assert!((image / spheroid - 1.0).abs() < 1e-3, "{image} instead of {spheroid}");
+        assert!(
+            (image / spheroid - 1.0).abs() < 1e-3,
+            "{image} instead of {spheroid}"
+        );
     }
 }

@@ -17,11 +17,17 @@ pub struct Triangle<R: Real> {
 }
 
 impl<R: Real> Triangle<R> {
-    /// From its corners. A triangle without area, its corners on one line or in one place, becomes a point, which no ray
-    /// hits: seen from the side its rounded projection could have an area.
+    /// From its corners. A triangle without area, its corners on one line or in one place, becomes
+    /// a point, which no ray hits: seen from the side its rounded projection could have an area.
     pub fn new(vertices: [R::Vec3; 3]) -> Self {
         let [a, b, c] = vertices;
-        Self { vertices: if are_collinear(a.to_f64(), b.to_f64(), c.to_f64()) { [a; 3] } else { vertices } }
+        Self {
+            vertices: if are_collinear(a.to_f64(), b.to_f64(), c.to_f64()) {
+                [a; 3]
+            } else {
+                vertices
+            },
+        }
     }
 
     /// Unit normal by the right-hand rule, in f64; zero for a triangle without area.
@@ -35,14 +41,22 @@ impl<R: Real> Triangle<R> {
     pub(crate) fn crossing(&self, probe: &PreparedRay) -> Option<TriangleHit<f64>> {
         // One by one: an array's map is not always inlined.
         let [a, b, c] = self.vertices;
-        cross(probe, &Corner::new(probe, a.to_f64()), &Corner::new(probe, b.to_f64()), &Corner::new(probe, c.to_f64()))
+        cross(
+            probe,
+            &Corner::new(probe, a.to_f64()),
+            &Corner::new(probe, b.to_f64()),
+            &Corner::new(probe, c.to_f64()),
+        )
     }
 
     /// The surface at the weights of the second and third corner.
     #[inline(always)]
     fn at([a, b, c]: [DVec3; 3], [u, v]: [f64; 2]) -> SurfacePoint {
         let (ab, ac, bc) = (b - a, c - a, c - b);
-        let (normal, scale) = (ab.cross(ac), a.abs().max(b.abs()).max(c.abs()).max_element());
+        let (normal, scale) = (
+            ab.cross(ac),
+            a.abs().max(b.abs()).max(c.abs()).max_element(),
+        );
         let longest = ab.dot(ab).max(ac.dot(ac)).max(bc.dot(bc));
         let inverse = 1.0 / normal.length();
         let error = corner_slack(scale, longest, inverse);
@@ -56,10 +70,14 @@ impl<R: Real> Triangle<R> {
         Self::at(corners, inside::<R>(corners, weights))
     }
 
-    /// The same without a branch, for several side by side: it is the surface where the weights are off the border as they are, which is told.
+    /// The same without a branch, for several side by side: it is the surface where the weights are
+    /// off the border as they are, which is told.
     #[inline(always)]
     pub(crate) fn located_inside(corners: [DVec3; 3], weights: [f64; 2]) -> (SurfacePoint, bool) {
-        (Self::at(corners, weights), Border::new::<R>(corners, weights).is_far())
+        (
+            Self::at(corners, weights),
+            Border::new::<R>(corners, weights).is_far(),
+        )
     }
 }
 
@@ -75,18 +93,39 @@ impl<R: Real> Shape<R> for Triangle<R> {
     }
 
     #[inline(always)]
-    fn intersect(&self, probe: &PreparedRay, range: Interval<R>, side: Side) -> Option<ShapeHit<R>> {
-        let TriangleHit { t, weights: [u, v], from_outside } = self.crossing(probe)?;
+    fn intersect(
+        &self,
+        probe: &PreparedRay,
+        range: Interval<R>,
+        side: Side,
+    ) -> Option<ShapeHit<R>> {
+        let TriangleHit {
+            t,
+            weights: [u, v],
+            from_outside,
+        } = self.crossing(probe)?;
         let t = R::from_f64(t);
-        (range.contains(t) && side.accepts(from_outside)).then(|| ShapeHit { t, u: R::from_f64(u), v: R::from_f64(v) })
+        (range.contains(t) && side.accepts(from_outside)).then(|| ShapeHit {
+            t,
+            u: R::from_f64(u),
+            v: R::from_f64(v),
+        })
     }
 
     #[inline]
     fn locate_under(&self, probe: &PreparedRay, hit: ShapeHit<R>, maps: Under<'_>) -> SurfacePoint {
         let [a, b, c] = self.vertices.map(Vector::to_f64);
-        // The rounding of stored weights moves the point along the plane only, but in a map's space that may be far.
-        let again = if probe.mapped { self.crossing(probe) } else { None };
-        let weights = again.map_or_else(|| [hit.u.to_f64(), hit.v.to_f64()], |crossing| crossing.weights);
+        // The rounding of stored weights moves the point along the plane only, but in a map's space
+        // that may be far.
+        let again = if probe.mapped {
+            self.crossing(probe)
+        } else {
+            None
+        };
+        let weights = again.map_or_else(
+            || [hit.u.to_f64(), hit.v.to_f64()],
+            |crossing| crossing.weights,
+        );
         // From the weights it lies in the triangle's plane whatever the ray's distance was.
         let weights = inside::<R>([a, b, c], weights);
         let located = Self::at([a, b, c], weights);
@@ -98,26 +137,40 @@ impl<R: Real> Shape<R> for Triangle<R> {
 
     fn parameters(&self, _: &PreparedRay, hit: ShapeHit<R>) -> Parameters<R> {
         let [a, b, _] = self.vertices;
-        Parameters { u: hit.u, v: hit.v, dpdu: b - a, mirrored: true }
+        Parameters {
+            u: hit.u,
+            v: hit.v,
+            dpdu: b - a,
+            mirrored: true,
+        }
     }
 }
 
-/// Weights of the second and third corner kept away from the border by what rounding the point may move it. A ray that
-/// starts at an inner edge of a closed mesh then starts on the inner side of *both* faces there.
+/// Weights of the second and third corner kept away from the border by what rounding the point may
+/// move it. A ray that starts at an inner edge of a closed mesh then starts on the inner side of
+/// *both* faces there.
 #[inline(always)]
 fn inside<R: Real>([a, b, c]: [DVec3; 3], [u, v]: [f64; 2]) -> [f64; 2] {
     let border = Border::new::<R>([a, b, c], [u, v]);
     if border.is_far() {
         return [u, v];
     }
-    let Border { least, reach, margin, area } = border;
+    let Border {
+        least,
+        reach,
+        margin,
+        area,
+    } = border;
     let (ab, ac) = (b - a, c - a);
-    // Mixed with the centroid so far that the least weight becomes the margin, but moved by no more than a few roundings:
-    // a needle stays a needle.
+    // Mixed with the centroid so far that the least weight becomes the margin, but moved by no more
+    // than a few roundings: a needle stays a needle.
     let third = 1.0 / 3.0;
     let share = ((margin / area).sqrt() - least) / (third - least);
     let way = (ab * (third - u) + ac * (third - v)).length();
-    #[expect(clippy::manual_clamp, reason = "of a way of no length, NaN, nothing is left; a clamp would keep it")]
+    #[expect(
+        clippy::manual_clamp,
+        reason = "of a way of no length, NaN, nothing is left; a clamp would keep it"
+    )]
     let share = share.min(reach * 16.0 / way).max(0.0).min(1.0);
     [u + (third - u) * share, v + (third - v) * share]
 }
@@ -140,11 +193,17 @@ impl Border {
         let normal = ab.cross(ac);
         let reach = a.abs().max(b.abs()).max(c.abs()).max_element() * R::ROUNDOFF.to_f64();
         let longest = ab.dot(ab).max(ac.dot(ac)).max(bc.dot(bc));
-        Self { least: u.min(v).min(1.0 - u - v), reach, margin: reach * reach * 64.0 * longest, area: normal.dot(normal) }
+        Self {
+            least: u.min(v).min(1.0 - u - v),
+            reach,
+            margin: reach * reach * 64.0 * longest,
+            area: normal.dot(normal),
+        }
     }
 
-    /// Whether it is farther than the margin. A weight is a distance from an edge over the height above it, and no height is below twice the
-    /// area over the longest edge. Compared in squares: there is a root to take only near the border.
+    /// Whether it is farther than the margin. A weight is a distance from an edge over the height
+    /// above it, and no height is below twice the area over the longest edge. Compared in squares:
+    /// there is a root to take only near the border.
     #[inline(always)]
     fn is_far(&self) -> bool {
         self.least * self.least.abs() * self.area >= self.margin
@@ -157,7 +216,8 @@ impl<R: Real> SampleArea<R> for Triangle<R> {
         0.5 * (b - a).cross(c - a).length()
     }
 
-    /// The square is folded along its diagonal by a root ("Physically Based Rendering", 3rd edition, 13.6.5).
+    /// The square is folded along its diagonal by a root ("Physically Based Rendering", 3rd
+    /// edition, 13.6.5).
     fn sample_area(&self, u: R, v: R) -> (SurfacePoint, f64) {
         let [a, b, c] = self.vertices.map(Vector::to_f64);
         let root = u.to_f64().sqrt();

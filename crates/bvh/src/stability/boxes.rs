@@ -1,12 +1,14 @@
-//! T01, T02, T04, T05, T08, T16: rays that enter boxes, none of which may be culled on the way to its content. The content is the box itself,
-//! solid, so that the oracle is a slab test in f64.
+//! T01, T02, T04, T05, T08, T16: rays that enter boxes, none of which may be culled on the way to
+//! its content. The content is the box itself, solid, so that the oracle is a slab test in f64.
 
 use glam::DVec3;
 
 use super::judge::{Random, Rays, Verdict, exact, hex, judge, ray, stored, towards};
 use super::{Measurement, by_each_kernel, textbook};
 use crate::shapes::{AnyShape, Cuboid};
-use crate::{AcceleratorKind, Geometry, Hit, Interval, PrimitiveSet, Ray, Real, Vector, Visibility};
+use crate::{
+    AcceleratorKind, Geometry, Hit, Interval, PrimitiveSet, Ray, Real, Vector, Visibility,
+};
 
 /// Least and greatest corner, both numbers of f32.
 type Corners = [DVec3; 2];
@@ -15,7 +17,12 @@ type Corners = [DVec3; 2];
 fn geometry<R: Real>(boxes: &[Corners], kind: AcceleratorKind) -> Geometry<R> {
     let mut group = PrimitiveSet::<R>::default();
     for &[min, max] in boxes {
-        group.shape(AnyShape::Cuboid(Cuboid::new(min, max)), Visibility::default()).expect("finite corners");
+        group
+            .shape(
+                AnyShape::Cuboid(Cuboid::new(min, max)),
+                Visibility::default(),
+            )
+            .expect("finite corners");
     }
     Geometry::new(group, kind)
 }
@@ -25,7 +32,8 @@ fn closest<R: Real>(geometry: &Geometry<R>, ray: &Ray<R>) -> Option<Hit<R>> {
     geometry.closest(ray, Interval::positive(), &mut ())
 }
 
-/// Where a ray is in a box, in units of its direction, by f64; where a component is zero, by whether the origin is between the faces.
+/// Where a ray is in a box, in units of its direction, by f64; where a component is zero, by
+/// whether the origin is between the faces.
 fn slab(ray: &Ray<impl Real>, [min, max]: Corners) -> Option<[f64; 2]> {
     let (o, d) = (ray.origin.to_f64(), ray.direction.to_f64());
     let mut range = [f64::NEG_INFINITY, f64::INFINITY];
@@ -53,12 +61,22 @@ fn scattered(seed: u64, count: u64) -> Vec<Corners> {
     (0..count).map(one).collect()
 }
 
-/// Right where the tree's hit is the scan's, and one is there if the ray enters the box that it was aimed at.
-fn found<R: Real>(tree: &Geometry<R>, scan: &Geometry<R>, ray: &Ray<R>, aimed_at: Corners) -> Verdict {
+/// Right where the tree's hit is the scan's, and one is there if the ray enters the box that it was
+/// aimed at.
+fn found<R: Real>(
+    tree: &Geometry<R>,
+    scan: &Geometry<R>,
+    ray: &Ray<R>,
+    aimed_at: Corners,
+) -> Verdict {
     let (hit, expected) = (closest(tree, ray), closest(scan, ray));
-    let Some([_, leaves]) = slab(ray, aimed_at) else { return Verdict::Skip };
+    let Some([_, leaves]) = slab(ray, aimed_at) else {
+        return Verdict::Skip;
+    };
     let is_early = hit.is_some_and(|hit| hit.t.to_f64() <= leaves * (1.0 + 1e-6));
-    Verdict::holds(is_early && hit == expected, || format!("{hit:?} instead of {expected:?}{}", hex(ray)))
+    Verdict::holds(is_early && hit == expected, || {
+        format!("{hit:?} instead of {expected:?}{}", hex(ray))
+    })
 }
 
 /// T01: rays along an axis, at 1 − δ in a box that begins L away.
@@ -72,33 +90,48 @@ pub fn along_faces<R: Real>(rays: Rays) -> Vec<Measurement> {
             [exact(min), exact(max)]
         };
         // Behind the rays, so that there is a tree.
-        let behind = scattered(210, 60).into_iter().map(|corners| corners.map(|p| p - DVec3::splat(20.0)));
+        let behind = scattered(210, 60)
+            .into_iter()
+            .map(|corners| corners.map(|p| p - DVec3::splat(20.0)));
         (0..3).map(along).chain(behind).collect()
     };
     let drawn = |random: &mut Random| {
-        let (axis, which) = (random.bits() as usize % 3, random.bits() as usize % lengths.len());
+        let (axis, which) = (
+            random.bits() as usize % 3,
+            random.bits() as usize % lengths.len(),
+        );
         let (mut o, mut d) = (DVec3::ZERO, DVec3::ZERO);
         d[axis] = 1.0;
         o[(axis + 1) % 3] = 1.0 - random.pick(&[0.5, 1e-2, 1e-3, 1e-4, 1e-6]);
         o[(axis + 2) % 3] = random.between(0.01, 0.99);
         (which, axis, ray::<R>(exact(o), d))
     };
-    let trees: Vec<_> = lengths.iter().map(|length| geometry::<R>(&boxes(length), AcceleratorKind::default())).collect();
+    let trees: Vec<_> = lengths
+        .iter()
+        .map(|length| geometry::<R>(&boxes(length), AcceleratorKind::default()))
+        .collect();
     let mut measured = by_each_kernel(trees, |trees| {
         judge("T01", 201, 400_000, rays, |random| {
             let (which, axis, ray) = drawn(random);
             let hit = closest(&trees[which], &ray);
-            let is_found = hit.is_some_and(|hit| hit.object as usize == axis && hit.t.to_f64() == lengths[which]);
-            Verdict::holds(is_found, || format!("{hit:?} at {:e}{}", lengths[which], hex(&ray)))
+            let is_found = hit
+                .is_some_and(|hit| hit.object as usize == axis && hit.t.to_f64() == lengths[which]);
+            Verdict::holds(is_found, || {
+                format!("{hit:?} at {:e}{}", lengths[which], hex(&ray))
+            })
         })
     });
     let clamped = judge("T01", 201, 400_000, rays, |random| {
         let (which, axis, ray) = drawn(random);
         let [min, max] = boxes(&lengths[which])[axis].map(DVec3::as_vec3);
         let ray = Ray::new(ray.origin.to_f32(), ray.direction.to_f32());
-        Verdict::holds(textbook::enters_clamped([min, max], &ray), || format!("culled{}", hex(&ray)))
+        Verdict::holds(textbook::enters_clamped([min, max], &ray), || {
+            format!("culled{}", hex(&ray))
+        })
     });
-    measured.iter_mut().for_each(|measurement| measurement.textbook = Some(clamped.clone()));
+    measured
+        .iter_mut()
+        .for_each(|measurement| measurement.textbook = Some(clamped.clone()));
     measured
 }
 
@@ -111,30 +144,40 @@ pub fn signed_zeros<R: Real>(rays: Rays) -> Vec<Measurement> {
     };
     let boxes: Vec<Corners> = (0..1000).map(whole).collect();
     let scan = geometry::<R>(&boxes, AcceleratorKind::Linear);
-    by_each_kernel(vec![geometry(&boxes, AcceleratorKind::default())], |trees| {
-        judge("T02", 202, 40_000, rays, |random| {
-            let (origin, zeros) = ((random.cube() * 24.0).round() * 0.5, 1 + random.bits() % 6);
-            let is_zero = |axis: usize| zeros >> axis & 1 == 1;
-            let slope = exact(random.cube());
-            let with = |signs: usize| {
-                let component = |axis: usize| match (is_zero(axis), signs >> axis & 1) {
-                    (true, 0) => 0.0,
-                    (true, _) => -0.0,
-                    _ => slope[axis],
+    by_each_kernel(
+        vec![geometry(&boxes, AcceleratorKind::default())],
+        |trees| {
+            judge("T02", 202, 40_000, rays, |random| {
+                let (origin, zeros) = ((random.cube() * 24.0).round() * 0.5, 1 + random.bits() % 6);
+                let is_zero = |axis: usize| zeros >> axis & 1 == 1;
+                let slope = exact(random.cube());
+                let with = |signs: usize| {
+                    let component = |axis: usize| match (is_zero(axis), signs >> axis & 1) {
+                        (true, 0) => 0.0,
+                        (true, _) => -0.0,
+                        _ => slope[axis],
+                    };
+                    ray::<R>(origin, DVec3::new(component(0), component(1), component(2)))
                 };
-                ray::<R>(origin, DVec3::new(component(0), component(1), component(2)))
-            };
-            let expected = closest(&scan, &with(0));
-            let wrong = (0..8).map(with).find(|ray| closest(&trees[0], ray) != expected);
-            wrong.map_or(Verdict::Right(0.0), |ray| Verdict::Wrong(format!("not {expected:?}{}", hex(&ray))))
-        })
-    })
+                let expected = closest(&scan, &with(0));
+                let wrong = (0..8)
+                    .map(with)
+                    .find(|ray| closest(&trees[0], ray) != expected);
+                wrong.map_or(Verdict::Right(0.0), |ray| {
+                    Verdict::Wrong(format!("not {expected:?}{}", hex(&ray)))
+                })
+            })
+        },
+    )
 }
 
 /// T04: directions along an axis but for next to nothing.
 pub fn tiny_components<R: Real>(rays: Rays) -> Vec<Measurement> {
     aimed::<R>("T04", 204, rays, |random, target| {
-        let (axis, size) = (random.bits() as usize % 3, random.pick(&[1e-7, 1e-20, 1e-40]));
+        let (axis, size) = (
+            random.bits() as usize % 3,
+            random.pick(&[1e-7, 1e-20, 1e-40]),
+        );
         let mut d = random.cube() * size;
         d[axis] = random.sign();
         ray::<R>(exact(target - d * 30.0), exact(d))
@@ -145,21 +188,32 @@ pub fn tiny_components<R: Real>(rays: Rays) -> Vec<Measurement> {
 pub fn any_length<R: Real>(rays: Rays) -> Vec<Measurement> {
     aimed::<R>("T05", 205, rays, |random, target| {
         let d = random.direction();
-        ray::<R>(exact(target - d * 30.0), exact(d * 10_f64.powf(random.between(-20.0, 20.0))))
+        ray::<R>(
+            exact(target - d * 30.0),
+            exact(d * 10_f64.powf(random.between(-20.0, 20.0))),
+        )
     })
 }
 
 /// Rays at places well within boxes.
-fn aimed<R: Real>(case: &str, seed: u64, rays: Rays, drawn: impl Fn(&mut Random, DVec3) -> Ray<R> + Sync) -> Vec<Measurement> {
+fn aimed<R: Real>(
+    case: &str,
+    seed: u64,
+    rays: Rays,
+    drawn: impl Fn(&mut Random, DVec3) -> Ray<R> + Sync,
+) -> Vec<Measurement> {
     let boxes = scattered(seed + 10, 300);
     let scan = geometry::<R>(&boxes, AcceleratorKind::Linear);
-    by_each_kernel(vec![geometry(&boxes, AcceleratorKind::default())], |trees| {
-        judge(case, seed, 80_000, rays, |random| {
-            let [min, max] = random.pick(&boxes);
-            let target = min + (max - min) * (random.cube() * 0.45 + 0.5);
-            found(&trees[0], &scan, &drawn(random, target), [min, max])
-        })
-    })
+    by_each_kernel(
+        vec![geometry(&boxes, AcceleratorKind::default())],
+        |trees| {
+            judge(case, seed, 80_000, rays, |random| {
+                let [min, max] = random.pick(&boxes);
+                let target = min + (max - min) * (random.cube() * 0.45 + 0.5);
+                found(&trees[0], &scan, &drawn(random, target), [min, max])
+            })
+        },
+    )
 }
 
 /// T08: boxes of a millionth beside boxes of a million, each from three diameters away.
@@ -167,48 +221,70 @@ pub fn mixed_scales<R: Real>(rays: Rays) -> Vec<Measurement> {
     let one = |index: u64| {
         let random = &mut Random::new(212, index);
         let size = if index.is_multiple_of(2) { 1e-6 } else { 1e6 };
-        let (centre, half) = (random.cube() * (1000.0 * size), (random.cube() + 2.0) * (0.25 * size));
+        let (centre, half) = (
+            random.cube() * (1000.0 * size),
+            (random.cube() + 2.0) * (0.25 * size),
+        );
         [exact(centre - half), exact(centre + half)]
     };
     let boxes: Vec<Corners> = (0..2000).map(one).collect();
     let scan = geometry::<R>(&boxes, AcceleratorKind::Linear);
-    by_each_kernel(vec![geometry(&boxes, AcceleratorKind::default())], |trees| {
-        judge("T08", 208, 40_000, rays, |random| {
-            let [min, max] = random.pick(&boxes);
-            let centre = (min + max) * 0.5;
-            let ray = towards::<R>(centre + random.direction() * (3.0 * (max - min).max_element()), centre);
-            found(&trees[0], &scan, &ray, [min, max])
-        })
-    })
+    by_each_kernel(
+        vec![geometry(&boxes, AcceleratorKind::default())],
+        |trees| {
+            judge("T08", 208, 40_000, rays, |random| {
+                let [min, max] = random.pick(&boxes);
+                let centre = (min + max) * 0.5;
+                let ray = towards::<R>(
+                    centre + random.direction() * (3.0 * (max - min).max_element()),
+                    centre,
+                );
+                found(&trees[0], &scan, &ray, [min, max])
+            })
+        },
+    )
 }
 
-/// T16: rays that start on a face, an ulp to either side of it or within, and go inward, outward and along it.
+/// T16: rays that start on a face, an ulp to either side of it or within, and go inward, outward
+/// and along it.
 pub fn from_faces<R: Real>(rays: Rays) -> Vec<Measurement> {
     let boxes = scattered(216, 300);
     let scan = geometry::<R>(&boxes, AcceleratorKind::Linear);
-    by_each_kernel(vec![geometry(&boxes, AcceleratorKind::default())], |trees| {
-        judge("T16", 216, 200_000, rays, |random| {
-            let corners = random.pick(&boxes);
-            let [min, max] = corners;
-            let axis = random.bits() as usize % 3;
-            let mut origin = exact(min + (max - min) * (random.cube() * 0.45 + 0.5));
-            let face = random.pick(&corners)[axis];
-            origin[axis] = match random.bits() % 4 {
-                0 => face,
-                1 => R::from_f64(face).next_up().to_f64(),
-                2 => -R::from_f64(-face).next_up().to_f64(),
-                _ => origin[axis],
-            };
-            let mut d = random.direction();
-            d[axis] = random.pick(&[d[axis], 0.0, -0.0]);
-            let ray = Ray::new(stored::<R>(origin), stored::<R>(exact(d)));
-            let everything = Interval { min: -R::INFINITY, max: R::INFINITY };
-            let either_way = |geometry: &Geometry<R>| geometry.closest(&ray, everything, &mut ());
-            let (hit, expected) = (closest(&trees[0], &ray), closest(&scan, &ray));
-            // What is left of the way in the box, if anything beyond rounding.
-            let way = slab(&ray, corners).map_or(0.0, |[enters, leaves]| leaves - enters.max(0.0));
-            let is_right = hit == expected && either_way(&trees[0]) == either_way(&scan) && (way < 1e-3 || hit.is_some());
-            Verdict::holds(is_right, || format!("{hit:?} instead of {expected:?}{}", hex(&ray)))
-        })
-    })
+    by_each_kernel(
+        vec![geometry(&boxes, AcceleratorKind::default())],
+        |trees| {
+            judge("T16", 216, 200_000, rays, |random| {
+                let corners = random.pick(&boxes);
+                let [min, max] = corners;
+                let axis = random.bits() as usize % 3;
+                let mut origin = exact(min + (max - min) * (random.cube() * 0.45 + 0.5));
+                let face = random.pick(&corners)[axis];
+                origin[axis] = match random.bits() % 4 {
+                    0 => face,
+                    1 => R::from_f64(face).next_up().to_f64(),
+                    2 => -R::from_f64(-face).next_up().to_f64(),
+                    _ => origin[axis],
+                };
+                let mut d = random.direction();
+                d[axis] = random.pick(&[d[axis], 0.0, -0.0]);
+                let ray = Ray::new(stored::<R>(origin), stored::<R>(exact(d)));
+                let everything = Interval {
+                    min: -R::INFINITY,
+                    max: R::INFINITY,
+                };
+                let either_way =
+                    |geometry: &Geometry<R>| geometry.closest(&ray, everything, &mut ());
+                let (hit, expected) = (closest(&trees[0], &ray), closest(&scan, &ray));
+                // What is left of the way in the box, if anything beyond rounding.
+                let way =
+                    slab(&ray, corners).map_or(0.0, |[enters, leaves]| leaves - enters.max(0.0));
+                let is_right = hit == expected
+                    && either_way(&trees[0]) == either_way(&scan)
+                    && (way < 1e-3 || hit.is_some());
+                Verdict::holds(is_right, || {
+                    format!("{hit:?} instead of {expected:?}{}", hex(&ray))
+                })
+            })
+        },
+    )
 }

@@ -14,7 +14,8 @@ const CELLS: usize = 20;
 /// Whether anything is in front of a ray, by either query.
 fn is_hit<R: Real>(geometry: &Geometry<R>, ray: &Ray<R>) -> bool {
     let range = Interval::positive();
-    geometry.closest(ray, range, &mut ()).is_some() && geometry.any(ray, range, &mut |_| true, &mut ())
+    geometry.closest(ray, range, &mut ()).is_some()
+        && geometry.any(ray, range, &mut |_| true, &mut ())
 }
 
 /// A place by its coordinates across an axis and along it.
@@ -24,15 +25,21 @@ fn across(axis: usize, [a, b]: [f64; 2], along: f64) -> DVec3 {
     p
 }
 
-/// Flat cells of two triangles each across an axis, and with the other winding where that is asked for.
+/// Flat cells of two triangles each across an axis, and with the other winding where that is asked
+/// for.
 fn flat<R: Real>(axis: usize, is_flipped: bool) -> Geometry<R> {
     let mut group = PrimitiveSet::<R>::default();
     for cell in 0..CELLS * CELLS {
         let (i, j) = ((cell % CELLS) as f64, (cell / CELLS) as f64);
         let at = |a: f64, b: f64| stored::<R>(across(axis, [i + a, j + b], 0.0));
-        for [a, b, c] in [[at(0.0, 0.0), at(1.0, 0.0), at(1.0, 1.0)], [at(0.0, 0.0), at(1.0, 1.0), at(0.0, 1.0)]] {
+        for [a, b, c] in [
+            [at(0.0, 0.0), at(1.0, 0.0), at(1.0, 1.0)],
+            [at(0.0, 0.0), at(1.0, 1.0), at(0.0, 1.0)],
+        ] {
             let corners = if is_flipped { [a, c, b] } else { [a, b, c] };
-            group.triangle(corners, Visibility::default()).expect("finite corners");
+            group
+                .triangle(corners, Visibility::default())
+                .expect("finite corners");
         }
     }
     Geometry::new(group, AcceleratorKind::default())
@@ -43,14 +50,22 @@ fn solid<R: Real>(axis: usize) -> Geometry<R> {
     let mut group = PrimitiveSet::<R>::default();
     for cell in 0..CELLS * CELLS {
         let min = across(axis, [(cell % CELLS) as f64, (cell / CELLS) as f64], -1.0);
-        group.shape(AnyShape::Cuboid(Cuboid::new(min, min + 1.0)), Visibility::default()).expect("finite corners");
+        group
+            .shape(
+                AnyShape::Cuboid(Cuboid::new(min, min + 1.0)),
+                Visibility::default(),
+            )
+            .expect("finite corners");
     }
     Geometry::new(group, AcceleratorKind::default())
 }
 
-/// T03: rays along an axis through every point of a lattice and halfway between, with zeros of all signs.
+/// T03: rays along an axis through every point of a lattice and halfway between, with zeros of all
+/// signs.
 pub fn lattices<R: Real>(rays: Rays) -> Vec<Measurement> {
-    let trees = (0..3).flat_map(|axis| [flat(axis, false), flat(axis, true), solid(axis)]).collect();
+    let trees = (0..3)
+        .flat_map(|axis| [flat(axis, false), flat(axis, true), solid(axis)])
+        .collect();
     let places = 2 * CELLS as u64 - 1;
     by_each_kernel::<R>(trees, |trees| {
         let each = trees.iter().enumerate().map(|(which, tree)| {
@@ -60,8 +75,13 @@ pub fn lattices<R: Real>(rays: Rays) -> Vec<Measurement> {
                 let zero = |bit: u64| if signs >> bit & 1 == 0 { 0.0 } else { -0.0 };
                 let at = [place % places, place / places].map(|i| (i + 1) as f64 * 0.5);
                 let (axis, towards) = (which / 3, [-1.0, 1.0][(place % 2) as usize]);
-                let ray = ray::<R>(across(axis, at, -5.0 * towards), across(axis, [zero(0), zero(1)], towards));
-                Verdict::holds(is_hit(tree, &ray), || format!("lattice {which}{}", hex(&ray)))
+                let ray = ray::<R>(
+                    across(axis, at, -5.0 * towards),
+                    across(axis, [zero(0), zero(1)], towards),
+                );
+                Verdict::holds(is_hit(tree, &ray), || {
+                    format!("lattice {which}{}", hex(&ray))
+                })
             })
         });
         each.reduce(Outcome::plus).expect("lattices")
@@ -71,7 +91,10 @@ pub fn lattices<R: Real>(rays: Rays) -> Vec<Measurement> {
 /// A mesh of another size at another place, each corner rounded.
 fn moved(mesh: &Mesh, size: f64, place: DVec3) -> Mesh {
     let corner = |p: &Vec3| (p.as_dvec3() * size + place).as_vec3();
-    Mesh { corners: mesh.corners.iter().map(corner).collect(), faces: mesh.faces.clone() }
+    Mesh {
+        corners: mesh.corners.iter().map(corner).collect(),
+        faces: mesh.faces.clone(),
+    }
 }
 
 /// A closed mesh around a place, as large as that.
@@ -84,7 +107,11 @@ struct Globe {
 impl Globe {
     fn new(levels: u32, radius: f64, place: DVec3) -> Self {
         let centre = exact(place);
-        Self { mesh: moved(&icosphere(levels), radius, centre), centre, radius }
+        Self {
+            mesh: moved(&icosphere(levels), radius, centre),
+            centre,
+            radius,
+        }
     }
 
     /// A ray from within at a corner, an edge or anywhere.
@@ -96,26 +123,42 @@ impl Globe {
             1 => corner(0) + (corner(1) - corner(0)) * random.unit(),
             _ => self.centre + random.direction() * self.radius,
         };
-        towards::<R>(self.centre + random.direction() * (0.6 * self.radius * random.unit()), target)
+        towards::<R>(
+            self.centre + random.direction() * (0.6 * self.radius * random.unit()),
+            target,
+        )
     }
 }
 
 /// Rays from within closed meshes, all of which must hit.
-fn leaks<R: Real>(case: &str, seed: u64, count: u32, rays: Rays, globes: &[Globe]) -> Vec<Measurement> {
-    let trees = globes.iter().map(|globe| globe.mesh.geometry::<R>()).collect();
+fn leaks<R: Real>(
+    case: &str,
+    seed: u64,
+    count: u32,
+    rays: Rays,
+    globes: &[Globe],
+) -> Vec<Measurement> {
+    let trees = globes
+        .iter()
+        .map(|globe| globe.mesh.geometry::<R>())
+        .collect();
     by_each_kernel(trees, |trees| {
         judge(case, seed, count, rays, |random| {
             let which = random.index() as usize % globes.len();
             let ray = globes[which].ray::<R>(random);
             let Globe { centre, radius, .. } = &globes[which];
-            Verdict::holds(is_hit(&trees[which], &ray), || format!("leak of {radius:e} at {centre}{}", hex(&ray)))
+            Verdict::holds(is_hit(&trees[which], &ray), || {
+                format!("leak of {radius:e} at {centre}{}", hex(&ray))
+            })
         })
     })
 }
 
 /// T06: a closed mesh of every size from 1e-12 to 1e12.
 pub fn any_size<R: Real>(rays: Rays) -> Vec<Measurement> {
-    let globes: Vec<_> = (-12..=12).map(|k| Globe::new(3, 10_f64.powi(k), DVec3::ZERO)).collect();
+    let globes: Vec<_> = (-12..=12)
+        .map(|k| Globe::new(3, 10_f64.powi(k), DVec3::ZERO))
+        .collect();
     leaks::<R>("T06", 226, 1_000_000, rays, &globes)
 }
 
@@ -133,29 +176,51 @@ fn distant() -> [Globe; 3] {
 pub fn far_away<R: Real>(rays: Rays) -> Vec<Measurement> {
     let measured = leaks::<R>("T07", 227, 1_000_000, rays, &distant());
     const SIDE: usize = 12;
-    let corner = |i: usize, j: usize| Vec3::new(148_376.0 + 2.0 * i as f32, 1234.0, -223_423.0 + 2.0 * j as f32);
+    let corner = |i: usize, j: usize| {
+        Vec3::new(
+            148_376.0 + 2.0 * i as f32,
+            1234.0,
+            -223_423.0 + 2.0 * j as f32,
+        )
+    };
     let mut group = PrimitiveSet::<R>::default();
     for cell in 0..SIDE * SIDE {
         let (i, j) = (cell % SIDE, cell / SIDE);
-        let [p, q, r, s] = [corner(i, j), corner(i + 1, j), corner(i + 1, j + 1), corner(i, j + 1)];
+        let [p, q, r, s] = [
+            corner(i, j),
+            corner(i + 1, j),
+            corner(i + 1, j + 1),
+            corner(i, j + 1),
+        ];
         for face in [[p, q, r], [p, r, s]] {
-            group.triangle(face.map(|p| stored::<R>(p.as_dvec3())), Visibility::default()).expect("finite corners");
+            group
+                .triangle(
+                    face.map(|p| stored::<R>(p.as_dvec3())),
+                    Visibility::default(),
+                )
+                .expect("finite corners");
         }
     }
-    let ground = by_each_kernel(vec![Geometry::new(group, AcceleratorKind::default())], |trees| {
-        judge("T07 ground", 228, 400_000, rays, |random| {
-            let inner = |random: &mut Random| 1 + random.bits() as usize % (SIDE - 1);
-            let (i, j) = (inner(random), inner(random));
-            // At a corner within the ground, or at an edge that ends there.
-            let (di, dj) = random.pick(&[(0, 0), (1, 0), (0, 1), (1, 1)]);
-            let (a, b) = (corner(i, j).as_dvec3(), corner(i.max(di) - di, j.max(dj) - dj).as_dvec3());
-            let target = a + (b - a) * random.unit() * 0.99;
-            let up = random.cube() + DVec3::Y * 1.5;
-            let ray = towards::<R>(target + up * random.between(1.0, 20.0), target);
-            // Where the ray ends is rounded by its own direction, by a hair of a cell.
-            Verdict::holds(is_hit(&trees[0], &ray), || format!("leak{}", hex(&ray)))
-        })
-    });
+    let ground = by_each_kernel(
+        vec![Geometry::new(group, AcceleratorKind::default())],
+        |trees| {
+            judge("T07 ground", 228, 400_000, rays, |random| {
+                let inner = |random: &mut Random| 1 + random.bits() as usize % (SIDE - 1);
+                let (i, j) = (inner(random), inner(random));
+                // At a corner within the ground, or at an edge that ends there.
+                let (di, dj) = random.pick(&[(0, 0), (1, 0), (0, 1), (1, 1)]);
+                let (a, b) = (
+                    corner(i, j).as_dvec3(),
+                    corner(i.max(di) - di, j.max(dj) - dj).as_dvec3(),
+                );
+                let target = a + (b - a) * random.unit() * 0.99;
+                let up = random.cube() + DVec3::Y * 1.5;
+                let ray = towards::<R>(target + up * random.between(1.0, 20.0), target);
+                // Where the ray ends is rounded by its own direction, by a hair of a cell.
+                Verdict::holds(is_hit(&trees[0], &ray), || format!("leak{}", hex(&ray)))
+            })
+        },
+    );
     let both = |(mut globes, ground): (Measurement, Measurement)| {
         globes.outcome = globes.outcome.plus(ground.outcome);
         globes
@@ -163,8 +228,8 @@ pub fn far_away<R: Real>(rays: Rays) -> Vec<Measurement> {
     measured.into_iter().zip(ground).map(both).collect()
 }
 
-/// T10: the leaks of T07 and of a mesh at the origin, and how much more surface boxes have there for being padded, which is how many more rays
-/// enter them.
+/// T10: the leaks of T07 and of a mesh at the origin, and how much more surface boxes have there
+/// for being padded, which is how many more rays enter them.
 pub fn inflation<R: Real>(rays: Rays) -> Vec<Measurement> {
     let [a, b, c] = distant();
     let near = Globe::new(4, 1.0, DVec3::ZERO);
@@ -172,12 +237,18 @@ pub fn inflation<R: Real>(rays: Rays) -> Vec<Measurement> {
     let (mut tight, mut padded) = (0.0, 0.0);
     for face in &near.mesh.faces {
         let bounds = Aabb::from_points(face.map(|i| near.mesh.corners[i].as_dvec3()));
-        let Some(grown) = bounds.padded() else { continue };
+        let Some(grown) = bounds.padded() else {
+            continue;
+        };
         tight += half_area(bounds.extent());
         padded += half_area((grown.max - grown.min).as_dvec3());
     }
     let mut measured = leaks::<R>("T10", 230, 400_000, rays, &[a, b, c, near]);
-    let cost = judge("T10 surface", 231, 1, rays, |_| Verdict::bounded(padded / tight, 1.3, || "surface of boxes".to_owned()));
-    measured.iter_mut().for_each(|measurement| measurement.outcome = measurement.outcome.clone().plus(cost.clone()));
+    let cost = judge("T10 surface", 231, 1, rays, |_| {
+        Verdict::bounded(padded / tight, 1.3, || "surface of boxes".to_owned())
+    });
+    measured.iter_mut().for_each(|measurement| {
+        measurement.outcome = measurement.outcome.clone().plus(cost.clone())
+    });
     measured
 }

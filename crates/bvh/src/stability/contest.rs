@@ -1,5 +1,6 @@
-//! What being right costs: the same work by the textbook's formulas and by the library's, for programs that time both in turns. On ordinary rays, from
-//! five sizes away, of which about half meet what they are shot at: a hard case is rare, and its care is paid for always.
+//! What being right costs: the same work by the textbook's formulas and by the library's, for
+//! programs that time both in turns. On ordinary rays, from five sizes away, of which about half
+//! meet what they are shot at: a hard case is rare, and its care is paid for always.
 
 use core::fmt;
 use core::hint::black_box;
@@ -28,42 +29,74 @@ pub struct Contest {
 
 impl fmt::Debug for Contest {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.debug_struct("Contest").field("what", &self.what).field("count", &self.count).finish_non_exhaustive()
+        f.debug_struct("Contest")
+            .field("what", &self.what)
+            .field("count", &self.count)
+            .finish_non_exhaustive()
     }
 }
 
 /// Rays of a contest, and how often each is shot.
 const RAYS: u32 = 4096;
 
-/// A contest by its case's number; none where the textbook has no formula for it, or it is not a shape's.
+/// A contest by its case's number; none where the textbook has no formula for it, or it is not a
+/// shape's.
 pub fn contest(number: &str) -> Option<Contest> {
     let (zero, axis) = (DVec3::ZERO, DVec3::new(0.3, 1.0, -0.2));
     Some(match number {
-        "P01" => tests("a test of one sphere", 40, sphere::<f32>().into(), sphere::<f64>().into()),
+        "P01" => tests(
+            "a test of one sphere",
+            40,
+            sphere::<f32>().into(),
+            sphere::<f64>().into(),
+        ),
         "P02" => surfaces(20),
         "P13" => {
-            let (single, double) = (Cone::new(-axis, axis, 1.0, 0.0, 2.0), Cone::new(-axis, axis, 1.0, 0.0, 2.0));
+            let (single, double) = (
+                Cone::new(-axis, axis, 1.0, 0.0, 2.0),
+                Cone::new(-axis, axis, 1.0, 0.0, 2.0),
+            );
             tests("a test of one cone", 20, single.into(), double.into())
         }
         "P15" => {
             let semi = DVec3::new(1.0, 0.6, 0.8);
-            tests("a test of one ellipsoid", 40, Ellipsoid::new(zero, semi).into(), Ellipsoid::new(zero, semi).into())
+            tests(
+                "a test of one ellipsoid",
+                40,
+                Ellipsoid::new(zero, semi).into(),
+                Ellipsoid::new(zero, semi).into(),
+            )
         }
         "P17" => {
-            let (single, double) = (Torus::new(zero, axis, 0.8, 0.3), Torus::new(zero, axis, 0.8, 0.3));
+            let (single, double) = (
+                Torus::new(zero, axis, 0.8, 0.3),
+                Torus::new(zero, axis, 0.8, 0.3),
+            );
             tests("a test of one torus", 4, single.into(), double.into())
         }
-        "P21" => tests("a test of one triangle", 40, triangle::<f32>(), triangle::<f64>()),
+        "P21" => tests(
+            "a test of one triangle",
+            40,
+            triangle::<f32>(),
+            triangle::<f64>(),
+        ),
         _ => return None,
     })
 }
 
 fn sphere<R: Real>() -> Sphere<R> {
-    Sphere { centre: stored::<R>(DVec3::ZERO), radius: R::ONE }
+    Sphere {
+        centre: stored::<R>(DVec3::ZERO),
+        radius: R::ONE,
+    }
 }
 
 fn triangle<R: Real>() -> AnyShape<R> {
-    let corners = [DVec3::new(-1.0, -1.0, 0.2), DVec3::new(1.0, -0.8, 0.2), DVec3::new(-0.9, 1.0, 0.5)];
+    let corners = [
+        DVec3::new(-1.0, -1.0, 0.2),
+        DVec3::new(1.0, -0.8, 0.2),
+        DVec3::new(-0.9, 1.0, 0.5),
+    ];
     Triangle::new(corners.map(stored::<R>)).into()
 }
 
@@ -72,7 +105,10 @@ fn rays<R: Real>() -> Vec<Ray<R>> {
     let ray = |i: u32| {
         let random = &mut Random::new(1, i.into());
         let origin = random.direction() * 5.0;
-        Ray::new(stored::<R>(origin), stored::<R>((random.cube() * 1.2 - origin).normalize()))
+        Ray::new(
+            stored::<R>(origin),
+            stored::<R>((random.cube() * 1.2 - origin).normalize()),
+        )
     };
     (0..RAYS).map(ray).collect()
 }
@@ -98,7 +134,12 @@ fn tests(what: &'static str, turns: u32, single: AnyShape<f32>, double: AnyShape
             black_box(by(black_box(&single), ray));
         }
     };
-    Contest { what, count: RAYS * turns, textbook: Box::new(by_textbook), library: [all(turns, single), all(turns, double)] }
+    Contest {
+        what,
+        count: RAYS * turns,
+        textbook: Box::new(by_textbook),
+        library: [all(turns, single), all(turns, double)],
+    }
 }
 
 /// Tests of a sphere, and the surfaces at the hits.
@@ -119,5 +160,10 @@ fn surfaces(turns: u32) -> Contest {
         }
     };
     let what = "a test of one sphere, and its surface at a hit";
-    Contest { what, count: RAYS * turns, textbook: Box::new(by_textbook), library: [all::<f32>(turns), all::<f64>(turns)] }
+    Contest {
+        what,
+        count: RAYS * turns,
+        textbook: Box::new(by_textbook),
+        library: [all::<f32>(turns), all::<f64>(turns)],
+    }
 }

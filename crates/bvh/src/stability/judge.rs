@@ -16,8 +16,8 @@ pub fn ulp(x: f64) -> f64 {
     f64::from(x.next_up()) - f64::from(x)
 }
 
-/// A small generator (SplitMix64: Steele, Lea, Flood, "Fast Splittable Pseudorandom Number Generators", 2014), seeded by case and ray, so
-/// that each ray can be repeated by itself.
+/// A small generator (SplitMix64: Steele, Lea, Flood, "Fast Splittable Pseudorandom Number
+/// Generators", 2014), seeded by case and ray, so that each ray can be repeated by itself.
 #[derive(Debug)]
 pub struct Random {
     state: u64,
@@ -27,7 +27,8 @@ pub struct Random {
 impl Random {
     /// The numbers of a case's ray.
     pub fn new(seed: u64, index: u64) -> Self {
-        let state = seed.wrapping_mul(0x9e37_79b9_7f4a_7c15) ^ index.wrapping_mul(0xd6e8_feb8_6659_fd93);
+        let state =
+            seed.wrapping_mul(0x9e37_79b9_7f4a_7c15) ^ index.wrapping_mul(0xd6e8_feb8_6659_fd93);
         let mut random = Self { state, index };
         random.bits();
         random
@@ -62,18 +63,28 @@ impl Random {
     }
     /// Evenly over the unit sphere.
     pub fn direction(&mut self) -> DVec3 {
-        let (z, a) = (self.between(-1.0, 1.0), self.unit() * core::f64::consts::TAU);
+        let (z, a) = (
+            self.between(-1.0, 1.0),
+            self.unit() * core::f64::consts::TAU,
+        );
         let ring = (1.0 - z * z).sqrt();
         DVec3::new(ring * a.cos(), ring * a.sin(), z)
     }
     /// In the cube [−1, 1]³.
     pub fn cube(&mut self) -> DVec3 {
-        DVec3::new(self.between(-1.0, 1.0), self.between(-1.0, 1.0), self.between(-1.0, 1.0))
+        DVec3::new(
+            self.between(-1.0, 1.0),
+            self.between(-1.0, 1.0),
+            self.between(-1.0, 1.0),
+        )
     }
     /// Evenly over the disc of a radius across a direction.
     pub fn disc(&mut self, across: DVec3, radius: f64) -> DVec3 {
         let (a, b) = across.any_orthonormal_pair();
-        let (r, angle) = (radius * self.unit().sqrt(), self.unit() * core::f64::consts::TAU);
+        let (r, angle) = (
+            radius * self.unit().sqrt(),
+            self.unit() * core::f64::consts::TAU,
+        );
         a * (r * angle.cos()) + b * (r * angle.sin())
     }
 }
@@ -107,8 +118,17 @@ pub fn hit<R: Real>(shape: &impl Shape<R>, ray: &Ray<R>) -> Option<ShapeHit<R>> 
 /// Bit patterns of a ray in f32, for a message.
 pub fn hex<R: Real>(ray: &Ray<R>) -> String {
     let mut text = String::new();
-    for (name, v) in [("origin", ray.origin.to_f32()), ("direction", ray.direction.to_f32())] {
-        let _ = write!(text, " {name} {:08x} {:08x} {:08x}", v.x.to_bits(), v.y.to_bits(), v.z.to_bits());
+    for (name, v) in [
+        ("origin", ray.origin.to_f32()),
+        ("direction", ray.direction.to_f32()),
+    ] {
+        let _ = write!(
+            text,
+            " {name} {:08x} {:08x} {:08x}",
+            v.x.to_bits(),
+            v.y.to_bits(),
+            v.z.to_bits()
+        );
     }
     text
 }
@@ -129,11 +149,19 @@ pub enum Verdict {
 impl Verdict {
     /// Right when the error is within the bound; not for NaN.
     pub fn bounded(error: f64, bound: f64, what: impl FnOnce() -> String) -> Self {
-        if error <= bound { Self::Right(error / bound) } else { Self::Wrong(format!("{}: {error:e} > {bound:e}", what())) }
+        if error <= bound {
+            Self::Right(error / bound)
+        } else {
+            Self::Wrong(format!("{}: {error:e} > {bound:e}", what()))
+        }
     }
     /// Right when the condition holds.
     pub fn holds(condition: bool, what: impl FnOnce() -> String) -> Self {
-        if condition { Self::Right(0.0) } else { Self::Wrong(what()) }
+        if condition {
+            Self::Right(0.0)
+        } else {
+            Self::Wrong(what())
+        }
     }
     /// The first that is not right, or the greater error.
     pub fn and(self, other: impl FnOnce() -> Self) -> Self {
@@ -217,9 +245,24 @@ impl Outcome {
 }
 
 /// Judges the rays of a case that has `count`, in parallel, each with its own random numbers.
-pub fn judge(case: &str, seed: u64, count: u32, rays: Rays, f: impl Fn(&mut Random) -> Verdict + Sync) -> Outcome {
-    let empty =
-        Outcome { case: case.to_owned(), rays: 0, shot: 0, judged: 0, band: 0, wrong: 0, skipped: 0, worst: 0.0, first: None };
+pub fn judge(
+    case: &str,
+    seed: u64,
+    count: u32,
+    rays: Rays,
+    f: impl Fn(&mut Random) -> Verdict + Sync,
+) -> Outcome {
+    let empty = Outcome {
+        case: case.to_owned(),
+        rays: 0,
+        shot: 0,
+        judged: 0,
+        band: 0,
+        wrong: 0,
+        skipped: 0,
+        worst: 0.0,
+        first: None,
+    };
     let none = || empty.clone();
     let shot = rays.of(count);
     let outcome = (0..shot)
@@ -227,13 +270,19 @@ pub fn judge(case: &str, seed: u64, count: u32, rays: Rays, f: impl Fn(&mut Rand
         .with_min_len(512)
         .fold(none, |mut sum, index| {
             match f(&mut Random::new(seed, u64::from(index))) {
-                Verdict::Right(share) => (sum.judged, sum.worst) = (sum.judged + 1, sum.worst.max(share)),
+                Verdict::Right(share) => {
+                    (sum.judged, sum.worst) = (sum.judged + 1, sum.worst.max(share))
+                }
                 Verdict::Band => sum.band += 1,
                 Verdict::Skip => sum.skipped += 1,
                 Verdict::Wrong(message) => {
                     sum.judged += 1;
                     sum.wrong += 1;
-                    if sum.first.as_ref().is_none_or(|first| u64::from(index) < first.0) {
+                    if sum
+                        .first
+                        .as_ref()
+                        .is_none_or(|first| u64::from(index) < first.0)
+                    {
                         sum.first = Some((index.into(), message));
                     }
                 }
@@ -241,5 +290,9 @@ pub fn judge(case: &str, seed: u64, count: u32, rays: Rays, f: impl Fn(&mut Rand
             sum
         })
         .reduce(none, Outcome::plus);
-    Outcome { rays: count.into(), shot: shot.into(), ..outcome }
+    Outcome {
+        rays: count.into(),
+        shot: shot.into(),
+        ..outcome
+    }
 }

@@ -5,11 +5,12 @@ use glam::DVec3;
 use super::judge::{Outcome, Random, Rays, Verdict, exact, hex, judge, stored, towards};
 use super::{Measurement, by_each_kernel, by_shapes};
 use crate::shapes::{
-    AnyShape, Cone, Cuboid, Cylinder, Disk, Ellipsoid, Hyperboloid, Paraboloid, Plane, Quad, Sphere, Torus, Triangle,
+    AnyShape, Cone, Cuboid, Cylinder, Disk, Ellipsoid, Hyperboloid, Paraboloid, Plane, Quad,
+    Sphere, Torus, Triangle,
 };
 use crate::{
-    AcceleratorKind, BuildQuality, Geometry, Interval, PreparedRay, PrimitiveSet, Ray, Real, Shape, Side, TraversalStats,
-    Visibility,
+    AcceleratorKind, BuildQuality, Geometry, Interval, PreparedRay, PrimitiveSet, Ray, Real, Shape,
+    Side, TraversalStats, Visibility,
 };
 
 /// A shape of any bounded kind, of a size about one, in a cube of 10.
@@ -20,7 +21,10 @@ fn shape<R: Real>(random: &mut Random) -> AnyShape<R> {
     let v = |p: DVec3| stored::<R>(p);
     let (x, y) = axis.any_orthonormal_pair();
     match random.bits() % 11 {
-        0 => AnyShape::Sphere(Sphere { centre: v(c), radius: R::from_f64(a) }),
+        0 => AnyShape::Sphere(Sphere {
+            centre: v(c),
+            radius: R::from_f64(a),
+        }),
         1 => AnyShape::Triangle(Triangle::new([v(c), v(c + x * a), v(c + y * b)])),
         2 => AnyShape::Cuboid(Cuboid::new(c, c + DVec3::new(a, b, h))),
         3 => AnyShape::Cylinder(Cylinder::new(c, axis, a, Some(h), true)),
@@ -40,7 +44,9 @@ fn mixed<R: Real>(seed: u64, scene: u64, count: u64, kind: AcceleratorKind) -> G
     for i in 0..count {
         let shape = shape::<R>(&mut Random::new(seed, scene * 1000 + i));
         for _ in 0..=u64::from(i.is_multiple_of(5)) {
-            group.shape(shape, Visibility::default()).expect("finite shapes");
+            group
+                .shape(shape, Visibility::default())
+                .expect("finite shapes");
         }
     }
     Geometry::new(group, kind)
@@ -53,14 +59,30 @@ fn anywhere<R: Real>(random: &mut Random, size: f64) -> Ray<R> {
 }
 
 /// What a geometry says of a ray and an interval: the nearest hit, and whether there is any.
-fn same<R: Real>(tree: &Geometry<R>, scan: &Geometry<R>, ray: &Ray<R>, range: Interval<R>) -> Verdict {
-    let (hit, expected) = (tree.closest(ray, range, &mut ()), scan.closest(ray, range, &mut ()));
+fn same<R: Real>(
+    tree: &Geometry<R>,
+    scan: &Geometry<R>,
+    ray: &Ray<R>,
+    range: Interval<R>,
+) -> Verdict {
+    let (hit, expected) = (
+        tree.closest(ray, range, &mut ()),
+        scan.closest(ray, range, &mut ()),
+    );
     let is_any = tree.any(ray, range, &mut |_| true, &mut ());
-    let is_right = hit == expected && is_any == expected.is_some() && hit.is_none_or(|hit| range.contains(hit.t));
-    Verdict::holds(is_right, || format!("{hit:?} and {is_any} instead of {expected:?} in {range:?}{}", hex(ray)))
+    let is_right = hit == expected
+        && is_any == expected.is_some()
+        && hit.is_none_or(|hit| range.contains(hit.t));
+    Verdict::holds(is_right, || {
+        format!(
+            "{hit:?} and {is_any} instead of {expected:?} in {range:?}{}",
+            hex(ray)
+        )
+    })
 }
 
-/// T12: boxes within boxes: a thousand in even steps, 120 powers of two, and 5000 that grow by a hundredth each.
+/// T12: boxes within boxes: a thousand in even steps, 120 powers of two, and 5000 that grow by a
+/// hundredth each.
 pub fn nested<R: Real>(rays: Rays) -> Vec<Measurement> {
     let halves: [Vec<f64>; 3] = [
         (1..=1000).map(f64::from).collect(),
@@ -72,53 +94,98 @@ pub fn nested<R: Real>(rays: Rays) -> Vec<Measurement> {
         let mut group = PrimitiveSet::<R>::default();
         for &half in halves {
             let corner = DVec3::splat(half);
-            group.shape(AnyShape::Cuboid(Cuboid::new(-corner, corner)), Visibility::default()).expect("finite corners");
+            group
+                .shape(
+                    AnyShape::Cuboid(Cuboid::new(-corner, corner)),
+                    Visibility::default(),
+                )
+                .expect("finite corners");
         }
         Geometry::new(group, kind)
     };
-    let scans = halves.each_ref().map(|halves| geometry(halves, AcceleratorKind::Linear));
-    let trees = halves.iter().map(|halves| geometry(halves, AcceleratorKind::default())).collect();
+    let scans = halves
+        .each_ref()
+        .map(|halves| geometry(halves, AcceleratorKind::Linear));
+    let trees = halves
+        .iter()
+        .map(|halves| geometry(halves, AcceleratorKind::default()))
+        .collect();
     by_each_kernel(trees, |trees: &[Geometry<R>]| {
-        let deepest = trees.iter().filter_map(Geometry::build_work).map(|work| work.depth).max().unwrap_or(0);
-        let depth = judge("T12 depth", 241, 1, rays, |_| Verdict::bounded(deepest.into(), 64.0, || "depth".to_owned()));
+        let deepest = trees
+            .iter()
+            .filter_map(Geometry::build_work)
+            .map(|work| work.depth)
+            .max()
+            .unwrap_or(0);
+        let depth = judge("T12 depth", 241, 1, rays, |_| {
+            Verdict::bounded(deepest.into(), 64.0, || "depth".to_owned())
+        });
         let hits = judge("T12", 240, 40_000, rays, |random| {
             let which = random.index() as usize % 3;
             let size = random.pick(&halves[which]) * random.between(0.5, 2.0);
-            same(&trees[which], &scans[which], &anywhere::<R>(random, size), Interval::positive())
+            same(
+                &trees[which],
+                &scans[which],
+                &anywhere::<R>(random, size),
+                Interval::positive(),
+            )
         });
         hits.plus(depth)
     })
 }
 
-/// T14: a plane below a thousand balls: hits of the scan, and as many nodes as without it, within a tenth.
+/// T14: a plane below a thousand balls: hits of the scan, and as many nodes as without it, within a
+/// tenth.
 pub fn planes<R: Real>(rays: Rays) -> Vec<Measurement> {
     let geometry = |kind, has_plane| {
         let mut group = PrimitiveSet::<R>::default();
         for i in 0..1000 {
             let random = &mut Random::new(242, i);
-            let (centre, radius) = (stored::<R>(random.cube() * 10.0), R::from_f64(random.between(0.1, 0.6)));
-            group.sphere(Sphere { centre, radius }, Visibility::default()).expect("finite balls");
+            let (centre, radius) = (
+                stored::<R>(random.cube() * 10.0),
+                R::from_f64(random.between(0.1, 0.6)),
+            );
+            group
+                .sphere(Sphere { centre, radius }, Visibility::default())
+                .expect("finite balls");
         }
         if has_plane {
             let ground = Plane::new(stored::<R>(DVec3::Y * -11.0), stored::<R>(DVec3::Y));
-            group.plane(ground, Visibility::default()).expect("a finite plane");
+            group
+                .plane(ground, Visibility::default())
+                .expect("a finite plane");
         }
         Geometry::new(group, kind)
     };
     let tree = AcceleratorKind::default();
-    let (scan, without) = (geometry(AcceleratorKind::Linear, true), geometry(tree, false));
+    let (scan, without) = (
+        geometry(AcceleratorKind::Linear, true),
+        geometry(tree, false),
+    );
     by_each_kernel(vec![geometry(tree, true)], |trees| {
         let nodes = |geometry: &Geometry<R>| {
             let mut stats = TraversalStats::default();
             for i in 0..4000 {
-                geometry.closest(&anywhere::<R>(&mut Random::new(243, i), 12.0), Interval::positive(), &mut stats);
+                geometry.closest(
+                    &anywhere::<R>(&mut Random::new(243, i), 12.0),
+                    Interval::positive(),
+                    &mut stats,
+                );
             }
             stats.nodes as f64
         };
         let change = (nodes(&trees[0]) / nodes(&without) - 1.0).abs();
-        let work = judge("T14 work", 244, 1, rays, |_| Verdict::bounded(change, 0.1, || "nodes".to_owned()));
-        let hits =
-            judge("T14", 243, 40_000, rays, |random| same(&trees[0], &scan, &anywhere::<R>(random, 12.0), Interval::positive()));
+        let work = judge("T14 work", 244, 1, rays, |_| {
+            Verdict::bounded(change, 0.1, || "nodes".to_owned())
+        });
+        let hits = judge("T14", 243, 40_000, rays, |random| {
+            same(
+                &trees[0],
+                &scan,
+                &anywhere::<R>(random, 12.0),
+                Interval::positive(),
+            )
+        });
         hits.plus(work)
     })
 }
@@ -135,7 +202,12 @@ pub fn few<R: Real>(rays: Rays) -> Vec<Measurement> {
     by_each_kernel(scenes.map(tree).collect(), |trees| {
         judge("T15", 246, 40_000, rays, |random| {
             let which = random.index() as usize % scans.len();
-            same(&trees[which], &scans[which], &anywhere::<R>(random, 6.0), Interval::positive())
+            same(
+                &trees[which],
+                &scans[which],
+                &anywhere::<R>(random, 6.0),
+                Interval::positive(),
+            )
         })
     })
 }
@@ -143,47 +215,89 @@ pub fn few<R: Real>(rays: Rays) -> Vec<Measurement> {
 /// T17: intervals that end or begin at a hit, and an ulp beside it.
 pub fn interval_ends<R: Real>(rays: Rays) -> Vec<Measurement> {
     let scan = mixed::<R>(247, 0, 60, AcceleratorKind::Linear);
-    by_each_kernel(vec![mixed::<R>(247, 0, 60, AcceleratorKind::default())], |trees| {
-        judge("T17", 248, 100_000, rays, |random| {
-            let ray = anywhere::<R>(random, 6.0);
-            let Some(first) = scan.closest(&ray, Interval::positive(), &mut ()) else { return Verdict::Skip };
-            let min = random.pick(&[R::ZERO, -R::ZERO, R::from_f64(1e-30)]);
-            let (above, below) = (first.t.next_up(), -(-first.t).next_up());
-            let before = |max: R| {
-                let hit = trees[0].closest(&ray, Interval { min, max }, &mut ());
-                Verdict::holds(hit.is_none(), || format!("{hit:?} before {max:?}{}", hex(&ray)))
-            };
-            let within = Interval { min, max: above };
-            let found = || {
-                let hit = trees[0].closest(&ray, within, &mut ());
-                Verdict::holds(hit == Some(first), || format!("{hit:?} instead of {first:?}{}", hex(&ray)))
-            };
-            let beyond = |min: R| same(&trees[0], &scan, &ray, Interval { min, max: R::INFINITY });
-            before(first.t)
-                .and(|| before(below))
-                .and(found)
-                .and(|| same(&trees[0], &scan, &ray, within))
-                .and(|| beyond(first.t))
-                .and(|| beyond(below))
-                .and(|| beyond(above))
-        })
-    })
+    by_each_kernel(
+        vec![mixed::<R>(247, 0, 60, AcceleratorKind::default())],
+        |trees| {
+            judge("T17", 248, 100_000, rays, |random| {
+                let ray = anywhere::<R>(random, 6.0);
+                let Some(first) = scan.closest(&ray, Interval::positive(), &mut ()) else {
+                    return Verdict::Skip;
+                };
+                let min = random.pick(&[R::ZERO, -R::ZERO, R::from_f64(1e-30)]);
+                let (above, below) = (first.t.next_up(), -(-first.t).next_up());
+                let before = |max: R| {
+                    let hit = trees[0].closest(&ray, Interval { min, max }, &mut ());
+                    Verdict::holds(hit.is_none(), || {
+                        format!("{hit:?} before {max:?}{}", hex(&ray))
+                    })
+                };
+                let within = Interval { min, max: above };
+                let found = || {
+                    let hit = trees[0].closest(&ray, within, &mut ());
+                    Verdict::holds(hit == Some(first), || {
+                        format!("{hit:?} instead of {first:?}{}", hex(&ray))
+                    })
+                };
+                let beyond = |min: R| {
+                    same(
+                        &trees[0],
+                        &scan,
+                        &ray,
+                        Interval {
+                            min,
+                            max: R::INFINITY,
+                        },
+                    )
+                };
+                before(first.t)
+                    .and(|| before(below))
+                    .and(found)
+                    .and(|| same(&trees[0], &scan, &ray, within))
+                    .and(|| beyond(first.t))
+                    .and(|| beyond(below))
+                    .and(|| beyond(above))
+            })
+        },
+    )
 }
 
-/// T19: no shape of any kind says a distance that is no number or not within the interval, also where that begins at a hit.
+/// T19: no shape of any kind says a distance that is no number or not within the interval, also
+/// where that begins at a hit.
 pub fn within_the_interval<R: Real>(rays: Rays) -> Vec<Measurement> {
     let outcome = judge("T19", 249, 400_000, rays, |random| {
         let shape = shape::<R>(random);
-        let target = shape.bounds().map_or(DVec3::ZERO, |bounds| bounds.centre()) + random.cube() * 0.3;
-        let ray = towards::<R>(target + random.direction() * random.pick(&[0.1, 1.0, 10.0, 1e4]), exact(target));
+        let target =
+            shape.bounds().map_or(DVec3::ZERO, |bounds| bounds.centre()) + random.cube() * 0.3;
+        let ray = towards::<R>(
+            target + random.direction() * random.pick(&[0.1, 1.0, 10.0, 1e4]),
+            exact(target),
+        );
         let prepared = PreparedRay::new(ray);
         let ask = |range: Interval<R>| shape.intersect(&prepared, range, Side::Both);
-        let Some(first) = ask(Interval::positive()) else { return Verdict::Skip };
-        let ends = [R::from_f64(random.unit()), first.t, first.t.next_up(), -(-first.t).next_up(), -R::ONE];
-        let ranges = ends.iter().flat_map(|&min| [R::INFINITY, first.t, first.t.next_up()].map(|max| Interval { min, max }));
-        let is_outside = |range: &Interval<R>| ask(*range).is_some_and(|hit| !range.contains(hit.t) || !hit.t.is_finite());
+        let Some(first) = ask(Interval::positive()) else {
+            return Verdict::Skip;
+        };
+        let ends = [
+            R::from_f64(random.unit()),
+            first.t,
+            first.t.next_up(),
+            -(-first.t).next_up(),
+            -R::ONE,
+        ];
+        let ranges = ends.iter().flat_map(|&min| {
+            [R::INFINITY, first.t, first.t.next_up()].map(|max| Interval { min, max })
+        });
+        let is_outside = |range: &Interval<R>| {
+            ask(*range).is_some_and(|hit| !range.contains(hit.t) || !hit.t.is_finite())
+        };
         let wrong = ranges.into_iter().find(is_outside);
-        wrong.map_or(Verdict::Right(0.0), |range| Verdict::Wrong(format!("{:?} in {range:?}{} {shape:?}", ask(range), hex(&ray))))
+        wrong.map_or(Verdict::Right(0.0), |range| {
+            Verdict::Wrong(format!(
+                "{:?} in {range:?}{} {shape:?}",
+                ask(range),
+                hex(&ray)
+            ))
+        })
     });
     vec![by_shapes::<R>(outcome)]
 }
@@ -191,13 +305,26 @@ pub fn within_the_interval<R: Real>(rays: Rays) -> Vec<Measurement> {
 /// T20: 200 scenes of shapes of every kind, by trees and by scans.
 pub fn tree_against_scan<R: Real>(rays: Rays) -> Vec<Measurement> {
     const SCENES: u64 = 200;
-    let each = |kind| (0..SCENES).map(|scene| mixed::<R>(250, scene, 5 + scene % 40, kind)).collect::<Vec<_>>();
+    let each = |kind| {
+        (0..SCENES)
+            .map(|scene| mixed::<R>(250, scene, 5 + scene % 40, kind))
+            .collect::<Vec<_>>()
+    };
     let scans = each(AcceleratorKind::Linear);
     by_each_kernel(each(AcceleratorKind::default()), |trees| -> Outcome {
         judge("T20", 251, 2_000_000, rays, |random| {
             let which = (random.index() % SCENES) as usize;
-            let max = if random.sign() > 0.0 { R::INFINITY } else { R::from_f64(random.between(0.1, 10.0)) };
-            same(&trees[which], &scans[which], &anywhere::<R>(random, 6.0), Interval { min: R::ZERO, max })
+            let max = if random.sign() > 0.0 {
+                R::INFINITY
+            } else {
+                R::from_f64(random.between(0.1, 10.0))
+            };
+            same(
+                &trees[which],
+                &scans[which],
+                &anywhere::<R>(random, 6.0),
+                Interval { min: R::ZERO, max },
+            )
         })
     })
 }

@@ -1,5 +1,6 @@
-//! Hard cases, judged by oracles that are better than what they judge: tests hold the library to them, and programs make tables of them.
-//! Those that the textbook's formulas fail take any arithmetic, so that both can be told apart.
+//! Hard cases, judged by oracles that are better than what they judge: tests hold the library to
+//! them, and programs make tables of them. Those that the textbook's formulas fail take any
+//! arithmetic, so that both can be told apart.
 
 pub mod boxes;
 pub mod closed;
@@ -19,7 +20,8 @@ use crate::{Geometry, Kernel, Ray, Real};
 
 use self::judge::{Outcome, Rays};
 
-/// The distance at which an arithmetic has a ray meet a shape first, in front of its origin and from either side.
+/// The distance at which an arithmetic has a ray meet a shape first, in front of its origin and
+/// from either side.
 pub type Intersect<R> = fn(&AnyShape<R>, &Ray<R>) -> Option<R>;
 
 /// That of the library.
@@ -30,7 +32,8 @@ pub fn intersect<R: Real>(shape: &AnyShape<R>, ray: &Ray<R>) -> Option<R> {
 /// What came out of a case in one setting.
 #[derive(Clone, Debug)]
 pub struct Measurement {
-    /// The precision, and the kernel where several may walk the tree: `robust, avx2`; or the part of a case that has several bounds.
+    /// The precision, and the kernel where several may walk the tree: `robust, avx2`; or the part
+    /// of a case that has several bounds.
     pub setting: String,
     /// Of the library.
     pub outcome: Outcome,
@@ -42,7 +45,10 @@ impl Measurement {
     /// Of one part of a case, which is said after the precision.
     #[must_use]
     pub fn of_part(self, part: &str) -> Self {
-        Self { setting: format!("{}, {part}", self.setting), ..self }
+        Self {
+            setting: format!("{}, {part}", self.setting),
+            ..self
+        }
     }
 }
 
@@ -53,21 +59,41 @@ fn precision<R: Real>() -> &'static str {
 
 /// A case in one precision, where no tree is walked by kernels.
 pub fn by_shapes<R: Real>(outcome: Outcome) -> Measurement {
-    Measurement { setting: precision::<R>().to_owned(), outcome, textbook: None }
+    Measurement {
+        setting: precision::<R>().to_owned(),
+        outcome,
+        textbook: None,
+    }
 }
 
 /// A case by each kernel that may walk its trees, which is one where what is stored is f64.
-pub fn by_each_kernel<R: Real>(mut trees: Vec<Geometry<R>>, judged: impl Fn(&[Geometry<R>]) -> Outcome) -> Vec<Measurement> {
-    let kernels = if R::IS_SINGLE { Kernel::available() } else { vec![Kernel::Portable] };
+pub fn by_each_kernel<R: Real>(
+    mut trees: Vec<Geometry<R>>,
+    judged: impl Fn(&[Geometry<R>]) -> Outcome,
+) -> Vec<Measurement> {
+    let kernels = if R::IS_SINGLE {
+        Kernel::available()
+    } else {
+        vec![Kernel::Portable]
+    };
     let by = |kernel: Kernel| {
         trees.iter_mut().for_each(|tree| tree.set_kernel(kernel));
-        let of_kernel = if R::IS_SINGLE { format!(", {kernel:?}").to_lowercase() } else { String::new() };
-        Measurement { setting: format!("{}{of_kernel}", precision::<R>()), outcome: judged(&trees), textbook: None }
+        let of_kernel = if R::IS_SINGLE {
+            format!(", {kernel:?}").to_lowercase()
+        } else {
+            String::new()
+        };
+        Measurement {
+            setting: format!("{}{of_kernel}", precision::<R>()),
+            outcome: judged(&trees),
+            textbook: None,
+        }
     };
     kernels.into_iter().map(by).collect()
 }
 
-/// Measures a case in both precisions and by every kernel that this processor has; none where the library has no case of that number.
+/// Measures a case in both precisions and by every kernel that this processor has; none where the
+/// library has no case of that number.
 pub fn measure(number: &str, rays: Rays) -> Option<Vec<Measurement>> {
     /// A case of both precisions.
     macro_rules! both {

@@ -12,8 +12,16 @@ pub fn grazing<R: Real>(rays: Rays) -> Vec<Measurement> {
     let slopes = [1e-2, 1e-3, 1e-4, 1e-5, 1e-6, 1e-7];
     let outcome = judge("P07", 7, 400_000, rays, |random| {
         let level = random.sign() > 0.0;
-        let n = if level { DVec3::Y } else { exact(random.direction()) };
-        let point = if level { DVec3::ZERO } else { exact(random.cube()) };
+        let n = if level {
+            DVec3::Y
+        } else {
+            exact(random.direction())
+        };
+        let point = if level {
+            DVec3::ZERO
+        } else {
+            exact(random.cube())
+        };
         let slope = random.pick(&slopes) * random.between(0.5, 2.0);
         let d = exact((random.disc(n, 1.0).normalize() - n * slope).normalize());
         let origin = exact(point + n);
@@ -27,8 +35,10 @@ pub fn grazing<R: Real>(rays: Rays) -> Vec<Measurement> {
             Some(h) => {
                 let error = (h.t.to_f64() - wanted).abs() / wanted;
                 let finite = plane.surface(&PreparedRay::new(ray), h).point.is_finite();
-                Verdict::bounded(error, 4.0 * U / fall, || format!("slope {fall:e}{}", hex(&ray)))
-                    .and(|| Verdict::holds(finite, || format!("not finite{}", hex(&ray))))
+                Verdict::bounded(error, 4.0 * U / fall, || {
+                    format!("slope {fall:e}{}", hex(&ray))
+                })
+                .and(|| Verdict::holds(finite, || format!("not finite{}", hex(&ray))))
             }
         }
     });
@@ -41,23 +51,43 @@ pub fn far_out<R: Real>(rays: Rays) -> Vec<Measurement> {
     let at = |far: f64| {
         // As many cells as leave one ray in a thousand near a border.
         let cell = 2_f64.powf((far / 128.0).log2().ceil());
-        judge(&format!("P08 {far:e}"), 8 + far as u64, 100_000, rays, |random| {
-            let target = DVec3::new(random.between(-far, far), 0.0, random.between(-far, far));
-            let origin = exact(target + random.cube() * (0.3 * far) + DVec3::Y * (0.31 * far));
-            let ray = ray::<R>(origin, exact((target - origin).normalize()));
-            let d = ray.direction.to_f64();
-            let wanted = origin - d * (origin.y / d.y);
-            let Some(h) = hit::<R>(&plane, &ray) else { return Verdict::Wrong(format!("missed{}", hex(&ray))) };
-            let point = plane.surface(&PreparedRay::new(ray), h).point.to_f64();
-            let scale = point.abs().max(wanted.abs()).max(origin.abs()).max_element();
-            let border = |x: f64| ((x / cell - (x / cell).round()) * cell).abs() <= 4.0 * ulp(scale);
-            if border(wanted.x) || border(wanted.z) {
-                return Verdict::Band;
-            }
-            let parity = |p: DVec3| ((p.x / cell).floor() + (p.z / cell).floor()).rem_euclid(2.0);
-            Verdict::holds(parity(point) == parity(wanted), || format!("parity at {point:?}{}", hex(&ray)))
-        })
+        judge(
+            &format!("P08 {far:e}"),
+            8 + far as u64,
+            100_000,
+            rays,
+            |random| {
+                let target = DVec3::new(random.between(-far, far), 0.0, random.between(-far, far));
+                let origin = exact(target + random.cube() * (0.3 * far) + DVec3::Y * (0.31 * far));
+                let ray = ray::<R>(origin, exact((target - origin).normalize()));
+                let d = ray.direction.to_f64();
+                let wanted = origin - d * (origin.y / d.y);
+                let Some(h) = hit::<R>(&plane, &ray) else {
+                    return Verdict::Wrong(format!("missed{}", hex(&ray)));
+                };
+                let point = plane.surface(&PreparedRay::new(ray), h).point.to_f64();
+                let scale = point
+                    .abs()
+                    .max(wanted.abs())
+                    .max(origin.abs())
+                    .max_element();
+                let border =
+                    |x: f64| ((x / cell - (x / cell).round()) * cell).abs() <= 4.0 * ulp(scale);
+                if border(wanted.x) || border(wanted.z) {
+                    return Verdict::Band;
+                }
+                let parity =
+                    |p: DVec3| ((p.x / cell).floor() + (p.z / cell).floor()).rem_euclid(2.0);
+                Verdict::holds(parity(point) == parity(wanted), || {
+                    format!("parity at {point:?}{}", hex(&ray))
+                })
+            },
+        )
     };
-    let outcome = [1e3, 1e4, 1e5, 1e6, 1e7].map(at).into_iter().reduce(Outcome::plus).expect("distances");
+    let outcome = [1e3, 1e4, 1e5, 1e6, 1e7]
+        .map(at)
+        .into_iter()
+        .reduce(Outcome::plus)
+        .expect("distances");
     vec![by_shapes::<R>(outcome)]
 }

@@ -8,74 +8,113 @@ use super::Intersect;
 use super::judge::{Outcome, Rays, Verdict, exact, hex, judge, ray, stored};
 
 /// The near root where the leading coefficient nearly vanishes; the relative error counts.
-pub fn near_root<R: Real>(case: &str, deviation: f64, bound: f64, rays: Rays, intersect: Intersect<R>) -> Outcome {
-    judge(&format!("P13 {case} {deviation:e}"), 23, 200_000, rays, |random| {
-        let cone = case == "cone";
-        // A generator of the cone of radius 3 and height 4 under its tip, and an asymptote of the hyperboloid a = c = 1:
-        // both exact in f32, and so is each with a component changed.
-        let generator = if cone { DVec3::new(3.0, 4.0, 0.0) } else { DVec3::new(1.0, 1.0, 0.0) };
-        let (d, tip) = (exact(generator + DVec3::new(-deviation, deviation, 0.0) * random.sign()), DVec3::new(0.0, 4.0, 0.0));
-        let target = if cone {
-            let (low, angle) = (random.between(0.05, 0.95), random.between(1.0, 5.3));
-            tip - DVec3::Y * (4.0 * low) + DVec3::new(angle.cos(), 0.0, angle.sin()) * (3.0 * low)
-        } else {
-            let (y, angle) = (random.between(-1.4, 1.4), random.between(1.0, 5.3));
-            DVec3::new(angle.cos(), 0.0, angle.sin()) * (1.0 + y * y).sqrt() + DVec3::Y * y
-        };
-        let origin = exact(target - d * random.between(0.5, 3.0));
-        let ray = ray::<R>(origin, d);
-        let (o, d) = (ray.origin.to_f64(), ray.direction.to_f64());
-        // In f64: inside is where the form is negative.
-        let form = |a: DVec3, b: DVec3| {
-            if cone { 16.0 * (a.x * b.x + a.z * b.z) - 9.0 * a.y * b.y } else { a.x * b.x + a.z * b.z - a.y * b.y }
-        };
-        let f = if cone { o - tip } else { o };
-        let (a, b, c) = (form(d, d), form(d, f), form(f, f) - if cone { 0.0 } else { 1.0 });
-        let discriminant = b * b - a * c;
-        if discriminant < 1e-3 * b * b {
-            return Verdict::Skip;
-        }
-        let q = -(b + discriminant.sqrt().copysign(b));
-        let near = if (c / q).abs() < (q / a).abs() || a == 0.0 { c / q } else { q / a };
-        let y = f.y + d.y * near;
-        let clip = if cone { -3.9..=-0.1 } else { -1.45..=1.45 };
-        if near < 0.1 || !clip.contains(&y) {
-            return Verdict::Skip;
-        }
-        // Another root before it, or a cap, is a different hit.
-        let far = if a == 0.0 {
-            f64::INFINITY
-        } else if (c / q).abs() < (q / a).abs() {
-            q / a
-        } else {
-            c / q
-        };
-        let cap = if cone { (-4.0 - f.y) / d.y } else { -1.0 };
-        if (far > 0.0 && far < near) || (cap > 0.0 && cap < near) {
-            return Verdict::Skip;
-        }
-        let got = if cone {
-            let tip_cone = Cone::<R> {
-                base: stored::<R>(DVec3::ZERO),
-                axis: stored::<R>(tip),
-                radius: R::from_f64(3.0),
-                top_radius: R::ZERO,
+pub fn near_root<R: Real>(
+    case: &str,
+    deviation: f64,
+    bound: f64,
+    rays: Rays,
+    intersect: Intersect<R>,
+) -> Outcome {
+    judge(
+        &format!("P13 {case} {deviation:e}"),
+        23,
+        200_000,
+        rays,
+        |random| {
+            let cone = case == "cone";
+            // A generator of the cone of radius 3 and height 4 under its tip, and an asymptote of
+            // the hyperboloid a = c = 1: both exact in f32, and so is each with a component
+            // changed.
+            let generator = if cone {
+                DVec3::new(3.0, 4.0, 0.0)
+            } else {
+                DVec3::new(1.0, 1.0, 0.0)
             };
-            intersect(&tip_cone.into(), &ray)
-        } else {
-            let one = R::ONE;
-            let sheet =
-                Hyperboloid::<R> { centre: stored::<R>(DVec3::ZERO), waist: one, slope: one, half_height: R::from_f64(1.5) };
-            intersect(&sheet.into(), &ray)
-        };
-        match got {
-            None => Verdict::Wrong(format!("missed, root at {near}{}", hex::<R>(&ray))),
-            Some(t) => {
-                let error = (t.to_f64() - near).abs() / near;
-                Verdict::bounded(error, bound, || format!("root {t:?} instead of {near}{}", hex::<R>(&ray)))
+            let (d, tip) = (
+                exact(generator + DVec3::new(-deviation, deviation, 0.0) * random.sign()),
+                DVec3::new(0.0, 4.0, 0.0),
+            );
+            let target = if cone {
+                let (low, angle) = (random.between(0.05, 0.95), random.between(1.0, 5.3));
+                tip - DVec3::Y * (4.0 * low)
+                    + DVec3::new(angle.cos(), 0.0, angle.sin()) * (3.0 * low)
+            } else {
+                let (y, angle) = (random.between(-1.4, 1.4), random.between(1.0, 5.3));
+                DVec3::new(angle.cos(), 0.0, angle.sin()) * (1.0 + y * y).sqrt() + DVec3::Y * y
+            };
+            let origin = exact(target - d * random.between(0.5, 3.0));
+            let ray = ray::<R>(origin, d);
+            let (o, d) = (ray.origin.to_f64(), ray.direction.to_f64());
+            // In f64: inside is where the form is negative.
+            let form = |a: DVec3, b: DVec3| {
+                if cone {
+                    16.0 * (a.x * b.x + a.z * b.z) - 9.0 * a.y * b.y
+                } else {
+                    a.x * b.x + a.z * b.z - a.y * b.y
+                }
+            };
+            let f = if cone { o - tip } else { o };
+            let (a, b, c) = (
+                form(d, d),
+                form(d, f),
+                form(f, f) - if cone { 0.0 } else { 1.0 },
+            );
+            let discriminant = b * b - a * c;
+            if discriminant < 1e-3 * b * b {
+                return Verdict::Skip;
             }
-        }
-    })
+            let q = -(b + discriminant.sqrt().copysign(b));
+            let near = if (c / q).abs() < (q / a).abs() || a == 0.0 {
+                c / q
+            } else {
+                q / a
+            };
+            let y = f.y + d.y * near;
+            let clip = if cone { -3.9..=-0.1 } else { -1.45..=1.45 };
+            if near < 0.1 || !clip.contains(&y) {
+                return Verdict::Skip;
+            }
+            // Another root before it, or a cap, is a different hit.
+            let far = if a == 0.0 {
+                f64::INFINITY
+            } else if (c / q).abs() < (q / a).abs() {
+                q / a
+            } else {
+                c / q
+            };
+            let cap = if cone { (-4.0 - f.y) / d.y } else { -1.0 };
+            if (far > 0.0 && far < near) || (cap > 0.0 && cap < near) {
+                return Verdict::Skip;
+            }
+            let got = if cone {
+                let tip_cone = Cone::<R> {
+                    base: stored::<R>(DVec3::ZERO),
+                    axis: stored::<R>(tip),
+                    radius: R::from_f64(3.0),
+                    top_radius: R::ZERO,
+                };
+                intersect(&tip_cone.into(), &ray)
+            } else {
+                let one = R::ONE;
+                let sheet = Hyperboloid::<R> {
+                    centre: stored::<R>(DVec3::ZERO),
+                    waist: one,
+                    slope: one,
+                    half_height: R::from_f64(1.5),
+                };
+                intersect(&sheet.into(), &ray)
+            };
+            match got {
+                None => Verdict::Wrong(format!("missed, root at {near}{}", hex::<R>(&ray))),
+                Some(t) => {
+                    let error = (t.to_f64() - near).abs() / near;
+                    Verdict::bounded(error, bound, || {
+                        format!("root {t:?} instead of {near}{}", hex::<R>(&ray))
+                    })
+                }
+            }
+        },
+    )
 }
 
 /// An ellipsoid hit in f64, in the space where it is the unit sphere: distance and point.
@@ -95,27 +134,46 @@ pub fn extreme<R: Real>(
     f: impl Fn(DVec3, &Ellipsoid<R>, DVec3, DVec3) -> Verdict + Sync,
 ) -> Outcome {
     let semi = exact(DVec3::new(1.0, 1.0, k));
-    let shape = Ellipsoid::<R> { centre: stored::<R>(DVec3::ZERO), semi_axes: stored::<R>(semi) };
-    judge(&format!("k = {k:e}"), 25 + k.to_bits() % 97, 200_000, rays, |random| {
-        let out = random.direction();
-        let origin = exact(out * (10.0 * semi.max_element()));
-        // Over the outline: the unit disc across the ray in the space of the unit sphere.
-        let across = random.disc((origin / semi).normalize(), share) * semi;
-        let d = exact((across - origin).normalize());
-        f(semi, &shape, origin, d)
-    })
+    let shape = Ellipsoid::<R> {
+        centre: stored::<R>(DVec3::ZERO),
+        semi_axes: stored::<R>(semi),
+    };
+    judge(
+        &format!("k = {k:e}"),
+        25 + k.to_bits() % 97,
+        200_000,
+        rays,
+        |random| {
+            let out = random.direction();
+            let origin = exact(out * (10.0 * semi.max_element()));
+            // Over the outline: the unit disc across the ray in the space of the unit sphere.
+            let across = random.disc((origin / semi).normalize(), share) * semi;
+            let d = exact((across - origin).normalize());
+            f(semi, &shape, origin, d)
+        },
+    )
 }
 
-/// The distance of such ellipsoids; wrong are misses, and distances off by more than `bound` of the least axis.
-pub fn extreme_distance<R: Real>(k: f64, bound: f64, rays: Rays, intersect: Intersect<R>) -> Outcome {
+/// The distance of such ellipsoids; wrong are misses, and distances off by more than `bound` of the
+/// least axis.
+pub fn extreme_distance<R: Real>(
+    k: f64,
+    bound: f64,
+    rays: Rays,
+    intersect: Intersect<R>,
+) -> Outcome {
     extreme::<R>(k, 0.98, rays, |semi, shape, o, d| {
         let ray = ray::<R>(o, d);
-        let Some((t, _)) = body(o, d, semi) else { return Verdict::Skip };
+        let Some((t, _)) = body(o, d, semi) else {
+            return Verdict::Skip;
+        };
         match intersect(&(*shape).into(), &ray) {
             None => Verdict::Wrong(format!("missed{}", hex::<R>(&ray))),
             Some(found) => {
                 let error = (found.to_f64() - t).abs() / semi.min_element();
-                Verdict::bounded(error, bound, || format!("t {found:?} instead of {t}{}", hex::<R>(&ray)))
+                Verdict::bounded(error, bound, || {
+                    format!("t {found:?} instead of {t}{}", hex::<R>(&ray))
+                })
             }
         }
     })

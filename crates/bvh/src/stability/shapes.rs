@@ -1,4 +1,5 @@
-//! P01, P02, P13, P15, P17, P21, P22: shapes that the textbook's formulas lose, by those and by the library's on the same rays.
+//! P01, P02, P13, P15, P17, P21, P22: shapes that the textbook's formulas lose, by those and by the
+//! library's on the same rays.
 
 use super::judge::{Outcome, Rays};
 use super::quadrics::{extreme_distance, near_root};
@@ -11,13 +12,19 @@ use crate::Real;
 /// What both precisions and the textbook make of a case.
 fn compared(textbook: Outcome, robust: Outcome, reference: Outcome) -> Vec<Measurement> {
     [by_shapes::<f32>(robust), by_shapes::<f64>(reference)]
-        .map(|measurement| Measurement { textbook: Some(textbook.clone()), ..measurement })
+        .map(|measurement| Measurement {
+            textbook: Some(textbook.clone()),
+            ..measurement
+        })
         .to_vec()
 }
 
 /// Several outcomes of one case.
 fn sum<T>(each: impl IntoIterator<Item = T>, of: impl Fn(T) -> Outcome) -> Outcome {
-    each.into_iter().map(of).reduce(Outcome::plus).expect("a case has parts")
+    each.into_iter()
+        .map(of)
+        .reduce(Outcome::plus)
+        .expect("a case has parts")
 }
 
 /// Distances in radii.
@@ -26,29 +33,55 @@ const RATIOS: [f64; 6] = [2.0, 1e2, 1e3, 1e4, 1e5, 1e6];
 /// P01: spheres from 2 to 10⁶ radii away.
 pub fn far_spheres(rays: Rays) -> Vec<Measurement> {
     compared(
-        sum(RATIOS, |ratio| far_sphere(ratio, 8.0, rays, textbook::intersect)),
-        sum(RATIOS, |ratio| far_sphere::<f32>(ratio, 2.0, rays, intersect)),
-        sum(RATIOS, |ratio| far_sphere::<f64>(ratio, 16.0, rays, intersect)),
+        sum(RATIOS, |ratio| {
+            far_sphere(ratio, 8.0, rays, textbook::intersect)
+        }),
+        sum(RATIOS, |ratio| {
+            far_sphere::<f32>(ratio, 2.0, rays, intersect)
+        }),
+        sum(RATIOS, |ratio| {
+            far_sphere::<f64>(ratio, 16.0, rays, intersect)
+        }),
     )
 }
 
 /// P02: where their surface is said to be, around the origin and far from it.
 pub fn drifts(rays: Rays) -> Vec<Measurement> {
-    let parts = || [0.0, 1e3, 1e5].into_iter().flat_map(|offset| RATIOS.map(|ratio| (offset, ratio)));
+    let parts = || {
+        [0.0, 1e3, 1e5]
+            .into_iter()
+            .flat_map(|offset| RATIOS.map(|ratio| (offset, ratio)))
+    };
     compared(
-        sum(parts(), |(offset, ratio)| drift(offset, ratio, rays, textbook::sphere_surface)),
-        sum(parts(), |(offset, ratio)| drift::<f32>(offset, ratio, rays, surface)),
-        sum(parts(), |(offset, ratio)| drift::<f64>(offset, ratio, rays, surface)),
+        sum(parts(), |(offset, ratio)| {
+            drift(offset, ratio, rays, textbook::sphere_surface)
+        }),
+        sum(parts(), |(offset, ratio)| {
+            drift::<f32>(offset, ratio, rays, surface)
+        }),
+        sum(parts(), |(offset, ratio)| {
+            drift::<f64>(offset, ratio, rays, surface)
+        }),
     )
 }
 
 /// P13: rays along a generator of a cone and an asymptote of a hyperboloid, or nearly.
 pub fn vanishing_coefficients(rays: Rays) -> Vec<Measurement> {
-    let parts = || ["cone", "hyperboloid"].into_iter().flat_map(|case| [1e-1, 1e-3, 1e-5, 1e-7, 0.0].map(|off| (case, off)));
+    let parts = || {
+        ["cone", "hyperboloid"]
+            .into_iter()
+            .flat_map(|case| [1e-1, 1e-3, 1e-5, 1e-7, 0.0].map(|off| (case, off)))
+    };
     compared(
-        sum(parts(), |(case, off)| near_root(case, off, 1e-5, rays, textbook::intersect)),
-        sum(parts(), |(case, off)| near_root::<f32>(case, off, 1e-5, rays, intersect)),
-        sum(parts(), |(case, off)| near_root::<f64>(case, off, 1e-5, rays, intersect)),
+        sum(parts(), |(case, off)| {
+            near_root(case, off, 1e-5, rays, textbook::intersect)
+        }),
+        sum(parts(), |(case, off)| {
+            near_root::<f32>(case, off, 1e-5, rays, intersect)
+        }),
+        sum(parts(), |(case, off)| {
+            near_root::<f64>(case, off, 1e-5, rays, intersect)
+        }),
     )
 }
 
@@ -56,7 +89,9 @@ pub fn vanishing_coefficients(rays: Rays) -> Vec<Measurement> {
 pub fn extreme_ellipsoids(rays: Rays) -> Vec<Measurement> {
     const AXES: [f64; 4] = [1e-3, 1e-2, 1e2, 1e3];
     compared(
-        sum(AXES, |k| extreme_distance(k, 1e-3, rays, textbook::intersect)),
+        sum(AXES, |k| {
+            extreme_distance(k, 1e-3, rays, textbook::intersect)
+        }),
         sum(AXES, |k| extreme_distance::<f32>(k, 1e-3, rays, intersect)),
         sum(AXES, |k| extreme_distance::<f64>(k, 1e-3, rays, intersect)),
     )
@@ -65,11 +100,21 @@ pub fn extreme_ellipsoids(rays: Rays) -> Vec<Measurement> {
 /// P17: tori of three tubes from 3 to 1000 radii away.
 pub fn far_tori(rays: Rays) -> Vec<Measurement> {
     const COUNT: u32 = 10_000;
-    let parts = || [0.3, 0.1, 0.01].into_iter().flat_map(|tube| [3.0, 10.0, 100.0, 1000.0].map(|far| (tube, far)));
+    let parts = || {
+        [0.3, 0.1, 0.01]
+            .into_iter()
+            .flat_map(|tube| [3.0, 10.0, 100.0, 1000.0].map(|far| (tube, far)))
+    };
     compared(
-        sum(parts(), |(tube, far)| far_torus(tube, far, COUNT, rays, textbook::intersect)),
-        sum(parts(), |(tube, far)| far_torus::<f32>(tube, far, COUNT, rays, intersect)),
-        sum(parts(), |(tube, far)| far_torus::<f64>(tube, far, COUNT, rays, intersect)),
+        sum(parts(), |(tube, far)| {
+            far_torus(tube, far, COUNT, rays, textbook::intersect)
+        }),
+        sum(parts(), |(tube, far)| {
+            far_torus::<f32>(tube, far, COUNT, rays, intersect)
+        }),
+        sum(parts(), |(tube, far)| {
+            far_torus::<f64>(tube, far, COUNT, rays, intersect)
+        }),
     )
 }
 
@@ -82,24 +127,41 @@ fn closed_meshes() -> [(&'static str, Mesh); 2] {
 /// P22: the same with all faces turned over, or every second.
 pub fn turned_edges(rays: Rays) -> Vec<Measurement> {
     fn of<R: Real>(count: u32, rays: Rays) -> Measurement {
-        let turned = [1, 2].into_iter().flat_map(|every| closed_meshes().map(|(name, mesh)| (name, mesh.turned(every))));
-        let parts: Vec<_> = turned.flat_map(|(name, mesh)| AIMS.map(|aim| (name, mesh.clone(), aim))).collect();
-        by_shapes::<R>(sum(parts, |(name, mesh, aim)| leaks_of_library::<R>(name, &mesh, aim, count, rays)))
+        let turned = [1, 2]
+            .into_iter()
+            .flat_map(|every| closed_meshes().map(|(name, mesh)| (name, mesh.turned(every))));
+        let parts: Vec<_> = turned
+            .flat_map(|(name, mesh)| AIMS.map(|aim| (name, mesh.clone(), aim)))
+            .collect();
+        by_shapes::<R>(sum(parts, |(name, mesh, aim)| {
+            leaks_of_library::<R>(name, &mesh, aim, count, rays)
+        }))
     }
     vec![of::<f32>(1_000_000, rays), of::<f64>(100_000, rays)]
 }
 
-/// P21: edges and corners that the faces of closed meshes share; the textbook tests each face, so fewer rays.
+/// P21: edges and corners that the faces of closed meshes share; the textbook tests each face, so
+/// fewer rays.
 pub fn shared_edges(rays: Rays) -> Vec<Measurement> {
     let meshes = closed_meshes();
-    let parts = || meshes.iter().flat_map(|(name, mesh)| AIMS.map(|aim| (*name, mesh, aim)));
+    let parts = || {
+        meshes
+            .iter()
+            .flat_map(|(name, mesh)| AIMS.map(|aim| (*name, mesh, aim)))
+    };
     let by_textbook = |(name, mesh, aim): (&str, &Mesh, Aim)| {
         let triangles = mesh.triangles();
-        leaks(name, mesh, aim, 10_000, rays, |ray| textbook::hits_any(&triangles, ray))
+        leaks(name, mesh, aim, 10_000, rays, |ray| {
+            textbook::hits_any(&triangles, ray)
+        })
     };
     compared(
         sum(parts(), by_textbook),
-        sum(parts(), |(name, mesh, aim)| leaks_of_library::<f32>(name, mesh, aim, 1_000_000, rays)),
-        sum(parts(), |(name, mesh, aim)| leaks_of_library::<f64>(name, mesh, aim, 100_000, rays)),
+        sum(parts(), |(name, mesh, aim)| {
+            leaks_of_library::<f32>(name, mesh, aim, 1_000_000, rays)
+        }),
+        sum(parts(), |(name, mesh, aim)| {
+            leaks_of_library::<f64>(name, mesh, aim, 100_000, rays)
+        }),
     )
 }

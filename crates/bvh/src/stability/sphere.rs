@@ -15,8 +15,8 @@ pub fn surface<R: Real>(sphere: &Sphere<R>, ray: &Ray<R>) -> Option<Surface<R>> 
     hit::<R>(sphere, ray).map(|hit| sphere.surface(&PreparedRay::new(*ray), hit))
 }
 
-/// How the line of an exact ray passes a sphere: distance from the centre, and distances along the ray (true lengths) of
-/// the two crossings if it does. In f64 from the perpendicular.
+/// How the line of an exact ray passes a sphere: distance from the centre, and distances along the
+/// ray (true lengths) of the two crossings if it does. In f64 from the perpendicular.
 #[derive(Clone, Copy, Debug)]
 pub struct Pass {
     /// Of the line from the centre.
@@ -32,63 +32,98 @@ pub fn pass(o: DVec3, d: DVec3, centre: DVec3, radius: f64) -> Pass {
     let middle = -f.dot(d) / d.length_squared();
     let distance = (f + d * middle).length();
     let half = ((radius - distance) * (radius + distance)).sqrt();
-    Pass { distance, roots: (distance <= radius).then_some([middle * length - half, middle * length + half]) }
+    Pass {
+        distance,
+        roots: (distance <= radius).then_some([middle * length - half, middle * length + half]),
+    }
 }
 
 /// A sphere whose numbers are rounded to storage.
 pub fn sphere<R: Real>(centre: DVec3, radius: f64) -> Sphere<R> {
-    Sphere { centre: stored::<R>(centre), radius: R::from_f64(radius) }
+    Sphere {
+        centre: stored::<R>(centre),
+        radius: R::from_f64(radius),
+    }
 }
 
-/// Rays over a disc of 1.05 radii from `ratio` radii away; a point off the surface by more than `bound` of u·(D + C), with u
-/// that of the stored scalar, is wrong, and so is a hit or miss that the oracle's margin contradicts.
+/// Rays over a disc of 1.05 radii from `ratio` radii away; a point off the surface by more than
+/// `bound` of u·(D + C), with u that of the stored scalar, is wrong, and so is a hit or miss that
+/// the oracle's margin contradicts.
 pub fn far_sphere<R: Real>(ratio: f64, bound: f64, rays: Rays, intersect: Intersect<R>) -> Outcome {
-    judge(&format!("P01 {ratio:e}"), 1 + ratio as u64, 200_000, rays, |random| {
-        let out = random.direction();
-        let ray = towards::<R>(out * ratio, random.disc(out, 1.05));
-        let (o, d) = (ray.origin.to_f64(), ray.direction.to_f64());
-        let expected = pass(o, d, DVec3::ZERO, 1.0);
-        // The specification grants 8·u·(D + C), which far away is all there is: judged more closely, by what b² − c costs in
-        // an f64 core, and in f64 storage by some roundings of the oracle's own.
-        let roundoff = R::ROUNDOFF.to_f64();
-        let margin = if roundoff < 1e-10 { 16.0 * roundoff * ratio } else { (ratio * ratio * f64::EPSILON).max(1e-12) };
-        if (expected.distance - 1.0).abs() <= margin {
-            return Verdict::Band;
-        }
-        match intersect(&sphere::<R>(DVec3::ZERO, 1.0).into(), &ray) {
-            None => Verdict::holds(expected.roots.is_none(), || format!("missed at {}{}", expected.distance, hex::<R>(&ray))),
-            Some(_) if expected.roots.is_none() => {
-                Verdict::Wrong(format!("false hit at {}{}", expected.distance, hex::<R>(&ray)))
+    judge(
+        &format!("P01 {ratio:e}"),
+        1 + ratio as u64,
+        200_000,
+        rays,
+        |random| {
+            let out = random.direction();
+            let ray = towards::<R>(out * ratio, random.disc(out, 1.05));
+            let (o, d) = (ray.origin.to_f64(), ray.direction.to_f64());
+            let expected = pass(o, d, DVec3::ZERO, 1.0);
+            // The specification grants 8·u·(D + C), which far away is all there is: judged more
+            // closely, by what b² − c costs in an f64 core, and in f64 storage by some roundings of
+            // the oracle's own.
+            let roundoff = R::ROUNDOFF.to_f64();
+            let margin = if roundoff < 1e-10 {
+                16.0 * roundoff * ratio
+            } else {
+                (ratio * ratio * f64::EPSILON).max(1e-12)
+            };
+            if (expected.distance - 1.0).abs() <= margin {
+                return Verdict::Band;
             }
-            Some(t) => {
-                let p = o + d * t.to_f64();
-                let scale = o.length() + o.abs().max_element().max(p.abs().max_element());
-                Verdict::bounded((p.length() - 1.0).abs(), bound * roundoff * scale, || {
-                    format!("off the surface{}", hex::<R>(&ray))
-                })
+            match intersect(&sphere::<R>(DVec3::ZERO, 1.0).into(), &ray) {
+                None => Verdict::holds(expected.roots.is_none(), || {
+                    format!("missed at {}{}", expected.distance, hex::<R>(&ray))
+                }),
+                Some(_) if expected.roots.is_none() => Verdict::Wrong(format!(
+                    "false hit at {}{}",
+                    expected.distance,
+                    hex::<R>(&ray)
+                )),
+                Some(t) => {
+                    let p = o + d * t.to_f64();
+                    let scale = o.length() + o.abs().max_element().max(p.abs().max_element());
+                    Verdict::bounded((p.length() - 1.0).abs(), bound * roundoff * scale, || {
+                        format!("off the surface{}", hex::<R>(&ray))
+                    })
+                }
             }
-        }
-    })
+        },
+    )
 }
 
 /// Points of the surface from 2 to 1e6 radii away, around the origin and far from it.
 pub fn drift<R: Real>(offset: f64, ratio: f64, rays: Rays, surface: Surfaces<R>) -> Outcome {
-    judge(&format!("P02 at {offset:e}, {ratio:e} away"), 2 + ratio as u64, 50_000, rays, |random| {
-        let centre = exact(random.direction() * offset);
-        let out = random.direction();
-        let ray = towards::<R>(centre + out * ratio, centre + random.disc(out, 0.98));
-        let Some(surface) = surface(&sphere::<R>(centre, 1.0), &ray) else { return Verdict::Skip };
-        let p = surface.point.to_f64();
-        let from = p - centre;
-        let nearest = centre + from / from.length();
-        let scale = p.abs().max_element().max(centre.abs().max_element());
-        let error = (p - nearest).abs().max_element();
-        Verdict::bounded(error, 4.0 * ulp(scale), || format!("off the surface{}", hex::<R>(&ray)))
-            // The bound that a surface states is true: off along the normal by no more than what a box of it reaches.
+    judge(
+        &format!("P02 at {offset:e}, {ratio:e} away"),
+        2 + ratio as u64,
+        50_000,
+        rays,
+        |random| {
+            let centre = exact(random.direction() * offset);
+            let out = random.direction();
+            let ray = towards::<R>(centre + out * ratio, centre + random.disc(out, 0.98));
+            let Some(surface) = surface(&sphere::<R>(centre, 1.0), &ray) else {
+                return Verdict::Skip;
+            };
+            let p = surface.point.to_f64();
+            let from = p - centre;
+            let nearest = centre + from / from.length();
+            let scale = p.abs().max_element().max(centre.abs().max_element());
+            let error = (p - nearest).abs().max_element();
+            Verdict::bounded(error, 4.0 * ulp(scale), || {
+                format!("off the surface{}", hex::<R>(&ray))
+            })
+            // The bound that a surface states is true: off along the normal by no more than what a
+            // box of it reaches.
             .and(|| {
                 let off = (from.length() - 1.0).abs();
                 let reach = surface.error.to_f64() * surface.normal.to_f64().abs().element_sum();
-                Verdict::bounded(off, reach, || format!("beyond the stated bound{}", hex::<R>(&ray)))
+                Verdict::bounded(off, reach, || {
+                    format!("beyond the stated bound{}", hex::<R>(&ray))
+                })
             })
-    })
+        },
+    )
 }

@@ -1,4 +1,5 @@
-//! The comparator: intersections as textbooks write them, all in f32. The library has none of them; they show what it costs to do without care.
+//! The comparator: intersections as textbooks write them, all in f32. The library has none of them;
+//! they show what it costs to do without care.
 
 use crate::shapes::{AnyShape, Cone, Ellipsoid, Hyperboloid, Sphere, Torus, Triangle};
 use crate::{Ray, Surface};
@@ -12,27 +13,37 @@ pub fn intersect(shape: &AnyShape<f32>, ray: &Ray<f32>) -> Option<f32> {
     match shape {
         AnyShape::Sphere(sphere) => first(self::sphere(sphere, ray)?, |_| true),
         AnyShape::Ellipsoid(body) => first(ellipsoid(body, ray)?, |_| true),
-        AnyShape::Hyperboloid(sheet) => {
-            first(hyperboloid(sheet, ray)?, |t| (ray.at(t).y - sheet.centre.y).abs() <= sheet.half_height)
-        }
+        AnyShape::Hyperboloid(sheet) => first(hyperboloid(sheet, ray)?, |t| {
+            (ray.at(t).y - sheet.centre.y).abs() <= sheet.half_height
+        }),
         AnyShape::Cone(cone) => first(self::cone(cone, ray)?, |_| true),
         AnyShape::Torus(ring) => torus(ring, ray),
         AnyShape::Triangle(face) => triangle(face, ray),
-        // A comparator is written where a case shows what it gets wrong; the others would be formulas that nothing runs.
-        _ => panic!("the textbook's formulas are those of sphere, ellipsoid, hyperboloid, cone, torus and triangle"),
+        // A comparator is written where a case shows what it gets wrong; the others would be
+        // formulas that nothing runs.
+        _ => panic!(
+            "the textbook's formulas are those of sphere, ellipsoid, hyperboloid, cone, torus and triangle"
+        ),
     }
 }
 
 /// The nearer crossing in front of the origin that is kept.
 fn first(crossings: Crossings, keep: impl Fn(f32) -> bool) -> Option<f32> {
-    let ahead = crossings.into_iter().filter(|&t| t > 0.0 && t < f32::INFINITY && keep(t));
+    let ahead = crossings
+        .into_iter()
+        .filter(|&t| t > 0.0 && t < f32::INFINITY && keep(t));
     ahead.min_by(f32::total_cmp)
 }
 
 /// (−b ± √(b² − a·c))/a.
 fn roots(a: f32, b: f32, c: f32) -> Option<Crossings> {
     let discriminant = b * b - a * c;
-    (discriminant >= 0.0).then(|| [(-b - discriminant.sqrt()) / a, (discriminant.sqrt() - b) / a])
+    (discriminant >= 0.0).then(|| {
+        [
+            (-b - discriminant.sqrt()) / a,
+            (discriminant.sqrt() - b) / a,
+        ]
+    })
 }
 
 fn sphere(sphere: &Sphere<f32>, ray: &Ray<f32>) -> Option<Crossings> {
@@ -44,14 +55,24 @@ fn sphere(sphere: &Sphere<f32>, ray: &Ray<f32>) -> Option<Crossings> {
 pub fn sphere_surface(shape: &Sphere<f32>, ray: &Ray<f32>) -> Option<Surface<f32>> {
     let point = ray.at(first(sphere(shape, ray)?, |_| true)?);
     let normal = (point - shape.centre).normalize();
-    Some(Surface { point, above: point, below: point, error: f32::INFINITY, normal })
+    Some(Surface {
+        point,
+        above: point,
+        below: point,
+        error: f32::INFINITY,
+        normal,
+    })
 }
 
 /// Where it is a sphere: each axis scaled by the other two half-lengths.
 fn ellipsoid(body: &Ellipsoid<f32>, ray: &Ray<f32>) -> Option<Crossings> {
     let s = body.semi_axes;
     let scale = Vec3::new(s.y * s.z, s.z * s.x, s.x * s.y);
-    let (d, f, radius) = (ray.direction * scale, (ray.origin - body.centre) * scale, s.x * s.y * s.z);
+    let (d, f, radius) = (
+        ray.direction * scale,
+        (ray.origin - body.centre) * scale,
+        s.x * s.y * s.z,
+    );
     roots(d.dot(d), d.dot(f), f.dot(f) - radius * radius)
 }
 
@@ -69,7 +90,10 @@ fn cone(cone: &Cone<f32>, ray: &Ray<f32>) -> Option<Crossings> {
     let (squared, taper) = (axis.dot(axis), cone.top_radius - cone.radius);
     let (m, n) = (d.cross(axis), f.cross(axis));
     // The radius at the ray's point, times the axis squared: reach + t·opening.
-    let (reach, opening) = (cone.radius * squared + taper * f.dot(axis), taper * d.dot(axis));
+    let (reach, opening) = (
+        cone.radius * squared + taper * f.dot(axis),
+        taper * d.dot(axis),
+    );
     let a = squared * m.dot(m) - opening * opening;
     let b = squared * m.dot(n) - reach * opening;
     let c = squared * n.dot(n) - reach * reach;
@@ -83,7 +107,10 @@ fn cone(cone: &Cone<f32>, ray: &Ray<f32>) -> Option<Crossings> {
     };
     let (height, slope) = (axis.dot(f), axis.dot(d));
     let ends = [-height / slope, (squared - height) / slope];
-    let (near, far) = (wall[0].max(ends[0].min(ends[1])), wall[1].min(ends[0].max(ends[1])));
+    let (near, far) = (
+        wall[0].max(ends[0].min(ends[1])),
+        wall[1].min(ends[0].max(ends[1])),
+    );
     (near < far).then_some([near, far])
 }
 
@@ -104,18 +131,28 @@ fn torus(ring: &Torus<f32>, ray: &Ray<f32>) -> Option<f32> {
     let p = c2 - 6.0 * s2;
     let q = c1 - 2.0 * shift * c2 + 8.0 * s2 * shift;
     let w = c0 - shift * c1 + s2 * c2 - 3.0 * s2 * s2;
-    quartic([p, q, w], (major + tube) * 1.001 / aa.sqrt(), |x| (x - shift > 0.0).then_some(x - shift))
+    quartic([p, q, w], (major + tube) * 1.001 / aa.sqrt(), |x| {
+        (x - shift > 0.0).then_some(x - shift)
+    })
 }
 
-/// The first zero of x⁴ + p·x² + q·x + w between −reach and reach that is taken: halved between the places where the curve turns.
+/// The first zero of x⁴ + p·x² + q·x + w between −reach and reach that is taken: halved between the
+/// places where the curve turns.
 fn quartic([p, q, w]: [f32; 3], reach: f32, take: impl Fn(f32) -> Option<f32>) -> Option<f32> {
     let value = |x: f32| ((x * x + p) * x + q) * x + w;
     let slope = |x: f32| (4.0 * x * x + 2.0 * p) * x + q;
     let knee = (-p / 6.0).max(0.0).sqrt().min(reach);
     let mut turns = vec![-reach];
-    turns.extend([(-reach, -knee), (-knee, knee), (knee, reach)].into_iter().filter_map(|piece| zero(piece, slope)));
+    turns.extend(
+        [(-reach, -knee), (-knee, knee), (knee, reach)]
+            .into_iter()
+            .filter_map(|piece| zero(piece, slope)),
+    );
     turns.push(reach);
-    turns.windows(2).filter_map(|piece| zero((piece[0], piece[1]), value)).find_map(take)
+    turns
+        .windows(2)
+        .filter_map(|piece| zero((piece[0], piece[1]), value))
+        .find_map(take)
 }
 
 /// The zero of a function that runs one way between two places where it differs in sign.
@@ -158,7 +195,8 @@ pub fn hits_any(triangles: &[Triangle<f32>], ray: &Ray<f32>) -> bool {
     triangles.iter().any(|face| triangle(face, ray).is_some())
 }
 
-/// The slab test that clamps the reciprocal of a direction's component to 2²³ in f32, so that no zero is divided by.
+/// The slab test that clamps the reciprocal of a direction's component to 2²³ in f32, so that no
+/// zero is divided by.
 pub fn enters_clamped([min, max]: [Vec3; 2], ray: &Ray<f32>) -> bool {
     const MOST: f32 = 8_388_608.0;
     let inverse = ray.direction.map(|d| (1.0 / d).clamp(-MOST, MOST));

@@ -9,7 +9,12 @@ use super::judge::{Outcome, Rays, Verdict, hex, judge, stored, towards};
 
 /// A torus about the vertical axis, of radius 1.
 pub fn torus<R: Real>(tube: f64) -> Torus<R> {
-    Torus { centre: stored::<R>(DVec3::ZERO), axis: stored::<R>(DVec3::Y), major_radius: R::ONE, minor_radius: R::from_f64(tube) }
+    Torus {
+        centre: stored::<R>(DVec3::ZERO),
+        axis: stored::<R>(DVec3::Y),
+        major_radius: R::ONE,
+        minor_radius: R::from_f64(tube),
+    }
 }
 
 /// Signed distance from the tube.
@@ -18,8 +23,9 @@ fn distance(p: DVec3, tube: f64) -> f64 {
     (out * out + p.y * p.y).sqrt() - tube
 }
 
-/// The first crossing by walking along the ray by the distance to the surface, from the sphere around it on: no step can
-/// jump over the tube. The second number is the least distance that was seen on the way.
+/// The first crossing by walking along the ray by the distance to the surface, from the sphere
+/// around it on: no step can jump over the tube. The second number is the least distance that was
+/// seen on the way.
 fn walk(o: DVec3, d: DVec3, tube: f64) -> (Option<f64>, f64) {
     let d = d / d.length();
     let middle = -o.dot(d);
@@ -43,40 +49,65 @@ fn walk(o: DVec3, d: DVec3, tube: f64) -> (Option<f64>, f64) {
     (Some(middle + s), least)
 }
 
-/// Rays over the sphere around the torus from `far` away; wrong are misses, false hits, and points off the tube by more
-/// than `bound` of its radius.
-pub fn far_torus<R: Real>(tube: f64, far: f64, count: u32, rays: Rays, intersect: Intersect<R>) -> Outcome {
+/// Rays over the sphere around the torus from `far` away; wrong are misses, false hits, and points
+/// off the tube by more than `bound` of its radius.
+pub fn far_torus<R: Real>(
+    tube: f64,
+    far: f64,
+    count: u32,
+    rays: Rays,
+    intersect: Intersect<R>,
+) -> Outcome {
     let tube = f64::from(tube as f32);
     let bound = if tube < 0.05 { 1e-2 } else { 1e-3 };
-    judge(&format!("P17 tube {tube:e} at {far:e}"), 30 + far as u64, count, rays, |random| {
-        let out = random.direction();
-        // Every other one at the tube itself.
-        let target = if random.sign() > 0.0 {
-            let ring = random.disc(DVec3::Y, 1.0).normalize();
-            ring + random.disc(out, 1.2 * tube)
-        } else {
-            random.disc(out, 1.0 + tube)
-        };
-        let ray = towards::<R>(out * far, target);
-        let (o, d) = (ray.origin.to_f64(), ray.direction.to_f64());
-        let (wanted, least) = walk(o, d, tube);
-        match intersect(&torus::<R>(tube).into(), &ray) {
-            None if wanted.is_none() => Verdict::Right(0.0),
-            None => {
-                // Grazing by less than f64 tells.
-                let inside = wanted.map_or(0.0, |t| distance(o + d * ((t + 1e-7) / d.length()), tube));
-                if inside > -1e-11 { Verdict::Band } else { Verdict::Wrong(format!("missed{}", hex::<R>(&ray))) }
+    judge(
+        &format!("P17 tube {tube:e} at {far:e}"),
+        30 + far as u64,
+        count,
+        rays,
+        |random| {
+            let out = random.direction();
+            // Every other one at the tube itself.
+            let target = if random.sign() > 0.0 {
+                let ring = random.disc(DVec3::Y, 1.0).normalize();
+                ring + random.disc(out, 1.2 * tube)
+            } else {
+                random.disc(out, 1.0 + tube)
+            };
+            let ray = towards::<R>(out * far, target);
+            let (o, d) = (ray.origin.to_f64(), ray.direction.to_f64());
+            let (wanted, least) = walk(o, d, tube);
+            match intersect(&torus::<R>(tube).into(), &ray) {
+                None if wanted.is_none() => Verdict::Right(0.0),
+                None => {
+                    // Grazing by less than f64 tells.
+                    let inside =
+                        wanted.map_or(0.0, |t| distance(o + d * ((t + 1e-7) / d.length()), tube));
+                    if inside > -1e-11 {
+                        Verdict::Band
+                    } else {
+                        Verdict::Wrong(format!("missed{}", hex::<R>(&ray)))
+                    }
+                }
+                Some(_) if wanted.is_none() && least < 1e-11 => Verdict::Band,
+                Some(_) if wanted.is_none() => {
+                    Verdict::Wrong(format!("false hit, {least:e} off{}", hex::<R>(&ray)))
+                }
+                Some(found) => {
+                    let off = distance(o + d * found.to_f64(), tube).abs() / tube;
+                    let t = wanted.unwrap_or(f64::INFINITY);
+                    // On the tube, and on its first side: the way between two crossings is no
+                    // rounding.
+                    let late = (found.to_f64() * d.length() - t).abs() / tube;
+                    Verdict::bounded(off, bound, || format!("off the tube{}", hex::<R>(&ray))).and(
+                        || {
+                            Verdict::holds(late < 0.3, || {
+                                format!("not the first crossing{}", hex::<R>(&ray))
+                            })
+                        },
+                    )
+                }
             }
-            Some(_) if wanted.is_none() && least < 1e-11 => Verdict::Band,
-            Some(_) if wanted.is_none() => Verdict::Wrong(format!("false hit, {least:e} off{}", hex::<R>(&ray))),
-            Some(found) => {
-                let off = distance(o + d * found.to_f64(), tube).abs() / tube;
-                let t = wanted.unwrap_or(f64::INFINITY);
-                // On the tube, and on its first side: the way between two crossings is no rounding.
-                let late = (found.to_f64() * d.length() - t).abs() / tube;
-                Verdict::bounded(off, bound, || format!("off the tube{}", hex::<R>(&ray)))
-                    .and(|| Verdict::holds(late < 0.3, || format!("not the first crossing{}", hex::<R>(&ray))))
-            }
-        }
-    })
+        },
+    )
 }

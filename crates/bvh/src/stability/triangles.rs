@@ -1,7 +1,11 @@
-//! P20, P21, P22: rays nearly in the plane of a thin triangle, and closed meshes, whose edges and corners let no ray through.
+//! P20, P21, P22: rays nearly in the plane of a thin triangle, and closed meshes, whose edges and
+//! corners let no ray through.
 
 use crate::shapes::Triangle;
-use crate::{AcceleratorKind, Geometry, Interval, PreparedRay, PrimitiveSet, Ray, Real, Shape, Vector, Visibility};
+use crate::{
+    AcceleratorKind, Geometry, Interval, PreparedRay, PrimitiveSet, Ray, Real, Shape, Vector,
+    Visibility,
+};
 use glam::{DVec3, Vec3};
 
 use super::judge::{Outcome, Rays, Verdict, exact, hex, hit, judge, ray, stored, towards, ulp};
@@ -21,14 +25,22 @@ pub fn icosphere(levels: u32) -> Mesh {
     let g = (1.0 + 5.0_f64.sqrt()) / 2.0;
     let mut corners: Vec<DVec3> = vec![];
     for (a, b) in [(1.0, g), (-1.0, g), (1.0, -g), (-1.0, -g)] {
-        corners.extend([DVec3::new(a, b, 0.0), DVec3::new(0.0, a, b), DVec3::new(b, 0.0, a)]);
+        corners.extend([
+            DVec3::new(a, b, 0.0),
+            DVec3::new(0.0, a, b),
+            DVec3::new(b, 0.0, a),
+        ]);
     }
     let mut faces = vec![];
     for i in 0..12 {
         for j in 0..12 {
             for k in 0..12 {
-                let edge = |a: usize, b: usize| (corners[a].distance(corners[b]) - 2.0).abs() < 1e-9;
-                let out = (corners[j] - corners[i]).cross(corners[k] - corners[i]).dot(corners[i]) > 0.0;
+                let edge =
+                    |a: usize, b: usize| (corners[a].distance(corners[b]) - 2.0).abs() < 1e-9;
+                let out = (corners[j] - corners[i])
+                    .cross(corners[k] - corners[i])
+                    .dot(corners[i])
+                    > 0.0;
                 if i < j && i < k && edge(i, j) && edge(j, k) && edge(k, i) && out {
                     faces.push([i, j, k]);
                 }
@@ -51,12 +63,19 @@ pub fn icosphere(levels: u32) -> Mesh {
         }
         faces = finer;
     }
-    Mesh { corners: corners.into_iter().map(DVec3::as_vec3).collect(), faces }
+    Mesh {
+        corners: corners.into_iter().map(DVec3::as_vec3).collect(),
+        faces,
+    }
 }
 
-/// The cube [−1, 1]³ with `n` × `n` cells a face, two triangles each; faces share the corners at edges by their bits.
+/// The cube [−1, 1]³ with `n` × `n` cells a face, two triangles each; faces share the corners at
+/// edges by their bits.
 pub fn cube(n: usize) -> Mesh {
-    let mut mesh = Mesh { corners: vec![], faces: vec![] };
+    let mut mesh = Mesh {
+        corners: vec![],
+        faces: vec![],
+    };
     for axis in 0..3 {
         for side in [-1.0_f32, 1.0] {
             let first = mesh.corners.len();
@@ -72,7 +91,11 @@ pub fn cube(n: usize) -> Mesh {
                 for j in 0..n {
                     let at = |a: usize, b: usize| first + (i + a) * (n + 1) + j + b;
                     let (p, q, r, s) = (at(0, 0), at(1, 0), at(1, 1), at(0, 1));
-                    let two = if side > 0.0 { [[p, q, r], [p, r, s]] } else { [[p, r, q], [p, s, r]] };
+                    let two = if side > 0.0 {
+                        [[p, q, r], [p, r, s]]
+                    } else {
+                        [[p, r, q], [p, s, r]]
+                    };
                     mesh.faces.extend(two);
                 }
             }
@@ -85,7 +108,10 @@ impl Mesh {
     /// Its triangles.
     pub fn triangles<R: Real>(&self) -> Vec<Triangle<R>> {
         let corners = |face: &[usize; 3]| face.map(|i| stored::<R>(self.corners[i].as_dvec3()));
-        self.faces.iter().map(|face| Triangle::new(corners(face))).collect()
+        self.faces
+            .iter()
+            .map(|face| Triangle::new(corners(face)))
+            .collect()
     }
 
     /// With every face turned over, or every second.
@@ -101,7 +127,9 @@ impl Mesh {
     pub fn geometry<R: Real>(&self) -> Geometry<R> {
         let mut group = PrimitiveSet::<R>::default();
         for triangle in self.triangles() {
-            group.shape(triangle.into(), Visibility::default()).expect("finite corners");
+            group
+                .shape(triangle.into(), Visibility::default())
+                .expect("finite corners");
         }
         Geometry::new(group, AcceleratorKind::default())
     }
@@ -129,40 +157,73 @@ pub fn leaks<R: Real>(
     rays: Rays,
     hits: impl Fn(&Ray<R>) -> bool + Sync,
 ) -> Outcome {
-    judge(&format!("P21 {name} {aim:?}"), 60 + aim as u64, count, rays, |random| {
-        let face = mesh.faces[(random.bits() % mesh.faces.len() as u64) as usize];
-        let corner = |i: usize| mesh.corners[face[i]].as_dvec3();
-        let along = random.unit();
-        let target = match aim {
-            Aim::Corner => corner(0),
-            Aim::Edge => corner(0) + (corner(1) - corner(0)) * along,
-            Aim::FromCentre if random.sign() > 0.0 => corner(0),
-            Aim::FromCentre => corner(0) + (corner(1) - corner(0)) * along,
-            Aim::Anywhere => random.direction() * 2.0,
-        };
-        let origin = if aim == Aim::FromCentre { DVec3::ZERO } else { exact(random.direction() * (0.9 * random.unit())) };
-        // From the centre the direction *is* the corner, so that the ray passes through it exactly.
-        let ray = if aim == Aim::FromCentre { ray::<R>(origin, target) } else { towards::<R>(origin, target) };
-        Verdict::holds(hits(&ray), || format!("leak{}", hex::<R>(&ray)))
-    })
+    judge(
+        &format!("P21 {name} {aim:?}"),
+        60 + aim as u64,
+        count,
+        rays,
+        |random| {
+            let face = mesh.faces[(random.bits() % mesh.faces.len() as u64) as usize];
+            let corner = |i: usize| mesh.corners[face[i]].as_dvec3();
+            let along = random.unit();
+            let target = match aim {
+                Aim::Corner => corner(0),
+                Aim::Edge => corner(0) + (corner(1) - corner(0)) * along,
+                Aim::FromCentre if random.sign() > 0.0 => corner(0),
+                Aim::FromCentre => corner(0) + (corner(1) - corner(0)) * along,
+                Aim::Anywhere => random.direction() * 2.0,
+            };
+            let origin = if aim == Aim::FromCentre {
+                DVec3::ZERO
+            } else {
+                exact(random.direction() * (0.9 * random.unit()))
+            };
+            // From the centre the direction *is* the corner, so that the ray passes through it
+            // exactly.
+            let ray = if aim == Aim::FromCentre {
+                ray::<R>(origin, target)
+            } else {
+                towards::<R>(origin, target)
+            };
+            Verdict::holds(hits(&ray), || format!("leak{}", hex::<R>(&ray)))
+        },
+    )
 }
 
 /// The same of the library.
-pub fn leaks_of_library<R: Real>(name: &str, mesh: &Mesh, aim: Aim, count: u32, rays: Rays) -> Outcome {
+pub fn leaks_of_library<R: Real>(
+    name: &str,
+    mesh: &Mesh,
+    aim: Aim,
+    count: u32,
+    rays: Rays,
+) -> Outcome {
     let geometry = mesh.geometry::<R>();
-    leaks(name, mesh, aim, count, rays, |ray| geometry.closest(ray, Interval::positive(), &mut ()).is_some())
+    leaks(name, mesh, aim, count, rays, |ray| {
+        geometry
+            .closest(ray, Interval::positive(), &mut ())
+            .is_some()
+    })
 }
 
-/// P20: rays nearly in the plane of a skinny triangle far away: whatever is hit lies in the triangle's box.
+/// P20: rays nearly in the plane of a skinny triangle far away: whatever is hit lies in the
+/// triangle's box.
 pub fn nearly_parallel<R: Real>(rays: Rays) -> Vec<Measurement> {
     let outcome = judge("P20", 52, 600_000, rays, |random| {
         let x = random.direction();
         let y = random.disc(x, 1.0).normalize();
         let at = random.direction() * 600.0;
-        // A needle by its box, 11.2 × 9.7 × 1.4, as it lies; or one of that length and height anyhow turned.
+        // A needle by its box, 11.2 × 9.7 × 1.4, as it lies; or one of that length and height
+        // anyhow turned.
         let diagonal = DVec3::new(11.2, 9.7, 1.4);
         let corners = if random.sign() > 0.0 {
-            [at, at + diagonal, at + diagonal * random.between(0.6, 0.9) + random.cube() * DVec3::new(0.0, 0.5, 0.1)].map(exact)
+            [
+                at,
+                at + diagonal,
+                at + diagonal * random.between(0.6, 0.9)
+                    + random.cube() * DVec3::new(0.0, 0.5, 0.1),
+            ]
+            .map(exact)
         } else {
             [at, at + x * 11.2, at + x * 9.65 + y * 0.98].map(exact)
         };
@@ -172,23 +233,36 @@ pub fn nearly_parallel<R: Real>(rays: Rays) -> Vec<Measurement> {
             (x, normal.cross(x))
         };
         let angle = random.pick(&[0.5_f64, 0.01, 1e-4]).to_radians();
-        let normal = (corners[1] - corners[0]).cross(corners[2] - corners[0]).normalize();
+        let normal = (corners[1] - corners[0])
+            .cross(corners[2] - corners[0])
+            .normalize();
         let weights = (random.unit(), random.unit());
-        let target =
-            corners[0] + (corners[1] - corners[0]) * weights.0 + (corners[2] - corners[0]) * (weights.1 * (1.0 - weights.0));
+        let target = corners[0]
+            + (corners[1] - corners[0]) * weights.0
+            + (corners[2] - corners[0]) * (weights.1 * (1.0 - weights.0));
         let away = x * random.between(-1.0, 1.0) + y * random.between(-1.0, 1.0);
         let origin = target + (away.normalize() + normal * angle) * 600.0;
         let ray = towards::<R>(origin, target + random.cube() * 1e-3);
         let (o, d) = (ray.origin.to_f64(), ray.direction.to_f64());
         let shape = Triangle::new(corners.map(stored::<R>));
-        let Some(h) = hit::<R>(&shape, &ray) else { return Verdict::Skip };
-        let (low, high) = (corners[0].min(corners[1]).min(corners[2]), corners[0].max(corners[1]).max(corners[2]));
+        let Some(h) = hit::<R>(&shape, &ray) else {
+            return Verdict::Skip;
+        };
+        let (low, high) = (
+            corners[0].min(corners[1]).min(corners[2]),
+            corners[0].max(corners[1]).max(corners[2]),
+        );
         let on_ray = o + d * h.t.to_f64();
         let on_plane = shape.surface(&PreparedRay::new(ray), h).point.to_f64();
         let scale = low.abs().max(high.abs()).max(o.abs()).max_element();
         let over = |p: DVec3| (low - p).max(p - high).max_element();
-        Verdict::bounded(over(on_ray), 16.0 * ulp(scale), || format!("point of the ray{} {shape:?}", hex(&ray))).and(|| {
-            Verdict::bounded(over(on_plane), 16.0 * ulp(scale), || format!("point of the surface{} {shape:?}", hex(&ray)))
+        Verdict::bounded(over(on_ray), 16.0 * ulp(scale), || {
+            format!("point of the ray{} {shape:?}", hex(&ray))
+        })
+        .and(|| {
+            Verdict::bounded(over(on_plane), 16.0 * ulp(scale), || {
+                format!("point of the surface{} {shape:?}", hex(&ray))
+            })
         })
     });
     vec![by_shapes::<R>(outcome)]

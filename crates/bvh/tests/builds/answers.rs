@@ -2,9 +2,13 @@
 
 use glam::{DAffine3, DMat3, DVec3};
 use raywright_bvh::shapes::{
-    AnyShape, Cone, Cuboid, Cylinder, Disk, Ellipsoid, Hyperboloid, Paraboloid, Plane, Quad, Sphere, Torus, Triangle,
+    AnyShape, Cone, Cuboid, Cylinder, Disk, Ellipsoid, Hyperboloid, Paraboloid, Plane, Quad,
+    Sphere, Torus, Triangle,
 };
-use raywright_bvh::{AcceleratorKind, BuildQuality, Geometry, Interval, Occlusion, PrimitiveSet, Ray, Real, Vector, Visibility};
+use raywright_bvh::{
+    AcceleratorKind, BuildQuality, Geometry, Interval, Occlusion, PrimitiveSet, Ray, Real, Vector,
+    Visibility,
+};
 
 use super::families::Random;
 
@@ -28,7 +32,10 @@ fn shape<R: Real>(random: &mut Random, kind: usize) -> AnyShape<R> {
     let axis = random.around(1.0) + DVec3::Y * 1e-3;
     let (a, b) = (random.between(0.2, 1.5), random.between(0.05, 0.19));
     match kind {
-        0 => AnyShape::Sphere(Sphere { centre: v(c), radius: R::from_f64(a) }),
+        0 => AnyShape::Sphere(Sphere {
+            centre: v(c),
+            radius: R::from_f64(a),
+        }),
         1 => AnyShape::Plane(Plane::new(v(c * 2.0), v(axis.normalize()))),
         2 => AnyShape::Disk(Disk::new(c, axis, a)),
         3 => AnyShape::Quad(Quad::new(c, axis, random.around(1.0) + DVec3::X)),
@@ -46,20 +53,43 @@ fn shape<R: Real>(random: &mut Random, kind: usize) -> AnyShape<R> {
 
 /// Turned, sheared, mirrored, and flattened strongly now and then.
 fn map(random: &mut Random) -> DAffine3 {
-    let turn = DMat3::from_axis_angle((random.around(1.0) + DVec3::Y * 1e-3).normalize(), random.between(0.0, 6.0));
-    let flat = if random.below(3) == 0 { 1e-3 } else { random.between(0.3, 2.0) };
+    let turn = DMat3::from_axis_angle(
+        (random.around(1.0) + DVec3::Y * 1e-3).normalize(),
+        random.between(0.0, 6.0),
+    );
+    let flat = if random.below(3) == 0 {
+        1e-3
+    } else {
+        random.between(0.3, 2.0)
+    };
     let mirror = if random.below(2) == 0 { 1.0 } else { -1.0 };
-    let shear = DMat3::from_cols(DVec3::X, DVec3::new(random.between(-1.0, 1.0), 1.0, 0.0), DVec3::Z);
+    let shear = DMat3::from_cols(
+        DVec3::X,
+        DVec3::new(random.between(-1.0, 1.0), 1.0, 0.0),
+        DVec3::Z,
+    );
     let matrix = turn * DMat3::from_diagonal(DVec3::new(1.0, flat, mirror)) * shear;
-    DAffine3 { matrix3: matrix, translation: random.around(3.0) }
+    DAffine3 {
+        matrix3: matrix,
+        translation: random.around(3.0),
+    }
 }
 
 fn visibility(random: &mut Random) -> Visibility {
-    let occlusion = [Occlusion::None, Occlusion::Ask, Occlusion::Ask, Occlusion::Ask][random.below(4)];
-    Visibility { occlusion, ..Visibility::default() }
+    let occlusion = [
+        Occlusion::None,
+        Occlusion::Ask,
+        Occlusion::Ask,
+        Occlusion::Ask,
+    ][random.below(4)];
+    Visibility {
+        occlusion,
+        ..Visibility::default()
+    }
 }
 
-/// The same scene for the same seed: some of each shape, as it is, mapped, doubled, and instances of a mesh.
+/// The same scene for the same seed: some of each shape, as it is, mapped, doubled, and instances
+/// of a mesh.
 fn scene<R: Real>(seed: u64, kind: AcceleratorKind) -> Geometry<R> {
     let random = &mut Random(seed);
     let mut mesh = PrimitiveSet::<R>::default();
@@ -70,7 +100,8 @@ fn scene<R: Real>(seed: u64, kind: AcceleratorKind) -> Geometry<R> {
             _ => unreachable!("the last shape is a triangle"),
         };
         let count = 1 + i % 2;
-        mesh.mesh((0..count).map(|_| corners()), Visibility::default()).unwrap();
+        mesh.mesh((0..count).map(|_| corners()), Visibility::default())
+            .unwrap();
     }
     let mut group = PrimitiveSet::default();
     let mesh = group.part(Geometry::new(mesh, kind)).unwrap();
@@ -78,12 +109,18 @@ fn scene<R: Real>(seed: u64, kind: AcceleratorKind) -> Geometry<R> {
         // A few without bounds, so that there is something to hit besides them.
         let unbounded = i % 50 == 0;
         let (all, own) = (random.below(SHAPES), visibility(random));
-        let which = if [1, 6].contains(&all) && !unbounded { 0 } else { all };
+        let which = if [1, 6].contains(&all) && !unbounded {
+            0
+        } else {
+            all
+        };
         let shape = shape::<R>(random, which);
         match random.below(5) {
             0 => group.placed(shape, map(random), own),
             1 => group.instance(mesh, map(random), own),
-            2 => group.shape(shape, own).and_then(|_| group.shape(shape, own)),
+            2 => group
+                .shape(shape, own)
+                .and_then(|_| group.shape(shape, own)),
             _ => group.shape(shape, own),
         }
         .unwrap();
@@ -92,7 +129,11 @@ fn scene<R: Real>(seed: u64, kind: AcceleratorKind) -> Geometry<R> {
 }
 
 /// All hits that an any-hit query offers, in an order of their own.
-fn offered<R: Real>(geometry: &Geometry<R>, ray: &Ray<R>, range: Interval<R>) -> Vec<([u32; 3], u32, u64)> {
+fn offered<R: Real>(
+    geometry: &Geometry<R>,
+    ray: &Ray<R>,
+    range: Interval<R>,
+) -> Vec<([u32; 3], u32, u64)> {
     let mut all = Vec::new();
     geometry.any(
         ray,
@@ -118,10 +159,23 @@ fn everything_agrees<R: Real>(name: &str) {
         let others: Vec<_> = trees.map(|kind| (kind, scene::<R>(seed, kind))).collect();
         let random = &mut Random(seed ^ 0x5eed);
         for _ in 0..RAYS {
-            let ray = Ray::<R>::new(v(random.around(9.0)), v((random.around(1.0) + DVec3::Y * 1e-3).normalize()));
-            let far = if random.below(2) == 0 { f64::INFINITY } else { random.between(1.0, 12.0) };
-            let range = Interval { min: R::from_f64(0.0), max: R::from_f64(far) };
-            let (closest, all) = (scan.closest(&ray, range, &mut ()), offered(&scan, &ray, range));
+            let ray = Ray::<R>::new(
+                v(random.around(9.0)),
+                v((random.around(1.0) + DVec3::Y * 1e-3).normalize()),
+            );
+            let far = if random.below(2) == 0 {
+                f64::INFINITY
+            } else {
+                random.between(1.0, 12.0)
+            };
+            let range = Interval {
+                min: R::from_f64(0.0),
+                max: R::from_f64(far),
+            };
+            let (closest, all) = (
+                scan.closest(&ray, range, &mut ()),
+                offered(&scan, &ray, range),
+            );
             met += usize::from(closest.is_some());
             for (kind, other) in &others {
                 let told = format!("{name}, {kind:?}, seed {seed}, {ray:?}, {range:?}");
@@ -137,10 +191,14 @@ fn everything_agrees<R: Real>(name: &str) {
 type Asked = (&'static str, fn(&str));
 
 /// The precisions that keep the promise: an entry is all that another one needs.
-const PRECISIONS: [Asked; 2] = [("robust", everything_agrees::<f32>), ("reference", everything_agrees::<f64>)];
+const PRECISIONS: [Asked; 2] = [
+    ("robust", everything_agrees::<f32>),
+    ("reference", everything_agrees::<f64>),
+];
 
-/// Protects: bits that do not depend on the structure, for closest hits and for all that an any-hit query is offered, with
-/// shapes of every kind, mapped by turns, shears, mirrors and flattening, and with instances.
+/// Protects: bits that do not depend on the structure, for closest hits and for all that an any-hit
+/// query is offered, with shapes of every kind, mapped by turns, shears, mirrors and flattening,
+/// and with instances.
 #[test]
 fn every_structure_answers_alike() {
     PRECISIONS.iter().for_each(|(name, agrees)| agrees(name));

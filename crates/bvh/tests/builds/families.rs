@@ -1,5 +1,5 @@
-//! Arrangements of primitives that builders are known to dislike, and random ones to compare them with. The bench of builds
-//! has them from here too.
+//! Arrangements of primitives that builders are known to dislike, and random ones to compare them
+//! with. The bench of builds has them from here too.
 
 use glam::Vec3;
 use raywright_bvh::shapes::Sphere;
@@ -54,23 +54,52 @@ pub fn random(n: usize) -> Vec<Item> {
 pub const FAMILIES: [Family; 30] = [
     ("a fifth in one place", |n| replaced(n, |i| i % 5 == 0)),
     ("a twentieth in one place", |n| replaced(n, |i| i % 20 == 0)),
-    ("half in one place, in a row", |n| replaced(n, move |i| i < n / 2)),
+    ("half in one place, in a row", |n| {
+        replaced(n, move |i| i < n / 2)
+    }),
     ("all in one place", |n| vec![Item::Ball(Vec3::ONE, 1.0); n]),
-    ("all in one place but one", |n| with_first(vec![Item::Ball(Vec3::ONE, 1.0); n], Item::Ball(Vec3::ZERO, 1e3))),
+    ("all in one place but one", |n| {
+        with_first(
+            vec![Item::Ball(Vec3::ONE, 1.0); n],
+            Item::Ball(Vec3::ZERO, 1e3),
+        )
+    }),
     ("all in one place but every 512th", every_512th),
     ("each twice", |n| pairs(&random(n.div_ceil(2)), n)),
     ("concentric, rising", |n| concentric(n, |i| i)),
     ("concentric, falling", |n| concentric(n, move |i| n - 1 - i)),
-    ("concentric, shuffled", |n| concentric(n, move |i| shuffled(i, n))),
-    ("thin shells", |n| (0..n).map(|i| Item::Ball(Vec3::ZERO, 1.0 + i as f32 * 1e-7)).collect()),
+    ("concentric, shuffled", |n| {
+        concentric(n, move |i| shuffled(i, n))
+    }),
+    ("thin shells", |n| {
+        (0..n)
+            .map(|i| Item::Ball(Vec3::ZERO, 1.0 + i as f32 * 1e-7))
+            .collect()
+    }),
     ("geometric row", |n| geometric(n, Vec3::X)),
-    ("geometric row, reversed", |n| geometric(n, Vec3::X).into_iter().rev().collect()),
+    ("geometric row, reversed", |n| {
+        geometric(n, Vec3::X).into_iter().rev().collect()
+    }),
     ("geometric diagonal", |n| geometric(n, Vec3::ONE)),
-    ("geometric row in pairs", |n| pairs(&geometric(n.div_ceil(2), Vec3::X), n)),
+    ("geometric row in pairs", |n| {
+        pairs(&geometric(n.div_ceil(2), Vec3::X), n)
+    }),
     ("geometric rows side by side", geometric_rows),
-    ("powers of two", |n| (0..n).map(|i| Item::Ball(Vec3::ZERO, 2.0_f32.powi((i % 120) as i32 - 60))).collect()),
-    ("on a line", |n| (0..n).map(|i| Item::Ball(Vec3::X * i as f32, 0.4)).collect()),
-    ("on a line, touching", |n| (0..n).map(|i| Item::Ball(Vec3::X * i as f32, 0.5)).collect()),
+    ("powers of two", |n| {
+        (0..n)
+            .map(|i| Item::Ball(Vec3::ZERO, 2.0_f32.powi((i % 120) as i32 - 60)))
+            .collect()
+    }),
+    ("on a line", |n| {
+        (0..n)
+            .map(|i| Item::Ball(Vec3::X * i as f32, 0.4))
+            .collect()
+    }),
+    ("on a line, touching", |n| {
+        (0..n)
+            .map(|i| Item::Ball(Vec3::X * i as f32, 0.5))
+            .collect()
+    }),
     ("regular grid", grid),
     ("flat grid of quads", flat),
     ("fan of needles", fan),
@@ -78,18 +107,33 @@ pub const FAMILIES: [Family; 30] = [
     ("crossing sticks along axes", axis_sticks),
     ("two clusters far apart", |n| clusters(n, 1e9)),
     ("two clusters very far apart", |n| clusters(n, 1e25)),
-    ("all within one step", |n| with_first(random(n), Item::Ball(Vec3::splat(1e12), 1.0))),
+    ("all within one step", |n| {
+        with_first(random(n), Item::Ball(Vec3::splat(1e12), 1.0))
+    }),
     ("identical centres, random sizes", |n| {
         let random = &mut Random(5);
-        (0..n).map(|_| Item::Ball(Vec3::ONE, 0.1 + random.unit())).collect()
+        (0..n)
+            .map(|_| Item::Ball(Vec3::ONE, 0.1 + random.unit()))
+            .collect()
     }),
-    ("nested boxes with a common corner", |n| corner(n, Vec3::splat)),
-    ("random, huge", |n| random(n).into_iter().map(|item| scaled(item, 1e20)).collect()),
+    ("nested boxes with a common corner", |n| {
+        corner(n, Vec3::splat)
+    }),
+    ("random, huge", |n| {
+        random(n)
+            .into_iter()
+            .map(|item| scaled(item, 1e20))
+            .collect()
+    }),
 ];
 
 fn replaced(n: usize, by_one: impl Fn(usize) -> bool) -> Vec<Item> {
     let items = random(n);
-    items.iter().enumerate().map(|(i, &item)| if by_one(i) { items[0] } else { item }).collect()
+    items
+        .iter()
+        .enumerate()
+        .map(|(i, &item)| if by_one(i) { items[0] } else { item })
+        .collect()
 }
 
 fn with_first(mut items: Vec<Item>, first: Item) -> Vec<Item> {
@@ -107,7 +151,10 @@ fn every_512th(n: usize) -> Vec<Item> {
 
 /// A number that visits each place once: a stride without a common factor.
 fn shuffled(i: usize, n: usize) -> usize {
-    (0..).map(|k| n * 5 / 8 + k).find(|&stride| gcd(stride, n) == 1).map_or(i, |stride| i * stride % n)
+    (0..)
+        .map(|k| n * 5 / 8 + k)
+        .find(|&stride| gcd(stride, n) == 1)
+        .map_or(i, |stride| i * stride % n)
 }
 
 fn gcd(a: usize, b: usize) -> usize {
@@ -115,13 +162,18 @@ fn gcd(a: usize, b: usize) -> usize {
 }
 
 fn concentric(n: usize, place: impl Fn(usize) -> usize) -> Vec<Item> {
-    (0..n).map(|i| Item::Ball(Vec3::ZERO, 1.0 + place(i) as f32 / n as f32 * 20.0)).collect()
+    (0..n)
+        .map(|i| Item::Ball(Vec3::ZERO, 1.0 + place(i) as f32 / n as f32 * 20.0))
+        .collect()
 }
 
 /// Radius and place grow by the same factor, to some 5·10⁸ in all.
 fn geometric(n: usize, along: Vec3) -> Vec<Item> {
     let growth = 20.0 / n as f64;
-    (0..n).map(|i| (growth * i as f64).exp() as f32).map(|s| Item::Ball(along * s, 0.3 * s)).collect()
+    (0..n)
+        .map(|i| (growth * i as f64).exp() as f32)
+        .map(|s| Item::Ball(along * s, 0.3 * s))
+        .collect()
 }
 
 fn pairs(items: &[Item], n: usize) -> Vec<Item> {
@@ -134,12 +186,21 @@ fn geometric_rows(n: usize) -> Vec<Item> {
         Item::Ball(centre, radius) => Item::Ball(centre + Vec3::Y * (y * centre.x), radius),
         other => other,
     };
-    (0..4).flat_map(|y| row.iter().map(move |item| moved(item, y as f32))).take(n).collect()
+    (0..4)
+        .flat_map(|y| row.iter().map(move |item| moved(item, y as f32)))
+        .take(n)
+        .collect()
 }
 
 fn grid(n: usize) -> Vec<Item> {
     let side = (n as f32).cbrt().ceil() as usize;
-    let at = |i: usize| Vec3::new((i % side) as f32, (i / side % side) as f32, (i / side / side) as f32);
+    let at = |i: usize| {
+        Vec3::new(
+            (i % side) as f32,
+            (i / side % side) as f32,
+            (i / side / side) as f32,
+        )
+    };
     (0..n).map(|i| Item::Ball(at(i), 0.3)).collect()
 }
 
@@ -162,7 +223,9 @@ fn fan(n: usize) -> Vec<Item> {
         let flat = (1.0 - height * height).sqrt();
         Vec3::new(flat * angle.cos(), height, flat * angle.sin())
     };
-    (0..n).map(|i| Item::Triangle([Vec3::ZERO, tip(i), tip(i) + Vec3::splat(1e-3)])).collect()
+    (0..n)
+        .map(|i| Item::Triangle([Vec3::ZERO, tip(i), tip(i) + Vec3::splat(1e-3)]))
+        .collect()
 }
 
 fn sticks(n: usize) -> Vec<Item> {
@@ -179,12 +242,17 @@ fn axis_sticks(n: usize) -> Vec<Item> {
     let mut stick = |i: usize| {
         let (mut a, along) = (random.point(), Vec3::AXES[i % 3]);
         a[i % 3] = -1.0;
-        [a, a + along * 2.0, a + along * 2.0 + Vec3::AXES[(i + 1) % 3] * 1e-3]
+        [
+            a,
+            a + along * 2.0,
+            a + along * 2.0 + Vec3::AXES[(i + 1) % 3] * 1e-3,
+        ]
     };
     (0..n).map(|i| Item::Triangle(stick(i))).collect()
 }
 
-/// Two random sets of size 1, one at the origin and one far from it: there the second is one place for f32.
+/// Two random sets of size 1, one at the origin and one far from it: there the second is one place
+/// for f32.
 fn clusters(n: usize, apart: f32) -> Vec<Item> {
     let moved = |(i, item): (usize, Item)| match item {
         Item::Ball(centre, radius) if i % 2 == 0 => Item::Ball(centre + Vec3::X * apart, radius),
@@ -195,7 +263,9 @@ fn clusters(n: usize, apart: f32) -> Vec<Item> {
 
 fn corner(n: usize, far: impl Fn(f32) -> Vec3) -> Vec<Item> {
     let triangle = |p: Vec3| [Vec3::ZERO, p, Vec3::new(p.x, p.y, 0.0)];
-    (0..n).map(|i| Item::Triangle(triangle(far(1.0 + i as f32 / n as f32)))).collect()
+    (0..n)
+        .map(|i| Item::Triangle(triangle(far(1.0 + i as f32 / n as f32))))
+        .collect()
 }
 
 fn scaled(item: Item, by: f32) -> Item {
@@ -210,7 +280,9 @@ pub fn group(items: &[Item]) -> PrimitiveSet<f32> {
     let mut group = PrimitiveSet::default();
     for item in items {
         let added = match *item {
-            Item::Ball(centre, radius) => group.sphere(Sphere { centre, radius }, Visibility::default()),
+            Item::Ball(centre, radius) => {
+                group.sphere(Sphere { centre, radius }, Visibility::default())
+            }
             Item::Triangle(corners) => group.triangle(corners, Visibility::default()),
         };
         added.unwrap_or_else(|e| panic!("{item:?}: {e}"));

@@ -2,11 +2,15 @@
 
 use glam::DVec3;
 use raywright_bvh::shapes::{AnyShape, Quad};
-use raywright_bvh::{AcceleratorKind, BuildQuality, Geometry, Interval, PrimitiveSet, Ray, TraversalStats, Visibility};
+use raywright_bvh::{
+    AcceleratorKind, BuildQuality, Geometry, Interval, PrimitiveSet, Ray, TraversalStats,
+    Visibility,
+};
 
 use super::families::Random;
 
-/// Six walls of cells × cells quads, of extent 2·half around the centre; each corner moved by as much as `jitter` says.
+/// Six walls of cells × cells quads, of extent 2·half around the centre; each corner moved by as
+/// much as `jitter` says.
 fn room(cells: usize, centre: DVec3, half: f64, jitter: f64) -> PrimitiveSet<f32> {
     let random = &mut Random(2);
     let mut group = PrimitiveSet::default();
@@ -14,11 +18,24 @@ fn room(cells: usize, centre: DVec3, half: f64, jitter: f64) -> PrimitiveSet<f32
     for wall in 0..6 {
         let axis = wall % 3;
         let (u, v) = (DVec3::AXES[(axis + 1) % 3], DVec3::AXES[(axis + 2) % 3]);
-        let corner = if wall < 3 { DVec3::splat(-half) } else { DVec3::splat(half) - (u + v) * (2.0 * half) };
+        let corner = if wall < 3 {
+            DVec3::splat(-half)
+        } else {
+            DVec3::splat(half) - (u + v) * (2.0 * half)
+        };
         for cell in 0..cells * cells {
             let moved = random.point().as_dvec3() * jitter * half;
-            let at = centre + corner + u * (step * (cell % cells) as f64) + v * (step * (cell / cells) as f64) + moved;
-            group.shape(AnyShape::Quad(Quad::new(at, u * step, v * step)), Visibility::default()).unwrap();
+            let at = centre
+                + corner
+                + u * (step * (cell % cells) as f64)
+                + v * (step * (cell / cells) as f64)
+                + moved;
+            group
+                .shape(
+                    AnyShape::Quad(Quad::new(at, u * step, v * step)),
+                    Visibility::default(),
+                )
+                .unwrap();
         }
     }
     group
@@ -36,8 +53,9 @@ fn visits(group: PrimitiveSet<f32>, centre: DVec3, half: f64, quality: BuildQual
     visits.nodes + visits.primitives
 }
 
-/// Protects: a room costs its rays no more than twice what the same room costs whose corners were moved a little, wherever
-/// it is: also with its greatest corner at the origin, where pads are nothing, and on one axis alone.
+/// Protects: a room costs its rays no more than twice what the same room costs whose corners were
+/// moved a little, wherever it is: also with its greatest corner at the origin, where pads are
+/// nothing, and on one axis alone.
 #[test]
 fn t09_rooms_cost_the_same_everywhere() {
     let places = [
@@ -55,10 +73,23 @@ fn t09_rooms_cost_the_same_everywhere() {
         DVec3::new(3.0, -1.0, -0.25),
     ];
     for cells in [1, 8, 16, 32] {
-        let jittered = visits(room(cells, DVec3::ZERO, 1.0, 1e-3), DVec3::ZERO, 1.0, BuildQuality::default());
+        let jittered = visits(
+            room(cells, DVec3::ZERO, 1.0, 1e-3),
+            DVec3::ZERO,
+            1.0,
+            BuildQuality::default(),
+        );
         for centre in places {
-            let straight = visits(room(cells, centre, 1.0, 0.0), centre, 1.0, BuildQuality::default());
-            assert!(straight <= 2 * jittered, "{cells} cells at {centre}: {straight} against {jittered}");
+            let straight = visits(
+                room(cells, centre, 1.0, 0.0),
+                centre,
+                1.0,
+                BuildQuality::default(),
+            );
+            assert!(
+                straight <= 2 * jittered,
+                "{cells} cells at {centre}: {straight} against {jittered}"
+            );
         }
     }
 }
@@ -71,7 +102,10 @@ fn t09_rooms_cost_the_same_at_every_scale() {
         for half in [1e-6, 1e-3, 10.0, 1e5, 1e9] {
             let centre = DVec3::splat(-half);
             let straight = visits(room(16, centre, half, 0.0), centre, half, quality);
-            assert!(straight <= 2 * jittered, "{half}, {quality:?}: {straight} against {jittered}");
+            assert!(
+                straight <= 2 * jittered,
+                "{half}, {quality:?}: {straight} against {jittered}"
+            );
         }
     }
 }

@@ -1,4 +1,5 @@
-//! Rays that touch: where a box without its pads would be missed by the rounding of a slab test, and its primitive is not.
+//! Rays that touch: where a box without its pads would be missed by the rounding of a slab test,
+//! and its primitive is not.
 
 use glam::DVec3;
 use raywright_bvh::shapes::{AnyShape, Disk, Sphere};
@@ -11,18 +12,33 @@ fn scene(kind: AcceleratorKind, offset: DVec3) -> Geometry<f64> {
     let mut group = PrimitiveSet::<f64>::default();
     for i in 0..20 {
         let centre = offset + DVec3::X * (4.0 * f64::from(i));
-        group.sphere(Sphere { centre, radius: 1.0 }, Visibility::default()).unwrap();
+        group
+            .sphere(
+                Sphere {
+                    centre,
+                    radius: 1.0,
+                },
+                Visibility::default(),
+            )
+            .unwrap();
         let disk = Disk::new(centre + DVec3::Y * 3.0, DVec3::Y, 1.0);
-        group.shape(AnyShape::Disk(disk), Visibility::default()).unwrap();
+        group
+            .shape(AnyShape::Disk(disk), Visibility::default())
+            .unwrap();
     }
     Geometry::new(group, kind)
 }
 
-/// Protects: boxes reach far enough beyond what they hold. In f64 a ray within 10⁻⁹ of a silhouette meets the shape; boxes in
-/// f32, rounded to the nearest and not padded, end up to 6·10⁻⁸ of a coordinate short of it.
+/// Protects: boxes reach far enough beyond what they hold. In f64 a ray within 10⁻⁹ of a silhouette
+/// meets the shape; boxes in f32, rounded to the nearest and not padded, end up to 6·10⁻⁸ of a
+/// coordinate short of it.
 #[test]
 fn rays_along_silhouettes_are_not_culled() {
-    for offset in [DVec3::ZERO, DVec3::new(0.1, 0.7, 0.3), DVec3::new(-1000.1, 2000.3, 77.7)] {
+    for offset in [
+        DVec3::ZERO,
+        DVec3::new(0.1, 0.7, 0.3),
+        DVec3::new(-1000.1, 2000.3, 77.7),
+    ] {
         let scan = scene(AcceleratorKind::Linear, offset);
         let tree = scene(AcceleratorKind::default(), offset);
         let (random, mut met) = (&mut Random(11), 0);
@@ -36,7 +52,11 @@ fn rays_along_silhouettes_are_not_culled() {
             let ray = Ray::new(touched - across * f64::from(1.0 + random.unit()), across);
             let expected = scan.closest(&ray, Interval::positive(), &mut ());
             met += u32::from(expected.is_some());
-            assert_eq!(tree.closest(&ray, Interval::positive(), &mut ()), expected, "{ray:?}");
+            assert_eq!(
+                tree.closest(&ray, Interval::positive(), &mut ()),
+                expected,
+                "{ray:?}"
+            );
         }
         assert!((5000..19_000).contains(&met), "{met} rays met something");
     }

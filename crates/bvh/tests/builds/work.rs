@@ -2,7 +2,9 @@
 
 use core::sync::atomic::{AtomicUsize, Ordering};
 
-use raywright_bvh::{AcceleratorKind, BuildQuality, BuildWork, Geometry, Interval, Ray, TraversalStats};
+use raywright_bvh::{
+    AcceleratorKind, BuildQuality, BuildWork, Geometry, Interval, Ray, TraversalStats,
+};
 
 use super::families::{FAMILIES, Item, Random, group, random, uneven};
 
@@ -11,43 +13,88 @@ fn work(items: &[Item], quality: BuildQuality) -> BuildWork {
     geometry.build_work().unwrap()
 }
 
-/// Protects: a build looks at no more than three times the boxes of a build over random primitives, of one size or of many
-/// where that takes more, whatever the arrangement and the quality, and the tree keeps to the depth that a traversal has a stack for.
+/// Protects: a build looks at no more than three times the boxes of a build over random primitives,
+/// of one size or of many where that takes more, whatever the arrangement and the quality, and the
+/// tree keeps to the depth that a traversal has a stack for.
 #[test]
 fn t11_no_family_is_slow() {
     let each = |quality: BuildQuality, count: usize| {
-        let base = work(&random(count), quality).looks.max(work(&uneven(count), quality).looks);
+        let base = work(&random(count), quality)
+            .looks
+            .max(work(&uneven(count), quality).looks);
         for (name, family) in FAMILIES {
             let BuildWork { looks, depth, .. } = work(&family(count), quality);
-            assert!(looks <= 3 * base, "{name}, {count}, {quality:?}: {looks} against {base}");
-            assert!((1..=64).contains(&depth), "{name}, {count}, {quality:?}: depth {depth}");
+            assert!(
+                looks <= 3 * base,
+                "{name}, {count}, {quality:?}: {looks} against {base}"
+            );
+            assert!(
+                (1..=64).contains(&depth),
+                "{name}, {count}, {quality:?}: depth {depth}"
+            );
         }
     };
-    BuildQuality::ALL.into_iter().for_each(|quality| each(quality, 5000));
+    BuildQuality::ALL
+        .into_iter()
+        .for_each(|quality| each(quality, 5000));
     each(BuildQuality::default(), 100_000);
 }
 
-/// Protects: the work grows with the number of primitives and, for its levels, the logarithm: not with its square.
+/// Protects: the work grows with the number of primitives and, for its levels, the logarithm: not
+/// with its square.
 #[test]
 fn work_grows_with_the_number() {
-    for (name, family) in FAMILIES.into_iter().chain([("random", random as fn(usize) -> Vec<Item>)]) {
-        let looks = |count: usize| work(&family(count), BuildQuality::default()).looks as f64 / count as f64;
+    for (name, family) in FAMILIES
+        .into_iter()
+        .chain([("random", random as fn(usize) -> Vec<Item>)])
+    {
+        let looks = |count: usize| {
+            work(&family(count), BuildQuality::default()).looks as f64 / count as f64
+        };
         let (few, many) = (looks(1000), looks(32_000));
-        assert!(many <= 2.0 * few.max(40.0), "{name}: {few} for each of 1000, {many} of 32 000");
+        assert!(
+            many <= 2.0 * few.max(40.0),
+            "{name}: {few} for each of 1000, {many} of 32 000"
+        );
     }
 }
 
-/// Protects: a build that is given up ends with nothing, at whatever question it is told so, and it asks before each of its
-/// passes; one that is not given up has the tree that it has anyway.
+/// Protects: a build that is given up ends with nothing, at whatever question it is told so, and it
+/// asks before each of its passes; one that is not given up has the tree that it has anyway.
 #[test]
 fn builds_can_be_given_up() {
-    let family = |wanted: &str| FAMILIES.into_iter().find(|(name, _)| *name == wanted).expect("a family").1;
+    let family = |wanted: &str| {
+        FAMILIES
+            .into_iter()
+            .find(|(name, _)| *name == wanted)
+            .expect("a family")
+            .1
+    };
     let cases = [
-        // Questions counted: three for each piece, two where there are several, one for each pile of 4096 boxes and more, and one at the end.
-        ("random", random as fn(usize) -> Vec<Item>, BuildQuality::Fast, 40_000, 4),
+        // Questions counted: three for each piece, two where there are several, one for each pile
+        // of 4096 boxes and more, and one at the end.
+        (
+            "random",
+            random as fn(usize) -> Vec<Item>,
+            BuildQuality::Fast,
+            40_000,
+            4,
+        ),
         ("uneven", uneven, BuildQuality::High, 20_000, 4),
-        ("random in two pieces", random, BuildQuality::Fast, 270_000, 9),
-        ("all in one place", family("all in one place"), BuildQuality::Medium, 40_000, 15),
+        (
+            "random in two pieces",
+            random,
+            BuildQuality::Fast,
+            270_000,
+            9,
+        ),
+        (
+            "all in one place",
+            family("all in one place"),
+            BuildQuality::Medium,
+            40_000,
+            15,
+        ),
     ];
     for (name, items, quality, count, least) in cases {
         let items = items(count);
@@ -55,7 +102,10 @@ fn builds_can_be_given_up() {
             let asked = AtomicUsize::new(0);
             let stop = || asked.fetch_add(1, Ordering::Relaxed) >= most;
             let geometry = Geometry::unless(group(&items), AcceleratorKind::Tree(quality), &stop);
-            (geometry.and_then(|geometry| geometry.build_work()), asked.into_inner())
+            (
+                geometry.and_then(|geometry| geometry.build_work()),
+                asked.into_inner(),
+            )
         };
         let (whole, asked) = given_up_after(usize::MAX);
         assert_eq!(whole, Some(work(&items, quality)), "{name}");
@@ -76,8 +126,8 @@ fn better_trees_are_worked_on_more() {
     }
 }
 
-/// Protects: trees of odd arrangements cull. Of families whose boxes lie apart, a ray visits no more than four times the
-/// nodes that it visits among random primitives.
+/// Protects: trees of odd arrangements cull. Of families whose boxes lie apart, a ray visits no
+/// more than four times the nodes that it visits among random primitives.
 #[test]
 fn trees_of_odd_families_cull() {
     const COUNT: usize = 20_000;
@@ -85,7 +135,9 @@ fn trees_of_odd_families_cull() {
         let geometry = Geometry::new(group(items), AcceleratorKind::default());
         let (random, mut visits) = (&mut Random(9), TraversalStats::default());
         for i in 0..400 {
-            let Item::Ball(centre, radius) = items[i * 7919 % COUNT] else { panic!("balls") };
+            let Item::Ball(centre, radius) = items[i * 7919 % COUNT] else {
+                panic!("balls")
+            };
             let target = centre + random.point() * 0.5 * radius;
             let origin = target + random.point() * 4.0 * radius;
             let ray = Ray::new(origin, (target - origin).as_dvec3().normalize().as_vec3());
@@ -94,10 +146,22 @@ fn trees_of_odd_families_cull() {
         visits.nodes
     };
     let base = visits(&random(COUNT));
-    let apart = ["on a line", "on a line, touching", "two clusters far apart", "two clusters very far apart", "random, huge"];
-    for (name, family) in FAMILIES.into_iter().filter(|(name, _)| apart.contains(name)) {
+    let apart = [
+        "on a line",
+        "on a line, touching",
+        "two clusters far apart",
+        "two clusters very far apart",
+        "random, huge",
+    ];
+    for (name, family) in FAMILIES
+        .into_iter()
+        .filter(|(name, _)| apart.contains(name))
+    {
         let visited = visits(&family(COUNT));
-        assert!(visited <= 4 * base, "{name}: {visited} nodes against {base}");
+        assert!(
+            visited <= 4 * base,
+            "{name}: {visited} nodes against {base}"
+        );
     }
 }
 
@@ -106,10 +170,19 @@ fn trees_of_odd_families_cull() {
 fn scans_are_counted() {
     for count in [1, 4, 5, 64] {
         let items = random(count);
-        let Item::Ball(centre, radius) = items[0] else { panic!("balls") };
-        let away = Ray::new(centre + glam::Vec3::X * 1e6 * radius.max(1.0), glam::Vec3::X);
+        let Item::Ball(centre, radius) = items[0] else {
+            panic!("balls")
+        };
+        let away = Ray::new(
+            centre + glam::Vec3::X * 1e6 * radius.max(1.0),
+            glam::Vec3::X,
+        );
         let mut visits = TraversalStats::default();
-        Geometry::new(group(&items), AcceleratorKind::Linear).closest(&away, Interval::positive(), &mut visits);
+        Geometry::new(group(&items), AcceleratorKind::Linear).closest(
+            &away,
+            Interval::positive(),
+            &mut visits,
+        );
         assert_eq!((visits.nodes, visits.primitives), (0, count as u64));
     }
 }

@@ -1,8 +1,10 @@
-//! Faces that a ray sees edge-on, or would but for the last digit, with others that it meets along the way.
+//! Faces that a ray sees edge-on, or would but for the last digit, with others that it meets along
+//! the way.
 
 use glam::{Vec3, Vec3Swizzles};
 use raywright_bvh::{
-    AcceleratorKind, BuildQuality, Geometry, Interval, Kernel, PacketBackoff, PrimitiveSet, Ray, RayPacket, Visibility,
+    AcceleratorKind, BuildQuality, Geometry, Interval, Kernel, PacketBackoff, PrimitiveSet, Ray,
+    RayPacket, Visibility,
 };
 
 use super::bits;
@@ -16,7 +18,11 @@ const WALLS: usize = 4;
 /// One of a few numbers that f32 holds in few digits, or in all of them.
 fn step(random: &mut Random) -> f32 {
     let whole = [1.0, 2.0, 3.0, 5.0, 7.0, -2.0, -3.0][random.below(7)];
-    if random.below(2) == 0 { whole } else { whole * (1.0 + random.unit()) }
+    if random.below(2) == 0 {
+        whole
+    } else {
+        whole * (1.0 + random.unit())
+    }
 }
 
 /// Moves some coordinates by a unit in the last place, or not.
@@ -34,67 +40,111 @@ fn about(random: &mut Random, direction: Vec3) -> Vec<Vec3> {
     (0..RAYS).map(|_| nudged(random, direction)).collect()
 }
 
-/// Asks every kernel, alone and from one point, what the scan says, before the origin too. Returns how many rays hit.
-fn compared(origin: Vec3, directions: &[Vec3], triangles: &[[Vec3; 3]], kind: AcceleratorKind) -> usize {
+/// Asks every kernel, alone and from one point, what the scan says, before the origin too. Returns
+/// how many rays hit.
+fn compared(
+    origin: Vec3,
+    directions: &[Vec3],
+    triangles: &[[Vec3; 3]],
+    kind: AcceleratorKind,
+) -> usize {
     let built = |kind: AcceleratorKind| {
         let mut group = PrimitiveSet::<f32>::default();
-        group.mesh(triangles.iter().copied(), Visibility::default()).unwrap();
+        group
+            .mesh(triangles.iter().copied(), Visibility::default())
+            .unwrap();
         Geometry::new(group, kind)
     };
     let (scan, mut tree) = (built(AcceleratorKind::Linear), built(kind));
     assert!(tree.build_work().is_some_and(|work| work.depth > 0));
     let mut hits = 0;
     for min in [0.0, f32::NEG_INFINITY] {
-        let range = Interval { min, max: f32::INFINITY };
-        let expected: Vec<_> = directions.iter().map(|&d| bits(scan.closest(&Ray::new(origin, d), range, &mut ()))).collect();
+        let range = Interval {
+            min,
+            max: f32::INFINITY,
+        };
+        let expected: Vec<_> = directions
+            .iter()
+            .map(|&d| bits(scan.closest(&Ray::new(origin, d), range, &mut ())))
+            .collect();
         hits += expected.iter().flatten().count();
         for kernel in Kernel::available() {
             tree.set_kernel(kernel);
-            let alone: Vec<_> = directions.iter().map(|&d| bits(tree.closest(&Ray::new(origin, d), range, &mut ()))).collect();
-            assert_eq!(alone, expected, "{kernel:?}, {kind:?}, from {origin:?} along {directions:?}: {triangles:?}");
+            let alone: Vec<_> = directions
+                .iter()
+                .map(|&d| bits(tree.closest(&Ray::new(origin, d), range, &mut ())))
+                .collect();
+            assert_eq!(
+                alone, expected,
+                "{kernel:?}, {kind:?}, from {origin:?} along {directions:?}: {triangles:?}"
+            );
             let mut together = vec![];
             tree.closest_from(
-                &RayPacket { origin, directions, time: 0.0, culls: false, range },
+                &RayPacket {
+                    origin,
+                    directions,
+                    time: 0.0,
+                    culls: false,
+                    range,
+                },
                 &mut PacketBackoff::default(),
                 &mut together,
             );
             let together: Vec<_> = together.into_iter().map(bits).collect();
-            assert_eq!(together, expected, "{kernel:?}, {kind:?}, from {origin:?} along {directions:?}: {triangles:?}");
+            assert_eq!(
+                together, expected,
+                "{kernel:?}, {kind:?}, from {origin:?} along {directions:?}: {triangles:?}"
+            );
         }
     }
     hits
 }
 
-/// Protects: traversal order never decides. Triangles that lie along a ray, from before other faces to behind them, are hit at the same
-/// distance by scan and tree.
+/// Protects: traversal order never decides. Triangles that lie along a ray, from before other faces
+/// to behind them, are hit at the same distance by scan and tree.
 #[test]
 fn order_does_not_decide() {
     let (random, mut hits) = (&mut Random(41), 0);
     for _ in 0..GROUPS {
         let origin = random.point() * [0.0, 1.0, 1e3][random.below(3)];
-        let direction = Vec3::new(step(random), step(random), step(random)) * [1.0, 1e-3][random.below(2)];
+        let direction =
+            Vec3::new(step(random), step(random), step(random)) * [1.0, 1e-3][random.below(2)];
         let mut triangles = vec![];
         for _ in 0..8 {
             let along = |random: &mut Random| origin + direction * (1 << random.below(11)) as f32;
             let corners = [along(random), along(random), along(random)];
             triangles.push(corners.map(|corner| nudged(random, corner)));
             let (at, size) = (along(random), direction.length() * (0.1 + random.unit()));
-            triangles.push([at + random.point() * size, at + random.point() * size, at + random.point() * size]);
+            triangles.push([
+                at + random.point() * size,
+                at + random.point() * size,
+                at + random.point() * size,
+            ]);
         }
         // So many that there is a tree.
         for _ in 0..80 {
             let at = origin + random.point() * (direction.length() * 2000.0);
-            triangles.push([at, at + random.point() * direction.length(), at + random.point() * direction.length()]);
+            triangles.push([
+                at,
+                at + random.point() * direction.length(),
+                at + random.point() * direction.length(),
+            ]);
         }
-        hits += compared(origin, &about(random, direction), &triangles, AcceleratorKind::default());
+        hits += compared(
+            origin,
+            &about(random, direction),
+            &triangles,
+            AcceleratorKind::default(),
+        );
     }
     assert!(hits > GROUPS * RAYS / 4, "{hits} hits");
 }
 
-/// Rays from one point and needles that lie in one plane with them, as exactly as f32 can say: a coordinate is the sum of the others. Corners
-/// are whole numbers and the origin has small fractions, so that offsets have more digits than products with them keep, and only the
-/// rounding of f64 tells on which side of a ray a corner is. The needles lie along an axis of the plane or across it, so that their boxes are as
-/// narrow, and right before each stand walls across the rays.
+/// Rays from one point and needles that lie in one plane with them, as exactly as f32 can say: a
+/// coordinate is the sum of the others. Corners are whole numbers and the origin has small
+/// fractions, so that offsets have more digits than products with them keep, and only the rounding
+/// of f64 tells on which side of a ray a corner is. The needles lie along an axis of the plane or
+/// across it, so that their boxes are as narrow, and right before each stand walls across the rays.
 struct Flat {
     origin: Vec3,
     directions: Vec<Vec3>,
@@ -107,7 +157,11 @@ fn flat(random: &mut Random, turn: usize) -> Flat {
         let v = Vec3::new(x, y, x + y);
         [v, v.yzx(), v.zxy()][turn]
     };
-    let across = [Vec3::new(1.0, 1.0, -1.0), Vec3::new(1.0, -1.0, 1.0), Vec3::new(-1.0, 1.0, 1.0)][turn];
+    let across = [
+        Vec3::new(1.0, 1.0, -1.0),
+        Vec3::new(1.0, -1.0, 1.0),
+        Vec3::new(-1.0, 1.0, 1.0),
+    ][turn];
     let sign = |random: &mut Random| [1.0, -1.0][random.below(2)];
     let whole = |random: &mut Random, most: f32| (random.unit() * most).floor() * sign(random);
     let fraction = |random: &mut Random| whole(random, 4_000_000.0) / 8_388_608.0;
@@ -136,7 +190,11 @@ fn flat(random: &mut Random, turn: usize) -> Flat {
         // At places of the needle, in whole numbers of at most 22 digits.
         for _ in 0..RAYS / NEEDLES {
             let target = needle[0].lerp(needle[1], random.unit()) - origin;
-            let [x, y] = [[target.x, target.y], [target.z, target.x], [target.y, target.z]][turn];
+            let [x, y] = [
+                [target.x, target.y],
+                [target.z, target.x],
+                [target.y, target.z],
+            ][turn];
             let scale = 4_000_000.0 / x.abs().max(y.abs()).max(1.0);
             directions.push(on((x * scale).round(), (y * scale).round()) / 8_388_608.0);
         }
@@ -146,20 +204,34 @@ fn flat(random: &mut Random, turn: usize) -> Flat {
         let at = on(place[0], place[1]) * (2.5 + random.unit());
         triangles.push([at, at + random.point() * size, at + random.point() * size]);
     }
-    Flat { origin, directions, triangles }
+    Flat {
+        origin,
+        directions,
+        triangles,
+    }
 }
 
-/// Protects: what the rule for faces seen edge-on is for ([`raywright_bvh`]'s `shapes::edges`). Edge functions that are noise have
-/// errors of a quarter where they are as small as their products' rounding, and so would a distance that they weigh: the needle would be met
-/// before its box begins, by a scan and by trees that have met no wall yet, and not by others. Found by a search; without the rule, some in a
-/// thousand of these rays differ.
+/// Protects: what the rule for faces seen edge-on is for ([`raywright_bvh`]'s `shapes::edges`).
+/// Edge functions that are noise have errors of a quarter where they are as small as their
+/// products' rounding, and so would a distance that they weigh: the needle would be met before its
+/// box begins, by a scan and by trees that have met no wall yet, and not by others. Found by a
+/// search; without the rule, some in a thousand of these rays differ.
 #[test]
 fn p20_faces_in_the_plane_of_the_ray_are_met_alike() {
     let (random, mut hits) = (&mut Random(47), 0);
     for round in 0..GROUPS {
-        let Flat { origin, directions, triangles } = flat(random, round % 3);
+        let Flat {
+            origin,
+            directions,
+            triangles,
+        } = flat(random, round % 3);
         let quality = BuildQuality::ALL[round / 3 % BuildQuality::ALL.len()];
-        hits += compared(origin, &directions, &triangles, AcceleratorKind::Tree(quality));
+        hits += compared(
+            origin,
+            &directions,
+            &triangles,
+            AcceleratorKind::Tree(quality),
+        );
     }
     assert!(hits > GROUPS * RAYS, "{hits} hits");
 }

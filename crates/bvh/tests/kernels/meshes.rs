@@ -45,14 +45,21 @@ fn needles(random: &mut Random, count: usize) -> Mesh {
 
 /// A rough ground of squares in halves.
 fn terrain(random: &mut Random, side: usize) -> Mesh {
-    let heights: Vec<f32> = (0..(side + 1) * (side + 1)).map(|_| random.unit() * 0.1).collect();
+    let heights: Vec<f32> = (0..(side + 1) * (side + 1))
+        .map(|_| random.unit() * 0.1)
+        .collect();
     let corner = |x: usize, z: usize| {
         let place = |i: usize| i as f32 / side as f32 * 2.0 - 1.0;
         Vec3::new(place(x), heights[z * (side + 1) + x], place(z))
     };
     let square = |i: usize| {
         let (x, z) = (i % side, i / side);
-        let [a, b, c, d] = [corner(x, z), corner(x + 1, z), corner(x + 1, z + 1), corner(x, z + 1)];
+        let [a, b, c, d] = [
+            corner(x, z),
+            corner(x + 1, z),
+            corner(x + 1, z + 1),
+            corner(x, z + 1),
+        ];
         [[a, c, b], [a, d, c]]
     };
     (0..side * side).flat_map(square).collect()
@@ -86,7 +93,12 @@ fn room(side: usize) -> Mesh {
                 Vec3::from_array(p)
             };
             let (x, y) = (i % side, i / side);
-            let [a, b, c, d] = [corner(x, y), corner(x + 1, y), corner(x + 1, y + 1), corner(x, y + 1)];
+            let [a, b, c, d] = [
+                corner(x, y),
+                corner(x + 1, y),
+                corner(x + 1, y + 1),
+                corner(x, y + 1),
+            ];
             mesh.extend([[a, b, c], [a, c, d]]);
         }
     }
@@ -94,7 +106,9 @@ fn room(side: usize) -> Mesh {
 }
 
 fn scaled(mesh: Mesh, scale: f32, offset: Vec3) -> Mesh {
-    mesh.into_iter().map(|corners| corners.map(|p| p * scale + offset)).collect()
+    mesh.into_iter()
+        .map(|corners| corners.map(|p| p * scale + offset))
+        .collect()
 }
 
 /// Each with its name.
@@ -102,8 +116,12 @@ pub fn families() -> Vec<(&'static str, Mesh)> {
     let random = &mut Random(5);
     let small = scaled(scattered(random, 300, 0.1), 1e-2, Vec3::ZERO);
     let ground = |reach: f32| {
-        let [a, b, c, d] = [[-1.0, -1.0], [1.0, -1.0], [1.0, 1.0], [-1.0, 1.0]].map(|[x, z]| Vec3::new(x, -0.02, z) * reach);
-        [[a, b, c].map(|p| Vec3 { y: -0.02, ..p }), [a, c, d].map(|p| Vec3 { y: -0.02, ..p })]
+        let [a, b, c, d] = [[-1.0, -1.0], [1.0, -1.0], [1.0, 1.0], [-1.0, 1.0]]
+            .map(|[x, z]| Vec3::new(x, -0.02, z) * reach);
+        [
+            [a, b, c].map(|p| Vec3 { y: -0.02, ..p }),
+            [a, c, d].map(|p| Vec3 { y: -0.02, ..p }),
+        ]
     };
     vec![
         ("three", scattered(random, 3, 1.0)),
@@ -114,18 +132,39 @@ pub fn families() -> Vec<(&'static str, Mesh)> {
         ("terrain", terrain(random, 20)),
         ("coplanar", coplanar(random, 200)),
         ("room", room(6)),
-        ("small on a wide ground", small.iter().copied().chain(ground(1e5)).collect()),
-        ("small on an endless ground", small.iter().copied().chain(ground(1e9)).collect()),
-        ("far from the origin", scaled(scattered(random, 400, 0.2), 1.0, Vec3::splat(1e4))),
-        ("of micrometres", scaled(scattered(random, 400, 0.2), 1e-6, Vec3::ZERO)),
-        ("of nothing", scaled(scattered(random, 400, 0.2), 1e-22, Vec3::ZERO)),
-        ("of gigametres", scaled(scattered(random, 400, 0.2), 1e9, Vec3::ZERO)),
-        ("beyond the filter", scaled(scattered(random, 400, 0.2), 1e13, Vec3::ZERO)),
+        (
+            "small on a wide ground",
+            small.iter().copied().chain(ground(1e5)).collect(),
+        ),
+        (
+            "small on an endless ground",
+            small.iter().copied().chain(ground(1e9)).collect(),
+        ),
+        (
+            "far from the origin",
+            scaled(scattered(random, 400, 0.2), 1.0, Vec3::splat(1e4)),
+        ),
+        (
+            "of micrometres",
+            scaled(scattered(random, 400, 0.2), 1e-6, Vec3::ZERO),
+        ),
+        (
+            "of nothing",
+            scaled(scattered(random, 400, 0.2), 1e-22, Vec3::ZERO),
+        ),
+        (
+            "of gigametres",
+            scaled(scattered(random, 400, 0.2), 1e9, Vec3::ZERO),
+        ),
+        (
+            "beyond the filter",
+            scaled(scattered(random, 400, 0.2), 1e13, Vec3::ZERO),
+        ),
     ]
 }
 
-/// A ray at the mesh: at a corner, at an edge, into a face, along one, or anywhere, from near and far, some along axes, and some
-/// that have it behind them.
+/// A ray at the mesh: at a corner, at an edge, into a face, along one, or anywhere, from near and
+/// far, some along axes, and some that have it behind them.
 pub fn ray(random: &mut Random, mesh: &[[Vec3; 3]]) -> Ray<f32> {
     let [a, b, c] = mesh[random.below(mesh.len())];
     let (u, v) = (random.unit(), random.unit());
@@ -135,7 +174,11 @@ pub fn ray(random: &mut Random, mesh: &[[Vec3; 3]]) -> Ray<f32> {
         2 => a + (b - a) * (u * (1.0 - v)) + (c - a) * v,
         _ => b.lerp(c, u),
     };
-    let size = (b - a).abs().max_element().max((c - a).abs().max_element()).max(f32::MIN_POSITIVE);
+    let size = (b - a)
+        .abs()
+        .max_element()
+        .max((c - a).abs().max_element())
+        .max(f32::MIN_POSITIVE);
     let away = size * [0.01, 1.0, 30.0, 1e4][random.below(4)];
     let mut direction = random.point();
     match random.below(6) {
@@ -152,7 +195,8 @@ pub fn ray(random: &mut Random, mesh: &[[Vec3; 3]]) -> Ray<f32> {
     Ray::new(target - direction * (away * ahead), direction * length)
 }
 
-/// Where hits count: up to a hit and from it, with and without it, in front of the ray and behind it.
+/// Where hits count: up to a hit and from it, with and without it, in front of the ray and behind
+/// it.
 pub fn range(random: &mut Random, first: Option<f32>) -> Interval<f32> {
     let t = first.unwrap_or(1.0);
     let (min, max) = match random.below(7) {

@@ -1,4 +1,5 @@
-//! Every kernel of the wide tree answers as the scan does, bit for bit, and no closed mesh leaks in any of them.
+//! Every kernel of the wide tree answers as the scan does, bit for bit, and no closed mesh leaks in
+//! any of them.
 
 mod edge_on;
 mod meshes;
@@ -8,22 +9,33 @@ mod rows;
 use glam::{DAffine3, DMat3, DVec3, Vec3};
 use raywright_bvh::shapes::Sphere;
 use raywright_bvh::{
-    AcceleratorKind, BuildQuality, Geometry, Hit, Interval, Kernel, Occlusion, PrimitiveSet, Ray, Side, TraversalStats,
-    Visibility,
+    AcceleratorKind, BuildQuality, Geometry, Hit, Interval, Kernel, Occlusion, PrimitiveSet, Ray,
+    Side, TraversalStats, Visibility,
 };
 
 use self::meshes::{Mesh, Random, families, range, ray};
 
-/// Objects of some triangles each, with every kind of visibility, and balls between them where asked for.
+/// Objects of some triangles each, with every kind of visibility, and balls between them where
+/// asked for.
 fn group(mesh: &Mesh, balls: bool) -> PrimitiveSet<f32> {
     let mut group = PrimitiveSet::default();
     for (i, part) in mesh.chunks(5).enumerate() {
         let side = [Side::Both, Side::Culled, Side::Outside, Side::Inside][i % 4];
         let occlusion = [Occlusion::Ask, Occlusion::Opaque, Occlusion::None][i % 3];
-        group.mesh(part.iter().copied(), Visibility { side, occlusion }).unwrap();
+        group
+            .mesh(part.iter().copied(), Visibility { side, occlusion })
+            .unwrap();
         if balls && i % 6 == 0 {
             let radius = (part[0][1] - part[0][0]).length();
-            group.sphere(Sphere { centre: part[0][0], radius }, Visibility { side, occlusion }).unwrap();
+            group
+                .sphere(
+                    Sphere {
+                        centre: part[0][0],
+                        radius,
+                    },
+                    Visibility { side, occlusion },
+                )
+                .unwrap();
         }
     }
     group
@@ -54,12 +66,16 @@ fn asked(geometry: &Geometry<f32>, ray: &Ray<f32>, range: Interval<f32>) -> (boo
     (ended, hits)
 }
 
-/// Protects: the same hits, bit for bit, from every kernel and the scan: of needles, slivers seen edge-on, doubles, points, corners
-/// and edges met head on, very small and very large things, and these together; along axes with zeros of either sign; with
-/// ranges that begin before the ray or end at the hit.
+/// Protects: the same hits, bit for bit, from every kernel and the scan: of needles, slivers seen
+/// edge-on, doubles, points, corners and edges met head on, very small and very large things, and
+/// these together; along axes with zeros of either sign; with ranges that begin before the ray or
+/// end at the hit.
 #[test]
 fn t20_kernels_find_what_the_scan_finds() {
-    for ((name, mesh), balls) in families().into_iter().zip([false, true].into_iter().cycle()) {
+    for ((name, mesh), balls) in families()
+        .into_iter()
+        .zip([false, true].into_iter().cycle())
+    {
         let scan = Geometry::new(group(&mesh, balls), AcceleratorKind::Linear);
         for quality in BuildQuality::ALL {
             let mut tree = Geometry::new(group(&mesh, balls), AcceleratorKind::Tree(quality));
@@ -69,17 +85,35 @@ fn t20_kernels_find_what_the_scan_finds() {
                 let random = &mut Random(11);
                 let mut hits = 0;
                 for i in 0..1500 {
-                    let ray = Ray { culls: i % 3 == 0, ..ray(random, &mesh) };
+                    let ray = Ray {
+                        culls: i % 3 == 0,
+                        ..ray(random, &mesh)
+                    };
                     let what = format!("{name}, {quality:?}, {kernel:?}, ray {i}: {ray:?}");
                     let min = [0.0, f32::NEG_INFINITY][i % 2];
-                    let all = Interval { min, max: f32::INFINITY };
+                    let all = Interval {
+                        min,
+                        max: f32::INFINITY,
+                    };
                     let first = scan.closest(&ray, all, &mut ());
-                    assert_eq!(bits(tree.closest(&ray, all, &mut ())), bits(first), "{what}");
+                    assert_eq!(
+                        bits(tree.closest(&ray, all, &mut ())),
+                        bits(first),
+                        "{what}"
+                    );
                     hits += usize::from(first.is_some());
                     let range = range(random, first.map(|hit| hit.t));
                     let expected = bits(scan.closest(&ray, range, &mut ()));
-                    assert_eq!(bits(tree.closest(&ray, range, &mut ())), expected, "{what}, {range:?}");
-                    assert_eq!(asked(&tree, &ray, range), asked(&scan, &ray, range), "{what}, {range:?}");
+                    assert_eq!(
+                        bits(tree.closest(&ray, range, &mut ())),
+                        expected,
+                        "{what}, {range:?}"
+                    );
+                    assert_eq!(
+                        asked(&tree, &ray, range),
+                        asked(&scan, &ray, range),
+                        "{what}, {range:?}"
+                    );
                 }
                 assert!(hits > 300, "{name}: {hits} of 1500 rays hit anything");
             }
@@ -87,11 +121,15 @@ fn t20_kernels_find_what_the_scan_finds() {
     }
 }
 
-/// Where a part is shown: in its place, turned and flattened and mirrored, far away, and small and far away.
+/// Where a part is shown: in its place, turned and flattened and mirrored, far away, and small and
+/// far away.
 fn maps() -> [DAffine3; 4] {
     let turned = DMat3::from_axis_angle(DVec3::new(0.6, 0.0, 0.8), 1.0);
     let flat = DMat3::from_diagonal(DVec3::new(1.0, 1e-3, -2.0));
-    let at = |matrix3: DMat3, translation: DVec3| DAffine3 { matrix3, translation };
+    let at = |matrix3: DMat3, translation: DVec3| DAffine3 {
+        matrix3,
+        translation,
+    };
     [
         at(DMat3::IDENTITY, DVec3::X * 0.5),
         at(turned * flat, DVec3::ONE),
@@ -100,21 +138,34 @@ fn maps() -> [DAffine3; 4] {
     ]
 }
 
-/// Protects: what an instance shows is met as by a scan of it, bit for bit, in every kernel, whatever the map: the ray is rounded
-/// once more there, and that must not lose it anything.
+/// Protects: what an instance shows is met as by a scan of it, bit for bit, in every kernel,
+/// whatever the map: the ray is rounded once more there, and that must not lose it anything.
 #[test]
 fn t20_instances_show_what_the_scan_finds() {
     let mut all = 0;
-    for ((name, mesh), balls) in families().into_iter().zip([true, false].into_iter().cycle()) {
+    for ((name, mesh), balls) in families()
+        .into_iter()
+        .zip([true, false].into_iter().cycle())
+    {
         for (place, map) in maps().into_iter().enumerate() {
             let shown = |kind: AcceleratorKind| {
                 let mut outer = PrimitiveSet::<f32>::default();
-                let part = outer.part(Geometry::new(group(&mesh, balls), kind)).unwrap();
-                let visibility = Visibility { occlusion: Occlusion::Ask, ..Visibility::default() };
-                outer.instance(part, map, visibility).ok().map(|_| Geometry::new(outer, AcceleratorKind::Linear))
+                let part = outer
+                    .part(Geometry::new(group(&mesh, balls), kind))
+                    .unwrap();
+                let visibility = Visibility {
+                    occlusion: Occlusion::Ask,
+                    ..Visibility::default()
+                };
+                outer
+                    .instance(part, map, visibility)
+                    .ok()
+                    .map(|_| Geometry::new(outer, AcceleratorKind::Linear))
             };
             // What the map makes too large for f32 is refused.
-            let Some(scan) = shown(AcceleratorKind::Linear) else { continue };
+            let Some(scan) = shown(AcceleratorKind::Linear) else {
+                continue;
+            };
             let mut tree = shown(AcceleratorKind::default()).unwrap();
             for kernel in Kernel::available() {
                 tree.set_kernel(kernel);
@@ -122,18 +173,35 @@ fn t20_instances_show_what_the_scan_finds() {
                 for i in 0..400 {
                     let there = ray(random, &mesh);
                     let origin = map.transform_point3(there.origin.as_dvec3());
-                    let direction = map.transform_vector3(there.direction.as_dvec3()).normalize_or(DVec3::X);
+                    let direction = map
+                        .transform_vector3(there.direction.as_dvec3())
+                        .normalize_or(DVec3::X);
                     let ray = Ray::new(origin.as_vec3(), direction.as_vec3());
                     let what = format!("{name}, map {place}, {kernel:?}, ray {i}: {ray:?}");
                     let min = [0.0, f32::NEG_INFINITY][i % 2];
-                    let whole = Interval { min, max: f32::INFINITY };
+                    let whole = Interval {
+                        min,
+                        max: f32::INFINITY,
+                    };
                     let first = scan.closest(&ray, whole, &mut ());
-                    assert_eq!(bits(tree.closest(&ray, whole, &mut ())), bits(first), "{what}");
+                    assert_eq!(
+                        bits(tree.closest(&ray, whole, &mut ())),
+                        bits(first),
+                        "{what}"
+                    );
                     all += usize::from(first.is_some());
                     let range = range(random, first.map(|hit| hit.t));
                     let expected = bits(scan.closest(&ray, range, &mut ()));
-                    assert_eq!(bits(tree.closest(&ray, range, &mut ())), expected, "{what}, {range:?}");
-                    assert_eq!(asked(&tree, &ray, range), asked(&scan, &ray, range), "{what}, {range:?}");
+                    assert_eq!(
+                        bits(tree.closest(&ray, range, &mut ())),
+                        expected,
+                        "{what}, {range:?}"
+                    );
+                    assert_eq!(
+                        asked(&tree, &ray, range),
+                        asked(&scan, &ray, range),
+                        "{what}, {range:?}"
+                    );
                 }
             }
         }
@@ -158,14 +226,19 @@ fn globe(times: usize) -> Mesh {
     faces
 }
 
-/// Protects: no ray from within a closed mesh at one of its corners or edges gets out, in any kernel, nearby and far away from the
-/// origin, whichever query asks.
+/// Protects: no ray from within a closed mesh at one of its corners or edges gets out, in any
+/// kernel, nearby and far away from the origin, whichever query asks.
 #[test]
 fn p21_closed_meshes_do_not_leak() {
     for offset in [Vec3::ZERO, Vec3::new(1000.0, -200.0, 30.0)] {
-        let mesh: Mesh = globe(5).into_iter().map(|face| face.map(|p| p + offset)).collect();
+        let mesh: Mesh = globe(5)
+            .into_iter()
+            .map(|face| face.map(|p| p + offset))
+            .collect();
         let mut group = PrimitiveSet::<f32>::default();
-        group.mesh(mesh.iter().copied(), Visibility::default()).unwrap();
+        group
+            .mesh(mesh.iter().copied(), Visibility::default())
+            .unwrap();
         let mut tree = Geometry::new(group, AcceleratorKind::default());
         for kernel in Kernel::available() {
             tree.set_kernel(kernel);
@@ -173,7 +246,11 @@ fn p21_closed_meshes_do_not_leak() {
             let mut leaks = 0;
             for i in 0..100_000 {
                 let [a, b, _] = mesh[random.below(mesh.len())];
-                let target = if i % 2 == 0 { a } else { a.lerp(b, random.unit()) };
+                let target = if i % 2 == 0 {
+                    a
+                } else {
+                    a.lerp(b, random.unit())
+                };
                 let origin = offset + random.point() * 0.5;
                 let ray = Ray::new(origin, (target - origin).as_dvec3().normalize().as_vec3());
                 let met = tree.closest(&ray, Interval::positive(), &mut ()).is_some();
@@ -185,32 +262,51 @@ fn p21_closed_meshes_do_not_leak() {
     }
 }
 
-/// Protects: small triangles in a large scene are told apart: a ground a thousand kilometres wide doesn't make rays test more than
-/// a few times the triangles that they test without it.
+/// Protects: small triangles in a large scene are told apart: a ground a thousand kilometres wide
+/// doesn't make rays test more than a few times the triangles that they test without it.
 #[test]
 fn a_wide_ground_does_not_blind_the_filter() {
     let random = &mut Random(1);
-    let small: Mesh = globe(4).into_iter().map(|face| face.map(|p| p * 0.01)).collect();
-    let ground = [Vec3::new(-1e6, -0.011, -1e6), Vec3::new(1e6, -0.011, -1e6), Vec3::new(0.0, -0.011, 1e6)];
+    let small: Mesh = globe(4)
+        .into_iter()
+        .map(|face| face.map(|p| p * 0.01))
+        .collect();
+    let ground = [
+        Vec3::new(-1e6, -0.011, -1e6),
+        Vec3::new(1e6, -0.011, -1e6),
+        Vec3::new(0.0, -0.011, 1e6),
+    ];
     let visits = |mesh: &mut dyn Iterator<Item = [Vec3; 3]>, random: &mut Random| {
         let mut group = PrimitiveSet::<f32>::default();
         group.mesh(mesh, Visibility::default()).unwrap();
-        let (tree, mut visits) = (Geometry::new(group, AcceleratorKind::default()), TraversalStats::default());
+        let (tree, mut visits) = (
+            Geometry::new(group, AcceleratorKind::default()),
+            TraversalStats::default(),
+        );
         for _ in 0..500 {
             let origin = random.point().normalize() * 0.03;
             let direction = (random.point() * 0.01 - origin).normalize();
-            tree.closest(&Ray::new(origin, direction), Interval::positive(), &mut visits);
+            tree.closest(
+                &Ray::new(origin, direction),
+                Interval::positive(),
+                &mut visits,
+            );
         }
         visits
     };
     let alone = visits(&mut small.iter().copied(), &mut Random(2));
     let both = visits(&mut small.iter().copied().chain([ground]), &mut Random(2));
     let _ = random.unit();
-    assert!(both.nodes <= 2 * alone.nodes && both.primitives <= 2 * alone.primitives + 5000, "{both:?} against {alone:?}");
+    assert!(
+        both.nodes <= 2 * alone.nodes && both.primitives <= 2 * alone.primitives + 5000,
+        "{both:?} against {alone:?}"
+    );
 }
 
-/// Protects: a direction may have any length whose inverse f32 has. Where products of it might leave the range of f32, and just before, the filter of each
-/// kernel passes no triangle over that the scan hits: distances are shorter or longer by the power of two, and still the same to the bit.
+/// Protects: a direction may have any length whose inverse f32 has. Where products of it might
+/// leave the range of f32, and just before, the filter of each kernel passes no triangle over that
+/// the scan hits: distances are shorter or longer by the power of two, and still the same to the
+/// bit.
 #[test]
 fn t05_directions_may_have_any_length() {
     for (name, mesh) in families() {
@@ -219,41 +315,68 @@ fn t05_directions_may_have_any_length() {
         for kernel in Kernel::available() {
             tree.set_kernel(kernel);
             let random = &mut Random(12);
-            for exponent in [-100, -64, -63, -40, -21, -20, -19, 19, 20, 21, 40, 62, 63, 64, 100] {
+            for exponent in [
+                -100, -64, -63, -40, -21, -20, -19, 19, 20, 21, 40, 62, 63, 64, 100,
+            ] {
                 for _ in 0..60 {
                     let straight: Ray<f32> = ray(random, &mesh);
-                    let ray = Ray::new(straight.origin, straight.direction * 2.0_f32.powi(exponent));
-                    // Below that, boxes are not known to be met: a component that f32 has no inverse of counts for zero there.
-                    if straight
-                        .direction
-                        .to_array()
-                        .iter()
-                        .any(|&d: &f32| d != 0.0 && (1.0 / (d * 2.0_f32.powi(exponent))).is_infinite())
-                    {
+                    let ray =
+                        Ray::new(straight.origin, straight.direction * 2.0_f32.powi(exponent));
+                    // Below that, boxes are not known to be met: a component that f32 has no
+                    // inverse of counts for zero there.
+                    if straight.direction.to_array().iter().any(|&d: &f32| {
+                        d != 0.0 && (1.0 / (d * 2.0_f32.powi(exponent))).is_infinite()
+                    }) {
                         continue;
                     }
-                    let all = Interval { min: 0.0, max: f32::INFINITY };
+                    let all = Interval {
+                        min: 0.0,
+                        max: f32::INFINITY,
+                    };
                     let hit = |geometry: &Geometry<f32>| bits(geometry.closest(&ray, all, &mut ()));
-                    assert_eq!(hit(&tree), hit(&scan), "{name}, {kernel:?}, 2^{exponent}: {ray:?}");
-                    assert_eq!(asked(&tree, &ray, all), asked(&scan, &ray, all), "{name}, {kernel:?}, 2^{exponent}: {ray:?}");
+                    assert_eq!(
+                        hit(&tree),
+                        hit(&scan),
+                        "{name}, {kernel:?}, 2^{exponent}: {ray:?}"
+                    );
+                    assert_eq!(
+                        asked(&tree, &ray, all),
+                        asked(&scan, &ray, all),
+                        "{name}, {kernel:?}, 2^{exponent}: {ray:?}"
+                    );
                 }
             }
         }
     }
 }
 
-/// Protects: rays that are no numbers, or of no direction, end, and hit nothing that the scan does not.
+/// Protects: rays that are no numbers, or of no direction, end, and hit nothing that the scan does
+/// not.
 #[test]
 fn t18_rays_that_are_none_end() {
     let mesh = globe(2);
     let scan = Geometry::new(group(&mesh, true), AcceleratorKind::Linear);
     let mut tree = Geometry::new(group(&mesh, true), AcceleratorKind::default());
-    let odd = [0.0, -0.0, 1.0, f32::NAN, f32::INFINITY, f32::NEG_INFINITY, f32::MAX, 1e-45];
+    let odd = [
+        0.0,
+        -0.0,
+        1.0,
+        f32::NAN,
+        f32::INFINITY,
+        f32::NEG_INFINITY,
+        f32::MAX,
+        1e-45,
+    ];
     for kernel in Kernel::available() {
         tree.set_kernel(kernel);
         for (a, b) in odd.into_iter().flat_map(|a| odd.map(|b| (a, b))) {
-            for ray in [Ray::new(Vec3::splat(a), Vec3::new(b, 0.0, 0.0)), Ray::new(Vec3::ZERO, Vec3::new(a, b, 1.0))] {
-                let hit = |geometry: &Geometry<f32>| bits(geometry.closest(&ray, Interval::positive(), &mut ()));
+            for ray in [
+                Ray::new(Vec3::splat(a), Vec3::new(b, 0.0, 0.0)),
+                Ray::new(Vec3::ZERO, Vec3::new(a, b, 1.0)),
+            ] {
+                let hit = |geometry: &Geometry<f32>| {
+                    bits(geometry.closest(&ray, Interval::positive(), &mut ()))
+                };
                 assert_eq!(hit(&tree), hit(&scan), "{kernel:?} {ray:?}");
             }
         }

@@ -3,7 +3,8 @@
 use glam::{DAffine3, DVec3, Vec3};
 use raywright_bvh::shapes::{AnyShape, Disk, Plane, Sphere};
 use raywright_bvh::{
-    AcceleratorKind, Geometry, Interval, Kernel, Occlusion, PacketBackoff, PrimitiveSet, Ray, RayPacket, Real, Vector, Visibility,
+    AcceleratorKind, Geometry, Interval, Kernel, Occlusion, PacketBackoff, PrimitiveSet, Ray,
+    RayPacket, Real, Vector, Visibility,
 };
 
 use super::meshes::{Mesh, Random, families, range, ray};
@@ -12,14 +13,20 @@ use super::{bits, group};
 /// So many rays: fewer than are asked together, one short of a vector, more than a pencil.
 const COUNTS: [usize; 6] = [1, 4, 7, 16, 17, 40];
 
-/// Directions around one: next to one another as samples of a pixel, as pixels, far apart, to all sides, and all the same.
+/// Directions around one: next to one another as samples of a pixel, as pixels, far apart, to all
+/// sides, and all the same.
 fn around(random: &mut Random, direction: Vec3, count: usize) -> Vec<Vec3> {
     let width = [1e-7, 1e-3, 0.05, 2.0, 0.0][random.below(5)];
     let one = |random: &mut Random| direction + random.point() * (width * direction.length());
     (0..count).map(|_| one(random)).collect()
 }
 
-fn agree(name: &str, geometry: &mut Geometry<f32>, mesh: &Mesh, scan: Option<&Geometry<f32>>) -> [usize; 2] {
+fn agree(
+    name: &str,
+    geometry: &mut Geometry<f32>,
+    mesh: &Mesh,
+    scan: Option<&Geometry<f32>>,
+) -> [usize; 2] {
     let mut all = [0; 2];
     for kernel in Kernel::available() {
         geometry.set_kernel(kernel);
@@ -27,15 +34,37 @@ fn agree(name: &str, geometry: &mut Geometry<f32>, mesh: &Mesh, scan: Option<&Ge
         for i in 0..150 {
             let first = ray(random, mesh);
             let directions = around(random, first.direction, COUNTS[i % COUNTS.len()]);
-            let t = geometry.closest(&first, Interval::positive(), &mut ()).map(|hit| hit.t);
-            let range = if i % 3 == 0 { range(random, t) } else { Interval { min: [0.0, -1.0][i % 2], max: f32::INFINITY } };
-            let asked = RayPacket { origin: first.origin, directions: &directions, time: 0.0, culls: i % 2 == 0, range };
+            let t = geometry
+                .closest(&first, Interval::positive(), &mut ())
+                .map(|hit| hit.t);
+            let range = if i % 3 == 0 {
+                range(random, t)
+            } else {
+                Interval {
+                    min: [0.0, -1.0][i % 2],
+                    max: f32::INFINITY,
+                }
+            };
+            let asked = RayPacket {
+                origin: first.origin,
+                directions: &directions,
+                time: 0.0,
+                culls: i % 2 == 0,
+                range,
+            };
             geometry.closest_from(&asked, &mut PacketBackoff::default(), &mut hits);
             assert_eq!(hits.len(), directions.len());
             for (&direction, hit) in directions.iter().zip(&hits) {
-                let ray = Ray { culls: asked.culls, ..Ray::new(first.origin, direction) };
+                let ray = Ray {
+                    culls: asked.culls,
+                    ..Ray::new(first.origin, direction)
+                };
                 let alone = scan.unwrap_or(geometry).closest(&ray, range, &mut ());
-                assert_eq!(bits(*hit), bits(alone), "{name}, {kernel:?}, {i}: {ray:?} {range:?}");
+                assert_eq!(
+                    bits(*hit),
+                    bits(alone),
+                    "{name}, {kernel:?}, {i}: {ray:?} {range:?}"
+                );
                 all[0] += usize::from(hit.is_some());
                 all[1] += 1;
             }
@@ -44,13 +73,17 @@ fn agree(name: &str, geometry: &mut Geometry<f32>, mesh: &Mesh, scan: Option<&Ge
     all
 }
 
-/// Protects: what rays from one point find together has the bits of what a scan finds for each alone: needles, slivers seen edge-on,
-/// doubles, corners and edges met head on, very small and very large things; directions next to one another, to all sides and
-/// the same; ranges that begin before the rays or end at a hit; each kernel.
+/// Protects: what rays from one point find together has the bits of what a scan finds for each
+/// alone: needles, slivers seen edge-on, doubles, corners and edges met head on, very small and
+/// very large things; directions next to one another, to all sides and the same; ranges that begin
+/// before the rays or end at a hit; each kernel.
 #[test]
 fn together_is_as_alone() {
     let mut all = [0; 2];
-    for ((name, mesh), balls) in families().into_iter().zip([false, true].into_iter().cycle()) {
+    for ((name, mesh), balls) in families()
+        .into_iter()
+        .zip([false, true].into_iter().cycle())
+    {
         let scan = Geometry::new(group(&mesh, balls), AcceleratorKind::Linear);
         let mut tree = Geometry::new(group(&mesh, balls), AcceleratorKind::default());
         let [hits, rays] = agree(name, &mut tree, &mesh, Some(&scan));
@@ -59,22 +92,50 @@ fn together_is_as_alone() {
     assert!(all[0] > 10_000 && all[1] > all[0], "{all:?}");
 }
 
-/// A plane without end, a cylinder's worth of other shapes, balls, and a mesh that is shown under two maps.
+/// A plane without end, a cylinder's worth of other shapes, balls, and a mesh that is shown under
+/// two maps.
 fn mixed<R: Real>(kind: AcceleratorKind, mesh: &Mesh) -> Geometry<R> {
     let v = |p: Vec3| R::Vec3::from_f64(p.as_dvec3());
     let mut part = PrimitiveSet::<R>::default();
-    part.mesh(mesh.iter().map(|corners| corners.map(v)), Visibility::default()).unwrap();
+    part.mesh(
+        mesh.iter().map(|corners| corners.map(v)),
+        Visibility::default(),
+    )
+    .unwrap();
     let mut group = PrimitiveSet::<R>::default();
     let part = group.part(Geometry::new(part, kind)).unwrap();
-    let ask = Visibility { occlusion: Occlusion::Ask, ..Visibility::default() };
+    let ask = Visibility {
+        occlusion: Occlusion::Ask,
+        ..Visibility::default()
+    };
     for shift in [DVec3::ZERO, DVec3::new(0.3, -0.1, 0.2)] {
-        group.instance(part, DAffine3::from_translation(shift), ask).unwrap();
+        group
+            .instance(part, DAffine3::from_translation(shift), ask)
+            .unwrap();
     }
-    group.plane(Plane::new(v(Vec3::new(0.0, -0.4, 0.0)), v(Vec3::Y)), Visibility::default()).unwrap();
+    group
+        .plane(
+            Plane::new(v(Vec3::new(0.0, -0.4, 0.0)), v(Vec3::Y)),
+            Visibility::default(),
+        )
+        .unwrap();
     for i in 0..12 {
         let at = Vec3::new(i as f32 / 6.0 - 1.0, 0.1, 0.2);
-        group.sphere(Sphere { centre: v(at), radius: R::from_f32(0.1) }, ask).unwrap();
-        group.shape(AnyShape::Disk(Disk::new(at.as_dvec3(), DVec3::Z, 0.12)), ask).unwrap();
+        group
+            .sphere(
+                Sphere {
+                    centre: v(at),
+                    radius: R::from_f32(0.1),
+                },
+                ask,
+            )
+            .unwrap();
+        group
+            .shape(
+                AnyShape::Disk(Disk::new(at.as_dvec3(), DVec3::Z, 0.12)),
+                ask,
+            )
+            .unwrap();
     }
     let endless = raywright_bvh::shapes::Cylinder {
         base: v(Vec3::ZERO),
@@ -86,7 +147,8 @@ fn mixed<R: Real>(kind: AcceleratorKind, mesh: &Mesh) -> Geometry<R> {
     Geometry::new(group, kind)
 }
 
-/// Protects: the same where planes, spheres, other shapes and instances are met, and in a precision without a wide tree.
+/// Protects: the same where planes, spheres, other shapes and instances are met, and in a precision
+/// without a wide tree.
 #[test]
 fn whatever_is_met() {
     let (_, mesh) = families().swap_remove(2);
@@ -95,7 +157,13 @@ fn whatever_is_met() {
     let [hits, rays] = agree("mixed", &mut tree, &mesh, Some(&scan));
     assert!(2 * hits > rays, "{hits} of {rays}");
     let exact = mixed::<f64>(AcceleratorKind::default(), &mesh);
-    let directions = [DVec3::X, DVec3::new(0.8, 0.6, 0.0), DVec3::Z, DVec3::NEG_Y, DVec3::Y];
+    let directions = [
+        DVec3::X,
+        DVec3::new(0.8, 0.6, 0.0),
+        DVec3::Z,
+        DVec3::NEG_Y,
+        DVec3::Y,
+    ];
     let asked = RayPacket {
         origin: DVec3::new(0.1, 0.2, 0.05),
         directions: &directions,
@@ -117,7 +185,13 @@ fn nothing_asked_and_nothing_said() {
     let tree = mixed::<f32>(AcceleratorKind::default(), &mesh);
     let mut hits = vec![None];
     let mut from = |directions: &[Vec3]| {
-        let asked = RayPacket { origin: Vec3::X, directions, time: 0.0, culls: false, range: Interval::positive() };
+        let asked = RayPacket {
+            origin: Vec3::X,
+            directions,
+            time: 0.0,
+            culls: false,
+            range: Interval::positive(),
+        };
         tree.closest_from(&asked, &mut PacketBackoff::default(), &mut hits);
         hits.len()
     };

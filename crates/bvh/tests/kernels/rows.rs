@@ -1,11 +1,11 @@
-//! Spheres and planes in rows, and spheres in leaves, alone and beside triangles and other shapes, against the scan that
-//! asks one by one.
+//! Spheres and planes in rows, and spheres in leaves, alone and beside triangles and other shapes,
+//! against the scan that asks one by one.
 
 use glam::{DAffine3, DVec3, Vec3};
 use raywright_bvh::shapes::{AnyShape, Cuboid, Disk, Plane, Quad, Sphere};
 use raywright_bvh::{
-    AcceleratorKind, BuildQuality, Geometry, Hit, Interval, Kernel, Occlusion, PacketBackoff, PrimitiveSet, Ray, RayPacket, Side,
-    Visibility,
+    AcceleratorKind, BuildQuality, Geometry, Hit, Interval, Kernel, Occlusion, PacketBackoff,
+    PrimitiveSet, Ray, RayPacket, Side, Visibility,
 };
 
 use super::meshes::{Random, range};
@@ -31,8 +31,8 @@ const SETS: [[usize; 6]; 16] = [
     [120, 0, 120, 5, 120, 40],
 ];
 
-/// How spheres lie: scattered, in one another, one place for all, one in a billion times the others' size, very small, very large, and
-/// far from the origin.
+/// How spheres lie: scattered, in one another, one place for all, one in a billion times the
+/// others' size, very small, very large, and far from the origin.
 const FAMILIES: [(&str, f32, f32, f32); 8] = [
     ("scattered", 1.0, 0.4, 0.0),
     ("nested", 0.01, 1.0, 0.0),
@@ -45,8 +45,20 @@ const FAMILIES: [(&str, f32, f32, f32); 8] = [
 ];
 
 fn visibility(i: usize) -> Visibility {
-    let side = [Side::Both, Side::Outside, Side::Inside, Side::Culled, Side::Outside, Side::Inside][i % 6];
-    let occlusion = [Occlusion::Ask, Occlusion::Ask, Occlusion::Opaque, Occlusion::None][i / 3 % 4];
+    let side = [
+        Side::Both,
+        Side::Outside,
+        Side::Inside,
+        Side::Culled,
+        Side::Outside,
+        Side::Inside,
+    ][i % 6];
+    let occlusion = [
+        Occlusion::Ask,
+        Occlusion::Ask,
+        Occlusion::Opaque,
+        Occlusion::None,
+    ][i / 3 % 4];
     Visibility { side, occlusion }
 }
 
@@ -58,12 +70,28 @@ fn group(
     let (random, mut group, mut aims) = (&mut Random(3), PrimitiveSet::default(), vec![]);
     let unit = spread.max(size);
     // Of each kind in turn, so that the order of objects is not that of rows.
-    for i in 0..spheres.max(planes).max(triangles).max(disks).max(quads).max(boxes) {
+    for i in 0..spheres
+        .max(planes)
+        .max(triangles)
+        .max(disks)
+        .max(quads)
+        .max(boxes)
+    {
         let centre = random.point() * spread + away;
-        let radius = if size < 0.0 { 1e-9_f32.powf(random.unit()) } else { size * (0.1 + random.unit()) };
+        let radius = if size < 0.0 {
+            1e-9_f32.powf(random.unit())
+        } else {
+            size * (0.1 + random.unit())
+        };
         if i < disks {
-            let disk = Disk::new(centre.as_dvec3(), random.point().as_dvec3().normalize(), f64::from(unit));
-            group.shape(AnyShape::Disk(disk), visibility(i + 1)).unwrap();
+            let disk = Disk::new(
+                centre.as_dvec3(),
+                random.point().as_dvec3().normalize(),
+                f64::from(unit),
+            );
+            group
+                .shape(AnyShape::Disk(disk), visibility(i + 1))
+                .unwrap();
         }
         if i < triangles {
             let corner = |random: &mut Random| centre + random.point() * unit;
@@ -71,28 +99,55 @@ fn group(
             group.mesh([corners], visibility(i + 2)).unwrap();
         }
         if i < planes {
-            let normal = if i.is_multiple_of(2) { Vec3::Y } else { random.point().normalize() };
-            group.plane(Plane::new(centre, normal), visibility(i)).unwrap();
+            let normal = if i.is_multiple_of(2) {
+                Vec3::Y
+            } else {
+                random.point().normalize()
+            };
+            group
+                .plane(Plane::new(centre, normal), visibility(i))
+                .unwrap();
         }
         if i < boxes {
             let half = (random.point().abs() * size.abs() + unit * 0.01).as_dvec3();
-            group.shape(Cuboid::new(centre.as_dvec3() - half, centre.as_dvec3() + half).into(), visibility(i)).unwrap();
-            aims.push(Sphere { centre, radius: half.max_element() as f32 });
+            group
+                .shape(
+                    Cuboid::new(centre.as_dvec3() - half, centre.as_dvec3() + half).into(),
+                    visibility(i),
+                )
+                .unwrap();
+            aims.push(Sphere {
+                centre,
+                radius: half.max_element() as f32,
+            });
         }
         if i < quads {
             let quad = quad(random, i, centre, size.abs());
             group.shape(quad.into(), visibility(i)).unwrap();
             let [a, b, c, d] = quad.corners;
             // A corner, an edge, the diagonal between its halves, and anywhere in it.
-            let aim = [a, a.lerp(b, 0.3), a.lerp(c, 0.6), d.lerp(a.lerp(b, random.unit()), random.unit())][random.below(4)];
-            aims.push(Sphere { centre: aim, radius: unit * [1e-7, 0.01][random.below(2)] });
+            let aim = [
+                a,
+                a.lerp(b, 0.3),
+                a.lerp(c, 0.6),
+                d.lerp(a.lerp(b, random.unit()), random.unit()),
+            ][random.below(4)];
+            aims.push(Sphere {
+                centre: aim,
+                radius: unit * [1e-7, 0.01][random.below(2)],
+            });
         }
         if i < spheres {
-            group.sphere(Sphere { centre, radius }, visibility(i)).unwrap();
+            group
+                .sphere(Sphere { centre, radius }, visibility(i))
+                .unwrap();
             aims.push(Sphere { centre, radius });
         }
         if aims.is_empty() {
-            aims.push(Sphere { centre, radius: unit });
+            aims.push(Sphere {
+                centre,
+                radius: unit,
+            });
         }
     }
     (group, aims)
@@ -111,8 +166,9 @@ fn quad(random: &mut Random, i: usize, corner: Vec3, size: f32) -> Quad<f32> {
     Quad::new(corner.as_dvec3(), u, v)
 }
 
-/// A ray at a sphere: anywhere in it, past its border by a hair, from within, from near and from so far that its test takes another form;
-/// some along axes, some in a plane, some with the spheres behind them, some of no unit length.
+/// A ray at a sphere: anywhere in it, past its border by a hair, from within, from near and from so
+/// far that its test takes another form; some along axes, some in a plane, some with the spheres
+/// behind them, some of no unit length.
 fn ray(random: &mut Random, aims: &[Sphere<f32>]) -> Ray<f32> {
     let Sphere { centre, radius } = aims[random.below(aims.len())];
     let mut direction = random.point();
@@ -122,7 +178,11 @@ fn ray(random: &mut Random, aims: &[Sphere<f32>]) -> Ray<f32> {
         _ => {}
     }
     let direction = direction.as_dvec3().normalize_or(DVec3::X);
-    let across = random.point().as_dvec3().cross(direction).normalize_or(DVec3::ZERO);
+    let across = random
+        .point()
+        .as_dvec3()
+        .cross(direction)
+        .normalize_or(DVec3::ZERO);
     let beside = match random.below(3) {
         0 => f64::from(random.unit()),
         1 => 1.0 + 1e-7 * f64::from(random.unit() - 0.5),
@@ -130,12 +190,19 @@ fn ray(random: &mut Random, aims: &[Sphere<f32>]) -> Ray<f32> {
     };
     let away = [0.3, 3.0, 1e3, 2e3, 1e6][random.below(5)] * f64::from(radius);
     let ahead = if random.below(5) == 0 { -1.0 } else { 1.0 };
-    let origin = centre.as_dvec3() + across * (f64::from(radius) * beside) - direction * (away * ahead);
+    let origin =
+        centre.as_dvec3() + across * (f64::from(radius) * beside) - direction * (away * ahead);
     let length = [1.0, 1.0, 1.0, 1e-3, 1e5][random.below(5)];
     Ray::new(origin.as_vec3(), (direction * length).as_vec3())
 }
 
-fn agree(name: &str, scan: &Geometry<f32>, rows: &mut Geometry<f32>, aims: &[Sphere<f32>], map: DAffine3) -> usize {
+fn agree(
+    name: &str,
+    scan: &Geometry<f32>,
+    rows: &mut Geometry<f32>,
+    aims: &[Sphere<f32>],
+    map: DAffine3,
+) -> usize {
     let mut hits = 0;
     for kernel in Kernel::available() {
         rows.set_kernel(kernel);
@@ -144,49 +211,86 @@ fn agree(name: &str, scan: &Geometry<f32>, rows: &mut Geometry<f32>, aims: &[Sph
             let there = ray(random, aims);
             let to_world = |p: DVec3| map.transform_point3(p).as_vec3();
             let direction = map.transform_vector3(there.direction.as_dvec3()).as_vec3();
-            let ray = Ray { culls: i % 4 == 1, ..Ray::new(to_world(there.origin.as_dvec3()), direction) };
+            let ray = Ray {
+                culls: i % 4 == 1,
+                ..Ray::new(to_world(there.origin.as_dvec3()), direction)
+            };
             let what = format!("{name}, {kernel:?}, ray {i}: {ray:?}");
-            let all = Interval { min: [0.0, f32::NEG_INFINITY][i % 2], max: f32::INFINITY };
+            let all = Interval {
+                min: [0.0, f32::NEG_INFINITY][i % 2],
+                max: f32::INFINITY,
+            };
             let first = scan.closest(&ray, all, &mut ());
-            assert_eq!(bits(rows.closest(&ray, all, &mut ())), bits(first), "{what}");
+            assert_eq!(
+                bits(rows.closest(&ray, all, &mut ())),
+                bits(first),
+                "{what}"
+            );
             hits += usize::from(first.is_some());
             let range = range(random, first.map(|hit| hit.t));
-            assert_eq!(bits(rows.closest(&ray, range, &mut ())), bits(scan.closest(&ray, range, &mut ())), "{what}, {range:?}");
-            assert_eq!(asked(rows, &ray, range), asked(scan, &ray, range), "{what}, {range:?}");
+            assert_eq!(
+                bits(rows.closest(&ray, range, &mut ())),
+                bits(scan.closest(&ray, range, &mut ())),
+                "{what}, {range:?}"
+            );
+            assert_eq!(
+                asked(rows, &ray, range),
+                asked(scan, &ray, range),
+                "{what}, {range:?}"
+            );
         }
     }
     hits
 }
 
-/// Protects: what is tested in rows is hit with the bits of one test after the other, in every kernel: distances, the end of a body, who
-/// wins of equals, sides, what is asked about; of few primitives without nodes, of many beside a tree, and in the space of an
-/// instance.
+/// Protects: what is tested in rows is hit with the bits of one test after the other, in every
+/// kernel: distances, the end of a body, who wins of equals, sides, what is asked about; of few
+/// primitives without nodes, of many beside a tree, and in the space of an instance.
 #[test]
 fn t20_rows_find_what_the_scan_finds() {
     let mut hits = 0;
-    let turned = DAffine3::from_axis_angle(DVec3::new(0.6, 0.0, 0.8), 1.0) * DAffine3::from_scale(DVec3::new(2.0, -0.5, 1.0));
-    for (set, family) in SETS.into_iter().flat_map(|set| FAMILIES.map(|family| (set, family))) {
+    let turned = DAffine3::from_axis_angle(DVec3::new(0.6, 0.0, 0.8), 1.0)
+        * DAffine3::from_scale(DVec3::new(2.0, -0.5, 1.0));
+    for (set, family) in SETS
+        .into_iter()
+        .flat_map(|set| FAMILIES.map(|family| (set, family)))
+    {
         let (one, aims) = group(set, family);
         let name = format!("{set:?} {}", family.0);
         let built = |kind: AcceleratorKind| Geometry::new(one.clone(), kind);
-        let (scan, mut rows) = (built(AcceleratorKind::Linear), built(AcceleratorKind::default()));
+        let (scan, mut rows) = (
+            built(AcceleratorKind::Linear),
+            built(AcceleratorKind::default()),
+        );
         assert!(rows.kernel().is_some(), "{name}");
         hits += agree(&name, &scan, &mut rows, &aims, DAffine3::IDENTITY);
         let shown = |kind: AcceleratorKind| {
             let mut outer = PrimitiveSet::<f32>::default();
             let part = outer.part(built(kind)).unwrap();
-            let shown = outer.instance(part, turned, Visibility { occlusion: Occlusion::Ask, ..Visibility::default() });
-            shown.ok().map(|_| Geometry::new(outer, AcceleratorKind::Linear))
+            let shown = outer.instance(
+                part,
+                turned,
+                Visibility {
+                    occlusion: Occlusion::Ask,
+                    ..Visibility::default()
+                },
+            );
+            shown
+                .ok()
+                .map(|_| Geometry::new(outer, AcceleratorKind::Linear))
         };
-        if let (Some(scan), Some(mut rows)) = (shown(AcceleratorKind::Linear), shown(AcceleratorKind::default())) {
+        if let (Some(scan), Some(mut rows)) = (
+            shown(AcceleratorKind::Linear),
+            shown(AcceleratorKind::default()),
+        ) {
             hits += agree(&format!("{name}, shown"), &scan, &mut rows, &aims, turned);
         }
     }
     assert!(hits > 30_000, "{hits} hits");
 }
 
-/// Protects: leaves of spheres and quads are as good in a tree of each quality, where triangles beside them may be in several blocks and slots
-/// have names.
+/// Protects: leaves of spheres and quads are as good in a tree of each quality, where triangles
+/// beside them may be in several blocks and slots have names.
 #[test]
 fn leaves_are_the_same_in_every_quality() {
     for family in FAMILIES {
@@ -195,30 +299,61 @@ fn leaves_are_the_same_in_every_quality() {
         let (random, size) = (&mut Random(7), family.1.max(family.2));
         let sliver = |_| {
             let (a, along) = (random.point() * size + family.3, random.point() * size);
-            [a, a + along, a + along * 0.5 + random.point() * (size * 0.01)]
+            [
+                a,
+                a + along,
+                a + along * 0.5 + random.point() * (size * 0.01),
+            ]
         };
-        one.mesh((0..if family == FAMILIES[0] { 4000 } else { 100 }).map(sliver), visibility(0)).unwrap();
+        one.mesh(
+            (0..if family == FAMILIES[0] { 4000 } else { 100 }).map(sliver),
+            visibility(0),
+        )
+        .unwrap();
         let scan = Geometry::new(one.clone(), AcceleratorKind::Linear);
         for quality in BuildQuality::ALL {
             let mut tree = Geometry::new(one.clone(), AcceleratorKind::Tree(quality));
-            let hits = agree(&format!("{quality:?} {}", family.0), &scan, &mut tree, &aims, DAffine3::IDENTITY);
+            let hits = agree(
+                &format!("{quality:?} {}", family.0),
+                &scan,
+                &mut tree,
+                &aims,
+                DAffine3::IDENTITY,
+            );
             assert!(hits > 100, "{}: {hits} hits", family.0);
         }
     }
 }
 
-/// Protects: the same of so many that threads build the tree in pieces; and that spheres share leaves, since with a box for each the tree would
-/// take more room: 88 bytes each. Quads have a box each.
+/// Protects: the same of so many that threads build the tree in pieces; and that spheres share
+/// leaves, since with a box for each the tree would take more room: 88 bytes each. Quads have a box
+/// each.
 #[test]
 fn leaves_of_many_are_shared() {
     let thin = ("scattered", 1.0, 0.02, 0.0);
-    for (set, most) in [([9000, 0, 0, 0, 0, 0], 80), ([0, 0, 0, 0, 9000, 0], 170), ([9000, 2, 0, 0, 9000, 0], 200)] {
+    for (set, most) in [
+        ([9000, 0, 0, 0, 0, 0], 80),
+        ([0, 0, 0, 0, 9000, 0], 170),
+        ([9000, 2, 0, 0, 9000, 0], 200),
+    ] {
         let (one, aims) = group(set, thin);
         let count = one.len();
-        let (scan, mut tree) =
-            (Geometry::new(one.clone(), AcceleratorKind::Linear), Geometry::new(one, AcceleratorKind::default()));
-        assert!(tree.bytes() < count * most, "{} bytes each", tree.bytes() / count);
-        let hits = agree(&format!("{set:?}"), &scan, &mut tree, &aims, DAffine3::IDENTITY);
+        let (scan, mut tree) = (
+            Geometry::new(one.clone(), AcceleratorKind::Linear),
+            Geometry::new(one, AcceleratorKind::default()),
+        );
+        assert!(
+            tree.bytes() < count * most,
+            "{} bytes each",
+            tree.bytes() / count
+        );
+        let hits = agree(
+            &format!("{set:?}"),
+            &scan,
+            &mut tree,
+            &aims,
+            DAffine3::IDENTITY,
+        );
         assert!(hits > 100, "{set:?}: {hits} hits");
     }
 }
@@ -235,14 +370,36 @@ fn leaves_are_met_together() {
             for i in 0..150 {
                 let first = ray(random, &aims);
                 let width = first.direction.length() * [1e-6, 1e-3, 0.1][random.below(3)];
-                let directions: Vec<Vec3> = (0..16).map(|_| first.direction + random.point() * width).collect();
-                let t = tree.closest(&first, Interval::positive(), &mut ()).map(|hit| hit.t);
+                let directions: Vec<Vec3> = (0..16)
+                    .map(|_| first.direction + random.point() * width)
+                    .collect();
+                let t = tree
+                    .closest(&first, Interval::positive(), &mut ())
+                    .map(|hit| hit.t);
                 let range = range(random, t);
-                let asked = RayPacket { origin: first.origin, directions: &directions, time: 0.0, culls: i % 2 == 0, range };
+                let asked = RayPacket {
+                    origin: first.origin,
+                    directions: &directions,
+                    time: 0.0,
+                    culls: i % 2 == 0,
+                    range,
+                };
                 tree.closest_from(&asked, &mut PacketBackoff::default(), &mut found);
                 for (&direction, hit) in directions.iter().zip(&found) {
-                    let alone = tree.closest(&Ray { culls: asked.culls, ..Ray::new(first.origin, direction) }, range, &mut ());
-                    assert_eq!(bits(*hit), bits(alone), "{}, {kernel:?}: {direction} {asked:?}", family.0);
+                    let alone = tree.closest(
+                        &Ray {
+                            culls: asked.culls,
+                            ..Ray::new(first.origin, direction)
+                        },
+                        range,
+                        &mut (),
+                    );
+                    assert_eq!(
+                        bits(*hit),
+                        bits(alone),
+                        "{}, {kernel:?}: {direction} {asked:?}",
+                        family.0
+                    );
                     hits += usize::from(alone.is_some());
                 }
             }
@@ -259,20 +416,35 @@ fn nothing_and_next_to_nothing() {
     assert_eq!(empty.closest(&down, Interval::positive(), &mut ()), None);
     assert!(!empty.any(&down, Interval::positive(), &mut |_| true, &mut ()));
     let mut group = PrimitiveSet::<f32>::default();
-    group.plane(Plane::new(Vec3::ZERO, Vec3::Y), Visibility::default()).unwrap();
+    group
+        .plane(Plane::new(Vec3::ZERO, Vec3::Y), Visibility::default())
+        .unwrap();
     let plane = Geometry::new(group, AcceleratorKind::default());
-    assert_eq!(plane.closest(&down, Interval::positive(), &mut ()).map(|hit| hit.t), Some(1.0));
+    assert_eq!(
+        plane
+            .closest(&down, Interval::positive(), &mut ())
+            .map(|hit| hit.t),
+        Some(1.0)
+    );
     assert!(plane.any(&down, Interval::positive(), &mut |_| false, &mut ()));
 }
 
-/// Protects: a ray that touches a sphere hits it, where it touches: its discriminant is zero to the bit. By closed form, from every kernel, alone
-/// and from one point.
+/// Protects: a ray that touches a sphere hits it, where it touches: its discriminant is zero to the
+/// bit. By closed form, from every kernel, alone and from one point.
 #[test]
 fn rays_that_touch_hit() {
     let mut group = PrimitiveSet::<f32>::default();
     for i in 0..8_u8 {
         let centre = Vec3::X * 10.0 * f32::from(i);
-        group.sphere(Sphere { centre, radius: 1.0 }, Visibility::default()).unwrap();
+        group
+            .sphere(
+                Sphere {
+                    centre,
+                    radius: 1.0,
+                },
+                Visibility::default(),
+            )
+            .unwrap();
     }
     let mut rows = Geometry::new(group, AcceleratorKind::default());
     assert!(rows.build_work().is_some_and(|work| work.depth == 0));
@@ -280,11 +452,24 @@ fn rays_that_touch_hit() {
     for kernel in Kernel::available() {
         rows.set_kernel(kernel);
         for (i, t) in (0..8_u8).map(|i| (u32::from(i), 5.0 + 10.0 * f32::from(i))) {
-            let range = Interval { min: t - 1.0, max: f32::INFINITY };
+            let range = Interval {
+                min: t - 1.0,
+                max: f32::INFINITY,
+            };
             let hit = |hit: Option<Hit<f32>>| hit.map(|hit| (hit.t, hit.object));
-            assert_eq!(hit(rows.closest(&Ray::new(origin, Vec3::X), range, &mut ())), Some((t, i)), "{kernel:?}");
+            assert_eq!(
+                hit(rows.closest(&Ray::new(origin, Vec3::X), range, &mut ())),
+                Some((t, i)),
+                "{kernel:?}"
+            );
             let mut together = vec![];
-            let asked = RayPacket { origin, directions: &[Vec3::X, Vec3::NEG_X, Vec3::X], time: 0.0, culls: false, range };
+            let asked = RayPacket {
+                origin,
+                directions: &[Vec3::X, Vec3::NEG_X, Vec3::X],
+                time: 0.0,
+                culls: false,
+                range,
+            };
             rows.closest_from(&asked, &mut PacketBackoff::default(), &mut together);
             let together: Vec<_> = together.into_iter().map(hit).collect();
             assert_eq!(together, [Some((t, i)), None, Some((t, i))], "{kernel:?}");

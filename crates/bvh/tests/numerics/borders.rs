@@ -8,8 +8,8 @@ use super::support::{Expect, Random, Verdict, exact, hex, hit, judge, ray, store
 
 const STEPS: [f64; 7] = [0.0, 1.0, -1.0, 4.0, -4.0, 64.0, -64.0];
 
-/// Corners of a parallelogram whose sums are exact in f32, so that the shape is one: coordinates are whole multiples of
-/// 2⁻¹².
+/// Corners of a parallelogram whose sums are exact in f32, so that the shape is one: coordinates
+/// are whole multiples of 2⁻¹².
 pub fn grid(v: DVec3) -> DVec3 {
     (v * 4096.0).round() / 4096.0
 }
@@ -19,7 +19,8 @@ fn meet(o: DVec3, d: DVec3, through: DVec3, normal: DVec3) -> DVec3 {
     o + d * (normal.dot(through - o) / normal.dot(d))
 }
 
-/// Protects: rays at a quad's border: decided as f64 decides them from four units in the last place on.
+/// Protects: rays at a quad's border: decided as f64 decides them from four units in the last place
+/// on.
 #[test]
 fn p09_quad_border() {
     judge("P09 quad", 9, 1_000_000, |random| {
@@ -39,7 +40,9 @@ fn p09_quad_border() {
         let ray = towards::<f32>(origin, border + out * (random.pick(&STEPS) * ulp(scale)));
         let (o, d) = (ray.origin.as_dvec3(), ray.direction.as_dvec3());
         let scale = scale.max(o.abs().max_element());
-        if normal.dot(d).abs() < 0.05 * normal.length() || normal.dot(d) * normal.dot(border - o) < 0.0 {
+        if normal.dot(d).abs() < 0.05 * normal.length()
+            || normal.dot(d) * normal.dot(border - o) < 0.0
+        {
             return Verdict::Skip;
         }
         let q = meet(o, d, corner, normal) - corner;
@@ -52,7 +55,12 @@ fn p09_quad_border() {
             return Verdict::Skip;
         }
         let got = hit::<f32>(&quad, &ray).is_some();
-        Verdict::holds(got == (margin > 0.0), || format!("hit {got} at {margin:e} from the border{}", hex::<f32>(&ray)))
+        Verdict::holds(got == (margin > 0.0), || {
+            format!(
+                "hit {got} at {margin:e} from the border{}",
+                hex::<f32>(&ray)
+            )
+        })
     })
     .expect_right(200_000);
 }
@@ -63,11 +71,18 @@ fn p09_disk_border() {
     judge("P09 disk", 10, 400_000, |random| {
         let (centre, normal) = (exact(random.cube() * 10.0), exact(random.direction()));
         let radius = f64::from(random.between(0.1, 3.0) as f32);
-        let disk = Disk::<f32> { centre: stored::<f32>(centre), normal: stored::<f32>(normal), radius: radius as f32 };
+        let disk = Disk::<f32> {
+            centre: stored::<f32>(centre),
+            normal: stored::<f32>(normal),
+            radius: radius as f32,
+        };
         let rim = random.disc(normal.normalize(), 1.0).normalize();
         let scale = centre.abs().max_element() + radius;
         let origin = centre + rim * radius + random.direction() * random.between(1.0, 10.0);
-        let ray = towards::<f32>(origin, centre + rim * (radius + random.pick(&STEPS) * ulp(scale)));
+        let ray = towards::<f32>(
+            origin,
+            centre + rim * (radius + random.pick(&STEPS) * ulp(scale)),
+        );
         let (o, d) = (ray.origin.as_dvec3(), ray.direction.as_dvec3());
         let scale = scale.max(o.abs().max_element());
         if normal.dot(d).abs() < 0.05 || normal.dot(d) * normal.dot(centre - o) < 0.0 {
@@ -78,7 +93,9 @@ fn p09_disk_border() {
             return Verdict::Skip;
         }
         let got = hit::<f32>(&disk, &ray).is_some();
-        Verdict::holds(got == (margin > 0.0), || format!("hit {got} at {margin:e} from the rim{}", hex::<f32>(&ray)))
+        Verdict::holds(got == (margin > 0.0), || {
+            format!("hit {got} at {margin:e} from the rim{}", hex::<f32>(&ray))
+        })
     })
     .expect_right(100_000);
 }
@@ -104,7 +121,8 @@ fn p09_no_leak_between_quads() {
         let (l, r) = (side(left), side(right));
         let steep = |way: DVec3, s: f64| s.abs() > 0.1 * way.length() * seam.length();
         let behind = o.distance(target) < 0.4;
-        let far_off = ulp(corner.abs().max_element().max(o.abs().max_element())) * 64.0 > 0.05 * seam.length();
+        let far_off = ulp(corner.abs().max_element().max(o.abs().max_element())) * 64.0
+            > 0.05 * seam.length();
         if l * r >= 0.0 || !steep(left, l) || !steep(right, r) || behind || far_off {
             return Verdict::Skip;
         }
@@ -131,20 +149,37 @@ fn solid(random: &mut Random) -> (AnyShape<f32>, DVec3, DVec3, [f64; 2]) {
     let radii = random.pick(&[[1.0, 1.0], [1.0, 0.0], [1.25, 0.5], [0.25, 0.75]]);
     let (b, a) = (stored::<f32>(base), stored::<f32>(axis));
     let shape = if radii[0] == radii[1] {
-        Cylinder { base: b, axis: a, radius: radii[0] as f32, ends: Ends::Capped }.into()
+        Cylinder {
+            base: b,
+            axis: a,
+            radius: radii[0] as f32,
+            ends: Ends::Capped,
+        }
+        .into()
     } else {
-        Cone { base: b, axis: a, radius: radii[0] as f32, top_radius: radii[1] as f32 }.into()
+        Cone {
+            base: b,
+            axis: a,
+            radius: radii[0] as f32,
+            top_radius: radii[1] as f32,
+        }
+        .into()
     };
     (shape, base, axis, radii)
 }
 
-/// Protects: the seam between wall and cap is closed: what passes through the solid is hit, and what enters leaves.
+/// Protects: the seam between wall and cap is closed: what passes through the solid is hit, and
+/// what enters leaves.
 #[test]
 fn p11_cap_seam() {
     judge("P11", 12, 1_300_000, |random| {
         let (shape, base, axis, radii) = solid(random);
         let top = random.sign() > 0.0;
-        let (end, radius) = if top { (base + axis, radii[1]) } else { (base, radii[0]) };
+        let (end, radius) = if top {
+            (base + axis, radii[1])
+        } else {
+            (base, radii[0])
+        };
         let out = random.disc(axis.normalize(), 1.0).normalize();
         let scale = base.abs().max_element() + axis.abs().max_element() + 1.25;
         let jitter = random.cube() * (4.0 * ulp(scale));
@@ -159,14 +194,25 @@ fn p11_cap_seam() {
         let enters = shape.intersect(&probe, all, Side::Outside);
         let leaves = shape.intersect(&probe, all, Side::Inside);
         if enters.is_some() != leaves.is_some() {
-            return Verdict::Wrong(format!("enters {enters:?}, leaves {leaves:?}{} {shape:?}", hex::<f32>(&ray)));
+            return Verdict::Wrong(format!(
+                "enters {enters:?}, leaves {leaves:?}{} {shape:?}",
+                hex::<f32>(&ray)
+            ));
         }
         // One by one, as a chain of queries sees them.
         let (mut count, mut from) = (0, 0.0);
-        while let Some(h) = shape.intersect(&probe, Interval { min: from, max: f32::INFINITY }, Side::Both) {
+        while let Some(h) = shape.intersect(
+            &probe,
+            Interval {
+                min: from,
+                max: f32::INFINITY,
+            },
+            Side::Both,
+        ) {
             (count, from) = (count + 1, h.t);
         }
-        // The deepest point near the rim, by a search along the ray: inside beyond doubt must be hit.
+        // The deepest point near the rim, by a search along the ray: inside beyond doubt must be
+        // hit.
         let (mut low, mut high) = ((rim - o).dot(d) - 4.0, (rim - o).dot(d) + 4.0);
         for _ in 0..80 {
             let (a, b) = (low + (high - low) * 0.4, low + (high - low) * 0.6);
@@ -174,22 +220,25 @@ fn p11_cap_seam() {
             if deeper { high = b } else { low = a }
         }
         let deepest = depth(o + d * low, base, axis, radii);
-        Verdict::holds(count % 2 == 0 && count <= 2, || format!("{count} hits{} {shape:?}", hex::<f32>(&ray)))
-            .and(|| {
-                Verdict::holds(deepest < 4.0 * ulp(scale) || count == 2, || {
-                    format!("leak at depth {deepest:e}{} {shape:?}", hex::<f32>(&ray))
-                })
+        Verdict::holds(count % 2 == 0 && count <= 2, || {
+            format!("{count} hits{} {shape:?}", hex::<f32>(&ray))
+        })
+        .and(|| {
+            Verdict::holds(deepest < 4.0 * ulp(scale) || count == 2, || {
+                format!("leak at depth {deepest:e}{} {shape:?}", hex::<f32>(&ray))
             })
-            .and(|| {
-                Verdict::holds(deepest > -4.0 * ulp(scale) || count == 0, || {
-                    format!("false hit at {deepest:e}{} {shape:?}", hex::<f32>(&ray))
-                })
+        })
+        .and(|| {
+            Verdict::holds(deepest > -4.0 * ulp(scale) || count == 0, || {
+                format!("false hit at {deepest:e}{} {shape:?}", hex::<f32>(&ray))
             })
+        })
     })
     .expect_right(1_000_000);
 }
 
-/// Protects: a clip of no height leaves nothing, and one of a single unit in the last place no more than that.
+/// Protects: a clip of no height leaves nothing, and one of a single unit in the last place no more
+/// than that.
 #[test]
 fn p14_empty_and_thin_clips() {
     let thin = f64::from(f32::EPSILON);
@@ -200,29 +249,78 @@ fn p14_empty_and_thin_clips() {
         let jitter = random.pick(&STEPS) * thin;
         let waist = DVec3::new(angle.cos(), height + jitter, angle.sin());
         let level = random.unit() < 0.2;
-        let origin = if level { exact(DVec3::new(origin.x, 0.0, origin.z)) } else { origin };
-        let target = if level { DVec3::new(waist.x, 0.0, waist.z) } else { waist };
+        let origin = if level {
+            exact(DVec3::new(origin.x, 0.0, origin.z))
+        } else {
+            origin
+        };
+        let target = if level {
+            DVec3::new(waist.x, 0.0, waist.z)
+        } else {
+            waist
+        };
         let ray = ray::<f32>(origin, exact((target - origin).normalize()));
-        let (one, zero, up) = (1.0_f32, <f32 as Real>::Vec3::ZERO, stored::<f32>(DVec3::Y * height));
+        let (one, zero, up) = (
+            1.0_f32,
+            <f32 as Real>::Vec3::ZERO,
+            stored::<f32>(DVec3::Y * height),
+        );
         let h = height as f32;
         let shapes: [AnyShape<f32>; 5] = [
-            Hyperboloid { centre: zero, waist: one, slope: one, half_height: h }.into(),
-            Paraboloid { apex: zero, radius: one, height: h }.into(),
-            Cylinder { base: zero, axis: up, radius: one, ends: Ends::Open }.into(),
-            Cylinder { base: zero, axis: up, radius: one, ends: Ends::Capped }.into(),
-            Cone { base: zero, axis: up, radius: one, top_radius: 0.5 }.into(),
+            Hyperboloid {
+                centre: zero,
+                waist: one,
+                slope: one,
+                half_height: h,
+            }
+            .into(),
+            Paraboloid {
+                apex: zero,
+                radius: one,
+                height: h,
+            }
+            .into(),
+            Cylinder {
+                base: zero,
+                axis: up,
+                radius: one,
+                ends: Ends::Open,
+            }
+            .into(),
+            Cylinder {
+                base: zero,
+                axis: up,
+                radius: one,
+                ends: Ends::Capped,
+            }
+            .into(),
+            Cone {
+                base: zero,
+                axis: up,
+                radius: one,
+                top_radius: 0.5,
+            }
+            .into(),
         ];
         let (o, d) = (ray.origin.as_dvec3(), ray.direction.as_dvec3());
         let scale = o.abs().max_element().max(1.0);
         shapes.iter().fold(Verdict::Right(0.0), |verdict, shape| {
             verdict.and(|| match hit::<f32>(shape, &ray) {
                 None => Verdict::Right(0.0),
-                Some(_) if height == 0.0 => Verdict::Wrong(format!("hit nothing at all{} {shape:?}", hex::<f32>(&ray))),
+                Some(_) if height == 0.0 => {
+                    Verdict::Wrong(format!("hit nothing at all{} {shape:?}", hex::<f32>(&ray)))
+                }
                 Some(h) => {
                     let y = o.y + d.y * f64::from(h.t);
-                    let low = if matches!(shape, AnyShape::Hyperboloid(_)) { -height } else { 0.0 };
+                    let low = if matches!(shape, AnyShape::Hyperboloid(_)) {
+                        -height
+                    } else {
+                        0.0
+                    };
                     let over = (y - height).max(low - y);
-                    Verdict::bounded(over, 4.0 * ulp(scale), || format!("beyond the clip{} {shape:?}", hex::<f32>(&ray)))
+                    Verdict::bounded(over, 4.0 * ulp(scale), || {
+                        format!("beyond the clip{} {shape:?}", hex::<f32>(&ray))
+                    })
                 }
             })
         })
@@ -230,7 +328,8 @@ fn p14_empty_and_thin_clips() {
     .expect_right(300_000);
 }
 
-/// An open quadric of revolution about y: its shape, the form that is negative inside, and the heights between which it is.
+/// An open quadric of revolution about y: its shape, the form that is negative inside, and the
+/// heights between which it is.
 struct Open {
     shape: AnyShape<f32>,
     /// Coefficients of x² + z², y², y and 1.
@@ -242,23 +341,43 @@ struct Open {
 impl Open {
     /// One of the three, its centre, base or apex at a place.
     fn any(random: &mut Random, at: DVec3) -> Self {
-        let (centre, height) = (stored::<f32>(at), f64::from(random.between(0.2, 2.0) as f32));
+        let (centre, height) = (
+            stored::<f32>(at),
+            f64::from(random.between(0.2, 2.0) as f32),
+        );
         let (half, up) = (height as f32, stored::<f32>(DVec3::Y * height));
         match random.bits() % 3 {
             0 => Self {
-                shape: Hyperboloid { centre, waist: 0.5, slope: 0.75, half_height: half }.into(),
+                shape: Hyperboloid {
+                    centre,
+                    waist: 0.5,
+                    slope: 0.75,
+                    half_height: half,
+                }
+                .into(),
                 form: [4.0, -1.0 / 0.5625, 0.0, -1.0],
                 low: -height,
                 high: height,
             },
             1 => Self {
-                shape: Paraboloid { apex: centre, radius: 0.5, height: half }.into(),
+                shape: Paraboloid {
+                    apex: centre,
+                    radius: 0.5,
+                    height: half,
+                }
+                .into(),
                 form: [4.0 * height, 0.0, -1.0, 0.0],
                 low: f64::NEG_INFINITY,
                 high: height,
             },
             _ => Self {
-                shape: Cylinder { base: centre, axis: up, radius: 0.5, ends: Ends::Open }.into(),
+                shape: Cylinder {
+                    base: centre,
+                    axis: up,
+                    radius: 0.5,
+                    ends: Ends::Open,
+                }
+                .into(),
                 form: [4.0, 0.0, 0.0, -1.0],
                 low: 0.0,
                 high: height,
@@ -284,7 +403,11 @@ fn p14_clips_are_exact() {
     judge("P14 border", 15, 600_000, |random| {
         let at = exact(random.cube() * 3.0);
         let open = Open::any(random, at);
-        let y = if open.low.is_finite() && random.sign() > 0.0 { open.low } else { open.high };
+        let y = if open.low.is_finite() && random.sign() > 0.0 {
+            open.low
+        } else {
+            open.high
+        };
         let (radius, angle) = (open.radius(y), random.unit() * core::f64::consts::TAU);
         let scale = at.abs().max_element() + radius + y.abs();
         let jitter = random.pick(&STEPS) * ulp(scale);
@@ -298,20 +421,42 @@ fn p14_clips_are_exact() {
         let f = f + d * ahead;
         let [out, yy, y1, one] = open.form;
         let form = |a: DVec3, b: DVec3| (a.x * b.x + a.z * b.z) * out + a.y * b.y * yy;
-        let (a, b, c) = (form(d, d), form(d, f) + 0.5 * y1 * d.y, form(f, f) + y1 * f.y + one);
+        let (a, b, c) = (
+            form(d, d),
+            form(d, f) + 0.5 * y1 * d.y,
+            form(f, f) + y1 * f.y + one,
+        );
         let discriminant = b * b - a * c;
         if discriminant < 1e-3 || a.abs() < 1e-3 {
             return Verdict::Skip;
         }
-        let roots = [(-b - discriminant.sqrt()) / a + ahead, (discriminant.sqrt() - b) / a + ahead];
+        let roots = [
+            (-b - discriminant.sqrt()) / a + ahead,
+            (discriminant.sqrt() - b) / a + ahead,
+        ];
         let margins = roots.map(|t| open.inside(f.y + d.y * (t - ahead)));
-        if roots.iter().zip(margins).any(|(t, m)| m.abs() < 4.0 * ulp(scale) || t.abs() < 1e-3) {
+        if roots
+            .iter()
+            .zip(margins)
+            .any(|(t, m)| m.abs() < 4.0 * ulp(scale) || t.abs() < 1e-3)
+        {
             return Verdict::Skip;
         }
-        let wanted = roots.iter().zip(margins).filter(|(t, m)| **t > 0.0 && *m > 0.0).map(|r| *r.0).fold(f64::INFINITY, f64::min);
+        let wanted = roots
+            .iter()
+            .zip(margins)
+            .filter(|(t, m)| **t > 0.0 && *m > 0.0)
+            .map(|r| *r.0)
+            .fold(f64::INFINITY, f64::min);
         let got = hit::<f32>(&open.shape, &ray).map_or(f64::INFINITY, |h| f64::from(h.t));
         let same = got == wanted || (got - wanted).abs() < 1e-4;
-        Verdict::holds(same, || format!("{got} instead of {wanted}, margins {margins:?}{} {:?}", hex::<f32>(&ray), open.shape))
+        Verdict::holds(same, || {
+            format!(
+                "{got} instead of {wanted}, margins {margins:?}{} {:?}",
+                hex::<f32>(&ray),
+                open.shape
+            )
+        })
     })
     .expect_right(200_000);
 }

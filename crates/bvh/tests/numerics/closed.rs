@@ -1,4 +1,5 @@
-//! S04, S05: gaps and shells a ten-thousandth wide, and paths that bounce in a closed box and must stay there.
+//! S04, S05: gaps and shells a ten-thousandth wide, and paths that bounce in a closed box and must
+//! stay there.
 
 use glam::{DQuat, DVec3, Vec3};
 use raywright_bvh::shapes::{AnyShape, Cuboid, Quad, Sphere, Triangle};
@@ -16,29 +17,49 @@ fn geometry(shapes: impl IntoIterator<Item = AnyShape<f32>>) -> Geometry<f32> {
     Geometry::new(group, AcceleratorKind::default())
 }
 
-/// Protects: two parallel sheets with a narrow gap, turned: a light beyond the other sheet is never seen, one in the gap always.
+/// Protects: two parallel sheets with a narrow gap, turned: a light beyond the other sheet is never
+/// seen, one in the gap always.
 #[test]
 fn s04_thin_gap() {
     judge("S04 gap", 130, 400_000, |random| {
         let turn = DQuat::from_axis_angle(random.direction(), random.between(0.0, 6.0));
-        let turn = if random.unit() < 0.25 { DQuat::IDENTITY } else { turn };
+        let turn = if random.unit() < 0.25 {
+            DQuat::IDENTITY
+        } else {
+            turn
+        };
         let at = random.cube();
         let sheet = |height: f64| -> AnyShape<f32> {
-            Quad::new(at + turn * DVec3::new(-1.0, height, -1.0), turn * (DVec3::X * 2.0), turn * (DVec3::Z * 2.0)).into()
+            Quad::new(
+                at + turn * DVec3::new(-1.0, height, -1.0),
+                turn * (DVec3::X * 2.0),
+                turn * (DVec3::Z * 2.0),
+            )
+            .into()
         };
         let geometry = geometry([sheet(0.0), sheet(GAP)]);
-        let inner = |random: &mut Random| DVec3::new(random.between(-0.9, 0.9), 0.0, random.between(-0.9, 0.9));
+        let inner = |random: &mut Random| {
+            DVec3::new(random.between(-0.9, 0.9), 0.0, random.between(-0.9, 0.9))
+        };
         // A point of the lower sheet's upper side, or of the upper sheet's upper side.
         let lower = random.sign() > 0.0;
         let place = inner(random);
         let (target, from) = if lower {
             // Seen from within the gap.
-            (place, place + random.disc(DVec3::Y, 0.05) + DVec3::Y * (0.7 * GAP))
+            (
+                place,
+                place + random.disc(DVec3::Y, 0.05) + DVec3::Y * (0.7 * GAP),
+            )
         } else {
-            (place + DVec3::Y * GAP, place + random.disc(DVec3::Y, 1.0) + DVec3::Y * random.between(0.1, 2.0))
+            (
+                place + DVec3::Y * GAP,
+                place + random.disc(DVec3::Y, 1.0) + DVec3::Y * random.between(0.1, 2.0),
+            )
         };
         let ray = towards::<f32>(at + turn * from, at + turn * target);
-        let Some(hit) = geometry.closest(&ray, Interval::positive(), &mut ()) else { return Verdict::Skip };
+        let Some(hit) = geometry.closest(&ray, Interval::positive(), &mut ()) else {
+            return Verdict::Skip;
+        };
         if (hit.object == 0) != lower {
             return Verdict::Skip;
         }
@@ -46,43 +67,81 @@ fn s04_thin_gap() {
         let beside = inner(random);
         let (light, dark) = match (lower, random.sign() > 0.0) {
             // In the gap, not too far along it for f32 to tell its height.
-            (true, true) => (place + random.disc(DVec3::Y, 0.05) + DVec3::Y * (0.5 * GAP), false),
+            (true, true) => (
+                place + random.disc(DVec3::Y, 0.05) + DVec3::Y * (0.5 * GAP),
+                false,
+            ),
             (true, false) => (beside * 0.5 + DVec3::Y * (2.0 * GAP), true),
             (false, true) => (beside + DVec3::Y * random.between(2.0 * GAP, 1.0), false),
             (false, false) => (beside * 0.5 - DVec3::Y * GAP, true),
         };
         let light = at + turn * light;
-        let Some((shadow, range)) = surface.spawn_to(light.as_vec3()) else { return Verdict::Wrong("no shadow ray".into()) };
+        let Some((shadow, range)) = surface.spawn_to(light.as_vec3()) else {
+            return Verdict::Wrong("no shadow ray".into());
+        };
         let got = geometry.any(&shadow, range, &mut |_| true, &mut ());
-        Verdict::holds(got == dark, || format!("shadow {got} on sheet {}{}", hit.object, hex::<f32>(&shadow)))
+        Verdict::holds(got == dark, || {
+            format!(
+                "shadow {got} on sheet {}{}",
+                hit.object,
+                hex::<f32>(&shadow)
+            )
+        })
     })
     .expect_right(300_000);
 }
 
-/// Which surface of a shell a ray meets, one after the other, bent by Snell's law at each, until it leaves; f64, from the
-/// impact parameter alone: it is kept where the ray is in the same medium, and multiplied by the ratio of the indices.
+/// Which surface of a shell a ray meets, one after the other, bent by Snell's law at each, until it
+/// leaves; f64, from the impact parameter alone: it is kept where the ray is in the same medium,
+/// and multiplied by the ratio of the indices.
 fn interfaces(impact: f64, inner: f64) -> Vec<u32> {
-    // In the glass the impact parameter is impact / η < inner; in the hollow it is the outer one again.
-    if impact < inner { vec![0, 1, 1, 0] } else { vec![0, 1, 0] }
+    // In the glass the impact parameter is impact / η < inner; in the hollow it is the outer one
+    // again.
+    if impact < inner {
+        vec![0, 1, 1, 0]
+    } else {
+        vec![0, 1, 0]
+    }
 }
 
-/// Protects: a glass ball with a wall of a ten-thousandth: straight rays and refracted ones meet each surface of it once.
+/// Protects: a glass ball with a wall of a ten-thousandth: straight rays and refracted ones meet
+/// each surface of it once.
 #[test]
 fn s04_thin_shell() {
     const ETA: f64 = 1.5;
     judge("S04 shell", 131, 400_000, |random| {
         let centre = exact(random.cube() * random.pick(&[0.0, 1.0, 10.0]));
         let inner = f64::from((1.0 - GAP) as f32);
-        let ball = |radius: f64| -> AnyShape<f32> { Sphere { centre: stored::<f32>(centre), radius: radius as f32 }.into() };
+        let ball = |radius: f64| -> AnyShape<f32> {
+            Sphere {
+                centre: stored::<f32>(centre),
+                radius: radius as f32,
+            }
+            .into()
+        };
         let geometry = geometry([ball(1.0), ball(inner)]);
         let out = random.direction();
-        let ray = towards::<f32>(centre + out * random.between(1.5, 10.0), centre + random.disc(out, 1.0));
-        let (o, d) = (ray.origin.as_dvec3() - centre, ray.direction.as_dvec3().normalize());
+        let ray = towards::<f32>(
+            centre + out * random.between(1.5, 10.0),
+            centre + random.disc(out, 1.0),
+        );
+        let (o, d) = (
+            ray.origin.as_dvec3() - centre,
+            ray.direction.as_dvec3().normalize(),
+        );
         let impact = (o - d * o.dot(d)).length();
         let bends = random.sign() > 0.0;
         // Straight on, a grazing ray meets the outer surface alone.
-        let straight = if impact < inner { vec![0, 1, 1, 0] } else { vec![0, 0] };
-        let wanted = if bends { interfaces(impact, inner) } else { straight };
+        let straight = if impact < inner {
+            vec![0, 1, 1, 0]
+        } else {
+            vec![0, 0]
+        };
+        let wanted = if bends {
+            interfaces(impact, inner)
+        } else {
+            straight
+        };
         // Near the rim of the hollow either way is right, within what the place of the balls costs.
         let room = 64.0 * ulp(centre.abs().max_element() + 10.0);
         if (impact - inner).abs() < room || impact > 1.0 - room {
@@ -96,16 +155,25 @@ fn s04_thin_shell() {
             }
             let surface = geometry.surface(&ray, &hit);
             let d = ray.direction.as_dvec3().normalize();
-            let onward = if bends { bend(d, surface.normal.as_dvec3(), hit.object, ETA) } else { d };
+            let onward = if bends {
+                bend(d, surface.normal.as_dvec3(), hit.object, ETA)
+            } else {
+                d
+            };
             ray = Ray::new(surface.spawn(onward.as_vec3()), onward.as_vec3());
         }
-        Verdict::holds(met == wanted, || format!("met {met:?}, not {wanted:?}, impact {impact}{}", hex::<f32>(&ray)))
+        Verdict::holds(met == wanted, || {
+            format!(
+                "met {met:?}, not {wanted:?}, impact {impact}{}",
+                hex::<f32>(&ray)
+            )
+        })
     })
     .expect_right(390_000);
 }
 
-/// The direction behind a surface of the shell: glass between the outer (0) and the inner one (1), air elsewhere. Mirrored
-/// where nothing passes.
+/// The direction behind a surface of the shell: glass between the outer (0) and the inner one (1),
+/// air elsewhere. Mirrored where nothing passes.
 fn bend(d: DVec3, normal: DVec3, surface: u32, eta: f64) -> DVec3 {
     let entering = normal.dot(d) < 0.0;
     let to_glass = entering == (surface == 0);
@@ -113,31 +181,76 @@ fn bend(d: DVec3, normal: DVec3, surface: u32, eta: f64) -> DVec3 {
     let n = if entering { normal } else { -normal };
     let cos = -n.dot(d);
     let rest = 1.0 - ratio * ratio * (1.0 - cos * cos);
-    if rest < 0.0 { d + n * (2.0 * cos) } else { d * ratio + n * (ratio * cos - rest.sqrt()) }.normalize()
+    if rest < 0.0 {
+        d + n * (2.0 * cos)
+    } else {
+        d * ratio + n * (ratio * cos - rest.sqrt())
+    }
+    .normalize()
 }
 
-/// The faces of a box by its corners, each listed outward: from the origin of a frame along its three edges.
+/// The faces of a box by its corners, each listed outward: from the origin of a frame along its
+/// three edges.
 fn faces(at: DVec3, edges: [DVec3; 3]) -> Vec<[Vec3; 4]> {
     let corner = |i: usize| {
-        let part = |k: usize| if i >> k & 1 == 1 { edges[k] } else { DVec3::ZERO };
+        let part = |k: usize| {
+            if i >> k & 1 == 1 {
+                edges[k]
+            } else {
+                DVec3::ZERO
+            }
+        };
         (at + part(0) + part(1) + part(2)).as_vec3()
     };
-    [[0, 2, 3, 1], [4, 5, 7, 6], [0, 1, 5, 4], [2, 6, 7, 3], [0, 4, 6, 2], [1, 3, 7, 5]].map(|face| face.map(corner)).to_vec()
+    [
+        [0, 2, 3, 1],
+        [4, 5, 7, 6],
+        [0, 1, 5, 4],
+        [2, 6, 7, 3],
+        [0, 4, 6, 2],
+        [1, 3, 7, 5],
+    ]
+    .map(|face| face.map(corner))
+    .to_vec()
 }
 
 /// A closed room, as one box, six quads or twelve triangles; turned except as a box.
 fn room(kind: usize, seed: u64) -> (Geometry<f32>, DVec3, [DVec3; 3]) {
     let random = &mut Random::new(seed, 0);
-    let (at, size) = (exact(random.cube() * 10.0), DVec3::new(1.3, 0.7, 2.1) * random.between(0.5, 2.0));
-    let turn = DQuat::from_axis_angle(random.direction(), if kind == 0 { 0.0 } else { random.between(0.0, 6.0) });
+    let (at, size) = (
+        exact(random.cube() * 10.0),
+        DVec3::new(1.3, 0.7, 2.1) * random.between(0.5, 2.0),
+    );
+    let turn = DQuat::from_axis_angle(
+        random.direction(),
+        if kind == 0 {
+            0.0
+        } else {
+            random.between(0.0, 6.0)
+        },
+    );
     let edges = [DVec3::X * size.x, DVec3::Y * size.y, DVec3::Z * size.z].map(|e| turn * e);
     let walls = faces(at, edges);
     let shapes: Vec<AnyShape<f32>> = match kind {
-        0 => vec![Cuboid { min: at.as_vec3(), max: (at + size).as_vec3() }.into()],
-        1 => walls.into_iter().map(|corners| Quad { corners }.into()).collect(),
+        0 => vec![
+            Cuboid {
+                min: at.as_vec3(),
+                max: (at + size).as_vec3(),
+            }
+            .into(),
+        ],
+        1 => walls
+            .into_iter()
+            .map(|corners| Quad { corners }.into())
+            .collect(),
         _ => walls
             .into_iter()
-            .flat_map(|[a, b, c, d]| [Triangle::new([a, b, c]).into(), Triangle::new([a, c, d]).into()])
+            .flat_map(|[a, b, c, d]| {
+                [
+                    Triangle::new([a, b, c]).into(),
+                    Triangle::new([a, c, d]).into(),
+                ]
+            })
             .collect(),
     };
     (geometry(shapes), at, edges)
@@ -145,8 +258,15 @@ fn room(kind: usize, seed: u64) -> (Geometry<f32>, DVec3, [DVec3; 3]) {
 
 const ROOMS: [&str; 3] = ["box", "quads", "triangles"];
 
-/// A direction into the room from a wall, not along it: any, or nearly along it, or towards an edge once more.
-fn onward(random: &mut Random, surface: &Surface<f32>, inward: DVec3, at: DVec3, edges: [DVec3; 3]) -> DVec3 {
+/// A direction into the room from a wall, not along it: any, or nearly along it, or towards an edge
+/// once more.
+fn onward(
+    random: &mut Random,
+    surface: &Surface<f32>,
+    inward: DVec3,
+    at: DVec3,
+    edges: [DVec3; 3],
+) -> DVec3 {
     loop {
         let d = match random.bits() % 3 {
             0 => random.direction(),
@@ -167,39 +287,66 @@ fn near_edge(random: &mut Random, at: DVec3, edges: [DVec3; 3]) -> DVec3 {
     let (b, c) = (edges[(along + 1) % 3], edges[(along + 2) % 3]);
     let end = |random: &mut Random, off: f64, edge: DVec3| {
         let share = off / edge.length();
-        edge * if random.sign() > 0.0 { share } else { 1.0 - share }
+        edge * if random.sign() > 0.0 {
+            share
+        } else {
+            1.0 - share
+        }
     };
     let least = ulp(at.abs().max_element());
     let off = least * (1e-3 / least).powf(random.unit());
     // Sometimes into a corner of three walls.
-    let place = if random.unit() < 0.2 { end(random, off, edges[along]) } else { edges[along] * random.unit() };
+    let place = if random.unit() < 0.2 {
+        end(random, off, edges[along])
+    } else {
+        edges[along] * random.unit()
+    };
     at + place + end(random, off, b) + end(random, 0.0, c)
 }
 
-/// Protects: a million paths of eight bounces in closed rooms, that start and turn at edges and corners: none gets out.
+/// Protects: a million paths of eight bounces in closed rooms, that start and turn at edges and
+/// corners: none gets out.
 #[test]
 fn s05_nothing_escapes() {
     for (kind, name) in ROOMS.iter().enumerate() {
         for seed in 0..4 {
             let (geometry, at, edges) = room(kind, 140 + seed);
             let middle = at + (edges[0] + edges[1] + edges[2]) * 0.5;
-            judge(&format!("S05 {name} {seed}"), 141 + seed, 250_000, |random| {
-                let start = exact(middle + edges.into_iter().map(|edge| edge * random.between(-0.3, 0.3)).sum::<DVec3>());
-                let mut ray = towards::<f32>(start, near_edge(random, at, edges));
-                for bounce in 0..=8 {
-                    let Some(hit) = geometry.closest(&ray, Interval::positive(), &mut ()) else {
-                        return Verdict::Wrong(format!("escaped after {bounce} bounces{}", hex::<f32>(&ray)));
-                    };
-                    let surface = geometry.surface(&ray, &hit);
-                    let inward = -surface.normal.as_dvec3();
-                    if inward.dot(middle - surface.point.as_dvec3()) <= 0.0 {
-                        return Verdict::Wrong(format!("a wall from behind after {bounce} bounces{}", hex::<f32>(&ray)));
+            judge(
+                &format!("S05 {name} {seed}"),
+                141 + seed,
+                250_000,
+                |random| {
+                    let start = exact(
+                        middle
+                            + edges
+                                .into_iter()
+                                .map(|edge| edge * random.between(-0.3, 0.3))
+                                .sum::<DVec3>(),
+                    );
+                    let mut ray = towards::<f32>(start, near_edge(random, at, edges));
+                    for bounce in 0..=8 {
+                        let Some(hit) = geometry.closest(&ray, Interval::positive(), &mut ())
+                        else {
+                            return Verdict::Wrong(format!(
+                                "escaped after {bounce} bounces{}",
+                                hex::<f32>(&ray)
+                            ));
+                        };
+                        let surface = geometry.surface(&ray, &hit);
+                        let inward = -surface.normal.as_dvec3();
+                        if inward.dot(middle - surface.point.as_dvec3()) <= 0.0 {
+                            return Verdict::Wrong(format!(
+                                "a wall from behind after {bounce} bounces{}",
+                                hex::<f32>(&ray)
+                            ));
+                        }
+                        let d = onward(random, &surface, inward, at, edges);
+                        ray = Ray::new(surface.spawn(d.as_vec3()), d.as_vec3());
                     }
-                    let d = onward(random, &surface, inward, at, edges);
-                    ray = Ray::new(surface.spawn(d.as_vec3()), d.as_vec3());
-                }
-                Verdict::Right(0.0)
-            })
+                    Verdict::Right(0.0)
+                },
+            )
             .expect_right(250_000);
         }
     }

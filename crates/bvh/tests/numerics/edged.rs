@@ -1,9 +1,11 @@
-//! Shapes with edges, and round ones that a map gives some: each beside a formula of its own for which side a point is on.
+//! Shapes with edges, and round ones that a map gives some: each beside a formula of its own for
+//! which side a point is on.
 
 use glam::DVec3;
 use raywright_bvh::Real;
 use raywright_bvh::shapes::{
-    AnyShape, Cone, Cuboid, Cylinder, Disk, Ellipsoid, Ends, Hyperboloid, Paraboloid, Quad, Sphere, Torus, Triangle,
+    AnyShape, Cone, Cuboid, Cylinder, Disk, Ellipsoid, Ends, Hyperboloid, Paraboloid, Quad, Sphere,
+    Torus, Triangle,
 };
 
 use super::borders::depth;
@@ -12,8 +14,8 @@ use super::support::{Random, stored};
 type Height = Box<dyn Fn(DVec3) -> f64 + Sync>;
 type Edge = Box<dyn Fn(&mut Random) -> DVec3 + Sync>;
 
-/// A shape, a function that is positive outside of it (on its outer side, of an open one), by a formula of its own, and points
-/// of its edges.
+/// A shape, a function that is positive outside of it (on its outer side, of an open one), by a
+/// formula of its own, and points of its edges.
 pub struct Edged<R: Real> {
     pub name: &'static str,
     pub shape: AnyShape<R>,
@@ -33,29 +35,64 @@ fn turned<R: Real>(name: &'static str, axis: DVec3, radii: [f64; 2], ball: f64) 
     let (b, a) = (stored::<R>(base), stored::<R>(axis));
     let [low, high] = radii.map(R::from_f64);
     let shape = if low == high {
-        Cylinder { base: b, axis: a, radius: low, ends: Ends::Capped }.into()
+        Cylinder {
+            base: b,
+            axis: a,
+            radius: low,
+            ends: Ends::Capped,
+        }
+        .into()
     } else {
-        Cone { base: b, axis: a, radius: low, top_radius: high }.into()
+        Cone {
+            base: b,
+            axis: a,
+            radius: low,
+            top_radius: high,
+        }
+        .into()
     };
     let edge = move |random: &mut Random| {
-        if random.sign() > 0.0 { rim(random, base + axis, axis, radii[1]) } else { rim(random, base, axis, radii[0]) }
+        if random.sign() > 0.0 {
+            rim(random, base + axis, axis, radii[1])
+        } else {
+            rim(random, base, axis, radii[0])
+        }
     };
     let height = Box::new(move |p| -depth(p, base, axis, radii));
-    Edged { name, shape, height, edge: Box::new(edge), ball }
+    Edged {
+        name,
+        shape,
+        height,
+        edge: Box::new(edge),
+        ball,
+    }
 }
 
 /// A point of the border of a polygon.
 fn border(corners: &[DVec3], random: &mut Random) -> DVec3 {
     let i = (random.bits() % corners.len() as u64) as usize;
-    let share = if random.unit() < 0.3 { 0.0 } else { random.unit() };
+    let share = if random.unit() < 0.3 {
+        0.0
+    } else {
+        random.unit()
+    };
     corners[i] + (corners[(i + 1) % corners.len()] - corners[i]) * share
 }
 
 fn flat<R: Real>(name: &'static str, corners: &[DVec3]) -> Edged<R> {
-    let (a, normal) = (corners[0], (corners[1] - corners[0]).cross(corners[2] - corners[0]));
+    let (a, normal) = (
+        corners[0],
+        (corners[1] - corners[0]).cross(corners[2] - corners[0]),
+    );
     let shape = match *corners {
-        [a, b, c] => Triangle { vertices: [a, b, c].map(stored::<R>) }.into(),
-        _ => Quad { corners: core::array::from_fn(|i| stored::<R>(corners[i])) }.into(),
+        [a, b, c] => Triangle {
+            vertices: [a, b, c].map(stored::<R>),
+        }
+        .into(),
+        _ => Quad {
+            corners: core::array::from_fn(|i| stored::<R>(corners[i])),
+        }
+        .into(),
     };
     let corners = corners.to_vec();
     Edged {
@@ -75,8 +112,14 @@ pub fn edged<R: Real>() -> Vec<Edged<R>> {
     let (eu, ev) = (DVec3::new(1.0, 0.25, 0.0), DVec3::new(0.25, 0.75, 0.5));
     let on_box = move |random: &mut Random| {
         let along = (random.bits() % 3) as usize;
-        let mut p = DVec3::from_array(core::array::from_fn(|i| if random.sign() > 0.0 { min[i] } else { max[i] }));
-        p[along] = if random.unit() < 0.3 { p[along] } else { random.between(min[along], max[along]) };
+        let mut p = DVec3::from_array(core::array::from_fn(|i| {
+            if random.sign() > 0.0 { min[i] } else { max[i] }
+        }));
+        p[along] = if random.unit() < 0.3 {
+            p[along]
+        } else {
+            random.between(min[along], max[along])
+        };
         p
     };
     let centre = DVec3::new(0.25, -0.125, 0.5);
@@ -84,7 +127,11 @@ pub fn edged<R: Real>() -> Vec<Edged<R>> {
     vec![
         Edged {
             name: "box",
-            shape: Cuboid { min: stored::<R>(min), max: stored::<R>(max) }.into(),
+            shape: Cuboid {
+                min: stored::<R>(min),
+                max: stored::<R>(max),
+            }
+            .into(),
             height: Box::new(move |p| (min - p).max(p - max).max_element()),
             edge: Box::new(on_box),
             ball: 0.625,
@@ -96,16 +143,30 @@ pub fn edged<R: Real>() -> Vec<Edged<R>> {
         turned("needle of a cone", slanted, [1.0 / 256.0, 0.0], 1.0 / 264.0),
         Edged {
             name: "disk",
-            shape: Disk { centre: stored::<R>(centre), normal: stored::<R>(DVec3::Z), radius: real(0.75) }.into(),
+            shape: Disk {
+                centre: stored::<R>(centre),
+                normal: stored::<R>(DVec3::Z),
+                radius: real(0.75),
+            }
+            .into(),
             height: Box::new(move |p| p.z - centre.z),
             edge: Box::new(move |random| rim(random, centre, DVec3::Z, 0.75)),
             ball: f64::INFINITY,
         },
-        flat("quad", &[corner, corner + eu, corner + eu + ev, corner + ev]),
+        flat(
+            "quad",
+            &[corner, corner + eu, corner + eu + ev, corner + ev],
+        ),
         flat("triangle", &[corner, corner + eu, corner + ev]),
         Edged {
             name: "hyperboloid",
-            shape: Hyperboloid { centre: stored::<R>(centre), waist: real(0.5), slope: real(0.5), half_height: real(0.5) }.into(),
+            shape: Hyperboloid {
+                centre: stored::<R>(centre),
+                waist: real(0.5),
+                slope: real(0.5),
+                half_height: real(0.5),
+            }
+            .into(),
             height: Box::new(move |p| {
                 let q = p - centre;
                 q.x * q.x + q.z * q.z - q.y * q.y - 0.25
@@ -118,7 +179,12 @@ pub fn edged<R: Real>() -> Vec<Edged<R>> {
         },
         Edged {
             name: "paraboloid",
-            shape: Paraboloid { apex: stored::<R>(centre), radius: real(0.75), height: real(0.75) }.into(),
+            shape: Paraboloid {
+                apex: stored::<R>(centre),
+                radius: real(0.75),
+                height: real(0.75),
+            }
+            .into(),
             height: Box::new(move |p| {
                 let q = p - centre;
                 (q.x * q.x + q.z * q.z) / 0.75 - q.y
@@ -129,7 +195,8 @@ pub fn edged<R: Real>() -> Vec<Edged<R>> {
     ]
 }
 
-/// The round ones, which maps bend as sharply as an edge; points of them all over instead of an edge.
+/// The round ones, which maps bend as sharply as an edge; points of them all over instead of an
+/// edge.
 pub fn round<R: Real>() -> Vec<Edged<R>> {
     let (real, centre) = (R::from_f64, DVec3::new(0.25, -0.125, 0.5));
     let stored_centre = stored::<R>(centre);
@@ -138,14 +205,22 @@ pub fn round<R: Real>() -> Vec<Edged<R>> {
     vec![
         Edged {
             name: "sphere",
-            shape: Sphere { centre: stored_centre, radius: real(0.75) }.into(),
+            shape: Sphere {
+                centre: stored_centre,
+                radius: real(0.75),
+            }
+            .into(),
             height: Box::new(move |p| p.distance(centre) - 0.75),
             edge: Box::new(move |random| centre + random.direction() * 0.75),
             ball: 0.75,
         },
         Edged {
             name: "ellipsoid",
-            shape: Ellipsoid { centre: stored_centre, semi_axes: stored::<R>(semi_axes) }.into(),
+            shape: Ellipsoid {
+                centre: stored_centre,
+                semi_axes: stored::<R>(semi_axes),
+            }
+            .into(),
             height: Box::new(move |p| ((p - centre) / semi_axes).length() - 1.0),
             edge: Box::new(move |random| centre + random.direction() * semi_axes),
             ball: 0.25,
@@ -160,12 +235,20 @@ pub fn round<R: Real>() -> Vec<Edged<R>> {
             }
             .into(),
             height: Box::new(move |p| (p - centre).distance(ring(p - centre)) - 0.25),
-            edge: Box::new(move |random| centre + ring(random.direction()) + random.direction() * 0.25),
+            edge: Box::new(move |random| {
+                centre + ring(random.direction()) + random.direction() * 0.25
+            }),
             ball: 0.25,
         },
         Edged {
             name: "tube",
-            shape: Cylinder { base: stored_centre, axis: stored::<R>(DVec3::Y), radius: real(0.5), ends: Ends::Open }.into(),
+            shape: Cylinder {
+                base: stored_centre,
+                axis: stored::<R>(DVec3::Y),
+                radius: real(0.5),
+                ends: Ends::Open,
+            }
+            .into(),
             height: Box::new(move |p| (p - centre).with_y(0.0).length() - 0.5),
             edge: Box::new(move |random| {
                 let along = random.unit();

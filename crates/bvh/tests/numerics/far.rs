@@ -1,25 +1,39 @@
-//! P01 and P02 beyond their distances, for every curved shape: rays that f32 holds exactly come from up to 10⁹ sizes away.
+//! P01 and P02 beyond their distances, for every curved shape: rays that f32 holds exactly come
+//! from up to 10⁹ sizes away.
 //!
-//! The judge is the same ray started close by. Its origin is the far one plus the direction times a number of 24 bits: the
-//! product is exact in f64, and the sum cancels, so that it is too, or nearly. From there the shape is asked in f64.
+//! The judge is the same ray started close by. Its origin is the far one plus the direction times a
+//! number of 24 bits: the product is exact in f64, and the sum cancels, so that it is too, or
+//! nearly. From there the shape is asked in f64.
 
 use glam::DVec3;
 use raywright_bvh::shapes::{AnyShape, Sphere, Torus};
 use raywright_bvh::{Interval, PreparedRay, Ray, Real, Shape, Side, Vector};
 
 use super::stated::shapes;
-use super::support::{Expect, Outcome, Random, U, Verdict, exact, hex, judge, stored, towards, ulp};
+use super::support::{
+    Expect, Outcome, Random, U, Verdict, exact, hex, judge, stored, towards, ulp,
+};
 
 /// The shapes whose tests solve an equation; the flat ones have tests of their own.
-const CURVED: [&str; 10] =
-    ["sphere", "tube", "open cylinder", "cylinder", "cone", "truncated cone", "ellipsoid", "hyperboloid", "paraboloid", "torus"];
+const CURVED: [&str; 10] = [
+    "sphere",
+    "tube",
+    "open cylinder",
+    "cylinder",
+    "cone",
+    "truncated cone",
+    "ellipsoid",
+    "hyperboloid",
+    "paraboloid",
+    "torus",
+];
 
 /// Every shape lies around this point, within [`REACH`].
 const MIDDLE: DVec3 = DVec3::new(0.25, 0.0, 0.0);
 const REACH: f64 = 2.0;
 
-/// How a ray from far can be exact: along an axis its offset is free; in a plane of two axes that across the plane is; any
-/// other one is rounded before anybody sees it, and mostly passes by.
+/// How a ray from far can be exact: along an axis its offset is free; in a plane of two axes that
+/// across the plane is; any other one is rounded before anybody sees it, and mostly passes by.
 #[derive(Clone, Copy, Debug)]
 enum Way {
     Axis,
@@ -55,27 +69,50 @@ fn from_afar<R: Real>(random: &mut Random, way: Way, far: f64) -> Ray<R> {
 fn near(o: DVec3, d: DVec3) -> DVec3 {
     let middle = (MIDDLE - o).dot(d) / d.length_squared();
     let rounded = (middle - 2.0 * REACH) as f32;
-    let ahead = f64::from(if f64::from(rounded) > middle - 2.0 * REACH { rounded.next_down() } else { rounded });
+    let ahead = f64::from(if f64::from(rounded) > middle - 2.0 * REACH {
+        rounded.next_down()
+    } else {
+        rounded
+    });
     let (way, start) = (d * ahead, o + d * ahead);
     // The rounding of a sum, exactly ("Accurate Sum and Dot Product", Ogita, Rump, Oishi 2005).
     let back = start - o;
     let lost = (o - (start - back)) + (way - back);
-    assert!(lost.abs().max_element() <= 1e-14, "the judge's ray is not the same: {lost}");
+    assert!(
+        lost.abs().max_element() <= 1e-14,
+        "the judge's ray is not the same: {lost}"
+    );
     start
 }
 
 /// Point, outward normal and end of the first hit of an exact ray, in f64.
 fn judged(shape: &AnyShape<f64>, start: DVec3, d: DVec3) -> Option<(DVec3, DVec3)> {
     let probe = PreparedRay::new(Ray::<f64>::new(start, d));
-    let hit = shape.intersect(&probe, Interval { min: f64::NEG_INFINITY, max: f64::INFINITY }, Side::Both)?;
+    let hit = shape.intersect(
+        &probe,
+        Interval {
+            min: f64::NEG_INFINITY,
+            max: f64::INFINITY,
+        },
+        Side::Both,
+    )?;
     let located = shape.locate(&probe, hit);
     Some((located.point, located.normal))
 }
 
-/// False hits and misses, and points and normals that are off by more than the way costs in f64: its roundings across the ray,
-/// and what a slanting surface makes of them.
-fn far<R: Real>(name: &str, shape: &AnyShape<R>, best: &AnyShape<f64>, way: Way, far: f64) -> Outcome {
-    let case = format!("P01 {name}, {way:?}, {far:e} away in {}", std::any::type_name::<R>());
+/// False hits and misses, and points and normals that are off by more than the way costs in f64:
+/// its roundings across the ray, and what a slanting surface makes of them.
+fn far<R: Real>(
+    name: &str,
+    shape: &AnyShape<R>,
+    best: &AnyShape<f64>,
+    way: Way,
+    far: f64,
+) -> Outcome {
+    let case = format!(
+        "P01 {name}, {way:?}, {far:e} away in {}",
+        std::any::type_name::<R>()
+    );
     judge(&case, 200 + far.log10() as u64, 4000, |random| {
         let ray = from_afar::<R>(random, way, far);
         let (o, d) = (ray.origin.to_f64(), ray.direction.to_f64());
@@ -83,7 +120,8 @@ fn far<R: Real>(name: &str, shape: &AnyShape<R>, best: &AnyShape<f64>, way: Way,
         let margin = 32.0 * f64::EPSILON * far + 1e-12;
         let (a, b) = d.any_orthogonal_vector().normalize().any_orthonormal_pair();
         let wanted = judged(best, start, d);
-        // Where the surface ends, folds or hides behind itself within the margin, f64 can't tell either.
+        // Where the surface ends, folds or hides behind itself within the margin, f64 can't tell
+        // either.
         let beside = [a, -a, b, -b].map(|across| judged(best, start + across * margin, d));
         let continued = beside.iter().all(|other| match (&wanted, other) {
             (None, None) => true,
@@ -102,22 +140,34 @@ fn far<R: Real>(name: &str, shape: &AnyShape<R>, best: &AnyShape<f64>, way: Way,
             (Some(hit), Some((p, n))) => {
                 let surface = shape.surface(&probe, hit);
                 let slant = n.dot(d.normalize()).abs();
-                // Up to 2¹⁰ sizes away a sphere's or a torus' point is made from the stored distance.
-                let distance = if far <= 1e3 && R::ROUNDOFF.to_f64() > 1e-10 { U * hit.t.to_f64() * d.length() } else { 0.0 };
+                // Up to 2¹⁰ sizes away a sphere's or a torus' point is made from the stored
+                // distance.
+                let distance = if far <= 1e3 && R::ROUNDOFF.to_f64() > 1e-10 {
+                    U * hit.t.to_f64() * d.length()
+                } else {
+                    0.0
+                };
                 let bound = 4.0 * ulp(p.abs().max_element()) + margin / slant.max(1e-2) + distance;
-                let (off, turned) = (surface.point.to_f64().distance(p), surface.normal.to_f64().distance(n));
-                Verdict::bounded(off, bound, || format!("{:?} instead of {p}{}", surface.point, hex::<R>(&ray)))
-                    // No surface here curves more than within a fifth of its size, but for a cone's tip.
-                    .and(|| {
-                        let curved = if name == "cone" { 1e-2 } else { 5.0 * bound };
-                        Verdict::bounded(turned, curved, || format!("normal{}", hex::<R>(&ray)))
-                    })
+                let (off, turned) = (
+                    surface.point.to_f64().distance(p),
+                    surface.normal.to_f64().distance(n),
+                );
+                Verdict::bounded(off, bound, || {
+                    format!("{:?} instead of {p}{}", surface.point, hex::<R>(&ray))
+                })
+                // No surface here curves more than within a fifth of its size, but for a cone's
+                // tip.
+                .and(|| {
+                    let curved = if name == "cone" { 1e-2 } else { 5.0 * bound };
+                    Verdict::bounded(turned, curved, || format!("normal{}", hex::<R>(&ray)))
+                })
             }
         }
     })
 }
 
-/// Protects: hits, misses, points and normals of every curved shape from 10² to 10⁹ sizes away. From 3·10⁷ on they were noise.
+/// Protects: hits, misses, points and normals of every curved shape from 10² to 10⁹ sizes away.
+/// From 3·10⁷ on they were noise.
 #[test]
 fn p01_far_curved_shapes() {
     for ((name, robust), (_, best)) in shapes::<f32>().into_iter().zip(shapes::<f64>()) {
@@ -134,40 +184,62 @@ fn p01_far_curved_shapes() {
     }
 }
 
-/// Protects: the bound that a sphere and a torus state far from the origin, where their point is rounded by more than their
-/// own size would make it: judged before storage, whose own rounding would hide it.
+/// Protects: the bound that a sphere and a torus state far from the origin, where their point is
+/// rounded by more than their own size would make it: judged before storage, whose own rounding
+/// would hide it.
 #[test]
 fn stated_bounds_hold_far_from_the_origin() {
     for exponent in 1..=9 {
         let place = 10_f64.powi(exponent);
-        judge(&format!("stated bounds at {place:e}"), 190, 20_000, |random| {
-            let centre = random.direction() * place;
-            let probe = PreparedRay::new(Ray::<f64>::new(centre + random.direction() * 5.0, random.direction()));
-            let target = (centre + random.cube() - probe.origin).normalize();
-            let probe = PreparedRay::new(Ray::<f64>::new(probe.origin, target));
-            let ball = Sphere { centre, radius: 1.0 };
-            let ring = Torus { centre, axis: DVec3::Y, major_radius: 0.75, minor_radius: 0.25 };
-            // The difference of near numbers is exact.
-            let from_ball = |p: DVec3| (p - centre).length() - 1.0;
-            let from_ring = |p: DVec3| {
-                let f = p - centre;
-                let out = (f.x * f.x + f.z * f.z).sqrt() - 0.75;
-                (out * out + f.y * f.y).sqrt() - 0.25
-            };
-            let off = |shape: &AnyShape<f64>, height: &dyn Fn(DVec3) -> f64| {
-                let Some(hit) = shape.intersect(&probe, Interval::positive(), Side::Both) else { return Verdict::Skip };
-                let located = shape.locate(&probe, hit);
-                let reach = located.error * located.normal.abs().element_sum();
-                Verdict::bounded(height(located.point).abs(), reach, || format!("{shape:?} {probe:?}"))
-            };
-            match off(&ball.into(), &from_ball) {
-                Verdict::Right(a) => match off(&ring.into(), &from_ring) {
-                    Verdict::Skip => Verdict::Right(a),
+        judge(
+            &format!("stated bounds at {place:e}"),
+            190,
+            20_000,
+            |random| {
+                let centre = random.direction() * place;
+                let probe = PreparedRay::new(Ray::<f64>::new(
+                    centre + random.direction() * 5.0,
+                    random.direction(),
+                ));
+                let target = (centre + random.cube() - probe.origin).normalize();
+                let probe = PreparedRay::new(Ray::<f64>::new(probe.origin, target));
+                let ball = Sphere {
+                    centre,
+                    radius: 1.0,
+                };
+                let ring = Torus {
+                    centre,
+                    axis: DVec3::Y,
+                    major_radius: 0.75,
+                    minor_radius: 0.25,
+                };
+                // The difference of near numbers is exact.
+                let from_ball = |p: DVec3| (p - centre).length() - 1.0;
+                let from_ring = |p: DVec3| {
+                    let f = p - centre;
+                    let out = (f.x * f.x + f.z * f.z).sqrt() - 0.75;
+                    (out * out + f.y * f.y).sqrt() - 0.25
+                };
+                let off = |shape: &AnyShape<f64>, height: &dyn Fn(DVec3) -> f64| {
+                    let Some(hit) = shape.intersect(&probe, Interval::positive(), Side::Both)
+                    else {
+                        return Verdict::Skip;
+                    };
+                    let located = shape.locate(&probe, hit);
+                    let reach = located.error * located.normal.abs().element_sum();
+                    Verdict::bounded(height(located.point).abs(), reach, || {
+                        format!("{shape:?} {probe:?}")
+                    })
+                };
+                match off(&ball.into(), &from_ball) {
+                    Verdict::Right(a) => match off(&ring.into(), &from_ring) {
+                        Verdict::Skip => Verdict::Right(a),
+                        verdict => verdict,
+                    },
                     verdict => verdict,
-                },
-                verdict => verdict,
-            }
-        })
+                }
+            },
+        )
         .expect_right(5_000);
     }
 }

@@ -22,16 +22,32 @@ const LIGHT: u32 = 0;
 
 fn room(seed: u64) -> Room {
     let random = &mut Random::new(seed, 0);
-    let turn = if seed == 0 { DQuat::IDENTITY } else { DQuat::from_axis_angle(random.direction(), random.between(0.0, 6.0)) };
+    let turn = if seed == 0 {
+        DQuat::IDENTITY
+    } else {
+        DQuat::from_axis_angle(random.direction(), random.between(0.0, 6.0))
+    };
     let middle = exact(random.cube() * if seed == 0 { 0.0 } else { 5.0 });
     let (x, z, down) = (turn * DVec3::X, turn * DVec3::Z, turn * DVec3::NEG_Y);
-    let quad = |reach: f64| Quad::new(middle - x * reach - z * reach, x * (2.0 * reach), z * (2.0 * reach));
+    let quad = |reach: f64| {
+        Quad::new(
+            middle - x * reach - z * reach,
+            x * (2.0 * reach),
+            z * (2.0 * reach),
+        )
+    };
     let light = quad(0.5);
     let mut group = PrimitiveSet::<f32>::default();
     for shape in [AnyShape::from(light), AnyShape::from(quad(3.0))] {
         group.shape(shape, Visibility::default()).expect("finite");
     }
-    Room { geometry: Geometry::new(group, AcceleratorKind::default()), light, middle, half: [x * 0.5, z * 0.5], down }
+    Room {
+        geometry: Geometry::new(group, AcceleratorKind::default()),
+        light,
+        middle,
+        half: [x * 0.5, z * 0.5],
+        down,
+    }
 }
 
 /// A point of the light where a ray meets it.
@@ -40,12 +56,18 @@ fn drawn(room: &Room, u: f64, v: f64) -> Surface<f32> {
     room.light.sample_area(u as f32, v as f32).0.stored::<f32>()
 }
 
-/// A receiver: a surface at a place, facing the light, as a hit on a small quad there would give it.
+/// A receiver: a surface at a place, facing the light, as a hit on a small quad there would give
+/// it.
 fn receiver(place: DVec3, facing: DVec3) -> Option<Surface<f32>> {
     let (a, b) = facing.any_orthonormal_pair();
     let mut group = PrimitiveSet::<f32>::default();
     // `facing` is a × b: the outside.
-    group.shape(Quad::new(place - (a + b) * 0.05, a * 0.1, b * 0.1).into(), Visibility::default()).expect("finite");
+    group
+        .shape(
+            Quad::new(place - (a + b) * 0.05, a * 0.1, b * 0.1).into(),
+            Visibility::default(),
+        )
+        .expect("finite");
     let geometry = Geometry::new(group, AcceleratorKind::default());
     let ray = towards::<f32>(place + facing, place);
     let hit = geometry.closest(&ray, Interval::positive(), &mut ())?;
@@ -54,28 +76,41 @@ fn receiver(place: DVec3, facing: DVec3) -> Option<Surface<f32>> {
 
 const DISTANCES: [f64; 6] = [1e-5, 1e-4, 1e-3, 1e-2, 1e-1, 1.0];
 
-/// Protects: nothing of the light's own plane stands between a drawn point of it and a receiver, however near.
+/// Protects: nothing of the light's own plane stands between a drawn point of it and a receiver,
+/// however near.
 #[test]
 fn s06_no_shadow_by_the_light_or_its_holder() {
     for seed in 0..3 {
         let room = room(seed);
         judge(&format!("S06 {seed}"), 160 + seed, 400_000, |random| {
-            let at = room.half[0] * random.between(-1.5, 1.5) + room.half[1] * random.between(-1.5, 1.5);
+            let at =
+                room.half[0] * random.between(-1.5, 1.5) + room.half[1] * random.between(-1.5, 1.5);
             let place = room.middle + at + room.down * random.pick(&DISTANCES);
-            let Some(receiver) = receiver(place, -room.down) else { return Verdict::Skip };
+            let Some(receiver) = receiver(place, -room.down) else {
+                return Verdict::Skip;
+            };
             let target = drawn(&room, random.unit(), random.unit());
             let Some((ray, range)) = receiver.spawn_to_surface(&target) else {
-                return Verdict::Wrong(format!("no shadow ray from {:?} to {:?}", receiver.point, target.point));
+                return Verdict::Wrong(format!(
+                    "no shadow ray from {:?} to {:?}",
+                    receiver.point, target.point
+                ));
             };
             let blocked = room.geometry.any(&ray, range, &mut |_| true, &mut ());
-            Verdict::holds(!blocked, || format!("shadowed at {place:?}, {:?}{}", target.point, hex::<f32>(&ray)))
+            Verdict::holds(!blocked, || {
+                format!(
+                    "shadowed at {place:?}, {:?}{}",
+                    target.point,
+                    hex::<f32>(&ray)
+                )
+            })
         })
         .expect_right(390_000);
     }
 }
 
-/// The form factor from a small patch to a polygon, f64 ("Photometria", Lambert 1760): the sum over its edges of the angle
-/// they subtend times the patch's cosine with the plane through the edge.
+/// The form factor from a small patch to a polygon, f64 ("Photometria", Lambert 1760): the sum over
+/// its edges of the angle they subtend times the patch's cosine with the plane through the edge.
 fn form_factor(place: DVec3, normal: DVec3, corners: &[DVec3]) -> f64 {
     let edges = corners.iter().zip(corners.iter().cycle().skip(1));
     let sum: f64 = edges
@@ -88,13 +123,14 @@ fn form_factor(place: DVec3, normal: DVec3, corners: &[DVec3]) -> f64 {
     (sum / TAU).abs()
 }
 
-/// Protects: irradiance from light points that are drawn by the light's area, with shadow rays, against the closed form; nearer than a
-/// tenth the same by directions drawn by the cosine, as points drawn by area are nearly all too far aside.
+/// Protects: irradiance from light points that are drawn by the light's area, with shadow rays,
+/// against the closed form; nearer than a tenth the same by directions drawn by the cosine, as
+/// points drawn by area are nearly all too far aside.
 #[test]
 fn s06_irradiance_is_the_form_factor() {
     let room = room(1);
-    let corners =
-        [[-1.0, -1.0], [1.0, -1.0], [1.0, 1.0], [-1.0, 1.0]].map(|[a, b]| room.middle + room.half[0] * a + room.half[1] * b);
+    let corners = [[-1.0, -1.0], [1.0, -1.0], [1.0, 1.0], [-1.0, 1.0]]
+        .map(|[a, b]| room.middle + room.half[0] * a + room.half[1] * b);
     let [x, z] = room.half.map(DVec3::normalize);
     for distance in DISTANCES {
         for beside in [0.0, 0.3, 0.49, 0.8] {
@@ -106,17 +142,26 @@ fn s06_irradiance_is_the_form_factor() {
             let term = |random: &mut Random| {
                 if distance >= 0.1 {
                     let target = drawn(&room, random.unit(), random.unit());
-                    let Some((ray, range)) = receiver.spawn_to_surface(&target) else { return f64::NAN };
+                    let Some((ray, range)) = receiver.spawn_to_surface(&target) else {
+                        return f64::NAN;
+                    };
                     let seen = !room.geometry.any(&ray, range, &mut |_| true, &mut ());
                     let across = target.point.as_dvec3() - p;
-                    let cosines = normal.dot(across) * -target.normal.as_dvec3().dot(across).abs() / across.length().powi(4);
+                    let cosines = normal.dot(across) * -target.normal.as_dvec3().dot(across).abs()
+                        / across.length().powi(4);
                     return if seen { cosines.abs() / PI } else { 0.0 };
                 }
                 // Malley's method.
                 let (r, angle) = (random.unit().sqrt(), random.unit() * TAU);
-                let d = x * (r * angle.cos()) + z * (r * angle.sin()) + facing * (1.0 - r * r).max(0.0).sqrt();
+                let d = x * (r * angle.cos())
+                    + z * (r * angle.sin())
+                    + facing * (1.0 - r * r).max(0.0).sqrt();
                 let start = receiver.spawn(d.as_vec3());
-                let hit = room.geometry.closest(&Ray::new(start, d.as_vec3()), Interval::positive(), &mut ());
+                let hit = room.geometry.closest(
+                    &Ray::new(start, d.as_vec3()),
+                    Interval::positive(),
+                    &mut (),
+                );
                 f64::from(u8::from(hit.is_some_and(|hit| hit.object == LIGHT)))
             };
             const SAMPLES: u32 = 100_000;
@@ -143,42 +188,69 @@ fn s06_at_no_distance() {
     let room = room(1);
     judge("S06 touching", 175, 100_000, |random| {
         let target = drawn(&room, random.unit(), random.unit());
-        let Some(receiver) = receiver(target.point.as_dvec3(), -room.down) else { return Verdict::Skip };
+        let Some(receiver) = receiver(target.point.as_dvec3(), -room.down) else {
+            return Verdict::Skip;
+        };
         for (a, b) in [(&target, &target), (&receiver, &target)] {
-            let Some((ray, range)) = a.spawn_to_surface(b) else { continue };
+            let Some((ray, range)) = a.spawn_to_surface(b) else {
+                continue;
+            };
             if !(ray.is_finite() && range.max.is_finite()) {
                 return Verdict::Wrong(format!("{range:?}{}", hex::<f32>(&ray)));
             }
         }
         let to_itself = target.spawn_to(target.point);
-        Verdict::holds(to_itself.is_none_or(|(ray, range)| ray.is_finite() && range.max.is_finite()), || "not finite".into())
+        Verdict::holds(
+            to_itself.is_none_or(|(ray, range)| ray.is_finite() && range.max.is_finite()),
+            || "not finite".into(),
+        )
     })
     .expect_right(99_000);
 }
 
-/// Protects: a lamp near the origin, tilted, seen from a million of its sizes away: the unit direction there is rounded to f32
-/// and passes beside the point that was drawn, so the range ends before the lamp by more than the errors of the two points.
+/// Protects: a lamp near the origin, tilted, seen from a million of its sizes away: the unit
+/// direction there is rounded to f32 and passes beside the point that was drawn, so the range ends
+/// before the lamp by more than the errors of the two points.
 #[test]
 fn s06_a_distant_lamp_is_not_in_its_own_light() {
     use raywright_bvh::shapes::SampleArea;
     judge("S06 distant lamp", 176, 200_000, |random| {
         let (out, distance) = (random.direction(), 10_f64.powf(random.between(1.0, 6.0)));
-        // Aslant, but seen from its front and large enough to be passed through by a ray that is off.
-        let (eu, ev) = (random.cube() * distance * 1e-4, random.cube() * distance * 1e-4);
+        // Aslant, but seen from its front and large enough to be passed through by a ray that is
+        // off.
+        let (eu, ev) = (
+            random.cube() * distance * 1e-4,
+            random.cube() * distance * 1e-4,
+        );
         let lamp = Quad::<f32>::new((eu + ev) * -0.5, eu, ev);
         let normal = eu.cross(ev).normalize();
         if eu.cross(ev).length() < 0.3 * eu.length() * ev.length() || normal.dot(out).abs() < 0.1 {
             return Verdict::Skip;
         }
         let mut group = PrimitiveSet::<f32>::default();
-        group.shape(lamp.into(), Visibility::default()).expect("finite");
+        group
+            .shape(lamp.into(), Visibility::default())
+            .expect("finite");
         let geometry = Geometry::new(group, AcceleratorKind::default());
         let point = (out * distance).as_vec3();
-        let receiver = Surface { point, above: point, below: point, error: 0.0, normal: (-out).as_vec3() };
-        let target = lamp.sample_area(random.unit() as f32, random.unit() as f32).0.stored::<f32>();
-        let Some((ray, range)) = receiver.spawn_to_surface(&target) else { return Verdict::Wrong("no ray".into()) };
+        let receiver = Surface {
+            point,
+            above: point,
+            below: point,
+            error: 0.0,
+            normal: (-out).as_vec3(),
+        };
+        let target = lamp
+            .sample_area(random.unit() as f32, random.unit() as f32)
+            .0
+            .stored::<f32>();
+        let Some((ray, range)) = receiver.spawn_to_surface(&target) else {
+            return Verdict::Wrong("no ray".into());
+        };
         let dark = geometry.any(&ray, range, &mut |_| true, &mut ());
-        Verdict::holds(!dark, || format!("its own shadow from {distance:e}{}", hex::<f32>(&ray)))
+        Verdict::holds(!dark, || {
+            format!("its own shadow from {distance:e}{}", hex::<f32>(&ray))
+        })
     })
     .expect_right(50_000);
 }

@@ -1,4 +1,5 @@
-//! What an ill-conditioned map makes of its own roundings: the error bound of a mapped point counts the way back.
+//! What an ill-conditioned map makes of its own roundings: the error bound of a mapped point counts
+//! the way back.
 
 use glam::{DAffine3, DMat3};
 use raywright_bvh::shapes::{AnyShape, Quad, TransformedShape};
@@ -6,40 +7,57 @@ use raywright_bvh::{Interval, PreparedRay, Ray, Side};
 
 use super::support::{Expect, Verdict, hex, judge};
 
-/// Protects: the share of the error bound for the way back into object space. A map that flattens within the plane of a face
-/// leaves the face's normal as long as it is, while the roundings of the way back are as large as the map is flat: along any
-/// other direction the normal grows by as much and hides them. In f64 throughout, as storage in f32 would hide them too.
+/// Protects: the share of the error bound for the way back into object space. A map that flattens
+/// within the plane of a face leaves the face's normal as long as it is, while the roundings of the
+/// way back are as large as the map is flat: along any other direction the normal grows by as much
+/// and hides them. In f64 throughout, as storage in f32 would hide them too.
 #[test]
 fn bounds_count_the_way_back() {
-    judge("rays that leave a face flattened along itself", 424, 40_000, |random| {
-        let (u, v) = (random.direction(), random.direction());
-        let normal = u.cross(v);
-        if normal.length() < 0.3 {
-            return Verdict::Skip;
-        }
-        let by = 10_f64.powf(random.between(-6.0, -3.0));
-        let along = (u * random.between(-1.0, 1.0) + v * random.between(-1.0, 1.0)).normalize();
-        let squeeze = DMat3::IDENTITY + DMat3::from_cols(along * along.x, along * along.y, along * along.z) * (by - 1.0);
-        let turn = DMat3::from_axis_angle(random.direction(), random.between(0.0, 6.0));
-        let map = DAffine3::from_mat3(turn * squeeze);
-        let quad: AnyShape<f64> = Quad::new(random.cube(), u, v).into();
-        let placed = TransformedShape::<f64>::new(quad, map).expect("an invertible map");
-        let AnyShape::Quad(own) = quad else { return Verdict::Skip };
-        let corner = own.corners[0] + u * random.between(0.2, 0.8) + v * random.between(0.2, 0.8);
-        let target = map.transform_point3(corner);
-        let origin = target + turn * normal * random.pick(&[1.0, 30.0]);
-        let probe = PreparedRay::new(Ray::<f64>::new(origin, (target - origin).normalize()));
-        let Some(hit) = placed.intersect(&probe, Interval::positive(), Side::Outside) else { return Verdict::Skip };
-        let surface = placed.locate(&probe, hit).stored::<f64>();
-        for _ in 0..4 {
-            let d = random.direction();
-            let d = if surface.normal.dot(d) < 0.0 { -d } else { d };
-            let leaving = Ray::new(surface.spawn(d), d);
-            if let Some(again) = placed.intersect(&PreparedRay::new(leaving), Interval::positive(), Side::Both) {
-                return Verdict::Wrong(format!("{again:?} {surface:?} {map:?}{}", hex::<f64>(&leaving)));
+    judge(
+        "rays that leave a face flattened along itself",
+        424,
+        40_000,
+        |random| {
+            let (u, v) = (random.direction(), random.direction());
+            let normal = u.cross(v);
+            if normal.length() < 0.3 {
+                return Verdict::Skip;
             }
-        }
-        Verdict::Right(0.0)
-    })
+            let by = 10_f64.powf(random.between(-6.0, -3.0));
+            let along = (u * random.between(-1.0, 1.0) + v * random.between(-1.0, 1.0)).normalize();
+            let squeeze = DMat3::IDENTITY
+                + DMat3::from_cols(along * along.x, along * along.y, along * along.z) * (by - 1.0);
+            let turn = DMat3::from_axis_angle(random.direction(), random.between(0.0, 6.0));
+            let map = DAffine3::from_mat3(turn * squeeze);
+            let quad: AnyShape<f64> = Quad::new(random.cube(), u, v).into();
+            let placed = TransformedShape::<f64>::new(quad, map).expect("an invertible map");
+            let AnyShape::Quad(own) = quad else {
+                return Verdict::Skip;
+            };
+            let corner =
+                own.corners[0] + u * random.between(0.2, 0.8) + v * random.between(0.2, 0.8);
+            let target = map.transform_point3(corner);
+            let origin = target + turn * normal * random.pick(&[1.0, 30.0]);
+            let probe = PreparedRay::new(Ray::<f64>::new(origin, (target - origin).normalize()));
+            let Some(hit) = placed.intersect(&probe, Interval::positive(), Side::Outside) else {
+                return Verdict::Skip;
+            };
+            let surface = placed.locate(&probe, hit).stored::<f64>();
+            for _ in 0..4 {
+                let d = random.direction();
+                let d = if surface.normal.dot(d) < 0.0 { -d } else { d };
+                let leaving = Ray::new(surface.spawn(d), d);
+                if let Some(again) =
+                    placed.intersect(&PreparedRay::new(leaving), Interval::positive(), Side::Both)
+                {
+                    return Verdict::Wrong(format!(
+                        "{again:?} {surface:?} {map:?}{}",
+                        hex::<f64>(&leaving)
+                    ));
+                }
+            }
+            Verdict::Right(0.0)
+        },
+    )
     .expect_right(20_000);
 }

@@ -1,42 +1,81 @@
 //! P23: shapes under affine maps, hit in their own space and shaded in the world.
 
 use glam::{DAffine3, DMat3, DVec3};
-use raywright_bvh::shapes::{AnyShape, Cuboid, Cylinder, Ends, Quad, Sphere, Torus, TransformedShape, Triangle};
-use raywright_bvh::{AcceleratorKind, Geometry, Interval, PreparedRay, PrimitiveSet, Ray, Real, Side, Surface, Visibility};
+use raywright_bvh::shapes::{
+    AnyShape, Cuboid, Cylinder, Ends, Quad, Sphere, Torus, TransformedShape, Triangle,
+};
+use raywright_bvh::{
+    AcceleratorKind, Geometry, Interval, PreparedRay, PrimitiveSet, Ray, Real, Side, Surface,
+    Visibility,
+};
 
 use super::support::{Expect, Random, U, Verdict, exact, hex, judge, stored, towards};
 
-/// Scales from a thousandth to a thousand in each axis, sheared, turned and, every other time, mirrored.
+/// Scales from a thousandth to a thousand in each axis, sheared, turned and, every other time,
+/// mirrored.
 fn map(random: &mut Random) -> DAffine3 {
-    let scale = DVec3::from_array(core::array::from_fn(|_| 10_f64.powf(random.between(-3.0, 3.0)) * random.sign()));
+    let scale = DVec3::from_array(core::array::from_fn(|_| {
+        10_f64.powf(random.between(-3.0, 3.0)) * random.sign()
+    }));
     let mut shear = DMat3::IDENTITY;
-    (shear.y_axis.x, shear.z_axis.x, shear.z_axis.y) =
-        (random.between(-1.0, 1.0), random.between(-1.0, 1.0), random.between(-1.0, 1.0));
-    let turn = |random: &mut Random| DMat3::from_axis_angle(random.direction(), random.between(0.0, 6.0));
+    (shear.y_axis.x, shear.z_axis.x, shear.z_axis.y) = (
+        random.between(-1.0, 1.0),
+        random.between(-1.0, 1.0),
+        random.between(-1.0, 1.0),
+    );
+    let turn =
+        |random: &mut Random| DMat3::from_axis_angle(random.direction(), random.between(0.0, 6.0));
     let matrix = turn(random) * shear * DMat3::from_diagonal(scale) * turn(random);
-    DAffine3 { matrix3: matrix, translation: random.direction() * 10_f64.powf(random.between(-3.0, 3.0)) }
+    DAffine3 {
+        matrix3: matrix,
+        translation: random.direction() * 10_f64.powf(random.between(-3.0, 3.0)),
+    }
 }
 
 /// A shape with one of its points, away from its edges.
 fn shape<R: Real>(random: &mut Random, kind: usize) -> (AnyShape<R>, DVec3) {
     let v = |p: DVec3| stored::<R>(exact(p));
     let r = |x: f64| R::from_f64(f64::from(x as f32));
-    let (centre, radius) = (exact(random.cube() * 2.0), f64::from(random.between(0.2, 2.0) as f32));
+    let (centre, radius) = (
+        exact(random.cube() * 2.0),
+        f64::from(random.between(0.2, 2.0) as f32),
+    );
     let (a, b) = (random.between(0.1, 0.45), random.between(0.1, 0.45));
     let angle = random.unit() * core::f64::consts::TAU;
     let round = DVec3::new(angle.cos(), 0.0, angle.sin());
     match kind {
-        0 => (Sphere { centre: v(centre), radius: r(radius) }.into(), centre + random.direction() * radius),
+        0 => (
+            Sphere {
+                centre: v(centre),
+                radius: r(radius),
+            }
+            .into(),
+            centre + random.direction() * radius,
+        ),
         1 => {
             let corners = [random.cube(), random.cube(), random.cube()].map(exact);
             let target = corners[0] + (corners[1] - corners[0]) * a + (corners[2] - corners[0]) * b;
-            (Triangle { vertices: corners.map(stored::<R>) }.into(), target)
+            (
+                Triangle {
+                    vertices: corners.map(stored::<R>),
+                }
+                .into(),
+                target,
+            )
         }
         2 => {
             let size = DVec3::new(radius, 0.5 * radius, 2.0 * radius);
             let (min, max) = (exact(centre - size), exact(centre + size));
-            let target = min + (max - min) * DVec3::new(a, if random.sign() > 0.0 { 0.0 } else { 1.0 }, b);
-            (Cuboid { min: v(min), max: v(max) }.into(), target)
+            let target =
+                min + (max - min) * DVec3::new(a, if random.sign() > 0.0 { 0.0 } else { 1.0 }, b);
+            (
+                Cuboid {
+                    min: v(min),
+                    max: v(max),
+                }
+                .into(),
+                target,
+            )
         }
         3 => {
             let (eu, ev) = (exact(random.cube()), exact(random.cube()));
@@ -46,14 +85,29 @@ fn shape<R: Real>(random: &mut Random, kind: usize) -> (AnyShape<R>, DVec3) {
         4 => {
             let axis = DVec3::Y * 2.0;
             let target = centre + axis * (0.2 + a) + round * radius;
-            (Cylinder { base: v(centre), axis: v(axis), radius: r(radius), ends: Ends::Capped }.into(), target)
+            (
+                Cylinder {
+                    base: v(centre),
+                    axis: v(axis),
+                    radius: r(radius),
+                    ends: Ends::Capped,
+                }
+                .into(),
+                target,
+            )
         }
         _ => {
             let tube = 0.3 * radius;
             let out = DVec3::Y * (6.0 * b).sin() + round * (6.0 * b).cos();
             let (major_radius, minor_radius) = (r(radius), r(tube));
             (
-                Torus { centre: v(centre), axis: v(DVec3::Y), major_radius, minor_radius }.into(),
+                Torus {
+                    centre: v(centre),
+                    axis: v(DVec3::Y),
+                    major_radius,
+                    minor_radius,
+                }
+                .into(),
                 centre + round * radius + out * tube,
             )
         }
@@ -62,7 +116,8 @@ fn shape<R: Real>(random: &mut Random, kind: usize) -> (AnyShape<R>, DVec3) {
 
 const KINDS: [&str; 6] = ["sphere", "triangle", "box", "quad", "cylinder", "torus"];
 
-/// The hit of the same numbers in f64: distance, point in object space, point and unit normal in the world.
+/// The hit of the same numbers in f64: distance, point in object space, point and unit normal in
+/// the world.
 struct Expected {
     t: f64,
     own: DVec3,
@@ -70,7 +125,8 @@ struct Expected {
     normal: DVec3,
 }
 
-/// A number in twice the precision: the sum of two, of which the second is the rounding of the first.
+/// A number in twice the precision: the sum of two, of which the second is the rounding of the
+/// first.
 type Double = (f64, f64);
 
 fn sum(a: Double, b: Double) -> Double {
@@ -90,7 +146,10 @@ fn product(a: Double, b: Double) -> Double {
 fn determinant(a: DVec3, b: DVec3, c: DVec3) -> f64 {
     let term = |k: usize| {
         let (i, j) = ((k + 1) % 3, (k + 2) % 3);
-        let minor = sum(product((b[i], 0.0), (c[j], 0.0)), product((-b[j], 0.0), (c[i], 0.0)));
+        let minor = sum(
+            product((b[i], 0.0), (c[j], 0.0)),
+            product((-b[j], 0.0), (c[i], 0.0)),
+        );
         product((a[k], 0.0), minor)
     };
     sum(sum(term(0), term(1)), term(2)).0
@@ -99,44 +158,89 @@ fn determinant(a: DVec3, b: DVec3, c: DVec3) -> f64 {
 /// M⁻¹·b by Cramer's rule: right to the last places whatever the condition of M.
 pub fn solved(m: DMat3, b: DVec3) -> DVec3 {
     let (x, y, z) = (m.x_axis, m.y_axis, m.z_axis);
-    DVec3::new(determinant(b, y, z), determinant(x, b, z), determinant(x, y, b)) / determinant(x, y, z)
+    DVec3::new(
+        determinant(b, y, z),
+        determinant(x, b, z),
+        determinant(x, y, b),
+    ) / determinant(x, y, z)
 }
 
 fn expected(shape: &AnyShape<f64>, map: DAffine3, o: DVec3, d: DVec3) -> Option<Expected> {
     use raywright_bvh::Shape;
     let m = map.matrix3;
-    let probe = PreparedRay::new(Ray::<f64>::new(solved(m, o - map.translation), solved(m, d)));
+    let probe = PreparedRay::new(Ray::<f64>::new(
+        solved(m, o - map.translation),
+        solved(m, d),
+    ));
     let hit = shape.intersect(&probe, Interval::positive(), Side::Both)?;
     let own = shape.locate(&probe, hit);
     let normal = solved(m.transpose(), own.normal).normalize();
-    Some(Expected { t: hit.t, own: own.point, point: o + d * hit.t, normal })
+    Some(Expected {
+        t: hit.t,
+        own: own.point,
+        point: o + d * hit.t,
+        normal,
+    })
 }
 
-/// `turn` is how far the normal may be turned: a flat face's is the same everywhere; a curved one's is as wrong as the place in
-/// object space, magnified by the map, for which P16's bound stands.
-fn compare(turn: f64, expected: &Expected, map: DAffine3, t: f32, surface: &Surface<f32>, d: DVec3, ray: &Ray<f32>) -> Verdict {
+/// `turn` is how far the normal may be turned: a flat face's is the same everywhere; a curved one's
+/// is as wrong as the place in object space, magnified by the map, for which P16's bound stands.
+fn compare(
+    turn: f64,
+    expected: &Expected,
+    map: DAffine3,
+    t: f32,
+    surface: &Surface<f32>,
+    d: DVec3,
+    ray: &Ray<f32>,
+) -> Verdict {
     let m = map.matrix3;
-    let sum =
-        m.x_axis.abs() * expected.own.x.abs() + m.y_axis.abs() * expected.own.y.abs() + m.z_axis.abs() * expected.own.z.abs();
+    let sum = m.x_axis.abs() * expected.own.x.abs()
+        + m.y_axis.abs() * expected.own.y.abs()
+        + m.z_axis.abs() * expected.own.z.abs();
     let gamma = 3.0 * U / (1.0 - 3.0 * U);
     let bound = (sum + map.translation.abs()) * (16.0 * gamma);
     let off = (surface.point.as_dvec3() - expected.point).abs() / bound;
     let normal = surface.normal.as_dvec3();
-    let angle = normal.cross(expected.normal).length().atan2(normal.dot(expected.normal));
-    Verdict::bounded(off.max_element(), 1.0, || format!("point {:?} for {:?}{}", surface.point, expected.point, hex::<f32>(ray)))
-        .and(|| Verdict::bounded(angle, turn, || format!("normal {normal:?} for {:?}{}", expected.normal, hex::<f32>(ray))))
-        .and(|| {
-            let late = (f64::from(t) - expected.t).abs() * d.length();
-            Verdict::bounded(late, 4.0 * U * expected.t * d.length(), || format!("t {t} for {}{}", expected.t, hex::<f32>(ray)))
+    let angle = normal
+        .cross(expected.normal)
+        .length()
+        .atan2(normal.dot(expected.normal));
+    Verdict::bounded(off.max_element(), 1.0, || {
+        format!(
+            "point {:?} for {:?}{}",
+            surface.point,
+            expected.point,
+            hex::<f32>(ray)
+        )
+    })
+    .and(|| {
+        Verdict::bounded(angle, turn, || {
+            format!(
+                "normal {normal:?} for {:?}{}",
+                expected.normal,
+                hex::<f32>(ray)
+            )
         })
+    })
+    .and(|| {
+        let late = (f64::from(t) - expected.t).abs() * d.length();
+        Verdict::bounded(late, 4.0 * U * expected.t * d.length(), || {
+            format!("t {t} for {}{}", expected.t, hex::<f32>(ray))
+        })
+    })
 }
 
-/// Protects: points, normals and distances of mapped shapes, by themselves and in instances, against f64 in the world; outward stays
-/// outward where the map mirrors.
+/// Protects: points, normals and distances of mapped shapes, by themselves and in instances,
+/// against f64 in the world; outward stays outward where the map mirrors.
 #[test]
 fn p23_mapped_shapes() {
     for (kind, name) in KINDS.iter().enumerate() {
-        let turn = if matches!(*name, "triangle" | "box" | "quad") { 4.0 * U } else { 1e-4 };
+        let turn = if matches!(*name, "triangle" | "box" | "quad") {
+            4.0 * U
+        } else {
+            1e-4
+        };
         judge(&format!("P23 {name}"), 70 + kind as u64, 60_000, |random| {
             let map = map(random);
             let seed = random.bits();
@@ -146,18 +250,29 @@ fn p23_mapped_shapes() {
             let away = random.direction() * 10_f64.powf(random.between(-1.0, 3.0));
             let ray = towards::<f32>(target + away, target);
             let (o, d) = (ray.origin.as_dvec3(), ray.direction.as_dvec3());
-            let Some(wanted) = expected(&best, map, o, d) else { return Verdict::Skip };
-            // A ray that changes its mind when moved by what f64 leaves of a map of condition 1e6 is not judged.
+            let Some(wanted) = expected(&best, map, o, d) else {
+                return Verdict::Skip;
+            };
+            // A ray that changes its mind when moved by what f64 leaves of a map of condition 1e6
+            // is not judged.
             let (a, b) = d.any_orthonormal_pair();
             let step = 1e-9 * (wanted.t + wanted.point.length());
-            let moved = [a, -a, b, -b].map(|way| expected(&best, map, o + way * step, d).map_or(f64::INFINITY, |e| e.t));
+            let moved = [a, -a, b, -b]
+                .map(|way| expected(&best, map, o + way * step, d).map_or(f64::INFINITY, |e| e.t));
             let steep = wanted.normal.dot(d).abs();
-            if moved.iter().any(|t| (t - wanted.t).abs() > 1e2 * step / steep) {
+            if moved
+                .iter()
+                .any(|t| (t - wanted.t).abs() > 1e2 * step / steep)
+            {
                 return Verdict::Skip;
             }
             let placed = TransformedShape::<f32>::new(own, map).expect("an invertible map");
             let probe = PreparedRay::new(ray);
-            let outward = if wanted.normal.dot(d) < 0.0 { Side::Outside } else { Side::Inside };
+            let outward = if wanted.normal.dot(d) < 0.0 {
+                Side::Outside
+            } else {
+                Side::Inside
+            };
             let Some(hit) = placed.intersect(&probe, Interval::positive(), outward) else {
                 return Verdict::Wrong(format!("missed from {outward:?}{}", hex::<f32>(&ray)));
             };
@@ -167,7 +282,15 @@ fn p23_mapped_shapes() {
                 let Some(hit) = geometry.closest(&ray, Interval::positive(), &mut ()) else {
                     return Verdict::Wrong(format!("instance missed{}", hex::<f32>(&ray)));
                 };
-                compare(turn, &wanted, map, hit.t, &geometry.surface(&ray, &hit), d, &ray)
+                compare(
+                    turn,
+                    &wanted,
+                    map,
+                    hit.t,
+                    &geometry.surface(&ray, &hit),
+                    d,
+                    &ray,
+                )
             })
         })
         .expect_right(50_000);
@@ -179,7 +302,11 @@ fn instance(shape: AnyShape<f32>, map: DAffine3) -> Geometry<f32> {
     let mut inner = PrimitiveSet::<f32>::default();
     inner.shape(shape, Visibility::default()).expect("finite");
     let mut group = PrimitiveSet::<f32>::default();
-    let inner = group.part(Geometry::new(inner, AcceleratorKind::default())).expect("no instances in it");
-    group.instance(inner, map, Visibility::default()).expect("an invertible map");
+    let inner = group
+        .part(Geometry::new(inner, AcceleratorKind::default()))
+        .expect("no instances in it");
+    group
+        .instance(inner, map, Visibility::default())
+        .expect("an invertible map");
     Geometry::new(group, AcceleratorKind::default())
 }

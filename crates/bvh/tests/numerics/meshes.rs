@@ -1,4 +1,5 @@
-//! Starts of rays beside the edges of closed meshes that a map flattens: on the side to which the ray leaves, of all faces.
+//! Starts of rays beside the edges of closed meshes that a map flattens: on the side to which the
+//! ray leaves, of all faces.
 
 use glam::DVec3;
 use raywright_bvh::shapes::{Quad, Triangle};
@@ -7,7 +8,8 @@ use raywright_bvh::{AcceleratorKind, Geometry, Interval, PrimitiveSet, Real, Vec
 use super::sharp::{back, flattening, is_thin};
 use super::support::{Expect, Outcome, Random, Verdict, hex, judge, stored, towards};
 
-/// A convex body about the origin by its faces, each of three corners or, a parallelogram, of four, seen from outside.
+/// A convex body about the origin by its faces, each of three corners or, a parallelogram, of four,
+/// seen from outside.
 struct Body {
     name: &'static str,
     faces: Vec<Vec<DVec3>>,
@@ -21,16 +23,48 @@ fn bodies() -> Vec<Body> {
         let sign = |bit: usize| if i >> bit & 1 == 1 { 0.5 } else { -0.5 };
         v(1.0, 0.25, 0.5) * sign(0) + v(-0.5, 1.0, 0.5) * sign(1) + v(-0.25, -0.5, 0.75) * sign(2)
     };
-    let squares = [[0, 2, 3, 1], [4, 5, 7, 6], [0, 1, 5, 4], [2, 6, 7, 3], [0, 4, 6, 2], [1, 3, 7, 5]];
-    let quads: Vec<Vec<DVec3>> = squares.iter().map(|square| square.iter().map(|&i| corner(i)).collect()).collect();
-    let halves = quads.iter().flat_map(|q| [vec![q[0], q[1], q[2]], vec![q[0], q[2], q[3]]]).collect();
-    let tips = [v(1.0, 1.0, 1.0), v(1.0, -1.0, -1.0), v(-1.0, 1.0, -1.0), v(-1.0, -1.0, 1.0)];
-    let tetrahedron = [[0, 1, 2], [0, 3, 1], [0, 2, 3], [1, 3, 2]].map(|face| face.map(|i| tips[i] * 0.5).to_vec()).to_vec();
+    let squares = [
+        [0, 2, 3, 1],
+        [4, 5, 7, 6],
+        [0, 1, 5, 4],
+        [2, 6, 7, 3],
+        [0, 4, 6, 2],
+        [1, 3, 7, 5],
+    ];
+    let quads: Vec<Vec<DVec3>> = squares
+        .iter()
+        .map(|square| square.iter().map(|&i| corner(i)).collect())
+        .collect();
+    let halves = quads
+        .iter()
+        .flat_map(|q| [vec![q[0], q[1], q[2]], vec![q[0], q[2], q[3]]])
+        .collect();
+    let tips = [
+        v(1.0, 1.0, 1.0),
+        v(1.0, -1.0, -1.0),
+        v(-1.0, 1.0, -1.0),
+        v(-1.0, -1.0, 1.0),
+    ];
+    let tetrahedron = [[0, 1, 2], [0, 3, 1], [0, 2, 3], [1, 3, 2]]
+        .map(|face| face.map(|i| tips[i] * 0.5).to_vec())
+        .to_vec();
     vec![
-        Body { name: "box of quads", faces: quads },
-        Body { name: "box of triangles", faces: halves },
-        Body { name: "tetrahedron", faces: tetrahedron },
-        Body { name: "globe", faces: globe() },
+        Body {
+            name: "box of quads",
+            faces: quads,
+        },
+        Body {
+            name: "box of triangles",
+            faces: halves,
+        },
+        Body {
+            name: "tetrahedron",
+            faces: tetrahedron,
+        },
+        Body {
+            name: "globe",
+            faces: globe(),
+        },
     ]
 }
 
@@ -40,7 +74,11 @@ fn globe() -> Vec<Vec<DVec3>> {
     for octant in 0..8_usize {
         let sign = |bit: usize| if octant >> bit & 1 == 1 { -1.0 } else { 1.0 };
         let [x, y, z] = [DVec3::X * sign(0), DVec3::Y * sign(1), DVec3::Z * sign(2)];
-        faces.push(if octant.count_ones() % 2 == 0 { vec![x, y, z] } else { vec![x, z, y] });
+        faces.push(if octant.count_ones() % 2 == 0 {
+            vec![x, y, z]
+        } else {
+            vec![x, z, y]
+        });
     }
     for _ in 0..2 {
         let divided = faces.iter().flat_map(|f| {
@@ -68,8 +106,20 @@ fn mesh<R: Real>(faces: &[Vec<DVec3>], inside_out: bool) -> Geometry<R> {
             corners.reverse();
         }
         match *corners {
-            [a, b, c] => group.shape(Triangle { vertices: [a, b, c] }.into(), Visibility::default()),
-            [a, b, c, d] => group.shape(Quad { corners: [a, b, c, d] }.into(), Visibility::default()),
+            [a, b, c] => group.shape(
+                Triangle {
+                    vertices: [a, b, c],
+                }
+                .into(),
+                Visibility::default(),
+            ),
+            [a, b, c, d] => group.shape(
+                Quad {
+                    corners: [a, b, c, d],
+                }
+                .into(),
+                Visibility::default(),
+            ),
             _ => unreachable!("faces have three corners or four"),
         }
         .expect("finite");
@@ -77,13 +127,17 @@ fn mesh<R: Real>(faces: &[Vec<DVec3>], inside_out: bool) -> Geometry<R> {
     Geometry::new(group, AcceleratorKind::default())
 }
 
-/// Radius of a circle that the least face holds: what is smaller under a map than its points are exact has no place that is
-/// away from its edges.
+/// Radius of a circle that the least face holds: what is smaller under a map than its points are
+/// exact has no place that is away from its edges.
 fn least_circle(faces: &[Vec<DVec3>]) -> f64 {
     let circle = |f: &Vec<DVec3>| {
         let [p, q, r] = [f[1] - f[0], f[2] - f[1], f[0] - f[2]];
         // Of a parallelogram two of the sides count, and half the least height.
-        let around = if f.len() == 3 { p.length() + q.length() + r.length() } else { 2.0 * p.length().max(q.length()) };
+        let around = if f.len() == 3 {
+            p.length() + q.length() + r.length()
+        } else {
+            2.0 * p.length().max(q.length())
+        };
         p.cross(q).length() / around
     };
     faces.iter().map(circle).fold(f64::INFINITY, f64::min)
@@ -91,40 +145,66 @@ fn least_circle(faces: &[Vec<DVec3>]) -> f64 {
 
 /// Rays from hits beside edges of a body, to both sides, under maps that flatten by a factor.
 fn starts<R: Real>(Body { name, faces }: &Body, by: f64, inside_out: bool) -> Outcome {
-    let what = if inside_out { "the inside of the" } else { "the" };
+    let what = if inside_out {
+        "the inside of the"
+    } else {
+        "the"
+    };
     let ball = least_circle(faces).min(-height(faces, DVec3::ZERO));
     let mesh = mesh::<R>(faces, inside_out);
     judge(
-        &format!("starts on {what} {name}, flattened by {by:e}, in {}", std::any::type_name::<R>()),
+        &format!(
+            "starts on {what} {name}, flattened by {by:e}, in {}",
+            std::any::type_name::<R>()
+        ),
         424,
         20_000,
         |random: &mut Random| {
             let map = flattening(random, by);
             let mut group = PrimitiveSet::<R>::default();
             let part = group.part(mesh.clone()).expect("no instances in it");
-            group.instance(part, map, Visibility::default()).expect("an invertible map");
+            group
+                .instance(part, map, Visibility::default())
+                .expect("an invertible map");
             let geometry = Geometry::new(group, AcceleratorKind::default());
             let face = &faces[(random.bits() % faces.len() as u64) as usize];
             let i = (random.bits() % face.len() as u64) as usize;
-            let along = if random.unit() < 0.3 { 0.0 } else { random.unit() };
+            let along = if random.unit() < 0.3 {
+                0.0
+            } else {
+                random.unit()
+            };
             let edge = face[i] + (face[(i + 1) % face.len()] - face[i]) * along;
-            let target = map.transform_point3(edge + random.cube() * 10_f64.powf(random.between(-9.0, -0.5)));
-            let ray = towards::<R>(target + random.direction() * random.pick(&[0.5, 3.0, 30.0]), target);
-            let Some(hit) = geometry.closest(&ray, Interval::positive(), &mut ()) else { return Verdict::Skip };
+            let target = map
+                .transform_point3(edge + random.cube() * 10_f64.powf(random.between(-9.0, -0.5)));
+            let ray = towards::<R>(
+                target + random.direction() * random.pick(&[0.5, 3.0, 30.0]),
+                target,
+            );
+            let Some(hit) = geometry.closest(&ray, Interval::positive(), &mut ()) else {
+                return Verdict::Skip;
+            };
             let surface = geometry.surface(&ray, &hit);
             if is_thin::<R>(ball, by, surface.point.to_f64(), hit.t.to_f64()) {
                 return Verdict::Skip;
             }
             let normal = surface.normal.to_f64();
-            let above = [normal, -normal].map(|way| height(faces, back(map, surface.spawn(stored::<R>(way)).to_f64())));
-            let [out, into] = if inside_out { [above[1], above[0]] } else { above };
-            Verdict::holds(out > 0.0 && into < 0.0, || format!("{out:e} {into:e} {surface:?} {map:?}{}", hex::<R>(&ray)))
+            let above = [normal, -normal]
+                .map(|way| height(faces, back(map, surface.spawn(stored::<R>(way)).to_f64())));
+            let [out, into] = if inside_out {
+                [above[1], above[0]]
+            } else {
+                above
+            };
+            Verdict::holds(out > 0.0 && into < 0.0, || {
+                format!("{out:e} {into:e} {surface:?} {map:?}{}", hex::<R>(&ray))
+            })
         },
     )
 }
 
-/// Protects: a start beside an edge of a closed mesh lies on the side to which its ray leaves, of all faces there, however flat
-/// a map makes the mesh, and whether one is in it or outside.
+/// Protects: a start beside an edge of a closed mesh lies on the side to which its ray leaves, of
+/// all faces there, however flat a map makes the mesh, and whether one is in it or outside.
 #[test]
 fn starts_beside_edges_of_meshes_are_on_the_right_side() {
     fn check<R: Real>() {

@@ -1,7 +1,9 @@
 //! Where a moving instance is at a time: within the stated bound of where its exact map puts it.
 
 use glam::{DAffine3, DVec3};
-use raywright_bvh::{AcceleratorKind, Geometry, Interval, PrimitiveSet, Ray, Real, Vector, Visibility};
+use raywright_bvh::{
+    AcceleratorKind, Geometry, Interval, PrimitiveSet, Ray, Real, Vector, Visibility,
+};
 
 use super::support::{Expect, Verdict, hex, judge, stored};
 
@@ -10,64 +12,111 @@ const UNIT: f64 = 4_294_967_296.0;
 /// So many units has time.
 const TIMES: i128 = 1 << 24;
 
-/// A sheet that comes from a million metres below and passes the origin on its way up, met within a metre of there. How high it is
-/// then is a whole number of 128 bits.
+/// A sheet that comes from a million metres below and passes the origin on its way up, met within a
+/// metre of there. How high it is then is a whole number of 128 bits.
 fn passing<R: Real>() {
-    judge(&format!("a sheet that passes the origin in {}", std::any::type_name::<R>()), 77, 20_000, |random| {
-        let time = 1 + i128::from(random.bits() % (TIMES as u64 - 1));
-        let from = -i128::from(random.bits() >> 12);
-        let to = -from * (TIMES - time) / time + i128::from(random.bits() % UNIT as u64);
-        if to >= 1 << 53 {
-            return Verdict::Skip;
-        }
-        let height = (from * (TIMES - time) + to * time) as f64 / (UNIT * TIMES as f64);
-        let end = |z: i128| DAffine3::from_translation(DVec3::Z * (z as f64 / UNIT));
-        let (mut sheet, mut group) = (PrimitiveSet::<R>::default(), PrimitiveSet::<R>::default());
-        let corners = [DVec3::new(-2.0, -2.0, 0.0), DVec3::new(2.0, -2.0, 0.0), DVec3::new(0.0, 3.0, 0.0)];
-        sheet.triangle(corners.map(stored::<R>), Visibility::default()).expect("a triangle");
-        let sheet = group.part(Geometry::new(sheet, AcceleratorKind::Linear)).expect("no instances");
-        group.moving(sheet, [end(from), end(to)], Visibility::default()).expect("an invertible way");
-        let geometry = Geometry::new(group, AcceleratorKind::Linear);
-        let origin = DVec3::new(random.between(-0.5, 0.5), random.between(-0.5, 0.5), height + random.between(0.5, 2.0));
-        let ray = Ray::new(stored::<R>(origin), stored::<R>(DVec3::NEG_Z)).at_time(R::from_f64(time as f64 / TIMES as f64));
-        let Some(hit) = geometry.closest(&ray, Interval::positive(), &mut ()) else {
-            return Verdict::Wrong(format!("no hit{}", hex::<R>(&ray)));
-        };
-        let (located, surface) = (geometry.located(&ray, &hit), geometry.surface(&ray, &hit));
-        let bound = located.error.to_f64();
-        // A bound that counted the whole way could hold of anything.
-        if bound > 1e-13 {
-            return Verdict::Wrong(format!("{bound} is no bound{}", hex::<R>(&ray)));
-        }
-        let stored = (surface.point.to_f64().z - height).abs() / surface.error.to_f64();
-        let off = (located.point.to_f64().z - height).abs() / bound;
-        Verdict::bounded(off.max(stored), 1.0, || format!("beyond the stated bound{}", hex::<R>(&ray)))
-    })
+    judge(
+        &format!(
+            "a sheet that passes the origin in {}",
+            std::any::type_name::<R>()
+        ),
+        77,
+        20_000,
+        |random| {
+            let time = 1 + i128::from(random.bits() % (TIMES as u64 - 1));
+            let from = -i128::from(random.bits() >> 12);
+            let to = -from * (TIMES - time) / time + i128::from(random.bits() % UNIT as u64);
+            if to >= 1 << 53 {
+                return Verdict::Skip;
+            }
+            let height = (from * (TIMES - time) + to * time) as f64 / (UNIT * TIMES as f64);
+            let end = |z: i128| DAffine3::from_translation(DVec3::Z * (z as f64 / UNIT));
+            let (mut sheet, mut group) =
+                (PrimitiveSet::<R>::default(), PrimitiveSet::<R>::default());
+            let corners = [
+                DVec3::new(-2.0, -2.0, 0.0),
+                DVec3::new(2.0, -2.0, 0.0),
+                DVec3::new(0.0, 3.0, 0.0),
+            ];
+            sheet
+                .triangle(corners.map(stored::<R>), Visibility::default())
+                .expect("a triangle");
+            let sheet = group
+                .part(Geometry::new(sheet, AcceleratorKind::Linear))
+                .expect("no instances");
+            group
+                .moving(sheet, [end(from), end(to)], Visibility::default())
+                .expect("an invertible way");
+            let geometry = Geometry::new(group, AcceleratorKind::Linear);
+            let origin = DVec3::new(
+                random.between(-0.5, 0.5),
+                random.between(-0.5, 0.5),
+                height + random.between(0.5, 2.0),
+            );
+            let ray = Ray::new(stored::<R>(origin), stored::<R>(DVec3::NEG_Z))
+                .at_time(R::from_f64(time as f64 / TIMES as f64));
+            let Some(hit) = geometry.closest(&ray, Interval::positive(), &mut ()) else {
+                return Verdict::Wrong(format!("no hit{}", hex::<R>(&ray)));
+            };
+            let (located, surface) = (geometry.located(&ray, &hit), geometry.surface(&ray, &hit));
+            let bound = located.error.to_f64();
+            // A bound that counted the whole way could hold of anything.
+            if bound > 1e-13 {
+                return Verdict::Wrong(format!("{bound} is no bound{}", hex::<R>(&ray)));
+            }
+            let stored = (surface.point.to_f64().z - height).abs() / surface.error.to_f64();
+            let off = (located.point.to_f64().z - height).abs() / bound;
+            Verdict::bounded(off.max(stored), 1.0, || {
+                format!("beyond the stated bound{}", hex::<R>(&ray))
+            })
+        },
+    )
     .expect_right(8000);
 }
 
-/// Protects: the error bound of a place on a moving instance, with all that its ends have of digits and the place has not.
+/// Protects: the error bound of a place on a moving instance, with all that its ends have of digits
+/// and the place has not.
 #[test]
 fn bounds_hold_on_the_way() {
     passing::<f32>();
     passing::<f64>();
 }
 
-/// Protects: a mesh's own normal under an instance that turns and stretches is brought to the world by the map of the ray's time: that of an
-/// instance that stands as the moving one does then.
+/// Protects: a mesh's own normal under an instance that turns and stretches is brought to the world
+/// by the map of the ray's time: that of an instance that stands as the moving one does then.
 #[test]
 fn own_normals_turn_on_the_way() {
-    let ends = [DAffine3::IDENTITY, DAffine3::from_rotation_x(0.9) * DAffine3::from_scale(DVec3::new(1.0, 3.0, 0.5))];
+    let ends = [
+        DAffine3::IDENTITY,
+        DAffine3::from_rotation_x(0.9) * DAffine3::from_scale(DVec3::new(1.0, 3.0, 0.5)),
+    ];
     let seen = |map: [DAffine3; 2], time: f64| {
-        let (mut sheet, mut group) = (PrimitiveSet::<f64>::default(), PrimitiveSet::<f64>::default());
-        let corners = [DVec3::new(-9.0, -9.0, 0.0), DVec3::new(9.0, -9.0, 0.0), DVec3::new(0.0, 9.0, 0.0)];
-        sheet.triangle(corners, Visibility::default()).expect("a triangle");
-        let sheet = group.part(Geometry::new(sheet, AcceleratorKind::Linear)).expect("no instances");
-        group.moving(sheet, map, Visibility::default()).expect("an invertible way");
+        let (mut sheet, mut group) = (
+            PrimitiveSet::<f64>::default(),
+            PrimitiveSet::<f64>::default(),
+        );
+        let corners = [
+            DVec3::new(-9.0, -9.0, 0.0),
+            DVec3::new(9.0, -9.0, 0.0),
+            DVec3::new(0.0, 9.0, 0.0),
+        ];
+        sheet
+            .triangle(corners, Visibility::default())
+            .expect("a triangle");
+        let sheet = group
+            .part(Geometry::new(sheet, AcceleratorKind::Linear))
+            .expect("no instances");
+        group
+            .moving(sheet, map, Visibility::default())
+            .expect("an invertible way");
         let geometry = Geometry::new(group, AcceleratorKind::Linear);
         let ray = Ray::new(DVec3::new(0.1, -0.2, 5.0), DVec3::NEG_Z).at_time(time);
-        let hit = geometry.closest(&ray, Interval::positive(), &mut ()).expect("the sheet is wide");
-        geometry.normal(&ray, &hit, DVec3::new(0.1, 0.2, 1.0)).normalize()
+        let hit = geometry
+            .closest(&ray, Interval::positive(), &mut ())
+            .expect("the sheet is wide");
+        geometry
+            .normal(&ray, &hit, DVec3::new(0.1, 0.2, 1.0))
+            .normalize()
     };
     for time in [0.0, 0.25, 0.5, 0.75, 1.0] {
         let between = ends[0].matrix3 * (1.0 - time) + ends[1].matrix3 * time;
@@ -75,6 +124,9 @@ fn own_normals_turn_on_the_way() {
         let (moving, standing) = (seen(ends, time), seen([still; 2], 0.0));
         // A normal goes by the transposed inverse.
         let expected = (between.inverse().transpose() * DVec3::new(0.1, 0.2, 1.0)).normalize();
-        assert!((moving - expected).length() < 1e-12 && (standing - expected).length() < 1e-12, "{time}: {moving}, {standing}");
+        assert!(
+            (moving - expected).length() < 1e-12 && (standing - expected).length() < 1e-12,
+            "{time}: {moving}, {standing}"
+        );
     }
 }

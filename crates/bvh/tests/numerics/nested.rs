@@ -1,5 +1,5 @@
-//! Starts of rays on shapes under a map of their own in an instance under another: on the side to which the ray leaves, with what both
-//! maps together make of the start's rounding.
+//! Starts of rays on shapes under a map of their own in an instance under another: on the side to
+//! which the ray leaves, with what both maps together make of the start's rounding.
 
 use glam::{DAffine3, DVec3};
 use raywright_bvh::shapes::{AnyShape, Ellipsoid, Sphere};
@@ -11,48 +11,86 @@ use super::support::{Expect, Outcome, Random, Verdict, hex, judge, stored, towar
 /// A ball of radius 1 or an egg that is as thick at least, about the origin, by its semi-axes.
 fn round<R: Real>(semi_axes: DVec3) -> AnyShape<R> {
     if semi_axes == DVec3::ONE {
-        Sphere { centre: Vector::ZERO, radius: R::ONE }.into()
+        Sphere {
+            centre: Vector::ZERO,
+            radius: R::ONE,
+        }
+        .into()
     } else {
-        Ellipsoid { centre: Vector::ZERO, semi_axes: stored::<R>(semi_axes) }.into()
+        Ellipsoid {
+            centre: Vector::ZERO,
+            semi_axes: stored::<R>(semi_axes),
+        }
+        .into()
     }
 }
 
-/// Rays from hits of it, to both sides, where its own map flattens by `own` and the instance's by `outer`.
+/// Rays from hits of it, to both sides, where its own map flattens by `own` and the instance's by
+/// `outer`.
 fn starts<R: Real>(semi_axes: DVec3, own: f64, outer: f64) -> Outcome {
-    let what = format!("starts on {semi_axes}, flattened by {own:e} and {outer:e}, in {}", std::any::type_name::<R>());
+    let what = format!(
+        "starts on {semi_axes}, flattened by {own:e} and {outer:e}, in {}",
+        std::any::type_name::<R>()
+    );
     judge(&what, 431, 10_000, |random: &mut Random| {
-        // Without a translation of its own, so that the first map leaves all of the rounding to the second.
-        let inner = DAffine3 { translation: DVec3::ZERO, ..flattening(random, own) };
+        // Without a translation of its own, so that the first map leaves all of the rounding to the
+        // second.
+        let inner = DAffine3 {
+            translation: DVec3::ZERO,
+            ..flattening(random, own)
+        };
         let outside = flattening(random, outer);
         let (mut part, mut group) = (PrimitiveSet::<R>::default(), PrimitiveSet::<R>::default());
-        part.placed(round::<R>(semi_axes), inner, Visibility::default()).expect("an invertible map");
-        let part = group.part(Geometry::new(part, AcceleratorKind::Linear)).expect("no instances in it");
-        group.instance(part, outside, Visibility::default()).expect("an invertible map");
+        part.placed(round::<R>(semi_axes), inner, Visibility::default())
+            .expect("an invertible map");
+        let part = group
+            .part(Geometry::new(part, AcceleratorKind::Linear))
+            .expect("no instances in it");
+        group
+            .instance(part, outside, Visibility::default())
+            .expect("an invertible map");
         let geometry = Geometry::new(group, AcceleratorKind::Linear);
         let target = (outside * inner).transform_point3(random.direction() * semi_axes);
-        let ray = towards::<R>(target + random.direction() * random.pick(&[0.5, 3.0, 30.0]), target);
-        let Some(hit) = geometry.closest(&ray, Interval::positive(), &mut ()) else { return Verdict::Skip };
+        let ray = towards::<R>(
+            target + random.direction() * random.pick(&[0.5, 3.0, 30.0]),
+            target,
+        );
+        let Some(hit) = geometry.closest(&ray, Interval::positive(), &mut ()) else {
+            return Verdict::Skip;
+        };
         let surface = geometry.surface(&ray, &hit);
-        // Each map counts the way through all three axes by itself, so that both together take up to √3 times as much for unsafe as one would.
+        // Each map counts the way through all three axes by itself, so that both together take up
+        // to √3 times as much for unsafe as one would.
         if is_thin::<R>(0.5, own * outer, surface.point.to_f64(), hit.t.to_f64()) {
             return Verdict::Skip;
         }
-        let height = |start: DVec3| (back(inner, back(outside, start)) / semi_axes).length_squared() - 1.0;
+        let height =
+            |start: DVec3| (back(inner, back(outside, start)) / semi_axes).length_squared() - 1.0;
         let normal = surface.normal.to_f64();
         let above = [normal, -normal].map(|way| height(surface.spawn(stored::<R>(way)).to_f64()));
         Verdict::holds(above[0] > 0.0 && above[1] < 0.0, || {
-            format!("{above:?} {surface:?} {inner:?} {outside:?}{}", hex::<R>(&ray))
+            format!(
+                "{above:?} {surface:?} {inner:?} {outside:?}{}",
+                hex::<R>(&ray)
+            )
         })
     })
 }
 
-/// Protects: a start on a bent surface lies on the side to which its ray leaves under two maps, whichever of them flattens: how far a
-/// rounding in the world reaches in the shape's space is the product of both.
+/// Protects: a start on a bent surface lies on the side to which its ray leaves under two maps,
+/// whichever of them flattens: how far a rounding in the world reaches in the shape's space is the
+/// product of both.
 #[test]
 fn starts_under_two_maps_are_on_the_right_side() {
     fn check<R: Real>() {
         for semi_axes in [DVec3::ONE, DVec3::new(1.0, 2.0, 1.5)] {
-            for (own, outer) in [(1.0, 1e-3), (1e-3, 1.0), (1.0, 1e-4), (0.03, 0.03), (0.5, 1e-3)] {
+            for (own, outer) in [
+                (1.0, 1e-3),
+                (1e-3, 1.0),
+                (1.0, 1e-4),
+                (0.03, 0.03),
+                (0.5, 1e-3),
+            ] {
                 starts::<R>(semi_axes, own, outer).expect_right(2000);
             }
         }

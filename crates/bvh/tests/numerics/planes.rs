@@ -7,8 +7,9 @@ use raywright_bvh::{Interval, PreparedRay, Ray, Shape, Side};
 use super::stated::shapes;
 use super::support::{Expect, Verdict, exact, expect_all, hex, hit, judge, ray, stored, ulp};
 
-/// Protects: the same hit whatever the length of the direction, for every shape, in the world and placed. The oracle has the same direction
-/// with length one, in f64; a ray that changes its mind when moved by a billionth is not judged.
+/// Protects: the same hit whatever the length of the direction, for every shape, in the world and
+/// placed. The oracle has the same direction with length one, in f64; a ray that changes its mind
+/// when moved by a billionth is not judged.
 #[test]
 fn p06_any_length_of_direction() {
     let map = DAffine3::from_rotation_x(0.7) * DAffine3::from_scale(DVec3::new(0.5, -1.5, 1.25));
@@ -44,8 +45,14 @@ fn p06_any_length_of_direction() {
             }
             let (a, b) = d.normalize().any_orthonormal_pair();
             let moved = [a, -a, b, -b].map(|way| expect(origin + way * 1e-9));
-            let sure = moved.iter().all(|&m| (m - wanted).abs() < 1e-6 || m == wanted);
-            if sure { Verdict::Wrong(format!("{t} instead of {wanted}{}", hex::<f32>(&ray))) } else { Verdict::Band }
+            let sure = moved
+                .iter()
+                .all(|&m| (m - wanted).abs() < 1e-6 || m == wanted);
+            if sure {
+                Verdict::Wrong(format!("{t} instead of {wanted}{}", hex::<f32>(&ray)))
+            } else {
+                Verdict::Band
+            }
         })
         .expect_right(59_000);
     }
@@ -59,12 +66,16 @@ fn p07_grazing_plane() {
         for height in [1.0, 0.0] {
             let ray = ray::<f32>(DVec3::Y * height, DVec3::new(1.0, zero, 0.0));
             let plane = Plane::new(stored::<f32>(DVec3::ZERO), stored::<f32>(DVec3::Y));
-            assert!(hit::<f32>(&plane, &ray).is_none(), "hit along the plane at height {height}");
+            assert!(
+                hit::<f32>(&plane, &ray).is_none(),
+                "hit along the plane at height {height}"
+            );
         }
     }
 }
 
-/// Protects: cells of a checker seen far out: wrong only within four units in the last place of a border.
+/// Protects: cells of a checker seen far out: wrong only within four units in the last place of a
+/// border.
 #[test]
 fn p08_checker_far_out() {
     expect_all("P08", 495_000);

@@ -1,37 +1,64 @@
-//! P10, P12, P13, P15, P16: cylinders, cones, hyperboloids and ellipsoids where a coefficient vanishes or a shape is extreme.
+//! P10, P12, P13, P15, P16: cylinders, cones, hyperboloids and ellipsoids where a coefficient
+//! vanishes or a shape is extreme.
 
 use glam::DVec3;
 use raywright_bvh::shapes::{Cone, Cylinder, Ellipsoid, Ends};
 use raywright_bvh::{Interval, PreparedRay, Shape, Side};
 
-use super::support::{Expect, U, Verdict, exact, hex, hit, judge, ray, rays, stored, textbook_share, towards};
+use super::support::{
+    Expect, U, Verdict, exact, hex, hit, judge, ray, rays, stored, textbook_share, towards,
+};
 use raywright_bvh::stability::quadrics::{body, extreme, extreme_distance, near_root};
 use raywright_bvh::stability::{intersect, textbook};
 
-/// Protects: rays nearly along a cylinder, from inside and outside: points on the wall, and along the axis the cap instead.
+/// Protects: rays nearly along a cylinder, from inside and outside: points on the wall, and along
+/// the axis the cap instead.
 #[test]
 fn p10_cylinder_along_its_axis() {
     judge("P10", 20, 400_000, |random| {
         let angle = random.pick(&[1e-1, 1e-3, 1e-5, 1e-8, 0.0]);
         let radius = f64::from(random.between(0.1, 10.0) as f32);
         let height = f64::from(random.between(0.5, 100.0) as f32);
-        let base = exact(DVec3::new(random.between(-5.0, 5.0), random.between(-5.0, 5.0), random.between(-5.0, 5.0)));
+        let base = exact(DVec3::new(
+            random.between(-5.0, 5.0),
+            random.between(-5.0, 5.0),
+            random.between(-5.0, 5.0),
+        ));
         let inside = random.sign() > 0.0;
-        let reach = if inside { random.between(0.0, 0.99) } else { random.between(1.01, 3.0) };
+        let reach = if inside {
+            random.between(0.0, 0.99)
+        } else {
+            random.between(1.01, 3.0)
+        };
         let out = random.disc(DVec3::Y, 1.0).normalize();
-        let origin = exact(base + out * (reach * radius) + DVec3::Y * (height * random.between(0.01, 0.99)));
-        let toward = if inside { random.disc(DVec3::Y, 1.0).normalize() } else { -out };
+        let origin =
+            exact(base + out * (reach * radius) + DVec3::Y * (height * random.between(0.01, 0.99)));
+        let toward = if inside {
+            random.disc(DVec3::Y, 1.0).normalize()
+        } else {
+            -out
+        };
         let d = exact((toward * angle + DVec3::Y * random.sign()).normalize());
         let ray = ray::<f32>(origin, d);
         let ends = random.pick(&[Ends::None, Ends::Capped]);
-        let shape =
-            Cylinder::<f32> { base: stored::<f32>(base), axis: stored::<f32>(DVec3::Y * height), radius: radius as f32, ends };
+        let shape = Cylinder::<f32> {
+            base: stored::<f32>(base),
+            axis: stored::<f32>(DVec3::Y * height),
+            radius: radius as f32,
+            ends,
+        };
         let off = |p: DVec3| DVec3::new(p.x - base.x, 0.0, p.z - base.z).length() - radius;
         let got = hit::<f32>(&shape, &ray);
         let along = d.x == 0.0 && d.z == 0.0;
         let Some(h) = got else {
-            let hits = if ends == Ends::None { inside && !along } else { off(origin) < 0.0 };
-            return Verdict::holds(!hits, || format!("missed at angle {angle}{} {shape:?}", hex::<f32>(&ray)));
+            let hits = if ends == Ends::None {
+                inside && !along
+            } else {
+                off(origin) < 0.0
+            };
+            return Verdict::holds(!hits, || {
+                format!("missed at angle {angle}{} {shape:?}", hex::<f32>(&ray))
+            });
         };
         if along && ends == Ends::None {
             return Verdict::Wrong(format!("wall hit along the axis{}", hex::<f32>(&ray)));
@@ -46,20 +73,39 @@ fn p10_cylinder_along_its_axis() {
         // On the wall between the ends, or on an end within the wall.
         let (wall, low, high) = (off(p), base.y - p.y, p.y - base.y - height);
         let caps = low.abs().min(high.abs()).max(wall);
-        let error = if ends == Ends::None { wall.abs() } else { wall.abs().max(low).max(high).min(caps) };
-        Verdict::bounded(error, bound, || format!("off at angle {angle}{} {shape:?}", hex::<f32>(&ray)))
-            .and(|| Verdict::holds(!along || surface.normal.y.abs() == 1.0, || format!("not the cap{}", hex::<f32>(&ray))))
+        let error = if ends == Ends::None {
+            wall.abs()
+        } else {
+            wall.abs().max(low).max(high).min(caps)
+        };
+        Verdict::bounded(error, bound, || {
+            format!("off at angle {angle}{} {shape:?}", hex::<f32>(&ray))
+        })
+        .and(|| {
+            Verdict::holds(!along || surface.normal.y.abs() == 1.0, || {
+                format!("not the cap{}", hex::<f32>(&ray))
+            })
+        })
     })
     .expect_right(400_000);
 }
 
-/// Protects: rays through a cone's tip, close by it, and towards the other nappe: nothing beyond the tip, and a normal everywhere.
+/// Protects: rays through a cone's tip, close by it, and towards the other nappe: nothing beyond
+/// the tip, and a normal everywhere.
 #[test]
 fn p12_cone_tip_and_other_nappe() {
     judge("P12", 22, 600_000, |random| {
-        let (base, axis) = (exact(random.cube() * 3.0), exact(random.direction() * random.between(0.3, 4.0)));
+        let (base, axis) = (
+            exact(random.cube() * 3.0),
+            exact(random.direction() * random.between(0.3, 4.0)),
+        );
         let radius = f64::from(random.between(0.05, 3.0) as f32);
-        let cone = Cone::<f32> { base: stored::<f32>(base), axis: stored::<f32>(axis), radius: radius as f32, top_radius: 0.0 };
+        let cone = Cone::<f32> {
+            base: stored::<f32>(base),
+            axis: stored::<f32>(axis),
+            radius: radius as f32,
+            top_radius: 0.0,
+        };
         let tip = base + axis;
         let target = match random.bits() % 3 {
             0 => tip,
@@ -67,17 +113,25 @@ fn p12_cone_tip_and_other_nappe() {
             // The ghost: the same cone mirrored at its tip.
             _ => tip + axis * random.unit() + random.disc(axis.normalize(), radius),
         };
-        let ray = towards::<f32>(target + random.direction() * random.between(1.0, 8.0), target);
+        let ray = towards::<f32>(
+            target + random.direction() * random.between(1.0, 8.0),
+            target,
+        );
         let (o, d) = (ray.origin.as_dvec3(), ray.direction.as_dvec3());
         let probe = PreparedRay::new(ray);
         for side in [Side::Both, Side::Outside, Side::Inside] {
-            let Some(h) = cone.intersect(&probe, Interval::positive(), side) else { continue };
+            let Some(h) = cone.intersect(&probe, Interval::positive(), side) else {
+                continue;
+            };
             let p = o + d * f64::from(h.t);
             let scale = o.abs().max_element() + p.abs().max_element() + f64::from(h.t);
             let beyond = (p - tip).dot(axis) / axis.length();
             let normal = cone.surface(&probe, h).normal.as_dvec3();
             if beyond > 4.0 * U * scale {
-                return Verdict::Wrong(format!("hit {beyond:e} beyond the tip{} {cone:?}", hex::<f32>(&ray)));
+                return Verdict::Wrong(format!(
+                    "hit {beyond:e} beyond the tip{} {cone:?}",
+                    hex::<f32>(&ray)
+                ));
             }
             let unit = (normal.length() - 1.0).abs() <= 2.0 * U;
             if !unit {
@@ -102,7 +156,8 @@ fn p13_vanishing_leading_coefficient() {
 /// The semi-axes of P15, their greatest and least.
 const EXTREMES: [f64; 4] = [1e-3, 1e-2, 1e2, 1e3];
 
-/// Protects: flat and needle ellipsoids: no false miss, and the distance to a thousandth of the least axis.
+/// Protects: flat and needle ellipsoids: no false miss, and the distance to a thousandth of the
+/// least axis.
 #[test]
 fn p15_extreme_ellipsoids() {
     for k in EXTREMES {
@@ -116,24 +171,41 @@ fn p16_extreme_normals() {
     for k in EXTREMES {
         let outcome = extreme::<f32>(k, 0.98, rays(), |semi, shape, o, d| {
             let ray = ray::<f32>(o, d);
-            let Some((_, p)) = body(o, d, semi) else { return Verdict::Skip };
+            let Some((_, p)) = body(o, d, semi) else {
+                return Verdict::Skip;
+            };
             let gradient = (p / (semi * semi)).normalize();
-            let Some(h) = hit::<f32>(shape, &ray) else { return Verdict::Wrong(format!("missed{}", hex::<f32>(&ray))) };
+            let Some(h) = hit::<f32>(shape, &ray) else {
+                return Verdict::Wrong(format!("missed{}", hex::<f32>(&ray)));
+            };
             let n = shape.surface(&PreparedRay::new(ray), h).normal.as_dvec3();
             let angle = n.cross(gradient).length().atan2(n.dot(gradient));
-            Verdict::bounded(angle, 1e-4, || format!("normal {n:?} instead of {gradient:?}{}", hex::<f32>(&ray)))
-                .and(|| Verdict::bounded((n.length() - 1.0).abs(), 2.0 * U, || format!("length{}", hex::<f32>(&ray))))
+            Verdict::bounded(angle, 1e-4, || {
+                format!("normal {n:?} instead of {gradient:?}{}", hex::<f32>(&ray))
+            })
+            .and(|| {
+                Verdict::bounded((n.length() - 1.0).abs(), 2.0 * U, || {
+                    format!("length{}", hex::<f32>(&ray))
+                })
+            })
         });
         outcome.expect_right(190_000);
         // Straight at the pole and at the rim.
         let semi = exact(DVec3::new(1.0, 1.0, k));
-        let shape = Ellipsoid::<f32> { centre: stored::<f32>(DVec3::ZERO), semi_axes: stored::<f32>(semi) };
+        let shape = Ellipsoid::<f32> {
+            centre: stored::<f32>(DVec3::ZERO),
+            semi_axes: stored::<f32>(semi),
+        };
         for axis in [DVec3::X, DVec3::Y, DVec3::Z] {
             for sign in [-1.0, 1.0] {
                 let ray = ray::<f32>(axis * (sign * 10.0 * semi.max_element()), axis * -sign);
                 let h = hit::<f32>(&shape, &ray).expect("aimed at the centre");
                 let n = shape.surface(&PreparedRay::new(ray), h).normal.as_dvec3();
-                assert!(n.distance(axis * sign) <= 2.0 * U, "k = {k}: normal {n:?} at {:?}", axis * sign);
+                assert!(
+                    n.distance(axis * sign) <= 2.0 * U,
+                    "k = {k}: normal {n:?} at {:?}",
+                    axis * sign
+                );
             }
         }
     }

@@ -1,18 +1,28 @@
-//! Scan, boxes in registers and tree answer with the same bits in every precision, where textbook formulas find hits beside
-//! their shapes and before them.
+//! Scan, boxes in registers and tree answer with the same bits in every precision, where textbook
+//! formulas find hits beside their shapes and before them.
 
 use glam::{DAffine3, DVec3};
 use raywright_bvh::shapes::{AnyShape, Ellipsoid, Sphere, Torus};
-use raywright_bvh::{AcceleratorKind, BuildQuality, Geometry, Interval, Occlusion, PrimitiveSet, Ray, Real, Side, Visibility};
+use raywright_bvh::{
+    AcceleratorKind, BuildQuality, Geometry, Interval, Occlusion, PrimitiveSet, Ray, Real, Side,
+    Visibility,
+};
 
 use super::stated::shapes;
 use super::support::{Expect, Random, Verdict, exact, hex, judge, stored, towards};
 
 /// Every hit is shown to the caller.
-const ASKED: Visibility = Visibility { side: Side::Both, occlusion: Occlusion::Ask };
+const ASKED: Visibility = Visibility {
+    side: Side::Both,
+    occlusion: Occlusion::Ask,
+};
 
 /// Everything that an any-hit query is offered, in an order of its own.
-fn offered<R: Real>(geometry: &Geometry<R>, ray: &Ray<R>, range: Interval<R>) -> Vec<([u32; 3], u64)> {
+fn offered<R: Real>(
+    geometry: &Geometry<R>,
+    ray: &Ray<R>,
+    range: Interval<R>,
+) -> Vec<([u32; 3], u64)> {
     let mut all = vec![];
     let mut refuse = |h: &raywright_bvh::Hit<R>| {
         all.push((h.order(), h.t.to_f64().to_bits()));
@@ -27,29 +37,53 @@ fn offered<R: Real>(geometry: &Geometry<R>, ray: &Ray<R>, range: Interval<R>) ->
 fn every<R: Real>(group: &PrimitiveSet<R>) -> Vec<Geometry<R>> {
     let trees = BuildQuality::ALL.into_iter().map(AcceleratorKind::Tree);
     let kinds = [AcceleratorKind::Linear].into_iter().chain(trees);
-    kinds.map(|kind| Geometry::new(group.clone(), kind)).collect()
+    kinds
+        .map(|kind| Geometry::new(group.clone(), kind))
+        .collect()
 }
 
-/// Rays by a generator, through one group under every accelerator: closest and any, with and without a far end.
-fn agree<R: Real>(case: &str, group: &PrimitiveSet<R>, count: u32, ray: impl Fn(&mut Random) -> Ray<R> + Sync) {
+/// Rays by a generator, through one group under every accelerator: closest and any, with and
+/// without a far end.
+fn agree<R: Real>(
+    case: &str,
+    group: &PrimitiveSet<R>,
+    count: u32,
+    ray: impl Fn(&mut Random) -> Ray<R> + Sync,
+) {
     let all = every(group);
     let (scan, others) = all.split_first().expect("a scan at least");
-    judge(&format!("{case} in {}", std::any::type_name::<R>()), 400, count, |random| {
-        let ray = ray(random);
-        let far = scan.closest(&ray, Interval::positive(), &mut ()).map_or(R::ONE, |h| h.t);
-        let far = far * R::from_f64(random.pick(&[1.0, 1.5, 0.9]));
-        for max in [R::INFINITY, far] {
-            let range = Interval { min: R::ZERO, max };
-            let (nearest, met) = (scan.closest(&ray, range, &mut ()), offered(scan, &ray, range));
-            for (i, other) in others.iter().enumerate() {
-                let (found, among) = (other.closest(&ray, range, &mut ()), offered(other, &ray, range));
-                if found != nearest || among != met {
-                    return Verdict::Wrong(format!("{i}: {found:?} for {nearest:?}, {among:?} for {met:?}{}", hex::<R>(&ray)));
+    judge(
+        &format!("{case} in {}", std::any::type_name::<R>()),
+        400,
+        count,
+        |random| {
+            let ray = ray(random);
+            let far = scan
+                .closest(&ray, Interval::positive(), &mut ())
+                .map_or(R::ONE, |h| h.t);
+            let far = far * R::from_f64(random.pick(&[1.0, 1.5, 0.9]));
+            for max in [R::INFINITY, far] {
+                let range = Interval { min: R::ZERO, max };
+                let (nearest, met) = (
+                    scan.closest(&ray, range, &mut ()),
+                    offered(scan, &ray, range),
+                );
+                for (i, other) in others.iter().enumerate() {
+                    let (found, among) = (
+                        other.closest(&ray, range, &mut ()),
+                        offered(other, &ray, range),
+                    );
+                    if found != nearest || among != met {
+                        return Verdict::Wrong(format!(
+                            "{i}: {found:?} for {nearest:?}, {among:?} for {met:?}{}",
+                            hex::<R>(&ray)
+                        ));
+                    }
                 }
             }
-        }
-        Verdict::Right(0.0)
-    })
+            Verdict::Right(0.0)
+        },
+    )
     .expect_right(u64::from(count));
 }
 
@@ -71,9 +105,14 @@ fn agree_everywhere<R: Real>() {
     // False hits before the shape: spheres as far away as a textbook can't see.
     let mut group = PrimitiveSet::<R>::default();
     let random = &mut Random::new(401, 0);
-    let balls: Vec<DVec3> = (0..40).map(|_| exact(random.direction() * (300.0 * 1000_f64.powf(random.unit())))).collect();
+    let balls: Vec<DVec3> = (0..40)
+        .map(|_| exact(random.direction() * (300.0 * 1000_f64.powf(random.unit()))))
+        .collect();
     for &centre in &balls {
-        let ball = Sphere { centre: stored::<R>(centre), radius: real(1.0) };
+        let ball = Sphere {
+            centre: stored::<R>(centre),
+            radius: real(1.0),
+        };
         group.sphere(ball, ASKED).expect("finite");
     }
     agree("far spheres", &group, 80_000, |random| {
@@ -82,7 +121,8 @@ fn agree_everywhere<R: Real>() {
     });
 }
 
-/// Protects: every accelerator finds the hits that the others find, also of rays that pass corners, edges and limbs by a hair, and from far.
+/// Protects: every accelerator finds the hits that the others find, also of rays that pass corners,
+/// edges and limbs by a hair, and from far.
 #[test]
 fn hits_are_the_same_for_every_accelerator() {
     agree_everywhere::<f32>();
@@ -100,35 +140,64 @@ fn family<R: Real>() -> PrimitiveSet<R> {
             continue;
         }
         inner.shape(shape, ASKED).expect("finite");
-        let turned = DAffine3::from_translation(at) * DAffine3::from_axis_angle(DVec3::new(0.6, 0.0, 0.8), 1.0 + i as f64);
-        group.placed(shape, turned * DAffine3::from_scale(DVec3::new(1.0, 0.6, -1.2)), ASKED).expect("finite");
+        let turned = DAffine3::from_translation(at)
+            * DAffine3::from_axis_angle(DVec3::new(0.6, 0.0, 0.8), 1.0 + i as f64);
+        group
+            .placed(
+                shape,
+                turned * DAffine3::from_scale(DVec3::new(1.0, 0.6, -1.2)),
+                ASKED,
+            )
+            .expect("finite");
     }
     for kind in [AcceleratorKind::Linear, AcceleratorKind::default()] {
-        let inner = group.part(Geometry::new(inner.clone(), kind)).expect("no instances in it");
-        let map = DAffine3::from_translation(DVec3::new(4.0, 4.0, -4.0)) * DAffine3::from_rotation_x(0.4);
-        group.instance(inner, map, ASKED).expect("an invertible map");
-        group.instance(inner, map * DAffine3::from_scale(DVec3::new(0.3, 2.0, -1.0)), ASKED).expect("the same");
+        let inner = group
+            .part(Geometry::new(inner.clone(), kind))
+            .expect("no instances in it");
+        let map =
+            DAffine3::from_translation(DVec3::new(4.0, 4.0, -4.0)) * DAffine3::from_rotation_x(0.4);
+        group
+            .instance(inner, map, ASKED)
+            .expect("an invertible map");
+        group
+            .instance(
+                inner,
+                map * DAffine3::from_scale(DVec3::new(0.3, 2.0, -1.0)),
+                ASKED,
+            )
+            .expect("the same");
     }
     group
 }
 
-/// Rays at the family from near to ten thousand sizes away, and past the middles of the sides of boxes, where shapes touch
-/// them, along the axes: there no rounding of a slanted direction hides a difference.
+/// Rays at the family from near to ten thousand sizes away, and past the middles of the sides of
+/// boxes, where shapes touch them, along the axes: there no rounding of a slanted direction hides a
+/// difference.
 fn passing<R: Real>(random: &mut Random, bounds: &[raywright_bvh::Aabb]) -> Ray<R> {
     let away = random.pick(&[3.0, 30.0, 300.0, 3000.0, 1e4]);
     let b = random.pick(bounds);
     if random.unit() < 0.5 {
-        return towards::<R>(b.centre() + random.direction() * away, b.centre() + random.cube() * b.extent() * 0.55);
+        return towards::<R>(
+            b.centre() + random.direction() * away,
+            b.centre() + random.cube() * b.extent() * 0.55,
+        );
     }
     let (axis, side) = ((random.bits() % 3) as usize, (random.bits() % 2) as usize);
     let (along, across) = ((axis + 1 + side) % 3, (axis + 2 - side) % 3);
     let mut start = b.centre();
-    let edge = if random.sign() > 0.0 { b.max[axis] } else { b.min[axis] };
+    let edge = if random.sign() > 0.0 {
+        b.max[axis]
+    } else {
+        b.min[axis]
+    };
     start[axis] = edge * (1.0 + random.between(-4.0, 4.0) * f64::from(f32::EPSILON));
     start[across] += b.extent()[across] * 1e-3 * random.between(-1.0, 1.0);
     let mut direction = DVec3::ZERO;
     direction[along] = random.sign();
-    Ray::new(stored::<R>(start - direction * away), stored::<R>(direction))
+    Ray::new(
+        stored::<R>(start - direction * away),
+        stored::<R>(direction),
+    )
 }
 
 fn family_agrees<R: Real>() {
@@ -137,12 +206,18 @@ fn family_agrees<R: Real>() {
     for (_, shape) in shapes::<R>() {
         bounds.extend(raywright_bvh::Shape::bounds(&shape));
     }
-    let whole = Geometry::new(group.clone(), AcceleratorKind::Linear).bounds().expect("bounded");
+    let whole = Geometry::new(group.clone(), AcceleratorKind::Linear)
+        .bounds()
+        .expect("bounded");
     bounds.push(whole);
-    agree("every shape", &group, 100_000, |random| passing::<R>(random, &bounds));
+    agree("every shape", &group, 100_000, |random| {
+        passing::<R>(random, &bounds)
+    });
     // Each by itself four times, so that there is a tree and the rays pass its own box.
     for (name, shape) in shapes::<R>() {
-        let Some(own) = raywright_bvh::Shape::bounds(&shape) else { continue };
+        let Some(own) = raywright_bvh::Shape::bounds(&shape) else {
+            continue;
+        };
         let mut group = PrimitiveSet::<R>::default();
         for i in 0..4 {
             let map = DAffine3::from_translation(DVec3::splat(f64::from(i) * 1.5));
@@ -152,7 +227,8 @@ fn family_agrees<R: Real>() {
     }
 }
 
-/// Protects: the same for every shape, by itself, under a map and in an instance, and for rays that graze its box.
+/// Protects: the same for every shape, by itself, under a map and in an instance, and for rays that
+/// graze its box.
 #[test]
 fn every_shape_is_the_same_for_every_accelerator() {
     family_agrees::<f32>();
@@ -167,26 +243,39 @@ fn grazing_agrees<R: Real>() {
         let mut group = PrimitiveSet::<R>::default();
         let centres = [DVec3::ZERO, DVec3::X * 8.0, DVec3::Y * 8.0, DVec3::Z * 8.0];
         for &centre in &centres {
-            let ball = Sphere { centre: stored::<R>(centre), radius: real(1.0) };
+            let ball = Sphere {
+                centre: stored::<R>(centre),
+                radius: real(1.0),
+            };
             group.sphere(ball, ASKED).expect("finite");
-            let egg = Ellipsoid { centre: stored::<R>(centre + DVec3::splat(4.0)), semi_axes: stored::<R>(DVec3::ONE) };
+            let egg = Ellipsoid {
+                centre: stored::<R>(centre + DVec3::splat(4.0)),
+                semi_axes: stored::<R>(DVec3::ONE),
+            };
             group.shape(egg.into(), ASKED).expect("finite");
         }
-        agree::<R>(&format!("balls grazed from {far:e}"), &group, 40_000, |random| {
-            let axis = (random.bits() % 3) as usize;
-            let (side, across) = ((axis + 1) % 3, (axis + 2) % 3);
-            let mut start = random.pick(&centres) + DVec3::splat(4.0) * f64::from(random.bits() as u32 % 2);
-            start[side] += random.sign() * (1.0 + 10_f64.powf(random.between(-9.0, -2.0)) * random.sign());
-            start[across] += 10_f64.powf(random.between(-9.0, -1.0)) * random.sign();
-            let mut direction = DVec3::ZERO;
-            direction[axis] = random.sign();
-            Ray::new(stored::<R>(start - direction * far), stored::<R>(direction))
-        });
+        agree::<R>(
+            &format!("balls grazed from {far:e}"),
+            &group,
+            40_000,
+            |random| {
+                let axis = (random.bits() % 3) as usize;
+                let (side, across) = ((axis + 1) % 3, (axis + 2) % 3);
+                let mut start =
+                    random.pick(&centres) + DVec3::splat(4.0) * f64::from(random.bits() as u32 % 2);
+                start[side] +=
+                    random.sign() * (1.0 + 10_f64.powf(random.between(-9.0, -2.0)) * random.sign());
+                start[across] += 10_f64.powf(random.between(-9.0, -1.0)) * random.sign();
+                let mut direction = DVec3::ZERO;
+                direction[axis] = random.sign();
+                Ray::new(stored::<R>(start - direction * far), stored::<R>(direction))
+            },
+        );
     }
 }
 
-/// Protects: hits that are decided in f64 lie within the boxes by which a tree culls, also of rays that graze a ball along an
-/// axis from up to 10⁸ radii away, which are as exact there as close by.
+/// Protects: hits that are decided in f64 lie within the boxes by which a tree culls, also of rays
+/// that graze a ball along an axis from up to 10⁸ radii away, which are as exact there as close by.
 #[test]
 fn grazed_balls_are_the_same_for_every_accelerator() {
     grazing_agrees::<f32>();

@@ -1,9 +1,12 @@
-//! A scene twice as large is the same scene: lengths that are multiplied by a power of two leave every bit of a hit alone, since
-//! no test knows a length of its own.
+//! A scene twice as large is the same scene: lengths that are multiplied by a power of two leave
+//! every bit of a hit alone, since no test knows a length of its own.
 
 use glam::DVec3;
 use raywright_bvh::shapes::{AnyShape, Sphere};
-use raywright_bvh::{AcceleratorKind, Geometry, Interval, PreparedRay, PrimitiveSet, Ray, Real, Shape, Side, Vector, Visibility};
+use raywright_bvh::{
+    AcceleratorKind, Geometry, Interval, PreparedRay, PrimitiveSet, Ray, Real, Shape, Side, Vector,
+    Visibility,
+};
 
 use super::stated::sized;
 use super::support::{Expect, Random, Verdict, exact, hex, judge, stored};
@@ -11,7 +14,8 @@ use super::support::{Expect, Random, Verdict, exact, hex, judge, stored};
 /// Exponents of two from a billionth to a billion.
 const EXPONENTS: [i32; 8] = [-30, -20, -7, -1, 1, 7, 20, 30];
 
-/// What a hit says, lengths divided by `size`: distance, the shape's own numbers, point, normal, error bound, texture coordinates.
+/// What a hit says, lengths divided by `size`: distance, the shape's own numbers, point, normal,
+/// error bound, texture coordinates.
 fn said<R: Real>(shape: &AnyShape<R>, ray: &Ray<R>, size: f64) -> Option<[f64; 12]> {
     let probe = PreparedRay::new(*ray);
     let hit = shape.intersect(&probe, Interval::positive(), Side::Both)?;
@@ -20,9 +24,26 @@ fn said<R: Real>(shape: &AnyShape<R>, ray: &Ray<R>, size: f64) -> Option<[f64; 1
     let [t, u, v] = [hit.t, hit.u, hit.v].map(Real::to_f64);
     let error = surface.error.to_f64() / size;
     // A plane is measured in metres, every other shape by itself.
-    let unit = if matches!(shape, AnyShape::Plane(_)) { size } else { 1.0 };
+    let unit = if matches!(shape, AnyShape::Plane(_)) {
+        size
+    } else {
+        1.0
+    };
     let coordinates = [parameters.u, parameters.v].map(|x| x.to_f64() / unit);
-    Some([t / size, u, v, p.x, p.y, p.z, n.x, n.y, n.z, error, coordinates[0], coordinates[1]])
+    Some([
+        t / size,
+        u,
+        v,
+        p.x,
+        p.y,
+        p.z,
+        n.x,
+        n.y,
+        n.z,
+        error,
+        coordinates[0],
+        coordinates[1],
+    ])
 }
 
 /// A ray from one to a thousand sizes away towards the shapes, some along an axis.
@@ -42,20 +63,32 @@ fn each_shape<R: Real>() {
     for exponent in EXPONENTS {
         let size = 2_f64.powi(exponent);
         for ((name, shape), (_, scaled)) in shapes.iter().zip(sized::<R>(size)) {
-            let case = format!("2^{exponent} times the {name} in {}", std::any::type_name::<R>());
+            let case = format!(
+                "2^{exponent} times the {name} in {}",
+                std::any::type_name::<R>()
+            );
             judge(&case, 210, 3000, |random| {
                 let (o, d) = aimed(random);
-                let (ray, other) = (Ray::new(stored::<R>(o), stored::<R>(d)), Ray::new(stored::<R>(o * size), stored::<R>(d)));
-                let (wanted, got) = (said::<R>(shape, &ray, 1.0), said::<R>(&scaled, &other, size));
+                let (ray, other) = (
+                    Ray::new(stored::<R>(o), stored::<R>(d)),
+                    Ray::new(stored::<R>(o * size), stored::<R>(d)),
+                );
+                let (wanted, got) = (
+                    said::<R>(shape, &ray, 1.0),
+                    said::<R>(&scaled, &other, size),
+                );
                 let bits = |s: Option<[f64; 12]>| s.map(|s| s.map(f64::to_bits));
-                Verdict::holds(bits(wanted) == bits(got), || format!("{got:?} instead of {wanted:?}{}", hex::<R>(&ray)))
+                Verdict::holds(bits(wanted) == bits(got), || {
+                    format!("{got:?} instead of {wanted:?}{}", hex::<R>(&ray))
+                })
             })
             .expect_right(3000);
         }
     }
 }
 
-/// Protects: every test of a shape, its surface point, its bound and its coordinates are free of lengths of their own.
+/// Protects: every test of a shape, its surface point, its bound and its coordinates are free of
+/// lengths of their own.
 #[test]
 fn powers_of_two_change_no_bit() {
     each_shape::<f32>();
@@ -68,8 +101,13 @@ fn crowd<R: Real>(size: f64) -> Geometry<R> {
     for (name, shape) in sized::<R>(size) {
         if let AnyShape::Sphere(s) = shape {
             for i in 0..40_u32 {
-                let place = exact(DVec3::new(f64::from(i % 4), f64::from(i / 4 % 4), f64::from(i / 16)) * 0.7) * size;
-                let ball = Sphere { centre: stored::<R>(place), radius: s.radius * R::from_f64(0.25) };
+                let place = exact(
+                    DVec3::new(f64::from(i % 4), f64::from(i / 4 % 4), f64::from(i / 16)) * 0.7,
+                ) * size;
+                let ball = Sphere {
+                    centre: stored::<R>(place),
+                    radius: s.radius * R::from_f64(0.25),
+                };
                 group.sphere(ball, Visibility::default()).expect("finite");
             }
         } else if name != "plane" && name != "tube" {
@@ -79,7 +117,8 @@ fn crowd<R: Real>(size: f64) -> Geometry<R> {
     Geometry::new(group, AcceleratorKind::default())
 }
 
-/// Protects: boxes, their padding and the walk through the tree are free of lengths of their own too.
+/// Protects: boxes, their padding and the walk through the tree are free of lengths of their own
+/// too.
 #[test]
 fn powers_of_two_change_no_bit_of_a_tree() {
     fn judged<R: Real>() {
@@ -87,16 +126,28 @@ fn powers_of_two_change_no_bit_of_a_tree() {
         for exponent in EXPONENTS {
             let size = 2_f64.powi(exponent);
             let scaled = crowd::<R>(size);
-            judge(&format!("2^{exponent} times a crowd in {}", std::any::type_name::<R>()), 211, 20_000, |random| {
-                let (o, d) = aimed(random);
-                let found = |geometry: &Geometry<R>, size: f64| {
-                    let ray = Ray::new(stored::<R>(o * size), stored::<R>(d));
-                    let hit = geometry.closest(&ray, Interval::positive(), &mut ())?;
-                    Some((hit.object, [hit.t.to_f64() / size, hit.u.to_f64(), hit.v.to_f64()].map(f64::to_bits)))
-                };
-                let (wanted, got) = (found(&plain, 1.0), found(&scaled, size));
-                Verdict::holds(wanted == got, || format!("{got:?} instead of {wanted:?}"))
-            })
+            judge(
+                &format!(
+                    "2^{exponent} times a crowd in {}",
+                    std::any::type_name::<R>()
+                ),
+                211,
+                20_000,
+                |random| {
+                    let (o, d) = aimed(random);
+                    let found = |geometry: &Geometry<R>, size: f64| {
+                        let ray = Ray::new(stored::<R>(o * size), stored::<R>(d));
+                        let hit = geometry.closest(&ray, Interval::positive(), &mut ())?;
+                        Some((
+                            hit.object,
+                            [hit.t.to_f64() / size, hit.u.to_f64(), hit.v.to_f64()]
+                                .map(f64::to_bits),
+                        ))
+                    };
+                    let (wanted, got) = (found(&plain, 1.0), found(&scaled, size));
+                    Verdict::holds(wanted == got, || format!("{got:?} instead of {wanted:?}"))
+                },
+            )
             .expect_right(20_000);
         }
     }

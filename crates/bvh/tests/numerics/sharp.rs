@@ -1,4 +1,5 @@
-//! Starts of rays beside edges: on the side to which the ray leaves, of everything there, whatever map flattens the shape.
+//! Starts of rays beside edges: on the side to which the ray leaves, of everything there, whatever
+//! map flattens the shape.
 
 use glam::{DAffine3, DMat3, DVec3};
 use raywright_bvh::shapes::{AnyShape, Cone, Sphere, Torus, TransformedShape};
@@ -13,56 +14,88 @@ pub fn flattening(random: &mut Random, by: f64) -> DAffine3 {
     let n = random.direction();
     let squeeze = DMat3::IDENTITY + DMat3::from_cols(n * n.x, n * n.y, n * n.z) * (by - 1.0);
     let turn = DMat3::from_axis_angle(random.direction(), random.between(0.0, 6.0));
-    DAffine3 { matrix3: turn * squeeze, translation: exact(random.cube() * random.pick(&[0.0, 0.5, 10.0, 1000.0])) }
+    DAffine3 {
+        matrix3: turn * squeeze,
+        translation: exact(random.cube() * random.pick(&[0.0, 0.5, 10.0, 1000.0])),
+    }
 }
 
-/// Where a start lies in the shape's space; as precise as it can be, so that the last digit decides.
+/// Where a start lies in the shape's space; as precise as it can be, so that the last digit
+/// decides.
 pub fn back(map: DAffine3, start: DVec3) -> DVec3 {
     solved(map.matrix3, start - map.translation)
 }
 
-/// Whether a body is thinner than its points are exact: under a map that flattens it by a factor the ball that it holds is
-/// [`STORED`] roundings of a point's coordinates thick, and [`MAPPED`] of the core's own, magnified by the way back and counted
-/// from where the ray comes.
+/// Whether a body is thinner than its points are exact: under a map that flattens it by a factor
+/// the ball that it holds is [`STORED`] roundings of a point's coordinates thick, and [`MAPPED`] of
+/// the core's own, magnified by the way back and counted from where the ray comes.
 pub fn is_thin<R: Real>(ball: f64, by: f64, point: DVec3, way: f64) -> bool {
     let (stored, core) = (R::ROUNDOFF.to_f64(), f64::ROUNDOFF.to_f64());
     by * ball < STORED * stored * point.abs().max_element() + MAPPED * core * (1.0 + way) / by
 }
 
-/// A start is lifted and rounded by up to five and a half roundings in each of three axes, about ten together, and a tip has
-/// two walls at once. Where a ball is smaller, some bodies around it hold no start that is safe.
+/// A start is lifted and rounded by up to five and a half roundings in each of three axes, about
+/// ten together, and a tip has two walls at once. Where a ball is smaller, some bodies around it
+/// hold no start that is safe.
 const STORED: f64 = 16.0;
 
-/// The same of the core's roundings: a bound counts sixteen of each of nine products on the way there and back, and a start moves
-/// by several bounds.
+/// The same of the core's roundings: a bound counts sixteen of each of nine products on the way
+/// there and back, and a start moves by several bounds.
 const MAPPED: f64 = 2048.0;
 
-/// Rays from hits beside edges, to both sides, under maps that flatten by a factor; as it is without one.
+/// Rays from hits beside edges, to both sides, under maps that flatten by a factor; as it is
+/// without one.
 fn starts<R: Real>(edged: &Edged<R>, by: f64) -> Outcome {
-    let Edged { name, shape, height, edge, .. } = edged;
-    judge(&format!("starts on the {name}, flattened by {by:e}, in {}", std::any::type_name::<R>()), 420, 50_000, |random| {
-        let map = if by == 1.0 { DAffine3::from_translation(random.cube().round()) } else { flattening(random, by) };
-        let placed = TransformedShape::<R>::new(*shape, map).expect("an invertible map");
-        let off = 10_f64.powf(random.between(-9.0, -0.5));
-        let target = map.transform_point3(edge(random) + random.cube() * off);
-        let ray = towards::<R>(target + random.direction() * random.pick(&[0.5, 3.0, 30.0]), target);
-        let probe = PreparedRay::new(ray);
-        let Some(hit) = placed.intersect(&probe, Interval::positive(), Side::Both) else { return Verdict::Skip };
-        let surface = placed.locate(&probe, hit).stored::<R>();
-        if is_thin::<R>(edged.ball, by, surface.point.to_f64(), hit.t.to_f64()) {
-            return Verdict::Skip;
-        }
-        let normal = surface.normal.to_f64();
-        for way in [normal, -normal] {
-            let start = surface.spawn(stored::<R>(way)).to_f64();
-            let inward = way == -normal;
-            let above = height(back(map, start));
-            if (above < 0.0) != inward {
-                return Verdict::Wrong(format!("{above:e} above, inward {inward}, {surface:?} {map:?}{}", hex::<R>(&ray)));
+    let Edged {
+        name,
+        shape,
+        height,
+        edge,
+        ..
+    } = edged;
+    judge(
+        &format!(
+            "starts on the {name}, flattened by {by:e}, in {}",
+            std::any::type_name::<R>()
+        ),
+        420,
+        50_000,
+        |random| {
+            let map = if by == 1.0 {
+                DAffine3::from_translation(random.cube().round())
+            } else {
+                flattening(random, by)
+            };
+            let placed = TransformedShape::<R>::new(*shape, map).expect("an invertible map");
+            let off = 10_f64.powf(random.between(-9.0, -0.5));
+            let target = map.transform_point3(edge(random) + random.cube() * off);
+            let ray = towards::<R>(
+                target + random.direction() * random.pick(&[0.5, 3.0, 30.0]),
+                target,
+            );
+            let probe = PreparedRay::new(ray);
+            let Some(hit) = placed.intersect(&probe, Interval::positive(), Side::Both) else {
+                return Verdict::Skip;
+            };
+            let surface = placed.locate(&probe, hit).stored::<R>();
+            if is_thin::<R>(edged.ball, by, surface.point.to_f64(), hit.t.to_f64()) {
+                return Verdict::Skip;
             }
-        }
-        Verdict::Right(0.0)
-    })
+            let normal = surface.normal.to_f64();
+            for way in [normal, -normal] {
+                let start = surface.spawn(stored::<R>(way)).to_f64();
+                let inward = way == -normal;
+                let above = height(back(map, start));
+                if (above < 0.0) != inward {
+                    return Verdict::Wrong(format!(
+                        "{above:e} above, inward {inward}, {surface:?} {map:?}{}",
+                        hex::<R>(&ray)
+                    ));
+                }
+            }
+            Verdict::Right(0.0)
+        },
+    )
 }
 
 fn all_sides<R: Real>() {
@@ -74,7 +107,8 @@ fn all_sides<R: Real>() {
     }
 }
 
-/// Protects: a start beside an edge lies on the side to which its ray leaves, however sharp a map makes the edge.
+/// Protects: a start beside an edge lies on the side to which its ray leaves, however sharp a map
+/// makes the edge.
 #[test]
 fn s05_starts_beside_edges_are_on_the_right_side() {
     all_sides::<f32>();
@@ -85,18 +119,42 @@ fn s05_starts_beside_edges_are_on_the_right_side() {
 #[test]
 fn s05_starts_beside_seams_are_on_the_right_side() {
     fn check<R: Real>() {
-        for Edged { name, shape, height, edge, .. } in &edged::<R>() {
-            judge(&format!("starts on the {name} in {}", std::any::type_name::<R>()), 421, 100_000, |random| {
-                let target = edge(random) + random.cube() * 10_f64.powf(random.between(-9.0, -0.5));
-                let ray = towards::<R>(target + random.direction() * random.pick(&[0.5, 3.0, 30.0]), target);
-                let probe = PreparedRay::new(ray);
-                let hit = raywright_bvh::Shape::intersect(shape, &probe, Interval::positive(), Side::Both);
-                let Some(hit) = hit else { return Verdict::Skip };
-                let surface = raywright_bvh::Shape::surface(shape, &probe, hit);
-                let normal = surface.normal.to_f64();
-                let above = [normal, -normal].map(|way| height(surface.spawn(stored::<R>(way)).to_f64()));
-                Verdict::holds(above[0] > 0.0 && above[1] < 0.0, || format!("{above:?} {surface:?}{}", hex::<R>(&ray)))
-            })
+        for Edged {
+            name,
+            shape,
+            height,
+            edge,
+            ..
+        } in &edged::<R>()
+        {
+            judge(
+                &format!("starts on the {name} in {}", std::any::type_name::<R>()),
+                421,
+                100_000,
+                |random| {
+                    let target =
+                        edge(random) + random.cube() * 10_f64.powf(random.between(-9.0, -0.5));
+                    let ray = towards::<R>(
+                        target + random.direction() * random.pick(&[0.5, 3.0, 30.0]),
+                        target,
+                    );
+                    let probe = PreparedRay::new(ray);
+                    let hit = raywright_bvh::Shape::intersect(
+                        shape,
+                        &probe,
+                        Interval::positive(),
+                        Side::Both,
+                    );
+                    let Some(hit) = hit else { return Verdict::Skip };
+                    let surface = raywright_bvh::Shape::surface(shape, &probe, hit);
+                    let normal = surface.normal.to_f64();
+                    let above = [normal, -normal]
+                        .map(|way| height(surface.spawn(stored::<R>(way)).to_f64()));
+                    Verdict::holds(above[0] > 0.0 && above[1] < 0.0, || {
+                        format!("{above:?} {surface:?}{}", hex::<R>(&ray))
+                    })
+                },
+            )
             .expect_right(20_000);
         }
     }
@@ -104,38 +162,76 @@ fn s05_starts_beside_seams_are_on_the_right_side() {
     check::<f64>();
 }
 
-/// Protects: starts far from the origin: one outside a ball or a ring is outside, in f64 too. That the bound counts the centre
-/// is judged before storage, whose rounding is as large, by `stated_bounds_hold_far_from_the_origin`.
+/// Protects: starts far from the origin: one outside a ball or a ring is outside, in f64 too. That
+/// the bound counts the centre is judged before storage, whose rounding is as large, by
+/// `stated_bounds_hold_far_from_the_origin`.
 #[test]
 fn far_starts_are_outside() {
     fn check<R: Real>() {
         let real = R::from_f64;
         for far in [1.0, 1e4, 1e8] {
-            judge(&format!("starts on far round shapes in {}", std::any::type_name::<R>()), 422, 40_000, |random| {
-                let centre = exact(random.direction() * far);
-                // Large enough to be seen among the roundings there.
-                let size = if R::ROUNDOFF == real(super::support::U) { f64::from((far * 1e-3).max(1.0) as f32) } else { 1.0 };
-                let (c, axis) = (stored::<R>(centre), stored::<R>(DVec3::Y));
-                let ring = random.sign() > 0.0;
-                let shape: AnyShape<R> = if ring {
-                    Torus { centre: c, axis, major_radius: real(size), minor_radius: real(size * 0.25) }.into()
-                } else {
-                    Sphere { centre: c, radius: real(size) }.into()
-                };
-                let ray = towards::<R>(centre + random.direction() * size * 4.0, centre + random.cube() * size);
-                let probe = PreparedRay::new(ray);
-                let hit = raywright_bvh::Shape::intersect(&shape, &probe, Interval::positive(), Side::Both);
-                let Some(hit) = hit else { return Verdict::Skip };
-                let surface = raywright_bvh::Shape::surface(&shape, &probe, hit);
-                let above = |p: DVec3| {
-                    let q = p - centre;
-                    let out = DVec3::new(q.x, 0.0, q.z).length() - size;
-                    if ring { (out * out + q.y * q.y).sqrt() - size * 0.25 } else { q.length() - size }
-                };
-                let normal = surface.normal.to_f64();
-                let above = [normal, -normal].map(|way| above(surface.spawn(stored::<R>(way)).to_f64()));
-                Verdict::holds(above[0] > 0.0 && above[1] < 0.0, || format!("{above:?} {surface:?}{}", hex::<R>(&ray)))
-            })
+            judge(
+                &format!(
+                    "starts on far round shapes in {}",
+                    std::any::type_name::<R>()
+                ),
+                422,
+                40_000,
+                |random| {
+                    let centre = exact(random.direction() * far);
+                    // Large enough to be seen among the roundings there.
+                    let size = if R::ROUNDOFF == real(super::support::U) {
+                        f64::from((far * 1e-3).max(1.0) as f32)
+                    } else {
+                        1.0
+                    };
+                    let (c, axis) = (stored::<R>(centre), stored::<R>(DVec3::Y));
+                    let ring = random.sign() > 0.0;
+                    let shape: AnyShape<R> = if ring {
+                        Torus {
+                            centre: c,
+                            axis,
+                            major_radius: real(size),
+                            minor_radius: real(size * 0.25),
+                        }
+                        .into()
+                    } else {
+                        Sphere {
+                            centre: c,
+                            radius: real(size),
+                        }
+                        .into()
+                    };
+                    let ray = towards::<R>(
+                        centre + random.direction() * size * 4.0,
+                        centre + random.cube() * size,
+                    );
+                    let probe = PreparedRay::new(ray);
+                    let hit = raywright_bvh::Shape::intersect(
+                        &shape,
+                        &probe,
+                        Interval::positive(),
+                        Side::Both,
+                    );
+                    let Some(hit) = hit else { return Verdict::Skip };
+                    let surface = raywright_bvh::Shape::surface(&shape, &probe, hit);
+                    let above = |p: DVec3| {
+                        let q = p - centre;
+                        let out = DVec3::new(q.x, 0.0, q.z).length() - size;
+                        if ring {
+                            (out * out + q.y * q.y).sqrt() - size * 0.25
+                        } else {
+                            q.length() - size
+                        }
+                    };
+                    let normal = surface.normal.to_f64();
+                    let above = [normal, -normal]
+                        .map(|way| above(surface.spawn(stored::<R>(way)).to_f64()));
+                    Verdict::holds(above[0] > 0.0 && above[1] < 0.0, || {
+                        format!("{above:?} {surface:?}{}", hex::<R>(&ray))
+                    })
+                },
+            )
             .expect_right(8_000);
         }
     }
@@ -143,35 +239,63 @@ fn far_starts_are_outside() {
     check::<f64>();
 }
 
-/// Protects: rays from the outside of a map's image do not meet it again, however the map is conditioned. That the bound counts
-/// the way back is judged by `bounds_count_the_way_back`: under most maps the normal hides it.
+/// Protects: rays from the outside of a map's image do not meet it again, however the map is
+/// conditioned. That the bound counts the way back is judged by `bounds_count_the_way_back`: under
+/// most maps the normal hides it.
 #[test]
 fn starts_under_ill_conditioned_maps_are_clear() {
     fn check<R: Real>() {
         // A straight line may well leave a hyperboloid and meet it again.
         for edged in edged::<R>().into_iter().filter(|e| e.name != "hyperboloid") {
-            judge(&format!("rays that leave the {} in {}", edged.name, std::any::type_name::<R>()), 423, 20_000, |random| {
-                let by = 10_f64.powf(random.between(-6.0, -3.0));
-                let map = flattening(random, by);
-                let placed = TransformedShape::<R>::new(edged.shape, map).expect("an invertible map");
-                let target = map.transform_point3(random.cube() * 0.5);
-                let ray = towards::<R>(target + random.direction() * random.pick(&[1.0, 30.0]), target);
-                let probe = PreparedRay::new(ray);
-                let Some(hit) = placed.intersect(&probe, Interval::positive(), Side::Outside) else { return Verdict::Skip };
-                let surface = placed.locate(&probe, hit).stored::<R>();
-                if is_thin::<R>(edged.ball, by, surface.point.to_f64(), hit.t.to_f64()) {
-                    return Verdict::Skip;
-                }
-                for _ in 0..20 {
-                    let d = exact(random.direction());
-                    let d = if surface.normal.to_f64().dot(d) < 0.0 { -d } else { d };
-                    let leaving = Ray::new(surface.spawn(stored::<R>(d)), stored::<R>(d));
-                    if let Some(again) = placed.intersect(&PreparedRay::new(leaving), Interval::positive(), Side::Both) {
-                        return Verdict::Wrong(format!("{again:?} {surface:?} {map:?}{}", hex::<R>(&leaving)));
+            judge(
+                &format!(
+                    "rays that leave the {} in {}",
+                    edged.name,
+                    std::any::type_name::<R>()
+                ),
+                423,
+                20_000,
+                |random| {
+                    let by = 10_f64.powf(random.between(-6.0, -3.0));
+                    let map = flattening(random, by);
+                    let placed =
+                        TransformedShape::<R>::new(edged.shape, map).expect("an invertible map");
+                    let target = map.transform_point3(random.cube() * 0.5);
+                    let ray = towards::<R>(
+                        target + random.direction() * random.pick(&[1.0, 30.0]),
+                        target,
+                    );
+                    let probe = PreparedRay::new(ray);
+                    let Some(hit) = placed.intersect(&probe, Interval::positive(), Side::Outside)
+                    else {
+                        return Verdict::Skip;
+                    };
+                    let surface = placed.locate(&probe, hit).stored::<R>();
+                    if is_thin::<R>(edged.ball, by, surface.point.to_f64(), hit.t.to_f64()) {
+                        return Verdict::Skip;
                     }
-                }
-                Verdict::Right(0.0)
-            })
+                    for _ in 0..20 {
+                        let d = exact(random.direction());
+                        let d = if surface.normal.to_f64().dot(d) < 0.0 {
+                            -d
+                        } else {
+                            d
+                        };
+                        let leaving = Ray::new(surface.spawn(stored::<R>(d)), stored::<R>(d));
+                        if let Some(again) = placed.intersect(
+                            &PreparedRay::new(leaving),
+                            Interval::positive(),
+                            Side::Both,
+                        ) {
+                            return Verdict::Wrong(format!(
+                                "{again:?} {surface:?} {map:?}{}",
+                                hex::<R>(&leaving)
+                            ));
+                        }
+                    }
+                    Verdict::Right(0.0)
+                },
+            )
             .expect_right(1);
         }
     }
@@ -179,7 +303,8 @@ fn starts_under_ill_conditioned_maps_are_clear() {
     check::<f64>();
 }
 
-/// Protects: the normal of a cone's tip, hit exactly, points out of the cone, whichever end the tip is.
+/// Protects: the normal of a cone's tip, hit exactly, points out of the cone, whichever end the tip
+/// is.
 #[test]
 fn tips_point_outwards() {
     fn check<R: Real>() {
@@ -187,22 +312,48 @@ fn tips_point_outwards() {
         for up in [1.0, -1.0] {
             for tip_first in [false, true] {
                 // The tip at height `up`, its foot at zero.
-                let (base, axis) = if tip_first { (DVec3::Y * up, DVec3::Y * -up) } else { (DVec3::ZERO, DVec3::Y * up) };
+                let (base, axis) = if tip_first {
+                    (DVec3::Y * up, DVec3::Y * -up)
+                } else {
+                    (DVec3::ZERO, DVec3::Y * up)
+                };
                 let (low, high) = if tip_first { (0.0, 0.5) } else { (0.5, 0.0) };
                 let (base, axis) = (stored::<R>(base), stored::<R>(axis));
-                let cone = Cone { base, axis, radius: real(low), top_radius: real(high) };
-                let ray = Ray::<R>::new(stored::<R>(DVec3::Y * (3.0 * up)), stored::<R>(DVec3::Y * -up));
+                let cone = Cone {
+                    base,
+                    axis,
+                    radius: real(low),
+                    top_radius: real(high),
+                };
+                let ray = Ray::<R>::new(
+                    stored::<R>(DVec3::Y * (3.0 * up)),
+                    stored::<R>(DVec3::Y * -up),
+                );
                 let probe = PreparedRay::new(ray);
-                let hit = raywright_bvh::Shape::intersect(&cone, &probe, Interval::positive(), Side::Both).expect("the tip");
+                let hit = raywright_bvh::Shape::intersect(
+                    &cone,
+                    &probe,
+                    Interval::positive(),
+                    Side::Both,
+                )
+                .expect("the tip");
                 assert_eq!(hit.t.to_f64(), 2.0);
                 let surface = raywright_bvh::Shape::surface(&cone, &probe, hit);
                 let (normal, point) = (surface.normal.to_f64(), surface.point.to_f64());
                 assert!(normal.y * up > 0.4, "{normal} at the tip of {cone:?}");
                 // A start is beside the tip, above its wall or below.
-                let inside = |p: DVec3| 1.0 - p.y * up - 2.0 * DVec3::new(p.x, 0.0, p.z).length() > 0.0;
-                let inward = [normal, -normal].map(|way| inside(surface.spawn(stored::<R>(way)).to_f64()));
-                assert!(inward == [false, true], "{inward:?} beside the tip of {cone:?}");
-                assert!((point - DVec3::Y * up).length() < 1e-5, "{point} for the tip of {cone:?}");
+                let inside =
+                    |p: DVec3| 1.0 - p.y * up - 2.0 * DVec3::new(p.x, 0.0, p.z).length() > 0.0;
+                let inward =
+                    [normal, -normal].map(|way| inside(surface.spawn(stored::<R>(way)).to_f64()));
+                assert!(
+                    inward == [false, true],
+                    "{inward:?} beside the tip of {cone:?}"
+                );
+                assert!(
+                    (point - DVec3::Y * up).length() < 1e-5,
+                    "{point} for the tip of {cone:?}"
+                );
             }
         }
     }

@@ -1,10 +1,10 @@
-//! Shapes of every size from a picometre to a terametre are hit alike: a formula whose terms leave its scalar's range hits
-//! nothing, or everything.
+//! Shapes of every size from a picometre to a terametre are hit alike: a formula whose terms leave
+//! its scalar's range hits nothing, or everything.
 
 use glam::{DAffine3, DVec3};
 use raywright_bvh::shapes::{
-    AnyShape, Cone, Cuboid, Cylinder, Disk, Ellipsoid, Hyperboloid, Paraboloid, Plane, Quad, Sphere, Torus, TransformedShape,
-    Triangle,
+    AnyShape, Cone, Cuboid, Cylinder, Disk, Ellipsoid, Hyperboloid, Paraboloid, Plane, Quad,
+    Sphere, Torus, TransformedShape, Triangle,
 };
 use raywright_bvh::{Interval, PreparedRay, Ray, Real, Shape, Side, Vector};
 
@@ -15,26 +15,80 @@ use super::support::{Expect, Random, Verdict, exact, hex, judge, stored, towards
 fn times<R: Real>(shape: &AnyShape<R>, by: f64) -> AnyShape<R> {
     let k = R::from_f64(by);
     match *shape {
-        AnyShape::Sphere(s) => Sphere { centre: s.centre * k, radius: s.radius * k }.into(),
-        AnyShape::Plane(p) => Plane { point: p.point * k, ..p }.into(),
-        AnyShape::Disk(d) => Disk { centre: d.centre * k, radius: d.radius * k, ..d }.into(),
-        AnyShape::Quad(q) => Quad { corners: q.corners.map(|c| c * k) }.into(),
-        AnyShape::Cuboid(c) => Cuboid { min: c.min * k, max: c.max * k }.into(),
-        AnyShape::Cylinder(c) => Cylinder { base: c.base * k, axis: c.axis * k, radius: c.radius * k, ..c }.into(),
-        AnyShape::Cone(c) => {
-            Cone { base: c.base * k, axis: c.axis * k, radius: c.radius * k, top_radius: c.top_radius * k }.into()
+        AnyShape::Sphere(s) => Sphere {
+            centre: s.centre * k,
+            radius: s.radius * k,
         }
-        AnyShape::Ellipsoid(e) => Ellipsoid { centre: e.centre * k, semi_axes: e.semi_axes * k }.into(),
+        .into(),
+        AnyShape::Plane(p) => Plane {
+            point: p.point * k,
+            ..p
+        }
+        .into(),
+        AnyShape::Disk(d) => Disk {
+            centre: d.centre * k,
+            radius: d.radius * k,
+            ..d
+        }
+        .into(),
+        AnyShape::Quad(q) => Quad {
+            corners: q.corners.map(|c| c * k),
+        }
+        .into(),
+        AnyShape::Cuboid(c) => Cuboid {
+            min: c.min * k,
+            max: c.max * k,
+        }
+        .into(),
+        AnyShape::Cylinder(c) => Cylinder {
+            base: c.base * k,
+            axis: c.axis * k,
+            radius: c.radius * k,
+            ..c
+        }
+        .into(),
+        AnyShape::Cone(c) => Cone {
+            base: c.base * k,
+            axis: c.axis * k,
+            radius: c.radius * k,
+            top_radius: c.top_radius * k,
+        }
+        .into(),
+        AnyShape::Ellipsoid(e) => Ellipsoid {
+            centre: e.centre * k,
+            semi_axes: e.semi_axes * k,
+        }
+        .into(),
         AnyShape::Hyperboloid(h) => {
             let half_height = h.half_height * k;
-            Hyperboloid { centre: h.centre * k, waist: h.waist * k, slope: h.slope * k, half_height }.into()
+            Hyperboloid {
+                centre: h.centre * k,
+                waist: h.waist * k,
+                slope: h.slope * k,
+                half_height,
+            }
+            .into()
         }
-        AnyShape::Paraboloid(p) => Paraboloid { apex: p.apex * k, radius: p.radius * k, height: p.height * k }.into(),
+        AnyShape::Paraboloid(p) => Paraboloid {
+            apex: p.apex * k,
+            radius: p.radius * k,
+            height: p.height * k,
+        }
+        .into(),
         AnyShape::Torus(t) => {
             let (major_radius, minor_radius) = (t.major_radius * k, t.minor_radius * k);
-            Torus { centre: t.centre * k, major_radius, minor_radius, ..t }.into()
+            Torus {
+                centre: t.centre * k,
+                major_radius,
+                minor_radius,
+                ..t
+            }
+            .into()
         }
-        AnyShape::Triangle(t) => Triangle { vertices: t.vertices.map(|v| v * k) }.into(),
+        AnyShape::Triangle(t) => Triangle {
+            vertices: t.vertices.map(|v| v * k),
+        }
+        .into(),
     }
 }
 
@@ -45,48 +99,70 @@ fn rays<R: Real>(random: &mut Random, by: f64) -> (Ray<R>, Ray<R>) {
     (ray, Ray::new(ray.origin * R::from_f64(by), ray.direction))
 }
 
-/// Hits, points and normals of one precision, at 25 sizes from 2⁻⁴⁰ to 2⁴⁰, against those at size one; by its own parameters
-/// and by a map.
+/// Hits, points and normals of one precision, at 25 sizes from 2⁻⁴⁰ to 2⁴⁰, against those at size
+/// one; by its own parameters and by a map.
 fn alike<R: Real>() {
     for (name, shape) in shapes::<R>() {
         let own = TransformedShape::<R>::new(shape, DAffine3::IDENTITY).expect("invertible");
         let larger: Vec<(f64, AnyShape<R>, TransformedShape<R>)> = (-12..=12)
             .map(|step| 2_f64.powi((f64::from(step) * 10.0 / 3.0).round() as i32))
             .map(|by| {
-                (by, times(&shape, by), TransformedShape::new(shape, DAffine3::from_scale(DVec3::splat(by))).expect("invertible"))
+                (
+                    by,
+                    times(&shape, by),
+                    TransformedShape::new(shape, DAffine3::from_scale(DVec3::splat(by)))
+                        .expect("invertible"),
+                )
             })
             .collect();
-        judge(&format!("{name} of every size in {}", std::any::type_name::<R>()), 410, 3000, |random| {
-            let seed = random.bits();
-            let mut verdict = Verdict::Skip;
-            for (by, shape, placed) in &larger {
-                let (ray, scaled) = rays::<R>(&mut Random::new(seed, 0), *by);
-                let (one, many) = (PreparedRay::new(ray), PreparedRay::new(scaled));
-                let wanted = AnyShape::intersect(&larger[12].1, &one, Interval::positive(), Side::Both);
-                let mapped = own.intersect(&one, Interval::positive(), Side::Both);
-                let hit = shape.intersect(&many, Interval::positive(), Side::Both);
-                let hit_mapped = placed.intersect(&many, Interval::positive(), Side::Both);
-                let t = |hit: Option<raywright_bvh::ShapeHit<R>>, by: f64| hit.map(|h| h.t.to_f64() * by);
-                if t(hit, 1.0) != t(wanted, *by) || t(hit_mapped, 1.0) != t(mapped, *by) {
-                    return Verdict::Wrong(format!(
-                        "{hit:?}, {hit_mapped:?} at {by:e}, {wanted:?}, {mapped:?} at one{}",
-                        hex::<R>(&ray)
-                    ));
+        judge(
+            &format!("{name} of every size in {}", std::any::type_name::<R>()),
+            410,
+            3000,
+            |random| {
+                let seed = random.bits();
+                let mut verdict = Verdict::Skip;
+                for (by, shape, placed) in &larger {
+                    let (ray, scaled) = rays::<R>(&mut Random::new(seed, 0), *by);
+                    let (one, many) = (PreparedRay::new(ray), PreparedRay::new(scaled));
+                    let wanted =
+                        AnyShape::intersect(&larger[12].1, &one, Interval::positive(), Side::Both);
+                    let mapped = own.intersect(&one, Interval::positive(), Side::Both);
+                    let hit = shape.intersect(&many, Interval::positive(), Side::Both);
+                    let hit_mapped = placed.intersect(&many, Interval::positive(), Side::Both);
+                    let t = |hit: Option<raywright_bvh::ShapeHit<R>>, by: f64| {
+                        hit.map(|h| h.t.to_f64() * by)
+                    };
+                    if t(hit, 1.0) != t(wanted, *by) || t(hit_mapped, 1.0) != t(mapped, *by) {
+                        return Verdict::Wrong(format!(
+                            "{hit:?}, {hit_mapped:?} at {by:e}, {wanted:?}, {mapped:?} at one{}",
+                            hex::<R>(&ray)
+                        ));
+                    }
+                    let (Some(hit), Some(wanted)) = (hit, wanted) else {
+                        continue;
+                    };
+                    let (there, here) = (
+                        shape.surface(&many, hit),
+                        larger[12].1.surface(&one, wanted),
+                    );
+                    let bound = here.error.to_f64().max(1e-6) * by;
+                    let off = (there.point.to_f64() - here.point.to_f64() * *by).length();
+                    let turned = (there.normal.to_f64() - here.normal.to_f64()).length();
+                    let same = off <= 1e-3 * bound
+                        && turned <= 1e-6
+                        && (there.error.to_f64() / here.error.to_f64() / by - 1.0).abs() < 0.01;
+                    if !same {
+                        return Verdict::Wrong(format!(
+                            "{there:?} at {by:e}, {here:?} at one{}",
+                            hex::<R>(&ray)
+                        ));
+                    }
+                    verdict = Verdict::Right(0.0);
                 }
-                let (Some(hit), Some(wanted)) = (hit, wanted) else { continue };
-                let (there, here) = (shape.surface(&many, hit), larger[12].1.surface(&one, wanted));
-                let bound = here.error.to_f64().max(1e-6) * by;
-                let off = (there.point.to_f64() - here.point.to_f64() * *by).length();
-                let turned = (there.normal.to_f64() - here.normal.to_f64()).length();
-                let same =
-                    off <= 1e-3 * bound && turned <= 1e-6 && (there.error.to_f64() / here.error.to_f64() / by - 1.0).abs() < 0.01;
-                if !same {
-                    return Verdict::Wrong(format!("{there:?} at {by:e}, {here:?} at one{}", hex::<R>(&ray)));
-                }
-                verdict = Verdict::Right(0.0);
-            }
-            verdict
-        })
+                verdict
+            },
+        )
         .expect_right(300);
     }
 }
@@ -98,28 +174,43 @@ fn every_size_is_hit_alike() {
     alike::<f64>();
 }
 
-/// How many of a thousand rays meet a shape of a size that is no power of two, made by its constructor.
+/// How many of a thousand rays meet a shape of a size that is no power of two, made by its
+/// constructor.
 fn met<R: Real>(make: impl Fn(f64) -> AnyShape<R>, size: f64) -> usize {
     let shape = make(size);
     let meets = |i: u64| {
         let random = &mut Random::new(411, i);
         let (origin, target) = (random.direction() * 4.0 * size, random.cube() * 0.9 * size);
-        let ray = Ray::<R>::new(stored::<R>(exact(origin)), stored::<R>((target - origin).normalize()));
-        shape.intersect(&PreparedRay::new(ray), Interval::positive(), Side::Both).is_some()
+        let ray = Ray::<R>::new(
+            stored::<R>(exact(origin)),
+            stored::<R>((target - origin).normalize()),
+        );
+        shape
+            .intersect(&PreparedRay::new(ray), Interval::positive(), Side::Both)
+            .is_some()
     };
     (0..1000).filter(|&i| meets(i)).count()
 }
 
-/// Protects: an Earth in metres, and cones of 1e-8 and of 1e7, in either scalar: as many rays meet them as meet the
-/// same shape of size one.
+/// Protects: an Earth in metres, and cones of 1e-8 and of 1e7, in either scalar: as many rays meet
+/// them as meet the same shape of size one.
 #[test]
 fn decimal_sizes_are_hit_as_often() {
     fn check<R: Real>() {
         type Make<R> = Box<dyn Fn(f64) -> AnyShape<R>>;
         let shapes: [(&str, Make<R>); 3] = [
-            ("ellipsoid", Box::new(|s| Ellipsoid::new(DVec3::ZERO, DVec3::new(1.0, 0.9966, 1.0) * s).into())),
-            ("cone", Box::new(|s| Cone::new(DVec3::NEG_Y * (0.5 * s), DVec3::Y, s, 0.0, 1.5 * s).into())),
-            ("torus", Box::new(|s| Torus::new(DVec3::ZERO, DVec3::Y, 0.8 * s, 0.3 * s).into())),
+            (
+                "ellipsoid",
+                Box::new(|s| Ellipsoid::new(DVec3::ZERO, DVec3::new(1.0, 0.9966, 1.0) * s).into()),
+            ),
+            (
+                "cone",
+                Box::new(|s| Cone::new(DVec3::NEG_Y * (0.5 * s), DVec3::Y, s, 0.0, 1.5 * s).into()),
+            ),
+            (
+                "torus",
+                Box::new(|s| Torus::new(DVec3::ZERO, DVec3::Y, 0.8 * s, 0.3 * s).into()),
+            ),
         ];
         for (name, make) in &shapes {
             let wanted = met::<R>(make, 1.0);

@@ -1,11 +1,14 @@
-//! S01–S03: rays that leave a surface, of any size at any place, and shadows where a ball rests on the floor.
+//! S01–S03: rays that leave a surface, of any size at any place, and shadows where a ball rests on
+//! the floor.
 
 use glam::{DAffine3, DVec3, Vec3};
 use raywright_bvh::shapes::{
-    AnyShape, Cone, Cuboid, Cylinder, Disk, Ellipsoid, Ends, Paraboloid, Plane, Quad, Sphere, TransformedShape, Triangle,
+    AnyShape, Cone, Cuboid, Cylinder, Disk, Ellipsoid, Ends, Paraboloid, Plane, Quad, Sphere,
+    TransformedShape, Triangle,
 };
 use raywright_bvh::{
-    AcceleratorKind, Geometry, Interval, PreparedRay, PrimitiveSet, Ray, Real, Shape, Side, Surface, Visibility,
+    AcceleratorKind, Geometry, Interval, PreparedRay, PrimitiveSet, Ray, Real, Shape, Side,
+    Surface, Visibility,
 };
 
 use raywright_bvh::stability::textbook;
@@ -19,7 +22,11 @@ fn power(random: &mut Random, decades: f64) -> f64 {
 
 /// A point whose coordinates are anything from 1e-8 to 1e8.
 fn anywhere(random: &mut Random) -> DVec3 {
-    exact(DVec3::new(power(random, 8.0), power(random, 8.0), power(random, 8.0)))
+    exact(DVec3::new(
+        power(random, 8.0),
+        power(random, 8.0),
+        power(random, 8.0),
+    ))
 }
 
 const CONVEX: [&str; 12] = [
@@ -47,23 +54,75 @@ fn convex(random: &mut Random, kind: usize) -> AnyShape<f32> {
     let axis = (way * f64::from(size(random))).as_vec3();
     match CONVEX[kind] {
         "sphere" => Sphere { centre, radius }.into(),
-        "cylinder" => Cylinder { base: centre, axis, radius, ends: Ends::Open }.into(),
-        "capped cylinder" => Cylinder { base: centre, axis, radius, ends: Ends::Capped }.into(),
-        "disk" => Disk { centre, normal: way.as_vec3(), radius }.into(),
-        "quad" => Quad::new(at, random.cube() * f64::from(radius), random.cube() * f64::from(other)).into(),
-        "ellipsoid" => Ellipsoid { centre, semi_axes: Vec3::new(radius, other, size(random)) }.into(),
-        "triangle" => {
-            Triangle::new([DVec3::ZERO, random.cube(), random.cube()].map(|p| (at + p * f64::from(radius)).as_vec3())).into()
+        "cylinder" => Cylinder {
+            base: centre,
+            axis,
+            radius,
+            ends: Ends::Open,
         }
-        "large triangle" => Triangle::new([at, anywhere(random), anywhere(random)].map(stored::<f32>)).into(),
-        "box" => Cuboid { min: centre, max: centre + Vec3::new(radius, other, size(random)) }.into(),
-        "cone" => Cone { base: centre, axis, radius, top_radius: 0.0 }.into(),
-        "truncated cone" => Cone { base: centre, axis, radius, top_radius: other }.into(),
-        _ => Paraboloid { apex: centre, radius, height: other }.into(),
+        .into(),
+        "capped cylinder" => Cylinder {
+            base: centre,
+            axis,
+            radius,
+            ends: Ends::Capped,
+        }
+        .into(),
+        "disk" => Disk {
+            centre,
+            normal: way.as_vec3(),
+            radius,
+        }
+        .into(),
+        "quad" => Quad::new(
+            at,
+            random.cube() * f64::from(radius),
+            random.cube() * f64::from(other),
+        )
+        .into(),
+        "ellipsoid" => Ellipsoid {
+            centre,
+            semi_axes: Vec3::new(radius, other, size(random)),
+        }
+        .into(),
+        "triangle" => Triangle::new(
+            [DVec3::ZERO, random.cube(), random.cube()]
+                .map(|p| (at + p * f64::from(radius)).as_vec3()),
+        )
+        .into(),
+        "large triangle" => {
+            Triangle::new([at, anywhere(random), anywhere(random)].map(stored::<f32>)).into()
+        }
+        "box" => Cuboid {
+            min: centre,
+            max: centre + Vec3::new(radius, other, size(random)),
+        }
+        .into(),
+        "cone" => Cone {
+            base: centre,
+            axis,
+            radius,
+            top_radius: 0.0,
+        }
+        .into(),
+        "truncated cone" => Cone {
+            base: centre,
+            axis,
+            radius,
+            top_radius: other,
+        }
+        .into(),
+        _ => Paraboloid {
+            apex: centre,
+            radius,
+            height: other,
+        }
+        .into(),
     }
 }
 
-/// Whether rays from a point of a convex surface on its outer side meet the surface again, by direction and to points.
+/// Whether rays from a point of a convex surface on its outer side meet the surface again, by
+/// direction and to points.
 fn meets_again(
     random: &mut Random,
     surface: &Surface<f32>,
@@ -79,25 +138,45 @@ fn meets_again(
         }
         let target = anywhere(random);
         let across = target - surface.point.as_dvec3();
-        // On the other side there would be the surface in between; f32 rounds, so that the sign is taken again.
-        let target = if normal.dot(across) < 0.0 { exact(surface.point.as_dvec3() - across) } else { target };
+        // On the other side there would be the surface in between; f32 rounds, so that the sign is
+        // taken again.
+        let target = if normal.dot(across) < 0.0 {
+            exact(surface.point.as_dvec3() - across)
+        } else {
+            target
+        };
         if normal.dot(target - surface.point.as_dvec3()) <= f64::from(surface.error) * 4.0 {
             continue;
         }
-        let Some((ray, range)) = surface.spawn_to(target.as_vec3()) else { continue };
+        let Some((ray, range)) = surface.spawn_to(target.as_vec3()) else {
+            continue;
+        };
         if let Some(t) = hit(&ray, range) {
-            return Some(format!("in its own shadow at {t:e} of {:e}{}", range.max, hex::<f32>(&ray)));
+            return Some(format!(
+                "in its own shadow at {t:e} of {:e}{}",
+                range.max,
+                hex::<f32>(&ray)
+            ));
         }
     }
     None
 }
 
 /// First hit from outside by a ray from anywhere towards the box, of up to a thousand.
-fn arrival(random: &mut Random, shape: &impl Fn(&Ray<f32>) -> Option<f32>, bounds: raywright_bvh::Aabb) -> Option<Ray<f32>> {
+fn arrival(
+    random: &mut Random,
+    shape: &impl Fn(&Ray<f32>) -> Option<f32>,
+    bounds: raywright_bvh::Aabb,
+) -> Option<Ray<f32>> {
     (0..1000).find_map(|i| {
-        let target = bounds.min + bounds.extent() * DVec3::new(random.unit(), random.unit(), random.unit());
+        let target =
+            bounds.min + bounds.extent() * DVec3::new(random.unit(), random.unit(), random.unit());
         // From anywhere first; then from nearby, for what is too small to be aimed at from there.
-        let origin = if i < 200 { anywhere(random) } else { target + random.direction() * (bounds.extent().length() * 4.0) };
+        let origin = if i < 200 {
+            anywhere(random)
+        } else {
+            target + random.direction() * (bounds.extent().length() * 4.0)
+        };
         let ray = towards::<f32>(origin, target);
         shape(&ray).map(|_| ray)
     })
@@ -112,45 +191,85 @@ fn s01_no_acne_on_convex_shapes() {
             if !shape.is_finite() {
                 return Verdict::Skip;
             }
-            let any_side = |ray: &Ray<f32>, range| shape.intersect(&PreparedRay::new(*ray), range, Side::Both).map(|h| h.t);
-            let outer =
-                |ray: &Ray<f32>| shape.intersect(&PreparedRay::new(*ray), Interval::positive(), Side::Outside).map(|h| h.t);
-            let Some(ray) = arrival(random, &outer, shape.bounds().expect("bounded")) else { return Verdict::Skip };
+            let any_side = |ray: &Ray<f32>, range| {
+                shape
+                    .intersect(&PreparedRay::new(*ray), range, Side::Both)
+                    .map(|h| h.t)
+            };
+            let outer = |ray: &Ray<f32>| {
+                shape
+                    .intersect(&PreparedRay::new(*ray), Interval::positive(), Side::Outside)
+                    .map(|h| h.t)
+            };
+            let Some(ray) = arrival(random, &outer, shape.bounds().expect("bounded")) else {
+                return Verdict::Skip;
+            };
             let probe = PreparedRay::new(ray);
-            let hit = shape.intersect(&probe, Interval::positive(), Side::Outside).expect("it arrived");
+            let hit = shape
+                .intersect(&probe, Interval::positive(), Side::Outside)
+                .expect("it arrived");
             let surface = shape.surface(&probe, hit);
             let again = meets_again(random, &surface, any_side);
-            Verdict::holds(again.is_none(), || format!("{again:?} {surface:?} {shape:?} from{}", hex::<f32>(&ray)))
+            Verdict::holds(again.is_none(), || {
+                format!("{again:?} {surface:?} {shape:?} from{}", hex::<f32>(&ray))
+            })
         })
         .expect_right(1000);
     }
 }
 
-/// Protects: the same for shapes under maps that turn, stretch and mirror them: the bound follows the map.
+/// Protects: the same for shapes under maps that turn, stretch and mirror them: the bound follows
+/// the map.
 #[test]
 fn s01_no_acne_on_mapped_shapes() {
     for (kind, name) in CONVEX.iter().enumerate() {
-        judge(&format!("S01 mapped {name}"), 100 + kind as u64, 3000, |random| {
-            let shape = convex(random, kind);
-            let stretch = DVec3::from_array(core::array::from_fn(|_| power(random, 2.0)));
-            let map = DAffine3::from_axis_angle(random.direction(), random.between(0.0, 6.0))
-                * DAffine3::from_scale(stretch)
-                * DAffine3::from_axis_angle(random.direction(), random.between(0.0, 6.0))
-                * DAffine3::from_translation(random.direction() * power(random, 4.0));
-            let Some(placed) = TransformedShape::<f32>::new(shape, map) else { return Verdict::Skip };
-            let Some(bounds) = placed.bounds().filter(|b| shape.is_finite() && b.padded().is_some()) else {
-                return Verdict::Skip;
-            };
-            let any_side = |ray: &Ray<f32>, range| placed.intersect(&PreparedRay::new(*ray), range, Side::Both).map(|h| h.t);
-            let outer =
-                |ray: &Ray<f32>| placed.intersect(&PreparedRay::new(*ray), Interval::positive(), Side::Outside).map(|h| h.t);
-            let Some(ray) = arrival(random, &outer, bounds) else { return Verdict::Skip };
-            let probe = PreparedRay::new(ray);
-            let hit = placed.intersect(&probe, Interval::positive(), Side::Outside).expect("it arrived");
-            let surface = placed.locate(&probe, hit).stored::<f32>();
-            let again = meets_again(random, &surface, any_side);
-            Verdict::holds(again.is_none(), || format!("{again:?} {surface:?} {shape:?} {map:?} from{}", hex::<f32>(&ray)))
-        })
+        judge(
+            &format!("S01 mapped {name}"),
+            100 + kind as u64,
+            3000,
+            |random| {
+                let shape = convex(random, kind);
+                let stretch = DVec3::from_array(core::array::from_fn(|_| power(random, 2.0)));
+                let map = DAffine3::from_axis_angle(random.direction(), random.between(0.0, 6.0))
+                    * DAffine3::from_scale(stretch)
+                    * DAffine3::from_axis_angle(random.direction(), random.between(0.0, 6.0))
+                    * DAffine3::from_translation(random.direction() * power(random, 4.0));
+                let Some(placed) = TransformedShape::<f32>::new(shape, map) else {
+                    return Verdict::Skip;
+                };
+                let Some(bounds) = placed
+                    .bounds()
+                    .filter(|b| shape.is_finite() && b.padded().is_some())
+                else {
+                    return Verdict::Skip;
+                };
+                let any_side = |ray: &Ray<f32>, range| {
+                    placed
+                        .intersect(&PreparedRay::new(*ray), range, Side::Both)
+                        .map(|h| h.t)
+                };
+                let outer = |ray: &Ray<f32>| {
+                    placed
+                        .intersect(&PreparedRay::new(*ray), Interval::positive(), Side::Outside)
+                        .map(|h| h.t)
+                };
+                let Some(ray) = arrival(random, &outer, bounds) else {
+                    return Verdict::Skip;
+                };
+                let probe = PreparedRay::new(ray);
+                let hit = placed
+                    .intersect(&probe, Interval::positive(), Side::Outside)
+                    .expect("it arrived");
+                let surface = placed.locate(&probe, hit).stored::<f32>();
+                let again = meets_again(random, &surface, any_side);
+                Verdict::holds(again.is_none(), || {
+                    format!(
+                        "{again:?} {surface:?} {shape:?} {map:?} from{}",
+                        hex::<f32>(&ray)
+                    )
+                })
+            },
+        )
         .expect_right(1000);
     }
 }
@@ -158,16 +277,24 @@ fn s01_no_acne_on_mapped_shapes() {
 /// A ball of radius `s` that rests on the floor y = 0; the floor is primitive 0, the ball 1.
 fn ball_on_floor<R: Real>(s: f64) -> Geometry<R> {
     let mut group = PrimitiveSet::<R>::default();
-    group.plane(Plane::new(stored::<R>(DVec3::ZERO), stored::<R>(DVec3::Y)), Visibility::default()).expect("finite");
-    let ball = Sphere { centre: stored::<R>(DVec3::Y * s), radius: R::from_f64(s) };
+    group
+        .plane(
+            Plane::new(stored::<R>(DVec3::ZERO), stored::<R>(DVec3::Y)),
+            Visibility::default(),
+        )
+        .expect("finite");
+    let ball = Sphere {
+        centre: stored::<R>(DVec3::Y * s),
+        radius: R::from_f64(s),
+    };
     group.sphere(ball, Visibility::default()).expect("finite");
     Geometry::new(group, AcceleratorKind::default())
 }
 
 const SCALES: [f64; 11] = [1e-4, 1e-3, 1e-2, 1e-1, 1.0, 1e1, 1e2, 1e3, 1e4, 1e5, 1e6];
 
-/// What an arithmetic says of a ray at floor and ball: which it meets, where, the normal there, and whether a light is hidden from it; none where
-/// no ray leads to the light.
+/// What an arithmetic says of a ray at floor and ball: which it meets, where, the normal there, and
+/// whether a light is hidden from it; none where no ray leads to the light.
 struct Seen {
     object: u32,
     point: DVec3,
@@ -184,11 +311,14 @@ fn met(o: DVec3, d: DVec3, primitive: u32, s: f64) -> DVec3 {
     let f = o - DVec3::Y * s;
     let middle = -f.dot(d) / d.length_squared();
     let l = f + d * middle;
-    let half = ((s - l.length()) * (s + l.length()) / d.length_squared()).max(0.0).sqrt();
+    let half = ((s - l.length()) * (s + l.length()) / d.length_squared())
+        .max(0.0)
+        .sqrt();
     o + d * (middle - half)
 }
 
-/// Whether a light is hidden from a point of the floor or the ball, and by how much of a length it is decided.
+/// Whether a light is hidden from a point of the floor or the ball, and by how much of a length it
+/// is decided.
 fn hidden(p: DVec3, light: DVec3, primitive: u32, s: f64) -> (bool, f64) {
     let (across, f) = (light - p, p - DVec3::Y * s);
     if primitive == 1 {
@@ -200,8 +330,8 @@ fn hidden(p: DVec3, light: DVec3, primitive: u32, s: f64) -> (bool, f64) {
     (distance < s, (distance - s).abs())
 }
 
-/// Rays at floor and ball, many near the contact, each with a shadow ray to a light: shadow where there is none is acne, no
-/// shadow where there is one a leak.
+/// Rays at floor and ball, many near the contact, each with a shadow ray to a light: shadow where
+/// there is none is acne, no shadow where there is one a leak.
 fn ball_shadows(s: f64, see: impl Fn(&Ray<f32>, DVec3) -> Option<Seen> + Sync) -> Outcome {
     judge(&format!("S02 at {s:e}"), 120, 200_000, |random| {
         let angle = random.unit() * core::f64::consts::TAU;
@@ -221,21 +351,32 @@ fn ball_shadows(s: f64, see: impl Fn(&Ray<f32>, DVec3) -> Option<Seen> + Sync) -
         let mut above = random.direction() * (s * random.between(3.0, 10.0));
         above.y = above.y.abs() + 0.01 * s;
         let light = exact(above);
-        let Some(seen) = see(&ray, light) else { return Verdict::Skip };
+        let Some(seen) = see(&ray, light) else {
+            return Verdict::Skip;
+        };
         let (wanted, margin) = hidden(met(o, d, seen.object, s), light, seen.object, s);
         let scale = o.length().max(light.length());
         if margin <= 16.0 * U * (scale + o.abs().max_element()) {
             return Verdict::Band;
         }
-        let Some(got) = seen.hidden else { return Verdict::Wrong(format!("no shadow ray{}", hex::<f32>(&ray))) };
+        let Some(got) = seen.hidden else {
+            return Verdict::Wrong(format!("no shadow ray{}", hex::<f32>(&ray)));
+        };
         // A face turned away from the light is dark without a ray.
         let got = got || seen.normal.dot(light - seen.point) < 0.0;
         let what = if got { "acne" } else { "leak" };
-        Verdict::holds(got == wanted, || format!("{what} on {} by {margin:e}{}", seen.object, hex::<f32>(&ray)))
+        Verdict::holds(got == wanted, || {
+            format!(
+                "{what} on {} by {margin:e}{}",
+                seen.object,
+                hex::<f32>(&ray)
+            )
+        })
     })
 }
 
-/// Protects: neither acne nor leaks from a tenth of a millimetre to a thousand kilometres, with the same code.
+/// Protects: neither acne nor leaks from a tenth of a millimetre to a thousand kilometres, with the
+/// same code.
 #[test]
 fn s02_shadows_at_every_scale() {
     for s in SCALES.map(|s| f64::from(s as f32)) {
@@ -244,39 +385,75 @@ fn s02_shadows_at_every_scale() {
             let hit = geometry.closest(ray, Interval::positive(), &mut ())?;
             let surface = geometry.surface(ray, &hit);
             let shadow = surface.spawn_to(light.as_vec3());
-            let hidden = shadow.map(|(shadow, range)| geometry.any(&shadow, range, &mut |_| true, &mut ()));
-            Some(Seen { object: hit.object, point: surface.point.as_dvec3(), normal: surface.normal.as_dvec3(), hidden })
+            let hidden =
+                shadow.map(|(shadow, range)| geometry.any(&shadow, range, &mut |_| true, &mut ()));
+            Some(Seen {
+                object: hit.object,
+                point: surface.point.as_dvec3(),
+                normal: surface.normal.as_dvec3(),
+                hidden,
+            })
         };
         ball_shadows(s, see).expect_right(150_000);
     }
 }
 
-/// Protects: the textbook's formulas with a constant offset must fail at either end where the specification says that they do.
+/// Protects: the textbook's formulas with a constant offset must fail at either end where the
+/// specification says that they do.
 #[test]
 fn textbook_offset_fails_at_scale() {
     let shares = SCALES.map(|s| {
         let s = f64::from(s as f32);
-        let ball = AnyShape::from(Sphere { centre: (DVec3::Y * s).as_vec3(), radius: s as f32 });
-        let floor = |ray: &Ray<f32>| Some(-ray.origin.y / ray.direction.y).filter(|&t| t > 0.0 && t < f32::INFINITY);
+        let ball = AnyShape::from(Sphere {
+            centre: (DVec3::Y * s).as_vec3(),
+            radius: s as f32,
+        });
+        let floor = |ray: &Ray<f32>| {
+            Some(-ray.origin.y / ray.direction.y).filter(|&t| t > 0.0 && t < f32::INFINITY)
+        };
         let see = |ray: &Ray<f32>, light: DVec3| {
             let both = [floor(ray), textbook::intersect(&ball, ray)];
             let [on_floor, on_ball] = both.map(|t| t.unwrap_or(f32::INFINITY));
             let t = on_floor.min(on_ball);
             let point = ray.at(t);
-            let normal = if on_floor <= on_ball { Vec3::Y } else { (point - Vec3::Y * s as f32).normalize() };
+            let normal = if on_floor <= on_ball {
+                Vec3::Y
+            } else {
+                (point - Vec3::Y * s as f32).normalize()
+            };
             let from = point + normal * 0.002;
             let across = light.as_vec3() - from;
             let shadow = Ray::new(from, across.normalize());
-            let nearest = floor(&shadow).into_iter().chain(textbook::intersect(&ball, &shadow)).fold(f32::INFINITY, f32::min);
-            let (object, hidden) = (u32::from(on_ball < on_floor), Some(nearest < across.length()));
-            (t < f32::INFINITY).then(|| Seen { object, point: point.as_dvec3(), normal: normal.as_dvec3(), hidden })
+            let nearest = floor(&shadow)
+                .into_iter()
+                .chain(textbook::intersect(&ball, &shadow))
+                .fold(f32::INFINITY, f32::min);
+            let (object, hidden) = (
+                u32::from(on_ball < on_floor),
+                Some(nearest < across.length()),
+            );
+            (t < f32::INFINITY).then(|| Seen {
+                object,
+                point: point.as_dvec3(),
+                normal: normal.as_dvec3(),
+                hidden,
+            })
         };
         ball_shadows(s, see).wrong_share()
     });
-    eprintln!("an offset of 0.002 is wrong for these shares of rays: {:?}", SCALES.iter().zip(shares).collect::<Vec<_>>());
+    eprintln!(
+        "an offset of 0.002 is wrong for these shares of rays: {:?}",
+        SCALES.iter().zip(shares).collect::<Vec<_>>()
+    );
     for (s, share) in SCALES.into_iter().zip(shares) {
-        assert!((1e-2..1e3).contains(&s) || share > 0.01, "S02 at {s:e}: only {share} wrong");
-        assert!(s != 1e-4 && s < 1e5 || share > 0.1, "S02 at {s:e}: only {share} wrong");
+        assert!(
+            (1e-2..1e3).contains(&s) || share > 0.01,
+            "S02 at {s:e}: only {share} wrong"
+        );
+        assert!(
+            s != 1e-4 && s < 1e5 || share > 0.1,
+            "S02 at {s:e}: only {share} wrong"
+        );
     }
 }
 
@@ -292,17 +469,28 @@ fn s03_contact_shadow() {
             let target = DVec3::new(angle.cos(), 0.0, angle.sin()) * reach;
             // Seen from beside, below the ball's belly.
             let away = DVec3::new(angle.cos(), 0.0, angle.sin()) + random.cube() * 0.2;
-            let origin = target + DVec3::new(away.x, random.between(0.05, 0.2) * reach / s, away.z) * s;
+            let origin =
+                target + DVec3::new(away.x, random.between(0.05, 0.2) * reach / s, away.z) * s;
             let ray = towards::<f32>(origin, target);
-            let Some(hit) = geometry.closest(&ray, Interval::positive(), &mut ()) else { return Verdict::Skip };
+            let Some(hit) = geometry.closest(&ray, Interval::positive(), &mut ()) else {
+                return Verdict::Skip;
+            };
             if hit.object != 0 {
                 return Verdict::Skip;
             }
             let surface = geometry.surface(&ray, &hit);
             let light = Vec3::new(0.0, (10.0 * s) as f32, 0.0);
-            let Some((shadow, range)) = surface.spawn_to(light) else { return Verdict::Wrong("no shadow ray".into()) };
+            let Some((shadow, range)) = surface.spawn_to(light) else {
+                return Verdict::Wrong("no shadow ray".into());
+            };
             let dark = geometry.any(&shadow, range, &mut |_| true, &mut ());
-            Verdict::holds(dark, || format!("lit at {:e} from the contact{}", reach / s, hex::<f32>(&shadow)))
+            Verdict::holds(dark, || {
+                format!(
+                    "lit at {:e} from the contact{}",
+                    reach / s,
+                    hex::<f32>(&shadow)
+                )
+            })
         })
         .expect_right(50_000);
     }

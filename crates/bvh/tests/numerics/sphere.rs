@@ -9,7 +9,8 @@ use raywright_bvh::stability::{intersect, textbook};
 
 const RATIOS: [f64; 6] = [2.0, 1e2, 1e3, 1e4, 1e5, 1e6];
 
-/// Protects: hit, miss and distance of a far sphere. The core is f64, so the bound of the f64 tier holds.
+/// Protects: hit, miss and distance of a far sphere. The core is f64, so the bound of the f64 tier
+/// holds.
 #[test]
 fn p01_far_sphere() {
     for ratio in RATIOS {
@@ -36,20 +37,29 @@ fn p03_inside_a_huge_sphere() {
         let origin = random.direction() * (0.5e6 * random.unit().cbrt());
         let ray = towards::<f32>(origin, origin + random.direction());
         let (o, d) = (ray.origin.to_f64(), ray.direction.to_f64());
-        let Some([near, far]) = pass(o, d, DVec3::ZERO, 1e6).roots else { return Verdict::Wrong("oracle".into()) };
+        let Some([near, far]) = pass(o, d, DVec3::ZERO, 1e6).roots else {
+            return Verdict::Wrong("oracle".into());
+        };
         let probe = PreparedRay::new(ray);
         let outside = sphere.intersect(&probe, Interval::positive(), Side::Outside);
         let Some(hit) = sphere.intersect(&probe, Interval::positive(), Side::Both) else {
             return Verdict::Wrong(format!("no root{}", hex::<f32>(&ray)));
         };
         let t = f64::from(hit.t) * d.length();
-        Verdict::holds(near < 0.0 && outside.is_none(), || format!("a second root{}", hex::<f32>(&ray)))
-            .and(|| Verdict::bounded((t - far).abs(), 4.0 * ulp(far), || format!("root{}", hex::<f32>(&ray))))
+        Verdict::holds(near < 0.0 && outside.is_none(), || {
+            format!("a second root{}", hex::<f32>(&ray))
+        })
+        .and(|| {
+            Verdict::bounded((t - far).abs(), 4.0 * ulp(far), || {
+                format!("root{}", hex::<f32>(&ray))
+            })
+        })
     })
     .expect_right(400_000);
 }
 
-/// Protects: rays that leave a sphere where one arrived: outward and along it they are gone, inward they meet the far side.
+/// Protects: rays that leave a sphere where one arrived: outward and along it they are gone, inward
+/// they meet the far side.
 #[test]
 fn p04_origin_on_the_surface() {
     let tilts = [0.0, 1e-3, -1e-3, 1e-6, -1e-6, 1.0, -1.0];
@@ -58,8 +68,13 @@ fn p04_origin_on_the_surface() {
         let centre = exact(random.cube() * 10_f64.powf(random.between(-4.0, 4.0)));
         let sphere = sphere::<f32>(centre, radius);
         let out = random.direction();
-        let first = towards::<f32>(centre + out * (radius * 4.0), centre + random.disc(out, 0.95 * radius));
-        let Some(at) = hit::<f32>(&sphere, &first) else { return Verdict::Skip };
+        let first = towards::<f32>(
+            centre + out * (radius * 4.0),
+            centre + random.disc(out, 0.95 * radius),
+        );
+        let Some(at) = hit::<f32>(&sphere, &first) else {
+            return Verdict::Skip;
+        };
         let surface = sphere.surface(&PreparedRay::new(first), at);
         let n = surface.normal.as_dvec3();
         let tangent = random.disc(n, 1.0).normalize();
@@ -72,7 +87,9 @@ fn p04_origin_on_the_surface() {
         let ray = raywright_bvh::Ray::new(surface.spawn(d.as_vec3()), d.as_vec3());
         let again = hit::<f32>(&sphere, &ray);
         if tilt >= 0.0 {
-            return Verdict::holds(again.is_none(), || format!("acne at tilt {tilt}, {again:?}{}", hex::<f32>(&ray)));
+            return Verdict::holds(again.is_none(), || {
+                format!("acne at tilt {tilt}, {again:?}{}", hex::<f32>(&ray))
+            });
         }
         let o = ray.origin.as_dvec3();
         let Some([near, far]) = pass(o, d, centre, radius).roots else {
@@ -84,50 +101,85 @@ fn p04_origin_on_the_surface() {
                 format!("not inside: {near:e} {far:e}{}", hex::<f32>(&ray))
             });
         }
-        let Some(again) = again else { return Verdict::Wrong(format!("nothing inward{}", hex::<f32>(&ray))) };
+        let Some(again) = again else {
+            return Verdict::Wrong(format!("nothing inward{}", hex::<f32>(&ray)));
+        };
         let t = f64::from(again.t) * d.length();
-        Verdict::bounded((t - far).abs(), 4.0 * ulp(far), || format!("far side at {far:e}{}", hex::<f32>(&ray)))
+        Verdict::bounded((t - far).abs(), 4.0 * ulp(far), || {
+            format!("far side at {far:e}{}", hex::<f32>(&ray))
+        })
     })
     .expect_right(400_000);
 }
 
-/// What the camera sees of the two spheres: 0 nothing, 1 the tiny one, 2 the giant. In f64 with the giant's terms taken
-/// apart, so that nothing of size 1e12 is subtracted.
+/// What the camera sees of the two spheres: 0 nothing, 1 the tiny one, 2 the giant. In f64 with the
+/// giant's terms taken apart, so that nothing of size 1e12 is subtracted.
 fn seen(o: DVec3, d: DVec3, tiny: f64, giant: f64) -> u8 {
-    let first = pass(o, d, DVec3::new(0.0, tiny, 0.0), tiny).roots.map_or(f64::INFINITY, |r| r[0]);
+    let first = pass(o, d, DVec3::new(0.0, tiny, 0.0), tiny)
+        .roots
+        .map_or(f64::INFINITY, |r| r[0]);
     // The giant is centred at (0, −giant, 0): f = o + (0, giant, 0).
     let b = o.dot(d) + giant * d.y;
     let c = o.length_squared() + 2.0 * giant * o.y;
     let discriminant = b * b - d.length_squared() * c;
-    let second = if discriminant >= 0.0 && b < 0.0 { c / (discriminant.sqrt() - b) } else { f64::INFINITY };
-    if first < second { 1 } else { u8::from(second < f64::INFINITY) * 2 }
+    let second = if discriminant >= 0.0 && b < 0.0 {
+        c / (discriminant.sqrt() - b)
+    } else {
+        f64::INFINITY
+    };
+    if first < second {
+        1
+    } else {
+        u8::from(second < f64::INFINITY) * 2
+    }
 }
 
 /// Protects: a sphere of a millionth resting on one of a million: both are seen, to the pixel.
 #[test]
 fn p05_tiny_and_giant_together() {
     let (tiny, giant) = (f64::from(1e-6_f32), 1e6);
-    let spheres = [sphere::<f32>(DVec3::new(0.0, tiny, 0.0), tiny), sphere::<f32>(DVec3::new(0.0, -giant, 0.0), giant)];
+    let spheres = [
+        sphere::<f32>(DVec3::new(0.0, tiny, 0.0), tiny),
+        sphere::<f32>(DVec3::new(0.0, -giant, 0.0), giant),
+    ];
     const SIZE: u32 = 1000;
     let eye = exact(DVec3::new(0.0, 2e-6, 5e-6));
     let at = |i: i64, j: i64| {
-        let (x, y) = ((i as f64 + 0.5) / f64::from(SIZE) * 2.0 - 1.0, (j as f64 + 0.5) / f64::from(SIZE) * 2.0 - 1.0);
+        let (x, y) = (
+            (i as f64 + 0.5) / f64::from(SIZE) * 2.0 - 1.0,
+            (j as f64 + 0.5) / f64::from(SIZE) * 2.0 - 1.0,
+        );
         exact(DVec3::new(x, y, -1.0).normalize())
     };
     let outcome = judge("P05", 5, SIZE * SIZE, |random| {
         // Every pixel once: the count is the image.
         let index = random.index();
-        let (i, j) = ((index % u64::from(SIZE)) as i64, (index / u64::from(SIZE)) as i64);
+        let (i, j) = (
+            (index % u64::from(SIZE)) as i64,
+            (index / u64::from(SIZE)) as i64,
+        );
         let ray = raywright_bvh::Ray::<f32>::new(eye.as_vec3(), at(i, j).as_vec3());
-        let hits = spheres.each_ref().map(|s| hit::<f32>(s, &ray).map_or(f32::INFINITY, |h| h.t));
-        let got = if hits[0] < hits[1] { 1 } else { u8::from(hits[1] < f32::INFINITY) * 2 };
+        let hits = spheres
+            .each_ref()
+            .map(|s| hit::<f32>(s, &ray).map_or(f32::INFINITY, |h| h.t));
+        let got = if hits[0] < hits[1] {
+            1
+        } else {
+            u8::from(hits[1] < f32::INFINITY) * 2
+        };
         let around = (-1..=1).flat_map(|a| (-1..=1).map(move |b| (a, b)));
-        let near = around.map(|(a, b)| seen(eye, at(i + a, j + b), tiny, giant)).any(|wanted| wanted == got);
+        let near = around
+            .map(|(a, b)| seen(eye, at(i + a, j + b), tiny, giant))
+            .any(|wanted| wanted == got);
         Verdict::holds(near, || format!("pixel {i} {j} shows {got}"))
     });
     outcome.expect_right(1_000_000);
     let middle = |j: i64| seen(eye, at(500, j), tiny, giant);
-    assert_eq!([100, 450, 900].map(middle), [2, 1, 0], "ground, ball and sky");
+    assert_eq!(
+        [100, 450, 900].map(middle),
+        [2, 1, 0],
+        "ground, ball and sky"
+    );
 }
 
 /// Protects: the textbook form must fail where the specification says that it does.

@@ -1,9 +1,10 @@
-//! What a hit says of itself, for one of each shape: its point lies within the stated bound of the surface.
+//! What a hit says of itself, for one of each shape: its point lies within the stated bound of the
+//! surface.
 
 use glam::{DAffine3, DVec3};
 use raywright_bvh::shapes::{
-    AnyShape, Cone, Cuboid, Cylinder, Disk, Ellipsoid, Ends, Hyperboloid, Paraboloid, Plane, Quad, Sphere, Torus,
-    TransformedShape, Triangle,
+    AnyShape, Cone, Cuboid, Cylinder, Disk, Ellipsoid, Ends, Hyperboloid, Paraboloid, Plane, Quad,
+    Sphere, Torus, TransformedShape, Triangle,
 };
 use raywright_bvh::{Interval, PreparedRay, Ray, Real, Side, Vector};
 
@@ -20,42 +21,171 @@ pub fn sized<R: Real>(size: f64) -> Vec<(&'static str, AnyShape<R>)> {
     let r = |x: f64| R::from_f64(f64::from(x as f32) * size);
     let (centre, axis) = (v(0.3, -0.2, 0.1), v(0.6, 1.3, -0.4));
     let vertices = [v(-1.1, -0.7, 0.2), v(1.3, -0.6, 0.4), v(0.1, 1.2, -0.3)];
-    let corners = [v(-0.9, -1.1, 0.3), v(0.85, -0.85, 0.3), v(1.1, 0.4, 0.55), v(-0.65, 0.15, 0.55)];
+    let corners = [
+        v(-0.9, -1.1, 0.3),
+        v(0.85, -0.85, 0.3),
+        v(1.1, 0.4, 0.55),
+        v(-0.65, 0.15, 0.55),
+    ];
     vec![
-        ("sphere", Sphere { centre, radius: r(1.1) }.into()),
-        ("plane", Plane::new(centre, stored::<R>(exact(DVec3::new(0.3, 0.9, 0.2).normalize()))).into()),
-        ("disk", Disk { centre, normal: axis, radius: r(1.2) }.into()),
+        (
+            "sphere",
+            Sphere {
+                centre,
+                radius: r(1.1),
+            }
+            .into(),
+        ),
+        (
+            "plane",
+            Plane::new(
+                centre,
+                stored::<R>(exact(DVec3::new(0.3, 0.9, 0.2).normalize())),
+            )
+            .into(),
+        ),
+        (
+            "disk",
+            Disk {
+                centre,
+                normal: axis,
+                radius: r(1.2),
+            }
+            .into(),
+        ),
         ("triangle", Triangle { vertices }.into()),
         ("quad", Quad { corners }.into()),
-        ("box", Cuboid { min: v(-0.7, -0.9, -0.5), max: v(1.1, 0.4, 0.8) }.into()),
-        ("tube", Cylinder { base: centre, axis, radius: r(0.7), ends: Ends::None }.into()),
-        ("open cylinder", Cylinder { base: centre, axis, radius: r(0.7), ends: Ends::Open }.into()),
-        ("cylinder", Cylinder { base: centre, axis, radius: r(0.7), ends: Ends::Capped }.into()),
-        ("cone", Cone { base: centre, axis, radius: r(1.1), top_radius: r(0.0) }.into()),
-        ("truncated cone", Cone { base: centre, axis, radius: r(1.1), top_radius: r(0.3) }.into()),
-        ("ellipsoid", Ellipsoid { centre, semi_axes: v(1.3, 0.6, 0.9) }.into()),
-        ("hyperboloid", Hyperboloid { centre, waist: r(0.5), slope: r(0.8), half_height: r(1.1) }.into()),
-        ("paraboloid", Paraboloid { apex: v(0.1, -0.9, 0.2), radius: r(1.1), height: r(1.7) }.into()),
-        ("torus", Torus { centre, axis, major_radius: r(1.1), minor_radius: r(0.4) }.into()),
+        (
+            "box",
+            Cuboid {
+                min: v(-0.7, -0.9, -0.5),
+                max: v(1.1, 0.4, 0.8),
+            }
+            .into(),
+        ),
+        (
+            "tube",
+            Cylinder {
+                base: centre,
+                axis,
+                radius: r(0.7),
+                ends: Ends::None,
+            }
+            .into(),
+        ),
+        (
+            "open cylinder",
+            Cylinder {
+                base: centre,
+                axis,
+                radius: r(0.7),
+                ends: Ends::Open,
+            }
+            .into(),
+        ),
+        (
+            "cylinder",
+            Cylinder {
+                base: centre,
+                axis,
+                radius: r(0.7),
+                ends: Ends::Capped,
+            }
+            .into(),
+        ),
+        (
+            "cone",
+            Cone {
+                base: centre,
+                axis,
+                radius: r(1.1),
+                top_radius: r(0.0),
+            }
+            .into(),
+        ),
+        (
+            "truncated cone",
+            Cone {
+                base: centre,
+                axis,
+                radius: r(1.1),
+                top_radius: r(0.3),
+            }
+            .into(),
+        ),
+        (
+            "ellipsoid",
+            Ellipsoid {
+                centre,
+                semi_axes: v(1.3, 0.6, 0.9),
+            }
+            .into(),
+        ),
+        (
+            "hyperboloid",
+            Hyperboloid {
+                centre,
+                waist: r(0.5),
+                slope: r(0.8),
+                half_height: r(1.1),
+            }
+            .into(),
+        ),
+        (
+            "paraboloid",
+            Paraboloid {
+                apex: v(0.1, -0.9, 0.2),
+                radius: r(1.1),
+                height: r(1.7),
+            }
+            .into(),
+        ),
+        (
+            "torus",
+            Torus {
+                centre,
+                axis,
+                major_radius: r(1.1),
+                minor_radius: r(0.4),
+            }
+            .into(),
+        ),
     ]
 }
 
-/// How far a point is from a surface along a normal, in f64: by a ray that comes down the normal from a little above.
+/// How far a point is from a surface along a normal, in f64: by a ray that comes down the normal
+/// from a little above.
 fn height(shape: &TransformedShape<f64>, point: DVec3, normal: DVec3, above: f64) -> Option<f64> {
     let probe = PreparedRay::new(Ray::<f64>::new(point + normal * above, -normal));
-    let hit = shape.intersect(&probe, Interval { min: 0.0, max: 2.0 * above }, Side::Both)?;
+    let hit = shape.intersect(
+        &probe,
+        Interval {
+            min: 0.0,
+            max: 2.0 * above,
+        },
+        Side::Both,
+    )?;
     Some((hit.t - above).abs())
 }
 
-/// Hits from up to `far` sizes away on a shape of a size at a place: off the surface along the normal by no more than a box of
-/// the stated bound reaches.
-fn stated<R: Real>(name: &str, shape: AnyShape<R>, best: AnyShape<f64>, size: f64, place: f64) -> Outcome {
-    let map =
-        DAffine3::from_translation(DVec3::new(0.6, -0.3, 0.9) * place) * DAffine3::from_scale(DVec3::new(size, -size, size));
+/// Hits from up to `far` sizes away on a shape of a size at a place: off the surface along the
+/// normal by no more than a box of the stated bound reaches.
+fn stated<R: Real>(
+    name: &str,
+    shape: AnyShape<R>,
+    best: AnyShape<f64>,
+    size: f64,
+    place: f64,
+) -> Outcome {
+    let map = DAffine3::from_translation(DVec3::new(0.6, -0.3, 0.9) * place)
+        * DAffine3::from_scale(DVec3::new(size, -size, size));
     let placed = TransformedShape::<R>::new(shape, map).expect("an invertible map");
     let best = TransformedShape::<f64>::new(best, map).expect("an invertible map");
     judge(
-        &format!("stated bound of the {name} in {}, size {size:e} at {place:e}", std::any::type_name::<R>()),
+        &format!(
+            "stated bound of the {name} in {}, size {size:e} at {place:e}",
+            std::any::type_name::<R>()
+        ),
         180,
         3000,
         |random| {
@@ -63,22 +193,30 @@ fn stated<R: Real>(name: &str, shape: AnyShape<R>, best: AnyShape<f64>, size: f6
             let origin = middle + random.direction() * (size * random.pick(&[3.0, 10.0, 100.0]));
             let ray = towards::<R>(origin, middle + random.cube() * size);
             let probe = PreparedRay::new(ray);
-            let Some(hit) = placed.intersect(&probe, Interval::positive(), Side::Both) else { return Verdict::Skip };
+            let Some(hit) = placed.intersect(&probe, Interval::positive(), Side::Both) else {
+                return Verdict::Skip;
+            };
             let surface = placed.locate(&probe, hit).stored::<R>();
             let (point, normal) = (surface.point.to_f64(), surface.normal.to_f64());
             let reach = surface.error.to_f64() * normal.abs().element_sum();
-            // Beside an edge, and where the surface curves within the bound, a normal tells nothing.
+            // Beside an edge, and where the surface curves within the bound, a normal tells
+            // nothing.
             if reach > 1e-3 * size {
                 return Verdict::Skip;
             }
-            let Some(height) = height(&best, point, normal, 4.0 * reach) else { return Verdict::Skip };
-            Verdict::bounded(height, reach, || format!("beyond the stated bound{}", hex::<R>(&ray)))
+            let Some(height) = height(&best, point, normal, 4.0 * reach) else {
+                return Verdict::Skip;
+            };
+            Verdict::bounded(height, reach, || {
+                format!("beyond the stated bound{}", hex::<R>(&ray))
+            })
         },
     )
 }
 
-/// Protects: the bound that a surface states is true for every shape, of any size, at any place. Not of `fast`: how wrong a textbook
-/// formula is depends on where the ray comes from, and nothing simple bounds it.
+/// Protects: the bound that a surface states is true for every shape, of any size, at any place.
+/// Not of `fast`: how wrong a textbook formula is depends on where the ray comes from, and nothing
+/// simple bounds it.
 #[test]
 fn stated_bounds_hold() {
     for (size, place) in [(1.0, 0.0), (1.0, 1e3), (1e3, 1e5), (1e-4, 0.01), (1e4, 0.0)] {

@@ -1,9 +1,12 @@
-//! Cases of the library and of tests, shot as far as the environment says, and held to their bounds.
+//! Cases of the library and of tests, shot as far as the environment says, and held to their
+//! bounds.
 
 use std::env;
 use std::sync::LazyLock;
 
-pub use raywright_bvh::stability::judge::{Outcome, Random, Rays, U, Verdict, exact, hex, hit, ray, stored, towards, ulp};
+pub use raywright_bvh::stability::judge::{
+    Outcome, Random, Rays, U, Verdict, exact, hex, hit, ray, stored, towards, ulp,
+};
 use raywright_bvh::stability::{Measurement, judge};
 
 /// All rays where the variable `RAYS` says `all`, a quarter otherwise.
@@ -13,46 +16,84 @@ pub fn rays() -> Rays {
 }
 
 /// Judges as many of a case's rays as the environment says.
-pub fn judge(case: &str, seed: u64, count: u32, f: impl Fn(&mut Random) -> Verdict + Sync) -> Outcome {
+pub fn judge(
+    case: &str,
+    seed: u64,
+    count: u32,
+    f: impl Fn(&mut Random) -> Verdict + Sync,
+) -> Outcome {
     judge::judge(case, seed, count, rays(), f)
 }
 
 /// What is held to its bound.
 pub trait Expect {
-    /// Nothing wrong, at least `least` of all rays judged (as many of those shot as their share is), and at most one in a thousand too
-    /// close to call.
+    /// Nothing wrong, at least `least` of all rays judged (as many of those shot as their share
+    /// is), and at most one in a thousand too close to call.
     fn expect_right(&self, least: u64);
 }
 
 impl Expect for Outcome {
     fn expect_right(&self, least: u64) {
-        let Self { case, rays, shot, judged, band, wrong, skipped, worst, .. } = self;
-        eprintln!("{case}: {judged} judged, {band} in the band, {skipped} skipped, {wrong} wrong, worst {worst:.3} of the bound");
+        let Self {
+            case,
+            rays,
+            shot,
+            judged,
+            band,
+            wrong,
+            skipped,
+            worst,
+            ..
+        } = self;
+        eprintln!(
+            "{case}: {judged} judged, {band} in the band, {skipped} skipped, {wrong} wrong, worst {worst:.3} of the bound"
+        );
         if let Some((index, message)) = &self.first {
             panic!("{case}: {wrong} of {judged} wrong; first at {index}: {message}");
         }
-        assert!(*judged >= (least * shot).div_ceil(*rays), "{case}: only {judged} of {shot} judged");
-        assert!(band * 1000 <= judged + band, "{case}: {band} of {judged} in the band");
+        assert!(
+            *judged >= (least * shot).div_ceil(*rays),
+            "{case}: only {judged} of {shot} judged"
+        );
+        assert!(
+            band * 1000 <= judged + band,
+            "{case}: {band} of {judged} in the band"
+        );
     }
 }
 
-/// Each of a case's measurements is right, of which there is one at least for each precision; returns them.
+/// Each of a case's measurements is right, of which there is one at least for each precision;
+/// returns them.
 pub fn expect_all(number: &str, least: u64) -> Vec<Measurement> {
-    let measurements = raywright_bvh::stability::measure(number, rays()).expect("a case of the library");
-    for Measurement { setting, outcome, .. } in &measurements {
+    let measurements =
+        raywright_bvh::stability::measure(number, rays()).expect("a case of the library");
+    for Measurement {
+        setting, outcome, ..
+    } in &measurements
+    {
         eprint!("{setting}: ");
         outcome.expect_right(least);
     }
     for precision in ["robust", "reference"] {
-        assert!(measurements.iter().any(|measurement| measurement.setting.starts_with(precision)), "{number} in {precision}");
+        assert!(
+            measurements
+                .iter()
+                .any(|measurement| measurement.setting.starts_with(precision)),
+            "{number} in {precision}"
+        );
     }
     measurements
 }
 
-/// Share that the textbook's formulas get wrong, printed beside those of `robust` and `reference` on the same rays.
+/// Share that the textbook's formulas get wrong, printed beside those of `robust` and `reference`
+/// on the same rays.
 pub fn textbook_share(outcomes: [Outcome; 3]) -> f64 {
-    let [textbook, robust, reference] = outcomes.each_ref().map(|outcome| 100.0 * outcome.wrong_share());
+    let [textbook, robust, reference] = outcomes
+        .each_ref()
+        .map(|outcome| 100.0 * outcome.wrong_share());
     let case = &outcomes[0].case;
-    eprintln!("{case}: the textbook is wrong in {textbook:.3} %, robust in {robust:.3} %, reference in {reference:.3} %");
+    eprintln!(
+        "{case}: the textbook is wrong in {textbook:.3} %, robust in {robust:.3} %, reference in {reference:.3} %"
+    );
     outcomes[0].wrong_share()
 }

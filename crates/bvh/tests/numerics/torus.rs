@@ -23,7 +23,14 @@ fn passages(torus: &Torus<f32>, ray: &Ray<f32>) -> (u32, u32) {
     let probe = PreparedRay::new(*ray);
     let count = |side: Side| {
         let (mut count, mut from) = (0, 0.0);
-        while let Some(h) = torus.intersect(&probe, Interval { min: from, max: f32::INFINITY }, side) {
+        while let Some(h) = torus.intersect(
+            &probe,
+            Interval {
+                min: from,
+                max: f32::INFINITY,
+            },
+            side,
+        ) {
             (count, from) = (count + 1, h.t);
         }
         count
@@ -31,8 +38,8 @@ fn passages(torus: &Torus<f32>, ray: &Ray<f32>) -> (u32, u32) {
     (count(Side::Outside), count(Side::Inside))
 }
 
-/// Protects: lines that touch the top circle or an equator, moved in and out by eight roundings of the distance: crossings as the circles
-/// in that plane tell, in pairs.
+/// Protects: lines that touch the top circle or an equator, moved in and out by eight roundings of
+/// the distance: crossings as the circles in that plane tell, in pairs.
 #[test]
 fn p18_tangents() {
     judge("P18", 40, 300_000, |random| {
@@ -48,45 +55,77 @@ fn p18_tangents() {
         };
         let (y, z) = (f64::from(y as f32), f64::from(z as f32));
         let half = tube * tube - y * y;
-        let circles = if half > 0.0 { [1.0 - half.sqrt(), 1.0 + half.sqrt()] } else { [0.0, 0.0] };
+        let circles = if half > 0.0 {
+            [1.0 - half.sqrt(), 1.0 + half.sqrt()]
+        } else {
+            [0.0, 0.0]
+        };
         if circles.iter().any(|r| (r - z).abs() < 1e-12) {
             return Verdict::Band;
         }
         let wanted = circles.iter().filter(|r| z < **r).count() as u32;
         let wanted = if half > 0.0 { wanted } else { 0 };
-        let ray = Ray::<f32>::new(stored::<f32>(DVec3::new(-far, y, z)), stored::<f32>(DVec3::X));
+        let ray = Ray::<f32>::new(
+            stored::<f32>(DVec3::new(-far, y, z)),
+            stored::<f32>(DVec3::X),
+        );
         let (enters, leaves) = passages(&torus, &ray);
         Verdict::holds((enters, leaves) == (wanted, wanted), || {
-            format!("in {enters}, out {leaves}, wanted {wanted}; tube {tube} y {y} z {z}{}", hex::<f32>(&ray))
+            format!(
+                "in {enters}, out {leaves}, wanted {wanted}; tube {tube} y {y} z {z}{}",
+                hex::<f32>(&ray)
+            )
         })
     })
     .expect_right(299_000);
 }
 
-/// Protects: from outside every ray comes out as often as it goes in; along the axis it meets nothing.
+/// Protects: from outside every ray comes out as often as it goes in; along the axis it meets
+/// nothing.
 #[test]
 fn p18_even_from_outside() {
     judge("P18 parity", 41, 300_000, |random| {
         let torus = torus::<f32>(random.pick(&[0.3, 0.1, 0.01, 0.9]));
-        let ray = towards::<f32>(random.direction() * random.between(3.0, 1000.0), random.cube());
+        let ray = towards::<f32>(
+            random.direction() * random.between(3.0, 1000.0),
+            random.cube(),
+        );
         let (enters, leaves) = passages(&torus, &ray);
-        Verdict::holds(enters == leaves && enters <= 2, || format!("in {enters}, out {leaves}{}", hex::<f32>(&ray)))
+        Verdict::holds(enters == leaves && enters <= 2, || {
+            format!("in {enters}, out {leaves}{}", hex::<f32>(&ray))
+        })
     })
     .expect_right(300_000);
     for tube in [0.3, 0.1, 0.01, 0.99] {
         for far in [2.0, 10.0, 1e3, 1e6] {
             for sign in [-1.0, 1.0] {
-                let ray = Ray::<f32>::new(stored::<f32>(DVec3::Y * (far * sign)), stored::<f32>(DVec3::Y * -sign));
-                assert_eq!(passages(&torus::<f32>(tube), &ray), (0, 0), "along the axis from {far}");
+                let ray = Ray::<f32>::new(
+                    stored::<f32>(DVec3::Y * (far * sign)),
+                    stored::<f32>(DVec3::Y * -sign),
+                );
+                assert_eq!(
+                    passages(&torus::<f32>(tube), &ray),
+                    (0, 0),
+                    "along the axis from {far}"
+                );
             }
         }
     }
-    let inside = Interval { min: 0.0, max: f32::INFINITY };
+    let inside = Interval {
+        min: 0.0,
+        max: f32::INFINITY,
+    };
     let ray = Ray::<f32>::new(stored::<f32>(DVec3::X), stored::<f32>(DVec3::X));
-    assert!(torus::<f32>(0.3).intersect(&PreparedRay::new(ray), inside, Side::Inside).is_some(), "from within the tube");
+    assert!(
+        torus::<f32>(0.3)
+            .intersect(&PreparedRay::new(ray), inside, Side::Inside)
+            .is_some(),
+        "from within the tube"
+    );
 }
 
-/// Protects: the textbook form must fail where the specification says that it does: half the rays at a hundred radii.
+/// Protects: the textbook form must fail where the specification says that it does: half the rays
+/// at a hundred radii.
 #[test]
 fn textbook_loses_far_tori() {
     let wrong = textbook_share([

@@ -8,14 +8,16 @@ use raywright_bvh::stability::textbook;
 use raywright_bvh::stability::triangles::{Aim, Mesh, cube, icosphere, leaks, leaks_of_library};
 
 use super::support::{
-    Expect, Outcome, Random, Verdict, exact, expect_all, hex, hit, judge, rays, stored, textbook_share, towards, ulp,
+    Expect, Outcome, Random, Verdict, exact, expect_all, hex, hit, judge, rays, stored,
+    textbook_share, towards, ulp,
 };
 
 fn triangle<R: Real>(corners: [DVec3; 3]) -> Triangle<R> {
     Triangle::new(corners.map(stored::<R>))
 }
 
-/// Protects: triangles without area are never hit, not even on their line; slivers only at a distance between their corners'.
+/// Protects: triangles without area are never hit, not even on their line; slivers only at a
+/// distance between their corners'.
 #[test]
 fn p19_slivers() {
     judge("P19 no area", 50, 400_000, |random| {
@@ -30,10 +32,19 @@ fn p19_slivers() {
         let scale = 2_f64.powi((random.bits() % 40) as i32 - 20);
         let corners = corners.map(|c| c * scale);
         let target = corners[0] + (corners[2] - corners[0]) * random.unit();
-        let target = if random.sign() > 0.0 { target } else { corners[1] };
-        let ray = towards::<f32>(whole(random) * (2.0 * scale) + DVec3::splat(200.0 * scale), target);
+        let target = if random.sign() > 0.0 {
+            target
+        } else {
+            corners[1]
+        };
+        let ray = towards::<f32>(
+            whole(random) * (2.0 * scale) + DVec3::splat(200.0 * scale),
+            target,
+        );
         let got = hit::<f32>(&triangle::<f32>(corners), &ray);
-        Verdict::holds(got.is_none(), || format!("{got:?}{} {corners:?}", hex::<f32>(&ray)))
+        Verdict::holds(got.is_none(), || {
+            format!("{got:?}{} {corners:?}", hex::<f32>(&ray))
+        })
     })
     .expect_right(400_000);
     judge("P19 sliver", 51, 400_000, |random| {
@@ -42,18 +53,29 @@ fn p19_slivers() {
         // Edges 1, 1 and 1e-6, or 1, 1 and a thousandth with the same height over the longest.
         let corners = [a, a + along, a + along * random.pick(&[0.0, 1e-3]) + side].map(exact);
         let target = corners[0] + (corners[1] - corners[0]) * random.unit();
-        let ray = towards::<f32>(target + random.direction() * random.between(0.5, 5.0), target);
+        let ray = towards::<f32>(
+            target + random.direction() * random.between(0.5, 5.0),
+            target,
+        );
         let (o, d) = (ray.origin.as_dvec3(), ray.direction.as_dvec3());
-        let Some(h) = hit::<f32>(&triangle::<f32>(corners), &ray) else { return Verdict::Skip };
+        let Some(h) = hit::<f32>(&triangle::<f32>(corners), &ray) else {
+            return Verdict::Skip;
+        };
         let ts = corners.map(|c| (c - o).dot(d) / d.length_squared());
-        let (low, high) = (ts.iter().copied().fold(f64::INFINITY, f64::min), ts.iter().copied().fold(0.0, f64::max));
+        let (low, high) = (
+            ts.iter().copied().fold(f64::INFINITY, f64::min),
+            ts.iter().copied().fold(0.0, f64::max),
+        );
         let (t, room) = (f64::from(h.t), ulp(high));
-        Verdict::holds(low - room <= t && t <= high + room, || format!("t {t} not in {low}..{high}{}", hex::<f32>(&ray)))
+        Verdict::holds(low - room <= t && t <= high + room, || {
+            format!("t {t} not in {low}..{high}{}", hex::<f32>(&ray))
+        })
     })
     .expect_right(50_000);
 }
 
-/// Protects: rays nearly in the plane of a skinny triangle far away: whatever is hit lies in the triangle's box.
+/// Protects: rays nearly in the plane of a skinny triangle far away: whatever is hit lies in the
+/// triangle's box.
 #[test]
 fn p20_nearly_parallel_rays() {
     expect_all("P20", 50_000);
@@ -90,11 +112,15 @@ fn p22_no_leaks_in_either_winding() {
 /// Protects: the textbook test must leak where the specification says that it does.
 #[test]
 fn textbook_triangles_leak() {
-    let both = |leaks: &dyn Fn(&str, &Mesh) -> Outcome| leaks("cube", &cube(16)).plus(leaks("icosphere", &icosphere(5)));
+    let both = |leaks: &dyn Fn(&str, &Mesh) -> Outcome| {
+        leaks("cube", &cube(16)).plus(leaks("icosphere", &icosphere(5)))
+    };
     let leaking = textbook_share([
         both(&|name, mesh| {
             let triangles = mesh.triangles();
-            leaks(name, mesh, Aim::Corner, 100_000, rays(), |ray| textbook::hits_any(&triangles, ray))
+            leaks(name, mesh, Aim::Corner, 100_000, rays(), |ray| {
+                textbook::hits_any(&triangles, ray)
+            })
         }),
         both(&|name, mesh| leaks_of_library::<f32>(name, mesh, Aim::Corner, 100_000, rays())),
         both(&|name, mesh| leaks_of_library::<f64>(name, mesh, Aim::Corner, 100_000, rays())),

@@ -3,39 +3,67 @@
 use glam::{DVec3, Vec3};
 use raywright_bvh::shapes::{AnyShape, Cuboid, Disk, Ellipsoid, Sphere, Torus};
 use raywright_bvh::{
-    AcceleratorKind, BuildQuality, Geometry, GeometryError, Interval, PrimitiveSet, Ray, TraversalStats, Visibility,
+    AcceleratorKind, BuildQuality, Geometry, GeometryError, Interval, PrimitiveSet, Ray,
+    TraversalStats, Visibility,
 };
 
 use super::{ASKED, Random, kinds, mixed, triangles};
 
-/// Protects: a thousand to ten thousand triangles in one place, or points that triangles have shrunk to, build into a shallow tree with no more work than
-/// three times that of random ones, and the lowest id wins.
+/// Protects: a thousand to ten thousand triangles in one place, or points that triangles have
+/// shrunk to, build into a shallow tree with no more work than three times that of random ones, and
+/// the lowest id wins.
 #[test]
 fn t11_coincident_primitives() {
     let many = |count: usize, corners: [Vec3; 3]| {
         let mut group = PrimitiveSet::<f32>::default();
         for _ in 0..count {
-            group.triangle(corners, Visibility::default()).expect("finite corners");
+            group
+                .triangle(corners, Visibility::default())
+                .expect("finite corners");
         }
         group
     };
-    for (count, quality) in [1000, 4000, 10_000].into_iter().flat_map(|count| BuildQuality::ALL.map(|quality| (count, quality))) {
+    for (count, quality) in [1000, 4000, 10_000]
+        .into_iter()
+        .flat_map(|count| BuildQuality::ALL.map(|quality| (count, quality)))
+    {
         let built = |group: PrimitiveSet<f32>| Geometry::new(group, AcceleratorKind::Tree(quality));
-        let base = built(triangles(&mut Random(11), count)).build_work().expect("a tree");
-        for (name, corners) in [("triangles", [Vec3::ZERO, Vec3::X, Vec3::Y]), ("points", [Vec3::ONE; 3])] {
+        let base = built(triangles(&mut Random(11), count))
+            .build_work()
+            .expect("a tree");
+        for (name, corners) in [
+            ("triangles", [Vec3::ZERO, Vec3::X, Vec3::Y]),
+            ("points", [Vec3::ONE; 3]),
+        ] {
             let tree = built(many(count, corners));
             let work = tree.build_work().expect("a tree");
-            assert!(work.depth <= 64 && work.looks <= 3 * base.looks, "{count} {name}, {quality:?}: {work:?} against {base:?}");
+            assert!(
+                work.depth <= 64 && work.looks <= 3 * base.looks,
+                "{count} {name}, {quality:?}: {work:?} against {base:?}"
+            );
             let at = corners[0] + (corners[1] + corners[2] - corners[0] * 2.0) * 0.25;
-            let hit = tree.closest(&Ray::new(at + Vec3::Z * 3.0, Vec3::NEG_Z), Interval::positive(), &mut ());
-            let expected = if name == "triangles" { Some((0, 3.0)) } else { None };
-            assert_eq!(hit.map(|hit| (hit.object, hit.t)), expected, "{count} {name}");
+            let hit = tree.closest(
+                &Ray::new(at + Vec3::Z * 3.0, Vec3::NEG_Z),
+                Interval::positive(),
+                &mut (),
+            );
+            let expected = if name == "triangles" {
+                Some((0, 3.0))
+            } else {
+                None
+            };
+            assert_eq!(
+                hit.map(|hit| (hit.object, hit.t)),
+                expected,
+                "{count} {name}"
+            );
         }
     }
 }
 
-/// Protects: whatever has a coordinate that is not finite, or no size, is refused with a reason before any build, one among a thousand or ten; and what is left is hit as
-/// if it had never been there.
+/// Protects: whatever has a coordinate that is not finite, or no size, is refused with a reason
+/// before any build, one among a thousand or ten; and what is left is hit as if it had never been
+/// there.
 #[test]
 fn t13_not_finite_is_refused() {
     let bad: Vec<AnyShape<f32>> = [f32::NAN, f32::INFINITY, f32::NEG_INFINITY]
@@ -43,8 +71,16 @@ fn t13_not_finite_is_refused() {
         .flat_map(|x| -> [AnyShape<f32>; 5] {
             let (at, wide) = (DVec3::new(0.0, f64::from(x), 0.0), f64::from(x));
             [
-                Sphere { centre: Vec3::new(x, 0.0, 0.0), radius: 1.0 }.into(),
-                Sphere { centre: Vec3::ZERO, radius: x.abs() }.into(),
+                Sphere {
+                    centre: Vec3::new(x, 0.0, 0.0),
+                    radius: 1.0,
+                }
+                .into(),
+                Sphere {
+                    centre: Vec3::ZERO,
+                    radius: x.abs(),
+                }
+                .into(),
                 AnyShape::Cuboid(Cuboid::new(at, DVec3::ONE)),
                 Ellipsoid::new(DVec3::ZERO, DVec3::new(1.0, wide, 1.0)).into(),
                 Torus::new(at, DVec3::Y, 2.0, 0.5).into(),
@@ -52,27 +88,45 @@ fn t13_not_finite_is_refused() {
         })
         .collect();
     for count in [1, 10] {
-        let (mut clean, mut mended) = (triangles(&mut Random(7), 1000), triangles(&mut Random(7), 1000));
+        let (mut clean, mut mended) = (
+            triangles(&mut Random(7), 1000),
+            triangles(&mut Random(7), 1000),
+        );
         for &shape in bad.iter().cycle().take(count * bad.len()) {
-            assert_eq!(mended.shape(shape, ASKED), Err(GeometryError::NotFinite), "{shape:?}");
+            assert_eq!(
+                mended.shape(shape, ASKED),
+                Err(GeometryError::NotFinite),
+                "{shape:?}"
+            );
         }
         for corner in 0..3 {
             let mut corners = [Vec3::ZERO, Vec3::X, Vec3::Y];
             corners[corner].z = f32::NAN;
-            assert_eq!(mended.triangle(corners, ASKED), Err(GeometryError::NotFinite));
+            assert_eq!(
+                mended.triangle(corners, ASKED),
+                Err(GeometryError::NotFinite)
+            );
         }
-        assert_eq!((mended.len(), mended.objects()), (clean.len(), clean.objects()));
+        assert_eq!(
+            (mended.len(), mended.objects()),
+            (clean.len(), clean.objects())
+        );
         let disk = Disk::new(DVec3::ZERO, DVec3::Y, 1.0);
         for group in [&mut clean, &mut mended] {
             group.shape(disk.into(), ASKED).expect("a finite one");
         }
         // A box whose corners are exchanged is one of nothing, refused or not.
-        let _ = mended.shape(AnyShape::Cuboid(Cuboid::new(DVec3::ONE, DVec3::NEG_ONE)), ASKED);
-        let [clean, mended] = [clean, mended].map(|group| Geometry::new(group, AcceleratorKind::default()));
+        let _ = mended.shape(
+            AnyShape::Cuboid(Cuboid::new(DVec3::ONE, DVec3::NEG_ONE)),
+            ASKED,
+        );
+        let [clean, mended] =
+            [clean, mended].map(|group| Geometry::new(group, AcceleratorKind::default()));
         let random = &mut Random(8);
         for _ in 0..2000 {
             let ray = Ray::new(random.point(), random.direction());
-            let [a, b] = [&clean, &mended].map(|tree| tree.closest(&ray, Interval::positive(), &mut ()));
+            let [a, b] =
+                [&clean, &mended].map(|tree| tree.closest(&ray, Interval::positive(), &mut ()));
             assert_eq!(a, b, "{ray:?}");
         }
     }
@@ -80,24 +134,31 @@ fn t13_not_finite_is_refused() {
 
 /// A ray with numbers that are none in some of its lanes: each by itself, and all.
 fn odd_rays() -> impl Iterator<Item = Ray<f32>> {
-    [f32::NAN, f32::INFINITY, f32::NEG_INFINITY].into_iter().flat_map(|bad| {
-        // Not a number on every axis: such a ray enters even boxes that are empty.
-        let all = Ray::new(Vec3::splat(bad), Vec3::splat(bad));
-        let of_lane = move |lane: usize| {
-            let mut v = [0.1, 0.2, 0.3, 0.6, 0.0, 0.8];
-            v[lane] = bad;
-            Ray::new(Vec3::new(v[0], v[1], v[2]), Vec3::new(v[3], v[4], v[5]))
-        };
-        [all].into_iter().chain((0..6).map(of_lane))
-    })
+    [f32::NAN, f32::INFINITY, f32::NEG_INFINITY]
+        .into_iter()
+        .flat_map(|bad| {
+            // Not a number on every axis: such a ray enters even boxes that are empty.
+            let all = Ray::new(Vec3::splat(bad), Vec3::splat(bad));
+            let of_lane = move |lane: usize| {
+                let mut v = [0.1, 0.2, 0.3, 0.6, 0.0, 0.8];
+                v[lane] = bad;
+                Ray::new(Vec3::new(v[0], v[1], v[2]), Vec3::new(v[3], v[4], v[5]))
+            };
+            [all].into_iter().chain((0..6).map(of_lane))
+        })
 }
 
-/// Protects: rays of NaN or infinity end without a hit, whichever query is asked, and with no more than two and a half times the work of sound ones; so do sound ones in
-/// ranges that are none.
+/// Protects: rays of NaN or infinity end without a hit, whichever query is asked, and with no more
+/// than two and a half times the work of sound ones; so do sound ones in ranges that are none.
 #[test]
 fn t18_rays_that_are_not_finite_hit_nothing() {
-    let ranges =
-        [(f32::NAN, 9.0), (0.0, f32::NAN), (f32::NAN, f32::NAN), (f32::INFINITY, f32::INFINITY), (0.0, f32::NEG_INFINITY)];
+    let ranges = [
+        (f32::NAN, 9.0),
+        (0.0, f32::NAN),
+        (f32::NAN, f32::NAN),
+        (f32::INFINITY, f32::INFINITY),
+        (0.0, f32::NEG_INFINITY),
+    ];
     for kind in kinds() {
         let geometry = Geometry::new(mixed(9, 101), kind);
         let work = |rays: &[Ray<f32>]| {
@@ -108,17 +169,31 @@ fn t18_rays_that_are_not_finite_hit_nothing() {
             (stats.nodes + stats.primitives) as f64 / rays.len() as f64
         };
         let random = &mut Random(10);
-        let sound: Vec<Ray<f32>> = (0..500).map(|_| Ray::new(random.point(), random.direction())).collect();
+        let sound: Vec<Ray<f32>> = (0..500)
+            .map(|_| Ray::new(random.point(), random.direction()))
+            .collect();
         let odd: Vec<Ray<f32>> = odd_rays().collect();
         let (odd_work, sound_work) = (work(&odd), work(&sound));
-        assert!(odd_work <= 2.5 * sound_work, "{kind:?}: {odd_work} against {sound_work}");
+        assert!(
+            odd_work <= 2.5 * sound_work,
+            "{kind:?}: {odd_work} against {sound_work}"
+        );
         let misses = |ray: &Ray<f32>, range: Interval<f32>| {
-            assert_eq!(geometry.closest(ray, range, &mut ()), None, "{kind:?} {ray:?} {range:?}");
-            assert!(!geometry.any(ray, range, &mut |_| true, &mut ()), "{kind:?} {ray:?} {range:?}");
+            assert_eq!(
+                geometry.closest(ray, range, &mut ()),
+                None,
+                "{kind:?} {ray:?} {range:?}"
+            );
+            assert!(
+                !geometry.any(ray, range, &mut |_| true, &mut ()),
+                "{kind:?} {ray:?} {range:?}"
+            );
         };
         odd.iter().for_each(|ray| misses(ray, Interval::positive()));
         for (min, max) in ranges {
-            sound.iter().for_each(|ray| misses(ray, Interval { min, max }));
+            sound
+                .iter()
+                .for_each(|ray| misses(ray, Interval { min, max }));
         }
     }
 }

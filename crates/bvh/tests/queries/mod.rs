@@ -7,8 +7,8 @@ mod objects;
 use glam::{DAffine3, DVec3, Vec3};
 use raywright_bvh::shapes::{Plane, Sphere};
 use raywright_bvh::{
-    AcceleratorKind, BuildQuality, Geometry, GeometryError, Hit, Interval, Occlusion, PrimitiveSet, Ray, Real, Side, Surface,
-    TraversalStats, Visibility,
+    AcceleratorKind, BuildQuality, Geometry, GeometryError, Hit, Interval, Occlusion, PrimitiveSet,
+    Ray, Real, Side, Surface, TraversalStats, Visibility,
 };
 
 use crate::split_mix::step;
@@ -29,11 +29,18 @@ impl Random {
 }
 
 /// Every hit is shown to the caller.
-const ASKED: Visibility = Visibility { side: Side::Both, occlusion: Occlusion::Ask };
+const ASKED: Visibility = Visibility {
+    side: Side::Both,
+    occlusion: Occlusion::Ask,
+};
 
 fn corners(random: &mut Random) -> [Vec3; 3] {
     let a = random.point();
-    [a, a + random.direction() * 2.0, a + random.direction() * 2.0]
+    [
+        a,
+        a + random.direction() * 2.0,
+        a + random.direction() * 2.0,
+    ]
 }
 
 fn triangles(random: &mut Random, count: usize) -> PrimitiveSet<f32> {
@@ -51,17 +58,32 @@ fn mixed(seed: u64, count: usize) -> PrimitiveSet<f32> {
     let mut group = triangles(random, count);
     let shared = group.part(shared).unwrap();
     for i in 0..count {
-        let visibility = if i % 3 == 0 { Visibility { occlusion: Occlusion::None, ..ASKED } } else { ASKED };
-        let sphere = Sphere { centre: random.point(), radius: 0.1 + random.unit() };
+        let visibility = if i % 3 == 0 {
+            Visibility {
+                occlusion: Occlusion::None,
+                ..ASKED
+            }
+        } else {
+            ASKED
+        };
+        let sphere = Sphere {
+            centre: random.point(),
+            radius: 0.1 + random.unit(),
+        };
         group.sphere(sphere, visibility).unwrap();
         if i % 4 == 0 {
             group.sphere(sphere, visibility).unwrap();
         }
     }
-    group.plane(Plane::new(Vec3::new(0.0, -9.0, 0.0), Vec3::Y), ASKED).unwrap();
+    group
+        .plane(Plane::new(Vec3::new(0.0, -9.0, 0.0), Vec3::Y), ASKED)
+        .unwrap();
     for _ in 0..count / 10 {
         let map = DAffine3::from_translation(random.point().as_dvec3() * 3.0)
-            * DAffine3::from_axis_angle(random.direction().as_dvec3(), f64::from(random.unit()) * 6.0)
+            * DAffine3::from_axis_angle(
+                random.direction().as_dvec3(),
+                f64::from(random.unit()) * 6.0,
+            )
             * DAffine3::from_scale(DVec3::new(0.5, 2.0, -0.7));
         group.instance(shared, map, ASKED).unwrap();
     }
@@ -87,9 +109,20 @@ fn t20_tree_equals_scan() {
             let random = &mut Random(seed ^ 0xabcd);
             for _ in 0..3000 {
                 let ray = Ray::new(random.point(), random.direction());
-                let range = Interval { min: 0.0, max: if random.unit() < 0.5 { f32::INFINITY } else { 8.0 * random.unit() } };
+                let range = Interval {
+                    min: 0.0,
+                    max: if random.unit() < 0.5 {
+                        f32::INFINITY
+                    } else {
+                        8.0 * random.unit()
+                    },
+                };
                 let expected = scan.closest(&ray, range, &mut ());
-                assert_eq!(tree.closest(&ray, range, &mut ()), expected, "{kind:?} seed {seed} {ray:?} {range:?}");
+                assert_eq!(
+                    tree.closest(&ray, range, &mut ()),
+                    expected,
+                    "{kind:?} seed {seed} {ray:?} {range:?}"
+                );
                 let lowest = |g: &Geometry<f32>| {
                     let mut lowest = [u32::MAX; 3];
                     g.any(
@@ -103,14 +136,19 @@ fn t20_tree_equals_scan() {
                     );
                     lowest
                 };
-                assert_eq!(lowest(&tree), lowest(&scan), "{kind:?} seed {seed} {ray:?} {range:?}");
+                assert_eq!(
+                    lowest(&tree),
+                    lowest(&scan),
+                    "{kind:?} seed {seed} {ray:?} {range:?}"
+                );
             }
         }
     }
 }
 
-/// Protects: surfaces that are found of many hits together have the bits of those found one by one, and their places, whatever the shapes
-/// and their order, for any number of hits, and on borders of triangles, where points move.
+/// Protects: surfaces that are found of many hits together have the bits of those found one by one,
+/// and their places, whatever the shapes and their order, for any number of hits, and on borders of
+/// triangles, where points move.
 #[test]
 fn surfaces_of_many_are_those_of_each() {
     let geometry = Geometry::new(mixed(7, 200), AcceleratorKind::default());
@@ -135,35 +173,52 @@ fn surfaces_of_many_are_those_of_each() {
     for count in [0, 1, 7, 8, 9, 16, 5000] {
         let these = &met[..count];
         let mut found = vec![None; count];
-        geometry.surfaces(these.iter().map(|(ray, hit)| (ray, hit)), |place, surface| {
-            assert!(found[place].replace(surface).is_none(), "{place} twice");
-        });
+        geometry.surfaces(
+            these.iter().map(|(ray, hit)| (ray, hit)),
+            |place, surface| {
+                assert!(found[place].replace(surface).is_none(), "{place} twice");
+            },
+        );
         for ((ray, hit), surface) in these.iter().zip(found) {
             let (surface, alone) = (surface.expect("each is told"), geometry.surface(ray, hit));
             let bits = |s: &Surface<f32>| {
-                let vectors = [s.point, s.above, s.below, s.normal].map(|v| v.to_array().map(f32::to_bits));
+                let vectors =
+                    [s.point, s.above, s.below, s.normal].map(|v| v.to_array().map(f32::to_bits));
                 (vectors, s.error.to_bits())
             };
             assert_eq!(bits(&surface), bits(&alone), "{ray:?} {hit:?}");
-            on_borders += usize::from(hit.object < 200 && hit.u.min(hit.v).min(1.0 - hit.u - hit.v) < 1e-6);
+            on_borders +=
+                usize::from(hit.object < 200 && hit.u.min(hit.v).min(1.0 - hit.u - hit.v) < 1e-6);
         }
     }
     assert!(on_borders > 300, "{on_borders} on borders");
 }
 
-/// Protects: a ray along an axis or a face of the axes enters boxes whichever sign its zeros have, as a reflected or mapped ray may
-/// have either; the balls around the way, at places of every sign, are met by tree and boxes as by a scan.
+/// Protects: a ray along an axis or a face of the axes enters boxes whichever sign its zeros have,
+/// as a reflected or mapped ray may have either; the balls around the way, at places of every sign,
+/// are met by tree and boxes as by a scan.
 #[test]
 fn t02_zeros_of_either_sign_are_one_direction() {
     let row = |kind| {
         let mut group = PrimitiveSet::<f32>::default();
         for i in 0..5 * 5 * 5 {
             let centre = Vec3::new((i % 5) as f32, (i / 5 % 5) as f32, (i / 25) as f32) * 3.0 - 6.0;
-            group.sphere(Sphere { centre, radius: 1.0 }, Visibility::default()).unwrap();
+            group
+                .sphere(
+                    Sphere {
+                        centre,
+                        radius: 1.0,
+                    },
+                    Visibility::default(),
+                )
+                .unwrap();
         }
         Geometry::new(group, kind)
     };
-    let (scan, others) = (row(AcceleratorKind::Linear), kinds().map(|kind| (kind, row(kind))).collect::<Vec<_>>());
+    let (scan, others) = (
+        row(AcceleratorKind::Linear),
+        kinds().map(|kind| (kind, row(kind))).collect::<Vec<_>>(),
+    );
     let random = &mut Random(13);
     let mut met = 0;
     for i in 0..2000 {
@@ -175,35 +230,77 @@ fn t02_zeros_of_either_sign_are_one_direction() {
         let expected = scan.closest(&ray, Interval::positive(), &mut ());
         met += u32::from(expected.is_some());
         for (kind, other) in &others {
-            assert_eq!(other.closest(&ray, Interval::positive(), &mut ()), expected, "{kind:?} {ray:?}");
+            assert_eq!(
+                other.closest(&ray, Interval::positive(), &mut ()),
+                expected,
+                "{kind:?} {ray:?}"
+            );
         }
     }
     assert!((500..2000).contains(&met), "{met} rays met something");
 }
 
-/// Protects: a mesh that is refused for one of its triangles leaves nothing behind of those before it, and takes no number.
+/// Protects: a mesh that is refused for one of its triangles leaves nothing behind of those before
+/// it, and takes no number.
 #[test]
 fn refused_meshes_leave_nothing() {
-    let at = |x: f32| [Vec3::new(x, 0.0, 0.0), Vec3::new(x + 1.0, 0.0, 0.0), Vec3::new(x, 1.0, 0.0)];
+    let at = |x: f32| {
+        [
+            Vec3::new(x, 0.0, 0.0),
+            Vec3::new(x + 1.0, 0.0, 0.0),
+            Vec3::new(x, 1.0, 0.0),
+        ]
+    };
     let mut group = PrimitiveSet::<f32>::default();
-    assert_eq!(group.mesh([at(0.0), at(f32::NAN)], Visibility::default()), Err(GeometryError::NotFinite));
-    assert_eq!((group.len(), group.objects(), group.triangles().len()), (0, 0, 0));
+    assert_eq!(
+        group.mesh([at(0.0), at(f32::NAN)], Visibility::default()),
+        Err(GeometryError::NotFinite)
+    );
+    assert_eq!(
+        (group.len(), group.objects(), group.triangles().len()),
+        (0, 0, 0)
+    );
     assert_eq!(group.mesh([at(5.0)], Visibility::default()), Ok(0));
     let geometry = Geometry::new(group, AcceleratorKind::default());
-    let met = |x: f32| geometry.closest(&Ray::new(Vec3::new(x, 0.2, 1.0), Vec3::NEG_Z), Interval::positive(), &mut ());
-    assert!(met(0.2).is_none() && met(5.2).is_some_and(|hit| (hit.object, hit.primitive) == (0, 0)));
+    let met = |x: f32| {
+        geometry.closest(
+            &Ray::new(Vec3::new(x, 0.2, 1.0), Vec3::NEG_Z),
+            Interval::positive(),
+            &mut (),
+        )
+    };
+    assert!(
+        met(0.2).is_none() && met(5.2).is_some_and(|hit| (hit.object, hit.primitive) == (0, 0))
+    );
 }
 
-/// Protects: both precisions agree on an easy case, so that none of them is wired to the wrong formulas.
+/// Protects: both precisions agree on an easy case, so that none of them is wired to the wrong
+/// formulas.
 #[test]
 fn precisions_agree() {
     fn distance<R: Real>() -> f64 {
         use raywright_bvh::Vector;
         let v = |x: f64, y: f64, z: f64| R::Vec3::from_f64(DVec3::new(x, y, z));
         let mut group = PrimitiveSet::<R>::default();
-        group.sphere(Sphere { centre: v(0.0, 0.0, 0.0), radius: R::from_f64(1.0) }, Visibility::default()).unwrap();
+        group
+            .sphere(
+                Sphere {
+                    centre: v(0.0, 0.0, 0.0),
+                    radius: R::from_f64(1.0),
+                },
+                Visibility::default(),
+            )
+            .unwrap();
         let geometry = Geometry::new(group, AcceleratorKind::default());
-        geometry.closest(&Ray::new(v(0.5, 0.0, 3.0), v(0.0, 0.0, -1.0)), Interval::positive(), &mut ()).unwrap().t.to_f64()
+        geometry
+            .closest(
+                &Ray::new(v(0.5, 0.0, 3.0), v(0.0, 0.0, -1.0)),
+                Interval::positive(),
+                &mut (),
+            )
+            .unwrap()
+            .t
+            .to_f64()
     }
     let exact = 3.0 - 0.75_f64.sqrt();
     assert!((distance::<f32>() - exact).abs() < 1e-6);
@@ -214,17 +311,31 @@ fn precisions_agree() {
 #[test]
 fn instances_of_instances_are_refused() {
     let mut middle = PrimitiveSet::<f32>::default();
-    let leaf = middle.part(Geometry::new(triangles(&mut Random(3), 5), AcceleratorKind::default())).unwrap();
-    middle.instance(leaf, DAffine3::IDENTITY, Visibility::default()).unwrap();
+    let leaf = middle
+        .part(Geometry::new(
+            triangles(&mut Random(3), 5),
+            AcceleratorKind::default(),
+        ))
+        .unwrap();
+    middle
+        .instance(leaf, DAffine3::IDENTITY, Visibility::default())
+        .unwrap();
     let mut outer = PrimitiveSet::default();
-    assert_eq!(outer.part(Geometry::new(middle, AcceleratorKind::default())), Err(GeometryError::Nested));
-    assert_eq!(outer.instance(0, DAffine3::IDENTITY, Visibility::default()), Err(GeometryError::NoPart));
+    assert_eq!(
+        outer.part(Geometry::new(middle, AcceleratorKind::default())),
+        Err(GeometryError::Nested)
+    );
+    assert_eq!(
+        outer.instance(0, DAffine3::IDENTITY, Visibility::default()),
+        Err(GeometryError::NoPart)
+    );
     assert!(outer.is_empty());
 }
 
-/// Protects: what has been hit shortens the way that is still looked at. Of a row of balls along a ray the first is met, and the
-/// others, all behind it, are neither tested nor walked to, but for those in the leaf of eight that it is in: by the tree, from
-/// whatever end they were added, in the scene's own set and inside an instance.
+/// Protects: what has been hit shortens the way that is still looked at. Of a row of balls along a
+/// ray the first is met, and the others, all behind it, are neither tested nor walked to, but for
+/// those in the leaf of eight that it is in: by the tree, from whatever end they were added, in the
+/// scene's own set and inside an instance.
 #[test]
 fn nothing_behind_a_hit_is_looked_at() {
     const LEVELS: u32 = 6;
@@ -233,7 +344,15 @@ fn nothing_behind_a_hit_is_looked_at() {
         let mut group = PrimitiveSet::<f32>::default();
         for i in 0..COUNT {
             let place = if backwards { COUNT - i } else { i + 1 };
-            group.sphere(Sphere { centre: Vec3::X * (3.0 * place as f32), radius: 1.0 }, Visibility::default()).unwrap();
+            group
+                .sphere(
+                    Sphere {
+                        centre: Vec3::X * (3.0 * place as f32),
+                        radius: 1.0,
+                    },
+                    Visibility::default(),
+                )
+                .unwrap();
         }
         group
     };
@@ -244,19 +363,32 @@ fn nothing_behind_a_hit_is_looked_at() {
         }
         let mut group = PrimitiveSet::<f32>::default();
         let part = group.part(geometry).unwrap();
-        group.instance(part, halved(), Visibility::default()).unwrap();
+        group
+            .instance(part, halved(), Visibility::default())
+            .unwrap();
         Geometry::new(group, AcceleratorKind::Linear)
     };
     for (kind, backwards) in kinds().flat_map(|kind| [(kind, false), (kind, true)]) {
         for instanced in [false, true] {
-            let (geometry, mut visits) = (shown(kind, backwards, instanced), TraversalStats::default());
-            let hit = geometry.closest(&Ray::new(Vec3::ZERO, Vec3::X), Interval::positive(), &mut visits).expect("a row");
+            let (geometry, mut visits) =
+                (shown(kind, backwards, instanced), TraversalStats::default());
+            let hit = geometry
+                .closest(
+                    &Ray::new(Vec3::ZERO, Vec3::X),
+                    Interval::positive(),
+                    &mut visits,
+                )
+                .expect("a row");
             let nearest = if backwards { COUNT - 1 } else { 0 };
             assert_eq!(hit.object as usize, nearest, "{kind:?}");
-            let told = format!("{kind:?}, backwards {backwards}, instanced {instanced}: {visits:?}");
+            let told =
+                format!("{kind:?}, backwards {backwards}, instanced {instanced}: {visits:?}");
             // An instance is a primitive itself.
             let tested = visits.primitives - u64::from(instanced);
-            assert!(visits.nodes <= 2 * u64::from(LEVELS) && tested <= 8, "{told}");
+            assert!(
+                visits.nodes <= 2 * u64::from(LEVELS) && tested <= 8,
+                "{told}"
+            );
         }
     }
 }

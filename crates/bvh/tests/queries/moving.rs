@@ -2,7 +2,10 @@
 
 use glam::{DAffine3, DMat3, DVec3, Vec3};
 use raywright_bvh::shapes::{Disk, Sphere};
-use raywright_bvh::{AcceleratorKind, Geometry, GeometryError, Hit, Interval, PrimitiveSet, Ray, Real, Vector, Visibility};
+use raywright_bvh::{
+    AcceleratorKind, Geometry, GeometryError, Hit, Interval, PrimitiveSet, Ray, Real, Vector,
+    Visibility,
+};
 
 use super::{ASKED, Random, halved, kinds};
 
@@ -10,27 +13,48 @@ use super::{ASKED, Random, halved, kinds};
 fn part<R: Real>(kind: AcceleratorKind) -> Geometry<R> {
     let (random, mut group) = (&mut Random(7), PrimitiveSet::<R>::default());
     let v = |p: Vec3| R::Vec3::from_f64(p.as_dvec3());
-    group.sphere(Sphere { centre: v(Vec3::X), radius: R::from_f64(0.5) }, ASKED).unwrap();
-    group.shape(Disk::new(DVec3::NEG_X, DVec3::Y, 0.75).into(), ASKED).unwrap();
-    group.mesh((0..8).map(|_| [(); 3].map(|()| v(random.point() * 0.1))), ASKED).unwrap();
+    group
+        .sphere(
+            Sphere {
+                centre: v(Vec3::X),
+                radius: R::from_f64(0.5),
+            },
+            ASKED,
+        )
+        .unwrap();
+    group
+        .shape(Disk::new(DVec3::NEG_X, DVec3::Y, 0.75).into(), ASKED)
+        .unwrap();
+    group
+        .mesh(
+            (0..8).map(|_| [(); 3].map(|()| v(random.point() * 0.1))),
+            ASKED,
+        )
+        .unwrap();
     Geometry::new(group, kind)
 }
 
-/// A whole number of 256ths of up to `size`. Between two such numbers, what lies at a time of whole 1024ths is exact in f64.
+/// A whole number of 256ths of up to `size`. Between two such numbers, what lies at a time of whole
+/// 1024ths is exact in f64.
 fn coarse(random: &mut Random, size: f64) -> f64 {
     ((f64::from(random.unit()) * 2.0 - 1.0) * size * 256.0).round() / 256.0
 }
 
-/// Where things go from and to: a dozen maps that stretch, shear and turn, with an inverse all the way, through each other.
+/// Where things go from and to: a dozen maps that stretch, shear and turn, with an inverse all the
+/// way, through each other.
 fn journeys(random: &mut Random) -> Vec<[DAffine3; 2]> {
     let map = |random: &mut Random| DAffine3 {
-        matrix3: DMat3::from_cols_array(&[(); 9].map(|()| coarse(random, 1.5))) + DMat3::IDENTITY * 1.25,
+        matrix3: DMat3::from_cols_array(&[(); 9].map(|()| coarse(random, 1.5)))
+            + DMat3::IDENTITY * 1.25,
         translation: DVec3::from_array([(); 3].map(|()| coarse(random, 6.0))),
     };
     let mut probe = PrimitiveSet::<f32>::default();
     let part = probe.part(part(AcceleratorKind::Linear)).unwrap();
     let drawn = core::iter::repeat_with(|| [map(random), map(random)]);
-    drawn.filter(|&ends| probe.moving(part, ends, ASKED).is_ok()).take(12).collect()
+    drawn
+        .filter(|&ends| probe.moving(part, ends, ASKED).is_ok())
+        .take(12)
+        .collect()
 }
 
 fn at(&[start, end]: &[DAffine3; 2], time: f64) -> DAffine3 {
@@ -43,18 +67,23 @@ fn at(&[start, end]: &[DAffine3; 2], time: f64) -> DAffine3 {
 fn moving<R: Real>(journeys: &[[DAffine3; 2]], kind: AcceleratorKind) -> Geometry<R> {
     let mut group = PrimitiveSet::default();
     let part = group.part(part(kind)).unwrap();
-    journeys.iter().for_each(|&ends| assert!(group.moving(part, ends, ASKED).is_ok()));
+    journeys
+        .iter()
+        .for_each(|&ends| assert!(group.moving(part, ends, ASKED).is_ok()));
     Geometry::new(group, kind)
 }
 
 fn standing<R: Real>(journeys: &[[DAffine3; 2]], time: f64) -> Geometry<R> {
     let mut group = PrimitiveSet::default();
     let part = group.part(part(AcceleratorKind::Linear)).unwrap();
-    journeys.iter().for_each(|ends| assert!(group.instance(part, at(ends, time), ASKED).is_ok()));
+    journeys
+        .iter()
+        .for_each(|ends| assert!(group.instance(part, at(ends, time), ASKED).is_ok()));
     Geometry::new(group, AcceleratorKind::Linear)
 }
 
-/// All that a geometry says of a ray: the hit, the surface and its coordinates there, and what any-hit queries are shown.
+/// All that a geometry says of a ray: the hit, the surface and its coordinates there, and what
+/// any-hit queries are shown.
 fn told<R: Real>(geometry: &Geometry<R>, ray: &Ray<R>) -> (Option<Hit<R>>, String) {
     let (range, mut shown) = (Interval::positive(), Vec::new());
     let hit = geometry.closest(ray, range, &mut ());
@@ -64,7 +93,13 @@ fn told<R: Real>(geometry: &Geometry<R>, ray: &Ray<R>) -> (Option<Hit<R>>, Strin
     };
     assert!(!geometry.any(ray, range, ask, &mut ()));
     shown.sort_unstable();
-    let place = hit.map(|hit| (geometry.located(ray, &hit), geometry.surface(ray, &hit), geometry.parameters(ray, &hit)));
+    let place = hit.map(|hit| {
+        (
+            geometry.located(ray, &hit),
+            geometry.surface(ray, &hit),
+            geometry.parameters(ray, &hit),
+        )
+    });
     (hit, format!("{place:?} {shown:?}"))
 }
 
@@ -93,11 +128,15 @@ fn met_where_they_are<R: Real>() {
             named[hit.instance as usize] += 1;
         }
     }
-    assert!(hits > 500 && named.iter().all(|&times| times > 10), "{hits} {named:?}");
+    assert!(
+        hits > 500 && named.iter().all(|&times| times > 10),
+        "{hits} {named:?}"
+    );
 }
 
-/// Protects: at a time, moving instances are hit, located, given coordinates and shown to any-hit queries with the bits of plain
-/// instances that stand there; by the scan, by boxes and by every tree, none of which culls one on its way.
+/// Protects: at a time, moving instances are hit, located, given coordinates and shown to any-hit
+/// queries with the bits of plain instances that stand there; by the scan, by boxes and by every
+/// tree, none of which culls one on its way.
 #[test]
 fn moving_things_are_met_where_they_are() {
     met_where_they_are::<f32>();
@@ -107,57 +146,116 @@ fn moving_things_are_met_where_they_are() {
 /// A group with a ball of radius one, as a part.
 fn ball() -> (PrimitiveSet<f32>, u32) {
     let (mut inner, mut group) = (PrimitiveSet::default(), PrimitiveSet::default());
-    inner.sphere(Sphere { centre: Vec3::ZERO, radius: 1.0 }, Visibility::default()).unwrap();
-    let part = group.part(Geometry::new(inner, AcceleratorKind::default())).unwrap();
+    inner
+        .sphere(
+            Sphere {
+                centre: Vec3::ZERO,
+                radius: 1.0,
+            },
+            Visibility::default(),
+        )
+        .unwrap();
+    let part = group
+        .part(Geometry::new(inner, AcceleratorKind::default()))
+        .unwrap();
     (group, part)
 }
 
 /// From the origin to so far along x.
 fn along_x(to: f64) -> [DAffine3; 2] {
-    [DAffine3::IDENTITY, DAffine3::from_translation(DVec3::X * to)]
+    [
+        DAffine3::IDENTITY,
+        DAffine3::from_translation(DVec3::X * to),
+    ]
 }
 
-/// Protects: a ball that goes from 0 to 8 along x is hit in closed form, up to the last bit where the numbers are exact, and
-/// nowhere else; times beyond the ends mean the ends, a ray without a time is at the first, and at no time at all nothing is there.
-/// Its box is the one around both ends.
+/// Protects: a ball that goes from 0 to 8 along x is hit in closed form, up to the last bit where
+/// the numbers are exact, and nowhere else; times beyond the ends mean the ends, a ray without a
+/// time is at the first, and at no time at all nothing is there. Its box is the one around both
+/// ends.
 #[test]
 fn a_ball_on_its_way() {
     for kind in kinds().chain([AcceleratorKind::Linear]) {
         let (mut group, part) = ball();
-        group.moving(part, along_x(8.0), Visibility::default()).unwrap();
+        group
+            .moving(part, along_x(8.0), Visibility::default())
+            .unwrap();
         let geometry = Geometry::new(group, kind);
         let bounds = geometry.bounds().unwrap();
-        assert_eq!((bounds.min, bounds.max), (DVec3::NEG_ONE, DVec3::new(9.0, 1.0, 1.0)));
+        assert_eq!(
+            (bounds.min, bounds.max),
+            (DVec3::NEG_ONE, DVec3::new(9.0, 1.0, 1.0))
+        );
         let down = |x: f32| Ray::new(Vec3::new(x, 0.0, 3.0), Vec3::NEG_Z);
-        for (time, x) in [(0.0, 0.0), (0.125, 1.0), (0.5, 4.0), (1.0, 8.0), (-3.0, 0.0), (7.0, 8.0), (f32::INFINITY, 8.0)] {
+        for (time, x) in [
+            (0.0, 0.0),
+            (0.125, 1.0),
+            (0.5, 4.0),
+            (1.0, 8.0),
+            (-3.0, 0.0),
+            (7.0, 8.0),
+            (f32::INFINITY, 8.0),
+        ] {
             let ray = down(x).at_time(time);
-            let hit = geometry.closest(&ray, Interval::positive(), &mut ()).unwrap();
+            let hit = geometry
+                .closest(&ray, Interval::positive(), &mut ())
+                .unwrap();
             let surface = geometry.surface(&ray, &hit);
-            assert_eq!((hit.t, surface.point, surface.normal), (2.0, Vec3::new(x, 0.0, 1.0), Vec3::Z), "{time}");
+            assert_eq!(
+                (hit.t, surface.point, surface.normal),
+                (2.0, Vec3::new(x, 0.0, 1.0), Vec3::Z),
+                "{time}"
+            );
             for beside in [x - 1.001, x + 1.001] {
                 let ray = down(beside).at_time(time);
-                assert_eq!(geometry.closest(&ray, Interval::positive(), &mut ()), None, "{time}");
+                assert_eq!(
+                    geometry.closest(&ray, Interval::positive(), &mut ()),
+                    None,
+                    "{time}"
+                );
                 assert!(!geometry.any(&ray, Interval::positive(), &mut |_| true, &mut ()));
             }
             assert!(geometry.any(&ray, Interval::positive(), &mut |_| false, &mut ()));
         }
         let never = down(0.0).at_time(f32::NAN);
-        assert_eq!(geometry.closest(&never, Interval::positive(), &mut ()), None);
-        assert!(geometry.closest(&down(0.0), Interval::positive(), &mut ()).is_some());
+        assert_eq!(
+            geometry.closest(&never, Interval::positive(), &mut ()),
+            None
+        );
+        assert!(
+            geometry
+                .closest(&down(0.0), Interval::positive(), &mut ())
+                .is_some()
+        );
     }
 }
 
-/// Protects: where two moving things and one that stands are at one place at one time, the lowest object is hit, whichever that is.
+/// Protects: where two moving things and one that stands are at one place at one time, the lowest
+/// object is hit, whichever that is.
 #[test]
 fn ties_go_to_the_lowest_object() {
     let half = DAffine3::from_translation(DVec3::X * 4.0);
-    let journeys = [along_x(8.0), [along_x(8.0)[1], along_x(8.0)[0]], [half, half]];
-    for (kind, first) in kinds().chain([AcceleratorKind::Linear]).flat_map(|kind| (0..3).map(move |first| (kind, first))) {
+    let journeys = [
+        along_x(8.0),
+        [along_x(8.0)[1], along_x(8.0)[0]],
+        [half, half],
+    ];
+    for (kind, first) in kinds()
+        .chain([AcceleratorKind::Linear])
+        .flat_map(|kind| (0..3).map(move |first| (kind, first)))
+    {
         let (mut group, part) = ball();
-        (0..3).for_each(|i| assert_eq!(group.moving(part, journeys[(first + i) % 3], Visibility::default()), Ok(i as u32)));
+        (0..3).for_each(|i| {
+            assert_eq!(
+                group.moving(part, journeys[(first + i) % 3], Visibility::default()),
+                Ok(i as u32)
+            )
+        });
         let geometry = Geometry::new(group, kind);
         let ray = Ray::new(Vec3::new(4.0, 0.0, 3.0), Vec3::NEG_Z).at_time(0.5);
-        let hit = geometry.closest(&ray, Interval::positive(), &mut ()).unwrap();
+        let hit = geometry
+            .closest(&ray, Interval::positive(), &mut ())
+            .unwrap();
         assert_eq!((hit.instance, hit.t), (0, 2.0), "{kind:?} {first}");
     }
 }
@@ -169,22 +267,34 @@ fn impossible_ways_are_refused() {
     let flat = DAffine3::from_scale(DVec3::new(1.0, 0.0, 1.0));
     let mut refused = |part, ends| group.moving(part, ends, Visibility::default()).unwrap_err();
     let half_turn = DAffine3::from_rotation_y(core::f64::consts::PI);
-    assert_eq!(refused(part, [DAffine3::IDENTITY, half_turn]), GeometryError::SingularOnTheWay);
-    assert_eq!(refused(part, [DAffine3::IDENTITY, flat]), GeometryError::Singular);
-    assert_eq!(refused(part, [flat, DAffine3::IDENTITY]), GeometryError::Singular);
+    assert_eq!(
+        refused(part, [DAffine3::IDENTITY, half_turn]),
+        GeometryError::SingularOnTheWay
+    );
+    assert_eq!(
+        refused(part, [DAffine3::IDENTITY, flat]),
+        GeometryError::Singular
+    );
+    assert_eq!(
+        refused(part, [flat, DAffine3::IDENTITY]),
+        GeometryError::Singular
+    );
     assert_eq!(refused(part, along_x(1e39)), GeometryError::NotFinite);
     // Each end has a box in f32, the way between them has not.
-    let wide = [1.0, -1.0].map(|side| DAffine3::from_translation(DVec3::X * (side * 3.402_821_2e38)));
+    let wide =
+        [1.0, -1.0].map(|side| DAffine3::from_translation(DVec3::X * (side * 3.402_821_2e38)));
     assert_eq!(refused(part, wide), GeometryError::NotFinite);
     assert_eq!(refused(part + 1, along_x(1.0)), GeometryError::NoPart);
-    assert!(group.is_empty() && Geometry::new(group, AcceleratorKind::Linear).instance_count() == 0);
+    assert!(
+        group.is_empty() && Geometry::new(group, AcceleratorKind::Linear).instance_count() == 0
+    );
 }
 
 /// How one more instance of a part is added.
 type Adding<'a> = &'a dyn Fn(&mut PrimitiveSet<f32>, u32) -> Result<u32, GeometryError>;
 
-/// Protects: an instance that stands still takes the bytes that it took before there was motion, also as one that goes from where
-/// it is to there; one that moves takes its two maps besides.
+/// Protects: an instance that stands still takes the bytes that it took before there was motion,
+/// also as one that goes from where it is to there; one that moves takes its two maps besides.
 #[test]
 fn only_motion_takes_bytes() {
     let more = |add: Adding<'_>| {
@@ -195,9 +305,19 @@ fn only_motion_takes_bytes() {
         };
         bytes(9) - bytes(8)
     };
-    // A slot; the way back for boxes, in f32; the part; twelve numbers of a map, nine of the way back and its magnification; a box or none; whole lines.
+    // A slot; the way back for boxes, in f32; the part; twelve numbers of a map, nine of the way
+    // back and its magnification; a box or none; whole lines.
     let still = 16 + 64 + 8 + 22 * 8 + 7 * 8 + 16;
-    assert_eq!(more(&|group, part| group.instance(part, halved(), ASKED)), still);
-    assert_eq!(more(&|group, part| group.moving(part, [halved(); 2], ASKED)), still);
-    assert_eq!(more(&|group, part| group.moving(part, along_x(1.0), ASKED)), still + 2 * 12 * 8);
+    assert_eq!(
+        more(&|group, part| group.instance(part, halved(), ASKED)),
+        still
+    );
+    assert_eq!(
+        more(&|group, part| group.moving(part, [halved(); 2], ASKED)),
+        still
+    );
+    assert_eq!(
+        more(&|group, part| group.moving(part, along_x(1.0), ASKED)),
+        still + 2 * 12 * 8
+    );
 }

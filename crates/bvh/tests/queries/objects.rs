@@ -1,8 +1,13 @@
 //! Objects: how hits name them, what they are to any-hit queries, and what they take.
 
 use glam::{DAffine3, DMat3, DVec3, Vec3};
-use raywright_bvh::shapes::{AnyShape, Cuboid, Cylinder, Disk, Plane, Quad, Sphere, TransformedShape, Triangle};
-use raywright_bvh::{AcceleratorKind, Geometry, GeometryError, Hit, Interval, Occlusion, PrimitiveSet, Ray, Visibility};
+use raywright_bvh::shapes::{
+    AnyShape, Cuboid, Cylinder, Disk, Plane, Quad, Sphere, TransformedShape, Triangle,
+};
+use raywright_bvh::{
+    AcceleratorKind, Geometry, GeometryError, Hit, Interval, Occlusion, PrimitiveSet, Ray,
+    Visibility,
+};
 
 use super::{Random, halved, kinds, triangles};
 
@@ -10,10 +15,14 @@ fn disk() -> AnyShape<f32> {
     Disk::new(DVec3::ZERO, DVec3::Y, 1.0).into()
 }
 
-/// Protects: the bytes that are reported hold every kind of primitive: each takes its own size and what every primitive takes.
+/// Protects: the bytes that are reported hold every kind of primitive: each takes its own size and
+/// what every primitive takes.
 #[test]
 fn bytes_count_every_primitive() {
-    let ball = Sphere { centre: Vec3::ZERO, radius: 1.0 };
+    let ball = Sphere {
+        centre: Vec3::ZERO,
+        radius: 1.0,
+    };
     let more = |add: &dyn Fn(&mut PrimitiveSet<f32>) -> Result<u32, GeometryError>| {
         let bytes = |count: usize| {
             let mut group = PrimitiveSet::default();
@@ -24,14 +33,18 @@ fn bytes_count_every_primitive() {
     };
     let own = [
         more(&|g| g.sphere(ball, Visibility::default())) - size_of::<Sphere<f32>>(),
-        more(&|g| g.triangle([Vec3::ZERO, Vec3::X, Vec3::Y], Visibility::default())) - size_of::<Triangle<f32>>(),
-        more(&|g| g.plane(Plane::new(Vec3::ZERO, Vec3::Y), Visibility::default())) - size_of::<Plane<f32>>(),
+        more(&|g| g.triangle([Vec3::ZERO, Vec3::X, Vec3::Y], Visibility::default()))
+            - size_of::<Triangle<f32>>(),
+        more(&|g| g.plane(Plane::new(Vec3::ZERO, Vec3::Y), Visibility::default()))
+            - size_of::<Plane<f32>>(),
         more(&|g| g.shape(disk(), Visibility::default())) - size_of::<AnyShape<f32>>(),
-        more(&|g| g.placed(disk(), halved(), Visibility::default())) - size_of::<TransformedShape<f32>>(),
+        more(&|g| g.placed(disk(), halved(), Visibility::default()))
+            - size_of::<TransformedShape<f32>>(),
     ];
     // Common to all: a slot with object, primitive, flags and a place in its list.
     assert!(own == [16; 5], "{own:?}");
-    // An instance has at least the numbers of a map and of the inverse of its linear part, and what it shows is not its own.
+    // An instance has at least the numbers of a map and of the inverse of its linear part, and what
+    // it shows is not its own.
     let instance = |count: usize| {
         let shown = Geometry::new(triangles(&mut Random(1), count), AcceleratorKind::Linear);
         more(&|g| {
@@ -41,18 +54,32 @@ fn bytes_count_every_primitive() {
             g.instance(0, halved(), Visibility::default())
         })
     };
-    assert!(instance(1) > own[0] + (12 + 9) * size_of::<f64>() && instance(1) == instance(100), "{}", instance(1));
+    assert!(
+        instance(1) > own[0] + (12 + 9) * size_of::<f64>() && instance(1) == instance(100),
+        "{}",
+        instance(1)
+    );
 }
 
 /// The name of a kind, and how one of it is put in the way of a ray down the y axis.
-type Adding<'a> = (&'static str, &'a dyn Fn(&mut PrimitiveSet<f32>, Visibility) -> Result<u32, GeometryError>);
+type Adding<'a> = (
+    &'static str,
+    &'a dyn Fn(&mut PrimitiveSet<f32>, Visibility) -> Result<u32, GeometryError>,
+);
 
-/// Protects: a primitive of any kind is met by an any-hit query up to beyond it; one that casts no shadow is still seen and met by
-/// none. Alone, and among others that the ray passes by.
+/// Protects: a primitive of any kind is met by an any-hit query up to beyond it; one that casts no
+/// shadow is still seen and met by none. Alone, and among others that the ray passes by.
 #[test]
 fn every_kind_casts_its_shadow() {
-    let ball = Sphere { centre: Vec3::ZERO, radius: 1.0 };
-    let leaf = [Vec3::new(-1.0, 0.0, -1.0), Vec3::new(1.0, 0.0, -1.0), Vec3::new(0.0, 0.0, 1.0)];
+    let ball = Sphere {
+        centre: Vec3::ZERO,
+        radius: 1.0,
+    };
+    let leaf = [
+        Vec3::new(-1.0, 0.0, -1.0),
+        Vec3::new(1.0, 0.0, -1.0),
+        Vec3::new(0.0, 0.0, 1.0),
+    ];
     let pipe = || AnyShape::from(Cylinder::new(DVec3::ZERO, DVec3::X, 1.0, None, false));
     let all: [Adding<'_>; 8] = [
         ("sphere", &|g, v| g.sphere(ball, v)),
@@ -61,7 +88,9 @@ fn every_kind_casts_its_shadow() {
         ("disk", &|g, v| g.shape(disk(), v)),
         ("infinite cylinder", &|g, v| g.shape(pipe(), v)),
         ("mapped disk", &|g, v| g.placed(disk(), halved(), v)),
-        ("mapped infinite cylinder", &|g, v| g.placed(pipe(), halved(), v)),
+        ("mapped infinite cylinder", &|g, v| {
+            g.placed(pipe(), halved(), v)
+        }),
         ("instance", &|g, v| {
             let mut inner = PrimitiveSet::default();
             inner.shape(disk(), Visibility::default())?;
@@ -71,41 +100,88 @@ fn every_kind_casts_its_shadow() {
     ];
     let ray = Ray::new(Vec3::Y * 3.0, Vec3::NEG_Y);
     let beings = [Occlusion::Opaque, Occlusion::Ask, Occlusion::None];
-    for ((name, add), others, occlusion) in
-        all.iter().flat_map(|adding| [0, 40].into_iter().flat_map(move |n| beings.map(|being| (adding, n, being))))
-    {
+    for ((name, add), others, occlusion) in all.iter().flat_map(|adding| {
+        [0, 40]
+            .into_iter()
+            .flat_map(move |n| beings.map(|being| (adding, n, being)))
+    }) {
         for kind in kinds().chain([AcceleratorKind::Linear]) {
             let mut group = PrimitiveSet::<f32>::default();
             for i in 0..others {
-                group.sphere(Sphere { centre: Vec3::X * (5.0 + 3.0 * i as f32), radius: 1.0 }, Visibility::default()).unwrap();
+                group
+                    .sphere(
+                        Sphere {
+                            centre: Vec3::X * (5.0 + 3.0 * i as f32),
+                            radius: 1.0,
+                        },
+                        Visibility::default(),
+                    )
+                    .unwrap();
             }
-            let id = add(&mut group, Visibility { occlusion, ..Visibility::default() }).unwrap();
+            let id = add(
+                &mut group,
+                Visibility {
+                    occlusion,
+                    ..Visibility::default()
+                },
+            )
+            .unwrap();
             let geometry = Geometry::new(group, kind);
             let told = format!("{name} among {others}, {kind:?}, {occlusion:?}");
-            let hit = geometry.closest(&ray, Interval::positive(), &mut ()).expect(&told);
+            let hit = geometry
+                .closest(&ray, Interval::positive(), &mut ())
+                .expect(&told);
             assert_eq!(hit.outermost(), id, "{told}");
             for (max, reached) in [(f32::INFINITY, true), (hit.t * 0.99, false)] {
                 let hidden = geometry.any(&ray, Interval { min: 0.0, max }, &mut |_| true, &mut ());
-                assert_eq!(hidden, occlusion != Occlusion::None && reached, "{told} up to {max}");
+                assert_eq!(
+                    hidden,
+                    occlusion != Occlusion::None && reached,
+                    "{told} up to {max}"
+                );
             }
         }
     }
 }
 
-/// Protects: what a part has without bounds is met through its instances wherever they are endless, far from all that has bounds,
-/// by rays and by any-hit queries; alone in its part and beside a ball.
+/// Protects: what a part has without bounds is met through its instances wherever they are endless,
+/// far from all that has bounds, by rays and by any-hit queries; alone in its part and beside a
+/// ball.
 #[test]
 fn endless_shapes_are_met_through_instances() {
-    let pipe = || AnyShape::from(Cylinder::new(DVec3::NEG_Y, DVec3::new(1.0, 0.0, 1.0), 1.0, None, false));
-    let endless: [Adding<'_>; 2] =
-        [("plane", &|g, v| g.plane(Plane::new(Vec3::ZERO, Vec3::Y), v)), ("infinite cylinder", &|g, v| g.shape(pipe(), v))];
-    let (start, map) = (Vec3::new(500.0, 3.0, 500.0), DAffine3::from_translation(DVec3::Y * -5.0) * halved());
-    for ((name, add), beside, kind) in
-        endless.iter().flat_map(|e| [false, true].into_iter().flat_map(move |b| kinds().map(move |kind| (e, b, kind))))
-    {
+    let pipe = || {
+        AnyShape::from(Cylinder::new(
+            DVec3::NEG_Y,
+            DVec3::new(1.0, 0.0, 1.0),
+            1.0,
+            None,
+            false,
+        ))
+    };
+    let endless: [Adding<'_>; 2] = [
+        ("plane", &|g, v| g.plane(Plane::new(Vec3::ZERO, Vec3::Y), v)),
+        ("infinite cylinder", &|g, v| g.shape(pipe(), v)),
+    ];
+    let (start, map) = (
+        Vec3::new(500.0, 3.0, 500.0),
+        DAffine3::from_translation(DVec3::Y * -5.0) * halved(),
+    );
+    for ((name, add), beside, kind) in endless.iter().flat_map(|e| {
+        [false, true]
+            .into_iter()
+            .flat_map(move |b| kinds().map(move |kind| (e, b, kind)))
+    }) {
         let mut inner = PrimitiveSet::default();
         if beside {
-            inner.sphere(Sphere { centre: Vec3::ZERO, radius: 1.0 }, Visibility::default()).unwrap();
+            inner
+                .sphere(
+                    Sphere {
+                        centre: Vec3::ZERO,
+                        radius: 1.0,
+                    },
+                    Visibility::default(),
+                )
+                .unwrap();
         }
         add(&mut inner, Visibility::default()).unwrap();
         let mut group = triangles(&mut Random(7), 40);
@@ -113,52 +189,103 @@ fn endless_shapes_are_met_through_instances() {
         let instance = group.instance(part, map, Visibility::default()).unwrap();
         let (geometry, ray) = (Geometry::new(group, kind), Ray::new(start, Vec3::NEG_Y));
         let told = format!("{name}, beside a ball {beside}, {kind:?}");
-        let hit = geometry.closest(&ray, Interval::positive(), &mut ()).expect(&told);
-        assert!(hit.instance == instance && (hit.t - 8.0).abs() < 1e-5, "{told}: {hit:?}");
+        let hit = geometry
+            .closest(&ray, Interval::positive(), &mut ())
+            .expect(&told);
+        assert!(
+            hit.instance == instance && (hit.t - 8.0).abs() < 1e-5,
+            "{told}: {hit:?}"
+        );
         for (max, hidden) in [(f32::INFINITY, true), (7.9, false)] {
-            assert_eq!(geometry.any(&ray, Interval { min: 0.0, max }, &mut |_| false, &mut ()), hidden, "{told} up to {max}");
+            assert_eq!(
+                geometry.any(&ray, Interval { min: 0.0, max }, &mut |_| false, &mut ()),
+                hidden,
+                "{told} up to {max}"
+            );
         }
     }
 }
 
-/// Protects: an opaque object ends a query and nobody is asked about it, one to ask about is shown hit by hit, and one that is
-/// nothing to such queries is not there; of an instance it is the instance that says so.
+/// Protects: an opaque object ends a query and nobody is asked about it, one to ask about is shown
+/// hit by hit, and one that is nothing to such queries is not there; of an instance it is the
+/// instance that says so.
 #[test]
 fn occlusion_belongs_to_objects() {
-    let flat = |z: f32| [Vec3::new(-4.0, -4.0, z), Vec3::new(4.0, -4.0, z), Vec3::new(0.0, 4.0, z)];
-    let being = |occlusion| Visibility { occlusion, ..Visibility::default() };
+    let flat = |z: f32| {
+        [
+            Vec3::new(-4.0, -4.0, z),
+            Vec3::new(4.0, -4.0, z),
+            Vec3::new(0.0, 4.0, z),
+        ]
+    };
+    let being = |occlusion| Visibility {
+        occlusion,
+        ..Visibility::default()
+    };
     let all = [Occlusion::None, Occlusion::Opaque, Occlusion::Ask];
-    for (own, instanced) in all.into_iter().flat_map(|own| all.map(|instanced| (own, instanced))) {
+    for (own, instanced) in all
+        .into_iter()
+        .flat_map(|own| all.map(|instanced| (own, instanced)))
+    {
         for kind in [AcceleratorKind::Linear, AcceleratorKind::default()] {
             let mut inner = PrimitiveSet::<f32>::default();
-            inner.mesh([flat(3.0), flat(4.0)], being(Occlusion::None)).unwrap();
+            inner
+                .mesh([flat(3.0), flat(4.0)], being(Occlusion::None))
+                .unwrap();
             let mut group = PrimitiveSet::<f32>::default();
             let part = group.part(Geometry::new(inner, kind)).unwrap();
             group.mesh([flat(1.0), flat(2.0)], being(own)).unwrap();
-            group.instance(part, DAffine3::IDENTITY, being(instanced)).unwrap();
+            group
+                .instance(part, DAffine3::IDENTITY, being(instanced))
+                .unwrap();
             let geometry = Geometry::new(group, kind);
             let mut asked = Vec::new();
             let mut ask = |hit: &Hit<f32>| {
                 asked.push((hit.outermost(), hit.t));
                 false
             };
-            let found = geometry.any(&Ray::new(Vec3::ZERO, Vec3::Z), Interval::positive(), &mut ask, &mut ());
+            let found = geometry.any(
+                &Ray::new(Vec3::ZERO, Vec3::Z),
+                Interval::positive(),
+                &mut ask,
+                &mut (),
+            );
             asked.sort_by(|a, b| a.1.total_cmp(&b.1));
-            assert_eq!(found, own == Occlusion::Opaque || instanced == Occlusion::Opaque, "{own:?} {instanced:?}");
+            assert_eq!(
+                found,
+                own == Occlusion::Opaque || instanced == Occlusion::Opaque,
+                "{own:?} {instanced:?}"
+            );
             if !found {
-                let shown = |occlusion, hits| if occlusion == Occlusion::Ask { hits } else { Vec::new() };
-                let expected = [shown(own, vec![(0, 1.0), (0, 2.0)]), shown(instanced, vec![(1, 3.0), (1, 4.0)])].concat();
+                let shown = |occlusion, hits| {
+                    if occlusion == Occlusion::Ask {
+                        hits
+                    } else {
+                        Vec::new()
+                    }
+                };
+                let expected = [
+                    shown(own, vec![(0, 1.0), (0, 2.0)]),
+                    shown(instanced, vec![(1, 3.0), (1, 4.0)]),
+                ]
+                .concat();
                 assert_eq!(asked, expected, "{own:?} {instanced:?}");
             }
         }
     }
 }
 
-/// Protects: a hit names its object, the object's primitive and the instance, whatever was added before, between and after, and
-/// however the tree has ordered it.
+/// Protects: a hit names its object, the object's primitive and the instance, whatever was added
+/// before, between and after, and however the tree has ordered it.
 #[test]
 fn hits_name_their_objects() {
-    let at = |x: f32, z: f32| [Vec3::new(x, 0.0, z), Vec3::new(x + 0.5, 0.0, z), Vec3::new(x, 0.5, z)];
+    let at = |x: f32, z: f32| {
+        [
+            Vec3::new(x, 0.0, z),
+            Vec3::new(x + 0.5, 0.0, z),
+            Vec3::new(x, 0.5, z),
+        ]
+    };
     let row = |x: f32| (0..5).map(move |i| at(x, 5.0 - i as f32));
     for kind in kinds().chain([AcceleratorKind::Linear]) {
         let mut inner = PrimitiveSet::<f32>::default();
@@ -167,16 +294,29 @@ fn hits_name_their_objects() {
         let mut group = PrimitiveSet::<f32>::default();
         group.mesh(row(10.0), Visibility::default()).unwrap();
         group.mesh([], Visibility::default()).unwrap();
-        let ball = group.sphere(Sphere { centre: Vec3::new(-3.0, 0.0, 0.0), radius: 1.0 }, Visibility::default()).unwrap();
+        let ball = group
+            .sphere(
+                Sphere {
+                    centre: Vec3::new(-3.0, 0.0, 0.0),
+                    radius: 1.0,
+                },
+                Visibility::default(),
+            )
+            .unwrap();
         let part = group.part(Geometry::new(inner, kind)).unwrap();
         let moved = DAffine3::from_translation(DVec3::new(20.0, 0.0, 0.0));
         let instance = group.instance(part, moved, Visibility::default()).unwrap();
         let last = group.mesh(row(30.0), Visibility::default()).unwrap();
-        assert_eq!((ball, instance, last, group.objects(), group.len()), (2, 3, 4, 5, 12));
+        assert_eq!(
+            (ball, instance, last, group.objects(), group.len()),
+            (2, 3, 4, 5, 12)
+        );
         let geometry = Geometry::new(group, kind);
         let name = |x: f32, z: f32| {
             let ray = Ray::new(Vec3::new(x, 0.1, z + 0.5), Vec3::NEG_Z);
-            let hit = geometry.closest(&ray, Interval::positive(), &mut ()).unwrap();
+            let hit = geometry
+                .closest(&ray, Interval::positive(), &mut ())
+                .unwrap();
             (hit.instance, hit.object, hit.primitive)
         };
         let none = Hit::<f32>::NO_INSTANCE;
@@ -191,27 +331,58 @@ fn hits_name_their_objects() {
     }
 }
 
-/// Protects: hits at one distance are decided by the scene's own object first, whatever the object is in the part that an instance
-/// shows; then by that, then by the primitive.
+/// Protects: hits at one distance are decided by the scene's own object first, whatever the object
+/// is in the part that an instance shows; then by that, then by the primitive.
 #[test]
 fn the_outermost_object_decides_first() {
     let mut inner = PrimitiveSet::<f32>::default();
     for x in [0.0, 1.0] {
-        let at = |i: usize| [(0.0, 0.0), (0.5, 0.0), (0.0, 0.5)].map(|(u, v)| Vec3::new(x + u, v, -(i as f32)));
+        let at = |i: usize| {
+            [(0.0, 0.0), (0.5, 0.0), (0.0, 0.5)].map(|(u, v)| Vec3::new(x + u, v, -(i as f32)))
+        };
         inner.mesh((0..2).map(at), Visibility::default()).unwrap();
     }
     let mut group = PrimitiveSet::<f32>::default();
-    let part = group.part(Geometry::new(inner, AcceleratorKind::Linear)).unwrap();
+    let part = group
+        .part(Geometry::new(inner, AcceleratorKind::Linear))
+        .unwrap();
     for x in [0.0, 10.0] {
-        group.instance(part, DAffine3::from_translation(DVec3::new(x, 0.0, 0.0)), Visibility::default()).unwrap();
+        group
+            .instance(
+                part,
+                DAffine3::from_translation(DVec3::new(x, 0.0, 0.0)),
+                Visibility::default(),
+            )
+            .unwrap();
     }
     let geometry = Geometry::new(group, AcceleratorKind::Linear);
     let order = |x: f32, behind: f32| {
         let ray = Ray::new(Vec3::new(x, 0.1, 0.5 - behind), Vec3::NEG_Z);
-        geometry.closest(&ray, Interval::positive(), &mut ()).unwrap().order()
+        geometry
+            .closest(&ray, Interval::positive(), &mut ())
+            .unwrap()
+            .order()
     };
-    let found = [(0.1, 0.0), (0.1, 1.0), (1.1, 0.0), (1.1, 1.0), (10.1, 0.0), (11.1, 1.0)].map(|(x, behind)| order(x, behind));
-    assert_eq!(found, [[0, 0, 0], [0, 0, 1], [0, 1, 0], [0, 1, 1], [1, 0, 0], [1, 1, 1]]);
+    let found = [
+        (0.1, 0.0),
+        (0.1, 1.0),
+        (1.1, 0.0),
+        (1.1, 1.0),
+        (10.1, 0.0),
+        (11.1, 1.0),
+    ]
+    .map(|(x, behind)| order(x, behind));
+    assert_eq!(
+        found,
+        [
+            [0, 0, 0],
+            [0, 0, 1],
+            [0, 1, 0],
+            [0, 1, 1],
+            [1, 0, 0],
+            [1, 1, 1]
+        ]
+    );
     assert!(found.is_sorted());
 }
 
@@ -220,44 +391,81 @@ fn the_outermost_object_decides_first() {
 fn coordinates_of_instances_run_in_the_world() {
     let mut inner = PrimitiveSet::<f32>::default();
     let quad = Quad::new(DVec3::ZERO, DVec3::X * 2.0, DVec3::Y * 2.0);
-    inner.shape(AnyShape::Quad(quad), Visibility::default()).unwrap();
+    inner
+        .shape(AnyShape::Quad(quad), Visibility::default())
+        .unwrap();
     let mut group = PrimitiveSet::<f32>::default();
-    let part = group.part(Geometry::new(inner, AcceleratorKind::Linear)).unwrap();
+    let part = group
+        .part(Geometry::new(inner, AcceleratorKind::Linear))
+        .unwrap();
     // x goes to 3y and y to −x.
     let turn = DMat3::from_cols(DVec3::Y * 3.0, -DVec3::X, DVec3::Z);
-    group.instance(part, DAffine3::from_mat3(turn), Visibility::default()).unwrap();
+    group
+        .instance(part, DAffine3::from_mat3(turn), Visibility::default())
+        .unwrap();
     let geometry = Geometry::new(group, AcceleratorKind::Linear);
     let ray = Ray::new(Vec3::new(-0.5, 1.5, 1.0), Vec3::NEG_Z);
-    let hit = geometry.closest(&ray, Interval::positive(), &mut ()).unwrap();
+    let hit = geometry
+        .closest(&ray, Interval::positive(), &mut ())
+        .unwrap();
     let parameters = geometry.parameters(&ray, &hit);
     assert_eq!(parameters.dpdu, Vec3::new(0.0, 6.0, 0.0));
     assert!((parameters.u - 0.25).abs() < 1e-6, "{}", parameters.u);
 }
 
-/// Protects: of surfaces in one place that tests of different shapes find, the first object is hit everywhere in f64 too, where each test
-/// leaves its own last digits, by a scan and by trees; what lies before them by more than rounding is hit first, however long the direction is.
+/// Protects: of surfaces in one place that tests of different shapes find, the first object is hit
+/// everywhere in f64 too, where each test leaves its own last digits, by a scan and by trees; what
+/// lies before them by more than rounding is hit first, however long the direction is.
 #[test]
 fn the_first_of_coincident_objects_is_hit() {
     let face = Quad {
-        corners: [DVec3::new(-1.0, 0.0, -1.0), DVec3::new(-1.0, 0.0, 1.0), DVec3::new(1.0, 0.0, 1.0), DVec3::new(1.0, 0.0, -1.0)],
+        corners: [
+            DVec3::new(-1.0, 0.0, -1.0),
+            DVec3::new(-1.0, 0.0, 1.0),
+            DVec3::new(1.0, 0.0, 1.0),
+            DVec3::new(1.0, 0.0, -1.0),
+        ],
     };
     let body = Cuboid::new(DVec3::new(-1.0, -1.0, -1.0), DVec3::new(1.0, 0.0, 1.0));
-    let shapes: [AnyShape<f64>; 4] = [face.into(), Disk::new(DVec3::ZERO, DVec3::Y, 1.0).into(), body.into(), face.into()];
+    let shapes: [AnyShape<f64>; 4] = [
+        face.into(),
+        Disk::new(DVec3::ZERO, DVec3::Y, 1.0).into(),
+        body.into(),
+        face.into(),
+    ];
     let eye = DVec3::new(1.0, 2.0, 3.0);
-    for (kind, turn) in kinds().chain([AcceleratorKind::Linear]).flat_map(|kind| (0..4).map(move |turn| (kind, turn))) {
+    for (kind, turn) in kinds()
+        .chain([AcceleratorKind::Linear])
+        .flat_map(|kind| (0..4).map(move |turn| (kind, turn)))
+    {
         let mut group = PrimitiveSet::<f64>::default();
         for i in 0..4 {
-            group.shape(shapes[(turn + i) % 4], Visibility::default()).unwrap();
+            group
+                .shape(shapes[(turn + i) % 4], Visibility::default())
+                .unwrap();
         }
-        let above = group.shape(Disk::new(DVec3::Y * 1e-9, DVec3::Y, 0.1).into(), Visibility::default()).unwrap();
+        let above = group
+            .shape(
+                Disk::new(DVec3::Y * 1e-9, DVec3::Y, 0.1).into(),
+                Visibility::default(),
+            )
+            .unwrap();
         let (geometry, random) = (Geometry::new(group, kind), &mut Random(3));
         for _ in 0..2000 {
             let [x, z] = [random.unit(), random.unit()].map(|unit| f64::from(unit) * 1.2 - 0.6);
             let target = DVec3::new(x, 0.0, z);
             let expected = if target.length() < 0.1 { above } else { 0 };
             for length in [1.0, 1e10, 1e-10] {
-                let hit = geometry.closest(&Ray::new(eye, (target - eye).normalize() * length), Interval::positive(), &mut ());
-                assert_eq!(hit.map(|hit| hit.object), Some(expected), "{kind:?}, from {turn} on, at {target}, {length} long");
+                let hit = geometry.closest(
+                    &Ray::new(eye, (target - eye).normalize() * length),
+                    Interval::positive(),
+                    &mut (),
+                );
+                assert_eq!(
+                    hit.map(|hit| hit.object),
+                    Some(expected),
+                    "{kind:?}, from {turn} on, at {target}, {length} long"
+                );
             }
         }
     }

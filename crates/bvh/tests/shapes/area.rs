@@ -6,13 +6,14 @@ use raywright_bvh::{Interval, PreparedRay, Ray, Side, Vector};
 
 use super::gallery::{Random, gallery};
 
-/// A quantity that tells parts and normals of a surface apart, so that a density that is wrong in one place shows.
+/// A quantity that tells parts and normals of a surface apart, so that a density that is wrong in
+/// one place shows.
 fn measured(p: DVec3, n: DVec3) -> f64 {
     1.0 + (2.0 * p.x + p.y).sin() * 0.5 + n.z * 0.4 + n.y * p.z * 0.2
 }
 
-/// The integral of `measured` over the surface by evenly distributed lines: each piece of area is met twice as often as its
-/// share of the sphere the lines go through (Crofton's formula).
+/// The integral of `measured` over the surface by evenly distributed lines: each piece of area is
+/// met twice as often as its share of the sphere the lines go through (Crofton's formula).
 fn by_lines(all_hits: impl Fn(&PreparedRay, f64) -> Option<(DVec3, DVec3, f64)>) -> f64 {
     const RADIUS: f64 = 4.0;
     const LINES: u32 = 300_000;
@@ -21,7 +22,10 @@ fn by_lines(all_hits: impl Fn(&PreparedRay, f64) -> Option<(DVec3, DVec3, f64)>)
     for _ in 0..LINES {
         let d = random.direction();
         let across = d.any_orthonormal_pair();
-        let (r, a) = (RADIUS * random.unit().sqrt(), random.unit() * core::f64::consts::TAU);
+        let (r, a) = (
+            RADIUS * random.unit().sqrt(),
+            random.unit() * core::f64::consts::TAU,
+        );
         let origin = across.0 * (r * a.cos()) + across.1 * (r * a.sin()) - d * (2.0 * RADIUS);
         let probe = PreparedRay::new(Ray::<f64>::new(origin, d));
         let mut from = 0.0;
@@ -37,20 +41,28 @@ fn by_samples(sample: impl Fn(f64, f64) -> (DVec3, DVec3, f64)) -> f64 {
     const STEPS: u32 = 400;
     let at = |i: u32| (f64::from(i) + 0.5) / f64::from(STEPS);
     let pairs = (0..STEPS).flat_map(|i| (0..STEPS).map(move |j| (at(i), at(j))));
-    pairs.map(|(u, v)| sample(u, v)).map(|(p, n, density)| measured(p, n) / density).sum::<f64>() / f64::from(STEPS * STEPS)
+    pairs
+        .map(|(u, v)| sample(u, v))
+        .map(|(p, n, density)| measured(p, n) / density)
+        .sum::<f64>()
+        / f64::from(STEPS * STEPS)
 }
 
-/// Protects `sample_area` and its density: the mean of a quantity over samples, weighed by the density, is its integral.
+/// Protects `sample_area` and its density: the mean of a quantity over samples, weighed by the
+/// density, is its integral.
 #[test]
 fn samples_agree_with_lines() {
-    let map =
-        DAffine3::from_axis_angle(DVec3::new(1.0, 2.0, 3.0).normalize(), 1.0) * DAffine3::from_scale(DVec3::new(-0.8, 1.3, 0.6));
+    let map = DAffine3::from_axis_angle(DVec3::new(1.0, 2.0, 3.0).normalize(), 1.0)
+        * DAffine3::from_scale(DVec3::new(-0.8, 1.3, 0.6));
     for (name, shape, _) in gallery::<f64>() {
         if shape.area().is_none() {
             assert!(name == "plane" || name == "infinite cylinder");
             continue;
         }
-        let range = |from| Interval { min: from, max: f64::INFINITY };
+        let range = |from| Interval {
+            min: from,
+            max: f64::INFINITY,
+        };
         let lines = by_lines(|probe, from| {
             let hit = shape.intersect(probe, range(from), Side::Both)?;
             let s = shape.locate(probe, hit);
@@ -59,33 +71,54 @@ fn samples_agree_with_lines() {
         let samples = by_samples(|u, v| {
             let (s, density) = shape.sample_area(u, v).unwrap();
             let again = shape.density(&s).unwrap();
-            assert!((density / again - 1.0).abs() < 1e-9, "{name}: densities {density} and {again}");
+            assert!(
+                (density / again - 1.0).abs() < 1e-9,
+                "{name}: densities {density} and {again}"
+            );
             (s.point, s.normal, density)
         });
-        assert!((samples / lines - 1.0).abs() < 0.025, "{name}: samples say {samples}, lines {lines}");
+        assert!(
+            (samples / lines - 1.0).abs() < 0.025,
+            "{name}: samples say {samples}, lines {lines}"
+        );
         let placed = TransformedShape::<f64>::new(shape, map).unwrap();
         let lines = by_lines(|probe, from| {
             let hit = placed.intersect(probe, range(from), Side::Both)?;
             let s = placed.locate(probe, hit);
             let density = placed.density_at(&s).unwrap();
-            assert!(density.is_finite() && density > 0.0, "{name}: density {density}");
+            assert!(
+                density.is_finite() && density > 0.0,
+                "{name}: density {density}"
+            );
             Some((s.point, s.normal, hit.t))
         });
-        let samples = by_samples(|u, v| placed.sample_area(u, v).map(|(s, d)| (s.point, s.normal, d)).unwrap());
-        assert!((samples / lines - 1.0).abs() < 0.025, "{name}, placed: samples say {samples}, lines {lines}");
+        let samples = by_samples(|u, v| {
+            placed
+                .sample_area(u, v)
+                .map(|(s, d)| (s.point, s.normal, d))
+                .unwrap()
+        });
+        assert!(
+            (samples / lines - 1.0).abs() < 0.025,
+            "{name}, placed: samples say {samples}, lines {lines}"
+        );
     }
 }
 
-/// Protects: the density of every drawn point, one by one and not in the mean: it is one over the area that a small square of the
-/// two numbers covers, plain and under a map. A ring that is drawn thickest where it is widest has the right mean, too.
+/// Protects: the density of every drawn point, one by one and not in the mean: it is one over the
+/// area that a small square of the two numbers covers, plain and under a map. A ring that is drawn
+/// thickest where it is widest has the right mean, too.
 #[test]
 fn m02_densities_are_those_of_small_squares() {
     const STEP: f64 = 1e-5;
     const POINTS: u32 = 2000;
     let random = &mut Random(9);
-    let map =
-        DAffine3::from_axis_angle(DVec3::new(1.0, 2.0, 3.0).normalize(), 1.0) * DAffine3::from_scale(DVec3::new(-0.8, 1.3, 0.6));
-    for (name, shape, _) in gallery::<f64>().into_iter().filter(|(_, shape, _)| shape.area().is_some()) {
+    let map = DAffine3::from_axis_angle(DVec3::new(1.0, 2.0, 3.0).normalize(), 1.0)
+        * DAffine3::from_scale(DVec3::new(-0.8, 1.3, 0.6));
+    for (name, shape, _) in gallery::<f64>()
+        .into_iter()
+        .filter(|(_, shape, _)| shape.area().is_some())
+    {
         for map in [DAffine3::IDENTITY, map] {
             let placed = TransformedShape::<f64>::new(shape, map).unwrap();
             let at = |u: f64, v: f64| placed.sample_area(u, v).unwrap().0;
@@ -93,17 +126,31 @@ fn m02_densities_are_those_of_small_squares() {
             for _ in 0..POINTS {
                 let (u, v) = (0.01 + 0.98 * random.unit(), 0.01 + 0.98 * random.unit());
                 let (here, density) = placed.sample_area(u, v).unwrap();
-                let ends = [at(u - STEP, v), at(u + STEP, v), at(u, v - STEP), at(u, v + STEP)];
+                let ends = [
+                    at(u - STEP, v),
+                    at(u + STEP, v),
+                    at(u, v - STEP),
+                    at(u, v + STEP),
+                ];
                 let [left, right, down, up] = ends.map(|end| end.point);
-                // Where two parts meet, or numbers start anew, or crowd as about the middle of a disk, a square is not small.
-                let bent = |a: DVec3, b: DVec3| (a + b - here.point * 2.0).length() > 1e-3 * (a - b).length();
+                // Where two parts meet, or numbers start anew, or crowd as about the middle of a
+                // disk, a square is not small.
+                let bent = |a: DVec3, b: DVec3| {
+                    (a + b - here.point * 2.0).length() > 1e-3 * (a - b).length()
+                };
                 if bent(left, right) || bent(down, up) {
                     continue;
                 }
                 let covered = (right - left).cross(up - down).length() / (4.0 * STEP * STEP);
-                assert!((covered * density - 1.0).abs() < 1e-5, "{name} at {u}, {v}: density {density}, area {covered}");
+                assert!(
+                    (covered * density - 1.0).abs() < 1e-5,
+                    "{name} at {u}, {v}: density {density}, area {covered}"
+                );
                 let found = placed.density_at(&here).unwrap();
-                assert!((found / density - 1.0).abs() < 1e-9, "{name} at {u}, {v}: {found} and {density}");
+                assert!(
+                    (found / density - 1.0).abs() < 1e-9,
+                    "{name} at {u}, {v}: {found} and {density}"
+                );
                 judged += 1;
             }
             assert!(judged > POINTS * 9 / 10, "{name}: only {judged} judged");
@@ -111,7 +158,8 @@ fn m02_densities_are_those_of_small_squares() {
     }
 }
 
-/// Area of a surface of revolution, by Simpson's rule: the outline's radius and its slope over the height.
+/// Area of a surface of revolution, by Simpson's rule: the outline's radius and its slope over the
+/// height.
 fn revolved(from: f64, to: f64, outline: impl Fn(f64) -> (f64, f64)) -> f64 {
     const STEPS: u32 = 2000;
     let step = (to - from) / f64::from(STEPS);
@@ -119,12 +167,22 @@ fn revolved(from: f64, to: f64, outline: impl Fn(f64) -> (f64, f64)) -> f64 {
         let (radius, slope) = outline(y);
         core::f64::consts::TAU * radius * (1.0 + slope * slope).sqrt()
     };
-    let weight = |i: u32| if i == 0 || i == STEPS { 1.0 } else { f64::from(2 + i % 2 * 2) };
-    (0..=STEPS).map(|i| weight(i) * ring(from + step * f64::from(i))).sum::<f64>() * step / 3.0
+    let weight = |i: u32| {
+        if i == 0 || i == STEPS {
+            1.0
+        } else {
+            f64::from(2 + i % 2 * 2)
+        }
+    };
+    (0..=STEPS)
+        .map(|i| weight(i) * ring(from + step * f64::from(i)))
+        .sum::<f64>()
+        * step
+        / 3.0
 }
 
-/// Area of the ellipsoid with these half-lengths, by the midpoint rule over its angles (exact to every order where a
-/// function runs around; at the poles the integrand vanishes).
+/// Area of the ellipsoid with these half-lengths, by the midpoint rule over its angles (exact to
+/// every order where a function runs around; at the poles the integrand vanishes).
 fn ellipsoid_area(s: DVec3) -> f64 {
     const STEPS: u32 = 2000;
     let angle = |i: u32, full: f64| (f64::from(i) + 0.5) / f64::from(STEPS) * full;
@@ -135,7 +193,12 @@ fn ellipsoid_area(s: DVec3) -> f64 {
     };
     let pi = core::f64::consts::PI;
     let all = (0..STEPS).flat_map(|i| (0..STEPS).map(move |j| (i, j)));
-    all.map(|(i, j)| piece(angle(i, pi), angle(j, 2.0 * pi))).sum::<f64>() * 2.0 * pi * pi / f64::from(STEPS).powi(2)
+    all.map(|(i, j)| piece(angle(i, pi), angle(j, 2.0 * pi)))
+        .sum::<f64>()
+        * 2.0
+        * pi
+        * pi
+        / f64::from(STEPS).powi(2)
 }
 
 /// Protects `area` and the density: closed forms, and integrals where there is none.
@@ -166,36 +229,65 @@ fn areas_are_those_of_the_textbooks() {
             other => panic!("no area known of the {other}"),
         };
         // Those by quadrature promise a hundredth at extremes, and these are none.
-        let room = if matches!(name, "ellipsoid" | "hyperboloid" | "paraboloid") { 1e-3 } else { 1e-6 };
-        assert!((area / wanted - 1.0).abs() < room, "{name}: area {area}, wanted {wanted}");
+        let room = if matches!(name, "ellipsoid" | "hyperboloid" | "paraboloid") {
+            1e-3
+        } else {
+            1e-6
+        };
+        assert!(
+            (area / wanted - 1.0).abs() < room,
+            "{name}: area {area}, wanted {wanted}"
+        );
         const STEPS: u32 = 300;
         let at = |i: u32| (f64::from(i) + 0.5) / f64::from(STEPS);
         let pairs = (0..STEPS).flat_map(|i| (0..STEPS).map(move |j| (at(i), at(j))));
-        let sum: f64 = pairs.map(|(u, v)| 1.0 / shape.sample_area(u, v).unwrap().1).sum();
+        let sum: f64 = pairs
+            .map(|(u, v)| 1.0 / shape.sample_area(u, v).unwrap().1)
+            .sum();
         let mean = sum / f64::from(STEPS * STEPS);
-        assert!((mean / wanted - 1.0).abs() < 1e-3, "{name}: area {wanted}, mean {mean}");
+        assert!(
+            (mean / wanted - 1.0).abs() < 1e-3,
+            "{name}: area {wanted}, mean {mean}"
+        );
     }
 }
 
-/// Protects the areas of mapped shapes: even scaling, a disk that becomes an ellipse, a sphere that becomes a spheroid as
-/// flat or long as the quadrature promises to bear.
+/// Protects the areas of mapped shapes: even scaling, a disk that becomes an ellipse, a sphere that
+/// becomes a spheroid as flat or long as the quadrature promises to bear.
 #[test]
 fn mapped_areas() {
     use raywright_bvh::shapes::{AnyShape, Disk, Quad};
     let pi = core::f64::consts::PI;
-    let area = |shape: AnyShape<f64>, map: DAffine3| TransformedShape::<f64>::new(shape, map).unwrap().area().unwrap();
-    let sphere: AnyShape<f64> = Sphere { centre: DVec3::new(1.0, 2.0, 3.0), radius: 0.5 }.into();
+    let area = |shape: AnyShape<f64>, map: DAffine3| {
+        TransformedShape::<f64>::new(shape, map)
+            .unwrap()
+            .area()
+            .unwrap()
+    };
+    let sphere: AnyShape<f64> = Sphere {
+        centre: DVec3::new(1.0, 2.0, 3.0),
+        radius: 0.5,
+    }
+    .into();
     let even = DAffine3::from_axis_angle(DVec3::Y, 0.3) * DAffine3::from_scale(DVec3::splat(3.0));
     assert!((area(sphere, even) / (9.0 * pi) - 1.0).abs() < 1e-9);
-    let map = DAffine3::from_axis_angle(DVec3::X, 0.7) * DAffine3::from_scale(DVec3::new(2.0, 0.5, -3.0));
+    let map =
+        DAffine3::from_axis_angle(DVec3::X, 0.7) * DAffine3::from_scale(DVec3::new(2.0, 0.5, -3.0));
     let disk: AnyShape<f64> = Disk::new(DVec3::ONE, DVec3::Y, 0.5).into();
     assert!((area(disk, map) / (pi * 0.25 * 6.0) - 1.0).abs() < 1e-9);
     let (eu, ev) = (DVec3::new(1.0, 2.0, 0.0), DVec3::new(0.0, 1.0, 1.0));
     let quad: AnyShape<f64> = Quad::new(DVec3::ONE, eu, ev).into();
-    let wanted = map.transform_vector3(eu).cross(map.transform_vector3(ev)).length();
+    let wanted = map
+        .transform_vector3(eu)
+        .cross(map.transform_vector3(ev))
+        .length();
     assert!((area(quad, map) / wanted - 1.0).abs() < 1e-9);
     for k in [1e-3, 1e-2, 0.3, 3.0, 1e2, 1e3_f64] {
-        let ball: AnyShape<f64> = Sphere { centre: DVec3::ZERO, radius: 1.0 }.into();
+        let ball: AnyShape<f64> = Sphere {
+            centre: DVec3::ZERO,
+            radius: 1.0,
+        }
+        .into();
         // Prolate by the arc sine of its eccentricity, oblate by the inverse hyperbolic tangent.
         let wanted = if k > 1.0 {
             let e = (1.0 - 1.0 / (k * k)).sqrt();
@@ -206,33 +298,49 @@ fn mapped_areas() {
         };
         let got = area(ball, DAffine3::from_scale(DVec3::new(1.0, k, 1.0)));
         let room = if (0.1..10.0).contains(&k) { 1e-3 } else { 1e-2 };
-        assert!((got / wanted - 1.0).abs() < room, "spheroid {k}: {got} for {wanted}");
+        assert!(
+            (got / wanted - 1.0).abs() < room,
+            "spheroid {k}: {got} for {wanted}"
+        );
     }
 }
 
-/// Protects the error bounds of drawn points: a ray that leaves one does not meet the convex surface again.
+/// Protects the error bounds of drawn points: a ray that leaves one does not meet the convex
+/// surface again.
 #[test]
 fn rays_leave_drawn_points() {
     let random = &mut Random(5);
     for (name, shape, _) in gallery::<f32>() {
-        if matches!(name, "torus" | "hyperboloid" | "paraboloid" | "open cylinder") || shape.area().is_none() {
+        if matches!(
+            name,
+            "torus" | "hyperboloid" | "paraboloid" | "open cylinder"
+        ) || shape.area().is_none()
+        {
             continue;
         }
         for _ in 0..2000 {
             let (u, v) = (random.unit() as f32, random.unit() as f32);
-            let (located, _) = shape.sample_area(u.min(0.999_999_9), v.min(0.999_999_9)).unwrap();
+            let (located, _) = shape
+                .sample_area(u.min(0.999_999_9), v.min(0.999_999_9))
+                .unwrap();
             let s = located.stored::<f32>();
             let d = random.direction().as_vec3();
             let d = if d.dot(s.normal) < 0.0 { -d } else { d };
             let probe = PreparedRay::new(Ray::<f32>::new(s.spawn(d), d));
-            let again: Option<ShapeHit<f32>> = shape.intersect(&probe, Interval::positive(), Side::Both);
-            assert!(again.is_none(), "{name}: {s:?} direction {:?} hits again: {again:?}", d.to_f64());
+            let again: Option<ShapeHit<f32>> =
+                shape.intersect(&probe, Interval::positive(), Side::Both);
+            assert!(
+                again.is_none(),
+                "{name}: {s:?} direction {:?} hits again: {again:?}",
+                d.to_f64()
+            );
         }
     }
 }
 
-/// Protects the error bound of points drawn on quads whose corners are rounded: both halves lie within it of the plane through the point, which
-/// is where shadow rays end; of a quad that is flat as it is stored only the error of the test is left, so that rays end near it.
+/// Protects the error bound of points drawn on quads whose corners are rounded: both halves lie
+/// within it of the plane through the point, which is where shadow rays end; of a quad that is flat
+/// as it is stored only the error of the test is left, so that rays end near it.
 #[test]
 fn drawn_points_of_quads_are_off_by_their_fold() {
     use raywright_bvh::shapes::{Quad, SampleArea};
@@ -242,33 +350,65 @@ fn drawn_points_of_quads_are_off_by_their_fold() {
         let corner = DVec3::new(random.unit(), random.unit(), random.unit()) * 100.0;
         let [u, v] = [random.direction(), random.direction()];
         let flat = i % 2 == 0;
-        let quad = if flat { Quad::<f32>::new(corner, DVec3::X * 3.0, DVec3::Z * 2.0) } else { Quad::new(corner, u, v) };
+        let quad = if flat {
+            Quad::<f32>::new(corner, DVec3::X * 3.0, DVec3::Z * 2.0)
+        } else {
+            Quad::new(corner, u, v)
+        };
         let (located, _) = quad.sample_area(random.unit() as f32, random.unit() as f32);
         let off = |c: &glam::Vec3| (c.as_dvec3() - located.point).dot(located.normal).abs();
         let farthest = quad.corners.iter().map(off).fold(0.0, f64::max);
-        assert!(farthest <= located.error, "{quad:?}: {farthest:e} of {:e}", located.error);
-        assert!(!flat || located.error < 1e-12, "{quad:?}: {:e}", located.error);
+        assert!(
+            farthest <= located.error,
+            "{quad:?}: {farthest:e} of {:e}",
+            located.error
+        );
+        assert!(
+            !flat || located.error < 1e-12,
+            "{quad:?}: {:e}",
+            located.error
+        );
         folded += u32::from(farthest > 1e-7);
     }
     assert!(folded > 100, "{folded}");
 }
 
-/// Protects the area of what is leant, where the sides of a cube stay equally long: a ball becomes an ellipsoid whose half axes are
-/// √(1 ± 0.6) and 1, and so does one that is turned besides; a cube's faces become parallelograms.
+/// Protects the area of what is leant, where the sides of a cube stay equally long: a ball becomes
+/// an ellipsoid whose half axes are √(1 ± 0.6) and 1, and so does one that is turned besides; a
+/// cube's faces become parallelograms.
 #[test]
 fn leaning_changes_areas() {
     use raywright_bvh::shapes::{Cuboid, Ellipsoid};
     let lean = DAffine3::from_cols(DVec3::X, DVec3::new(0.6, 0.8, 0.0), DVec3::Z, DVec3::ZERO);
-    let ball = Sphere { centre: DVec3::ZERO, radius: 1.0 };
+    let ball = Sphere {
+        centre: DVec3::ZERO,
+        radius: 1.0,
+    };
     let half_axes = DVec3::new(1.6_f64.sqrt(), 0.4_f64.sqrt(), 1.0);
-    let expected =
-        TransformedShape::<f64>::new(Ellipsoid::new(DVec3::ZERO, half_axes).into(), DAffine3::IDENTITY).unwrap().area();
+    let expected = TransformedShape::<f64>::new(
+        Ellipsoid::new(DVec3::ZERO, half_axes).into(),
+        DAffine3::IDENTITY,
+    )
+    .unwrap()
+    .area();
     for turn in [DAffine3::IDENTITY, DAffine3::from_rotation_x(0.7)] {
-        let area = TransformedShape::<f64>::new(ball.into(), turn * lean).unwrap().area().unwrap();
-        assert!((area / expected.unwrap() - 1.0).abs() < 1e-3, "{area} {expected:?}");
+        let area = TransformedShape::<f64>::new(ball.into(), turn * lean)
+            .unwrap()
+            .area()
+            .unwrap();
+        assert!(
+            (area / expected.unwrap() - 1.0).abs() < 1e-3,
+            "{area} {expected:?}"
+        );
         // Faces of 1 × 2, 2 × 3 and 3 × 1; those across z lean to 0.8 of themselves.
         let cuboid = Cuboid::new(DVec3::ZERO, DVec3::new(1.0, 2.0, 3.0));
-        let area = TransformedShape::<f64>::new(cuboid.into(), turn * lean).unwrap().area().unwrap();
-        assert!((area - 2.0 * (2.0 * 0.8 + 6.0 + 3.0)).abs() < 1e-12, "{area}");
+        let area = TransformedShape::<f64>::new(cuboid.into(), turn * lean)
+            .unwrap()
+            .area()
+            .unwrap();
+        assert!(
+            (area - 2.0 * (2.0 * 0.8 + 6.0 + 3.0)).abs() < 1e-12,
+            "{area}"
+        );
     }
 }

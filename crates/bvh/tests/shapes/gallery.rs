@@ -2,7 +2,8 @@
 
 use glam::{DAffine3, DVec3};
 use raywright_bvh::shapes::{
-    AnyShape, Cone, Cuboid, Cylinder, Disk, Ellipsoid, Hyperboloid, Paraboloid, Plane, Quad, Sphere, Torus, Triangle,
+    AnyShape, Cone, Cuboid, Cylinder, Disk, Ellipsoid, Hyperboloid, Paraboloid, Plane, Quad,
+    Sphere, Torus, Triangle,
 };
 use raywright_bvh::{Real, Vector};
 
@@ -16,7 +17,10 @@ impl Random {
         (step(&mut self.0) >> 11) as f64 / (1_u64 << 53) as f64
     }
     pub fn direction(&mut self) -> DVec3 {
-        let (z, a) = (self.unit() * 2.0 - 1.0, self.unit() * core::f64::consts::TAU);
+        let (z, a) = (
+            self.unit() * 2.0 - 1.0,
+            self.unit() * core::f64::consts::TAU,
+        );
         let ring = (1.0 - z * z).sqrt();
         DVec3::new(ring * a.cos(), ring * a.sin(), z)
     }
@@ -26,7 +30,8 @@ impl Random {
     }
 }
 
-/// A surface as the zeros of `value` within `clip`; `value` is positive outside and its slope about one.
+/// A surface as the zeros of `value` within `clip`; `value` is positive outside and its slope about
+/// one.
 pub struct Oracle {
     pub value: Box<dyn Fn(DVec3) -> f64 + Sync>,
     pub clip: Box<dyn Fn(DVec3) -> bool + Sync>,
@@ -36,8 +41,14 @@ impl Oracle {
     fn solid(value: impl Fn(DVec3) -> f64 + Sync + 'static) -> Self {
         Self::clipped(value, |_| true)
     }
-    fn clipped(value: impl Fn(DVec3) -> f64 + Sync + 'static, clip: impl Fn(DVec3) -> bool + Sync + 'static) -> Self {
-        Self { value: Box::new(value), clip: Box::new(clip) }
+    fn clipped(
+        value: impl Fn(DVec3) -> f64 + Sync + 'static,
+        clip: impl Fn(DVec3) -> bool + Sync + 'static,
+    ) -> Self {
+        Self {
+            value: Box::new(value),
+            clip: Box::new(clip),
+        }
     }
     /// The oracle of the image under a map.
     pub fn under(self, map: DAffine3) -> Self {
@@ -60,7 +71,11 @@ pub fn gallery<R: Real>() -> Vec<(&'static str, AnyShape<R>, Oracle)> {
         let along = q.dot(n);
         (along, (q - n * along).length())
     };
-    let (corner, eu, ev) = (DVec3::new(-1.0, -0.5, 0.25), DVec3::new(1.5, 0.5, 0.0), DVec3::new(0.25, 0.75, 1.0));
+    let (corner, eu, ev) = (
+        DVec3::new(-1.0, -0.5, 0.25),
+        DVec3::new(1.5, 0.5, 0.0),
+        DVec3::new(0.25, 0.75, 1.0),
+    );
     let flat = eu.cross(ev).normalize();
     let coordinates = move |p: DVec3| {
         let q = p - corner;
@@ -69,9 +84,25 @@ pub fn gallery<R: Real>() -> Vec<(&'static str, AnyShape<R>, Oracle)> {
     };
     let semi = DVec3::new(1.5, 0.5, 1.0);
     vec![
-        ("sphere", Sphere { centre: v(c), radius: R::from_f64(1.25) }.into(), Oracle::solid(move |p| (p - c).length() - 1.25)),
-        ("plane", Plane::new(v(c), v(n)).into(), Oracle::solid(move |p| (p - c).dot(n))),
-        ("disk", Disk::new(c, axis, 1.5).into(), Oracle::clipped(move |p| (p - c).dot(n), move |p| (p - c).length() <= 1.5)),
+        (
+            "sphere",
+            Sphere {
+                centre: v(c),
+                radius: R::from_f64(1.25),
+            }
+            .into(),
+            Oracle::solid(move |p| (p - c).length() - 1.25),
+        ),
+        (
+            "plane",
+            Plane::new(v(c), v(n)).into(),
+            Oracle::solid(move |p| (p - c).dot(n)),
+        ),
+        (
+            "disk",
+            Disk::new(c, axis, 1.5).into(),
+            Oracle::clipped(move |p| (p - c).dot(n), move |p| (p - c).length() <= 1.5),
+        ),
         (
             "quad",
             Quad::new(corner, eu, ev).into(),
@@ -85,7 +116,10 @@ pub fn gallery<R: Real>() -> Vec<(&'static str, AnyShape<R>, Oracle)> {
         ),
         (
             "triangle",
-            Triangle { vertices: [v(corner), v(corner + eu), v(corner + ev)] }.into(),
+            Triangle {
+                vertices: [v(corner), v(corner + eu), v(corner + ev)],
+            }
+            .into(),
             Oracle::clipped(
                 move |p| (p - corner).dot(flat),
                 move |p| {
@@ -94,12 +128,23 @@ pub fn gallery<R: Real>() -> Vec<(&'static str, AnyShape<R>, Oracle)> {
                 },
             ),
         ),
-        ("box", Cuboid::new(c - semi, c + semi).into(), Oracle::solid(move |p| ((p - c).abs() - semi).max_element())),
-        ("infinite cylinder", Cylinder::new(c, axis, 0.75, None, false).into(), Oracle::solid(move |p| split(p).1 - 0.75)),
+        (
+            "box",
+            Cuboid::new(c - semi, c + semi).into(),
+            Oracle::solid(move |p| ((p - c).abs() - semi).max_element()),
+        ),
+        (
+            "infinite cylinder",
+            Cylinder::new(c, axis, 0.75, None, false).into(),
+            Oracle::solid(move |p| split(p).1 - 0.75),
+        ),
         (
             "open cylinder",
             Cylinder::new(c, axis, 0.75, Some(2.0), false).into(),
-            Oracle::clipped(move |p| split(p).1 - 0.75, move |p| (0.0..=2.0).contains(&split(p).0)),
+            Oracle::clipped(
+                move |p| split(p).1 - 0.75,
+                move |p| (0.0..=2.0).contains(&split(p).0),
+            ),
         ),
         (
             "capped cylinder",
@@ -133,7 +178,11 @@ pub fn gallery<R: Real>() -> Vec<(&'static str, AnyShape<R>, Oracle)> {
                 (out - 0.75).max((along - 0.75).abs() - 0.75)
             }),
         ),
-        ("ellipsoid", Ellipsoid::new(c, semi).into(), Oracle::solid(move |p| ((p - c) / semi).length() - 1.0)),
+        (
+            "ellipsoid",
+            Ellipsoid::new(c, semi).into(),
+            Oracle::solid(move |p| ((p - c) / semi).length() - 1.0),
+        ),
         (
             "hyperboloid",
             Hyperboloid::new(c, 0.5, 0.75, 1.25).into(),

@@ -2,7 +2,9 @@
 
 use glam::{DAffine3, DVec3};
 use raywright_bvh::shapes::{AnyShape, Quad, Shape, ShapeHit, TransformedShape};
-use raywright_bvh::{Aabb, Interval, Parameters, PreparedRay, Ray, Real, Side, SurfacePoint, Vector};
+use raywright_bvh::{
+    Aabb, Interval, Parameters, PreparedRay, Ray, Real, Side, SurfacePoint, Vector,
+};
 
 use super::gallery::{Oracle, Random, gallery};
 
@@ -44,10 +46,16 @@ impl<R: Real> Subject<R> for TransformedShape<R> {
     }
 }
 
-/// Distances at which the function changes sign along the ray up to `end`, with whether it falls; a march in even steps
-/// and a bisection. Crossings outside the clip are left out. The flag says that the function came near zero between two
-/// crossings closer than the march can tell apart, so that their number is not known.
-fn crossings(oracle: &Oracle, origin: DVec3, direction: DVec3, end: f64) -> (Vec<(f64, bool)>, bool) {
+/// Distances at which the function changes sign along the ray up to `end`, with whether it falls; a
+/// march in even steps and a bisection. Crossings outside the clip are left out. The flag says that
+/// the function came near zero between two crossings closer than the march can tell apart, so that
+/// their number is not known.
+fn crossings(
+    oracle: &Oracle,
+    origin: DVec3,
+    direction: DVec3,
+    end: f64,
+) -> (Vec<(f64, bool)>, bool) {
     const STEPS: u32 = 1200;
     let at = |t: f64| origin + direction * t;
     let value = |t: f64| (oracle.value)(at(t));
@@ -62,7 +70,11 @@ fn crossings(oracle: &Oracle, origin: DVec3, direction: DVec3, end: f64) -> (Vec
             let (mut low, mut high) = (from, to);
             for _ in 0..60 {
                 let middle = 0.5 * (low + high);
-                if (value(middle) < 0.0) == (last < 0.0) { low = middle } else { high = middle }
+                if (value(middle) < 0.0) == (last < 0.0) {
+                    low = middle
+                } else {
+                    high = middle
+                }
             }
             let clip = |t: f64| (oracle.clip)(at(t));
             doubtful |= clip(low - 1e-5) != clip(low + 1e-5) || low < 1e-5;
@@ -71,7 +83,8 @@ fn crossings(oracle: &Oracle, origin: DVec3, direction: DVec3, end: f64) -> (Vec
             }
         } else {
             // Nearer to zero than on either side: it may have dipped through in between.
-            doubtful |= last.abs() <= before.abs() && last.abs() <= next.abs() && last.abs() < 3.0 * step;
+            doubtful |=
+                last.abs() <= before.abs() && last.abs() <= next.abs() && last.abs() < 3.0 * step;
         }
         (before, last) = (last, next);
     }
@@ -83,7 +96,11 @@ fn check<R: Real>(name: &str, subject: &impl Subject<R>, oracle: &Oracle, tolera
     let mut hits = 0;
     for index in 0..1000 {
         let inside = index % 3 == 0;
-        let origin = if inside { random.cube() * 1.5 } else { random.direction() * (4.0 + random.unit()) };
+        let origin = if inside {
+            random.cube() * 1.5
+        } else {
+            random.direction() * (4.0 + random.unit())
+        };
         let direction = (random.cube() * 1.5 - origin).normalize();
         let vector = |v: DVec3| R::Vec3::from_f64(v);
         let ray = Ray::<R>::new(vector(origin), vector(direction));
@@ -98,19 +115,35 @@ fn check<R: Real>(name: &str, subject: &impl Subject<R>, oracle: &Oracle, tolera
             (Side::Outside, expected.iter().find(|e| e.1)),
             (Side::Inside, expected.iter().find(|e| !e.1)),
         ] {
-            let range = Interval { min: R::ZERO, max: R::from_f64(20.0) };
+            let range = Interval {
+                min: R::ZERO,
+                max: R::from_f64(20.0),
+            };
             let got = subject.hit(&probe, range, side);
             let place = format!("{name} ray {index} {side:?} origin {o:?} direction {d:?}");
             let (Some(got), Some(&(t, falls))) = (got, wanted) else {
-                assert!(got.is_none() && wanted.is_none(), "{place}: got {got:?}, expected {wanted:?}");
+                assert!(
+                    got.is_none() && wanted.is_none(),
+                    "{place}: got {got:?}, expected {wanted:?}"
+                );
                 continue;
             };
             hits += 1;
-            assert!((got.t.to_f64() - t).abs() <= tolerance * 40.0, "{place}: t {:?}, expected {t}", got.t);
+            assert!(
+                (got.t.to_f64() - t).abs() <= tolerance * 40.0,
+                "{place}: t {:?}, expected {t}",
+                got.t
+            );
             check_surface::<R>(&place, subject, oracle, &probe, got, falls, tolerance);
             // The interval is open at the hit itself.
-            let closed = Interval { min: range.min, max: got.t };
-            assert!(subject.hit(&probe, closed, side).is_none(), "{place}: hit at the excluded end");
+            let closed = Interval {
+                min: range.min,
+                max: got.t,
+            };
+            assert!(
+                subject.hit(&probe, closed, side).is_none(),
+                "{place}: hit at the excluded end"
+            );
         }
     }
     hits
@@ -128,27 +161,55 @@ fn check_surface<R: Real>(
     let located = subject.at(probe, hit);
     let (p, n) = (located.point.to_f64(), located.normal.to_f64());
     let d = probe.direction;
-    assert!((oracle.value)(p).abs() <= tolerance * 4.0, "{place}: {p:?} is off the surface by {}", (oracle.value)(p));
+    assert!(
+        (oracle.value)(p).abs() <= tolerance * 4.0,
+        "{place}: {p:?} is off the surface by {}",
+        (oracle.value)(p)
+    );
     let along = probe.origin + d * hit.t.to_f64();
-    assert!((p - along).length() <= tolerance * 40.0, "{place}: {p:?} is off the ray, {along:?}");
-    assert!((n.length() - 1.0).abs() <= tolerance, "{place}: normal {n:?}");
-    assert_eq!(n.dot(d) < 0.0, falls, "{place}: normal {n:?} against direction {d:?}");
-    let slope = |axis: DVec3| ((oracle.value)(p + axis * 1e-6) - (oracle.value)(p - axis * 1e-6)) / 2e-6;
+    assert!(
+        (p - along).length() <= tolerance * 40.0,
+        "{place}: {p:?} is off the ray, {along:?}"
+    );
+    assert!(
+        (n.length() - 1.0).abs() <= tolerance,
+        "{place}: normal {n:?}"
+    );
+    assert_eq!(
+        n.dot(d) < 0.0,
+        falls,
+        "{place}: normal {n:?} against direction {d:?}"
+    );
+    let slope =
+        |axis: DVec3| ((oracle.value)(p + axis * 1e-6) - (oracle.value)(p - axis * 1e-6)) / 2e-6;
     let gradient = DVec3::new(slope(DVec3::X), slope(DVec3::Y), slope(DVec3::Z)).normalize();
     // At an edge of a solid the difference mixes two faces.
     let edge = [DVec3::X, DVec3::Y, DVec3::Z].iter().any(|&axis| {
-        let bend = (oracle.value)(p + axis * 1e-4) + (oracle.value)(p - axis * 1e-4) - 2.0 * (oracle.value)(p);
+        let bend = (oracle.value)(p + axis * 1e-4) + (oracle.value)(p - axis * 1e-4)
+            - 2.0 * (oracle.value)(p);
         bend.abs() > 1e-6
     });
-    assert!(edge || gradient.dot(n) > 1.0 - 1e-6 - tolerance, "{place}: normal {n:?}, gradient {gradient:?}");
+    assert!(
+        edge || gradient.dot(n) > 1.0 - 1e-6 - tolerance,
+        "{place}: normal {n:?}, gradient {gradient:?}"
+    );
     if let Some(bounds) = subject.extent() {
         let room = DVec3::splat(tolerance * 4.0);
-        assert!((bounds.min - room).cmple(p).all() && p.cmple(bounds.max + room).all(), "{place}: {p:?} outside {bounds:?}");
+        assert!(
+            (bounds.min - room).cmple(p).all() && p.cmple(bounds.max + room).all(),
+            "{place}: {p:?} outside {bounds:?}"
+        );
     }
     let parameters = subject.coordinates(probe, hit);
     let across = parameters.dpdu.to_f64();
-    assert!(parameters.u.is_finite() && parameters.v.is_finite(), "{place}: {parameters:?}");
-    assert!(across.dot(n).abs() <= 1e-4 * across.length() + tolerance, "{place}: derivative {across:?}, normal {n:?}");
+    assert!(
+        parameters.u.is_finite() && parameters.v.is_finite(),
+        "{place}: {parameters:?}"
+    );
+    assert!(
+        across.dot(n).abs() <= 1e-4 * across.length() + tolerance,
+        "{place}: derivative {across:?}, normal {n:?}"
+    );
 }
 
 fn all<R: Real>(tolerance: f64) {
@@ -159,13 +220,18 @@ fn all<R: Real>(tolerance: f64) {
         let hits = check::<R>(name, &shape, &oracle, tolerance);
         assert!(hits > 30, "{name}: only {hits} hits");
         let placed = TransformedShape::<R>::new(shape, map).unwrap();
-        let hits = check::<R>(&format!("{name}, placed"), &placed, &oracle.under(map), tolerance * 4.0);
+        let hits = check::<R>(
+            &format!("{name}, placed"),
+            &placed,
+            &oracle.under(map),
+            tolerance * 4.0,
+        );
         assert!(hits > 30, "{name}, placed: only {hits} hits");
     }
 }
 
-/// Protects every formula of every shape: distance, sides, clipping, point, normal, bounds, coordinates; also under a map
-/// that mirrors.
+/// Protects every formula of every shape: distance, sides, clipping, point, normal, bounds,
+/// coordinates; also under a map that mirrors.
 #[test]
 fn robust_shapes_meet_their_implicit_functions() {
     all::<f32>(4e-7);
@@ -177,8 +243,9 @@ fn reference_shapes_meet_their_implicit_functions() {
     all::<f64>(1e-12);
 }
 
-/// Protects: a point at the border of a quad is kept from it by eight roundings of its greatest coordinate on each side, also where
-/// one side is a hundred times the other: rays that start at an inner edge of a long room start inside.
+/// Protects: a point at the border of a quad is kept from it by eight roundings of its greatest
+/// coordinate on each side, also where one side is a hundred times the other: rays that start at an
+/// inner edge of a long room start inside.
 #[test]
 fn points_keep_from_borders_of_long_quads() {
     let (long, short) = (100.0, 1.0);
@@ -186,14 +253,27 @@ fn points_keep_from_borders_of_long_quads() {
     for [width, height] in [[long, short], [short, long]] {
         let quad = Quad::<f32>::new(DVec3::ZERO, DVec3::X * width, DVec3::Y * height);
         let near = 1e-6;
-        for (x, y) in [(near, 0.4), (width - near, 0.4), (0.6, near), (0.6, height - near)] {
+        for (x, y) in [
+            (near, 0.4),
+            (width - near, 0.4),
+            (0.6, near),
+            (0.6, height - near),
+        ] {
             let ray = Ray::<f64>::new(DVec3::new(x, y, 1.0), DVec3::NEG_Z);
-            let probe = PreparedRay::new(Ray::<f32>::new(Vector::from_f64(ray.origin), Vector::from_f64(ray.direction)));
+            let probe = PreparedRay::new(Ray::<f32>::new(
+                Vector::from_f64(ray.origin),
+                Vector::from_f64(ray.direction),
+            ));
             // What rounding takes over the border is no hit.
-            let Some(hit) = quad.intersect(&probe, Interval::positive(), Side::Both) else { continue };
+            let Some(hit) = quad.intersect(&probe, Interval::positive(), Side::Both) else {
+                continue;
+            };
             let p = quad.locate(&probe, hit).point;
             let from_border = p.x.min(width - p.x).min(p.y).min(height - p.y);
-            assert!((from_border / kept - 1.0).abs() < 1e-3, "{width} by {height}: {p:?} for ({x}, {y}), {from_border:e}");
+            assert!(
+                (from_border / kept - 1.0).abs() < 1e-3,
+                "{width} by {height}: {p:?} for ({x}, {y}), {from_border:e}"
+            );
         }
     }
 }

@@ -17,7 +17,11 @@ fn found(shape: &TransformedShape<f64>, origin: DVec3, direction: DVec3) -> Opti
     let probe = PreparedRay::new(Ray::<f64>::new(origin, direction));
     let hit = shape.intersect(&probe, Interval::positive(), Side::Both)?;
     let located = shape.locate(&probe, hit);
-    Some(Found { point: located.point, normal: located.normal, parameters: shape.parameters(&probe, hit) })
+    Some(Found {
+        point: located.point,
+        normal: located.normal,
+        parameters: shape.parameters(&probe, hit),
+    })
 }
 
 /// A difference of coordinates that may run around.
@@ -33,23 +37,41 @@ fn derivative(name: &str, shape: AnyShape<f64>, map: DAffine3) {
     for _ in 0..4000 {
         let direction = random.direction();
         let origin = random.cube() * 1.5 - direction * 8.0;
-        let Some(at) = found(&placed, origin, direction) else { continue };
+        let Some(at) = found(&placed, origin, direction) else {
+            continue;
+        };
         let (u, v, along) = (at.parameters.u, at.parameters.v, at.parameters.dpdu);
-        assert!(u.is_finite() && v.is_finite() && along.is_finite(), "{name}: {:?}", at.parameters);
+        assert!(
+            u.is_finite() && v.is_finite() && along.is_finite(),
+            "{name}: {:?}",
+            at.parameters
+        );
         if !matches!(name, "plane" | "infinite cylinder") {
-            assert!((0.0..=1.0).contains(&u) && (-1e-12..=1.0 + 1e-12).contains(&v), "{name}: u {u} v {v}");
+            assert!(
+                (0.0..=1.0).contains(&u) && (-1e-12..=1.0 + 1e-12).contains(&v),
+                "{name}: u {u} v {v}"
+            );
         }
-        assert!(along.dot(at.normal).abs() <= 1e-9 * along.length(), "{name}: {along:?} is not along the surface");
+        assert!(
+            along.dot(at.normal).abs() <= 1e-9 * along.length(),
+            "{name}: {along:?} is not along the surface"
+        );
         hits += 1;
         // The foot of the moved point, straight down onto the surface.
         let moved = at.point + along * STEP;
-        let Some(next) = found(&placed, moved + at.normal * 1e-3, -at.normal) else { continue };
+        let Some(next) = found(&placed, moved + at.normal * 1e-3, -at.normal) else {
+            continue;
+        };
         // Over an edge there is another part of the surface with coordinates of its own.
-        if next.normal.dot(at.normal) < 0.999 || next.point.distance(moved) > 1e-5 * along.length() {
+        if next.normal.dot(at.normal) < 0.999 || next.point.distance(moved) > 1e-5 * along.length()
+        {
             continue;
         }
         judged += 1;
-        let (du, dv) = (around(next.parameters.u - u) / STEP, around(next.parameters.v - v) / STEP);
+        let (du, dv) = (
+            around(next.parameters.u - u) / STEP,
+            around(next.parameters.v - v) / STEP,
+        );
         assert!(
             (du - 1.0).abs() < 1e-3 && dv.abs() < 1e-3,
             "{name}: u changes by {du}, v by {dv} a unit; {along:?} at {:?}",
@@ -57,20 +79,31 @@ fn derivative(name: &str, shape: AnyShape<f64>, map: DAffine3) {
         );
         // To the right as u grows, the image's rows run down where it is not mirrored.
         let below = at.point + along.cross(at.normal) * STEP;
-        let Some(lower) = found(&placed, below + at.normal * 1e-3, -at.normal) else { continue };
-        if lower.normal.dot(at.normal) < 0.999 || lower.point.distance(below) > 1e-5 * along.length() {
+        let Some(lower) = found(&placed, below + at.normal * 1e-3, -at.normal) else {
+            continue;
+        };
+        if lower.normal.dot(at.normal) < 0.999
+            || lower.point.distance(below) > 1e-5 * along.length()
+        {
             continue;
         }
         let dv = around(lower.parameters.v - v);
-        assert!(dv != 0.0 && (dv < 0.0) == at.parameters.mirrored, "{name}: v changes by {dv}, {:?}", at.parameters);
+        assert!(
+            dv != 0.0 && (dv < 0.0) == at.parameters.mirrored,
+            "{name}: v changes by {dv}, {:?}",
+            at.parameters
+        );
         handed += 1;
     }
     assert!(handed * 10 > hits * 9, "{name}: {handed} judged of {hits}");
-    assert!(hits > 150 && judged * 10 > hits * 9, "{name}: {judged} judged of {hits}");
+    assert!(
+        hits > 150 && judged * 10 > hits * 9,
+        "{name}: {judged} judged of {hits}"
+    );
 }
 
-/// Protects dp/du of every shape, plain and mapped: a step along it changes u by as much and v by nothing; and on which side of
-/// it v grows, under a map that mirrors too.
+/// Protects dp/du of every shape, plain and mapped: a step along it changes u by as much and v by
+/// nothing; and on which side of it v grows, under a map that mirrors too.
 #[test]
 fn dpdu_is_the_derivative_by_u() {
     let map = DAffine3::from_translation(DVec3::new(0.2, -0.1, 0.3))
@@ -86,9 +119,14 @@ fn dpdu_is_the_derivative_by_u() {
 #[test]
 fn coordinates_of_known_points() {
     use raywright_bvh::shapes::{Cuboid, Cylinder, Ellipsoid, Quad, Sphere, Torus};
-    let sphere: AnyShape<f64> = Sphere { centre: DVec3::ZERO, radius: 1.0 }.into();
+    let sphere: AnyShape<f64> = Sphere {
+        centre: DVec3::ZERO,
+        radius: 1.0,
+    }
+    .into();
     let ellipsoid: AnyShape<f64> = Ellipsoid::new(DVec3::ZERO, DVec3::new(2.0, 1.0, 3.0)).into();
-    let quad: AnyShape<f64> = Quad::new(DVec3::new(-1.0, 0.0, -1.0), DVec3::X * 2.0, DVec3::Z * 2.0).into();
+    let quad: AnyShape<f64> =
+        Quad::new(DVec3::new(-1.0, 0.0, -1.0), DVec3::X * 2.0, DVec3::Z * 2.0).into();
     let cube: AnyShape<f64> = Cuboid::new(DVec3::NEG_ONE, DVec3::ONE).into();
     let can: AnyShape<f64> = Cylinder::new(DVec3::ZERO, DVec3::Y, 1.0, Some(2.0), true).into();
     let pipe: AnyShape<f64> = Cylinder::new(DVec3::ZERO, DVec3::Y, 1.0, None, false).into();
@@ -113,10 +151,14 @@ fn coordinates_of_known_points() {
     ];
     for (name, shape, towards, u, v) in cases {
         let placed = TransformedShape::<f64>::new(shape, DAffine3::IDENTITY).unwrap();
-        let at = found(&placed, towards * 9.0, -towards).unwrap_or_else(|| panic!("{name} missed from {towards:?}"));
+        let at = found(&placed, towards * 9.0, -towards)
+            .unwrap_or_else(|| panic!("{name} missed from {towards:?}"));
         let got = DVec2::new(at.parameters.u, at.parameters.v);
         let wanted = DVec2::new(u.unwrap_or(got.x), v.unwrap_or(got.y));
-        assert!(got.distance(wanted) < 1e-9, "{name} from {towards:?}: {got:?} for {wanted:?}");
+        assert!(
+            got.distance(wanted) < 1e-9,
+            "{name} from {towards:?}: {got:?} for {wanted:?}"
+        );
     }
     // Off the middle of each face of a box: to the right and down as it is seen from outside.
     let placed = TransformedShape::<f64>::new(cube, DAffine3::IDENTITY).unwrap();
@@ -131,39 +173,80 @@ fn coordinates_of_known_points() {
         assert!(right.cross(-down) == side, "not as seen from outside");
         let at = found(&placed, side * 5.0 + right * 0.5 + down * 0.25, -side).unwrap();
         let got = DVec2::new(at.parameters.u, at.parameters.v);
-        assert!(got.distance(DVec2::new(0.75, 0.625)) < 1e-9, "box, face {side:?}: {got:?}");
+        assert!(
+            got.distance(DVec2::new(0.75, 0.625)) < 1e-9,
+            "box, face {side:?}: {got:?}"
+        );
     }
 }
 
-/// Protects: an image, whose rows run down and columns to the right, is upright and not mirrored on a body of which the
-/// outside is seen with its axis up.
+/// Protects: an image, whose rows run down and columns to the right, is upright and not mirrored on
+/// a body of which the outside is seen with its axis up.
 #[test]
 fn images_are_upright() {
-    use raywright_bvh::shapes::{Cone, Cylinder, Ellipsoid, Hyperboloid, Paraboloid, Sphere, Torus};
+    use raywright_bvh::shapes::{
+        Cone, Cylinder, Ellipsoid, Hyperboloid, Paraboloid, Sphere, Torus,
+    };
     const STEP: f64 = 1e-5;
     let bodies: [(&str, AnyShape<f64>); 9] = [
-        ("sphere", Sphere { centre: DVec3::ZERO, radius: 1.0 }.into()),
-        ("ellipsoid", Ellipsoid::new(DVec3::ZERO, DVec3::new(2.0, 1.0, 3.0)).into()),
-        ("cylinder", Cylinder::new(DVec3::NEG_Y, DVec3::Y, 1.0, Some(2.0), true).into()),
-        ("open cylinder", Cylinder::new(DVec3::NEG_Y, DVec3::Y, 1.0, Some(2.0), false).into()),
-        ("infinite cylinder", Cylinder::new(DVec3::NEG_Y, DVec3::Y, 1.0, None, false).into()),
-        ("cone", Cone::new(DVec3::NEG_Y, DVec3::Y, 1.0, 0.0, 2.0).into()),
-        ("hyperboloid", Hyperboloid::new(DVec3::ZERO, 0.5, 0.75, 1.0).into()),
+        (
+            "sphere",
+            Sphere {
+                centre: DVec3::ZERO,
+                radius: 1.0,
+            }
+            .into(),
+        ),
+        (
+            "ellipsoid",
+            Ellipsoid::new(DVec3::ZERO, DVec3::new(2.0, 1.0, 3.0)).into(),
+        ),
+        (
+            "cylinder",
+            Cylinder::new(DVec3::NEG_Y, DVec3::Y, 1.0, Some(2.0), true).into(),
+        ),
+        (
+            "open cylinder",
+            Cylinder::new(DVec3::NEG_Y, DVec3::Y, 1.0, Some(2.0), false).into(),
+        ),
+        (
+            "infinite cylinder",
+            Cylinder::new(DVec3::NEG_Y, DVec3::Y, 1.0, None, false).into(),
+        ),
+        (
+            "cone",
+            Cone::new(DVec3::NEG_Y, DVec3::Y, 1.0, 0.0, 2.0).into(),
+        ),
+        (
+            "hyperboloid",
+            Hyperboloid::new(DVec3::ZERO, 0.5, 0.75, 1.0).into(),
+        ),
         ("paraboloid", Paraboloid::new(DVec3::NEG_Y, 1.0, 2.0).into()),
         ("torus", Torus::new(DVec3::ZERO, DVec3::Y, 2.0, 0.5).into()),
     ];
     for (name, shape) in bodies {
         let placed = TransformedShape::<f64>::new(shape, DAffine3::IDENTITY).unwrap();
         for angle in [0.5_f64, 1.5, 2.5, 3.5, 4.5, 5.5] {
-            let (out, right) = (DVec3::new(angle.cos(), 0.0, angle.sin()), DVec3::new(angle.sin(), 0.0, -angle.cos()));
+            let (out, right) = (
+                DVec3::new(angle.cos(), 0.0, angle.sin()),
+                DVec3::new(angle.sin(), 0.0, -angle.cos()),
+            );
             let at = |aside: f64, down: f64| {
                 let from = out * 9.0 + right * aside - DVec3::Y * (0.1 + down);
-                let p = found(&placed, from, -out).unwrap_or_else(|| panic!("{name} missed")).parameters;
+                let p = found(&placed, from, -out)
+                    .unwrap_or_else(|| panic!("{name} missed"))
+                    .parameters;
                 DVec2::new(p.u, p.v)
             };
             let (here, aside, below) = (at(0.0, 0.0), at(STEP, 0.0), at(0.0, STEP));
-            assert!(aside.x - here.x > 0.02 * STEP, "{name} at {angle}: u falls to the right");
-            assert!(below.y - here.y > 0.02 * STEP, "{name} at {angle}: v falls downwards");
+            assert!(
+                aside.x - here.x > 0.02 * STEP,
+                "{name} at {angle}: u falls to the right"
+            );
+            assert!(
+                below.y - here.y > 0.02 * STEP,
+                "{name} at {angle}: v falls downwards"
+            );
         }
     }
 }

@@ -23,7 +23,8 @@ Examples:
   raywright accuracy scene.scene.toml --rung samples=16   Beside another setting of one's own
   raywright accuracy duck.glb --json > duck.json          For other programs")]
 pub struct AccuracyArgs {
-    /// Scene or model to measure: .scene.toml, .scene.json, glTF/GLB, OBJ, STL, PLY, preset:NAME, or - for standard input [default: the default preset]
+    /// Scene or model to measure: .scene.toml, .scene.json, glTF/GLB, OBJ, STL, PLY, preset:NAME,
+    /// or - for standard input [default: the default preset]
     #[arg(value_name = "SCENE")]
     pub scene: Option<OsString>,
 
@@ -47,7 +48,8 @@ pub struct AccuracyArgs {
     #[arg(long, value_name = "WxH", allow_hyphen_values = true, value_parser = values::size)]
     pub size: Option<[u32; 2]>,
 
-    /// Times that what is worth naming is rendered where all of the picture is measured, with other random numbers each; fewer where time is out
+    /// Times that what is worth naming is rendered where all of the picture is measured, with other
+    /// random numbers each; fewer where time is out
     #[arg(long, value_name = "K", allow_hyphen_values = true, default_value_t = 5, value_parser = clap::value_parser!(u32).range(2..=1000))]
     pub rounds: u32,
 
@@ -67,7 +69,8 @@ pub struct AccuracyArgs {
     #[arg(long)]
     pub json: bool,
 
-    /// Write the report too: .html (a page with plot and table), .csv, .json or .svg (the plot); may be repeated
+    /// Write the report too: .html (a page with plot and table), .csv, .json or .svg (the plot);
+    /// may be repeated
     #[arg(short = 'o', long, value_name = "FILE", action = clap::ArgAction::Append)]
     pub output: Vec<PathBuf>,
 }

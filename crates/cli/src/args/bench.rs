@@ -23,7 +23,8 @@ Examples:
   raywright bench duck.glb                    A model's own rays
   raywright bench duck.glb --build high       The same in a tree that took longer")]
 pub struct BenchArgs {
-    /// Scene or model to measure instead of generated scenes: .scene.toml, .scene.json, glTF/GLB, OBJ, STL, PLY, preset:NAME, or - for standard input
+    /// Scene or model to measure instead of generated scenes: .scene.toml, .scene.json, glTF/GLB,
+    /// OBJ, STL, PLY, preset:NAME, or - for standard input
     #[arg(value_name = "SCENE")]
     pub scene: Option<OsString>,
 
@@ -32,7 +33,13 @@ pub struct BenchArgs {
     pub changes: SceneArgs,
 
     /// What generated scenes are made of
-    #[arg(long, value_name = "KIND", value_enum, default_value_t, conflicts_with = "scene")]
+    #[arg(
+        long,
+        value_name = "KIND",
+        value_enum,
+        default_value_t,
+        conflicts_with = "scene"
+    )]
     pub shape: Shapes,
 
     /// Primitives in the largest generated scene, at most 10000000
@@ -47,8 +54,8 @@ pub struct BenchArgs {
     #[arg(long, value_name = "K", allow_hyphen_values = true, default_value_t = 7, value_parser = clap::value_parser!(u32).range(1..=1000))]
     pub repeats: u32,
 
-    /// CPU seconds that the rays may take, roughly; builds come on top. Less time makes shorter samples, which are less
-    /// certain, and leaves out the scans that take longer
+    /// CPU seconds that the rays may take, roughly; builds come on top. Less time makes shorter
+    /// samples, which are less certain, and leaves out the scans that take longer
     #[arg(long, value_name = "S", allow_hyphen_values = true, default_value_t = 40.0, value_parser = seconds)]
     pub seconds: f64,
 
@@ -67,7 +74,14 @@ pub struct BenchArgs {
 
 /// How the tree is built.
 fn build(text: &str) -> Result<BuildQuality, String> {
-    let names = || Ladder::Build.rungs().iter().map(|rung| rung.name).collect::<Vec<_>>().join(", ");
+    let names = || {
+        Ladder::Build
+            .rungs()
+            .iter()
+            .map(|rung| rung.name)
+            .collect::<Vec<_>>()
+            .join(", ")
+    };
     build_quality(text).ok_or_else(|| format!("expected one of {}", names()))
 }
 

@@ -49,8 +49,9 @@ pub struct CompareArgs {
     #[arg(long, value_name = "DB", allow_hyphen_values = true, value_parser = values::number, help_heading = "Thresholds")]
     pub min_psnr: Option<f64>,
 
-    /// Fail if they differ by more than their noise, as the layer stderr of an .exr or a .film tells it; a picture without is taken to have
-    /// none. Blocks of all sizes are tested, from 16 pixels to the whole
+    /// Fail if they differ by more than their noise, as the layer stderr of an .exr or a .film
+    /// tells it; a picture without is taken to have none. Blocks of all sizes are tested, from 16
+    /// pixels to the whole
     #[arg(long, help_heading = "Thresholds")]
     pub noise: bool,
 
@@ -58,15 +59,18 @@ pub struct CompareArgs {
     #[arg(long, value_name = "P", allow_hyphen_values = true, value_parser = values::level, default_value = "0.01", requires = "noise", help_heading = "Thresholds")]
     pub level: f64,
 
-    /// Write a picture of where they differ, .png: black where alike, ever lighter the more an eye would notice
+    /// Write a picture of where they differ, .png: black where alike, ever lighter the more an eye
+    /// would notice
     #[arg(long, value_name = "FILE")]
     pub diff: Option<PathBuf>,
 
-    /// Brighten .exr pictures by stops before they are compared as an eye sees them [default: as their files say, or 0]
+    /// Brighten .exr pictures by stops before they are compared as an eye sees them [default: as
+    /// their files say, or 0]
     #[arg(long, value_name = "STOPS", value_parser = values::number, allow_hyphen_values = true, help_heading = "Display of .exr")]
     pub exposure: Option<f64>,
 
-    /// How their bright light is compressed for that [default: as their files say, or khronos-neutral]
+    /// How their bright light is compressed for that [default: as their files say, or
+    /// khronos-neutral]
     #[arg(long, value_name = "NAME", value_parser = names::variants::<ToneMap>(), help_heading = "Display of .exr")]
     pub tonemap: Option<ToneMap>,
 
@@ -82,6 +86,14 @@ pub struct CompareArgs {
 impl CompareArgs {
     /// Whether the pictures are to be judged.
     pub fn has_threshold(&self) -> bool {
-        [self.max_rmse, self.max_relmse, self.max_relmse_trimmed, self.max_flip, self.min_psnr].iter().any(Option::is_some)
+        [
+            self.max_rmse,
+            self.max_relmse,
+            self.max_relmse_trimmed,
+            self.max_flip,
+            self.min_psnr,
+        ]
+        .iter()
+        .any(Option::is_some)
     }
 }

@@ -23,8 +23,8 @@ pub struct DenoiseArgs {
     #[arg(value_name = "FILM")]
     pub film: PathBuf,
 
-    /// Picture to write, .png, .jpg or .webp (denoised) or .exr (as it is, with layers denoised and denoised.stderr); may be repeated; - for PNG on
-    /// standard output
+    /// Picture to write, .png, .jpg or .webp (denoised) or .exr (as it is, with layers denoised and
+    /// denoised.stderr); may be repeated; - for PNG on standard output
     #[arg(short, long = "output", value_name = "OUT", action = ArgAction::Append, required = true)]
     pub outputs: Vec<PathBuf>,
 

@@ -23,12 +23,13 @@ pub struct MergeArgs {
     #[arg(value_name = "PART", required = true)]
     pub parts: Vec<PathBuf>,
 
-    /// Picture to write, .png, .jpg or .webp (display) or .exr (linear, with the layers that the parts have); may be repeated; - for PNG on
-    /// standard output
+    /// Picture to write, .png, .jpg or .webp (display) or .exr (linear, with the layers that the
+    /// parts have); may be repeated; - for PNG on standard output
     #[arg(short, long = "output", value_name = "OUT", action = ArgAction::Append, required_unless_present = "checkpoint")]
     pub outputs: Vec<PathBuf>,
 
-    /// Keep all the parts together in this file, to merge it with others or to go on from it with --resume
+    /// Keep all the parts together in this file, to merge it with others or to go on from it with
+    /// --resume
     #[arg(long, value_name = "FILE")]
     pub checkpoint: Option<PathBuf>,
 

@@ -22,7 +22,10 @@ pub use compare::CompareArgs;
 pub use denoise::DenoiseArgs;
 pub use merge::MergeArgs;
 pub use pictures::{BackgroundChoice, Exposure, Frames, MOST_SAMPLES, Share, TevAddress, Views};
-pub use render::{Accelerator, DisplayArgs, FilmArgs, LightArgs, Precision, ProgressStyle, RenderArgs, ReportArgs, ViewArgs};
+pub use render::{
+    Accelerator, DisplayArgs, FilmArgs, LightArgs, Precision, ProgressStyle, RenderArgs,
+    ReportArgs, ViewArgs,
+};
 pub use scene::{CheckArgs, ChoiceArgs, ExplainArgs, InfoArgs, SceneArgs};
 pub use stability::StabilityArgs;
 pub use stress::{DeniedSeverity, StressArgs};
@@ -34,7 +37,8 @@ use clap_complete::Shell;
 
 use crate::console::{ColorChoice, Verbosity};
 
-/// The preset that is rendered where no scene is named. It is the only one whose name the program knows.
+/// The preset that is rendered where no scene is named. It is the only one whose name the program
+/// knows.
 pub const DEFAULT_PRESET: &str = "whitted";
 
 fn examples() -> String {
@@ -84,7 +88,8 @@ pub struct MessageArgs {
     #[arg(short, long, global = true, overrides_with = "quiet")]
     pub verbose: bool,
 
-    /// Colours of messages: auto (on a terminal, unless NO_COLOR is set or CLICOLOR is 0), always or never
+    /// Colours of messages: auto (on a terminal, unless NO_COLOR is set or CLICOLOR is 0), always
+    /// or never
     #[arg(
         long,
         value_name = "WHEN",
@@ -127,7 +132,8 @@ pub enum Command {
     Info(InfoArgs),
     /// Check a scene or model file and report every problem
     Check(CheckArgs),
-    /// Measure what accuracy costs in time on a scene: error and time of each rung, and the settings worth their time
+    /// Measure what accuracy costs in time on a scene: error and time of each rung, and the
+    /// settings worth their time
     Accuracy(AccuracyArgs),
     /// Measure what a ray costs by scan and by tree, and how both grow
     Bench(BenchArgs),
@@ -162,7 +168,9 @@ pub struct PresetsArgs {
 
 /// Arguments of `completions`.
 #[derive(Debug, Args)]
-#[command(after_help = "Example:\n  raywright completions bash > ~/.local/share/bash-completion/completions/raywright")]
+#[command(
+    after_help = "Example:\n  raywright completions bash > ~/.local/share/bash-completion/completions/raywright"
+)]
 pub struct CompletionsArgs {
     /// Which shell
     pub shell: Shell,

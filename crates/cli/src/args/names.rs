@@ -1,5 +1,6 @@
-//! Flags whose values are the variants of a data type: the names come from the type's own serde names, so that a scene
-//! file and the command line cannot drift apart and no table is kept by hand.
+//! Flags whose values are the variants of a data type: the names come from the type's own serde
+//! names, so that a scene file and the command line cannot drift apart and no table is kept by
+//! hand.
 
 use std::fmt;
 
@@ -7,14 +8,23 @@ use clap::builder::{PossibleValuesParser, TypedValueParser};
 use raywright_core::settings::Aov;
 use serde::de::{DeserializeOwned, IntoDeserializer};
 
-/// A clap parser for the unit variants of `T`; clap lists them in the help and suggests the nearest one.
-pub fn variants<T: DeserializeOwned + Clone + Send + Sync + 'static>() -> impl TypedValueParser<Value = T> {
-    PossibleValuesParser::new(names::<T>()).try_map(|name| parse::<T>(&name).map_err(|Refused(_)| Unknown(name)))
+/// A clap parser for the unit variants of `T`; clap lists them in the help and suggests the nearest
+/// one.
+pub fn variants<T: DeserializeOwned + Clone + Send + Sync + 'static>()
+-> impl TypedValueParser<Value = T> {
+    PossibleValuesParser::new(names::<T>())
+        .try_map(|name| parse::<T>(&name).map_err(|Refused(_)| Unknown(name)))
 }
 
 /// A clap parser for the layers of an EXR picture.
 pub fn aov() -> impl TypedValueParser<Value = Aov> {
-    let find = |name: String| Aov::ALL.iter().find(|(known, _)| *known == name).map(|&(_, aov)| aov).ok_or(Unknown(name));
+    let find = |name: String| {
+        Aov::ALL
+            .iter()
+            .find(|(known, _)| *known == name)
+            .map(|&(_, aov)| aov)
+            .ok_or(Unknown(name))
+    };
     PossibleValuesParser::new(Aov::ALL.map(|(name, _)| name)).try_map(find)
 }
 
@@ -70,7 +80,10 @@ mod tests {
     /// Protects: the flags accept exactly what a scene file accepts.
     #[test]
     fn names_are_those_of_the_scene_format() {
-        assert_eq!(names::<ToneMap>(), ["none", "aces", "aces-hill", "agx", "khronos-neutral"]);
+        assert_eq!(
+            names::<ToneMap>(),
+            ["none", "aces", "aces-hill", "agx", "khronos-neutral"]
+        );
         assert_eq!(names::<TransferCurve>(), ["srgb", "2.2", "none"]);
         assert_eq!(parse::<ToneMap>("aces-hill").ok(), Some(ToneMap::AcesHill));
         assert!(parse::<ToneMap>("filmic").is_err());

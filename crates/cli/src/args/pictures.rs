@@ -30,7 +30,8 @@ pub enum BackgroundChoice {
 #[derive(Clone, Debug, PartialEq)]
 pub struct Views(pub Vec<(String, View)>);
 
-/// Moments of a film: from the first second up to the last, so many a second; up to infinity where the animation says when it ends.
+/// Moments of a film: from the first second up to the last, so many a second; up to infinity where
+/// the animation says when it ends.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Frames {
     /// The first moment.

@@ -48,13 +48,15 @@ pub struct RenderArgs {
     ))]
     pub scenes: Vec<OsString>,
 
-    /// Picture to write, .png, .jpg or .webp (display) or .exr (linear); may be repeated; - for PNG on standard output. Several pictures are
-    /// numbered where %04d is in the name; .gif or .apng holds all of them, one after the other
-    /// [default: the scene's name .png in the current directory]
+    /// Picture to write, .png, .jpg or .webp (display) or .exr (linear); may be repeated; - for PNG
+    /// on standard output. Several pictures are numbered where %04d is in the name; .gif or .apng
+    /// holds all of them, one after the other [default: the scene's name .png in the current
+    /// directory]
     #[arg(short, long = "output", value_name = "OUT", action = ArgAction::Append)]
     pub outputs: Vec<PathBuf>,
 
-    /// Write all pictures side by side into one, .png, each with its name below; others are then written where -o says alone
+    /// Write all pictures side by side into one, .png, each with its name below; others are then
+    /// written where -o says alone
     #[arg(long, value_name = "FILE")]
     pub sheet: Option<PathBuf>,
 
@@ -62,12 +64,14 @@ pub struct RenderArgs {
     #[arg(long)]
     pub allow_empty: bool,
 
-    /// Leave out of pictures where they come from, so that equal pixels are equal files. Without -o a picture of that kind is not replaced
+    /// Leave out of pictures where they come from, so that equal pixels are equal files. Without -o
+    /// a picture of that kind is not replaced
     #[arg(long)]
     pub no_metadata: bool,
 
-    /// Layers to add to an .exr output, separated by commas: albedo, normal, position, emission (lamps and sky as seen), depth,
-    /// object, material, samples (how many), stderr (standard error)
+    /// Layers to add to an .exr output, separated by commas: albedo, normal, position, emission
+    /// (lamps and sky as seen), depth, object, material, samples (how many), stderr (standard
+    /// error)
     #[arg(long, value_name = "LIST", value_delimiter = ',', value_parser = names::aov(), hide_possible_values = true)]
     pub aov: Vec<Aov>,
 
@@ -108,7 +112,8 @@ pub struct RenderArgs {
 #[derive(Clone, Debug, Default, Args)]
 #[command(next_help_heading = "View")]
 pub struct ViewArgs {
-    /// Width and height in pixels; the vertical field of view is kept [default: the scene's; models 1280x720]
+    /// Width and height in pixels; the vertical field of view is kept [default: the scene's; models
+    /// 1280x720]
     #[arg(short, long, value_name = "WxH", allow_hyphen_values = true, value_parser = values::size)]
     pub size: Option<[u32; 2]>,
 
@@ -116,14 +121,16 @@ pub struct ViewArgs {
     #[arg(long, value_name = "NAME|INDEX")]
     pub camera: Option<String>,
 
-    /// Show the whole scene from there: front, back, left, right, top, bottom, iso, or azimuth and elevation in degrees (0,0 is the front,
-    /// on the +z side, 90,0 the right) [default: the scene's camera; without one slightly above and to the side, flat things and open
-    /// rooms from their front]
+    /// Show the whole scene from there: front, back, left, right, top, bottom, iso, or azimuth and
+    /// elevation in degrees (0,0 is the front, on the +z side, 90,0 the right) [default: the
+    /// scene's camera; without one slightly above and to the side, flat things and open rooms from
+    /// their front]
     #[arg(long, value_name = "VIEW|AZ,EL", value_parser = values::view, allow_hyphen_values = true,
         conflicts_with_all = ["camera", "eye", "target"])]
     pub view: Option<View>,
 
-    /// One picture from each of these views, separated by commas; named SCENE-VIEW.png, or numbered where %04d is in the name
+    /// One picture from each of these views, separated by commas; named SCENE-VIEW.png, or numbered
+    /// where %04d is in the name
     #[arg(long, value_name = "LIST", value_parser = values::views, allow_hyphen_values = true,
         conflicts_with_all = ["view", "camera", "eye", "target", "turntable", "frames"])]
     pub views: Option<Views>,
@@ -133,8 +140,8 @@ pub struct ViewArgs {
         conflicts_with_all = ["camera", "eye", "target", "frames"])]
     pub turntable: Option<u32>,
 
-    /// One picture for each moment from A up to, but not at, B seconds, so many a second, such as 0..2:25; all:25 is the whole length of a
-    /// model's animation. Each is that of --at
+    /// One picture for each moment from A up to, but not at, B seconds, so many a second, such as
+    /// 0..2:25; all:25 is the whole length of a model's animation. Each is that of --at
     #[arg(long, value_name = "A..B:FPS|all:FPS", value_parser = values::frames, allow_hyphen_values = true, conflicts_with = "at")]
     pub frames: Option<Frames>,
 
@@ -158,23 +165,27 @@ pub struct ViewArgs {
     #[arg(long, value_name = "DEG", allow_hyphen_values = true, value_parser = values::field_of_view)]
     pub fov: Option<f64>,
 
-    /// What a picture shows whose shape is not that of the scene's camera: all of the camera's view and more at two sides (contain), or a part of it
-    /// (cover) [default: of glTF cameras contain; otherwise the height is kept, or what the scene's `fit` says]
+    /// What a picture shows whose shape is not that of the scene's camera: all of the camera's view
+    /// and more at two sides (contain), or a part of it (cover) [default: of glTF cameras contain;
+    /// otherwise the height is kept, or what the scene's `fit` says]
     #[arg(long, value_name = "contain|cover", value_parser = values::fit, conflicts_with_all = ["view", "views", "turntable", "fov"])]
     pub fit: Option<Fit>,
 
-    /// Render only these pixels, counted from the top left; their values are those of the whole picture
+    /// Render only these pixels, counted from the top left; their values are those of the whole
+    /// picture
     #[arg(long, value_name = "X,Y,W,H", allow_hyphen_values = true, value_parser = values::crop)]
     pub crop: Option<Crop>,
 
-    /// Draw the edges of the model's own triangles, a pixel wide, on what the camera sees first; on triangles of a few pixels finer. Spheres and
-    /// other shapes have none. With --material clay for a look at shapes
+    /// Draw the edges of the model's own triangles, a pixel wide, on what the camera sees first; on
+    /// triangles of a few pixels finer. Spheres and other shapes have none. With --material clay
+    /// for a look at shapes
     #[arg(long)]
     pub wireframe: bool,
 
-    /// What is seen where nothing is hit: env (the sky), transparent, or a colour such as white, #e6b219 or rgb(230,178,25), which .png, .jpg
-    /// and .webp have by exactly these codes, whatever exposure and tone map are; .exr has its linear value. R,G,B are linear, from 0 to 1. The
-    /// shadow on a studio's ground stays: under transparent as alpha [default: env]
+    /// What is seen where nothing is hit: env (the sky), transparent, or a colour such as
+    /// white, #e6b219 or rgb(230,178,25), which .png, .jpg and .webp have by exactly these codes,
+    /// whatever exposure and tone map are; .exr has its linear value. R,G,B are linear, from 0
+    /// to 1. The shadow on a studio's ground stays: under transparent as alpha [default: env]
     #[arg(long, value_name = "env|transparent|COLOUR", allow_hyphen_values = true, value_parser = values::background)]
     pub background: Option<BackgroundChoice>,
 }
@@ -183,41 +194,47 @@ pub struct ViewArgs {
 #[derive(Clone, Debug, Default, Args)]
 #[command(next_help_heading = "Light")]
 pub struct LightArgs {
-    /// How light is computed; auto takes the one that the scene calls for [default: the scene's; models auto]
+    /// How light is computed; auto takes the one that the scene calls for [default: the scene's;
+    /// models auto]
     #[arg(long, value_name = "NAME", value_parser = names::variants::<Integrator>())]
     pub integrator: Option<Integrator>,
 
-    /// Samples a pixel: time grows with it, noise falls with its square root. The count of the scene's fixed pattern
-    /// keeps the pattern; 1 then is the pixel centre [default: the scene's; models 64]
+    /// Samples a pixel: time grows with it, noise falls with its square root. The count of the
+    /// scene's fixed pattern keeps the pattern; 1 then is the pixel centre [default: the scene's;
+    /// models 64]
     #[arg(long, value_name = "N", value_parser = values::samples, allow_hyphen_values = true)]
     pub spp: Option<u32>,
 
-    /// Filter the noise out of the picture, from 8 samples on, and tell how wrong it still is. It is biased: what is fine or faint is
-    /// blurred. PNG shows it; EXR keeps the noisy picture and gains layers denoised and denoised.stderr
+    /// Filter the noise out of the picture, from 8 samples on, and tell how wrong it still is. It
+    /// is biased: what is fine or faint is blurred. PNG shows it; EXR keeps the noisy picture and
+    /// gains layers denoised and denoised.stderr
     #[arg(long)]
     pub denoise: bool,
 
-    /// A first look: at most 16 samples, denoised, half as wide and as high, at most 640x360, unless --size says it. The fixed pattern of a scene stays as it is
+    /// A first look: at most 16 samples, denoised, half as wide and as high, at most 640x360,
+    /// unless --size says it. The fixed pattern of a scene stays as it is
     #[arg(long, conflicts_with_all = ["spp", "max_error", "budget", "replay", "resume"])]
     pub quick: bool,
 
-    /// Add samples where the error is until the root relMSE is below E, by the upper end of its 95 % interval: 0.1 is grainy, 0.02
-    /// clean; at most --spp samples a pixel, or what --budget leaves time for; with --denoise it is the denoised picture's error
-    /// [default: every pixel takes --spp]
+    /// Add samples where the error is until the root relMSE is below E, by the upper end of its 95
+    /// % interval: 0.1 is grainy, 0.02 clean; at most --spp samples a pixel, or what --budget
+    /// leaves time for; with --denoise it is the denoised picture's error [default: every pixel
+    /// takes --spp]
     #[arg(long, value_name = "E", allow_hyphen_values = true, value_parser = values::max_error)]
     pub max_error: Option<f64>,
 
-    /// Ray segments a light path may have, 1 to 64, or unlimited: chance alone then ends it; 1 is the camera ray alone [default: the
-    /// scene's; models 8]
+    /// Ray segments a light path may have, 1 to 64, or unlimited: chance alone then ends it; 1 is
+    /// the camera ray alone [default: the scene's; models 8]
     #[arg(long, value_name = "N", allow_hyphen_values = true, value_parser = depth)]
     pub max_depth: Option<u32>,
 
-    /// Radiance to which samples of paths that are brighter are dimmed: fewer fireflies, but light is lost, and the picture is biased
-    /// [default: none is]
+    /// Radiance to which samples of paths that are brighter are dimmed: fewer fireflies, but light
+    /// is lost, and the picture is biased [default: none is]
     #[arg(long, value_name = "X", allow_hyphen_values = true, value_parser = limit)]
     pub clamp: Option<f64>,
 
-    /// Seed of the random numbers: the same seed gives the same picture, bit for bit [default: the scene's; models 0]
+    /// Seed of the random numbers: the same seed gives the same picture, bit for bit [default: the
+    /// scene's; models 0]
     #[arg(long, value_name = "N", allow_hyphen_values = true)]
     pub seed: Option<u64>,
 
@@ -248,8 +265,9 @@ impl From<Precision> for PrecisionChoice {
 #[derive(Clone, Debug, Default, Args)]
 #[command(next_help_heading = "Display (PNG)")]
 pub struct DisplayArgs {
-    /// Brighten by stops: 1 doubles, -1 halves; auto takes the whole stops by which at most a tenth of the picture is clipped or black, those
-    /// of the first picture where a scene has several [default: the scene's; models 0]
+    /// Brighten by stops: 1 doubles, -1 halves; auto takes the whole stops by which at most a tenth
+    /// of the picture is clipped or black, those of the first picture where a scene has several
+    /// [default: the scene's; models 0]
     #[arg(long, value_name = "STOPS|auto", value_parser = values::exposure, allow_hyphen_values = true)]
     pub exposure: Option<Exposure>,
 
@@ -287,27 +305,29 @@ pub struct MachineArgs {
 #[derive(Clone, Debug, Default, Args)]
 #[command(next_help_heading = "Long renders")]
 pub struct FilmArgs {
-    /// Render as many samples as there is time for, counted from the program's start, such as 10s or 5min: at least one
-    /// pass over the picture, unless a second or more are over before it can begin (exit code 5), at most --spp [default:
-    /// no limit; with it, up to 65536 samples]
+    /// Render as many samples as there is time for, counted from the program's start, such as 10s
+    /// or 5min: at least one pass over the picture, unless a second or more are over before it can
+    /// begin (exit code 5), at most --spp [default: no limit; with it, up to 65536 samples]
     #[arg(long, value_name = "TIME", allow_hyphen_values = true, value_parser = values::duration)]
     pub budget: Option<Duration>,
 
-    /// Keep what there is of the picture in this file, every minute and in the end, to go on from with --resume
+    /// Keep what there is of the picture in this file, every minute and in the end, to go on from
+    /// with --resume
     #[arg(long, value_name = "FILE")]
     pub checkpoint: Option<PathBuf>,
 
-    /// Go on from this file with the same scene and flags; --spp may be more. The picture has the bits of one run
+    /// Go on from this file with the same scene and flags; --spp may be more. The picture has the
+    /// bits of one run
     #[arg(long, value_name = "FILE")]
     pub resume: Option<PathBuf>,
 
-    /// Take the samples that this file has, tile by tile, with the same scene and flags but --budget: the bits of a render that a
-    /// budget ended, whose file --checkpoint wrote
+    /// Take the samples that this file has, tile by tile, with the same scene and flags but
+    /// --budget: the bits of a render that a budget ended, whose file --checkpoint wrote
     #[arg(long, value_name = "FILE", conflicts_with_all = ["budget", "resume", "part"])]
     pub replay: Option<PathBuf>,
 
-    /// Render only the Kth of N shares of the picture into the file of --checkpoint; `raywright merge` makes one
-    /// picture of all of them
+    /// Render only the Kth of N shares of the picture into the file of --checkpoint;
+    /// `raywright merge` makes one picture of all of them
     #[arg(long, value_name = "K/N", allow_hyphen_values = true, value_parser = values::share)]
     pub part: Option<Share>,
 }
@@ -342,18 +362,19 @@ pub struct ReportArgs {
     #[arg(long, conflicts_with = "part")]
     pub hash: bool,
 
-    /// Write what there is of the picture to this file each time that there are about twice as many samples, for those who look at it with what they
-    /// have; each time it is there whole. In the end it is the picture
+    /// Write what there is of the picture to this file each time that there are about twice as many
+    /// samples, for those who look at it with what they have; each time it is there whole. In the
+    /// end it is the picture
     #[arg(long, value_name = "FILE.png")]
     pub preview: Option<PathBuf>,
 
-    /// Show each such stage in tev, the viewer of pictures, with its layers: denoised where it is asked for, and standard errors
-    /// [default host and port: 127.0.0.1:14158]
+    /// Show each such stage in tev, the viewer of pictures, with its layers: denoised where it is
+    /// asked for, and standard errors [default host and port: 127.0.0.1:14158]
     #[arg(long, value_name = "tev[:HOST:PORT]", value_parser = values::tev)]
     pub display: Option<TevAddress>,
 
-    /// Progress on standard error: a bar on a terminal and lines elsewhere (auto), lines (plain), JSON with samples, error and seconds
-    /// left in each line (json), or none
+    /// Progress on standard error: a bar on a terminal and lines elsewhere (auto), lines (plain),
+    /// JSON with samples, error and seconds left in each line (json), or none
     #[arg(long, value_name = "STYLE", value_enum, default_value_t)]
     pub progress: ProgressStyle,
 }
@@ -378,12 +399,21 @@ fn depth(text: &str) -> Result<u32, String> {
         return Ok(Settings::UNLIMITED);
     }
     let most = Settings::MOST_SEGMENTS;
-    let number: u32 = text.parse().map_err(|_| format!("expected 1 to {most} or unlimited"))?;
-    if (1..=most).contains(&number) { Ok(number) } else { Err(format!("{number} is not in 1..={most}")) }
+    let number: u32 = text
+        .parse()
+        .map_err(|_| format!("expected 1 to {most} or unlimited"))?;
+    if (1..=most).contains(&number) {
+        Ok(number)
+    } else {
+        Err(format!("{number} is not in 1..={most}"))
+    }
 }
 
 /// Reads a radiance above zero.
 fn limit(text: &str) -> Result<f64, String> {
-    let number = text.parse().ok().filter(|x: &f64| *x > 0.0 && x.is_finite());
+    let number = text
+        .parse()
+        .ok()
+        .filter(|x: &f64| *x > 0.0 && x.is_finite());
     number.ok_or_else(|| "expected a radiance above zero".to_owned())
 }

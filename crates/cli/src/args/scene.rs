@@ -13,8 +13,8 @@ use super::values;
 /// Which scene, and what is changed in it before anything else happens.
 #[derive(Clone, Debug, Default, Args)]
 pub struct SceneArgs {
-    /// Time in seconds at which the scene's expressions are evaluated, or a glTF file's animations are shown [default: the
-    /// file's `t`; models at rest]
+    /// Time in seconds at which the scene's expressions are evaluated, or a glTF file's animations
+    /// are shown [default: the file's `t`; models at rest]
     #[arg(long, value_name = "T", value_parser = values::number, allow_hyphen_values = true)]
     pub at: Option<f64>,
 
@@ -26,37 +26,42 @@ pub struct SceneArgs {
     #[arg(long = "scene", value_name = "NAME|INDEX")]
     pub model_scene: Option<String>,
 
-    /// Variant of a glTF file's materials, by name; `raywright info FILE` lists scenes, variants and animations
+    /// Variant of a glTF file's materials, by name; `raywright info FILE` lists scenes, variants
+    /// and animations
     #[arg(long, value_name = "NAME")]
     pub variant: Option<String>,
 
-    /// Animation of a glTF file that is shown, by name, by index from 0, or all of them together [default: all]
+    /// Animation of a glTF file that is shown, by name, by index from 0, or all of them together
+    /// [default: all]
     #[arg(long, value_name = "NAME|INDEX|all")]
     pub animation: Option<String>,
 
-    /// What is up: an axis of a model (y, z, x, -y, -z, -x), which turns it under studio, views and films; or a direction X,Y,Z, which turns the
-    /// camera alone [default: y; of STL z]
+    /// What is up: an axis of a model (y, z, x, -y, -z, -x), which turns it under studio, views and
+    /// films; or a direction X,Y,Z, which turns the camera alone [default: y; of STL z]
     #[arg(long, value_name = "AXIS|X,Y,Z", value_parser = values::up, allow_hyphen_values = true)]
     pub up: Option<values::Up>,
 
-    /// What every surface is made of, for those who look at shapes: clay, a matte neutral grey. What alpha cuts out stays cut out, glass becomes
-    /// opaque, lamps go on
+    /// What every surface is made of, for those who look at shapes: clay, a matte neutral grey.
+    /// What alpha cuts out stays cut out, glass becomes opaque, lamps go on
     #[arg(long, value_name = "clay", value_parser = values::material)]
     pub material: Option<values::MaterialChoice>,
 
-    /// Cut models: x=0.3 leaves what lies below 0.3 along x, in units of the file once its up axis is y; x=30% counts through the box around
-    /// all; -x=0.3 leaves the other side. Closed meshes get a cap of their own material, grey where images colour that; shapes that are no meshes stay whole
+    /// Cut models: x=0.3 leaves what lies below 0.3 along x, in units of the file once its up axis
+    /// is y; x=30% counts through the box around all; -x=0.3 leaves the other side. Closed meshes
+    /// get a cap of their own material, grey where images colour that; shapes that are no meshes
+    /// stay whole
     #[arg(long, value_name = "AXIS=VALUE", value_parser = values::section, allow_hyphen_values = true)]
     pub section: Option<Section>,
 
-    /// Environment in place of the scene's own: none, default (the neutral grey sky of scenes without light), or an equirectangular
-    /// picture (.hdr, .exr, .png, .jpg)
+    /// Environment in place of the scene's own: none, default (the neutral grey sky of scenes
+    /// without light), or an equirectangular picture (.hdr, .exr, .png, .jpg)
     #[arg(long, value_name = "none|default|FILE", value_parser = values::environment())]
     pub env: Option<EnvironmentSource>,
 
-    /// Light the scene by the default studio in place of its own lights and sky. A model that brings no lights stands in it anyway: soft key,
-    /// fill and rim lights that go round with the camera, a backdrop that is dark behind bright models and light behind dark ones, and
-    /// a ground that catches shadows alone; --env none leaves all of it out
+    /// Light the scene by the default studio in place of its own lights and sky. A model that
+    /// brings no lights stands in it anyway: soft key, fill and rim lights that go round with the
+    /// camera, a backdrop that is dark behind bright models and light behind dark ones, and a
+    /// ground that catches shadows alone; --env none leaves all of it out
     #[arg(long, conflicts_with = "env")]
     pub studio: bool,
 
@@ -64,8 +69,8 @@ pub struct SceneArgs {
     #[arg(long, value_name = "auto|none", value_parser = values::ground, default_value = "auto", hide_default_value = true)]
     pub ground: GroundRule,
 
-    /// Backdrop of the studio, of all pictures of a run: dark, light, or auto: dark behind bright models and light behind dark ones, as the
-    /// first model of the run is
+    /// Backdrop of the studio, of all pictures of a run: dark, light, or auto: dark behind bright
+    /// models and light behind dark ones, as the first model of the run is
     #[arg(long, value_name = "auto|dark|light", value_parser = values::backdrop)]
     pub backdrop: Option<values::Backdrop>,
 
@@ -85,8 +90,8 @@ pub struct SceneArgs {
 /// Which rungs of which ladders, and which effects not.
 #[derive(Clone, Debug, Default, Args)]
 pub struct ChoiceArgs {
-    /// Stand on another rung of a ladder, such as ray-offset=constant; may be repeated. `raywright explain SCENE` lists the
-    /// ladders that a scene reaches
+    /// Stand on another rung of a ladder, such as ray-offset=constant; may be repeated.
+    /// `raywright explain SCENE` lists the ladders that a scene reaches
     #[arg(long = "rung", value_name = "LADDER=RUNG", value_parser = Choice::parse, value_delimiter = ',')]
     pub rungs: Vec<Choice>,
 
@@ -104,7 +109,8 @@ pub struct ChoiceArgs {
 /// Arguments of `explain`.
 #[derive(Debug, Args)]
 pub struct ExplainArgs {
-    /// Scene file (.scene.toml, .scene.json), glTF/GLB, OBJ, STL or PLY model, preset:NAME, or - for standard input
+    /// Scene file (.scene.toml, .scene.json), glTF/GLB, OBJ, STL or PLY model, preset:NAME, or -
+    /// for standard input
     #[arg(value_name = "SCENE")]
     pub scene: OsString,
 
@@ -116,8 +122,8 @@ pub struct ExplainArgs {
     #[command(flatten)]
     pub choices: ChoiceArgs,
 
-    /// Render the scene with and without each effect, in turns and at a reduced size, and tell what it costs in time and changes in
-    /// the picture
+    /// Render the scene with and without each effect, in turns and at a reduced size, and tell what
+    /// it costs in time and changes in the picture
     #[arg(long)]
     pub measure: bool,
 
@@ -133,8 +139,8 @@ pub struct ExplainArgs {
 /// Arguments of `info`.
 #[derive(Debug, Args)]
 pub struct InfoArgs {
-    /// Scene file (.scene.toml, .scene.json), glTF/GLB, OBJ, STL or PLY model, preset:NAME, - for standard input, or a picture (.png, .exr),
-    /// which says its error and what made it
+    /// Scene file (.scene.toml, .scene.json), glTF/GLB, OBJ, STL or PLY model, preset:NAME, - for
+    /// standard input, or a picture (.png, .exr), which says its error and what made it
     #[arg(value_name = "FILE")]
     pub scene: OsString,
 
@@ -154,7 +160,8 @@ pub struct InfoArgs {
                         rendered or has warnings that are denied, 4 it cannot be read, 5 it is over a limit."
 )]
 pub struct CheckArgs {
-    /// Scene files (.scene.toml, .scene.json), glTF/GLB, OBJ, STL or PLY models, preset:NAME, or - for standard input
+    /// Scene files (.scene.toml, .scene.json), glTF/GLB, OBJ, STL or PLY models, preset:NAME, or -
+    /// for standard input
     #[arg(value_name = "FILE", required = true)]
     pub scenes: Vec<OsString>,
 
@@ -166,7 +173,8 @@ pub struct CheckArgs {
     #[arg(long)]
     pub deny_warnings: bool,
 
-    /// Warnings that --deny-warnings allows, by the codes that follow them in brackets; separated by commas
+    /// Warnings that --deny-warnings allows, by the codes that follow them in brackets; separated
+    /// by commas
     #[arg(long, value_name = "CODE", value_delimiter = ',', value_parser = values::warning_code, requires = "deny_warnings")]
     pub allow: Vec<WarningCode>,
 

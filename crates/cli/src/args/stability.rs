@@ -30,7 +30,8 @@ pub struct StabilityArgs {
     #[arg(long)]
     pub json: bool,
 
-    /// Write a page with plot and table too, or by the file's ending: .svg the plot of margins, .md the table, .json
+    /// Write a page with plot and table too, or by the file's ending: .svg the plot of margins, .md
+    /// the table, .json
     #[arg(short, long, value_name = "FILE")]
     pub output: Option<PathBuf>,
 }

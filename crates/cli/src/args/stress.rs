@@ -22,7 +22,8 @@ Examples:
   raywright stress room.scene.toml -o places.png    The places too, marked in the picture
   raywright stress room.scene.toml --deny harmless  Exit code 1 for anything at all")]
 pub struct StressArgs {
-    /// Scene file (.scene.toml, .scene.json), glTF/GLB, OBJ, STL or PLY model, preset:NAME, or - for standard input
+    /// Scene file (.scene.toml, .scene.json), glTF/GLB, OBJ, STL or PLY model, preset:NAME, or -
+    /// for standard input
     #[arg(value_name = "SCENE")]
     pub scene: OsString,
 
@@ -46,7 +47,8 @@ pub struct StressArgs {
     #[arg(long, value_name = "N", allow_hyphen_values = true)]
     pub seed: Option<u64>,
 
-    /// Time after which no more rays are sent, such as 90s or 5min; meshes and images are looked at whatever it takes
+    /// Time after which no more rays are sent, such as 90s or 5min; meshes and images are looked at
+    /// whatever it takes
     #[arg(long, value_name = "TIME", allow_hyphen_values = true, default_value = "30s", value_parser = values::duration)]
     pub budget: Duration,
 

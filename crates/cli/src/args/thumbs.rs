@@ -15,7 +15,8 @@ Examples:
   raywright thumbs models -o thumbnails
   raywright thumbs . -o .thumbnails --size 512")]
 pub struct ThumbsArgs {
-    /// Folder whose scenes and models are shown, those in folders below too; names that begin with a dot are passed over
+    /// Folder whose scenes and models are shown, those in folders below too; names that begin with
+    /// a dot are passed over
     #[arg(value_name = "DIR")]
     pub folder: PathBuf,
 

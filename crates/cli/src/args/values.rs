@@ -1,4 +1,5 @@
-//! Values of flags that are more than a number or a word: sizes, vectors, rectangles, assignments, amounts of memory.
+//! Values of flags that are more than a number or a word: sizes, vectors, rectangles, assignments,
+//! amounts of memory.
 //!
 //! Each parser says in its error what it expected; clap adds the flag and the value.
 
@@ -27,8 +28,14 @@ pub fn duration(text: &str) -> Result<Duration, String> {
     const EXPECTED: &str = "expected a time from 1s to 24h, such as 90s, 5min or 1h30min";
     let (mut rest, mut seconds, mut unit_before) = (text.trim(), 0.0, f64::INFINITY);
     while !rest.is_empty() {
-        let (amount, tail) = rest.split_at(rest.find(|c: char| c.is_ascii_alphabetic()).unwrap_or(rest.len()));
-        let (unit, tail) = tail.split_at(tail.find(|c: char| !c.is_ascii_alphabetic()).unwrap_or(tail.len()));
+        let (amount, tail) = rest.split_at(
+            rest.find(|c: char| c.is_ascii_alphabetic())
+                .unwrap_or(rest.len()),
+        );
+        let (unit, tail) = tail.split_at(
+            tail.find(|c: char| !c.is_ascii_alphabetic())
+                .unwrap_or(tail.len()),
+        );
         let unit = match unit {
             // An hour and a number may mean minutes or seconds.
             "" if unit_before < f64::INFINITY => return Err(EXPECTED.to_owned()),
@@ -43,7 +50,11 @@ pub fn duration(text: &str) -> Result<Duration, String> {
         }
         (rest, unit_before) = (tail.trim_start(), unit);
     }
-    if (1.0..=86_400.0).contains(&seconds) { Ok(Duration::from_secs_f64(seconds)) } else { Err(EXPECTED.to_owned()) }
+    if (1.0..=86_400.0).contains(&seconds) {
+        Ok(Duration::from_secs_f64(seconds))
+    } else {
+        Err(EXPECTED.to_owned())
+    }
 }
 
 /// What a picture of another shape than its camera's shows.
@@ -60,7 +71,9 @@ pub fn exposure(text: &str) -> Result<Exposure, String> {
     if text == "auto" {
         return Ok(Exposure::Auto);
     }
-    number(text).map(Exposure::Stops).map_err(|_| "expected a number of stops, or auto".to_owned())
+    number(text)
+        .map(Exposure::Stops)
+        .map_err(|_| "expected a number of stops, or auto".to_owned())
 }
 
 /// The code of a warning.
@@ -74,10 +87,14 @@ pub fn warning_code(text: &str) -> Result<WarningCode, String> {
 
 /// A share of a picture, `K/N` with 1 ≤ K ≤ N.
 pub fn share(text: &str) -> Result<Share, String> {
-    let parts = text.split_once('/').and_then(|(number, of)| Some((number.trim().parse().ok()?, of.trim().parse().ok()?)));
+    let parts = text
+        .split_once('/')
+        .and_then(|(number, of)| Some((number.trim().parse().ok()?, of.trim().parse().ok()?)));
     match parts {
         Some((number, of)) if 1 <= number && number <= of => Ok(Share { number, of }),
-        Some((_, of)) if of > 0 => Err(format!("the first of {of} shares is 1/{of}, the last is {of}/{of}")),
+        Some((_, of)) if of > 0 => Err(format!(
+            "the first of {of} shares is 1/{of}, the last is {of}/{of}"
+        )),
         _ => Err("expected K/N, such as 2/8 for the second of eight shares".to_owned()),
     }
 }
@@ -88,7 +105,9 @@ pub fn size(text: &str) -> Result<[u32; 2], String> {
     let (width, height) = text.split_once(['x', 'X']).ok_or(EXPECTED)?;
     let edge = |part: &str| match part.parse::<u32>() {
         Ok(1..=MAX_EDGE) => Ok(part.parse().unwrap_or(MAX_EDGE)),
-        Ok(_) => Err(format!("width and height must be between 1 and {MAX_EDGE} pixels")),
+        Ok(_) => Err(format!(
+            "width and height must be between 1 and {MAX_EDGE} pixels"
+        )),
         Err(_) => Err(EXPECTED.to_owned()),
     };
     Ok([edge(width)?, edge(height)?])
@@ -103,7 +122,8 @@ pub fn number(text: &str) -> Result<f64, String> {
     }
 }
 
-/// A root relMSE to be reached: half a millionth is all that 65536 samples of well-behaved noise can do.
+/// A root relMSE to be reached: half a millionth is all that 65536 samples of well-behaved noise
+/// can do.
 pub fn max_error(text: &str) -> Result<f64, String> {
     let percent = text.trim().strip_suffix('%');
     let value = percent.map_or_else(|| number(text), |percent| Ok(number(percent)? / 100.0))?;
@@ -141,7 +161,12 @@ pub fn field_of_view(text: &str) -> Result<f64, String> {
 pub fn tev(text: &str) -> Result<TevAddress, String> {
     const EXPECTED: &str = "expected tev, tev:HOST or tev:HOST:PORT";
     let rest = match text.strip_prefix("tev") {
-        Some("") => return Ok(TevAddress { host: "127.0.0.1".to_owned(), port: TevAddress::PORT }),
+        Some("") => {
+            return Ok(TevAddress {
+                host: "127.0.0.1".to_owned(),
+                port: TevAddress::PORT,
+            });
+        }
         Some(rest) => rest.strip_prefix(':').ok_or(EXPECTED)?,
         None => return Err(EXPECTED.to_owned()),
     };
@@ -151,12 +176,22 @@ pub fn tev(text: &str) -> Result<TevAddress, String> {
         _ => (rest, TevAddress::PORT),
     };
     let host = host.trim_start_matches('[').trim_end_matches(']');
-    if host.is_empty() { Err(EXPECTED.to_owned()) } else { Ok(TevAddress { host: host.to_owned(), port }) }
+    if host.is_empty() {
+        Err(EXPECTED.to_owned())
+    } else {
+        Ok(TevAddress {
+            host: host.to_owned(),
+            port,
+        })
+    }
 }
 
 /// Splits at commas into exactly `N` parts that all parse.
 fn list<T: FromStr, const N: usize>(text: &str) -> Option<[T; N]> {
-    let parts: Vec<T> = text.split(',').map(|part| part.trim().parse().ok()).collect::<Option<_>>()?;
+    let parts: Vec<T> = text
+        .split(',')
+        .map(|part| part.trim().parse().ok())
+        .collect::<Option<_>>()?;
     parts.try_into().ok()
 }
 
@@ -189,9 +224,17 @@ pub fn up(text: &str) -> Result<Up, String> {
 /// A rectangle of pixels, `x,y,w,h`.
 pub fn crop(text: &str) -> Result<Crop, String> {
     match list::<u32, 4>(text) {
-        Some([x, y, width, height]) if width > 0 && height > 0 => Ok(Crop { x, y, width, height }),
+        Some([x, y, width, height]) if width > 0 && height > 0 => Ok(Crop {
+            x,
+            y,
+            width,
+            height,
+        }),
         Some(_) => Err("width and height of the crop must be at least 1 pixel".to_owned()),
-        None => Err("expected four whole numbers x,y,width,height in pixels, such as 100,50,320,200".to_owned()),
+        None => Err(
+            "expected four whole numbers x,y,width,height in pixels, such as 100,50,320,200"
+                .to_owned(),
+        ),
     }
 }
 
@@ -227,7 +270,15 @@ pub fn bytes(text: &str) -> Result<u64, String> {
 /// A background: `env`, `transparent` or a colour. One that is written as codes has exactly those.
 pub fn background(text: &str) -> Result<BackgroundChoice, String> {
     // White is white: the curve's own rounding leaves it a little below.
-    let encoded = |linear: [f64; 3]| linear.map(|value| if value == 1.0 { 1.0 } else { encode(TransferCurve::Srgb, value) });
+    let encoded = |linear: [f64; 3]| {
+        linear.map(|value| {
+            if value == 1.0 {
+                1.0
+            } else {
+                encode(TransferCurve::Srgb, value)
+            }
+        })
+    };
     let nearest = |value: f64| f64::from(quantise(value)) / 255.0;
     if let Some(colour) = parse_colour(text) {
         return Ok(BackgroundChoice::Colour(encoded(colour).map(nearest)));
@@ -245,7 +296,9 @@ pub fn environment() -> impl TypedValueParser<Value = EnvironmentSource> {
     OsStringValueParser::new().try_map(|text| match text.to_str() {
         Some("none") => Ok(EnvironmentSource::None),
         Some("default") => Ok(EnvironmentSource::Default),
-        Some("studio") if !Path::new(&text).exists() => Err("the studio has a flag of its own: --studio"),
+        Some("studio") if !Path::new(&text).exists() => {
+            Err("the studio has a flag of its own: --studio")
+        }
         // A word is more likely a name than a file, unless there is one.
         Some(word) if !word.contains(['.', '/']) && !Path::new(&text).exists() => {
             Err("expected none, default or an equirectangular picture (.hdr, .exr, .png, .jpg)")
@@ -256,8 +309,14 @@ pub fn environment() -> impl TypedValueParser<Value = EnvironmentSource> {
 
 /// Samples of a pixel.
 pub fn samples(text: &str) -> Result<u32, String> {
-    let number = text.trim().parse().ok().filter(|number| (1..=MOST_SAMPLES).contains(number));
-    number.ok_or_else(|| format!("expected a whole number of samples from 1 to {MOST_SAMPLES}, such as 64"))
+    let number = text
+        .trim()
+        .parse()
+        .ok()
+        .filter(|number| (1..=MOST_SAMPLES).contains(number));
+    number.ok_or_else(|| {
+        format!("expected a whole number of samples from 1 to {MOST_SAMPLES}, such as 64")
+    })
 }
 
 /// What lies below a scene in a studio.
@@ -278,7 +337,11 @@ pub enum MaterialChoice {
 
 /// A material by its name.
 pub fn material(text: &str) -> Result<MaterialChoice, String> {
-    if text == "clay" { Ok(MaterialChoice::Clay) } else { Err("expected clay".to_owned()) }
+    if text == "clay" {
+        Ok(MaterialChoice::Clay)
+    } else {
+        Err("expected clay".to_owned())
+    }
 }
 
 /// A cut across an axis.
@@ -299,11 +362,18 @@ pub enum Backdrop {
 
 impl Backdrop {
     /// All of them with their names.
-    const NAMED: [(&'static str, Self); 3] = [("auto", Self::Auto), ("dark", Self::Dark), ("light", Self::Light)];
+    const NAMED: [(&'static str, Self); 3] = [
+        ("auto", Self::Auto),
+        ("dark", Self::Dark),
+        ("light", Self::Light),
+    ];
 
     /// Its name.
     pub fn name(self) -> &'static str {
-        Self::NAMED.iter().find(|(_, backdrop)| *backdrop == self).map_or("auto", |(name, _)| name)
+        Self::NAMED
+            .iter()
+            .find(|(_, backdrop)| *backdrop == self)
+            .map_or("auto", |(name, _)| name)
     }
 
     /// Its radiance, where it is named.
@@ -319,19 +389,29 @@ impl Backdrop {
 /// A backdrop by its name.
 pub fn backdrop(text: &str) -> Result<Backdrop, String> {
     let found = Backdrop::NAMED.iter().find(|(name, _)| *name == text);
-    found.map(|(_, backdrop)| *backdrop).ok_or_else(|| "expected auto, dark or light".to_owned())
+    found
+        .map(|(_, backdrop)| *backdrop)
+        .ok_or_else(|| "expected auto, dark or light".to_owned())
 }
 
 /// A view by its name, or by azimuth and elevation in degrees, `AZ,EL`.
 pub fn view(text: &str) -> Result<View, String> {
-    let named = View::NAMED.iter().find(|(name, _)| *name == text).map(|(_, view)| *view);
+    let named = View::NAMED
+        .iter()
+        .find(|(name, _)| *name == text)
+        .map(|(_, view)| *view);
     let listed = || list::<f64, 2>(text).map(|[azimuth, elevation]| View { azimuth, elevation });
     match named.or_else(listed) {
-        Some(view) if view.azimuth.is_finite() && (-90.0..=90.0).contains(&view.elevation) => Ok(view),
+        Some(view) if view.azimuth.is_finite() && (-90.0..=90.0).contains(&view.elevation) => {
+            Ok(view)
+        }
         Some(_) => Err("expected an elevation from -90 to 90 degrees".to_owned()),
         None => {
             let names: Vec<&str> = View::NAMED.iter().map(|(name, _)| *name).collect();
-            Err(format!("expected {} or azimuth and elevation in degrees, such as 30,20", names.join(", ")))
+            Err(format!(
+                "expected {} or azimuth and elevation in degrees, such as 30,20",
+                names.join(", ")
+            ))
         }
     }
 }
@@ -345,7 +425,10 @@ pub fn views(text: &str) -> Result<Views, String> {
             Ok(_) => format!("{part},{}", parts.next().unwrap_or_default()),
             Err(_) => part.to_owned(),
         };
-        views.push((name.clone(), view(&name).map_err(|error| format!("{name}: {error}"))?));
+        views.push((
+            name.clone(),
+            view(&name).map_err(|error| format!("{name}: {error}"))?,
+        ));
     }
     Ok(Views(views))
 }
@@ -362,12 +445,28 @@ pub fn frames(text: &str) -> Result<Frames, String> {
         None if span == "all" => (0.0, f64::INFINITY),
         None => return Err(expected()),
     };
-    let frames = Frames { from, to, rate: number(rate)? };
+    let frames = Frames {
+        from,
+        to,
+        rate: number(rate)?,
+    };
     match frames {
-        Frames { to: f64::INFINITY, rate, .. } if rate > 0.0 => Ok(frames),
-        Frames { from, to, rate } if rate > 0.0 && to > from && (to - from) * rate <= Frames::MOST => Ok(frames),
-        Frames { from, to, rate } if rate > 0.0 && to > from => Err(format!("{} pictures are too many", (to - from) * rate)),
-        Frames { from, to, rate } if rate > 0.0 => Err(format!("it ends at {to}, and starts at {from}")),
+        Frames {
+            to: f64::INFINITY,
+            rate,
+            ..
+        } if rate > 0.0 => Ok(frames),
+        Frames { from, to, rate }
+            if rate > 0.0 && to > from && (to - from) * rate <= Frames::MOST =>
+        {
+            Ok(frames)
+        }
+        Frames { from, to, rate } if rate > 0.0 && to > from => {
+            Err(format!("{} pictures are too many", (to - from) * rate))
+        }
+        Frames { from, to, rate } if rate > 0.0 => {
+            Err(format!("it ends at {to}, and starts at {from}"))
+        }
         _ => Err(expected()),
     }
 }
@@ -398,7 +497,11 @@ pub fn effect(text: &str) -> Result<Effect, String> {
 
 /// All effects that can be switched off, as they are spelled on the command line.
 pub fn effects() -> String {
-    SWITCHABLE.iter().map(|effect| effect.name().replace(' ', "-")).collect::<Vec<_>>().join(", ")
+    SWITCHABLE
+        .iter()
+        .map(|effect| effect.name().replace(' ', "-"))
+        .collect::<Vec<_>>()
+        .join(", ")
 }
 
 #[cfg(test)]
@@ -418,9 +521,15 @@ mod tests {
             ("1h30m", 5400.0),
             ("1h 5min 2.5s", 3902.5),
         ] {
-            assert_eq!(duration(text), Ok(Duration::from_secs_f64(seconds)), "{text}");
+            assert_eq!(
+                duration(text),
+                Ok(Duration::from_secs_f64(seconds)),
+                "{text}"
+            );
         }
-        for text in ["", "s", "0.5", "25h", "-3s", "1h30", "30m1h", "1h-5m", "1e9", "NaN", "inf", "1 min x"] {
+        for text in [
+            "", "s", "0.5", "25h", "-3s", "1h30", "30m1h", "1h-5m", "1e9", "NaN", "inf", "1 min x",
+        ] {
             assert!(duration(text).is_err(), "{text}");
         }
     }
@@ -430,10 +539,31 @@ mod tests {
     fn shares_are_counted_from_one() {
         assert_eq!(share("1/1"), Ok(Share { number: 1, of: 1 }));
         assert_eq!(share("3/8"), Ok(Share { number: 3, of: 8 }));
-        assert_eq!(share("0/8").unwrap_err(), "the first of 8 shares is 1/8, the last is 8/8");
-        assert_eq!(share("9/8").unwrap_err(), "the first of 8 shares is 1/8, the last is 8/8");
-        for text in ["", "/", "1", "1/", "-1/2", "1/0", "0/0", "a/b", "1/2/3", "1/5000000000"] {
-            assert_eq!(share(text).unwrap_err(), "expected K/N, such as 2/8 for the second of eight shares", "{text}");
+        assert_eq!(
+            share("0/8").unwrap_err(),
+            "the first of 8 shares is 1/8, the last is 8/8"
+        );
+        assert_eq!(
+            share("9/8").unwrap_err(),
+            "the first of 8 shares is 1/8, the last is 8/8"
+        );
+        for text in [
+            "",
+            "/",
+            "1",
+            "1/",
+            "-1/2",
+            "1/0",
+            "0/0",
+            "a/b",
+            "1/2/3",
+            "1/5000000000",
+        ] {
+            assert_eq!(
+                share(text).unwrap_err(),
+                "expected K/N, such as 2/8 for the second of eight shares",
+                "{text}"
+            );
         }
     }
 
@@ -443,20 +573,38 @@ mod tests {
         assert_eq!(size("1280x720"), Ok([1280, 720]));
         assert_eq!(size("1X65536"), Ok([1, 65536]));
         assert_eq!(triple("0,1.5,-2"), Ok([0.0, 1.5, -2.0]));
-        assert_eq!(crop("100,50,320,200"), Ok(Crop { x: 100, y: 50, width: 320, height: 200 }));
-        assert_eq!(assignment("roughness=0.3"), Ok(("roughness".to_owned(), 0.3)));
+        assert_eq!(
+            crop("100,50,320,200"),
+            Ok(Crop {
+                x: 100,
+                y: 50,
+                width: 320,
+                height: 200
+            })
+        );
+        assert_eq!(
+            assignment("roughness=0.3"),
+            Ok(("roughness".to_owned(), 0.3))
+        );
         assert_eq!(bytes("512M"), Ok(512 << 20));
         assert_eq!(bytes("2GiB"), Ok(2 << 30));
         assert_eq!(bytes("800000000"), Ok(800_000_000));
         assert_eq!(background("env"), Ok(BackgroundChoice::Environment));
         assert_eq!(background("transparent"), Ok(BackgroundChoice::Transparent));
         let codes = [230, 178, 25].map(|code| f64::from(code) / 255.0);
-        assert_eq!([background("#e6b219"), background("rgb(230,178,25)")], [(); 2].map(|()| Ok(BackgroundChoice::Colour(codes))));
-        assert_eq!(background("1,0,1"), Ok(BackgroundChoice::Colour([1.0, 0.0, 1.0])));
+        assert_eq!(
+            [background("#e6b219"), background("rgb(230,178,25)")],
+            [(); 2].map(|()| Ok(BackgroundChoice::Colour(codes)))
+        );
+        assert_eq!(
+            background("1,0,1"),
+            Ok(BackgroundChoice::Colour([1.0, 0.0, 1.0]))
+        );
         assert_eq!(field_of_view("45"), Ok(45.0));
     }
 
-    /// Protects: tev is found where it listens by itself, at another host and port, and by addresses with colons.
+    /// Protects: tev is found where it listens by itself, at another host and port, and by
+    /// addresses with colons.
     #[test]
     fn viewers_have_places() {
         let at = |text: &str| tev(text).map(|place| (place.host, place.port));
@@ -466,7 +614,15 @@ mod tests {
         assert_eq!(at("tev:far:99"), place("far", 99));
         assert_eq!(at("tev:[::1]"), place("::1", 14158));
         assert_eq!(at("tev:[::1]:99"), place("::1", 99));
-        for wrong in ["", "tv", "tev:", "tev::9", "tevfar", "tev:far:", "tev:far:99999"] {
+        for wrong in [
+            "",
+            "tv",
+            "tev:",
+            "tev::9",
+            "tevfar",
+            "tev:far:",
+            "tev:far:99999",
+        ] {
             assert!(at(wrong).is_err(), "{wrong}");
         }
     }
@@ -483,7 +639,17 @@ mod tests {
     /// Protects: values that look almost right are refused instead of guessed at.
     #[test]
     fn malformed_values_are_refused() {
-        for text in ["", "640", "640x", "x480", "0x480", "640x65537", "640*480", "-1x5", "99999999999x1"] {
+        for text in [
+            "",
+            "640",
+            "640x",
+            "x480",
+            "0x480",
+            "640x65537",
+            "640*480",
+            "-1x5",
+            "99999999999x1",
+        ] {
             assert!(size(text).is_err(), "{text}");
         }
         for text in ["", "1,2", "1,2,3,4", "1;2;3", "1,NaN,3", "1,inf,3", "1,,3"] {
@@ -509,8 +675,14 @@ mod tests {
     /// Protects: of several values the wrong one is named, and so is what is wrong with moments.
     #[test]
     fn what_is_wrong_is_named() {
-        assert!(views("front,fronnt").is_err_and(|error| error.starts_with("fronnt: expected front, back")));
-        assert!(views("front,10,91").is_err_and(|error| error.starts_with("10,91: expected an elevation")));
+        assert!(
+            views("front,fronnt")
+                .is_err_and(|error| error.starts_with("fronnt: expected front, back"))
+        );
+        assert!(
+            views("front,10,91")
+                .is_err_and(|error| error.starts_with("10,91: expected an elevation"))
+        );
         assert!(frames("2..0:5").is_err_and(|error| error == "it ends at 0, and starts at 2"));
         assert!(frames("0..1e9:25").is_err_and(|error| error.ends_with("pictures are too many")));
         assert!(frames("0..2:-5").is_err_and(|error| error.starts_with("expected A..B:FPS")));

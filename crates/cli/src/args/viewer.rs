@@ -34,7 +34,13 @@ pub struct ViewerArgs {
     pub linger: Duration,
 
     /// Port of the page [default: one that is free]
-    #[arg(long, value_name = "N", help_heading = "Viewer", default_value_t = 0, hide_default_value = true)]
+    #[arg(
+        long,
+        value_name = "N",
+        help_heading = "Viewer",
+        default_value_t = 0,
+        hide_default_value = true
+    )]
     pub port: u16,
 
     /// Print the page's address, and do not open it

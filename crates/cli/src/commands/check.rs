@@ -1,5 +1,5 @@
-//! `check`: whether files can be rendered, and everything that stands in the way if not. Who names no precision renders in the
-//! default one, so that what its numbers lose is a problem here too.
+//! `check`: whether files can be rendered, and everything that stands in the way if not. Who names
+//! no precision renders in the default one, so that what its numbers lose is a problem here too.
 
 use raywright_core::{Settings, collapsed};
 use raywright_io::{Loaded, Severity, Warning, WarningCode};
@@ -36,14 +36,22 @@ struct Checked {
 
 /// Reads and validates each file; the exit code is that of the first one that is not right.
 pub fn run(args: &CheckArgs, verbosity: Verbosity) -> Result<(), Failure> {
-    let mut report = CheckReport { format: FORMAT, files: Vec::new() };
+    let mut report = CheckReport {
+        format: FORMAT,
+        files: Vec::new(),
+    };
     let mut first = None;
     for name in &args.scenes {
         let options = plan::options(&args.changes, None);
-        let loaded = scene_input::read(name, &options, &mut Notes::new(Verbosity::Quiet)).and_then(right);
+        let loaded =
+            scene_input::read(name, &options, &mut Notes::new(Verbosity::Quiet)).and_then(right);
         let (checked, failure) = judged(name.to_string_lossy().into_owned(), loaded, args);
         if !args.json {
-            tell(&checked, failure.as_ref().filter(|_| args.scenes.len() > 1), verbosity)?;
+            tell(
+                &checked,
+                failure.as_ref().filter(|_| args.scenes.len() > 1),
+                verbosity,
+            )?;
         }
         first = first.or(failure);
         report.files.push(checked);
@@ -56,7 +64,10 @@ pub fn run(args: &CheckArgs, verbosity: Verbosity) -> Result<(), Failure> {
         Some(failure) if args.scenes.len() == 1 => Err(failure),
         Some(failure) => {
             let wrong = report.files.iter().filter(|checked| !checked.ok).count();
-            Err(Failure::new(failure.exit, format_args!("{wrong} of {} files are not right", report.files.len())))
+            Err(Failure::new(
+                failure.exit,
+                format_args!("{wrong} of {} files are not right", report.files.len()),
+            ))
         }
     }
 }
@@ -64,44 +75,104 @@ pub fn run(args: &CheckArgs, verbosity: Verbosity) -> Result<(), Failure> {
 /// The scene, unless the default precision loses a part of it.
 fn right(loaded: Loaded) -> Result<Loaded, Failure> {
     let lost = collapsed(&loaded.scene, Settings::of(&loaded.scene).precision);
-    if lost.is_empty() { Ok(loaded) } else { Err(loaded.source.error(lost).into()) }
+    if lost.is_empty() {
+        Ok(loaded)
+    } else {
+        Err(loaded.source.error(lost).into())
+    }
 }
 
 /// What is said of a file, and how a check of it alone ends.
-fn judged(file: String, loaded: Result<Loaded, Failure>, args: &CheckArgs) -> (Checked, Option<Failure>) {
+fn judged(
+    file: String,
+    loaded: Result<Loaded, Failure>,
+    args: &CheckArgs,
+) -> (Checked, Option<Failure>) {
     let loaded = match loaded {
         Ok(loaded) => loaded,
         Err(failure) => {
             let message = failure.message.trim_end();
-            let error = Some(message.strip_prefix("error: ").unwrap_or(message).to_owned());
-            return (Checked { file, ok: false, code: failure.exit as u8, error, warnings: Vec::new() }, Some(failure));
+            let error = Some(
+                message
+                    .strip_prefix("error: ")
+                    .unwrap_or(message)
+                    .to_owned(),
+            );
+            return (
+                Checked {
+                    file,
+                    ok: false,
+                    code: failure.exit as u8,
+                    error,
+                    warnings: Vec::new(),
+                },
+                Some(failure),
+            );
         }
     };
     let mut warnings = loaded.warnings.clone();
-    if scene_input::shows_nothing(&loaded) && !warnings.iter().any(|warning| warning.code == WarningCode::NothingToSee) {
-        warnings.push(Warning::new(WarningCode::NothingToSee, &loaded.source.name, "there is nothing to see: it has no object"));
+    if scene_input::shows_nothing(&loaded)
+        && !warnings
+            .iter()
+            .any(|warning| warning.code == WarningCode::NothingToSee)
+    {
+        warnings.push(Warning::new(
+            WarningCode::NothingToSee,
+            &loaded.source.name,
+            "there is nothing to see: it has no object",
+        ));
     }
     warnings.sort_by_key(|warning| std::cmp::Reverse(warning.severity()));
     // What was read in one way or the other is no problem of the picture.
-    let is_denied = |warning: &&Warning| warning.severity() > Severity::Note && !args.allow.contains(&warning.code);
-    let denied = if args.deny_warnings { warnings.iter().filter(is_denied).count() } else { 0 };
+    let is_denied = |warning: &&Warning| {
+        warning.severity() > Severity::Note && !args.allow.contains(&warning.code)
+    };
+    let denied = if args.deny_warnings {
+        warnings.iter().filter(is_denied).count()
+    } else {
+        0
+    };
     let failure = (denied > 0).then(|| {
         let found = counted(denied, "warning");
-        Failure::new(Exit::Input, format_args!("{}: {found}, and --deny-warnings allows none", loaded.source.name))
+        Failure::new(
+            Exit::Input,
+            format_args!(
+                "{}: {found}, and --deny-warnings allows none",
+                loaded.source.name
+            ),
+        )
     });
     let code = failure.as_ref().map_or(Exit::Done, |failure| failure.exit) as u8;
-    (Checked { file: loaded.source.name, ok: denied == 0, code, error: None, warnings }, failure)
+    (
+        Checked {
+            file: loaded.source.name,
+            ok: denied == 0,
+            code,
+            error: None,
+            warnings,
+        },
+        failure,
+    )
 }
 
 fn counted(n: usize, what: &str) -> String {
-    if n == 1 { format!("1 {what}") } else { format!("{n} {what}s") }
+    if n == 1 {
+        format!("1 {what}")
+    } else {
+        format!("{n} {what}s")
+    }
 }
 
-/// A line on standard output for a file that is right; the rest goes to standard error, errors of several files one by one.
+/// A line on standard output for a file that is right; the rest goes to standard error, errors of
+/// several files one by one.
 fn tell(checked: &Checked, failure: Option<&Failure>, verbosity: Verbosity) -> Result<(), Failure> {
     for Warning { code, message } in &checked.warnings {
         let message = format_args!("{message} [{}]", code.name());
-        if code.severity() == Severity::Note { verbosity.note(message) } else { verbosity.warn(message) }
+        if code.severity() == Severity::Note {
+            verbosity.note(message)
+        } else {
+            verbosity.warn(message)
+        }
     }
     if let Some(failure) = failure {
         console::tell(failure.message.trim_end());
@@ -109,8 +180,16 @@ fn tell(checked: &Checked, failure: Option<&Failure>, verbosity: Verbosity) -> R
     if !checked.ok {
         return Ok(());
     }
-    let notes = checked.warnings.iter().filter(|warning| warning.severity() == Severity::Note).count();
-    let counts = [(checked.warnings.len() - notes, "warning"), (notes, "note")].into_iter().filter(|(n, _)| *n > 0);
-    let counts: String = counts.map(|(n, what)| format!(", {}", counted(n, what))).collect();
+    let notes = checked
+        .warnings
+        .iter()
+        .filter(|warning| warning.severity() == Severity::Note)
+        .count();
+    let counts = [(checked.warnings.len() - notes, "warning"), (notes, "note")]
+        .into_iter()
+        .filter(|(n, _)| *n > 0);
+    let counts: String = counts
+        .map(|(n, what)| format!(", {}", counted(n, what)))
+        .collect();
     console::print(format!("{}: ok{counts}\n", checked.file))
 }

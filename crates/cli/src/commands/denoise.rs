@@ -25,7 +25,10 @@ use crate::{interrupt, origin, plan};
 /// Reads a film, denoises it and writes what is asked for.
 pub fn run(args: &DenoiseArgs, verbosity: Verbosity) -> Result<(), Failure> {
     let clock = Clock::start();
-    let (mut outputs, mut inputs) = (Outputs::with_quality(args.display.quality), Inputs::default());
+    let (mut outputs, mut inputs) = (
+        Outputs::with_quality(args.display.quality),
+        Inputs::default(),
+    );
     let targets = targets::pictures(&args.outputs, &mut outputs)?;
     inputs.read(&args.film);
     outputs.keep_clear_of(&inputs)?;
@@ -37,19 +40,31 @@ pub fn run(args: &DenoiseArgs, verbosity: Verbosity) -> Result<(), Failure> {
     if let Err(error) = &denoised {
         return Err(refused(&args.film.display().to_string(), error));
     }
-    let rendered = Rendered { denoised: Some(denoised), ..Rendered::noisy(&kept.film) };
+    let rendered = Rendered {
+        denoised: Some(denoised),
+        ..Rendered::noisy(&kept.film)
+    };
     let display = plan::shown_as_suits(&args.display, kept.display, rendered.shown());
     let noisy = kept.film.uncertainty();
     kept.metadata.error = origin::error(noisy.as_ref(), &rendered, &kept.film);
-    let written =
-        write::write(&rendered, &targets, display, &kept.metadata, (&inputs, |path: &Path| outputs.leave_free(path, &inputs)))?;
+    let written = write::write(
+        &rendered,
+        &targets,
+        display,
+        &kept.metadata,
+        (&inputs, |path: &Path| outputs.leave_free(path, &inputs)),
+    )?;
     let mut notes = Notes::new(verbosity);
     tell::note_losses(&rendered.counters, &mut notes);
-    let error =
-        tell::error(noisy.as_ref(), &kept.film, &rendered, None, &mut notes).unwrap_or_else(|| "denoised (biased)".to_owned());
+    let error = tell::error(noisy.as_ref(), &kept.film, &rendered, None, &mut notes)
+        .unwrap_or_else(|| "denoised (biased)".to_owned());
     notes.finish();
     if !written.is_empty() {
-        verbosity.say(format_args!("wrote {} ({error}, {})", written.join(", "), spoken(clock.total())));
+        verbosity.say(format_args!(
+            "wrote {} ({error}, {})",
+            written.join(", "),
+            spoken(clock.total())
+        ));
     }
     Ok(())
 }
@@ -65,13 +80,30 @@ fn refused(film: &str, error: &DenoiseError) -> Failure {
 }
 
 /// What a render's film amounts to, denoised where it is to be, which is shown as it goes on.
-pub fn rendered(film: &Film, (style, verbosity): (ProgressStyle, Verbosity), stop: &AtomicBool) -> Rendered {
+pub fn rendered(
+    film: &Film,
+    (style, verbosity): (ProgressStyle, Verbosity),
+    stop: &AtomicBool,
+) -> Rendered {
     if !film.is_to_be_denoised() {
         return Rendered::noisy(film);
     }
-    let is_small = film.size().iter().map(|&edge| u64::from(edge)).product::<u64>() < SMALL;
-    let progress = Progress::start("denoising", if is_small { ProgressStyle::None } else { style }, verbosity);
-    let watch = Watch { progress: Some(&progress), patience: Patience::default(), ..Watch::until(stop) };
+    let is_small = film
+        .size()
+        .iter()
+        .map(|&edge| u64::from(edge))
+        .product::<u64>()
+        < SMALL;
+    let progress = Progress::start(
+        "denoising",
+        if is_small { ProgressStyle::None } else { style },
+        verbosity,
+    );
+    let watch = Watch {
+        progress: Some(&progress),
+        patience: Patience::default(),
+        ..Watch::until(stop)
+    };
     let rendered = Rendered::of(film, &watch as &dyn Observer);
     progress.finish();
     rendered

@@ -1,5 +1,5 @@
-//! `explain`: which effects of a scene a render would simulate, which the scene has none of, and which are left out; and on
-//! which rungs of which ladders it would stand.
+//! `explain`: which effects of a scene a render would simulate, which the scene has none of, and
+//! which are left out; and on which rungs of which ladders it would stand.
 
 use raywright_core::accuracy::{EffectCosts, measure_effects};
 use raywright_core::effects::{EffectReport, Finding, Status, detect};
@@ -24,12 +24,19 @@ use crate::{interrupt, scene_input};
 /// Prints the report as a table or as JSON.
 pub fn run(args: &ExplainArgs, verbosity: Verbosity) -> Result<(), Failure> {
     let mut notes = Notes::new(verbosity);
-    let mut loaded = scene_input::read(&args.scene, &plan::options(&args.changes, None), &mut notes)?;
+    let mut loaded =
+        scene_input::read(&args.scene, &plan::options(&args.changes, None), &mut notes)?;
     scene_input::note_completed(&loaded, &mut notes);
     notes.finish();
     let found = Found::of(args, &mut loaded)?;
-    let costs = if args.measure { Some(measured(args, &loaded, &found.settings, verbosity)?) } else { None };
-    let Found { report, ladders, .. } = &found;
+    let costs = if args.measure {
+        Some(measured(args, &loaded, &found.settings, verbosity)?)
+    } else {
+        None
+    };
+    let Found {
+        report, ladders, ..
+    } = &found;
     console::print(match args.json {
         true => json(&loaded, &found, costs.as_ref()),
         false => {
@@ -41,10 +48,17 @@ pub fn run(args: &ExplainArgs, verbosity: Verbosity) -> Result<(), Failure> {
 }
 
 /// The report as JSON, for a scene in memory, on the thread pool that this is called from.
-pub fn embedded(args: &ExplainArgs, mut loaded: Loaded, observer: &dyn Observer) -> Result<String, Failure> {
+pub fn embedded(
+    args: &ExplainArgs,
+    mut loaded: Loaded,
+    observer: &dyn Observer,
+) -> Result<String, Failure> {
     let found = Found::of(args, &mut loaded)?;
     let mut steps = Steps::start(Verbosity::Quiet);
-    let costs = args.measure.then(|| measured_by(args, &loaded, &found.settings, (observer, &mut steps))).transpose()?;
+    let costs = args
+        .measure
+        .then(|| measured_by(args, &loaded, &found.settings, (observer, &mut steps)))
+        .transpose()?;
     Ok(json(&loaded, &found, costs.as_ref()))
 }
 
@@ -61,14 +75,27 @@ impl Found {
         Choices::from(&args.choices).apply(&mut loaded.scene, &mut settings)?;
         let report = detect(&loaded.scene, &settings);
         let ladders = standings(&loaded.scene, &settings, &report);
-        Ok(Self { settings, report, ladders })
+        Ok(Self {
+            settings,
+            report,
+            ladders,
+        })
     }
 }
 
 /// What the effects cost, by rendering.
-fn measured(args: &ExplainArgs, loaded: &Loaded, settings: &Settings, verbosity: Verbosity) -> Result<EffectCosts, Failure> {
+fn measured(
+    args: &ExplainArgs,
+    loaded: &Loaded,
+    settings: &Settings,
+    verbosity: Verbosity,
+) -> Result<EffectCosts, Failure> {
     let watch = Watch::until(interrupt::flag()?);
-    let mut steps = Steps::start(if args.json { Verbosity::Quiet } else { verbosity });
+    let mut steps = Steps::start(if args.json {
+        Verbosity::Quiet
+    } else {
+        verbosity
+    });
     Threads::new(None)?.run(|| measured_by(args, loaded, settings, (&watch, &mut steps)))
 }
 
@@ -78,7 +105,10 @@ fn measured_by(
     settings: &Settings,
     (observer, steps): (&dyn Observer, &mut Steps),
 ) -> Result<EffectCosts, Failure> {
-    let settings = Settings { max_memory: Some(Limits::default().memory_bytes), ..settings.clone() };
+    let settings = Settings {
+        max_memory: Some(Limits::default().memory_bytes),
+        ..settings.clone()
+    };
     let costs = measure_effects(&loaded.scene, &settings, args.budget, observer, steps);
     costs.map_err(|error| failed(&loaded.source, error))
 }
@@ -89,13 +119,30 @@ pub fn dear(costs: &EffectCosts) -> String {
     let percent = |ratio: f64| format!("{:+.0} %", 100.0 * (ratio - 1.0));
     let mut rows = vec![["  effect", "time", "rays", "changes (RMSE)", "FLIP"].map(str::to_owned)];
     rows.extend(costs.effects.iter().map(|cost| {
-        let spread = format!("{} ({} to {})", percent(cost.ratio.median), percent(cost.ratio.min), percent(cost.ratio.max));
+        let spread = format!(
+            "{} ({} to {})",
+            percent(cost.ratio.median),
+            percent(cost.ratio.min),
+            percent(cost.ratio.max)
+        );
         let (rmse, flip) = (significant(cost.rmse, 3), significant(cost.flip, 3));
-        [format!("  {}", cost.effect), spread, percent(cost.rays), rmse, flip]
+        [
+            format!("  {}", cost.effect),
+            spread,
+            percent(cost.rays),
+            rmse,
+            flip,
+        ]
     }));
-    let late = if costs.late.is_empty() { String::new() } else { format!("  no time for: {}\n", costs.late.join(", ")) };
+    let late = if costs.late.is_empty() {
+        String::new()
+    } else {
+        format!("  no time for: {}\n", costs.late.join(", "))
+    };
     let whole = spoken(costs.seconds.median);
-    let title = format!("what each adds to time and picture ({width}x{height} pixels, {whole} of all threads with all of them)");
+    let title = format!(
+        "what each adds to time and picture ({width}x{height} pixels, {whole} of all threads with all of them)"
+    );
     format!("\n{}\n{}{late}", paragraph(&title), lay_out(&rows))
 }
 
@@ -115,7 +162,13 @@ struct Explanation<'a> {
     costs: Option<&'a EffectCosts>,
 }
 
-fn json(loaded: &Loaded, Found { report, ladders, .. }: &Found, costs: Option<&EffectCosts>) -> String {
+fn json(
+    loaded: &Loaded,
+    Found {
+        report, ladders, ..
+    }: &Found,
+    costs: Option<&EffectCosts>,
+) -> String {
     console::json(&Explanation {
         format: FORMAT,
         scene: &loaded.source.name,
@@ -126,19 +179,48 @@ fn json(loaded: &Loaded, Found { report, ladders, .. }: &Found, costs: Option<&E
     })
 }
 
-/// What is simulated first, then what is left out, then what there is none of: its names alone, or why in full.
+/// What is simulated first, then what is left out, then what there is none of: its names alone, or
+/// why in full.
 pub fn text(source: &SourceInfo, report: &EffectReport, in_full: bool) -> String {
-    let mut text = format!("{}\n{}\n", source.name, paragraph(&format!("integrator {} ({})", report.integrator, report.because)));
-    for (status, title) in [(Status::Simulated, "simulated"), (Status::LeftOut, "left out"), (Status::Absent, ABSENT)] {
-        let effects: Vec<&Finding> = report.effects.iter().filter(|finding| finding.status == status).collect();
+    let mut text = format!(
+        "{}\n{}\n",
+        source.name,
+        paragraph(&format!(
+            "integrator {} ({})",
+            report.integrator, report.because
+        ))
+    );
+    for (status, title) in [
+        (Status::Simulated, "simulated"),
+        (Status::LeftOut, "left out"),
+        (Status::Absent, ABSENT),
+    ] {
+        let effects: Vec<&Finding> = report
+            .effects
+            .iter()
+            .filter(|finding| finding.status == status)
+            .collect();
         if status == Status::Absent && !in_full {
-            let names: Vec<&str> = effects.iter().map(|finding| finding.effect.name()).collect();
-            let names = if names.is_empty() { "none".to_owned() } else { names.join(", ") };
+            let names: Vec<&str> = effects
+                .iter()
+                .map(|finding| finding.effect.name())
+                .collect();
+            let names = if names.is_empty() {
+                "none".to_owned()
+            } else {
+                names.join(", ")
+            };
             text += &format!("\n{}\n", paragraph(&format!("{ABSENT}: {names}")));
         } else if !effects.is_empty() {
-            let width = effects.iter().map(|finding| finding.effect.name().chars().count()).max().unwrap_or(0);
+            let width = effects
+                .iter()
+                .map(|finding| finding.effect.name().chars().count())
+                .max()
+                .unwrap_or(0);
             text += &format!("\n{title}\n");
-            effects.iter().for_each(|effect| text += &lines(effect, source, width));
+            effects
+                .iter()
+                .for_each(|effect| text += &lines(effect, source, width));
         }
     }
     text
@@ -150,14 +232,31 @@ const ABSENT: &str = "absent, and nothing is spent on it";
 /// The ladders that the scene reaches: the rung in use with what it is, and the others.
 fn rungs(ladders: &[CurrentRung]) -> String {
     let row = |standing: &CurrentRung| {
-        let own = standing.rungs.iter().find(|rung| rung.name == standing.rung);
-        let others: Vec<&str> = standing.rungs.iter().map(|rung| rung.name).filter(|name| *name != standing.rung).collect();
+        let own = standing
+            .rungs
+            .iter()
+            .find(|rung| rung.name == standing.rung);
+        let others: Vec<&str> = standing
+            .rungs
+            .iter()
+            .map(|rung| rung.name)
+            .filter(|name| *name != standing.rung)
+            .collect();
         let about = own.map_or_else(String::new, |rung| format!("{} ", rung.about));
-        [format!("  {}", standing.ladder), standing.rung.clone(), format!("{about}(others: {})", others.join(", "))]
+        [
+            format!("  {}", standing.ladder),
+            standing.rung.clone(),
+            format!("{about}(others: {})", others.join(", ")),
+        ]
     };
-    let (pictures, time): (Vec<&CurrentRung>, Vec<&CurrentRung>) = ladders.iter().partition(|standing| standing.changes_pictures);
+    let (pictures, time): (Vec<&CurrentRung>, Vec<&CurrentRung>) = ladders
+        .iter()
+        .partition(|standing| standing.changes_pictures);
     let mut text = String::new();
-    for (title, list) in [("rungs in use", pictures), ("rungs in use that change no picture", time)] {
+    for (title, list) in [
+        ("rungs in use", pictures),
+        ("rungs in use that change no picture", time),
+    ] {
         let rows: Vec<[String; 3]> = list.into_iter().map(row).collect();
         text += &format!("\n{title}\n{}", lay_out(&rows));
     }
@@ -175,7 +274,11 @@ fn lines(finding: &Finding, source: &SourceInfo, width: usize) -> String {
     let (indent, room) = (width + 4, console::width().unwrap_or(usize::MAX));
     let mut text = format!("  {name:width$}  {}\n", wrapped(&because, indent, room));
     for line in [from, hint].into_iter().flatten() {
-        text += &format!("{:indent$}{}\n", "", wrapped(&on_one_line(&line), indent, room));
+        text += &format!(
+            "{:indent$}{}\n",
+            "",
+            wrapped(&on_one_line(&line), indent, room)
+        );
     }
     text
 }

@@ -16,12 +16,17 @@ pub fn run(args: &ManArgs) -> Result<(), Failure> {
         Some(name) => match program.find_subcommand(name) {
             Some(command) => command.clone(),
             None => {
-                let names: Vec<&str> = program.get_subcommands().map(clap::Command::get_name).collect();
+                let names: Vec<&str> = program
+                    .get_subcommands()
+                    .map(clap::Command::get_name)
+                    .collect();
                 return Err(suggest::unknown("command", name, &names).into());
             }
         },
     };
     let mut roff = Vec::new();
-    clap_mangen::Man::new(page).render(&mut roff).map_err(|error| Failure::stdout(&error))?;
+    clap_mangen::Man::new(page)
+        .render(&mut roff)
+        .map_err(|error| Failure::stdout(&error))?;
     console::print(String::from_utf8_lossy(&roff))
 }

@@ -20,7 +20,10 @@ use crate::{origin, plan};
 /// Reads the parts, joins them and writes what is asked for.
 pub fn run(args: &MergeArgs, verbosity: Verbosity) -> Result<(), Failure> {
     let clock = Clock::start();
-    let (mut outputs, mut inputs) = (Outputs::with_quality(args.display.quality), Inputs::default());
+    let (mut outputs, mut inputs) = (
+        Outputs::with_quality(args.display.quality),
+        Inputs::default(),
+    );
     let targets = targets::pictures(&args.outputs, &mut outputs)?;
     if let Some(path) = &args.checkpoint {
         outputs.add(path, "--checkpoint")?;
@@ -34,14 +37,27 @@ pub fn run(args: &MergeArgs, verbosity: Verbosity) -> Result<(), Failure> {
         return Err(incomplete(&kept.film, missing));
     }
     // A film that can't be kept is no reason to give up the picture.
-    let filmed = args.checkpoint.as_ref().map_or(Ok(()), |path| write_film(path, &mut kept));
+    let filmed = args
+        .checkpoint
+        .as_ref()
+        .map_or(Ok(()), |path| write_film(path, &mut kept));
     let rendered = Rendered::of(&kept.film, &());
     let display = plan::shown_as_suits(&args.display, kept.display, rendered.shown());
     let noisy = kept.film.uncertainty();
     kept.metadata.error = origin::error(noisy.as_ref(), &rendered, &kept.film);
-    let mut written =
-        write::write(&rendered, &targets, display, &kept.metadata, (&inputs, |path: &Path| outputs.leave_free(path, &inputs)))?;
-    written.extend(args.checkpoint.as_ref().filter(|_| filmed.is_ok()).map(|path| write::shown(path)));
+    let mut written = write::write(
+        &rendered,
+        &targets,
+        display,
+        &kept.metadata,
+        (&inputs, |path: &Path| outputs.leave_free(path, &inputs)),
+    )?;
+    written.extend(
+        args.checkpoint
+            .as_ref()
+            .filter(|_| filmed.is_ok())
+            .map(|path| write::shown(path)),
+    );
     let mut notes = Notes::new(verbosity);
     tell::note_losses(&rendered.counters, &mut notes);
     let error = tell::error(noisy.as_ref(), &kept.film, &rendered, None, &mut notes)
@@ -49,13 +65,22 @@ pub fn run(args: &MergeArgs, verbosity: Verbosity) -> Result<(), Failure> {
         .unwrap_or_default();
     notes.finish();
     if !written.is_empty() {
-        let parts = if args.parts.len() == 1 { "1 part".to_owned() } else { format!("{} parts", args.parts.len()) };
-        verbosity.say(format_args!("wrote {} ({parts}{error}, {})", written.join(", "), spoken(clock.total())));
+        let parts = if args.parts.len() == 1 {
+            "1 part".to_owned()
+        } else {
+            format!("{} parts", args.parts.len())
+        };
+        verbosity.say(format_args!(
+            "wrote {} ({parts}{error}, {})",
+            written.join(", "),
+            spoken(clock.total())
+        ));
     }
     Ok(filmed?)
 }
 
-/// The union of all parts, read one after the other: in memory are the union so far, one part, and the two merged.
+/// The union of all parts, read one after the other: in memory are the union so far, one part, and
+/// the two merged.
 fn joined(paths: &[PathBuf], limits: &Limits) -> Result<KeptFilm, Failure> {
     let mut all: Option<KeptFilm> = None;
     for path in paths {
@@ -64,7 +89,8 @@ fn joined(paths: &[PathBuf], limits: &Limits) -> Result<KeptFilm, Failure> {
         all = Some(match all {
             None => part,
             Some(before) => {
-                let film = Film::merge(&[before.film, part.film]).map_err(|error| refused(path, &paths[0], error))?;
+                let film = Film::merge(&[before.film, part.film])
+                    .map_err(|error| refused(path, &paths[0], error))?;
                 KeptFilm { film, ..before }
             }
         });
@@ -75,11 +101,16 @@ fn joined(paths: &[PathBuf], limits: &Limits) -> Result<KeptFilm, Failure> {
 fn refused(path: &Path, first: &Path, error: PartError) -> Failure {
     let (path, first) = (path.display(), first.display());
     match error {
-        PartError::Foreign { what, .. } => {
-            Error::input(path, format_args!("it is not of the picture of {first}: the {what} differs")).into()
-        }
+        PartError::Foreign { what, .. } => Error::input(
+            path,
+            format_args!("it is not of the picture of {first}: the {what} differs"),
+        )
+        .into(),
         PartError::Overlap { .. } => {
-            let error = Error::input(path, "it holds samples that a part before it holds too, and none may count twice");
+            let error = Error::input(
+                path,
+                "it holds samples that a part before it holds too, and none may count twice",
+            );
             error.with_hint("name each part once").into()
         }
         other => Error::input(path, other).into(),
@@ -90,8 +121,10 @@ fn refused(path: &Path, first: &Path, error: PartError) -> Failure {
 fn incomplete(film: &Film, missing: u64) -> Failure {
     let whole = film.whole();
     let tiles = film.lacking(&whole);
-    let message =
-        format!("parts are missing, or were not finished: {tiles} of {} tiles ({missing} pixels) lack samples", whole.tiles.end);
+    let message = format!(
+        "parts are missing, or were not finished: {tiles} of {} tiles ({missing} pixels) lack samples",
+        whole.tiles.end
+    );
     let advice = "add the others or finish them with --resume; --unfinished makes a picture of what is there";
     Failure::new(Exit::Input, message).with_hint(advice)
 }

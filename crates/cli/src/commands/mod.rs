@@ -1,4 +1,5 @@
-//! One module a command: it takes its arguments apart, calls the libraries and prints what they return.
+//! One module a command: it takes its arguments apart, calls the libraries and prints what they
+//! return.
 
 pub mod accuracy;
 mod bench;
@@ -26,7 +27,8 @@ use crate::threads::Threads;
 /// Runs one command; none: the default preset is rendered.
 pub fn run(command: Option<Command>, verbosity: Verbosity) -> Result<(), Failure> {
     let command = command.unwrap_or_else(|| Command::Render(Box::default()));
-    // Of those that are not told how many threads there are. A pool that starts by itself panics where it can't.
+    // Of those that are not told how many threads there are. A pool that starts by itself panics
+    // where it can't.
     if matches!(
         command,
         Command::Merge(_)

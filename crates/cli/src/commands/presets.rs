@@ -10,10 +10,14 @@ use crate::table::lay_out;
 /// Prints a table of names and titles, or the text of one preset.
 pub fn run(args: &PresetsArgs) -> Result<(), Failure> {
     match &args.name {
-        Some(name) => console::print(presets::get(name.strip_prefix("preset:").unwrap_or(name))?.text),
+        Some(name) => {
+            console::print(presets::get(name.strip_prefix("preset:").unwrap_or(name))?.text)
+        }
         None => {
-            let rows: Vec<[String; 2]> =
-                presets::list().into_iter().map(|preset| [format!("preset:{}", preset.name), preset.title]).collect();
+            let rows: Vec<[String; 2]> = presets::list()
+                .into_iter()
+                .map(|preset| [format!("preset:{}", preset.name), preset.title])
+                .collect();
             console::print(lay_out(&rows))
         }
     }

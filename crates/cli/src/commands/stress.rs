@@ -84,12 +84,17 @@ pub fn run(args: &StressArgs, verbosity: Verbosity) -> Result<(), Failure> {
     let mut outputs = Outputs::default();
     if let Some(path) = &args.output {
         if output::Format::of(path)? != output::Format::Png {
-            return Err(Error::usage("marks are drawn into a PNG").with_hint("name a file that ends in .png").into());
+            return Err(Error::usage("marks are drawn into a PNG")
+                .with_hint("name a file that ends in .png")
+                .into());
         }
         outputs.add(path, "-o")?;
     }
     let threads = Threads::new(args.threads)?;
-    let (mut notes, options) = (Notes::new(verbosity), plan::options(&args.changes, args.max_memory));
+    let (mut notes, options) = (
+        Notes::new(verbosity),
+        plan::options(&args.changes, args.max_memory),
+    );
     let mut loaded = threads.run(|| scene_input::read(&args.scene, &options, &mut notes))?;
     outputs.keep_clear_of(&loaded.inputs)?;
     scene_input::note_completed(&loaded, &mut notes);
@@ -97,8 +102,20 @@ pub fn run(args: &StressArgs, verbosity: Verbosity) -> Result<(), Failure> {
     let settings = settings(args, &mut loaded)?;
     let stop = interrupt::flag()?;
     let progress = Progress::start("checking", args::ProgressStyle::Auto, verbosity);
-    let watch = Watch { progress: Some(&progress), ..Watch::until(stop) };
-    let report = threads.run(|| stress(&loaded.scene, &settings, &Effort { budget: args.budget }, &watch));
+    let watch = Watch {
+        progress: Some(&progress),
+        ..Watch::until(stop)
+    };
+    let report = threads.run(|| {
+        stress(
+            &loaded.scene,
+            &settings,
+            &Effort {
+                budget: args.budget,
+            },
+            &watch,
+        )
+    });
     progress.finish();
     let report = report.map_err(|error| failed(&loaded.source, error))?;
     if let Some(path) = &args.output {
@@ -106,20 +123,32 @@ pub fn run(args: &StressArgs, verbosity: Verbosity) -> Result<(), Failure> {
         verbosity.say(path.display());
     }
     let seconds = start.elapsed().as_secs_f64();
-    console::print(if args.json { json(&loaded, &settings, &report, seconds) } else { text(&loaded, &report, seconds) })?;
+    console::print(if args.json {
+        json(&loaded, &settings, &report, seconds)
+    } else {
+        text(&loaded, &report, seconds)
+    })?;
     ending(&report, args.deny.into(), &loaded.source.name)
 }
 
 /// How a run ends with these findings where some are denied.
 fn ending(report: &Report, denied: Severity, name: &str) -> Result<(), Failure> {
     let all = report.findings.len();
-    let count = report.findings.iter().filter(|found| found.severity <= denied).count();
+    let count = report
+        .findings
+        .iter()
+        .filter(|found| found.severity <= denied)
+        .count();
     match (count, denied) {
         (0, _) => Ok(()),
-        (_, Severity::PictureWrong) => {
-            Err(Failure::new(Exit::Failed, format_args!("{name}: the picture is wrong, see {}", findings(count))))
-        }
-        _ => Err(Failure::new(Exit::Failed, format_args!("{name}: {count} of {} are denied", findings(all)))),
+        (_, Severity::PictureWrong) => Err(Failure::new(
+            Exit::Failed,
+            format_args!("{name}: the picture is wrong, see {}", findings(count)),
+        )),
+        _ => Err(Failure::new(
+            Exit::Failed,
+            format_args!("{name}: {count} of {} are denied", findings(all)),
+        )),
     }
 }
 
@@ -134,10 +163,15 @@ fn settings(args: &StressArgs, loaded: &mut Loaded) -> Result<Settings, Failure>
 }
 
 fn findings(count: usize) -> String {
-    if count == 1 { "1 finding".to_owned() } else { format!("{count} findings") }
+    if count == 1 {
+        "1 finding".to_owned()
+    } else {
+        format!("{count} findings")
+    }
 }
 
-/// Renders the first camera's picture with few samples and marks the places that are in it by their numbers in the text.
+/// Renders the first camera's picture with few samples and marks the places that are in it by their
+/// numbers in the text.
 fn mark(
     path: &Path,
     (args, stop): (&StressArgs, &AtomicBool),
@@ -149,12 +183,32 @@ fn mark(
         Sampling::General(samples) => Sampling::General(samples.min(SAMPLES)),
         pattern => pattern,
     };
-    let settings = Settings { sampling, ..settings.clone() };
+    let settings = Settings {
+        sampling,
+        ..settings.clone()
+    };
     let deadline = Instant::now().checked_add(args.budget);
-    let watch = Watch { patience: Patience { deadline, ..Patience::default() }, ..Watch::until(stop) };
+    let watch = Watch {
+        patience: Patience {
+            deadline,
+            ..Patience::default()
+        },
+        ..Watch::until(stop)
+    };
     let rendered = prepared(loaded, &settings, &watch)?.render(&watch);
-    let marks: Vec<Mark> = report.findings.iter().enumerate().filter_map(|(index, found)| mark_of(index, found)).collect();
-    output::write_marked(path, &rendered.picture, Display::of(&loaded.scene.render), &marks, &Metadata::default())?;
+    let marks: Vec<Mark> = report
+        .findings
+        .iter()
+        .enumerate()
+        .filter_map(|(index, found)| mark_of(index, found))
+        .collect();
+    output::write_marked(
+        path,
+        &rendered.picture,
+        Display::of(&loaded.scene.render),
+        &marks,
+        &Metadata::default(),
+    )?;
     Ok(())
 }
 
@@ -165,7 +219,11 @@ fn mark_of(index: usize, found: &Finding) -> Option<Mark> {
         Severity::SlowOrNoisy => [255, 200, 40],
         Severity::Harmless => [120, 200, 255],
     };
-    Some(Mark { pixel, label: (index + 1).to_string(), colour })
+    Some(Mark {
+        pixel,
+        label: (index + 1).to_string(),
+        colour,
+    })
 }
 
 fn json(loaded: &Loaded, settings: &Settings, report: &Report, seconds: f64) -> String {
@@ -215,11 +273,24 @@ fn json(loaded: &Loaded, settings: &Settings, report: &Report, seconds: f64) -> 
 fn text(loaded: &Loaded, report: &Report, seconds: f64) -> String {
     let worst = report.worst().map_or_else(
         || "nothing found".to_owned(),
-        |worst| format!("{}, the worst: {}", findings(report.findings.len()), worst.words()),
+        |worst| {
+            format!(
+                "{}, the worst: {}",
+                findings(report.findings.len()),
+                worst.words()
+            )
+        },
     );
-    let mut text = format!("{}\n", paragraph(&format!("{}: {worst}", on_one_line(&loaded.source.name))));
+    let mut text = format!(
+        "{}\n",
+        paragraph(&format!("{}: {worst}", on_one_line(&loaded.source.name)))
+    );
     for severity in Severity::ALL {
-        let of = report.findings.iter().enumerate().filter(|(_, found)| found.severity == severity);
+        let of = report
+            .findings
+            .iter()
+            .enumerate()
+            .filter(|(_, found)| found.severity == severity);
         for (position, (index, found)) in of.enumerate() {
             if position == 0 {
                 text += &format!("\n{}\n", severity.words());
@@ -228,7 +299,13 @@ fn text(loaded: &Loaded, report: &Report, seconds: f64) -> String {
         }
     }
     if report.left_out > 0 {
-        text += &format!("\n{}\n", paragraph(&format!("and {} more of the same kinds", findings(report.left_out))));
+        text += &format!(
+            "\n{}\n",
+            paragraph(&format!(
+                "and {} more of the same kinds",
+                findings(report.left_out)
+            ))
+        );
     }
     text + &format!("\n{}\n", paragraph(&looked_at(report, seconds)))
 }
@@ -242,19 +319,46 @@ fn lines(number: usize, found: &Finding, loaded: &Loaded) -> String {
     if !path.is_empty() {
         places.push(loaded.source.locate(&path));
     }
-    places.extend(found.primitive.map(|primitive| format!("triangle {primitive}")));
-    places.extend(found.place.map(|[x, y, z]| format!("at ({x:.4}, {y:.4}, {z:.4})")));
-    places.extend(found.pixel.map(|([x, y], _)| format!("pixel {x:.0},{y:.0}")));
+    places.extend(
+        found
+            .primitive
+            .map(|primitive| format!("triangle {primitive}")),
+    );
+    places.extend(
+        found
+            .place
+            .map(|[x, y, z]| format!("at ({x:.4}, {y:.4}, {z:.4})")),
+    );
+    places.extend(
+        found
+            .pixel
+            .map(|([x, y], _)| format!("pixel {x:.0},{y:.0}")),
+    );
     let count = match (found.unit, found.of) {
         ("", _) => String::new(),
         (unit, 0) => format!(": {} {unit}", found.count),
         (unit, of) => format!(": {} of {of} {unit}", found.count),
     };
-    let head = format!("{} - {}{count}", found.subject.words(&loaded.scene), found.code.name());
-    let mut text = format!("{number:>4}  {}\n", wrapped(&on_one_line(&head), INDENT, room));
-    let lines = [places.join(", "), found.why.clone(), format!("do: {}", found.remedy)];
+    let head = format!(
+        "{} - {}{count}",
+        found.subject.words(&loaded.scene),
+        found.code.name()
+    );
+    let mut text = format!(
+        "{number:>4}  {}\n",
+        wrapped(&on_one_line(&head), INDENT, room)
+    );
+    let lines = [
+        places.join(", "),
+        found.why.clone(),
+        format!("do: {}", found.remedy),
+    ];
     for line in lines.iter().filter(|line| !line.is_empty()) {
-        text += &format!("{:INDENT$}{}\n", "", wrapped(&on_one_line(line), INDENT, room));
+        text += &format!(
+            "{:INDENT$}{}\n",
+            "",
+            wrapped(&on_one_line(line), INDENT, room)
+        );
     }
     text
 }
@@ -262,12 +366,20 @@ fn lines(number: usize, found: &Finding, loaded: &Loaded) -> String {
 /// What was looked at, and what not.
 fn looked_at(report: &Report, seconds: f64) -> String {
     let run = |run: &raywright_core::stress::CheckRun| match run.is_cut() {
-        true => format!("{} ({} of {} {})", run.name, run.looked_at, run.planned, run.unit),
+        true => format!(
+            "{} ({} of {} {})",
+            run.name, run.looked_at, run.planned, run.unit
+        ),
         false => format!("{} ({} {})", run.name, run.looked_at, run.unit),
     };
     let checks: Vec<String> = report.checks.iter().map(run).collect();
-    let mut said = format!("looked at in {}: meshes, images, materials, lights", crate::clock::spoken(seconds));
-    checks.iter().for_each(|check| said += &format!(", {check}"));
+    let mut said = format!(
+        "looked at in {}: meshes, images, materials, lights",
+        crate::clock::spoken(seconds)
+    );
+    checks
+        .iter()
+        .for_each(|check| said += &format!(", {check}"));
     let [through, of] = report.cameras;
     if through < of {
         said += &format!("; through {through} of {of} cameras");

@@ -1,4 +1,5 @@
-//! `thumbs`: a small picture of every model below a folder, made anew only where one of its files has changed.
+//! `thumbs`: a small picture of every model below a folder, made anew only where one of its files
+//! has changed.
 
 use std::collections::BTreeMap;
 use std::fs;
@@ -51,7 +52,12 @@ struct Thumbnail {
 impl Thumbnail {
     fn of(inputs: &Inputs, size: u32) -> Self {
         let files = inputs.files().map(Path::to_owned).collect();
-        Self { version: env!("CARGO_PKG_VERSION").to_owned(), size, files, hash: inputs.content_hash() }
+        Self {
+            version: env!("CARGO_PKG_VERSION").to_owned(),
+            size,
+            files,
+            hash: inputs.content_hash(),
+        }
     }
 
     /// Whether it would be made the same way again.
@@ -76,25 +82,42 @@ pub fn run(args: &ThumbsArgs, verbosity: Verbosity) -> Result<(), Failure> {
             break;
         }
         match thumbnail(args, model, &mut index, (&threads, stop)) {
-            Ok((picture, is_new)) => console::print(format!("{} {}\n", if is_new { "new " } else { "same" }, picture.display()))?,
+            Ok((picture, is_new)) => console::print(format!(
+                "{} {}\n",
+                if is_new { "new " } else { "same" },
+                picture.display()
+            ))?,
             Err(failure) if failure.exit == Exit::Interrupted => break,
             Err(failure) => {
                 console::tell(&failure.message);
                 failed += 1;
-                worst = if failure.exit as u8 > worst as u8 { failure.exit } else { worst };
+                worst = if failure.exit as u8 > worst as u8 {
+                    failure.exit
+                } else {
+                    worst
+                };
             }
         }
     }
     write_index(&index_file, &index)?;
     if stop.load(Ordering::Relaxed) {
-        return Err(Failure::new(Exit::Interrupted, "interrupted; the pictures that are there stay, and the next run goes on"));
+        return Err(Failure::new(
+            Exit::Interrupted,
+            "interrupted; the pictures that are there stay, and the next run goes on",
+        ));
     }
     if models.is_empty() {
-        verbosity.warn(format_args!("{}: no scene and no model is below it", args.folder.display()));
+        verbosity.warn(format_args!(
+            "{}: no scene and no model is below it",
+            args.folder.display()
+        ));
     }
     match failed {
         0 => Ok(()),
-        n => Err(Failure::new(worst, format_args!("{n} of {} models have no picture", models.len()))),
+        n => Err(Failure::new(
+            worst,
+            format_args!("{n} of {} models have no picture", models.len()),
+        )),
     }
 }
 
@@ -110,8 +133,12 @@ fn models(args: &ThumbsArgs) -> Result<Vec<(SystemTime, PathBuf)>, Failure> {
             Err(_) => continue,
         };
         for path in entries.flatten().map(|entry| entry.path()) {
-            let is_hidden = path.file_name().is_some_and(|name| name.to_string_lossy().starts_with('.'));
-            let Ok(facts) = fs::metadata(&path) else { continue };
+            let is_hidden = path
+                .file_name()
+                .is_some_and(|name| name.to_string_lossy().starts_with('.'));
+            let Ok(facts) = fs::metadata(&path) else {
+                continue;
+            };
             if facts.is_dir() {
                 let is_output = pictures.is_some() && fs::canonicalize(&path).ok() == pictures;
                 if !is_hidden && !is_output && depth < DEEPEST {
@@ -133,22 +160,36 @@ fn thumbnail(
     (threads, stop): (&Threads, &AtomicBool),
 ) -> Result<(PathBuf, bool), Failure> {
     let below = model.strip_prefix(&args.folder).unwrap_or(model);
-    let (name, picture) = (below.to_string_lossy().into_owned(), picture_of(&args.output, below));
+    let (name, picture) = (
+        below.to_string_lossy().into_owned(),
+        picture_of(&args.output, below),
+    );
     let is_ours = is_own_picture(&picture);
-    if is_ours && index.thumbnails.get(&name).is_some_and(|known| known.is_current(args.size)) {
+    if is_ours
+        && index
+            .thumbnails
+            .get(&name)
+            .is_some_and(|known| known.is_current(args.size))
+    {
         return Ok((picture, false));
     }
     if picture.exists() && !is_ours {
-        let message = format!("cannot write {}: a file is there that is no picture by this program", picture.display());
+        let message = format!(
+            "cannot write {}: a file is there that is no picture by this program",
+            picture.display()
+        );
         return Err(Failure::new(Exit::File, message));
     }
     index.thumbnails.remove(&name);
-    let loaded = load(&Input::Path(model.to_owned()), &LoadOptions::default()).map_err(Failure::from)?;
+    let loaded =
+        load(&Input::Path(model.to_owned()), &LoadOptions::default()).map_err(Failure::from)?;
     if let Some(failure) = scene_input::nothing_to_see(&loaded) {
         return Err(failure);
     }
     render(&loaded, args.size, &picture, (threads, stop))?;
-    index.thumbnails.insert(name, Thumbnail::of(&loaded.inputs, args.size));
+    index
+        .thumbnails
+        .insert(name, Thumbnail::of(&loaded.inputs, args.size));
     Ok((picture, true))
 }
 
@@ -160,7 +201,12 @@ fn picture_of(output: &Path, below: &Path) -> PathBuf {
 }
 
 /// Renders a model whole, or a scene from its own camera, and writes it.
-fn render(loaded: &Loaded, size: u32, picture: &Path, (threads, stop): (&Threads, &AtomicBool)) -> Result<(), Failure> {
+fn render(
+    loaded: &Loaded,
+    size: u32,
+    picture: &Path,
+    (threads, stop): (&Threads, &AtomicBool),
+) -> Result<(), Failure> {
     let own = Settings::of(&loaded.scene);
     let sampling = plan::quick_sampling(own.sampling);
     let is_model = !matches!(loaded.source.format, Format::Native(_));
@@ -176,7 +222,8 @@ fn render(loaded: &Loaded, size: u32, picture: &Path, (threads, stop): (&Threads
         ..own
     };
     let watch = Watch::until(stop);
-    let rendered = threads.run(|| prepared(loaded, &settings, &watch).map(|ready| ready.render(&watch)))?;
+    let rendered =
+        threads.run(|| prepared(loaded, &settings, &watch).map(|ready| ready.render(&watch)))?;
     if !rendered.finished {
         return Err(Failure::new(Exit::Interrupted, "interrupted"));
     }
@@ -203,7 +250,10 @@ fn make_folder(file: &Path) -> Result<(), Failure> {
 
 /// What earlier runs remember; nothing where there is none, or one of another version.
 fn read_index(file: &Path) -> Result<Index, Failure> {
-    let fresh = Index { format: FORMAT, ..Index::default() };
+    let fresh = Index {
+        format: FORMAT,
+        ..Index::default()
+    };
     let text = match fs::read_to_string(file) {
         Ok(text) => text,
         Err(cause) if cause.kind() == std::io::ErrorKind::NotFound => return Ok(fresh),
@@ -213,7 +263,10 @@ fn read_index(file: &Path) -> Result<Index, Failure> {
         Ok(index) if index.format == FORMAT => Ok(index),
         Ok(_) => Ok(fresh),
         Err(cause) => {
-            let failure = Failure::new(Exit::Input, format_args!("{}: not what thumbs writes: {cause}", file.display()));
+            let failure = Failure::new(
+                Exit::Input,
+                format_args!("{}: not what thumbs writes: {cause}", file.display()),
+            );
             Err(failure.with_hint("name another folder with -o, or remove the file"))
         }
     }

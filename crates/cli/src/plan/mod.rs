@@ -1,5 +1,6 @@
-//! What arguments amount to. Clap's structures end here: what is below knows what is to be done, and not what was typed. Mistakes that need
-//! the scene to be seen - a camera that it has not, a crop outside its picture - are found here too, before anything is computed.
+//! What arguments amount to. Clap's structures end here: what is below knows what is to be done,
+//! and not what was typed. Mistakes that need the scene to be seen - a camera that it has not, a
+//! crop outside its picture - are found here too, before anything is computed.
 
 mod rungs;
 mod shots;
@@ -18,12 +19,14 @@ use raywright_core::picture::Picture;
 use raywright_core::scene::{Camera, Scene};
 use raywright_core::settings::{Aov, Background, Crop, Sampling};
 use raywright_io::output::AnimationFormat;
-use raywright_io::{Environment, EnvironmentSource, Error, Limits, LoadOptions, ModelOptions, Overrides};
+use raywright_io::{
+    Environment, EnvironmentSource, Error, Limits, LoadOptions, ModelOptions, Overrides,
+};
 
 use crate::args::values::{Backdrop, MaterialChoice, Up};
 use crate::args::{
-    Accelerator, BackgroundChoice, DisplayArgs, Exposure, Frames, LightArgs, MOST_SAMPLES, ProgressStyle, RenderArgs, SceneArgs,
-    Share, TevAddress, ViewArgs,
+    Accelerator, BackgroundChoice, DisplayArgs, Exposure, Frames, LightArgs, MOST_SAMPLES,
+    ProgressStyle, RenderArgs, SceneArgs, Share, TevAddress, ViewArgs,
 };
 use crate::console::Verbosity;
 use crate::failure::Failure;
@@ -81,7 +84,8 @@ pub struct Task {
     pub threads: Option<u32>,
     /// Until when the picture is to be there, counted from the start.
     pub budget: Option<Duration>,
-    /// Where the film is kept, which one is gone on with, which one's samples are taken, and which share is rendered.
+    /// Where the film is kept, which one is gone on with, which one's samples are taken, and which
+    /// share is rendered.
     pub checkpoint: Option<PathBuf>,
     pub resume: Option<PathBuf>,
     pub replay: Option<PathBuf>,
@@ -128,16 +132,26 @@ impl Task {
             report,
         } = args;
         let mut view = with_up(view, changes.up)?;
-        let scenes = if scenes.is_empty() { vec![scene_input::unnamed()?] } else { scenes };
+        let scenes = if scenes.is_empty() {
+            vec![scene_input::unnamed()?]
+        } else {
+            scenes
+        };
         let options = options(&changes, machine.max_memory);
         if let Some(frames) = view.frames.filter(|frames| frames.to == f64::INFINITY) {
-            view.frames = Some(Frames { to: length(&scenes, &options, frames.rate)?, ..frames });
+            view.frames = Some(Frames {
+                to: length(&scenes, &options, frames.rate)?,
+                ..frames
+            });
         }
         let shots = shots::shots(&view);
         let is_usual = shots.iter().all(|shot| shot.label.is_empty());
         let is_animation = |path: &PathBuf| AnimationFormat::of(path).is_some();
         let task = Self {
-            is_single: is_usual && scenes.len() <= 1 && sheet.is_none() && !outputs.iter().any(is_animation),
+            is_single: is_usual
+                && scenes.len() <= 1
+                && sheet.is_none()
+                && !outputs.iter().any(is_animation),
             scenes,
             options,
             choices: Choices::from(&choices),
@@ -162,7 +176,12 @@ impl Task {
             display: report.display,
             progress: report.progress,
             verbosity,
-            look: Look { view, light, display, accel: machine.accel },
+            look: Look {
+                view,
+                light,
+                display,
+                accel: machine.accel,
+            },
         };
         if !task.is_single {
             task.refuse_what_is_of_one_picture()?;
@@ -170,7 +189,8 @@ impl Task {
         Ok(task)
     }
 
-    /// Whether a scene is refused of which nothing is seen: a part of its picture may well be empty.
+    /// Whether a scene is refused of which nothing is seen: a part of its picture may well be
+    /// empty.
     pub fn refuses_empty(&self) -> bool {
         !self.allows_empty && self.look.view.crop.is_none() && self.part.is_none()
     }
@@ -194,15 +214,30 @@ impl Task {
             ("--budget", self.budget.is_some()),
             ("--stats", self.stats.is_some()),
             ("--preview", self.preview.is_some()),
-            ("-o -", self.outputs.iter().any(|path| path.as_os_str() == "-")),
+            (
+                "-o -",
+                self.outputs.iter().any(|path| path.as_os_str() == "-"),
+            ),
         ];
-        let Some((flag, _)) = flags.iter().find(|(_, given)| *given) else { return Ok(()) };
-        let error = Error::usage(format_args!("{flag} is of one picture, and several are asked for"));
-        Err(error.with_hint("leave it away, or render the pictures one by one").into())
+        let Some((flag, _)) = flags.iter().find(|(_, given)| *given) else {
+            return Ok(());
+        };
+        let error = Error::usage(format_args!(
+            "{flag} is of one picture, and several are asked for"
+        ));
+        Err(error
+            .with_hint("leave it away, or render the pictures one by one")
+            .into())
     }
 
-    /// Settles how one of the pictures of a scene is made; its silhouette is found where a camera is to show the whole of it.
-    pub fn settle_shot(&self, scene: &mut Scene, shot: &Shot, silhouette: &OnceCell<Silhouette>) -> Result<Plan, Failure> {
+    /// Settles how one of the pictures of a scene is made; its silhouette is found where a camera
+    /// is to show the whole of it.
+    pub fn settle_shot(
+        &self,
+        scene: &mut Scene,
+        shot: &Shot,
+        silhouette: &OnceCell<Silhouette>,
+    ) -> Result<Plan, Failure> {
         let view = shot.seen_from(|| silhouette.get_or_init(|| Silhouette::of(scene)));
         self.settle(scene, view, |scene, view, fov, aspect| {
             let silhouette = silhouette.get_or_init(|| Silhouette::of(scene));
@@ -210,9 +245,10 @@ impl Task {
         })
     }
 
-    /// Settles how a picture of a scene from a view is made, and puts the scene on the rungs that were asked for. `framed` makes the camera
-    /// that shows the whole of the scene from a view under a vertical angle, for an aspect; it is asked only where a flag says something of
-    /// that camera.
+    /// Settles how a picture of a scene from a view is made, and puts the scene on the rungs that
+    /// were asked for. `framed` makes the camera that shows the whole of the scene from a view
+    /// under a vertical angle, for an aspect; it is asked only where a flag says something of that
+    /// camera.
     pub fn settle(
         &self,
         scene: &mut Scene,
@@ -220,9 +256,20 @@ impl Task {
         framed: impl FnOnce(&Scene, Option<View>, f64, f64) -> Camera,
     ) -> Result<Plan, Failure> {
         rungs::refuse_two_words(&self.choices.rungs, &self.look)?;
-        let Look { view: flags, light, display, accel } = &self.look;
+        let Look {
+            view: flags,
+            light,
+            display,
+            accel,
+        } = &self.look;
         let own = Settings::of(scene);
-        let size = flags.size.unwrap_or_else(|| if self.is_quick { quick_size(own.size) } else { own.size });
+        let size = flags.size.unwrap_or_else(|| {
+            if self.is_quick {
+                quick_size(own.size)
+            } else {
+                own.size
+            }
+        });
         let mut settings = Settings {
             size,
             crop: flags.crop.map(|crop| within(crop, size)).transpose()?,
@@ -239,7 +286,9 @@ impl Task {
                 None => own.background,
                 Some(BackgroundChoice::Environment) => Background::Environment,
                 // What a colour is laid behind is rendered apart from it.
-                Some(BackgroundChoice::Transparent | BackgroundChoice::Colour(_)) => Background::Transparent,
+                Some(BackgroundChoice::Transparent | BackgroundChoice::Colour(_)) => {
+                    Background::Transparent
+                }
             },
             wireframe: flags.wireframe,
             aovs: self.layers.clone(),
@@ -247,7 +296,9 @@ impl Task {
             ..own
         };
         let aspect = f64::from(size[0]) / f64::from(size[1]);
-        settings.camera = view::camera(scene, (flags, view), |view, fov| framed(scene, view, fov, aspect))?;
+        settings.camera = view::camera(scene, (flags, view), |view, fov| {
+            framed(scene, view, fov, aspect)
+        })?;
         let display = Display {
             background: match flags.background {
                 Some(BackgroundChoice::Colour(colour)) => Some(colour),
@@ -257,11 +308,19 @@ impl Task {
         };
         self.choices.apply(scene, &mut settings)?;
         let is_exposed = self.look.display.exposure == Some(Exposure::Auto);
-        Ok(Plan { display: Display { output: settings.output, ..display }, settings, is_exposed })
+        Ok(Plan {
+            display: Display {
+                output: settings.output,
+                ..display
+            },
+            settings,
+            is_exposed,
+        })
     }
 
-    /// Samples of a pixel: a time or an error that was asked for instead takes as many as there may be. A pattern says where samples lie
-    /// and has no others; its error is none that more of them would lower.
+    /// Samples of a pixel: a time or an error that was asked for instead takes as many as there may
+    /// be. A pattern says where samples lie and has no others; its error is none that more of them
+    /// would lower.
     fn sampling(&self, scene: &Scene) -> Sampling {
         let spp = self.look.light.spp;
         let named = spp.is_some() || self.choices.has(Ladder::Samples);
@@ -280,15 +339,30 @@ fn length(scenes: &[OsString], options: &LoadOptions, rate: f64) -> Result<f64, 
     let [name] = scenes else {
         return Err(Error::usage("--frames all is of one model, and several are named").into());
     };
-    let refuse =
-        |why: String| Error::usage(format_args!("{}: {why}", name.display())).with_hint("say it in seconds: --frames 0..2:25");
+    let refuse = |why: String| {
+        Error::usage(format_args!("{}: {why}", name.display()))
+            .with_hint("say it in seconds: --frames 0..2:25")
+    };
     if name == "-" {
-        return Err(refuse("standard input is read once, and --frames all has to look into it before".to_owned()).into());
+        return Err(refuse(
+            "standard input is read once, and --frames all has to look into it before".to_owned(),
+        )
+        .into());
     }
-    let loaded = scene_input::load(&scene_input::input(name, &options.limits)?, options, &Progress::hidden())?;
-    match loaded.contents.seconds(options.model.animation.as_deref()).filter(|seconds| *seconds > 0.0) {
+    let loaded = scene_input::load(
+        &scene_input::input(name, &options.limits)?,
+        options,
+        &Progress::hidden(),
+    )?;
+    match loaded
+        .contents
+        .seconds(options.model.animation.as_deref())
+        .filter(|seconds| *seconds > 0.0)
+    {
         None => Err(refuse("it has no animation with a length".to_owned()).into()),
-        Some(seconds) if seconds * rate > Frames::MOST => Err(refuse(format!("{} pictures are too many", seconds * rate)).into()),
+        Some(seconds) if seconds * rate > Frames::MOST => {
+            Err(refuse(format!("{} pictures are too many", seconds * rate)).into())
+        }
         Some(seconds) => Ok(seconds),
     }
 }
@@ -304,20 +378,28 @@ pub fn quick_sampling(own: Sampling) -> Sampling {
 /// The size of a first look: a half, or what fits into [`QUICK_SIZE`] where that is less.
 fn quick_size([width, height]: [u32; 2]) -> [u32; 2] {
     let [most_width, most_height] = QUICK_SIZE.map(f64::from);
-    let factor = 0.5_f64.min(most_width / f64::from(width)).min(most_height / f64::from(height));
+    let factor = 0.5_f64
+        .min(most_width / f64::from(width))
+        .min(most_height / f64::from(height));
     [width, height].map(|edge| ((f64::from(edge) * factor).round() as u32).max(1))
 }
 
 /// What is refused where at most so many bytes may be taken; none: the usual number.
 pub fn limits(memory: Option<u64>) -> Limits {
     let own = Limits::default();
-    Limits { memory_bytes: memory.unwrap_or(own.memory_bytes), ..own }
+    Limits {
+        memory_bytes: memory.unwrap_or(own.memory_bytes),
+        ..own
+    }
 }
 
 /// How a scene is read that is changed so.
 pub fn options(changes: &SceneArgs, memory: Option<u64>) -> LoadOptions {
     LoadOptions {
-        overrides: Overrides { at: changes.at, set: changes.set.clone() },
+        overrides: Overrides {
+            at: changes.at,
+            set: changes.set.clone(),
+        },
         model: ModelOptions {
             scene: changes.model_scene.clone(),
             variant: changes.variant.clone(),
@@ -328,7 +410,11 @@ pub fn options(changes: &SceneArgs, memory: Option<u64>) -> LoadOptions {
             },
         },
         environment: Environment {
-            source: if changes.studio { Some(EnvironmentSource::Studio) } else { changes.env.clone() },
+            source: if changes.studio {
+                Some(EnvironmentSource::Studio)
+            } else {
+                changes.env.clone()
+            },
             ground: changes.ground,
             backdrop: changes.backdrop.and_then(Backdrop::radiance),
             rotation: changes.env_rotation,
@@ -343,13 +429,26 @@ pub fn options(changes: &SceneArgs, memory: Option<u64>) -> LoadOptions {
 
 /// The view with the direction that is up in it. Views of the whole scene choose their own.
 fn with_up(view: ViewArgs, up: Option<Up>) -> Result<ViewArgs, Failure> {
-    let Some(Up::Direction(direction)) = up else { return Ok(view) };
-    let several = [("--view", view.view.is_some()), ("--views", view.views.is_some()), ("--turntable", view.turntable.is_some())];
+    let Some(Up::Direction(direction)) = up else {
+        return Ok(view);
+    };
+    let several = [
+        ("--view", view.view.is_some()),
+        ("--views", view.views.is_some()),
+        ("--turntable", view.turntable.is_some()),
+    ];
     if let Some((flag, _)) = several.iter().find(|(_, given)| *given) {
-        let error = Error::usage(format_args!("{flag} shows the whole scene upright, and --up X,Y,Z turns one camera"));
-        return Err(error.with_hint("turn a model instead: --up z, or another axis").into());
+        let error = Error::usage(format_args!(
+            "{flag} shows the whole scene upright, and --up X,Y,Z turns one camera"
+        ));
+        return Err(error
+            .with_hint("turn a model instead: --up z, or another axis")
+            .into());
     }
-    Ok(ViewArgs { up: Some(direction), ..view })
+    Ok(ViewArgs {
+        up: Some(direction),
+        ..view
+    })
 }
 
 /// How a picture is shown: as its own scene or file says, where no flag says something else.
@@ -376,13 +475,23 @@ pub fn shown_as_suits(asked: &DisplayArgs, own: Display, picture: &Picture) -> D
 
 /// The crop, if it lies inside the picture.
 fn within(crop: Crop, [width, height]: [u32; 2]) -> Result<Crop, Failure> {
-    let fits = |start: u32, extent: u32, whole: u32| start.checked_add(extent).is_some_and(|end| end <= whole);
+    let fits = |start: u32, extent: u32, whole: u32| {
+        start.checked_add(extent).is_some_and(|end| end <= whole)
+    };
     if fits(crop.x, crop.width, width) && fits(crop.y, crop.height, height) {
         return Ok(crop);
     }
-    let Crop { x, y, width: w, height: h } = crop;
-    let message = format!("--crop {x},{y},{w},{h} reaches outside the picture of {width}x{height} pixels");
-    Err(Error::usage(message).with_hint("--crop is x,y,width,height, counted from the top left").into())
+    let Crop {
+        x,
+        y,
+        width: w,
+        height: h,
+    } = crop;
+    let message =
+        format!("--crop {x},{y},{w},{h} reaches outside the picture of {width}x{height} pixels");
+    Err(Error::usage(message)
+        .with_hint("--crop is x,y,width,height, counted from the top left")
+        .into())
 }
 
 #[cfg(test)]
@@ -392,29 +501,56 @@ mod tests {
 
     use super::*;
 
-    /// Protects: a first look is half as wide and as high, fits into its frame without another shape, and has a pixel at least.
+    /// Protects: a first look is half as wide and as high, fits into its frame without another
+    /// shape, and has a pixel at least.
     #[test]
     fn first_looks_are_small() {
-        let sizes = [[64, 48], [1280, 720], [1920, 1080], [1000, 4000], [1, 1], [16_384, 1]];
-        assert_eq!(sizes.map(quick_size), [[32, 24], [640, 360], [640, 360], [90, 360], [1, 1], [640, 1]]);
+        let sizes = [
+            [64, 48],
+            [1280, 720],
+            [1920, 1080],
+            [1000, 4000],
+            [1, 1],
+            [16_384, 1],
+        ];
+        assert_eq!(
+            sizes.map(quick_size),
+            [
+                [32, 24],
+                [640, 360],
+                [640, 360],
+                [90, 360],
+                [1, 1],
+                [640, 1]
+            ]
+        );
     }
 
-    /// Protects: clap's structures end here. Below, nothing knows what was typed, but that the module of a command which makes no pictures reads
-    /// its own arguments.
+    /// Protects: clap's structures end here. Below, nothing knows what was typed, but that the
+    /// module of a command which makes no pictures reads its own arguments.
     #[test]
     fn what_was_typed_is_not_known_below() {
-        let (root, mut folders, mut looked_at) = (Path::new(env!("CARGO_MANIFEST_DIR")).join("src"), vec![PathBuf::new()], 0);
+        let (root, mut folders, mut looked_at) = (
+            Path::new(env!("CARGO_MANIFEST_DIR")).join("src"),
+            vec![PathBuf::new()],
+            0,
+        );
         while let Some(folder) = folders.pop() {
             for entry in fs::read_dir(root.join(&folder)).expect("a folder") {
                 let entry = entry.expect("a file or a folder");
                 let (path, inside) = (folder.join(entry.file_name()), entry.path());
                 let commands = Path::new("commands");
-                let is_command = folder == commands || folder.parent() == Some(commands) && path.ends_with("mod.rs");
+                let is_command = folder == commands
+                    || folder.parent() == Some(commands) && path.ends_with("mod.rs");
                 if inside.is_dir() && !["args", "plan"].contains(&path.to_string_lossy().as_ref()) {
                     folders.push(path);
                 } else if inside.is_file() {
                     let text = fs::read_to_string(&inside).expect("a source");
-                    let typed = if is_command && !path.starts_with("commands/render") { "RenderArgs" } else { "Args" };
+                    let typed = if is_command && !path.starts_with("commands/render") {
+                        "RenderArgs"
+                    } else {
+                        "Args"
+                    };
                     let names_it = text.lines().any(|line| line.contains(typed));
                     assert!(!names_it, "{} names {typed}", path.display());
                     looked_at += 1;
@@ -424,13 +560,28 @@ mod tests {
         assert!(looked_at > 30, "{looked_at}");
     }
 
-    /// Protects: each edge of a crop is held against its own extent of the picture, to the last pixel, and no sum wraps round.
+    /// Protects: each edge of a crop is held against its own extent of the picture, to the last
+    /// pixel, and no sum wraps round.
     #[test]
     fn crops_lie_inside_the_picture() {
-        let fits = |x, y, width, height| within(Crop { x, y, width, height }, [100, 60]).is_ok();
+        let fits = |x, y, width, height| {
+            within(
+                Crop {
+                    x,
+                    y,
+                    width,
+                    height,
+                },
+                [100, 60],
+            )
+            .is_ok()
+        };
         assert!(fits(0, 0, 100, 60) && fits(99, 59, 1, 1));
         assert!(!fits(0, 0, 101, 60) && !fits(1, 0, 100, 60), "right");
-        assert!(!fits(0, 0, 100, 61) && !fits(0, 50, 10, 11) && !fits(0, 60, 1, 1), "below, in a wide picture");
+        assert!(
+            !fits(0, 0, 100, 61) && !fits(0, 50, 10, 11) && !fits(0, 60, 1, 1),
+            "below, in a wide picture"
+        );
         assert!(!fits(u32::MAX, 0, 1, 1) && !fits(0, u32::MAX, 1, 1));
     }
 }

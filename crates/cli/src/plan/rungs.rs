@@ -1,4 +1,5 @@
-//! Rungs of ladders that were asked for by name: put onto scene and settings, where nothing else says something different.
+//! Rungs of ladders that were asked for by name: put onto scene and settings, where nothing else
+//! says something different.
 
 use raywright_core::effects::{Effect, EffectSet};
 use raywright_core::ladder::{Choice, Ladder};
@@ -20,7 +21,10 @@ pub struct Choices {
 
 impl From<&ChoiceArgs> for Choices {
     fn from(args: &ChoiceArgs) -> Self {
-        Self { rungs: args.rungs.clone(), without: args.without.clone() }
+        Self {
+            rungs: args.rungs.clone(),
+            without: args.without.clone(),
+        }
     }
 }
 
@@ -30,7 +34,10 @@ impl Choices {
         settings.without = self.without.iter().copied().collect::<EffectSet>();
         for (i, choice) in self.rungs.iter().enumerate() {
             let ladder = choice.ladder();
-            if self.rungs[..i].iter().any(|earlier| earlier.ladder() == ladder) {
+            if self.rungs[..i]
+                .iter()
+                .any(|earlier| earlier.ladder() == ladder)
+            {
                 return Err(twice(ladder, "--rung"));
             }
             if ladder == Ladder::Shadows && self.without.contains(&Effect::Shadows) {
@@ -46,10 +53,14 @@ impl Choices {
         self.rungs.iter().any(|choice| choice.ladder() == ladder)
     }
 
-    /// Each with the word that it is told by: rungs as they are typed, effects with hyphens for blanks.
+    /// Each with the word that it is told by: rungs as they are typed, effects with hyphens for
+    /// blanks.
     pub fn words(&self, rung: &str, without: &str) -> Vec<String> {
         let rungs = self.rungs.iter().map(|choice| format!("{rung}{choice}"));
-        let without = self.without.iter().map(|effect| format!("{without}{}", effect.name().replace(' ', "-")));
+        let without = self
+            .without
+            .iter()
+            .map(|effect| format!("{without}{}", effect.name().replace(' ', "-")));
         rungs.chain(without).collect()
     }
 }
@@ -74,7 +85,11 @@ pub(super) fn refuse_two_words(rungs: &[Choice], look: &Look) -> Result<(), Fail
 }
 
 fn twice(ladder: Ladder, flag: &str) -> Failure {
-    let error = Error::usage(format_args!("--rung {}=... and {flag} both say which {} is meant", ladder.name(), ladder.name()));
+    let error = Error::usage(format_args!(
+        "--rung {}=... and {flag} both say which {} is meant",
+        ladder.name(),
+        ladder.name()
+    ));
     error.with_hint("leave one of them away").into()
 }
 
@@ -90,7 +105,11 @@ mod tests {
 
     fn task(words: &[&str]) -> Task {
         let words = [&["raywright", "render"], words].concat();
-        let Ok(Arguments { command: Some(Command::Render(args)), .. }) = Arguments::try_parse_from(words) else {
+        let Ok(Arguments {
+            command: Some(Command::Render(args)),
+            ..
+        }) = Arguments::try_parse_from(words)
+        else {
             panic!("a right command line")
         };
         Task::new(*args, Verbosity::Quiet).expect("nothing is wrong with it")
@@ -98,35 +117,62 @@ mod tests {
 
     fn rungs(list: &[&str]) -> Choices {
         let choice = |text: &&str| Choice::parse(text).expect("a rung");
-        Choices { rungs: list.iter().map(choice).collect(), without: Vec::new() }
+        Choices {
+            rungs: list.iter().map(choice).collect(),
+            without: Vec::new(),
+        }
     }
 
     /// Protects: rungs and switches reach the settings, and two words for one thing are refused.
     #[test]
     fn choices_reach_the_settings_once() {
         let (mut scene, mut settings) = (Scene::default(), Settings::of(&Scene::default()));
-        let choices = Choices { without: vec![Effect::Highlights], ..rungs(&["path-length=4", "shadows=off"]) };
-        choices.apply(&mut scene, &mut settings).expect("no contradiction");
-        assert_eq!((settings.max_depth, settings.without), (4, EffectSet::of(&[Effect::Highlights, Effect::Shadows])));
-        assert!(rungs(&["build=fast", "build=high"]).apply(&mut scene, &mut settings).is_err());
-        let both = Choices { without: vec![Effect::Shadows], ..rungs(&["shadows=on"]) };
+        let choices = Choices {
+            without: vec![Effect::Highlights],
+            ..rungs(&["path-length=4", "shadows=off"])
+        };
+        choices
+            .apply(&mut scene, &mut settings)
+            .expect("no contradiction");
+        assert_eq!(
+            (settings.max_depth, settings.without),
+            (4, EffectSet::of(&[Effect::Highlights, Effect::Shadows]))
+        );
+        assert!(
+            rungs(&["build=fast", "build=high"])
+                .apply(&mut scene, &mut settings)
+                .is_err()
+        );
+        let both = Choices {
+            without: vec![Effect::Shadows],
+            ..rungs(&["shadows=on"])
+        };
         assert!(both.apply(&mut scene, &mut settings).is_err());
     }
 
-    /// Protects: what `--rung` renders is what the ladder measures, by every rung of every ladder: one scene and one set of settings.
+    /// Protects: what `--rung` renders is what the ladder measures, by every rung of every ladder:
+    /// one scene and one set of settings.
     #[test]
     fn what_is_rendered_is_what_is_measured() {
         let texture = serde_json::json!({ "name": "t", "image": "i", "filter": "bilinear" });
-        let own: Scene = serde_json::from_value(serde_json::json!({ "format": 1, "textures": [texture] })).expect("a scene");
+        let own: Scene =
+            serde_json::from_value(serde_json::json!({ "format": 1, "textures": [texture] }))
+                .expect("a scene");
         let rendered = |words: &[&str]| {
             let mut scene = own.clone();
-            let plan = task(words).settle(&mut scene, None, |_, _, _, _| panic!("nothing is framed")).expect("a plan");
+            let plan = task(words)
+                .settle(&mut scene, None, |_, _, _, _| panic!("nothing is framed"))
+                .expect("a plan");
             (scene, plan.settings)
         };
         let (_, settings) = rendered(&[]);
         for choice in Ladder::ALL.into_iter().flat_map(Ladder::choices) {
             let measured = Setting::one(choice).applied(&own, &settings);
-            assert_eq!(rendered(&["--rung", &choice.to_string()]), measured, "{choice}");
+            assert_eq!(
+                rendered(&["--rung", &choice.to_string()]),
+                measured,
+                "{choice}"
+            );
         }
     }
 
@@ -148,7 +194,10 @@ mod tests {
                 u8::from(refuse_two_words(&choices.rungs, &look).is_err())
             })
         };
-        assert_eq!(refused(&["--precision", "reference"]), [1, 0, 0, 0, 0, 0, 0]);
+        assert_eq!(
+            refused(&["--precision", "reference"]),
+            [1, 0, 0, 0, 0, 0, 0]
+        );
         assert_eq!(refused(&["--spp", "4"]), [0, 1, 0, 0, 0, 0, 0]);
         assert_eq!(refused(&["--max-depth", "2"]), [0, 0, 1, 0, 0, 0, 0]);
         assert_eq!(refused(&["--accel", "bvh"]), [0, 0, 0, 1, 1, 0, 0]);
@@ -161,8 +210,14 @@ mod tests {
     /// Protects: choices are told as they are typed.
     #[test]
     fn choices_have_their_own_words() {
-        let choices = Choices { without: vec![Effect::MirrorReflection, Effect::Sky], ..rungs(&["samples=16"]) };
+        let choices = Choices {
+            without: vec![Effect::MirrorReflection, Effect::Sky],
+            ..rungs(&["samples=16"])
+        };
         let words = choices.words(" rung:", " without=").concat();
-        assert_eq!(words, " rung:samples=16 without=mirror-reflection without=sky");
+        assert_eq!(
+            words,
+            " rung:samples=16 without=mirror-reflection without=sky"
+        );
     }
 }

@@ -22,16 +22,26 @@ pub struct Shot {
 impl Shot {
     /// From where the picture is taken, where that is not the scene's own camera.
     pub fn seen_from<'a>(&self, silhouette: impl FnOnce() -> &'a Silhouette) -> Option<View> {
-        let Some(turn) = self.turn else { return self.view };
+        let Some(turn) = self.turn else {
+            return self.view;
+        };
         let view = self.view.unwrap_or_else(|| silhouette().front());
-        Some(View { azimuth: view.azimuth + turn, ..view })
+        Some(View {
+            azimuth: view.azimuth + turn,
+            ..view
+        })
     }
 }
 
-/// The pictures of each scene that the flags ask for: the usual one, which has no label, where they ask for no others.
+/// The pictures of each scene that the flags ask for: the usual one, which has no label, where they
+/// ask for no others.
 pub(super) fn shots(args: &ViewArgs) -> Vec<Shot> {
-    let numbered =
-        |number: usize, caption: String| Shot { label: format!("{number:04}"), caption, view: args.view, ..Shot::default() };
+    let numbered = |number: usize, caption: String| Shot {
+        label: format!("{number:04}"),
+        caption,
+        view: args.view,
+        ..Shot::default()
+    };
     if let Some(views) = &args.views {
         let shot = |(name, view): &(String, View)| Shot {
             label: name.replace(',', "_"),
@@ -42,16 +52,31 @@ pub(super) fn shots(args: &ViewArgs) -> Vec<Shot> {
         views.0.iter().map(shot).collect()
     } else if let Some(count) = args.turntable {
         let degrees = (0..count).map(|i| 360.0 * f64::from(i) / f64::from(count));
-        degrees.enumerate().map(|(i, turn)| Shot { turn: Some(turn), ..numbered(i, format!("{turn:.0}°")) }).collect()
+        degrees
+            .enumerate()
+            .map(|(i, turn)| Shot {
+                turn: Some(turn),
+                ..numbered(i, format!("{turn:.0}°"))
+            })
+            .collect()
     } else if let Some(frames) = args.frames {
         let times = frames.times().enumerate();
-        times.map(|(i, time)| Shot { at: Some(time), ..numbered(i, format!("{time:.2} s")) }).collect()
+        times
+            .map(|(i, time)| Shot {
+                at: Some(time),
+                ..numbered(i, format!("{time:.2} s"))
+            })
+            .collect()
     } else {
-        vec![Shot { view: args.view, ..Shot::default() }]
+        vec![Shot {
+            view: args.view,
+            ..Shot::default()
+        }]
     }
 }
 
-/// Pictures a second of an animation: those of a film as they say, a turn smoothly, and others slowly enough to be looked at.
+/// Pictures a second of an animation: those of a film as they say, a turn smoothly, and others
+/// slowly enough to be looked at.
 pub(super) fn rate(args: &ViewArgs) -> f64 {
     match (args.frames, args.turntable) {
         (Some(frames), _) => frames.rate,
@@ -65,31 +90,91 @@ mod tests {
     use super::*;
     use crate::args::values;
 
-    /// Protects: each flag makes the pictures that it says, in order, and none asks for the usual one, from the view that is asked for.
+    /// Protects: each flag makes the pictures that it says, in order, and none asks for the usual
+    /// one, from the view that is asked for.
     #[test]
     fn flags_make_pictures() {
-        let view = Some(View { azimuth: 3.0, elevation: 4.0 });
+        let view = Some(View {
+            azimuth: 3.0,
+            elevation: 4.0,
+        });
         for (asked, expected) in [(None, None), (view, view)] {
-            let found = shots(&ViewArgs { view: asked, ..ViewArgs::default() });
-            assert_eq!(found, [Shot { view: expected, ..Shot::default() }]);
+            let found = shots(&ViewArgs {
+                view: asked,
+                ..ViewArgs::default()
+            });
+            assert_eq!(
+                found,
+                [Shot {
+                    view: expected,
+                    ..Shot::default()
+                }]
+            );
         }
         let views = values::views("front,30,-20,iso").expect("views");
-        let found = shots(&ViewArgs { views: Some(views), ..ViewArgs::default() });
+        let found = shots(&ViewArgs {
+            views: Some(views),
+            ..ViewArgs::default()
+        });
         let labels: Vec<_> = found.iter().map(|shot| shot.label.as_str()).collect();
         assert_eq!(labels, ["front", "30_-20", "iso"]);
-        assert_eq!(found[1].view, Some(View { azimuth: 30.0, elevation: -20.0 }));
-        let turns = shots(&ViewArgs { turntable: Some(4), ..ViewArgs::default() });
-        assert_eq!(turns.iter().map(|shot| shot.turn).collect::<Vec<_>>(), [0.0, 90.0, 180.0, 270.0].map(Some));
-        let played = ViewArgs { frames: Some(values::frames("0..1:12").expect("moments")), ..ViewArgs::default() };
-        let rates = [played, ViewArgs { turntable: Some(4), ..ViewArgs::default() }, ViewArgs::default()].map(|args| rate(&args));
+        assert_eq!(
+            found[1].view,
+            Some(View {
+                azimuth: 30.0,
+                elevation: -20.0
+            })
+        );
+        let turns = shots(&ViewArgs {
+            turntable: Some(4),
+            ..ViewArgs::default()
+        });
+        assert_eq!(
+            turns.iter().map(|shot| shot.turn).collect::<Vec<_>>(),
+            [0.0, 90.0, 180.0, 270.0].map(Some)
+        );
+        let played = ViewArgs {
+            frames: Some(values::frames("0..1:12").expect("moments")),
+            ..ViewArgs::default()
+        };
+        let rates = [
+            played,
+            ViewArgs {
+                turntable: Some(4),
+                ..ViewArgs::default()
+            },
+            ViewArgs::default(),
+        ]
+        .map(|args| rate(&args));
         assert_eq!(rates, [12.0, 25.0, 1.0]);
         let frames = |text: &str| {
             let frames = Some(values::frames(text).expect("moments"));
-            shots(&ViewArgs { frames, ..ViewArgs::default() }).iter().filter_map(|shot| shot.at).collect::<Vec<_>>()
+            shots(&ViewArgs {
+                frames,
+                ..ViewArgs::default()
+            })
+            .iter()
+            .filter_map(|shot| shot.at)
+            .collect::<Vec<_>>()
         };
         assert_eq!(frames("0..1:4"), [0.0, 0.25, 0.5, 0.75]);
-        assert_eq!((frames("-1..0.5:2"), frames("0..0.1:3")), (vec![-1.0, -0.5, 0.0], vec![0.0]));
-        for wrong in ["", "1", "0..1", "1..0:5", "0..1:0", "0..1:-2", "0..1e9:25", "a..b:c", "all", "all:0", "0..inf:25"] {
+        assert_eq!(
+            (frames("-1..0.5:2"), frames("0..0.1:3")),
+            (vec![-1.0, -0.5, 0.0], vec![0.0])
+        );
+        for wrong in [
+            "",
+            "1",
+            "0..1",
+            "1..0:5",
+            "0..1:0",
+            "0..1:-2",
+            "0..1e9:25",
+            "a..b:c",
+            "all",
+            "all:0",
+            "0..inf:25",
+        ] {
             assert!(values::frames(wrong).is_err(), "{wrong}");
         }
         assert!(values::views("front,top,sideways").is_err() && values::views("30").is_err());

@@ -9,14 +9,19 @@ use crate::args::ViewArgs;
 use crate::failure::Failure;
 use crate::suggest;
 
-/// The camera that the flags ask for, from a view where there is one; none: the scene has none, nothing is changed, and framing is left to the renderer. `framed` makes the
-/// camera that shows everything from a view, or from the one that suits the scene, under a vertical angle.
+/// The camera that the flags ask for, from a view where there is one; none: the scene has none,
+/// nothing is changed, and framing is left to the renderer. `framed` makes the camera that shows
+/// everything from a view, or from the one that suits the scene, under a vertical angle.
 pub fn camera(
     scene: &Scene,
     (args, view): (&ViewArgs, Option<View>),
     framed: impl FnOnce(Option<View>, f64) -> Camera,
 ) -> Result<Option<Camera>, Failure> {
-    let changed = args.eye.is_some() || args.target.is_some() || args.up.is_some() || args.fov.is_some() || args.zoom.is_some();
+    let changed = args.eye.is_some()
+        || args.target.is_some()
+        || args.up.is_some()
+        || args.fov.is_some()
+        || args.zoom.is_some();
     let frame = || framed(view, args.fov.unwrap_or(FIELD_OF_VIEW));
     let is_own = view.is_none() && (args.camera.is_some() || !scene.cameras.is_empty());
     let mut camera = match (&args.camera, scene.cameras.first()) {
@@ -52,43 +57,91 @@ pub fn camera(
 
 /// A camera by its name or, where no name fits, by its index.
 fn chosen(scene: &Scene, name: &str) -> Result<Camera, Failure> {
-    let by_name = scene.cameras.iter().find(|camera| !camera.name.is_empty() && camera.name == name);
-    let by_index = || name.parse::<usize>().ok().and_then(|index| scene.cameras.get(index));
+    let by_name = scene
+        .cameras
+        .iter()
+        .find(|camera| !camera.name.is_empty() && camera.name == name);
+    let by_index = || {
+        name.parse::<usize>()
+            .ok()
+            .and_then(|index| scene.cameras.get(index))
+    };
     if let Some(camera) = by_name.or_else(by_index) {
         return Ok(camera.clone());
     }
-    let names: Vec<&str> = scene.cameras.iter().map(|camera| camera.name.as_str()).filter(|name| !name.is_empty()).collect();
+    let names: Vec<&str> = scene
+        .cameras
+        .iter()
+        .map(|camera| camera.name.as_str())
+        .filter(|name| !name.is_empty())
+        .collect();
     Err(match (scene.cameras.len(), names.is_empty()) {
-        (0, _) => Error::usage("the scene has no camera of its own")
-            .with_hint("leave --camera out and the whole scene is shown, or place one with --eye and --target"),
-        (1, true) => suggest::unknown("camera", name, &names).with_hint("the scene has one camera, index 0"),
-        (n, true) => suggest::unknown("camera", name, &names).with_hint(format!("the scene has {n}, index 0 to {}", n - 1)),
+        (0, _) => Error::usage("the scene has no camera of its own").with_hint(
+            "leave --camera out and the whole scene is shown, or place one with --eye and --target",
+        ),
+        (1, true) => {
+            suggest::unknown("camera", name, &names).with_hint("the scene has one camera, index 0")
+        }
+        (n, true) => suggest::unknown("camera", name, &names)
+            .with_hint(format!("the scene has {n}, index 0 to {}", n - 1)),
         _ => suggest::unknown("camera", name, &names),
     }
     .into())
 }
 
-/// The pose with another eye, target or up. A camera given by its axes keeps its orientation when it is only moved.
+/// The pose with another eye, target or up. A camera given by its axes keeps its orientation when
+/// it is only moved.
 fn moved(pose: &Pose, args: &ViewArgs) -> Result<Pose, Failure> {
     let (eye, target, up) = match *pose {
         Pose::LookAt { eye, target, up } => (eye, target, up),
-        Pose::Orbit { target, distance, azimuth, elevation } => {
+        Pose::Orbit {
+            target,
+            distance,
+            azimuth,
+            elevation,
+        } => {
             let (a, e) = (azimuth.to_radians(), elevation.to_radians());
-            let direction = DVec3::new(libm::cos(e) * libm::sin(a), libm::sin(e), libm::cos(e) * libm::cos(a));
-            ((DVec3::from(target) + distance * direction).into(), target, [0.0, 1.0, 0.0])
+            let direction = DVec3::new(
+                libm::cos(e) * libm::sin(a),
+                libm::sin(e),
+                libm::cos(e) * libm::cos(a),
+            );
+            (
+                (DVec3::from(target) + distance * direction).into(),
+                target,
+                [0.0, 1.0, 0.0],
+            )
         }
-        Pose::Axes { right, up, back, .. } if args.target.is_none() && args.up.is_none() => {
-            return Ok(Pose::Axes { eye: args.eye.unwrap_or_default(), right, up, back });
+        Pose::Axes {
+            right, up, back, ..
+        } if args.target.is_none() && args.up.is_none() => {
+            return Ok(Pose::Axes {
+                eye: args.eye.unwrap_or_default(),
+                right,
+                up,
+                back,
+            });
         }
         Pose::Axes { eye, up, back, .. } => {
             let eye = args.eye.unwrap_or(eye);
-            let target = args.target.unwrap_or((DVec3::from(eye) - DVec3::from(back)).into());
-            // Turned to a point, a camera stands upright, however it leans in its file; straight up and down, its own will do.
-            let upright = (DVec3::from(target) - DVec3::from(eye)).normalize_or_zero().cross(DVec3::Y).length() > 1e-6;
+            let target = args
+                .target
+                .unwrap_or((DVec3::from(eye) - DVec3::from(back)).into());
+            // Turned to a point, a camera stands upright, however it leans in its file; straight up
+            // and down, its own will do.
+            let upright = (DVec3::from(target) - DVec3::from(eye))
+                .normalize_or_zero()
+                .cross(DVec3::Y)
+                .length()
+                > 1e-6;
             (eye, target, if upright { [0.0, 1.0, 0.0] } else { up })
         }
     };
-    let (eye, target, up) = (args.eye.unwrap_or(eye), args.target.unwrap_or(target), args.up.unwrap_or(up));
+    let (eye, target, up) = (
+        args.eye.unwrap_or(eye),
+        args.target.unwrap_or(target),
+        args.up.unwrap_or(up),
+    );
     checked(eye, target, up)
 }
 
@@ -96,13 +149,28 @@ fn checked(eye: Triple, target: Triple, up: Triple) -> Result<Pose, Failure> {
     let view = DVec3::from(target) - DVec3::from(eye);
     let show = |[x, y, z]: Triple| format!("{x},{y},{z}");
     if !(view.length() > 0.0 && view.length().is_finite()) {
-        let message = format!("the camera at {} looks at the point it stands on", show(eye));
-        return Err(Error::usage(message).with_hint("give --eye and --target different points").into());
+        let message = format!(
+            "the camera at {} looks at the point it stands on",
+            show(eye)
+        );
+        return Err(Error::usage(message)
+            .with_hint("give --eye and --target different points")
+            .into());
     }
-    let sine = view.normalize().cross(DVec3::from(up).normalize_or_zero()).length();
+    let sine = view
+        .normalize()
+        .cross(DVec3::from(up).normalize_or_zero())
+        .length();
     if sine < 1e-9 {
-        let message = format!("the view from {} to {} is along its own up direction {}", show(eye), show(target), show(up));
-        return Err(Error::usage(message).with_hint("give another one, such as --up 0,0,1").into());
+        let message = format!(
+            "the view from {} to {} is along its own up direction {}",
+            show(eye),
+            show(target),
+            show(up)
+        );
+        return Err(Error::usage(message)
+            .with_hint("give another one, such as --up 0,0,1")
+            .into());
     }
     Ok(Pose::LookAt { eye, target, up })
 }
@@ -110,12 +178,17 @@ fn checked(eye: Triple, target: Triple, up: Triple) -> Result<Pose, Failure> {
 fn set_fov(projection: &mut Projection, fov: f64) -> Result<(), Failure> {
     match projection {
         Projection::Pinhole(pinhole) | Projection::ThinLens { pinhole, .. } => {
-            *pinhole = Pinhole { vertical_fov: Some(fov), ..Pinhole::default() };
+            *pinhole = Pinhole {
+                vertical_fov: Some(fov),
+                ..Pinhole::default()
+            };
             Ok(())
         }
         Projection::Orthographic { .. } => {
             let error = Error::usage("--fov has no meaning for an orthographic camera");
-            Err(error.with_hint("its `height` in the scene file says how much it shows").into())
+            Err(error
+                .with_hint("its `height` in the scene file says how much it shows")
+                .into())
         }
     }
 }
@@ -125,28 +198,42 @@ fn zoom(projection: &mut Projection, factor: f64) {
     match projection {
         Projection::Pinhole(pinhole) | Projection::ThinLens { pinhole, .. } => {
             let narrowed = |degrees: &mut f64| {
-                *degrees = (2.0 * libm::atan(libm::tan(degrees.to_radians() * 0.5) / factor)).to_degrees();
+                *degrees =
+                    (2.0 * libm::atan(libm::tan(degrees.to_radians() * 0.5) / factor)).to_degrees();
             };
             pinhole.vertical_fov.iter_mut().for_each(narrowed);
             pinhole.horizontal_fov.iter_mut().for_each(narrowed);
-            pinhole.focal_length.iter_mut().for_each(|length| *length *= factor);
+            pinhole
+                .focal_length
+                .iter_mut()
+                .for_each(|length| *length *= factor);
         }
         Projection::Orthographic { height } => *height /= factor,
     }
 }
 
-/// A horizontal angle is meant for the shape of picture that the file asks for; in another shape the vertical one that
-/// follows from it is kept.
+/// A horizontal angle is meant for the shape of picture that the file asks for; in another shape
+/// the vertical one that follows from it is kept.
 fn keep_vertical_fov(camera: &mut Camera, file: [u32; 2], asked: Option<[u32; 2]>) {
     let [width, height] = file.map(f64::from);
-    let other_shape = asked.is_some_and(|[w, h]| u64::from(w) * u64::from(file[1]) != u64::from(h) * u64::from(file[0]));
-    if let Projection::Pinhole(pinhole) | Projection::ThinLens { pinhole, .. } = &mut camera.projection
-        && let Pinhole { vertical_fov: None, horizontal_fov: Some(fov), .. } = *pinhole
+    let other_shape = asked.is_some_and(|[w, h]| {
+        u64::from(w) * u64::from(file[1]) != u64::from(h) * u64::from(file[0])
+    });
+    if let Projection::Pinhole(pinhole) | Projection::ThinLens { pinhole, .. } =
+        &mut camera.projection
+        && let Pinhole {
+            vertical_fov: None,
+            horizontal_fov: Some(fov),
+            ..
+        } = *pinhole
         && camera.aspect.is_none()
         && other_shape
     {
         let focal_length = 0.5 / libm::tan(fov.to_radians() / 2.0) * width / height;
-        *pinhole = Pinhole { focal_length: Some(focal_length), ..Pinhole::default() };
+        *pinhole = Pinhole {
+            focal_length: Some(focal_length),
+            ..Pinhole::default()
+        };
     }
 }
 
@@ -164,114 +251,264 @@ mod tests {
             pose_end: None,
             shutter: None,
         };
-        let wide = Pinhole { horizontal_fov: Some(90.0), ..Pinhole::default() };
-        let look_at = Pose::LookAt { eye: [0.0, 0.0, 5.0], target: [0.0; 3], up: [0.0, 1.0, 0.0] };
-        let orbit = Pose::Orbit { target: [0.0; 3], distance: 2.0, azimuth: 90.0, elevation: 0.0 };
-        let axes = Pose::Axes { eye: [0.0; 3], right: [1.0, 0.0, 0.0], up: [0.0, 1.0, 0.0], back: [0.0, 0.0, 1.0] };
-        let mut scene = Scene { cameras: vec![camera("front", look_at, wide)], ..Scene::default() };
-        scene.cameras.push(camera("side", orbit, Pinhole { vertical_fov: Some(40.0), ..Pinhole::default() }));
-        scene.cameras.push(camera("", axes, Pinhole { vertical_fov: Some(40.0), ..Pinhole::default() }));
+        let wide = Pinhole {
+            horizontal_fov: Some(90.0),
+            ..Pinhole::default()
+        };
+        let look_at = Pose::LookAt {
+            eye: [0.0, 0.0, 5.0],
+            target: [0.0; 3],
+            up: [0.0, 1.0, 0.0],
+        };
+        let orbit = Pose::Orbit {
+            target: [0.0; 3],
+            distance: 2.0,
+            azimuth: 90.0,
+            elevation: 0.0,
+        };
+        let axes = Pose::Axes {
+            eye: [0.0; 3],
+            right: [1.0, 0.0, 0.0],
+            up: [0.0, 1.0, 0.0],
+            back: [0.0, 0.0, 1.0],
+        };
+        let mut scene = Scene {
+            cameras: vec![camera("front", look_at, wide)],
+            ..Scene::default()
+        };
+        scene.cameras.push(camera(
+            "side",
+            orbit,
+            Pinhole {
+                vertical_fov: Some(40.0),
+                ..Pinhole::default()
+            },
+        ));
+        scene.cameras.push(camera(
+            "",
+            axes,
+            Pinhole {
+                vertical_fov: Some(40.0),
+                ..Pinhole::default()
+            },
+        ));
         scene.render.size = [200, 100];
         scene
     }
 
     fn taken(args: &ViewArgs) -> Result<Camera, Failure> {
-        let taken = camera(&scene(), (args, None), |_, _| panic!("the scene has cameras"))?;
+        let taken = camera(&scene(), (args, None), |_, _| {
+            panic!("the scene has cameras")
+        })?;
         Ok(taken.expect("the scene has cameras"))
     }
 
     fn named(name: &str) -> ViewArgs {
-        ViewArgs { camera: Some(name.to_owned()), ..ViewArgs::default() }
+        ViewArgs {
+            camera: Some(name.to_owned()),
+            ..ViewArgs::default()
+        }
     }
 
     /// Protects: names come before indices, and what is neither is an error that helps.
     #[test]
     fn cameras_are_found_by_name_and_by_index() {
-        assert_eq!(taken(&ViewArgs::default()).expect("the first").name, "front");
+        assert_eq!(
+            taken(&ViewArgs::default()).expect("the first").name,
+            "front"
+        );
         assert_eq!(taken(&named("side")).expect("by name").name, "side");
         assert_eq!(taken(&named("1")).expect("by index").name, "side");
         assert_eq!(taken(&named("2")).expect("by index").name, "");
-        assert!(taken(&named("")).is_err(), "a camera without a name has an index alone");
+        assert!(
+            taken(&named("")).is_err(),
+            "a camera without a name has an index alone"
+        );
         let message = taken(&named("fornt")).expect_err("unknown").message;
         assert!(message.contains("did you mean `front`?"), "{message}");
         assert!(taken(&named("3")).is_err());
     }
 
-    /// Protects: a flag changes what it names and leaves the rest, whatever way the file gives the pose.
+    /// Protects: a flag changes what it names and leaves the rest, whatever way the file gives the
+    /// pose.
     #[test]
     fn flags_change_one_part_of_a_pose() {
         let pose = |args: ViewArgs| taken(&args).expect("a camera").pose;
         let eye = Some([1.0, 2.0, 3.0]);
         let up = [0.0, 1.0, 0.0];
-        assert_eq!(pose(ViewArgs { eye, ..named("front") }), Pose::LookAt { eye: [1.0, 2.0, 3.0], target: [0.0; 3], up });
-        let Pose::LookAt { eye: from, target, .. } = pose(ViewArgs { target: Some([0.0, 1.0, 0.0]), ..named("side") }) else {
+        assert_eq!(
+            pose(ViewArgs {
+                eye,
+                ..named("front")
+            }),
+            Pose::LookAt {
+                eye: [1.0, 2.0, 3.0],
+                target: [0.0; 3],
+                up
+            }
+        );
+        let Pose::LookAt {
+            eye: from, target, ..
+        } = pose(ViewArgs {
+            target: Some([0.0, 1.0, 0.0]),
+            ..named("side")
+        })
+        else {
             panic!("an orbit that is turned becomes a look-at");
         };
-        assert!((DVec3::from(from) - DVec3::new(2.0, 0.0, 0.0)).length() < 1e-12, "{from:?}");
+        assert!(
+            (DVec3::from(from) - DVec3::new(2.0, 0.0, 0.0)).length() < 1e-12,
+            "{from:?}"
+        );
         assert_eq!(target, [0.0, 1.0, 0.0]);
-        let Pose::Axes { eye: moved, back, .. } = pose(ViewArgs { eye, ..named("2") }) else {
+        let Pose::Axes {
+            eye: moved, back, ..
+        } = pose(ViewArgs { eye, ..named("2") })
+        else {
             panic!("axes that are only moved stay axes");
         };
         assert_eq!((moved, back), ([1.0, 2.0, 3.0], [0.0, 0.0, 1.0]));
         assert_eq!(
-            pose(ViewArgs { up: Some([1.0, 0.0, 0.0]), eye, ..named("2") }),
-            Pose::LookAt { eye: [1.0, 2.0, 3.0], target: [1.0, 2.0, 2.0], up: [1.0, 0.0, 0.0] }
+            pose(ViewArgs {
+                up: Some([1.0, 0.0, 0.0]),
+                eye,
+                ..named("2")
+            }),
+            Pose::LookAt {
+                eye: [1.0, 2.0, 3.0],
+                target: [1.0, 2.0, 2.0],
+                up: [1.0, 0.0, 0.0]
+            }
         );
     }
 
-    /// Protects: a camera of a model that leans stands upright once it is turned to a point, but where that is straight below it.
+    /// Protects: a camera of a model that leans stands upright once it is turned to a point, but
+    /// where that is straight below it.
     #[test]
     fn a_turned_camera_stands_upright() {
         let mut scene = scene();
         let h = std::f64::consts::FRAC_1_SQRT_2;
-        scene.cameras[2].pose = Pose::Axes { eye: [0.0, 0.0, 5.0], right: [h, h, 0.0], up: [-h, h, 0.0], back: [0.0, 0.0, 1.0] };
+        scene.cameras[2].pose = Pose::Axes {
+            eye: [0.0, 0.0, 5.0],
+            right: [h, h, 0.0],
+            up: [-h, h, 0.0],
+            back: [0.0, 0.0, 1.0],
+        };
         let pose = |target: Triple| {
-            let args = ViewArgs { target: Some(target), ..named("2") };
-            camera(&scene, (&args, None), |_, _| panic!("the scene has cameras")).expect("a camera").expect("one").pose
+            let args = ViewArgs {
+                target: Some(target),
+                ..named("2")
+            };
+            camera(&scene, (&args, None), |_, _| {
+                panic!("the scene has cameras")
+            })
+            .expect("a camera")
+            .expect("one")
+            .pose
         };
         let eye = [0.0, 0.0, 5.0];
-        assert_eq!(pose([1.0, 2.0, 0.0]), Pose::LookAt { eye, target: [1.0, 2.0, 0.0], up: [0.0, 1.0, 0.0] });
-        assert_eq!(pose([0.0, -9.0, 5.0]), Pose::LookAt { eye, target: [0.0, -9.0, 5.0], up: [-h, h, 0.0] });
+        assert_eq!(
+            pose([1.0, 2.0, 0.0]),
+            Pose::LookAt {
+                eye,
+                target: [1.0, 2.0, 0.0],
+                up: [0.0, 1.0, 0.0]
+            }
+        );
+        assert_eq!(
+            pose([0.0, -9.0, 5.0]),
+            Pose::LookAt {
+                eye,
+                target: [0.0, -9.0, 5.0],
+                up: [-h, h, 0.0]
+            }
+        );
     }
 
-    /// Protects: a camera that moves stands still where a flag puts it, and keeps its shutter for what else moves.
+    /// Protects: a camera that moves stands still where a flag puts it, and keeps its shutter for
+    /// what else moves.
     #[test]
     fn a_camera_that_is_put_somewhere_stands_there() {
         let mut scene = scene();
-        let end = Pose::LookAt { eye: [1.0; 3], target: [0.0; 3], up: [0.0, 1.0, 0.0] };
-        (scene.cameras[0].pose_end, scene.cameras[0].shutter) = (Some(end.clone()), Some([0.0, 1.0]));
-        let taken = |args: &ViewArgs| {
-            camera(&scene, (args, None), |_, _| panic!("the scene has cameras")).expect("a camera").expect("one")
+        let end = Pose::LookAt {
+            eye: [1.0; 3],
+            target: [0.0; 3],
+            up: [0.0, 1.0, 0.0],
         };
-        assert_eq!(taken(&ViewArgs { fov: Some(20.0), ..named("front") }).pose_end, Some(end));
-        let put = taken(&ViewArgs { eye: Some([1.0, 2.0, 3.0]), ..named("front") });
+        (scene.cameras[0].pose_end, scene.cameras[0].shutter) =
+            (Some(end.clone()), Some([0.0, 1.0]));
+        let taken = |args: &ViewArgs| {
+            camera(&scene, (args, None), |_, _| panic!("the scene has cameras"))
+                .expect("a camera")
+                .expect("one")
+        };
+        assert_eq!(
+            taken(&ViewArgs {
+                fov: Some(20.0),
+                ..named("front")
+            })
+            .pose_end,
+            Some(end)
+        );
+        let put = taken(&ViewArgs {
+            eye: Some([1.0, 2.0, 3.0]),
+            ..named("front")
+        });
         assert_eq!((put.pose_end, put.shutter), (None, Some([0.0, 1.0])));
     }
 
-    /// Protects: a zoom enlarges by its factor whatever kind of camera it is, beside an angle of its own too; a view takes the place of the
-    /// scene's cameras and is framed for the angle in force.
+    /// Protects: a zoom enlarges by its factor whatever kind of camera it is, beside an angle of
+    /// its own too; a view takes the place of the scene's cameras and is framed for the angle in
+    /// force.
     #[test]
     fn zooms_and_views_go_with_an_angle() {
         let half = |args: ViewArgs| {
-            let Projection::Pinhole(pinhole) = taken(&args).expect("a camera").projection else { panic!("a pinhole") };
-            libm::tan(pinhole.vertical_fov.or(pinhole.horizontal_fov).expect("an angle").to_radians() / 2.0)
+            let Projection::Pinhole(pinhole) = taken(&args).expect("a camera").projection else {
+                panic!("a pinhole")
+            };
+            libm::tan(
+                pinhole
+                    .vertical_fov
+                    .or(pinhole.horizontal_fov)
+                    .expect("an angle")
+                    .to_radians()
+                    / 2.0,
+            )
         };
-        for args in [named("front"), named("side"), ViewArgs { fov: Some(50.0), ..named("side") }] {
-            let zoomed = half(ViewArgs { zoom: Some(4.0), ..args.clone() });
+        for args in [
+            named("front"),
+            named("side"),
+            ViewArgs {
+                fov: Some(50.0),
+                ..named("side")
+            },
+        ] {
+            let zoomed = half(ViewArgs {
+                zoom: Some(4.0),
+                ..args.clone()
+            });
             assert!((half(args) / zoomed - 4.0).abs() < 1e-12);
         }
         let mut flat = Projection::Orthographic { height: 3.0 };
         zoom(&mut flat, 1.5);
         assert_eq!(flat, Projection::Orthographic { height: 2.0 });
-        let side = View { azimuth: 10.0, elevation: 20.0 };
+        let side = View {
+            azimuth: 10.0,
+            elevation: 20.0,
+        };
         for (fov, expected) in [(None, FIELD_OF_VIEW), (Some(15.0), 15.0)] {
             let asked = |view, fov| {
                 assert_eq!((view, fov), (Some(side), expected));
                 scene().cameras[1].clone()
             };
-            let args = ViewArgs { fov, ..ViewArgs::default() };
+            let args = ViewArgs {
+                fov,
+                ..ViewArgs::default()
+            };
             assert_eq!(
-                camera(&scene(), (&args, Some(side)), asked).expect("a view").map(|camera| camera.name),
+                camera(&scene(), (&args, Some(side)), asked)
+                    .expect("a view")
+                    .map(|camera| camera.name),
                 Some("side".to_owned())
             );
         }
@@ -280,44 +517,113 @@ mod tests {
     /// Protects: a view that shows nothing sensible is refused before anything is rendered.
     #[test]
     fn impossible_views_are_refused() {
-        assert!(taken(&ViewArgs { eye: Some([0.0; 3]), ..named("front") }).is_err());
-        assert!(taken(&ViewArgs { up: Some([0.0, 0.0, 1.0]), ..named("front") }).is_err());
-        assert!(taken(&ViewArgs { up: Some([0.0; 3]), ..named("front") }).is_err());
+        assert!(
+            taken(&ViewArgs {
+                eye: Some([0.0; 3]),
+                ..named("front")
+            })
+            .is_err()
+        );
+        assert!(
+            taken(&ViewArgs {
+                up: Some([0.0, 0.0, 1.0]),
+                ..named("front")
+            })
+            .is_err()
+        );
+        assert!(
+            taken(&ViewArgs {
+                up: Some([0.0; 3]),
+                ..named("front")
+            })
+            .is_err()
+        );
     }
 
-    /// Protects: another shape of picture shows more at the sides, not another height; the file's own shape is left exactly as it is.
+    /// Protects: another shape of picture shows more at the sides, not another height; the file's
+    /// own shape is left exactly as it is.
     #[test]
     fn the_vertical_angle_survives_another_shape() {
-        let projection = |size| taken(&ViewArgs { size, ..named("front") }).expect("a camera").projection;
-        let Projection::Pinhole(square) = projection(Some([100, 100])) else { panic!("still a pinhole") };
-        assert_eq!((square.horizontal_fov, square.focal_length.map(|f| (f * 1e9).round())), (None, Some(1e9)));
+        let projection = |size| {
+            taken(&ViewArgs {
+                size,
+                ..named("front")
+            })
+            .expect("a camera")
+            .projection
+        };
+        let Projection::Pinhole(square) = projection(Some([100, 100])) else {
+            panic!("still a pinhole")
+        };
+        assert_eq!(
+            (
+                square.horizontal_fov,
+                square.focal_length.map(|f| (f * 1e9).round())
+            ),
+            (None, Some(1e9))
+        );
         assert_eq!(projection(Some([400, 200])), projection(None));
-        let Projection::Pinhole(narrow) = taken(&ViewArgs { fov: Some(20.0), ..named("front") }).expect("a camera").projection
+        let Projection::Pinhole(narrow) = taken(&ViewArgs {
+            fov: Some(20.0),
+            ..named("front")
+        })
+        .expect("a camera")
+        .projection
         else {
             panic!("still a pinhole")
         };
-        assert_eq!((narrow.vertical_fov, narrow.horizontal_fov), (Some(20.0), None));
+        assert_eq!(
+            (narrow.vertical_fov, narrow.horizontal_fov),
+            (Some(20.0), None)
+        );
     }
 
-    /// Protects: `--fit` takes the camera's shape or, where it has none, the file's; an angle that is asked for is that of the picture.
+    /// Protects: `--fit` takes the camera's shape or, where it has none, the file's; an angle that
+    /// is asked for is that of the picture.
     #[test]
     fn pictures_of_another_shape_are_fitted() {
         let mut scene = scene();
         scene.cameras[1].aspect = Some(1.5);
         scene.cameras[1].fit = Fit::Contain;
         let of = |args: ViewArgs| {
-            let taken = camera(&scene, (&args, None), |_, _| panic!("the scene has cameras")).expect("a camera").expect("one");
+            let taken = camera(&scene, (&args, None), |_, _| {
+                panic!("the scene has cameras")
+            })
+            .expect("a camera")
+            .expect("one");
             (taken.aspect, taken.fit)
         };
         let fit = Some(Fit::Cover);
-        assert_eq!(of(ViewArgs { fit, ..named("side") }), (Some(1.5), Fit::Cover));
+        assert_eq!(
+            of(ViewArgs {
+                fit,
+                ..named("side")
+            }),
+            (Some(1.5), Fit::Cover)
+        );
         assert_eq!(of(ViewArgs { fit, ..named("2") }), (Some(2.0), Fit::Cover));
         assert_eq!(of(named("side")), (Some(1.5), Fit::Contain));
-        assert_eq!(of(ViewArgs { fov: Some(30.0), ..named("side") }).0, None);
+        assert_eq!(
+            of(ViewArgs {
+                fov: Some(30.0),
+                ..named("side")
+            })
+            .0,
+            None
+        );
         let framed = scene.cameras[1].clone();
-        let none = Scene { cameras: Vec::new(), ..scene.clone() };
-        let args = ViewArgs { fit, zoom: Some(1.0), ..ViewArgs::default() };
-        let taken = camera(&none, (&args, None), |_, _| framed.clone()).expect("a camera").expect("one");
+        let none = Scene {
+            cameras: Vec::new(),
+            ..scene.clone()
+        };
+        let args = ViewArgs {
+            fit,
+            zoom: Some(1.0),
+            ..ViewArgs::default()
+        };
+        let taken = camera(&none, (&args, None), |_, _| framed.clone())
+            .expect("a camera")
+            .expect("one");
         assert_eq!((taken.aspect, taken.fit), (framed.aspect, framed.fit));
     }
 
@@ -326,8 +632,17 @@ mod tests {
     fn a_fixed_shape_is_kept() {
         let mut scene = scene();
         scene.cameras[0].aspect = Some(1.0);
-        let args = ViewArgs { size: Some([100, 100]), ..named("front") };
-        let taken = camera(&scene, (&args, None), |_, _| panic!("the scene has cameras")).expect("a camera");
-        assert_eq!(taken.map(|camera| camera.projection), Some(scene.cameras[0].projection.clone()));
+        let args = ViewArgs {
+            size: Some([100, 100]),
+            ..named("front")
+        };
+        let taken = camera(&scene, (&args, None), |_, _| {
+            panic!("the scene has cameras")
+        })
+        .expect("a camera");
+        assert_eq!(
+            taken.map(|camera| camera.projection),
+            Some(scene.cameras[0].projection.clone())
+        );
     }
 }

@@ -1,4 +1,5 @@
-//! What a reader wants to know first: which setting has half of the error, and which has the same error sooner.
+//! What a reader wants to know first: which setting has half of the error, and which has the same
+//! error sooner.
 
 use super::estimate::{Errors, Interval};
 use super::measurements::RelativeCost;
@@ -6,7 +7,8 @@ use super::report::{Advice, Answer, Measured};
 use super::setting::Setting;
 use crate::ladder::Ladder;
 
-/// Half of an error is at most this share of it, and by its interval at most the second: four times the samples halve noise.
+/// Half of an error is at most this share of it, and by its interval at most the second: four times
+/// the samples halve noise.
 const HALF: [f64; 2] = [0.55, 0.6];
 /// The same error is at most this share of it, by its interval too.
 const SAME: [f64; 2] = [1.05, 1.05];
@@ -32,12 +34,17 @@ pub(super) struct AdviceCandidate {
     pub is_sound: bool,
 }
 
-/// Whether a setting may be advised: it has the picture's light and little error that more samples leave, as surely as was measured, or surely
-/// less of both kinds of fault than the setting in use, or it differs from that in noise alone.
+/// Whether a setting may be advised: it has the picture's light and little error that more samples
+/// leave, as surely as was measured, or surely less of both kinds of fault than the setting in use,
+/// or it differs from that in noise alone.
 pub(super) fn is_sound(setting: &Setting, measured: &Measured, own: &Measured) -> bool {
     let off = |light: &Interval| [light.low - 1.0, light.high - 1.0].map(f64::abs);
     let most_off = off(&measured.errors.light).into_iter().fold(0.0, f64::max);
-    let has_light = most_off <= MOST_LIGHT || most_off < off(&own.errors.light).into_iter().fold(f64::INFINITY, f64::min);
+    let has_light = most_off <= MOST_LIGHT
+        || most_off
+            < off(&own.errors.light)
+                .into_iter()
+                .fold(f64::INFINITY, f64::min);
     let Errors { bias, relmse, .. } = &measured.errors;
     let is_noise = bias.is_some_and(|bias| {
         let less = own.errors.bias.is_some_and(|own| bias.high < own.low);
@@ -46,7 +53,11 @@ pub(super) fn is_sound(setting: &Setting, measured: &Measured, own: &Measured) -
     // A filter's error goes away with more samples as noise does, but it may take light with it.
     let is_filtered = setting.rung(Ladder::Reconstruction).is_some();
     let is_free = setting.without(Ladder::Reconstruction).is_free_of_bias();
-    if is_free && !is_filtered { true } else { has_light && (is_free || is_noise) }
+    if is_free && !is_filtered {
+        true
+    } else {
+        has_light && (is_free || is_noise)
+    }
 }
 
 /// Chooses among measured settings; `budget` in seconds is what they had.
@@ -56,12 +67,20 @@ pub(super) fn answer(mut all: Vec<AdviceCandidate>, budget: f64) -> Answer {
     all.sort_by(|a, b| a.cost.time.value.total_cmp(&b.cost.time.value));
     let find = |[value, high]: [f64; 2], most_time: f64| {
         let promises = |of: &&AdviceCandidate| {
-            of.cost.error.low > 0.0 && of.cost.error.value <= value * value && of.cost.time.high <= most_time
+            of.cost.error.low > 0.0
+                && of.cost.error.value <= value * value
+                && of.cost.time.high <= most_time
         };
         let holds = |of: &&AdviceCandidate| of.cost.error.high <= high * high;
         let found = all.iter().filter(promises).find(holds).map(|fastest| {
-            let is_near = |of: &&AdviceCandidate| of.cost.time.value <= NEAR * fastest.cost.time.value;
-            all.iter().filter(promises).filter(holds).filter(is_near).min_by_key(|of| length(of)).unwrap_or(fastest)
+            let is_near =
+                |of: &&AdviceCandidate| of.cost.time.value <= NEAR * fastest.cost.time.value;
+            all.iter()
+                .filter(promises)
+                .filter(holds)
+                .filter(is_near)
+                .min_by_key(|of| length(of))
+                .unwrap_or(fastest)
         });
         let advice = found.map(|of| Advice {
             flags: of.setting.flags(),
@@ -71,7 +90,8 @@ pub(super) fn answer(mut all: Vec<AdviceCandidate>, budget: f64) -> Answer {
         });
         // Intervals shrink with the root of the time.
         let needed = all.iter().filter(promises).map(|of| {
-            let wide = libm::log(of.cost.error.high / of.cost.error.value) / libm::log(high * high / of.cost.error.value);
+            let wide = libm::log(of.cost.error.high / of.cost.error.value)
+                / libm::log(high * high / of.cost.error.value);
             wide * wide
         });
         let needed = needed.fold(f64::INFINITY, f64::min);
@@ -79,7 +99,12 @@ pub(super) fn answer(mut all: Vec<AdviceCandidate>, budget: f64) -> Answer {
         (advice, needed)
     };
     let (half, same) = (find(HALF, f64::INFINITY), find(SAME, SOONER));
-    Answer { half_the_error: half.0, half_needs: half.1, same_error: same.0, same_needs: same.1 }
+    Answer {
+        half_the_error: half.0,
+        half_needs: half.1,
+        same_error: same.0,
+        same_needs: same.1,
+    }
 }
 
 #[cfg(test)]

@@ -1,4 +1,5 @@
-//! What each effect of a scene costs in time and what it changes in the picture: rendered with it and without it, in turns.
+//! What each effect of a scene costs in time and what it changes in the picture: rendered with it
+//! and without it, in turns.
 
 use core::time::Duration;
 use std::time::Instant;
@@ -34,8 +35,8 @@ pub struct EffectCost {
     pub ratio: Spread,
     /// Rays with it over rays without it.
     pub rays: f64,
-    /// Root mean squared difference of the pictures with and without it, in radiance. Both are by the same random numbers, and what
-    /// still differs from round to round is subtracted.
+    /// Root mean squared difference of the pictures with and without it, in radiance. Both are by
+    /// the same random numbers, and what still differs from round to round is subtracted.
     pub rmse: f64,
     /// Mean FLIP difference, from 0 to 1, of the first two pictures.
     pub flip: f64,
@@ -54,11 +55,12 @@ pub struct EffectCosts {
     pub late: Vec<&'static str>,
 }
 
-/// Measures every effect that a scene's picture simulates and that can be switched off, in about the time given, on the current
-/// thread pool.
+/// Measures every effect that a scene's picture simulates and that can be switched off, in about
+/// the time given, on the current thread pool.
 ///
 /// # Errors
-/// See [`PrepareError`]; [`PrepareError::Cancelled`] where the observer stopped it, or not even one render fits into the time.
+/// See [`PrepareError`]; [`PrepareError::Cancelled`] where the observer stopped it, or not even one
+/// render fits into the time.
 pub fn measure_effects(
     scene: &Scene,
     settings: &Settings,
@@ -66,9 +68,20 @@ pub fn measure_effects(
     observer: &dyn Observer,
     listener: &mut dyn Listener,
 ) -> Result<EffectCosts, PrepareError> {
-    let bench = Bench { scene, observer, stopwatch: of_process, now: &Instant::now, start: Instant::now(), budget };
+    let bench = Bench {
+        scene,
+        observer,
+        stopwatch: of_process,
+        now: &Instant::now,
+        start: Instant::now(),
+        budget,
+    };
     let costs = bench.run(settings, listener)?;
-    if observer.cancelled() { Err(PrepareError::Cancelled) } else { Ok(costs) }
+    if observer.cancelled() {
+        Err(PrepareError::Cancelled)
+    } else {
+        Ok(costs)
+    }
 }
 
 /// Renders with and without, in the time that there is.
@@ -82,26 +95,44 @@ pub(super) struct Bench<'a> {
 }
 
 impl Bench<'_> {
-    pub fn run(&self, settings: &Settings, listener: &mut dyn Listener) -> Result<EffectCosts, PrepareError> {
+    pub fn run(
+        &self,
+        settings: &Settings,
+        listener: &mut dyn Listener,
+    ) -> Result<EffectCosts, PrepareError> {
         let simulated = detect(self.scene, settings).simulated();
-        let measured: Vec<Effect> = Effect::ALL.iter().copied().filter(|&e| simulated.has(e) && SWITCHABLE.has(e)).collect();
+        let measured: Vec<Effect> = Effect::ALL
+            .iter()
+            .copied()
+            .filter(|&e| simulated.has(e) && SWITCHABLE.has(e))
+            .collect();
         listener.step("looking how fast it renders", 0.0);
-        let settings =
-            Settings { size: self.affordable(settings, measured.len())?, crop: None, aovs: Vec::new(), ..settings.clone() };
+        let settings = Settings {
+            size: self.affordable(settings, measured.len())?,
+            crop: None,
+            aovs: Vec::new(),
+            ..settings.clone()
+        };
         let (mut own, mut costs, mut late) = (Vec::new(), Vec::new(), Vec::new());
         for effect in measured {
             let (mut with, mut without) = (Vec::new(), Vec::new());
             for round in 0..ROUNDS {
-                let share = ((self.now)() - self.start).as_secs_f64() / self.budget.as_secs_f64().max(1e-9);
+                let share =
+                    ((self.now)() - self.start).as_secs_f64() / self.budget.as_secs_f64().max(1e-9);
                 listener.step(&format!("without {}", effect.name()), share.min(1.0));
-                let off = Settings { without: settings.without.or(EffectSet::of(&[effect])), ..settings.clone() };
+                let off = Settings {
+                    without: settings.without.or(EffectSet::of(&[effect])),
+                    ..settings.clone()
+                };
                 match (self.take(&settings, round), self.take(&off, round)) {
                     (Ok(all), Ok(less)) => {
                         own.push(all.seconds);
                         with.push(all);
                         without.push(less);
                     }
-                    (Err(Unfinished::Failed(error)), _) | (_, Err(Unfinished::Failed(error))) => return Err(error),
+                    (Err(Unfinished::Failed(error)), _) | (_, Err(Unfinished::Failed(error))) => {
+                        return Err(error);
+                    }
                     _ => break,
                 }
             }
@@ -111,34 +142,78 @@ impl Bench<'_> {
             }
         }
         if own.is_empty() {
-            own.push(self.take(&settings, 0).map_err(Unfinished::into_error)?.seconds);
+            own.push(
+                self.take(&settings, 0)
+                    .map_err(Unfinished::into_error)?
+                    .seconds,
+            );
         }
         costs.sort_by(|a, b| b.ratio.median.total_cmp(&a.ratio.median));
-        Ok(EffectCosts { size: settings.size, seconds: Spread::of(&own), effects: costs, late })
+        Ok(EffectCosts {
+            size: settings.size,
+            seconds: Spread::of(&own),
+            effects: costs,
+            late,
+        })
     }
 
     fn take(&self, settings: &Settings, round: u64) -> Result<TimedRender, Unfinished> {
-        let settings = Settings { seed: settings.seed.wrapping_add(round), ..settings.clone() };
-        let renderer = Renderer::new(self.scene, &settings, self.observer, (self.stopwatch, self.now));
+        let settings = Settings {
+            seed: settings.seed.wrapping_add(round),
+            ..settings.clone()
+        };
+        let renderer = Renderer::new(
+            self.scene,
+            &settings,
+            self.observer,
+            (self.stopwatch, self.now),
+        );
         renderer.render(self.scene, &settings, self.start + self.budget)
     }
 
-    /// Size at which all renders take four fifths of the time, by what the smallest takes; at most the scene's.
+    /// Size at which all renders take four fifths of the time, by what the smallest takes; at most
+    /// the scene's.
     fn affordable(&self, settings: &Settings, effects: usize) -> Result<[u32; 2], PrepareError> {
         let least = (LEAST_WIDTH / f64::from(settings.size[0])).min(1.0);
-        let scaled = |factor: f64| settings.size.map(|edge| (f64::from(edge) * factor).round().max(1.0) as u32);
+        let scaled = |factor: f64| {
+            settings
+                .size
+                .map(|edge| (f64::from(edge) * factor).round().max(1.0) as u32)
+        };
         let before = (self.now)();
-        self.take(&Settings { size: scaled(least), ..settings.clone() }, 0).map_err(Unfinished::into_error)?;
-        let all = ((self.now)() - before).as_secs_f64() * 2.0 * ROUNDS as f64 * effects.max(1) as f64;
-        Ok(scaled(least * (0.8 * self.budget.as_secs_f64() / all).sqrt().clamp(1.0, 1.0 / least)))
+        self.take(
+            &Settings {
+                size: scaled(least),
+                ..settings.clone()
+            },
+            0,
+        )
+        .map_err(Unfinished::into_error)?;
+        let all =
+            ((self.now)() - before).as_secs_f64() * 2.0 * ROUNDS as f64 * effects.max(1) as f64;
+        Ok(scaled(
+            least
+                * (0.8 * self.budget.as_secs_f64() / all)
+                    .sqrt()
+                    .clamp(1.0, 1.0 / least),
+        ))
     }
 
     fn cost(&self, effect: Effect, with: &[TimedRender], without: &[TimedRender]) -> EffectCost {
         let seconds: Vec<f64> = without.iter().map(|take| take.seconds).collect();
-        let ratios: Vec<f64> = with.iter().zip(without).map(|(a, b)| a.seconds / b.seconds.max(1e-9)).collect();
-        let pairs: Vec<(&Picture, &Picture)> = with.iter().zip(without).map(|(a, b)| (&a.picture, &b.picture)).collect();
+        let ratios: Vec<f64> = with
+            .iter()
+            .zip(without)
+            .map(|(a, b)| a.seconds / b.seconds.max(1e-9))
+            .collect();
+        let pairs: Vec<(&Picture, &Picture)> = with
+            .iter()
+            .zip(without)
+            .map(|(a, b)| (&a.picture, &b.picture))
+            .collect();
         let display = Display::of(&self.scene.render);
-        let [shown, other] = [&with[0].picture, &without[0].picture].map(|picture| display.to_values(picture));
+        let [shown, other] =
+            [&with[0].picture, &without[0].picture].map(|picture| display.to_values(picture));
         EffectCost {
             effect: effect.name(),
             seconds_without: Spread::of(&seconds),
@@ -146,7 +221,8 @@ impl Bench<'_> {
             rays: with[0].rays as f64 / (without[0].rays as f64).max(1.0),
             rmse: root_mean_square(&pairs),
             // Both have one size, which is not zero.
-            flip: statistics(&flip(&shown, &other, DEFAULT_PIXELS_PER_DEGREE).unwrap_or_default()).mean,
+            flip: statistics(&flip(&shown, &other, DEFAULT_PIXELS_PER_DEGREE).unwrap_or_default())
+                .mean,
         }
     }
 }
@@ -156,9 +232,16 @@ fn root_mean_square(pairs: &[(&Picture, &Picture)]) -> f64 {
     let (n, numbers) = (pairs.len() as f64, 3 * pairs[0].0.pixels());
     let mut square = 0.0;
     for i in 0..numbers {
-        let apart = |(a, b): &(&Picture, &Picture)| f64::from(a.rgb[i / 3][i % 3]) - f64::from(b.rgb[i / 3][i % 3]);
+        let apart = |(a, b): &(&Picture, &Picture)| {
+            f64::from(a.rgb[i / 3][i % 3]) - f64::from(b.rgb[i / 3][i % 3])
+        };
         let mean = pairs.iter().map(apart).sum::<f64>() / n;
-        let variance = pairs.iter().map(|pair| (apart(pair) - mean).powi(2)).sum::<f64>() / (n - 1.0).max(1.0) / n;
+        let variance = pairs
+            .iter()
+            .map(|pair| (apart(pair) - mean).powi(2))
+            .sum::<f64>()
+            / (n - 1.0).max(1.0)
+            / n;
         square += mean * mean - variance;
     }
     (square / numbers as f64).max(0.0).sqrt()
@@ -172,12 +255,27 @@ mod tests {
         measured_without(&[], text, budget)
     }
 
-    fn measured_without(effects: &[Effect], text: &str, budget: Duration) -> Result<EffectCosts, PrepareError> {
-        let scene: Scene = serde_json::from_str(text).unwrap_or_else(|e| panic!("the scene is right: {e}"));
-        let settings = Settings { without: EffectSet::of(effects), ..Settings::of(&scene) };
+    fn measured_without(
+        effects: &[Effect],
+        text: &str,
+        budget: Duration,
+    ) -> Result<EffectCosts, PrepareError> {
+        let scene: Scene =
+            serde_json::from_str(text).unwrap_or_else(|e| panic!("the scene is right: {e}"));
+        let settings = Settings {
+            without: EffectSet::of(effects),
+            ..Settings::of(&scene)
+        };
         let stopwatch: Stopwatch = |work| work() as f64 * 1e-6;
-        Bench { scene: &scene, observer: &(), stopwatch, now: &Instant::now, start: Instant::now(), budget }
-            .run(&settings, &mut ())
+        Bench {
+            scene: &scene,
+            observer: &(),
+            stopwatch,
+            now: &Instant::now,
+            start: Instant::now(),
+            budget,
+        }
+        .run(&settings, &mut ())
     }
 
     const MIRROR: &str = r#"{"format": 1, "render": {"size": [4, 2], "pattern": "centre", "max_depth": 4}, "sky": {"constant": 0.5},
@@ -186,55 +284,103 @@ mod tests {
         "materials": [{"name": "m", "model": {"classic": {"local": 0, "emission": 1, "reflection": {"weight": 0.5}}}}],
         "objects": [{"shape": {"plane": {"point": [0, 0, 0], "normal": [0, 1, 0]}}, "material": "m"}]}"#;
 
-    /// Protects: costs are told by a clock that counts rays. A mirror that fills the picture and shows a sky of 0.5 by half doubles the
-    /// rays and adds 0.25; the sky itself costs no ray and adds as much; what glows adds 1 and costs none.
+    /// Protects: costs are told by a clock that counts rays. A mirror that fills the picture and
+    /// shows a sky of 0.5 by half doubles the rays and adds 0.25; the sky itself costs no ray and
+    /// adds as much; what glows adds 1 and costs none.
     #[test]
     fn effects_cost_what_the_clock_says() {
         let costs = measured(MIRROR, Duration::from_secs(600)).expect("a small picture");
-        assert_eq!((costs.size, costs.seconds.median, costs.late.len()), ([4, 2], 16e-6, 0));
-        let of = |name: &str| costs.effects.iter().find(|cost| cost.effect == name).unwrap_or_else(|| panic!("no {name}"));
+        assert_eq!(
+            (costs.size, costs.seconds.median, costs.late.len()),
+            ([4, 2], 16e-6, 0)
+        );
+        let of = |name: &str| {
+            costs
+                .effects
+                .iter()
+                .find(|cost| cost.effect == name)
+                .unwrap_or_else(|| panic!("no {name}"))
+        };
         let (mirror, sky, glow) = (of("mirror reflection"), of("sky"), of("emission"));
-        assert_eq!((mirror.seconds_without.median, mirror.ratio.median, mirror.rays), (8e-6, 2.0, 2.0));
+        assert_eq!(
+            (
+                mirror.seconds_without.median,
+                mirror.ratio.median,
+                mirror.rays
+            ),
+            (8e-6, 2.0, 2.0)
+        );
         assert_eq!((sky.ratio.median, glow.ratio.median), (1.0, 1.0));
-        assert!((mirror.rmse - 0.25).abs() < 1e-6 && (sky.rmse - 0.25).abs() < 1e-6 && (glow.rmse - 1.0).abs() < 1e-6);
+        assert!(
+            (mirror.rmse - 0.25).abs() < 1e-6
+                && (sky.rmse - 0.25).abs() < 1e-6
+                && (glow.rmse - 1.0).abs() < 1e-6
+        );
         assert!(mirror.flip > 0.0 && costs.effects[0].effect == "mirror reflection");
-        assert!(costs.effects.iter().all(|cost| cost.effect != "shadows"), "it has none");
+        assert!(
+            costs.effects.iter().all(|cost| cost.effect != "shadows"),
+            "it has none"
+        );
     }
 
-    /// Protects: what is switched off stays off while the others are: without mirrors, what glows adds 1, of 8 rays with it and without.
+    /// Protects: what is switched off stays off while the others are: without mirrors, what glows
+    /// adds 1, of 8 rays with it and without.
     #[test]
     fn what_is_off_stays_off() {
-        let costs = measured_without(&[Effect::MirrorReflection], MIRROR, Duration::from_secs(600)).expect("a small picture");
-        let glow = costs.effects.iter().find(|cost| cost.effect == "emission").expect("it glows");
+        let costs = measured_without(
+            &[Effect::MirrorReflection],
+            MIRROR,
+            Duration::from_secs(600),
+        )
+        .expect("a small picture");
+        let glow = costs
+            .effects
+            .iter()
+            .find(|cost| cost.effect == "emission")
+            .expect("it glows");
         assert_eq!((glow.seconds_without.median, glow.rays), (8e-6, 1.0));
         assert!((glow.rmse - 1.0).abs() < 1e-6, "{glow:?}");
     }
 
-    /// Protects: with and without have the same random numbers: of stripes much finer than a pixel, which are noise, nothing is left in what
-    /// the mirror over them adds.
+    /// Protects: with and without have the same random numbers: of stripes much finer than a pixel,
+    /// which are noise, nothing is left in what the mirror over them adds.
     #[test]
     fn both_have_the_same_noise() {
         let text = MIRROR.replace("\"pattern\": \"centre\"", "\"samples\": 4");
         let text = text.replace("\"emission\": 1,", "\"emission\": \"1 + sin(1e4*p.x)\",");
         let costs = measured(&text, Duration::from_secs(600)).expect("a small picture");
-        let mirror = costs.effects.iter().find(|cost| cost.effect == "mirror reflection").expect("a mirror");
+        let mirror = costs
+            .effects
+            .iter()
+            .find(|cost| cost.effect == "mirror reflection")
+            .expect("a mirror");
         assert!((mirror.rmse - 0.25).abs() < 1e-6, "{mirror:?}");
     }
 
-    /// Protects: where there is no time for anything it is said, and a scene without effects has no costs.
+    /// Protects: where there is no time for anything it is said, and a scene without effects has no
+    /// costs.
     #[test]
     fn nothing_costs_nothing() {
-        assert!(matches!(measured(MIRROR, Duration::ZERO), Err(PrepareError::Cancelled)));
-        let bare = measured(r#"{"format": 1, "render": {"size": [4, 2], "pattern": "centre"}}"#, Duration::from_secs(600))
-            .expect("empty");
+        assert!(matches!(
+            measured(MIRROR, Duration::ZERO),
+            Err(PrepareError::Cancelled)
+        ));
+        let bare = measured(
+            r#"{"format": 1, "render": {"size": [4, 2], "pattern": "centre"}}"#,
+            Duration::from_secs(600),
+        )
+        .expect("empty");
         assert!(bare.effects.is_empty() && bare.late.is_empty());
     }
 
-    /// Protects: noise that rounds share is the effect's, noise that they do not share is none: of differences 1, 2, 3 in one number
-    /// the mean is 2 and its variance 1/3.
+    /// Protects: noise that rounds share is the effect's, noise that they do not share is none: of
+    /// differences 1, 2, 3 in one number the mean is 2 and its variance 1/3.
     #[test]
     fn noise_is_no_change() {
-        let picture = |value: f32| Picture { rgb: vec![[value; 3]], ..Picture::new(1, 1) };
+        let picture = |value: f32| Picture {
+            rgb: vec![[value; 3]],
+            ..Picture::new(1, 1)
+        };
         let (zero, others) = (picture(0.0), [1.0, 2.0, 3.0].map(picture));
         let pairs: Vec<(&Picture, &Picture)> = others.iter().map(|other| (other, &zero)).collect();
         assert!((root_mean_square(&pairs) - (4.0_f64 - 1.0 / 3.0).sqrt()).abs() < 1e-12);

@@ -1,5 +1,6 @@
-//! Which combinations of rungs are worth their time: found greedily from the setting that rungs are put on, towards less time and towards
-//! less error, by what each ladder was measured to do alone, and kept where no other measured one is better in both.
+//! Which combinations of rungs are worth their time: found greedily from the setting that rungs are
+//! put on, towards less time and towards less error, by what each ladder was measured to do alone,
+//! and kept where no other measured one is better in both.
 
 use std::collections::BTreeMap;
 
@@ -41,24 +42,38 @@ pub(super) trait Surveyor {
     fn is_possible(&self, setting: &Setting) -> bool;
     /// The point of a setting; none where time is out.
     fn measure(&mut self, setting: &Setting) -> Option<Point>;
-    /// Whether a setting is beyond another one in a direction, as surely as both were measured, and may be gone on from.
+    /// Whether a setting is beyond another one in a direction, as surely as both were measured, and
+    /// may be gone on from.
     fn is_beyond(&self, setting: &Setting, other: &Setting, direction: Direction) -> bool;
 }
 
 /// Walks from a setting in both directions.
-pub(super) fn walk(steps: &[Steps], (start, point): (&Setting, Point), surveyor: &mut dyn Surveyor) -> Vec<(Setting, Point)> {
+pub(super) fn walk(
+    steps: &[Steps],
+    (start, point): (&Setting, Point),
+    surveyor: &mut dyn Surveyor,
+) -> Vec<(Setting, Point)> {
     let mut found = Vec::new();
     for direction in [Direction::Faster, Direction::MoreExact] {
-        let mut walk = Walk { steps, at: steps.iter().map(|s| (s.ladder, s.start)).collect(), point, setting: start.clone() };
+        let mut walk = Walk {
+            steps,
+            at: steps.iter().map(|s| (s.ladder, s.start)).collect(),
+            point,
+            setting: start.clone(),
+        };
         let mut barred: Vec<(Ladder, usize)> = Vec::new();
         for _ in 0..LONGEST_WALK {
-            let Some((ladder, rung)) = walk.best(direction, &barred) else { break };
+            let Some((ladder, rung)) = walk.best(direction, &barred) else {
+                break;
+            };
             let setting = walk.moved(ladder, rung);
             if !surveyor.is_possible(&setting) {
                 barred.push((ladder, rung));
                 continue;
             }
-            let Some(point) = surveyor.measure(&setting) else { return found };
+            let Some(point) = surveyor.measure(&setting) else {
+                return found;
+            };
             found.push((setting.clone(), point));
             if surveyor.is_beyond(&setting, &walk.setting, direction) {
                 walk.at.insert(ladder, rung);
@@ -80,8 +95,15 @@ struct Walk<'a> {
 
 impl Walk<'_> {
     fn moved(&self, ladder: Ladder, rung: usize) -> Setting {
-        let choice = self.steps.iter().find(|steps| steps.ladder == ladder).and_then(|steps| steps.rungs[rung].0);
-        choice.map_or_else(|| self.setting.without(ladder), |choice| self.setting.with(choice))
+        let choice = self
+            .steps
+            .iter()
+            .find(|steps| steps.ladder == ladder)
+            .and_then(|steps| steps.rungs[rung].0);
+        choice.map_or_else(
+            || self.setting.without(ladder),
+            |choice| self.setting.with(choice),
+        )
     }
 
     /// The rung beside the present one that gives most for what it takes.
@@ -95,31 +117,45 @@ impl Walk<'_> {
             let (from, to) = (steps.rungs[at].1, steps.rungs[next].1);
             let time = to.time / from.time;
             // Errors of independent causes add up as squares.
-            let error = (self.point.error + to.error - from.error).max(1e-3 * self.point.error) / self.point.error.max(1e-300);
+            let error = (self.point.error + to.error - from.error).max(1e-3 * self.point.error)
+                / self.point.error.max(1e-300);
             let (gain, price) = match direction {
                 Direction::Faster => (1.0 / time, error),
                 Direction::MoreExact => (1.0 / error, time),
             };
             let promising = gain > 1.0 + WORTH && !barred.contains(&(steps.ladder, next));
-            promising.then(|| (libm::log(gain) / libm::log(price).max(1e-3), steps.ladder, next))
+            promising.then(|| {
+                (
+                    libm::log(gain) / libm::log(price).max(1e-3),
+                    steps.ladder,
+                    next,
+                )
+            })
         };
-        let best = self.steps.iter().filter_map(worth).max_by(|a, b| a.0.total_cmp(&b.0));
+        let best = self
+            .steps
+            .iter()
+            .filter_map(worth)
+            .max_by(|a, b| a.0.total_cmp(&b.0));
         best.map(|(_, ladder, rung)| (ladder, rung))
     }
 }
 
-/// Times and errors that differ by a smaller share are the same: clocks and noise don't know better.
+/// Times and errors that differ by a smaller share are the same: clocks and noise don't know
+/// better.
 const SAME_TIME: f64 = 0.03;
 const SAME_ERROR: f64 = 0.02;
 
-/// Indices of the points that no other one beats, by ascending time: none takes as little time with as little error, and less of
-/// one of them. Of points that are the same, the first.
+/// Indices of the points that no other one beats, by ascending time: none takes as little time with
+/// as little error, and less of one of them. Of points that are the same, the first.
 pub(super) fn pareto(points: &[Point]) -> Vec<usize> {
     let beaten = |i: usize| {
         let p = points[i];
         points.iter().enumerate().any(|(j, q)| {
-            let at_most = q.time <= p.time * (1.0 + SAME_TIME) && q.error <= p.error * (1.0 + SAME_ERROR);
-            let less = q.time < p.time * (1.0 - SAME_TIME) || q.error < p.error * (1.0 - SAME_ERROR);
+            let at_most =
+                q.time <= p.time * (1.0 + SAME_TIME) && q.error <= p.error * (1.0 + SAME_ERROR);
+            let less =
+                q.time < p.time * (1.0 - SAME_TIME) || q.error < p.error * (1.0 - SAME_ERROR);
             at_most && (less || j < i)
         })
     };
@@ -136,34 +172,64 @@ mod tests {
         Point { time, error }
     }
 
-    /// Protects: of points, those stay that nobody beats in both, whatever their order; of the same twice, one stays.
+    /// Protects: of points, those stay that nobody beats in both, whatever their order; of the same
+    /// twice, one stays.
     #[test]
     fn only_the_unbeaten_stay() {
-        let points = [point(4.0, 1.0), point(1.0, 9.0), point(2.0, 9.0), point(2.0, 4.0), point(3.0, 5.0), point(4.0, 1.0)];
+        let points = [
+            point(4.0, 1.0),
+            point(1.0, 9.0),
+            point(2.0, 9.0),
+            point(2.0, 4.0),
+            point(3.0, 5.0),
+            point(4.0, 1.0),
+        ];
         assert_eq!(pareto(&points), [1, 3, 0]);
-        // The same but for what a clock can't tell: the first stays, although it is a little slower.
-        assert_eq!(pareto(&[point(1.02, 1.0), point(1.0, 1.01), point(1.0, 0.9)]), [2]);
+        // The same but for what a clock can't tell: the first stays, although it is a little
+        // slower.
+        assert_eq!(
+            pareto(&[point(1.02, 1.0), point(1.0, 1.01), point(1.0, 0.9)]),
+            [2]
+        );
         assert_eq!(pareto(&[point(1.02, 1.0), point(1.0, 1.01)]), [0]);
         assert_eq!(pareto(&[]), [0_usize; 0]);
     }
 
-    /// Samples with noise 1/n, and a way to sample lights of which half the time is an error of 10⁻⁹ more and twice the time 10⁻³ less.
+    /// Samples with noise 1/n, and a way to sample lights of which half the time is an error of
+    /// 10⁻⁹ more and twice the time 10⁻³ less.
     fn steps() -> Vec<Steps> {
         let samples = Ladder::Samples.choices().map(|choice| {
             let n: f64 = choice.rung().parse().expect("a number");
             ((n != 16.0).then_some(choice), point(n, 1.0 / n + 0.001))
         });
-        let ways = [point(8.0, 0.001 + 1e-9), point(16.0, 0.001), point(32.0, 0.0)];
-        let lights = Ladder::LightSampling.choices().zip(ways).map(|(choice, at)| ((at.time != 16.0).then_some(choice), at));
+        let ways = [
+            point(8.0, 0.001 + 1e-9),
+            point(16.0, 0.001),
+            point(32.0, 0.0),
+        ];
+        let lights = Ladder::LightSampling
+            .choices()
+            .zip(ways)
+            .map(|(choice, at)| ((at.time != 16.0).then_some(choice), at));
         vec![
-            Steps { ladder: Ladder::Samples, rungs: samples.collect(), start: 2 },
-            Steps { ladder: Ladder::LightSampling, rungs: lights.collect(), start: 1 },
+            Steps {
+                ladder: Ladder::Samples,
+                rungs: samples.collect(),
+                start: 2,
+            },
+            Steps {
+                ladder: Ladder::LightSampling,
+                rungs: lights.collect(),
+                start: 1,
+            },
         ]
     }
 
     /// What those rungs really do together.
     fn truth(setting: &Setting) -> Point {
-        let n = setting.rung(Ladder::Samples).map_or(16.0, |c| c.rung().parse().expect("a number"));
+        let n = setting
+            .rung(Ladder::Samples)
+            .map_or(16.0, |c| c.rung().parse().expect("a number"));
         let (factor, own) = match setting.rung(Ladder::LightSampling).map(|c| c.rung()) {
             Some("scattering") => (0.5, 0.001 + 1e-9),
             Some("both") => (2.0, 0.0),
@@ -172,7 +238,8 @@ mod tests {
         point(n * factor, 1.0 / n + own)
     }
 
-    /// Remembers what is asked for, and answers by a rule; what is impossible, and what is beyond another by less than a share.
+    /// Remembers what is asked for, and answers by a rule; what is impossible, and what is beyond
+    /// another by less than a share.
     struct Rule<'a> {
         asked: Vec<String>,
         truth: &'a dyn Fn(&Setting) -> Option<Point>,
@@ -182,13 +249,20 @@ mod tests {
 
     impl<'a> Rule<'a> {
         fn of(truth: &'a dyn Fn(&Setting) -> Option<Point>) -> Self {
-            Self { asked: Vec::new(), truth, impossible: &[], sure: 1.0 }
+            Self {
+                asked: Vec::new(),
+                truth,
+                impossible: &[],
+                sure: 1.0,
+            }
         }
     }
 
     impl Surveyor for Rule<'_> {
         fn is_possible(&self, setting: &Setting) -> bool {
-            setting.rung(Ladder::Samples).is_none_or(|samples| !self.impossible.contains(&samples.rung()))
+            setting
+                .rung(Ladder::Samples)
+                .is_none_or(|samples| !self.impossible.contains(&samples.rung()))
         }
 
         fn measure(&mut self, setting: &Setting) -> Option<Point> {
@@ -197,7 +271,8 @@ mod tests {
         }
 
         fn is_beyond(&self, setting: &Setting, other: &Setting, direction: Direction) -> bool {
-            let [new, old] = [setting, other].map(|setting| (self.truth)(setting).expect("measured"));
+            let [new, old] =
+                [setting, other].map(|setting| (self.truth)(setting).expect("measured"));
             match direction {
                 Direction::Faster => new.time < self.sure * old.time,
                 Direction::MoreExact => new.error < self.sure * old.error,
@@ -205,25 +280,43 @@ mod tests {
         }
     }
 
-    /// Protects: towards less time the rung that costs nothing in error is taken first, towards less error more samples before
-    /// the other ladder, whose gain is are half of what is left in the end; and the walk ends at the ends of its ladders.
+    /// Protects: towards less time the rung that costs nothing in error is taken first, towards
+    /// less error more samples before the other ladder, whose gain is are half of what is left in
+    /// the end; and the walk ends at the ends of its ladders.
     #[test]
     fn walks_take_what_gives_most() {
         let known = |setting: &Setting| Some(truth(setting));
         let mut rule = Rule::of(&known);
-        let found = walk(&steps(), (&Setting::default(), point(16.0, 0.0635)), &mut rule);
+        let found = walk(
+            &steps(),
+            (&Setting::default(), point(16.0, 0.0635)),
+            &mut rule,
+        );
         let asked = rule.asked;
         assert_eq!(
             asked[..3],
-            ["light-sampling=scattering", "light-sampling=scattering samples=4", "light-sampling=scattering samples=1"]
+            [
+                "light-sampling=scattering",
+                "light-sampling=scattering samples=4",
+                "light-sampling=scattering samples=1"
+            ]
         );
-        assert_eq!(asked[3..], ["samples=64", "samples=256", "samples=1024", "light-sampling=both samples=1024"]);
+        assert_eq!(
+            asked[3..],
+            [
+                "samples=64",
+                "samples=256",
+                "samples=1024",
+                "light-sampling=both samples=1024"
+            ]
+        );
         assert_eq!(found.len(), asked.len());
         let front = pareto(&found.iter().map(|(_, point)| *point).collect::<Vec<_>>());
         assert!(front.len() >= 5, "{found:?}");
     }
 
-    /// Protects: a walk may begin at another setting, whose rungs its first steps keep; the scene's own numbers are a step like any other.
+    /// Protects: a walk may begin at another setting, whose rungs its first steps keep; the scene's
+    /// own numbers are a step like any other.
     #[test]
     fn walks_begin_where_they_are_told() {
         let mut steps = steps();
@@ -233,30 +326,64 @@ mod tests {
         let mut rule = Rule::of(&known);
         walk(&steps, (&four, truth(&four)), &mut rule);
         let asked = rule.asked;
-        assert_eq!(asked[..2], ["light-sampling=scattering samples=4", "light-sampling=scattering samples=1"]);
+        assert_eq!(
+            asked[..2],
+            [
+                "light-sampling=scattering samples=4",
+                "light-sampling=scattering samples=1"
+            ]
+        );
         assert_eq!(asked[2..5], ["as it is", "samples=64", "samples=256"]);
     }
 
-    /// Protects: settings that can't be asked for are neither measured nor gone on from; the walk takes the other ladders' steps.
+    /// Protects: settings that can't be asked for are neither measured nor gone on from; the walk
+    /// takes the other ladders' steps.
     #[test]
     fn walks_go_around_what_is_impossible() {
         let known = |setting: &Setting| Some(truth(setting));
-        let mut rule = Rule { impossible: &["1", "256"], ..Rule::of(&known) };
-        walk(&steps(), (&Setting::default(), point(16.0, 0.0635)), &mut rule);
+        let mut rule = Rule {
+            impossible: &["1", "256"],
+            ..Rule::of(&known)
+        };
+        walk(
+            &steps(),
+            (&Setting::default(), point(16.0, 0.0635)),
+            &mut rule,
+        );
         assert_eq!(
             rule.asked,
-            ["light-sampling=scattering", "light-sampling=scattering samples=4", "samples=64", "light-sampling=both samples=64"]
+            [
+                "light-sampling=scattering",
+                "light-sampling=scattering samples=4",
+                "samples=64",
+                "light-sampling=both samples=64"
+            ]
         );
     }
 
-    /// Protects: a step that is not surely one is not taken, and not tried twice; a walk ends where time is out.
+    /// Protects: a step that is not surely one is not taken, and not tried twice; a walk ends where
+    /// time is out.
     #[test]
     fn walks_end() {
         let known = |setting: &Setting| Some(truth(setting));
-        let mut rule = Rule { sure: 0.2, ..Rule::of(&known) };
-        let found = walk(&steps(), (&Setting::default(), point(16.0, 0.0635)), &mut rule);
+        let mut rule = Rule {
+            sure: 0.2,
+            ..Rule::of(&known)
+        };
+        let found = walk(
+            &steps(),
+            (&Setting::default(), point(16.0, 0.0635)),
+            &mut rule,
+        );
         // Faster: both ladders once; more exact: samples once, since lights promise too little.
         assert_eq!((rule.asked.len(), found.len()), (3, 3), "{:?}", rule.asked);
-        assert!(walk(&steps(), (&Setting::default(), point(16.0, 0.0635)), &mut Rule::of(&|_| None)).is_empty());
+        assert!(
+            walk(
+                &steps(),
+                (&Setting::default(), point(16.0, 0.0635)),
+                &mut Rule::of(&|_| None)
+            )
+            .is_empty()
+        );
     }
 }

@@ -1,10 +1,12 @@
-//! What accuracy costs in time on one scene: every rung of every ladder that the scene reaches, rendered in turn and compared with a
-//! reference better than all of them, and the combinations that are worth their time. It prints nothing.
+//! What accuracy costs in time on one scene: every rung of every ladder that the scene reaches,
+//! rendered in turn and compared with a reference better than all of them, and the combinations
+//! that are worth their time. It prints nothing.
 //!
-//! Pictures are measured at the size at which they are rendered, on tiles drawn with known probabilities (`tiles`), since a part of a picture
-//! has the bits of the whole. What tiles say of the whole is an estimate with an interval that counts both which tiles were drawn and the
-//! noise within them. Renders of one setting differ in their random numbers, round by round; within a round all settings have the same, so
-//! that what a choice alone changes is seen free of noise.
+//! Pictures are measured at the size at which they are rendered, on tiles drawn with known
+//! probabilities (`tiles`), since a part of a picture has the bits of the whole. What tiles say of
+//! the whole is an estimate with an interval that counts both which tiles were drawn and the noise
+//! within them. Renders of one setting differ in their random numbers, round by round; within a
+//! round all settings have the same, so that what a choice alone changes is seen free of noise.
 
 mod answer;
 mod effects;
@@ -35,8 +37,8 @@ pub use effects::{EffectCost, EffectCosts, measure_effects};
 pub use estimate::{Errors, Interval};
 pub use outputs::OutputReport;
 pub use report::{
-    Advice, Answer, Base, Candidate, LadderReport, Measured, Price, PriceReport, Reference, Report, RungCost, RungReport, Shown,
-    Tiles,
+    Advice, Answer, Base, Candidate, LadderReport, Measured, Price, PriceReport, Reference, Report,
+    RungCost, RungReport, Shown, Tiles,
 };
 pub use setting::Setting;
 
@@ -94,11 +96,13 @@ pub enum MeasureError {
     Reference(PartError),
 }
 
-/// Measures a validated scene as its settings ask for it, on the current thread pool. Times are those of all threads together.
-/// Gives the reference back, to be kept. Where time is out or the observer stops it, the report has what was measured by then.
+/// Measures a validated scene as its settings ask for it, on the current thread pool. Times are
+/// those of all threads together. Gives the reference back, to be kept. Where time is out or the
+/// observer stops it, the report has what was measured by then.
 ///
 /// # Errors
-/// See [`MeasureError`]; [`PrepareError::Cancelled`] where the observer stopped it before there was anything to report.
+/// See [`MeasureError`]; [`PrepareError::Cancelled`] where the observer stopped it before there was
+/// anything to report.
 pub fn measure(
     scene: &Scene,
     settings: &Settings,
@@ -107,6 +111,13 @@ pub fn measure(
     observer: &dyn Observer,
     listener: &mut dyn Listener,
 ) -> Result<(Report, KeptReference), MeasureError> {
-    session::Session::new(scene, settings, Display::of(&scene.render), *effort, observer, (of_process, &Instant::now))
-        .run(start, listener)
+    session::Session::new(
+        scene,
+        settings,
+        Display::of(&scene.render),
+        *effort,
+        observer,
+        (of_process, &Instant::now),
+    )
+    .run(start, listener)
 }

@@ -1,4 +1,5 @@
-//! What files keep of the scene's own picture: every kind of them beside the display values that were computed, which no file of codes has.
+//! What files keep of the scene's own picture: every kind of them beside the display values that
+//! were computed, which no file of codes has.
 
 use serde::Serialize;
 
@@ -25,18 +26,20 @@ pub struct OutputReport {
     pub bytes_per_pixel: u32,
     /// Seconds of all threads for making codes of the picture; none where there are none to make.
     pub seconds: Option<Spread>,
-    /// Root mean square difference of display values, which are 0 to 1, from those that were computed.
+    /// Root mean square difference of display values, which are 0 to 1, from those that were
+    /// computed.
     pub rmse: f64,
     /// The greatest of them.
     pub greatest: f64,
     /// Mean FLIP of the two.
     pub flip: f64,
-    /// Share of the pixels of which a channel is as bright as can be, so that it might as well have been brighter: what is gone where the
-    /// picture is exposed again.
+    /// Share of the pixels of which a channel is as bright as can be, so that it might as well have
+    /// been brighter: what is gone where the picture is exposed again.
     pub clipped: f64,
 }
 
-/// Every rung on the tiles of a picture, each with the chance that it had, as the display settings show it; `pixels` has the whole picture.
+/// Every rung on the tiles of a picture, each with the chance that it had, as the display settings
+/// show it; `pixels` has the whole picture.
 pub(super) fn outputs(
     tiles: &[(f64, &Picture)],
     pixels: f64,
@@ -44,13 +47,28 @@ pub(super) fn outputs(
     in_use: Output,
     stopwatch: Stopwatch,
 ) -> Vec<OutputReport> {
-    let shown: Vec<(f64, Picture)> = tiles.iter().map(|(chance, picture)| (1.0 / chance, display.to_values(picture))).collect();
-    let total = |of: &dyn Fn(&Picture) -> f64| shown.iter().map(|(weight, tile)| weight * of(tile)).sum::<f64>();
+    let shown: Vec<(f64, Picture)> = tiles
+        .iter()
+        .map(|(chance, picture)| (1.0 / chance, display.to_values(picture)))
+        .collect();
+    let total = |of: &dyn Fn(&Picture) -> f64| {
+        shown
+            .iter()
+            .map(|(weight, tile)| weight * of(tile))
+            .sum::<f64>()
+    };
     let counted = total(&|tile| tile.pixels() as f64).max(1.0);
-    let saturated = |tile: &Picture| tile.rgb.iter().filter(|rgb| rgb.iter().any(|&v| v >= 1.0)).count() as f64;
+    let saturated = |tile: &Picture| {
+        tile.rgb
+            .iter()
+            .filter(|rgb| rgb.iter().any(|&v| v >= 1.0))
+            .count() as f64
+    };
     let share = total(&saturated) / counted;
     let report = |choice: Choice| {
-        let RungValue::Output(kind) = choice.value() else { return None };
+        let RungValue::Output(kind) = choice.value() else {
+            return None;
+        };
         let bare = OutputReport {
             rung: choice.rung(),
             about: choice.about(),
@@ -65,9 +83,18 @@ pub(super) fn outputs(
         if !kind.is_coded() {
             return Some(bare);
         }
-        let coder = Display { output: kind, ..display };
-        let opaque: Vec<Picture> =
-            tiles.iter().map(|(_, tile)| Picture { alpha: None, layers: Vec::new(), ..(*tile).clone() }).collect();
+        let coder = Display {
+            output: kind,
+            ..display
+        };
+        let opaque: Vec<Picture> = tiles
+            .iter()
+            .map(|(_, tile)| Picture {
+                alpha: None,
+                layers: Vec::new(),
+                ..(*tile).clone()
+            })
+            .collect();
         let mut codes = Vec::new();
         let mut once = || {
             stopwatch(&mut || {
@@ -80,8 +107,11 @@ pub(super) fn outputs(
         let (mut squares, mut flips, mut greatest) = (0.0, 0.0, 0.0_f64);
         for ((weight, shown), codes) in shown.iter().zip(&codes) {
             let stored = values(codes, kind, shown);
-            let differences =
-                stored.rgb.iter().zip(&shown.rgb).flat_map(|(a, b)| (0..3).map(|i| f64::from(a[i]) - f64::from(b[i])));
+            let differences = stored
+                .rgb
+                .iter()
+                .zip(&shown.rgb)
+                .flat_map(|(a, b)| (0..3).map(|i| f64::from(a[i]) - f64::from(b[i])));
             squares += weight * differences.clone().map(|d| d * d).sum::<f64>();
             greatest = differences.map(f64::abs).fold(greatest, f64::max);
             let map = flip(&stored, shown, DEFAULT_PIXELS_PER_DEGREE).unwrap_or_default();
@@ -103,7 +133,15 @@ pub(super) fn outputs(
 fn values(codes: &[u8], kind: Output, like: &Picture) -> Picture {
     let bytes = kind.bytes() as usize;
     let most = if bytes == 1 { 255.0 } else { 65535.0 };
-    let value = |code: &[u8]| (code.iter().fold(0_u32, |sum, &byte| sum << 8 | u32::from(byte)) as f64 / most) as f32;
+    let value = |code: &[u8]| {
+        (code
+            .iter()
+            .fold(0_u32, |sum, &byte| sum << 8 | u32::from(byte)) as f64
+            / most) as f32
+    };
     let pixel = |codes: &[u8]| core::array::from_fn(|i| value(&codes[i * bytes..(i + 1) * bytes]));
-    Picture { rgb: codes.chunks_exact(3 * bytes).map(pixel).collect(), ..like.clone() }
+    Picture {
+        rgb: codes.chunks_exact(3 * bytes).map(pixel).collect(),
+        ..like.clone()
+    }
 }

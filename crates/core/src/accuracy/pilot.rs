@@ -1,7 +1,8 @@
-//! What two noisy pictures of the whole say of the error of a third one. Their noise is independent of each other's and of the third one's, so
-//! the product of what it differs from the one by, times what it differs from the other by, is its squared error on average, however noisy they
-//! are. Denoised pictures are judged by it: their error lies at few edges, which few tiles have. What the scene's own rungs get wrong is no
-//! part of it.
+//! What two noisy pictures of the whole say of the error of a third one. Their noise is independent
+//! of each other's and of the third one's, so the product of what it differs from the one by, times
+//! what it differs from the other by, is its squared error on average, however noisy they are.
+//! Denoised pictures are judged by it: their error lies at few edges, which few tiles have. What
+//! the scene's own rungs get wrong is no part of it.
 
 use super::estimate::{BLOCK, Interval, weight};
 use super::tiles::spread_of_pieces;
@@ -21,9 +22,14 @@ pub(super) struct WholeErrors {
 }
 
 impl PilotPair {
-    /// Judges renders of one setting, each with random numbers of its own; at least one, of the pilots' size. `best` is what is nearest to the truth
-    /// of what is known, apart from the pilots, whose noise must not decide what it counts.
-    pub fn judge<'p>(&self, renders: impl Iterator<Item = &'p Picture>, best: &Picture) -> WholeErrors {
+    /// Judges renders of one setting, each with random numbers of its own; at least one, of the
+    /// pilots' size. `best` is what is nearest to the truth of what is known, apart from the
+    /// pilots, whose noise must not decide what it counts.
+    pub fn judge<'p>(
+        &self,
+        renders: impl Iterator<Item = &'p Picture>,
+        best: &Picture,
+    ) -> WholeErrors {
         let [one, other] = &self.0;
         let width = one.width as usize;
         let columns = width.div_ceil(BLOCK);
@@ -33,9 +39,14 @@ impl PilotPair {
             count += 1.0;
             for (pixel, rgb) in render.rgb.iter().enumerate() {
                 let block = pixel / width / BLOCK * columns + pixel % width / BLOCK;
-                let channels = rgb.iter().zip(&one.rgb[pixel]).zip(&other.rgb[pixel]).zip(&best.rgb[pixel]);
+                let channels = rgb
+                    .iter()
+                    .zip(&one.rgb[pixel])
+                    .zip(&other.rgb[pixel])
+                    .zip(&best.rgb[pixel]);
                 for (((&value, &one), &other), &best) in channels {
-                    let square = (f64::from(value) - f64::from(one)) * (f64::from(value) - f64::from(other));
+                    let square =
+                        (f64::from(value) - f64::from(one)) * (f64::from(value) - f64::from(other));
                     if square.is_finite() {
                         relative[block] += square * weight(best);
                         squared[block] += square / 3.0;
@@ -43,8 +54,15 @@ impl PilotPair {
                 }
             }
         }
-        relative.iter_mut().chain(&mut squared).for_each(|sum| *sum /= count);
-        WholeErrors { relative, squared, pixels: one.pixels() as f64 }
+        relative
+            .iter_mut()
+            .chain(&mut squared)
+            .for_each(|sum| *sum /= count);
+        WholeErrors {
+            relative,
+            squared,
+            pixels: one.pixels() as f64,
+        }
     }
 }
 
@@ -64,13 +82,26 @@ impl WholeErrors {
 fn mean(blocks: &[f64], pixels: f64) -> Interval {
     let value = blocks.iter().sum::<f64>() / pixels;
     if blocks.len() < 2 {
-        return Interval { value: value.max(0.0), low: 0.0, high: f64::INFINITY };
+        return Interval {
+            value: value.max(0.0),
+            low: 0.0,
+            high: f64::INFINITY,
+        };
     }
-    let steps = |power: i32| blocks.windows(2).map(|pair| (pair[0] - pair[1]).powi(power)).sum::<f64>();
+    let steps = |power: i32| {
+        blocks
+            .windows(2)
+            .map(|pair| (pair[0] - pair[1]).powi(power))
+            .sum::<f64>()
+    };
     // Where few blocks have most of the noise, they are few.
     let freedom = (3.0 * steps(2) * steps(2) / steps(4).max(1e-300)).clamp(1.0, 1e6);
     let error = student_95(freedom as u32) * spread_of_pieces(blocks).sqrt() / pixels;
-    if value <= error { Interval::from_zero(value, error) } else { Interval::of_factors(value, error) }
+    if value <= error {
+        Interval::from_zero(value, error)
+    } else {
+        Interval::of_factors(value, error)
+    }
 }
 
 #[cfg(test)]
@@ -85,26 +116,45 @@ mod tests {
     }
 
     fn picture(value: impl Fn(u64) -> f64) -> Picture {
-        let rgb = (0..u64::from(SIZE[0] * SIZE[1])).map(|pixel| [0, 1, 2].map(|i| value(3 * pixel + i) as f32));
-        Picture { rgb: rgb.collect(), ..Picture::new(SIZE[0], SIZE[1]) }
+        let rgb = (0..u64::from(SIZE[0] * SIZE[1]))
+            .map(|pixel| [0, 1, 2].map(|i| value(3 * pixel + i) as f32));
+        Picture {
+            rgb: rgb.collect(),
+            ..Picture::new(SIZE[0], SIZE[1])
+        }
     }
 
-    /// Protects: pilots ten times as noisy as a picture is wrong tell its error without bias, and their intervals hold it in 90 to 99 of 100
-    /// cases: a picture of ones that is wrong by 0.05 everywhere, and by 0.5 in one block.
+    /// Protects: pilots ten times as noisy as a picture is wrong tell its error without bias, and
+    /// their intervals hold it in 90 to 99 of 100 cases: a picture of ones that is wrong by 0.05
+    /// everywhere, and by 0.5 in one block.
     #[test]
     fn noisy_pilots_tell_small_errors() {
-        let judged = picture(|at| if at / 3 % 96 < 8 && at / 288 < 8 { 1.5 } else { 1.05 });
-        let (truth, mut held, mut sum, mut relative) = ((0.05_f64.powi(2) * 95.0 + 0.25) / 96.0, 0, 0.0, 0.0);
+        let judged = picture(|at| {
+            if at / 3 % 96 < 8 && at / 288 < 8 {
+                1.5
+            } else {
+                1.05
+            }
+        });
+        let (truth, mut held, mut sum, mut relative) =
+            ((0.05_f64.powi(2) * 95.0 + 0.25) / 96.0, 0, 0.0, 0.0);
         let best = picture(|_| 1.0);
         for seed in 0..400 {
-            let noisy = |of: u64| picture(move |at| 1.0 + 1.732 * (uniform(2 * seed + of, at) - 0.5));
+            let noisy =
+                |of: u64| picture(move |at| 1.0 + 1.732 * (uniform(2 * seed + of, at) - 0.5));
             let errors = PilotPair([noisy(0), noisy(1)]).judge([&judged].into_iter(), &best);
             let mse = errors.mse();
             relative += errors.relmse().value / 400.0;
             held += u32::from(mse.low <= truth && truth <= mse.high);
             sum += mse.value / 400.0;
         }
-        assert!((sum / truth - 1.0).abs() < 0.1 && (360..=396).contains(&held), "{sum}, not {truth}; {held} of 400 hold");
-        assert!((relative * 1.01 / sum - 1.0).abs() < 1e-6, "{relative} beside {sum}: all is relative to ones");
+        assert!(
+            (sum / truth - 1.0).abs() < 0.1 && (360..=396).contains(&held),
+            "{sum}, not {truth}; {held} of 400 hold"
+        );
+        assert!(
+            (relative * 1.01 / sum - 1.0).abs() < 1e-6,
+            "{relative} beside {sum}: all is relative to ones"
+        );
     }
 }

@@ -1,4 +1,5 @@
-//! Where settings are rendered and timed: prepared outside the clock, watched by whoever asked, and given up when time is out.
+//! Where settings are rendered and timed: prepared outside the clock, watched by whoever asked, and
+//! given up when time is out.
 
 use std::cell::RefCell;
 use std::time::Instant;
@@ -21,10 +22,12 @@ use crate::render::Rendered;
 use crate::scene::Scene;
 use crate::settings::{Crop, Sampling, Settings};
 
-/// Parts of the reference with random numbers of their own, which its standard error is estimated from.
+/// Parts of the reference with random numbers of their own, which its standard error is estimated
+/// from.
 const REPLICATES: u32 = 4;
 
-/// Pixels around a tile that is denoised: the filter looks no farther for what it is mixed with, though some farther for that itself.
+/// Pixels around a tile that is denoised: the filter looks no farther for what it is mixed with,
+/// though some farther for that itself.
 pub(super) const MARGIN: u32 = 20;
 
 /// Bytes of scenes that are kept prepared.
@@ -70,7 +73,8 @@ impl Unfinished {
     }
 }
 
-/// A scene that was prepared for a setting, and for all that differ from it in ladders that nothing is prepared for.
+/// A scene that was prepared for a setting, and for all that differ from it in ladders that nothing
+/// is prepared for.
 struct PreparedSetting {
     setting: Setting,
     is_fixed: bool,
@@ -125,29 +129,72 @@ impl<'a> Renderer<'a> {
         observer: &'a dyn Observer,
         (stopwatch, now): (Stopwatch, Now<'a>),
     ) -> Self {
-        Self { scene, settings, observer, stopwatch, now, prepared: RefCell::default() }
+        Self {
+            scene,
+            settings,
+            observer,
+            stopwatch,
+            now,
+            prepared: RefCell::default(),
+        }
     }
 
-    /// Renders parts of a setting with the random numbers of a round, side by side, or all of it where there is none. Their time is that of
-    /// all together, divided by their rays: a clock of the whole process can't tell them apart.
-    pub fn take(&self, setting: &Setting, parts: &[Crop], round: u64, end: Instant) -> Result<Vec<TimedRender>, Unfinished> {
+    /// Renders parts of a setting with the random numbers of a round, side by side, or all of it
+    /// where there is none. Their time is that of all together, divided by their rays: a clock of
+    /// the whole process can't tell them apart.
+    pub fn take(
+        &self,
+        setting: &Setting,
+        parts: &[Crop],
+        round: u64,
+        end: Instant,
+    ) -> Result<Vec<TimedRender>, Unfinished> {
         let (scene, settings) = setting.applied(self.scene, self.settings);
-        let settings = Settings { seed: settings.seed.wrapping_add(round), ..settings };
-        self.with_prepared(setting, (&scene, &settings), end, |ready| self.timed(ready, (&settings, parts), 0.0, end))?
+        let settings = Settings {
+            seed: settings.seed.wrapping_add(round),
+            ..settings
+        };
+        self.with_prepared(setting, (&scene, &settings), end, |ready| {
+            self.timed(ready, (&settings, parts), 0.0, end)
+        })?
     }
 
     /// Samples of a first look.
     pub fn look_samples(&self) -> u32 {
         let samples = self.settings.sampling.count();
-        if self.settings.sampling.is_fixed() { samples } else { samples.clamp(2, LOOK_SAMPLES) }
+        if self.settings.sampling.is_fixed() {
+            samples
+        } else {
+            samples.clamp(2, LOOK_SAMPLES)
+        }
     }
 
     /// Looks at tiles: what each takes, and how noisy a few samples are.
-    pub fn look(&self, grid: Grid, tiles: &[u32], end: Instant) -> Result<Vec<PilotPass>, Unfinished> {
+    pub fn look(
+        &self,
+        grid: Grid,
+        tiles: &[u32],
+        end: Instant,
+    ) -> Result<Vec<PilotPass>, Unfinished> {
         let sampling = self.settings.sampling;
-        let sampling = if sampling.is_fixed() { sampling } else { Sampling::General(self.look_samples()) };
-        let settings = Settings { sampling, replicates: Some(2), denoise: false, ..self.settings.clone() };
-        let (until, parts) = (self.until(end), tiles.iter().map(|&tile| grid.tile(tile)).collect::<Vec<_>>());
+        let sampling = if sampling.is_fixed() {
+            sampling
+        } else {
+            Sampling::General(self.look_samples())
+        };
+        let settings = Settings {
+            sampling,
+            replicates: Some(2),
+            denoise: false,
+            ..self.settings.clone()
+        };
+        let (until, parts) = (
+            self.until(end),
+            tiles
+                .iter()
+                .map(|&tile| grid.tile(tile))
+                .collect::<Vec<_>>(),
+        );
         self.with_prepared(&Setting::default(), (self.scene, &settings), end, |ready| {
             let render = |settings: &Settings| ready.expose_as(settings, &until);
             let films = self.side_by_side(&parts, &settings, render, |film| film.counters().rays());
@@ -155,27 +202,46 @@ impl<'a> Renderer<'a> {
                 return Err(Unfinished::Late);
             }
             let noise = |film: &Film| {
-                let pixels = film.whole().tiles.filter_map(|part| film.means_of(part)).flatten();
+                let pixels = film
+                    .whole()
+                    .tiles
+                    .filter_map(|part| film.means_of(part))
+                    .flatten();
                 pixels.map(|pixel| relative_variance(&pixel)).sum()
             };
             Ok(tiles
                 .iter()
                 .zip(&films)
-                .map(|(&tile, (film, seconds))| PilotPass { tile, seconds: *seconds, noise: noise(film) })
+                .map(|(&tile, (film, seconds))| PilotPass {
+                    tile,
+                    seconds: *seconds,
+                    noise: noise(film),
+                })
                 .collect())
         })?
     }
 
-    /// Renders a noisy picture of the whole as the scene is, but for its number of samples, with random numbers of its own.
+    /// Renders a noisy picture of the whole as the scene is, but for its number of samples, with
+    /// random numbers of its own.
     pub fn pilot(&self, samples: u32, round: u64, end: Instant) -> Result<Picture, Unfinished> {
         let seed = self.settings.seed.wrapping_add(PILOT_ROUND + round);
-        let settings = Settings { sampling: Sampling::General(samples), denoise: false, seed, ..self.settings.clone() };
+        let settings = Settings {
+            sampling: Sampling::General(samples),
+            denoise: false,
+            seed,
+            ..self.settings.clone()
+        };
         let render = |ready: &Ready| self.timed(ready, (&settings, &[]), 0.0, end);
-        let mut renders = self.with_prepared(&Setting::default(), (self.scene, &settings), end, render)??;
-        renders.pop().map(|render| render.picture).ok_or(Unfinished::Late)
+        let mut renders =
+            self.with_prepared(&Setting::default(), (self.scene, &settings), end, render)??;
+        renders
+            .pop()
+            .map(|render| render.picture)
+            .ok_or(Unfinished::Late)
     }
 
-    /// Makes something of parts, side by side, with the seconds of each: those of all, divided by rays.
+    /// Makes something of parts, side by side, with the seconds of each: those of all, divided by
+    /// rays.
     fn side_by_side<T: Send>(
         &self,
         parts: &[Crop],
@@ -184,21 +250,47 @@ impl<'a> Renderer<'a> {
         rays: impl Fn(&T) -> u64,
     ) -> Vec<(T, f64)> {
         let mut done = Vec::new();
-        let tile_size = if settings.sampling.is_fixed() { settings.tile_size } else { UNIT };
-        let part = |&part: &Crop| render(&Settings { crop: Some(part), tile_size, ..settings.clone() });
+        let tile_size = if settings.sampling.is_fixed() {
+            settings.tile_size
+        } else {
+            UNIT
+        };
+        let part = |&part: &Crop| {
+            render(&Settings {
+                crop: Some(part),
+                tile_size,
+                ..settings.clone()
+            })
+        };
         let seconds = (self.stopwatch)(&mut || {
             done = match parts {
-                [] => vec![render(&Settings { crop: None, ..settings.clone() })],
+                [] => vec![render(&Settings {
+                    crop: None,
+                    ..settings.clone()
+                })],
                 parts => parts.par_iter().map(part).collect(),
             };
             done.iter().map(&rays).sum()
         });
-        let (sum, count) = (done.iter().map(&rays).sum::<u64>() as f64, done.len() as f64);
-        let share = |of: &T| if sum > 0.0 { rays(of) as f64 / sum } else { 1.0 / count };
-        done.into_iter().map(|of| (share(&of), of)).map(|(share, of)| (of, seconds * share)).collect()
+        let (sum, count) = (
+            done.iter().map(&rays).sum::<u64>() as f64,
+            done.len() as f64,
+        );
+        let share = |of: &T| {
+            if sum > 0.0 {
+                rays(of) as f64 / sum
+            } else {
+                1.0 / count
+            }
+        };
+        done.into_iter()
+            .map(|of| (share(&of), of))
+            .map(|(share, of)| (of, seconds * share))
+            .collect()
     }
 
-    /// Does something with a scene that was prepared for these settings, or for others that nothing else is prepared for.
+    /// Does something with a scene that was prepared for these settings, or for others that nothing
+    /// else is prepared for.
     fn with_prepared<T>(
         &self,
         setting: &Setting,
@@ -208,12 +300,20 @@ impl<'a> Renderer<'a> {
     ) -> Result<T, Unfinished> {
         let is_fixed = settings.sampling.is_fixed();
         let free = [Ladder::Samples, Ladder::Sampler, Ladder::Reconstruction];
-        let setting = free.into_iter().fold(setting.clone(), |setting, ladder| setting.without(ladder));
+        let setting = free
+            .into_iter()
+            .fold(setting.clone(), |setting, ladder| setting.without(ladder));
         let mut prepared = self.prepared.borrow_mut();
-        let place = prepared.iter().position(|of| of.setting == setting && of.is_fixed == is_fixed);
+        let place = prepared
+            .iter()
+            .position(|of| of.setting == setting && of.is_fixed == is_fixed);
         let latest = match place {
             Some(place) => prepared.remove(place),
-            None => PreparedSetting { setting, is_fixed, ready: self.prepare(scene, settings, end)?.0 },
+            None => PreparedSetting {
+                setting,
+                is_fixed,
+                ready: self.prepare(scene, settings, end)?.0,
+            },
         };
         let done = work(&latest.ready);
         prepared.push(latest);
@@ -233,18 +333,33 @@ impl<'a> Renderer<'a> {
         end: Instant,
     ) -> Result<Vec<TimedRender>, Unfinished> {
         let (scene, settings) = setting.applied(self.scene, self.settings);
-        let settings = Settings { seed: settings.seed.wrapping_add(round), ..settings };
+        let settings = Settings {
+            seed: settings.seed.wrapping_add(round),
+            ..settings
+        };
         let (ready, preparing) = self.prepare(&scene, &settings, end)?;
         self.timed(&ready, (&settings, parts), preparing, end)
     }
 
     /// Prepares and renders any scene.
-    pub fn render(&self, scene: &Scene, settings: &Settings, end: Instant) -> Result<TimedRender, Unfinished> {
+    pub fn render(
+        &self,
+        scene: &Scene,
+        settings: &Settings,
+        end: Instant,
+    ) -> Result<TimedRender, Unfinished> {
         let (ready, preparing) = self.prepare(scene, settings, end)?;
-        self.timed(&ready, (settings, &[]), preparing, end)?.pop().ok_or(Unfinished::Late)
+        self.timed(&ready, (settings, &[]), preparing, end)?
+            .pop()
+            .ok_or(Unfinished::Late)
     }
 
-    fn prepare(&self, scene: &Scene, settings: &Settings, end: Instant) -> Result<(Ready, f64), Unfinished> {
+    fn prepare(
+        &self,
+        scene: &Scene,
+        settings: &Settings,
+        end: Instant,
+    ) -> Result<(Ready, f64), Unfinished> {
         let mut ready = Err(PrepareError::Cancelled);
         let preparing = (self.stopwatch)(&mut || {
             ready = prepare(scene, settings, &self.until(end));
@@ -266,24 +381,40 @@ impl<'a> Renderer<'a> {
         end: Instant,
     ) -> Result<Vec<TimedRender>, Unfinished> {
         let until = self.until(end);
-        let films =
-            self.side_by_side(parts, settings, |settings| ready.expose_as(settings, &until), |film| film.counters().rays());
+        let films = self.side_by_side(
+            parts,
+            settings,
+            |settings| ready.expose_as(settings, &until),
+            |film| film.counters().rays(),
+        );
         let mut renders = Vec::new();
         let denoising = (self.stopwatch)(&mut || {
-            renders = films.par_iter().map(|(film, _)| Rendered::of(film, &until)).collect();
+            renders = films
+                .par_iter()
+                .map(|(film, _)| Rendered::of(film, &until))
+                .collect();
             0
         });
-        let is_stopped = |rendered: &Rendered| matches!(rendered.denoised, Some(Err(DenoiseError::Cancelled)));
-        if renders.iter().any(|rendered| !rendered.finished || is_stopped(rendered)) {
+        let is_stopped =
+            |rendered: &Rendered| matches!(rendered.denoised, Some(Err(DenoiseError::Cancelled)));
+        if renders
+            .iter()
+            .any(|rendered| !rendered.finished || is_stopped(rendered))
+        {
             return Err(Unfinished::Late);
         }
         // A filter takes as long for each pixel.
-        let pixels: usize = renders.iter().map(|rendered| rendered.picture.pixels()).sum();
+        let pixels: usize = renders
+            .iter()
+            .map(|rendered| rendered.picture.pixels())
+            .sum();
         let timed = |(rendered, (_, tracing)): (Rendered, (Film, f64))| {
             let denoising = denoising * rendered.picture.pixels() as f64 / pixels as f64;
             TimedRender {
                 rays: rendered.counters.rays(),
-                brightened: rendered.denoised().map_or(1.0, |denoised| 1.0 + denoised.brightened),
+                brightened: rendered
+                    .denoised()
+                    .map_or(1.0, |denoised| 1.0 + denoised.brightened),
                 picture: rendered.shown().clone(),
                 seconds: tracing + denoising,
                 denoising,
@@ -296,10 +427,15 @@ impl<'a> Renderer<'a> {
     }
 
     fn until(&self, end: Instant) -> Deadline<'_> {
-        Deadline { observer: self.observer, now: self.now, end }
+        Deadline {
+            observer: self.observer,
+            now: self.now,
+            end,
+        }
     }
 
-    /// A reference on these rungs, with so many samples, of which nothing is there yet but what an earlier one has.
+    /// A reference on these rungs, with so many samples, of which nothing is there yet but what an
+    /// earlier one has.
     pub fn reference(
         &self,
         exact: &Setting,
@@ -309,14 +445,26 @@ impl<'a> Renderer<'a> {
         end: Instant,
     ) -> Result<Exposure<'_>, MeasureError> {
         let (scene, settings) = reference(exact, self.scene, self.settings, samples);
-        let settings = Settings { replicates: Some(REPLICATES), tile_size: grid.edge, ..settings };
-        let (ready, _) = self.prepare(&scene, &settings, end).map_err(|error| self.explained(error.into_error()))?;
+        let settings = Settings {
+            replicates: Some(REPLICATES),
+            tile_size: grid.edge,
+            ..settings
+        };
+        let (ready, _) = self
+            .prepare(&scene, &settings, end)
+            .map_err(|error| self.explained(error.into_error()))?;
         let mut film = ready.film(start.scene);
         if let Some(earlier) = start.reference {
             film.adopt(earlier.film).map_err(MeasureError::Reference)?;
         }
         let kept = film.counters().rays();
-        Ok(Exposure { renderer: self, ready, film, kept, seconds: 0.0 })
+        Ok(Exposure {
+            renderer: self,
+            ready,
+            film,
+            kept,
+            seconds: 0.0,
+        })
     }
 
     /// Why there is no measurement: the user stopped it, or there was no time for the least of it.
@@ -342,12 +490,20 @@ pub(super) struct Exposure<'a> {
 impl Exposure<'_> {
     /// Adds all samples of these tiles. False where time is out.
     pub fn expose(&mut self, tiles: &[u32], end: Instant) -> bool {
-        let Self { renderer, ready, film, .. } = self;
+        let Self {
+            renderer,
+            ready,
+            film,
+            ..
+        } = self;
         let until = renderer.until(end);
         let whole = film.whole();
         let mut tiles = tiles.to_vec();
         tiles.sort_unstable();
-        let part = Part { among: Some(tiles), ..whole };
+        let part = Part {
+            among: Some(tiles),
+            ..whole
+        };
         if film.lacking(&part) == 0 {
             return true;
         }

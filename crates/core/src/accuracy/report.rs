@@ -8,7 +8,8 @@ use super::outputs::OutputReport;
 use crate::bench::Spread;
 use crate::picture::Picture;
 
-/// All that was measured on one scene. Every number is of the whole picture at the size that is rendered.
+/// All that was measured on one scene. Every number is of the whole picture at the size that is
+/// rendered.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Report {
     /// Width and height of the picture in pixels.
@@ -21,7 +22,8 @@ pub struct Report {
     pub answer: Answer,
     /// The scene as it is asked for.
     pub own: Measured,
-    /// What rungs other than numbers of samples were put on, where that is not the scene as it is asked for.
+    /// What rungs other than numbers of samples were put on, where that is not the scene as it is
+    /// asked for.
     pub base: Option<Base>,
     /// Ladders that the scene reaches and that pictures depend on.
     pub ladders: Vec<LadderReport>,
@@ -35,14 +37,15 @@ pub struct Report {
     pub not_called_for: Vec<&'static str>,
     /// What each effect of the scene adds to time and picture; none where there was no time for it.
     pub costs: Option<EffectCosts>,
-    /// Settings that none measured beats in both time and error, by ascending time, but for those that lose light or have much error that more
-    /// samples leave.
+    /// Settings that none measured beats in both time and error, by ascending time, but for those
+    /// that lose light or have much error that more samples leave.
     pub frontier: Vec<Candidate>,
     /// Seconds that it all took.
     pub seconds: f64,
     /// Whether time was out before everything wanted was measured.
     pub cut_short: bool,
-    /// A tile, or the whole picture: the reference, and the first render of settings whose pictures were kept.
+    /// A tile, or the whole picture: the reference, and the first render of settings whose pictures
+    /// were kept.
     #[serde(skip)]
     pub pictures: Vec<Shown>,
 }
@@ -104,7 +107,8 @@ pub struct Shown {
     pub picture: Picture,
 }
 
-/// The picture that counts as the truth: f64, every ladder on the most exact rung that does not take too long.
+/// The picture that counts as the truth: f64, every ladder on the most exact rung that does not
+/// take too long.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Reference {
     /// Samples a pixel.
@@ -113,7 +117,8 @@ pub struct Reference {
     pub rungs: Vec<String>,
     /// Tiles that it has.
     pub tiles: usize,
-    /// Root of the mean square of its own standard errors, in linear radiance; what errors are lowered by, as squares.
+    /// Root of the mean square of its own standard errors, in linear radiance; what errors are
+    /// lowered by, as squares.
     pub standard_error: f64,
     /// Seconds of all threads that it took.
     pub seconds: f64,
@@ -130,8 +135,8 @@ pub struct Measured {
     pub renders: usize,
     /// Seconds of all threads for a render, preparation apart.
     pub seconds: Interval,
-    /// Its time over that of the setting it is compared with: the scene as it is, or for a rung that was put on fewer samples the scene with
-    /// so many. Not a number where that is not known.
+    /// Its time over that of the setting it is compared with: the scene as it is, or for a rung
+    /// that was put on fewer samples the scene with so many. Not a number where that is not known.
     pub ratio: Interval,
     /// Rays of a render.
     pub rays: u64,
@@ -159,9 +164,19 @@ const SAME_ERROR: f64 = 0.04;
 impl LadderReport {
     /// Whether a rung takes longer than the one in use and is farther from the reference.
     pub fn beats(&self, rung: &RungReport) -> bool {
-        let measured = |rung: &RungReport| rung.measured.as_ref().map(|of| (of.ratio.value, of.errors.relmse.value));
-        let own = self.rungs.iter().find(|rung| rung.in_use).and_then(measured);
-        let (Some((own_time, own_error)), Some((time, error))) = (own, measured(rung)) else { return false };
+        let measured = |rung: &RungReport| {
+            rung.measured
+                .as_ref()
+                .map(|of| (of.ratio.value, of.errors.relmse.value))
+        };
+        let own = self
+            .rungs
+            .iter()
+            .find(|rung| rung.in_use)
+            .and_then(measured);
+        let (Some((own_time, own_error)), Some((time, error))) = (own, measured(rung)) else {
+            return false;
+        };
         time > own_time * (1.0 + SAME_TIME) && error > own_error * (1.0 + SAME_ERROR)
     }
 }
@@ -179,8 +194,9 @@ pub struct RungReport {
     pub flag: Option<String>,
     /// None where it takes too long, or time was out.
     pub measured: Option<Measured>,
-    /// Root of the mean squared difference to the same renders on the ladder's most exact rung, random numbers included: what this
-    /// choice alone gets wrong. None where the random numbers can't be the same, and where one of both was not measured.
+    /// Root of the mean squared difference to the same renders on the ladder's most exact rung,
+    /// random numbers included: what this choice alone gets wrong. None where the random numbers
+    /// can't be the same, and where one of both was not measured.
     pub own_error: Option<Interval>,
 }
 
@@ -235,8 +251,16 @@ pub struct Candidate {
 impl Candidate {
     /// Its rungs, as they are asked for.
     pub fn name(&self) -> String {
-        let rungs: Vec<&str> = self.flags.iter().map(|flag| flag.trim_start_matches("--rung ")).collect();
-        if rungs.is_empty() { "as it is".to_owned() } else { rungs.join(" ") }
+        let rungs: Vec<&str> = self
+            .flags
+            .iter()
+            .map(|flag| flag.trim_start_matches("--rung "))
+            .collect();
+        if rungs.is_empty() {
+            "as it is".to_owned()
+        } else {
+            rungs.join(" ")
+        }
     }
 }
 
@@ -247,17 +271,34 @@ mod tests {
 
     fn rung(name: &str, in_use: bool, time: f64) -> RungReport {
         let (time, errors) = (Interval::exact(time), Errors::default());
-        let measured = Measured { tiles: 1, renders: 1, seconds: time, ratio: time, rays: 1, errors, flip: time };
-        RungReport { rung: name.to_owned(), about: "", in_use, flag: None, measured: Some(measured), own_error: None }
+        let measured = Measured {
+            tiles: 1,
+            renders: 1,
+            seconds: time,
+            ratio: time,
+            rays: 1,
+            errors,
+            flip: time,
+        };
+        RungReport {
+            rung: name.to_owned(),
+            about: "",
+            in_use,
+            flag: None,
+            measured: Some(measured),
+            own_error: None,
+        }
     }
 
-    /// Protects: what is slower and worse than the rung in use is told from what is only one of both, and from what a clock or noise may have
-    /// made so.
+    /// Protects: what is slower and worse than the rung in use is told from what is only one of
+    /// both, and from what a clock or noise may have made so.
     #[test]
     fn the_slower_and_worse_are_known() {
         let with = |name: &str, time: f64, error: f64| {
             let mut rung = rung(name, name == "own", time);
-            rung.measured.iter_mut().for_each(|of| of.errors.relmse.value = error);
+            rung.measured
+                .iter_mut()
+                .for_each(|of| of.errors.relmse.value = error);
             rung
         };
         let all = [
@@ -268,9 +309,20 @@ mod tests {
             ("hardly", 1.02, 0.2),
             ("as good", 1.2, 0.103),
         ];
-        let rungs: Vec<RungReport> = all.map(|(name, time, error)| with(name, time, error)).into();
-        let ladder = LadderReport { ladder: "sampler", in_use: "own".to_owned(), rungs };
-        let beaten: Vec<&str> = ladder.rungs.iter().filter(|rung| ladder.beats(rung)).map(|rung| rung.rung.as_str()).collect();
+        let rungs: Vec<RungReport> = all
+            .map(|(name, time, error)| with(name, time, error))
+            .into();
+        let ladder = LadderReport {
+            ladder: "sampler",
+            in_use: "own".to_owned(),
+            rungs,
+        };
+        let beaten: Vec<&str> = ladder
+            .rungs
+            .iter()
+            .filter(|rung| ladder.beats(rung))
+            .map(|rung| rung.rung.as_str())
+            .collect();
         assert_eq!(beaten, ["both"]);
     }
 }

@@ -1,5 +1,6 @@
-//! One measurement from start to end: a first look, how exact the reference may be, the plan, the reference, every rung, combinations, more
-//! tiles for what is worth naming, prices; each with its share of the time.
+//! One measurement from start to end: a first look, how exact the reference may be, the plan, the
+//! reference, every rung, combinations, more tiles for what is worth naming, prices; each with its
+//! share of the time.
 
 mod plan;
 mod price;
@@ -42,7 +43,8 @@ const TURNS: f64 = 0.92;
 const PRICES: f64 = 0.94;
 const COSTS: f64 = 0.96;
 
-/// Where the scene takes more samples, other rungs are measured with so many: what a rung changes is seen as well, on more tiles.
+/// Where the scene takes more samples, other rungs are measured with so many: what a rung changes
+/// is seen as well, on more tiles.
 const BASE_SAMPLES: u32 = 16;
 /// Time that a sample of the reference takes over one in use, before that is measured.
 const EXACT: f64 = 1.8;
@@ -58,7 +60,8 @@ pub(super) struct Session<'a> {
     stopwatch: Stopwatch,
     now: Now<'a>,
     start: Instant,
-    /// What rungs are put on other than numbers of samples: the scene as it is, or with fewer samples.
+    /// What rungs are put on other than numbers of samples: the scene as it is, or with fewer
+    /// samples.
     base: Setting,
     /// What the scene calls for.
     present: EffectSet,
@@ -98,17 +101,31 @@ impl<'a> Session<'a> {
             Ladder::Roulette,
             Ladder::TextureFilter,
         ];
-        pictured.sort_by_key(|ladder| FIRST.iter().position(|first| first == ladder).unwrap_or(FIRST.len()));
+        pictured.sort_by_key(|ladder| {
+            FIRST
+                .iter()
+                .position(|first| first == ladder)
+                .unwrap_or(FIRST.len())
+        });
         let lost = |&choice: &Choice| {
             let (scene, settings) = Setting::one(choice).applied(scene, settings);
             !collapsed(&scene, settings.precision).is_empty()
         };
         let unshown = Ladder::Precision.choices().filter(lost).collect();
-        let has_more = pictured.contains(&Ladder::Samples) && settings.sampling.count() > BASE_SAMPLES;
-        let fewer = Ladder::Samples.choices().find(|&choice| has_more && samples_of(choice) == Some(BASE_SAMPLES));
+        let has_more =
+            pictured.contains(&Ladder::Samples) && settings.sampling.count() > BASE_SAMPLES;
+        let fewer = Ladder::Samples
+            .choices()
+            .find(|&choice| has_more && samples_of(choice) == Some(BASE_SAMPLES));
         let base = fewer.map(Setting::one).unwrap_or_default();
         let size = effort.size.unwrap_or(settings.size);
-        let settings = Settings { size, crop: None, aovs: Vec::new(), max_error: None, ..settings.clone() };
+        let settings = Settings {
+            size,
+            crop: None,
+            aovs: Vec::new(),
+            max_error: None,
+            ..settings.clone()
+        };
         let start = now();
         Self {
             scene,
@@ -131,23 +148,37 @@ impl<'a> Session<'a> {
         }
     }
 
-    pub fn run(mut self, start: Start<'_>, listener: &mut dyn Listener) -> Result<(Report, KeptReference), MeasureError> {
+    pub fn run(
+        mut self,
+        start: Start<'_>,
+        listener: &mut dyn Listener,
+    ) -> Result<(Report, KeptReference), MeasureError> {
         let settings = self.settings.clone();
-        let renderer = Renderer::new(self.scene, &settings, self.observer, (self.stopwatch, self.now));
+        let renderer = Renderer::new(
+            self.scene,
+            &settings,
+            self.observer,
+            (self.stopwatch, self.now),
+        );
         let kept = start.reference.as_ref();
         listener.step("looking at the picture", 0.0);
         let explained = |error| renderer.explained(error);
-        let grid = self.grid(&renderer, kept.map(|kept| kept.film.tile_size())).map_err(explained)?;
+        let grid = self
+            .grid(&renderer, kept.map(|kept| kept.film.tile_size()))
+            .map_err(explained)?;
         let looks = self.look(&renderer, grid).map_err(explained)?;
         listener.step("looking how exact it can be", self.spent());
-        let reached = self.within_reach(&renderer, grid, &looks).map_err(explained)?;
+        let reached = self
+            .within_reach(&renderer, grid, &looks)
+            .map_err(explained)?;
         let exact = kept.map_or(reached, |kept| Setting::of(&kept.rungs));
         let sample = TileSample::new(grid, &looks);
         let mut plan = self.plan(&sample);
         if let Some(kept) = kept {
             plan.reference_samples = plan.reference_samples.max(kept.film.asked().unwrap_or(0));
         }
-        let mut exposure = renderer.reference(&exact, plan.reference_samples, grid, start, self.at(RUNGS))?;
+        let mut exposure =
+            renderer.reference(&exact, plan.reference_samples, grid, start, self.at(RUNGS))?;
         let mut measurements = Measurements::new(&renderer, &sample, self.display);
         listener.step(&plan.told(&sample), self.spent());
         self.pilots(&plan, &mut measurements)?;
@@ -157,7 +188,10 @@ impl<'a> Session<'a> {
         if measurements.known() < least {
             return Err(renderer.explained(PrepareError::Cancelled));
         }
-        while measurements.known() < plan.tiles && (self.now)() < self.at(REFERENCE) && !self.observer.cancelled() {
+        while measurements.known() < plan.tiles
+            && (self.now)() < self.at(REFERENCE)
+            && !self.observer.cancelled()
+        {
             let next = plan.tiles.min(4 * measurements.known());
             self.expose(&mut exposure, &mut measurements, next, self.at(REFERENCE));
         }
@@ -167,7 +201,13 @@ impl<'a> Session<'a> {
         let own = Setting::default();
         let pixels = f64::from(settings.size[0]) * f64::from(settings.size[1]);
         // Before what ends by the clock: how long it takes, pixels say.
-        let outputs = outputs(&measurements.kept(&own), pixels, self.display, settings.output, self.stopwatch);
+        let outputs = outputs(
+            &measurements.kept(&own),
+            pixels,
+            self.display,
+            settings.output,
+            self.stopwatch,
+        );
         self.turns(&known, &mut measurements, listener)?;
         let prices = self.prices(&measurements, listener)?;
         let costs = self.costs(listener)?;
@@ -183,16 +223,28 @@ impl<'a> Session<'a> {
             kept: exposure.is_kept(),
         };
         let (frontier, answer) = self.frontier(&known, &measurements);
-        let ladders: Vec<LadderReport> =
-            self.pictured.iter().map(|&ladder| self.ladder(ladder, &measurements, &own_errors)).collect();
-        let called_for: Vec<Ladder> = self.pictured.iter().chain(&self.priced).chain(&[Ladder::Output]).copied().collect();
+        let ladders: Vec<LadderReport> = self
+            .pictured
+            .iter()
+            .map(|&ladder| self.ladder(ladder, &measurements, &own_errors))
+            .collect();
+        let called_for: Vec<Ladder> = self
+            .pictured
+            .iter()
+            .chain(&self.priced)
+            .chain(&[Ladder::Output])
+            .copied()
+            .collect();
         let report = Report {
             size: settings.size,
             tiles: Tiles {
                 edge: grid.edge,
                 measured: own_measured.tiles,
                 all: grid.count(),
-                shown: [grid.tile(sample.order[0].tile).x, grid.tile(sample.order[0].tile).y],
+                shown: [
+                    grid.tile(sample.order[0].tile).x,
+                    grid.tile(sample.order[0].tile).y,
+                ],
             },
             reference,
             answer,
@@ -202,26 +254,53 @@ impl<'a> Session<'a> {
             ladders,
             combinations: self.combinations(&known, &measurements),
             prices,
-            not_called_for: Ladder::ALL.into_iter().filter(|l| !called_for.contains(l)).map(Ladder::name).collect(),
+            not_called_for: Ladder::ALL
+                .into_iter()
+                .filter(|l| !called_for.contains(l))
+                .map(Ladder::name)
+                .collect(),
             costs,
             frontier,
             pictures: self.pictures(&measurements, &exposure.film),
             seconds: self.elapsed(),
             cut_short: self.cut_short || self.observer.cancelled(),
         };
-        Ok((report, KeptReference { rungs: exact.choices().to_vec(), film: exposure.film }))
+        Ok((
+            report,
+            KeptReference {
+                rungs: exact.choices().to_vec(),
+                film: exposure.film,
+            },
+        ))
     }
 
-    /// Gives the reference to so many tiles, and the measurements what it has. What does not fit into the time is left out.
-    fn expose(&mut self, exposure: &mut Exposure<'_>, measurements: &mut Measurements<'_>, count: usize, end: Instant) {
+    /// Gives the reference to so many tiles, and the measurements what it has. What does not fit
+    /// into the time is left out.
+    fn expose(
+        &mut self,
+        exposure: &mut Exposure<'_>,
+        measurements: &mut Measurements<'_>,
+        count: usize,
+        end: Instant,
+    ) {
         let (sample, from) = (measurements.sample, measurements.known());
-        let new: Vec<u32> = sample.order[from..count.max(from)].iter().map(|look| look.tile).collect();
+        let new: Vec<u32> = sample.order[from..count.max(from)]
+            .iter()
+            .map(|look| look.tile)
+            .collect();
         self.cut_short |= !exposure.expose(&new, end);
         let tile = |&tile: &u32| {
             let crop = sample.grid.tile(tile);
-            let is_done = exposure.film.lacking(&crate::film::Part { tiles: tile..tile + 1, ..exposure.film.whole() }) == 0;
+            let is_done = exposure.film.lacking(&crate::film::Part {
+                tiles: tile..tile + 1,
+                ..exposure.film.whole()
+            }) == 0;
             let means = exposure.film.means_of(tile).filter(|_| is_done)?;
-            Some(TruthTile::new([crop.width, crop.height], &means, self.display))
+            Some(TruthTile::new(
+                [crop.width, crop.height],
+                &means,
+                self.display,
+            ))
         };
         measurements.learn(new.iter().map_while(tile));
     }
@@ -233,7 +312,9 @@ impl<'a> Session<'a> {
 
     /// Wall-clock seconds until a share of the budget is spent.
     fn left(&self, share: f64) -> f64 {
-        self.at(share).saturating_duration_since((self.now)()).as_secs_f64()
+        self.at(share)
+            .saturating_duration_since((self.now)())
+            .as_secs_f64()
     }
 
     /// Seconds since the start.
@@ -247,7 +328,9 @@ impl<'a> Session<'a> {
 
     /// The rungs of a ladder that are something else to this scene, and can show it.
     fn choices_of(&self, ladder: Ladder) -> vec::IntoIter<Choice> {
-        let choices = ladder.choices().filter(|choice| choice.differs(self.present) && !self.unshown.contains(choice));
+        let choices = ladder
+            .choices()
+            .filter(|choice| choice.differs(self.present) && !self.unshown.contains(choice));
         choices.collect::<Vec<_>>().into_iter()
     }
 
@@ -257,13 +340,21 @@ impl<'a> Session<'a> {
 
     /// What a ladder's rungs are put on.
     fn beside(&self, ladder: Ladder) -> Setting {
-        if ladder == Ladder::Samples { Setting::default() } else { self.base.clone() }
+        if ladder == Ladder::Samples {
+            Setting::default()
+        } else {
+            self.base.clone()
+        }
     }
 
     /// What is measured of a rung, which may be the scene's own.
     fn setting(&self, choice: Choice) -> Setting {
         let beside = self.beside(choice.ladder());
-        if self.is_in_use(choice) { beside } else { beside.with(choice) }
+        if self.is_in_use(choice) {
+            beside
+        } else {
+            beside.with(choice)
+        }
     }
 
     /// The most exact rung of those within reach.
@@ -275,7 +366,10 @@ impl<'a> Session<'a> {
 
     /// Samples of a setting.
     fn samples(&self, setting: &Setting) -> u32 {
-        setting.rung(Ladder::Samples).and_then(samples_of).unwrap_or(self.settings.sampling.count())
+        setting
+            .rung(Ladder::Samples)
+            .and_then(samples_of)
+            .unwrap_or(self.settings.sampling.count())
     }
 
     /// Whether a setting can be asked for.
@@ -287,7 +381,9 @@ impl<'a> Session<'a> {
 
 /// Samples of a rung of that ladder.
 fn samples_of(choice: Choice) -> Option<u32> {
-    let RungValue::Samples(samples) = choice.value() else { return None };
+    let RungValue::Samples(samples) = choice.value() else {
+        return None;
+    };
     Some(samples)
 }
 

@@ -1,9 +1,11 @@
-//! The parts of the picture that are measured: tiles drawn with known probabilities, and what they say of the whole.
+//! The parts of the picture that are measured: tiles drawn with known probabilities, and what they
+//! say of the whole.
 //!
-//! A tile's chance grows with the noise that a first look saw in it, and no tile has less than a quarter of an even chance. Tiles are ordered once
-//! by a number of their own over that chance (sequential Poisson sampling: Ohlsson, "Sequential Poisson Sampling", 1998), so that the first n are
-//! a sample for every n, and more time adds tiles. The numbers are multiples of the golden ratio along rows that turn at their ends: a sample
-//! is spread evenly over the picture.
+//! A tile's chance grows with the noise that a first look saw in it, and no tile has less than a
+//! quarter of an even chance. Tiles are ordered once by a number of their own over that chance
+//! (sequential Poisson sampling: Ohlsson, "Sequential Poisson Sampling", 1998), so that the first n
+//! are a sample for every n, and more time adds tiles. The numbers are multiples of the golden
+//! ratio along rows that turn at their ends: a sample is spread evenly over the picture.
 
 use super::estimate::Interval;
 use crate::hash::mix;
@@ -36,8 +38,16 @@ impl Grid {
     }
 
     pub fn tile(&self, index: u32) -> Crop {
-        let (x, y) = (index % self.columns() * self.edge, index / self.columns() * self.edge);
-        Crop { x, y, width: self.edge.min(self.size[0] - x), height: self.edge.min(self.size[1] - y) }
+        let (x, y) = (
+            index % self.columns() * self.edge,
+            index / self.columns() * self.edge,
+        );
+        Crop {
+            x,
+            y,
+            width: self.edge.min(self.size[0] - x),
+            height: self.edge.min(self.size[1] - y),
+        }
     }
 
     pub fn pixels(&self, index: u32) -> f64 {
@@ -47,20 +57,38 @@ impl Grid {
 
     /// A tile with so many pixels around it, as far as the picture goes.
     pub fn around(&self, index: u32, margin: u32) -> Crop {
-        let Crop { x, y, width, height } = self.tile(index);
+        let Crop {
+            x,
+            y,
+            width,
+            height,
+        } = self.tile(index);
         let (left, top) = (x.saturating_sub(margin), y.saturating_sub(margin));
         let end = |at: u32, edge: u32, all: u32| (at + edge + margin).min(all);
-        Crop { x: left, y: top, width: end(x, width, self.size[0]) - left, height: end(y, height, self.size[1]) - top }
+        Crop {
+            x: left,
+            y: top,
+            width: end(x, width, self.size[0]) - left,
+            height: end(y, height, self.size[1]) - top,
+        }
     }
 
-    /// The numbers of all tiles by which they are drawn, evenly spread from 0 to 1 in every neighbourhood.
+    /// The numbers of all tiles by which they are drawn, evenly spread from 0 to 1 in every
+    /// neighbourhood.
     fn keys(&self) -> Vec<f64> {
         let start = mix(self.seed) as f64 / 2_f64.powi(64);
         let place = |index: u32| {
             let (x, y) = (index % self.columns(), index / self.columns());
-            y * self.columns() + if y % 2 == 0 { x } else { self.columns() - 1 - x }
+            y * self.columns()
+                + if y % 2 == 0 {
+                    x
+                } else {
+                    self.columns() - 1 - x
+                }
         };
-        (0..self.count() as u32).map(|index| (start + f64::from(place(index)) * GOLDEN_RATIO).fract()).collect()
+        (0..self.count() as u32)
+            .map(|index| (start + f64::from(place(index)) * GOLDEN_RATIO).fract())
+            .collect()
     }
 
     /// All tiles in an order of which every beginning is spread evenly.
@@ -97,11 +125,19 @@ impl TileSample {
     pub fn new(grid: Grid, looks: &[PilotPass]) -> Self {
         let keys = grid.keys();
         let area = |look: &PilotPass| grid.pixels(look.tile);
-        let [areas, noise] = [looks.iter().map(area).sum::<f64>(), looks.iter().map(|look| look.noise).sum()];
+        let [areas, noise] = [
+            looks.iter().map(area).sum::<f64>(),
+            looks.iter().map(|look| look.noise).sum(),
+        ];
         let even = if noise > 0.0 { EVEN } else { 1.0 };
-        let share = |look: &PilotPass| even * area(look) / areas + (1.0 - even) * look.noise / noise.max(1e-300);
-        let mut all: Vec<(PilotPass, f64)> = looks.iter().map(|look| (*look, share(look))).collect();
-        all.sort_by(|(a, p), (b, q)| (keys[a.tile as usize] / p).total_cmp(&(keys[b.tile as usize] / q)));
+        let share = |look: &PilotPass| {
+            even * area(look) / areas + (1.0 - even) * look.noise / noise.max(1e-300)
+        };
+        let mut all: Vec<(PilotPass, f64)> =
+            looks.iter().map(|look| (*look, share(look))).collect();
+        all.sort_by(|(a, p), (b, q)| {
+            (keys[a.tile as usize] / p).total_cmp(&(keys[b.tile as usize] / q))
+        });
         let (order, share) = all.into_iter().unzip();
         Self { grid, order, share }
     }
@@ -111,10 +147,16 @@ impl TileSample {
         self.order.len()
     }
 
-    /// Pixels of the picture that the tile at a place of the order stands for: all of them in the shares of its chance. Errors go with noise, so
-    /// that errors over these differ less from tile to tile than errors over pixels.
+    /// Pixels of the picture that the tile at a place of the order stands for: all of them in the
+    /// shares of its chance. Errors go with noise, so that errors over these differ less from tile
+    /// to tile than errors over pixels.
     pub fn weight(&self, at: usize) -> f64 {
-        self.share[at] * self.order.iter().map(|look| self.grid.pixels(look.tile)).sum::<f64>()
+        self.share[at]
+            * self
+                .order
+                .iter()
+                .map(|look| self.grid.pixels(look.tile))
+                .sum::<f64>()
     }
 
     /// Whether so many tiles are the whole picture.
@@ -137,18 +179,34 @@ impl TileSample {
                 *certain |= share * factor >= 1.0;
                 if *certain { left -= 1.0 } else { rest += share }
             }
-            let next = if rest > 0.0 { left.max(0.0) / rest } else { 0.0 };
+            let next = if rest > 0.0 {
+                left.max(0.0) / rest
+            } else {
+                0.0
+            };
             if next <= factor * (1.0 + 1e-12) {
                 break;
             }
             factor = next;
         }
-        let chance = |(share, certain): (&f64, bool)| if certain { 1.0 } else { (share * factor).min(1.0) };
-        self.share.iter().zip(certain).take(count).map(|of| looked * chance(of)).collect()
+        let chance = |(share, certain): (&f64, bool)| {
+            if certain {
+                1.0
+            } else {
+                (share * factor).min(1.0)
+            }
+        };
+        self.share
+            .iter()
+            .zip(certain)
+            .take(count)
+            .map(|of| looked * chance(of))
+            .collect()
     }
 }
 
-/// What one tile adds to the two sides of a ratio, in pieces that are independent of each other, and its chance.
+/// What one tile adds to the two sides of a ratio, in pieces that are independent of each other,
+/// and its chance.
 #[derive(Clone, Debug)]
 pub(super) struct Share<'a> {
     pub chance: f64,
@@ -166,24 +224,41 @@ impl Share<'_> {
         if self.above.len() != self.below.len() || self.above.len() < 2 {
             return (total, 0.0);
         }
-        let pieces: Vec<f64> = self.above.iter().zip(self.below).map(|(a, b)| a - ratio * b).collect();
+        let pieces: Vec<f64> = self
+            .above
+            .iter()
+            .zip(self.below)
+            .map(|(a, b)| a - ratio * b)
+            .collect();
         (total, spread_of_pieces(&pieces))
     }
 }
 
 /// Variance of the sum of pieces, by what neighbours differ by; at least two.
 pub(super) fn spread_of_pieces(pieces: &[f64]) -> f64 {
-    let steps: f64 = pieces.windows(2).map(|pair| (pair[0] - pair[1]) * (pair[0] - pair[1])).sum();
+    let steps: f64 = pieces
+        .windows(2)
+        .map(|pair| (pair[0] - pair[1]) * (pair[0] - pair[1]))
+        .sum();
     let n = pieces.len() as f64;
     n / (2.0 * (n - 1.0)) * steps
 }
 
-/// The ratio of two totals of the whole picture as tiles tell it (Hájek, "Comment on a Paper by D. Basu", 1971), with its standard error and
-/// Student's factor. Of the error a part is due to which tiles were drawn, and the rest to noise within those that were. None where the
-/// denominator is nothing.
+/// The ratio of two totals of the whole picture as tiles tell it (Hájek, "Comment on a Paper by D.
+/// Basu", 1971), with its standard error and Student's factor. Of the error a part is due to which
+/// tiles were drawn, and the rest to noise within those that were. None where the denominator is
+/// nothing.
 pub(super) fn estimate(shares: &[Share<'_>]) -> Option<(f64, f64, f64)> {
-    let total = |of: fn(&Share<'_>) -> f64| shares.iter().map(|share| of(share) / share.chance).sum::<f64>();
-    let (above, below) = (total(|share| share.above.iter().sum()), total(|share| share.below.iter().sum()));
+    let total = |of: fn(&Share<'_>) -> f64| {
+        shares
+            .iter()
+            .map(|share| of(share) / share.chance)
+            .sum::<f64>()
+    };
+    let (above, below) = (
+        total(|share| share.above.iter().sum()),
+        total(|share| share.below.iter().sum()),
+    );
     if !(below > 0.0 && above.is_finite()) {
         return None;
     }
@@ -201,16 +276,33 @@ pub(super) fn estimate(shares: &[Share<'_>]) -> Option<(f64, f64, f64)> {
         return Some((ratio, f64::INFINITY, f64::INFINITY));
     }
     let is_error = shares.iter().any(|share| share.doubt > 0.0);
-    if count == 0 && is_error && shares.len() > 1 && shares.iter().all(|share| share.above.len() == 1) {
+    if count == 0
+        && is_error
+        && shares.len() > 1
+        && shares.iter().all(|share| share.above.len() == 1)
+    {
         // Errors of all tiles, of one piece each: what they differ by is the noise, at most.
-        within = spread_of_pieces(&shares.iter().map(|share| share.residual(ratio).0).collect::<Vec<_>>());
+        within = spread_of_pieces(
+            &shares
+                .iter()
+                .map(|share| share.residual(ratio).0)
+                .collect::<Vec<_>>(),
+        );
     }
     // Where few tiles have most of the spread, they are few.
     let (freedom, correction) = match count {
         0 => (f64::INFINITY, 0.0),
-        n => ((3.0 * drawn * drawn / squares.max(1e-300)).min(n as f64 - 1.0).max(1.0), n as f64 / (n as f64 - 1.0)),
+        n => (
+            (3.0 * drawn * drawn / squares.max(1e-300))
+                .min(n as f64 - 1.0)
+                .max(1.0),
+            n as f64 / (n as f64 - 1.0),
+        ),
     };
-    let (drawn, error) = (drawn * correction, (drawn * correction + within).sqrt() / below);
+    let (drawn, error) = (
+        drawn * correction,
+        (drawn * correction + within).sqrt() / below,
+    );
     // Welch and Satterthwaite: noise within tiles is known well.
     let freedom = freedom * ((drawn + within) / drawn.max(1e-300)).powi(2);
     Some((ratio, error, student_95((freedom.min(1e6) as u32).max(1))))
@@ -218,9 +310,23 @@ pub(super) fn estimate(shares: &[Share<'_>]) -> Option<(f64, f64, f64)> {
 
 /// The same as an interval. What can't be told from the reference's noise begins at zero.
 pub(super) fn ratio(shares: &[Share<'_>]) -> Interval {
-    let Some((value, error, factor)) = estimate(shares) else { return Interval { value: 0.0, low: 0.0, high: f64::INFINITY } };
-    let below: f64 = shares.iter().map(|share| share.below.iter().sum::<f64>() / share.chance).sum();
-    let doubt = shares.iter().map(|share| share.doubt / (share.chance * share.chance)).sum::<f64>().sqrt() / below;
+    let Some((value, error, factor)) = estimate(shares) else {
+        return Interval {
+            value: 0.0,
+            low: 0.0,
+            high: f64::INFINITY,
+        };
+    };
+    let below: f64 = shares
+        .iter()
+        .map(|share| share.below.iter().sum::<f64>() / share.chance)
+        .sum();
+    let doubt = shares
+        .iter()
+        .map(|share| share.doubt / (share.chance * share.chance))
+        .sum::<f64>()
+        .sqrt()
+        / below;
     match value <= student_95(u32::MAX) * doubt || value <= 0.0 {
         true => Interval::from_zero(value, factor * error.max(doubt)),
         false => Interval::of_factors(value, factor * error),

@@ -1,10 +1,15 @@
-//! The clock of the measurements: CPU time where the system has it, so that a busy machine disturbs less, and wall-clock time
-//! elsewhere.
+//! The clock of the measurements: CPU time where the system has it, so that a busy machine disturbs
+//! less, and wall-clock time elsewhere.
 
 /// What [`thread_seconds`] counts, in words for a report.
-pub const CLOCK: &str = if cfg!(unix) { "thread CPU time" } else { "wall-clock time" };
+pub const CLOCK: &str = if cfg!(unix) {
+    "thread CPU time"
+} else {
+    "wall-clock time"
+};
 
-/// Seconds that the calling thread has worked; only differences mean something, and only on one thread.
+/// Seconds that the calling thread has worked; only differences mean something, and only on one
+/// thread.
 pub fn thread_seconds() -> f64 {
     seconds(Scope::Thread)
 }
@@ -14,8 +19,8 @@ pub fn process_seconds() -> f64 {
     seconds(Scope::Process)
 }
 
-/// What tells how long some work takes, which returns how much it was. A test brings one that goes by the amount, so that what it decides
-/// does not depend on the machine's load.
+/// What tells how long some work takes, which returns how much it was. A test brings one that goes
+/// by the amount, so that what it decides does not depend on the machine's load.
 pub(crate) type Stopwatch = fn(work: &mut dyn FnMut() -> u64) -> f64;
 
 /// Runs the work and returns the seconds that the thread worked.
@@ -23,7 +28,8 @@ pub(super) fn of_thread(work: &mut dyn FnMut() -> u64) -> f64 {
     timed(Scope::Thread, work)
 }
 
-/// Runs the work and returns the seconds that all threads worked, which waiting for other programs does not lengthen.
+/// Runs the work and returns the seconds that all threads worked, which waiting for other programs
+/// does not lengthen.
 pub(crate) fn of_process(work: &mut dyn FnMut() -> u64) -> f64 {
     timed(Scope::Process, work)
 }
@@ -68,8 +74,8 @@ fn seconds(_: Scope) -> f64 {
 mod tests {
     use super::*;
 
-    /// Protects: time goes forward while there is work and stands still while the thread sleeps, and another thread's work
-    /// is counted by the process alone.
+    /// Protects: time goes forward while there is work and stands still while the thread sleeps,
+    /// and another thread's work is counted by the process alone.
     #[test]
     #[cfg(unix)]
     fn counts_work_and_not_waiting() {

@@ -1,7 +1,8 @@
 //! Generated scenes of constant fill, and rays through them: the same for a seed on every machine.
 //!
-//! N primitives are scattered in the unit cube. Their size shrinks with N^(−1/3), so that the spheres' volume is the same
-//! share of the cube whatever N is: more primitives then means more detail, not a fuller room.
+//! N primitives are scattered in the unit cube. Their size shrinks with N^(−1/3), so that the
+//! spheres' volume is the same share of the cube whatever N is: more primitives then means more
+//! detail, not a fuller room.
 
 use core::f64::consts::{PI, TAU};
 
@@ -12,7 +13,8 @@ use serde::Serialize;
 
 use crate::hash::mix;
 
-/// Share of the cube's volume that the spheres take, counting overlaps twice and what sticks out of the cube.
+/// Share of the cube's volume that the spheres take, counting overlaps twice and what sticks out of
+/// the cube.
 pub const FILL: f64 = 0.01;
 
 /// What the scenes are made of.
@@ -27,7 +29,8 @@ pub enum Kind {
 
 impl Kind {
     /// Every kind with its name.
-    pub const ALL: [(&'static str, Self); 2] = [("spheres", Self::Spheres), ("triangles", Self::Triangles)];
+    pub const ALL: [(&'static str, Self); 2] =
+        [("spheres", Self::Spheres), ("triangles", Self::Triangles)];
 
     /// Plural, in lower case.
     pub fn name(self) -> &'static str {
@@ -57,12 +60,20 @@ impl Numbers {
 
     /// A point in the unit cube from lanes `lane` to `lane + 2`.
     fn point(self, item: u64, lane: u64) -> DVec3 {
-        DVec3::new(self.unit(item, lane), self.unit(item, lane + 1), self.unit(item, lane + 2))
+        DVec3::new(
+            self.unit(item, lane),
+            self.unit(item, lane + 1),
+            self.unit(item, lane + 2),
+        )
     }
 
-    /// A point on the unit sphere, evenly distributed, from lanes `lane` and `lane + 1` (Archimedes' projection).
+    /// A point on the unit sphere, evenly distributed, from lanes `lane` and `lane + 1`
+    /// (Archimedes' projection).
     pub fn direction(self, item: u64, lane: u64) -> DVec3 {
-        let (z, angle) = (2.0 * self.unit(item, lane) - 1.0, TAU * self.unit(item, lane + 1));
+        let (z, angle) = (
+            2.0 * self.unit(item, lane) - 1.0,
+            TAU * self.unit(item, lane + 1),
+        );
         let radius = (1.0 - z * z).max(0.0).sqrt();
         DVec3::new(radius * libm::cos(angle), radius * libm::sin(angle), z)
     }
@@ -79,11 +90,15 @@ pub fn group<R: Real>(kind: Kind, count: u32, seed: u64) -> Result<PrimitiveSet<
         let centre = numbers.point(i, 0);
         match kind {
             Kind::Spheres => {
-                let sphere = Sphere { centre: Vector::from_f64(centre), radius: R::from_f64(radius) };
+                let sphere = Sphere {
+                    centre: Vector::from_f64(centre),
+                    radius: R::from_f64(radius),
+                };
                 group.sphere(sphere, Visibility::default())?;
             }
             Kind::Triangles => {
-                let corner = |lane: u64| Vector::from_f64(centre + numbers.direction(i, lane) * radius);
+                let corner =
+                    |lane: u64| Vector::from_f64(centre + numbers.direction(i, lane) * radius);
                 group.triangle([corner(3), corner(5), corner(7)], Visibility::default())?;
             }
         }
@@ -91,13 +106,17 @@ pub fn group<R: Real>(kind: Kind, count: u32, seed: u64) -> Result<PrimitiveSet<
     Ok(group)
 }
 
-/// Rays that start outside the cube, in every direction, each towards an evenly distributed point in it.
+/// Rays that start outside the cube, in every direction, each towards an evenly distributed point
+/// in it.
 pub fn rays<R: Real>(count: u32, seed: u64) -> Vec<Ray<R>> {
     let numbers = Numbers { seed };
     let ray = |i: u64| {
         let (towards, direction) = (numbers.point(i, 0), numbers.direction(i, 3));
         // Beyond the cube's diagonal.
-        Ray::new(Vector::from_f64(towards - direction * 2.0), <R::Vec3 as Vector<R>>::from_f64(direction).normalize())
+        Ray::new(
+            Vector::from_f64(towards - direction * 2.0),
+            <R::Vec3 as Vector<R>>::from_f64(direction).normalize(),
+        )
     };
     (0..u64::from(count)).map(ray).collect()
 }
@@ -107,12 +126,17 @@ mod tests {
     use super::*;
     use raywright_bvh::{AcceleratorKind, Geometry, Interval, TraversalStats};
 
-    /// Protects: figures of different days and machines are about the same scenes; a seed and its neighbour differ.
+    /// Protects: figures of different days and machines are about the same scenes; a seed and its
+    /// neighbour differ.
     #[test]
     fn a_seed_names_a_scene() {
         let hits = |kind, seed| -> Vec<_> {
-            let geometry = Geometry::<f32>::new(group(kind, 500, seed).unwrap(), AcceleratorKind::Linear);
-            rays(200, 7).iter().map(|ray| geometry.closest(ray, Interval::positive(), &mut ())).collect()
+            let geometry =
+                Geometry::<f32>::new(group(kind, 500, seed).unwrap(), AcceleratorKind::Linear);
+            rays(200, 7)
+                .iter()
+                .map(|ray| geometry.closest(ray, Interval::positive(), &mut ()))
+                .collect()
         };
         for (_, kind) in Kind::ALL {
             assert_eq!(hits(kind, 1), hits(kind, 1));
@@ -120,31 +144,48 @@ mod tests {
         }
         assert_ne!(hits(Kind::Spheres, 1), hits(Kind::Triangles, 1));
         // A fixed value: a change of the generator would silently change what the figures mean.
-        assert_eq!(rays::<f32>(3, 7)[2].origin, glam::Vec3::new(-0.744_443, 2.062_738_2, 0.879_758_8));
+        assert_eq!(
+            rays::<f32>(3, 7)[2].origin,
+            glam::Vec3::new(-0.744_443, 2.062_738_2, 0.879_758_8)
+        );
     }
 
-    /// Protects: constant fill means N · volume of a sphere = const, and the sizes of triangles follow.
+    /// Protects: constant fill means N · volume of a sphere = const, and the sizes of triangles
+    /// follow.
     #[test]
     fn fill_does_not_depend_on_the_count() {
         for count in [1, 10, 1_000_000] {
             let volume = f64::from(count) * 4.0 / 3.0 * PI * radius(count).powi(3);
             assert!((volume - FILL).abs() < 1e-12, "{count}: {volume}");
         }
-        let bounds = Geometry::<f32>::new(group(Kind::Triangles, 1, 3).unwrap(), AcceleratorKind::Linear).bounded_part();
+        let bounds = Geometry::<f32>::new(
+            group(Kind::Triangles, 1, 3).unwrap(),
+            AcceleratorKind::Linear,
+        )
+        .bounded_part();
         assert!(bounds.extent().max_element() <= 2.0 * radius(1) + 1e-6);
     }
 
-    /// Protects: every ray starts outside the scene and is of unit length, and some hit while some miss.
+    /// Protects: every ray starts outside the scene and is of unit length, and some hit while some
+    /// miss.
     #[test]
     fn rays_come_from_outside() {
-        let geometry = Geometry::<f32>::new(group(Kind::Spheres, 1000, 1).unwrap(), AcceleratorKind::default());
+        let geometry = Geometry::<f32>::new(
+            group(Kind::Spheres, 1000, 1).unwrap(),
+            AcceleratorKind::default(),
+        );
         let bounds = geometry.bounded_part();
         let mut visits = TraversalStats::default();
         let hits = rays::<f32>(1000, 2).into_iter().filter(|ray| {
             let o = ray.origin.as_dvec3();
-            assert!(o.cmplt(bounds.min).any() || o.cmpgt(bounds.max).any(), "{ray:?}");
+            assert!(
+                o.cmplt(bounds.min).any() || o.cmpgt(bounds.max).any(),
+                "{ray:?}"
+            );
             assert!((ray.direction.length() - 1.0).abs() < 1e-6);
-            geometry.closest(ray, Interval::positive(), &mut visits).is_some()
+            geometry
+                .closest(ray, Interval::positive(), &mut visits)
+                .is_some()
         });
         let hits = hits.count();
         assert!((50..950).contains(&hits), "{hits}");

@@ -1,4 +1,5 @@
-//! A scene of the user's own: its camera rays, and one bounce of each in a random direction, by scan and by tree.
+//! A scene of the user's own: its camera rays, and one bounce of each in a random direction, by
+//! scan and by tree.
 
 use glam::DVec3;
 use raywright_bvh::{Geometry, Interval, Ray, Real, Vector};
@@ -23,7 +24,8 @@ const CAMERA_RAYS: u32 = 1 << 15;
 pub struct Given {
     /// Rays of the camera through a regular grid of pixel centres: neighbours do much the same.
     pub camera: Row,
-    /// From where those hit, cosine-weighted about the normal: neighbours differ. None where nothing was hit.
+    /// From where those hit, cosine-weighted about the normal: neighbours differ. None where
+    /// nothing was hit.
     pub bounce: Option<Row>,
 }
 
@@ -31,13 +33,29 @@ pub struct Given {
 ///
 /// # Errors
 /// See [`BenchError`].
-pub fn given(scene: &Scene, settings: &Settings, care: &BenchOptions, on_row: &mut dyn FnMut(&Row)) -> Result<Given, BenchError> {
+pub fn given(
+    scene: &Scene,
+    settings: &Settings,
+    care: &BenchOptions,
+    on_row: &mut dyn FnMut(&Row),
+) -> Result<Given, BenchError> {
     measured(scene, settings, &Method::of(care), on_row)
 }
 
-fn measured(scene: &Scene, settings: &Settings, method: &Method, on_row: &mut dyn FnMut(&Row)) -> Result<Given, BenchError> {
+fn measured(
+    scene: &Scene,
+    settings: &Settings,
+    method: &Method,
+    on_row: &mut dyn FnMut(&Row),
+) -> Result<Given, BenchError> {
     let lookup = Lookup::new(scene);
-    let build = |kind| timed_builds(method, || (), |()| build_geometry::<f32>(scene, &lookup, kind, &()));
+    let build = |kind| {
+        timed_builds(
+            method,
+            || (),
+            |()| build_geometry::<f32>(scene, &lookup, kind, &()),
+        )
+    };
     let [(scan, scan_build), (tree, tree_build)] = method.care.kinds().map(build);
     let (scan, tree) = (scan?, tree?);
     if tree.geometry.is_empty() {
@@ -46,8 +64,16 @@ fn measured(scene: &Scene, settings: &Settings, method: &Method, on_row: &mut dy
     let origin = StorageOrigin::of::<f32>(scene, &lookup).origin;
     let rays = camera_rays(&tree.geometry, settings, origin);
     let contest = Contest {
-        scan: Contestant { geometry: &scan.geometry, build: scan_build, bytes: scan.geometry.bytes() },
-        tree: Contestant { geometry: &tree.geometry, build: tree_build, bytes: tree.geometry.bytes() },
+        scan: Contestant {
+            geometry: &scan.geometry,
+            build: scan_build,
+            bytes: scan.geometry.bytes(),
+        },
+        tree: Contestant {
+            geometry: &tree.geometry,
+            build: tree_build,
+            bytes: tree.geometry.bytes(),
+        },
     };
     let camera = row(&contest, &rays, method)?;
     on_row(&camera);
@@ -60,19 +86,33 @@ fn measured(scene: &Scene, settings: &Settings, method: &Method, on_row: &mut dy
     Ok(Given { camera, bounce })
 }
 
-/// Rays about the geometry's origin through pixel centres, every n-th column and row so that there are not too many.
+/// Rays about the geometry's origin through pixel centres, every n-th column and row so that there
+/// are not too many.
 fn camera_rays(geometry: &Geometry<f32>, settings: &Settings, origin: DVec3) -> Vec<Ray<f32>> {
     let [width, height] = settings.size;
     let aspect = f64::from(width) / f64::from(height);
-    let camera = settings.camera.as_ref().map(|camera| camera_about(origin, camera)).unwrap_or_else(|| {
-        let whole = Silhouette::of_box(&geometry.bounded_part());
-        whole.frame(View::USUAL, FIELD_OF_VIEW, aspect)
-    });
+    let camera = settings
+        .camera
+        .as_ref()
+        .map(|camera| camera_about(origin, camera))
+        .unwrap_or_else(|| {
+            let whole = Silhouette::of_box(&geometry.bounded_part());
+            whole.frame(View::USUAL, FIELD_OF_VIEW, aspect)
+        });
     let camera = Camera::<f32>::new(&camera, settings.size);
     let pixels = u64::from(width) * u64::from(height);
-    let step = (1..).find(|s| u64::from(CAMERA_RAYS) * s * s >= pixels).unwrap_or(1) as usize;
-    let centres = |n: u32| (0..n).step_by(step).map(|i| f32::from_f64(f64::from(i) + 0.5));
-    centres(height).flat_map(|y| centres(width).map(move |x| (x, y))).map(|(x, y)| camera.ray(x, y, [0.5; 2])).collect()
+    let step = (1..)
+        .find(|s| u64::from(CAMERA_RAYS) * s * s >= pixels)
+        .unwrap_or(1) as usize;
+    let centres = |n: u32| {
+        (0..n)
+            .step_by(step)
+            .map(|i| f32::from_f64(f64::from(i) + 0.5))
+    };
+    centres(height)
+        .flat_map(|y| centres(width).map(move |x| (x, y)))
+        .map(|(x, y)| camera.ray(x, y, [0.5; 2]))
+        .collect()
 }
 
 /// One ray from each hit, cosine-weighted about the normal on the side that the ray came from.
@@ -81,9 +121,13 @@ fn bounces(geometry: &Geometry<f32>, rays: &[Ray<f32>]) -> Vec<Ray<f32>> {
     let bounce = |(i, ray): (usize, &Ray<f32>)| {
         let hit = geometry.closest(ray, Interval::positive(), &mut ())?;
         let surface = geometry.surface(ray, &hit);
-        let normal = if surface.normal.dot(ray.direction) > 0.0 { -surface.normal } else { surface.normal };
-        // A point of the unit sphere that touches the surface: its direction is cosine-distributed. The factor
-        // keeps it from being zero.
+        let normal = if surface.normal.dot(ray.direction) > 0.0 {
+            -surface.normal
+        } else {
+            surface.normal
+        };
+        // A point of the unit sphere that touches the surface: its direction is cosine-distributed.
+        // The factor keeps it from being zero.
         let direction = normal + glam::Vec3::from_f64(numbers.direction(i as u64, 0)) * 0.999;
         let direction = direction.normalize();
         Some(Ray::new(surface.spawn(direction), direction).at_time(ray.time))
@@ -99,9 +143,16 @@ mod tests {
     use crate::bench::clock::steady;
     use crate::scene::Object;
 
-    /// By a clock that goes with the work, so that what is timed does not depend on the machine's load.
-    const HASTY: Method =
-        Method { care: BenchOptions { repeats: 1, sample_seconds: 1e-4, build: BuildQuality::Fast }, stopwatch: steady };
+    /// By a clock that goes with the work, so that what is timed does not depend on the machine's
+    /// load.
+    const HASTY: Method = Method {
+        care: BenchOptions {
+            repeats: 1,
+            sample_seconds: 1e-4,
+            build: BuildQuality::Fast,
+        },
+        stopwatch: steady,
+    };
 
     fn given(scene: &Scene, on_row: &mut dyn FnMut(&Row)) -> Result<Given, BenchError> {
         measured(scene, &Settings::of(scene), &HASTY, on_row)
@@ -109,12 +160,18 @@ mod tests {
 
     /// A sphere among `count` others on a plane, seen from the front.
     fn scene(count: usize) -> Scene {
-        let mut objects = vec![r#"{"shape": {"plane": {"point": [0, -1, 0], "normal": [0, 1, 0]}}, "material": "m"}"#.to_owned()];
+        let mut objects = vec![
+            r#"{"shape": {"plane": {"point": [0, -1, 0], "normal": [0, 1, 0]}}, "material": "m"}"#
+                .to_owned(),
+        ];
         for i in 0..count {
             let x = i as f64 * 0.1;
             objects.push(format!(r#"{{"shape": {{"sphere": {{"centre": [{x}, 0, 0], "radius": 0.5}}}}, "material": "m"}}"#));
         }
-        let objects: Vec<Object> = objects.iter().map(|o| serde_json::from_str(o).unwrap()).collect();
+        let objects: Vec<Object> = objects
+            .iter()
+            .map(|o| serde_json::from_str(o).unwrap())
+            .collect();
         let mut scene: Scene = serde_json::from_str(
             r#"{"format": 1, "render": {"size": [500, 400]}, "cameras": [{"name": "c", "pose": {"look_at": {"eye": [0, 0, 5],
                 "target": [0, 0, 0]}}, "projection": {"pinhole": {"vertical_fov": 40}}}],
@@ -125,7 +182,8 @@ mod tests {
         scene
     }
 
-    /// Protects: both sets of rays are measured, within their number, and bounces start only where something was hit.
+    /// Protects: both sets of rays are measured, within their number, and bounces start only where
+    /// something was hit.
     #[test]
     fn camera_and_bounce_rays() {
         let scene = scene(30);
@@ -133,12 +191,18 @@ mod tests {
         let given = given(&scene, &mut |_| heard += 1).unwrap();
         let bounce = given.bounce.expect("the camera sees something");
         assert_eq!((heard, given.camera.primitives), (2, 31));
-        assert!(given.camera.tree.rays <= CAMERA_RAYS as usize && bounce.tree.rays <= given.camera.tree.rays);
-        assert!(given.camera.hit_share > 0.1 && given.camera.hit_share < 1.0 && bounce.hit_share < 1.0);
+        assert!(
+            given.camera.tree.rays <= CAMERA_RAYS as usize
+                && bounce.tree.rays <= given.camera.tree.rays
+        );
+        assert!(
+            given.camera.hit_share > 0.1 && given.camera.hit_share < 1.0 && bounce.hit_share < 1.0
+        );
         assert_eq!(given.camera.scan.unwrap().tests_per_ray, 31.0);
     }
 
-    /// Protects: bounces leave the surface: from a lone sphere seen from outside, none hits it again.
+    /// Protects: bounces leave the surface: from a lone sphere seen from outside, none hits it
+    /// again.
     #[test]
     fn bounces_leave_the_surface() {
         let mut scene = scene(1);

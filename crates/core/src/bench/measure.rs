@@ -1,4 +1,5 @@
-//! One row of the table: the same rays through scan and tree, hits compared first, then all timed in turn.
+//! One row of the table: the same rays through scan and tree, hits compared first, then all timed
+//! in turn.
 
 use std::hint::black_box;
 
@@ -36,7 +37,10 @@ pub(super) struct Method {
 impl Method {
     /// By the thread's own time.
     pub fn of(care: &BenchOptions) -> Self {
-        Self { care: *care, stopwatch: of_thread }
+        Self {
+            care: *care,
+            stopwatch: of_thread,
+        }
     }
 }
 
@@ -105,7 +109,11 @@ pub struct Disagreement {
 }
 
 /// Measures one row. Rays must not be empty.
-pub(super) fn row(contest: &Contest<'_>, rays: &[Ray<f32>], method: &Method) -> Result<Row, Disagreement> {
+pub(super) fn row(
+    contest: &Contest<'_>,
+    rays: &[Ray<f32>],
+    method: &Method,
+) -> Result<Row, Disagreement> {
     let tree = &contest.tree;
     let tree_sample = Sample::sized(tree.geometry, rays, method);
     let mut scan = Challenger::new(&contest.scan, rays, method);
@@ -117,7 +125,10 @@ pub(super) fn row(contest: &Contest<'_>, rays: &[Ray<f32>], method: &Method) -> 
         of_tree.push(walked);
         scan.record(scanned, walked);
     }
-    let hits = rays.iter().filter(|ray| closest(tree.geometry, ray).is_some()).count();
+    let hits = rays
+        .iter()
+        .filter(|ray| closest(tree.geometry, ray).is_some())
+        .count();
     Ok(Row {
         primitives: tree.geometry.len(),
         hit_share: hits as f64 / rays.len() as f64,
@@ -138,13 +149,20 @@ struct Challenger<'a> {
 impl<'a> Challenger<'a> {
     fn new(who: &'a Contestant<'a>, rays: &'a [Ray<f32>], method: &Method) -> Self {
         let longest = PATIENCE * method.care.sample_seconds;
-        let sample = Some(Sample::sized(who.geometry, rays, method)).filter(|sample| sample.seconds() <= longest);
-        Self { who, sample, seconds: Vec::new(), ratios: Vec::new() }
+        let sample = Some(Sample::sized(who.geometry, rays, method))
+            .filter(|sample| sample.seconds() <= longest);
+        Self {
+            who,
+            sample,
+            seconds: Vec::new(),
+            ratios: Vec::new(),
+        }
     }
 
     /// Hits are compared bit for bit: distance, parameters, primitive and instance.
     fn compare(&self, tree: &Geometry<f32>) -> Result<(), Disagreement> {
-        let bits = |hit: &Option<Hit<f32>>| hit.map(|h| ([h.t, h.u, h.v].map(f32::to_bits), h.order()));
+        let bits =
+            |hit: &Option<Hit<f32>>| hit.map(|h| ([h.t, h.u, h.v].map(f32::to_bits), h.order()));
         for (index, ray) in self.sample.iter().flat_map(Sample::rays).enumerate() {
             let (a, b) = (closest(self.who.geometry, ray), closest(tree, ray));
             if bits(&a) != bits(&b) {
@@ -160,7 +178,9 @@ impl<'a> Challenger<'a> {
     }
 
     fn time(&self) -> Option<f64> {
-        self.sample.as_ref().map(|sample| sample.time(self.who.geometry))
+        self.sample
+            .as_ref()
+            .map(|sample| sample.time(self.who.geometry))
     }
 
     fn record(&mut self, own: Option<f64>, tree: f64) {
@@ -169,7 +189,9 @@ impl<'a> Challenger<'a> {
     }
 
     fn cost(&self) -> Option<Cost> {
-        self.sample.as_ref().map(|sample| sample.cost(self.who, &self.seconds))
+        self.sample
+            .as_ref()
+            .map(|sample| sample.cost(self.who, &self.seconds))
     }
 
     fn ratio(&self) -> Option<Spread> {
@@ -194,7 +216,13 @@ impl<'a> Sample<'a> {
     /// Finds out how many rays a sample needs, which also warms up caches and predictors.
     fn sized(geometry: &Geometry<f32>, rays: &'a [Ray<f32>], method: &Method) -> Self {
         let Method { care, stopwatch } = *method;
-        let mut sample = Self { all: rays, step: rays.len(), passes: 1, seconds_a_ray: f64::INFINITY, stopwatch };
+        let mut sample = Self {
+            all: rays,
+            step: rays.len(),
+            passes: 1,
+            seconds_a_ray: f64::INFINITY,
+            stopwatch,
+        };
         loop {
             sample.seconds_a_ray = sample.time(geometry);
             let spent = sample.seconds_a_ray * sample.count() as f64;
@@ -203,7 +231,8 @@ impl<'a> Sample<'a> {
             }
             sample.step = (sample.step / 4).max(1);
         }
-        let wanted = ((care.sample_seconds / sample.seconds_a_ray.max(1e-12)) as usize).max(FEWEST_RAYS);
+        let wanted =
+            ((care.sample_seconds / sample.seconds_a_ray.max(1e-12)) as usize).max(FEWEST_RAYS);
         sample.step = (rays.len() / wanted).max(1);
         sample.passes = (wanted / rays.len()).max(1);
         sample
@@ -259,9 +288,13 @@ const BUILD_PATIENCE: f64 = 8.0;
 /// Most builds in one timed batch.
 const LARGEST_BATCH: usize = 256;
 
-/// Builds something several times and returns the last one with the seconds of a build. What is built from is made before
-/// the clock starts. Tiny builds are timed in batches.
-pub(super) fn timed_builds<I, G>(method: &Method, input: impl Fn() -> I, build: impl Fn(I) -> G) -> (G, Spread) {
+/// Builds something several times and returns the last one with the seconds of a build. What is
+/// built from is made before the clock starts. Tiny builds are timed in batches.
+pub(super) fn timed_builds<I, G>(
+    method: &Method,
+    input: impl Fn() -> I,
+    build: impl Fn(I) -> G,
+) -> (G, Spread) {
     let Method { care, stopwatch } = *method;
     let batch = |size: usize| {
         let inputs: Vec<I> = (0..size).map(|_| input()).collect();
@@ -275,7 +308,10 @@ pub(super) fn timed_builds<I, G>(method: &Method, input: impl Fn() -> I, build: 
         };
         let seconds = stopwatch(&mut work);
         // There is one, because no batch is empty.
-        (built.unwrap_or_else(|| build(input())), seconds / size as f64)
+        (
+            built.unwrap_or_else(|| build(input())),
+            seconds / size as f64,
+        )
     };
     // The first one warms up and is not counted unless it alone takes all the time there is.
     let (mut built, first) = batch(1);

@@ -1,9 +1,10 @@
 //! What a ray costs by scan and by tree: measured, compared, summed up. It prints nothing.
 //!
-//! Every ray is traced on the calling thread, whose CPU time is what counts (see [`clock`]): a ray's cost is a property of the
-//! structure, not of the machine's load. Builds use the pool they are called from: one of one thread makes their times those of one
-//! thread too. All answer the same rays; their hits are compared bit for bit before any is timed,
-//! and the timed samples alternate, so that a change of the machine's speed meets both.
+//! Every ray is traced on the calling thread, whose CPU time is what counts (see [`clock`]): a
+//! ray's cost is a property of the structure, not of the machine's load. Builds use the pool they
+//! are called from: one of one thread makes their times those of one thread too. All answer the
+//! same rays; their hits are compared bit for bit before any is timed, and the timed samples
+//! alternate, so that a change of the machine's speed meets both.
 
 pub mod clock;
 mod generated;
@@ -61,32 +62,52 @@ pub struct Series {
     pub scan_growth: Option<PowerLaw>,
 }
 
-/// Sizes of generated scenes up to a largest one: powers of two to 32, then three steps a decade of 1, 3, 10, and the
-/// largest itself.
+/// Sizes of generated scenes up to a largest one: powers of two to 32, then three steps a decade of
+/// 1, 3, 10, and the largest itself.
 pub fn sizes(largest: u32) -> Vec<u32> {
     let small = [1, 2, 4, 8, 16, 32].into_iter();
-    let decades = (2..10).flat_map(|e| [10_u32.pow(e), 3 * 10_u32.saturating_pow(e).min(u32::MAX / 3)]);
+    let decades = (2..10).flat_map(|e| {
+        [
+            10_u32.pow(e),
+            3 * 10_u32.saturating_pow(e).min(u32::MAX / 3),
+        ]
+    });
     let mut sizes: Vec<u32> = small.chain(decades).filter(|&n| n < largest).collect();
     sizes.push(largest);
     sizes
 }
 
-/// Measures generated scenes of several sizes, which must ascend and not be zero. `on_row` hears of each finished row.
+/// Measures generated scenes of several sizes, which must ascend and not be zero. `on_row` hears of
+/// each finished row.
 ///
 /// # Errors
 /// See [`BenchError`].
-pub fn generated(kind: Kind, sizes: &[u32], care: &BenchOptions, on_row: &mut dyn FnMut(&Row)) -> Result<Series, BenchError> {
+pub fn generated(
+    kind: Kind,
+    sizes: &[u32],
+    care: &BenchOptions,
+    on_row: &mut dyn FnMut(&Row),
+) -> Result<Series, BenchError> {
     measured(kind, sizes, &Method::of(care), on_row)
 }
 
-fn measured(kind: Kind, sizes: &[u32], method: &Method, on_row: &mut dyn FnMut(&Row)) -> Result<Series, BenchError> {
+fn measured(
+    kind: Kind,
+    sizes: &[u32],
+    method: &Method,
+    on_row: &mut dyn FnMut(&Row),
+) -> Result<Series, BenchError> {
     let rays = rays(RAYS, SEEDS[1]);
     let mut rows = Vec::with_capacity(sizes.len());
     for &size in sizes {
         let group: PrimitiveSet<f32> = group(kind, size, SEEDS[0])?;
-        let build = |kind| timed_builds(method, || group.clone(), |group| Geometry::new(group, kind));
+        let build =
+            |kind| timed_builds(method, || group.clone(), |group| Geometry::new(group, kind));
         let [scan, tree] = method.care.kinds().map(build);
-        let contest = Contest { scan: contestant(&scan.0, scan.1), tree: contestant(&tree.0, tree.1) };
+        let contest = Contest {
+            scan: contestant(&scan.0, scan.1),
+            tree: contestant(&tree.0, tree.1),
+        };
         let row = row(&contest, &rays, method)?;
         on_row(&row);
         rows.push(row);
@@ -96,18 +117,32 @@ fn measured(kind: Kind, sizes: &[u32], method: &Method, on_row: &mut dyn FnMut(&
 
 impl Series {
     fn of(kind: Kind, rows: Vec<Row>) -> Self {
-        let ratios = rows.iter().filter_map(|row| Some((row.primitives as f64, row.ratio?)));
+        let ratios = rows
+            .iter()
+            .filter_map(|row| Some((row.primitives as f64, row.ratio?)));
         let crossover = Crossover::of(&ratios.collect::<Vec<_>>());
         let growth = |cost: fn(&Row) -> Option<Cost>| {
-            let points = rows.iter().filter_map(|row| Some((row.primitives as f64, cost(row)?.nanoseconds.median)));
+            let points = rows
+                .iter()
+                .filter_map(|row| Some((row.primitives as f64, cost(row)?.nanoseconds.median)));
             PowerLaw::fit(&points.filter(|&(n, _)| n >= FIT_FROM).collect::<Vec<_>>())
         };
-        Self { kind, crossover, tree_growth: growth(|row| Some(row.tree)), scan_growth: growth(|row| row.scan), rows }
+        Self {
+            kind,
+            crossover,
+            tree_growth: growth(|row| Some(row.tree)),
+            scan_growth: growth(|row| row.scan),
+            rows,
+        }
     }
 }
 
 fn contestant(geometry: &Geometry<f32>, build: Spread) -> Contestant<'_> {
-    Contestant { geometry, build, bytes: geometry.bytes() }
+    Contestant {
+        geometry,
+        build,
+        bytes: geometry.bytes(),
+    }
 }
 
 #[cfg(test)]
@@ -116,34 +151,58 @@ mod tests {
 
     use super::*;
 
-    /// Care enough to run everything, not to measure anything, by a clock that goes with the work: what is timed does not
-    /// depend on the machine's load.
+    /// Care enough to run everything, not to measure anything, by a clock that goes with the work:
+    /// what is timed does not depend on the machine's load.
     fn hasty(sample_seconds: f64) -> Method {
-        Method { care: BenchOptions { repeats: 2, sample_seconds, build: BuildQuality::Fast }, stopwatch: clock::steady }
+        Method {
+            care: BenchOptions {
+                repeats: 2,
+                sample_seconds,
+                build: BuildQuality::Fast,
+            },
+            stopwatch: clock::steady,
+        }
     }
 
-    /// Protects: rows are complete and plausible, and the scan's tests are exactly N: what is timed is what is claimed.
+    /// Protects: rows are complete and plausible, and the scan's tests are exactly N: what is timed
+    /// is what is claimed.
     #[test]
     fn a_series_of_each_kind() {
         for (_, kind) in Kind::ALL {
             let mut seen = Vec::new();
-            let series = measured(kind, &[1, 14, 15, 200], &hasty(1e-4), &mut |row| seen.push(row.primitives)).unwrap();
+            let series = measured(kind, &[1, 14, 15, 200], &hasty(1e-4), &mut |row| {
+                seen.push(row.primitives)
+            })
+            .unwrap();
             assert_eq!(seen, [1, 14, 15, 200]);
             for row in &series.rows {
                 let scan = row.scan.expect("tiny scans are timed");
-                assert_eq!((scan.tests_per_ray, scan.nodes_per_ray), (row.primitives as f64, 0.0));
+                assert_eq!(
+                    (scan.tests_per_ray, scan.nodes_per_ray),
+                    (row.primitives as f64, 0.0)
+                );
                 assert!(row.tree.tests_per_ray <= scan.tests_per_ray);
                 // What is tested as fast eight by eight has no node.
                 let few = if kind == Kind::Spheres { 160 } else { 72 };
-                assert_eq!(row.tree.nodes_per_ray > 0.0, row.primitives > few, "{}", row.primitives);
-                assert!(scan.nanoseconds.min > 0.0 && row.tree.nanoseconds.min > 0.0 && row.hit_share > 0.0);
+                assert_eq!(
+                    row.tree.nodes_per_ray > 0.0,
+                    row.primitives > few,
+                    "{}",
+                    row.primitives
+                );
+                assert!(
+                    scan.nanoseconds.min > 0.0
+                        && row.tree.nanoseconds.min > 0.0
+                        && row.hit_share > 0.0
+                );
                 assert!(row.tree.bytes >= scan.bytes && row.tree.build_milliseconds.median > 0.0);
             }
             assert!(series.tree_growth.is_none());
         }
     }
 
-    /// Protects: a scan too slow for its sample is left out, the tree is still measured, and no ratio is made up.
+    /// Protects: a scan too slow for its sample is left out, the tree is still measured, and no
+    /// ratio is made up.
     #[test]
     fn slow_scans_are_left_out() {
         let series = measured(Kind::Spheres, &[1000], &hasty(1e-9), &mut |_| ()).unwrap();
@@ -155,23 +214,40 @@ mod tests {
     /// Protects: structures that differ are never timed.
     #[test]
     fn disagreement_is_an_error() {
-        let geometry = |seed, kind| Geometry::<f32>::new(group(Kind::Spheres, 50, seed).unwrap(), kind);
-        let (same, other) = (geometry(1, AcceleratorKind::Linear), geometry(2, AcceleratorKind::default()));
+        let geometry =
+            |seed, kind| Geometry::<f32>::new(group(Kind::Spheres, 50, seed).unwrap(), kind);
+        let (same, other) = (
+            geometry(1, AcceleratorKind::Linear),
+            geometry(2, AcceleratorKind::default()),
+        );
         let verdict = |scan| {
             let contestant = |geometry| contestant(geometry, Spread::of(&[1.0]));
-            row(&Contest { scan: contestant(scan), tree: contestant(&same) }, &rays(4096, 1), &hasty(0.01))
+            row(
+                &Contest {
+                    scan: contestant(scan),
+                    tree: contestant(&same),
+                },
+                &rays(4096, 1),
+                &hasty(0.01),
+            )
         };
         assert!(verdict(&same).is_ok());
         assert!(verdict(&other).is_err());
     }
 
-    /// Protects: sizes ascend without repetition, end with the largest, and reach 10⁶ by thirds of a decade.
+    /// Protects: sizes ascend without repetition, end with the largest, and reach 10⁶ by thirds of
+    /// a decade.
     #[test]
     fn sizes_ascend_to_the_largest() {
         assert_eq!(sizes(1), [1]);
         assert_eq!(sizes(4), [1, 2, 4]);
         assert_eq!(sizes(50), [1, 2, 4, 8, 16, 32, 50]);
-        assert_eq!(sizes(1_000_000)[6..], [100, 300, 1000, 3000, 10_000, 30_000, 100_000, 300_000, 1_000_000]);
+        assert_eq!(
+            sizes(1_000_000)[6..],
+            [
+                100, 300, 1000, 3000, 10_000, 30_000, 100_000, 300_000, 1_000_000
+            ]
+        );
         assert!(sizes(u32::MAX).is_sorted_by(|a, b| a < b));
     }
 }

@@ -1,4 +1,5 @@
-//! What repeated measurements amount to: median and spread, a power law through points, and where one of two takes the lead.
+//! What repeated measurements amount to: median and spread, a power law through points, and where
+//! one of two takes the lead.
 
 use serde::Serialize;
 
@@ -18,8 +19,8 @@ pub struct Spread {
 }
 
 impl Spread {
-    /// Summarises finite measurements; NaN throughout where there are none. Quantiles between two measurements are
-    /// interpolated linearly.
+    /// Summarises finite measurements; NaN throughout where there are none. Quantiles between two
+    /// measurements are interpolated linearly.
     pub fn of(measurements: &[f64]) -> Self {
         let mut sorted = measurements.to_vec();
         sorted.sort_by(f64::total_cmp);
@@ -29,16 +30,35 @@ impl Spread {
             let below = at(place.floor());
             below + (at(place.ceil()) - below) * place.fract()
         };
-        let [min, lower_quartile, median, upper_quartile, max] = [0.0, 0.25, 0.5, 0.75, 1.0].map(quantile);
-        Self { median, lower_quartile, upper_quartile, min, max }
+        let [min, lower_quartile, median, upper_quartile, max] =
+            [0.0, 0.25, 0.5, 0.75, 1.0].map(quantile);
+        Self {
+            median,
+            lower_quartile,
+            upper_quartile,
+            min,
+            max,
+        }
     }
 
     /// The same in another unit.
     pub fn scaled(self, factor: f64) -> Self {
-        let Self { median, lower_quartile, upper_quartile, min, max } = self;
+        let Self {
+            median,
+            lower_quartile,
+            upper_quartile,
+            min,
+            max,
+        } = self;
         let [median, lower_quartile, upper_quartile, min, max] =
             [median, lower_quartile, upper_quartile, min, max].map(|x| x * factor);
-        Self { median, lower_quartile, upper_quartile, min, max }
+        Self {
+            median,
+            lower_quartile,
+            upper_quartile,
+            min,
+            max,
+        }
     }
 
     /// Half the distance between the quartiles, as a share of the median.
@@ -67,23 +87,35 @@ pub struct PowerLaw {
 }
 
 impl PowerLaw {
-    /// Fits points with x and y above zero. None of fewer than three points, or where all have the same x.
+    /// Fits points with x and y above zero. None of fewer than three points, or where all have the
+    /// same x.
     pub fn fit(points: &[(f64, f64)]) -> Option<Self> {
         if points.len() < 3 {
             return None;
         }
         let count = points.len() as f64;
-        let logs: Vec<(f64, f64)> = points.iter().map(|&(x, y)| (libm::log(x), libm::log(y))).collect();
+        let logs: Vec<(f64, f64)> = points
+            .iter()
+            .map(|&(x, y)| (libm::log(x), libm::log(y)))
+            .collect();
         let mean = |of: fn(&(f64, f64)) -> f64| logs.iter().map(of).sum::<f64>() / count;
         let (mean_x, mean_y) = (mean(|p| p.0), mean(|p| p.1));
-        let sum = |term: &dyn Fn(f64, f64) -> f64| logs.iter().map(|&(x, y)| term(x - mean_x, y - mean_y)).sum::<f64>();
+        let sum = |term: &dyn Fn(f64, f64) -> f64| {
+            logs.iter()
+                .map(|&(x, y)| term(x - mean_x, y - mean_y))
+                .sum::<f64>()
+        };
         let (xx, xy, yy) = (sum(&|x, _| x * x), sum(&|x, y| x * y), sum(&|_, y| y * y));
         if xx <= 0.0 {
             return None;
         }
         let exponent = xy / xx;
         let residual = sum(&|x, y| (y - exponent * x) * (y - exponent * x));
-        let ends = points.iter().fold((f64::INFINITY, 0.0_f64), |(from, to), &(x, _)| (from.min(x), to.max(x)));
+        let ends = points
+            .iter()
+            .fold((f64::INFINITY, 0.0_f64), |(from, to), &(x, _)| {
+                (from.min(x), to.max(x))
+            });
         Some(Self {
             exponent,
             standard_error: (residual / (count - 2.0) / xx).sqrt(),
@@ -109,14 +141,20 @@ pub enum Crossover {
 }
 
 impl Crossover {
-    /// From sizes in ascending order, each with the measured ratios of the other's time to its own. It leads where three
-    /// quarters of the ratios are above one; at a size where it does not lead but its median is one or more, the two are
-    /// level, and that size is the crossover. None without a measurement.
+    /// From sizes in ascending order, each with the measured ratios of the other's time to its own.
+    /// It leads where three quarters of the ratios are above one; at a size where it does not lead
+    /// but its median is one or more, the two are level, and that size is the crossover. None
+    /// without a measurement.
     pub fn of(ratios: &[(f64, Spread)]) -> Option<Self> {
-        let Some(last) = ratios.iter().rposition(|(_, ratio)| ratio.lower_quartile <= 1.0) else {
+        let Some(last) = ratios
+            .iter()
+            .rposition(|(_, ratio)| ratio.lower_quartile <= 1.0)
+        else {
             return (!ratios.is_empty()).then_some(Self::Always);
         };
-        let Some(&(after, lead)) = ratios.get(last + 1) else { return Some(Self::Never) };
+        let Some(&(after, lead)) = ratios.get(last + 1) else {
+            return Some(Self::Never);
+        };
         let (before, behind) = ratios[last];
         let (x0, x1) = (libm::log(before), libm::log(after));
         let (y0, y1) = (libm::log(behind.median.min(1.0)), libm::log(lead.median));
@@ -129,17 +167,36 @@ mod tests {
     use super::*;
 
     fn level(ratio: f64) -> Spread {
-        Spread { median: ratio, lower_quartile: ratio, upper_quartile: ratio, min: ratio, max: ratio }
+        Spread {
+            median: ratio,
+            lower_quartile: ratio,
+            upper_quartile: ratio,
+            min: ratio,
+            max: ratio,
+        }
     }
 
-    /// Protects: median and quartiles of odd and even counts, in whatever order the measurements came.
+    /// Protects: median and quartiles of odd and even counts, in whatever order the measurements
+    /// came.
     #[test]
     fn spread_of_known_numbers() {
         assert!(Spread::of(&[]).median.is_nan());
         assert_eq!(Spread::of(&[2.5]), level(2.5));
-        let odd = Spread { median: 3.0, lower_quartile: 2.0, upper_quartile: 4.0, min: 1.0, max: 100.0 };
+        let odd = Spread {
+            median: 3.0,
+            lower_quartile: 2.0,
+            upper_quartile: 4.0,
+            min: 1.0,
+            max: 100.0,
+        };
         assert_eq!(Spread::of(&[100.0, 3.0, 1.0, 4.0, 2.0]), odd);
-        let even = Spread { median: 2.5, lower_quartile: 1.75, upper_quartile: 3.25, min: 1.0, max: 4.0 };
+        let even = Spread {
+            median: 2.5,
+            lower_quartile: 1.75,
+            upper_quartile: 3.25,
+            min: 1.0,
+            max: 4.0,
+        };
         assert_eq!(Spread::of(&[4.0, 1.0, 3.0, 2.0]), even);
         assert_eq!(even.scaled(2.0).upper_quartile, 6.5);
         assert!((even.relative() - 0.3).abs() < 1e-15);
@@ -148,21 +205,33 @@ mod tests {
     /// Protects: an exact power law is found again, with no error left.
     #[test]
     fn exact_power_law() {
-        let points: Vec<(f64, f64)> = [1e3, 3e3, 1e4, 1e5, 1e6].map(|x: f64| (x, 7.0 * x.powf(0.25))).to_vec();
+        let points: Vec<(f64, f64)> = [1e3, 3e3, 1e4, 1e5, 1e6]
+            .map(|x: f64| (x, 7.0 * x.powf(0.25)))
+            .to_vec();
         let law = PowerLaw::fit(&points).expect("enough points");
-        assert!((law.exponent - 0.25).abs() < 1e-12 && (law.factor - 7.0).abs() < 1e-10, "{law:?}");
-        assert!(law.standard_error < 1e-12 && (law.r_squared - 1.0).abs() < 1e-12, "{law:?}");
+        assert!(
+            (law.exponent - 0.25).abs() < 1e-12 && (law.factor - 7.0).abs() < 1e-10,
+            "{law:?}"
+        );
+        assert!(
+            law.standard_error < 1e-12 && (law.r_squared - 1.0).abs() < 1e-12,
+            "{law:?}"
+        );
         assert_eq!((law.from, law.to, law.points), (1e3, 1e6, 5));
     }
 
-    /// Protects: standard error and R² against a case worked out by hand: ln y = 0, 1, 1 at ln x = 0, 1, 2 has slope 1/2,
-    /// residuals 1/6, −1/3, 1/6, so s² = 1/6, standard error √(1/12), R² = 1 − (1/6)/(2/3).
+    /// Protects: standard error and R² against a case worked out by hand: ln y = 0, 1, 1 at ln x =
+    /// 0, 1, 2 has slope 1/2, residuals 1/6, −1/3, 1/6, so s² = 1/6, standard error √(1/12), R² = 1
+    /// − (1/6)/(2/3).
     #[test]
     fn scattered_power_law() {
         let e = core::f64::consts::E;
         let law = PowerLaw::fit(&[(1.0, 1.0), (e, e), (e * e, e)]).expect("enough points");
         assert!((law.exponent - 0.5).abs() < 1e-12, "{law:?}");
-        assert!((law.standard_error - (1.0_f64 / 12.0).sqrt()).abs() < 1e-12, "{law:?}");
+        assert!(
+            (law.standard_error - (1.0_f64 / 12.0).sqrt()).abs() < 1e-12,
+            "{law:?}"
+        );
         assert!((law.r_squared - 0.75).abs() < 1e-12, "{law:?}");
     }
 
@@ -173,19 +242,34 @@ mod tests {
         assert_eq!(PowerLaw::fit(&[(5.0, 1.0), (5.0, 2.0), (5.0, 3.0)]), None);
     }
 
-    /// Protects: the lead must last; a level start counts as not ahead; interpolation is in logarithms.
+    /// Protects: the lead must last; a level start counts as not ahead; interpolation is in
+    /// logarithms.
     #[test]
     fn crossovers() {
-        let of = |ratios: &[(f64, f64)]| Crossover::of(&ratios.iter().map(|&(n, r)| (n, level(r))).collect::<Vec<_>>());
+        let of = |ratios: &[(f64, f64)]| {
+            Crossover::of(
+                &ratios
+                    .iter()
+                    .map(|&(n, r)| (n, level(r)))
+                    .collect::<Vec<_>>(),
+            )
+        };
         assert_eq!(of(&[]), None);
         assert_eq!(of(&[(1.0, 1.5), (2.0, 3.0)]), Some(Crossover::Always));
         assert_eq!(of(&[(1.0, 1.5), (2.0, 0.9)]), Some(Crossover::Never));
         // An early lead that is lost again is none.
-        let Some(Crossover::At(n)) = of(&[(1.0, 2.0), (4.0, 0.5), (16.0, 2.0), (64.0, 8.0)]) else { panic!("no crossover") };
+        let Some(Crossover::At(n)) = of(&[(1.0, 2.0), (4.0, 0.5), (16.0, 2.0), (64.0, 8.0)]) else {
+            panic!("no crossover")
+        };
         assert!((n - 8.0).abs() < 1e-12, "{n}");
         // Level at 8: more than one at the median, but not clearly.
-        let tie = Spread { lower_quartile: 0.99, ..level(1.01) };
-        let Some(Crossover::At(n)) = Crossover::of(&[(8.0, tie), (16.0, level(2.0))]) else { panic!("no crossover") };
+        let tie = Spread {
+            lower_quartile: 0.99,
+            ..level(1.01)
+        };
+        let Some(Crossover::At(n)) = Crossover::of(&[(8.0, tie), (16.0, level(2.0))]) else {
+            panic!("no crossover")
+        };
         assert!((n - 8.0).abs() < 1e-12, "{n}");
     }
 }

@@ -30,10 +30,21 @@ fn still() -> Scene {
     .expect("a scene")
 }
 
-/// Four metres of height around the origin, from a distance above at the side, in the projection given.
-fn seen(distance: f64, elevation: f64, projection: Projection, precision: PrecisionChoice) -> Rendered {
+/// Four metres of height around the origin, from a distance above at the side, in the projection
+/// given.
+fn seen(
+    distance: f64,
+    elevation: f64,
+    projection: Projection,
+    precision: PrecisionChoice,
+) -> Rendered {
     let scene = still();
-    let pose = Pose::Orbit { target: [0.0; 3], distance, azimuth: 20.0, elevation };
+    let pose = Pose::Orbit {
+        target: [0.0; 3],
+        distance,
+        azimuth: 20.0,
+        elevation,
+    };
     let camera = CameraData {
         name: String::new(),
         pose,
@@ -51,7 +62,9 @@ fn seen(distance: f64, elevation: f64, projection: Projection, precision: Precis
         precision,
         ..Settings::of(&scene)
     };
-    prepare(&scene, &settings, &()).expect("it can be prepared").render(&())
+    prepare(&scene, &settings, &())
+        .expect("it can be prepared")
+        .render(&())
 }
 
 /// Pixels that differ by more than rounding of the point that they show.
@@ -62,50 +75,98 @@ fn apart(a: &Rendered, b: &Rendered) -> usize {
             .map(|(x, y)| r.picture.pixel(x, y).expect("inside"))
             .collect::<Vec<_>>()
     };
-    pixels(a).iter().zip(pixels(b)).filter(|(p, q)| (0..3).any(|i| (p[i] - q[i]).abs() > 1e-4)).count()
+    pixels(a)
+        .iter()
+        .zip(pixels(b))
+        .filter(|(p, q)| (0..3).any(|i| (p[i] - q[i]).abs() > 1e-4))
+        .count()
 }
 
-/// Protects: an orthographic view from 10³ to 10⁹ metres away is the one from near, the floor without end included, of which a
-/// part lies between the eye and where rays start. From 10⁷ metres on it was noise.
+/// Protects: an orthographic view from 10³ to 10⁹ metres away is the one from near, the floor
+/// without end included, of which a part lies between the eye and where rays start. From 10⁷ metres
+/// on it was noise.
 #[test]
 fn parallel_views_do_not_depend_on_the_distance() {
     for precision in [PrecisionChoice::Robust, PrecisionChoice::Reference] {
         for elevation in [8.0, 35.0, 90.0] {
-            let view = |distance| seen(distance, elevation, Projection::Orthographic { height: 4.0 }, precision);
+            let view = |distance| {
+                seen(
+                    distance,
+                    elevation,
+                    Projection::Orthographic { height: 4.0 },
+                    precision,
+                )
+            };
             let near = view(40.0);
             for exponent in 3..=9 {
                 let distance = 10_f64.powi(exponent);
                 let far = view(distance);
                 let differ = apart(&near, &far);
                 // Rays along an edge of the checker or a shape may fall on either side.
-                assert!(differ * 1000 <= 4 * 4800, "{precision:?} at {elevation}°, {distance:e} m: {differ} pixels differ");
-                let depth = |r: &Rendered| r.picture.layer("depth.Z").expect("asked for").samples.clone();
+                assert!(
+                    differ * 1000 <= 4 * 4800,
+                    "{precision:?} at {elevation}°, {distance:e} m: {differ} pixels differ"
+                );
+                let depth = |r: &Rendered| {
+                    r.picture
+                        .layer("depth.Z")
+                        .expect("asked for")
+                        .samples
+                        .clone()
+                };
                 let wrong = depth(&near).into_iter().zip(depth(&far)).filter(|&(a, b)| {
                     let wanted = f64::from(a) + distance - 40.0;
                     (wanted - f64::from(b)).abs() > 1e-4 + 2.0 * f64::from(f32::EPSILON) * distance
                 });
-                assert!(wrong.count() * 1000 <= 4 * 4800, "{precision:?} at {elevation}°, {distance:e} m: wrong depths");
+                assert!(
+                    wrong.count() * 1000 <= 4 * 4800,
+                    "{precision:?} at {elevation}°, {distance:e} m: wrong depths"
+                );
             }
         }
     }
 }
 
-/// Protects: a pinhole whose field of view shrinks as it moves away shows in the end what parallel rays show.
+/// Protects: a pinhole whose field of view shrinks as it moves away shows in the end what parallel
+/// rays show.
 #[test]
 fn distant_pinholes_show_what_parallel_rays_show() {
-    let parallel = seen(40.0, 35.0, Projection::Orthographic { height: 4.0 }, PrecisionChoice::Robust);
+    let parallel = seen(
+        40.0,
+        35.0,
+        Projection::Orthographic { height: 4.0 },
+        PrecisionChoice::Robust,
+    );
     for exponent in 6..=9 {
         let distance = 10_f64.powi(exponent);
-        let pinhole = Pinhole { focal_length: Some(distance / 4.0), ..Pinhole::default() };
-        let differ = apart(&parallel, &seen(distance, 35.0, Projection::Pinhole(pinhole), PrecisionChoice::Robust));
-        assert!(differ * 1000 <= 4 * 4800, "from {distance:e} m {differ} pixels differ");
+        let pinhole = Pinhole {
+            focal_length: Some(distance / 4.0),
+            ..Pinhole::default()
+        };
+        let differ = apart(
+            &parallel,
+            &seen(
+                distance,
+                35.0,
+                Projection::Pinhole(pinhole),
+                PrecisionChoice::Robust,
+            ),
+        );
+        assert!(
+            differ * 1000 <= 4 * 4800,
+            "from {distance:e} m {differ} pixels differ"
+        );
     }
 }
 
 /// Protects: rays of a camera near the scene start at the eye, bit by bit as they always did.
 #[test]
 fn near_cameras_start_at_the_eye() {
-    let pose = Pose::LookAt { eye: [1.0, 2.0, 300.0], target: [0.0; 3], up: [0.0, 1.0, 0.0] };
+    let pose = Pose::LookAt {
+        eye: [1.0, 2.0, 300.0],
+        target: [0.0; 3],
+        up: [0.0, 1.0, 0.0],
+    };
     let data = CameraData {
         name: String::new(),
         pose,
@@ -117,57 +178,114 @@ fn near_cameras_start_at_the_eye() {
     };
     let bounds = Aabb::around(DVec3::ZERO, DVec3::splat(2.0));
     let camera = Camera::<f32>::towards(&data, SIZE, &bounds);
-    assert_eq!((camera.ahead(), camera.ray(40.0, 30.0, [0.5; 2]).origin.to_array()), (0.0, [1.0, 2.0, 300.0]));
-    assert_eq!(Camera::<f32>::towards(&data, SIZE, &Aabb::EMPTY).ahead(), 0.0, "nothing to be far from");
+    assert_eq!(
+        (
+            camera.ahead(),
+            camera.ray(40.0, 30.0, [0.5; 2]).origin.to_array()
+        ),
+        (0.0, [1.0, 2.0, 300.0])
+    );
+    assert_eq!(
+        Camera::<f32>::towards(&data, SIZE, &Aabb::EMPTY).ahead(),
+        0.0,
+        "nothing to be far from"
+    );
     let small = Camera::<f32>::towards(&data, SIZE, &Aabb::around(DVec3::ZERO, DVec3::splat(0.25)));
     assert!(small.ahead() > 298.0, "far for a scene of that size");
 }
 
-/// Protects: no ray of a wide lens starts beyond what it could hit, wherever the scene lies: the lens reaches as far to the side of the eye
-/// as its radius, so that from its rim what lies aslant is nearer by that much.
+/// Protects: no ray of a wide lens starts beyond what it could hit, wherever the scene lies: the
+/// lens reaches as far to the side of the eye as its radius, so that from its rim what lies aslant
+/// is nearer by that much.
 #[test]
 fn a_wide_lens_starts_before_the_scene() {
     let centre = DVec3::new(600.0, 0.0, -800.0);
     let bounds = Aabb::around(centre, DVec3::ONE);
     for aperture_radius in [0.0, 0.01, 1.0, 300.0] {
-        let pinhole = Pinhole { vertical_fov: Some(100.0), ..Pinhole::default() };
+        let pinhole = Pinhole {
+            vertical_fov: Some(100.0),
+            ..Pinhole::default()
+        };
         let data = CameraData {
             name: String::new(),
-            pose: Pose::LookAt { eye: [0.0; 3], target: [0.0, 0.0, -1.0], up: [0.0, 1.0, 0.0] },
-            projection: Projection::ThinLens { pinhole, aperture_radius, focus_distance: 800.0 },
+            pose: Pose::LookAt {
+                eye: [0.0; 3],
+                target: [0.0, 0.0, -1.0],
+                up: [0.0, 1.0, 0.0],
+            },
+            projection: Projection::ThinLens {
+                pinhole,
+                aperture_radius,
+                focus_distance: 800.0,
+            },
             aspect: None,
             fit: Default::default(),
             pose_end: None,
             shutter: None,
         };
         let camera = Camera::<f32>::towards(&data, SIZE, &bounds);
-        assert_eq!(camera.ahead() > 0.0, aperture_radius < 2.0, "far by what scene and lens measure together: {aperture_radius}");
+        assert_eq!(
+            camera.ahead() > 0.0,
+            aperture_radius < 2.0,
+            "far by what scene and lens measure together: {aperture_radius}"
+        );
         for i in 0..1000_u16 {
             let at = |step: f32| (f32::from(i) * step).fract();
-            let ray = camera.ray(at(0.618) * SIZE[0] as f32, at(0.755) * SIZE[1] as f32, [at(0.57), at(0.31)]);
+            let ray = camera.ray(
+                at(0.618) * SIZE[0] as f32,
+                at(0.755) * SIZE[1] as f32,
+                [at(0.57), at(0.31)],
+            );
             let (origin, direction) = (Vector::to_f64(ray.origin), Vector::to_f64(ray.direction));
             let along = (centre - origin).dot(direction);
             let passes = (centre - origin - direction * along).length();
             // Only what meets the sphere around the scene tells anything.
-            assert!(passes > 1.8 || along > 1.8, "{aperture_radius}: {origin} towards {direction} starts within or beyond");
+            assert!(
+                passes > 1.8 || along > 1.8,
+                "{aperture_radius}: {origin} towards {direction} starts within or beyond"
+            );
         }
     }
 }
 
-/// Protects: of a camera with a shape, `contain` shows its whole view in every picture and `cover` nothing beyond it, with square pixels, by
-/// angles of both kinds and by height; in its own shape all fits are one, to the bit.
+/// Protects: of a camera with a shape, `contain` shows its whole view in every picture and `cover`
+/// nothing beyond it, with square pixels, by angles of both kinds and by height; in its own shape
+/// all fits are one, to the bit.
 #[test]
 fn other_shapes_contain_or_cover() {
     use crate::scene::Fit;
-    let pinhole =
-        |vertical_fov, horizontal_fov| Projection::Pinhole(Pinhole { vertical_fov, horizontal_fov, focal_length: None });
+    let pinhole = |vertical_fov, horizontal_fov| {
+        Projection::Pinhole(Pinhole {
+            vertical_fov,
+            horizontal_fov,
+            focal_length: None,
+        })
+    };
     let wide = 2.0 * libm::atan(1.5 * libm::tan(20.0_f64.to_radians())).to_degrees();
-    for projection in [pinhole(Some(40.0), None), pinhole(None, Some(wide)), Projection::Orthographic { height: 2.0 }] {
-        // What is seen in the middle of the right and of the upper edge, over the half height of the view that the file says.
+    for projection in [
+        pinhole(Some(40.0), None),
+        pinhole(None, Some(wide)),
+        Projection::Orthographic { height: 2.0 },
+    ] {
+        // What is seen in the middle of the right and of the upper edge, over the half height of
+        // the view that the file says.
         let edges = |size: [u32; 2], aspect, fit| {
-            let pose = Pose::Axes { eye: [0.0; 3], right: [1.0, 0.0, 0.0], up: [0.0, 1.0, 0.0], back: [0.0, 0.0, 1.0] };
+            let pose = Pose::Axes {
+                eye: [0.0; 3],
+                right: [1.0, 0.0, 0.0],
+                up: [0.0, 1.0, 0.0],
+                back: [0.0, 0.0, 1.0],
+            };
             let projection = projection.clone();
-            let data = CameraData { name: String::new(), pose, projection, aspect, fit, pose_end: None, shutter: None };
+            let data = CameraData {
+                name: String::new(),
+                pose,
+                projection,
+                aspect,
+                fit,
+                pose_end: None,
+                shutter: None,
+            };
             let camera = Camera::<f64>::new(&data, size);
             let [width, height] = size.map(f64::from);
             let half = if matches!(camera.kind, Kind::Orthographic) {
@@ -175,18 +293,31 @@ fn other_shapes_contain_or_cover() {
             } else {
                 camera.forward.length() * libm::tan(20.0_f64.to_radians())
             };
-            [width * 0.5 * camera.pixel[0] / half, height * 0.5 * camera.pixel[1] / half]
+            [
+                width * 0.5 * camera.pixel[0] / half,
+                height * 0.5 * camera.pixel[1] / half,
+            ]
         };
         let is = |found: [f64; 2], expected: [f64; 2]| {
-            found.iter().zip(expected).all(|(found, expected)| (found - expected).abs() < 1e-12)
+            found
+                .iter()
+                .zip(expected)
+                .all(|(found, expected)| (found - expected).abs() < 1e-12)
         };
-        for (size, contained, covered) in
-            [([300, 100], [3.0, 1.0], [1.5, 0.5]), ([100, 200], [1.5, 3.0], [0.5, 1.0]), ([300, 200], [1.5, 1.0], [1.5, 1.0])]
-        {
-            let found = [Fit::Contain, Fit::Cover, Fit::Stretch].map(|fit| edges(size, Some(1.5), fit));
-            assert!(is(found[0], contained) && is(found[1], covered) && is(found[2], [1.5, 1.0]), "{size:?}: {found:?}");
+        for (size, contained, covered) in [
+            ([300, 100], [3.0, 1.0], [1.5, 0.5]),
+            ([100, 200], [1.5, 3.0], [0.5, 1.0]),
+            ([300, 200], [1.5, 1.0], [1.5, 1.0]),
+        ] {
+            let found =
+                [Fit::Contain, Fit::Cover, Fit::Stretch].map(|fit| edges(size, Some(1.5), fit));
+            assert!(
+                is(found[0], contained) && is(found[1], covered) && is(found[2], [1.5, 1.0]),
+                "{size:?}: {found:?}"
+            );
         }
-        let of_its_own = [Fit::Contain, Fit::Cover, Fit::Stretch].map(|fit| edges([300, 200], Some(1.5), fit));
+        let of_its_own =
+            [Fit::Contain, Fit::Cover, Fit::Stretch].map(|fit| edges([300, 200], Some(1.5), fit));
         assert!(of_its_own.iter().all(|found| *found == of_its_own[0]));
     }
 }

@@ -1,5 +1,5 @@
-//! What may be added to the pixels of a tile: what the filter makes of their light and of what is seen by itself, and what it takes from
-//! fireflies.
+//! What may be added to the pixels of a tile: what the filter makes of their light and of what is
+//! seen by itself, and what it takes from fireflies.
 
 use core::array::from_fn;
 
@@ -12,13 +12,21 @@ use crate::observer::Observer;
 /// Added to the albedo that light is divided by: black surfaces reflect, too.
 const LEAST_ALBEDO: f32 = 0.1;
 
-/// Light counts up to so much more than the brightest of the other replicates near it, and a little.
+/// Light counts up to so much more than the brightest of the other replicates near it, and a
+/// little.
 const FIREFLY: f32 = 1.2;
 const DARK: f32 = 0.02;
 
-/// The first pass is strict, since it only makes the guide of the second. What is let through beyond noise: 0.6 and 1.5 standard deviations.
-const FIRST: Strictness = Strictness { inverse: 1.0 / (0.6 * 0.6), own: 0.0 };
-const SECOND: Strictness = Strictness { inverse: 1.0 / (1.5 * 1.5), own: 0.5 };
+/// The first pass is strict, since it only makes the guide of the second. What is let through
+/// beyond noise: 0.6 and 1.5 standard deviations.
+const FIRST: Strictness = Strictness {
+    inverse: 1.0 / (0.6 * 0.6),
+    own: 0.0,
+};
+const SECOND: Strictness = Strictness {
+    inverse: 1.0 / (1.5 * 1.5),
+    own: 0.5,
+};
 
 /// A share of the second guide that counts as its noise.
 const UNSURE: f32 = 0.04 * 0.04;
@@ -26,8 +34,8 @@ const UNSURE: f32 = 0.04 * 0.04;
 /// A pixel that has more of its own filtered colour keeps it in what is made without it.
 const ALONE: f32 = 0.9;
 
-/// How far the second pass looks, with the patches that it compares; how far its guide's variance does; and the first pass, with the
-/// variances of fireflies that are dimmed.
+/// How far the second pass looks, with the patches that it compares; how far its guide's variance
+/// does; and the first pass, with the variances of fireflies that are dimmed.
 const SECOND_REACH: usize = 9;
 const GUIDE_REACH: usize = SECOND_REACH + 2;
 const MARGIN: usize = GUIDE_REACH + 3 + 2 + 1;
@@ -50,14 +58,26 @@ impl Tile {
         let all = || -> [Colour; FOUR] { from_fn(|_| black(window)) };
         let mut depth = PixelPlane::zero(window.width, window.height);
         let [light, emission, albedo, normal, noise] = [(); 5].map(|()| all());
-        let mut tile = Self { light, emission, albedo, normal, distance: (depth.clone(), depth.clone()), noise };
+        let mut tile = Self {
+            light,
+            emission,
+            albedo,
+            normal,
+            distance: (depth.clone(), depth.clone()),
+            noise,
+        };
         for i in 0..window.pixels() {
             let pixel = (window.y + i / window.width) * width + window.x + i % window.width;
-            let (radiance, emission, [albedo, normal]) = (four.radiance(pixel), four.emission(pixel), four.surface(pixel));
+            let (radiance, emission, [albedo, normal]) = (
+                four.radiance(pixel),
+                four.emission(pixel),
+                four.surface(pixel),
+            );
             for channel in 0..3 {
                 let mean = radiance.iter().map(|of| of[channel]).sum::<f64>() / FOUR as f64;
                 for r in 0..FOUR {
-                    tile.light[r][channel].at[i] = (radiance[r][channel] - emission[r][channel]) as f32;
+                    tile.light[r][channel].at[i] =
+                        (radiance[r][channel] - emission[r][channel]) as f32;
                     tile.emission[r][channel].at[i] = emission[r][channel] as f32;
                     tile.albedo[r][channel].at[i] = albedo[r][channel] as f32;
                     tile.normal[r][channel].at[i] = normal[r][channel] as f32;
@@ -73,7 +93,9 @@ impl Tile {
     /// Whether what is seen by itself differs between replicates anywhere.
     fn flickers(&self) -> bool {
         let [first, others @ ..] = &self.emission;
-        others.iter().any(|other| first.iter().zip(other).any(|(a, b)| a.at != b.at))
+        others
+            .iter()
+            .any(|other| first.iter().zip(other).any(|(a, b)| a.at != b.at))
     }
 }
 
@@ -91,7 +113,12 @@ pub(super) fn fill_band(
         if observer.cancelled() {
             return;
         }
-        let core = Window { x, y: top, width: TILE[0].min(width - x), height };
+        let core = Window {
+            x,
+            y: top,
+            width: TILE[0].min(width - x),
+            height,
+        };
         let window = core.grow(MARGIN, size);
         let tile = Tile::load(four, window, width);
         let mut out = vec![CandidatePixel::default(); core.pixels()];
@@ -118,17 +145,25 @@ impl Tile {
         // Each of the guiding half by its fellow, the others by both.
         let limits = by.map(|r| brightest(&self.light[r]));
         let guides = [0, 1].map(|k: usize| dim_fireflies(&self.light[by[k]], &limits[1 - k]));
-        let limit = PixelPlane::of([&brightest(&guides[0]), &brightest(&guides[1])], |[a, b]| a.max(b));
+        let limit = PixelPlane::of(
+            [&brightest(&guides[0]), &brightest(&guides[1])],
+            |[a, b]| a.max(b),
+        );
         let targets = filtered.map(|r| dim_fireflies(&self.light[r], &limit));
         let albedo = [&self.albedo[one], &self.albedo[other]];
         let normal = [&self.normal[one], &self.normal[other]];
         let floor = mean(albedo).map(|plane| PixelPlane::of([&plane], |[a]| a + LEAST_ALBEDO));
         let floors = filtered.map(|r| {
             from_fn(|i| {
-                PixelPlane::of([&self.albedo[r][i], &albedo[0][i], &albedo[1][i]], |[a, b, c]| (a + b + c) / 3.0 + LEAST_ALBEDO)
+                PixelPlane::of(
+                    [&self.albedo[r][i], &albedo[0][i], &albedo[1][i]],
+                    |[a, b, c]| (a + b + c) / 3.0 + LEAST_ALBEDO,
+                )
             })
         });
-        let over = |of: &Colour, floor: &Colour| -> Colour { from_fn(|i| PixelPlane::of([&of[i], &floor[i]], |[a, b]| a / b)) };
+        let over = |of: &Colour, floor: &Colour| -> Colour {
+            from_fn(|i| PixelPlane::of([&of[i], &floor[i]], |[a, b]| a / b))
+        };
         let guides = guides.each_ref().map(|guide| over(guide, &floor));
         let divided: [Colour; 2] = from_fn(|k| over(&targets[k], &floors[k]));
         let of_light = features(albedo, normal, &self.distance, false);
@@ -136,7 +171,12 @@ impl Tile {
         let emission = self.flickers().then(|| {
             let of_emission = features(albedo, normal, &self.distance, true);
             let targets = filtered.map(|r| &self.emission[r]);
-            filter_twice([&self.emission[one], &self.emission[other]], targets, &of_emission, places)
+            filter_twice(
+                [&self.emission[one], &self.emission[other]],
+                targets,
+                &of_emission,
+                places,
+            )
         });
         let core = places[1];
         for (place, out) in out.iter_mut().enumerate() {
@@ -144,16 +184,27 @@ impl Tile {
             for k in 0..2 {
                 let partner = filtered[1 - k];
                 for i in 0..3 {
-                    let (dim, floor, own) = (targets[k][i].at[at], floors[k][i].at[at], light.own.at[place]);
+                    let (dim, floor, own) = (
+                        targets[k][i].at[at],
+                        floors[k][i].at[at],
+                        light.own.at[place],
+                    );
                     let mean = light.means[3 * k + i].at[place];
                     let own = if own < ALONE { own } else { 0.0 };
                     let without = (mean - own * divided[k][i].at[at]) / (1.0 - own) * floor;
                     let seen = self.emission[filtered[k]][i].at[at];
-                    let filtered_emission = emission.as_ref().map_or(seen, |emission| emission.means[3 * k + i].at[place]);
-                    let added = [mean * floor - dim, filtered_emission - seen, dim - self.light[filtered[k]][i].at[at]];
+                    let filtered_emission = emission
+                        .as_ref()
+                        .map_or(seen, |emission| emission.means[3 * k + i].at[place]);
+                    let added = [
+                        mean * floor - dim,
+                        filtered_emission - seen,
+                        dim - self.light[filtered[k]][i].at[at],
+                    ];
                     out.base[i] += (without + filtered_emission) / FOUR as f32;
                     let noise = self.noise[partner][i].at[at];
-                    for ((sum, apart), added) in out.added.iter_mut().zip(&mut out.apart).zip(added) {
+                    for ((sum, apart), added) in out.added.iter_mut().zip(&mut out.apart).zip(added)
+                    {
                         sum[i] += added / FOUR as f32;
                         apart[i] -= added * noise / FOUR as f32;
                     }
@@ -171,8 +222,8 @@ fn dim_fireflies(light: &Colour, limit: &PixelPlane) -> Colour {
     from_fn(|i| PixelPlane::of([&light[i], &share], |[of, share]| of * share))
 }
 
-/// Both passes: of the guides themselves, and of the targets by what comes of that. `places`: where the second guide is wanted, and where
-/// the result is.
+/// Both passes: of the guides themselves, and of the targets by what comes of that. `places`: where
+/// the second guide is wanted, and where the result is.
 fn filter_twice(
     guides: [&Colour; 2],
     targets: [&Colour; 2],
@@ -183,18 +234,36 @@ fn filter_twice(
     let noise = smooth_variance(&variance(guides));
     let inverse_noise = PixelPlane::of([&noise], |[v]| 1.0 / (v + 1e-8));
     let both: Vec<&PixelPlane> = guides.into_iter().flatten().collect();
-    let first =
-        Guide { colour: &colour, variance: &noise, noise: &noise, inverse_noise: &inverse_noise, features, strictness: FIRST };
+    let first = Guide {
+        colour: &colour,
+        variance: &noise,
+        noise: &noise,
+        inverse_noise: &inverse_noise,
+        features,
+        strictness: FIRST,
+    };
     let means = filter(&first, &both, places[0], &NEAR).means;
     let size = [colour[0].width, colour[0].height];
-    let placed: Vec<PixelPlane> = means.iter().map(|mean| expand(mean, places[0], size)).collect();
-    let [one, other] = [0, 3].map(|from: usize| -> Colour { from_fn(|i| placed[from + i].clone()) });
+    let placed: Vec<PixelPlane> = means
+        .iter()
+        .map(|mean| expand(mean, places[0], size))
+        .collect();
+    let [one, other] =
+        [0, 3].map(|from: usize| -> Colour { from_fn(|i| placed[from + i].clone()) });
     let colour = mean([&one, &other]);
     let own = smooth_variance(&variance([&one, &other]));
-    let unsure =
-        PixelPlane::of([&own, &colour[0], &colour[1], &colour[2]], |[v, r, g, b]| v + UNSURE * (r * r + g * g + b * b) + 1e-7);
-    let second =
-        Guide { colour: &colour, variance: &unsure, noise: &noise, inverse_noise: &inverse_noise, features, strictness: SECOND };
+    let unsure = PixelPlane::of(
+        [&own, &colour[0], &colour[1], &colour[2]],
+        |[v, r, g, b]| v + UNSURE * (r * r + g * g + b * b) + 1e-7,
+    );
+    let second = Guide {
+        colour: &colour,
+        variance: &unsure,
+        noise: &noise,
+        inverse_noise: &inverse_noise,
+        features,
+        strictness: SECOND,
+    };
     let targets: Vec<&PixelPlane> = targets.into_iter().flatten().collect();
     filter(&second, &targets, places[1], &FAR)
 }

@@ -1,16 +1,22 @@
-//! What is claimed of a denoised picture, by the squared errors of its pixels, each of them right on average and most of them noisy.
+//! What is claimed of a denoised picture, by the squared errors of its pixels, each of them right
+//! on average and most of them noisy.
 //!
-//! Neighbours share their noise, since a filter made them, so that the standard error of the mean is taken from blocks: half the mean
-//! square of what adjacent ones differ by is the variance of one. An error that few pixels carry is missed more often than it is taken
-//! for too large, so that the interval reaches farther up than down: a mean of blocks like that is a product rather than a sum of chances.
+//! Neighbours share their noise, since a filter made them, so that the standard error of the mean
+//! is taken from blocks: half the mean square of what adjacent ones differ by is the variance of
+//! one. An error that few pixels carry is missed more often than it is taken for too large, so that
+//! the interval reaches farther up than down: a mean of blocks like that is a product rather than a
+//! sum of chances.
 //!
-//! What errors are relative to, the true colour, is not known either. The picture's own goes with the error: a dark pixel into which light
-//! was spread is wrong by much, and looks less dark. The true colour lies above or below by the error as the surroundings have it, so that the
-//! claim takes the mean of what is relative to both. A quarter of how far it is from the claim by the picture's own colour counts as a standard
-//! error of it, which does not become less in larger pictures.
+//! What errors are relative to, the true colour, is not known either. The picture's own goes with
+//! the error: a dark pixel into which light was spread is wrong by much, and looks less dark. The
+//! true colour lies above or below by the error as the surroundings have it, so that the claim
+//! takes the mean of what is relative to both. A quarter of how far it is from the claim by the
+//! picture's own colour counts as a standard error of it, which does not become less in larger
+//! pictures.
 //!
-//! What makes the noisy picture's error doubtful makes this one doubtful: light that the samples did not find is in neither. Light that is
-//! so rare that what it is relative to is far apart in two ways leaves it in doubt too, even where other pixels vouch for it.
+//! What makes the noisy picture's error doubtful makes this one doubtful: light that the samples
+//! did not find is in neither. Light that is so rare that what it is relative to is far apart in
+//! two ways leaves it in doubt too, even where other pixels vouch for it.
 
 use core::array::from_fn;
 
@@ -26,14 +32,16 @@ use crate::picture::Picture;
 /// Pixels to each side of a block.
 const BLOCK: usize = 8;
 
-/// A claim says nothing if its standard error is a larger share of the noisy picture's squared error. A share of the claim itself would leave out
-/// those that happen to be low, and of the others more than one in twenty would be too high.
+/// A claim says nothing if its standard error is a larger share of the noisy picture's squared
+/// error. A share of the claim itself would leave out those that happen to be low, and of the
+/// others more than one in twenty would be too high.
 const UNKNOWN: f64 = 0.5;
 
 /// Most of a standard error, as a share of a claim, for which the log-normal interval is taken.
 const SKEWED: f64 = 0.5;
 
-/// Pixels to each side by which a pixel's error is told, and by which the true colour is looked for.
+/// Pixels to each side by which a pixel's error is told, and by which the true colour is looked
+/// for.
 const REACH: usize = 10;
 const NEAR: usize = 4;
 
@@ -54,7 +62,14 @@ impl ErrorSums {
         let columns = width.div_ceil(BLOCK);
         let whole = [width / BLOCK, height / BLOCK];
         let blocks = vec![0.0; columns * height.div_ceil(BLOCK)];
-        Self { blocks, columns, sum: 0.0, square: 0.0, pixels: (width * height) as f64, whole }
+        Self {
+            blocks,
+            columns,
+            sum: 0.0,
+            square: 0.0,
+            pixels: (width * height) as f64,
+            whole,
+        }
     }
 
     fn add(&mut self, x: usize, y: usize, error: f64) {
@@ -69,8 +84,9 @@ impl ErrorSums {
 
     /// Of the mean, with its degrees of freedom; none where there are no two blocks.
     ///
-    /// The differences of n blocks, two of each, sum up to squares of mean 4nσ² and variance 40nσ⁴ if blocks are normal, since each shares a
-    /// block with six others: that is (4n)²·2/(40n) = 4n/5 degrees of freedom. As (Σd²)²/Σd⁴ is 2n/3 then, 6/5 of it are taken, which is less
+    /// The differences of n blocks, two of each, sum up to squares of mean 4nσ² and variance 40nσ⁴
+    /// if blocks are normal, since each shares a block with six others: that is (4n)²·2/(40n) =
+    /// 4n/5 degrees of freedom. As (Σd²)²/Σd⁴ is 2n/3 then, 6/5 of it are taken, which is less
     /// where few blocks have most of what differs.
     fn standard_error(&self) -> Option<(f64, f64)> {
         let [columns, rows] = self.whole;
@@ -81,27 +97,65 @@ impl ErrorSums {
         for square in along.chain(down).map(|apart| apart * apart) {
             (squares, fourths, count) = (squares + square, fourths + square * square, count + 1);
         }
-        let freedom = if fourths > 0.0 { 1.2 * squares * squares / fourths } else { f64::INFINITY };
-        (count > 0).then(|| ((squares / count as f64 / 2.0 / (columns * rows) as f64).sqrt(), freedom))
+        let freedom = if fourths > 0.0 {
+            1.2 * squares * squares / fourths
+        } else {
+            f64::INFINITY
+        };
+        (count > 0).then(|| {
+            (
+                (squares / count as f64 / 2.0 / (columns * rows) as f64).sqrt(),
+                freedom,
+            )
+        })
     }
 
-    /// What the mean may be wrong by, with something else that it may be off by; nothing where nothing differs. And Student's factor for it: what
-    /// it is off by is no estimate from blocks, and the more of it there is the more degrees of freedom (Satterthwaite, 1946).
+    /// What the mean may be wrong by, with something else that it may be off by; nothing where
+    /// nothing differs. And Student's factor for it: what it is off by is no estimate from blocks,
+    /// and the more of it there is the more degrees of freedom (Satterthwaite, 1946).
     fn unsure(&self, off: f64) -> (f64, f64) {
-        let (own, freedom) = self.standard_error().unwrap_or((f64::INFINITY, f64::INFINITY));
-        let unsure = if self.square > 0.0 { (own * own + off * off).sqrt() } else { 0.0 };
-        let of_both = if own > 0.0 && own < unsure { freedom * (unsure / own).powi(4) } else { freedom };
+        let (own, freedom) = self
+            .standard_error()
+            .unwrap_or((f64::INFINITY, f64::INFINITY));
+        let unsure = if self.square > 0.0 {
+            (own * own + off * off).sqrt()
+        } else {
+            0.0
+        };
+        let of_both = if own > 0.0 && own < unsure {
+            freedom * (unsure / own).powi(4)
+        } else {
+            freedom
+        };
         (unsure, student_95((of_both as u32).max(1)))
     }
 
-    /// The root of the mean with its interval: below it by Student's factor, above it by the log-normal one, as far as anything is known.
+    /// The root of the mean with its interval: below it by Student's factor, above it by the
+    /// log-normal one, as far as anything is known.
     fn estimate(&self, off: f64) -> Estimate {
         let (mean, (unsure, factor)) = (self.mean(), self.unsure(off));
-        let share = if unsure < SKEWED * mean { unsure / mean } else { SKEWED };
-        let above = if share > 0.0 { libm::expm1(factor * share) / share } else { factor };
+        let share = if unsure < SKEWED * mean {
+            unsure / mean
+        } else {
+            SKEWED
+        };
+        let above = if share > 0.0 {
+            libm::expm1(factor * share) / share
+        } else {
+            factor
+        };
         let root = |square: f64| square.max(0.0).sqrt();
-        let carriers = if self.square > 0.0 { self.sum * self.sum / self.square } else { f64::INFINITY };
-        Estimate { value: root(mean), low: root(mean - factor * unsure), high: root(mean + above * unsure), carriers }
+        let carriers = if self.square > 0.0 {
+            self.sum * self.sum / self.square
+        } else {
+            f64::INFINITY
+        };
+        Estimate {
+            value: root(mean),
+            low: root(mean - factor * unsure),
+            high: root(mean + above * unsure),
+            carriers,
+        }
     }
 
     /// Whether the interval would say nothing of a picture whose squared error was so much before.
@@ -111,10 +165,17 @@ impl ErrorSums {
 }
 
 /// The picture of mixed pixels, with its claim.
-pub(super) fn estimate(film: &Film, four: &ReplicateQuad<'_>, mut picture: Picture, pixels: &[CandidatePixel]) -> Denoised {
+pub(super) fn estimate(
+    film: &Film,
+    four: &ReplicateQuad<'_>,
+    mut picture: Picture,
+    pixels: &[CandidatePixel],
+) -> Denoised {
     let size = film.size().map(|edge| edge as usize);
-    let near: Vec<PixelPlane> =
-        (0..3).into_par_iter().map(|i| local_mean(size, pixels, NEAR, &|pixel| pixel.apart[0][i])).collect();
+    let near: Vec<PixelPlane> = (0..3)
+        .into_par_iter()
+        .map(|i| local_mean(size, pixels, NEAR, &|pixel| pixel.apart[0][i]))
+        .collect();
     let [mut absolute, mut relative, mut by_own] = [(); 3].map(|()| ErrorSums::new(size));
     let (mut before, mut change, mut noise) = (0.0, 0.0, 0.0);
     for (place, pixel) in pixels.iter().enumerate() {
@@ -123,7 +184,10 @@ pub(super) fn estimate(film: &Film, four: &ReplicateQuad<'_>, mut picture: Pictu
         for i in 0..3 {
             let (added, error) = (f64::from(pixel.added[0][i]), f64::from(pixel.apart[0][i]));
             colour[i] = mean[i] + added;
-            let (own, apart) = (colour[i].max(0.0), f64::from(near[i].at[place]).max(0.0).sqrt());
+            let (own, apart) = (
+                colour[i].max(0.0),
+                f64::from(near[i].at[place]).max(0.0).sqrt(),
+            );
             let by = [1.0, weight(own, apart), weight(own, 0.0)];
             sums = from_fn(|k| sums[k] + error * by[k] / 3.0);
             noise += variance[i] * by[2] / 3.0;
@@ -131,7 +195,10 @@ pub(super) fn estimate(film: &Film, four: &ReplicateQuad<'_>, mut picture: Pictu
             change += added;
         }
         let (x, y) = (place % size[0], place / size[0]);
-        [&mut absolute, &mut relative, &mut by_own].into_iter().zip(sums).for_each(|(of, sum)| of.add(x, y, sum));
+        [&mut absolute, &mut relative, &mut by_own]
+            .into_iter()
+            .zip(sums)
+            .for_each(|(of, sum)| of.add(x, y, sum));
         // What is beyond any picture stays as it is.
         if mean.iter().all(|mean| mean.abs() < BRIGHTEST) {
             picture.rgb[place] = colour.map(|c| c as f32);
@@ -139,17 +206,32 @@ pub(super) fn estimate(film: &Film, four: &ReplicateQuad<'_>, mut picture: Pictu
     }
     let off = (relative.mean() - by_own.mean()).abs() / 4.0;
     let is_unknown = relative.is_unknown(off, noise / relative.pixels);
-    // Light that few samples found is spread by the filter, and what was not found is in no part of the picture: the parts agree on both.
+    // Light that few samples found is spread by the filter, and what was not found is in no part of
+    // the picture: the parts agree on both.
     let (noisy, is_rare) = film.uncertainty_and_rarity().unzip();
     let rare = is_rare.is_some_and(|is| is).then_some(Doubt::FewPixels);
-    let doubt = noisy.and_then(|noisy| noisy.doubt).or(rare).or(is_unknown.then_some(Doubt::WideInterval));
+    let doubt = noisy
+        .and_then(|noisy| noisy.doubt)
+        .or(rare)
+        .or(is_unknown.then_some(Doubt::WideInterval));
     let (rmse, root_relmse) = (absolute.estimate(0.0), relative.estimate(off));
-    let error = Uncertainty { rmse, root_relmse, replicates: FOUR as u32, doubt };
+    let error = Uncertainty {
+        rmse,
+        root_relmse,
+        replicates: FOUR as u32,
+        doubt,
+    };
     let brightened = if before > 0.0 { change / before } else { 0.0 };
-    Denoised { standard_error: errors(size, pixels), picture, error, brightened }
+    Denoised {
+        standard_error: errors(size, pixels),
+        picture,
+        error,
+        brightened,
+    }
 }
 
-/// What makes squared errors relative to a true colour that lies above or below a colour by so much.
+/// What makes squared errors relative to a true colour that lies above or below a colour by so
+/// much.
 fn weight(colour: f64, apart: f64) -> f64 {
     let over = |colour: f64| 1.0 / (colour.max(0.0).powi(2) + FLOOR);
     f64::midpoint(over(colour + apart), over(colour - apart))
@@ -162,21 +244,35 @@ fn local_mean(
     reach: usize,
     of: &(dyn Fn(&CandidatePixel) -> f32 + Sync),
 ) -> PixelPlane {
-    PixelPlane { width, height, at: pixels.iter().map(of).collect() }.box_mean(reach)
+    PixelPlane {
+        width,
+        height,
+        at: pixels.iter().map(of).collect(),
+    }
+    .box_mean(reach)
 }
 
-/// Roots of the squared errors of pixels, by what their neighbours' are, in radiance or relative to theirs, whichever says less: beside a lamp
-/// the one is the lamp's, and of a lamp the other is what is dark beside it, times its own brightness.
+/// Roots of the squared errors of pixels, by what their neighbours' are, in radiance or relative to
+/// theirs, whichever says less: beside a lamp the one is the lamp's, and of a lamp the other is
+/// what is dark beside it, times its own brightness.
 fn errors(size: [usize; 2], pixels: &[CandidatePixel]) -> Vec<[f32; 3]> {
     let near = |of: &(dyn Fn(&CandidatePixel) -> f32 + Sync)| local_mean(size, pixels, REACH, of);
     let channels: Vec<[PixelPlane; 2]> = (0..3)
         .into_par_iter()
-        .map(|i| [near(&|pixel| pixel.apart[0][i]), near(&|pixel| pixel.apart[0][i] / relative_to(pixel, i))])
+        .map(|i| {
+            [
+                near(&|pixel| pixel.apart[0][i]),
+                near(&|pixel| pixel.apart[0][i] / relative_to(pixel, i)),
+            ]
+        })
         .collect();
     let of = |(place, pixel): (usize, &CandidatePixel)| {
         from_fn(|i| {
             let [absolute, relative] = channels[i].each_ref().map(|plane| plane.at[place]);
-            absolute.min(relative * relative_to(pixel, i)).max(0.0).sqrt()
+            absolute
+                .min(relative * relative_to(pixel, i))
+                .max(0.0)
+                .sqrt()
         })
     };
     pixels.iter().enumerate().map(of).collect()
@@ -191,23 +287,33 @@ fn relative_to(pixel: &CandidatePixel, channel: usize) -> f32 {
 mod tests {
     use super::*;
 
-    /// Protects: the standard error is that of blocks as neighbours say it: columns of blocks that are 0 and 1 in turn differ by 1 along rows
-    /// and by 0 down, so that eight blocks of four by two have (6/10)/2/8 for the square. Six equal squares are 6/5 of six degrees of freedom. A
-    /// rim that is no whole block is in the mean alone. What is no estimate from blocks, as much as theirs, makes four times the degrees.
+    /// Protects: the standard error is that of blocks as neighbours say it: columns of blocks that
+    /// are 0 and 1 in turn differ by 1 along rows and by 0 down, so that eight blocks of four by
+    /// two have (6/10)/2/8 for the square. Six equal squares are 6/5 of six degrees of freedom. A
+    /// rim that is no whole block is in the mean alone. What is no estimate from blocks, as much as
+    /// theirs, makes four times the degrees.
     #[test]
     fn blocks_say_how_sure_a_mean_is() {
         let mut sums = ErrorSums::new([33, 16]);
         for (x, y) in (0..33).flat_map(|x| (0..16).map(move |y| (x, y))) {
-            sums.add(x, y, f64::from(u8::from(x / 8 % 2 == 1)) + f64::from(u8::from(x == 32)) * 33.0);
+            sums.add(
+                x,
+                y,
+                f64::from(u8::from(x / 8 % 2 == 1)) + f64::from(u8::from(x == 32)) * 33.0,
+            );
         }
         assert!((sums.mean() - (256.0 + 16.0 * 33.0) / 528.0).abs() < 1e-12);
         let (error, freedom) = sums.standard_error().expect("blocks");
         assert!((error - (0.6_f64 / 16.0).sqrt()).abs() < 1e-12 && (freedom - 7.2).abs() < 1e-12);
-        assert_eq!([sums.unsure(0.0).1, sums.unsure(error).1], [7, 28].map(student_95));
+        assert_eq!(
+            [sums.unsure(0.0).1, sums.unsure(error).1],
+            [7, 28].map(student_95)
+        );
         assert_eq!(ErrorSums::new([15, 9]).standard_error(), None);
     }
 
-    /// Protects: the true colour is looked for to both sides of a picture's own, and is not less than black.
+    /// Protects: the true colour is looked for to both sides of a picture's own, and is not less
+    /// than black.
     #[test]
     fn errors_are_relative_to_what_may_be_true() {
         assert!((weight(0.5, 0.3) - (1.0 / 0.65 + 1.0 / 0.05) / 2.0).abs() < 1e-12);
@@ -215,26 +321,43 @@ mod tests {
         assert_eq!(weight(2.0, 0.0), 1.0 / 4.01);
     }
 
-    /// Protects: a quarter of what the claim would be changed by if errors were relative to the picture's own colour counts as a standard error
-    /// of it, where blocks alone say that nothing is unsure: of 0.5 with a squared error of 0.01 everywhere.
+    /// Protects: a quarter of what the claim would be changed by if errors were relative to the
+    /// picture's own colour counts as a standard error of it, where blocks alone say that nothing
+    /// is unsure: of 0.5 with a squared error of 0.01 everywhere.
     #[test]
     fn an_unknown_true_colour_widens_the_interval() {
         use crate::film::tests::{ReplicateSample, film_of};
-        let sample = ReplicateSample { radiance: [0.5; 3], emission: [0.0; 3], albedo: [0.5; 3] };
+        let sample = ReplicateSample {
+            radiance: [0.5; 3],
+            emission: [0.0; 3],
+            albedo: [0.5; 3],
+        };
         let film = film_of([32, 16], |_, _| sample);
-        let mut pixel = CandidatePixel { base: [0.5; 3], ..CandidatePixel::default() };
+        let mut pixel = CandidatePixel {
+            base: [0.5; 3],
+            ..CandidatePixel::default()
+        };
         (pixel.added[1], pixel.apart[0]) = ([0.5; 3], [0.01; 3]);
         let four = film.replicate_quad().expect("all that is read");
-        let found = estimate(&film, &four, film.colours(), &[pixel; 32 * 16]).error.root_relmse;
+        let found = estimate(&film, &four, film.colours(), &[pixel; 32 * 16])
+            .error
+            .root_relmse;
         let (claim, by_own) = (0.005 * (1.0 / 0.37 + 1.0 / 0.17), 0.01 / 0.26);
         let off = (claim - by_own) / 4.0;
-        assert!((found.value.powi(2) - claim).abs() < 1e-6, "{found:?} for {claim}");
-        assert!((found.low.powi(2) - (claim - 1.959_963_984_540_054 * off)).abs() < 1e-6 && off > 1e-4, "{found:?}, {off}");
+        assert!(
+            (found.value.powi(2) - claim).abs() < 1e-6,
+            "{found:?} for {claim}"
+        );
+        assert!(
+            (found.low.powi(2) - (claim - 1.959_963_984_540_054 * off)).abs() < 1e-6 && off > 1e-4,
+            "{found:?}, {off}"
+        );
     }
 
-    /// Protects: an interval reaches up as far as a log-normal error would, down as a normal one, by Student's factor for the seven degrees of
-    /// freedom of eight blocks, and on from where nothing is known of it without a step. Their squared standard error is (6/10)/2/8, for a mean of a
-    /// half or a fifth of it.
+    /// Protects: an interval reaches up as far as a log-normal error would, down as a normal one,
+    /// by Student's factor for the seven degrees of freedom of eight blocks, and on from where
+    /// nothing is known of it without a step. Their squared standard error is (6/10)/2/8, for a
+    /// mean of a half or a fifth of it.
     #[test]
     fn intervals_reach_farther_up() {
         let sums = |base: f64, height: f64| {
@@ -246,19 +369,29 @@ mod tests {
         };
         let (unsure, factor) = ((0.6_f64 / 16.0).sqrt(), 2.364_624);
         let of = sums(0.5, 1.0).estimate(0.0);
-        assert!((of.low.powi(2) - (1.0 - factor * unsure)).abs() < 1e-6, "{of:?}");
-        assert!((of.high.powi(2) - (factor * unsure).exp()).abs() < 1e-6, "{of:?}");
+        assert!(
+            (of.low.powi(2) - (1.0 - factor * unsure)).abs() < 1e-6,
+            "{of:?}"
+        );
+        assert!(
+            (of.high.powi(2) - (factor * unsure).exp()).abs() < 1e-6,
+            "{of:?}"
+        );
         let [near, far] = [1e-6, -1e-6].map(|by| sums(2.0 * unsure - 0.5 + by, 1.0));
         assert!((near.estimate(0.0).high - far.estimate(0.0).high).abs() < 1e-4);
         assert!(sums(-0.5, 1.0).estimate(0.0).high > (factor * unsure).sqrt());
     }
 
-    /// Protects: a pixel's error is told by its surroundings' in radiance or relative to theirs, whichever says less. A lamp of 100 among eight
-    /// black pixels with squared errors of 0.9 and 0.09 has the mean in radiance, 0.18; they have the mean of what is relative to 0.01.
+    /// Protects: a pixel's error is told by its surroundings' in radiance or relative to theirs,
+    /// whichever says less. A lamp of 100 among eight black pixels with squared errors of 0.9 and
+    /// 0.09 has the mean in radiance, 0.18; they have the mean of what is relative to 0.01.
     #[test]
     fn a_lamp_does_not_lend_its_error() {
         let pixel = |colour: f32, squared: f32| {
-            let mut pixel = CandidatePixel { base: [1.0; 3], ..CandidatePixel::default() };
+            let mut pixel = CandidatePixel {
+                base: [1.0; 3],
+                ..CandidatePixel::default()
+            };
             (pixel.added[1], pixel.apart[0]) = ([colour; 3], [squared; 3]);
             pixel
         };
@@ -269,23 +402,34 @@ mod tests {
         let relative = (8.0 * 9.0 + 0.9 / (100.0 * 100.0 + 0.01)) / 9.0;
         for (i, expected) in [(4, 0.18_f64), (0, 0.01 * relative), (7, 0.01 * relative)] {
             assert!(
-                errors[i].iter().all(|e| (f64::from(e * e) / expected - 1.0).abs() < 1e-5),
+                errors[i]
+                    .iter()
+                    .all(|e| (f64::from(e * e) / expected - 1.0).abs() < 1e-5),
                 "{i}: {:?} for {expected}",
                 errors[i]
             );
         }
     }
 
-    /// Protects: whether anything is known is told by the noisy picture's squared error, whatever the claim is. Errors that are 1 in every other
-    /// column of blocks, or a half and less than nothing, have a standard error of 0.16 to 0.19. Replicates that are 0.25 or 0.05 from a mean
+    /// Protects: whether anything is known is told by the noisy picture's squared error, whatever
+    /// the claim is. Errors that are 1 in every other column of blocks, or a half and less than
+    /// nothing, have a standard error of 0.16 to 0.19. Replicates that are 0.25 or 0.05 from a mean
     /// of black have a variance of 2.1 or 0.083 relative to it.
     #[test]
     fn what_says_nothing_is_told_by_the_noise() {
         use crate::film::tests::{ReplicateSample, film_of};
         let doubt = |noise: f64, below: f32| {
             let sample = |_: usize, replicate: usize| {
-                let radiance = [if replicate.is_multiple_of(2) { noise } else { -noise }; 3];
-                ReplicateSample { radiance, emission: [0.0; 3], albedo: [0.5; 3] }
+                let radiance = [if replicate.is_multiple_of(2) {
+                    noise
+                } else {
+                    -noise
+                }; 3];
+                ReplicateSample {
+                    radiance,
+                    emission: [0.0; 3],
+                    albedo: [0.5; 3],
+                }
             };
             let film = film_of([32, 16], sample);
             let mut pixels = [CandidatePixel::default(); 32 * 16];

@@ -1,9 +1,10 @@
-//! What one half of the replicates says of surfaces: features by which places are told apart, each with the difference that is let through.
+//! What one half of the replicates says of surfaces: features by which places are told apart, each
+//! with the difference that is let through.
 
 use super::plane::{Colour, PixelPlane, mean};
 
-/// Differences that are always let through, squared: of the albedo of light and of what is seen by itself, of normals and of logarithms of
-/// distances.
+/// Differences that are always let through, squared: of the albedo of light and of what is seen by
+/// itself, of normals and of logarithms of distances.
 const ALBEDO: f32 = 0.1 * 0.1;
 const SHARP_ALBEDO: f32 = 0.03 * 0.03;
 const NORMAL: f32 = 0.15 * 0.15;
@@ -15,8 +16,9 @@ const MORE: f32 = 2.0;
 /// The logarithm of a distance where nothing is hit.
 const ENDLESS: f32 = 12.0;
 
-/// Features, each with the inverse of the squared difference that is let through: three of the albedo, three of the normal, one of the
-/// distance. `sharp`: for what is seen by itself, which takes less than lit surfaces do to be something else.
+/// Features, each with the inverse of the squared difference that is let through: three of the
+/// albedo, three of the normal, one of the distance. `sharp`: for what is seen by itself, which
+/// takes less than lit surfaces do to be something else.
 pub(super) fn features(
     albedo: [&Colour; 2],
     normal: [&Colour; 2],
@@ -24,16 +26,20 @@ pub(super) fn features(
     sharp: bool,
 ) -> Vec<(PixelPlane, PixelPlane)> {
     let mut features = Vec::with_capacity(7);
-    let noise =
-        |[one, other]: [&Colour; 2], i: usize| PixelPlane::of([&one[i], &other[i]], |[a, b]| (a - b) * (a - b) / 4.0).box_mean(1);
+    let noise = |[one, other]: [&Colour; 2], i: usize| {
+        PixelPlane::of([&one[i], &other[i]], |[a, b]| (a - b) * (a - b) / 4.0).box_mean(1)
+    };
     let least = if sharp { SHARP_ALBEDO } else { ALBEDO };
     for (i, plane) in mean(albedo).into_iter().enumerate() {
-        let tolerance = PixelPlane::of([&noise(albedo, i)], |[noise]| 1.0 / least.max(MORE * noise));
+        let tolerance =
+            PixelPlane::of([&noise(albedo, i)], |[noise]| 1.0 / least.max(MORE * noise));
         features.push((plane, tolerance));
     }
     for (i, plane) in mean(normal).into_iter().enumerate() {
         let of = [&noise(normal, i), &plane.slope()];
-        let tolerance = PixelPlane::of(of, |[noise, slope]| 1.0 / NORMAL.max(MORE * noise.max(slope)));
+        let tolerance = PixelPlane::of(of, |[noise, slope]| {
+            1.0 / NORMAL.max(MORE * noise.max(slope))
+        });
         features.push((plane, tolerance));
     }
     features.push(distance.clone());
@@ -42,7 +48,13 @@ pub(super) fn features(
 
 /// The feature that distances are, of whichever half.
 pub(super) fn distance(depth: &PixelPlane) -> (PixelPlane, PixelPlane) {
-    let log = PixelPlane::of([depth], |[z]| if z > 0.0 { libm::logf(z.max(1e-4)) } else { ENDLESS });
+    let log = PixelPlane::of([depth], |[z]| {
+        if z > 0.0 {
+            libm::logf(z.max(1e-4))
+        } else {
+            ENDLESS
+        }
+    });
     let tolerance = PixelPlane::of([&log.slope()], |[slope]| 1.0 / DEPTH.max(MORE * slope));
     (log, tolerance)
 }
@@ -52,16 +64,34 @@ mod tests {
     use super::super::plane::{Window, black};
     use super::*;
 
-    /// Protects: how much of a difference in what is seen is let through: a tenth of albedo, less for lamps, more where it is noise.
+    /// Protects: how much of a difference in what is seen is let through: a tenth of albedo, less
+    /// for lamps, more where it is noise.
     #[test]
     fn tolerances_by_hand() {
-        let window = Window { x: 0, y: 0, width: 3, height: 1 };
+        let window = Window {
+            x: 0,
+            y: 0,
+            width: 3,
+            height: 1,
+        };
         let (still, mut other) = (black(window), black(window));
-        let far = distance(&PixelPlane { width: 3, height: 1, at: vec![2.0, 2.0, -1.0] });
-        assert_eq!((far.0.at[1], far.0.at[2], far.1.at[0]), (libm::logf(2.0), ENDLESS, 1.0 / DEPTH));
-        let of = |other: &Colour, sharp: bool| features([&still, other], [&still, &still], &far, sharp);
+        let far = distance(&PixelPlane {
+            width: 3,
+            height: 1,
+            at: vec![2.0, 2.0, -1.0],
+        });
         assert_eq!(
-            (of(&other, false)[0].1.at[0], of(&other, true)[0].1.at[0], of(&other, false).len()),
+            (far.0.at[1], far.0.at[2], far.1.at[0]),
+            (libm::logf(2.0), ENDLESS, 1.0 / DEPTH)
+        );
+        let of =
+            |other: &Colour, sharp: bool| features([&still, other], [&still, &still], &far, sharp);
+        assert_eq!(
+            (
+                of(&other, false)[0].1.at[0],
+                of(&other, true)[0].1.at[0],
+                of(&other, false).len()
+            ),
             (1.0 / ALBEDO, 1.0 / SHARP_ALBEDO, 7)
         );
         other[0].at.fill(0.6);

@@ -1,8 +1,9 @@
-//! One pass of non-local means: each pixel becomes a mean of those around it whose surroundings are like its own by a guide, and whose
-//! features are.
+//! One pass of non-local means: each pixel becomes a mean of those around it whose surroundings are
+//! like its own by a guide, and whose features are.
 //!
-//! What two places differ by in the guide is put over what noise would make of it (Rousselle, Knaus and Zwicker, "Adaptive Rendering with
-//! Non-Local Means Filtering", 2012) and averaged over three by three pixels. Each feature can only forbid.
+//! What two places differ by in the guide is put over what noise would make of it (Rousselle, Knaus
+//! and Zwicker, "Adaptive Rendering with Non-Local Means Filtering", 2012) and averaged over three
+//! by three pixels. Each feature can only forbid.
 
 use std::sync::LazyLock;
 
@@ -10,8 +11,8 @@ use raywright_bvh::{Loops, widest};
 
 use super::plane::{Colour, PixelPlane, Window};
 
-/// What a difference is squared by: the inverse of the square of how much more than noise is let through, and how far the pixel's own
-/// difference counts beside the mean over its neighbours.
+/// What a difference is squared by: the inverse of the square of how much more than noise is let
+/// through, and how far the pixel's own difference counts beside the mean over its neighbours.
 #[derive(Clone, Copy)]
 pub(super) struct Strictness {
     pub inverse: f32,
@@ -37,16 +38,18 @@ pub(super) struct FilterOutput {
     pub own: PixelPlane,
 }
 
-/// Places around a pixel, as steps down and to the right. With one there is its opposite, so that no picture is moved.
+/// Places around a pixel, as steps down and to the right. With one there is its opposite, so that
+/// no picture is moved.
 pub(super) type Offsets = Vec<[isize; 2]>;
 
 /// All within a disc of so many pixels and a half.
 pub(super) static NEAR: LazyLock<Offsets> = LazyLock::new(|| offsets(2, 0.0, 2));
-/// All of a square of five by five, and beyond it a fifth of those in a disc of eight pixels and a half.
+/// All of a square of five by five, and beyond it a fifth of those in a disc of eight pixels and a
+/// half.
 pub(super) static FAR: LazyLock<Offsets> = LazyLock::new(|| offsets(8, 0.2, 2));
 
-/// Those within `radius`; beyond a square of `dense` to each side a share of them, spread evenly (Roberts, "The Unreasonable Effectiveness of
-/// Quasirandom Sequences", 2018).
+/// Those within `radius`; beyond a square of `dense` to each side a share of them, spread evenly
+/// (Roberts, "The Unreasonable Effectiveness of Quasirandom Sequences", 2018).
 fn offsets(radius: isize, share: f64, dense: isize) -> Offsets {
     let chosen = |y: isize, x: isize| {
         let (a, b) = if (y, x) > (-y, -x) { (y, x) } else { (-y, -x) };
@@ -54,13 +57,25 @@ fn offsets(radius: isize, share: f64, dense: isize) -> Offsets {
     };
     let square = (-radius..=radius).flat_map(|y| (-radius..=radius).map(move |x| [y, x]));
     let disc = square.filter(|&[y, x]| ((x * x + y * y) as f64) <= (radius as f64 + 0.5).powi(2));
-    disc.filter(|&[y, x]| y.abs().max(x.abs()) <= dense || chosen(y, x)).collect()
+    disc.filter(|&[y, x]| y.abs().max(x.abs()) <= dense || chosen(y, x))
+        .collect()
 }
 
-/// Filters the targets within `core`, a rectangle of their planes, by offsets. Nothing beyond the planes is looked at: where they end
-/// before the picture does, they are to be wider than the core by what offsets reach, and one more.
-pub(super) fn filter(guide: &Guide<'_>, targets: &[&PixelPlane], core: Window, offsets: &Offsets) -> FilterOutput {
-    widest(Pass { guide, targets, core, offsets })
+/// Filters the targets within `core`, a rectangle of their planes, by offsets. Nothing beyond the
+/// planes is looked at: where they end before the picture does, they are to be wider than the core
+/// by what offsets reach, and one more.
+pub(super) fn filter(
+    guide: &Guide<'_>,
+    targets: &[&PixelPlane],
+    core: Window,
+    offsets: &Offsets,
+) -> FilterOutput {
+    widest(Pass {
+        guide,
+        targets,
+        core,
+        offsets,
+    })
 }
 
 struct Pass<'a> {
@@ -83,16 +98,27 @@ impl Loops for Pass<'_> {
     #[inline(always)]
     fn run(self) -> FilterOutput {
         let Self { core, targets, .. } = self;
-        let mut means: Vec<PixelPlane> = targets.iter().map(|_| PixelPlane::zero(core.width, core.height)).collect();
+        let mut means: Vec<PixelPlane> = targets
+            .iter()
+            .map(|_| PixelPlane::zero(core.width, core.height))
+            .collect();
         let [mut sums, mut own] = [(); 2].map(|()| PixelPlane::zero(core.width, core.height));
         let width = self.guide.variance.width;
         let row = || [(); 3].map(|()| vec![0.0; width]);
-        let mut rows = Rows { differences: row(), means: row(), weights: vec![0.0; width] };
+        let mut rows = Rows {
+            differences: row(),
+            means: row(),
+            weights: vec![0.0; width],
+        };
         for &offset in self.offsets {
             self.add(offset, &mut rows, (&mut means, &mut sums, &mut own));
         }
         for plane in means.iter_mut().chain([&mut own]) {
-            plane.at.iter_mut().zip(&sums.at).for_each(|(of, &sum)| *of /= sum);
+            plane
+                .at
+                .iter_mut()
+                .zip(&sums.at)
+                .for_each(|(of, &sum)| *of /= sum);
         }
         FilterOutput { means, own }
     }
@@ -109,7 +135,12 @@ impl Pass<'_> {
     ) {
         let (width, height) = (self.guide.variance.width, self.guide.variance.height);
         // Where both places are in the planes, and where they are asked for.
-        let both = |step: isize, end: usize| ((-step).max(0) as usize, (end as isize - step.max(0)).max(0) as usize);
+        let both = |step: isize, end: usize| {
+            (
+                (-step).max(0) as usize,
+                (end as isize - step.max(0)).max(0) as usize,
+            )
+        };
         let ((left, right), (top, bottom)) = (both(dx, width), both(dy, height));
         let columns = self.core.x.max(left)..(self.core.x + self.core.width).min(right);
         let lines = self.core.y.max(top)..(self.core.y + self.core.height).min(bottom);
@@ -122,16 +153,35 @@ impl Pass<'_> {
         for y in lines {
             let last = (y + 1).min(bottom - 1);
             while next <= last {
-                self.compare([next, shift(next, dy)], [wide.start, shift(wide.start, dx)], wide.len(), next % 3, rows);
+                self.compare(
+                    [next, shift(next, dy)],
+                    [wide.start, shift(wide.start, dx)],
+                    wide.len(),
+                    next % 3,
+                    rows,
+                );
                 next += 1;
             }
             let around = [y.saturating_sub(1).max(top) % 3, y % 3, last % 3];
             let (inner, length) = (columns.start - wide.start, columns.len());
-            self.weigh([y, shift(y, dy)], [columns.start, shift(columns.start, dx)], (inner, length), around, rows);
-            let (weights, to) = (&rows.weights[..length], (y - self.core.y) * self.core.width + columns.start - self.core.x);
+            self.weigh(
+                [y, shift(y, dy)],
+                [columns.start, shift(columns.start, dx)],
+                (inner, length),
+                around,
+                rows,
+            );
+            let (weights, to) = (
+                &rows.weights[..length],
+                (y - self.core.y) * self.core.width + columns.start - self.core.x,
+            );
             let (from_y, from_x) = (shift(y, dy), shift(columns.start, dx));
             for (mean, target) in means.iter_mut().zip(self.targets) {
-                loops::add_weighed(&mut mean.at[to..][..length], weights, &target.row(from_y)[from_x..][..length]);
+                loops::add_weighed(
+                    &mut mean.at[to..][..length],
+                    weights,
+                    &target.row(from_y)[from_x..][..length],
+                );
             }
             loops::add(&mut sums.at[to..][..length], weights);
             if dx == 0 && dy == 0 {
@@ -142,16 +192,38 @@ impl Pass<'_> {
 
     /// How far apart two rows are by the guide, and means of three along them.
     #[inline(always)]
-    fn compare(&self, [y, other]: [usize; 2], [x, beside]: [usize; 2], length: usize, slot: usize, rows: &mut Rows) {
-        let Guide { colour, variance, strictness, .. } = self.guide;
+    fn compare(
+        &self,
+        [y, other]: [usize; 2],
+        [x, beside]: [usize; 2],
+        length: usize,
+        slot: usize,
+        rows: &mut Rows,
+    ) {
+        let Guide {
+            colour,
+            variance,
+            strictness,
+            ..
+        } = self.guide;
         let to = &mut rows.differences[slot][..length];
         to.fill(0.0);
         for plane in colour.iter() {
-            loops::add_square(to, &plane.row(y)[x..][..length], &plane.row(other)[beside..][..length]);
+            loops::add_square(
+                to,
+                &plane.row(y)[x..][..length],
+                &plane.row(other)[beside..][..length],
+            );
         }
-        let (own, there) = (&variance.row(y)[x..][..length], &variance.row(other)[beside..][..length]);
+        let (own, there) = (
+            &variance.row(y)[x..][..length],
+            &variance.row(other)[beside..][..length],
+        );
         loops::relate(to, own, there, strictness.inverse);
-        loops::average(&mut rows.means[slot][..length], &rows.differences[slot][..length]);
+        loops::average(
+            &mut rows.means[slot][..length],
+            &rows.differences[slot][..length],
+        );
     }
 
     /// The weights of a row.
@@ -164,22 +236,38 @@ impl Pass<'_> {
         around: [usize; 3],
         rows: &mut Rows,
     ) {
-        let Guide { noise, inverse_noise, features, strictness, .. } = self.guide;
+        let Guide {
+            noise,
+            inverse_noise,
+            features,
+            strictness,
+            ..
+        } = self.guide;
         let [above, here, below] = around.map(|slot| &rows.means[slot][inner..][..length]);
-        let (own, weights) = (&rows.differences[around[1]][inner..][..length], &mut rows.weights[..length]);
+        let (own, weights) = (
+            &rows.differences[around[1]][inner..][..length],
+            &mut rows.weights[..length],
+        );
         loops::most(weights, above, here, below);
         loops::at_least(weights, own, strictness.own);
         for (feature, tolerance) in *features {
-            let (a, b) = (&feature.row(y)[x..][..length], &feature.row(other)[beside..][..length]);
+            let (a, b) = (
+                &feature.row(y)[x..][..length],
+                &feature.row(other)[beside..][..length],
+            );
             loops::forbid(weights, a, b, &tolerance.row(y)[x..][..length]);
         }
-        let (noise, inverse) = (&noise.row(y)[x..][..length], &inverse_noise.row(other)[beside..][..length]);
+        let (noise, inverse) = (
+            &noise.row(y)[x..][..length],
+            &inverse_noise.row(other)[beside..][..length],
+        );
         loops::close(weights, noise, inverse);
     }
 }
 
-/// Loops over rows of equal length. Each is a function of its own, and has few rows: so a compiler knows that what is written is none of what is
-/// read, and takes as many numbers at a time as registers hold.
+/// Loops over rows of equal length. Each is a function of its own, and has few rows: so a compiler
+/// knows that what is written is none of what is read, and takes as many numbers at a time as
+/// registers hold.
 pub(super) mod loops {
     /// Adds squares of differences.
     #[inline(always)]
@@ -250,7 +338,8 @@ pub(super) mod loops {
         }
     }
 
-    /// Weights of such distances, exp(-x) with an end, and less where there is more than twice the noise.
+    /// Weights of such distances, exp(-x) with an end, and less where there is more than twice the
+    /// noise.
     #[inline(always)]
     pub fn close(to: &mut [f32], noise: &[f32], inverse: &[f32]) {
         let (noise, inverse) = (&noise[..to.len()], &inverse[..to.len()]);
@@ -285,13 +374,17 @@ pub(super) mod loops {
 mod tests {
     use super::*;
 
-    /// Protects: neighbours are taken in opposite pairs, so that no filter moves a picture; 21 and 69 of them.
+    /// Protects: neighbours are taken in opposite pairs, so that no filter moves a picture; 21 and
+    /// 69 of them.
     #[test]
     fn offsets_are_symmetric() {
         for (offsets, count) in [(&*NEAR, 21), (&*FAR, 69)] {
             assert_eq!(offsets.len(), count);
             assert!(offsets.iter().all(|&[y, x]| offsets.contains(&[-y, -x])));
-            assert_eq!(offsets.iter().filter(|&&offset| offset == [0, 0]).count(), 1);
+            assert_eq!(
+                offsets.iter().filter(|&&offset| offset == [0, 0]).count(),
+                1
+            );
         }
     }
 }

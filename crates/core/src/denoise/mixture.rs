@@ -1,8 +1,11 @@
-//! How much of each candidate a pixel takes: what would make the error least in its surroundings, by what the replicates say of it.
+//! How much of each candidate a pixel takes: what would make the error least in its surroundings,
+//! by what the replicates say of it.
 //!
-//! With shares α the squared error changes by 2 Σ αb + Σ ααQ, where Q has the products of what candidates add and b how little that goes
-//! with the partners' noise. Both are taken relative, as the error is judged, and averaged over the neighbours *without the pixel itself*:
-//! so a pixel's own noise does not choose what makes its own claim small. (With it claims were up to a half too small.)
+//! With shares α the squared error changes by 2 Σ αb + Σ ααQ, where Q has the products of what
+//! candidates add and b how little that goes with the partners' noise. Both are taken relative, as
+//! the error is judged, and averaged over the neighbours *without the pixel itself*: so a pixel's
+//! own noise does not choose what makes its own claim small. (With it claims were up to a half too
+//! small.)
 
 use core::array::from_fn;
 use core::ops::Range;
@@ -19,7 +22,8 @@ const REACH: usize = 20;
 /// Rows that are mixed together.
 const BAND: usize = 64;
 
-/// The colour without the pixel's own noise says what errors are relative to as far as it is like the colour itself, to this factor.
+/// The colour without the pixel's own noise says what errors are relative to as far as it is like
+/// the colour itself, to this factor.
 const UNLIKE: f64 = 1.5;
 
 /// Times each share is brought to its best while the others stay.
@@ -31,9 +35,17 @@ const PAIRS: [[usize; 2]; 6] = [[0, 0], [1, 1], [2, 2], [0, 1], [0, 2], [1, 2]];
 /// First and second moments of a pixel, or of its surroundings.
 type Moments = [f64; CANDIDATES + PAIRS.len()];
 
-/// The colour that all candidates together would make, and the one without the pixel's own noise, as far as they are alike.
+/// The colour that all candidates together would make, and the one without the pixel's own noise,
+/// as far as they are alike.
 pub(super) fn colours(mean: [f64; 3], pixel: &CandidatePixel) -> [[f64; 3]; 2] {
-    let whole = from_fn(|i| mean[i] + pixel.added.iter().map(|added| f64::from(added[i])).sum::<f64>());
+    let whole = from_fn(|i| {
+        mean[i]
+            + pixel
+                .added
+                .iter()
+                .map(|added| f64::from(added[i]))
+                .sum::<f64>()
+    });
     let base = from_fn(|i: usize| {
         let (below, above) = (f64::min(whole[i], 0.0), f64::max(whole[i], 0.0));
         f64::from(pixel.base[i]).clamp(below + above / UNLIKE, above * UNLIKE)
@@ -41,40 +53,65 @@ pub(super) fn colours(mean: [f64; 3], pixel: &CandidatePixel) -> [[f64; 3]; 2] {
     [whole, base]
 }
 
-/// What a pixel's replicates are on average, the variance of that, and the squared error of the mean by the products of partners, whose
-/// mean is the variance, too: what is subtracted from it goes with the candidates' noise.
+/// What a pixel's replicates are on average, the variance of that, and the squared error of the
+/// mean by the products of partners, whose mean is the variance, too: what is subtracted from it
+/// goes with the candidates' noise.
 pub(super) fn replicate_statistics(radiance: [[f64; 3]; FOUR]) -> [[f64; 3]; 3] {
     let mean: [f64; 3] = from_fn(|i| radiance.iter().map(|of| of[i]).sum::<f64>() / FOUR as f64);
     let apart = radiance.map(|of| -> [f64; 3] { from_fn(|i| of[i] - mean[i]) });
-    let square: [f64; 3] = from_fn(|i| apart.iter().map(|of| of[i] * of[i]).sum::<f64>() / FOUR as f64);
-    let partners: [f64; 3] = from_fn(|i| (apart[0][i] * apart[1][i] + apart[2][i] * apart[3][i]) / 2.0);
-    [mean, square.map(|square| square / 3.0), from_fn(|i| -square[i] / 3.0 - 2.0 * partners[i])]
+    let square: [f64; 3] =
+        from_fn(|i| apart.iter().map(|of| of[i] * of[i]).sum::<f64>() / FOUR as f64);
+    let partners: [f64; 3] =
+        from_fn(|i| (apart[0][i] * apart[1][i] + apart[2][i] * apart[3][i]) / 2.0);
+    [
+        mean,
+        square.map(|square| square / 3.0),
+        from_fn(|i| -square[i] / 3.0 - 2.0 * partners[i]),
+    ]
 }
 
 /// Mixes all pixels.
-pub(super) fn mix(four: &ReplicateQuad<'_>, [width, height]: [usize; 2], pixels: &mut [CandidatePixel]) {
+pub(super) fn mix(
+    four: &ReplicateQuad<'_>,
+    [width, height]: [usize; 2],
+    pixels: &mut [CandidatePixel],
+) {
     let bands = (0..height.div_ceil(BAND)).into_par_iter();
     let rows = |band: usize| band * BAND..((band + 1) * BAND).min(height);
-    let shares: Vec<Vec<[f32; CANDIDATES]>> = bands.map(|band| shares(four, [width, height], pixels, rows(band))).collect();
-    pixels.par_chunks_mut(width * BAND).zip(shares).enumerate().for_each(|(band, (pixels, shares))| {
-        for (k, (pixel, shares)) in pixels.iter_mut().zip(shares).enumerate() {
-            settle(pixel, shares, four.radiance(band * BAND * width + k));
-        }
-    });
+    let shares: Vec<Vec<[f32; CANDIDATES]>> = bands
+        .map(|band| shares(four, [width, height], pixels, rows(band)))
+        .collect();
+    pixels
+        .par_chunks_mut(width * BAND)
+        .zip(shares)
+        .enumerate()
+        .for_each(|(band, (pixels, shares))| {
+            for (k, (pixel, shares)) in pixels.iter_mut().zip(shares).enumerate() {
+                settle(pixel, shares, four.radiance(band * BAND * width + k));
+            }
+        });
 }
 
-/// Leaves of a pixel what is added in all, what its colour is without its own noise, and its squared error.
+/// Leaves of a pixel what is added in all, what its colour is without its own noise, and its
+/// squared error.
 fn settle(pixel: &mut CandidatePixel, shares: [f32; CANDIDATES], radiance: [[f64; 3]; FOUR]) {
     let [mean, _, error] = replicate_statistics(radiance);
     let sum = |of: &[[f32; 3]; CANDIDATES], i: usize| {
-        of.iter().zip(shares).map(|(of, share)| f64::from(share) * f64::from(of[i])).sum::<f64>()
+        of.iter()
+            .zip(shares)
+            .map(|(of, share)| f64::from(share) * f64::from(of[i]))
+            .sum::<f64>()
     };
     let [whole, base] = colours(mean, pixel);
     let added: [f64; 3] = from_fn(|i| sum(&pixel.added, i));
     let error: [f64; 3] = from_fn(|i| added[i] * added[i] + 2.0 * sum(&pixel.apart, i) + error[i]);
     *pixel = CandidatePixel {
         base: base.map(|base| base as f32),
-        added: [added.map(|added| added as f32), whole.map(|whole| whole as f32), [0.0; 3]],
+        added: [
+            added.map(|added| added as f32),
+            whole.map(|whole| whole as f32),
+            [0.0; 3],
+        ],
         apart: [error.map(|error| error as f32), [0.0; 3], [0.0; 3]],
     };
 }
@@ -88,10 +125,12 @@ fn shares(
 ) -> Vec<[f32; CANDIDATES]> {
     let first = rows.start.saturating_sub(REACH);
     let wide = first..(rows.end + REACH).min(height);
-    let moments: Vec<Moments> =
-        (wide.start * width..wide.end * width).map(|at| moments(four.radiance(at), &pixels[at])).collect();
+    let moments: Vec<Moments> = (wide.start * width..wide.end * width)
+        .map(|at| moments(four.radiance(at), &pixels[at]))
+        .collect();
     let near = |at: usize, end: usize| at.saturating_sub(REACH)..(at + REACH + 1).min(end);
-    let add = |sum: &mut Moments, of: &Moments| sum.iter_mut().zip(of).for_each(|(sum, of)| *sum += of);
+    let add =
+        |sum: &mut Moments, of: &Moments| sum.iter_mut().zip(of).for_each(|(sum, of)| *sum += of);
     let mut out = Vec::with_capacity(rows.len() * width);
     let mut columns = vec![[0.0; CANDIDATES + PAIRS.len()]; width];
     for y in rows {
@@ -100,7 +139,11 @@ fn shares(
         for other in around.clone() {
             let row = &moments[(other - first) * width..][..width];
             // As plain numbers, of which a compiler takes several at a time.
-            columns.as_flattened_mut().iter_mut().zip(row.as_flattened()).for_each(|(sum, of)| *sum += of);
+            columns
+                .as_flattened_mut()
+                .iter_mut()
+                .zip(row.as_flattened())
+                .for_each(|(sum, of)| *sum += of);
         }
         for x in 0..width {
             let beside = near(x, width);
@@ -108,7 +151,11 @@ fn shares(
             let own = &moments[(y - first) * width + x];
             let mut sum = own.map(|own| -own);
             columns[beside].iter().for_each(|of| add(&mut sum, of));
-            out.push(if others > 0.0 { solve(&sum.map(|sum| sum / others)) } else { [0.0; CANDIDATES] });
+            out.push(if others > 0.0 {
+                solve(&sum.map(|sum| sum / others))
+            } else {
+                [0.0; CANDIDATES]
+            });
         }
     }
     out
@@ -118,8 +165,11 @@ fn shares(
 fn moments(radiance: [[f64; 3]; FOUR], pixel: &CandidatePixel) -> Moments {
     let [mean, variance, _] = replicate_statistics(radiance);
     let [_, base] = colours(mean, pixel);
-    let over =
-        |of: [f64; 3]| -> f64 { (0..3).map(|i| of[i] / (base[i].max(0.0) * base[i].max(0.0) + FLOOR + variance[i])).sum() };
+    let over = |of: [f64; 3]| -> f64 {
+        (0..3)
+            .map(|i| of[i] / (base[i].max(0.0) * base[i].max(0.0) + FLOOR + variance[i]))
+            .sum()
+    };
     let added = pixel.added.map(|added| added.map(f64::from));
     from_fn(|k| match k.checked_sub(CANDIDATES) {
         None => over(pixel.apart[k].map(f64::from)),
@@ -133,13 +183,19 @@ fn moments(radiance: [[f64; 3]; FOUR], pixel: &CandidatePixel) -> Moments {
 /// Shares from 0 to 1 that make 2 Σ αb + Σ ααQ least, one after the other, from all on.
 fn solve(moments: &Moments) -> [f32; CANDIDATES] {
     let product = |a: usize, b: usize| {
-        let pair = PAIRS.iter().position(|pair| *pair == [a.min(b), a.max(b)]).unwrap_or_default();
+        let pair = PAIRS
+            .iter()
+            .position(|pair| *pair == [a.min(b), a.max(b)])
+            .unwrap_or_default();
         moments[CANDIDATES + pair]
     };
     let mut shares = [1.0; CANDIDATES];
     for _ in 0..SWEEPS {
         for c in 0..CANDIDATES {
-            let others: f64 = (0..CANDIDATES).filter(|&k| k != c).map(|k| product(c, k) * shares[k]).sum();
+            let others: f64 = (0..CANDIDATES)
+                .filter(|&k| k != c)
+                .map(|k| product(c, k) * shares[k])
+                .sum();
             shares[c] = f64::clamp((-moments[c] - others) / product(c, c).max(1e-12), 0.0, 1.0);
         }
     }
@@ -150,19 +206,30 @@ fn solve(moments: &Moments) -> [f32; CANDIDATES] {
 mod tests {
     use super::*;
 
-    /// Protects: shares are where the error is least: of one candidate −b/Q, of two that add the same one half of it between them at least,
-    /// and none of what makes it larger.
+    /// Protects: shares are where the error is least: of one candidate −b/Q, of two that add the
+    /// same one half of it between them at least, and none of what makes it larger.
     #[test]
     fn shares_make_the_error_least() {
-        assert_eq!(solve(&[-0.5, 0.0, 0.0, 2.0, 0.0, 0.0, 0.0, 0.0, 0.0])[0], 0.25);
-        assert_eq!(solve(&[0.5, 0.0, 0.0, 2.0, 0.0, 0.0, 0.0, 0.0, 0.0])[0], 0.0);
-        assert_eq!(solve(&[-4.0, 0.0, 0.0, 2.0, 0.0, 0.0, 0.0, 0.0, 0.0])[0], 1.0, "no more than all");
+        assert_eq!(
+            solve(&[-0.5, 0.0, 0.0, 2.0, 0.0, 0.0, 0.0, 0.0, 0.0])[0],
+            0.25
+        );
+        assert_eq!(
+            solve(&[0.5, 0.0, 0.0, 2.0, 0.0, 0.0, 0.0, 0.0, 0.0])[0],
+            0.0
+        );
+        assert_eq!(
+            solve(&[-4.0, 0.0, 0.0, 2.0, 0.0, 0.0, 0.0, 0.0, 0.0])[0],
+            1.0,
+            "no more than all"
+        );
         let [a, b, _] = solve(&[-1.0, -1.0, 0.0, 1.0, 1.0, 0.0, 1.0, 0.0, 0.0]);
         assert_eq!(a + b, 1.0);
         assert!(solve(&[f64::NAN; 9]).iter().all(|&share| share == 0.0));
     }
 
-    /// Protects: a pixel does not choose its own shares: what it says itself changes its neighbours' and not its own.
+    /// Protects: a pixel does not choose its own shares: what it says itself changes its
+    /// neighbours' and not its own.
     #[test]
     fn a_pixel_does_not_choose_for_itself() {
         use crate::film::tests::{ReplicateSample, film_of};
@@ -173,19 +240,28 @@ mod tests {
         });
         let four = film.replicate_quad().expect("all that is read");
         let of = |k: usize| 0.02 * ((k * 5) % 7) as f32 - 0.06;
-        let pixel = |k: usize| CandidatePixel { base: [0.5; 3], added: [[of(k); 3]; 3], apart: [[-of(k + 3) * 0.02; 3]; 3] };
+        let pixel = |k: usize| CandidatePixel {
+            base: [0.5; 3],
+            added: [[of(k); 3]; 3],
+            apart: [[-of(k + 3) * 0.02; 3]; 3],
+        };
         let mut pixels: Vec<CandidatePixel> = (0..12 * 9).map(pixel).collect();
         let before = shares(&four, [12, 9], &pixels, 0..9);
         pixels[40].apart = [[-0.01; 3]; 3];
         pixels[40].added = [[0.2; 3]; 3];
         let after = shares(&four, [12, 9], &pixels, 0..9);
         let close = |a: [f32; 3], b: [f32; 3]| a.iter().zip(b).all(|(a, b)| (a - b).abs() < 1e-4);
-        assert!(close(before[40], after[40]), "{:?} became {:?}", before[40], after[40]);
+        assert!(
+            close(before[40], after[40]),
+            "{:?} became {:?}",
+            before[40],
+            after[40]
+        );
         assert!(!close(before[41], after[41]), "{:?}", after[41]);
     }
 
-    /// Protects: what is known of a pixel by hand: of 1, 2, 3 and 6 the mean is 3, its variance 14/12, and the error by partners
-    /// −14/12 − 2·(2·1 + 0·3)/2 = −3.1667.
+    /// Protects: what is known of a pixel by hand: of 1, 2, 3 and 6 the mean is 3, its variance
+    /// 14/12, and the error by partners −14/12 − 2·(2·1 + 0·3)/2 = −3.1667.
     #[test]
     fn statistics_by_hand() {
         let [mean, variance, error] = replicate_statistics([1.0, 2.0, 3.0, 6.0].map(|x| [x; 3]));

@@ -13,13 +13,25 @@ impl Window {
     /// With so many more pixels to each side, as far as the picture goes.
     pub fn grow(self, by: usize, [width, height]: [usize; 2]) -> Self {
         let (x, y) = (self.x.saturating_sub(by), self.y.saturating_sub(by));
-        let (right, bottom) = ((self.x + self.width + by).min(width), (self.y + self.height + by).min(height));
-        Self { x, y, width: right - x, height: bottom - y }
+        let (right, bottom) = (
+            (self.x + self.width + by).min(width),
+            (self.y + self.height + by).min(height),
+        );
+        Self {
+            x,
+            y,
+            width: right - x,
+            height: bottom - y,
+        }
     }
 
     /// Where it lies in a larger one.
     pub fn within(self, outer: Self) -> Self {
-        Self { x: self.x - outer.x, y: self.y - outer.y, ..self }
+        Self {
+            x: self.x - outer.x,
+            y: self.y - outer.y,
+            ..self
+        }
     }
 
     pub fn pixels(self) -> usize {
@@ -37,7 +49,11 @@ pub(super) struct PixelPlane {
 
 impl PixelPlane {
     pub fn zero(width: usize, height: usize) -> Self {
-        Self { width, height, at: vec![0.0; width * height] }
+        Self {
+            width,
+            height,
+            at: vec![0.0; width * height],
+        }
     }
 
     pub fn row(&self, y: usize) -> &[f32] {
@@ -56,12 +72,21 @@ impl PixelPlane {
         made
     }
 
-    /// Each number joined with those up to `reach` to both sides of it, along rows and then along columns.
+    /// Each number joined with those up to `reach` to both sides of it, along rows and then along
+    /// columns.
     fn combine(&self, reach: usize, join: impl Fn(f32, f32) -> f32) -> Self {
         let (width, height) = (self.width, self.height);
-        let into = |to: &mut [f32], from: &[f32]| to.iter_mut().zip(from).for_each(|(to, &of)| *to = join(*to, of));
+        let into = |to: &mut [f32], from: &[f32]| {
+            to.iter_mut()
+                .zip(from)
+                .for_each(|(to, &of)| *to = join(*to, of))
+        };
         let mut along = self.clone();
-        for (from, to) in self.at.chunks_exact(width).zip(along.at.chunks_exact_mut(width)) {
+        for (from, to) in self
+            .at
+            .chunks_exact(width)
+            .zip(along.at.chunks_exact_mut(width))
+        {
             for step in 1..=reach.min(width - 1) {
                 into(&mut to[step..], &from[..width - step]);
                 into(&mut to[..width - step], &from[step..]);
@@ -82,7 +107,9 @@ impl PixelPlane {
         let count = |at: usize, end: usize| (at + reach + 1).min(end) - at.saturating_sub(reach);
         for (y, row) in sums.at.chunks_exact_mut(self.width).enumerate() {
             let rows = count(y, self.height);
-            row.iter_mut().enumerate().for_each(|(x, sum)| *sum /= (rows * count(x, self.width)) as f32);
+            row.iter_mut()
+                .enumerate()
+                .for_each(|(x, sum)| *sum /= (rows * count(x, self.width)) as f32);
         }
         sums
     }
@@ -92,22 +119,36 @@ impl PixelPlane {
         self.combine(1, |a, b| if b > a { b } else { a })
     }
 
-    /// Squares of the smaller one of both differences to neighbours, those along rows and columns added.
+    /// Squares of the smaller one of both differences to neighbours, those along rows and columns
+    /// added.
     pub fn slope(&self) -> Self {
         let (width, height) = (self.width, self.height);
         let mut slope = Self::zero(width, height);
         for (y, to) in slope.at.chunks_exact_mut(width).enumerate() {
             let row = self.row(y);
             if width > 1 {
-                (to[0], to[width - 1]) = (least(row[0], [row[1]; 2]), least(row[width - 1], [row[width - 2]; 2]));
+                (to[0], to[width - 1]) = (
+                    least(row[0], [row[1]; 2]),
+                    least(row[width - 1], [row[width - 2]; 2]),
+                );
                 let (before, here, behind) = (&row[..width - 2], &row[1..width - 1], &row[2..]);
-                to[1..].iter_mut().zip(before).zip(here).zip(behind).for_each(|(((to, &a), &b), &c)| *to = least(b, [a, c]));
+                to[1..]
+                    .iter_mut()
+                    .zip(before)
+                    .zip(here)
+                    .zip(behind)
+                    .for_each(|(((to, &a), &b), &c)| *to = least(b, [a, c]));
             }
             if height > 1 {
-                let other = |there: bool, step: usize, or: usize| self.row(if there { step } else { or });
+                let other =
+                    |there: bool, step: usize, or: usize| self.row(if there { step } else { or });
                 let above = other(y > 0, y.wrapping_sub(1), y + 1);
                 let below = other(y + 1 < height, y + 1, y.wrapping_sub(1));
-                to.iter_mut().zip(above).zip(row).zip(below).for_each(|(((to, &a), &b), &c)| *to += least(b, [a, c]));
+                to.iter_mut()
+                    .zip(above)
+                    .zip(row)
+                    .zip(below)
+                    .for_each(|(((to, &a), &b), &c)| *to += least(b, [a, c]));
             }
         }
         slope
@@ -119,7 +160,11 @@ impl PixelPlane {
 fn least(here: f32, others: [f32; 2]) -> f32 {
     let [one, other] = others.map(|other| (here - other).abs());
     let least = one.min(other);
-    if least.is_finite() { least * least } else { 0.0 }
+    if least.is_finite() {
+        least * least
+    } else {
+        0.0
+    }
 }
 
 /// A plane for each channel.
@@ -137,9 +182,10 @@ pub(super) fn brightest(of: &Colour) -> PixelPlane {
 
 /// The variance of the mean of two colours, all channels added.
 pub(super) fn variance([one, other]: [&Colour; 2]) -> PixelPlane {
-    PixelPlane::of([&one[0], &one[1], &one[2], &other[0], &other[1], &other[2]], |[a, b, c, d, e, f]| {
-        ((a - d) * (a - d) + (b - e) * (b - e) + (c - f) * (c - f)) / 4.0
-    })
+    PixelPlane::of(
+        [&one[0], &one[1], &one[2], &other[0], &other[1], &other[2]],
+        |[a, b, c, d, e, f]| ((a - d) * (a - d) + (b - e) * (b - e) + (c - f) * (c - f)) / 4.0,
+    )
 }
 
 /// The mean of two colours.
@@ -147,23 +193,37 @@ pub(super) fn mean([one, other]: [&Colour; 2]) -> Colour {
     [0, 1, 2].map(|i: usize| PixelPlane::of([&one[i], &other[i]], |[a, b]| (a + b) / 2.0))
 }
 
-/// Numbers where a variance is known from few: those of the surroundings, and no less than half of the pixel's own.
+/// Numbers where a variance is known from few: those of the surroundings, and no less than half of
+/// the pixel's own.
 pub(super) fn smooth_variance(variance: &PixelPlane) -> PixelPlane {
     const REACH: usize = 2;
-    PixelPlane::of([&variance.box_mean(REACH), variance], |[near, own]| near.max(own / 2.0))
+    PixelPlane::of([&variance.box_mean(REACH), variance], |[near, own]| {
+        near.max(own / 2.0)
+    })
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
 
-    /// Protects: a slope is the smaller difference to either side, along rows and columns, so that edges have none.
+    /// Protects: a slope is the smaller difference to either side, along rows and columns, so that
+    /// edges have none.
     #[test]
     fn slopes_leave_edges_out() {
-        let plane = |width, height, at: &[f32]| PixelPlane { width, height, at: at.to_vec() };
-        assert_eq!(plane(4, 1, &[0.0, 1.0, 3.0, 3.0]).slope().at, [1.0, 1.0, 0.0, 0.0]);
+        let plane = |width, height, at: &[f32]| PixelPlane {
+            width,
+            height,
+            at: at.to_vec(),
+        };
+        assert_eq!(
+            plane(4, 1, &[0.0, 1.0, 3.0, 3.0]).slope().at,
+            [1.0, 1.0, 0.0, 0.0]
+        );
         assert_eq!(plane(1, 3, &[0.0, 2.0, 3.0]).slope().at, [4.0, 1.0, 1.0]);
-        assert_eq!(plane(2, 2, &[0.0, 1.0, 2.0, f32::NAN]).slope().at, [5.0, 1.0, 4.0, 0.0]);
+        assert_eq!(
+            plane(2, 2, &[0.0, 1.0, 2.0, f32::NAN]).slope().at,
+            [5.0, 1.0, 4.0, 0.0]
+        );
         assert_eq!(plane(1, 1, &[7.0]).slope().at, [0.0]);
     }
 }

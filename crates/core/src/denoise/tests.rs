@@ -7,9 +7,11 @@ use crate::prepare;
 use crate::scene::Scene;
 use crate::settings::{Sampling, Settings};
 
-/// Noise of mean 0 and variance 1, nearly normal: twelve even numbers added, by seed, pixel, replicate and channel.
+/// Noise of mean 0 and variance 1, nearly normal: twelve even numbers added, by seed, pixel,
+/// replicate and channel.
 fn noise(seed: u64, pixel: usize, replicate: usize, channel: usize) -> f64 {
-    let mut state = mix(seed ^ ((pixel as u64) << 20) ^ ((replicate as u64) << 8) ^ ((channel as u64) << 4));
+    let mut state =
+        mix(seed ^ ((pixel as u64) << 20) ^ ((replicate as u64) << 8) ^ ((channel as u64) << 4));
     let next = |_| {
         state = mix(state);
         (state >> 11) as f64 / (1_u64 << 53) as f64
@@ -18,7 +20,11 @@ fn noise(seed: u64, pixel: usize, replicate: usize, channel: usize) -> f64 {
 }
 
 fn grey(radiance: f64) -> ReplicateSample {
-    ReplicateSample { radiance: [radiance; 3], emission: [0.0; 3], albedo: [0.5; 3] }
+    ReplicateSample {
+        radiance: [radiance; 3],
+        emission: [0.0; 3],
+        albedo: [0.5; 3],
+    }
 }
 
 fn denoised(film: &Film) -> Denoised {
@@ -27,12 +33,16 @@ fn denoised(film: &Film) -> Denoised {
 
 /// Mean squared distance of a picture from the truth.
 fn error(picture: &Picture, truth: impl Fn(usize) -> f64) -> f64 {
-    let square = |(pixel, rgb): (usize, &[f32; 3])| rgb.iter().map(|&c| (f64::from(c) - truth(pixel)).powi(2)).sum::<f64>();
+    let square = |(pixel, rgb): (usize, &[f32; 3])| {
+        rgb.iter()
+            .map(|&c| (f64::from(c) - truth(pixel)).powi(2))
+            .sum::<f64>()
+    };
     picture.rgb.iter().enumerate().map(square).sum::<f64>() / (3 * picture.rgb.len()) as f64
 }
 
-/// Protects: of an even picture with even noise nearly all noise goes, the claim holds, the error of a pixel is told as well, and light is
-/// neither made nor lost.
+/// Protects: of an even picture with even noise nearly all noise goes, the claim holds, the error
+/// of a pixel is told as well, and light is neither made nor lost.
 #[test]
 fn flat_pictures_lose_their_noise() {
     let film = film_of([96, 64], |pixel, replicate| {
@@ -44,62 +54,104 @@ fn flat_pictures_lose_their_noise() {
     let [before, after] = [&film.picture(), &found.picture].map(|picture| error(picture, |_| 0.5));
     assert!(before / after > 20.0, "{before} became {after}");
     let claimed = found.error.rmse;
-    assert!(claimed.low <= after.sqrt() && after.sqrt() <= claimed.high, "{} and {claimed:?}", after.sqrt());
-    let told = found.standard_error.iter().flatten().map(|&e| f64::from(e * e)).sum::<f64>() / (3 * film.plan().pixels()) as f64;
+    assert!(
+        claimed.low <= after.sqrt() && after.sqrt() <= claimed.high,
+        "{} and {claimed:?}",
+        after.sqrt()
+    );
+    let told = found
+        .standard_error
+        .iter()
+        .flatten()
+        .map(|&e| f64::from(e * e))
+        .sum::<f64>()
+        / (3 * film.plan().pixels()) as f64;
     assert!((0.5..3.0).contains(&(told / after)), "{told} for {after}");
     assert!(found.brightened.abs() < 0.002, "{}", found.brightened);
 }
 
-/// Protects: noise of lamps and skies themselves goes, too, and texture stays where the noise is as large as it: light over albedo is even.
+/// Protects: noise of lamps and skies themselves goes, too, and texture stays where the noise is as
+/// large as it: light over albedo is even.
 #[test]
 fn lamps_lose_their_noise_and_texture_stays() {
     let film = film_of([64, 48], |pixel, replicate| {
         let radiance = [2.0 + 0.3 * noise(11, pixel, replicate, 0); 3];
-        ReplicateSample { radiance, emission: radiance, albedo: [0.0; 3] }
+        ReplicateSample {
+            radiance,
+            emission: radiance,
+            albedo: [0.0; 3],
+        }
     });
-    let [before, after] = [film.picture(), denoised(&film).picture].map(|picture| error(&picture, |_| 2.0));
+    let [before, after] =
+        [film.picture(), denoised(&film).picture].map(|picture| error(&picture, |_| 2.0));
     assert!(before / after > 10.0, "{before} became {after}");
-    let albedo = |pixel: usize| if (pixel % 64).is_multiple_of(2) { 0.4 } else { 0.5 };
+    let albedo = |pixel: usize| {
+        if (pixel % 64).is_multiple_of(2) {
+            0.4
+        } else {
+            0.5
+        }
+    };
     let film = film_of([64, 48], |pixel, replicate| {
         let light = 1.0 + 0.2 * noise(12, pixel, replicate, 0);
-        ReplicateSample { radiance: [(albedo(pixel) + 0.1) * light; 3], emission: [0.0; 3], albedo: [albedo(pixel); 3] }
+        ReplicateSample {
+            radiance: [(albedo(pixel) + 0.1) * light; 3],
+            emission: [0.0; 3],
+            albedo: [albedo(pixel); 3],
+        }
     });
-    let [before, after] = [film.picture(), denoised(&film).picture].map(|picture| error(&picture, |pixel| albedo(pixel) + 0.1));
+    let [before, after] = [film.picture(), denoised(&film).picture]
+        .map(|picture| error(&picture, |pixel| albedo(pixel) + 0.1));
     assert!(before / after > 15.0, "{before} became {after}");
 }
 
-/// Protects: light is filtered over albedo. Every pixel has an albedo of its own, all within what counts as one surface, under a light whose
-/// noise is a third of what the albedo changes: without the division texture would have to be told from noise. Of the noise nearly all goes.
+/// Protects: light is filtered over albedo. Every pixel has an albedo of its own, all within what
+/// counts as one surface, under a light whose noise is a third of what the albedo changes: without
+/// the division texture would have to be told from noise. Of the noise nearly all goes.
 #[test]
 fn texture_within_a_surface_is_no_noise() {
     let albedo = |pixel: usize| 0.5 + 0.02 * noise(14, pixel, 0, 0).clamp(-2.0, 2.0);
     let film = film_of([64, 48], |pixel, replicate| {
         let light = 1.0 + 0.02 * noise(13, pixel, replicate, 0);
-        ReplicateSample { radiance: [(albedo(pixel) + 0.1) * light; 3], emission: [0.0; 3], albedo: [albedo(pixel); 3] }
+        ReplicateSample {
+            radiance: [(albedo(pixel) + 0.1) * light; 3],
+            emission: [0.0; 3],
+            albedo: [albedo(pixel); 3],
+        }
     });
-    let [before, after] = [film.picture(), denoised(&film).picture].map(|picture| error(&picture, |pixel| albedo(pixel) + 0.1));
+    let [before, after] = [film.picture(), denoised(&film).picture]
+        .map(|picture| error(&picture, |pixel| albedo(pixel) + 0.1));
     assert!(before / after > 15.0, "{before} became {after}");
 }
 
-/// Protects: a replicate's firefly is judged by the other replicate of its half, so that two of them in one pixel, one in each half, are
-/// both dimmed: by nearly all of (100 + 100)/4 together.
+/// Protects: a replicate's firefly is judged by the other replicate of its half, so that two of
+/// them in one pixel, one in each half, are both dimmed: by nearly all of (100 + 100)/4 together.
 #[test]
 fn fireflies_do_not_vouch_for_themselves() {
     let at = 16 * 40 + 20;
     let film = film_of([40, 32], |pixel, replicate| {
         let is_firefly = pixel == at && replicate.is_multiple_of(2);
-        grey(if is_firefly { 100.0 } else { 0.5 + 0.05 * noise(15, pixel, replicate, 0) })
+        grey(if is_firefly {
+            100.0
+        } else {
+            0.5 + 0.05 * noise(15, pixel, replicate, 0)
+        })
     });
     let four = film.replicate_quad().expect("all that is read");
     let mut pixels = vec![CandidatePixel::default(); 40 * 32];
     candidates::fill_band(&four, [40, 32], 0, &mut pixels, &());
     let taken = pixels[at].added[2][1];
     assert!((-50.0..-49.0).contains(&taken), "{taken}");
-    assert!(pixels[at + 5].added[2][1].abs() < 0.02, "{:?}", pixels[at + 5].added[2]);
+    assert!(
+        pixels[at + 5].added[2][1].abs() < 0.02,
+        "{:?}",
+        pixels[at + 5].added[2]
+    );
 }
 
-/// Protects: what is made without a pixel's own noise is: where two replicates are constant, so that weights are even and their own means
-/// too, another sample of a third one in a pixel changes the neighbours' colours and not the pixel's.
+/// Protects: what is made without a pixel's own noise is: where two replicates are constant, so
+/// that weights are even and their own means too, another sample of a third one in a pixel changes
+/// the neighbours' colours and not the pixel's.
 #[test]
 fn a_pixel_has_no_part_in_its_own_base() {
     let at = 16 * 40 + 20;
@@ -119,7 +171,8 @@ fn a_pixel_has_no_part_in_its_own_base() {
     assert!((low[1] - high[1]).abs() > 1e-5, "{low:?} {high:?}");
 }
 
-/// Protects: what noise makes of a difference is taken off it, (4 − 1 − 1)/(1 + 2)/2, and what is noisier than twice counts less.
+/// Protects: what noise makes of a difference is taken off it, (4 − 1 − 1)/(1 + 2)/2, and what is
+/// noisier than twice counts less.
 #[test]
 fn weights_by_hand() {
     use filter::loops;
@@ -128,10 +181,14 @@ fn weights_by_hand() {
     assert!((apart[0] - 1.0 / 3.0).abs() < 1e-6, "{apart:?}");
     let mut weights = [0.0, 2.0, 5.0, 0.0];
     loops::close(&mut weights, &[1.0; 4], &[1.0, 1.0, 1.0, 0.125]);
-    assert_eq!(weights.map(|weight| (weight * 1e4_f32).round()), [10_000.0, 625.0, 0.0, 2500.0]);
+    assert_eq!(
+        weights.map(|weight| (weight * 1e4_f32).round()),
+        [10_000.0, 625.0, 0.0, 2500.0]
+    );
 }
 
-/// A picture of what no feature shows: a step, a ramp, a fine pattern, a faint lamp and a few bright lines.
+/// A picture of what no feature shows: a step, a ramp, a fine pattern, a faint lamp and a few
+/// bright lines.
 fn drawn(width: usize) -> impl Fn(usize) -> f64 {
     move |pixel| {
         let (x, y) = (pixel % width, pixel / width);
@@ -145,9 +202,10 @@ fn drawn(width: usize) -> impl Fn(usize) -> f64 {
     }
 }
 
-/// Protects: what is claimed is right on average, whatever the filter does to a picture: over 60 pictures with things that no feature
-/// shows, and noise that goes with brightness, the mean claimed squared error is the mean true one to three standard errors. (A half that
-/// filters itself claims less than nothing.)
+/// Protects: what is claimed is right on average, whatever the filter does to a picture: over 60
+/// pictures with things that no feature shows, and noise that goes with brightness, the mean
+/// claimed squared error is the mean true one to three standard errors. (A half that filters itself
+/// claims less than nothing.)
 #[test]
 fn claims_are_right_on_average() {
     const RUNS: u64 = 60;
@@ -157,38 +215,66 @@ fn claims_are_right_on_average() {
             let film = film_of([48, 32], |pixel, replicate| {
                 let mut seen = grey(0.0);
                 let of = truth(pixel);
-                seen.radiance = core::array::from_fn(|i| of + 0.4 * of.sqrt() * noise(seed, pixel, replicate, i));
+                seen.radiance = core::array::from_fn(|i| {
+                    of + 0.4 * of.sqrt() * noise(seed, pixel, replicate, i)
+                });
                 seen
             });
             let four = film.replicate_quad().expect("all that is read");
             let mut pixels = vec![CandidatePixel::default(); 48 * 32];
             candidates::fill_band(&four, [48, 32], 0, &mut pixels, &());
             mixture::mix(&four, [48, 32], &mut pixels);
-            let claimed = pixels.iter().flat_map(|pixel| pixel.apart[0]).map(f64::from).sum::<f64>() / (3 * pixels.len()) as f64;
+            let claimed = pixels
+                .iter()
+                .flat_map(|pixel| pixel.apart[0])
+                .map(f64::from)
+                .sum::<f64>()
+                / (3 * pixels.len()) as f64;
             let found = denoised(&film);
-            relative.push([found.error.root_relmse.value.powi(2), relative_error(&found.picture, &truth)]);
+            relative.push([
+                found.error.root_relmse.value.powi(2),
+                relative_error(&found.picture, &truth),
+            ]);
             [claimed, error(&found.picture, &truth)]
         })
         .collect();
     let mean = |of: &dyn Fn(&[f64; 2]) -> f64| runs.iter().map(of).sum::<f64>() / RUNS as f64;
     let (claimed, true_error) = (mean(&|run| run[0]), mean(&|run| run[1]));
-    let variance = mean(&|run| (run[0] - run[1] - claimed + true_error).powi(2)) / (RUNS - 1) as f64;
-    assert!((claimed - true_error).abs() < 3.0 * variance.sqrt(), "{claimed} for {true_error} ± {}", variance.sqrt());
-    assert!(variance.sqrt() < 0.05 * true_error, "the test tells nothing: ± {}", variance.sqrt());
-    let [claimed, true_error] = [0, 1].map(|k| relative.iter().map(|run: &[f64; 2]| run[k]).sum::<f64>() / RUNS as f64);
-    assert!((0.9..1.15).contains(&(claimed / true_error)), "{claimed} for {true_error}, relative");
+    let variance =
+        mean(&|run| (run[0] - run[1] - claimed + true_error).powi(2)) / (RUNS - 1) as f64;
+    assert!(
+        (claimed - true_error).abs() < 3.0 * variance.sqrt(),
+        "{claimed} for {true_error} ± {}",
+        variance.sqrt()
+    );
+    assert!(
+        variance.sqrt() < 0.05 * true_error,
+        "the test tells nothing: ± {}",
+        variance.sqrt()
+    );
+    let [claimed, true_error] =
+        [0, 1].map(|k| relative.iter().map(|run: &[f64; 2]| run[k]).sum::<f64>() / RUNS as f64);
+    assert!(
+        (0.9..1.15).contains(&(claimed / true_error)),
+        "{claimed} for {true_error}, relative"
+    );
 }
 
 /// Mean squared distance of a picture from the truth, relative to it.
 fn relative_error(picture: &Picture, truth: impl Fn(usize) -> f64) -> f64 {
     let square = |(pixel, rgb): (usize, &[f32; 3])| {
-        rgb.iter().map(|&c| (f64::from(c) - truth(pixel)).powi(2) / (truth(pixel).powi(2) + mixture::FLOOR)).sum::<f64>()
+        rgb.iter()
+            .map(|&c| {
+                (f64::from(c) - truth(pixel)).powi(2) / (truth(pixel).powi(2) + mixture::FLOOR)
+            })
+            .sum::<f64>()
     };
     picture.rgb.iter().enumerate().map(square).sum::<f64>() / (3 * picture.rgb.len()) as f64
 }
 
-/// Protects: the relative claim knows that pixels into which light was spread are darker than they look: in stripes of which one of three
-/// is lit, it is most of the error. (Relative to the picture's own colour it is three fifths.)
+/// Protects: the relative claim knows that pixels into which light was spread are darker than they
+/// look: in stripes of which one of three is lit, it is most of the error. (Relative to the
+/// picture's own colour it is three fifths.)
 #[test]
 fn relative_claims_know_what_looks_too_bright() {
     const RUNS: u64 = 40;
@@ -197,78 +283,175 @@ fn relative_claims_know_what_looks_too_bright() {
         let film = film_of([48, 32], |pixel, replicate| {
             // Half of the samples, or a fiftieth, by the normal deviate.
             let least = if is_bright(pixel) { 0.0 } else { 2.054 };
-            grey((0..4).filter(|&sample| noise(seed, pixel, replicate, sample) > least).count() as f64)
+            grey(
+                (0..4)
+                    .filter(|&sample| noise(seed, pixel, replicate, sample) > least)
+                    .count() as f64,
+            )
         });
         let found = denoised(&film);
         let truth = |pixel: usize| if is_bright(pixel) { 2.0 } else { 0.08 };
-        [found.error.root_relmse.value.powi(2), relative_error(&found.picture, truth)]
+        [
+            found.error.root_relmse.value.powi(2),
+            relative_error(&found.picture, truth),
+        ]
     });
     let [claimed, true_error] = runs.fold([0.0; 2], |sum, run| [sum[0] + run[0], sum[1] + run[1]]);
-    assert!((0.68..1.2).contains(&(claimed / true_error)), "{claimed} for {true_error}");
+    assert!(
+        (0.68..1.2).contains(&(claimed / true_error)),
+        "{claimed} for {true_error}"
+    );
 }
 
-/// Protects: what there is no noise in stays as it is, black stays black, and nothing is claimed to be wrong with it.
+/// Protects: what there is no noise in stays as it is, black stays black, and nothing is claimed to
+/// be wrong with it.
 #[test]
 fn pictures_without_noise_stay() {
     let truth = drawn(48);
-    for (name, of) in [("drawn", &truth as &dyn Fn(usize) -> f64), ("black", &|_| 0.0), ("bright", &|_| 1e6)] {
+    for (name, of) in [
+        ("drawn", &truth as &dyn Fn(usize) -> f64),
+        ("black", &|_| 0.0),
+        ("bright", &|_| 1e6),
+    ] {
         let found = denoised(&film_of([48, 40], |pixel, _| grey(of(pixel))));
         for (pixel, rgb) in found.picture.rgb.iter().enumerate() {
             let (is, was) = (f64::from(rgb[1]), of(pixel));
-            assert!((is - was).abs() < 2e-3 + 1e-6 * was, "{name}: {was} became {is} in pixel {pixel}");
+            assert!(
+                (is - was).abs() < 2e-3 + 1e-6 * was,
+                "{name}: {was} became {is} in pixel {pixel}"
+            );
         }
-        assert!(found.error.root_relmse.value < 2e-3, "{name}: {:?}", found.error);
+        assert!(
+            found.error.root_relmse.value < 2e-3,
+            "{name}: {:?}",
+            found.error
+        );
     }
 }
 
-/// Protects: pictures of any size, and numbers that no picture should have, come out as numbers: what is beyond all pictures stays as it is.
+/// Protects: pictures of any size, and numbers that no picture should have, come out as numbers:
+/// what is beyond all pictures stays as it is.
 #[test]
 fn odd_pictures_make_no_odd_numbers() {
     let noisy = |pixel: usize, replicate: usize| grey(0.3 + 0.1 * noise(3, pixel, replicate, 0));
-    for size in [[1, 1], [1, 2], [2, 1], [3, 3], [1, 40], [40, 1], [129, 33], [7, 65]] {
+    for size in [
+        [1, 1],
+        [1, 2],
+        [2, 1],
+        [3, 3],
+        [1, 40],
+        [40, 1],
+        [129, 33],
+        [7, 65],
+    ] {
         let found = denoised(&film_of(size, noisy));
-        assert!(found.picture.rgb.iter().chain(&found.standard_error).flatten().all(|c| c.is_finite()), "{size:?}");
-        assert!(found.picture.rgb.iter().flatten().all(|&c| (-0.2..0.8).contains(&c)), "{size:?}");
+        assert!(
+            found
+                .picture
+                .rgb
+                .iter()
+                .chain(&found.standard_error)
+                .flatten()
+                .all(|c| c.is_finite()),
+            "{size:?}"
+        );
+        assert!(
+            found
+                .picture
+                .rgb
+                .iter()
+                .flatten()
+                .all(|&c| (-0.2..0.8).contains(&c)),
+            "{size:?}"
+        );
         let error = found.error.root_relmse;
-        assert!(error.value.is_finite() && error.low <= error.value && error.value <= error.high, "{error:?}");
+        assert!(
+            error.value.is_finite() && error.low <= error.value && error.value <= error.high,
+            "{error:?}"
+        );
     }
     let found = denoised(&film_of([1, 1], noisy));
-    assert_eq!(found.error.doubt, Some(crate::film::Doubt::WideInterval), "one pixel has no blocks");
+    assert_eq!(
+        found.error.doubt,
+        Some(crate::film::Doubt::WideInterval),
+        "one pixel has no blocks"
+    );
     let odd = |pixel: usize, replicate: usize| match pixel {
         5 => grey(1e30),
         17 => grey(f64::INFINITY),
         29 => grey(f64::NAN),
-        41 => ReplicateSample { albedo: [f64::NAN, f64::INFINITY, -3.0], ..noisy(pixel, replicate) },
-        53 => ReplicateSample { emission: [1e20; 3], ..noisy(pixel, replicate) },
+        41 => ReplicateSample {
+            albedo: [f64::NAN, f64::INFINITY, -3.0],
+            ..noisy(pixel, replicate)
+        },
+        53 => ReplicateSample {
+            emission: [1e20; 3],
+            ..noisy(pixel, replicate)
+        },
         77 => grey(-4.0),
         _ => noisy(pixel, replicate),
     };
     let film = film_of([32, 20], odd);
     let found = denoised(&film);
-    for (pixel, rgb) in found.picture.rgb.iter().enumerate().filter(|(pixel, _)| ![17, 29].contains(pixel)) {
+    for (pixel, rgb) in found
+        .picture
+        .rgb
+        .iter()
+        .enumerate()
+        .filter(|(pixel, _)| ![17, 29].contains(pixel))
+    {
         assert!(rgb.iter().all(|c| c.is_finite()), "pixel {pixel}: {rgb:?}");
     }
     assert_eq!(found.picture.rgb[5], film.picture().rgb[5]);
     let far = |pixel: &usize| pixel % 32 > 12 && pixel % 32 < 20 && pixel / 32 > 10;
     for pixel in (0..32 * 20).filter(far) {
-        assert!((0.1..0.5).contains(&found.picture.rgb[pixel][0]), "far from all that: {:?}", found.picture.rgb[pixel]);
+        assert!(
+            (0.1..0.5).contains(&found.picture.rgb[pixel][0]),
+            "far from all that: {:?}",
+            found.picture.rgb[pixel]
+        );
     }
 }
 
-/// Protects: a film that lacks what is read says what it is, and one without chance that it has no noise.
+/// Protects: a film that lacks what is read says what it is, and one without chance that it has no
+/// noise.
 #[test]
 fn what_is_missing_is_named() {
-    let film = |settings: Settings| prepare(&Scene::default(), &settings, &()).expect("nothing is wrong with it").film("");
-    let base = || Settings { size: [4, 4], sampling: Sampling::General(64), ..Settings::of(&Scene::default()) };
+    let film = |settings: Settings| {
+        prepare(&Scene::default(), &settings, &())
+            .expect("nothing is wrong with it")
+            .film("")
+    };
+    let base = || Settings {
+        size: [4, 4],
+        sampling: Sampling::General(64),
+        ..Settings::of(&Scene::default())
+    };
     let why = |film: &Film| denoise(film, &()).err();
     assert_eq!(why(&film(base())), Some(DenoiseError::Layer("emission")));
     assert_eq!(
-        why(&film(Settings { aovs: vec![Aov::Emission, Aov::Normal, Aov::Depth], ..base() })),
+        why(&film(Settings {
+            aovs: vec![Aov::Emission, Aov::Normal, Aov::Depth],
+            ..base()
+        })),
         Some(DenoiseError::Layer("albedo"))
     );
-    assert_eq!(why(&film(Settings { denoise: true, ..base() })), Some(DenoiseError::Replicates));
+    assert_eq!(
+        why(&film(Settings {
+            denoise: true,
+            ..base()
+        })),
+        Some(DenoiseError::Replicates)
+    );
     let pattern = Sampling::Pattern(crate::scene::Pattern::Centre);
-    assert_eq!(why(&film(Settings { denoise: true, sampling: pattern, ..base() })), Some(DenoiseError::NoChance));
+    assert_eq!(
+        why(&film(Settings {
+            denoise: true,
+            sampling: pattern,
+            ..base()
+        })),
+        Some(DenoiseError::NoChance)
+    );
     let film = film_of([4, 4], |_, _| grey(1.0));
     struct Stopped;
     impl Observer for Stopped {
@@ -276,15 +459,23 @@ fn what_is_missing_is_named() {
             true
         }
     }
-    assert!(matches!(denoise(&film, &Stopped), Err(DenoiseError::Cancelled)));
+    assert!(matches!(
+        denoise(&film, &Stopped),
+        Err(DenoiseError::Cancelled)
+    ));
 }
 
 /// Protects: a denoised picture has the same bits on one thread and on several.
 #[test]
 fn threads_change_no_bit() {
-    let film = film_of([150, 70], |pixel, replicate| grey(0.3 + 0.1 * noise(7, pixel, replicate, 0)));
+    let film = film_of([150, 70], |pixel, replicate| {
+        grey(0.3 + 0.1 * noise(7, pixel, replicate, 0))
+    });
     let on = |threads| {
-        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().expect("a pool");
+        let pool = rayon::ThreadPoolBuilder::new()
+            .num_threads(threads)
+            .build()
+            .expect("a pool");
         pool.install(|| denoised(&film))
     };
     let (one, three) = (on(1), on(3));
@@ -292,7 +483,8 @@ fn threads_change_no_bit() {
     assert_eq!(one.standard_error, three.standard_error);
 }
 
-/// Protects: tiles leave no seams: a part of a picture far from its edges is that of the same picture elsewhere in the tiles.
+/// Protects: tiles leave no seams: a part of a picture far from its edges is that of the same
+/// picture elsewhere in the tiles.
 #[test]
 fn tiles_leave_no_seams() {
     let of = |shift: usize| {
@@ -307,35 +499,52 @@ fn tiles_leave_no_seams() {
     };
     let (one, other) = (of(0), of(45));
     for (y, x) in (0..20).flat_map(|y| (100..150).map(move |x| (y, x))) {
-        let [a, b] = [one[y * 200 + x], other[y * 200 + x - 45]].map(|pixel| (pixel.base, pixel.added, pixel.apart));
+        let [a, b] = [one[y * 200 + x], other[y * 200 + x - 45]]
+            .map(|pixel| (pixel.base, pixel.added, pixel.apart));
         assert_eq!(a, b, "{x}, {y}");
     }
 }
 
-/// Protects: what makes the noisy picture's error doubtful makes the denoised one's: where few pixels met light in one replicate alone, and where
-/// lamps are met by chance. An error that is asked for is not reached then, however small the claim is; where nothing is doubtful it is, from the
-/// upper end of the interval on.
+/// Protects: what makes the noisy picture's error doubtful makes the denoised one's: where few
+/// pixels met light in one replicate alone, and where lamps are met by chance. An error that is
+/// asked for is not reached then, however small the claim is; where nothing is doubtful it is, from
+/// the upper end of the interval on.
 #[test]
 fn doubts_of_the_noisy_picture_are_doubts_of_the_denoised_one() {
     use crate::film::Doubt;
     let of = |rare: bool| {
         film_of([48, 32], |pixel, replicate| {
             let is_lit = rare && pixel % 97 == 5 && replicate == pixel % 4;
-            grey(if is_lit { 40.0 } else { 0.5 + 0.01 * noise(21, pixel, replicate, 0) })
+            grey(if is_lit {
+                40.0
+            } else {
+                0.5 + 0.01 * noise(21, pixel, replicate, 0)
+            })
         })
     };
     for (rare, doubt) in [(false, None), (true, Some(Doubt::FewPixels))] {
         let film = of(rare);
-        let (found, noisy) = (denoised(&film), film.uncertainty().expect("four replicates"));
+        let (found, noisy) = (
+            denoised(&film),
+            film.uncertainty().expect("four replicates"),
+        );
         assert_eq!([found.error.doubt, noisy.doubt], [doubt; 2]);
         let own = found.error.root_relmse;
-        assert_eq!(found.reaches(own.high.max(noisy.root_relmse.high), &noisy), !rare, "{rare}");
-        assert!(!found.reaches(f64::midpoint(own.value, own.high), &noisy), "{rare}: the value is no proof");
+        assert_eq!(
+            found.reaches(own.high.max(noisy.root_relmse.high), &noisy),
+            !rare,
+            "{rare}"
+        );
+        assert!(
+            !found.reaches(f64::midpoint(own.value, own.high), &noisy),
+            "{rare}: the value is no proof"
+        );
     }
 }
 
-/// Protects: nothing is claimed of a denoised picture whose light is so rare that others have to vouch for it and what it is relative to is far
-/// apart even then, though the noisy picture's error is known: each pixel was lit in one replicate or in two.
+/// Protects: nothing is claimed of a denoised picture whose light is so rare that others have to
+/// vouch for it and what it is relative to is far apart even then, though the noisy picture's error
+/// is known: each pixel was lit in one replicate or in two.
 #[test]
 fn rare_light_that_is_vouched_for_is_not_known_denoised() {
     use crate::film::Doubt;
@@ -343,15 +552,35 @@ fn rare_light_that_is_vouched_for_is_not_known_denoised() {
         let is_lit = replicate == pixel % 4 || (pixel / 4 % 2 == 0 && replicate == (pixel + 1) % 4);
         grey(if is_lit { 40.0 } else { 0.0 })
     });
-    let (found, noisy) = (denoised(&film), film.uncertainty().expect("four replicates"));
-    assert_eq!([noisy.doubt, found.error.doubt], [None, Some(Doubt::FewPixels)]);
+    let (found, noisy) = (
+        denoised(&film),
+        film.uncertainty().expect("four replicates"),
+    );
+    assert_eq!(
+        [noisy.doubt, found.error.doubt],
+        [None, Some(Doubt::FewPixels)]
+    );
 }
 
-/// Protects: a picture of less than two blocks, of whose denoised error no interval is known, ends where the noisy one does.
+/// Protects: a picture of less than two blocks, of whose denoised error no interval is known, ends
+/// where the noisy one does.
 #[test]
 fn pictures_without_blocks_end() {
-    let film = film_of([4, 4], |pixel, replicate| grey(0.5 + 0.02 * noise(22, pixel, replicate, 0)));
-    let (found, noisy) = (denoised(&film), film.uncertainty().expect("four replicates"));
-    assert!(found.error.doubt.is_some() && noisy.doubt.is_none(), "{:?} {:?}", found.error, noisy);
-    assert!(found.reaches(noisy.root_relmse.high * 1.01, &noisy) && !found.reaches(noisy.root_relmse.high / 1.01, &noisy));
+    let film = film_of([4, 4], |pixel, replicate| {
+        grey(0.5 + 0.02 * noise(22, pixel, replicate, 0))
+    });
+    let (found, noisy) = (
+        denoised(&film),
+        film.uncertainty().expect("four replicates"),
+    );
+    assert!(
+        found.error.doubt.is_some() && noisy.doubt.is_none(),
+        "{:?} {:?}",
+        found.error,
+        noisy
+    );
+    assert!(
+        found.reaches(noisy.root_relmse.high * 1.01, &noisy)
+            && !found.reaches(noisy.root_relmse.high / 1.01, &noisy)
+    );
 }

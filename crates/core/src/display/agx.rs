@@ -1,29 +1,64 @@
-//! AgX, base look: Troy Sobotka, "AgX" (2022), with the Rec. 2020 matrices of Blender 4.0's configuration (Eary Chow,
+//! AgX, base look: Troy Sobotka, "AgX" (2022), with the Rec. 2020 matrices of Blender 4.0's
+//! configuration (Eary Chow,
 //! 2023) that Filament and three.js share, so that `agx` here means what it means in those viewers.
 //!
-//! The contrast curve is Sobotka's own sigmoid, not the polynomial that shaders put in its place: the polynomial differs
-//! from it by up to 0.006, dips below zero at black and misses white.
+//! The contrast curve is Sobotka's own sigmoid, not the polynomial that shaders put in its place:
+//! the polynomial differs from it by up to 0.006, dips below zero at black and misses white.
 
 use super::matrix::transform;
 use raywright_bvh::scalar::Real;
 
 /// Linear Rec. 709 to linear Rec. 2020 (ITU-R BT.2087-0, four digits), and back (ITU-R BT.2407-0).
-const REC709_TO_REC2020: [[f64; 3]; 3] = [[0.6274, 0.3293, 0.0433], [0.0691, 0.9195, 0.0113], [0.0164, 0.0880, 0.8956]];
-const REC2020_TO_REC709: [[f64; 3]; 3] = [[1.6605, -0.5876, -0.0728], [-0.1246, 1.1329, -0.0083], [-0.0182, -0.1006, 1.1187]];
+const REC709_TO_REC2020: [[f64; 3]; 3] = [
+    [0.6274, 0.3293, 0.0433],
+    [0.0691, 0.9195, 0.0113],
+    [0.0164, 0.0880, 0.8956],
+];
+const REC2020_TO_REC709: [[f64; 3]; 3] = [
+    [1.6605, -0.5876, -0.0728],
+    [-0.1246, 1.1329, -0.0083],
+    [-0.0182, -0.1006, 1.1187],
+];
 
-/// Insets the gamut before the curve, so that strong colours move towards white; the outset partly takes it back.
+/// Insets the gamut before the curve, so that strong colours move towards white; the outset partly
+/// takes it back.
 const INSET: [[f64; 3]; 3] = [
-    [0.856_627_153_315_983, 0.095_121_240_538_158_8, 0.048_251_606_145_858_3],
-    [0.137_318_972_929_847, 0.761_241_990_602_591, 0.101_439_036_467_562],
-    [0.111_898_212_999_95, 0.076_799_418_603_190_3, 0.811_302_368_396_859],
+    [
+        0.856_627_153_315_983,
+        0.095_121_240_538_158_8,
+        0.048_251_606_145_858_3,
+    ],
+    [
+        0.137_318_972_929_847,
+        0.761_241_990_602_591,
+        0.101_439_036_467_562,
+    ],
+    [
+        0.111_898_212_999_95,
+        0.076_799_418_603_190_3,
+        0.811_302_368_396_859,
+    ],
 ];
 const OUTSET: [[f64; 3]; 3] = [
-    [1.127_100_581_814_436_8, -0.110_606_643_096_603_23, -0.016_493_938_717_834_573],
-    [-0.141_329_763_498_438_3, 1.157_823_702_216_272, -0.016_493_938_717_834_257],
-    [-0.141_329_763_498_438_26, -0.110_606_643_096_602_94, 1.251_936_406_595_040_5],
+    [
+        1.127_100_581_814_436_8,
+        -0.110_606_643_096_603_23,
+        -0.016_493_938_717_834_573,
+    ],
+    [
+        -0.141_329_763_498_438_3,
+        1.157_823_702_216_272,
+        -0.016_493_938_717_834_257,
+    ],
+    [
+        -0.141_329_763_498_438_26,
+        -0.110_606_643_096_602_94,
+        1.251_936_406_595_040_5,
+    ],
 ];
 
-/// Range of the logarithmic encoding: 10 stops below and 6.5 above middle grey 0.18, as base-2 logarithms.
+/// Range of the logarithmic encoding: 10 stops below and 6.5 above middle grey 0.18, as base-2
+/// logarithms.
 const LOG2_MIN: f64 = -12.473_93;
 const LOG2_MAX: f64 = 4.026_069;
 
@@ -38,10 +73,14 @@ pub(super) struct Agx {
 
 impl Agx {
     pub(super) fn new() -> Self {
-        Self { contrast: Ramp::new(sigmoid), linearise: Ramp::new(|x| Real::powf(x, 2.2)) }
+        Self {
+            contrast: Ramp::new(sigmoid),
+            linearise: Ramp::new(|x| Real::powf(x, 2.2)),
+        }
     }
 
-    /// Maps a colour with channels that are finite and not negative; channels of the result may leave 0..1 a little.
+    /// Maps a colour with channels that are finite and not negative; channels of the result may
+    /// leave 0..1 a little.
     pub(super) fn apply(&self, rgb: [f64; 3]) -> [f64; 3] {
         let inset = transform(&INSET, transform(&REC709_TO_REC2020, rgb));
         let shaped = inset.map(|x| self.contrast.at(encode_log2(x)));
@@ -50,8 +89,8 @@ impl Agx {
     }
 }
 
-/// A rising function on [0, 1] by straight lines between exact values: never falls either, and is off by less than 1e-6
-/// for the curves used here.
+/// A rising function on [0, 1] by straight lines between exact values: never falls either, and is
+/// off by less than 1e-6 for the curves used here.
 #[derive(Clone, Debug)]
 struct Ramp(Vec<f64>);
 
@@ -60,7 +99,11 @@ impl Ramp {
 
     fn new(exact: impl Fn(f64) -> f64) -> Self {
         // One value past the end, so that the last one has a line to the right of it, too.
-        Self((0..=Self::STEPS + 1).map(|i| exact((i as f64 / Self::STEPS as f64).min(1.0))).collect())
+        Self(
+            (0..=Self::STEPS + 1)
+                .map(|i| exact((i as f64 / Self::STEPS as f64).min(1.0)))
+                .collect(),
+        )
     }
 
     #[inline]
@@ -78,21 +121,24 @@ fn encode_log2(x: f64) -> f64 {
     ((log2 - LOG2_MIN) / (LOG2_MAX - LOG2_MIN)).clamp(0.0, 1.0)
 }
 
-/// Sobotka's sigmoid (after Jed Smith): through the pivot with slope 2, the toe bent with power 3, the shoulder with
-/// 3.25, from exactly 0 at 0 to exactly 1 at 1.
+/// Sobotka's sigmoid (after Jed Smith): through the pivot with slope 2, the toe bent with power 3,
+/// the shoulder with 3.25, from exactly 0 at 0 to exactly 1 at 1.
 fn sigmoid(x: f64) -> f64 {
     const X_PIVOT: f64 = 10.0 / 16.5;
     const Y_PIVOT: f64 = 0.5;
-    /// `scale` of each half: ((slope·run)^−p · ((slope·run/rise)^p − 1))^(−1/p), where run and rise lead from the pivot
-    /// to the half's corner.
+    /// `scale` of each half: ((slope·run)^−p · ((slope·run/rise)^p − 1))^(−1/p), where run and rise
+    /// lead from the pivot to the half's corner.
     const TOE_SCALE: f64 = 0.512_277_382_293_071_4;
     const SHOULDER_SCALE: f64 = 0.541_464_156_278_149_7;
     let half = |distance: f64, scale: f64, power: f64| {
         let t = 2.0 * distance / scale;
         scale * t / Real::powf(1.0 + Real::powf(t, power), 1.0 / power)
     };
-    let y =
-        if x < X_PIVOT { Y_PIVOT - half(X_PIVOT - x, TOE_SCALE, 3.0) } else { Y_PIVOT + half(x - X_PIVOT, SHOULDER_SCALE, 3.25) };
+    let y = if x < X_PIVOT {
+        Y_PIVOT - half(X_PIVOT - x, TOE_SCALE, 3.0)
+    } else {
+        Y_PIVOT + half(x - X_PIVOT, SHOULDER_SCALE, 3.25)
+    };
     y.clamp(0.0, 1.0)
 }
 
@@ -100,7 +146,8 @@ fn sigmoid(x: f64) -> f64 {
 mod tests {
     use super::*;
 
-    /// Protects: the written-out scales are those of the sigmoid's definition, so both corners are reached.
+    /// Protects: the written-out scales are those of the sigmoid's definition, so both corners are
+    /// reached.
     #[test]
     fn sigmoid_passes_through_its_corners_and_pivot() {
         for (x, y) in [(0.0, 0.0), (10.0 / 16.5, 0.5), (1.0, 1.0)] {
@@ -110,7 +157,8 @@ mod tests {
         assert!((slope - 2.0).abs() < 1e-5, "{slope}");
     }
 
-    /// Protects: Wrensch's published polynomial ("Minimal AgX Implementation", 2023) fits the same curve.
+    /// Protects: Wrensch's published polynomial ("Minimal AgX Implementation", 2023) fits the same
+    /// curve.
     #[test]
     fn sigmoid_agrees_with_the_published_fit() {
         for i in 1..100 {
@@ -121,14 +169,21 @@ mod tests {
         }
     }
 
-    /// Protects: the tables stand for their curves within 1e-6 between the nodes, and are exact at both ends.
+    /// Protects: the tables stand for their curves within 1e-6 between the nodes, and are exact at
+    /// both ends.
     #[test]
     fn tabulated_curves_are_close_to_the_exact_ones() {
         let agx = Agx::new();
         for i in 0..=100_000 {
             let x = f64::from(i) / 100_000.0;
-            assert!((agx.contrast.at(x) - sigmoid(x)).abs() < 1e-6, "contrast at {x}");
-            assert!((agx.linearise.at(x) - Real::powf(x, 2.2)).abs() < 1e-6, "linearise at {x}");
+            assert!(
+                (agx.contrast.at(x) - sigmoid(x)).abs() < 1e-6,
+                "contrast at {x}"
+            );
+            assert!(
+                (agx.linearise.at(x) - Real::powf(x, 2.2)).abs() < 1e-6,
+                "linearise at {x}"
+            );
         }
         assert_eq!([agx.linearise.at(0.0), agx.linearise.at(1.0)], [0.0, 1.0]);
     }
@@ -138,10 +193,14 @@ mod tests {
     fn middle_grey_lands_on_the_pivot() {
         let half = Real::powf(0.5, 2.2);
         let grey = Agx::new().apply([0.18; 3]);
-        assert!(grey.iter().all(|x: &f64| (x - half).abs() < 2e-4), "{grey:?} {half}");
+        assert!(
+            grey.iter().all(|x: &f64| (x - half).abs() < 2e-4),
+            "{grey:?} {half}"
+        );
     }
 
-    /// Protects: a strong red turns towards white as it brightens, which is what the map is chosen for.
+    /// Protects: a strong red turns towards white as it brightens, which is what the map is chosen
+    /// for.
     #[test]
     fn bright_colours_lose_saturation() {
         let agx = Agx::new();
@@ -149,31 +208,60 @@ mod tests {
         assert!(ratio(0.2) < ratio(2.0) && ratio(2.0) < ratio(20.0) && ratio(20.0) > 0.3);
     }
 
-    /// Protects: every entry of the matrices. The two between Rec. 709 and Rec. 2020 are those of the standards' primaries, in four
-    /// digits, which were cut in one place and rounded in the others. Those of AgX itself are published by columns: where each primary goes on the way in, and that on the way out the
-    /// others of a column get equal shares, since that way nothing is turned.
+    /// Protects: every entry of the matrices. The two between Rec. 709 and Rec. 2020 are those of
+    /// the standards' primaries, in four digits, which were cut in one place and rounded in the
+    /// others. Those of AgX itself are published by columns: where each primary goes on the way in,
+    /// and that on the way out the others of a column get equal shares, since that way nothing is
+    /// turned.
     #[test]
     fn matrices_are_those_of_their_primaries() {
         use crate::display::tests::primaries::{REC709, REC2020, between};
-        for (rows, derived) in [(REC709_TO_REC2020, between(REC709, REC2020)), (REC2020_TO_REC709, between(REC2020, REC709))] {
+        for (rows, derived) in [
+            (REC709_TO_REC2020, between(REC709, REC2020)),
+            (REC2020_TO_REC709, between(REC2020, REC709)),
+        ] {
             for (i, row) in rows.iter().enumerate() {
                 let apart = glam::DVec3::from(*row) - derived.row(i);
-                assert!(apart.abs().max_element() < 1e-4, "row {i}: {row:?} {}", derived.row(i));
+                assert!(
+                    apart.abs().max_element() < 1e-4,
+                    "row {i}: {row:?} {}",
+                    derived.row(i)
+                );
             }
         }
         let columns = [
-            [0.856_627_153_315_983, 0.137_318_972_929_847, 0.111_898_212_999_95],
-            [0.095_121_240_538_158_8, 0.761_241_990_602_591, 0.076_799_418_603_190_3],
-            [0.048_251_606_145_858_3, 0.101_439_036_467_562, 0.811_302_368_396_859],
+            [
+                0.856_627_153_315_983,
+                0.137_318_972_929_847,
+                0.111_898_212_999_95,
+            ],
+            [
+                0.095_121_240_538_158_8,
+                0.761_241_990_602_591,
+                0.076_799_418_603_190_3,
+            ],
+            [
+                0.048_251_606_145_858_3,
+                0.101_439_036_467_562,
+                0.811_302_368_396_859,
+            ],
         ];
         let primary = |k: usize| [0, 1, 2].map(|i| f64::from(u8::from(i == k)));
         for (k, column) in columns.into_iter().enumerate() {
             assert_eq!(transform(&INSET, primary(k)), column);
             let out = transform(&OUTSET, primary(k));
-            assert!((out[(k + 1) % 3] - out[(k + 2) % 3]).abs() < 1e-14, "{out:?}");
+            assert!(
+                (out[(k + 1) % 3] - out[(k + 2) % 3]).abs() < 1e-14,
+                "{out:?}"
+            );
         }
         for rows in [INSET, OUTSET] {
-            assert!(transform(&rows, [1.0; 3]).iter().all(|grey| (grey - 1.0).abs() < 1e-14), "{rows:?}");
+            assert!(
+                transform(&rows, [1.0; 3])
+                    .iter()
+                    .all(|grey| (grey - 1.0).abs() < 1e-14),
+                "{rows:?}"
+            );
         }
     }
 }

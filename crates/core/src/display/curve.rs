@@ -1,10 +1,11 @@
-//! Transfer curves between display-linear values and stored display values, and the luminance of Rec. 709.
+//! Transfer curves between display-linear values and stored display values, and the luminance of
+//! Rec. 709.
 
 use crate::scene::TransferCurve;
 use raywright_bvh::scalar::Real;
 
-/// Where the two branches of the sRGB curve meet. The standard rounds it up to 0.0031308, where the curve would step down by
-/// 2.6e-8; between the two the value differs by no more than that.
+/// Where the two branches of the sRGB curve meet. The standard rounds it up to 0.0031308, where the
+/// curve would step down by 2.6e-8; between the two the value differs by no more than that.
 const SRGB_JOINT: f64 = 0.003_130_668_442_500_634;
 
 /// Display value in 0..1 of a display-linear value in 0..1: the encoding direction.
@@ -28,7 +29,8 @@ pub fn decode(curve: TransferCurve, value: f64) -> f64 {
     }
 }
 
-/// The 8-bit code of a display value in 0..1: floor(255 v + ½), so that each code is the centre of its interval.
+/// The 8-bit code of a display value in 0..1: floor(255 v + ½), so that each code is the centre of
+/// its interval.
 pub fn quantise(value: f64) -> u8 {
     (255.0 * value + 0.5) as u8
 }
@@ -42,7 +44,11 @@ pub fn luminance(rgb: [f64; 3]) -> f64 {
 mod tests {
     use super::*;
 
-    const CURVES: [TransferCurve; 3] = [TransferCurve::Srgb, TransferCurve::Gamma22, TransferCurve::None];
+    const CURVES: [TransferCurve; 3] = [
+        TransferCurve::Srgb,
+        TransferCurve::Gamma22,
+        TransferCurve::None,
+    ];
 
     /// Protects: F06: the two branches of the sRGB curve meet within 1e-6 and do not step down.
     #[test]
@@ -53,7 +59,12 @@ mod tests {
             assert!(values[0] < values[1] && values[1] < values[2], "{values:?}");
             assert!(values[2] - values[0] < 1e-6, "{values:?}");
             let back = values.map(|v| decode(TransferCurve::Srgb, v));
-            assert!(back.iter().zip(around).all(|(a, b)| (a / f64::from(b) - 1.0).abs() < 1e-12), "{back:?}");
+            assert!(
+                back.iter()
+                    .zip(around)
+                    .all(|(a, b)| (a / f64::from(b) - 1.0).abs() < 1e-12),
+                "{back:?}"
+            );
         }
     }
 
@@ -73,14 +84,23 @@ mod tests {
         for curve in CURVES {
             for code in 0..=255_u8 {
                 let linear = decode(curve, f64::from(code) / 255.0) as f32;
-                assert_eq!(quantise(encode(curve, f64::from(linear))), code, "{curve:?} {code}");
+                assert_eq!(
+                    quantise(encode(curve, f64::from(linear))),
+                    code,
+                    "{curve:?} {code}"
+                );
                 let grey = luminance([f64::from(linear); 3]);
-                assert_eq!(quantise(encode(curve, grey)), code, "{curve:?} {code} through luminance");
+                assert_eq!(
+                    quantise(encode(curve, grey)),
+                    code,
+                    "{curve:?} {code} through luminance"
+                );
             }
         }
     }
 
-    /// Protects: F07: on a ramp of 4 096 steps each value gets the nearest code, and rounding favours no side.
+    /// Protects: F07: on a ramp of 4 096 steps each value gets the nearest code, and rounding
+    /// favours no side.
     #[test]
     fn f07_quantisation_is_centred() {
         let mut bias = 0.0;

@@ -6,13 +6,15 @@ use crate::picture::Picture;
 /// Shares of a picture's pixels, 0 to 1, that a display shows as what they are not.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Clipping {
-    /// Pixels with a channel at its greatest code, or so near to it that twice the light looks the same.
+    /// Pixels with a channel at its greatest code, or so near to it that twice the light looks the
+    /// same.
     pub clipped: f64,
     /// Pixels that are black and have light.
     pub black: f64,
 }
 
-/// Share of a picture that may be clipped, or black with light in it, before another exposure is better.
+/// Share of a picture that may be clipped, or black with light in it, before another exposure is
+/// better.
 pub const MOST_CLIPPED: f64 = 0.1;
 
 /// Pixels that are looked at.
@@ -23,28 +25,43 @@ const BRIGHT: u8 = 240;
 const STOPS: i32 = 12;
 
 impl Display {
-    /// What of a picture is clipped or black, of at most 16,384 of its pixels; what has no coverage is left aside.
+    /// What of a picture is clipped or black, of at most 16,384 of its pixels; what has no coverage
+    /// is left aside.
     pub fn clipping(self, picture: &Picture) -> Clipping {
         self.clipping_of(&colours(picture))
     }
 
-    /// The exposure in whole stops, up to twelve from the own one, by which at most [`MOST_CLIPPED`] of a picture is clipped, or else black with
-    /// light in it; none where the own one does that, or none does.
+    /// The exposure in whole stops, up to twelve from the own one, by which at most
+    /// [`MOST_CLIPPED`] of a picture is clipped, or else black with light in it; none where the own
+    /// one does that, or none does.
     pub fn suitable_exposure(self, picture: &Picture) -> Option<f64> {
         let colours = colours(picture);
-        let share = |stops: f64| Self { exposure_stops: stops, ..self }.clipping_of(&colours);
+        let share = |stops: f64| {
+            Self {
+                exposure_stops: stops,
+                ..self
+            }
+            .clipping_of(&colours)
+        };
         let own = share(self.exposure_stops);
         let (step, of): (f64, fn(Clipping) -> f64) = match own {
             Clipping { clipped, .. } if clipped > MOST_CLIPPED => (-1.0, |share| share.clipped),
             Clipping { black, .. } if black > MOST_CLIPPED => (1.0, |share| share.black),
             _ => return None,
         };
-        (1..=STOPS).map(|steps| self.exposure_stops + step * f64::from(steps)).find(|&stops| of(share(stops)) <= MOST_CLIPPED)
+        (1..=STOPS)
+            .map(|steps| self.exposure_stops + step * f64::from(steps))
+            .find(|&stops| of(share(stops)) <= MOST_CLIPPED)
     }
 
     /// The same with the exposure that suits a picture, where another one does.
     pub fn suited_to(self, picture: &Picture) -> Self {
-        Self { exposure_stops: self.suitable_exposure(picture).unwrap_or(self.exposure_stops), ..self }
+        Self {
+            exposure_stops: self
+                .suitable_exposure(picture)
+                .unwrap_or(self.exposure_stops),
+            ..self
+        }
     }
 
     fn clipping_of(self, colours: &[[f32; 3]]) -> Clipping {
@@ -58,22 +75,30 @@ impl Display {
             clipped += usize::from(bright && (codes.contains(&255) || spent()));
             black += usize::from(codes == [0; 3] && colour.iter().any(|&channel| channel > 0.0));
         }
-        let [clipped, black] = [clipped, black].map(|count| count as f64 / colours.len().max(1) as f64);
+        let [clipped, black] =
+            [clipped, black].map(|count| count as f64 / colours.len().max(1) as f64);
         Clipping { clipped, black }
     }
 }
 
-/// Whether a bright channel shows twice its light by almost the same code: tone maps come near to the greatest one and never reach it.
+/// Whether a bright channel shows twice its light by almost the same code: tone maps come near to
+/// the greatest one and never reach it.
 fn is_spent(codes: [u8; 3], doubled: [u8; 3]) -> bool {
     const SAME: u8 = 3;
-    codes.iter().zip(doubled).any(|(&code, doubled)| code >= BRIGHT && code.abs_diff(doubled) < SAME)
+    codes
+        .iter()
+        .zip(doubled)
+        .any(|(&code, doubled)| code >= BRIGHT && code.abs_diff(doubled) < SAME)
 }
 
 /// Colours of pixels that show something, evenly over the picture.
 fn colours(picture: &Picture) -> Vec<[f32; 3]> {
     let step = picture.rgb.len() / LOOKED_AT + 1;
     let colour = |i: usize| picture.surface_colour(i);
-    (0..picture.rgb.len()).step_by(step).filter_map(colour).collect()
+    (0..picture.rgb.len())
+        .step_by(step)
+        .filter_map(colour)
+        .collect()
 }
 
 #[cfg(test)]
@@ -81,11 +106,17 @@ mod tests {
     use super::*;
 
     fn picture(rgb: Vec<[f32; 3]>, alpha: Option<Vec<f32>>) -> Picture {
-        Picture { width: rgb.len() as u32, height: 1, rgb, alpha, ..Picture::default() }
+        Picture {
+            width: rgb.len() as u32,
+            height: 1,
+            rgb,
+            alpha,
+            ..Picture::default()
+        }
     }
 
-    /// Protects: a picture that is too bright or too dark by n stops gets them back, one that is right keeps its own, and one that no
-    /// exposure mends gets none.
+    /// Protects: a picture that is too bright or too dark by n stops gets them back, one that is
+    /// right keeps its own, and one that no exposure mends gets none.
     #[test]
     fn exposures_undo_what_is_too_much() {
         let display = Display::PLAIN;
@@ -93,30 +124,60 @@ mod tests {
         assert_eq!(at(0.5), None);
         assert_eq!(at(3.9), Some(-2.0));
         assert_eq!(at(1e-4), Some(1.0));
-        assert_eq!(Display { exposure_stops: 2.0, ..display }.suitable_exposure(&picture(vec![[1.5; 3]; 9], None)), Some(-1.0));
+        assert_eq!(
+            Display {
+                exposure_stops: 2.0,
+                ..display
+            }
+            .suitable_exposure(&picture(vec![[1.5; 3]; 9], None)),
+            Some(-1.0)
+        );
         assert_eq!(at(f32::INFINITY), None);
         assert_eq!(at(0.0), None);
         assert_eq!(display.suitable_exposure(&picture(Vec::new(), None)), None);
     }
 
-    /// Protects: a tone map that comes near to white and never reaches it clips as well, and white paper in even light does not.
+    /// Protects: a tone map that comes near to white and never reaches it clips as well, and white
+    /// paper in even light does not.
     #[test]
     fn nearly_white_is_clipped() {
         use crate::scene::ToneMap;
         for tone_map in [ToneMap::KhronosNeutral, ToneMap::Agx, ToneMap::AcesHill] {
-            let share = |level: f32| Display { tone_map, ..Display::PLAIN }.clipping(&picture(vec![[level; 3]; 9], None)).clipped;
+            let share = |level: f32| {
+                Display {
+                    tone_map,
+                    ..Display::PLAIN
+                }
+                .clipping(&picture(vec![[level; 3]; 9], None))
+                .clipped
+            };
             assert_eq!([share(0.8), share(100.0)], [0.0, 1.0], "{tone_map:?}");
         }
         // One channel is enough, as where codes end.
         let tinted = picture(vec![[2.6, 2.2, 2.0]; 9], None);
-        assert_eq!(Display { tone_map: ToneMap::KhronosNeutral, ..Display::PLAIN }.clipping(&tinted).clipped, 1.0);
+        assert_eq!(
+            Display {
+                tone_map: ToneMap::KhronosNeutral,
+                ..Display::PLAIN
+            }
+            .clipping(&tinted)
+            .clipped,
+            1.0
+        );
     }
 
-    /// Protects: what is not covered says nothing, and what is covered in part counts with the colour that it shows.
+    /// Protects: what is not covered says nothing, and what is covered in part counts with the
+    /// colour that it shows.
     #[test]
     fn empty_pixels_are_left_aside() {
         let rgb = vec![[0.0; 3], [0.0; 3], [0.4; 3], [0.9; 3]];
         let picture = picture(rgb, Some(vec![0.0, 0.0, 0.2, 1.0]));
-        assert_eq!(Display::PLAIN.clipping(&picture), Clipping { clipped: 0.5, black: 0.0 });
+        assert_eq!(
+            Display::PLAIN.clipping(&picture),
+            Clipping {
+                clipped: 0.5,
+                black: 0.0
+            }
+        );
     }
 }

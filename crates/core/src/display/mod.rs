@@ -1,8 +1,9 @@
 //! From linear radiance to what a screen shows: exposure, tone map, transfer curve, codes.
 //!
-//! Every number has a defined picture: negative radiance is black, infinite radiance is as bright as can be, and a pixel
-//! with a NaN is [`NAN_MARKER`], which no scene shows by itself. The steps are computed in f64 with our own choice of
-//! elementary functions, rounded once to f32 before the curve, and give the same bits on every machine.
+//! Every number has a defined picture: negative radiance is black, infinite radiance is as bright
+//! as can be, and a pixel with a NaN is [`NAN_MARKER`], which no scene shows by itself. The steps
+//! are computed in f64 with our own choice of elementary functions, rounded once to f32 before the
+//! curve, and give the same bits on every machine.
 
 mod agx;
 mod codes;
@@ -37,13 +38,15 @@ pub struct Display {
     /// What files keep of the values.
     #[serde(default)]
     pub output: Output,
-    /// Display values of what lies behind what covers a picture: exactly these where nothing does. None: the coverage is kept.
+    /// Display values of what lies behind what covers a picture: exactly these where nothing does.
+    /// None: the coverage is kept.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub background: Option<[f64; 3]>,
 }
 
 impl Display {
-    /// No exposure, no tone map, the sRGB curve: for pictures whose values are display-linear already.
+    /// No exposure, no tone map, the sRGB curve: for pictures whose values are display-linear
+    /// already.
     pub const PLAIN: Self = Self {
         tone_map: ToneMap::None,
         curve: TransferCurve::Srgb,
@@ -52,15 +55,22 @@ impl Display {
         background: None,
     };
 
-    /// Linear values of the background, as its codes are sRGB's: what a picture of linear numbers has behind it. Neither exposure nor tone map
-    /// has a part in it, since some codes are what no radiance becomes.
+    /// Linear values of the background, as its codes are sRGB's: what a picture of linear numbers
+    /// has behind it. Neither exposure nor tone map has a part in it, since some codes are what no
+    /// radiance becomes.
     pub fn linear_background(&self) -> Option<[f64; 3]> {
-        self.background.map(|background| background.map(|value| curve::decode(TransferCurve::Srgb, value)))
+        self.background
+            .map(|background| background.map(|value| curve::decode(TransferCurve::Srgb, value)))
     }
 
     /// What a scene asks for.
     pub fn of(render: &Render) -> Self {
-        Self { tone_map: render.tone_map, curve: render.gamma, exposure_stops: render.exposure, ..Self::default() }
+        Self {
+            tone_map: render.tone_map,
+            curve: render.gamma,
+            exposure_stops: render.exposure,
+            ..Self::default()
+        }
     }
 
     /// The mapping of single pixels, with its tables made.
@@ -79,10 +89,12 @@ impl Display {
         picture.alpha.is_some() && self.background.is_none()
     }
 
-    /// Codes of a picture, row after row from the top: three a pixel, or four where what is shown has a coverage; of two bytes each, the high one
-    /// first, where [`Output::Sixteen`] is asked for. [`Output::Float`] has no codes: they are those of sixteen bits.
+    /// Codes of a picture, row after row from the top: three a pixel, or four where what is shown
+    /// has a coverage; of two bytes each, the high one first, where [`Output::Sixteen`] is asked
+    /// for. [`Output::Float`] has no codes: they are those of sixteen bits.
     ///
-    /// A coverage is stored straight, as PNG wants it: colours are divided by it before they are mapped.
+    /// A coverage is stored straight, as PNG wants it: colours are divided by it before they are
+    /// mapped.
     pub fn to_codes(self, picture: &Picture) -> Vec<u8> {
         let map = self.prepare();
         let values = |i: usize| map.covered(picture, i);
@@ -92,11 +104,16 @@ impl Display {
                 _ => values(i).0.map(curve::quantise),
             }),
             (Output::Eight, true) => by_rows(picture, |i, _| match picture.coverage(i) {
-                [surfaces, 0.0] => with(map.codes(picture.surface_colour(i).unwrap_or_default()), eight(surfaces.into())),
+                [surfaces, 0.0] => with(
+                    map.codes(picture.surface_colour(i).unwrap_or_default()),
+                    eight(surfaces.into()),
+                ),
                 _ => with(values(i).0.map(curve::quantise), eight(values(i).1)),
             }),
             (Output::Dithered, false) => by_rows(picture, |i, place| dithered(values(i).0, place)),
-            (Output::Dithered, true) => by_rows(picture, |i, place| with(dithered(values(i).0, place), eight(values(i).1))),
+            (Output::Dithered, true) => by_rows(picture, |i, place| {
+                with(dithered(values(i).0, place), eight(values(i).1))
+            }),
             (_, false) => by_rows(picture, |i, _| wide(values(i).0.map(output::sixteen))),
             (_, true) => by_rows(picture, |i, _| {
                 let (colour, alpha) = values(i);
@@ -107,16 +124,26 @@ impl Display {
         }
     }
 
-    /// The picture in display values 0..1, before they become codes; coverage and layers are left behind.
+    /// The picture in display values 0..1, before they become codes; coverage and layers are left
+    /// behind.
     pub fn to_values(self, picture: &Picture) -> Picture {
         let map = self.prepare();
         let rgb = picture.rgb.par_iter().map(|&rgb| map.values(rgb)).collect();
-        Picture { width: picture.width, height: picture.height, rgb, window: picture.window, ..Picture::default() }
+        Picture {
+            width: picture.width,
+            height: picture.height,
+            rgb,
+            window: picture.window,
+            ..Picture::default()
+        }
     }
 }
 
 /// Bytes of all pixels, by number and place, rows over threads.
-fn by_rows<const N: usize>(picture: &Picture, bytes: impl Fn(usize, [u32; 2]) -> [u8; N] + Sync) -> Vec<u8> {
+fn by_rows<const N: usize>(
+    picture: &Picture,
+    bytes: impl Fn(usize, [u32; 2]) -> [u8; N] + Sync,
+) -> Vec<u8> {
     let width = picture.width.max(1) as usize;
     let mut all = vec![[0_u8; N]; picture.rgb.len()];
     all.par_chunks_mut(width).enumerate().for_each(|(y, row)| {
@@ -169,19 +196,34 @@ impl DisplayMap {
         }
     }
 
-    /// Display values of a pixel with the coverage that lays them over a page, or of the pixel before the background.
+    /// Display values of a pixel with the coverage that lays them over a page, or of the pixel
+    /// before the background.
     ///
-    /// Coverage mixes display values, not light: pages and most editors do, so that a transparent picture on a page looks like one whose background
-    /// is the page's colour. What light is left of a shadow is a factor on light, which the curve makes one on display values: exactly so for a
-    /// power, and for white; deep shadows on greys of sRGB are up to eight codes off.
+    /// Coverage mixes display values, not light: pages and most editors do, so that a transparent
+    /// picture on a page looks like one whose background is the page's colour. What light is left
+    /// of a shadow is a factor on light, which the curve makes one on display values: exactly so
+    /// for a power, and for white; deep shadows on greys of sRGB are up to eight codes off.
     fn covered(&self, picture: &Picture, pixel: usize) -> ([f64; 3], f64) {
         let [surfaces, shadow] = picture.coverage(pixel).map(f64::from);
-        let (clear, colour) = (1.0 - surfaces, self.values_in_full(picture.surface_colour(pixel).unwrap_or_default()));
-        let left = if shadow > 0.0 { curve::encode(self.curve, ((clear - shadow) / clear).clamp(0.0, 1.0)) } else { 1.0 };
+        let (clear, colour) = (
+            1.0 - surfaces,
+            self.values_in_full(picture.surface_colour(pixel).unwrap_or_default()),
+        );
+        let left = if shadow > 0.0 {
+            curve::encode(self.curve, ((clear - shadow) / clear).clamp(0.0, 1.0))
+        } else {
+            1.0
+        };
         let behind = clear * left;
         match self.background {
-            Some(background) => (core::array::from_fn(|i| surfaces * colour[i] + behind * background[i]), 1.0),
-            None if shadow > 0.0 => (colour.map(|value| value * surfaces / (1.0 - behind)), 1.0 - behind),
+            Some(background) => (
+                core::array::from_fn(|i| surfaces * colour[i] + behind * background[i]),
+                1.0,
+            ),
+            None if shadow > 0.0 => (
+                colour.map(|value| value * surfaces / (1.0 - behind)),
+                1.0 - behind,
+            ),
             None => (colour, surfaces),
         }
     }

@@ -1,4 +1,5 @@
-//! What a file keeps of display values: codes of eight or sixteen bits, the nearest or one of two by place.
+//! What a file keeps of display values: codes of eight or sixteen bits, the nearest or one of two
+//! by place.
 
 use serde::{Deserialize, Serialize};
 
@@ -9,7 +10,8 @@ pub enum Output {
     /// The nearest of 256 codes of each display value.
     #[default]
     Eight,
-    /// One of the two nearest of them, so that the mean over neighbours is right and ramps have no steps.
+    /// One of the two nearest of them, so that the mean over neighbours is right and ramps have no
+    /// steps.
     Dithered,
     /// The nearest of 65 536 codes.
     Sixteen,
@@ -38,11 +40,13 @@ pub(super) fn sixteen(value: f64) -> u16 {
     (65535.0 * value + 0.5) as u16
 }
 
-/// The 8-bit code of a display value in 0..1 at a place of the picture, in a channel: floor(255 v + d), where d goes evenly through [0, 1)
-/// from pixel to pixel, so that a value that is a code keeps it and the mean of any other is right.
+/// The 8-bit code of a display value in 0..1 at a place of the picture, in a channel: floor(255 v +
+/// d), where d goes evenly through [0, 1) from pixel to pixel, so that a value that is a code keeps
+/// it and the mean of any other is right.
 ///
-/// d is interleaved gradient noise (Jimenez, "Next Generation Post Processing in Call of Duty: Advanced Warfare", 2014), whose neighbours
-/// are far apart: what is left is too fine to be seen. Channels are shifted against each other, so that greys err in brightness less.
+/// d is interleaved gradient noise (Jimenez, "Next Generation Post Processing in Call of Duty:
+/// Advanced Warfare", 2014), whose neighbours are far apart: what is left is too fine to be seen.
+/// Channels are shifted against each other, so that greys err in brightness less.
 pub(super) fn dithered(value: f64, [x, y]: [u32; 2], channel: usize) -> u8 {
     const SHIFT: f64 = 5.588_238;
     let x = f64::from(x) + SHIFT * channel as f64;
@@ -55,30 +59,54 @@ pub(super) fn dithered(value: f64, [x, y]: [u32; 2], channel: usize) -> u8 {
 mod tests {
     use super::*;
 
-    /// Protects: dither has no mean of its own: over any 32 by 32 pixels the mean code of a value is the value, to a tenth of a code, in
-    /// each channel, and codes themselves stay as they are.
+    /// Protects: dither has no mean of its own: over any 32 by 32 pixels the mean code of a value
+    /// is the value, to a tenth of a code, in each channel, and codes themselves stay as they are.
     #[test]
     fn f07_dither_has_the_right_mean() {
-        for (channel, value) in (0..3).flat_map(|channel| (0..=50).map(move |k| (channel, f64::from(k) / 50.0))) {
+        for (channel, value) in
+            (0..3).flat_map(|channel| (0..=50).map(move |k| (channel, f64::from(k) / 50.0)))
+        {
             for corner in [[0, 0], [1000, 77], [65_500, 65_500]] {
                 let places = (0..32 * 32).map(|i| [corner[0] + i % 32, corner[1] + i / 32]);
-                let codes: Vec<u8> = places.map(|place| dithered(value, place, channel)).collect();
+                let codes: Vec<u8> = places
+                    .map(|place| dithered(value, place, channel))
+                    .collect();
                 let mean = codes.iter().map(|&code| f64::from(code)).sum::<f64>() / 1024.0;
-                assert!((mean - 255.0 * value).abs() < 0.1, "{value} in {channel} at {corner:?}: {mean}");
+                assert!(
+                    (mean - 255.0 * value).abs() < 0.1,
+                    "{value} in {channel} at {corner:?}: {mean}"
+                );
                 let exact = 255.0 * value;
-                assert!(codes.iter().all(|&code| (f64::from(code) - exact).abs() < 1.0), "{value}: one of the two nearest");
+                assert!(
+                    codes
+                        .iter()
+                        .all(|&code| (f64::from(code) - exact).abs() < 1.0),
+                    "{value}: one of the two nearest"
+                );
             }
         }
         for code in 0..=255_u8 {
             let value = f64::from(code) / 255.0;
-            assert!((0..100).all(|i| dithered(value + 1e-9 * f64::from(code < 255), [i, 3 * i], 1) == code), "{code}");
+            assert!(
+                (0..100)
+                    .all(|i| dithered(value + 1e-9 * f64::from(code < 255), [i, 3 * i], 1) == code),
+                "{code}"
+            );
         }
     }
 
     /// Protects: sixteen bits are rounded to the nearest code, ends included.
     #[test]
     fn sixteen_bits_are_the_nearest() {
-        let found = [0.0, 0.49 / 65535.0, 0.51 / 65535.0, 0.5, 1.0 - 0.51 / 65535.0, 1.0].map(sixteen);
+        let found = [
+            0.0,
+            0.49 / 65535.0,
+            0.51 / 65535.0,
+            0.5,
+            1.0 - 0.51 / 65535.0,
+            1.0,
+        ]
+        .map(sixteen);
         assert_eq!(found, [0, 0, 1, 32768, 65534, 65535]);
     }
 }

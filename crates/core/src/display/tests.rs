@@ -1,32 +1,67 @@
-//! Hard values through every tone map and curve (numerics F05, F06), coverage, and the table against the definition.
+//! Hard values through every tone map and curve (numerics F05, F06), coverage, and the table
+//! against the definition.
 
 pub(super) mod primaries;
 
 use super::*;
 
-const MAPS: [ToneMap; 5] = [ToneMap::None, ToneMap::Aces, ToneMap::AcesHill, ToneMap::Agx, ToneMap::KhronosNeutral];
-const CURVES: [TransferCurve; 3] = [TransferCurve::Srgb, TransferCurve::Gamma22, TransferCurve::None];
+const MAPS: [ToneMap; 5] = [
+    ToneMap::None,
+    ToneMap::Aces,
+    ToneMap::AcesHill,
+    ToneMap::Agx,
+    ToneMap::KhronosNeutral,
+];
+const CURVES: [TransferCurve; 3] = [
+    TransferCurve::Srgb,
+    TransferCurve::Gamma22,
+    TransferCurve::None,
+];
 
 fn every_display() -> impl Iterator<Item = Display> {
     MAPS.into_iter().flat_map(|tone_map| {
         let exposures = [-1.0, 0.0, 2.5];
-        CURVES
-            .into_iter()
-            .flat_map(move |curve| exposures.map(|exposure_stops| Display { tone_map, curve, exposure_stops, ..Display::PLAIN }))
+        CURVES.into_iter().flat_map(move |curve| {
+            exposures.map(|exposure_stops| Display {
+                tone_map,
+                curve,
+                exposure_stops,
+                ..Display::PLAIN
+            })
+        })
     })
 }
 
 /// Non-negative f32 in ascending order: the special ones and some two thousand of all sizes.
 fn ascending() -> Vec<f32> {
-    let special = [0.0, f32::from_bits(1), 1e-40, 1e-8, 0.003_130_8, 0.003_130_8_f32.next_up(), 0.003_130_8_f32.next_down()];
-    let large = [1.0, 1.0_f32.next_up(), 1e4, 65504.0, f32::MAX, f32::INFINITY];
-    let mut values: Vec<f32> = (0..f32::INFINITY.to_bits()).step_by(1_000_003).map(f32::from_bits).collect();
+    let special = [
+        0.0,
+        f32::from_bits(1),
+        1e-40,
+        1e-8,
+        0.003_130_8,
+        0.003_130_8_f32.next_up(),
+        0.003_130_8_f32.next_down(),
+    ];
+    let large = [
+        1.0,
+        1.0_f32.next_up(),
+        1e4,
+        65504.0,
+        f32::MAX,
+        f32::INFINITY,
+    ];
+    let mut values: Vec<f32> = (0..f32::INFINITY.to_bits())
+        .step_by(1_000_003)
+        .map(f32::from_bits)
+        .collect();
     values.extend(special.into_iter().chain(large));
     values.sort_by(f32::total_cmp);
     values
 }
 
-/// Protects: F06: greys of every size give values in 0..1 that never fall, from 0 at 0 to 1 at infinity.
+/// Protects: F06: greys of every size give values in 0..1 that never fall, from 0 at 0 to 1 at
+/// infinity.
 #[test]
 fn f06_greys_rise_from_zero_to_one() {
     for display in every_display() {
@@ -34,7 +69,10 @@ fn f06_greys_rise_from_zero_to_one() {
         let mut last = 0.0;
         for x in ascending() {
             let [r, g, b] = map.values([x; 3]);
-            assert!([r, g, b].iter().all(|v| (0.0..=1.0).contains(v)), "{display:?} {x}: {r} {g} {b}");
+            assert!(
+                [r, g, b].iter().all(|v| (0.0..=1.0).contains(v)),
+                "{display:?} {x}: {r} {g} {b}"
+            );
             assert!(g >= last, "{display:?} {x}: {g} after {last}");
             last = g;
         }
@@ -51,18 +89,26 @@ fn f06_one_infinite_channel_stays_in_range() {
     for display in every_display() {
         let map = display.prepare();
         let values = map.values([f32::INFINITY, 0.0, 0.5]);
-        assert!(values.iter().all(|v| (0.0..=1.0).contains(v)), "{display:?} {values:?}");
+        assert!(
+            values.iter().all(|v| (0.0..=1.0).contains(v)),
+            "{display:?} {values:?}"
+        );
         assert_eq!(map.codes([f32::INFINITY, 0.0, 0.5])[0], 255, "{display:?}");
     }
 }
 
-/// Protects: F05: negative channels, finite or not, are black before the tone map, so no power of a negative number is taken.
+/// Protects: F05: negative channels, finite or not, are black before the tone map, so no power of a
+/// negative number is taken.
 #[test]
 fn f05_negative_channels_are_black() {
     for display in every_display() {
         let map = display.prepare();
         for x in [-1e-40, -0.012, -1.0, -1e30, f32::NEG_INFINITY] {
-            assert_eq!(map.values([x, 0.25, 0.5]), map.values([0.0, 0.25, 0.5]), "{display:?} {x}");
+            assert_eq!(
+                map.values([x, 0.25, 0.5]),
+                map.values([0.0, 0.25, 0.5]),
+                "{display:?} {x}"
+            );
         }
     }
 }
@@ -81,7 +127,8 @@ fn f06_nan_is_marked() {
     }
 }
 
-/// Protects: the codes are floor(255 v + ½) of the curve on the clipped display-linear value, for colours of all sizes.
+/// Protects: the codes are floor(255 v + ½) of the curve on the clipped display-linear value, for
+/// colours of all sizes.
 #[test]
 fn codes_equal_the_plain_definition() {
     let values: Vec<f32> = ascending().into_iter().step_by(7).collect();
@@ -90,7 +137,8 @@ fn codes_equal_the_plain_definition() {
         for (i, &r) in values.iter().enumerate() {
             let rgb = [r, values[(i * 31) % values.len()], 0.3];
             let linear = map.display_linear(rgb).unwrap();
-            let plain = linear.map(|y| (255.0 * curve::encode(display.curve, f64::from(y)) + 0.5).floor() as u8);
+            let plain = linear
+                .map(|y| (255.0 * curve::encode(display.curve, f64::from(y)) + 0.5).floor() as u8);
             assert_eq!(map.codes(rgb), plain, "{display:?} {rgb:?}");
         }
     }
@@ -100,15 +148,26 @@ fn codes_equal_the_plain_definition() {
 #[test]
 fn exposure_doubles_by_the_stop() {
     for tone_map in MAPS {
-        let base = Display { tone_map, ..Display::PLAIN };
-        let brighter = Display { exposure_stops: 1.0, ..base };
+        let base = Display {
+            tone_map,
+            ..Display::PLAIN
+        };
+        let brighter = Display {
+            exposure_stops: 1.0,
+            ..base
+        };
         for rgb in [[0.1, 0.2, 0.05], [3.0, 0.0, 0.7]] {
-            assert_eq!(brighter.prepare().values(rgb), base.prepare().values(rgb.map(|x| 2.0 * x)), "{tone_map:?}");
+            assert_eq!(
+                brighter.prepare().values(rgb),
+                base.prepare().values(rgb.map(|x| 2.0 * x)),
+                "{tone_map:?}"
+            );
         }
     }
 }
 
-/// Protects: a coverage is divided out before the mapping and stored beside it; where it is zero the pixel is transparent black.
+/// Protects: a coverage is divided out before the mapping and stored beside it; where it is zero
+/// the pixel is transparent black.
 #[test]
 fn coverage_is_stored_straight() {
     let picture = Picture {
@@ -116,19 +175,39 @@ fn coverage_is_stored_straight() {
         rgb: vec![[0.25, 0.0, 0.5], [0.3; 3], [0.25; 3], [0.5; 3]],
         ..Picture::new(2, 2)
     };
-    let linear = Display { curve: TransferCurve::None, ..Display::PLAIN };
+    let linear = Display {
+        curve: TransferCurve::None,
+        ..Display::PLAIN
+    };
     let codes = linear.to_codes(&picture);
-    assert_eq!(codes, [128, 0, 255, 128, 0, 0, 0, 0, 64, 64, 64, 255, 0, 0, 0, 0]);
+    assert_eq!(
+        codes,
+        [128, 0, 255, 128, 0, 0, 0, 0, 64, 64, 64, 255, 0, 0, 0, 0]
+    );
 }
 
-/// Protects: a coverage is a share of the pixel and no colour: no curve, tone map or exposure moves its code.
+/// Protects: a coverage is a share of the pixel and no colour: no curve, tone map or exposure moves
+/// its code.
 #[test]
 fn coverage_is_stored_as_it_is() {
     let alpha: Vec<f32> = (0..=255).map(|code| code as f32 / 255.0).collect();
-    let picture = Picture { alpha: Some(alpha), ..Picture::new(256, 1) };
+    let picture = Picture {
+        alpha: Some(alpha),
+        ..Picture::new(256, 1)
+    };
     for display in every_display() {
-        let codes = Display { exposure_stops: 1.0, ..display }.to_codes(&picture);
-        assert!(codes.chunks(4).zip(0..=255).all(|(pixel, code)| pixel[3] == code), "{display:?}");
+        let codes = Display {
+            exposure_stops: 1.0,
+            ..display
+        }
+        .to_codes(&picture);
+        assert!(
+            codes
+                .chunks(4)
+                .zip(0..=255)
+                .all(|(pixel, code)| pixel[3] == code),
+            "{display:?}"
+        );
     }
 }
 
@@ -153,13 +232,27 @@ fn a_picture_keeps_its_places() {
 #[test]
 fn a_scene_says_how_it_is_shown() {
     for display in every_display() {
-        let Display { tone_map, curve, exposure_stops, .. } = display;
-        assert_eq!(Display::of(&Render { tone_map, gamma: curve, exposure: exposure_stops, ..Render::default() }), display);
+        let Display {
+            tone_map,
+            curve,
+            exposure_stops,
+            ..
+        } = display;
+        assert_eq!(
+            Display::of(&Render {
+                tone_map,
+                gamma: curve,
+                exposure: exposure_stops,
+                ..Render::default()
+            }),
+            display
+        );
     }
 }
 
-/// Protects: codes of sixteen bits are two bytes a channel, the high one first, coverage too, in the order of the picture; dithered ones are
-/// one of the two nearest by place, and what has a code already keeps it.
+/// Protects: codes of sixteen bits are two bytes a channel, the high one first, coverage too, in
+/// the order of the picture; dithered ones are one of the two nearest by place, and what has a code
+/// already keeps it.
 #[test]
 fn codes_of_every_kind() {
     let picture = Picture {
@@ -169,18 +262,52 @@ fn codes_of_every_kind() {
         alpha: Some(vec![1.0, 0.5]),
         ..Picture::default()
     };
-    let linear = Display { curve: TransferCurve::None, output: Output::Sixteen, ..Display::PLAIN };
-    // 65535/4 + ½ = 16384.25, 65535/2 + ½ = 32768, and of the second pixel, whose colours are divided by its coverage, 0.2: 13107.5.
+    let linear = Display {
+        curve: TransferCurve::None,
+        output: Output::Sixteen,
+        ..Display::PLAIN
+    };
+    // 65535/4 + ½ = 16384.25, 65535/2 + ½ = 32768, and of the second pixel, whose colours are
+    // divided by its coverage, 0.2: 13107.5.
     let halves = [16384_u16, 32768, 65535, 65535, 0, 13107, 65535, 32768];
-    assert_eq!(linear.to_codes(&picture), halves.iter().flat_map(|code| code.to_be_bytes()).collect::<Vec<u8>>());
-    let opaque = Picture { alpha: None, ..picture.clone() };
+    assert_eq!(
+        linear.to_codes(&picture),
+        halves
+            .iter()
+            .flat_map(|code| code.to_be_bytes())
+            .collect::<Vec<u8>>()
+    );
+    let opaque = Picture {
+        alpha: None,
+        ..picture.clone()
+    };
     let halves = [16384_u16, 32768, 65535, 0, 6554, 65535];
-    assert_eq!(linear.to_codes(&opaque), halves.iter().flat_map(|code| code.to_be_bytes()).collect::<Vec<u8>>());
+    assert_eq!(
+        linear.to_codes(&opaque),
+        halves
+            .iter()
+            .flat_map(|code| code.to_be_bytes())
+            .collect::<Vec<u8>>()
+    );
 
-    let flat = |rgb| Picture { rgb: vec![rgb; 64 * 64], ..Picture::new(64, 64) };
-    let dithered = Display { output: Output::Dithered, ..linear };
+    let flat = |rgb| Picture {
+        rgb: vec![rgb; 64 * 64],
+        ..Picture::new(64, 64)
+    };
+    let dithered = Display {
+        output: Output::Dithered,
+        ..linear
+    };
     let codes = dithered.to_codes(&flat([0.3, 0.7, 1.0]));
-    let mean = |channel: usize| codes.iter().skip(channel).step_by(3).map(|&code| f64::from(code)).sum::<f64>() / 4096.0;
+    let mean = |channel: usize| {
+        codes
+            .iter()
+            .skip(channel)
+            .step_by(3)
+            .map(|&code| f64::from(code))
+            .sum::<f64>()
+            / 4096.0
+    };
     assert!(
         (mean(0) - 76.5).abs() < 0.02 && (mean(1) - 178.5).abs() < 0.02 && mean(2) == 255.0,
         "{} {} {}",
@@ -188,49 +315,123 @@ fn codes_of_every_kind() {
         mean(1),
         mean(2)
     );
-    assert!(codes.chunks_exact(3).all(|c| (76..=77).contains(&c[0]) && (178..=179).contains(&c[1])));
-    let neighbours = codes.chunks_exact(3).zip(codes.chunks_exact(3).skip(1)).filter(|(a, b)| a[0] != b[0]).count();
-    assert!(neighbours > 1500, "neighbours differ mostly: {neighbours} of 4096");
+    assert!(
+        codes
+            .chunks_exact(3)
+            .all(|c| (76..=77).contains(&c[0]) && (178..=179).contains(&c[1]))
+    );
+    let neighbours = codes
+        .chunks_exact(3)
+        .zip(codes.chunks_exact(3).skip(1))
+        .filter(|(a, b)| a[0] != b[0])
+        .count();
+    assert!(
+        neighbours > 1500,
+        "neighbours differ mostly: {neighbours} of 4096"
+    );
     assert_eq!(dithered.to_codes(&opaque).len(), 6);
 }
 
 /// A picture of one pixel that surfaces cover and a shadow darkens so far.
 fn pixel_of(colour: [f32; 3], [surfaces, shadow]: [f32; 2]) -> Picture {
-    let (rgb, alpha) = (vec![colour.map(|channel| channel * surfaces)], Some(vec![surfaces + shadow]));
-    Picture { rgb, alpha, shadow: Some(vec![shadow]), ..Picture::new(1, 1) }
+    let (rgb, alpha) = (
+        vec![colour.map(|channel| channel * surfaces)],
+        Some(vec![surfaces + shadow]),
+    );
+    Picture {
+        rgb,
+        alpha,
+        shadow: Some(vec![shadow]),
+        ..Picture::new(1, 1)
+    }
 }
 
-/// Protects: a background has exactly its codes where nothing covers it, by every tone map, curve and exposure and for every output, and what covers
-/// a pixel wholly shows nothing of it; a NaN is marked.
+/// Protects: a background has exactly its codes where nothing covers it, by every tone map, curve
+/// and exposure and for every output, and what covers a pixel wholly shows nothing of it; a NaN is
+/// marked.
 #[test]
 fn backgrounds_have_exactly_their_codes() {
     for display in every_display() {
-        for codes in [[255, 255, 255], [0, 0, 0], [230, 178, 25], [255, 0, 0], [1, 128, 254]] {
+        for codes in [
+            [255, 255, 255],
+            [0, 0, 0],
+            [230, 178, 25],
+            [255, 0, 0],
+            [1, 128, 254],
+        ] {
             let background = Some(codes.map(|code| f64::from(code) / 255.0));
-            let display = Display { background, ..display };
-            let [empty, full, nan] = [([7.0; 3], 0.0), ([0.2, 0.5, 0.1], 1.0), ([f32::NAN; 3], 1.0)]
-                .map(|(colour, surfaces)| pixel_of(colour, [surfaces, 0.0]));
-            assert!(!display.has_alpha(&empty) && Display { background: None, ..display }.has_alpha(&empty));
+            let display = Display {
+                background,
+                ..display
+            };
+            let [empty, full, nan] = [
+                ([7.0; 3], 0.0),
+                ([0.2, 0.5, 0.1], 1.0),
+                ([f32::NAN; 3], 1.0),
+            ]
+            .map(|(colour, surfaces)| pixel_of(colour, [surfaces, 0.0]));
+            assert!(
+                !display.has_alpha(&empty)
+                    && Display {
+                        background: None,
+                        ..display
+                    }
+                    .has_alpha(&empty)
+            );
             assert_eq!(display.to_codes(&empty), codes, "{display:?}");
-            assert_eq!(Display { output: Output::Dithered, ..display }.to_codes(&empty), codes, "{display:?}");
+            assert_eq!(
+                Display {
+                    output: Output::Dithered,
+                    ..display
+                }
+                .to_codes(&empty),
+                codes,
+                "{display:?}"
+            );
             let wide: Vec<u8> = codes.iter().flat_map(|&code| [code; 2]).collect();
-            assert_eq!(Display { output: Output::Sixteen, ..display }.to_codes(&empty), wide, "{display:?}");
-            let alone = Picture { alpha: None, shadow: None, ..full.clone() };
-            assert_eq!(display.to_codes(&full), Display { background: None, ..display }.to_codes(&alone), "{display:?}");
+            assert_eq!(
+                Display {
+                    output: Output::Sixteen,
+                    ..display
+                }
+                .to_codes(&empty),
+                wide,
+                "{display:?}"
+            );
+            let alone = Picture {
+                alpha: None,
+                shadow: None,
+                ..full.clone()
+            };
+            assert_eq!(
+                display.to_codes(&full),
+                Display {
+                    background: None,
+                    ..display
+                }
+                .to_codes(&alone),
+                "{display:?}"
+            );
             assert_eq!(display.to_codes(&nan), [255, 0, 255]);
         }
     }
 }
 
-/// Protects: a transparent picture that a page lays over its colour, code by code, is the picture with that background within two codes, for
-/// surfaces, shadows and both in a pixel; and of a shadow alone it is what its light leaves of the colour, within one code for white and for a power, eight of sRGB for greys.
+/// Protects: a transparent picture that a page lays over its colour, code by code, is the picture
+/// with that background within two codes, for surfaces, shadows and both in a pixel; and of a
+/// shadow alone it is what its light leaves of the colour, within one code for white and for a
+/// power, eight of sRGB for greys.
 #[test]
 fn pages_show_what_a_background_shows() {
     for display in every_display() {
         for page in [[255, 255, 255], [128, 128, 128], [230, 25, 60], [0, 0, 0]] {
-            let direct = Display { background: Some(page.map(|code| f64::from(code) / 255.0)), ..display };
-            for (surfaces, shadow) in
-                (0..=8).flat_map(|i| (0..=8).map(move |k| (i, k))).map(|(i, k)| (i as f32 / 8.0, k as f32 / 8.0))
+            let direct = Display {
+                background: Some(page.map(|code| f64::from(code) / 255.0)),
+                ..display
+            };
+            for (surfaces, shadow) in (0..=8)
+                .flat_map(|i| (0..=8).map(move |k| (i, k)))
+                .map(|(i, k)| (i as f32 / 8.0, k as f32 / 8.0))
             {
                 let shadow = shadow * (1.0 - surfaces);
                 for colour in [[0.0; 3], [0.9, 0.4, 0.05], [8.0; 3]] {
@@ -240,17 +441,33 @@ fn pages_show_what_a_background_shows() {
                     for i in 0..3 {
                         let laid = alpha * f64::from(over[i]) + (1.0 - alpha) * f64::from(page[i]);
                         let apart = (laid.round() - f64::from(expected[i])).abs();
-                        assert!(apart <= 2.0, "{display:?} {page:?} {surfaces} {shadow}: {over:?} {expected:?}");
+                        assert!(
+                            apart <= 2.0,
+                            "{display:?} {page:?} {surfaces} {shadow}: {over:?} {expected:?}"
+                        );
                     }
                 }
                 if surfaces == 0.0 {
-                    let light =
-                        page.map(|code| (1.0 - f64::from(shadow)) * curve::decode(display.curve, f64::from(code) / 255.0));
-                    let lit = light.map(|light| curve::quantise(curve::encode(display.curve, light)));
-                    let apart =
-                        lit.iter().zip(direct.to_codes(&pixel_of([0.0; 3], [0.0, shadow]))).map(|(&a, b)| a.abs_diff(b)).max();
-                    let most = if display.curve == TransferCurve::Srgb && page != [255; 3] { 8 } else { 1 };
-                    assert!(apart <= Some(most), "{display:?} {page:?} {shadow}: {apart:?}");
+                    let light = page.map(|code| {
+                        (1.0 - f64::from(shadow))
+                            * curve::decode(display.curve, f64::from(code) / 255.0)
+                    });
+                    let lit =
+                        light.map(|light| curve::quantise(curve::encode(display.curve, light)));
+                    let apart = lit
+                        .iter()
+                        .zip(direct.to_codes(&pixel_of([0.0; 3], [0.0, shadow])))
+                        .map(|(&a, b)| a.abs_diff(b))
+                        .max();
+                    let most = if display.curve == TransferCurve::Srgb && page != [255; 3] {
+                        8
+                    } else {
+                        1
+                    };
+                    assert!(
+                        apart <= Some(most),
+                        "{display:?} {page:?} {shadow}: {apart:?}"
+                    );
                 }
             }
         }

@@ -1,4 +1,5 @@
-//! Tone maps: from exposed linear radiance, at least zero and finite, to display-linear values around 0..1.
+//! Tone maps: from exposed linear radiance, at least zero and finite, to display-linear values
+//! around 0..1.
 
 use super::agx::Agx;
 use super::matrix::transform;
@@ -25,8 +26,8 @@ impl Operator {
         }
     }
 
-    /// Maps a colour whose channels are finite and not negative. Channels of the result may lie a little outside 0..1 where
-    /// the map's own matrices leave the gamut; the caller clips them.
+    /// Maps a colour whose channels are finite and not negative. Channels of the result may lie a
+    /// little outside 0..1 where the map's own matrices leave the gamut; the caller clips them.
     #[inline]
     pub(super) fn apply(&self, rgb: [f64; 3]) -> [f64; 3] {
         match self {
@@ -44,24 +45,38 @@ fn narkowicz(x: f64) -> f64 {
     x * (2.51 * x + 0.03) / (x * (2.43 * x + 0.59) + 0.14)
 }
 
-/// Stephen Hill's fit of the ACES reference rendering and sRGB output transforms ("BakingLab", 2016), with the factor
-/// 1/0.6 that the glTF viewers put before it.
+/// Stephen Hill's fit of the ACES reference rendering and sRGB output transforms ("BakingLab",
+/// 2016), with the factor 1/0.6 that the glTF viewers put before it.
 fn hill(rgb: [f64; 3]) -> [f64; 3] {
-    const INPUT: [[f64; 3]; 3] = [[0.597_19, 0.354_58, 0.048_23], [0.076_00, 0.908_34, 0.015_66], [0.028_40, 0.133_83, 0.837_77]];
-    const OUTPUT: [[f64; 3]; 3] =
-        [[1.604_75, -0.531_08, -0.073_67], [-0.102_08, 1.108_13, -0.006_05], [-0.003_27, -0.072_76, 1.076_02]];
-    let curve = |v: f64| (v * (v + 0.024_578_6) - 0.000_090_537) / (v * (0.983_729 * v + 0.432_951_0) + 0.238_081);
+    const INPUT: [[f64; 3]; 3] = [
+        [0.597_19, 0.354_58, 0.048_23],
+        [0.076_00, 0.908_34, 0.015_66],
+        [0.028_40, 0.133_83, 0.837_77],
+    ];
+    const OUTPUT: [[f64; 3]; 3] = [
+        [1.604_75, -0.531_08, -0.073_67],
+        [-0.102_08, 1.108_13, -0.006_05],
+        [-0.003_27, -0.072_76, 1.076_02],
+    ];
+    let curve = |v: f64| {
+        (v * (v + 0.024_578_6) - 0.000_090_537) / (v * (0.983_729 * v + 0.432_951_0) + 0.238_081)
+    };
     transform(&OUTPUT, transform(&INPUT, rgb.map(|x| x / 0.6)).map(curve))
 }
 
-/// The Khronos PBR neutral tone mapper: Khronos Group, "Khronos PBR Neutral Tone Mapper" specification, 2024.
-/// Keeps colours below 0.8 as they are but for the 4 % that a dielectric's reflection adds, and desaturates above.
+/// The Khronos PBR neutral tone mapper: Khronos Group, "Khronos PBR Neutral Tone Mapper"
+/// specification, 2024. Keeps colours below 0.8 as they are but for the 4 % that a dielectric's
+/// reflection adds, and desaturates above.
 fn khronos_neutral(rgb: [f64; 3]) -> [f64; 3] {
     const START: f64 = 0.8 - 0.04;
     const DESATURATION: f64 = 0.15;
     let least = rgb[0].min(rgb[1]).min(rgb[2]);
     // The least channel after the offset is taken off, written so that small numbers do not cancel.
-    let remainder = if least < 0.08 { 6.25 * least * least } else { least - 0.04 };
+    let remainder = if least < 0.08 {
+        6.25 * least * least
+    } else {
+        least - 0.04
+    };
     let colour = rgb.map(|x| (x - least) + remainder);
     let peak = colour[0].max(colour[1]).max(colour[2]);
     if peak < START {
@@ -89,44 +104,68 @@ mod tests {
     #[test]
     fn aces_has_the_published_values() {
         // x = 1: 2.54/3.16; x = 0.5: 0.5·1.285/(0.5·1.805 + 0.14) = 0.6425/1.0425.
-        assert!(close(apply(ToneMap::Aces, [1.0, 0.5, 0.0]), [2.54 / 3.16, 0.6425 / 1.0425, 0.0], 1e-15));
+        assert!(close(
+            apply(ToneMap::Aces, [1.0, 0.5, 0.0]),
+            [2.54 / 3.16, 0.6425 / 1.0425, 0.0],
+            1e-15
+        ));
     }
 
-    /// Protects: Hill's matrices keep greys grey, and grey 0.6 (times 1/0.6) has the value of the curve at one.
+    /// Protects: Hill's matrices keep greys grey, and grey 0.6 (times 1/0.6) has the value of the
+    /// curve at one.
     #[test]
     fn hill_keeps_greys_and_includes_its_exposure() {
         let curve_at_one = (1.024_578_6 - 0.000_090_537) / (0.983_729 + 0.432_951 + 0.238_081);
-        assert!(close(apply(ToneMap::AcesHill, [0.6; 3]), [curve_at_one; 3], 2e-5));
+        assert!(close(
+            apply(ToneMap::AcesHill, [0.6; 3]),
+            [curve_at_one; 3],
+            2e-5
+        ));
     }
 
-    /// Protects: a red and a blue input separate the channels as the two matrices say: rows are not taken for columns.
+    /// Protects: a red and a blue input separate the channels as the two matrices say: rows are not
+    /// taken for columns.
     #[test]
     fn hill_does_not_transpose_its_matrices() {
         let red = apply(ToneMap::AcesHill, [0.6, 0.0, 0.0]);
         // By hand: v = (0.59719, 0.076, 0.0284); the curve gives (0.439938, 0.027490, 0.005641).
-        let fit = |v: f64| (v * (v + 0.024_578_6) - 0.000_090_537) / (v * (0.983_729 * v + 0.432_951) + 0.238_081);
+        let fit = |v: f64| {
+            (v * (v + 0.024_578_6) - 0.000_090_537) / (v * (0.983_729 * v + 0.432_951) + 0.238_081)
+        };
         let v = [fit(0.597_19), fit(0.076), fit(0.028_4)];
         assert!((red[0] - (1.604_75 * v[0] - 0.531_08 * v[1] - 0.073_67 * v[2])).abs() < 1e-12);
         assert!((red[2] - (-0.003_27 * v[0] - 0.072_76 * v[1] + 1.076_02 * v[2])).abs() < 1e-12);
     }
 
-    /// Protects: the neutral map: the toe takes 4 % off, the middle is untouched otherwise, the shoulder tends to white.
+    /// Protects: the neutral map: the toe takes 4 % off, the middle is untouched otherwise, the
+    /// shoulder tends to white.
     #[test]
     fn khronos_neutral_has_the_specified_values() {
-        assert!(close(apply(ToneMap::KhronosNeutral, [0.5, 0.3, 0.1]), [0.46, 0.26, 0.06], 1e-15));
-        assert!(close(apply(ToneMap::KhronosNeutral, [0.04; 3]), [0.01; 3], 1e-15), "6.25 x² in the toe");
+        assert!(close(
+            apply(ToneMap::KhronosNeutral, [0.5, 0.3, 0.1]),
+            [0.46, 0.26, 0.06],
+            1e-15
+        ));
+        assert!(
+            close(apply(ToneMap::KhronosNeutral, [0.04; 3]), [0.01; 3], 1e-15),
+            "6.25 x² in the toe"
+        );
         // Peak 1.96 after the offset: new peak 1 − 0.0576/1.44 = 0.96.
         let white = 1.0 - 1.0 / (0.15 * (1.96 - 0.96) + 1.0);
         let red = apply(ToneMap::KhronosNeutral, [2.0, 0.04 + 0.96, 0.08]);
         let mix = |x: f64| x * (0.96 / 1.96) * (1.0 - white) + 0.96 * white;
-        assert!(close(red, [mix(1.96), mix(0.96), mix(0.04)], 1e-12), "{red:?}");
+        assert!(
+            close(red, [mix(1.96), mix(0.96), mix(0.04)], 1e-12),
+            "{red:?}"
+        );
     }
 
     /// Protects: where the neutral map's pieces meet they agree, so that no contour shows.
     #[test]
     fn khronos_neutral_is_continuous_at_its_joints() {
         for joint in [0.08_f64, 0.8] {
-            let [below, above] = [joint * (1.0 - 1e-9), joint * (1.0 + 1e-9)].map(|x| apply(ToneMap::KhronosNeutral, [x; 3])[0]);
+            let [below, above] = [joint * (1.0 - 1e-9), joint * (1.0 + 1e-9)]
+                .map(|x| apply(ToneMap::KhronosNeutral, [x; 3])[0]);
             assert!((above - below).abs() < 1e-8, "at {joint}: {below} {above}");
         }
     }

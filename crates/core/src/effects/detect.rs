@@ -69,32 +69,56 @@ macro_rules! rows {
 }
 effects!(rows);
 
-/// The integrator that a scene calls for. One that says nothing has Whitted's, whose pictures take no chance and so no more samples than
-/// edges need, where it leaves nothing out that paths find: of classic materials. Physical ones light each other.
+/// The integrator that a scene calls for. One that says nothing has Whitted's, whose pictures take
+/// no chance and so no more samples than edges need, where it leaves nothing out that paths find:
+/// of classic materials. Physical ones light each other.
 pub(super) fn called_for(facts: &SceneFacts) -> Integrator {
-    let needs_paths = |row: &EffectRow| matches!(row.readings[0].0, Lacks(_, PATH)) && (row.source)(facts, false).is_some();
-    if ROWS.iter().any(needs_paths) { Integrator::Path } else { Integrator::Whitted }
+    let needs_paths = |row: &EffectRow| {
+        matches!(row.readings[0].0, Lacks(_, PATH)) && (row.source)(facts, false).is_some()
+    };
+    if ROWS.iter().any(needs_paths) {
+        Integrator::Path
+    } else {
+        Integrator::Whitted
+    }
 }
 
 /// What a scene calls for, in the order of [`Effect::ALL`].
 pub(super) fn found(facts: &SceneFacts, settings: &Settings, paths: bool) -> Vec<Finding> {
-    ROWS.iter().map(|row| row.found(facts, settings, paths)).collect()
+    ROWS.iter()
+        .map(|row| row.found(facts, settings, paths))
+        .collect()
 }
 
 impl EffectRow {
     fn found(&self, facts: &SceneFacts, settings: &Settings, paths: bool) -> Finding {
-        let (source, Reading(how, absent)) = ((self.source)(facts, paths).cloned(), &self.readings[usize::from(paths)]);
-        let how = if let Depends(on) = how { on(facts, settings) } else { *how };
+        let (source, Reading(how, absent)) = (
+            (self.source)(facts, paths).cloned(),
+            &self.readings[usize::from(paths)],
+        );
+        let how = if let Depends(on) = how {
+            on(facts, settings)
+        } else {
+            *how
+        };
         let (status, because, hint) = match how {
             _ if source.is_none() => (Status::Absent, *absent, None),
-            Traces(_) if settings.max_depth < 2 => {
-                (Status::LeftOut, "every path ends at its first hit (maximum depth 1)", Some("--max-depth 2 or more"))
-            }
+            Traces(_) if settings.max_depth < 2 => (
+                Status::LeftOut,
+                "every path ends at its first hit (maximum depth 1)",
+                Some("--max-depth 2 or more"),
+            ),
             Does(because) | Traces(because) => (Status::Simulated, because, None),
             Lacks(because, hint) => (Status::LeftOut, because, Some(hint)),
             Unread(hint) => (Status::LeftOut, facts.unread_parts.as_str(), Some(hint)),
             Depends(_) => (Status::Absent, *absent, None),
         };
-        Finding { effect: self.effect, status, because: because.to_owned(), source, hint: hint.map(str::to_owned) }
+        Finding {
+            effect: self.effect,
+            status,
+            because: because.to_owned(),
+            source,
+            hint: hint.map(str::to_owned),
+        }
     }
 }

@@ -1,4 +1,5 @@
-//! What the reachable part of a scene contains: for each thing the path of the first place that calls for it.
+//! What the reachable part of a scene contains: for each thing the path of the first place that
+//! calls for it.
 
 use std::collections::{BTreeMap, BTreeSet, HashSet};
 
@@ -6,8 +7,8 @@ use crate::generate::count_of;
 use crate::lookup::Lookup;
 use crate::motion::{camera_moves, ends, exposure};
 use crate::scene::{
-    AlphaMode, Camera, Classic, ClassicRules, Colour, ColourInput, DepthLimit, FieldValue, Fields, Filter, Model, Physical,
-    Projection, Scene, Shape, Sky, Weight,
+    AlphaMode, Camera, Classic, ClassicRules, Colour, ColourInput, DepthLimit, FieldValue, Fields,
+    Filter, Model, Physical, Projection, Scene, Shape, Sky, Weight,
 };
 
 /// Path of what calls for a thing; none where nothing does.
@@ -70,7 +71,8 @@ pub(super) struct SceneFacts {
     pub motion: Source,
     /// A shutter that is open for some time.
     pub exposure: Source,
-    /// A shutter that opens and closes at once: what moves is seen as it is then, and nothing is missed.
+    /// A shutter that opens and closes at once: what moves is seen as it is then, and nothing is
+    /// missed.
     pub instant: bool,
 }
 
@@ -86,8 +88,12 @@ const LAYERS: [(&str, HasLayer); 9] = [
     ("sheen", |m, _| m.fibres().is_some()),
     ("anisotropy", |m, _| m.combed().is_some()),
     ("iridescence", |m, _| m.film().is_some()),
-    ("dispersion", |m, [_, clear]| m.dispersion > 0.0 && clear && !m.thin_walled),
-    ("diffuse_transmission", |m, [plain, _]| m.may_diffuse_through() && plain),
+    ("dispersion", |m, [_, clear]| {
+        m.dispersion > 0.0 && clear && !m.thin_walled
+    }),
+    ("diffuse_transmission", |m, [plain, _]| {
+        m.may_diffuse_through() && plain
+    }),
 ];
 
 /// Which layers a scene has, with the path of the first place that does.
@@ -133,27 +139,45 @@ impl SceneFacts {
 
     pub fn shadowed(&self) -> Option<&String> {
         let answers = self.lit_by_lights().or(self.highlights());
-        answers.and(self.occluder.as_ref()).and(self.shadowing_light.as_ref())
+        answers
+            .and(self.occluder.as_ref())
+            .and(self.shadowing_light.as_ref())
     }
 
     /// What calls for an effect, or a layer that calls for it where paths are followed.
-    pub fn with_layer<'a>(&'a self, own: &'a Source, layer: &str, paths: bool) -> Option<&'a String> {
-        own.as_ref().or_else(|| self.layers.source(layer).filter(|_| paths))
+    pub fn with_layer<'a>(
+        &'a self,
+        own: &'a Source,
+        layer: &str,
+        paths: bool,
+    ) -> Option<&'a String> {
+        own.as_ref()
+            .or_else(|| self.layers.source(layer).filter(|_| paths))
     }
 
     /// Surfaces that light of lamps changes.
     pub fn answers(&self, paths: bool) -> Option<&String> {
-        self.lit.as_ref().or(self.highlight.as_ref().filter(|_| paths))
+        self.lit
+            .as_ref()
+            .or(self.highlight.as_ref().filter(|_| paths))
     }
 
     /// Surfaces that light of the sky changes.
     pub fn receives(&self, paths: bool) -> Option<&String> {
-        if paths { self.answers(true) } else { self.lit_physical.as_ref() }
+        if paths {
+            self.answers(true)
+        } else {
+            self.lit_physical.as_ref()
+        }
     }
 
     /// Surfaces that send light on to others everywhere.
     pub fn diffuses(&self, paths: bool) -> Option<&String> {
-        if paths { self.lit.as_ref() } else { self.diffuse_physical.as_ref() }
+        if paths {
+            self.lit.as_ref()
+        } else {
+            self.diffuse_physical.as_ref()
+        }
     }
 }
 
@@ -165,28 +189,58 @@ impl SceneFacts {
         let mut facts = Self::default();
         facts.objects(scene);
         for (i, generator) in scene.generators.iter().enumerate() {
-            let repeated = matches!(generator.object.shape, Shape::Mesh(_)) && count_of(&generator.kind) > 1;
-            note(&mut facts.instance, repeated, || format!("generators[{i}].object.shape.mesh"));
+            let repeated =
+                matches!(generator.object.shape, Shape::Mesh(_)) && count_of(&generator.kind) > 1;
+            note(&mut facts.instance, repeated, || {
+                format!("generators[{i}].object.shape.mesh")
+            });
         }
-        let objects = scene.objects.iter().chain(scene.generators.iter().map(|generator| &generator.object));
-        let reduced = scene.textures.iter().enumerate().filter(|(_, texture)| texture.filter == Filter::Mipmaps);
-        let reduced: BTreeMap<&str, usize> = reduced.map(|(i, texture)| (texture.name.as_str(), i)).collect();
+        let objects = scene
+            .objects
+            .iter()
+            .chain(scene.generators.iter().map(|generator| &generator.object));
+        let reduced = scene
+            .textures
+            .iter()
+            .enumerate()
+            .filter(|(_, texture)| texture.filter == Filter::Mipmaps);
+        let reduced: BTreeMap<&str, usize> = reduced
+            .map(|(i, texture)| (texture.name.as_str(), i))
+            .collect();
         let used: BTreeSet<&str> = objects.map(|object| object.material.as_str()).collect();
-        for (i, material) in scene.materials.iter().enumerate().filter(|(_, m)| used.contains(m.name.as_str())) {
+        for (i, material) in scene
+            .materials
+            .iter()
+            .enumerate()
+            .filter(|(_, m)| used.contains(m.name.as_str()))
+        {
             match &material.model {
-                Model::Classic(m) => facts.classic(m, &scene.classic, &format!("materials[{i}].model.classic")),
+                Model::Classic(m) => {
+                    facts.classic(m, &scene.classic, &format!("materials[{i}].model.classic"))
+                }
                 Model::Physical(m) => facts.physical(m, &format!("materials[{i}].model.physical")),
             }
-            let (path, even) = (|| format!("materials[{i}]"), material.even_emission().is_some());
+            let (path, even) = (
+                || format!("materials[{i}]"),
+                material.even_emission().is_some(),
+            );
             let mut textures = material.textures().filter(|texture| texture.uv.is_none());
-            if let Some(filtered) = textures.find_map(|texture| reduced.get(texture.name.as_str())) {
-                note(&mut facts.mip_maps, true, || format!("textures[{filtered}].filter"));
+            if let Some(filtered) = textures.find_map(|texture| reduced.get(texture.name.as_str()))
+            {
+                note(&mut facts.mip_maps, true, || {
+                    format!("textures[{filtered}].filter")
+                });
             }
             note(&mut facts.even_emission, even, path);
             note(&mut facts.varied_emission, !even && material.emits(), path);
         }
         facts.unread(scene, &used);
-        for (i, light) in scene.lights.iter().enumerate().filter(|(_, l)| l.colour != Colour::BLACK) {
+        for (i, light) in scene
+            .lights
+            .iter()
+            .enumerate()
+            .filter(|(_, l)| l.colour != Colour::BLACK)
+        {
             let path = || format!("lights[{i}]");
             note(&mut facts.light, true, path);
             note(&mut facts.shadowing_light, light.shadows, path);
@@ -195,7 +249,9 @@ impl SceneFacts {
         match &scene.sky {
             None => {}
             Some(Sky::Map(_)) => note(&mut facts.sky_map, true, || "sky.map".to_owned()),
-            Some(Sky::Expression(_)) => note(&mut facts.program, true, || "sky.expression".to_owned()),
+            Some(Sky::Expression(_)) => {
+                note(&mut facts.program, true, || "sky.expression".to_owned())
+            }
             // What has no end has no ground below it.
             Some(Sky::Studio(studio)) => {
                 let ground = studio.ground && facts.unbounded.is_none();
@@ -205,10 +261,19 @@ impl SceneFacts {
         }
         note(&mut facts.sky, scene.sky.is_some(), || "sky".to_owned());
         let lens = |c: &Camera| matches!(&c.projection, Projection::ThinLens { aperture_radius, .. } if *aperture_radius > 0.0);
-        note(&mut facts.lens, camera.is_some_and(lens), || "cameras".to_owned());
-        note(&mut facts.motion, camera.is_some_and(camera_moves), || "cameras".to_owned());
-        note(&mut facts.exposure, camera.and_then(exposure).is_some(), || "cameras".to_owned());
-        facts.instant = facts.exposure.is_none() && camera.is_some_and(|camera| camera.shutter.is_some());
+        note(&mut facts.lens, camera.is_some_and(lens), || {
+            "cameras".to_owned()
+        });
+        note(&mut facts.motion, camera.is_some_and(camera_moves), || {
+            "cameras".to_owned()
+        });
+        note(
+            &mut facts.exposure,
+            camera.and_then(exposure).is_some(),
+            || "cameras".to_owned(),
+        );
+        facts.instant =
+            facts.exposure.is_none() && camera.is_some_and(|camera| camera.shutter.is_some());
         facts
     }
 
@@ -216,17 +281,34 @@ impl SceneFacts {
     fn unread(&mut self, scene: &Scene, used: &BTreeSet<&str>) {
         const MOST: usize = 3;
         let mut parts: BTreeMap<&str, Vec<&str>> = BTreeMap::new();
-        for part in scene.unread.iter().filter(|part| used.contains(part.material.as_str())) {
-            let place = || scene.materials.iter().position(|material| material.name == part.material);
+        for part in scene
+            .unread
+            .iter()
+            .filter(|part| used.contains(part.material.as_str()))
+        {
+            let place = || {
+                scene
+                    .materials
+                    .iter()
+                    .position(|material| material.name == part.material)
+            };
             if self.unread.is_none() {
                 self.unread = place().map(|i| format!("materials[{i}]"));
             }
             parts.entry(&part.what).or_default().push(&part.material);
         }
         let listed = parts.into_iter().map(|(what, materials)| {
-            let names: Vec<String> = materials.iter().take(MOST).map(|name| format!("`{name}`")).collect();
+            let names: Vec<String> = materials
+                .iter()
+                .take(MOST)
+                .map(|name| format!("`{name}`"))
+                .collect();
             let more = materials.len().saturating_sub(MOST);
-            let more = if more > 0 { format!(" and {more} more") } else { String::new() };
+            let more = if more > 0 {
+                format!(" and {more} more")
+            } else {
+                String::new()
+            };
             format!("{what} of {}{more}", names.join(", "))
         });
         self.unread_parts = listed.collect::<Vec<_>>().join("; ");
@@ -235,33 +317,65 @@ impl SceneFacts {
     /// The listed objects, and one for each generator.
     fn objects(&mut self, scene: &Scene) {
         let lookup = Lookup::new(scene);
-        let listed = scene.objects.iter().enumerate().map(|(i, object)| (("objects", i, ""), object));
-        let repeated =
-            scene.generators.iter().enumerate().map(|(i, generator)| (("generators", i, ".object"), &generator.object));
+        let listed = scene
+            .objects
+            .iter()
+            .enumerate()
+            .map(|(i, object)| (("objects", i, ""), object));
+        let repeated = scene
+            .generators
+            .iter()
+            .enumerate()
+            .map(|(i, generator)| (("generators", i, ".object"), &generator.object));
         let mut shown = HashSet::new();
         for ((list, i, within), object) in listed.chain(repeated) {
             let path = || format!("{list}[{i}]{within}");
             note(&mut self.occluder, object.casts_shadow, path);
-            let unbounded = matches!(object.shape, Shape::Plane { .. } | Shape::Cylinder { height: None, .. });
-            note(&mut self.unbounded, unbounded, || format!("{}.shape", path()));
-            note(&mut self.motion, ends(object).is_some(), || format!("{}.transform_end", path()));
-            let Shape::Mesh(name) = &object.shape else { continue };
+            let unbounded = matches!(
+                object.shape,
+                Shape::Plane { .. } | Shape::Cylinder { height: None, .. }
+            );
+            note(&mut self.unbounded, unbounded, || {
+                format!("{}.shape", path())
+            });
+            note(&mut self.motion, ends(object).is_some(), || {
+                format!("{}.transform_end", path())
+            });
+            let Shape::Mesh(name) = &object.shape else {
+                continue;
+            };
             note(&mut self.mesh, true, || format!("{}.shape.mesh", path()));
             // Only objects that show the same side share what is stored.
-            note(&mut self.instance, !shown.insert((name, object.side)), || format!("{}.shape.mesh", path()));
-            let smooth = lookup.mesh_data(name).is_some_and(|data| !data.normals.is_empty());
-            note(&mut self.smooth_normals, smooth, || format!("{}.shape.mesh", path()));
+            note(
+                &mut self.instance,
+                !shown.insert((name, object.side)),
+                || format!("{}.shape.mesh", path()),
+            );
+            let smooth = lookup
+                .mesh_data(name)
+                .is_some_and(|data| !data.normals.is_empty());
+            note(&mut self.smooth_normals, smooth, || {
+                format!("{}.shape.mesh", path())
+            });
         }
     }
 
     fn input(&mut self, input: &dyn FieldValue, path: impl Fn() -> String) {
         note(&mut self.program, input.expression().is_some(), &path);
         note(&mut self.image, input.texture().is_some(), &path);
-        note(&mut self.checker, input.checker().is_some_and(|c| c.even != c.odd), &path);
+        note(
+            &mut self.checker,
+            input.checker().is_some_and(|c| c.even != c.odd),
+            &path,
+        );
     }
 
     fn weight(&mut self, weight: &Weight, path: impl Fn() -> String) -> bool {
-        note(&mut self.program, matches!(weight, Weight::Expression(_)), path);
+        note(
+            &mut self.program,
+            matches!(weight, Weight::Expression(_)),
+            path,
+        );
         *weight != Weight::Number(0.0)
     }
 
@@ -273,14 +387,22 @@ impl SceneFacts {
         let local = self.weight(&m.local, || at("local")) || alone;
         self.input(&m.colour, || at("colour"));
         let diffuse = self.weight(&m.diffuse, || at("diffuse"));
-        note(&mut self.ambient, local && m.ambient.unwrap_or(rules.ambient) != Colour::BLACK, || match m.ambient {
-            Some(_) => at("ambient"),
-            None => "classic.ambient".to_owned(),
-        });
+        note(
+            &mut self.ambient,
+            local && m.ambient.unwrap_or(rules.ambient) != Colour::BLACK,
+            || match m.ambient {
+                Some(_) => at("ambient"),
+                None => "classic.ambient".to_owned(),
+            },
+        );
         note(&mut self.lit, local && diffuse, || at("diffuse"));
         if let Some(s) = &m.specular {
             let strong = self.weight(&s.strength, || at("specular.strength"));
-            note(&mut self.highlight, strong && (local || s.on_reflection), || at("specular"));
+            note(
+                &mut self.highlight,
+                strong && (local || s.on_reflection),
+                || at("specular"),
+            );
         }
         if let Some(r) = &m.rim {
             let strong = self.weight(&r.strength, || at("rim.strength"));
@@ -289,30 +411,52 @@ impl SceneFacts {
         if let Some(r) = &m.reflection {
             let strong = self.weight(&r.weight, || at("reflection.weight"));
             note(&mut self.reflection, strong, || at("reflection"));
-            note(&mut self.fuzz, strong && r.fuzz.as_ref().is_some_and(|f| f.amount != 0.0), || at("reflection.fuzz"));
+            note(
+                &mut self.fuzz,
+                strong && r.fuzz.as_ref().is_some_and(|f| f.amount != 0.0),
+                || at("reflection.fuzz"),
+            );
         }
-        note(&mut self.refraction, m.transmission.is_some(), || at("transmission"));
+        note(&mut self.refraction, m.transmission.is_some(), || {
+            at("transmission")
+        });
         if let Some(shadow) = &m.shadow {
             self.weight(shadow, || at("shadow"));
         }
         if let Some(mixture) = &m.mixture {
             let bends = mixture.refraction_chance > 0.0;
             note(&mut self.mixture, true, || at("mixture"));
-            note(&mut self.absorption, bends && mixture.absorption != Colour::BLACK, || at("mixture.absorption"));
+            note(
+                &mut self.absorption,
+                bends && mixture.absorption != Colour::BLACK,
+                || at("mixture.absorption"),
+            );
         }
         if let Some(emission) = &m.emission {
             self.input(emission, || at("emission"));
-            note(&mut self.emission, *emission != ColourInput::Constant(Colour::BLACK), || at("emission"));
+            note(
+                &mut self.emission,
+                *emission != ColourInput::Constant(Colour::BLACK),
+                || at("emission"),
+            );
         }
     }
 
     fn physical(&mut self, m: &Physical, path: &str) {
         let at = |field: &str| format!("{path}.{field}");
         note(&mut self.physical, true, || path.to_owned());
-        m.fields().into_iter().for_each(|field| self.input(field.value, || at(&field.to_string())));
-        note(&mut self.vertex_colours, m.vertex_colours, || at("vertex_colours"));
-        note(&mut self.alpha, m.alpha != AlphaMode::Opaque, || at("alpha"));
-        note(&mut self.emission, m.gives_off().is_some(), || at("emission"));
+        m.fields()
+            .into_iter()
+            .for_each(|field| self.input(field.value, || at(&field.to_string())));
+        note(&mut self.vertex_colours, m.vertex_colours, || {
+            at("vertex_colours")
+        });
+        note(&mut self.alpha, m.alpha != AlphaMode::Opaque, || {
+            at("alpha")
+        });
+        note(&mut self.emission, m.gives_off().is_some(), || {
+            at("emission")
+        });
         note(&mut self.unlit, m.unlit, || at("unlit"));
         if m.unlit {
             return;
@@ -320,22 +464,36 @@ impl SceneFacts {
         let textured = m.metallic_roughness_texture.is_some();
         // What varies may be anything somewhere.
         let varies = textured || m.roughness.constant().is_none();
-        let smooth = m.roughness.constant().is_some_and(|roughness| roughness <= MIRROR_ROUGHNESS);
+        let smooth = m
+            .roughness
+            .constant()
+            .is_some_and(|roughness| roughness <= MIRROR_ROUGHNESS);
         let plain = textured || m.metallic.constant().is_none_or(|metallic| metallic < 1.0);
         let clear = m.may_transmit() && plain;
         // All of the light passes everywhere, so none is diffused.
-        let all_passes = m.may_transmit() && m.transmission == 1.0.into() && m.transmission_texture.is_none();
+        let all_passes =
+            m.may_transmit() && m.transmission == 1.0.into() && m.transmission_texture.is_none();
         note(&mut self.lit, true, || path.to_owned());
-        note(&mut self.normal_map, m.bent_by().is_some(), || at("normal_texture"));
+        note(&mut self.normal_map, m.bent_by().is_some(), || {
+            at("normal_texture")
+        });
         note(&mut self.lit_physical, true, || path.to_owned());
         note(&mut self.highlight, true, || at("roughness"));
-        note(&mut self.reflection, smooth || varies || clear, || at("roughness"));
+        note(&mut self.reflection, smooth || varies || clear, || {
+            at("roughness")
+        });
         note(&mut self.rough_reflection, !smooth, || at("roughness"));
         note(&mut self.refraction, clear, || at("transmission"));
-        note(&mut self.rough_refraction, clear && !smooth, || at("transmission"));
-        note(&mut self.absorption, m.absorption().is_some(), || at("attenuation_distance"));
+        note(&mut self.rough_refraction, clear && !smooth, || {
+            at("transmission")
+        });
+        note(&mut self.absorption, m.absorption().is_some(), || {
+            at("attenuation_distance")
+        });
         note(&mut self.nested, m.is_nested() && plain, || at("priority"));
         self.layers.gather(m, [plain, clear], &at);
-        note(&mut self.diffuse_physical, plain && !all_passes, || at("base_colour"));
+        note(&mut self.diffuse_physical, plain && !all_passes, || {
+            at("base_colour")
+        });
     }
 }

@@ -1,4 +1,5 @@
-//! The effects that the program knows, as a closed set: reports, preparation and kernels all mean the same thing by a name.
+//! The effects that the program knows, as a closed set: reports, preparation and kernels all mean
+//! the same thing by a name.
 
 use serde::{Serialize, Serializer};
 
@@ -49,7 +50,10 @@ effects!(kinds);
 impl Effect {
     /// The effect of a name.
     pub fn named(name: &str) -> Option<Self> {
-        Self::ALL.iter().copied().find(|effect| effect.name() == name)
+        Self::ALL
+            .iter()
+            .copied()
+            .find(|effect| effect.name() == name)
     }
 }
 

@@ -9,26 +9,49 @@ use crate::scene::{Colour, Falloff, Light, LightKind, Scene, Sky};
 
 /// The sky of a scene without any light: neutral, 1 at the zenith and 0.4 at the nadir.
 pub fn neutral_sky() -> Sky {
-    Sky::Gradient { bottom: Colour([0.4; 3]), top: Colour([1.0; 3]), suns: Vec::new() }
+    Sky::Gradient {
+        bottom: Colour([0.4; 3]),
+        top: Colour([1.0; 3]),
+        suns: Vec::new(),
+    }
 }
 
-/// Whether anything in a scene gives light: without, a picture of it is black, and a neutral sky is what a user wants.
+/// Whether anything in a scene gives light: without, a picture of it is black, and a neutral sky is
+/// what a user wants.
 pub fn has_light(scene: &Scene) -> bool {
     let facts = SceneFacts::gather(scene, None);
-    [facts.sky, facts.light, facts.ambient, facts.emission, facts.unlit].iter().any(Option::is_some)
+    [
+        facts.sky,
+        facts.light,
+        facts.ambient,
+        facts.emission,
+        facts.unlit,
+    ]
+    .iter()
+    .any(Option::is_some)
 }
 
-/// Irradiance below which light counts as none: a white surface under it is darker than a tenth of what displays show.
+/// Irradiance below which light counts as none: a white surface under it is darker than a tenth of
+/// what displays show.
 const DIM: f64 = 0.02;
 
-/// Whether the lights of a model reach its surfaces, by their power and reach at the distance of the model's size.
+/// Whether the lights of a model reach its surfaces, by their power and reach at the distance of
+/// the model's size.
 pub fn lights_reach(scene: &Scene) -> bool {
     let bounds = extent::<f32>(scene, &Lookup::new(scene)).bounds;
     let (centre, radius) = match bounds.is_empty() {
         true => (DVec3::ZERO, 1.0),
-        false => ((bounds.min + bounds.max) * 0.5, (bounds.max - bounds.min).length() * 0.5),
+        false => (
+            (bounds.min + bounds.max) * 0.5,
+            (bounds.max - bounds.min).length() * 0.5,
+        ),
     };
-    scene.lights.iter().map(|light| reaching(light, centre, radius)).sum::<f64>() >= DIM
+    scene
+        .lights
+        .iter()
+        .map(|light| reaching(light, centre, radius))
+        .sum::<f64>()
+        >= DIM
 }
 
 fn strongest(colour: [f64; 3]) -> f64 {
@@ -40,9 +63,17 @@ fn reaching(light: &Light, centre: DVec3, radius: f64) -> f64 {
     let strength = strongest(light.colour.0);
     let (position, falloff, range) = match light.kind {
         LightKind::Directional { .. } => return strength,
-        LightKind::Point { position, falloff, range } | LightKind::Spot { position, falloff, range, .. } => {
-            (DVec3::from(position), falloff, range)
+        LightKind::Point {
+            position,
+            falloff,
+            range,
         }
+        | LightKind::Spot {
+            position,
+            falloff,
+            range,
+            ..
+        } => (DVec3::from(position), falloff, range),
     };
     let away = position.distance(centre);
     if range.is_some_and(|range| range < away - radius) {
@@ -50,7 +81,12 @@ fn reaching(light: &Light, centre: DVec3, radius: f64) -> f64 {
     }
     match falloff {
         // One that stands within is as far from most of the model as half its size.
-        Falloff::InverseSquare => strength / (away * away).max(0.25 * radius * radius).max(f64::MIN_POSITIVE),
+        Falloff::InverseSquare => {
+            strength
+                / (away * away)
+                    .max(0.25 * radius * radius)
+                    .max(f64::MIN_POSITIVE)
+        }
         _ => strength,
     }
 }
@@ -61,7 +97,10 @@ mod tests {
     use crate::scene::{Classic, ColourInput, Material, Model, Object, Physical, Shape, SideRule};
 
     fn scene(model: Model) -> Scene {
-        let shape = Shape::Sphere { centre: [0.0; 3], radius: 1.0 };
+        let shape = Shape::Sphere {
+            centre: [0.0; 3],
+            radius: 1.0,
+        };
         let object = Object {
             name: String::new(),
             shape,
@@ -72,21 +111,41 @@ mod tests {
             transform: Vec::new(),
             transform_end: None,
         };
-        let material = Material { name: "only".to_owned(), model };
-        Scene { materials: vec![material], objects: vec![object], ..Scene::default() }
+        let material = Material {
+            name: "only".to_owned(),
+            model,
+        };
+        Scene {
+            materials: vec![material],
+            objects: vec![object],
+            ..Scene::default()
+        }
     }
 
-    /// Protects: what gives light is seen wherever it hides; what only could, because nothing shows it, does not count.
+    /// Protects: what gives light is seen wherever it hides; what only could, because nothing shows
+    /// it, does not count.
     #[test]
     fn light_is_found_where_it_is() {
         let dark = scene(Model::Classic(Box::default()));
         assert!(!has_light(&dark));
-        assert!(has_light(&Scene { sky: Some(neutral_sky()), ..dark.clone() }));
-        let glow = Classic { emission: Some(ColourInput::default()), ..Classic::default() };
+        assert!(has_light(&Scene {
+            sky: Some(neutral_sky()),
+            ..dark.clone()
+        }));
+        let glow = Classic {
+            emission: Some(ColourInput::default()),
+            ..Classic::default()
+        };
         let glowing = scene(Model::Classic(Box::new(glow)));
         assert!(has_light(&glowing));
-        assert!(!has_light(&Scene { objects: Vec::new(), ..glowing }));
-        assert!(has_light(&scene(Model::Physical(Box::new(Physical { unlit: true, ..Physical::default() })))));
+        assert!(!has_light(&Scene {
+            objects: Vec::new(),
+            ..glowing
+        }));
+        assert!(has_light(&scene(Model::Physical(Box::new(Physical {
+            unlit: true,
+            ..Physical::default()
+        })))));
         let mut ambient = dark;
         ambient.classic.ambient = Colour([0.0, 0.1, 0.0]);
         assert!(has_light(&ambient));
@@ -106,28 +165,48 @@ mod tests {
         serde_json::from_value(scene).expect("a scene")
     }
 
-    /// Protects: a light counts where it reaches the model with some strength, not because it is there: by distance and range.
+    /// Protects: a light counts where it reaches the model with some strength, not because it is
+    /// there: by distance and range.
     #[test]
     fn lights_count_by_what_they_bring() {
         use serde_json::json;
-        let light = |kind: serde_json::Value, colour: f64| room(json!({ "lights": [{ "kind": kind, "colour": colour }] }));
+        let light = |kind: serde_json::Value, colour: f64| {
+            room(json!({ "lights": [{ "kind": kind, "colour": colour }] }))
+        };
         let point = |z: f64, range: Option<f64>| json!({ "point": { "position": [0, 0, z], "range": range } });
         assert!(!lights_reach(&room(json!({}))) && !lights_reach(&Scene::default()));
-        assert!(lights_reach(&light(json!({ "directional": { "to_light": [0, 0, 1] } }), 1.0)));
-        assert!(!lights_reach(&light(json!({ "directional": { "to_light": [0, 0, 1] } }), 0.001)));
-        assert!(lights_reach(&light(point(2.0, None), 1.0)) && !lights_reach(&light(point(200.0, None), 1.0)));
-        assert!(lights_reach(&light(point(200.0, None), 1e4)) && !lights_reach(&light(point(200.0, Some(150.0)), 1e4)));
+        assert!(lights_reach(&light(
+            json!({ "directional": { "to_light": [0, 0, 1] } }),
+            1.0
+        )));
+        assert!(!lights_reach(&light(
+            json!({ "directional": { "to_light": [0, 0, 1] } }),
+            0.001
+        )));
+        assert!(
+            lights_reach(&light(point(2.0, None), 1.0))
+                && !lights_reach(&light(point(200.0, None), 1.0))
+        );
+        assert!(
+            lights_reach(&light(point(200.0, None), 1e4))
+                && !lights_reach(&light(point(200.0, Some(150.0)), 1e4))
+        );
     }
 
-    /// Protects: a light whose range ends within the model reaches it: the range counts from the model's near side, and not from its
-    /// centre. The sheet reaches √2 about its centre.
+    /// Protects: a light whose range ends within the model reaches it: the range counts from the
+    /// model's near side, and not from its centre. The sheet reaches √2 about its centre.
     #[test]
     fn a_range_that_ends_within_the_model_reaches_it() {
         let reaches = |range: f64| {
             let point = serde_json::json!({ "point": { "position": [0, 0, 2], "range": range } });
-            lights_reach(&room(serde_json::json!({ "lights": [{ "kind": point, "colour": 1 }] })))
+            lights_reach(&room(
+                serde_json::json!({ "lights": [{ "kind": point, "colour": 1 }] }),
+            ))
         };
         let gap = 2.0 - 2.0_f64.sqrt();
-        assert_eq!([gap - 0.01, gap + 0.01, 1.0, 1.99, 2.01].map(reaches), [false, true, true, true, true]);
+        assert_eq!(
+            [gap - 0.01, gap + 0.01, 1.0, 1.99, 2.01].map(reaches),
+            [false, true, true, true, true]
+        );
     }
 }

@@ -1,11 +1,12 @@
 //! Effects: what a scene calls for, what this render simulates, and why.
 //!
-//! [`detect`] reads the scene and the settings and nothing else. An effect is **simulated**, **absent** (the scene has none of
-//! it, and then nothing is built, traced or sampled for it) or **left out** (the scene has it, this render does not do it;
-//! there is always a hint). Only what an object can show counts: an unused material calls for nothing.
+//! [`detect`] reads the scene and the settings and nothing else. An effect is **simulated**,
+//! **absent** (the scene has none of it, and then nothing is built, traced or sampled for it) or
+//! **left out** (the scene has it, this render does not do it; there is always a hint). Only what
+//! an object can show counts: an unused material calls for nothing.
 //!
-//! What is found decides what comes after: preparation builds for the simulated effects alone, and the kernel is the smallest
-//! one that contains them.
+//! What is found decides what comes after: preparation builds for the simulated effects alone, and
+//! the kernel is the smallest one that contains them.
 
 mod detect;
 mod facts;
@@ -47,7 +48,8 @@ pub struct Finding {
     pub status: Status,
     /// Why.
     pub because: String,
-    /// Path of what calls for it in the scene (`materials[1].model.classic.transmission`); none where nothing does.
+    /// Path of what calls for it in the scene (`materials[1].model.classic.transmission`); none
+    /// where nothing does.
     pub source: Option<String>,
     /// What to do about it; always there when it is left out.
     pub hint: Option<String>,
@@ -72,7 +74,11 @@ impl EffectReport {
 
     /// The effects that the scene has and the render does.
     pub fn simulated(&self) -> EffectSet {
-        self.effects.iter().filter(|f| f.status == Status::Simulated).map(|f| f.effect).collect()
+        self.effects
+            .iter()
+            .filter(|f| f.status == Status::Simulated)
+            .map(|f| f.effect)
+            .collect()
     }
 
     /// The effects that the scene has and the render does not do.

@@ -49,13 +49,18 @@ impl EffectSet {
 
     /// What is in it, in the order of reports.
     pub fn iter(self) -> impl Iterator<Item = Effect> {
-        Effect::ALL.iter().copied().filter(move |&effect| self.has(effect))
+        Effect::ALL
+            .iter()
+            .copied()
+            .filter(move |&effect| self.has(effect))
     }
 }
 
 impl FromIterator<Effect> for EffectSet {
     fn from_iter<I: IntoIterator<Item = Effect>>(effects: I) -> Self {
-        effects.into_iter().fold(Self::EMPTY, |set, effect| Self(set.0 | 1 << effect as u8))
+        effects
+            .into_iter()
+            .fold(Self::EMPTY, |set, effect| Self(set.0 | 1 << effect as u8))
     }
 }
 
@@ -71,25 +76,37 @@ const fn of_role(role: Role) -> EffectSet {
     set
 }
 
-/// Effects of what lies over, under and in the metallic-roughness model: surfaces that have one are prepared as layered.
+/// Effects of what lies over, under and in the metallic-roughness model: surfaces that have one are
+/// prepared as layered.
 pub const LAYERS: EffectSet = of_role(Role::Layer);
 
-/// What can be switched off. The rest is what the scene is made of: without it there would be another scene to see.
+/// What can be switched off. The rest is what the scene is made of: without it there would be
+/// another scene to see.
 pub const SWITCHABLE: EffectSet = of_role(Role::Switch).or(LAYERS);
 
 #[cfg(test)]
 mod tests {
     use super::*;
 
-    /// Protects: every name means one effect, sets hold what was put in and nothing else, and there is room for all.
+    /// Protects: every name means one effect, sets hold what was put in and nothing else, and there
+    /// is room for all.
     #[test]
     fn names_and_sets() {
         assert!(Effect::ALL.len() <= 64);
         for (place, &effect) in Effect::ALL.iter().enumerate() {
-            assert_eq!((effect as usize, Effect::named(effect.name())), (place, Some(effect)));
-            let (one, others) = (EffectSet::of(&[effect]), EffectSet::ALL.without(EffectSet::of(&[effect])));
+            assert_eq!(
+                (effect as usize, Effect::named(effect.name())),
+                (place, Some(effect))
+            );
+            let (one, others) = (
+                EffectSet::of(&[effect]),
+                EffectSet::ALL.without(EffectSet::of(&[effect])),
+            );
             assert!(one.has(effect) && !others.has(effect) && one.and(others).is_empty());
-            assert_eq!((one.iter().collect::<Vec<_>>(), others.iter().count()), (vec![effect], Effect::ALL.len() - 1));
+            assert_eq!(
+                (one.iter().collect::<Vec<_>>(), others.iter().count()),
+                (vec![effect], Effect::ALL.len() - 1)
+            );
             assert_eq!([effect, effect].into_iter().collect::<EffectSet>(), one);
         }
         assert_eq!(Effect::named("magic"), None);

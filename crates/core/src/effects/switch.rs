@@ -1,15 +1,22 @@
-//! Effects switched off by name: the scene without what calls for them, so that no later stage needs to know.
+//! Effects switched off by name: the scene without what calls for them, so that no later stage
+//! needs to know.
 
 use std::sync::Arc;
 
 use super::{Effect, EffectSet};
 use crate::scene::{
-    Camera, Classic, Colour, FieldValue, Fields, Filter, MeshSource, Model, Physical, Projection, Scene, Sky, physical_fields,
+    Camera, Classic, Colour, FieldValue, Fields, Filter, MeshSource, Model, Physical, Projection,
+    Scene, Sky, physical_fields,
 };
 
-/// The scene and the view without what calls for these effects. `SkyLight`, `SoftShadows`, `Motion` and the mirror reflection of physical
-/// materials are no data of their own: preparation leaves them out where they are not simulated.
-pub(crate) fn switched_off(scene: &Scene, camera: &Option<Camera>, off: EffectSet) -> (Scene, Option<Camera>) {
+/// The scene and the view without what calls for these effects. `SkyLight`, `SoftShadows`, `Motion`
+/// and the mirror reflection of physical materials are no data of their own: preparation leaves
+/// them out where they are not simulated.
+pub(crate) fn switched_off(
+    scene: &Scene,
+    camera: &Option<Camera>,
+    off: EffectSet,
+) -> (Scene, Option<Camera>) {
     let (mut scene, mut camera) = (scene.clone(), camera.clone());
     if off.has(Effect::AmbientLight) {
         scene.classic.ambient = Colour::BLACK;
@@ -21,7 +28,10 @@ pub(crate) fn switched_off(scene: &Scene, camera: &Option<Camera>, off: EffectSe
         light.shadows &= !off.has(Effect::Shadows);
         light.specular &= !off.has(Effect::Highlights);
     }
-    let generated = scene.generators.iter_mut().map(|generator| &mut generator.object);
+    let generated = scene
+        .generators
+        .iter_mut()
+        .map(|generator| &mut generator.object);
     for object in scene.objects.iter_mut().chain(generated) {
         object.casts_shadow &= !off.has(Effect::Shadows);
     }
@@ -32,7 +42,10 @@ pub(crate) fn switched_off(scene: &Scene, camera: &Option<Camera>, off: EffectSe
         }
     }
     if off.has(Effect::MipMaps) {
-        let filtered = scene.textures.iter_mut().filter(|texture| texture.filter == Filter::Mipmaps);
+        let filtered = scene
+            .textures
+            .iter_mut()
+            .filter(|texture| texture.filter == Filter::Mipmaps);
         filtered.for_each(|texture| texture.filter = Filter::Bilinear);
     }
     if off.has(Effect::SmoothShading) {
@@ -50,7 +63,12 @@ pub(crate) fn switched_off(scene: &Scene, camera: &Option<Camera>, off: EffectSe
         studio.ground &= !off.has(Effect::GroundShadow);
     }
     if off.has(Effect::DepthOfField)
-        && let Some(Camera { projection: Projection::ThinLens { aperture_radius, .. }, .. }) = &mut camera
+        && let Some(Camera {
+            projection: Projection::ThinLens {
+                aperture_radius, ..
+            },
+            ..
+        }) = &mut camera
     {
         *aperture_radius = 0.0;
     }
@@ -70,7 +88,9 @@ fn classic(m: &mut Classic, off: EffectSet) {
     if let Some(reflection) = &mut m.reflection {
         clear(&mut reflection.fuzz, off.has(Effect::FuzzyReflection));
     }
-    core::iter::once(&mut m.colour).chain(&mut m.emission).for_each(|input| flatten(input, off));
+    core::iter::once(&mut m.colour)
+        .chain(&mut m.emission)
+        .for_each(|input| flatten(input, off));
 }
 
 /// Takes a physical material's fields of switched-off effects back to their defaults.
@@ -89,7 +109,10 @@ macro_rules! switches {
 physical_fields!(switches);
 
 fn flatten(input: &mut dyn FieldValue, off: EffectSet) {
-    input.flatten(off.has(Effect::ImageTextures), off.has(Effect::Checkerboard));
+    input.flatten(
+        off.has(Effect::ImageTextures),
+        off.has(Effect::Checkerboard),
+    );
 }
 
 fn clear<T>(slot: &mut Option<T>, off: bool) {

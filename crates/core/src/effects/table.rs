@@ -1,8 +1,10 @@
-//! The table of effects: each with its name, whether it can be switched off, what calls for it, and what becomes of it under each integrator.
+//! The table of effects: each with its name, whether it can be switched off, what calls for it, and
+//! what becomes of it under each integrator.
 
-/// Hands the table to another macro. A row is `KIND = NAME, ROLE, SOURCE, READINGS`: what calls for the effect among a scene's facts, where
-/// paths are followed or not, and how Whitted ray tracing and paths deal with it, with why it is absent where nothing calls for it. They are
-/// in the order of reports.
+/// Hands the table to another macro. A row is `KIND = NAME, ROLE, SOURCE, READINGS`: what calls for
+/// the effect among a scene's facts, where paths are followed or not, and how Whitted ray tracing
+/// and paths deal with it, with why it is absent where nothing calls for it. They are in the order
+/// of reports.
 macro_rules! effects {
     ($then:ident) => {
         $then! {
@@ -32,7 +34,8 @@ macro_rules! effects {
             /// Surfaces that show their colour as it is.
             UnlitSurfaces = "unlit surfaces", Scene, |f, _| f.unlit.as_ref(),
                 both(Does("a material shows its colour as it is"), "every material answers to light");
-            // A smooth coat mirrors, and what is diffused to the other side goes through: for paths alone.
+            // A smooth coat mirrors, and what is diffused to the other side goes through: for paths
+            // alone.
             /// Smooth surfaces reflect.
             MirrorReflection = "mirror reflection", Switch, |f, paths| f.with_layer(&f.reflection, "clearcoat", paths),
                 both(Traces("a smooth surface reflects"), "no smooth surface reflects");

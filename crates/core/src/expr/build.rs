@@ -1,4 +1,5 @@
-//! From grammar to graph: names are resolved, types checked, and every construct becomes operations.
+//! From grammar to graph: names are resolved, types checked, and every construct becomes
+//! operations.
 
 use std::collections::BTreeMap;
 use std::ops::Range;
@@ -29,7 +30,11 @@ pub(super) struct Builder<'a> {
 
 impl<'a> Builder<'a> {
     pub fn new(names: &'a BTreeMap<String, f64>, scope: Scope) -> Self {
-        Self { graph: Graph::default(), names, scope }
+        Self {
+            graph: Graph::default(),
+            names,
+            scope,
+        }
     }
 
     pub fn is_vector(&self, term: &Term) -> bool {
@@ -39,13 +44,22 @@ impl<'a> Builder<'a> {
     /// A parameter, a variable of the scope or a named constant.
     pub fn name(&mut self, name: &str, span: Range<usize>) -> Result<Id> {
         let parameter = self.names.get(name).copied();
-        let variable = self.scope.variables().iter().copied().find(|variable| variable.name() == name);
+        let variable = self
+            .scope
+            .variables()
+            .iter()
+            .copied()
+            .find(|variable| variable.name() == name);
         let constant = constant(name);
         match (parameter, variable, constant) {
             (Some(value), None, None) | (None, None, Some(value)) => Ok(self.graph.number(value)),
             (None, Some(variable), _) => Ok(self.graph.input(variable)),
             (Some(_), _, _) => {
-                let other = if variable.is_some() { "a variable of the hit" } else { "a constant" };
+                let other = if variable.is_some() {
+                    "a variable of the hit"
+                } else {
+                    "a constant"
+                };
                 let message = format!("`{name}` is a parameter of the scene and also {other}");
                 Err(ExprError::new(message, span).with_hint("give the parameter another name"))
             }
@@ -54,15 +68,25 @@ impl<'a> Builder<'a> {
     }
 
     fn unknown_name(&self, name: &str, span: Range<usize>) -> ExprError {
-        if let Some(variable) = Variable::ALL.into_iter().find(|variable| variable.name() == name) {
-            let message = format!("`{}` does not exist {}", variable.name(), self.scope.place());
+        if let Some(variable) = Variable::ALL
+            .into_iter()
+            .find(|variable| variable.name() == name)
+        {
+            let message = format!(
+                "`{}` does not exist {}",
+                variable.name(),
+                self.scope.place()
+            );
             return ExprError::new(message, span).with_hint(self.allowed());
         }
         if function(name).is_some() {
-            return ExprError::new(format!("`{name}` is a function"), span).with_hint(format!("write `{name}(…)`"));
+            return ExprError::new(format!("`{name}` is a function"), span)
+                .with_hint(format!("write `{name}(…)`"));
         }
         let known = self.names.keys().map(String::as_str);
-        let known = known.chain(self.scope.variables().iter().map(|v| v.name())).chain(CONSTANTS.iter().map(|(name, _)| *name));
+        let known = known
+            .chain(self.scope.variables().iter().map(|v| v.name()))
+            .chain(CONSTANTS.iter().map(|(name, _)| *name));
         let hint = match closest(name, known) {
             Some(similar) => format!("did you mean `{similar}`? {}", self.allowed()),
             None => self.allowed(),
@@ -76,7 +100,11 @@ impl<'a> Builder<'a> {
         let mut names: Vec<&str> = self.scope.variables().iter().map(|v| v.name()).collect();
         names.extend(CONSTANTS.iter().map(|(name, _)| *name));
         names.extend(self.names.keys().map(String::as_str).take(SHOWN));
-        let more = if self.names.len() > SHOWN { ", …" } else { "" };
+        let more = if self.names.len() > SHOWN {
+            ", …"
+        } else {
+            ""
+        };
         format!("names that exist here: {}{more}", names.join(", "))
     }
 
@@ -88,11 +116,16 @@ impl<'a> Builder<'a> {
             "z" | "b" => 2,
             _ => {
                 let hint = "the components of a vector are .x .y .z, or .r .g .b";
-                return Err(ExprError::new(format!("unknown component `.{name}`"), span).with_hint(hint));
+                return Err(
+                    ExprError::new(format!("unknown component `.{name}`"), span).with_hint(hint)
+                );
             }
         };
         if !self.is_vector(&of) {
-            return Err(ExprError::new(format!("a number has no component `.{name}`"), of.span.start..span.end));
+            return Err(ExprError::new(
+                format!("a number has no component `.{name}`"),
+                of.span.start..span.end,
+            ));
         }
         Ok(self.graph.component(of.id, axis))
     }
@@ -116,7 +149,10 @@ impl<'a> Builder<'a> {
                 let minus_one = self.graph.number(-1.0);
                 Ok(self.graph.add(Operation::Scale, [a.id, minus_one]))
             }
-            Operation::Not => Err(ExprError::new("`!` needs a number, and this is a vector", a.span.clone())),
+            Operation::Not => Err(ExprError::new(
+                "`!` needs a number, and this is a vector",
+                a.span.clone(),
+            )),
             _ => Ok(self.each([a.id; 3], |graph, [a, ..]| graph.add(operation, [a]))),
         }
     }
@@ -130,7 +166,11 @@ impl<'a> Builder<'a> {
         if operation.is_of_numbers_only() {
             let vector = if vectors.0 { a } else { b };
             let hint = "take a component such as `.y`, or `length(…)` or `dot(…)`";
-            return Err(ExprError::new("a number is needed here, and this is a vector", vector.span.clone()).with_hint(hint));
+            return Err(ExprError::new(
+                "a number is needed here, and this is a vector",
+                vector.span.clone(),
+            )
+            .with_hint(hint));
         }
         Ok(match (operation, vectors) {
             (Operation::Multiply, (true, false)) => self.graph.add(Operation::Scale, [a.id, b.id]),
@@ -141,14 +181,20 @@ impl<'a> Builder<'a> {
                     let operands = [self.widen(a.id), self.widen(b.id)];
                     self.graph.add(operation, operands)
                 }
-                None => self.each([a.id, b.id, b.id], |graph, [a, b, _]| binary_numbers(graph, operation, a, b)),
+                None => self.each([a.id, b.id, b.id], |graph, [a, b, _]| {
+                    binary_numbers(graph, operation, a, b)
+                }),
             },
         })
     }
 
     /// A number in all three components; a vector unchanged.
     pub fn widen(&mut self, id: Id) -> Id {
-        if self.graph.is_vector(id) { id } else { self.graph.add(Operation::Compose, [id; 3]) }
+        if self.graph.is_vector(id) {
+            id
+        } else {
+            self.graph.add(Operation::Compose, [id; 3])
+        }
     }
 
     /// `make` applied to the x, y and z of the operands (a number counts as its own component).
@@ -177,14 +223,20 @@ impl<'a> Builder<'a> {
     /// The number a term is, or an error that says what it is needed for.
     pub fn expect_number(&self, term: &Term, what: &str) -> Result<Id> {
         if self.is_vector(term) {
-            return Err(ExprError::new(format!("{what} must be a number, and this is a vector"), term.span.clone()));
+            return Err(ExprError::new(
+                format!("{what} must be a number, and this is a vector"),
+                term.span.clone(),
+            ));
         }
         Ok(term.id)
     }
 
     pub fn expect_vector(&self, term: &Term, what: &str) -> Result<Id> {
         if !self.is_vector(term) {
-            let error = ExprError::new(format!("{what} must be a vector, and this is a number"), term.span.clone());
+            let error = ExprError::new(
+                format!("{what} must be a vector, and this is a number"),
+                term.span.clone(),
+            );
             return Err(error.with_hint("a vector is written `[x, y, z]` or `vec3(x, y, z)`"));
         }
         Ok(term.id)

@@ -13,14 +13,23 @@ use crate::suggest::closest;
 
 impl Builder<'_> {
     /// A function called with these arguments; `span` is the whole call and `name_span` the name.
-    pub fn call(&mut self, name: &str, name_span: Range<usize>, arguments: &[Term], span: Range<usize>) -> Result<Id> {
+    pub fn call(
+        &mut self,
+        name: &str,
+        name_span: Range<usize>,
+        arguments: &[Term],
+        span: Range<usize>,
+    ) -> Result<Id> {
         let Some(function) = function(name) else {
             return Err(self.unknown_function(name, name_span));
         };
         match (function, arguments) {
             (Function::Unary(op), [a]) => self.unary(op, a),
             (Function::Times(factor), [a]) => {
-                let factor = Term { id: self.graph.number(factor), span: name_span };
+                let factor = Term {
+                    id: self.graph.number(factor),
+                    span: name_span,
+                };
                 self.binary(Operation::Multiply, a, &factor)
             }
             (Function::Binary(op), [a, b]) => self.binary(op, a, b),
@@ -28,13 +37,21 @@ impl Builder<'_> {
             (Function::Atan, [a, b]) => self.binary(Operation::Atan2, a, b),
             (Function::Extremum(op), [first, rest @ ..]) if !rest.is_empty() => {
                 let start = first.clone();
-                let folded = rest.iter().try_fold(start, |so_far, next| -> Result<Term> {
-                    Ok(Term { id: self.binary(op, &so_far, next)?, span: span.clone() })
-                })?;
+                let folded = rest
+                    .iter()
+                    .try_fold(start, |so_far, next| -> Result<Term> {
+                        Ok(Term {
+                            id: self.binary(op, &so_far, next)?,
+                            span: span.clone(),
+                        })
+                    })?;
                 Ok(folded.id)
             }
             (Function::Clamp, [x, low, high]) => {
-                let raised = Term { id: self.binary(Operation::Max, x, low)?, span };
+                let raised = Term {
+                    id: self.binary(Operation::Max, x, low)?,
+                    span,
+                };
                 self.binary(Operation::Min, &raised, high)
             }
             (Function::Mix, [a, b, t]) => Ok(self.mix(a.id, b.id, t.id)),
@@ -52,7 +69,13 @@ impl Builder<'_> {
         }
     }
 
-    fn call_on_vectors(&mut self, function: Function, name: &str, arguments: &[Term], span: Range<usize>) -> Result<Id> {
+    fn call_on_vectors(
+        &mut self,
+        function: Function,
+        name: &str,
+        arguments: &[Term],
+        span: Range<usize>,
+    ) -> Result<Id> {
         let what = format!("an argument of `{name}`");
         let wanted = match function {
             Function::Length | Function::Normalize => 1,
@@ -62,7 +85,10 @@ impl Builder<'_> {
         if arguments.len() != wanted {
             return Err(wrong_count(function, name, arguments.len(), span));
         }
-        let ids = arguments.iter().map(|a| self.expect_vector(a, &what)).collect::<Result<Vec<Id>>>()?;
+        let ids = arguments
+            .iter()
+            .map(|a| self.expect_vector(a, &what))
+            .collect::<Result<Vec<Id>>>()?;
         let graph = &mut self.graph;
         Ok(match (function, ids.as_slice()) {
             (Function::Length, &[v]) => graph.add(Operation::Length, [v]),
@@ -99,16 +125,30 @@ impl Builder<'_> {
     }
 
     /// The arguments that are the point, and the count of octaves after them.
-    fn octaves<'t>(&self, octaves: Octaves, name: &str, all: &'t [Term], span: &Range<usize>) -> Result<(&'t [Term], u32)> {
+    fn octaves<'t>(
+        &self,
+        octaves: Octaves,
+        name: &str,
+        all: &'t [Term],
+        span: &Range<usize>,
+    ) -> Result<(&'t [Term], u32)> {
         let (Octaves::Sum | Octaves::Turbulence, [point @ .., last]) = (octaves, all) else {
             return Ok((all, 1));
         };
         let count = self.graph.as_number(last.id);
-        match count.filter(|count| count.fract() == 0.0 && (1.0..=f64::from(MAX_OCTAVES)).contains(count)) {
+        match count
+            .filter(|count| count.fract() == 0.0 && (1.0..=f64::from(MAX_OCTAVES)).contains(count))
+        {
             Some(count) => Ok((point, count as u32)),
             None => {
-                let message = format!("the octaves of `{name}` must be a constant whole number from 1 to {MAX_OCTAVES}");
-                let place = if all.len() > 1 { last.span.clone() } else { span.clone() };
+                let message = format!(
+                    "the octaves of `{name}` must be a constant whole number from 1 to {MAX_OCTAVES}"
+                );
+                let place = if all.len() > 1 {
+                    last.span.clone()
+                } else {
+                    span.clone()
+                };
                 Err(ExprError::new(message, place).with_hint("they are the last argument"))
             }
         }
@@ -137,7 +177,14 @@ impl Builder<'_> {
                 let p = self.compose(point)?;
                 self.graph.add(octaves.in_space(count), [p])
             }
-            _ => return Err(wrong_count(function, name, point.len() + usize::from(octaves != Octaves::One), span)),
+            _ => {
+                return Err(wrong_count(
+                    function,
+                    name,
+                    point.len() + usize::from(octaves != Octaves::One),
+                    span,
+                ));
+            }
         })
     }
 
@@ -154,7 +201,10 @@ impl Builder<'_> {
 
     fn unknown_function(&self, name: &str, span: Range<usize>) -> ExprError {
         let error = ExprError::new(format!("unknown function `{name}`"), span);
-        if self.names.contains_key(name) || Variable::ALL.iter().any(|v| v.name() == name) || constant(name).is_some() {
+        if self.names.contains_key(name)
+            || Variable::ALL.iter().any(|v| v.name() == name)
+            || constant(name).is_some()
+        {
             return error.with_hint(format!("to multiply, write `{name} * (…)`"));
         }
         match closest(name, FUNCTIONS.iter().map(|(name, _)| *name)) {
@@ -191,5 +241,9 @@ fn wrong_count(function: Function, name: &str, count: usize, span: Range<usize>)
         Function::PlaneNoise(_) => "(x, y, octaves)",
     };
     let plural = if count == 1 { "" } else { "s" };
-    ExprError::new(format!("`{name}` does not take {count} argument{plural}"), span).with_hint(format!("write `{name}{usage}`"))
+    ExprError::new(
+        format!("`{name}` does not take {count} argument{plural}"),
+        span,
+    )
+    .with_hint(format!("write `{name}{usage}`"))
 }

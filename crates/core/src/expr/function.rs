@@ -1,4 +1,5 @@
-//! The functions of the language, by name: one table for the parser, the messages and the documentation.
+//! The functions of the language, by name: one table for the parser, the messages and the
+//! documentation.
 
 use super::operation::Operation;
 
@@ -37,7 +38,8 @@ pub(super) enum Function {
     Reflect,
     /// `checker(x, y)` or `checker(x, y, z)`: 0 or 1.
     Checker,
-    /// `noise(p)`, `noise(x, y)` or `noise(x, y, z)`; sums have the count of octaves as one more argument.
+    /// `noise(p)`, `noise(x, y)` or `noise(x, y, z)`; sums have the count of octaves as one more
+    /// argument.
     Noise(Octaves),
     /// The same in the plane only: `noise2(x, y)`.
     PlaneNoise(Octaves),
@@ -118,8 +120,11 @@ pub(super) const FUNCTIONS: &[(&str, Function)] = &[
 ];
 
 /// Named numbers.
-pub(super) const CONSTANTS: &[(&str, f64)] =
-    &[("e", core::f64::consts::E), ("pi", core::f64::consts::PI), ("tau", core::f64::consts::TAU)];
+pub(super) const CONSTANTS: &[(&str, f64)] = &[
+    ("e", core::f64::consts::E),
+    ("pi", core::f64::consts::PI),
+    ("tau", core::f64::consts::TAU),
+];
 
 /// Names of all functions, alphabetically: for documentation and its tests.
 pub fn function_names() -> impl Iterator<Item = &'static str> {
@@ -133,10 +138,16 @@ pub fn constant_names() -> impl Iterator<Item = &'static str> {
 
 /// The function of this name.
 pub(super) fn function(name: &str) -> Option<Function> {
-    FUNCTIONS.iter().find(|(known, _)| *known == name).map(|(_, function)| *function)
+    FUNCTIONS
+        .iter()
+        .find(|(known, _)| *known == name)
+        .map(|(_, function)| *function)
 }
 
 /// The constant of this name.
 pub(super) fn constant(name: &str) -> Option<f64> {
-    CONSTANTS.iter().find(|(known, _)| *known == name).map(|(_, value)| *value)
+    CONSTANTS
+        .iter()
+        .find(|(known, _)| *known == name)
+        .map(|(_, value)| *value)
 }

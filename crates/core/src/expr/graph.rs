@@ -1,8 +1,8 @@
-//! An expression as a graph of typed operations: equal operations are one node (common subexpressions), and operations on
-//! constants are computed at once, in f64.
+//! An expression as a graph of typed operations: equal operations are one node (common
+//! subexpressions), and operations on constants are computed at once, in f64.
 //!
-//! Operands always come before the operation that uses them, so every pass is a loop and no depth of nesting in a source
-//! can overflow the stack here.
+//! Operands always come before the operation that uses them, so every pass is a loop and no depth
+//! of nesting in a source can overflow the stack here.
 
 use std::collections::HashMap;
 
@@ -142,7 +142,8 @@ impl Graph {
                     return if semantics::is_true(condition) { b } else { c };
                 }
             }
-            // A sum takes the product with it that it is of. What the product lacks is filled so that no bit changes.
+            // A sum takes the product with it that it is of. What the product lacks is filled so
+            // that no bit changes.
             Operation::Add => {
                 for (term, product) in [(a, b), (b, a)] {
                     if let Some([x, y]) = self.product(product) {
@@ -164,7 +165,9 @@ impl Graph {
             }
             // What is 0 or 1 chooses; the other end is left alone, even where it is not finite.
             Operation::Mix if self.is_truth(c) => return self.add(Operation::Select, [c, b, a]),
-            Operation::MixVectors if self.is_truth(c) => return self.add(Operation::SelectVectors, [c, b, a]),
+            Operation::MixVectors if self.is_truth(c) => {
+                return self.add(Operation::SelectVectors, [c, b, a]);
+            }
             _ => {}
         }
         self.intern(Node::Operation(operation, operands))
@@ -186,7 +189,11 @@ impl Graph {
         };
         let [a, b, c, d] = operands.map(row);
         let [x, y, z, _] = run::alone(operation, [a?, b?, c?, d?]).map(f64::to_bits);
-        Some(if operation.is_vector() { Node::Vector([x, y, z]) } else { Node::Number(x) })
+        Some(if operation.is_vector() {
+            Node::Vector([x, y, z])
+        } else {
+            Node::Number(x)
+        })
     }
 
     /// Is 0 or 1, whatever the hit.

@@ -20,34 +20,50 @@ pub(super) struct Token {
 }
 
 /// Longest first, so that `<=` is not read as `<` and `=`.
-const SYMBOLS: [&str; 23] =
-    ["<=", ">=", "==", "!=", "&&", "||", "+", "-", "*", "/", "%", "^", "<", ">", "!", "?", ":", "(", ")", "[", "]", ",", "."];
+const SYMBOLS: [&str; 23] = [
+    "<=", ">=", "==", "!=", "&&", "||", "+", "-", "*", "/", "%", "^", "<", ">", "!", "?", ":", "(",
+    ")", "[", "]", ",", ".",
+];
 
 /// All tokens of `source`, the last one [`Lexeme::End`].
 pub(super) fn tokens(source: &str) -> Result<Vec<Token>> {
     let mut tokens = Vec::new();
     let mut at = 0;
     while let Some(rest) = source.get(at..) {
-        let Some(first) = rest.chars().next() else { break };
+        let Some(first) = rest.chars().next() else {
+            break;
+        };
         if first.is_whitespace() {
             at += first.len_utf8();
             continue;
         }
-        let (lexeme, length) = if first.is_ascii_digit() || (first == '.' && starts_with_digit(&rest[1..])) {
-            number(rest, at)?
-        } else if first.is_ascii_alphabetic() || first == '_' {
-            (Lexeme::Name, rest.find(|c: char| !is_name_character(c)).unwrap_or(rest.len()))
-        } else if rest.starts_with("**") {
-            return Err(ExprError::new("`**` is not an operator", at..at + 2).with_hint("a power is written `^`"));
-        } else if let Some(symbol) = SYMBOLS.into_iter().find(|s| rest.starts_with(s)) {
-            (Lexeme::Symbol(symbol), symbol.len())
-        } else {
-            return Err(unexpected(first, at));
-        };
-        tokens.push(Token { lexeme, span: at..at + length });
+        let (lexeme, length) =
+            if first.is_ascii_digit() || (first == '.' && starts_with_digit(&rest[1..])) {
+                number(rest, at)?
+            } else if first.is_ascii_alphabetic() || first == '_' {
+                (
+                    Lexeme::Name,
+                    rest.find(|c: char| !is_name_character(c))
+                        .unwrap_or(rest.len()),
+                )
+            } else if rest.starts_with("**") {
+                return Err(ExprError::new("`**` is not an operator", at..at + 2)
+                    .with_hint("a power is written `^`"));
+            } else if let Some(symbol) = SYMBOLS.into_iter().find(|s| rest.starts_with(s)) {
+                (Lexeme::Symbol(symbol), symbol.len())
+            } else {
+                return Err(unexpected(first, at));
+            };
+        tokens.push(Token {
+            lexeme,
+            span: at..at + length,
+        });
         at += length;
     }
-    tokens.push(Token { lexeme: Lexeme::End, span: source.len()..source.len() });
+    tokens.push(Token {
+        lexeme: Lexeme::End,
+        span: source.len()..source.len(),
+    });
     Ok(tokens)
 }
 
@@ -61,7 +77,11 @@ fn starts_with_digit(text: &str) -> bool {
 
 /// `12`, `1.5`, `.5`, `2.`, `1e-3`. An `e` without digits after it is not part of the number.
 fn number(rest: &str, at: usize) -> Result<(Lexeme, usize)> {
-    let digits = |from: usize| rest[from..].find(|c: char| !c.is_ascii_digit()).map_or(rest.len(), |n| from + n);
+    let digits = |from: usize| {
+        rest[from..]
+            .find(|c: char| !c.is_ascii_digit())
+            .map_or(rest.len(), |n| from + n)
+    };
     let mut end = digits(0);
     if rest[end..].starts_with('.') {
         end = digits(end + 1);
@@ -79,7 +99,10 @@ fn number(rest: &str, at: usize) -> Result<(Lexeme, usize)> {
 }
 
 fn unexpected(character: char, at: usize) -> ExprError {
-    let error = ExprError::new(format!("unexpected character `{}`", character.escape_debug()), at..at + character.len_utf8());
+    let error = ExprError::new(
+        format!("unexpected character `{}`", character.escape_debug()),
+        at..at + character.len_utf8(),
+    );
     match character {
         '=' => error.with_hint("`==` compares; an expression has no assignments"),
         '&' => error.with_hint("write `&&` for \"and\""),

@@ -1,22 +1,28 @@
-//! The expression language of scene files: formulas of numbers and vectors, without names to assign or loops to run.
+//! The expression language of scene files: formulas of numbers and vectors, without names to assign
+//! or loops to run.
 //!
-//! It is used two times. While a scene is loaded, any number may be an expression of the time `t` and the scene's
-//! parameters: [`evaluate`]. At each hit, textures, weights and sky colours may be expressions that also read the hit:
-//! [`compile`], once, and then among [`Programs`] as often as needed.
+//! It is used two times. While a scene is loaded, any number may be an expression of the time `t`
+//! and the scene's parameters: [`evaluate`]. At each hit, textures, weights and sky colours may be
+//! expressions that also read the hit: [`compile`], once, and then among [`Programs`] as often as
+//! needed.
 //!
-//! * **Values** are numbers and vectors of three numbers, `[x, y, z]` or `vec3(x, y, z)`, with the components `.x .y .z`
-//!   (or `.r .g .b`). A number beside a vector counts in every component.
-//! * **Operators**, loosest first: `a ? b : c`, `||`, `&&`, comparisons, `+ -`, `* / %`, prefix `- !`, `^`. Truth is a
-//!   number: 1 or 0; everything but 0 and NaN is true. `%` takes the sign of the divisor.
-//! * **Names**: `t`, the parameters, `pi`, `tau`, `e`, and the [variables](Variable) of the [`Scope`].
-//! * **Functions** of numbers act on every component of a vector: `abs sign floor ceil round fract mod min max clamp mix step
-//!   smoothstep sqrt pow exp ln sin cos tan asin acos atan atan2 degrees radians`. `if(c, a, b)` is `c ? a : b`: only the
-//!   branch taken matters. Of vectors: `dot cross length normalize reflect`.
-//! * **Patterns**: `checker(x, y)` is 0 or 1; `noise(p)` (a vector, or two or three numbers), `fbm(p, octaves)` and
-//!   `turbulence(p, octaves)` are [gradient noise](crate::noise) and its sums; `noise2`, `fbm2`, `turbulence2` in the plane.
+//! * **Values** are numbers and vectors of three numbers, `[x, y, z]` or `vec3(x, y, z)`, with the
+//!   components `.x .y .z` (or `.r .g .b`). A number beside a vector counts in every component.
+//! * **Operators**, loosest first: `a ? b : c`, `||`, `&&`, comparisons, `+ -`, `* / %`, prefix
+//!   `- !`, `^`. Truth is a number: 1 or 0; everything but 0 and NaN is true. `%` takes the sign of
+//!   the divisor.
+//! * **Names**: `t`, the parameters, `pi`, `tau`, `e`, and the [variables](Variable) of the
+//!   [`Scope`].
+//! * **Functions** of numbers act on every component of a vector: `abs sign floor ceil round fract
+//!   mod min max clamp mix step smoothstep sqrt pow exp ln sin cos tan asin acos atan atan2 degrees
+//!   radians`. `if(c, a, b)` is `c ? a : b`: only the branch taken matters. Of vectors:
+//!   `dot cross length normalize reflect`.
+//! * **Patterns**: `checker(x, y)` is 0 or 1; `noise(p)` (a vector, or two or three numbers),
+//!   `fbm(p, octaves)` and `turbulence(p, octaves)` are [gradient noise](crate::noise) and its
+//!   sums; `noise2`, `fbm2`, `turbulence2` in the plane.
 //!
-//! Constant parts are computed in f64 once; the rest runs in the scalar of the renderer. A source is bounded in length
-//! and depth, a program in size; both are errors, never a hang.
+//! Constant parts are computed in f64 once; the rest runs in the scalar of the renderer. A source
+//! is bounded in length and depth, a program in size; both are errors, never a hang.
 
 mod build;
 mod call;
@@ -60,17 +66,26 @@ pub fn evaluate(source: &str, names: &BTreeMap<String, f64>) -> Result<f64, Expr
         Some(value) if value.is_finite() => Ok(value),
         value => {
             let value = value.unwrap_or(f64::NAN);
-            let error = ExprError::new(format!("the value of this expression is {value}"), term.span);
+            let error = ExprError::new(
+                format!("the value of this expression is {value}"),
+                term.span,
+            );
             Err(error.with_hint("a number of the scene must be finite"))
         }
     }
 }
 
-/// An expression of `names` (the time `t` and the parameters, constants by now) and of the variables of `scope`.
+/// An expression of `names` (the time `t` and the parameters, constants by now) and of the
+/// variables of `scope`.
 ///
 /// # Errors
-/// Text that is no expression, names that do not exist in this scope, values of the wrong kind, a program too large.
-pub fn compile(source: &str, names: &BTreeMap<String, f64>, scope: Scope) -> Result<Program, ExprError> {
+/// Text that is no expression, names that do not exist in this scope, values of the wrong kind, a
+/// program too large.
+pub fn compile(
+    source: &str,
+    names: &BTreeMap<String, f64>,
+    scope: Scope,
+) -> Result<Program, ExprError> {
     let (builder, term) = parser::parse(source, build::Builder::new(names, scope))?;
     Program::new(&builder.graph, term.id, term.span)
 }
@@ -79,17 +94,27 @@ pub fn compile(source: &str, names: &BTreeMap<String, f64>, scope: Scope) -> Res
 ///
 /// # Errors
 /// Those of [`compile`], and a value that is a vector.
-pub fn compile_number(source: &str, names: &BTreeMap<String, f64>, scope: Scope) -> Result<Program, ExprError> {
+pub fn compile_number(
+    source: &str,
+    names: &BTreeMap<String, f64>,
+    scope: Scope,
+) -> Result<Program, ExprError> {
     let (builder, term) = parser::parse(source, build::Builder::new(names, scope))?;
     builder.expect_number(&term, "a weight")?;
     Program::new(&builder.graph, term.id, term.span)
 }
 
-/// Why `name` cannot be the name of a parameter, if so: it must be a word that an expression can read.
+/// Why `name` cannot be the name of a parameter, if so: it must be a word that an expression can
+/// read.
 pub fn parameter_name_problem(name: &str) -> Option<String> {
     let letters = |c: char| c.is_ascii_alphanumeric() || c == '_';
-    if !name.starts_with(|c: char| c.is_ascii_alphabetic() || c == '_') || !name.chars().all(letters) {
-        return Some("a parameter's name is made of letters, digits and `_`, and starts with a letter".to_owned());
+    if !name.starts_with(|c: char| c.is_ascii_alphabetic() || c == '_')
+        || !name.chars().all(letters)
+    {
+        return Some(
+            "a parameter's name is made of letters, digits and `_`, and starts with a letter"
+                .to_owned(),
+        );
     }
     if name == "t" {
         return Some("`t` is the time".to_owned());

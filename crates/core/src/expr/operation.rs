@@ -1,5 +1,5 @@
-//! The operations of the language, one by one: nodes of the graph that a source becomes, and steps of the program that the
-//! graph becomes. What each computes is in [`run`](super::run).
+//! The operations of the language, one by one: nodes of the graph that a source becomes, and steps
+//! of the program that the graph becomes. What each computes is in [`run`](super::run).
 
 /// An operation on one to four operands a, b, c, d: numbers, or vectors where it says so.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
@@ -28,7 +28,8 @@ pub(super) enum Operation {
     /// a − b ⌊a/b⌋: the sign of the divisor, as in GLSL, and nearer to zero than it.
     Modulo,
     Power,
-    /// a to this power, where it is not zero: b is the limit [below which](super::semantics::vanishing) it is.
+    /// a to this power, where it is not zero: b is the limit [below
+    /// which](super::semantics::vanishing) it is.
     WholePower(u32),
     Min,
     Max,
@@ -92,10 +93,24 @@ pub(super) enum Operation {
 impl Operation {
     /// Yields a vector; `false` for a number.
     pub const fn is_vector(self) -> bool {
-        use Operation::{AddVectors, Compose, Cross, DivideVectors, MaxVectors, MinVectors, MixVectors, MultiplyVectors};
+        use Operation::{
+            AddVectors, Compose, Cross, DivideVectors, MaxVectors, MinVectors, MixVectors,
+            MultiplyVectors,
+        };
         use Operation::{Normalize, Scale, SelectVectors, Shrink, SubtractVectors};
-        matches!(self, Compose | AddVectors | SubtractVectors | MultiplyVectors | DivideVectors | MinVectors | MaxVectors)
-            || matches!(self, Scale | Shrink | MixVectors | SelectVectors | Cross | Normalize)
+        matches!(
+            self,
+            Compose
+                | AddVectors
+                | SubtractVectors
+                | MultiplyVectors
+                | DivideVectors
+                | MinVectors
+                | MaxVectors
+        ) || matches!(
+            self,
+            Scale | Shrink | MixVectors | SelectVectors | Cross | Normalize
+        )
     }
 
     /// The operation on vectors that does this one in each component at once.
@@ -113,8 +128,13 @@ impl Operation {
 
     /// A truth value, 0 or 1, of two numbers that must not be vectors.
     pub const fn is_of_numbers_only(self) -> bool {
-        use Operation::{And, Checker, Equal, Greater, GreaterOrEqual, Less, LessOrEqual, NotEqual, Or};
-        matches!(self, Less | LessOrEqual | Greater | GreaterOrEqual | Equal | NotEqual | And | Or | Checker)
+        use Operation::{
+            And, Checker, Equal, Greater, GreaterOrEqual, Less, LessOrEqual, NotEqual, Or,
+        };
+        matches!(
+            self,
+            Less | LessOrEqual | Greater | GreaterOrEqual | Equal | NotEqual | And | Or | Checker
+        )
     }
 
     /// Is 0 or 1, whatever the operands.

@@ -1,5 +1,5 @@
-//! The grammar, by recursive descent: the one place where nesting in a source becomes nesting of calls, and so the one
-//! that counts it.
+//! The grammar, by recursive descent: the one place where nesting in a source becomes nesting of
+//! calls, and so the one that counts it.
 //!
 //! ```text
 //! expression = or [ "?" expression ":" expression ]
@@ -28,10 +28,19 @@ pub(super) struct Parser<'s, 'n> {
 /// Understands a whole source, or says where that ends.
 pub(super) fn parse<'n>(source: &str, builder: Builder<'n>) -> Result<(Builder<'n>, Term)> {
     if source.len() > MAX_SOURCE {
-        let message = format!("this expression has {} bytes; the limit is {MAX_SOURCE}", source.len());
+        let message = format!(
+            "this expression has {} bytes; the limit is {MAX_SOURCE}",
+            source.len()
+        );
         return Err(ExprError::new(message, 0..source.len()));
     }
-    let mut parser = Parser { source, tokens: tokens(source)?, at: 0, depth: 0, builder };
+    let mut parser = Parser {
+        source,
+        tokens: tokens(source)?,
+        at: 0,
+        depth: 0,
+        builder,
+    };
     if parser.peek() == Lexeme::End {
         return Err(ExprError::new("this expression is empty", 0..source.len()));
     }
@@ -47,7 +56,9 @@ const COMPARISON: u8 = 2;
 
 /// The operator a symbol stands for between two terms, and how tightly it binds.
 fn binary_operator(lexeme: Lexeme) -> Option<(Operation, u8)> {
-    let Lexeme::Symbol(symbol) = lexeme else { return None };
+    let Lexeme::Symbol(symbol) = lexeme else {
+        return None;
+    };
     Some(match symbol {
         "||" => (Operation::Or, 0),
         "&&" => (Operation::And, 1),
@@ -69,7 +80,10 @@ fn binary_operator(lexeme: Lexeme) -> Option<(Operation, u8)> {
 impl Parser<'_, '_> {
     fn token(&self) -> Token {
         let end = self.source.len();
-        self.tokens.get(self.at).cloned().unwrap_or(Token { lexeme: Lexeme::End, span: end..end })
+        self.tokens.get(self.at).cloned().unwrap_or(Token {
+            lexeme: Lexeme::End,
+            span: end..end,
+        })
     }
 
     fn peek(&self) -> Lexeme {
@@ -96,7 +110,10 @@ impl Parser<'_, '_> {
         }
         if token.lexeme == Lexeme::End {
             let opener = &self.source[open.clone()];
-            return Err(ExprError::new(format!("`{opener}` is never closed"), open.clone()).with_hint(format!("add `{symbol}`")));
+            return Err(
+                ExprError::new(format!("`{opener}` is never closed"), open.clone())
+                    .with_hint(format!("add `{symbol}`")),
+            );
         }
         Err(self.left_over())
     }
@@ -105,15 +122,28 @@ impl Parser<'_, '_> {
     fn left_over(&self) -> ExprError {
         let token = self.token();
         let text = &self.source[token.span.clone()];
-        let touching = self.at > 0 && self.tokens.get(self.at - 1).is_some_and(|t| matches!(t.lexeme, Lexeme::Number(_)));
+        let touching = self.at > 0
+            && self
+                .tokens
+                .get(self.at - 1)
+                .is_some_and(|t| matches!(t.lexeme, Lexeme::Number(_)));
         match token.lexeme {
-            Lexeme::Symbol(")" | "]") => ExprError::new(format!("`{text}` closes nothing here"), token.span),
-            Lexeme::Symbol(",") => {
-                ExprError::new("a comma belongs between the arguments of a function or the parts of a vector", token.span)
+            Lexeme::Symbol(")" | "]") => {
+                ExprError::new(format!("`{text}` closes nothing here"), token.span)
             }
-            Lexeme::Name if touching => ExprError::new(format!("an operator is missing before `{text}`"), token.span)
-                .with_hint("multiplication is written `*`"),
-            _ => ExprError::new(format!("expected an operator or the end, found `{text}`"), token.span),
+            Lexeme::Symbol(",") => ExprError::new(
+                "a comma belongs between the arguments of a function or the parts of a vector",
+                token.span,
+            ),
+            Lexeme::Name if touching => ExprError::new(
+                format!("an operator is missing before `{text}`"),
+                token.span,
+            )
+            .with_hint("multiplication is written `*`"),
+            _ => ExprError::new(
+                format!("expected an operator or the end, found `{text}`"),
+                token.span,
+            ),
         }
     }
 
@@ -142,7 +172,10 @@ impl Parser<'_, '_> {
         }
         let other = self.nested(Self::expression)?;
         let id = self.builder.select(&condition, &then, &other)?;
-        Ok(Term { id, span: condition.span.start..other.span.end })
+        Ok(Term {
+            id,
+            span: condition.span.start..other.span.end,
+        })
     }
 
     /// Terms joined by operators that bind at least as tightly as `level`.
@@ -160,7 +193,10 @@ impl Parser<'_, '_> {
             self.at += 1;
             let right = self.operators(its_level + 1)?;
             let id = self.builder.binary(op, &left, &right)?;
-            left = Term { id, span: left.span.start..right.span.end };
+            left = Term {
+                id,
+                span: left.span.start..right.span.end,
+            };
         }
         Ok(left)
     }
@@ -179,7 +215,10 @@ impl Parser<'_, '_> {
             Some(op) => self.builder.unary(op, &operand)?,
             None => operand.id,
         };
-        Ok(Term { id, span: token.span.start..operand.span.end })
+        Ok(Term {
+            id,
+            span: token.span.start..operand.span.end,
+        })
     }
 
     fn power(&mut self) -> Result<Term> {
@@ -189,7 +228,10 @@ impl Parser<'_, '_> {
         }
         let exponent = self.nested(Self::prefix)?;
         let id = self.builder.binary(Operation::Power, &base, &exponent)?;
-        Ok(Term { id, span: base.span.start..exponent.span.end })
+        Ok(Term {
+            id,
+            span: base.span.start..exponent.span.end,
+        })
     }
 
     fn part(&mut self) -> Result<Term> {
@@ -197,11 +239,19 @@ impl Parser<'_, '_> {
         while self.take(".") {
             let token = self.next();
             if token.lexeme != Lexeme::Name {
-                return Err(ExprError::new("expected a component such as `.x` after the point", token.span));
+                return Err(ExprError::new(
+                    "expected a component such as `.x` after the point",
+                    token.span,
+                ));
             }
             let (start, end) = (term.span.start, token.span.end);
-            let id = self.builder.component(term, &self.source[token.span.clone()], token.span)?;
-            term = Term { id, span: start..end };
+            let id = self
+                .builder
+                .component(term, &self.source[token.span.clone()], token.span)?;
+            term = Term {
+                id,
+                span: start..end,
+            };
         }
         Ok(term)
     }
@@ -210,28 +260,50 @@ impl Parser<'_, '_> {
         let token = self.next();
         let span = token.span.clone();
         match token.lexeme {
-            Lexeme::Number(value) => Ok(Term { id: self.builder.graph.number(value), span }),
+            Lexeme::Number(value) => Ok(Term {
+                id: self.builder.graph.number(value),
+                span,
+            }),
             Lexeme::Name if matches!(self.peek(), Lexeme::Symbol("(")) => self.call(span),
-            Lexeme::Name => Ok(Term { id: self.builder.name(&self.source[span.clone()], span.clone())?, span }),
+            Lexeme::Name => Ok(Term {
+                id: self
+                    .builder
+                    .name(&self.source[span.clone()], span.clone())?,
+                span,
+            }),
             Lexeme::Symbol("(") => {
                 let inner = self.nested(Self::expression)?;
                 let end = self.close(")", &span)?;
-                Ok(Term { id: inner.id, span: span.start..end })
+                Ok(Term {
+                    id: inner.id,
+                    span: span.start..end,
+                })
             }
             Lexeme::Symbol("[") => {
                 let (parts, end) = self.list("]", &span)?;
                 let whole = span.start..end;
                 if parts.len() != 3 {
-                    let message = format!("a vector has three components, and this has {}", parts.len());
+                    let message = format!(
+                        "a vector has three components, and this has {}",
+                        parts.len()
+                    );
                     return Err(ExprError::new(message, whole));
                 }
-                Ok(Term { id: self.builder.compose(&parts)?, span: whole })
+                Ok(Term {
+                    id: self.builder.compose(&parts)?,
+                    span: whole,
+                })
             }
             Lexeme::End => {
                 let error = ExprError::new("the expression ends where a value is expected", span);
-                Err(error.with_hint("a value is a number, a name, a function or something in parentheses"))
+                Err(error.with_hint(
+                    "a value is a number, a name, a function or something in parentheses",
+                ))
             }
-            Lexeme::Symbol(symbol) => Err(ExprError::new(format!("expected a value, found `{symbol}`"), span)),
+            Lexeme::Symbol(symbol) => Err(ExprError::new(
+                format!("expected a value, found `{symbol}`"),
+                span,
+            )),
         }
     }
 
@@ -239,7 +311,9 @@ impl Parser<'_, '_> {
         let open = self.next().span;
         let (arguments, end) = self.list(")", &open)?;
         let whole = name.start..end;
-        let id = self.builder.call(&self.source[name.clone()], name, &arguments, whole.clone())?;
+        let id = self
+            .builder
+            .call(&self.source[name.clone()], name, &arguments, whole.clone())?;
         Ok(Term { id, span: whole })
     }
 

@@ -1,4 +1,5 @@
-//! From an expression's graph to a program: steps over registers, laid out in the order in which they run.
+//! From an expression's graph to a program: steps over registers, laid out in the order in which
+//! they run.
 
 use core::ops::Range;
 
@@ -10,8 +11,8 @@ use super::scope::Variable;
 /// Operations that a program may have.
 pub const MAX_OPERATIONS: usize = 1024;
 
-/// Rows of registers that a program may have: the least that will do are set up at each hit. A row holds at least one of
-/// the operations, so that there are never more.
+/// Rows of registers that a program may have: the least that will do are set up at each hit. A row
+/// holds at least one of the operations, so that there are never more.
 pub(super) const SIZES: [usize; 4] = [8, 16, 64, MAX_OPERATIONS];
 
 /// Where a program is, and what is to be known of it.
@@ -30,8 +31,9 @@ pub(super) struct Head {
     pub reads: u32,
 }
 
-/// A compiled expression: steps over registers, the first of which hold the variables, the next ones constants, and the rest
-/// what steps computed. It runs among [`Programs`](super::Programs), in the scalar that those have.
+/// A compiled expression: steps over registers, the first of which hold the variables, the next
+/// ones constants, and the rest what steps computed. It runs among [`Programs`](super::Programs),
+/// in the scalar that those have.
 #[derive(Clone, Debug)]
 pub struct Program {
     pub(super) steps: Vec<Step>,
@@ -47,14 +49,23 @@ impl Program {
         let last_uses = last_uses(nodes);
         let count = last_uses.iter().flatten().count();
         if count > MAX_OPERATIONS {
-            let message = format!("this expression has {count} operations; the limit is {MAX_OPERATIONS}");
+            let message =
+                format!("this expression has {count} operations; the limit is {MAX_OPERATIONS}");
             return Err(ExprError::new(message, span));
         }
-        let needed =
-            || nodes.iter().zip(&last_uses).enumerate().filter_map(|(index, (node, last))| Some((index, *node, (*last)?)));
+        let needed = || {
+            nodes
+                .iter()
+                .zip(&last_uses)
+                .enumerate()
+                .filter_map(|(index, (node, last))| Some((index, *node, (*last)?)))
+        };
         let variables = || needed().filter_map(|(_, node, _)| node.variable());
         let rows = variables().fold(0_u8, |rows, variable| rows | 1 << variable.place().0);
-        let mut layout = Layout { registers: vec![[0.0; 4]; rows.count_ones() as usize], ..Layout::default() };
+        let mut layout = Layout {
+            registers: vec![[0.0; 4]; rows.count_ones() as usize],
+            ..Layout::default()
+        };
         let mut steps = Vec::new();
         let mut places = vec![0; nodes.len()];
         for (index, node, last_use) in needed() {
@@ -68,16 +79,37 @@ impl Program {
                 Node::Component(of, axis) => places[of.index()] + u16::from(axis),
                 Node::Operation(operation, operands) => {
                     let to = layout.result(index, last_use);
-                    steps.push(Step { operation, to, from: operands.map(|id| places[id.index()]) });
+                    steps.push(Step {
+                        operation,
+                        to,
+                        from: operands.map(|id| places[id.index()]),
+                    });
                     to
                 }
             };
         }
         let mut registers = layout.registers;
-        registers.resize(SIZES.into_iter().find(|size| registers.len() <= *size).unwrap_or(registers.len()), [0.0; 4]);
+        registers.resize(
+            SIZES
+                .into_iter()
+                .find(|size| registers.len() <= *size)
+                .unwrap_or(registers.len()),
+            [0.0; 4],
+        );
         let reads = variables().fold(0, |reads, variable| reads | variable.bit());
-        let head = Head { rows, result: places[root.index()], is_vector: graph.is_vector(root), reads, ..Head::default() };
-        Ok(Self { steps, registers, head, constant: graph.constant(root) })
+        let head = Head {
+            rows,
+            result: places[root.index()],
+            is_vector: graph.is_vector(root),
+            reads,
+            ..Head::default()
+        };
+        Ok(Self {
+            steps,
+            registers,
+            head,
+            constant: graph.constant(root),
+        })
     }
 
     /// The value, where it is the same at every hit.
@@ -117,7 +149,11 @@ impl Layout {
     fn number(&mut self, x: f64) -> u16 {
         let (count, row) = self.numbers;
         let lane = count % 4;
-        let row = if lane == 0 { usize::from(self.row([0.0; 4]) / 4) } else { row };
+        let row = if lane == 0 {
+            usize::from(self.row([0.0; 4]) / 4)
+        } else {
+            row
+        };
         self.registers[row][lane] = x;
         self.numbers = (count + 1, row);
         (4 * row + lane) as u16
@@ -126,15 +162,19 @@ impl Layout {
     /// A place for the result of this node, which may be that of one it is the last to use.
     fn result(&mut self, index: usize, last_use: usize) -> u16 {
         let Self { results, free, .. } = self;
-        free.extend(results.extract_if(.., |(_, last_use)| *last_use <= index).map(|(place, _)| place));
+        free.extend(
+            results
+                .extract_if(.., |(_, last_use)| *last_use <= index)
+                .map(|(place, _)| place),
+        );
         let place = self.free.pop().unwrap_or_else(|| self.row([0.0; 4]));
         self.results.push((place, last_use));
         place
     }
 }
 
-/// Index of the last node that reads each one, those that read a component of it among them; none for what the last node
-/// does not need.
+/// Index of the last node that reads each one, those that read a component of it among them; none
+/// for what the last node does not need.
 fn last_uses(nodes: &[Node]) -> Vec<Option<usize>> {
     let mut last_uses = vec![None; nodes.len()];
     if let Some(root) = last_uses.last_mut() {

@@ -6,7 +6,8 @@ use super::program::{Head, MAX_OPERATIONS, Program};
 use super::run::{File, Row, Step};
 use super::scope::{Inputs, Variable};
 
-/// Programs to be evaluated at hits, from any thread and without allocating: by the index that [`Programs::add`] gave.
+/// Programs to be evaluated at hits, from any thread and without allocating: by the index that
+/// [`Programs::add`] gave.
 ///
 /// ```
 /// use std::collections::BTreeMap;
@@ -45,8 +46,13 @@ impl<R: Real> Programs<R> {
         let steps = place(self.steps.len(), program.steps.len());
         let registers = place(self.registers.len(), program.registers.len());
         self.steps.extend_from_slice(&program.steps);
-        self.registers.extend(program.registers.iter().map(|row| row.map(R::from_f64)));
-        self.heads.push(Head { steps, registers, ..program.head });
+        self.registers
+            .extend(program.registers.iter().map(|row| row.map(R::from_f64)));
+        self.heads.push(Head {
+            steps,
+            registers,
+            ..program.head
+        });
         self.heads.len() as u32 - 1
     }
 
@@ -64,9 +70,12 @@ impl<R: Real> Programs<R> {
 
     #[inline(never)]
     fn run_in<const ROWS: usize>(&self, head: &Head, inputs: &Inputs<R>) -> Row<R> {
-        let Some(registers) = part(&self.registers, head.registers).first_chunk::<ROWS>() else { return [R::ZERO; 4] };
+        let Some(registers) = part(&self.registers, head.registers).first_chunk::<ROWS>() else {
+            return [R::ZERO; 4];
+        };
         let mut file = File([[R::ZERO; 4]; ROWS]);
-        // Of more than eight rows at once, the compiler makes a call, which takes longer than many a program.
+        // Of more than eight rows at once, the compiler makes a call, which takes longer than many
+        // a program.
         let (half, other) = file.0.split_at_mut(ROWS / 2);
         half.copy_from_slice(&registers[..ROWS / 2]);
         other.copy_from_slice(&registers[ROWS / 2..]);
@@ -74,7 +83,11 @@ impl<R: Real> Programs<R> {
         for step in part(&self.steps, head.steps) {
             file.perform(*step);
         }
-        if head.is_vector { file.vector(head.result).into() } else { [file.number(head.result); 4] }
+        if head.is_vector {
+            file.vector(head.result).into()
+        } else {
+            [file.number(head.result); 4]
+        }
     }
 
     /// The value as a number; the first component of a vector.

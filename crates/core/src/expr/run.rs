@@ -4,14 +4,18 @@ use raywright_bvh::scalar::{Real, Vector};
 
 use super::operation::Operation;
 use super::scope::Inputs;
-use super::semantics::{fraction, is_true, max, min, mix, odd, power, remainder, sign, smoothstep, truth};
+use super::semantics::{
+    fraction, is_true, max, min, mix, odd, power, remainder, sign, smoothstep, truth,
+};
 use crate::noise;
 
-/// Four registers of numbers, or one of a vector in its first three places. The processor loads, computes and stores it in one
-/// piece: to read a vector in other pieces than it was written in costs more than all of a step's arithmetic.
+/// Four registers of numbers, or one of a vector in its first three places. The processor loads,
+/// computes and stores it in one piece: to read a vector in other pieces than it was written in
+/// costs more than all of a step's arithmetic.
 pub(super) type Row<R> = [R; 4];
 
-/// One instruction. A register is a number's place in all rows; a vector's is that of its x, at the start of a row.
+/// One instruction. A register is a number's place in all rows; a vector's is that of its x, at the
+/// start of a row.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Step {
     pub operation: Operation,
@@ -19,7 +23,8 @@ pub(super) struct Step {
     pub from: [u16; 4],
 }
 
-/// The registers of one evaluation; indices are masked, so that they need no check. The count of rows is a power of two.
+/// The registers of one evaluation; indices are masked, so that they need no check. The count of
+/// rows is a power of two.
 pub(super) struct File<R, const ROWS: usize>(pub [Row<R>; ROWS]);
 
 impl<R: Real, const ROWS: usize> File<R, ROWS> {
@@ -43,8 +48,9 @@ impl<R: Real, const ROWS: usize> File<R, ROWS> {
         self.0[(usize::from(register) / 4) & (ROWS - 1)] = value.into();
     }
 
-    /// A vector by its components. Not taken from a row: to read other pieces of it than were written takes longer than
-    /// all of a step's arithmetic, and which pieces these are, the compiler chooses where it knows that they lie together.
+    /// A vector by its components. Not taken from a row: to read other pieces of it than were
+    /// written takes longer than all of a step's arithmetic, and which pieces these are, the
+    /// compiler chooses where it knows that they lie together.
     #[inline(always)]
     fn point(&self, register: u16) -> R::Vec3 {
         let [x, y, z] = [0, 1, 2].map(|axis| self.number(register.wrapping_add(axis)));
@@ -56,7 +62,8 @@ impl<R: Real, const ROWS: usize> File<R, ROWS> {
         self.set_vector(register, R::Four::from([v.x(), v.y(), v.z(), R::ZERO]));
     }
 
-    /// Lays those rows of the hit out first whose bits are set in `rows`, in the order of [`Variable::place`](super::scope::Variable::place).
+    /// Lays those rows of the hit out first whose bits are set in `rows`, in the order of
+    /// [`Variable::place`](super::scope::Variable::place).
     #[inline(always)]
     pub fn load(&mut self, inputs: &Inputs<R>, rows: u8) {
         const RARE: u8 = !0b111;
@@ -67,7 +74,8 @@ impl<R: Real, const ROWS: usize> File<R, ROWS> {
                 next += 1;
             }
         };
-        let vector = |v: &R::Vec3| -> Row<R> { R::Four::from([v.x(), v.y(), v.z(), R::ZERO]).into() };
+        let vector =
+            |v: &R::Vec3| -> Row<R> { R::Four::from([v.x(), v.y(), v.z(), R::ZERO]).into() };
         put(0, &|| vector(&inputs.p));
         put(1, &|| vector(&inputs.n));
         put(2, &|| vector(&inputs.d));
@@ -75,7 +83,14 @@ impl<R: Real, const ROWS: usize> File<R, ROWS> {
             put(3, &|| vector(&inputs.r));
             put(4, &|| vector(&inputs.l));
             put(5, &|| vector(&inputs.o));
-            put(6, &|| [inputs.u, inputs.v, inputs.distance, inputs.occluder_distance]);
+            put(6, &|| {
+                [
+                    inputs.u,
+                    inputs.v,
+                    inputs.distance,
+                    inputs.occluder_distance,
+                ]
+            });
             put(7, &|| [inputs.shadow; 4]);
         }
     }
@@ -89,7 +104,10 @@ impl<R: Real, const ROWS: usize> File<R, ROWS> {
     /// The number that `f` makes of two.
     #[inline(always)]
     fn two(&mut self, step: Step, f: impl Fn(R, R) -> R) {
-        self.set_number(step.to, f(self.number(step.from[0]), self.number(step.from[1])));
+        self.set_number(
+            step.to,
+            f(self.number(step.from[0]), self.number(step.from[1])),
+        );
     }
 
     /// The truth value that `f` makes of two numbers.
@@ -114,14 +132,20 @@ impl<R: Real, const ROWS: usize> File<R, ROWS> {
     /// The vector that `f` makes of two.
     #[inline(always)]
     fn vectors(&mut self, step: Step, f: impl Fn(R::Four, R::Four) -> R::Four) {
-        self.set_vector(step.to, f(self.vector(step.from[0]), self.vector(step.from[1])));
+        self.set_vector(
+            step.to,
+            f(self.vector(step.from[0]), self.vector(step.from[1])),
+        );
     }
 
     /// The vector that `f` makes of each component of two.
     #[inline(always)]
     fn each(&mut self, step: Step, f: impl Fn(R, R) -> R) {
         let (a, b) = (self.point(step.from[0]), self.point(step.from[1]));
-        self.set_point(step.to, R::Vec3::new(f(a.x(), b.x()), f(a.y(), b.y()), f(a.z(), b.z())));
+        self.set_point(
+            step.to,
+            R::Vec3::new(f(a.x(), b.x()), f(a.y(), b.y()), f(a.z(), b.z())),
+        );
     }
 
     #[inline(always)]
@@ -168,19 +192,32 @@ impl<R: Real, const ROWS: usize> File<R, ROWS> {
             Operation::Mix => self.three(step, mix),
             Operation::Smoothstep => self.three(step, smoothstep),
             Operation::ProductSum => {
-                self.set_number(step.to, self.number(a) * self.number(b) * self.number(c) + self.number(d));
+                self.set_number(
+                    step.to,
+                    self.number(a) * self.number(b) * self.number(c) + self.number(d),
+                );
             }
-            Operation::Select => self.set_number(step.to, self.number(if is_true(self.number(a)) { b } else { c })),
+            Operation::Select => self.set_number(
+                step.to,
+                self.number(if is_true(self.number(a)) { b } else { c }),
+            ),
             Operation::Dot => self.set_number(step.to, self.point(a).dot(self.point(b))),
             Operation::Length => self.of_point(step, R::Vec3::length),
             Operation::Noise => self.of_point(step, noise::noise3),
             Operation::Sum(octaves) => self.of_point(step, |p| noise::fbm3(p, octaves)),
-            Operation::Turbulence(octaves) => self.of_point(step, |p| noise::turbulence3(p, octaves)),
+            Operation::Turbulence(octaves) => {
+                self.of_point(step, |p| noise::turbulence3(p, octaves))
+            }
             Operation::PlaneNoise => self.two(step, noise::noise2),
             Operation::PlaneSum(octaves) => self.two(step, |x, y| noise::fbm2(x, y, octaves)),
-            Operation::PlaneTurbulence(octaves) => self.two(step, |x, y| noise::turbulence2(x, y, octaves)),
+            Operation::PlaneTurbulence(octaves) => {
+                self.two(step, |x, y| noise::turbulence2(x, y, octaves))
+            }
             Operation::Compose => {
-                self.set_vector(step.to, R::Four::from([self.number(a), self.number(b), self.number(c), R::ZERO]));
+                self.set_vector(
+                    step.to,
+                    R::Four::from([self.number(a), self.number(b), self.number(c), R::ZERO]),
+                );
             }
             Operation::AddVectors => self.vectors(step, |a, b| a + b),
             Operation::SubtractVectors => self.vectors(step, |a, b| a - b),
@@ -194,9 +231,14 @@ impl<R: Real, const ROWS: usize> File<R, ROWS> {
                 let t = self.number(c);
                 self.vectors(step, |a, b| a * (R::ONE - t) + b * t);
             }
-            Operation::SelectVectors => self.set_vector(step.to, self.vector(if is_true(self.number(a)) { b } else { c })),
+            Operation::SelectVectors => self.set_vector(
+                step.to,
+                self.vector(if is_true(self.number(a)) { b } else { c }),
+            ),
             Operation::Cross => self.set_point(step.to, self.point(a).cross(self.point(b))),
-            Operation::Normalize => self.set_vector(step.to, self.vector(a) * (R::ONE / self.point(a).length())),
+            Operation::Normalize => {
+                self.set_vector(step.to, self.vector(a) * (R::ONE / self.point(a).length()))
+            }
         }
     }
 }
@@ -204,6 +246,10 @@ impl<R: Real, const ROWS: usize> File<R, ROWS> {
 /// One operation on these rows.
 pub(super) fn alone(operation: Operation, [a, b, c, d]: [Row<f64>; 4]) -> Row<f64> {
     let mut file = File([a, b, c, d, [0.0; 4], [0.0; 4], [0.0; 4], [0.0; 4]]);
-    file.perform(Step { operation, to: 16, from: [0, 4, 8, 12] });
+    file.perform(Step {
+        operation,
+        to: 16,
+        from: [0, 4, 8, 12],
+    });
     file.0[4]
 }

@@ -2,7 +2,8 @@
 
 use raywright_bvh::scalar::{Real, Vector};
 
-/// What an expression may read when it is evaluated at a hit. `t` and the scene's parameters are constants by then.
+/// What an expression may read when it is evaluated at a hit. `t` and the scene's parameters are
+/// constants by then.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub enum Variable {
     /// `p`: hit point, world space, metres.
@@ -23,7 +24,8 @@ pub enum Variable {
     V,
     /// `distance`: length of the incoming ray, metres.
     Distance,
-    /// `occluder_distance`: from the hit to what hides the light, metres; infinite where nothing does.
+    /// `occluder_distance`: from the hit to what hides the light, metres; infinite where nothing
+    /// does.
     OccluderDistance,
     /// `shadow`: the share of the light that arrives, by the rule in force.
     Shadow,
@@ -64,7 +66,15 @@ impl Variable {
 
     /// A vector; `false` for a number.
     pub const fn is_vector(self) -> bool {
-        matches!(self, Self::Position | Self::Normal | Self::Direction | Self::Reflected | Self::ToLight | Self::Origin)
+        matches!(
+            self,
+            Self::Position
+                | Self::Normal
+                | Self::Direction
+                | Self::Reflected
+                | Self::ToLight
+                | Self::Origin
+        )
     }
 
     /// Its bit in a set of variables.
@@ -106,11 +116,28 @@ pub enum Scope {
 impl Scope {
     /// The variables that exist here.
     pub const fn variables(self) -> &'static [Variable] {
-        use Variable::{Direction, Distance, Normal, OccluderDistance, Origin, Position, Reflected, Shadow, ToLight, U, V};
+        use Variable::{
+            Direction, Distance, Normal, OccluderDistance, Origin, Position, Reflected, Shadow,
+            ToLight, U, V,
+        };
         match self {
             Self::Load => &[],
-            Self::Surface => &[Position, Normal, Direction, Reflected, Origin, U, V, Distance],
-            Self::Light => &[Position, Normal, Direction, Reflected, Origin, U, V, Distance, ToLight, Shadow, OccluderDistance],
+            Self::Surface => &[
+                Position, Normal, Direction, Reflected, Origin, U, V, Distance,
+            ],
+            Self::Light => &[
+                Position,
+                Normal,
+                Direction,
+                Reflected,
+                Origin,
+                U,
+                V,
+                Distance,
+                ToLight,
+                Shadow,
+                OccluderDistance,
+            ],
             Self::Sky => &[Direction, Origin],
         }
     }
@@ -126,7 +153,8 @@ impl Scope {
     }
 }
 
-/// Values of the variables at one hit. What a scope does not have may hold anything; [`Default`] is all zero.
+/// Values of the variables at one hit. What a scope does not have may hold anything; [`Default`] is
+/// all zero.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Inputs<R: Real> {
     /// [`Variable::Position`].
@@ -156,9 +184,34 @@ pub struct Inputs<R: Real> {
 impl<R: Real> Inputs<R> {
     /// The same in doubles.
     pub fn to_f64(&self) -> Inputs<f64> {
-        let Self { p, n, d, r, l, o, u, v, distance, occluder_distance, shadow } = *self;
+        let Self {
+            p,
+            n,
+            d,
+            r,
+            l,
+            o,
+            u,
+            v,
+            distance,
+            occluder_distance,
+            shadow,
+        } = *self;
         let [p, n, d, r, l, o] = [p, n, d, r, l, o].map(Vector::to_f64);
-        let [u, v, distance, occluder_distance, shadow] = [u, v, distance, occluder_distance, shadow].map(Real::to_f64);
-        Inputs { p, n, d, r, l, o, u, v, distance, occluder_distance, shadow }
+        let [u, v, distance, occluder_distance, shadow] =
+            [u, v, distance, occluder_distance, shadow].map(Real::to_f64);
+        Inputs {
+            p,
+            n,
+            d,
+            r,
+            l,
+            o,
+            u,
+            v,
+            distance,
+            occluder_distance,
+            shadow,
+        }
     }
 }

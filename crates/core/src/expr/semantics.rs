@@ -1,4 +1,5 @@
-//! Functions of numbers that are more than one operation of the processor, once for every scalar type.
+//! Functions of numbers that are more than one operation of the processor, once for every scalar
+//! type.
 
 use raywright_bvh::scalar::Real;
 
@@ -14,8 +15,8 @@ pub(super) fn is_true<R: Real>(value: R) -> bool {
     value.abs() > R::ZERO
 }
 
-/// The smaller number, or the one that is a number. The first of two zeros, where [`f32::min`] leaves the choice to the
-/// compiler, and with it a bit of the picture.
+/// The smaller number, or the one that is a number. The first of two zeros, where [`f32::min`]
+/// leaves the choice to the compiler, and with it a bit of the picture.
 #[inline(always)]
 pub(super) fn min<R: Real>(a: R, b: R) -> R {
     if b < a || a.is_nan() { b } else { a }
@@ -44,16 +45,28 @@ pub(super) fn sign<R: Real>(x: R) -> R {
 pub(super) fn fraction<R: Real>(x: R) -> R {
     let below_one = R::ONE - R::ROUNDOFF;
     let fraction = x - x.floor();
-    if fraction > below_one { below_one } else { fraction }
+    if fraction > below_one {
+        below_one
+    } else {
+        fraction
+    }
 }
 
-/// a − b ⌊a/b⌋, from zero on and nearer to it than b: a quotient may round up to a whole number, which leaves a remainder on
-/// the wrong side, and the difference may round to b.
+/// a − b ⌊a/b⌋, from zero on and nearer to it than b: a quotient may round up to a whole number,
+/// which leaves a remainder on the wrong side, and the difference may round to b.
 #[inline(always)]
 pub(super) fn remainder<R: Real>(a: R, b: R) -> R {
     let rest = a - b * (a / b).floor();
-    let (low, high) = if b > R::ZERO { (R::ZERO, b.next_down()) } else { (b.next_up(), R::ZERO) };
-    let wrong_side = if b > R::ZERO { rest < R::ZERO } else { rest > R::ZERO };
+    let (low, high) = if b > R::ZERO {
+        (R::ZERO, b.next_down())
+    } else {
+        (b.next_up(), R::ZERO)
+    };
+    let wrong_side = if b > R::ZERO {
+        rest < R::ZERO
+    } else {
+        rest > R::ZERO
+    };
     let rest = if wrong_side { rest + b } else { rest };
     // Written so that NaN stays NaN.
     if rest < low {
@@ -73,12 +86,16 @@ pub(super) fn odd<R: Real>(x: R, y: R) -> bool {
     half - half.floor() > R::ZERO
 }
 
-/// [`Real::powi`] bit for bit, without the squaring whose result is not used: it may underflow, which is slow. `limit` is
-/// the [`vanishing`] limit of the exponent.
+/// [`Real::powi`] bit for bit, without the squaring whose result is not used: it may underflow,
+/// which is slow. `limit` is the [`vanishing`] limit of the exponent.
 #[inline(always)]
 pub(super) fn power<R: Real>(mut base: R, exponent: u32, limit: R) -> R {
     if size_of::<R>() == size_of::<f32>() && base.abs() < limit {
-        return if exponent & 1 == 1 { base * R::ZERO } else { R::ZERO };
+        return if exponent & 1 == 1 {
+            base * R::ZERO
+        } else {
+            R::ZERO
+        };
     }
     let mut result = if exponent & 1 == 1 { base } else { R::ONE };
     let mut rest = exponent >> 1;
@@ -90,11 +107,12 @@ pub(super) fn power<R: Real>(mut base: R, exponent: u32, limit: R) -> R {
     result
 }
 
-/// A magnitude below which this power of an f32 is zero. To find that out by squaring is slow, because the squares are
-/// subnormal on the way; and highlights with high powers are zero nearly everywhere.
+/// A magnitude below which this power of an f32 is zero. To find that out by squaring is slow,
+/// because the squares are subnormal on the way; and highlights with high powers are zero nearly
+/// everywhere.
 pub(super) fn vanishing(exponent: u32) -> f64 {
-    // What is below 2⁻¹⁵⁰ becomes zero. The last factor is below 2⁻⁷⁵ and at most twice too large where it is subnormal;
-    // a further factor of two is more than all other roundings.
+    // What is below 2⁻¹⁵⁰ becomes zero. The last factor is below 2⁻⁷⁵ and at most twice too large
+    // where it is subnormal; a further factor of two is more than all other roundings.
     libm::exp2(-152.0 / f64::from(exponent))
 }
 
@@ -107,7 +125,8 @@ pub(super) fn mix<R: Real>(a: R, b: R, t: R) -> R {
 /// The cubic from 0 at `low` to 1 at `high` with level ends.
 #[inline(always)]
 pub(super) fn smoothstep<R: Real>(low: R, high: R, x: R) -> R {
-    // Comparisons this way round are one instruction each, and none is a branch; where t is not a number, it is zero.
+    // Comparisons this way round are one instruction each, and none is a branch; where t is not a
+    // number, it is zero.
     let t = (x - low) / (high - low);
     let t = if t > R::ZERO { t } else { R::ZERO };
     let t = if t < R::ONE { t } else { R::ONE };
@@ -119,29 +138,53 @@ mod tests {
     use super::*;
 
     fn stay_below<R: Real>(smallest: f64) {
-        for x in [smallest, 1e-9, 1e-3, 0.1, 0.2999, 1.0, 2.9999, 12_345.678, 1e8, 1e20] {
-            for x in [R::from_f64(x), R::from_f64(-x), R::from_f64(x).next_down(), R::from_f64(-x).next_up()] {
+        for x in [
+            smallest, 1e-9, 1e-3, 0.1, 0.2999, 1.0, 2.9999, 12_345.678, 1e8, 1e20,
+        ] {
+            for x in [
+                R::from_f64(x),
+                R::from_f64(-x),
+                R::from_f64(x).next_down(),
+                R::from_f64(-x).next_up(),
+            ] {
                 let f = fraction(x);
-                assert!((R::ZERO..R::ONE).contains(&f), "the fraction of {x:?} is {f:?}");
+                assert!(
+                    (R::ZERO..R::ONE).contains(&f),
+                    "the fraction of {x:?} is {f:?}"
+                );
                 for divisor in [1.0, 0.1, 3.0, 7.3, 1e-3] {
                     let b = R::from_f64(divisor);
                     let (above, below) = (remainder(x, b), remainder(x, -b));
-                    assert!(above >= R::ZERO && above < b, "{x:?} mod {b:?} is {above:?}");
-                    assert!(below <= R::ZERO && below > -b, "{x:?} mod {:?} is {below:?}", -b);
+                    assert!(
+                        above >= R::ZERO && above < b,
+                        "{x:?} mod {b:?} is {above:?}"
+                    );
+                    assert!(
+                        below <= R::ZERO && below > -b,
+                        "{x:?} mod {:?} is {below:?}",
+                        -b
+                    );
                 }
             }
         }
         let far = (R::ONE - R::ROUNDOFF, R::ROUNDOFF * R::from_f64(0.1));
-        assert_eq!((fraction(-far.1), remainder(-far.1, R::ONE)), (far.0, far.0));
+        assert_eq!(
+            (fraction(-far.1), remainder(-far.1, R::ONE)),
+            (far.0, far.0)
+        );
         assert!(fraction(R::INFINITY).is_nan() && remainder(R::ONE, R::ZERO).is_nan());
     }
 
-    /// Protects: a fraction is below one and a remainder nearer to zero than its divisor, where x − ⌊x⌋ rounds to one.
+    /// Protects: a fraction is below one and a remainder nearer to zero than its divisor, where x −
+    /// ⌊x⌋ rounds to one.
     #[test]
     fn s19_fractions_are_below_one() {
         stay_below::<f32>(1e-38);
         stay_below::<f64>(1e-300);
         assert_eq!((fraction(-0.25_f32), fraction(1.75_f64)), (0.75, 0.75));
-        assert_eq!((remainder(-1.0_f32, 3.0), remainder(7.5_f64, -2.0)), (2.0, -0.5));
+        assert_eq!(
+            (remainder(-1.0_f32, 3.0), remainder(7.5_f64, -2.0)),
+            (2.0, -0.5)
+        );
     }
 }

@@ -48,12 +48,21 @@ fn objects() -> Vec<Value> {
 }
 
 fn scene(objects: &[Value]) -> Scene {
-    // The last vertex belongs to no triangle, and the second triangle has no area once it is stored.
-    let positions =
-        json!([[0, 0, 0], [1.1, 0.3, 0], [0, 1.7, 0.9], [0.1, 0.1, 0.1], [0.2, 0.2, 0.2], [0.3, 0.3, 0.3], [99, 99, 99]]);
+    // The last vertex belongs to no triangle, and the second triangle has no area once it is
+    // stored.
+    let positions = json!([
+        [0, 0, 0],
+        [1.1, 0.3, 0],
+        [0, 1.7, 0.9],
+        [0.1, 0.1, 0.1],
+        [0.2, 0.2, 0.2],
+        [0.3, 0.3, 0.3],
+        [99, 99, 99]
+    ]);
     let arrays = json!({ "positions": positions, "indices": [[0, 1, 2], [3, 4, 5]] });
     let mesh = |name: &str, arrays: &Value| json!({ "name": name, "source": { "inline": arrays } });
-    let kind = json!({ "scatter": { "count": 9, "min": [-3, 0, 0], "max": [0, 4, 0.5], "seed": 7 } });
+    let kind =
+        json!({ "scatter": { "count": 9, "min": [-3, 0, 0], "max": [0, 4, 0.5], "seed": 7 } });
     let scattered = json!({ "kind": kind, "object": ball(json!([{ "scale": [1, 2, 1] }])) });
     let swarm = json!({ "kind": kind, "object": moving(ball(json!([])), json!([{ "translate": [0.3, 0.1, 7] }])) });
     let scene = json!({
@@ -69,24 +78,40 @@ fn scene(objects: &[Value]) -> Scene {
 
 fn agrees<R: Real>(scene: &Scene) {
     let lookup = Lookup::new(scene);
-    let built = build_geometry::<R>(scene, &lookup, AcceleratorKind::Linear, &()).unwrap_or_else(|e| panic!("{e}"));
+    let built = build_geometry::<R>(scene, &lookup, AcceleratorKind::Linear, &())
+        .unwrap_or_else(|e| panic!("{e}"));
     let found = extent::<R>(scene, &lookup);
-    let (origin, Aabb { min, max }) = (StorageOrigin::of::<R>(scene, &lookup).origin, built.geometry.bounded_part());
-    let bounds = Aabb { min: min + origin, max: max + origin };
-    assert_eq!((found.bounds, found.unbounded), (bounds, built.geometry.unbounded_count()));
+    let (origin, Aabb { min, max }) = (
+        StorageOrigin::of::<R>(scene, &lookup).origin,
+        built.geometry.bounded_part(),
+    );
+    let bounds = Aabb {
+        min: min + origin,
+        max: max + origin,
+    };
+    assert_eq!(
+        (found.bounds, found.unbounded),
+        (bounds, built.geometry.unbounded_count())
+    );
 }
 
-/// Protects: a camera is framed by where things really lie, each as its precision stores it: shapes moved, turned and flattened,
-/// without end, generated, on their way; meshes shown once and more often, empty, with vertices that nothing shows.
+/// Protects: a camera is framed by where things really lie, each as its precision stores it: shapes
+/// moved, turned and flattened, without end, generated, on their way; meshes shown once and more
+/// often, empty, with vertices that nothing shows.
 #[test]
 fn the_extent_is_that_of_what_is_built() {
     let objects = objects();
-    let alone = objects.iter().map(|object| scene(core::slice::from_ref(object)));
+    let alone = objects
+        .iter()
+        .map(|object| scene(core::slice::from_ref(object)));
     for scene in alone.chain([scene(&objects), scene(&[])]) {
         agrees::<f32>(&scene);
         agrees::<f64>(&scene);
     }
     let whole = scene(&objects);
     let found = extent::<f32>(&whole, &Lookup::new(&whole));
-    assert!(found.unbounded == 4 && found.bounds.max.x > 1000.0 && found.bounds.max.y < 99.0, "{found:?}");
+    assert!(
+        found.unbounded == 4 && found.bounds.max.x > 1000.0 && found.bounds.max.y < 99.0,
+        "{found:?}"
+    );
 }

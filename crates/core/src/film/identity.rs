@@ -1,5 +1,6 @@
-//! What makes films parts of one picture: the scene and every setting that decides a sample, as text that is only ever compared,
-//! so that a film in a file can be told from others without the scene that it shows.
+//! What makes films parts of one picture: the scene and every setting that decides a sample, as
+//! text that is only ever compared, so that a film in a file can be told from others without the
+//! scene that it shows.
 
 use core::fmt::Debug;
 
@@ -7,8 +8,8 @@ use serde::{Deserialize, Serialize};
 
 use crate::settings::Settings;
 
-/// What decides the samples of a picture. How they are computed (threads, accelerator, memory) does not, and how many of
-/// them there are is the plan's business.
+/// What decides the samples of a picture. How they are computed (threads, accelerator, memory) does
+/// not, and how many of them there are is the plan's business.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub(crate) struct Identity {
     /// What tells its scene from others.
@@ -19,7 +20,8 @@ pub(crate) struct Identity {
 
 impl Identity {
     pub fn new(scene: &str, settings: &Settings) -> Self {
-        // Every setting is named, so that a new one cannot be forgotten. Crop, tiles, replicates and denoising are the plan's.
+        // Every setting is named, so that a new one cannot be forgotten. Crop, tiles, replicates
+        // and denoising are the plan's.
         let Settings {
             size,
             camera,
@@ -73,16 +75,29 @@ impl Identity {
             ("wireframe", wireframe),
             ("list of layers", aovs),
         ];
-        let settings = settings.into_iter().map(|(name, value)| (name.to_owned(), format!("{value:?}"))).collect();
-        Self { scene: scene.to_owned(), settings }
+        let settings = settings
+            .into_iter()
+            .map(|(name, value)| (name.to_owned(), format!("{value:?}")))
+            .collect();
+        Self {
+            scene: scene.to_owned(),
+            settings,
+        }
     }
 
     /// What tells another picture from this one.
     pub fn difference(&self, other: &Self) -> Option<String> {
-        let named = |(name, value): &(String, String)| other.settings.iter().any(|(n, v)| n == name && v == value);
-        let foreign = self.settings.iter().find(|setting| !named(setting)).map(|(name, _)| name.clone());
+        let named = |(name, value): &(String, String)| {
+            other.settings.iter().any(|(n, v)| n == name && v == value)
+        };
+        let foreign = self
+            .settings
+            .iter()
+            .find(|setting| !named(setting))
+            .map(|(name, _)| name.clone());
         foreign
-            .or((self.settings.len() != other.settings.len()).then(|| "list of settings".to_owned()))
+            .or((self.settings.len() != other.settings.len())
+                .then(|| "list of settings".to_owned()))
             .or_else(|| (self.scene != other.scene).then(|| "scene".to_owned()))
     }
 }

@@ -17,7 +17,9 @@ pub enum PartError {
         what: String,
     },
     /// A film can't become part of a picture with so many samples.
-    #[error("it has {has} samples a pixel, which are not among the first of {asked}; of {least} they are")]
+    #[error(
+        "it has {has} samples a pixel, which are not among the first of {asked}; of {least} they are"
+    )]
     Samples {
         /// Samples a pixel that the film is divided for.
         has: u32,
@@ -41,18 +43,22 @@ pub enum PartError {
 impl Film {
     /// What tells the picture of another film from this one's; none: they are parts of one.
     pub(crate) fn difference(&self, other: &Film) -> Option<String> {
-        self.identity.difference(&other.identity).or_else(|| self.plan.difference(&other.plan).map(str::to_owned))
+        self.identity
+            .difference(&other.identity)
+            .or_else(|| self.plan.difference(&other.plan).map(str::to_owned))
     }
 
-    /// Goes on with what an earlier film holds, if that is of this picture with as many samples or fewer: the bits of a render
-    /// that was never interrupted.
+    /// Goes on with what an earlier film holds, if that is of this picture with as many samples or
+    /// fewer: the bits of a render that was never interrupted.
     ///
     /// # Errors
-    /// [`PartError::Foreign`] for the film of another picture, [`PartError::Samples`] where its replicates have more samples than
-    /// this picture's.
+    /// [`PartError::Foreign`] for the film of another picture, [`PartError::Samples`] where its
+    /// replicates have more samples than this picture's.
     pub fn adopt(&mut self, earlier: Film) -> Result<(), PartError> {
         let foreign = self.identity.difference(&earlier.identity);
-        if let Some(what) = foreign.or_else(|| self.plan.other_division(&earlier.plan).map(str::to_owned)) {
+        if let Some(what) =
+            foreign.or_else(|| self.plan.other_division(&earlier.plan).map(str::to_owned))
+        {
             return Err(PartError::Foreign { part: 0, what });
         }
         if !self.plan.continues(&earlier.plan) {
@@ -60,30 +66,48 @@ impl Film {
             let least = self.plan.least_continuing(&earlier.plan).unwrap_or(has);
             return Err(PartError::Samples { has, asked, least });
         }
-        let Film { planes, spread, centre, drawn, goals, is_replayed, counters, .. } = earlier;
-        self.planes.iter_mut().zip(planes).for_each(|(mine, its)| *mine = its);
+        let Film {
+            planes,
+            spread,
+            centre,
+            drawn,
+            goals,
+            is_replayed,
+            counters,
+            ..
+        } = earlier;
+        self.planes
+            .iter_mut()
+            .zip(planes)
+            .for_each(|(mine, its)| *mine = its);
         self.drawn[..drawn.len()].copy_from_slice(&drawn);
         (self.goals, self.is_replayed) = (goals, is_replayed);
         (self.spread, self.centre, self.counters) = (spread, centre, counters);
         Ok(())
     }
 
-    /// Gets ready to take the samples that another film of this picture has, tile by tile: the bits of a render that ended when its
-    /// time was over, or when it was stopped.
+    /// Gets ready to take the samples that another film of this picture has, tile by tile: the bits
+    /// of a render that ended when its time was over, or when it was stopped.
     ///
     /// # Errors
     /// [`PartError::Foreign`] for the film of another picture.
     pub fn replay(&mut self, map: &Film) -> Result<(), PartError> {
         let foreign = self.identity.difference(&map.identity);
-        if let Some(what) = foreign.or_else(|| self.plan.other_division(&map.plan).map(str::to_owned)) {
+        if let Some(what) =
+            foreign.or_else(|| self.plan.other_division(&map.plan).map(str::to_owned))
+        {
             return Err(PartError::Foreign { part: 0, what });
         }
-        *self = Self::empty(self.identity.clone(), self.plan.with_samples(map.plan.samples()));
+        *self = Self::empty(
+            self.identity.clone(),
+            self.plan.with_samples(map.plan.samples()),
+        );
         (self.goals, self.is_replayed) = (map.drawn.clone(), true);
         Ok(())
     }
 
-    /// The union of parts of one picture, in whatever order they come: the bits of one run, where together they hold all of it.
+    /// The union of parts of one picture, in whatever order they come: the bits of one run, where
+    /// together they hold all of it.
     ///
     /// # Errors
     /// See [`PartError`].
@@ -111,7 +135,11 @@ impl Film {
         for (unit, (drawn, &held)) in self.drawn.iter_mut().zip(&part.drawn).enumerate() {
             if *drawn > 0 && held > 0 {
                 let (tile, replicate) = ((unit % tiles) as u32, (unit / tiles) as u32);
-                return Err(PartError::Overlap { part: index, tile, replicate });
+                return Err(PartError::Overlap {
+                    part: index,
+                    tile,
+                    replicate,
+                });
             }
             *drawn += held;
         }
@@ -122,7 +150,9 @@ impl Film {
     fn take(&mut self, part: &Film) {
         for tile in 0..self.plan.tiles() {
             let area = Rect::within(self.plan.tile(tile), self.plan.crop.width);
-            for replicate in (0..self.plan.replicates).filter(|&replicate| part.drawn(tile, replicate) > 0) {
+            for replicate in
+                (0..self.plan.replicates).filter(|&replicate| part.drawn(tile, replicate) > 0)
+            {
                 if let Some(plane) = &part.planes[replicate as usize] {
                     self.place(replicate, plane, area, area);
                 }

@@ -1,4 +1,5 @@
-//! What is fixed before the first sample of a picture: its tiles, its replicates, the passes over it and what is kept of each pixel.
+//! What is fixed before the first sample of a picture: its tiles, its replicates, the passes over
+//! it and what is kept of each pixel.
 
 use core::ops::Range;
 
@@ -9,19 +10,22 @@ use crate::denoise::demand;
 use crate::picture::DataWindow;
 use crate::settings::{Aov, Background, Crop, Settings, replicates};
 
-/// Samples of a pixel in one replicate, at most: they are counted in 16 bits and are points of one sequence of 2¹⁶.
+/// Samples of a pixel in one replicate, at most: they are counted in 16 bits and are points of one
+/// sequence of 2¹⁶.
 const MOST: u32 = u16::MAX as u32;
 
-/// Samples of a replicate that the passes over a picture end at, first those listed, then every [`PASS`]: few at first, so that
-/// there is soon something everywhere, then whole blocks of sums. Pictures do not depend on it.
+/// Samples of a replicate that the passes over a picture end at, first those listed, then every
+/// [`PASS`]: few at first, so that there is soon something everywhere, then whole blocks of sums.
+/// Pictures do not depend on it.
 const FIRST_PASSES: [u32; 3] = [4, 16, 32];
 const PASS: u32 = 64;
 
 /// Replicates of a picture whose samples go where the error is: two that decide for the other two.
 const ADAPTIVE_REPLICATES: u32 = 4;
 
-/// Edge of the tiles that decide it in pixels, whatever the tiles of other pictures are, since such a picture does depend on them:
-/// with fewer pixels each would know less of its own noise, and larger ones miss where it is.
+/// Edge of the tiles that decide it in pixels, whatever the tiles of other pictures are, since such
+/// a picture does depend on them: with fewer pixels each would know less of its own noise, and
+/// larger ones miss where it is.
 const ADAPTIVE_TILE: u32 = 16;
 
 /// Which layers there are, by where their numbers come from, and their names in files.
@@ -61,7 +65,13 @@ impl From<Vec<Aov>> for Layers {
             }
         }
         let has = |aov| asked.contains(&aov);
-        Self { mean, centre, samples: has(Aov::Samples), standard_error: has(Aov::StandardError), asked }
+        Self {
+            mean,
+            centre,
+            samples: has(Aov::Samples),
+            standard_error: has(Aov::StandardError),
+            asked,
+        }
     }
 }
 
@@ -84,16 +94,19 @@ pub(crate) struct Plan {
     pub random: bool,
     /// Whether the coverage of pixels is kept.
     pub alpha: bool,
-    /// Radiance that sums have of what lies behind a studio's ground, whose shadows are kept beside the coverage; none: there is no ground.
-    /// Errors are those of the picture before a page like that, so that a noisy shadow counts.
+    /// Radiance that sums have of what lies behind a studio's ground, whose shadows are kept beside
+    /// the coverage; none: there is no ground. Errors are those of the picture before a page like
+    /// that, so that a noisy shadow counts.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub backdrop: Option<f64>,
     pub layers: Layers,
     /// Whether samples are the places of a pattern, which belong together.
     is_fixed: bool,
-    /// Whether samples go where the error is, so that tiles and halves of replicates end with different numbers.
+    /// Whether samples go where the error is, so that tiles and halves of replicates end with
+    /// different numbers.
     pub adaptive: bool,
-    /// Where the picture is to be denoised, the layers that are kept for that alone and are none of the picture's; none: it is not.
+    /// Where the picture is to be denoised, the layers that are kept for that alone and are none of
+    /// the picture's; none: it is not.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub denoise: Option<Vec<Aov>>,
 }
@@ -103,12 +116,17 @@ fn division(samples: u32, asked: Option<u32>, is_fixed: bool) -> u32 {
     match is_fixed {
         // A pattern's samples are different places, not repetitions.
         true => 1,
-        false => asked.unwrap_or(replicates(samples)).max(samples.div_ceil(MOST)).min(samples).max(1),
+        false => asked
+            .unwrap_or(replicates(samples))
+            .max(samples.div_ceil(MOST))
+            .min(samples)
+            .max(1),
     }
 }
 
 impl Plan {
-    /// `random`: whether samples lie at random places, or draw points of lights or lenses; `grounded`: whether there is a ground with shadows.
+    /// `random`: whether samples lie at random places, or draw points of lights or lenses;
+    /// `grounded`: whether there is a ground with shadows.
     pub fn new(settings: &Settings, random: bool, grounded: bool) -> Self {
         let [width, height] = settings.size;
         let by_replicates = random && !settings.sampling.is_fixed();
@@ -119,19 +137,42 @@ impl Plan {
             (_, true) => Some(settings.replicates.unwrap_or(0).max(demand::REPLICATES)),
             _ => settings.replicates,
         };
-        let unasked: Vec<Aov> = demand::LAYERS.into_iter().filter(|aov| !settings.aovs.contains(aov)).collect();
+        let unasked: Vec<Aov> = demand::LAYERS
+            .into_iter()
+            .filter(|aov| !settings.aovs.contains(aov))
+            .collect();
         let denoise = denoise.then_some(unasked);
         Self {
             size: settings.size,
-            crop: settings.crop.unwrap_or(Crop { x: 0, y: 0, width, height }),
-            tile_size: if adaptive { ADAPTIVE_TILE } else { settings.tile_size.max(1) },
+            crop: settings.crop.unwrap_or(Crop {
+                x: 0,
+                y: 0,
+                width,
+                height,
+            }),
+            tile_size: if adaptive {
+                ADAPTIVE_TILE
+            } else {
+                settings.tile_size.max(1)
+            },
             samples: settings.sampling.count(),
             asked,
-            replicates: division(settings.sampling.count(), asked, settings.sampling.is_fixed()),
+            replicates: division(
+                settings.sampling.count(),
+                asked,
+                settings.sampling.is_fixed(),
+            ),
             random,
             alpha: settings.background == Background::Transparent,
-            backdrop: (settings.background == Background::Transparent && grounded).then(|| settings.page_radiance()),
-            layers: settings.aovs.iter().chain(denoise.iter().flatten()).copied().collect::<Vec<_>>().into(),
+            backdrop: (settings.background == Background::Transparent && grounded)
+                .then(|| settings.page_radiance()),
+            layers: settings
+                .aovs
+                .iter()
+                .chain(denoise.iter().flatten())
+                .copied()
+                .collect::<Vec<_>>()
+                .into(),
             is_fixed: settings.sampling.is_fixed(),
             adaptive,
             denoise,
@@ -140,8 +181,15 @@ impl Plan {
 
     /// What makes no sense in a plan that was read from a file.
     pub fn check(&self) -> Result<(), &'static str> {
-        let Crop { x, y, width, height } = self.crop;
-        let lies_within = |at: u32, edge: u32, all: u32| edge > 0 && at.checked_add(edge).is_some_and(|end| end <= all);
+        let Crop {
+            x,
+            y,
+            width,
+            height,
+        } = self.crop;
+        let lies_within = |at: u32, edge: u32, all: u32| {
+            edge > 0 && at.checked_add(edge).is_some_and(|end| end <= all)
+        };
         let edges = lies_within(x, width, self.size[0]) && lies_within(y, height, self.size[1]);
         // Places of pixels and numbers of tiles are 32 bits wide.
         if !edges || u64::from(width) * u64::from(height) > u64::from(u32::MAX) {
@@ -150,7 +198,9 @@ impl Plan {
         if self.tile_size == 0 {
             return Err("size of tiles");
         }
-        if self.samples == 0 || self.replicates != division(self.samples, self.asked, self.is_fixed) || self.samples_of(0) > MOST
+        if self.samples == 0
+            || self.replicates != division(self.samples, self.asked, self.is_fixed)
+            || self.samples_of(0) > MOST
         {
             return Err("number of samples");
         }
@@ -159,10 +209,19 @@ impl Plan {
 
     /// Where the picture lies in the whole one; none: it is that.
     pub fn window(&self) -> Option<DataWindow> {
-        let Crop { x, y, width, height } = self.crop;
-        // Both are far below 2³¹: a picture has no more than 2³² pixels and no edge as long as that.
+        let Crop {
+            x,
+            y,
+            width,
+            height,
+        } = self.crop;
+        // Both are far below 2³¹: a picture has no more than 2³² pixels and no edge as long as
+        // that.
         let origin = [x, y].map(|at| i32::try_from(at).unwrap_or(i32::MAX));
-        ([width, height] != self.size).then_some(DataWindow { origin, full: self.size })
+        ([width, height] != self.size).then_some(DataWindow {
+            origin,
+            full: self.size,
+        })
     }
 
     /// Edge of a tile in pixels.
@@ -177,7 +236,11 @@ impl Plan {
 
     /// The same picture with another number of samples.
     pub fn with_samples(&self, samples: u32) -> Self {
-        Self { samples, replicates: division(samples, self.asked, self.is_fixed), ..self.clone() }
+        Self {
+            samples,
+            replicates: division(samples, self.asked, self.is_fixed),
+            ..self.clone()
+        }
     }
 
     /// What divides another picture differently, apart from samples.
@@ -189,10 +252,17 @@ impl Plan {
             (self.is_fixed != other.is_fixed, "pattern of samples"),
             (self.adaptive != other.adaptive, "maximum error"),
             (self.denoise != other.denoise, "denoising"),
-            ((self.random, self.alpha, &self.layers) != (other.random, other.alpha, &other.layers), "scene"),
+            (
+                (self.random, self.alpha, &self.layers)
+                    != (other.random, other.alpha, &other.layers),
+                "scene",
+            ),
             (self.backdrop != other.backdrop, "ground"),
         ];
-        differs.into_iter().find(|(differs, _)| *differs).map(|(_, what)| what)
+        differs
+            .into_iter()
+            .find(|(differs, _)| *differs)
+            .map(|(_, what)| what)
     }
 
     /// What divides another picture differently.
@@ -203,27 +273,34 @@ impl Plan {
 
     /// Whether each replicate has the samples that it has in a picture with fewer, or more.
     pub fn continues(&self, fewer: &Self) -> bool {
-        fewer.replicates <= self.replicates && (0..fewer.replicates).all(|r| fewer.samples_of(r) <= self.samples_of(r))
+        fewer.replicates <= self.replicates
+            && (0..fewer.replicates).all(|r| fewer.samples_of(r) <= self.samples_of(r))
     }
 
-    /// The fewest samples, of at least its own, with which this plan continues another one of the same division; none where no number does.
+    /// The fewest samples, of at least its own, with which this plan continues another one of the
+    /// same division; none where no number does.
     pub fn least_continuing(&self, fewer: &Self) -> Option<u32> {
-        // The last replicate has the fewest samples, and must have as many here: this many in each, and one more up to that one.
-        let (before, last) = (u64::from(fewer.samples / fewer.replicates - 1), u64::from(fewer.replicates));
+        // The last replicate has the fewest samples, and must have as many here: this many in each,
+        // and one more up to that one.
+        let (before, last) = (
+            u64::from(fewer.samples / fewer.replicates - 1),
+            u64::from(fewer.replicates),
+        );
         let mut samples = self.samples.max(fewer.samples);
         loop {
             let plan = self.with_samples(samples);
             if plan.continues(fewer) {
                 return Some(samples);
             }
-            // Replicates do not become fewer: with less than that there are too few samples for each of them.
+            // Replicates do not become fewer: with less than that there are too few samples for
+            // each of them.
             let next = (u64::from(plan.replicates) * before + last).max(u64::from(samples) + 1);
             samples = u32::try_from(next).ok()?;
         }
     }
 
-    /// The pass, counted from zero, that comes next for a tile which has so many of `all` samples of a replicate, and which samples
-    /// it takes; none where all are there.
+    /// The pass, counted from zero, that comes next for a tile which has so many of `all` samples
+    /// of a replicate, and which samples it takes; none where all are there.
     pub fn pass(&self, all: u32, drawn: u32) -> Option<(u32, Range<u32>)> {
         if drawn >= all {
             return None;
@@ -234,12 +311,16 @@ impl Plan {
         let listed = FIRST_PASSES.iter().position(|&end| drawn < end);
         let (pass, end) = match listed {
             Some(pass) => (pass as u32, FIRST_PASSES[pass]),
-            None => (FIRST_PASSES.len() as u32 + drawn / PASS, (drawn / PASS + 1) * PASS),
+            None => (
+                FIRST_PASSES.len() as u32 + drawn / PASS,
+                (drawn / PASS + 1) * PASS,
+            ),
         };
         Some((pass, drawn..end.min(all)))
     }
 
-    /// Samples of a pixel in one replicate: spread evenly, the first ones have one more where the count does not divide.
+    /// Samples of a pixel in one replicate: spread evenly, the first ones have one more where the
+    /// count does not divide.
     pub fn samples_of(&self, replicate: u32) -> u32 {
         self.samples / self.replicates + u32::from(replicate < self.samples % self.replicates)
     }
@@ -258,9 +339,20 @@ impl Plan {
 
     /// A tile, counted row by row, in film coordinates: relative to the crop.
     pub fn tile(&self, index: u32) -> Crop {
-        let (x, y) = (index % self.columns() * self.tile_size, index / self.columns() * self.tile_size);
-        let (width, height) = (self.tile_size.min(self.crop.width - x), self.tile_size.min(self.crop.height - y));
-        Crop { x, y, width, height }
+        let (x, y) = (
+            index % self.columns() * self.tile_size,
+            index / self.columns() * self.tile_size,
+        );
+        let (width, height) = (
+            self.tile_size.min(self.crop.width - x),
+            self.tile_size.min(self.crop.height - y),
+        );
+        Crop {
+            x,
+            y,
+            width,
+            height,
+        }
     }
 
     /// Pixels of a tile.
@@ -271,7 +363,10 @@ impl Plan {
 
     /// The tile that a pixel of the film lies in.
     pub fn tile_of(&self, pixel: usize) -> u32 {
-        let (x, y) = (pixel as u32 % self.crop.width, pixel as u32 / self.crop.width);
+        let (x, y) = (
+            pixel as u32 % self.crop.width,
+            pixel as u32 / self.crop.width,
+        );
         y / self.tile_size * self.columns() + x / self.tile_size
     }
 
@@ -283,32 +378,61 @@ impl Plan {
     /// Bytes of both a pixel. With four replicates and no layers 128: for each replicate
     /// three sums in f64 and a count, once the spread of the samples, and the picture's colour.
     fn bytes_a_pixel(&self) -> u64 {
-        let (mean, centre) = (self.layers.mean.len() as u64, self.layers.centre.len() as u64);
+        let (mean, centre) = (
+            self.layers.mean.len() as u64,
+            self.layers.centre.len() as u64,
+        );
         let coverage = if self.alpha { 4 } else { 0 } + if self.backdrop.is_some() { 4 } else { 0 };
         let counts = 2 + coverage + if self.counts_first_hits() { 2 } else { 0 };
-        let open = (0..self.replicates).filter(|&replicate| self.adaptive || has_open(self.samples_of(replicate))).count() as u64;
-        let film =
-            u64::from(self.replicates) * (24 + counts + 24 * mean) + 24 * open + if self.random { 12 } else { 0 } + 4 * centre;
+        let open = (0..self.replicates)
+            .filter(|&replicate| self.adaptive || has_open(self.samples_of(replicate)))
+            .count() as u64;
+        let film = u64::from(self.replicates) * (24 + counts + 24 * mean)
+            + 24 * open
+            + if self.random { 12 } else { 0 }
+            + 4 * centre;
         let picture = 12 + coverage + 4 * self.channels();
-        let denoised = if self.denoise.is_some() { demand::BYTES_A_PIXEL } else { 0 };
+        let denoised = if self.denoise.is_some() {
+            demand::BYTES_A_PIXEL
+        } else {
+            0
+        };
         film + picture + denoised
     }
 
     /// Channels that the picture has beside its colour.
     fn channels(&self) -> u64 {
-        let Layers { mean, centre, samples, standard_error, asked: _ } = &self.layers;
-        let (mean, centre) = (mean.iter().filter(|(aov, _)| self.shows(*aov)), centre.iter().filter(|(aov, _)| self.shows(*aov)));
-        3 * mean.count() as u64 + centre.count() as u64 + u64::from(*samples) + 3 * u64::from(*standard_error)
+        let Layers {
+            mean,
+            centre,
+            samples,
+            standard_error,
+            asked: _,
+        } = &self.layers;
+        let (mean, centre) = (
+            mean.iter().filter(|(aov, _)| self.shows(*aov)),
+            centre.iter().filter(|(aov, _)| self.shows(*aov)),
+        );
+        3 * mean.count() as u64
+            + centre.count() as u64
+            + u64::from(*samples)
+            + 3 * u64::from(*standard_error)
     }
 
     /// Whether the picture shows a layer; else it is kept for denoising alone.
     pub fn shows(&self, aov: Aov) -> bool {
-        !self.denoise.as_ref().is_some_and(|unasked| unasked.contains(&aov))
+        !self
+            .denoise
+            .as_ref()
+            .is_some_and(|unasked| unasked.contains(&aov))
     }
 
     /// Whether a layer is a mean over the samples that hit something.
     pub fn counts_first_hits(&self) -> bool {
-        self.layers.mean.iter().any(|(aov, _)| *aov == Aov::Position)
+        self.layers
+            .mean
+            .iter()
+            .any(|(aov, _)| *aov == Aov::Position)
     }
 }
 

@@ -1,4 +1,5 @@
-//! What is kept of each pixel in one replicate, of a tile or of the whole film, and how one is put into the other.
+//! What is kept of each pixel in one replicate, of a tile or of the whole film, and how one is put
+//! into the other.
 
 use core::ops::Range;
 
@@ -19,7 +20,8 @@ pub(crate) struct ReplicateBuffer {
     pub covered: Vec<u32>,
     /// What of them is a ground's shadow, in such parts.
     pub shadowed: Vec<u32>,
-    /// Camera rays that hit something first, for layers that are means over those; they include dropped samples.
+    /// Camera rays that hit something first, for layers that are means over those; they include
+    /// dropped samples.
     pub first_hits: Vec<u16>,
     /// Sums of the layers that come from first hits.
     pub layers: Vec<Vec<[f64; 3]>>,
@@ -37,18 +39,30 @@ pub(crate) struct Rect {
 impl Rect {
     /// All of a buffer of so many pixels.
     pub fn all(width: u32, height: u32) -> Self {
-        Self { start: 0, width: width as usize, height: height as usize, stride: width as usize }
+        Self {
+            start: 0,
+            width: width as usize,
+            height: height as usize,
+            stride: width as usize,
+        }
     }
 
     /// A tile in a film whose rows have `stride` pixels.
     pub fn within(tile: Crop, stride: u32) -> Self {
         let start = tile.y as usize * stride as usize + tile.x as usize;
-        Self { start, width: tile.width as usize, height: tile.height as usize, stride: stride as usize }
+        Self {
+            start,
+            width: tile.width as usize,
+            height: tile.height as usize,
+            stride: stride as usize,
+        }
     }
 
     /// Its rows as ranges of the buffer.
     pub fn rows(self) -> impl Iterator<Item = Range<usize>> {
-        (0..self.height).map(move |row| self.start + row * self.stride).map(move |start| start..start + self.width)
+        (0..self.height)
+            .map(move |row| self.start + row * self.stride)
+            .map(move |start| start..start + self.width)
     }
 }
 
@@ -64,7 +78,13 @@ pub(crate) fn copy<T: Copy>(into: &mut [T], to: Rect, of: &[T], from: Rect) {
 
 /// A rectangle of a buffer; nothing of one that is not kept.
 fn cut<T: Copy>(of: &[T], from: Rect) -> Vec<T> {
-    if of.is_empty() { Vec::new() } else { from.rows().flat_map(|row| of[row].iter().copied()).collect() }
+    if of.is_empty() {
+        Vec::new()
+    } else {
+        from.rows()
+            .flat_map(|row| of[row].iter().copied())
+            .collect()
+    }
 }
 
 impl ReplicateBuffer {
@@ -121,14 +141,25 @@ impl ReplicateBuffer {
             (false, true) => ([0.0; 3], of),
             (false, false) => (of, [0.0; 3]),
         };
-        let [covered, shadowed] = [&self.covered, &self.shadowed].map(|of| of.get(pixel).copied().unwrap_or(0));
-        Sums { sum, open, spread: [0.0; 3], samples: self.samples[pixel], covered, shadowed }
+        let [covered, shadowed] =
+            [&self.covered, &self.shadowed].map(|of| of.get(pixel).copied().unwrap_or(0));
+        Sums {
+            sum,
+            open,
+            spread: [0.0; 3],
+            samples: self.samples[pixel],
+            covered,
+            shadowed,
+        }
     }
 
     /// Sum of all of a pixel's samples.
     #[inline]
     pub fn total(&self, pixel: usize) -> [f64; 3] {
-        let (sum, open) = (self.sums[pixel], self.open.get(pixel).copied().unwrap_or([0.0; 3]));
+        let (sum, open) = (
+            self.sums[pixel],
+            self.open.get(pixel).copied().unwrap_or([0.0; 3]),
+        );
         core::array::from_fn(|i| sum[i] + open[i])
     }
 
@@ -166,7 +197,14 @@ impl ReplicateBuffer {
     }
 
     pub fn bytes(&self) -> usize {
-        let counts = 2 * (self.samples.len() + self.first_hits.len()) + 4 * (self.covered.len() + self.shadowed.len());
-        24 * (self.sums.len() + self.open.len()) + counts + self.layers.iter().map(|layer| 24 * layer.len()).sum::<usize>()
+        let counts = 2 * (self.samples.len() + self.first_hits.len())
+            + 4 * (self.covered.len() + self.shadowed.len());
+        24 * (self.sums.len() + self.open.len())
+            + counts
+            + self
+                .layers
+                .iter()
+                .map(|layer| 24 * layer.len())
+                .sum::<usize>()
     }
 }

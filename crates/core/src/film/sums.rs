@@ -1,6 +1,6 @@
-//! Sums of one pixel's samples in one replicate: taken in blocks of 16 in ascending order, each folded into f64. Blocks are counted
-//! from the replicate's first sample, and one that is not full is kept apart, so that taking more samples later gives the bits of
-//! taking all at once.
+//! Sums of one pixel's samples in one replicate: taken in blocks of 16 in ascending order, each
+//! folded into f64. Blocks are counted from the replicate's first sample, and one that is not full
+//! is kept apart, so that taking more samples later gives the bits of taking all at once.
 
 use core::marker::PhantomData;
 
@@ -15,7 +15,8 @@ pub(crate) fn has_open(drawn: u32) -> bool {
     drawn > BLOCK as u32 && !drawn.is_multiple_of(BLOCK as u32)
 }
 
-/// Parts that a sample's coverage is counted in: as fine as a sum of as many samples as there can be still fits.
+/// Parts that a sample's coverage is counted in: as fine as a sum of as many samples as there can
+/// be still fits.
 pub(crate) const WHOLE: u32 = 1 << 16;
 
 /// A coverage from 0 to 1 in parts of [`WHOLE`].
@@ -32,12 +33,13 @@ pub(crate) struct Sums {
     pub sum: [f64; 3],
     /// Of the block that is not full.
     pub open: [f64; 3],
-    /// Root of the sum of squared deviations of the samples that were added last, from their mean. The root, because it has the
-    /// range of the samples themselves.
+    /// Root of the sum of squared deviations of the samples that were added last, from their mean.
+    /// The root, because it has the range of the samples themselves.
     pub spread: [f32; 3],
     /// Samples that entered.
     pub samples: u16,
-    /// What of them something covers, in parts of [`WHOLE`], for the alpha: whole numbers, so that no order matters.
+    /// What of them something covers, in parts of [`WHOLE`], for the alpha: whole numbers, so that
+    /// no order matters.
     pub covered: u32,
     /// What of them is a ground's shadow, in such parts.
     pub shadowed: u32,
@@ -80,11 +82,16 @@ impl<R: Real, B: Block<R>> Gather<R, B> {
     #[inline(always)]
     pub fn resume(&mut self, sums: Sums, drawn: u32) {
         self.in_block = drawn as usize % BLOCK;
-        self.sums = Sums { open: [0.0; 3], spread: [0.0; 3], ..sums };
+        self.sums = Sums {
+            open: [0.0; 3],
+            spread: [0.0; 3],
+            ..sums
+        };
         self.block.resume(sums.open);
     }
 
-    /// Adds a sample with what of it is covered and what is shadow, in parts of [`WHOLE`]. One that is not finite is dropped: false.
+    /// Adds a sample with what of it is covered and what is shadow, in parts of [`WHOLE`]. One that
+    /// is not finite is dropped: false.
     #[inline(always)]
     pub fn add(&mut self, radiance: R::Vec3, [covered, shadowed]: [u32; 2]) -> bool {
         let finite = radiance.is_finite();
@@ -109,11 +116,16 @@ impl<R: Real, B: Block<R>> Gather<R, B> {
     pub fn finish(&mut self) -> Sums {
         self.in_block = 0;
         let open = self.block.take();
-        Sums { open, spread: self.block.spread(), ..core::mem::take(&mut self.sums) }
+        Sums {
+            open,
+            spread: self.block.spread(),
+            ..core::mem::take(&mut self.sums)
+        }
     }
 }
 
-/// Sums alone, each block in the precision of the samples: for pictures without chance, where no error is estimated.
+/// Sums alone, each block in the precision of the samples: for pictures without chance, where no
+/// error is estimated.
 #[derive(Default)]
 pub(crate) struct Plain<R: Real>(R::Vec3);
 
@@ -130,7 +142,9 @@ impl<R: Real> Block<R> for Plain<R> {
     }
 
     fn take(&mut self) -> [f64; 3] {
-        core::mem::replace(&mut self.0, R::Vec3::ZERO).to_f64().to_array()
+        core::mem::replace(&mut self.0, R::Vec3::ZERO)
+            .to_f64()
+            .to_array()
     }
 
     #[inline(always)]
@@ -139,12 +153,13 @@ impl<R: Real> Block<R> for Plain<R> {
     }
 }
 
-/// Sums with their second central moment, blocks in f64 too: where samples of 10⁴ differ by 10⁻², a sum of sixteen in f32 has
-/// lost what the error is estimated from.
+/// Sums with their second central moment, blocks in f64 too: where samples of 10⁴ differ by 10⁻², a
+/// sum of sixteen in f32 has lost what the error is estimated from.
 ///
-/// Deviations are taken from the pixel's first sample in one pass (Chan, Golub and LeVeque, "Algorithms for Computing the Sample
-/// Variance: Analysis and Recommendations", 1983): a sample lies no farther from the mean of n than √n standard deviations, so
-/// what is subtracted in the end is at most n times what remains, and of f64's digits more are left than f32 holds.
+/// Deviations are taken from the pixel's first sample in one pass (Chan, Golub and LeVeque,
+/// "Algorithms for Computing the Sample Variance: Analysis and Recommendations", 1983): a sample
+/// lies no farther from the mean of n than √n standard deviations, so what is subtracted in the end
+/// is at most n times what remains, and of f64's digits more are left than f32 holds.
 #[derive(Default)]
 pub(crate) struct Moments {
     /// The pixel's first sample, and how many have entered.
@@ -182,7 +197,12 @@ impl<R: Real> Block<R> for Moments {
 
     #[inline(always)]
     fn spread(&mut self) -> [f32; 3] {
-        let Self { entered, deviation, square, .. } = core::mem::take(self);
+        let Self {
+            entered,
+            deviation,
+            square,
+            ..
+        } = core::mem::take(self);
         let sum = square - deviation * deviation / f64::from(entered.max(1));
         sum.to_array().map(|s| s.max(0.0).sqrt() as f32)
     }

@@ -1,4 +1,5 @@
-//! Points by which a silhouette is known: those that lie farthest out, found in two walks that keep none of the others.
+//! Points by which a silhouette is known: those that lie farthest out, found in two walks that keep
+//! none of the others.
 
 use std::collections::HashMap;
 
@@ -11,14 +12,16 @@ use crate::lookup::Lookup;
 use crate::scene::{MeshData, Scene, Shape};
 use crate::shape::any_shape;
 
-/// Directions along an edge of the cube of directions: of a mesh or scene, and of a mesh that is shown often.
+/// Directions along an edge of the cube of directions: of a mesh or scene, and of a mesh that is
+/// shown often.
 pub(super) const FINE: usize = 64;
 const COARSE: usize = 12;
 
 /// Uses of a mesh up to which each is looked at finely.
 const OFTEN: u64 = 4;
 
-/// Points of all objects together; of further objects the corners of a box stand for them. Points are looked at and not kept.
+/// Points of all objects together; of further objects the corners of a box stand for them. Points
+/// are looked at and not kept.
 const POINTS: usize = 1 << 22;
 
 /// The outermost points of each mesh of a scene, and those of a ball of radius 1.
@@ -34,19 +37,30 @@ impl<'a> Outlines<'a> {
         let mut uses: HashMap<&str, u64> = HashMap::new();
         let mut triangles = 0_u64;
         for (object, count) in counted(scene) {
-            let Shape::Mesh(name) = &object.shape else { continue };
+            let Shape::Mesh(name) = &object.shape else {
+                continue;
+            };
             let uses = uses.entry(name).or_default();
             *uses = uses.saturating_add(count);
-            let own = lookup.mesh_data(name).map_or(0, |data| data.indices.len() as u64);
+            let own = lookup
+                .mesh_data(name)
+                .map_or(0, |data| data.indices.len() as u64);
             triangles = triangles.saturating_add(count.saturating_mul(own));
         }
         let hull = |(name, uses): (&'a str, u64)| {
             let data = lookup.mesh_data(name)?;
             let used = used(data);
             let edge = if uses > OFTEN { COARSE } else { FINE };
-            Some((name, outermost(|visit| corners(data, &used).for_each(visit), edge)))
+            Some((
+                name,
+                outermost(|visit| corners(data, &used).for_each(visit), edge),
+            ))
         };
-        Self { meshes: uses.into_iter().filter_map(hull).collect(), ball: ball(), triangles: triangles as usize }
+        Self {
+            meshes: uses.into_iter().filter_map(hull).collect(),
+            ball: ball(),
+            triangles: triangles as usize,
+        }
     }
 
     /// Goes through the points of all objects where these are in the world.
@@ -56,7 +70,13 @@ impl<'a> Outlines<'a> {
         let mut seen = 0;
         for shown in all(scene) {
             let (own, size, centre) = match &shown.object.shape {
-                Shape::Mesh(name) => (self.meshes.get(name.as_str()).map_or(&[][..], Vec::as_slice), 1.0, NOWHERE),
+                Shape::Mesh(name) => (
+                    self.meshes
+                        .get(name.as_str())
+                        .map_or(&[][..], Vec::as_slice),
+                    1.0,
+                    NOWHERE,
+                ),
                 Shape::Sphere { centre, radius } => (&self.ball[..], *radius, DVec3::from(*centre)),
                 shape => (&around(shape)[..], 1.0, NOWHERE),
             };
@@ -69,8 +89,10 @@ impl<'a> Outlines<'a> {
             };
             let maps = shown.ends().unwrap_or([shown.map(); 2]);
             for map in &maps[..1 + usize::from(maps[0] != maps[1])] {
-                let points =
-                    own.iter().map(|&point| map.transform_point3(centre + point * size)).filter(|point| point.is_finite());
+                let points = own
+                    .iter()
+                    .map(|&point| map.transform_point3(centre + point * size))
+                    .filter(|point| point.is_finite());
                 points.for_each(|point| {
                     seen += 1;
                     visit(point);
@@ -83,20 +105,28 @@ impl<'a> Outlines<'a> {
 /// Which positions the triangles of a mesh use.
 fn used(data: &MeshData) -> Vec<bool> {
     let mut used = vec![false; data.positions.len()];
-    data.indices.iter().flatten().for_each(|&i| used[i as usize] = true);
+    data.indices
+        .iter()
+        .flatten()
+        .for_each(|&i| used[i as usize] = true);
     used
 }
 
 /// The positions that triangles of a mesh use, each once.
 fn corners(data: &MeshData, used: &[bool]) -> impl Iterator<Item = DVec3> {
     let used = used.iter().enumerate().filter(|(_, used)| **used);
-    used.map(|(i, _)| position(data, i as u32)).filter(|point| point.is_finite())
+    used.map(|(i, _)| position(data, i as u32))
+        .filter(|point| point.is_finite())
 }
 
 /// Points on a ball of radius 1.
 fn ball() -> Vec<DVec3> {
     let direction = |cell: usize| {
-        let (face, row, column) = (cell / (COARSE * COARSE), cell / COARSE % COARSE, cell % COARSE);
+        let (face, row, column) = (
+            cell / (COARSE * COARSE),
+            cell / COARSE % COARSE,
+            cell % COARSE,
+        );
         let at = |i: usize| 2.0 * (i as f64 + 0.5) / COARSE as f64 - 1.0;
         let mut direction = DVec3::ZERO;
         direction[face % 3] = if face < 3 { 1.0 } else { -1.0 };
@@ -109,12 +139,17 @@ fn ball() -> Vec<DVec3> {
 
 /// Points around a shape: the corners of the box around it.
 fn around(shape: &Shape) -> Vec<DVec3> {
-    let bounds = any_shape::<f64>(shape, DVec3::ZERO).and_then(|shape| shape.bounds()).filter(|bounds| !bounds.is_empty());
-    bounds.filter(|bounds| bounds.padded().is_some()).map_or(Vec::new(), |bounds| bounds.corners().to_vec())
+    let bounds = any_shape::<f64>(shape, DVec3::ZERO)
+        .and_then(|shape| shape.bounds())
+        .filter(|bounds| !bounds.is_empty());
+    bounds
+        .filter(|bounds| bounds.padded().is_some())
+        .map_or(Vec::new(), |bounds| bounds.corners().to_vec())
 }
 
-/// For each cell of a cube of directions about the middle of some points, the one that lies farthest, in a space where the box around them
-/// is a cube; of equals the first. Few points are all kept. The points are gone through twice, so that any number of them takes no memory.
+/// For each cell of a cube of directions about the middle of some points, the one that lies
+/// farthest, in a space where the box around them is a cube; of equals the first. Few points are
+/// all kept. The points are gone through twice, so that any number of them takes no memory.
 pub(super) fn outermost(points: impl Fn(&mut dyn FnMut(DVec3)), edge: usize) -> Vec<DVec3> {
     let cells = 6 * edge * edge;
     let (mut few, mut count, mut bounds) = (Vec::new(), 0_usize, Aabb::EMPTY);
@@ -130,25 +165,39 @@ pub(super) fn outermost(points: impl Fn(&mut dyn FnMut(DVec3)), edge: usize) -> 
         return few;
     }
     let (centre, half) = (bounds.centre(), bounds.extent() * 0.5);
-    let scale = DVec3::from_array([half.x, half.y, half.z].map(|half| if half > 0.0 { 1.0 / half } else { 0.0 }));
+    let scale = DVec3::from_array(
+        [half.x, half.y, half.z].map(|half| if half > 0.0 { 1.0 / half } else { 0.0 }),
+    );
     let mut farthest: Vec<Option<(f64, DVec3)>> = vec![None; cells];
     points(&mut |point| {
         let way = (point - centre) * scale;
         let distance = way.length_squared();
-        let axis =
-            if way.x.abs() >= way.y.abs() && way.x.abs() >= way.z.abs() { 0 } else { 1 + usize::from(way.z.abs() > way.y.abs()) };
+        let axis = if way.x.abs() >= way.y.abs() && way.x.abs() >= way.z.abs() {
+            0
+        } else {
+            1 + usize::from(way.z.abs() > way.y.abs())
+        };
         let most = way[axis];
         if most == 0.0 {
             return;
         }
         let place = |x: f64| ((0.5 * (x / most.abs() + 1.0) * edge as f64) as usize).min(edge - 1);
         let face = axis + 3 * usize::from(most < 0.0);
-        let cell = &mut farthest[(face * edge + place(way[(axis + 1) % 3])) * edge + place(way[(axis + 2) % 3])];
+        let cell = &mut farthest
+            [(face * edge + place(way[(axis + 1) % 3])) * edge + place(way[(axis + 2) % 3])];
         if cell.is_none_or(|(other, _)| distance > other) {
             *cell = Some((distance, point));
         }
     });
-    let outermost: Vec<DVec3> = farthest.into_iter().flatten().map(|(_, point)| point).collect();
+    let outermost: Vec<DVec3> = farthest
+        .into_iter()
+        .flatten()
+        .map(|(_, point)| point)
+        .collect();
     // All of them at one place.
-    if outermost.is_empty() { vec![centre] } else { outermost }
+    if outermost.is_empty() {
+        vec![centre]
+    } else {
+        outermost
+    }
 }

@@ -11,40 +11,72 @@ fn scene(objects: Value, meshes: Value) -> Scene {
         object["material"] = json!("white");
     }
     let white = json!({ "name": "white", "model": { "physical": {} } });
-    serde_json::from_value(json!({ "format": 1, "materials": [white], "meshes": meshes, "objects": objects })).expect("a scene")
+    serde_json::from_value(
+        json!({ "format": 1, "materials": [white], "meshes": meshes, "objects": objects }),
+    )
+    .expect("a scene")
 }
 
 /// A mesh called `m` of some quads, and an object that shows it.
 fn quads(quads: &[[[f64; 3]; 4]]) -> Scene {
     let positions: Vec<[f64; 3]> = quads.iter().flatten().copied().collect();
-    let indices: Vec<[usize; 3]> =
-        (0..quads.len()).flat_map(|q| [[4 * q, 4 * q + 1, 4 * q + 2], [4 * q, 4 * q + 2, 4 * q + 3]]).collect();
+    let indices: Vec<[usize; 3]> = (0..quads.len())
+        .flat_map(|q| [[4 * q, 4 * q + 1, 4 * q + 2], [4 * q, 4 * q + 2, 4 * q + 3]])
+        .collect();
     let mesh = json!({ "name": "m", "source": { "inline": { "positions": positions, "indices": indices } } });
     scene(json!([{ "shape": { "mesh": "m" } }]), json!([mesh]))
 }
 
-/// How far points of a framed picture reach from its middle, from -1 to 1 each way: left, right, bottom and top.
+/// How far points of a framed picture reach from its middle, from -1 to 1 each way: left, right,
+/// bottom and top.
 fn reach(camera: &Camera, points: &[DVec3], aspect: f64) -> [f64; 4] {
     let (eye, frame) = crate::camera::axes(&camera.pose);
-    let Projection::Pinhole(Pinhole { vertical_fov: Some(fov), .. }) = camera.projection else { panic!("{camera:?}") };
+    let Projection::Pinhole(Pinhole {
+        vertical_fov: Some(fov),
+        ..
+    }) = camera.projection
+    else {
+        panic!("{camera:?}")
+    };
     let half = libm::tan(fov.to_radians() * 0.5);
-    let mut reach = [f64::INFINITY, f64::NEG_INFINITY, f64::INFINITY, f64::NEG_INFINITY];
+    let mut reach = [
+        f64::INFINITY,
+        f64::NEG_INFINITY,
+        f64::INFINITY,
+        f64::NEG_INFINITY,
+    ];
     for &point in points {
         let p = frame.transpose() * (point - eye);
         assert!(p.z < 0.0, "{point} is behind {camera:?}");
         let (x, y) = (p.x / (-p.z * half * aspect), p.y / (-p.z * half));
-        reach = [reach[0].min(x), reach[1].max(x), reach[2].min(y), reach[3].max(y)];
+        reach = [
+            reach[0].min(x),
+            reach[1].max(x),
+            reach[2].min(y),
+            reach[3].max(y),
+        ];
     }
     reach
 }
 
-/// Protects: whatever the shape, the view, the angle and the picture, the silhouette is in the middle and fills its share of the tighter
-/// side; at every scale and place too.
+/// Protects: whatever the shape, the view, the angle and the picture, the silhouette is in the
+/// middle and fills its share of the tighter side; at every scale and place too.
 #[test]
 fn silhouettes_fill_their_share() {
     let box_of = |low: [f64; 3], high: [f64; 3]| {
-        let silhouette = Silhouette::of(&scene(json!([{ "shape": { "box": { "min": low, "max": high } } }]), json!([])));
-        (silhouette, Aabb { min: low.into(), max: high.into() }.corners().to_vec())
+        let silhouette = Silhouette::of(&scene(
+            json!([{ "shape": { "box": { "min": low, "max": high } } }]),
+            json!([]),
+        ));
+        (
+            silhouette,
+            Aabb {
+                min: low.into(),
+                max: high.into(),
+            }
+            .corners()
+            .to_vec(),
+        )
     };
     let ball = |centre: DVec3, radius: f64| {
         let shape = json!({ "sphere": { "centre": centre.to_array(), "radius": radius } });
@@ -52,7 +84,10 @@ fn silhouettes_fill_their_share() {
             let height = 1.0 - f64::from(2 * i + 1) / 4000.0;
             centre + radius * towards(f64::from(i) * 2.4, libm::asin(height))
         });
-        (Silhouette::of(&scene(json!([{ "shape": shape }]), json!([]))), around.collect())
+        (
+            Silhouette::of(&scene(json!([{ "shape": shape }]), json!([]))),
+            around.collect(),
+        )
     };
     let models = [
         box_of([-1.0; 3], [1.0; 3]),
@@ -62,13 +97,26 @@ fn silhouettes_fill_their_share() {
         box_of([0.0; 3], [1e-6, 2e-6, 1e-6]),
         ball(DVec3::new(3.0, -1.0, 2.0), 0.7),
     ];
-    let views = View::NAMED.iter().map(|(_, view)| *view).chain([View::USUAL, View { azimuth: -200.0, elevation: -75.0 }]);
-    for (model, view) in models.iter().flat_map(|model| views.clone().map(move |view| (model, view))) {
+    let views = View::NAMED.iter().map(|(_, view)| *view).chain([
+        View::USUAL,
+        View {
+            azimuth: -200.0,
+            elevation: -75.0,
+        },
+    ]);
+    for (model, view) in models
+        .iter()
+        .flat_map(|model| views.clone().map(move |view| (model, view)))
+    {
         for (fov, aspect) in [(40.0, 16.0 / 9.0), (5.0, 1.0), (100.0, 0.5)] {
             let (silhouette, points) = model;
-            let [left, right, bottom, top] = reach(&silhouette.frame(view, fov, aspect), points, aspect);
+            let [left, right, bottom, top] =
+                reach(&silhouette.frame(view, fov, aspect), points, aspect);
             let fill = 0.5 * (right - left).max(top - bottom);
-            assert!((fill - FILL).abs() < 0.01, "{view:?}, {fov}, {aspect}: {fill}");
+            assert!(
+                (fill - FILL).abs() < 0.01,
+                "{view:?}, {fov}, {aspect}: {fill}"
+            );
             assert!(
                 (left + right).abs() < 0.02 && (bottom + top).abs() < 0.02,
                 "{view:?}, {fov}, {aspect}: {left} {right} {bottom} {top}"
@@ -77,14 +125,19 @@ fn silhouettes_fill_their_share() {
     }
 }
 
-/// Protects: what many vertices make is framed as well by the few that are kept of them, also where it is a needle and leans; vertices that
-/// no triangle shows count for nothing.
+/// Protects: what many vertices make is framed as well by the few that are kept of them, also where
+/// it is a needle and leans; vertices that no triangle shows count for nothing.
 #[test]
 fn few_points_stand_for_many() {
     const N: usize = 300;
     let lean = |p: DVec3| DVec3::new(p.x + 20.0 * p.y, p.y, p.z + 7.0 * p.y + 3.0);
     let points: Vec<DVec3> = (0..N * N)
-        .map(|i| towards((i % N) as f64 * 6.3 / N as f64, ((i / N) as f64 / N as f64 - 0.5) * 3.13))
+        .map(|i| {
+            towards(
+                (i % N) as f64 * 6.3 / N as f64,
+                ((i / N) as f64 / N as f64 - 0.5) * 3.13,
+            )
+        })
         .map(|p| lean(p * DVec3::new(0.3, 9.0, 1.0)))
         .collect();
     let mut positions: Vec<[f64; 3]> = points.iter().map(|p| p.to_array()).collect();
@@ -100,13 +153,20 @@ fn few_points_stand_for_many() {
     }
 }
 
-/// Protects: sheets are seen from the side that they face, boards from a side, rooms through their open side, terrain from above, and what
-/// is none of these from above and to the side.
+/// Protects: sheets are seen from the side that they face, boards from a side, rooms through their
+/// open side, terrain from above, and what is none of these from above and to the side.
 #[test]
 fn flat_and_open_things_are_seen_from_their_front() {
     let at = |azimuth: f64, elevation: f64| View { azimuth, elevation };
     // Facing +z and -z; +x and -x; up.
-    let front = |z: f64| [[-1.0, -1.0, z], [1.0, -1.0, z], [1.0, 1.0, z], [-1.0, 1.0, z]];
+    let front = |z: f64| {
+        [
+            [-1.0, -1.0, z],
+            [1.0, -1.0, z],
+            [1.0, 1.0, z],
+            [-1.0, 1.0, z],
+        ]
+    };
     let turned = |quad: [[f64; 3]; 4]| quad.map(|[x, y, z]| [z, y, -x]);
     let flipped = |[a, b, c, d]: [[f64; 3]; 4]| [d, c, b, a];
     let lying = |y: f64| front(0.0).map(|[x, z, _]| [x, y, -z]);
@@ -116,34 +176,85 @@ fn flat_and_open_things_are_seen_from_their_front() {
     assert_eq!(view(&[turned(front(0.0))]), at(90.0, 0.0));
     assert_eq!(view(&[flipped(turned(front(0.0)))]), at(-90.0, 0.0));
     assert_eq!(view(&[lying(0.0)]), at(0.0, 90.0));
-    assert_eq!(view(&[lying(0.1), flipped(lying(-0.1))]), View { elevation: 40.0, ..View::USUAL });
-    assert_eq!(view(&[front(0.1), flipped(front(-0.1))]), at(0.0, 0.0), "a board with two sides");
+    assert_eq!(
+        view(&[lying(0.1), flipped(lying(-0.1))]),
+        View {
+            elevation: 40.0,
+            ..View::USUAL
+        }
+    );
+    assert_eq!(
+        view(&[front(0.1), flipped(front(-0.1))]),
+        at(0.0, 0.0),
+        "a board with two sides"
+    );
     // A room of inward faces without the one towards +z.
-    let room = [front(-1.0), turned(front(-1.0)), flipped(turned(front(1.0))), lying(-1.0), flipped(lying(1.0))];
+    let room = [
+        front(-1.0),
+        turned(front(-1.0)),
+        flipped(turned(front(1.0))),
+        lying(-1.0),
+        flipped(lying(1.0)),
+    ];
     assert_eq!(view(&room), at(0.0, 0.0));
     let open_at_x = room.map(turned);
     assert_eq!(view(&open_at_x), at(90.0, 0.0));
-    let closed: Vec<_> = room.into_iter().chain([flipped(front(1.0))]).map(flipped).collect();
+    let closed: Vec<_> = room
+        .into_iter()
+        .chain([flipped(front(1.0))])
+        .map(flipped)
+        .collect();
     assert_eq!(view(&closed), View::USUAL);
-    assert_eq!(Silhouette::of(&scene(json!([]), json!([]))).front(), View::USUAL);
+    assert_eq!(
+        Silhouette::of(&scene(json!([]), json!([]))).front(),
+        View::USUAL
+    );
 }
 
-/// Protects: a mirrored sheet is seen from the side that it faces after mirroring, and a room that stands a little askew straight, but one that
-/// stands half around as it stands.
+/// Protects: a mirrored sheet is seen from the side that it faces after mirroring, and a room that
+/// stands a little askew straight, but one that stands half around as it stands.
 #[test]
 fn mirrored_and_turned_things_are_seen_from_their_front() {
-    let sheet = [[-1.0, -1.0, 0.0], [1.0, -1.0, 0.0], [1.0, 1.0, 0.0], [-1.0, 1.0, 0.0]];
+    let sheet = [
+        [-1.0, -1.0, 0.0],
+        [1.0, -1.0, 0.0],
+        [1.0, 1.0, 0.0],
+        [-1.0, 1.0, 0.0],
+    ];
     let under = |quads_of: &[[[f64; 3]; 4]], step: Value| {
         let mut scene = quads(quads_of);
         scene.objects[0].transform = serde_json::from_value(json!([step])).expect("a step");
         Silhouette::of(&scene).front()
     };
-    assert_eq!(under(&[sheet], json!({ "scale": [-1, 1, 1] })), View { azimuth: 0.0, elevation: 0.0 });
-    assert_eq!(under(&[sheet], json!({ "scale": [1, 1, -1] })), View { azimuth: 180.0, elevation: 0.0 });
+    assert_eq!(
+        under(&[sheet], json!({ "scale": [-1, 1, 1] })),
+        View {
+            azimuth: 0.0,
+            elevation: 0.0
+        }
+    );
+    assert_eq!(
+        under(&[sheet], json!({ "scale": [1, 1, -1] })),
+        View {
+            azimuth: 180.0,
+            elevation: 0.0
+        }
+    );
     // Inward faces all around but towards +z.
-    let side = |[x, z]: [f64; 2], [u, w]: [f64; 2]| [[x, -1.0, z], [u, -1.0, w], [u, 1.0, w], [x, 1.0, z]];
-    let room = [side([-1.0, -1.0], [1.0, -1.0]), side([1.0, -1.0], [1.0, 1.0]), side([-1.0, 1.0], [-1.0, -1.0])];
-    let turned = |degrees: f64| under(&room, json!({ "rotate": { "axis": [0, 1, 0], "degrees": degrees } })).azimuth;
+    let side =
+        |[x, z]: [f64; 2], [u, w]: [f64; 2]| [[x, -1.0, z], [u, -1.0, w], [u, 1.0, w], [x, 1.0, z]];
+    let room = [
+        side([-1.0, -1.0], [1.0, -1.0]),
+        side([1.0, -1.0], [1.0, 1.0]),
+        side([-1.0, 1.0], [-1.0, -1.0]),
+    ];
+    let turned = |degrees: f64| {
+        under(
+            &room,
+            json!({ "rotate": { "axis": [0, 1, 0], "degrees": degrees } }),
+        )
+        .azimuth
+    };
     assert_eq!((turned(0.0), turned(10.0)), (0.0, 0.0));
     assert!((turned(40.0) - 40.0).abs() < 1e-4, "{}", turned(40.0));
 }
@@ -151,16 +262,19 @@ fn mirrored_and_turned_things_are_seen_from_their_front() {
 /// Protects: what moves is framed with both ends of its way.
 #[test]
 fn moving_things_are_framed_from_start_to_end() {
-    let cube =
-        json!([{ "shape": { "box": { "min": [-1, -1, -1], "max": [1, 1, 1] } }, "transform_end": [{ "translate": [8, 0, 0] }] }]);
+    let cube = json!([{ "shape": { "box": { "min": [-1, -1, -1], "max": [1, 1, 1] } }, "transform_end": [{ "translate": [8, 0, 0] }] }]);
     let silhouette = Silhouette::of(&scene(cube, json!([])));
-    let points = Aabb { min: DVec3::NEG_ONE, max: DVec3::new(9.0, 1.0, 1.0) }.corners();
+    let points = Aabb {
+        min: DVec3::NEG_ONE,
+        max: DVec3::new(9.0, 1.0, 1.0),
+    }
+    .corners();
     let [left, right, ..] = reach(&silhouette.frame(View::NAMED[0].1, 40.0, 1.5), &points, 1.5);
     assert!((0.5 * (right - left) - FILL).abs() < 0.01, "{left} {right}");
 }
 
-/// Protects: what has no size one way or another is framed by a camera of numbers that sees it: a point, a line along the view and across
-/// it, nothing at all.
+/// Protects: what has no size one way or another is framed by a camera of numbers that sees it: a
+/// point, a line along the view and across it, nothing at all.
 #[test]
 fn degenerate_scenes_have_a_view() {
     let line = |a: [f64; 3], b: [f64; 3]| quads(&[[a, b, b, a]]);
@@ -174,22 +288,29 @@ fn degenerate_scenes_have_a_view() {
         line([0.0; 3], [0.0, 1e-30, 0.0]),
     ] {
         let silhouette = Silhouette::of(&scene);
-        for view in View::NAMED.map(|(_, view)| view).into_iter().chain([silhouette.front()]) {
+        for view in View::NAMED
+            .map(|(_, view)| view)
+            .into_iter()
+            .chain([silhouette.front()])
+        {
             let camera = silhouette.frame(view, 40.0, 1.6);
             let (eye, frame) = crate::camera::axes(&camera.pose);
-            assert!(eye.is_finite() && frame.is_finite() && (frame.determinant() - 1.0).abs() < 1e-9, "{camera:?}");
+            assert!(
+                eye.is_finite() && frame.is_finite() && (frame.determinant() - 1.0).abs() < 1e-9,
+                "{camera:?}"
+            );
             reach(&camera, &silhouette.points, 1.6);
         }
     }
 }
 
-/// Protects: points that are gone through and not kept are the ones that keeping all of them would find: of a few objects all, of many the
-/// outermost, those of further objects by their boxes, moving ones at both ends, to the bit.
+/// Protects: points that are gone through and not kept are the ones that keeping all of them would
+/// find: of a few objects all, of many the outermost, those of further objects by their boxes,
+/// moving ones at both ends, to the bit.
 #[test]
 fn outlines_are_found_without_keeping_points() {
     let ball = |x: f64, radius: f64| json!({ "shape": { "sphere": { "centre": [x, 0.1 * x, 3], "radius": radius } } });
-    let moving =
-        json!({ "shape": { "box": { "min": [0, 0, 0], "max": [1, 2, 3] } }, "transform_end": [{ "translate": [0, 9, 0] }] });
+    let moving = json!({ "shape": { "box": { "min": [0, 0, 0], "max": [1, 2, 3] } }, "transform_end": [{ "translate": [0, 9, 0] }] });
     for count in [1, 5, 100, 6000] {
         let balls = (0..count).map(|i| ball(0.7 * f64::from(i), 0.3 + f64::from(i % 7)));
         let scene = scene(balls.chain([moving.clone()]).collect(), json!([]));
@@ -197,14 +318,31 @@ fn outlines_are_found_without_keeping_points() {
         let outlines = Outlines::of(&scene, &lookup);
         let mut kept = Vec::new();
         outlines.visit(&scene, &mut |point| kept.push(point));
-        assert_eq!(kept.len(), if count == 6000 { 864 * 4854 + 8 * (6000 - 4854) + 16 } else { 864 * count as usize + 16 });
+        assert_eq!(
+            kept.len(),
+            if count == 6000 {
+                864 * 4854 + 8 * (6000 - 4854) + 16
+            } else {
+                864 * count as usize + 16
+            }
+        );
         let found = Silhouette::of(&scene).points;
         match kept.len() <= 6 * FINE * FINE {
             true => assert_eq!(found, kept),
             false => {
-                let places: HashSet<[u64; 3]> = kept.iter().map(|point| point.to_array().map(f64::to_bits)).collect();
-                assert!(found.iter().all(|point| places.contains(&point.to_array().map(f64::to_bits))));
-                assert_eq!(found, outermost(|visit| kept.iter().copied().for_each(visit), FINE));
+                let places: HashSet<[u64; 3]> = kept
+                    .iter()
+                    .map(|point| point.to_array().map(f64::to_bits))
+                    .collect();
+                assert!(
+                    found
+                        .iter()
+                        .all(|point| places.contains(&point.to_array().map(f64::to_bits)))
+                );
+                assert_eq!(
+                    found,
+                    outermost(|visit| kept.iter().copied().for_each(visit), FINE)
+                );
                 assert!(found.len() <= 6 * FINE * FINE);
             }
         }

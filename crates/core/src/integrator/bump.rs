@@ -1,4 +1,5 @@
-//! Normals that an image bends, for every integrator alike: made where an interaction is, so that none has to ask.
+//! Normals that an image bends, for every integrator alike: made where an interaction is, so that
+//! none has to ask.
 
 use raywright_bvh::{Hit, Real, Vector};
 
@@ -9,10 +10,18 @@ use crate::prepare::{Material, Prepared};
 use crate::texture::Bump;
 
 impl<R: Real> Interaction<R> {
-    /// Bends the shading normal by the material's image. Out of line, so that surfaces without one have only the question.
+    /// Bends the shading normal by the material's image. Out of line, so that surfaces without one
+    /// have only the question.
     #[inline(never)]
-    pub(super) fn perturb_normal(&mut self, scene: &Prepared<R>, leg: &PathSegment<R>, hit: &Hit<R>) {
-        let Material::Physical(material) = &scene.materials[self.material as usize] else { return };
+    pub(super) fn perturb_normal(
+        &mut self,
+        scene: &Prepared<R>,
+        leg: &PathSegment<R>,
+        hit: &Hit<R>,
+    ) {
+        let Material::Physical(material) = &scene.materials[self.material as usize] else {
+            return;
+        };
         if let Some(bump) = &material.bump {
             self.normal = self.normal_map(bump, scene, leg, hit).perturbed_normal();
         }
@@ -20,7 +29,13 @@ impl<R: Real> Interaction<R> {
 
     /// What an image says of the shading normal.
     #[inline(always)]
-    pub(super) fn normal_map(&self, bump: &Bump<R>, scene: &Prepared<R>, leg: &PathSegment<R>, hit: &Hit<R>) -> NormalMap<R> {
+    pub(super) fn normal_map(
+        &self,
+        bump: &Bump<R>,
+        scene: &Prepared<R>,
+        leg: &PathSegment<R>,
+        hit: &Hit<R>,
+    ) -> NormalMap<R> {
         let code = bump.image.colour(&scene.sources.at(self));
         let [x, y, z] = [code.x(), code.y(), code.z()].map(|c| c + c - R::ONE);
         // The image stands for a surface that rises and falls; from behind, its rises are hollows.

@@ -1,8 +1,9 @@
-//! What of an image a ray stands for: how large the spot is that it makes on a surface, in texture coordinates. Asked only where a
-//! texture has mip maps.
+//! What of an image a ray stands for: how large the spot is that it makes on a surface, in texture
+//! coordinates. Asked only where a texture has mip maps.
 //!
-//! A cone widens with the length of its path alone. Rough and curved surfaces would widen it more; that is left to samples, since
-//! a level chosen too coarse mixes what lies side by side in an atlas, and one chosen too fine only costs noise.
+//! A cone widens with the length of its path alone. Rough and curved surfaces would widen it more;
+//! that is left to samples, since a level chosen too coarse mixes what lies side by side in an
+//! atlas, and one chosen too fine only costs noise.
 
 use raywright_bvh::{Hit, Real, Vector};
 
@@ -12,11 +13,18 @@ use crate::interaction::Interaction;
 use crate::prepare::Prepared;
 
 impl<R: Real> Interaction<R> {
-    /// Makes the footprints, for the sets of texture coordinates that the material reads (Akenine-Möller et al., "Texture Level of
-    /// Detail Strategies for Real-Time Ray Tracing", 2019): by the areas of a mesh's triangles, of shapes by how fast u grows. A spot on
-    /// a slanted surface counts as wide as it is long.
+    /// Makes the footprints, for the sets of texture coordinates that the material reads
+    /// (Akenine-Möller et al., "Texture Level of Detail Strategies for Real-Time Ray Tracing",
+    /// 2019): by the areas of a mesh's triangles, of shapes by how fast u grows. A spot on a
+    /// slanted surface counts as wide as it is long.
     #[inline(never)]
-    pub(super) fn cover(&mut self, scene: &Prepared<R>, cone: &Cone<R>, leg: &PathSegment<R>, hit: &Hit<R>) {
+    pub(super) fn cover(
+        &mut self,
+        scene: &Prepared<R>,
+        cone: &Cone<R>,
+        leg: &PathSegment<R>,
+        hit: &Hit<R>,
+    ) {
         let record = &scene.objects[self.object as usize];
         if !record.coordinates && record.mesh.as_ref().is_none_or(|mesh| mesh.sets == 0) {
             return;
@@ -24,7 +32,12 @@ impl<R: Real> Interaction<R> {
         let width = (cone.width + cone.spread * (leg.before + self.distance)).to_f64();
         let spot = width / self.direction.dot(self.surface.normal).to_f64().abs();
         let Some(mesh) = &record.mesh else {
-            let along = scene.geometry.parameters(&leg.ray, hit).dpdu.to_f64().length();
+            let along = scene
+                .geometry
+                .parameters(&leg.ray, hit)
+                .dpdu
+                .to_f64()
+                .length();
             self.footprint.fill(R::from_f64(spot / along));
             return;
         };
@@ -32,7 +45,8 @@ impl<R: Real> Interaction<R> {
         let corners = data.indices[hit.primitive as usize].map(|i| i as usize);
         let [a, b, c] = corners.map(|i| data.positions.at(i));
         let (own, [x, y, z]) = ((b - a).cross(c - a), mesh.normals_at(scene, leg, hit));
-        // The area vector in the world: its map's cofactors are those of normals, times its determinant.
+        // The area vector in the world: its map's cofactors are those of normals, times its
+        // determinant.
         let area = ((x * own.x + y * own.y + z * own.z) / x.dot(y.cross(z))).length();
         for set in (0..self.footprint.len()).filter(|set| mesh.sets >> set & 1 != 0) {
             let own = match data.uvs.get(set).filter(|uvs| !uvs.is_empty()) {

@@ -1,4 +1,5 @@
-//! What camera rays hit first: asked together where they leave one point, and shown by the layers beside the colour.
+//! What camera rays hit first: asked together where they leave one point, and shown by the layers
+//! beside the colour.
 
 use raywright_bvh::{Hit, Interval, PacketBackoff, Ray, RayPacket, Real, Vector};
 
@@ -18,8 +19,8 @@ pub(crate) struct FirstHit {
 }
 
 impl FirstHit {
-    /// Out of line, and with a surface point of its own: a picture without such layers has only the question in its loop, and
-    /// its surface points stay in registers.
+    /// Out of line, and with a surface point of its own: a picture without such layers has only the
+    /// question in its loop, and its surface points stay in registers.
     #[inline(never)]
     pub(super) fn new<R: Real>(scene: &Prepared<R>, leg: &PathSegment<R>, hit: &Hit<R>) -> Self {
         let at = Interaction::of(scene, leg, hit);
@@ -41,8 +42,14 @@ impl FirstHit {
 
     /// The first hit of a camera ray that is followed no further; none for the sky.
     pub(super) fn of_ray<R: Real>(scene: &Prepared<R>, ray: Ray<R>) -> Option<Self> {
-        let leg = PathSegment { ray, ..PathSegment::of_camera(scene) };
-        let range = Interval { min: scene.least_distances().camera - leg.ahead, max: R::INFINITY };
+        let leg = PathSegment {
+            ray,
+            ..PathSegment::of_camera(scene)
+        };
+        let range = Interval {
+            min: scene.least_distances().camera - leg.ahead,
+            max: R::INFINITY,
+        };
         let hit = scene.geometry.closest(&ray, range, &mut ())?;
         Some(Self::new(scene, &leg, &hit))
     }
@@ -65,16 +72,32 @@ impl<R: Real> FirstHits<R> {
 
     /// Intersects camera rays that leave one point at one time; no others.
     pub fn intersect(&mut self, scene: &Prepared<R>, rays: &[Ray<R>]) {
-        let Self { directions, hits, backoff } = self;
+        let Self {
+            directions,
+            hits,
+            backoff,
+        } = self;
         hits.clear();
         let Some(first) = rays.first() else { return };
-        if !rays.iter().all(|ray| ray.origin == first.origin && ray.time == first.time) {
+        if !rays
+            .iter()
+            .all(|ray| ray.origin == first.origin && ray.time == first.time)
+        {
             return;
         }
         directions.clear();
         directions.extend(rays.iter().map(|ray| ray.direction));
-        let range = Interval { min: scene.least_distances().camera - scene.camera.ahead(), max: R::INFINITY };
-        let asked = RayPacket { origin: first.origin, directions, time: first.time, culls: first.culls, range };
+        let range = Interval {
+            min: scene.least_distances().camera - scene.camera.ahead(),
+            max: R::INFINITY,
+        };
+        let asked = RayPacket {
+            origin: first.origin,
+            directions,
+            time: first.time,
+            culls: first.culls,
+            range,
+        };
         scene.geometry.closest_from(&asked, backoff, hits);
     }
 }

@@ -1,5 +1,6 @@
-//! The shading frame of an interaction, for who asks: along the texture coordinates, where rough surfaces are combed and normal maps
-//! lie. Nothing of it is stored, so a picture that needs none pays for none.
+//! The shading frame of an interaction, for who asks: along the texture coordinates, where rough
+//! surfaces are combed and normal maps lie. Nothing of it is stored, so a picture that needs none
+//! pays for none.
 
 use glam::DVec3;
 use raywright_bvh::{Hit, Real, Vector};
@@ -11,9 +12,9 @@ use crate::prepare::{MeshUse, Prepared};
 use crate::scene::MeshData;
 
 impl<R: Real> Interaction<R> {
-    /// The frame about the shading normal whose tangent goes as the first texture coordinate grows, or that of an image that bends
-    /// normals. The bitangent is up in an
-    /// image there: the frame is left-handed where the image is seen mirrored, as from behind, or by a mirroring map.
+    /// The frame about the shading normal whose tangent goes as the first texture coordinate grows,
+    /// or that of an image that bends normals. The bitangent is up in an image there: the frame is
+    /// left-handed where the image is seen mirrored, as from behind, or by a mirroring map.
     pub fn frame(&self, scene: &Prepared<R>, leg: &PathSegment<R>, hit: &Hit<R>) -> Frame<R> {
         let (along, mirrored) = self.along(scene, leg, hit);
         Frame::along(self.normal, along, mirrored)
@@ -21,7 +22,12 @@ impl<R: Real> Interaction<R> {
 
     /// The unit direction along which its tangent goes, and whether it is left-handed.
     #[inline(always)]
-    pub fn along(&self, scene: &Prepared<R>, leg: &PathSegment<R>, hit: &Hit<R>) -> (R::Vec3, bool) {
+    pub fn along(
+        &self,
+        scene: &Prepared<R>,
+        leg: &PathSegment<R>,
+        hit: &Hit<R>,
+    ) -> (R::Vec3, bool) {
         let (along, mirrored) = match &scene.objects[self.object as usize].mesh {
             Some(mesh) => {
                 let (own, area) = scene.tangent(mesh, hit);
@@ -33,21 +39,38 @@ impl<R: Real> Interaction<R> {
             }
         };
         let from_behind = self.normal.dot(self.surface.normal) < R::ZERO;
-        (R::Vec3::from_f64(along.normalize_or_zero()), mirrored != from_behind)
+        (
+            R::Vec3::from_f64(along.normalize_or_zero()),
+            mirrored != from_behind,
+        )
     }
 }
 
 impl<R: Real> MeshUse<R> {
     /// The columns of the map that takes the mesh's normals to the world where a ray hit it.
-    pub(super) fn normals_at(&self, scene: &Prepared<R>, leg: &PathSegment<R>, hit: &Hit<R>) -> [DVec3; 3] {
-        let turned = |axis: DVec3| scene.geometry.normal(&leg.ray, hit, R::Vec3::from_f64(axis)).to_f64();
-        if self.turns { [DVec3::X, DVec3::Y, DVec3::Z].map(turned) } else { self.normals.map(Vector::to_f64) }
+    pub(super) fn normals_at(
+        &self,
+        scene: &Prepared<R>,
+        leg: &PathSegment<R>,
+        hit: &Hit<R>,
+    ) -> [DVec3; 3] {
+        let turned = |axis: DVec3| {
+            scene
+                .geometry
+                .normal(&leg.ray, hit, R::Vec3::from_f64(axis))
+                .to_f64()
+        };
+        if self.turns {
+            [DVec3::X, DVec3::Y, DVec3::Z].map(turned)
+        } else {
+            self.normals.map(Vector::to_f64)
+        }
     }
 }
 
 impl<R: Real> Prepared<R> {
-    /// The way in a mesh's own space in which the texture coordinate grows where a ray hit it, of any length, and whether an
-    /// image is seen mirrored there from outside.
+    /// The way in a mesh's own space in which the texture coordinate grows where a ray hit it, of
+    /// any length, and whether an image is seen mirrored there from outside.
     fn tangent(&self, mesh: &MeshUse<R>, hit: &Hit<R>) -> (DVec3, bool) {
         let data = &self.meshes[mesh.mesh as usize];
         let corners = data.indices[hit.primitive as usize].map(|i| i as usize);
@@ -56,19 +79,30 @@ impl<R: Real> Prepared<R> {
             None if !data.tangents.is_empty() => corners.map(|i| data.tangents[i]),
             None => return along_first(data, corners),
         };
-        let (u, v) = if mesh.flipped { (hit.v, hit.u) } else { (hit.u, hit.v) };
+        let (u, v) = if mesh.flipped {
+            (hit.v, hit.u)
+        } else {
+            (hit.u, hit.v)
+        };
         let weights = [R::ONE - u - v, u, v].map(Real::to_f64);
-        let at = |k: usize| (0..3).map(|i| weights[i] * f64::from(tangents[i][k])).sum::<f64>();
+        let at = |k: usize| {
+            (0..3)
+                .map(|i| weights[i] * f64::from(tangents[i][k]))
+                .sum::<f64>()
+        };
         (DVec3::new(at(0), at(1), at(2)), at(3) < 0.0)
     }
 }
 
-/// The way in which the first coordinate grows on a triangle of a mesh, and whether an image is seen mirrored there. Without a
-/// first set it is what [`Interaction`] reads: the weight of the second corner.
+/// The way in which the first coordinate grows on a triangle of a mesh, and whether an image is
+/// seen mirrored there. Without a first set it is what [`Interaction`] reads: the weight of the
+/// second corner.
 fn along_first(data: &MeshData, corners: [usize; 3]) -> (DVec3, bool) {
     let [a, b, c] = corners.map(|i| data.positions.at(i));
     let set = data.uvs.first().filter(|set| !set.is_empty());
-    let [p, q, r] = set.map_or([[0.0, 0.0], [1.0, 0.0], [0.0, 1.0]], |set| corners.map(|i| set[i].map(f64::from)));
+    let [p, q, r] = set.map_or([[0.0, 0.0], [1.0, 0.0], [0.0, 1.0]], |set| {
+        corners.map(|i| set[i].map(f64::from))
+    });
     let ([u1, v1], [u2, v2]) = ([q[0] - p[0], q[1] - p[1]], [r[0] - p[0], r[1] - p[1]]);
     let area = u1 * v2 - u2 * v1;
     if area == 0.0 {
@@ -78,9 +112,11 @@ fn along_first(data: &MeshData, corners: [usize; 3]) -> (DVec3, bool) {
     (((b - a) * v2 - (c - a) * v1) * area.signum(), area > 0.0)
 }
 
-/// A way in a mesh's own space in the world. `normals` are the columns of the map that takes normals there.
+/// A way in a mesh's own space in the world. `normals` are the columns of the map that takes
+/// normals there.
 fn to_world([x, y, z]: [DVec3; 3], own: DVec3, mirrored: bool) -> (DVec3, bool) {
-    // The map's linear part is the inverse transpose of that of normals, so but for the determinant its cofactors.
+    // The map's linear part is the inverse transpose of that of normals, so but for the determinant
+    // its cofactors.
     let mapped = y.cross(z) * own.x + z.cross(x) * own.y + x.cross(y) * own.z;
     let mirrors = x.dot(y.cross(z)) < 0.0;
     (if mirrors { -mapped } else { mapped }, mirrored != mirrors)
@@ -102,33 +138,53 @@ mod tests {
             "meshes": [{ "name": "leaf", "source": { "inline": data } }],
         }))
         .expect("a scene");
-        let settings = Settings { size: [1, 1], ..Settings::of(&scene) };
-        let prepared = Prepared::<R>::new(&scene, &settings, EffectSet::ALL, &()).expect("it can be prepared");
+        let settings = Settings {
+            size: [1, 1],
+            ..Settings::of(&scene)
+        };
+        let prepared =
+            Prepared::<R>::new(&scene, &settings, EffectSet::ALL, &()).expect("it can be prepared");
         let [origin, direction] = [origin, direction.normalize()].map(R::Vec3::from_f64);
         let leg = PathSegment::of(Ray::new(origin, direction));
-        let hit = prepared.geometry.closest(&leg.ray, Interval::positive(), &mut ()).expect("a hit");
+        let hit = prepared
+            .geometry
+            .closest(&leg.ray, Interval::positive(), &mut ())
+            .expect("a hit");
         let at = Interaction::of(&prepared, &leg, &hit);
         let frame = at.frame(&prepared, &leg, &hit);
         [frame.tangent, frame.bitangent, frame.normal].map(Vector::to_f64)
     }
 
-    /// The frame is this one, in every precision, and its directions are unit and across each other.
+    /// The frame is this one, in every precision, and its directions are unit and across each
+    /// other.
     #[track_caller]
     fn is(object: Value, data: &Value, ray: [DVec3; 2], tangent: DVec3, bitangent: DVec3) {
         let found = [frame::<f32>, frame::<f64>].map(|frame| frame(&object, data, ray));
         for (found, tolerance) in found.into_iter().zip([1e-5, 1e-9]) {
             let [t, b, n] = found;
-            assert!(t.distance(tangent.normalize()) < tolerance, "{object}: tangent {t:?}, not {:?}", tangent.normalize());
-            assert!(b.distance(bitangent.normalize()) < tolerance, "{object}: bitangent {b:?}, not {:?}", bitangent.normalize());
+            assert!(
+                t.distance(tangent.normalize()) < tolerance,
+                "{object}: tangent {t:?}, not {:?}",
+                tangent.normalize()
+            );
+            assert!(
+                b.distance(bitangent.normalize()) < tolerance,
+                "{object}: bitangent {b:?}, not {:?}",
+                bitangent.normalize()
+            );
             for (one, other) in [(t, b), (b, n), (n, t)] {
-                assert!((one.length() - 1.0).abs() < tolerance && one.dot(other).abs() < tolerance, "{object}: {found:?}");
+                assert!(
+                    (one.length() - 1.0).abs() < tolerance && one.dot(other).abs() < tolerance,
+                    "{object}: {found:?}"
+                );
             }
         }
     }
 
     /// A triangle in the plane z = 0, seen from +z, and its coordinates if it has any.
     fn leaf(uvs: Option<Value>) -> Value {
-        let mut data = json!({ "positions": [[0, 0, 0], [3, 0, 0], [0, 3, 0]], "indices": [[0, 1, 2]] });
+        let mut data =
+            json!({ "positions": [[0, 0, 0], [3, 0, 0], [0, 3, 0]], "indices": [[0, 1, 2]] });
         if let Some(uvs) = uvs {
             data["uvs"] = json!([uvs]);
         }
@@ -138,33 +194,77 @@ mod tests {
     const ONTO: [DVec3; 2] = [DVec3::new(0.5, 0.5, 4.0), DVec3::NEG_Z];
     const MIRRORED: [f64; 3] = [-1.0, 1.0, 1.0];
 
-    /// Protects: on a sphere the tangent is east and the bitangent north, from within mirrored; on a floor x and −z; stretched,
-    /// turned and mirrored as maps do it.
+    /// Protects: on a sphere the tangent is east and the bitangent north, from within mirrored; on
+    /// a floor x and −z; stretched, turned and mirrored as maps do it.
     #[test]
     fn frames_of_shapes() {
         let shape = |shape: Value, steps: Value| json!({ "shape": shape, "material": "paint", "transform": steps });
-        let ball = |steps| shape(json!({ "sphere": { "centre": [0, 0, 0], "radius": 1 } }), steps);
+        let ball = |steps| {
+            shape(
+                json!({ "sphere": { "centre": [0, 0, 0], "radius": 1 } }),
+                steps,
+            )
+        };
         let none = leaf(None);
         let n = DVec3::new(0.48, 0.6, 0.64);
-        let (east, north) = (DVec3::new(n.z, 0.0, -n.x), DVec3::new(-n.x * n.y, n.x * n.x + n.z * n.z, -n.z * n.y));
+        let (east, north) = (
+            DVec3::new(n.z, 0.0, -n.x),
+            DVec3::new(-n.x * n.y, n.x * n.x + n.z * n.z, -n.z * n.y),
+        );
         is(ball(json!([])), &none, [n * 3.0, -n], east, north);
         is(ball(json!([])), &none, [DVec3::ZERO, n], east, north);
-        is(ball(json!([{ "rotate": { "axis": [0, 1, 0], "degrees": 90 } }])), &none, [n * 3.0, -n], east, north);
-        is(ball(json!([{ "scale": MIRRORED }])), &none, [n * 3.0, -n], -east, north);
+        is(
+            ball(json!([{ "rotate": { "axis": [0, 1, 0], "degrees": 90 } }])),
+            &none,
+            [n * 3.0, -n],
+            east,
+            north,
+        );
+        is(
+            ball(json!([{ "scale": MIRRORED }])),
+            &none,
+            [n * 3.0, -n],
+            -east,
+            north,
+        );
         // Stretched along x by 2: the point over n/(2, 1, 1), whose normal leans.
         let stretched = ball(json!([{ "scale": [2, 1, 1] }]));
         let (at, normal) = (n * DVec3::new(2.0, 1.0, 1.0), n * DVec3::new(0.5, 1.0, 1.0));
         let along = east * DVec3::new(2.0, 1.0, 1.0);
-        is(stretched, &none, [at + normal, -normal], along, normal.cross(along));
-        let floor = |steps| shape(json!({ "plane": { "point": [0, 0, 0], "normal": [0, 1, 0] } }), steps);
+        is(
+            stretched,
+            &none,
+            [at + normal, -normal],
+            along,
+            normal.cross(along),
+        );
+        let floor = |steps| {
+            shape(
+                json!({ "plane": { "point": [0, 0, 0], "normal": [0, 1, 0] } }),
+                steps,
+            )
+        };
         let down = [DVec3::new(0.5, 2.0, 0.25), DVec3::NEG_Y];
         is(floor(json!([])), &none, down, DVec3::X, DVec3::NEG_Z);
-        is(floor(json!([{ "scale": MIRRORED }])), &none, down, DVec3::NEG_X, DVec3::NEG_Z);
-        is(floor(json!([])), &none, [-down[0], DVec3::Y], DVec3::X, DVec3::NEG_Z);
+        is(
+            floor(json!([{ "scale": MIRRORED }])),
+            &none,
+            down,
+            DVec3::NEG_X,
+            DVec3::NEG_Z,
+        );
+        is(
+            floor(json!([])),
+            &none,
+            [-down[0], DVec3::Y],
+            DVec3::X,
+            DVec3::NEG_Z,
+        );
     }
 
-    /// Protects: on a mesh the tangent goes as u of its own coordinates grows and the bitangent against v, whatever the order of
-    /// corners, the map and the side; without coordinates they are the weights of the corners.
+    /// Protects: on a mesh the tangent goes as u of its own coordinates grows and the bitangent
+    /// against v, whatever the order of corners, the map and the side; without coordinates they are
+    /// the weights of the corners.
     #[test]
     fn frames_of_meshes() {
         let shown = |steps: Value| json!({ "shape": { "mesh": "leaf" }, "material": "paint", "transform": steps });
@@ -172,26 +272,67 @@ mod tests {
         // u = x/3, v = 1 − y/3: an image upright and unmirrored.
         let upright = || leaf(Some(json!([[0, 1], [1, 1], [0, 0]])));
         is(plain(), &upright(), ONTO, DVec3::X, DVec3::Y);
-        is(plain(), &upright(), [-ONTO[0] + DVec3::new(1.0, 1.0, 0.0), DVec3::Z], DVec3::X, DVec3::Y);
+        is(
+            plain(),
+            &upright(),
+            [-ONTO[0] + DVec3::new(1.0, 1.0, 0.0), DVec3::Z],
+            DVec3::X,
+            DVec3::Y,
+        );
         // u = 1 − x/3: mirrored.
-        is(plain(), &leaf(Some(json!([[1, 1], [0, 1], [1, 0]]))), ONTO, DVec3::NEG_X, DVec3::Y);
-        // u = (x + y)/3, v = y/3: dp/dv is not across dp/du, along (−1, 1), and the bitangent is across the tangent.
-        is(plain(), &leaf(Some(json!([[0, 0], [1, 0], [1, 1]]))), ONTO, DVec3::X, DVec3::NEG_Y);
+        is(
+            plain(),
+            &leaf(Some(json!([[1, 1], [0, 1], [1, 0]]))),
+            ONTO,
+            DVec3::NEG_X,
+            DVec3::Y,
+        );
+        // u = (x + y)/3, v = y/3: dp/dv is not across dp/du, along (−1, 1), and the bitangent is
+        // across the tangent.
+        is(
+            plain(),
+            &leaf(Some(json!([[0, 0], [1, 0], [1, 1]]))),
+            ONTO,
+            DVec3::X,
+            DVec3::NEG_Y,
+        );
         is(plain(), &leaf(None), ONTO, DVec3::X, DVec3::NEG_Y);
         // Mirrored in x: the triangle is turned over so that it is still seen from +z.
         let over = [ONTO[0] * DVec3::new(-1.0, 1.0, 1.0), ONTO[1]];
-        is(shown(json!([{ "scale": MIRRORED }])), &upright(), over, DVec3::NEG_X, DVec3::Y);
-        is(shown(json!([{ "scale": MIRRORED }])), &leaf(None), over, DVec3::NEG_X, DVec3::NEG_Y);
+        is(
+            shown(json!([{ "scale": MIRRORED }])),
+            &upright(),
+            over,
+            DVec3::NEG_X,
+            DVec3::Y,
+        );
+        is(
+            shown(json!([{ "scale": MIRRORED }])),
+            &leaf(None),
+            over,
+            DVec3::NEG_X,
+            DVec3::NEG_Y,
+        );
         // Sheared along y by x: x goes to (1, 1, 0); normals stay.
         let sheared = json!([{ "matrix": [[1, 0, 0, 0], [1, 1, 0, 0], [0, 0, 1, 0]] }]);
         let [t, b] = [DVec3::new(1.0, 1.0, 0.0), DVec3::new(-1.0, 1.0, 0.0)];
-        is(shown(sheared), &upright(), [ONTO[0] + DVec3::Y * 0.5, ONTO[1]], t, b);
+        is(
+            shown(sheared),
+            &upright(),
+            [ONTO[0] + DVec3::Y * 0.5, ONTO[1]],
+            t,
+            b,
+        );
         // Coordinates without an area say nothing: any frame is right.
         let [t, b, n] = frame::<f32>(&plain(), &leaf(Some(json!([[0, 0], [1, 1], [2, 2]]))), ONTO);
-        assert!(t.cross(b).distance(n) < 1e-6 && t.dot(n).abs() < 1e-6, "{t:?} {b:?} {n:?}");
+        assert!(
+            t.cross(b).distance(n) < 1e-6 && t.dot(n).abs() < 1e-6,
+            "{t:?} {b:?} {n:?}"
+        );
     }
 
-    /// Protects: the tangent lies across the shading normal, which may lean from the surface's: here by 37° along x.
+    /// Protects: the tangent lies across the shading normal, which may lean from the surface's:
+    /// here by 37° along x.
     #[test]
     fn frames_follow_the_shading_normal() {
         let mut data = leaf(Some(json!([[0, 1], [1, 1], [0, 0]])));
@@ -203,22 +344,39 @@ mod tests {
     /// Protects: the tangent of an instance that turns on its way is that of the ray's time.
     #[test]
     fn frames_of_what_moves() {
-        let matrix = |lean: f64| json!([{ "matrix": [[1, 0, 0, 0], [lean, 1, 0, 0], [0, 0, 1, 0]] }]);
+        let matrix =
+            |lean: f64| json!([{ "matrix": [[1, 0, 0, 0], [lean, 1, 0, 0], [0, 0, 1, 0]] }]);
         let scene: Scene = serde_json::from_value(json!({
             "format": 1, "materials": [{ "name": "paint", "model": { "physical": {} } }],
             "objects": [{ "shape": { "mesh": "leaf" }, "material": "paint", "transform": matrix(0.0), "transform_end": matrix(2.0) }],
             "meshes": [{ "name": "leaf", "source": { "inline": leaf(Some(json!([[0, 1], [1, 1], [0, 0]]))) } }],
         }))
         .expect("a scene");
-        let settings = Settings { size: [1, 1], ..Settings::of(&scene) };
-        let prepared = Prepared::<f32>::new(&scene, &settings, EffectSet::ALL, &()).expect("it can be prepared");
-        for (time, tangent) in [(0.0, DVec3::X), (0.5, DVec3::new(1.0, 1.0, 0.0)), (1.0, DVec3::new(1.0, 2.0, 0.0))] {
-            let leg = PathSegment::of(Ray::new(glam::Vec3::new(0.5, 0.5 + time, 4.0), glam::Vec3::NEG_Z).at_time(time));
-            let hit = prepared.geometry.closest(&leg.ray, Interval::positive(), &mut ()).expect("a hit");
+        let settings = Settings {
+            size: [1, 1],
+            ..Settings::of(&scene)
+        };
+        let prepared = Prepared::<f32>::new(&scene, &settings, EffectSet::ALL, &())
+            .expect("it can be prepared");
+        for (time, tangent) in [
+            (0.0, DVec3::X),
+            (0.5, DVec3::new(1.0, 1.0, 0.0)),
+            (1.0, DVec3::new(1.0, 2.0, 0.0)),
+        ] {
+            let leg = PathSegment::of(
+                Ray::new(glam::Vec3::new(0.5, 0.5 + time, 4.0), glam::Vec3::NEG_Z).at_time(time),
+            );
+            let hit = prepared
+                .geometry
+                .closest(&leg.ray, Interval::positive(), &mut ())
+                .expect("a hit");
             let frame = Interaction::of(&prepared, &leg, &hit).frame(&prepared, &leg, &hit);
             let [t, b] = [frame.tangent, frame.bitangent].map(|v| v.as_dvec3());
             let (tangent, across) = (tangent.normalize(), DVec3::Z.cross(tangent).normalize());
-            assert!(t.distance(tangent) < 1e-6 && b.distance(across) < 1e-6, "at {time}: {t:?} {b:?}");
+            assert!(
+                t.distance(tangent) < 1e-6 && b.distance(across) < 1e-6,
+                "at {time}: {t:?} {b:?}"
+            );
         }
     }
 
@@ -233,15 +391,25 @@ mod tests {
             "meshes": [{ "name": "leaf", "source": { "inline": upright } }],
         }))
         .expect("a scene");
-        let settings = Settings { size: [1, 1], ..Settings::of(&scene) };
-        let prepared = Prepared::<f32>::new(&scene, &settings, EffectSet::ALL, &()).expect("it can be prepared");
+        let settings = Settings {
+            size: [1, 1],
+            ..Settings::of(&scene)
+        };
+        let prepared = Prepared::<f32>::new(&scene, &settings, EffectSet::ALL, &())
+            .expect("it can be prepared");
         assert_eq!(prepared.geometry.instance_count(), 2);
         for (x, tangent) in [(0.5, DVec3::X), (-1.5, DVec3::NEG_X)] {
             let leg = PathSegment::of(Ray::new(glam::Vec3::new(x, 0.5, 4.0), glam::Vec3::NEG_Z));
-            let hit = prepared.geometry.closest(&leg.ray, Interval::positive(), &mut ()).expect("a hit");
+            let hit = prepared
+                .geometry
+                .closest(&leg.ray, Interval::positive(), &mut ())
+                .expect("a hit");
             let frame = Interaction::of(&prepared, &leg, &hit).frame(&prepared, &leg, &hit);
             let [t, b] = [frame.tangent, frame.bitangent].map(|v| v.as_dvec3());
-            assert!(t.distance(tangent) < 1e-6 && b.distance(DVec3::Y) < 1e-6, "at {x}: {t:?} {b:?}");
+            assert!(
+                t.distance(tangent) < 1e-6 && b.distance(DVec3::Y) < 1e-6,
+                "at {x}: {t:?} {b:?}"
+            );
         }
     }
 }

@@ -1,5 +1,6 @@
-//! From camera rays to what they bring: Whitted ray tracing (Whitted, "An Improved Illumination Model for Shaded Display", 1980) in
-//! [`whitted`], and path tracing in [`path_tracing`]. Two types behind one small trait; what both ask of a scene is beside them.
+//! From camera rays to what they bring: Whitted ray tracing (Whitted, "An Improved Illumination
+//! Model for Shaded Display", 1980) in [`whitted`], and path tracing in [`path_tracing`]. Two types
+//! behind one small trait; what both ask of a scene is beside them.
 
 mod bump;
 mod cone;
@@ -51,7 +52,8 @@ pub(crate) struct CameraRays<'a, R: Real> {
 #[derive(Debug, Default)]
 pub(crate) struct PathResults<R: Real> {
     pub paths: Vec<PathResult<R>>,
-    /// What each ray hit first, none for the sky, and what it saw without light from elsewhere; empty where layers ask for neither.
+    /// What each ray hit first, none for the sky, and what it saw without light from elsewhere;
+    /// empty where layers ask for neither.
     pub first_hits: Vec<Option<FirstHit>>,
     pub direct: Vec<R::Vec3>,
 }
@@ -76,7 +78,12 @@ pub(crate) trait LightTransport<'a, R: Real> {
     const BATCH: usize;
 
     /// For paths of so many segments. `keeps_first`: whether layers ask what camera rays hit first.
-    fn new(scene: &'a Prepared<R>, max_depth: u32, keeps_first: bool, observer: &'a dyn Observer) -> Self;
+    fn new(
+        scene: &'a Prepared<R>,
+        max_depth: u32,
+        keeps_first: bool,
+        observer: &'a dyn Observer,
+    ) -> Self;
 
     /// Finds what camera rays bring, in place of what `out` held.
     fn trace(&mut self, rays: CameraRays<'_, R>, out: &mut PathResults<R>);
@@ -92,7 +99,8 @@ pub(crate) trait LightTransport<'a, R: Real> {
         false
     }
 
-    /// Which lights lit anything, once all is traced; nothing is known of them where it does not count.
+    /// Which lights lit anything, once all is traced; nothing is known of them where it does not
+    /// count.
     fn into_light_usage(self) -> LightUsage
     where
         Self: Sized,

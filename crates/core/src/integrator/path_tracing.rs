@@ -1,9 +1,11 @@
-//! Path tracing (Kajiya, "The Rendering Equation", 1986): at each vertex a path asks one light and goes on in one direction, both
-//! drawn by chance, and what both ways find of the same light is combined by multiple importance sampling (Veach, Guibas, "Optimally
-//! Combining Sampling Techniques for Monte Carlo Rendering", 1995). In the mean it is right whatever the chances are, but for the
-//! paths that are longer than the scene allows.
+//! Path tracing (Kajiya, "The Rendering Equation", 1986): at each vertex a path asks one light and
+//! goes on in one direction, both drawn by chance, and what both ways find of the same light is
+//! combined by multiple importance sampling (Veach, Guibas, "Optimally Combining Sampling
+//! Techniques for Monte Carlo Rendering", 1995). In the mean it is right whatever the chances are,
+//! but for the paths that are longer than the scene allows.
 //!
-//! A path's state is numbers alone ([`PathState`]), and what one more segment makes of it does not know which others go beside it.
+//! A path's state is numbers alone ([`PathState`]), and what one more segment makes of it does not
+//! know which others go beside it.
 
 mod arrival;
 mod classic;
@@ -47,7 +49,8 @@ pub(crate) struct PathTracer<'a, R: Real> {
     scene: &'a Prepared<R>,
     counters: Counters,
     usage: LightUsage,
-    /// Whether the first hits of camera rays are kept, the one of the path at hand, and what that saw without light from elsewhere.
+    /// Whether the first hits of camera rays are kept, the one of the path at hand, and what that
+    /// saw without light from elsewhere.
     keeps_first: bool,
     first: Option<FirstHit>,
     direct: R::Vec3,
@@ -101,8 +104,9 @@ impl<'a, R: Real> LightTransport<'a, R> for PathTracer<'a, R> {
     }
 }
 
-/// Density of a direction, over solid angle, from which on a lobe counts as a mirror: it is seven times narrower than the sun's disc, which has
-/// a 14,700th of a unit, so that of directions drawn towards a light hardly any has a share in what the lobe finds.
+/// Density of a direction, over solid angle, from which on a lobe counts as a mirror: it is seven
+/// times narrower than the sun's disc, which has a 14,700th of a unit, so that of directions drawn
+/// towards a light hardly any has a share in what the lobe finds.
 const NARROW: f64 = 1e5;
 
 /// Where a path is: all that its next segment depends on.
@@ -120,7 +124,8 @@ struct PathState<R: Real> {
     draws: VertexSamples,
     /// Segments traced so far.
     traced: u32,
-    /// How many of them it came to unchanged by a border of equal media, and the surfaces that it passed unchanged in all.
+    /// How many of them it came to unchanged by a border of equal media, and the surfaces that it
+    /// passed unchanged in all.
     matched: u32,
     passages: u32,
     /// Whether it has met a surface.
@@ -133,7 +138,8 @@ struct PathState<R: Real> {
     media: Media,
     /// Where the ray left, and how.
     previous: PreviousVertex<R>,
-    /// The one wavelength, in nanometres, by which a path goes on that was bent apart; none: it is white.
+    /// The one wavelength, in nanometres, by which a path goes on that was bent apart; none: it is
+    /// white.
     wavelength: Option<f64>,
 }
 
@@ -146,14 +152,16 @@ struct VertexSamples {
     scatter: [f32; 4],
 }
 
-/// How a ray left its vertex: what it takes to know how else the light at its end could have been found.
+/// How a ray left its vertex: what it takes to know how else the light at its end could have been
+/// found.
 #[derive(Clone, Copy, Debug)]
 struct PreviousVertex<R: Real> {
-    /// The vertex, and the normal there on the side that the path came from; zero where light comes from both.
+    /// The vertex, and the normal there on the side that the path came from; zero where light comes
+    /// from both.
     from: R::Vec3,
     normal: R::Vec3,
-    /// Density over solid angle of the direction; infinite where no light could have been drawn instead: for rays of the camera, and
-    /// of lobes without a density.
+    /// Density over solid angle of the direction; infinite where no light could have been drawn
+    /// instead: for rays of the camera, and of lobes without a density.
     density: f64,
 }
 
@@ -162,7 +170,10 @@ impl<R: Real> PathTracer<'_, R> {
     #[inline(always)]
     fn camera_path(&self, ray: Ray<R>, address: Address) -> PathState<R> {
         PathState {
-            leg: PathSegment { ray, ..PathSegment::of_camera(self.scene) },
+            leg: PathSegment {
+                ray,
+                ..PathSegment::of_camera(self.scene)
+            },
             throughput: Vector::ONE,
             radiance: Vector::ZERO,
             address,
@@ -175,7 +186,11 @@ impl<R: Real> PathTracer<'_, R> {
             shadow: R::ZERO,
             spread: f64::INFINITY,
             media: self.media,
-            previous: PreviousVertex { from: ray.origin, normal: ray.direction, density: f64::INFINITY },
+            previous: PreviousVertex {
+                from: ray.origin,
+                normal: ray.direction,
+                density: f64::INFINITY,
+            },
             wavelength: None,
         }
     }
@@ -192,7 +207,10 @@ impl<R: Real> PathTracer<'_, R> {
     fn pass(&mut self, path: &mut PathState<R>, at: &Interaction<R>) -> bool {
         path.address.bounce += 1;
         let rest = path.leg.rest;
-        let ray = Ray { culls: path.leg.ray.culls, ..self.scene.spawn(at, at.direction, -R::ONE) };
+        let ray = Ray {
+            culls: path.leg.ray.culls,
+            ..self.scene.spawn(at, at.direction, -R::ONE)
+        };
         path.leg.go_on(&ray, rest);
         self.counts_passage(path)
     }

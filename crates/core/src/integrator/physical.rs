@@ -21,7 +21,11 @@ impl<R: Real> PhysicalInputs<R> {
     pub fn base_at(&self, here: &ShadingContext<'_, R>) -> R::Vec3 {
         let colour = self.base.tint(here, R::Vec3::ONE);
         let [r, g, b, _] = here.at.colour;
-        if self.vertex_colours { colour * R::Vec3::new(r, g, b) } else { colour }
+        if self.vertex_colours {
+            colour * R::Vec3::new(r, g, b)
+        } else {
+            colour
+        }
     }
 
     /// Its index of refraction at a point.
@@ -44,7 +48,12 @@ impl<R: Real> PhysicalInputs<R> {
             let share = transmission.share_at(here);
             // Nothing bends in a thin wall; Whitted's rules have it reflect nothing either.
             let ior = if self.thin { 1.0 } else { boundary.ior };
-            (share > R::ZERO).then_some(Glass { share, ior, reflected: Vector::ONE, transmitted: base })
+            (share > R::ZERO).then_some(Glass {
+                share,
+                ior,
+                reflected: Vector::ONE,
+                transmitted: base,
+            })
         };
         MetallicRoughness {
             base,
@@ -58,8 +67,9 @@ impl<R: Real> PhysicalInputs<R> {
 
     /// Share of light that passes where a point of it is the occluder.
     pub fn passes_at(&self, here: &ShadingContext<'_, R>) -> R {
-        let through =
-            self.transmission.as_ref().map_or(R::ZERO, |transmission| transmission.of_light(transmission.share_at(here)));
+        let through = self.transmission.as_ref().map_or(R::ZERO, |transmission| {
+            transmission.of_light(transmission.share_at(here))
+        });
         R::ONE - self.alpha_at(here) * (R::ONE - through)
     }
 
@@ -67,10 +77,15 @@ impl<R: Real> PhysicalInputs<R> {
     pub fn alpha_at(&self, here: &ShadingContext<'_, R>) -> R {
         let alpha = || {
             let alpha = self.opacity.number(here);
-            if self.vertex_colours { alpha * here.at.colour[3] } else { alpha }
+            if self.vertex_colours {
+                alpha * here.at.colour[3]
+            } else {
+                alpha
+            }
         };
         match self.alpha {
-            // In f32, which is what files hold: alpha at the cutoff is at it in every precision, from whichever of the two it was rounded.
+            // In f32, which is what files hold: alpha at the cutoff is at it in every precision,
+            // from whichever of the two it was rounded.
             AlphaMode::Mask { cutoff } if (alpha().to_f64() as f32) < cutoff as f32 => R::ZERO,
             AlphaMode::Opaque | AlphaMode::Mask { .. } => R::ONE,
             AlphaMode::Blend => Real::clamp(alpha(), R::ZERO, R::ONE),

@@ -18,33 +18,68 @@ pub(crate) struct ShadowResult<R> {
 }
 
 impl<R: Real> Prepared<R> {
-    /// The ray from a surface to a light that it sees, and the range before it; none where they meet.
+    /// The ray from a surface to a light that it sees, and the range before it; none where they
+    /// meet.
     #[inline(always)]
-    pub(super) fn towards(&self, light: &LightSample<R>, at: &Interaction<R>) -> Option<(Ray<R>, Interval<R>)> {
+    pub(super) fn towards(
+        &self,
+        light: &LightSample<R>,
+        at: &Interaction<R>,
+    ) -> Option<(Ray<R>, Interval<R>)> {
         let (l, rules) = (light.direction, &self.rules);
         match (rules.spawn, &light.target) {
             // Surfaces are drawn and not points of a documented shader, whatever its rule.
             (_, Target::Surface(surface)) => at.surface.spawn_to_surface(surface),
-            (Spawn::ErrorBound, Target::Point(position) | Target::Middle { point: position, .. }) => {
-                at.surface.spawn_to(*position)
-            }
+            (
+                Spawn::ErrorBound,
+                Target::Point(position)
+                | Target::Middle {
+                    point: position, ..
+                },
+            ) => at.surface.spawn_to(*position),
             (Spawn::ErrorBound, Target::Infinity) => {
-                let range = Interval { min: R::ZERO, max: rules.shadow_max_distance };
+                let range = Interval {
+                    min: R::ZERO,
+                    max: rules.shadow_max_distance,
+                };
                 Some((Ray::new(at.surface.spawn(l), l), range))
             }
             // The documented shaders measure from the surface, also where the ray starts off it.
-            (Spawn::Constant { offset, shadow_min, .. }, target) => {
-                let max = if matches!(target, Target::Infinity) { rules.shadow_max_distance } else { at.distance_to(target) };
-                Some((Ray::new(at.surface.point + l * offset, l), Interval { min: shadow_min, max }))
+            (
+                Spawn::Constant {
+                    offset, shadow_min, ..
+                },
+                target,
+            ) => {
+                let max = if matches!(target, Target::Infinity) {
+                    rules.shadow_max_distance
+                } else {
+                    at.distance_to(target)
+                };
+                Some((
+                    Ray::new(at.surface.point + l * offset, l),
+                    Interval {
+                        min: shadow_min,
+                        max,
+                    },
+                ))
             }
         }
     }
 
-    /// A lamp as a point sees it that was drawn, and is to be seen by its middle where shadows are hard; none where it hides itself.
+    /// A lamp as a point sees it that was drawn, and is to be seen by its middle where shadows are
+    /// hard; none where it hides itself.
     #[inline(always)]
-    pub(super) fn aimed(&self, light: LightId, drawn: LightSample<R>, from: R::Vec3) -> Option<LightSample<R>> {
+    pub(super) fn aimed(
+        &self,
+        light: LightId,
+        drawn: LightSample<R>,
+        from: R::Vec3,
+    ) -> Option<LightSample<R>> {
         match light {
-            LightId::Emitter(emitter) if self.casts_hard(emitter) => self.lights.emitters.by_middle(emitter, drawn, from),
+            LightId::Emitter(emitter) if self.casts_hard(emitter) => {
+                self.lights.emitters.by_middle(emitter, drawn, from)
+            }
             _ => Some(drawn),
         }
     }
@@ -82,7 +117,10 @@ impl<R: Real> Prepared<R> {
                 &mut (),
             );
             let share = first.map_or(R::ONE, |hit| passes(self, ray, &hit));
-            return ShadowResult { share, distance: nearest };
+            return ShadowResult {
+                share,
+                distance: nearest,
+            };
         }
         let mut product = Transmittance::default();
         let blocked = self.geometry.any(
@@ -98,8 +136,15 @@ impl<R: Real> Prepared<R> {
             },
             &mut (),
         );
-        let share = if blocked { R::ZERO } else { R::from_f64(product.value()) };
-        ShadowResult { share, distance: nearest }
+        let share = if blocked {
+            R::ZERO
+        } else {
+            R::from_f64(product.value())
+        };
+        ShadowResult {
+            share,
+            distance: nearest,
+        }
     }
 }
 
@@ -108,14 +153,16 @@ impl<R: Real> Interaction<R> {
     pub(super) fn distance_to(&self, target: &Target<R>) -> R {
         match target {
             Target::Infinity => R::INFINITY,
-            Target::Point(target) | Target::Middle { point: target, .. } => (*target - self.surface.point).length(),
+            Target::Point(target) | Target::Middle { point: target, .. } => {
+                (*target - self.surface.point).length()
+            }
             Target::Surface(target) => (target.point - self.surface.point).length(),
         }
     }
 }
 
-/// A product of factors in 0..1 whose bits do not depend on their order, because occluders are met in the order of the
-/// accelerator: beyond the first factor, logarithms are summed as integers.
+/// A product of factors in 0..1 whose bits do not depend on their order, because occluders are met
+/// in the order of the accelerator: beyond the first factor, logarithms are summed as integers.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Transmittance {
     pub opaque: bool,
@@ -134,7 +181,9 @@ impl Transmittance {
         } else if share < 1.0 {
             self.count += 1;
             self.only = (self.count == 1).then_some(share);
-            self.logarithm = self.logarithm.saturating_add((Real::ln(share) * Self::UNIT) as i64);
+            self.logarithm = self
+                .logarithm
+                .saturating_add((Real::ln(share) * Self::UNIT) as i64);
         }
     }
 
@@ -172,11 +221,23 @@ mod tests {
         product.value()
     }
 
-    /// Protects: one occluder's share is exact, any order gives the same bits, and the value is the product.
+    /// Protects: one occluder's share is exact, any order gives the same bits, and the value is the
+    /// product.
     #[test]
     fn order_does_not_matter() {
-        assert_eq!((product(&[]), product(&[0.45]), product(&[1.0, 0.45]), product(&[0.45, 0.0])), (1.0, 0.45, 0.45, 0.0));
-        let (a, b) = (product(&[0.3, 0.7, 0.45, 0.9]), product(&[0.9, 0.45, 0.3, 0.7]));
+        assert_eq!(
+            (
+                product(&[]),
+                product(&[0.45]),
+                product(&[1.0, 0.45]),
+                product(&[0.45, 0.0])
+            ),
+            (1.0, 0.45, 0.45, 0.0)
+        );
+        let (a, b) = (
+            product(&[0.3, 0.7, 0.45, 0.9]),
+            product(&[0.9, 0.45, 0.3, 0.7]),
+        );
         assert_eq!(a.to_bits(), b.to_bits());
         assert!((a - 0.3 * 0.7 * 0.45 * 0.9).abs() < 1e-11);
     }

@@ -21,18 +21,32 @@ impl<R: Real> Prepared<R> {
     /// From what distances on hits of rays count under the scene's rule.
     pub(crate) fn least_distances(&self) -> LeastDistances<R> {
         match self.rules.spawn {
-            Spawn::ErrorBound => LeastDistances { camera: R::ZERO, secondary: R::ZERO },
-            Spawn::Constant { camera_min, secondary_min, .. } => LeastDistances { camera: camera_min, secondary: secondary_min },
+            Spawn::ErrorBound => LeastDistances {
+                camera: R::ZERO,
+                secondary: R::ZERO,
+            },
+            Spawn::Constant {
+                camera_min,
+                secondary_min,
+                ..
+            } => LeastDistances {
+                camera: camera_min,
+                secondary: secondary_min,
+            },
         }
     }
 
-    /// The ray that leaves a surface in a unit direction. `side` is the normal's factor where the offset is constant: 1 for
-    /// the side that the ray came from, −1 for the other.
+    /// The ray that leaves a surface in a unit direction. `side` is the normal's factor where the
+    /// offset is constant: 1 for the side that the ray came from, −1 for the other.
     #[inline(always)]
     pub(crate) fn spawn(&self, at: &Interaction<R>, direction: R::Vec3, side: R) -> Ray<R> {
         let origin = match self.rules.spawn {
             Spawn::ErrorBound => at.surface.spawn(direction),
-            Spawn::Constant { offset, along_ray: true, .. } => at.surface.point + direction * offset,
+            Spawn::Constant {
+                offset,
+                along_ray: true,
+                ..
+            } => at.surface.point + direction * offset,
             Spawn::Constant { offset, .. } => at.surface.point + at.normal * (offset * side),
         };
         Ray::new(origin, direction)
@@ -46,7 +60,13 @@ impl<R: Real> Prepared<R> {
 
     /// A boundary of glass as a ray meets it, with all digits that are known.
     #[inline(always)]
-    pub(super) fn interface(&self, leg: &PathSegment<R>, hit: &Hit<R>, at: &Interaction<R>, glass: &Glass<R>) -> Interface {
+    pub(super) fn interface(
+        &self,
+        leg: &PathSegment<R>,
+        hit: &Hit<R>,
+        at: &Interaction<R>,
+        glass: &Glass<R>,
+    ) -> Interface {
         let (n, out) = (at.normal, at.surface.normal);
         // A normal that is the geometric one from before it was stored.
         let known = || self.geometry.located(&leg.ray, hit).normal.to_f64();
@@ -57,7 +77,11 @@ impl<R: Real> Prepared<R> {
         } else {
             n.to_f64()
         };
-        Interface::new(leg.ray.direction.to_f64() + leg.rest.to_f64(), n * at.side().to_f64(), glass.eta(at.outside))
+        Interface::new(
+            leg.ray.direction.to_f64() + leg.rest.to_f64(),
+            n * at.side().to_f64(),
+            glass.eta(at.outside),
+        )
     }
 }
 
@@ -69,10 +93,15 @@ pub(super) fn stored<R: Real>(exact: DVec3) -> (R::Vec3, R::Vec3) {
 }
 
 impl<R: Real> Interaction<R> {
-    /// The shading normal's factor by which it is on the side that the ray came from, also where the object's points outwards always.
+    /// The shading normal's factor by which it is on the side that the ray came from, also where
+    /// the object's points outwards always.
     #[inline(always)]
     pub(super) fn side(&self) -> R {
-        if self.direction.dot(self.normal) > R::ZERO { -R::ONE } else { R::ONE }
+        if self.direction.dot(self.normal) > R::ZERO {
+            -R::ONE
+        } else {
+            R::ONE
+        }
     }
 
     /// The shading normal on that side.

@@ -15,27 +15,42 @@ pub(crate) struct PathSegment<R: Real> {
     pub rest: R::Vec3,
     /// How far before its origin the ray began: a camera's that is far away. Zero for every other.
     pub ahead: R,
-    /// How long the path was before, by which a ray of the camera has widened; below zero where nobody asks, as of rays to lights.
+    /// How long the path was before, by which a ray of the camera has widened; below zero where
+    /// nobody asks, as of rays to lights.
     pub before: R,
 }
 
 impl<R: Real> PathSegment<R> {
     /// A ray that starts where it is and is what it seems.
     pub fn of(ray: Ray<R>) -> Self {
-        Self { ray, rest: Vector::ZERO, ahead: R::ZERO, before: -R::ONE }
+        Self {
+            ray,
+            rest: Vector::ZERO,
+            ahead: R::ZERO,
+            before: -R::ONE,
+        }
     }
 
     /// What is to be known of any ray of a scene's camera besides the ray.
     #[inline(always)]
     pub fn of_camera(scene: &Prepared<R>) -> Self {
-        let before = if scene.cone.is_some() { R::ZERO } else { -R::ONE };
+        let before = if scene.cone.is_some() {
+            R::ZERO
+        } else {
+            -R::ONE
+        };
         // What a camera that is far away has of the way behind it lies before the ray's origin.
         let nowhere = Ray::new(Vector::ZERO, Vector::ZERO);
-        Self { ray: nowhere, rest: Vector::ZERO, ahead: scene.camera.ahead(), before }
+        Self {
+            ray: nowhere,
+            rest: Vector::ZERO,
+            ahead: scene.camera.ahead(),
+            before,
+        }
     }
 
-    /// Goes on with the next one of the path: it keeps the time. In its place and vector by vector, since a leg that is copied has to wait
-    /// for its own numbers.
+    /// Goes on with the next one of the path: it keeps the time. In its place and vector by vector,
+    /// since a leg that is copied has to wait for its own numbers.
     #[inline(always)]
     pub fn go_on(&mut self, ray: &Ray<R>, rest: R::Vec3) {
         if self.before >= R::ZERO {
@@ -51,7 +66,11 @@ impl<R: Real> PathSegment<R> {
     /// Where it began.
     #[inline(always)]
     pub fn start(&self) -> R::Vec3 {
-        if self.ahead == R::ZERO { self.ray.origin } else { self.ray.origin - self.ray.direction * self.ahead }
+        if self.ahead == R::ZERO {
+            self.ray.origin
+        } else {
+            self.ray.origin - self.ray.direction * self.ahead
+        }
     }
 }
 
@@ -96,7 +115,8 @@ impl<R: Real> Interaction<R> {
         self.begin_located(scene, &leg.ray, hit);
     }
 
-    /// The same where the surface is known: field by field, since an interaction is long and is copied wherever it is handed on.
+    /// The same where the surface is known: field by field, since an interaction is long and is
+    /// copied wherever it is handed on.
     #[inline(always)]
     pub fn begin_located(&mut self, scene: &Prepared<R>, ray: &Ray<R>, hit: &Hit<R>) {
         self.object = hit.outermost();
@@ -135,12 +155,23 @@ impl<R: Real> Interaction<R> {
             self.normal = -self.normal;
         }
         if record.mesh.is_some() {
-            self.normal = reflecting_above::<R>(self.normal, self.surface.normal, self.outside, self.direction);
+            self.normal = reflecting_above::<R>(
+                self.normal,
+                self.surface.normal,
+                self.outside,
+                self.direction,
+            );
         }
     }
 
     /// Interpolates what the mesh's vertices carry.
-    fn attributes(&mut self, scene: &Prepared<R>, record: &ObjectRecord<R>, ray: &Ray<R>, hit: &Hit<R>) {
+    fn attributes(
+        &mut self,
+        scene: &Prepared<R>,
+        record: &ObjectRecord<R>,
+        ray: &Ray<R>,
+        hit: &Hit<R>,
+    ) {
         let Some(mesh) = &record.mesh else { return };
         let data = &scene.meshes[mesh.mesh as usize];
         let [a, b, c] = data.indices[hit.primitive as usize].map(|i| i as usize);
@@ -149,10 +180,21 @@ impl<R: Real> Interaction<R> {
         let w = R::ONE - u - v;
         let real = R::from_f32;
         if !data.normals.is_empty() {
-            let normal = |i: usize| R::Vec3::new(real(data.normals[i][0]), real(data.normals[i][1]), real(data.normals[i][2]));
+            let normal = |i: usize| {
+                R::Vec3::new(
+                    real(data.normals[i][0]),
+                    real(data.normals[i][1]),
+                    real(data.normals[i][2]),
+                )
+            };
             let n = normal(a) * w + normal(b) * u + normal(c) * v;
             let [x, y, z] = mesh.normals;
-            let n = if mesh.turns { scene.geometry.normal(ray, hit, n) } else { x * n.x() + y * n.y() + z * n.z() }.normalize();
+            let n = if mesh.turns {
+                scene.geometry.normal(ray, hit, n)
+            } else {
+                x * n.x() + y * n.y() + z * n.z()
+            }
+            .normalize();
             // Normals that cancel, or that a flat transform squeezes to nothing, leave the facet's.
             if n.is_finite() {
                 self.normal = n;
@@ -165,7 +207,8 @@ impl<R: Real> Interaction<R> {
         };
         let mut sets = mesh.sets;
         if sets & 1 != 0 {
-            // Without a set, the weights of the second and the third corner of the file's own order.
+            // Without a set, the weights of the second and the third corner of the file's own
+            // order.
             self.uv[0] = uv(0).unwrap_or(if mesh.flipped { [v, u] } else { [u, v] });
             sets &= !1;
         }

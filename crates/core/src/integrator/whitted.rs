@@ -1,6 +1,8 @@
-//! Whitted ray tracing: local lighting, mirror reflection and refraction, for both families of materials.
+//! Whitted ray tracing: local lighting, mirror reflection and refraction, for both families of
+//! materials.
 //!
-//! A path has a running throughput; where a surface sends two rays, one of them is a path of its own, followed before this one goes on.
+//! A path has a running throughput; where a surface sends two rays, one of them is a path of its
+//! own, followed before this one goes on.
 
 mod classic;
 mod physical;
@@ -11,7 +13,10 @@ use raywright_bvh::{Hit, Interval, Ray, Real, Vector};
 use self::state::WhittedState;
 use super::shadow::ShadowResult;
 use super::spawn::LeastDistances;
-use super::{CameraRays, FirstHit, FirstHits, LightTransport, MOST_PASSAGES, PACKET, PathResult, PathResults, PathSegment};
+use super::{
+    CameraRays, FirstHit, FirstHits, LightTransport, MOST_PASSAGES, PACKET, PathResult,
+    PathResults, PathSegment,
+};
 use crate::counters::Counters;
 use crate::interaction::Interaction;
 use crate::light::{LightId, LightSample};
@@ -30,11 +35,13 @@ pub(crate) struct WhittedTracer<'a, R: Real> {
     counters: Counters,
     /// Paths that wait for their side branches; empty between camera rays.
     waiting: Vec<WhittedState<R>>,
-    /// Asked now and then while paths divide, since one pixel may have more branches than a lifetime has seconds.
+    /// Asked now and then while paths divide, since one pixel may have more branches than a
+    /// lifetime has seconds.
     observer: &'a dyn Observer,
     divisions: u32,
     stopped: bool,
-    /// Whether the first hits of camera rays are kept, the one of the ray followed last, and what that saw without light from elsewhere.
+    /// Whether the first hits of camera rays are kept, the one of the ray followed last, and what
+    /// that saw without light from elsewhere.
     keeps_first: bool,
     first: Option<FirstHit>,
     direct: R::Vec3,
@@ -46,7 +53,12 @@ pub(crate) struct WhittedTracer<'a, R: Real> {
 impl<'a, R: Real> LightTransport<'a, R> for WhittedTracer<'a, R> {
     const BATCH: usize = PACKET;
 
-    fn new(scene: &'a Prepared<R>, max_depth: u32, keeps_first: bool, observer: &'a dyn Observer) -> Self {
+    fn new(
+        scene: &'a Prepared<R>,
+        max_depth: u32,
+        keeps_first: bool,
+        observer: &'a dyn Observer,
+    ) -> Self {
         Self {
             scene,
             counters: Counters::default(),
@@ -64,7 +76,11 @@ impl<'a, R: Real> LightTransport<'a, R> for WhittedTracer<'a, R> {
         }
     }
 
-    fn trace(&mut self, CameraRays { rays, addresses }: CameraRays<'_, R>, out: &mut PathResults<R>) {
+    fn trace(
+        &mut self,
+        CameraRays { rays, addresses }: CameraRays<'_, R>,
+        out: &mut PathResults<R>,
+    ) {
         out.clear();
         self.first_hits.intersect(self.scene, rays);
         for (place, (ray, address)) in rays.iter().zip(addresses).enumerate() {
@@ -72,7 +88,11 @@ impl<'a, R: Real> LightTransport<'a, R> for WhittedTracer<'a, R> {
             let known = self.first_hits.get(place).copied();
             self.follow(&mut path, known);
             let veil = self.scene.veil;
-            out.paths.push(PathResult { radiance: path.radiance + veil, coverage: path.covered, shadow: R::ZERO });
+            out.paths.push(PathResult {
+                radiance: path.radiance + veil,
+                coverage: path.covered,
+                shadow: R::ZERO,
+            });
             if self.keeps_first {
                 out.first_hits.push(self.first);
                 out.direct.push(self.direct + veil);
@@ -121,16 +141,35 @@ impl<R: Real> WhittedTracer<'_, R> {
     /// The hit of a path's ray.
     #[inline(always)]
     fn hit(&self, path: &WhittedState<R>) -> Option<Hit<R>> {
-        let min = if path.camera { self.least.camera - path.leg.ahead } else { self.least.secondary };
-        self.scene.geometry.closest(&path.leg.ray, Interval { min, max: R::INFINITY }, &mut ())
+        let min = if path.camera {
+            self.least.camera - path.leg.ahead
+        } else {
+            self.least.secondary
+        };
+        self.scene.geometry.closest(
+            &path.leg.ray,
+            Interval {
+                min,
+                max: R::INFINITY,
+            },
+            &mut (),
+        )
     }
 
-    /// What one more segment makes of a path: it has met this, or nothing. Returns a side branch, whose path is to be followed to its end
-    /// before, and what it brings added.
+    /// What one more segment makes of a path: it has met this, or nothing. Returns a side branch,
+    /// whose path is to be followed to its end before, and what it brings added.
     #[inline(always)]
-    fn advance(&mut self, path: &mut WhittedState<R>, hit: Option<&Hit<R>>) -> Option<WhittedState<R>> {
+    fn advance(
+        &mut self,
+        path: &mut WhittedState<R>,
+        hit: Option<&Hit<R>>,
+    ) -> Option<WhittedState<R>> {
         let Some(hit) = hit else {
-            let backdrop = if path.camera { self.scene.backdrop } else { None };
+            let backdrop = if path.camera {
+                self.scene.backdrop
+            } else {
+                None
+            };
             let direction = path.leg.ray.direction;
             let seen = match backdrop {
                 Some(backdrop) => backdrop.seen(direction),
@@ -171,7 +210,11 @@ impl<R: Real> WhittedTracer<'_, R> {
     /// What a camera ray sees of an edge.
     #[inline(always)]
     fn edge(&self, path: &WhittedState<R>, hit: &Hit<R>, at: &Interaction<R>) -> Option<R::Vec3> {
-        if path.camera { self.scene.edge_at(&path.leg, hit, at) } else { None }
+        if path.camera {
+            self.scene.edge_at(&path.leg, hit, at)
+        } else {
+            None
+        }
     }
 
     /// Ends the path of a camera ray on an edge, which is seen as it is.
@@ -179,7 +222,9 @@ impl<R: Real> WhittedTracer<'_, R> {
         let shown = path.throughput * edge;
         path.radiance += shown;
         self.see(true, shown);
-        self.first.iter_mut().for_each(|first| first.albedo = [0.0; 3]);
+        self.first
+            .iter_mut()
+            .for_each(|first| first.albedo = [0.0; 3]);
         path.leave([None; 2])
     }
 
@@ -204,8 +249,8 @@ impl<R: Real> WhittedTracer<'_, R> {
         }
     }
 
-    /// Lets a path wait for its side branch, which is followed first. Out of line, as [`Self::resume`]'s work is: most paths
-    /// never divide.
+    /// Lets a path wait for its side branch, which is followed first. Out of line, as
+    /// [`Self::resume`]'s work is: most paths never divide.
     #[inline(never)]
     fn wait(&mut self, path: &mut WhittedState<R>, aside: WhittedState<R>) {
         self.divisions = self.divisions.wrapping_add(1);
@@ -241,7 +286,8 @@ impl<R: Real> WhittedTracer<'_, R> {
         false
     }
 
-    /// Takes a path on in the same direction beyond a surface, with what it counts there: that is no segment.
+    /// Takes a path on in the same direction beyond a surface, with what it counts there: that is
+    /// no segment.
     fn pass(&mut self, path: &mut WhittedState<R>, at: &Interaction<R>, throughput: R::Vec3) {
         let rest = path.leg.rest;
         path.leg.go_on(&self.behind(path, at), rest);
@@ -250,8 +296,14 @@ impl<R: Real> WhittedTracer<'_, R> {
         self.count_passage(path);
     }
 
-    /// The same beyond a border of equal media, which is no more than a tint of a surface that is there.
-    fn pass_border(&mut self, path: &mut WhittedState<R>, at: &Interaction<R>, throughput: R::Vec3) {
+    /// The same beyond a border of equal media, which is no more than a tint of a surface that is
+    /// there.
+    fn pass_border(
+        &mut self,
+        path: &mut WhittedState<R>,
+        at: &Interaction<R>,
+        throughput: R::Vec3,
+    ) {
         self.counters.refraction += 1;
         path.covered += core::mem::replace(&mut path.share, R::ZERO);
         path.camera = false;
@@ -260,7 +312,10 @@ impl<R: Real> WhittedTracer<'_, R> {
 
     /// The ray of a path as it goes on beyond a surface.
     fn behind(&self, path: &WhittedState<R>, at: &Interaction<R>) -> Ray<R> {
-        Ray { culls: path.leg.ray.culls, ..self.scene.spawn(at, at.direction, -R::ONE) }
+        Ray {
+            culls: path.leg.ray.culls,
+            ..self.scene.spawn(at, at.direction, -R::ONE)
+        }
     }
 
     /// Counts a surface that a path passed unchanged, and ends one that may pass no more.
@@ -274,18 +329,28 @@ impl<R: Real> WhittedTracer<'_, R> {
 
     /// What lies between a surface and a light that it sees.
     #[inline]
-    fn before(&mut self, light: &LightSample<R>, at: &Interaction<R>, want_distance: bool) -> ShadowResult<R> {
+    fn before(
+        &mut self,
+        light: &LightSample<R>,
+        at: &Interaction<R>,
+        want_distance: bool,
+    ) -> ShadowResult<R> {
         match self.scene.towards(light, at) {
             Some((ray, range)) => {
                 self.counters.shadow += 1;
-                self.scene.between((&ray.at_time(at.time), range), &light.target, want_distance)
+                self.scene
+                    .between((&ray.at_time(at.time), range), &light.target, want_distance)
             }
             // The light is where the ray would start: nothing is in between.
-            None => ShadowResult { share: R::ONE, distance: R::INFINITY },
+            None => ShadowResult {
+                share: R::ONE,
+                distance: R::INFINITY,
+            },
         }
     }
 
-    /// A point of an emissive surface that lights the hit, with the share of its light that arrives.
+    /// A point of an emissive surface that lights the hit, with the share of its light that
+    /// arrives.
     fn emitter(&mut self, at: &Interaction<R>, address: Address) -> Option<(LightSample<R>, R)> {
         let emitters = &self.scene.lights.emitters;
         if emitters.is_empty() {
@@ -298,10 +363,15 @@ impl<R: Real> WhittedTracer<'_, R> {
         if at.normal.dot(drawn.direction) <= R::ZERO {
             return None;
         }
-        let aimed = self.scene.aimed(LightId::Emitter(index), drawn, at.surface.point)?;
+        let aimed = self
+            .scene
+            .aimed(LightId::Emitter(index), drawn, at.surface.point)?;
         let (ray, range) = self.scene.towards(&aimed, at)?;
         self.counters.shadow += 1;
-        let share = self.scene.between((&ray.at_time(at.time), range), &aimed.target, false).share;
+        let share = self
+            .scene
+            .between((&ray.at_time(at.time), range), &aimed.target, false)
+            .share;
         (share > R::ZERO).then_some((drawn, share))
     }
 }

@@ -1,7 +1,9 @@
-//! Edges of triangles, drawn where camera rays meet them first: as wide as a pixel, so that samples smooth them, and without light.
+//! Edges of triangles, drawn where camera rays meet them first: as wide as a pixel, so that samples
+//! smooth them, and without light.
 //!
-//! A line that is drawn on both sides of an edge is half a pixel wide on each. On triangles of a few pixels it is no wider than a share of the
-//! way across, so that a dense mesh becomes grey instead of black.
+//! A line that is drawn on both sides of an edge is half a pixel wide on each. On triangles of a
+//! few pixels it is no wider than a share of the way across, so that a dense mesh becomes grey
+//! instead of black.
 
 use glam::DVec3;
 use raywright_bvh::{Hit, Real, Vector};
@@ -14,26 +16,43 @@ use crate::prepare::{Material, Prepared};
 /// Greatest share of the way from an edge to the corner before it that a line is wide.
 const WIDEST: f64 = 1.0 / 12.0;
 
-/// Radiance of lines on what is bright and on what is dark, and luminance of the base colour between both.
+/// Radiance of lines on what is bright and on what is dark, and luminance of the base colour
+/// between both.
 const DARK: f64 = 0.01;
 const BRIGHT: f64 = 0.6;
 const BETWEEN: f64 = 0.12;
 
 impl<R: Real> Prepared<R> {
-    /// What a camera ray sees of an edge where it met a triangle; none beside edges, on other shapes, and where no edges are drawn.
+    /// What a camera ray sees of an edge where it met a triangle; none beside edges, on other
+    /// shapes, and where no edges are drawn.
     #[inline(always)]
-    pub(super) fn edge_at(&self, leg: &PathSegment<R>, hit: &Hit<R>, at: &Interaction<R>) -> Option<R::Vec3> {
-        if self.draws_edges && !self.is_cap(at.object) && self.is_on_edge(leg, hit) { Some(self.edge_colour(at)) } else { None }
+    pub(super) fn edge_at(
+        &self,
+        leg: &PathSegment<R>,
+        hit: &Hit<R>,
+        at: &Interaction<R>,
+    ) -> Option<R::Vec3> {
+        if self.draws_edges && !self.is_cap(at.object) && self.is_on_edge(leg, hit) {
+            Some(self.edge_colour(at))
+        } else {
+            None
+        }
     }
 
     fn is_cap(&self, object: u32) -> bool {
-        self.objects[object as usize].mesh.as_ref().is_some_and(|mesh| self.meshes[mesh.mesh as usize].is_cap)
+        self.objects[object as usize]
+            .mesh
+            .as_ref()
+            .is_some_and(|mesh| self.meshes[mesh.mesh as usize].is_cap)
     }
 
-    /// Whether a ray passes an edge of its triangle by less than half a pixel, as wide as its cone is there.
+    /// Whether a ray passes an edge of its triangle by less than half a pixel, as wide as its cone
+    /// is there.
     #[inline(never)]
     fn is_on_edge(&self, leg: &PathSegment<R>, hit: &Hit<R>) -> bool {
-        let Some(corners) = self.geometry.corners(&leg.ray, hit) else { return false };
+        let Some(corners) = self.geometry.corners(&leg.ray, hit) else {
+            return false;
+        };
         let cone = self.camera.cone();
         let pixel = (cone.width + cone.spread * (hit.t + leg.ahead)).to_f64();
         let (origin, direction) = (leg.ray.origin.to_f64(), leg.ray.direction.to_f64());

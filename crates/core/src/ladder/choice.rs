@@ -27,12 +27,22 @@ impl Choice {
     /// # Errors
     /// What is wrong with the text, with the nearest word or all of them.
     pub fn parse(text: &str) -> Result<Self, UnknownRung> {
-        let (ladder, rung) =
-            text.split_once('=').ok_or_else(|| UnknownRung("expected LADDER=RUNG, such as precision=reference".to_owned()))?;
+        let (ladder, rung) = text.split_once('=').ok_or_else(|| {
+            UnknownRung("expected LADDER=RUNG, such as precision=reference".to_owned())
+        })?;
         let found = Ladder::ALL.into_iter().find(|known| known.name() == ladder);
-        let ladder = found.ok_or_else(|| unknown("ladder", ladder, &Ladder::ALL.map(Ladder::name)))?;
-        let names = || ladder.rungs().iter().map(|rung| rung.name).collect::<Vec<_>>();
-        let rung = ladder.rung(rung).ok_or_else(|| unknown(&format!("rung of {}", ladder.name()), rung, &names()))?;
+        let ladder =
+            found.ok_or_else(|| unknown("ladder", ladder, &Ladder::ALL.map(Ladder::name)))?;
+        let names = || {
+            ladder
+                .rungs()
+                .iter()
+                .map(|rung| rung.name)
+                .collect::<Vec<_>>()
+        };
+        let rung = ladder
+            .rung(rung)
+            .ok_or_else(|| unknown(&format!("rung of {}", ladder.name()), rung, &names()))?;
         Ok(Self { ladder, rung })
     }
 
@@ -56,8 +66,9 @@ impl Choice {
         self.rung.value
     }
 
-    /// Whether the rung is another picture than its neighbour to a scene that calls for these effects: without lamps of a size there are no
-    /// penumbras to lose, and without lights of none nothing that passes everything.
+    /// Whether the rung is another picture than its neighbour to a scene that calls for these
+    /// effects: without lamps of a size there are no penumbras to lose, and without lights of none
+    /// nothing that passes everything.
     pub fn differs(&self, present: EffectSet) -> bool {
         match self.value() {
             RungValue::Shadows(Some(AreaShadows::Hard)) => present.has(Effect::SoftShadows),

@@ -13,8 +13,12 @@ impl Ladder {
         Some(match self {
             Self::Integrator => RungValue::Integrator(chosen(scene, settings)),
             Self::Precision => RungValue::Precision(settings.precision),
-            Self::RayOffset => RungValue::ConstantOffset(matches!(scene.classic.spawn, SpawnRule::Constant(_))),
-            Self::Shadows => RungValue::Shadows((!settings.without.has(Effect::Shadows)).then_some(settings.area_shadows)),
+            Self::RayOffset => {
+                RungValue::ConstantOffset(matches!(scene.classic.spawn, SpawnRule::Constant(_)))
+            }
+            Self::Shadows => RungValue::Shadows(
+                (!settings.without.has(Effect::Shadows)).then_some(settings.area_shadows),
+            ),
             Self::LightSampling => RungValue::LightSampling(settings.light_sampling),
             Self::Fresnel => RungValue::Fresnel(settings.fresnel),
             Self::Microfacets => RungValue::Microfacets(settings.microfacets),
@@ -22,7 +26,9 @@ impl Ladder {
             Self::TextureFilter => {
                 let mut filters = scene.textures.iter().map(|texture| texture.filter);
                 let first = filters.next().unwrap_or_default();
-                return filters.all(|other| other == first).then_some(RungValue::TextureFilter(first));
+                return filters
+                    .all(|other| other == first)
+                    .then_some(RungValue::TextureFilter(first));
             }
             Self::PathLength => RungValue::PathLength(settings.max_depth),
             Self::Roulette => RungValue::Roulette(settings.roulette),
@@ -36,7 +42,9 @@ impl Ladder {
                 AcceleratorKind::Tree(quality) => RungValue::Build(quality),
                 AcceleratorKind::Linear => return None,
             },
-            Self::Accelerator => RungValue::Tree(matches!(settings.accelerator, AcceleratorKind::Tree(_))),
+            Self::Accelerator => {
+                RungValue::Tree(matches!(settings.accelerator, AcceleratorKind::Tree(_)))
+            }
         })
     }
 }

@@ -1,7 +1,9 @@
-//! The ladders: every choice that trades accuracy for time, under a name, with its rungs and what each gets wrong.
+//! The ladders: every choice that trades accuracy for time, under a name, with its rungs and what
+//! each gets wrong.
 //!
-//! A ladder is a closed set of rungs from fast to exact. Which rung is in use is read from scene and settings, and choosing one
-//! changes these and nothing else, so that a rung and the flag or key that means the same cannot differ.
+//! A ladder is a closed set of rungs from fast to exact. Which rung is in use is read from scene
+//! and settings, and choosing one changes these and nothing else, so that a rung and the flag or
+//! key that means the same cannot differ.
 
 mod choice;
 mod in_use;
@@ -34,21 +36,25 @@ pub struct Rung {
 impl Ladder {
     /// Its rungs as choices, in the same order.
     pub fn choices(self) -> impl DoubleEndedIterator<Item = Choice> {
-        self.rungs().iter().map(move |rung| Choice { ladder: self, rung })
+        self.rungs()
+            .iter()
+            .map(move |rung| Choice { ladder: self, rung })
     }
 
-    /// Whether the picture depends on it; otherwise only time and memory do, or what a file keeps of it.
+    /// Whether the picture depends on it; otherwise only time and memory do, or what a file keeps
+    /// of it.
     pub const fn changes_pictures(self) -> bool {
         !matches!(self, Self::Build | Self::Accelerator | Self::Output)
     }
 
-    /// Whether its rungs are different pictures of equal right, so that none is the more exact one: what the scene asks for is what
-    /// the others are compared with.
+    /// Whether its rungs are different pictures of equal right, so that none is the more exact one:
+    /// what the scene asks for is what the others are compared with.
     pub const fn is_a_matter_of_taste(self) -> bool {
         matches!(self, Self::PixelFilter)
     }
 
-    /// Whether a render on one rung can have the random numbers of a render on another, so that they differ by the choice alone.
+    /// Whether a render on one rung can have the random numbers of a render on another, so that
+    /// they differ by the choice alone.
     pub const fn shares_random_numbers(self) -> bool {
         !matches!(
             self,
@@ -64,7 +70,10 @@ impl Ladder {
 
     /// Whether its rungs have one mean, so that they differ in noise alone.
     pub const fn is_free_of_bias(self) -> bool {
-        matches!(self, Self::Samples | Self::Sampler | Self::LightSampling | Self::Roulette)
+        matches!(
+            self,
+            Self::Samples | Self::Sampler | Self::LightSampling | Self::Roulette
+        )
     }
 
     /// A scene reaches it when it calls for one of these; every scene does where the set is empty.
@@ -82,7 +91,11 @@ impl Ladder {
             Self::Fresnel | Self::Microfacets => EffectSet::of(&[Effect::PhysicalMaterials]),
             Self::Colour => EffectSet::of(&[Effect::Dispersion]),
             Self::TextureFilter => EffectSet::of(&[Effect::ImageTextures]),
-            Self::PathLength => EffectSet::of(&[Effect::MirrorReflection, Effect::Refraction, Effect::Transparency]),
+            Self::PathLength => EffectSet::of(&[
+                Effect::MirrorReflection,
+                Effect::Refraction,
+                Effect::Transparency,
+            ]),
             _ => EffectSet::EMPTY,
         }
     }
@@ -104,13 +117,19 @@ impl Ladder {
 
 /// How trees are built, by the name of a rung of [`Ladder::Build`]; none where it has no such rung.
 pub fn build_quality(rung: &str) -> Option<BuildQuality> {
-    let RungValue::Build(quality) = Ladder::Build.rung(rung)?.value else { return None };
+    let RungValue::Build(quality) = Ladder::Build.rung(rung)?.value else {
+        return None;
+    };
     Some(quality)
 }
 
 /// The rung of [`Ladder::Build`] that builds trees so.
 pub fn build_rung(quality: BuildQuality) -> &'static str {
-    Ladder::Build.rungs().iter().find(|rung| rung.value == RungValue::Build(quality)).map_or("", |rung| rung.name)
+    Ladder::Build
+        .rungs()
+        .iter()
+        .find(|rung| rung.value == RungValue::Build(quality))
+        .map_or("", |rung| rung.name)
 }
 
 /// A ladder as one render stands on it.
@@ -130,23 +149,39 @@ pub struct CurrentRung {
 
 /// The effects that a scene calls for.
 pub fn called_for(effects: &EffectReport) -> EffectSet {
-    effects.effects.iter().filter(|f| f.status != Status::Absent).map(|f| f.effect).collect()
+    effects
+        .effects
+        .iter()
+        .filter(|f| f.status != Status::Absent)
+        .map(|f| f.effect)
+        .collect()
 }
 
 /// The ladders that a scene reaches: those whose effects it calls for.
-pub fn reached(scene: &Scene, settings: &Settings, effects: &EffectReport) -> impl Iterator<Item = Ladder> + use<> {
+pub fn reached(
+    scene: &Scene,
+    settings: &Settings,
+    effects: &EffectReport,
+) -> impl Iterator<Item = Ladder> + use<> {
     let present = called_for(effects);
     // Whitted ray tracing always asks, and meets nothing by chance; paths go on from every surface.
     let paths = chosen(scene, settings) == Integrator::Path;
     let is_fixed = settings.sampling.is_fixed();
     let can_be_denoised = denoise::is_possible(settings.sampling);
     // Where samples lie at random places, or draw points of lamps.
-    let by_chance = !is_fixed || paths || present.has(Effect::SoftShadows) || present.has(Effect::FuzzyReflection);
-    let called_for = move |ladder: Ladder| ladder.effects().is_empty() || !ladder.effects().and(present).is_empty();
+    let by_chance = !is_fixed
+        || paths
+        || present.has(Effect::SoftShadows)
+        || present.has(Effect::FuzzyReflection);
+    let called_for = move |ladder: Ladder| {
+        ladder.effects().is_empty() || !ladder.effects().and(present).is_empty()
+    };
     Ladder::ALL.into_iter().filter(move |&ladder| match ladder {
         // Classic surfaces have one reading by each integrator, and neither is the more exact one.
         Ladder::Integrator => paths || present.has(Effect::PhysicalMaterials),
-        Ladder::LightSampling | Ladder::Fresnel | Ladder::Microfacets | Ladder::Colour => paths && called_for(ladder),
+        Ladder::LightSampling | Ladder::Fresnel | Ladder::Microfacets | Ladder::Colour => {
+            paths && called_for(ladder)
+        }
         Ladder::PathLength => paths || called_for(ladder),
         Ladder::PixelFilter => !is_fixed,
         Ladder::Roulette | Ladder::Clamp => paths,

@@ -1,5 +1,5 @@
-//! The table of ladders: each with its name, the rung of a scene that says nothing, and its rungs, what each sets and what it gets wrong, as
-//! users read it.
+//! The table of ladders: each with its name, the rung of a scene that says nothing, and its rungs,
+//! what each sets and what it gets wrong, as users read it.
 
 use raywright_bvh::BuildQuality;
 
@@ -8,9 +8,12 @@ use crate::display::Output;
 use crate::filter::PixelFilter;
 use crate::material::FresnelRule;
 use crate::scene::{Filter, Integrator};
-use crate::settings::{AreaShadows, LightSampling, Microfacets, PrecisionChoice, Roulette, SamplerKind};
+use crate::settings::{
+    AreaShadows, LightSampling, Microfacets, PrecisionChoice, Roulette, SamplerKind,
+};
 
-/// Makes the ladders of a table of `KIND = NAME, DEFAULT, VALUE;` with rows `RUNG { WHAT IT SETS } ABOUT`.
+/// Makes the ladders of a table of `KIND = NAME, DEFAULT, VALUE;` with rows
+/// `RUNG { WHAT IT SETS } ABOUT`.
 macro_rules! ladders {
     ($($(#[$doc:meta])* $kind:ident = $name:literal, $default:literal, $value:ident;
         $($rung:literal { $sets:expr } $about:literal)*)*) => {
@@ -38,7 +41,8 @@ macro_rules! ladders {
                 }
             }
 
-            /// Its rungs, from fast to exact; where no picture depends on them, from the least preparation to the most.
+            /// Its rungs, from fast to exact; where no picture depends on them, from the least
+            /// preparation to the most.
             pub const fn rungs(self) -> &'static [Rung] {
                 match self {
                     $(Self::$kind => &[$(Rung { name: $rung, about: $about, value: RungValue::$value($sets) }),*],)*

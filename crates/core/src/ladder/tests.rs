@@ -13,29 +13,52 @@ fn scene() -> Scene {
         wrap_u: Wrap::Repeat,
         wrap_v: Wrap::Repeat,
     };
-    Scene { textures: vec![texture(Filter::Bilinear), texture(Filter::Nearest)], ..Scene::default() }
+    Scene {
+        textures: vec![texture(Filter::Bilinear), texture(Filter::Nearest)],
+        ..Scene::default()
+    }
 }
 
-/// Protects: choosing any rung of any ladder puts scene and settings onto it and onto no other ladder's rung, from
-/// wherever they stood; the default is a rung.
+/// Protects: choosing any rung of any ladder puts scene and settings onto it and onto no other
+/// ladder's rung, from wherever they stood; the default is a rung.
 #[test]
 fn a_chosen_rung_is_in_use() {
     for ladder in Ladder::ALL {
-        assert!(ladder.rungs().iter().any(|rung| rung.name == ladder.default_rung()), "{ladder:?}");
+        assert!(
+            ladder
+                .rungs()
+                .iter()
+                .any(|rung| rung.name == ladder.default_rung()),
+            "{ladder:?}"
+        );
         for before in ladder.rungs() {
             for after in ladder.rungs() {
                 let (mut scene, mut settings) = (scene(), Settings::of(&scene()));
                 for rung in [before, after] {
-                    let choice = Choice::parse(&format!("{}={}", ladder.name(), rung.name)).expect("a rung");
+                    let choice =
+                        Choice::parse(&format!("{}={}", ladder.name(), rung.name)).expect("a rung");
                     choice.apply(&mut scene, &mut settings);
-                    assert_eq!((ladder.in_use(&scene, &settings).as_str(), choice.ladder()), (rung.name, ladder));
-                    assert_eq!(choice.to_string(), format!("{}={}", ladder.name(), rung.name));
+                    assert_eq!(
+                        (ladder.in_use(&scene, &settings).as_str(), choice.ladder()),
+                        (rung.name, ladder)
+                    );
+                    assert_eq!(
+                        choice.to_string(),
+                        format!("{}={}", ladder.name(), rung.name)
+                    );
                 }
                 for other in Ladder::ALL {
                     let tree = [Ladder::Build, Ladder::Accelerator];
                     if other != ladder && !(tree.contains(&other) && tree.contains(&ladder)) {
-                        let own = other.in_use(&super::tests::scene(), &Settings::of(&super::tests::scene()));
-                        assert_eq!(other.in_use(&scene, &settings), own, "{ladder:?} moved {other:?}");
+                        let own = other.in_use(
+                            &super::tests::scene(),
+                            &Settings::of(&super::tests::scene()),
+                        );
+                        assert_eq!(
+                            other.in_use(&scene, &settings),
+                            own,
+                            "{ladder:?} moved {other:?}"
+                        );
                     }
                 }
             }
@@ -43,60 +66,110 @@ fn a_chosen_rung_is_in_use() {
     }
 }
 
-/// Protects: rungs that would show a scene as their neighbours do are left out: hard shadows where no lamp has a size, and those of lights
-/// without size where there is none.
+/// Protects: rungs that would show a scene as their neighbours do are left out: hard shadows where
+/// no lamp has a size, and those of lights without size where there is none.
 #[test]
 fn rungs_that_are_no_other_picture_are_told() {
     let left = |present: &[Effect]| -> Vec<&'static str> {
         let present = EffectSet::of(present);
-        Ladder::Shadows.choices().filter(|choice| choice.differs(present)).map(|choice| choice.rung()).collect()
+        Ladder::Shadows
+            .choices()
+            .filter(|choice| choice.differs(present))
+            .map(|choice| choice.rung())
+            .collect()
     };
     assert_eq!(left(&[Effect::Shadows]), ["off", "on"]);
     assert_eq!(left(&[Effect::SoftShadows]), ["hard", "on"]);
-    assert_eq!(left(&[Effect::SoftShadows, Effect::Shadows]), ["off", "hard", "on"]);
-    for ladder in Ladder::ALL.into_iter().filter(|&ladder| ladder != Ladder::Shadows) {
-        assert!(ladder.choices().all(|choice| choice.differs(EffectSet::EMPTY)), "{ladder:?}");
+    assert_eq!(
+        left(&[Effect::SoftShadows, Effect::Shadows]),
+        ["off", "hard", "on"]
+    );
+    for ladder in Ladder::ALL
+        .into_iter()
+        .filter(|&ladder| ladder != Ladder::Shadows)
+    {
+        assert!(
+            ladder
+                .choices()
+                .all(|choice| choice.differs(EffectSet::EMPTY)),
+            "{ladder:?}"
+        );
     }
 }
 
 /// Protects: a scene's own constant offset stays when the constant rung is asked for.
 #[test]
 fn the_own_constant_stays() {
-    let own = SpawnRule::Constant(ConstantOffset { offset: 0.25, ..OFFSET });
+    let own = SpawnRule::Constant(ConstantOffset {
+        offset: 0.25,
+        ..OFFSET
+    });
     let mut scene = scene();
     scene.classic.spawn = own;
     let mut settings = Settings::of(&scene);
-    Choice::parse("ray-offset=constant").expect("a rung").apply(&mut scene, &mut settings);
+    Choice::parse("ray-offset=constant")
+        .expect("a rung")
+        .apply(&mut scene, &mut settings);
     assert_eq!(scene.classic.spawn, own);
 }
 
-/// Protects: a path tracer goes on from every surface, so that its paths have a length to choose; without mirrors Whitted's have none.
+/// Protects: a path tracer goes on from every surface, so that its paths have a length to choose;
+/// without mirrors Whitted's have none.
 #[test]
 fn paths_have_a_length_to_choose() {
     let reached_by = |integrator| {
-        let (scene, settings) = (scene(), Settings { integrator, ..Settings::of(&scene()) });
+        let (scene, settings) = (
+            scene(),
+            Settings {
+                integrator,
+                ..Settings::of(&scene())
+            },
+        );
         let effects = crate::effects::detect(&scene, &settings);
         reached(&scene, &settings, &effects).any(|ladder| ladder == Ladder::PathLength)
     };
-    assert_eq!([Integrator::Path, Integrator::Whitted].map(reached_by), [true, false]);
+    assert_eq!(
+        [Integrator::Path, Integrator::Whitted].map(reached_by),
+        [true, false]
+    );
 }
 
-/// Protects: the longest rung of paths is no end of them: settings may go beyond it, and its words say so and by which flag.
+/// Protects: the longest rung of paths is no end of them: settings may go beyond it, and its words
+/// say so and by which flag.
 #[test]
 fn paths_may_be_longer_than_their_longest_rung() {
     let longest = Ladder::PathLength.rungs().last().expect("a rung");
     let depth: u32 = longest.name.parse().expect("a number");
-    let beyond = Settings { max_depth: depth + 1, ..Settings::of(&scene()) };
-    assert_eq!(Ladder::PathLength.in_use(&scene(), &beyond), (depth + 1).to_string());
-    assert!(longest.about.contains("more by --max-depth"), "{}", longest.about);
+    let beyond = Settings {
+        max_depth: depth + 1,
+        ..Settings::of(&scene())
+    };
+    assert_eq!(
+        Ladder::PathLength.in_use(&scene(), &beyond),
+        (depth + 1).to_string()
+    );
+    assert!(
+        longest.about.contains("more by --max-depth"),
+        "{}",
+        longest.about
+    );
 }
 
 /// Protects: what is no rung is refused with the nearest word, or with all of them.
 #[test]
 fn mistakes_are_explained() {
     let said = |text| Choice::parse(text).expect_err("no rung").to_string();
-    assert_eq!(said("precision"), "expected LADDER=RUNG, such as precision=reference");
-    assert_eq!(said("precison=reference"), "there is no ladder `precison`; did you mean `precision`?");
-    assert_eq!(said("precision=exact"), "there is no rung of precision `exact`; known: robust, reference");
+    assert_eq!(
+        said("precision"),
+        "expected LADDER=RUNG, such as precision=reference"
+    );
+    assert_eq!(
+        said("precison=reference"),
+        "there is no ladder `precison`; did you mean `precision`?"
+    );
+    assert_eq!(
+        said("precision=exact"),
+        "there is no rung of precision `exact`; known: robust, reference"
+    );
     assert!(said("brightness=red").contains("known: integrator, precision"));
 }

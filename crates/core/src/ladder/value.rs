@@ -7,11 +7,19 @@ use crate::effects::{Effect, EffectSet};
 use crate::filter::PixelFilter;
 use crate::material::FresnelRule;
 use crate::scene::{ConstantOffset, Filter, Integrator, OffsetDirection, Scene, SpawnRule};
-use crate::settings::{AreaShadows, LightSampling, Microfacets, PrecisionChoice, Roulette, SamplerKind, Sampling, Settings};
+use crate::settings::{
+    AreaShadows, LightSampling, Microfacets, PrecisionChoice, Roulette, SamplerKind, Sampling,
+    Settings,
+};
 
 /// The constant offset of scenes that name none, in metres.
-pub(super) const OFFSET: ConstantOffset =
-    ConstantOffset { offset: 1e-3, along: OffsetDirection::Normal, camera_min: 0.0, secondary_min: 0.0, shadow_min: 0.0 };
+pub(super) const OFFSET: ConstantOffset = ConstantOffset {
+    offset: 1e-3,
+    along: OffsetDirection::Normal,
+    camera_min: 0.0,
+    secondary_min: 0.0,
+    shadow_min: 0.0,
+};
 
 /// What a rung means, each kind of one ladder.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -51,7 +59,8 @@ impl RungValue {
             Self::Precision(value) => settings.precision = value,
             Self::ConstantOffset(false) => scene.classic.spawn = SpawnRule::ErrorBound,
             // A scene's own constant stays.
-            Self::ConstantOffset(true) if matches!(scene.classic.spawn, SpawnRule::Constant(_)) => {}
+            Self::ConstantOffset(true) if matches!(scene.classic.spawn, SpawnRule::Constant(_)) => {
+            }
             Self::ConstantOffset(true) => scene.classic.spawn = SpawnRule::Constant(OFFSET),
             Self::Shadows(value) => {
                 switch(settings, Effect::Shadows, value.is_none());
@@ -61,7 +70,10 @@ impl RungValue {
             Self::Fresnel(value) => settings.fresnel = value,
             Self::Microfacets(value) => settings.microfacets = value,
             Self::Spectral(value) => switch(settings, Effect::Dispersion, !value),
-            Self::TextureFilter(value) => scene.textures.iter_mut().for_each(|texture| texture.filter = value),
+            Self::TextureFilter(value) => scene
+                .textures
+                .iter_mut()
+                .for_each(|texture| texture.filter = value),
             Self::PathLength(value) => settings.max_depth = value,
             Self::Roulette(value) => settings.roulette = value,
             Self::Clamp(value) => settings.clamp = value,
@@ -92,6 +104,9 @@ impl RungValue {
 
 /// Switches an effect off or on.
 fn switch(settings: &mut Settings, effect: Effect, off: bool) {
-    let (one, others) = (EffectSet::of(&[effect]), settings.without.without(EffectSet::of(&[effect])));
+    let (one, others) = (
+        EffectSet::of(&[effect]),
+        settings.without.without(EffectSet::of(&[effect])),
+    );
     settings.without = if off { others.or(one) } else { others };
 }

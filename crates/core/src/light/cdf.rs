@@ -1,16 +1,22 @@
-//! Choosing by weight: a running sum of probabilities that is exactly 1 at its end, and in which what has no weight takes no room.
+//! Choosing by weight: a running sum of probabilities that is exactly 1 at its end, and in which
+//! what has no weight takes no room.
 
-/// Appends the running sum of the weights' shares and returns their total; what is not above zero counts as nothing. Where
-/// nothing has weight only the last entry is 1, so that whoever looks finds the end.
+/// Appends the running sum of the weights' shares and returns their total; what is not above zero
+/// counts as nothing. Where nothing has weight only the last entry is 1, so that whoever looks
+/// finds the end.
 pub(super) fn push_shares(cumulative: &mut Vec<f64>, weights: &[f64]) -> f64 {
     let total: f64 = weights.iter().filter(|&&w| w > 0.0).sum();
-    let last = weights.iter().rposition(|&w| w > 0.0).unwrap_or_else(|| weights.len().saturating_sub(1));
+    let last = weights
+        .iter()
+        .rposition(|&w| w > 0.0)
+        .unwrap_or_else(|| weights.len().saturating_sub(1));
     let mut sum = 0.0;
     for (i, &weight) in weights.iter().enumerate() {
         if weight > 0.0 {
             sum += weight / total;
         }
-        // Rounding may take the sum past one, and must not leave what lies beyond the last weight to those without.
+        // Rounding may take the sum past one, and must not leave what lies beyond the last weight
+        // to those without.
         let share: f64 = if i < last { sum } else { 1.0 };
         cumulative.push(share.min(1.0));
     }
@@ -19,24 +25,33 @@ pub(super) fn push_shares(cumulative: &mut Vec<f64>, weights: &[f64]) -> f64 {
 
 /// The share of an entry.
 pub(super) fn share<T: Copy + Into<f64>>(cumulative: &[T], index: usize) -> f64 {
-    let before = if index == 0 { 0.0 } else { cumulative[index - 1].into() };
+    let before = if index == 0 {
+        0.0
+    } else {
+        cumulative[index - 1].into()
+    };
     cumulative[index].into() - before
 }
 
 /// The entry at a number in [0, 1), its share, and how far into it the number lies, in [0, 1).
 pub(super) fn pick<T: Copy + Into<f64>>(cumulative: &[T], at: f64) -> (usize, f64, f64) {
     let at = at.min(1.0_f64.next_down());
-    taken(cumulative, cumulative.partition_point(|&c| c.into() <= at), at)
+    taken(
+        cumulative,
+        cumulative.partition_point(|&c| c.into() <= at),
+        at,
+    )
 }
 
-/// Parts of [0, 1) in the guide to so many entries: a power of two, so that the part of a number is exact, and two to four for an
-/// entry, so that most searches end at the first look.
+/// Parts of [0, 1) in the guide to so many entries: a power of two, so that the part of a number is
+/// exact, and two to four for an entry, so that most searches end at the first look.
 pub(super) fn guide_len(entries: usize) -> usize {
     2 * entries.next_power_of_two()
 }
 
-/// Appends for each of equal parts of [0, 1) the entry at its beginning, where searches for what lies in it begin ("An Algorithm for
-/// Generating Random Variates from Empirical Distributions", Chen, Asau 1974). For up to 256 entries.
+/// Appends for each of equal parts of [0, 1) the entry at its beginning, where searches for what
+/// lies in it begin ("An Algorithm for Generating Random Variates from Empirical Distributions",
+/// Chen, Asau 1974). For up to 256 entries.
 pub(super) fn push_guide<T: Copy + Into<f64>>(guide: &mut Vec<u8>, cumulative: &[T]) {
     let parts = guide_len(cumulative.len());
     let entry = |part| cumulative.partition_point(|&c| c.into() <= part as f64 / parts as f64);
@@ -44,7 +59,11 @@ pub(super) fn push_guide<T: Copy + Into<f64>>(guide: &mut Vec<u8>, cumulative: &
 }
 
 /// [`pick`] by a guide: the same entry.
-pub(super) fn pick_guided<T: Copy + Into<f64>>(cumulative: &[T], guide: &[u8], at: f64) -> (usize, f64, f64) {
+pub(super) fn pick_guided<T: Copy + Into<f64>>(
+    cumulative: &[T],
+    guide: &[u8],
+    at: f64,
+) -> (usize, f64, f64) {
     let at = at.min(1.0_f64.next_down());
     let mut index = usize::from(guide[(at * guide.len() as f64) as usize]);
     while cumulative[index].into() <= at {
@@ -56,7 +75,11 @@ pub(super) fn pick_guided<T: Copy + Into<f64>>(cumulative: &[T], guide: &[u8], a
 fn taken<T: Copy + Into<f64>>(cumulative: &[T], index: usize, at: f64) -> (usize, f64, f64) {
     let share = share(cumulative, index);
     let before = cumulative[index].into() - share;
-    (index, share, ((at - before) / share).clamp(0.0, 1.0_f64.next_down()))
+    (
+        index,
+        share,
+        ((at - before) / share).clamp(0.0, 1.0_f64.next_down()),
+    )
 }
 
 #[cfg(test)]
@@ -64,8 +87,9 @@ mod tests {
     use super::*;
     use crate::hash::mix;
 
-    /// Protects: a guide leads to the entry, share and place that a binary search finds, to the bit: for even weights, one sun among faint
-    /// ones, rows of nothing and none at all, at the ends of entries, of parts and of [0, 1).
+    /// Protects: a guide leads to the entry, share and place that a binary search finds, to the
+    /// bit: for even weights, one sun among faint ones, rows of nothing and none at all, at the
+    /// ends of entries, of parts and of [0, 1).
     #[test]
     fn guides_lead_to_the_same_entry() {
         let number = |i: u64| (mix(i) >> 11) as f64 / (1_u64 << 53) as f64;
@@ -85,12 +109,28 @@ mod tests {
                 let (mut guide, mut rough) = (Vec::new(), Vec::new());
                 push_guide(&mut guide, &sums);
                 push_guide(&mut rough, &rounded);
-                let edges = sums.iter().copied().chain(rounded.iter().map(|&sum| sum.into()));
+                let edges = sums
+                    .iter()
+                    .copied()
+                    .chain(rounded.iter().map(|&sum| sum.into()));
                 let parts = (0..guide.len()).map(|part| part as f64 / guide.len() as f64);
-                let near = edges.chain(parts).flat_map(|at| [at.next_down(), at, at.next_up()]);
-                for at in near.chain((0..1_000).map(number)).filter(|&at| (0.0..=1.0).contains(&at)) {
-                    assert_eq!(pick_guided(&sums, &guide, at), pick(&sums, at), "{kind}, {count} entries at {at:e}");
-                    assert_eq!(pick_guided(&rounded, &rough, at), pick(&rounded, at), "{kind}, {count} entries in f32 at {at:e}");
+                let near = edges
+                    .chain(parts)
+                    .flat_map(|at| [at.next_down(), at, at.next_up()]);
+                for at in near
+                    .chain((0..1_000).map(number))
+                    .filter(|&at| (0.0..=1.0).contains(&at))
+                {
+                    assert_eq!(
+                        pick_guided(&sums, &guide, at),
+                        pick(&sums, at),
+                        "{kind}, {count} entries at {at:e}"
+                    );
+                    assert_eq!(
+                        pick_guided(&rounded, &rough, at),
+                        pick(&rounded, at),
+                        "{kind}, {count} entries in f32 at {at:e}"
+                    );
                 }
             }
         }

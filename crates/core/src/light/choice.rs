@@ -1,5 +1,6 @@
-//! Which light a point asks: one of those infinitely far by its share of their power, or one of the others by a tree over their
-//! places and directions, so that one light and a hundred thousand take about the same time and noise.
+//! Which light a point asks: one of those infinitely far by its share of their power, or one of the
+//! others by a tree over their places and directions, so that one light and a hundred thousand take
+//! about the same time and noise.
 
 use raywright_bvh::{Real, Vector};
 
@@ -40,7 +41,11 @@ impl LightChoice {
             // Also leaves out what is no number.
             let shines = power > 0.0 && power.is_finite();
             match (lights.bounds(id), id) {
-                (Some(bounds), _) if shines => near.push(Leaf { light: id, bounds, power }),
+                (Some(bounds), _) if shines => near.push(Leaf {
+                    light: id,
+                    bounds,
+                    power,
+                }),
                 (None, LightId::Delta(_) | LightId::Sky) if lights.shines_from_afar(id) => {
                     far.push(id);
                     powers.push(power);
@@ -65,7 +70,13 @@ impl LightChoice {
                 leaves[i as usize] = node;
             }
         });
-        Self { far, far_shares, far_share, tree, leaves }
+        Self {
+            far,
+            far_shares,
+            far_share,
+            tree,
+            leaves,
+        }
     }
 
     /// Whether there is nothing to choose from.
@@ -73,32 +84,60 @@ impl LightChoice {
         self.far.is_empty() && self.tree.is_empty()
     }
 
-    /// The light for a pair of numbers in [0, 1) and the probability of drawing it, for a point of a surface with a unit normal on the side
-    /// that is lit, or zero where both are; none where what was drawn can send nothing there.
+    /// The light for a pair of numbers in [0, 1) and the probability of drawing it, for a point of
+    /// a surface with a unit normal on the side that is lit, or zero where both are; none where
+    /// what was drawn can send nothing there.
     #[inline]
-    pub fn draw<R: Real>(&self, from: R::Vec3, normal: R::Vec3, numbers: [f32; 2]) -> Option<(LightId, f64)> {
-        let [drawn] = self.draw_each([Some(ChoiceQuery::<R> { from, normal, numbers })]);
+    pub fn draw<R: Real>(
+        &self,
+        from: R::Vec3,
+        normal: R::Vec3,
+        numbers: [f32; 2],
+    ) -> Option<(LightId, f64)> {
+        let [drawn] = self.draw_each([Some(ChoiceQuery::<R> {
+            from,
+            normal,
+            numbers,
+        })]);
         drawn
     }
 
     /// [`Self::draw`] for several points, in less time than for each; none for one that is none.
     #[inline]
-    pub fn draw_each<R: Real, const N: usize>(&self, points: [Option<ChoiceQuery<R>>; N]) -> [Option<(LightId, f64)>; N] {
+    pub fn draw_each<R: Real, const N: usize>(
+        &self,
+        points: [Option<ChoiceQuery<R>>; N],
+    ) -> [Option<(LightId, f64)>; N] {
         const STEP: f64 = 1.0 / (1 << 23) as f64;
         let near_share = 1.0 - self.far_share;
         let (mut drawn, mut near) = ([None; N], [None; N]);
         for (i, point) in points.into_iter().enumerate() {
-            let Some(ChoiceQuery { from, normal, numbers: [coarse, fine] }) = point else { continue };
+            let Some(ChoiceQuery {
+                from,
+                normal,
+                numbers: [coarse, fine],
+            }) = point
+            else {
+                continue;
+            };
             let u = f64::from(coarse) + f64::from(fine) * STEP;
             if u < self.far_share {
                 let (index, probability, _) = pick(&self.far_shares, u / self.far_share);
                 drawn[i] = Some((self.far[index], probability * self.far_share));
             } else {
-                near[i] = Some((Receiver { at: from.to_f64(), normal: normal.to_f64() }, (u - self.far_share) / near_share));
+                near[i] = Some((
+                    Receiver {
+                        at: from.to_f64(),
+                        normal: normal.to_f64(),
+                    },
+                    (u - self.far_share) / near_share,
+                ));
             }
         }
         let near = self.tree.draw(&near);
-        core::array::from_fn(|i| drawn[i].or(near[i].map(|(light, probability)| (light, probability * near_share))))
+        core::array::from_fn(|i| {
+            drawn[i].or(near[i].map(|(light, probability)| (light, probability * near_share)))
+        })
     }
 
     /// The probability with which [`LightChoice::draw`] draws a light from there.
@@ -106,8 +145,15 @@ impl LightChoice {
     pub fn probability<R: Real>(&self, light: LightId, from: R::Vec3, normal: R::Vec3) -> f64 {
         match light {
             LightId::Emitter(i) => {
-                let receiver = Receiver { at: from.to_f64(), normal: normal.to_f64() };
-                let leaf = self.leaves.get(i as usize).copied().unwrap_or(LightTree::NONE);
+                let receiver = Receiver {
+                    at: from.to_f64(),
+                    normal: normal.to_f64(),
+                };
+                let leaf = self
+                    .leaves
+                    .get(i as usize)
+                    .copied()
+                    .unwrap_or(LightTree::NONE);
                 (1.0 - self.far_share) * self.tree.probability(leaf, &receiver)
             }
             // The sky comes last; a light without size is never met.
@@ -133,10 +179,12 @@ impl<R: Real> Lights<R> {
     /// Whether a light that is infinitely far sends anything at all.
     fn shines_from_afar(&self, light: LightId) -> bool {
         match light {
-            LightId::Delta(i) => self.delta[i as usize].sample(R::Vec3::ZERO).is_some_and(|seen| {
-                let zero = <R as Real>::ZERO;
-                seen.arriving.max_element() > zero
-            }),
+            LightId::Delta(i) => self.delta[i as usize]
+                .sample(R::Vec3::ZERO)
+                .is_some_and(|seen| {
+                    let zero = <R as Real>::ZERO;
+                    seen.arriving.max_element() > zero
+                }),
             LightId::Sky => true,
             LightId::Emitter(_) => false,
         }

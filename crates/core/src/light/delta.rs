@@ -24,38 +24,59 @@ pub struct DeltaLight<R: Real> {
 
 #[derive(Clone, Copy, Debug)]
 enum DeltaKind<R: Real> {
-    Directional { to_light: R::Vec3 },
-    Point { position: R::Vec3, fade: Fade<R> },
-    Spot { position: R::Vec3, direction: R::Vec3, fade: Fade<R>, scale: R, offset: R },
+    Directional {
+        to_light: R::Vec3,
+    },
+    Point {
+        position: R::Vec3,
+        fade: Fade<R>,
+    },
+    Spot {
+        position: R::Vec3,
+        direction: R::Vec3,
+        fade: Fade<R>,
+        scale: R,
+        offset: R,
+    },
 }
 
-/// Least way of the cosine across a spot's edge: below what f32 tells apart, and its inverse a number that f32 has.
+/// Least way of the cosine across a spot's edge: below what f32 tells apart, and its inverse a
+/// number that f32 has.
 const NARROWEST_EDGE: f64 = 1e-12;
 
 /// How a light weakens with distance.
 #[derive(Clone, Copy, Debug)]
 struct Fade<R> {
     inverse_square: bool,
-    /// One over the square of the range; none without a range, where nothing is asked of the distance that f32 might not hold.
+    /// One over the square of the range; none without a range, where nothing is asked of the
+    /// distance that f32 might not hold.
     inverse_range_2: Option<R>,
 }
 
 impl<R: Real> Fade<R> {
     fn new(falloff: Falloff, range: Option<f64>) -> Self {
         let inverse_range_2 = range.map(|r| R::from_f64(1.0 / (r * r)));
-        Self { inverse_square: falloff == Falloff::InverseSquare, inverse_range_2 }
+        Self {
+            inverse_square: falloff == Falloff::InverseSquare,
+            inverse_range_2,
+        }
     }
 
     fn at(&self, squared: R) -> R {
         let window = match self.inverse_range_2 {
             None => R::ONE,
             Some(inverse) => {
-                // (d/range)² before it is squared: the fourth power of a distance of 4.3e9 m is beyond f32.
+                // (d/range)² before it is squared: the fourth power of a distance of 4.3e9 m is
+                // beyond f32.
                 let share = squared * inverse;
                 Real::clamp(R::ONE - share * share, R::ZERO, R::ONE)
             }
         };
-        if self.inverse_square { window / squared } else { window }
+        if self.inverse_square {
+            window / squared
+        } else {
+            window
+        }
     }
 }
 
@@ -65,13 +86,30 @@ impl<R: Real> DeltaLight<R> {
         let v = |t: [f64; 3]| R::Vec3::from_f64(t.into());
         let unit = |t: [f64; 3]| R::Vec3::from_f64(glam::DVec3::from(t).normalize());
         let kind = match light.kind {
-            LightKind::Directional { to_light } => DeltaKind::Directional { to_light: unit(to_light) },
-            LightKind::Point { position, falloff, range } => {
-                DeltaKind::Point { position: v(position), fade: Fade::new(falloff, range) }
-            }
-            LightKind::Spot { position, direction, inner_angle, outer_angle, falloff, range } => {
+            LightKind::Directional { to_light } => DeltaKind::Directional {
+                to_light: unit(to_light),
+            },
+            LightKind::Point {
+                position,
+                falloff,
+                range,
+            } => DeltaKind::Point {
+                position: v(position),
+                fade: Fade::new(falloff, range),
+            },
+            LightKind::Spot {
+                position,
+                direction,
+                inner_angle,
+                outer_angle,
+                falloff,
+                range,
+            } => {
                 // The smooth edge of KHR_lights_punctual, hard where its angles are one.
-                let (inner, outer) = (libm::cos(inner_angle.to_radians()), libm::cos(outer_angle.to_radians()));
+                let (inner, outer) = (
+                    libm::cos(inner_angle.to_radians()),
+                    libm::cos(outer_angle.to_radians()),
+                );
                 let scale = 1.0 / (inner - outer).max(NARROWEST_EDGE);
                 DeltaKind::Spot {
                     position: v(position),
@@ -83,7 +121,13 @@ impl<R: Real> DeltaLight<R> {
             }
         };
         let shadows = light.shadows && casters;
-        Self { kind, colour: v(light.colour.0), dimmed: light.shadows, shadows, specular: light.specular }
+        Self {
+            kind,
+            colour: v(light.colour.0),
+            dimmed: light.shadows,
+            shadows,
+            specular: light.specular,
+        }
     }
 
     /// The light as a point sees it; none where nothing of it arrives.
@@ -97,7 +141,13 @@ impl<R: Real> DeltaLight<R> {
                 target: Target::Infinity,
             }),
             DeltaKind::Point { position, fade } => self.local(from, *position, fade, |_| R::ONE),
-            DeltaKind::Spot { position, direction, fade, scale, offset } => self.local(from, *position, fade, |l| {
+            DeltaKind::Spot {
+                position,
+                direction,
+                fade,
+                scale,
+                offset,
+            } => self.local(from, *position, fade, |l| {
                 let edge = Real::clamp(-(l.dot(*direction)) * *scale + *offset, R::ZERO, R::ONE);
                 edge * edge
             }),
@@ -105,7 +155,13 @@ impl<R: Real> DeltaLight<R> {
     }
 
     #[inline(always)]
-    fn local(&self, from: R::Vec3, position: R::Vec3, fade: &Fade<R>, cone: impl Fn(R::Vec3) -> R) -> Option<LightSample<R>> {
+    fn local(
+        &self,
+        from: R::Vec3,
+        position: R::Vec3,
+        fade: &Fade<R>,
+        cone: impl Fn(R::Vec3) -> R,
+    ) -> Option<LightSample<R>> {
         let offset = position - from;
         let distance = offset.length();
         let direction = offset * (R::ONE / distance);
@@ -113,22 +169,36 @@ impl<R: Real> DeltaLight<R> {
         // Also false for NaN, at the light itself.
         (strength > R::ZERO && strength.is_finite()).then(|| LightSample {
             direction,
-            // Close to a strong light the product may leave f32, and infinity times a black channel is no number.
+            // Close to a strong light the product may leave f32, and infinity times a black channel
+            // is no number.
             arriving: (self.colour * strength).min(R::Vec3::splat(R::from_f64(GREATEST))),
             density: Density::Delta,
             target: Target::Point(position),
         })
     }
 
-    /// The flux of its channels, summed; what does not weaken with distance sends what crosses a sphere of radius `reach`.
+    /// The flux of its channels, summed; what does not weaken with distance sends what crosses a
+    /// sphere of radius `reach`.
     pub fn power(&self, reach: f64) -> f64 {
         let colour = self.colour.to_f64();
-        let across = |fade: &Fade<R>| if fade.inverse_square { 1.0 } else { reach * reach };
+        let across = |fade: &Fade<R>| {
+            if fade.inverse_square {
+                1.0
+            } else {
+                reach * reach
+            }
+        };
         let share = match &self.kind {
             DeltaKind::Directional { .. } => PI * reach * reach,
             DeltaKind::Point { fade, .. } => 2.0 * TAU * across(fade),
-            // Full within the inner angle; from there to the outer one the integral of a square is a third.
-            DeltaKind::Spot { fade, scale, offset, .. } => {
+            // Full within the inner angle; from there to the outer one the integral of a square is
+            // a third.
+            DeltaKind::Spot {
+                fade,
+                scale,
+                offset,
+                ..
+            } => {
                 let (edge, outer) = (1.0 / scale.to_f64(), -offset.to_f64() / scale.to_f64());
                 TAU * ((1.0 - outer - edge).max(0.0) + edge / 3.0) * across(fade)
             }
@@ -140,10 +210,22 @@ impl<R: Real> DeltaLight<R> {
     pub fn bounds(&self) -> Option<LightBounds> {
         match &self.kind {
             DeltaKind::Directional { .. } => None,
-            DeltaKind::Point { position, .. } => Some(LightBounds::point(position.to_f64(), glam::DVec3::Y, PI)),
-            DeltaKind::Spot { position, direction, scale, offset, .. } => {
+            DeltaKind::Point { position, .. } => {
+                Some(LightBounds::point(position.to_f64(), glam::DVec3::Y, PI))
+            }
+            DeltaKind::Spot {
+                position,
+                direction,
+                scale,
+                offset,
+                ..
+            } => {
                 let outer = -offset.to_f64() / scale.to_f64();
-                Some(LightBounds::point(position.to_f64(), direction.to_f64(), libm::acos(outer.clamp(-1.0, 1.0))))
+                Some(LightBounds::point(
+                    position.to_f64(),
+                    direction.to_f64(),
+                    libm::acos(outer.clamp(-1.0, 1.0)),
+                ))
             }
         }
     }
@@ -156,16 +238,30 @@ mod tests {
     use glam::{DVec3, Vec3};
 
     fn light<R: Real>(kind: LightKind, colour: f64) -> DeltaLight<R> {
-        let data = LightData { name: String::new(), kind, colour: Colour([colour; 3]), shadows: true, specular: true };
+        let data = LightData {
+            name: String::new(),
+            kind,
+            colour: Colour([colour; 3]),
+            shadows: true,
+            specular: true,
+        };
         DeltaLight::new(&data, true)
     }
 
     fn point<R: Real>(height: f64, range: Option<f64>, colour: f64) -> DeltaLight<R> {
-        light(LightKind::Point { position: [0.0, height, 0.0], falloff: Falloff::InverseSquare, range }, colour)
+        light(
+            LightKind::Point {
+                position: [0.0, height, 0.0],
+                falloff: Falloff::InverseSquare,
+                range,
+            },
+            colour,
+        )
     }
 
-    /// Protects: what arrives from a light does not depend on the unit that lengths are measured in, from 1e-15 to 1e15 of it.
-    /// The fourth power of a distance of 4.3e9 is beyond f32, and such a light was dark.
+    /// Protects: what arrives from a light does not depend on the unit that lengths are measured
+    /// in, from 1e-15 to 1e15 of it. The fourth power of a distance of 4.3e9 is beyond f32, and
+    /// such a light was dark.
     #[test]
     fn a_light_of_any_size_arrives() {
         fn arrives<R: Real>(tolerance: f64) {
@@ -173,12 +269,23 @@ mod tests {
                 let d = 10.0_f64.powi(exponent);
                 let seen = |range: Option<f64>| {
                     let light = point::<R>(d, range, 3.0 * d * d);
-                    light.sample(R::Vec3::ZERO).map_or(0.0, |seen| seen.arriving.to_f64().x)
+                    light
+                        .sample(R::Vec3::ZERO)
+                        .map_or(0.0, |seen| seen.arriving.to_f64().x)
                 };
-                // A window is (1 − (d/range)⁴): by hand, 15/16 at half the range, 1 at a millionth, 0 from the range on.
-                for (range, share) in [(None, 1.0), (Some(2.0 * d), 0.9375), (Some(1e6 * d), 1.0), (Some(d / 2.0), 0.0)] {
+                // A window is (1 − (d/range)⁴): by hand, 15/16 at half the range, 1 at a millionth,
+                // 0 from the range on.
+                for (range, share) in [
+                    (None, 1.0),
+                    (Some(2.0 * d), 0.9375),
+                    (Some(1e6 * d), 1.0),
+                    (Some(d / 2.0), 0.0),
+                ] {
                     let found = seen(range);
-                    assert!((found - 3.0 * share).abs() <= tolerance, "1e{exponent}, range {range:?}: {found}");
+                    assert!(
+                        (found - 3.0 * share).abs() <= tolerance,
+                        "1e{exponent}, range {range:?}: {found}"
+                    );
                 }
             }
         }
@@ -189,31 +296,59 @@ mod tests {
     /// Protects: what is beyond f32 so close to a light stays a number, and white.
     #[test]
     fn a_strong_light_close_by_is_finite() {
-        let seen = point::<f32>(1e-6, None, 1e37).sample(Vec3::ZERO).expect("it shines");
-        assert!(seen.arriving.is_finite() && seen.arriving.x >= 1e29, "{}", seen.arriving);
-        assert!(point::<f32>(0.0, None, 1.0).sample(Vec3::ZERO).is_none(), "at the light itself");
+        let seen = point::<f32>(1e-6, None, 1e37)
+            .sample(Vec3::ZERO)
+            .expect("it shines");
+        assert!(
+            seen.arriving.is_finite() && seen.arriving.x >= 1e29,
+            "{}",
+            seen.arriving
+        );
+        assert!(
+            point::<f32>(0.0, None, 1.0).sample(Vec3::ZERO).is_none(),
+            "at the light itself"
+        );
     }
 
-    /// Protects: a spot whose two angles are one, or nearly, has a hard edge there, however narrow or wide it is, and is full inside.
+    /// Protects: a spot whose two angles are one, or nearly, has a hard edge there, however narrow
+    /// or wide it is, and is full inside.
     #[test]
     fn the_edge_of_a_spot_may_be_hard() {
         fn hard<R: Real>() {
             for outer_angle in [0.5, 1.0, 22.5, 60.0, 90.0_f64] {
                 for inner_angle in [outer_angle, 0.999 * outer_angle] {
                     let (falloff, direction) = (Falloff::None, [0.0, -1.0, 0.0]);
-                    let kind = LightKind::Spot { position: [0.0; 3], direction, inner_angle, outer_angle, falloff, range: None };
+                    let kind = LightKind::Spot {
+                        position: [0.0; 3],
+                        direction,
+                        inner_angle,
+                        outer_angle,
+                        falloff,
+                        range: None,
+                    };
                     let seen = |degrees: f64| {
                         let angle = degrees.to_radians();
-                        let at = R::Vec3::from_f64(DVec3::new(libm::sin(angle), -libm::cos(angle), 0.0));
-                        light::<R>(kind.clone(), 1.0).sample(at).map_or(0.0, |seen| seen.arriving.to_f64().x)
+                        let at =
+                            R::Vec3::from_f64(DVec3::new(libm::sin(angle), -libm::cos(angle), 0.0));
+                        light::<R>(kind.clone(), 1.0)
+                            .sample(at)
+                            .map_or(0.0, |seen| seen.arriving.to_f64().x)
                     };
                     assert!(
                         (seen(0.99 * outer_angle) - 1.0).abs() < 1e-6,
                         "{inner_angle} to {outer_angle}: {}",
                         seen(0.99 * outer_angle)
                     );
-                    assert!((seen(0.0) - 1.0).abs() < 1e-6, "{inner_angle} to {outer_angle}: {}", seen(0.0));
-                    assert_eq!(seen(1.01 * outer_angle), 0.0, "{inner_angle} to {outer_angle}");
+                    assert!(
+                        (seen(0.0) - 1.0).abs() < 1e-6,
+                        "{inner_angle} to {outer_angle}: {}",
+                        seen(0.0)
+                    );
+                    assert_eq!(
+                        seen(1.01 * outer_angle),
+                        0.0,
+                        "{inner_angle} to {outer_angle}"
+                    );
                 }
             }
         }
@@ -221,7 +356,8 @@ mod tests {
         hard::<f64>();
     }
 
-    /// Protects: the edge of a spot, against values by hand: the square of the share of the way between the cosines.
+    /// Protects: the edge of a spot, against values by hand: the square of the share of the way
+    /// between the cosines.
     #[test]
     fn the_edge_of_a_spot_is_the_square_of_the_way_across() {
         let spot: DeltaLight<f64> = light(
@@ -238,9 +374,18 @@ mod tests {
         let (inner, outer) = (0.75_f64.sqrt(), 0.5);
         for (share, strength) in [(1.0, 1.0), (0.75, 0.5625), (0.5, 0.25), (0.1, 0.01)] {
             let cosine = outer + (inner - outer) * share;
-            let seen = spot.sample(DVec3::new((1.0 - cosine * cosine).sqrt(), -cosine, 0.0)).expect("inside the cone");
-            assert!((seen.arriving.x - strength).abs() < 1e-12, "{share} of the way: {}", seen.arriving.x);
+            let seen = spot
+                .sample(DVec3::new((1.0 - cosine * cosine).sqrt(), -cosine, 0.0))
+                .expect("inside the cone");
+            assert!(
+                (seen.arriving.x - strength).abs() < 1e-12,
+                "{share} of the way: {}",
+                seen.arriving.x
+            );
         }
-        assert!(spot.sample(DVec3::new(1.0, -0.5, 0.0)).is_none(), "outside the cone");
+        assert!(
+            spot.sample(DVec3::new(1.0, -0.5, 0.0)).is_none(),
+            "outside the cone"
+        );
     }
 }

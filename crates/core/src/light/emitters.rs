@@ -1,4 +1,5 @@
-//! Surfaces that light others: emissive objects whose points are drawn, and found again where a ray meets them.
+//! Surfaces that light others: emissive objects whose points are drawn, and found again where a ray
+//! meets them.
 
 mod cells;
 mod lanes;
@@ -26,8 +27,9 @@ pub enum Strategy {
     /// By area: any surface, from anywhere.
     #[default]
     Area,
-    /// Over the solid angle under which it is seen, where that is known (balls from outside, triangles, quads), by area elsewhere: without the
-    /// noise that unequal distances and slants bring.
+    /// Over the solid angle under which it is seen, where that is known (balls from outside,
+    /// triangles, quads), by area elsewhere: without the noise that unequal distances and slants
+    /// bring.
     SolidAngle,
 }
 
@@ -45,9 +47,11 @@ pub struct Exit<R: Real> {
 /// All emitters of a scene, drawn in proportion to their power.
 #[derive(Clone, Debug)]
 pub struct Emitters<R: Real> {
-    /// One after the other by object and primitive, so that a hit finds its own; those without power too.
+    /// One after the other by object and primitive, so that a hit finds its own; those without
+    /// power too.
     list: EmitterList<R>,
-    /// Running sum of the probabilities, 1 from the last emitter that has power; empty where none has.
+    /// Running sum of the probabilities, 1 from the last emitter that has power; empty where none
+    /// has.
     cumulative: Vec<f64>,
     /// Those that have power.
     lit: usize,
@@ -60,13 +64,25 @@ impl<R: Real> Emitters<R> {
     pub fn new(list: EmitterList<R>) -> Self {
         let powers: Vec<f64> = list.emitters.iter().map(Emitter::power).collect();
         let of_quad = |i: usize| i - usize::from(list.emitters[i].is_second);
-        let lit = (0..powers.len()).filter(|&i| powers[of_quad(i)] > 0.0).count();
+        let lit = (0..powers.len())
+            .filter(|&i| powers[of_quad(i)] > 0.0)
+            .count();
         if lit == 0 {
-            return Self { list: EmitterList::default(), cumulative: Vec::new(), lit, strategy: Strategy::default() };
+            return Self {
+                list: EmitterList::default(),
+                cumulative: Vec::new(),
+                lit,
+                strategy: Strategy::default(),
+            };
         }
         let mut cumulative = Vec::with_capacity(powers.len());
         push_shares(&mut cumulative, &powers);
-        Self { list, cumulative, lit, strategy: Strategy::default() }
+        Self {
+            list,
+            cumulative,
+            lit,
+            strategy: Strategy::default(),
+        }
     }
 
     /// How many shapes and triangles, those without power included.
@@ -84,11 +100,15 @@ impl<R: Real> Emitters<R> {
         self.cumulative.is_empty()
     }
 
-    /// The emitter that a primitive of an object belongs to: a triangle of its mesh, alone or with its other half, or 0 for a shape. None where
-    /// the object does not light others.
+    /// The emitter that a primitive of an object belongs to: a triangle of its mesh, alone or with
+    /// its other half, or 0 for a shape. None where the object does not light others.
     pub fn of(&self, object: u32, primitive: u32) -> Option<u32> {
         let start = *self.list.first.get(object as usize)?;
-        let end = self.list.first.get(object as usize + 1).map_or(self.len() as u32, |&end| end);
+        let end = self
+            .list
+            .first
+            .get(object as usize + 1)
+            .map_or(self.len() as u32, |&end| end);
         let index = start.checked_add(primitive).filter(|&index| index < end)?;
         Some(index - u32::from(self.list.emitters[index as usize].is_second))
     }
@@ -97,17 +117,23 @@ impl<R: Real> Emitters<R> {
     pub fn objects(&self) -> impl Iterator<Item = (usize, Range<u32>)> {
         let starts = self.list.first.iter().copied();
         let ends = starts.clone().skip(1).chain([self.len() as u32]);
-        starts.zip(ends).map(|(start, end)| start..end).enumerate().filter(|(_, emitters)| !emitters.is_empty())
+        starts
+            .zip(ends)
+            .map(|(start, end)| start..end)
+            .enumerate()
+            .filter(|(_, emitters)| !emitters.is_empty())
     }
 
-    /// The emitter for a pair of numbers in [0, 1), and the probability of drawing it; none where there is none. Both numbers,
-    /// because one of f32 has steps of 2⁻²³: of a million emitters the faint ones would be drawn always or never.
+    /// The emitter for a pair of numbers in [0, 1), and the probability of drawing it; none where
+    /// there is none. Both numbers, because one of f32 has steps of 2⁻²³: of a million emitters the
+    /// faint ones would be drawn always or never.
     pub fn choose(&self, [coarse, fine]: [f32; 2]) -> Option<(u32, f64)> {
         const STEP: f64 = 1.0 / (1 << 23) as f64;
         if self.is_empty() {
             return None;
         }
-        let (index, probability, _) = pick(&self.cumulative, f64::from(coarse) + f64::from(fine) * STEP);
+        let (index, probability, _) =
+            pick(&self.cumulative, f64::from(coarse) + f64::from(fine) * STEP);
         Some((index as u32, probability))
     }
 
@@ -119,8 +145,12 @@ impl<R: Real> Emitters<R> {
     /// Bytes of the tables.
     pub(crate) fn bytes(&self) -> u64 {
         let list = &self.list;
-        EmitterList::<R>::bytes_of(self.len() as u64, list.placed.len() as u64, list.first.len() as u64, [0; 2])
-            + list.cells.bytes()
+        EmitterList::<R>::bytes_of(
+            self.len() as u64,
+            list.placed.len() as u64,
+            list.first.len() as u64,
+            [0; 2],
+        ) + list.cells.bytes()
     }
 
     /// Emitters that need a map of their own.
@@ -129,7 +159,8 @@ impl<R: Real> Emitters<R> {
         self.list.placed.len()
     }
 
-    /// Whether what an emitter gives off is not the same everywhere: [`Emitters::sample`] then says what arrives of a radiance of one.
+    /// Whether what an emitter gives off is not the same everywhere: [`Emitters::sample`] then says
+    /// what arrives of a radiance of one.
     pub fn varies(&self, index: u32) -> bool {
         self.list.emitters[index as usize].varies
     }
@@ -146,7 +177,11 @@ impl<R: Real> Emitters<R> {
     pub fn radiance(&self, index: u32, exit: &Exit<R>) -> R::Vec3 {
         let emitter = &self.list.emitters[index as usize];
         let from_outside = exit.direction.dot(exit.surface.normal) < R::ZERO;
-        if emitter.side.accepts(from_outside) { emitter.radiance } else { Vector::ZERO }
+        if emitter.side.accepts(from_outside) {
+            emitter.radiance
+        } else {
+            Vector::ZERO
+        }
     }
 
     /// Flux of the three channels of an emitter, summed.
@@ -162,10 +197,16 @@ impl<R: Real> Emitters<R> {
             EmitterShape::Plain(shape) => (shape.bounds()?, shape, shape.sample_area(half, half)),
             EmitterShape::Placed(i) => {
                 let placed = &self.list.placed[*i as usize];
-                (placed.bounds()?, placed.shape(), placed.sample_area(half, half))
+                (
+                    placed.bounds()?,
+                    placed.shape(),
+                    placed.sample_area(half, half),
+                )
             }
         };
-        let normal = drawn.map(|(anywhere, _)| anywhere.normal.to_f64()).filter(|n| is_flat(shape) && n.is_finite());
+        let normal = drawn
+            .map(|(anywhere, _)| anywhere.normal.to_f64())
+            .filter(|n| is_flat(shape) && n.is_finite());
         Some(match (normal, emitter.side) {
             (Some(normal), Side::Outside) => LightBounds::flat(space, normal),
             (Some(normal), Side::Inside) => LightBounds::flat(space, -normal),
@@ -175,7 +216,10 @@ impl<R: Real> Emitters<R> {
 }
 
 fn is_flat<R: Real>(shape: &AnyShape<R>) -> bool {
-    matches!(shape, AnyShape::Disk(_) | AnyShape::Quad(_) | AnyShape::Triangle(_))
+    matches!(
+        shape,
+        AnyShape::Disk(_) | AnyShape::Quad(_) | AnyShape::Triangle(_)
+    )
 }
 
 #[cfg(test)]

@@ -1,9 +1,11 @@
-//! Directions drawn by a table over the sphere: rows of equal polar angle, columns of equal azimuth, by the inverse of their
-//! running sums ("Physically Based Rendering", 4th edition, A.5.2 and 12.5). Within a cell, evenly over its solid angle.
+//! Directions drawn by a table over the sphere: rows of equal polar angle, columns of equal
+//! azimuth, by the inverse of their running sums ("Physically Based Rendering", 4th edition, A.5.2
+//! and 12.5). Within a cell, evenly over its solid angle.
 //!
-//! Tables of all cells of a large picture lie in no cache, and looking into them took a path longer than its rays. So cells are drawn
-//! in blocks: first the block, by a table that a cache holds, and then, only where a block is not nearly even, the cell in it. A sun
-//! of one cell is still drawn as that cell.
+//! Tables of all cells of a large picture lie in no cache, and looking into them took a path longer
+//! than its rays. So cells are drawn in blocks: first the block, by a table that a cache holds, and
+//! then, only where a block is not nearly even, the cell in it. A sun of one cell is still drawn as
+//! that cell.
 
 use core::f64::consts::{PI, TAU};
 
@@ -36,7 +38,8 @@ pub struct SphereGrid {
     guides: Vec<u8>,
     /// Where a block's cells begin in `cells`, or [`WHOLE`].
     parts: Vec<u32>,
-    /// Of each block that is not even: the running sum of its rows, and of the cells of each of them.
+    /// Of each block that is not even: the running sum of its rows, and of the cells of each of
+    /// them.
     cells: Vec<f32>,
     /// 1 − cos θ of the rows' edges as 2·sin²(θ/2): near the poles a cosine has no digits left.
     edges: Vec<f64>,
@@ -47,8 +50,14 @@ pub struct SphereGrid {
 }
 
 impl SphereGrid {
-    /// From the mean radiance of each cell by column and row, the top row first; none where all of it is zero.
-    pub fn new(width: usize, height: usize, turn: f64, radiance: impl Fn(usize, usize) -> f64) -> Option<Self> {
+    /// From the mean radiance of each cell by column and row, the top row first; none where all of
+    /// it is zero.
+    pub fn new(
+        width: usize,
+        height: usize,
+        turn: f64,
+        radiance: impl Fn(usize, usize) -> f64,
+    ) -> Option<Self> {
         let edge = |row| {
             let half = libm::sin(0.5 * PI * row as f64 / height as f64);
             2.0 * half * half
@@ -63,7 +72,9 @@ impl SphereGrid {
             parts: Vec::new(),
             cells: Vec::new(),
             edges: (0..=height).map(edge).collect(),
-            angles: (0..height).map(|row| solid_angle(width, height, row)).collect(),
+            angles: (0..height)
+                .map(|row| solid_angle(width, height, row))
+                .collect(),
             block_angles: Vec::new(),
             flux: 0.0,
         };
@@ -75,7 +86,8 @@ impl SphereGrid {
                 .flat_map(|row| (0..width).map(move |x| (x, row)))
                 .map(|(x, row)| positive(radiance(x, row)))
                 .collect();
-            grid.block_angles.push(grid.angles[rows.clone()].iter().sum());
+            grid.block_angles
+                .push(grid.angles[rows.clone()].iter().sum());
             fluxes.push(grid.push_blocks(&weights, rows.start));
         }
         grid.flux = push_shares(&mut grid.rows, &fluxes);
@@ -92,12 +104,26 @@ impl SphereGrid {
         let mut fluxes = Vec::with_capacity(BLOCKS[0]);
         for start in (0..width).step_by(self.block[0]) {
             let columns = start..(start + self.block[0]).min(width);
-            let rows: Vec<&[f64]> = weights.chunks_exact(width).map(|row| &row[columns.clone()]).collect();
-            let sent: Vec<f64> = rows.iter().zip(angles).map(|(row, angle)| row.iter().sum::<f64>() * angle).collect();
+            let rows: Vec<&[f64]> = weights
+                .chunks_exact(width)
+                .map(|row| &row[columns.clone()])
+                .collect();
+            let sent: Vec<f64> = rows
+                .iter()
+                .zip(angles)
+                .map(|(row, angle)| row.iter().sum::<f64>() * angle)
+                .collect();
             let cells = || rows.iter().copied().flatten();
-            let [darkest, brightest] = [cells().fold(f64::INFINITY, |a, &b| a.min(b)), cells().fold(0.0_f64, |a, &b| a.max(b))];
+            let [darkest, brightest] = [
+                cells().fold(f64::INFINITY, |a, &b| a.min(b)),
+                cells().fold(0.0_f64, |a, &b| a.max(b)),
+            ];
             // A picture of more cells than 32 bits count is drawn by blocks where they do not fit.
-            let place = if brightest <= darkest * EVEN { WHOLE } else { u32::try_from(self.cells.len()).unwrap_or(WHOLE) };
+            let place = if brightest <= darkest * EVEN {
+                WHOLE
+            } else {
+                u32::try_from(self.cells.len()).unwrap_or(WHOLE)
+            };
             self.parts.push(place);
             if place != WHOLE {
                 push(&mut self.cells, &sent);
@@ -119,7 +145,10 @@ impl SphereGrid {
     pub fn direction(&self, [u, v]: [f64; 2]) -> DVec3 {
         let (guide, guides) = self.guides.split_at(guide_len(self.rows.len()));
         let (y, _, down) = pick_guided(&self.rows, guide, v);
-        let (blocks, parts) = (self.columns_of(y), guide_len(self.width.div_ceil(self.block[0])));
+        let (blocks, parts) = (
+            self.columns_of(y),
+            guide_len(self.width.div_ceil(self.block[0])),
+        );
         let (x, _, along) = pick_guided(blocks, &guides[y * parts..][..parts], u);
         let ([left, top], [columns, rows]) = self.extent(x, y);
         let (place, height) = (self.parts[y * blocks.len() + x], self.angles.len());
@@ -135,12 +164,16 @@ impl SphereGrid {
         let upper = 2 * row < height;
         let edge = |row: usize| self.edges[if upper { row } else { height - row }];
         let h = edge(row) + (edge(row + span) - edge(row)) * down;
-        let (y, ring) = (if upper { 1.0 - h } else { h - 1.0 }, (h * (2.0 - h)).max(0.0).sqrt());
+        let (y, ring) = (
+            if upper { 1.0 - h } else { h - 1.0 },
+            (h * (2.0 - h)).max(0.0).sqrt(),
+        );
         let (sin, cos) = sine_and_cosine(TAU * (column / self.width as f64 + self.turn - 0.5));
         DVec3::new(ring * cos, y, ring * sin)
     }
 
-    /// The density over solid angle of drawing a direction, by its place in an equirectangular picture, from 0 to 1 each way.
+    /// The density over solid angle of drawing a direction, by its place in an equirectangular
+    /// picture, from 0 to 1 each way.
     pub fn density(&self, [u, v]: [f64; 2]) -> f64 {
         let (height, u) = (self.angles.len(), u - self.turn);
         let column = (((u - Real::floor(u)) * self.width as f64) as usize).min(self.width - 1);
@@ -154,7 +187,8 @@ impl SphereGrid {
             return probability / (self.block_angles[y] * columns as f64);
         }
         let (column, cells, line) = (column - left, &self.cells[place as usize..], row - top);
-        let within = share(&cells[..rows], line) * share(&cells[rows + line * columns..][..columns], column);
+        let within =
+            share(&cells[..rows], line) * share(&cells[rows + line * columns..][..columns], column);
         probability * within / self.angles[row]
     }
 
@@ -162,7 +196,13 @@ impl SphereGrid {
     fn extent(&self, x: usize, y: usize) -> ([usize; 2], [usize; 2]) {
         let [width, height] = self.block;
         let (left, top) = (x * width, y * height);
-        ([left, top], [width.min(self.width - left), height.min(self.angles.len() - top)])
+        (
+            [left, top],
+            [
+                width.min(self.width - left),
+                height.min(self.angles.len() - top),
+            ],
+        )
     }
 
     fn columns_of(&self, row: usize) -> &[f32] {
@@ -192,7 +232,8 @@ fn push(cumulative: &mut Vec<f32>, weights: &[f64]) -> f64 {
     total
 }
 
-/// Of a cell in a row: the difference of the cosines of its edges as a product of sines, in which nothing cancels.
+/// Of a cell in a row: the difference of the cosines of its edges as a product of sines, in which
+/// nothing cancels.
 fn solid_angle(width: usize, height: usize, row: usize) -> f64 {
     let (step, middle) = (PI / height as f64, PI * (row as f64 + 0.5) / height as f64);
     TAU / width as f64 * 2.0 * libm::sin(middle) * libm::sin(0.5 * step)

@@ -1,5 +1,6 @@
-//! The sky's cosine-weighted average by normal, as nine spherical harmonics ("An Efficient Representation for Irradiance
-//! Environment Maps", Ramamoorthi, Hanrahan 2001): what a matte physical material receives under Whitted shading.
+//! The sky's cosine-weighted average by normal, as nine spherical harmonics ("An Efficient
+//! Representation for Irradiance Environment Maps", Ramamoorthi, Hanrahan 2001): what a matte
+//! physical material receives under Whitted shading.
 
 use core::f64::consts::PI;
 
@@ -40,22 +41,30 @@ fn even(radiance: DVec3) -> Integrals {
     integrals
 }
 
-/// Of radiance · max(0, d·direction)^exponent. A lobe around an axis turns each harmonic into its value at the axis times an integral
-/// over the cosine t that depends on the band alone (Funk, Hecke): 2π ∫ tⁿ P(t) dt from 0 to 1, with Legendre's polynomials P.
+/// Of radiance · max(0, d·direction)^exponent. A lobe around an axis turns each harmonic into its
+/// value at the axis times an integral over the cosine t that depends on the band alone (Funk,
+/// Hecke): 2π ∫ tⁿ P(t) dt from 0 to 1, with Legendre's polynomials P.
 fn lobe(radiance: DVec3, direction: DVec3, exponent: u32) -> Integrals {
     // As the sky is seen: what is behind counts 0⁰, which is one.
     if exponent == 0 {
         return even(radiance);
     }
     let n = f64::from(exponent);
-    let [mean, linear, square] =
-        [1.0 / (n + 1.0), 1.0 / (n + 2.0), n / ((n + 1.0) * (n + 3.0))].map(|integral| 2.0 * PI * integral);
-    let bands = [mean, linear, linear, linear, square, square, square, square, square];
+    let [mean, linear, square] = [
+        1.0 / (n + 1.0),
+        1.0 / (n + 2.0),
+        n / ((n + 1.0) * (n + 3.0)),
+    ]
+    .map(|integral| 2.0 * PI * integral);
+    let bands = [
+        mean, linear, linear, linear, square, square, square, square, square,
+    ];
     let at_axis = harmonics(direction);
     core::array::from_fn(|i| radiance * (bands[i] * at_axis[i]))
 }
 
-/// By the midpoint rule in equal steps of height and azimuth, so that every cell has the same solid angle.
+/// By the midpoint rule in equal steps of height and azimuth, so that every cell has the same solid
+/// angle.
 fn summed<R: Real>(sky: &SkyRadiance<R>) -> Integrals {
     const ROWS: usize = 128;
     const COLUMNS: usize = 256;
@@ -80,8 +89,8 @@ fn summed<R: Real>(sky: &SkyRadiance<R>) -> Integrals {
 }
 
 impl<R: Real> Irradiance<R> {
-    /// Integrates the sky over the sphere: in closed form where it has one, which misses no sun however small, and is nothing beside
-    /// what else is prepared for a model; else by a sum.
+    /// Integrates the sky over the sphere: in closed form where it has one, which misses no sun
+    /// however small, and is nothing beside what else is prepared for a model; else by a sum.
     pub fn new(sky: &SkyRadiance<R>) -> Self {
         let integrals = match &sky.kind {
             SkyKind::None => [DVec3::ZERO; 9],
@@ -100,14 +109,30 @@ impl<R: Real> Irradiance<R> {
             SkyKind::Expression(..) | SkyKind::Map(_) => summed(sky),
         };
         // Cosine lobe by band, over π: 1, 2/3, 1/4.
-        let band = [1.0, 2.0 / 3.0, 2.0 / 3.0, 2.0 / 3.0, 0.25, 0.25, 0.25, 0.25, 0.25];
-        Self { coefficients: core::array::from_fn(|i| R::Vec3::from_f64(integrals[i] * band[i])) }
+        let band = [
+            1.0,
+            2.0 / 3.0,
+            2.0 / 3.0,
+            2.0 / 3.0,
+            0.25,
+            0.25,
+            0.25,
+            0.25,
+            0.25,
+        ];
+        Self {
+            coefficients: core::array::from_fn(|i| R::Vec3::from_f64(integrals[i] * band[i])),
+        }
     }
 
     /// Mean radiance that a surface of unit normal `n` receives, cosine-weighted; never negative.
     pub fn at(&self, n: R::Vec3) -> R::Vec3 {
         let h = harmonics(n.to_f64());
-        let sum = self.coefficients.iter().zip(h).fold(R::Vec3::ZERO, |sum, (&c, h)| sum + c * R::from_f64(h));
+        let sum = self
+            .coefficients
+            .iter()
+            .zip(h)
+            .fold(R::Vec3::ZERO, |sum, (&c, h)| sum + c * R::from_f64(h));
         sum.max(R::Vec3::ZERO)
     }
 }
@@ -117,44 +142,90 @@ mod tests {
     use super::super::sky::SunLobe;
     use super::*;
 
-    /// Protects: the band factors and the normalisation, against the closed form of a sky linear in height:
-    /// mean = a + b · 2/3 · n.y for L = a + b·y.
+    /// Protects: the band factors and the normalisation, against the closed form of a sky linear in
+    /// height: mean = a + b · 2/3 · n.y for L = a + b·y.
     #[test]
     fn linear_sky_has_its_closed_form() {
-        let kind = SkyKind::<f64>::Gradient(Gradient { bottom: DVec3::splat(0.4), top: DVec3::ONE, suns: Vec::new() });
+        let kind = SkyKind::<f64>::Gradient(Gradient {
+            bottom: DVec3::splat(0.4),
+            top: DVec3::ONE,
+            suns: Vec::new(),
+        });
         let sky = SkyRadiance { kind };
         let irradiance = Irradiance::new(&sky);
-        for n in [DVec3::Y, DVec3::NEG_Y, DVec3::X, DVec3::new(0.6, 0.8, 0.0), DVec3::new(0.0, -0.6, 0.8)] {
+        for n in [
+            DVec3::Y,
+            DVec3::NEG_Y,
+            DVec3::X,
+            DVec3::new(0.6, 0.8, 0.0),
+            DVec3::new(0.0, -0.6, 0.8),
+        ] {
             let expected = 0.7 + 0.3 * 2.0 / 3.0 * n.y;
-            assert!((irradiance.at(n).x - expected).abs() < 1e-4, "{n} {} {expected}", irradiance.at(n).x);
+            assert!(
+                (irradiance.at(n).x - expected).abs() < 1e-4,
+                "{n} {} {expected}",
+                irradiance.at(n).x
+            );
         }
     }
 
-    /// Protects: closed forms are what the sums tend to, for suns of every width, whose back counts as one where the exponent is 0; and
-    /// a sun that fits into one cell of a sum is not lost.
+    /// Protects: closed forms are what the sums tend to, for suns of every width, whose back counts
+    /// as one where the exponent is 0; and a sun that fits into one cell of a sum is not lost.
     #[test]
     fn skies_have_their_closed_forms() {
         let direction = DVec3::new(0.6, -0.64, 0.48);
         let under = |suns| SkyRadiance {
-            kind: SkyKind::<f64>::Gradient(Gradient { bottom: DVec3::new(0.1, 0.5, 2.0), top: DVec3::new(0.7, 0.3, 0.0), suns }),
+            kind: SkyKind::<f64>::Gradient(Gradient {
+                bottom: DVec3::new(0.1, 0.5, 2.0),
+                top: DVec3::new(0.7, 0.3, 0.0),
+                suns,
+            }),
         };
-        let sun = |exponent| SunLobe { direction, colour: DVec3::new(1.0, 2.0, 3.0), exponent };
-        let constant = SkyRadiance { kind: SkyKind::<f64>::Constant(DVec3::new(0.2, 3.0, 0.0)) };
+        let sun = |exponent| SunLobe {
+            direction,
+            colour: DVec3::new(1.0, 2.0, 3.0),
+            exponent,
+        };
+        let constant = SkyRadiance {
+            kind: SkyKind::<f64>::Constant(DVec3::new(0.2, 3.0, 0.0)),
+        };
         let skies = [0, 1, 2, 3, 7, 30].map(|exponent| under(vec![sun(exponent), sun(2)]));
         for sky in skies.iter().chain([&constant, &under(Vec::new())]) {
             let closed = Irradiance::new(sky);
-            let band = [1.0, 2.0 / 3.0, 2.0 / 3.0, 2.0 / 3.0, 0.25, 0.25, 0.25, 0.25, 0.25];
+            let band = [
+                1.0,
+                2.0 / 3.0,
+                2.0 / 3.0,
+                2.0 / 3.0,
+                0.25,
+                0.25,
+                0.25,
+                0.25,
+                0.25,
+            ];
             let sums = summed(sky);
             for (i, coefficient) in closed.coefficients.iter().enumerate() {
                 let expected = sums[i] * band[i];
-                assert!((*coefficient - expected).abs().max_element() < 1e-3, "{sky:?} {i}: {coefficient} {expected}");
+                assert!(
+                    (*coefficient - expected).abs().max_element() < 1e-3,
+                    "{sky:?} {i}: {coefficient} {expected}"
+                );
             }
         }
         let needle = Irradiance::new(&SkyRadiance {
-            kind: SkyKind::<f64>::Gradient(Gradient { bottom: DVec3::ZERO, top: DVec3::ZERO, suns: vec![sun(1 << 20)] }),
+            kind: SkyKind::<f64>::Gradient(Gradient {
+                bottom: DVec3::ZERO,
+                top: DVec3::ZERO,
+                suns: vec![sun(1 << 20)],
+            }),
         });
-        // All of it is 2π/(n + 1), and nine harmonics give the cosine's lobe (1 + 2 + 5/4)/4 of 1/π in its middle.
+        // All of it is 2π/(n + 1), and nine harmonics give the cosine's lobe (1 + 2 + 5/4)/4 of 1/π
+        // in its middle.
         let expected = 2.0 / f64::from(1 << 20) * (0.25 + 0.5 + 0.3125);
-        assert!((needle.at(direction).x / expected - 1.0).abs() < 1e-4, "{} {expected}", needle.at(direction).x);
+        assert!(
+            (needle.at(direction).x / expected - 1.0).abs() < 1e-4,
+            "{} {expected}",
+            needle.at(direction).x
+        );
     }
 }

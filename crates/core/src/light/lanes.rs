@@ -1,4 +1,5 @@
-//! Lights as several points see them, in columns: what is a number of one point stands beside that of the next.
+//! Lights as several points see them, in columns: what is a number of one point stands beside that
+//! of the next.
 
 use raywright_bvh::{Real, Surface, Vector};
 
@@ -37,7 +38,13 @@ pub(crate) struct SurfaceLanes<R: Real> {
 impl<R: Real> SurfaceLanes<R> {
     pub fn new() -> Self {
         let none = [[R::ZERO; LANES]; 3];
-        Self { point: none, above: none, below: none, normal: none, error: none[0] }
+        Self {
+            point: none,
+            above: none,
+            below: none,
+            normal: none,
+            error: none[0],
+        }
     }
 
     #[inline(always)]
@@ -130,7 +137,11 @@ impl<R: Real> LightLanes<R> {
     /// How densely the light of one point was drawn.
     #[inline(always)]
     pub fn density_of(&self, lane: usize) -> Density {
-        if self.is_sizeless(lane) { Density::Delta } else { Density::SolidAngle(self.density[lane]) }
+        if self.is_sizeless(lane) {
+            Density::Delta
+        } else {
+            Density::SolidAngle(self.density[lane])
+        }
     }
 
     /// What one point sees, where it sees a light.

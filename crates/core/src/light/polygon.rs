@@ -1,17 +1,20 @@
-//! The solid angle under which a triangle or a quad is seen, drawn evenly ("Stratified Sampling of Spherical Triangles", Arvo 1995).
+//! The solid angle under which a triangle or a quad is seen, drawn evenly ("Stratified Sampling of
+//! Spherical Triangles", Arvo 1995).
 //!
-//! Each step is one formula over numbers, without a branch, and is computed of all polygons that are drawn from together before the next one
-//! of any, in loops that the compiler turns into vectors. One polygon alone is the same code with one lane.
+//! Each step is one formula over numbers, without a branch, and is computed of all polygons that
+//! are drawn from together before the next one of any, in loops that the compiler turns into
+//! vectors. One polygon alone is the same code with one lane.
 
 use glam::DVec3;
 
 use crate::number::{angle_above, sines_and_cosines};
 
-/// Below so many steradians points are drawn by area: distances and slants differ too little to matter, and the angles of so
-/// small a triangle keep too few digits.
+/// Below so many steradians points are drawn by area: distances and slants differ too little to
+/// matter, and the angles of so small a triangle keep too few digits.
 const LEAST: f64 = 1e-3;
 
-/// Least volume that directions to three corners span: in the plane of a triangle they are dependent.
+/// Least volume that directions to three corners span: in the plane of a triangle they are
+/// dependent.
 const FLAT: f64 = 1e-12;
 
 /// A polygon of one or two triangles: its corners in order, of a triangle the last one twice.
@@ -46,11 +49,18 @@ impl Polygon {
         (solid_angle >= LEAST).then_some(solid_angle)
     }
 
-    /// Draws a point of it as `from` sees it, by two numbers in [0, 1); none where it is seen as so small, or so flat, that its points are
-    /// better drawn by area.
+    /// Draws a point of it as `from` sees it, by two numbers in [0, 1); none where it is seen as so
+    /// small, or so flat, that its points are better drawn by area.
     pub(super) fn draw(&self, from: DVec3, [u, v]: [f64; 2]) -> Option<PolygonSample> {
-        let drawn = PolygonLanes { seen: self.row(from).map(|x| [x]), positions: [[u], [v]] }.draw();
-        drawn.is_wide(0).then(|| PolygonSample { solid_angle: drawn.solid_angle[0], point: drawn.point(0) })
+        let drawn = PolygonLanes {
+            seen: self.row(from).map(|x| [x]),
+            positions: [[u], [v]],
+        }
+        .draw();
+        drawn.is_wide(0).then(|| PolygonSample {
+            solid_angle: drawn.solid_angle[0],
+            point: drawn.point(0),
+        })
     }
 
     /// The point that sees it, and its corners.
@@ -77,14 +87,21 @@ fn vector<const N: usize>(row: &[f64; N], place: usize) -> DVec3 {
     DVec3::new(row[3 * place], row[3 * place + 1], row[3 * place + 2])
 }
 
-/// Of what a point sees of four corners: the directions to them, and of both triangles the volume that its three directions span and the
-/// number beside it in "The Solid Angle of a Plane Triangle" (Van Oosterom, Strackee 1983).
+/// Of what a point sees of four corners: the directions to them, and of both triangles the volume
+/// that its three directions span and the number beside it in "The Solid Angle of a Plane Triangle"
+/// (Van Oosterom, Strackee 1983).
 #[inline(always)]
 fn sides(seen: [f64; 15]) -> [f64; 16] {
     let from = vector(&seen, 0);
     // One by one: an array's function is not always inlined.
-    let (a, b) = ((vector(&seen, 1) - from).normalize(), (vector(&seen, 2) - from).normalize());
-    let (c, d) = ((vector(&seen, 3) - from).normalize(), (vector(&seen, 4) - from).normalize());
+    let (a, b) = (
+        (vector(&seen, 1) - from).normalize(),
+        (vector(&seen, 2) - from).normalize(),
+    );
+    let (c, d) = (
+        (vector(&seen, 3) - from).normalize(),
+        (vector(&seen, 4) - from).normalize(),
+    );
     let across = a.dot(c);
     let directions: [f64; 12] = row([a, b, c, d]);
     let mut sides = [0.0; 16];
@@ -100,18 +117,34 @@ fn sides(seen: [f64; 15]) -> [f64; 16] {
 #[inline(always)]
 fn angles(sides: &[f64; 16]) -> [f64; 2] {
     // Also false for NaN, from a corner.
-    let of = |i: usize| if sides[i] > FLAT { 2.0 * angle_above(sides[i], sides[i + 1]) } else { 0.0 };
+    let of = |i: usize| {
+        if sides[i] > FLAT {
+            2.0 * angle_above(sides[i], sides[i + 1])
+        } else {
+            0.0
+        }
+    };
     [of(12), of(14)]
 }
 
-/// Of a point that sees a polygon: the way to the point that leaves an area, whose sine and cosine are known, on one side of the arc from it to
-/// the second corner, and a share `v` of what is left along that arc.
+/// Of a point that sees a polygon: the way to the point that leaves an area, whose sine and cosine
+/// are known, on one side of the arc from it to the second corner, and a share `v` of what is left
+/// along that arc.
 #[inline(always)]
-fn offset(seen: [f64; 15], sides: [f64; 16], [is_second, of_area, beside, v]: [f64; 4]) -> [f64; 4] {
+fn offset(
+    seen: [f64; 15],
+    sides: [f64; 16],
+    [is_second, of_area, beside, v]: [f64; 4],
+) -> [f64; 4] {
     let select = |first: DVec3, second: DVec3| if is_second > 0.0 { second } else { first };
     let (from, first, second) = (vector(&seen, 0), vector(&seen, 1), vector(&seen, 2));
     let (third, fourth) = (vector(&seen, 3), vector(&seen, 4));
-    let (a, b, c, d) = (vector(&sides, 0), vector(&sides, 1), vector(&sides, 2), vector(&sides, 3));
+    let (a, b, c, d) = (
+        vector(&sides, 0),
+        vector(&sides, 1),
+        vector(&sides, 2),
+        vector(&sides, 3),
+    );
     let normal = (select(second, third) - first).cross(select(third, fourth) - first);
     let (b, c) = (select(b, c), select(c, d));
     let (across_b, across_c) = (a.cross(b), a.cross(c));
@@ -119,7 +152,10 @@ fn offset(seen: [f64; 15], sides: [f64; 16], [is_second, of_area, beside, v]: [f
     let (sine, cosine) = (across_b.cross(across_c).length(), across_b.dot(across_c));
     let both = (sine * sine + cosine * cosine).sqrt();
     let (sine, cosine) = (sine / both, cosine / both);
-    let (s, t) = (of_area * cosine - beside * sine, beside * cosine + of_area * sine);
+    let (s, t) = (
+        of_area * cosine - beside * sine,
+        beside * cosine + of_area * sine,
+    );
     let (x, y) = (t - cosine, s + sine * a.dot(b));
     let q = ((y * t - x * s) * cosine - y) / ((y * s + x * t) * sine);
     // Where the area is nothing this is nothing by nothing, and the arc the side itself.
@@ -128,7 +164,8 @@ fn offset(seen: [f64; 15], sides: [f64; 16], [is_second, of_area, beside, v]: [f
     let on_side = a * q + unit(c - a * c.dot(a)) * (1.0 - q * q).sqrt();
     let h = v * (1.0 - on_side.dot(b));
     let rest = h * (2.0 - h);
-    let direction = b * (1.0 - h) + unit(on_side - b * on_side.dot(b)) * (if rest > 0.0 { rest } else { 0.0 }).sqrt();
+    let direction = b * (1.0 - h)
+        + unit(on_side - b * on_side.dot(b)) * (if rest > 0.0 { rest } else { 0.0 }).sqrt();
     let distance = normal.dot(first - from) / normal.dot(direction);
     let way = direction * distance;
     [way.x, way.y, way.z, distance]
@@ -138,7 +175,11 @@ fn offset(seen: [f64; 15], sides: [f64; 16], [is_second, of_area, beside, v]: [f
 #[inline(always)]
 fn unit(v: DVec3) -> DVec3 {
     let inverse = 1.0 / v.length();
-    v * if inverse < f64::INFINITY { inverse } else { 0.0 }
+    v * if inverse < f64::INFINITY {
+        inverse
+    } else {
+        0.0
+    }
 }
 
 /// A number in each lane, so many of them.
@@ -177,14 +218,23 @@ pub(super) struct PolygonPoints<const N: usize> {
 
 impl<const N: usize> PolygonLanes<N> {
     pub fn new() -> Self {
-        Self { seen: [[0.0; N]; 15], positions: [[0.0; N]; 2] }
+        Self {
+            seen: [[0.0; N]; 15],
+            positions: [[0.0; N]; 2],
+        }
     }
 
     /// Puts a polygon into a lane.
     #[inline(always)]
     pub fn put(&mut self, lane: usize, polygon: &Polygon, from: DVec3, position: [f64; 2]) {
         let Polygon([a, b, c, d]) = *polygon;
-        for (columns, v) in self.seen.as_chunks_mut::<3>().0.iter_mut().zip([from, a, b, c, d]) {
+        for (columns, v) in self
+            .seen
+            .as_chunks_mut::<3>()
+            .0
+            .iter_mut()
+            .zip([from, a, b, c, d])
+        {
             put(columns, lane, v.to_array());
         }
         put(&mut self.positions, lane, position);
@@ -193,7 +243,8 @@ impl<const N: usize> PolygonLanes<N> {
     /// What [`Polygon::draw`] gives of each.
     #[inline(always)]
     pub fn draw(&self) -> PolygonPoints<N> {
-        let (mut sides, mut areas, mut seconds, mut solid_angle) = ([[0.0; N]; 16], [0.0; N], [0.0; N], [0.0; N]);
+        let (mut sides, mut areas, mut seconds, mut solid_angle) =
+            ([[0.0; N]; 16], [0.0; N], [0.0; N], [0.0; N]);
         for i in 0..N {
             put(&mut sides, i, self::sides(lane(&self.seen, i)));
         }
@@ -209,9 +260,17 @@ impl<const N: usize> PolygonLanes<N> {
         let mut way = [[0.0; N]; 4];
         for i in 0..N {
             let choice = [seconds[i], sines[i], cosines[i], self.positions[1][i]];
-            put(&mut way, i, offset(lane(&self.seen, i), lane(&sides, i), choice));
+            put(
+                &mut way,
+                i,
+                offset(lane(&self.seen, i), lane(&sides, i), choice),
+            );
         }
-        PolygonPoints { solid_angle, from: [self.seen[0], self.seen[1], self.seen[2]], way }
+        PolygonPoints {
+            solid_angle,
+            from: [self.seen[0], self.seen[1], self.seen[2]],
+            way,
+        }
     }
 }
 

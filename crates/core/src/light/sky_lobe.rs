@@ -1,4 +1,5 @@
-//! Parts of a sky whose integrals are known: directions drawn by how bright they are there, and how densely.
+//! Parts of a sky whose integrals are known: directions drawn by how bright they are there, and how
+//! densely.
 
 use core::f64::consts::TAU;
 
@@ -26,7 +27,10 @@ impl SkyLobe {
             Self::Linear { bottom, top } => {
                 // The inverse of the integral of a linear density, without cancellation.
                 let root = (bottom * bottom * (1.0 - u) + top * top * u).sqrt();
-                at_height(2.0 * u * (bottom + top) / (bottom + root).max(f64::MIN_POSITIVE) - 1.0, v)
+                at_height(
+                    2.0 * u * (bottom + top) / (bottom + root).max(f64::MIN_POSITIVE) - 1.0,
+                    v,
+                )
             }
             Self::Power { axis, exponent } => {
                 let mut waiting = PowerLanes::<1>::default();
@@ -52,8 +56,12 @@ impl SkyLobe {
     }
 }
 
-/// [`SkyLobe::direction`] of many, one after the other: in less time, since powers are drawn several together.
-pub(super) fn directions<'a>(drawn: impl Iterator<Item = (&'a SkyLobe, [f64; 2])>, out: &mut Vec<DVec3>) {
+/// [`SkyLobe::direction`] of many, one after the other: in less time, since powers are drawn
+/// several together.
+pub(super) fn directions<'a>(
+    drawn: impl Iterator<Item = (&'a SkyLobe, [f64; 2])>,
+    out: &mut Vec<DVec3>,
+) {
     let mut waiting = PowerLanes::<LANES>::default();
     let mut places = [0; LANES];
     let flush = |waiting: &mut PowerLanes<LANES>, places: &[usize; LANES], out: &mut Vec<DVec3>| {
@@ -91,7 +99,12 @@ struct PowerLanes<const N: usize> {
 
 impl<const N: usize> Default for PowerLanes<N> {
     fn default() -> Self {
-        Self { len: 0, axis: [[1.0; N]; 3], exponent: [0.0; N], numbers: [[0.0; N]; 2] }
+        Self {
+            len: 0,
+            axis: [[1.0; N]; 3],
+            exponent: [0.0; N],
+            numbers: [[0.0; N]; 2],
+        }
     }
 }
 
@@ -118,7 +131,9 @@ impl<const N: usize> Loops for PowerLanes<N> {
         let mut out = [[0.0; N]; 3];
         for i in 0..N {
             // 1 − cos, which keeps its digits where the lobe is narrow.
-            let h = -exponential_beside_one(logarithm_beside_one(-self.numbers[0][i]) / (self.exponent[i] + 1.0));
+            let h = -exponential_beside_one(
+                logarithm_beside_one(-self.numbers[0][i]) / (self.exponent[i] + 1.0),
+            );
             let rest = h * (2.0 - h);
             let ring = (if rest > 0.0 { rest } else { 0.0 }).sqrt();
             let axis = DVec3::new(self.axis[0][i], self.axis[1][i], self.axis[2][i]);
@@ -133,32 +148,48 @@ impl<const N: usize> Loops for PowerLanes<N> {
 /// A direction of a height, at a share of a turn.
 pub(super) fn at_height(y: f64, turn: f64) -> DVec3 {
     let ring = ((1.0 - y) * (1.0 + y)).max(0.0).sqrt();
-    DVec3::new(ring * libm::cos(TAU * turn), y.clamp(-1.0, 1.0), ring * libm::sin(TAU * turn))
+    DVec3::new(
+        ring * libm::cos(TAU * turn),
+        y.clamp(-1.0, 1.0),
+        ring * libm::sin(TAU * turn),
+    )
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
 
-    /// Protects: lobes of a sky are drawn as densely as they say, suns of every width too: the share of numbers between two directions over the
-    /// solid angle between these lies between the densities there, since a lobe only falls or only rises.
+    /// Protects: lobes of a sky are drawn as densely as they say, suns of every width too: the
+    /// share of numbers between two directions over the solid angle between these lies between the
+    /// densities there, since a lobe only falls or only rises.
     #[test]
     fn m02_lobes_of_a_sky_are_as_dense_as_drawn() {
         const STEPS: u32 = 1000;
         let axis = DVec3::new(1.0, -2.0, 0.5).normalize();
-        let suns = [0, 1, 2, 7, 30, 1000, 1_000_000].map(|exponent| (SkyLobe::Power { axis, exponent }, axis));
-        let linear = [[0.0, 1.0], [3.0, 1.0], [2.0, 2.0]].map(|[bottom, top]| (SkyLobe::Linear { bottom, top }, DVec3::NEG_Y));
+        let suns = [0, 1, 2, 7, 30, 1000, 1_000_000]
+            .map(|exponent| (SkyLobe::Power { axis, exponent }, axis));
+        let linear = [[0.0, 1.0], [3.0, 1.0], [2.0, 2.0]]
+            .map(|[bottom, top]| (SkyLobe::Linear { bottom, top }, DVec3::NEG_Y));
         for (lobe, axis) in suns.into_iter().chain(linear) {
             let at = |step: u32| {
                 let direction = lobe.direction([f64::from(step) / f64::from(STEPS), 0.3]);
                 // 1 − cos of the angle to the axis, with its digits.
-                (0.5 * (direction - axis).length_squared(), lobe.density(direction))
+                (
+                    0.5 * (direction - axis).length_squared(),
+                    lobe.density(direction),
+                )
             };
             for step in 0..STEPS - 1 {
                 let ((from, first), (to, second)) = (at(step), at(step + 1));
                 let drawn = 1.0 / (f64::from(STEPS) * TAU * (to - from));
-                let (least, most) = (first.min(second) * (1.0 - 1e-6), first.max(second) * (1.0 + 1e-6));
-                assert!((least..=most).contains(&drawn), "{lobe:?}, {step}: {drawn} is not within {least} and {most}");
+                let (least, most) = (
+                    first.min(second) * (1.0 - 1e-6),
+                    first.max(second) * (1.0 + 1e-6),
+                );
+                assert!(
+                    (least..=most).contains(&drawn),
+                    "{lobe:?}, {step}: {drawn} is not within {least} and {most}"
+                );
             }
         }
     }

@@ -10,12 +10,13 @@ use super::sky::{Gradient, Map, SkyKind};
 use super::sky_lobe::{self, SkyLobe, at_height};
 use super::{Density, LightSample, SkyRadiance, SkySample, SphereGrid, Target};
 
-/// Share of a picture's mean that is left to the other way. All of it leaves a seventh more noise under skies that are a little brighter on one
-/// side, half of it three quarters more on what a small sun lights; this one is within a twelfth of the better in seven skies.
+/// Share of a picture's mean that is left to the other way. All of it leaves a seventh more noise
+/// under skies that are a little brighter on one side, half of it three quarters more on what a
+/// small sun lights; this one is within a twelfth of the better in seven skies.
 const EVEN: f64 = 0.75;
 
-/// Mean density of what is drawn from which on it is small: a tenth of a unit of solid angle or less, which is less than a hundredth of the
-/// sphere.
+/// Mean density of what is drawn from which on it is small: a tenth of a unit of solid angle or
+/// less, which is less than a hundredth of the sphere.
 const SMALL: f64 = 10.0;
 
 /// How a sky is drawn.
@@ -32,7 +33,10 @@ enum SkyForm {
     /// Evenly over the sphere: an expression, of which nothing is known.
     Even,
     /// A sum of lobes in closed form, each in its share.
-    Lobes { lobes: Vec<SkyLobe>, shares: Vec<f64> },
+    Lobes {
+        lobes: Vec<SkyLobe>,
+        shares: Vec<f64>,
+    },
     /// A picture, cell by cell.
     Grid(SphereGrid),
 }
@@ -52,22 +56,34 @@ impl SkySampler {
             SkyKind::Gradient(Gradient { bottom, top, suns }) => {
                 let suns = suns.iter().map(|sun| {
                     let (axis, exponent) = (sun.direction.to_f64().normalize(), sun.exponent);
-                    (SkyLobe::Power { axis, exponent }, sum::<R>(sun.colour) * TAU / (f64::from(exponent) + 1.0))
+                    (
+                        SkyLobe::Power { axis, exponent },
+                        sum::<R>(sun.colour) * TAU / (f64::from(exponent) + 1.0),
+                    )
                 });
                 Self::lobes(core::iter::once(linear(sum::<R>(*bottom), sum::<R>(*top))).chain(suns))
             }
-            SkyKind::Expression(..) => Some(Self { form: SkyForm::Even, flux: flux_by_quadrature(sky), small: None }),
+            SkyKind::Expression(..) => Some(Self {
+                form: SkyForm::Even,
+                flux: flux_by_quadrature(sky),
+                small: None,
+            }),
             SkyKind::Map(map) => {
                 let grid = grid(map, |radiance| radiance)?;
-                Some(Self { flux: grid.flux(), form: SkyForm::Grid(grid), small: None })
+                Some(Self {
+                    flux: grid.flux(),
+                    form: SkyForm::Grid(grid),
+                    small: None,
+                })
             }
         };
         sampler.map(|sampler| sampler.with_small(sky))
     }
 
-    /// Draws only what exceeds the rest of the sky: suns over what they stand in, texels over most of the mean. Right where directions are
-    /// drawn in another way too, and both are combined: that way is better for what is even ("MIS Compensation: Optimizing Sampling
-    /// Techniques in Multiple Importance Sampling", Karlík et al. 2019). Nothing changes where nothing exceeds.
+    /// Draws only what exceeds the rest of the sky: suns over what they stand in, texels over most
+    /// of the mean. Right where directions are drawn in another way too, and both are combined:
+    /// that way is better for what is even ("MIS Compensation: Optimizing Sampling Techniques in
+    /// Multiple Importance Sampling", Karlík et al. 2019). Nothing changes where nothing exceeds.
     #[must_use]
     pub fn of_excess<R: Real>(self, sky: &SkyRadiance<R>) -> Self {
         let excess = match (&self.form, &sky.kind) {
@@ -81,13 +97,20 @@ impl SkySampler {
             (SkyForm::Grid(whole), SkyKind::Map(map)) => {
                 let even = EVEN * 0.25 * FRAC_1_PI * whole.flux();
                 let excess = grid(map, |radiance| (radiance - even).max(0.0));
-                excess.map(|grid| Self { flux: grid.flux(), form: SkyForm::Grid(grid), small: None })
+                excess.map(|grid| Self {
+                    flux: grid.flux(),
+                    form: SkyForm::Grid(grid),
+                    small: None,
+                })
             }
             _ => None,
         };
         match excess {
             // What the whole sky gives is what the choice among lights goes by.
-            Some(excess) => Self { flux: self.flux, ..excess.with_small(sky) },
+            Some(excess) => Self {
+                flux: self.flux,
+                ..excess.with_small(sky)
+            },
             None => self,
         }
     }
@@ -96,21 +119,32 @@ impl SkySampler {
         let (lobes, fluxes): (Vec<SkyLobe>, Vec<f64>) = lobes.into_iter().unzip();
         let mut shares = Vec::new();
         let flux = push_shares(&mut shares, &fluxes);
-        (flux > 0.0).then_some(Self { form: SkyForm::Lobes { lobes, shares }, flux, small: None })
+        (flux > 0.0).then_some(Self {
+            form: SkyForm::Lobes { lobes, shares },
+            flux,
+            small: None,
+        })
     }
 
-    /// Knows its small bright parts. The mean density of directions drawn is ∫p², by which few directions that hold much of the light count
-    /// as much as their noise does in a path that meets them by chance.
+    /// Knows its small bright parts. The mean density of directions drawn is ∫p², by which few
+    /// directions that hold much of the light count as much as their noise does in a path that
+    /// meets them by chance.
     fn with_small<R: Real>(self, sky: &SkyRadiance<R>) -> Self {
         const SIDE: u16 = 16;
         let middle = |i: u16| (f32::from(i) + 0.5) / f32::from(SIDE);
         let drawn = (0..SIDE * SIDE).map(|i| self.drawn::<R>([middle(i % SIDE), middle(i / SIDE)]));
-        let mean =
-            drawn.map(|direction| self.density::<R>(direction, sky.place(direction))).sum::<f64>() / f64::from(SIDE * SIDE);
-        Self { small: (mean >= SMALL).then_some(0.5 * mean), ..self }
+        let mean = drawn
+            .map(|direction| self.density::<R>(direction, sky.place(direction)))
+            .sum::<f64>()
+            / f64::from(SIDE * SIDE);
+        Self {
+            small: (mean >= SMALL).then_some(0.5 * mean),
+            ..self
+        }
     }
 
-    /// Density of being drawn from which on a direction is in a small bright part of the sky; none where there is no such part.
+    /// Density of being drawn from which on a direction is in a small bright part of the sky; none
+    /// where there is no such part.
     #[inline(always)]
     pub fn small(&self) -> Option<f64> {
         self.small
@@ -131,7 +165,14 @@ impl SkySampler {
     ) -> Option<LightSample<R>> {
         let direction = self.drawn::<R>(position);
         let place = sky.place(direction);
-        self.sample_seen(direction, &SkySample { place, radiance: sky.radiance_at(from, direction, place) }, probability)
+        self.sample_seen(
+            direction,
+            &SkySample {
+                place,
+                radiance: sky.radiance_at(from, direction, place),
+            },
+            probability,
+        )
     }
 
     /// The direction that [`Self::sample`] draws.
@@ -141,7 +182,9 @@ impl SkySampler {
 
     /// [`Self::drawn`] of many, one after the other: in less time than one by one.
     pub fn drawn_each<R: Real>(&self, positions: impl Iterator<Item = [f32; 2]>) -> Vec<R::Vec3> {
-        let SkyForm::Lobes { lobes, shares } = &self.form else { return positions.map(|at| self.drawn::<R>(at)).collect() };
+        let SkyForm::Lobes { lobes, shares } = &self.form else {
+            return positions.map(|at| self.drawn::<R>(at)).collect();
+        };
         let mut directions = Vec::new();
         let chosen = positions.map(|position| {
             let [u, v] = position.map(f64::from);
@@ -154,16 +197,23 @@ impl SkySampler {
 
     /// The rest of [`Self::sample`], where it is known what is seen in the direction.
     #[inline]
-    pub fn sample_seen<R: Real>(&self, direction: R::Vec3, seen: &SkySample<R>, probability: f64) -> Option<LightSample<R>> {
+    pub fn sample_seen<R: Real>(
+        &self,
+        direction: R::Vec3,
+        seen: &SkySample<R>,
+        probability: f64,
+    ) -> Option<LightSample<R>> {
         // Of the direction as it is stored, so that a ray that finds the sky there hears the same.
         let density = self.density::<R>(direction, seen.place) * probability;
         let arriving = seen.radiance * R::from_f64(1.0 / density);
-        (density > 0.0 && arriving.is_finite() && arriving.max_element() > R::ZERO).then_some(LightSample {
-            direction,
-            arriving,
-            density: Density::SolidAngle(density),
-            target: Target::Infinity,
-        })
+        (density > 0.0 && arriving.is_finite() && arriving.max_element() > R::ZERO).then_some(
+            LightSample {
+                direction,
+                arriving,
+                density: Density::SolidAngle(density),
+                target: Target::Infinity,
+            },
+        )
     }
 
     fn direction(&self, [u, v]: [f64; 2]) -> DVec3 {
@@ -183,9 +233,15 @@ impl SkySampler {
             SkyForm::Even => 0.25 * FRAC_1_PI,
             SkyForm::Grid(grid) => grid.density(place.map(Real::to_f64)),
             SkyForm::Lobes { lobes, shares } => {
-                let drawn = lobes.iter().enumerate().map(|(i, lobe)| (super::cdf::share(shares, i), lobe));
+                let drawn = lobes
+                    .iter()
+                    .enumerate()
+                    .map(|(i, lobe)| (super::cdf::share(shares, i), lobe));
                 // What is never drawn adds nothing.
-                drawn.filter(|&(share, _)| share > 0.0).map(|(share, lobe)| share * lobe.density(direction.to_f64())).sum()
+                drawn
+                    .filter(|&(share, _)| share > 0.0)
+                    .map(|(share, lobe)| share * lobe.density(direction.to_f64()))
+                    .sum()
             }
         }
     }
@@ -196,23 +252,34 @@ fn flux_by_quadrature<R: Real>(sky: &SkyRadiance<R>) -> f64 {
     const ROWS: u32 = 32;
     const COLUMNS: u32 = 64;
     let at = |i: u32, n: u32| (f64::from(i) + 0.5) / f64::from(n);
-    let cells = (0..ROWS).flat_map(|row| (0..COLUMNS).map(move |column| (at(row, ROWS), at(column, COLUMNS))));
+    let cells = (0..ROWS)
+        .flat_map(|row| (0..COLUMNS).map(move |column| (at(row, ROWS), at(column, COLUMNS))));
     let seen = cells.map(|(u, v)| R::Vec3::from_f64(at_height(2.0 * u - 1.0, v)));
-    let total: f64 = seen.map(|d| sum::<R>(sky.radiance(R::Vec3::ZERO, d))).filter(|x| x.is_finite()).sum();
+    let total: f64 = seen
+        .map(|d| sum::<R>(sky.radiance(R::Vec3::ZERO, d)))
+        .filter(|x| x.is_finite())
+        .sum();
     total * 4.0 * PI / f64::from(ROWS * COLUMNS)
 }
 
-/// The cells of a picture are its texels. Between their middles radiance is blended, so the mean of a cell has an eighth of each
-/// neighbour's in both axes, and a black texel beside a bright one is drawn.
+/// The cells of a picture are its texels. Between their middles radiance is blended, so the mean of
+/// a cell has an eighth of each neighbour's in both axes, and a black texel beside a bright one is
+/// drawn.
 fn grid<R: Real>(map: &Map<R>, drawn: impl Fn(f64) -> f64) -> Option<SphereGrid> {
     let (width, height) = (map.image.width as usize, map.image.height as usize);
-    let texels: Vec<f64> = (0..width * height).map(|i| sum::<R>(map.texel(i % width, i / width) * map.strength)).collect();
+    let texels: Vec<f64> = (0..width * height)
+        .map(|i| sum::<R>(map.texel(i % width, i / width) * map.strength))
+        .collect();
     let blended = |before: f64, at: f64, after: f64| 0.125 * (before + after) + 0.75 * at;
     let across = |x: usize, y: usize| {
         let at = |x: usize| texels[y * width + x % width];
         blended(at(x + width - 1), at(x), at(x + 1))
     };
     SphereGrid::new(width, height, map.turn.to_f64(), |x, y| {
-        drawn(blended(across(x, y.saturating_sub(1)), across(x, y), across(x, (y + 1).min(height - 1))))
+        drawn(blended(
+            across(x, y.saturating_sub(1)),
+            across(x, y),
+            across(x, (y + 1).min(height - 1)),
+        ))
     })
 }

@@ -1,9 +1,10 @@
-//! A tree over lights that have a place: each node knows where its lights are, which way they shine and how much, and so how much
-//! of it may arrive at a point ("Importance Sampling of Many Lights with Adaptive Tree Splitting", Conty Estevez, Kulla 2018;
-//! "Physically Based Rendering", 4th edition, 12.6.3).
+//! A tree over lights that have a place: each node knows where its lights are, which way they shine
+//! and how much, and so how much of it may arrive at a point ("Importance Sampling of Many Lights
+//! with Adaptive Tree Splitting", Conty Estevez, Kulla 2018; "Physically Based Rendering", 4th
+//! edition, 12.6.3).
 //!
-//! A node has up to eight groups below it. A tree of pairs has three times the levels, each of which waits for the one before it and for
-//! memory, and guesses which way the processor goes on.
+//! A node has up to eight groups below it. A tree of pairs has three times the levels, each of
+//! which waits for the one before it and for memory, and guesses which way the processor goes on.
 
 mod build;
 mod node;
@@ -57,7 +58,10 @@ impl LightTree {
     pub fn new(mut leaves: Vec<Leaf>, mut place: impl FnMut(LightId, u32)) -> Self {
         let mut tree = Self::default();
         // What is still to be put somewhere.
-        let mut open: Vec<(Group, u32)> = Group::of_all(&leaves).map(|all| (all, Self::TOP)).into_iter().collect();
+        let mut open: Vec<(Group, u32)> = Group::of_all(&leaves)
+            .map(|all| (all, Self::TOP))
+            .into_iter()
+            .collect();
         while let Some((group, at)) = open.pop() {
             let content = if let [leaf] = leaves[group.range()] {
                 place(leaf.light, at);
@@ -98,18 +102,29 @@ impl LightTree {
         size_of_val(self.nodes.as_slice()) as u64
     }
 
-    /// At least the bytes of the nodes over so many lights: a node has eight groups or no more than lights, so that there are most where
-    /// lights end up in pairs, half as many as lights and a seventh of that above them. (Only groups again and again far smaller than
-    /// their distances may need more, see [`divide`].)
+    /// At least the bytes of the nodes over so many lights: a node has eight groups or no more than
+    /// lights, so that there are most where lights end up in pairs, half as many as lights and a
+    /// seventh of that above them. (Only groups again and again far smaller than their distances
+    /// may need more, see [`divide`].)
     pub fn bytes_of(lights: u64) -> u64 {
-        let nodes = if lights > 1 { lights.saturating_mul(4) / 7 + 1 } else { 0 };
+        let nodes = if lights > 1 {
+            lights.saturating_mul(4) / 7 + 1
+        } else {
+            0
+        };
         nodes.saturating_mul(size_of::<LightNode>() as u64)
     }
 
-    /// A light for each point and its number in [0, 1), and the light's probability; none where none sends anything.
-    pub fn draw<const N: usize>(&self, points: &[Option<(Receiver, f64)>; N]) -> [Option<(LightId, f64)>; N] {
+    /// A light for each point and its number in [0, 1), and the light's probability; none where
+    /// none sends anything.
+    pub fn draw<const N: usize>(
+        &self,
+        points: &[Option<(Receiver, f64)>; N],
+    ) -> [Option<(LightId, f64)>; N] {
         match self.top {
-            Some(Content::Inner(_)) if points.iter().any(Option::is_some) => widest(Draw { tree: self, points }),
+            Some(Content::Inner(_)) if points.iter().any(Option::is_some) => {
+                widest(Draw { tree: self, points })
+            }
             Some(Content::Light(light)) => points.map(|point| point.map(|_| (light, 1.0))),
             _ => [None; N],
         }
@@ -124,9 +139,13 @@ impl LightTree {
         }
     }
 
-    /// Level by level, each step of all points: what one waits for, roots and quotients and its node, the others do not.
+    /// Level by level, each step of all points: what one waits for, roots and quotients and its
+    /// node, the others do not.
     #[inline(always)]
-    fn drawn<const N: usize>(&self, points: &[Option<(Receiver, f64)>; N]) -> [Option<(LightId, f64)>; N] {
+    fn drawn<const N: usize>(
+        &self,
+        points: &[Option<(Receiver, f64)>; N],
+    ) -> [Option<(LightId, f64)>; N] {
         let nothing = Content::Inner(Self::NONE);
         let top = self.top.unwrap_or(nothing);
         let mut content = points.map(|point| if point.is_some() { top } else { nothing });
@@ -148,7 +167,9 @@ impl LightTree {
                 });
             }
             for i in 0..N {
-                let Some(node) = self.node(content[i]) else { continue };
+                let Some(node) = self.node(content[i]) else {
+                    continue;
+                };
                 let sums = running(&importances[i]);
                 let total = sums[WIDTH];
                 // Also for what is no number.
@@ -157,8 +178,9 @@ impl LightTree {
                     continue;
                 }
                 let at = u[i] * total;
-                // A number below one times the sum is below the sum, so that this is a group with importance. Counted, not looked for: a
-                // processor guesses wrongly where a search ends.
+                // A number below one times the sum is below the sum, so that this is a group with
+                // importance. Counted, not looked for: a processor guesses wrongly where a search
+                // ends.
                 let mut lane = 0;
                 for &sum in &sums[1..WIDTH] {
                     lane += usize::from(sum <= at);
@@ -171,18 +193,22 @@ impl LightTree {
         }
     }
 
-    /// The probability of drawing the light of a place. Multiplied from the top down, as [`LightTree::draw`] does: the same bits.
+    /// The probability of drawing the light of a place. Multiplied from the top down, as
+    /// [`LightTree::draw`] does: the same bits.
     pub fn probability(&self, place: u32, receiver: &Receiver) -> f64 {
         if place == Self::TOP {
             return 1.0;
         }
-        let Some(node) = self.nodes.get(place as usize / WIDTH) else { return 0.0 };
+        let Some(node) = self.nodes.get(place as usize / WIDTH) else {
+            return 0.0;
+        };
         let importances = node.importances(receiver);
         let total = running(&importances)[WIDTH];
         if !(total > 0.0 && total.is_finite()) {
             return 0.0;
         }
-        self.probability(node.parent, receiver) * (f64::from(importances[place as usize % WIDTH]) / total)
+        self.probability(node.parent, receiver)
+            * (f64::from(importances[place as usize % WIDTH]) / total)
     }
 }
 

@@ -1,5 +1,6 @@
-//! Which lights have lit anything: one that is shut away from every path is missing in the picture and in its error alike, so that it can
-//! only be told by counting. A lamp in a closed box may be meant; that its light is nowhere is worth saying all the same.
+//! Which lights have lit anything: one that is shut away from every path is missing in the picture
+//! and in its error alike, so that it can only be told by counting. A lamp in a closed box may be
+//! meant; that its light is nowhere is worth saying all the same.
 
 use raywright_bvh::Real;
 
@@ -8,9 +9,10 @@ use super::{LightId, Lights};
 /// Instead of a number of rays: some light arrived.
 const LIT: u32 = u32::MAX;
 
-/// For each light without size and each emitter how many rays to it were stopped, until one arrives. Each worker of a render counts by itself,
-/// and a film adds up what its renders counted: a counter that workers share would be fetched from another's cache at every such ray. Nothing that
-/// is rendered depends on it, and the sum not on the order in which rays were traced.
+/// For each light without size and each emitter how many rays to it were stopped, until one
+/// arrives. Each worker of a render counts by itself, and a film adds up what its renders counted:
+/// a counter that workers share would be fetched from another's cache at every such ray. Nothing
+/// that is rendered depends on it, and the sum not on the order in which rays were traced.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct LightUsage {
     deltas: usize,
@@ -21,7 +23,10 @@ impl LightUsage {
     /// Nothing is known yet of these lights.
     pub fn new<R: Real>(lights: &Lights<R>) -> Self {
         let (deltas, emitters) = (lights.delta.len(), lights.emitters.len());
-        Self { deltas, stopped: vec![0; deltas + emitters] }
+        Self {
+            deltas,
+            stopped: vec![0; deltas + emitters],
+        }
     }
 
     fn place(&self, light: LightId) -> Option<usize> {
@@ -35,7 +40,12 @@ impl LightUsage {
     /// Counts a ray to a light, or a path that met it.
     #[inline(always)]
     pub fn count(&mut self, light: LightId, arrived: bool) {
-        let Some(stopped) = self.place(light).and_then(|place| self.stopped.get_mut(place)) else { return };
+        let Some(stopped) = self
+            .place(light)
+            .and_then(|place| self.stopped.get_mut(place))
+        else {
+            return;
+        };
         *stopped = sum(*stopped, if arrived { LIT } else { 1 });
     }
 
@@ -45,12 +55,18 @@ impl LightUsage {
             self.clone_from(other);
             return;
         }
-        self.stopped.iter_mut().zip(&other.stopped).for_each(|(own, &other)| *own = sum(*own, other));
+        self.stopped
+            .iter_mut()
+            .zip(&other.stopped)
+            .for_each(|(own, &other)| *own = sum(*own, other));
     }
 
     /// How many rays to a light were stopped, where none arrived.
     pub fn in_vain(&self, light: LightId) -> Option<u32> {
-        self.stopped.get(self.place(light)?).copied().filter(|&stopped| stopped != LIT)
+        self.stopped
+            .get(self.place(light)?)
+            .copied()
+            .filter(|&stopped| stopped != LIT)
     }
 
     /// Bytes of the tables of so many lights, one for each worker of this pool and the sum.
@@ -63,7 +79,11 @@ impl LightUsage {
 /// Rays that were stopped in all: as many as can be counted, unless light arrived.
 #[inline(always)]
 fn sum(a: u32, b: u32) -> u32 {
-    if a == LIT || b == LIT { LIT } else { a.saturating_add(b).min(LIT - 1) }
+    if a == LIT || b == LIT {
+        LIT
+    } else {
+        a.saturating_add(b).min(LIT - 1)
+    }
 }
 
 #[cfg(test)]
@@ -71,11 +91,14 @@ mod tests {
     use super::*;
 
     fn of(stopped: [u32; 2]) -> LightUsage {
-        LightUsage { deltas: 1, stopped: stopped.into() }
+        LightUsage {
+            deltas: 1,
+            stopped: stopped.into(),
+        }
     }
 
-    /// Protects: what two workers counted adds up in either order, also where there are more rays than can be counted; light that one of
-    /// them saw stays seen, and the sky is not counted.
+    /// Protects: what two workers counted adds up in either order, also where there are more rays
+    /// than can be counted; light that one of them saw stays seen, and the sky is not counted.
     #[test]
     fn workers_add_up() {
         let (mut usage, lamp) = (of([0, 0]), LightId::Emitter(0));
@@ -84,7 +107,11 @@ mod tests {
         usage.count(LightId::Delta(0), false);
         usage.count(LightId::Sky, true);
         assert_eq!(usage.stopped, [LIT, 3]);
-        for (a, b, expected) in [([0, 3], [5, 4], [5, 7]), ([LIT, 1], [2, LIT], [LIT; 2]), ([LIT - 1, 1], [7, 0], [LIT - 1, 1])] {
+        for (a, b, expected) in [
+            ([0, 3], [5, 4], [5, 7]),
+            ([LIT, 1], [2, LIT], [LIT; 2]),
+            ([LIT - 1, 1], [7, 0], [LIT - 1, 1]),
+        ] {
             for (first, second) in [(a, b), (b, a)] {
                 let mut usage = LightUsage::default();
                 usage.add(&of(first));
@@ -92,6 +119,13 @@ mod tests {
                 assert_eq!(usage.stopped, expected);
             }
         }
-        assert_eq!([usage.in_vain(lamp), usage.in_vain(LightId::Delta(0)), usage.in_vain(LightId::Sky)], [Some(3), None, None]);
+        assert_eq!(
+            [
+                usage.in_vain(lamp),
+                usage.in_vain(LightId::Delta(0)),
+                usage.in_vain(LightId::Sky)
+            ],
+            [Some(3), None, None]
+        );
     }
 }

@@ -1,9 +1,11 @@
-//! Directional albedos of rough facets, tabulated: what facets send back at once, and what white ones lose.
+//! Directional albedos of rough facets, tabulated: what facets send back at once, and what white
+//! ones lose.
 //!
-//! The tables depend on nothing, so they are constants: `albedo.table`, which a test computes anew and compares byte by byte.
-//! Facets that are as rough along every direction have one by roughness and cosine. Those that are not
-//! have two angles and two roughnesses, and one as fine would be a hundred times as long. So theirs holds the difference to isotropic facets of
-//! the roughness that the view's azimuth shows, which is small and smooth.
+//! The tables depend on nothing, so they are constants: `albedo.table`, which a test computes anew
+//! and compares byte by byte. Facets that are as rough along every direction have one by roughness
+//! and cosine. Those that are not have two angles and two roughnesses, and one as fine would be a
+//! hundred times as long. So theirs holds the difference to isotropic facets of the roughness that
+//! the view's azimuth shows, which is small and smooth.
 
 use core::array::from_fn;
 
@@ -13,16 +15,18 @@ use super::fresnel::schlick_weight;
 use super::ggx::{Ggx, LEAST_ROUGHNESS};
 use crate::number::{Number, Vector3};
 
-/// What white facets lose that meet light once, and what those send back that reflect nothing at normal incidence and all at grazing
-/// incidence, by Schlick.
+/// What white facets lose that meet light once, and what those send back that reflect nothing at
+/// normal incidence and all at grazing incidence, by Schlick.
 pub(super) type Entry = [f32; 2];
 
-/// Mean over the hemisphere, by the cosine, of Schlick's way towards grazing incidence: 2·∫(1 − c)⁵·c dc.
+/// Mean over the hemisphere, by the cosine, of Schlick's way towards grazing incidence: 2·∫(1 −
+/// c)⁵·c dc.
 pub(super) const MEAN_GRAZING: f64 = 1.0 / 21.0;
 
 /// Roughnesses and cosines of the table of isotropic facets.
 pub(super) const STEPS: usize = 32;
-/// Cosines, azimuths, finer roughnesses and strengths of that of anisotropic ones, and roughnesses and strengths of its means.
+/// Cosines, azimuths, finer roughnesses and strengths of that of anisotropic ones, and roughnesses
+/// and strengths of its means.
 pub(super) const ANISOTROPIC: [usize; 4] = [16, 12, 12, 8];
 pub(super) const ANISOTROPIC_MEANS: usize = 24;
 /// What a difference of one is stored as.
@@ -34,15 +38,17 @@ const MEANS: usize = ANISOTROPIC_MEANS * ANISOTROPIC_MEANS;
 
 /// All that is tabulated.
 pub(super) struct Table {
-    /// Entries of isotropic facets by the perceptual roughness and the cosine of view, and their means over the hemisphere by the roughness.
-    /// Roughnesses go by their root and cosines by their fourth one, because albedos fall fast towards grazing where facets are next to
-    /// smooth. With even steps of roughness and roots of cosines, what is interpolated was up to .010 off at cosines from .02 on; so it is
-    /// up to .004.
+    /// Entries of isotropic facets by the perceptual roughness and the cosine of view, and their
+    /// means over the hemisphere by the roughness. Roughnesses go by their root and cosines by
+    /// their fourth one, because albedos fall fast towards grazing where facets are next to smooth.
+    /// With even steps of roughness and roots of cosines, what is interpolated was up to .010 off
+    /// at cosines from .02 on; so it is up to .004.
     pub entries: [Entry; ENTRIES],
     pub means: [Entry; STEPS],
     /// Means over the hemisphere of anisotropic facets, by the finer roughness and the strength.
     pub anisotropic_means: [Entry; MEANS],
-    /// What anisotropic facets have beyond isotropic ones, by the coordinates of [`anisotropic_coordinates`]. With these, what is interpolated is up to .008 off.
+    /// What anisotropic facets have beyond isotropic ones, by the coordinates of
+    /// [`anisotropic_coordinates`]. With these, what is interpolated is up to .008 off.
     pub anisotropic: [[i16; 2]; DIFFERENCES],
 }
 
@@ -68,7 +74,8 @@ const fn pairs<const COUNT: usize>(bytes: &[u8], from: usize) -> [Entry; COUNT] 
     let mut k = 0;
     while k < 2 * COUNT {
         let at = from + 4 * k;
-        out[k / 2][k % 2] = f32::from_le_bytes([bytes[at], bytes[at + 1], bytes[at + 2], bytes[at + 3]]);
+        out[k / 2][k % 2] =
+            f32::from_le_bytes([bytes[at], bytes[at + 1], bytes[at + 2], bytes[at + 3]]);
         k += 1;
     }
     out
@@ -106,7 +113,10 @@ pub(super) fn look_up(table: &Table, cosine: f64, roughness: f64) -> [f64; 2] {
     if roughness <= LEAST_ROUGHNESS {
         return [0.0, schlick_weight(cosine.max(0.0))];
     }
-    let ((i, u), (j, v)) = (between(cosine.max(0.0).sqrt().sqrt(), STEPS), between(roughness.sqrt(), STEPS));
+    let ((i, u), (j, v)) = (
+        between(cosine.max(0.0).sqrt().sqrt(), STEPS),
+        between(roughness.sqrt(), STEPS),
+    );
     let row = |j: usize| {
         let pair = &table.entries[j * STEPS + i..j * STEPS + i + 2];
         mix(pair[0].map(f64::from), pair[1].map(f64::from), u)
@@ -120,28 +130,44 @@ fn look_up_mean(table: &Table, roughness: f64) -> [f64; 2] {
         return [0.0, MEAN_GRAZING];
     }
     let (j, v) = between(roughness.sqrt(), STEPS);
-    mix(table.means[j].map(f64::from), table.means[j + 1].map(f64::from), v)
+    mix(
+        table.means[j].map(f64::from),
+        table.means[j + 1].map(f64::from),
+        v,
+    )
 }
 
-/// Where facets of such α lie between finer roughnesses and strengths: by the root of the former, from the least one on.
+/// Where facets of such α lie between finer roughnesses and strengths: by the root of the former,
+/// from the least one on.
 fn anisotropy_coordinates([wide, fine]: [f64; 2]) -> [f64; 2] {
     let least = LEAST_ROUGHNESS.sqrt();
     let strength = ((wide - fine) / (1.0 - fine).max(1e-9)).max(0.0).sqrt();
     [(fine.sqrt().sqrt() - least) / (1.0 - least), strength]
 }
 
-/// Where a direction in the frame of facets of such α lies in the table of anisotropic ones, and the roughness that its azimuth shows: the azimuth
-/// goes by the root of that roughness.
+/// Where a direction in the frame of facets of such α lies in the table of anisotropic ones, and
+/// the roughness that its azimuth shows: the azimuth goes by the root of that roughness.
 fn anisotropic_coordinates(v: DVec3, [wide, fine]: [f64; 2]) -> ([f64; 4], f64) {
     let (x2, y2) = (v.x * v.x, v.y * v.y);
     let across = x2 + y2;
-    let shown2 = if across > 0.0 { (wide * wide * x2 + fine * fine * y2) / across } else { fine * fine };
+    let shown2 = if across > 0.0 {
+        (wide * wide * x2 + fine * fine * y2) / across
+    } else {
+        fine * fine
+    };
     let roughness = shown2.sqrt().sqrt();
     let ends = [wide, fine].map(|alpha| alpha.sqrt().sqrt());
     let span = ends[0] - ends[1];
-    let azimuth = if span > 1e-9 { (roughness.sqrt() - ends[1]) / span } else { 0.0 };
+    let azimuth = if span > 1e-9 {
+        (roughness.sqrt() - ends[1]) / span
+    } else {
+        0.0
+    };
     let [finer, strength] = anisotropy_coordinates([wide, fine]);
-    ([v.z.abs().sqrt().sqrt(), azimuth, finer, strength], roughness)
+    (
+        [v.z.abs().sqrt().sqrt(), azimuth, finer, strength],
+        roughness,
+    )
 }
 
 /// What the table has for a direction in the frame of facets of such α.
@@ -168,7 +194,11 @@ fn look_up_anisotropic_mean(table: &Table, alpha: [f64; 2]) -> [f64; 2] {
     let [(i, u), (j, v)] = anisotropy_coordinates(alpha).map(|x| between(x, ANISOTROPIC_MEANS));
     let row = |i: usize| {
         let at = i * ANISOTROPIC_MEANS + j;
-        mix(table.anisotropic_means[at].map(f64::from), table.anisotropic_means[at + 1].map(f64::from), v)
+        mix(
+            table.anisotropic_means[at].map(f64::from),
+            table.anisotropic_means[at + 1].map(f64::from),
+            v,
+        )
     };
     mix(row(i), row(i + 1), u)
 }
@@ -190,7 +220,10 @@ impl<N: Number> Albedo<N> {
             let [lost, grazing] = entry(lane);
             DVec3::new(lost, grazing, 0.0)
         });
-        Self { lost: both.x(), grazing: both.y() }
+        Self {
+            lost: both.x(),
+            grazing: both.y(),
+        }
     }
 
     /// Towards a direction, by its cosine.
@@ -205,29 +238,51 @@ impl<N: Number> Albedo<N> {
         Self::of(|lane| look_up_mean(&TABLE, roughness.lane(lane)))
     }
 
-    /// Towards a direction on either side, by its cosine; where a mask is set, of facets that are rougher along one direction.
-    pub fn towards_either(direction: N::Vec3, cosine: N, roughness: N, others: &Option<(N::Mask, Ggx<N>)>) -> Self {
+    /// Towards a direction on either side, by its cosine; where a mask is set, of facets that are
+    /// rougher along one direction.
+    pub fn towards_either(
+        direction: N::Vec3,
+        cosine: N,
+        roughness: N,
+        others: &Option<(N::Mask, Ggx<N>)>,
+    ) -> Self {
         let own = Self::towards(cosine, roughness);
-        let Some((mask, facets)) = others else { return own };
+        let Some((mask, facets)) = others else {
+            return own;
+        };
         let (local, alpha) = (facets.frame().to_local(direction), facets.alpha);
-        let other = Self::of(|lane| look_up_anisotropic(&TABLE, local.lane(lane), alpha.map(|alpha| alpha.lane(lane))));
+        let other = Self::of(|lane| {
+            look_up_anisotropic(
+                &TABLE,
+                local.lane(lane),
+                alpha.map(|alpha| alpha.lane(lane)),
+            )
+        });
         Self::select(*mask, other, own)
     }
 
     /// The same in the mean over the hemisphere.
     pub fn mean_of_either(roughness: N, others: &Option<(N::Mask, Ggx<N>)>) -> Self {
         let own = Self::mean(roughness);
-        let Some((mask, facets)) = others else { return own };
-        let other = Self::of(|lane| look_up_anisotropic_mean(&TABLE, facets.alpha.map(|alpha| alpha.lane(lane))));
+        let Some((mask, facets)) = others else {
+            return own;
+        };
+        let other = Self::of(|lane| {
+            look_up_anisotropic_mean(&TABLE, facets.alpha.map(|alpha| alpha.lane(lane)))
+        });
         Self::select(*mask, other, own)
     }
 
     fn select(mask: N::Mask, yes: Self, no: Self) -> Self {
-        Self { lost: N::select(mask, yes.lost, no.lost), grazing: N::select(mask, yes.grazing, no.grazing) }
+        Self {
+            lost: N::select(mask, yes.lost, no.lost),
+            grazing: N::select(mask, yes.grazing, no.grazing),
+        }
     }
 
-    /// Share that facets send back whose reflectance at a cosine is said: that at the cosine whose Schlick's weight is the mean of what they
-    /// show. Exact for mirrors and for Schlick's formula; Fresnel's, which rises less than in proportion to it, sends back less.
+    /// Share that facets send back whose reflectance at a cosine is said: that at the cosine whose
+    /// Schlick's weight is the mean of what they show. Exact for mirrors and for Schlick's formula;
+    /// Fresnel's, which rises less than in proportion to it, sends back less.
     pub fn sent_by(&self, reflectance: impl Fn(N) -> N) -> N {
         let sent = N::ONE - self.lost;
         // Schlick's weight in the mean, and to both sides of it as far as facets spread it.

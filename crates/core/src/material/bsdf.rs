@@ -1,5 +1,6 @@
-//! The answer to light of a surface at a point: a list of lobes, evaluated, sampled and weighed together. Which kinds of lobes is a
-//! parameter, so that surfaces of the common ones carry no code of the others.
+//! The answer to light of a surface at a point: a list of lobes, evaluated, sampled and weighed
+//! together. Which kinds of lobes is a parameter, so that surfaces of the common ones carry no code
+//! of the others.
 
 use super::frame::Frame;
 use super::lobe::Lobe;
@@ -24,7 +25,8 @@ pub struct BsdfSample<N: Number> {
     pub some: N::Mask,
     /// Unit, away from the surface.
     pub direction: N::Vec3,
-    /// What light from there counts: value · |cosine| over the density, in the mean the share that is sent back.
+    /// What light from there counts: value · |cosine| over the density, in the mean the share that
+    /// is sent back.
     pub weight: N::Vec3,
     /// Density by solid angle; zero for a delta lobe, which has none.
     pub density: N,
@@ -36,7 +38,11 @@ impl<N: Number, L: LobeFamily<N>, const MOST: usize> Bsdf<N, L, MOST> {
     /// A surface without lobes, which is black.
     #[inline(always)]
     pub fn new(normal: N::Vec3) -> Self {
-        Self { normal, lobes: [L::NOTHING; MOST], count: 0 }
+        Self {
+            normal,
+            lobes: [L::NOTHING; MOST],
+            count: 0,
+        }
     }
 
     /// Makes it a surface without lobes about another normal, where it is.
@@ -82,7 +88,12 @@ impl<N: Number, L: LobeFamily<N>, const MOST: usize> Bsdf<N, L, MOST> {
 
     /// Sums over the lobes of values, and of densities by importance.
     #[inline(always)]
-    fn sum(&self, pair: &Pair<N>, importances: &[N; MOST], of: impl Fn(&L, &Pair<N>) -> (N::Vec3, N)) -> (N::Vec3, N) {
+    fn sum(
+        &self,
+        pair: &Pair<N>,
+        importances: &[N; MOST],
+        of: impl Fn(&L, &Pair<N>) -> (N::Vec3, N),
+    ) -> (N::Vec3, N) {
         let (mut value, mut sum) = (N::Vec3::ZERO, N::ZERO);
         for (lobe, &importance) in self.lobes().iter().zip(importances) {
             let (own, density) = of(lobe, pair);
@@ -92,10 +103,16 @@ impl<N: Number, L: LobeFamily<N>, const MOST: usize> Bsdf<N, L, MOST> {
         (value, sum)
     }
 
-    /// Bidirectional reflectance from `wi`, which is above the surface, to `wo`; of delta lobes nothing.
+    /// Bidirectional reflectance from `wi`, which is above the surface, to `wo`; of delta lobes
+    /// nothing.
     #[inline(always)]
     pub fn eval(&self, wo: N::Vec3, wi: N::Vec3) -> N::Vec3 {
-        self.sum(&Pair::new(self.normal, wo, wi), &[N::ZERO; MOST], L::eval_and_pdf).0
+        self.sum(
+            &Pair::new(self.normal, wo, wi),
+            &[N::ZERO; MOST],
+            L::eval_and_pdf,
+        )
+        .0
     }
 
     /// Whether some lobe lets light through that could have been drawn.
@@ -108,7 +125,8 @@ impl<N: Number, L: LobeFamily<N>, const MOST: usize> Bsdf<N, L, MOST> {
     #[inline(always)]
     pub fn eval_diffuse(&self, wo: N::Vec3, wi: N::Vec3) -> N::Vec3 {
         let diffuse = |lobe: &L, pair: &Pair<N>| (lobe.eval_diffuse(pair), N::ZERO);
-        self.sum(&Pair::new(self.normal, wo, wi), &[N::ZERO; MOST], diffuse).0
+        self.sum(&Pair::new(self.normal, wo, wi), &[N::ZERO; MOST], diffuse)
+            .0
     }
 
     /// What the choice among lobes goes by, of each of them, and the sum.
@@ -122,14 +140,15 @@ impl<N: Number, L: LobeFamily<N>, const MOST: usize> Bsdf<N, L, MOST> {
         (each, sum)
     }
 
-    /// Density by solid angle with which [`Self::sample`] gives `wi`; delta lobes, which have none, take their share of it away.
+    /// Density by solid angle with which [`Self::sample`] gives `wi`; delta lobes, which have none,
+    /// take their share of it away.
     #[inline(always)]
     pub fn pdf(&self, wo: N::Vec3, wi: N::Vec3) -> N {
         self.eval_and_pdf(wo, wi).1
     }
 
-    /// [`Self::eval`] and [`Self::pdf`] together, which share most of what they compute; of what lets light through, for a light on
-    /// any side of the surface.
+    /// [`Self::eval`] and [`Self::pdf`] together, which share most of what they compute; of what
+    /// lets light through, for a light on any side of the surface.
     #[inline(always)]
     pub fn eval_and_pdf(&self, wo: N::Vec3, wi: N::Vec3) -> (N::Vec3, N) {
         let cosine = self.normal.dot(wo);
@@ -137,30 +156,49 @@ impl<N: Number, L: LobeFamily<N>, const MOST: usize> Bsdf<N, L, MOST> {
     }
 
     #[inline(always)]
-    fn eval_and_pdf_by(&self, (importances, total): &([N; MOST], N), cosine: N, wo: N::Vec3, wi: N::Vec3) -> (N::Vec3, N) {
+    fn eval_and_pdf_by(
+        &self,
+        (importances, total): &([N; MOST], N),
+        cosine: N,
+        wo: N::Vec3,
+        wi: N::Vec3,
+    ) -> (N::Vec3, N) {
         let (pair, zero) = (Pair::new(self.normal, wo, wi), N::ZERO);
         let (value, sum) = self.sum(&pair, importances, L::eval_and_pdf);
-        let (able, above) = (cosine.above(zero) & total.above(zero), self.normal.dot(wi).above(zero));
+        let (able, above) = (
+            cosine.above(zero) & total.above(zero),
+            self.normal.dot(wi).above(zero),
+        );
         let over = N::select(able & above, sum / *total, zero);
         if !self.lets_through() {
             return (value, over);
         }
         let (through, sum) = self.sum(&pair, importances, L::eval_and_pdf_through);
         let below = zero.above(self.normal.dot(wi));
-        (N::Vec3::select(below, through, value), N::select(able & below, sum / *total, over))
+        (
+            N::Vec3::select(below, through, value),
+            N::select(able & below, sum / *total, over),
+        )
     }
 
-    /// A direction for three numbers in [0, 1), of which the first chooses the lobe. Drawn in a frame about its normal.
+    /// A direction for three numbers in [0, 1), of which the first chooses the lobe. Drawn in a
+    /// frame about its normal.
     #[inline(always)]
     pub fn sample(&self, frame: &Frame<N>, wo: N::Vec3, [choice, u, v]: [N; 3]) -> BsdfSample<N> {
         let cosine = self.normal.dot(wo);
         let importances = self.importances(cosine);
         let (each, total) = importances;
         let able = cosine.above(N::ZERO) & total.above(N::ZERO);
-        let (mut direction, mut weight, mut delta) = (N::Vec3::ZERO, N::Vec3::ZERO, N::Mask::default());
+        let (mut direction, mut weight, mut delta) =
+            (N::Vec3::ZERO, N::Vec3::ZERO, N::Mask::default());
         let local = frame.to_local(wo);
         let mut before = N::ZERO;
-        for ((lobe, chosen), importance) in self.lobes().iter().zip(self.chosen(&each, choice * total, able)).zip(each) {
+        for ((lobe, chosen), importance) in self
+            .lobes()
+            .iter()
+            .zip(self.chosen(&each, choice * total, able))
+            .zip(each)
+        {
             let start = before;
             before = before + importance;
             if !chosen.any() {
@@ -174,7 +212,11 @@ impl<N: Number, L: LobeFamily<N>, const MOST: usize> Bsdf<N, L, MOST> {
             } else {
                 // How far into the lobe's share the choice lies is a number in [0, 1) too.
                 let rest = ((choice * total - start) / importance).max(N::ZERO);
-                direction = N::Vec3::select(chosen, lobe.sample(frame, wo, local, rest, [u, v]), direction);
+                direction = N::Vec3::select(
+                    chosen,
+                    lobe.sample(frame, wo, local, rest, [u, v]),
+                    direction,
+                );
             }
         }
         let (value, density) = self.eval_and_pdf_by(&importances, cosine, wo, direction);
@@ -197,8 +239,9 @@ impl<N: Number, L: LobeFamily<N>, const MOST: usize> Bsdf<N, L, MOST> {
         }
     }
 
-    /// From which lobe each able lane draws: the last one whose importance is above zero and before which the others' sum is not
-    /// above `target`. Asked from the last one on, so that rounding leaves no rest behind it.
+    /// From which lobe each able lane draws: the last one whose importance is above zero and before
+    /// which the others' sum is not above `target`. Asked from the last one on, so that rounding
+    /// leaves no rest behind it.
     #[inline(always)]
     fn chosen(&self, importances: &[N; MOST], target: N, able: N::Mask) -> [N::Mask; MOST] {
         let (mut chosen, mut left) = ([N::Mask::default(); MOST], able);

@@ -1,8 +1,9 @@
-//! A boundary of a dielectric: a smooth one, by Fresnel's equations, or a rough one, whose facets each reflect and refract as a smooth one does
-//! ("Microfacet Models for Refraction through Rough Surfaces", Walter, Marschner, Li, Torrance 2007) and are drawn as they are seen.
+//! A boundary of a dielectric: a smooth one, by Fresnel's equations, or a rough one, whose facets
+//! each reflect and refract as a smooth one does ("Microfacet Models for Refraction through Rough
+//! Surfaces", Walter, Marschner, Li, Torrance 2007) and are drawn as they are seen.
 //!
-//! What is carried is the light that passes, as for smooth boundaries: radiance is not scaled by the square of the index, which a path
-//! that leaves glass takes back.
+//! What is carried is the light that passes, as for smooth boundaries: radiance is not scaled by
+//! the square of the index, which a path that leaves glass takes back.
 
 use super::frame::Frame;
 use super::ggx::{Ggx, alpha, mirrored, sample_wm};
@@ -13,7 +14,8 @@ use crate::number::{Mask, Number, Vector3};
 /// The boundary as one side sees it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Dielectric<N: Number> {
-    /// Index on the side that the ray comes from over the one beyond; in f64, because refraction near the critical angle cancels.
+    /// Index on the side that the ray comes from over the one beyond; in f64, because refraction
+    /// near the critical angle cancels.
     pub eta: N::Exact,
     /// The same in the lanes' own digits, which do for facets.
     pub facet_eta: N,
@@ -27,8 +29,8 @@ pub struct Dielectric<N: Number> {
     pub roughness: Option<N>,
 }
 
-/// Unpolarised reflectance of a facet by the cosine of incidence and the index there over the one beyond, and the cosine beyond; 1
-/// and none under total reflection.
+/// Unpolarised reflectance of a facet by the cosine of incidence and the index there over the one
+/// beyond, and the cosine beyond; 1 and none under total reflection.
 #[inline(always)]
 pub(super) fn fresnel<N: Number>(cosine: N, eta: N) -> (N, N) {
     let c = cosine.max(N::ZERO).min(N::ONE);
@@ -38,12 +40,15 @@ pub(super) fn fresnel<N: Number>(cosine: N, eta: N) -> (N, N) {
     let parallel = (eta * beyond - c) / (eta * beyond + c);
     let half = N::from_f64(0.5);
     let part = half * (perpendicular * perpendicular + parallel * parallel);
-    (N::select(beyond2.above(N::ZERO), part.min(N::ONE), N::ONE), beyond)
+    (
+        N::select(beyond2.above(N::ZERO), part.min(N::ONE), N::ONE),
+        beyond,
+    )
 }
 
 impl<N: Number> Dielectric<N> {
-    /// The facet's normal that refracts between both directions, its cosines to them (the one of the light is below zero), and
-    /// whether there is one.
+    /// The facet's normal that refracts between both directions, its cosines to them (the one of
+    /// the light is below zero), and whether there is one.
     #[inline(always)]
     pub(super) fn between(&self, pair: &Pair<N>) -> (N::Vec3, [N; 2], N::Mask) {
         let along = pair.wo * self.facet_eta + pair.wi;
@@ -76,35 +81,61 @@ impl<N: Number> LobeKind<N> for Dielectric<N> {
     /// What facets reflect.
     #[inline(always)]
     fn eval_and_pdf(&self, pair: &Pair<N>) -> (N::Vec3, N) {
-        let Some(roughness) = self.roughness else { return (N::Vec3::ZERO, N::ZERO) };
+        let Some(roughness) = self.roughness else {
+            return (N::Vec3::ZERO, N::ZERO);
+        };
         let (reflectance, _) = fresnel(pair.tilt, self.facet_eta);
         let facets = Ggx::isotropic(pair.normal, roughness);
         let (value, density) = facets.reflected(pair, self.reflected * (self.share * reflectance));
-        (N::Vec3::select(self.share.above(N::ZERO), value, N::Vec3::ZERO), reflectance * density)
+        (
+            N::Vec3::select(self.share.above(N::ZERO), value, N::Vec3::ZERO),
+            reflectance * density,
+        )
     }
 
     /// What facets let through.
     #[inline(always)]
     fn eval_and_pdf_through(&self, pair: &Pair<N>) -> (N::Vec3, N) {
-        let Some(roughness) = self.roughness else { return (N::Vec3::ZERO, N::ZERO) };
-        let (facets, (facet, [out, into], able)) = (Ggx::isotropic(pair.normal, roughness), self.between(pair));
-        // The density of seen facets, times what turns it into that of the directions they refract to, and the share let through.
+        let Some(roughness) = self.roughness else {
+            return (N::Vec3::ZERO, N::ZERO);
+        };
+        let (facets, (facet, [out, into], able)) =
+            (Ggx::isotropic(pair.normal, roughness), self.between(pair));
+        // The density of seen facets, times what turns it into that of the directions they refract
+        // to, and the share let through.
         let seen = N::from_f64(2.0) * out / (pair.out + facets.root(pair.wo, pair.out));
         let denominator = self.facet_eta * out + into;
         let spread = seen * -into / (facets.inverse_d(facet) * denominator * denominator);
         let density = (N::ONE - fresnel(out, self.facet_eta).0) * spread;
         let below = -pair.into;
-        // Smith's G₁ of the side beyond, over the cosine: what is seen from one side says nothing of what hides there.
-        let value = self.transmitted * (self.share * density * N::from_f64(2.0) / (below + facets.root(pair.wi, below)));
+        // Smith's G₁ of the side beyond, over the cosine: what is seen from one side says nothing
+        // of what hides there.
+        let value = self.transmitted
+            * (self.share * density * N::from_f64(2.0) / (below + facets.root(pair.wi, below)));
         let lit = able & pair.out.above(N::ZERO) & below.above(N::ZERO);
-        (N::Vec3::select(lit, value, N::Vec3::ZERO), N::select(able, density, N::ZERO))
+        (
+            N::Vec3::select(lit, value, N::Vec3::ZERO),
+            N::select(able, density, N::ZERO),
+        )
     }
 
     /// By the first number a facet reflects or refracts. Zero where that is lost.
     #[inline(always)]
-    fn sample(&self, frame: &Frame<N>, _: N::Vec3, wo: N::Vec3, choice: N, point: [N; 2]) -> N::Vec3 {
-        let Some(roughness) = self.roughness else { return N::Vec3::ZERO };
-        let (eta, facet) = (self.facet_eta, sample_wm::<N>(wo, [alpha(roughness); 2], on_disk(point)));
+    fn sample(
+        &self,
+        frame: &Frame<N>,
+        _: N::Vec3,
+        wo: N::Vec3,
+        choice: N,
+        point: [N; 2],
+    ) -> N::Vec3 {
+        let Some(roughness) = self.roughness else {
+            return N::Vec3::ZERO;
+        };
+        let (eta, facet) = (
+            self.facet_eta,
+            sample_wm::<N>(wo, [alpha(roughness); 2], on_disk(point)),
+        );
         let cosine = wo.dot(facet);
         let (reflectance, beyond) = fresnel(cosine, eta);
         let mirrored = mirrored::<N>(wo, facet);
@@ -114,14 +145,22 @@ impl<N: Number> LobeKind<N> for Dielectric<N> {
         let mirrored = N::Vec3::select(above, mirrored, N::Vec3::ZERO);
         let below = N::ZERO.above(refracted.z());
         let refracted = N::Vec3::select(below, refracted.normalize(), N::Vec3::ZERO);
-        frame.to_world(N::Vec3::select(reflectance.above(choice), mirrored, refracted))
+        frame.to_world(N::Vec3::select(
+            reflectance.above(choice),
+            mirrored,
+            refracted,
+        ))
     }
 
     #[inline(always)]
     fn sample_delta(&self, normal: N::Vec3, wo: N::Vec3, u: N) -> (N::Vec3, N::Vec3) {
         let mut through = N::Mask::default();
         let direction = N::Vec3::of_lanes(|lane| {
-            let interface = Interface::new(-wo.lane(lane), normal.lane(lane), N::exact_lane(self.eta, lane));
+            let interface = Interface::new(
+                -wo.lane(lane),
+                normal.lane(lane),
+                N::exact_lane(self.eta, lane),
+            );
             // Chosen by the share itself, so the weight is the tint.
             match interface.refracted {
                 Some(direction) if u.lane(lane) >= interface.fresnel() => {
@@ -131,7 +170,10 @@ impl<N: Number> LobeKind<N> for Dielectric<N> {
                 _ => interface.reflected,
             }
         });
-        (direction, N::Vec3::select(through, self.transmitted, self.reflected) * self.share)
+        (
+            direction,
+            N::Vec3::select(through, self.transmitted, self.reflected) * self.share,
+        )
     }
 }
 
@@ -140,18 +182,33 @@ mod tests {
     use super::fresnel;
     use crate::material::dielectric as exact;
 
-    /// Protects: facets reflect by Fresnel's equations, from both sides, from head-on to grazing, at Brewster's angle and beyond the critical one;
-    /// and the cosine beyond is Snell's.
+    /// Protects: facets reflect by Fresnel's equations, from both sides, from head-on to grazing,
+    /// at Brewster's angle and beyond the critical one; and the cosine beyond is Snell's.
     #[test]
     fn s14_facets_reflect_by_fresnels_equations() {
         for eta in [1.0 / 2.42, 1.0 / 1.5, 1.0 / 1.33, 1.0, 1.33, 1.5, 2.42_f64] {
-            for cosine in [1.0, 0.9, 0.75, 0.6, 0.4, 0.2, 0.05, 1.0 / (1.0 + 1.0 / (eta * eta)).sqrt()] {
+            for cosine in [
+                1.0,
+                0.9,
+                0.75,
+                0.6,
+                0.4,
+                0.2,
+                0.05,
+                1.0 / (1.0 + 1.0 / (eta * eta)).sqrt(),
+            ] {
                 let sine2 = eta * eta * (1.0 - cosine * cosine);
                 let beyond = (sine2 < 1.0).then(|| (1.0 - sine2).sqrt());
                 let found = fresnel(cosine, eta);
                 let wanted = (exact(cosine, beyond, eta), beyond.unwrap_or(0.0));
-                assert!((found.0 - wanted.0).abs() < 1e-12, "{found:?}, not {wanted:?} at {cosine}, {eta}");
-                assert!((found.1 - wanted.1).abs() < 1e-12, "{found:?}, not {wanted:?} at {cosine}, {eta}");
+                assert!(
+                    (found.0 - wanted.0).abs() < 1e-12,
+                    "{found:?}, not {wanted:?} at {cosine}, {eta}"
+                );
+                assert!(
+                    (found.1 - wanted.1).abs() < 1e-12,
+                    "{found:?}, not {wanted:?} at {cosine}, {eta}"
+                );
             }
         }
         assert!((fresnel::<f64>(1.0, 1.5).0 - 0.04).abs() < 1e-15);

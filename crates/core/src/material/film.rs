@@ -1,9 +1,11 @@
-//! A film as thin as light's waves, whose two sides reflect together: soap, oil, and the colours of tempered steel.
+//! A film as thin as light's waves, whose two sides reflect together: soap, oil, and the colours of
+//! tempered steel.
 //!
-//! As in "A Practical Extension to Microfacet Theory for the Modeling of Varying Iridescence" (Belcour, Barla 2017), interference is averaged
-//! over what the eye tells apart before it becomes a colour, term by term of the series of reflections in the film. Here all terms that
-//! count are summed, and each is averaged by a table of the observer's own curves and not by fits to them, so that what comes out is the
-//! sum over wavelengths to about a thousandth.
+//! As in "A Practical Extension to Microfacet Theory for the Modeling of Varying Iridescence"
+//! (Belcour, Barla 2017), interference is averaged over what the eye tells apart before it becomes
+//! a colour, term by term of the series of reflections in the film. Here all terms that count are
+//! summed, and each is averaged by a table of the observer's own curves and not by fits to them, so
+//! that what comes out is the sum over wavelengths to about a thousandth.
 
 use super::spectrum::coherence;
 use super::stage::layer;
@@ -25,28 +27,41 @@ const TERMS: usize = 64;
 const LEAST: f64 = 1e-5;
 
 impl<N: Number> Film<N> {
-    /// What facets reflect whose own reflectance would be `bare`, and `f0` at normal incidence, at this cosine of incidence outside.
+    /// What facets reflect whose own reflectance would be `bare`, and `f0` at normal incidence, at
+    /// this cosine of incidence outside.
     pub(super) fn over(&self, bare: N::Vec3, f0: N::Vec3, cosine: N) -> N::Vec3 {
         let filmed = N::Vec3::of_lanes(|lane| {
             let ior = N::exact_lane(self.ior, lane);
-            reflectance(cosine.lane(lane), ior, self.thickness.lane(lane), f0.lane(lane).to_array()).into()
+            reflectance(
+                cosine.lane(lane),
+                ior,
+                self.thickness.lane(lane),
+                f0.lane(lane).to_array(),
+            )
+            .into()
         });
         bare * (N::ONE - self.share) + filmed * self.share
     }
 }
 
-/// Amplitudes that a boundary between two indices reflects of both polarisations, by the cosines on its sides.
+/// Amplitudes that a boundary between two indices reflects of both polarisations, by the cosines on
+/// its sides.
 fn amplitudes([here, beyond]: [f64; 2], [ci, ct]: [f64; 2]) -> [f64; 2] {
     let across = (here * ci - beyond * ct) / (here * ci + beyond * ct).max(f64::MIN_POSITIVE);
     let along = (beyond * ci - here * ct) / (beyond * ci + here * ct).max(f64::MIN_POSITIVE);
     [across, along]
 }
 
-/// Reflectance in red, green and blue of a film in air over what reflects `f0` of light that comes head-on through air, at a cosine of
-/// incidence. The base is taken for a dielectric of that reflectance, as glTF's extension has it.
+/// Reflectance in red, green and blue of a film in air over what reflects `f0` of light that comes
+/// head-on through air, at a cosine of incidence. The base is taken for a dielectric of that
+/// reflectance, as glTF's extension has it.
 pub(super) fn reflectance(cosine: f64, ior: f64, thickness: f64, f0: [f64; 3]) -> [f64; 3] {
     let cosine = cosine.clamp(0.0, 1.0);
-    let within = |index: f64| (1.0 - (1.0 - cosine * cosine) / (index * index)).max(0.0).sqrt();
+    let within = |index: f64| {
+        (1.0 - (1.0 - cosine * cosine) / (index * index))
+            .max(0.0)
+            .sqrt()
+    };
     let inside = within(ior);
     let path = 2.0 * ior * thickness.max(0.0) * inside;
     let first = amplitudes([1.0, ior], [cosine, inside]);
@@ -91,7 +106,8 @@ mod tests {
         (1.0 + root) / (1.0 - root)
     }
 
-    /// Airy's sum of all reflections in a film at one wavelength, in complex numbers, of both polarisations.
+    /// Airy's sum of all reflections in a film at one wavelength, in complex numbers, of both
+    /// polarisations.
     fn airy(cosine: f64, ior: f64, thickness: f64, f0: f64, nanometres: f64) -> f64 {
         let within = |index: f64| (1.0 - (1.0 - cosine * cosine) / (index * index)).sqrt();
         let (inside, below) = (within(ior), within(base(f0)));
@@ -105,11 +121,17 @@ mod tests {
         let across = |n: f64, ci: f64, m: f64, ct: f64| (n * ci - m * ct) / (n * ci + m * ct);
         let along = |n: f64, ci: f64, m: f64, ct: f64| (m * ci - n * ct) / (m * ci + n * ct);
         let b = base(f0);
-        0.5 * (of(across(1.0, cosine, ior, inside), across(ior, inside, b, below))
-            + of(along(1.0, cosine, ior, inside), along(ior, inside, b, below)))
+        0.5 * (of(
+            across(1.0, cosine, ior, inside),
+            across(ior, inside, b, below),
+        ) + of(
+            along(1.0, cosine, ior, inside),
+            along(ior, inside, b, below),
+        ))
     }
 
-    /// Protects: the series with the table against Airy's sum at each of 350 wavelengths, from soap to films on metal, head-on to grazing.
+    /// Protects: the series with the table against Airy's sum at each of 350 wavelengths, from soap
+    /// to films on metal, head-on to grazing.
     #[test]
     fn films_are_airys_sum_over_wavelengths() {
         let mut worst = 0.0_f64;
@@ -117,11 +139,17 @@ mod tests {
             for f0 in [0.0204, 0.04, 0.25, 0.9] {
                 for thickness in [0.0, 5.0, 100.0, 280.0, 400.0, 650.0, 1200.0] {
                     for cosine in [1.0, 0.9, 0.6, 0.3, 0.1, 0.02] {
-                        let wanted = direct(|nanometres| [airy(cosine, ior, thickness, f0, nanometres); 3]);
+                        let wanted =
+                            direct(|nanometres| [airy(cosine, ior, thickness, f0, nanometres); 3]);
                         let found = reflectance(cosine, ior, thickness, [f0; 3]);
-                        let off = (0..3).map(|k| (found[k] - wanted[k].clamp(0.0, 1.0)).abs()).fold(0.0, f64::max);
+                        let off = (0..3)
+                            .map(|k| (found[k] - wanted[k].clamp(0.0, 1.0)).abs())
+                            .fold(0.0, f64::max);
                         worst = worst.max(off);
-                        assert!(off <= 2e-3, "{ior}, {f0}, {thickness} nm at {cosine}: {found:?}, not {wanted:?}");
+                        assert!(
+                            off <= 2e-3,
+                            "{ior}, {f0}, {thickness} nm at {cosine}: {found:?}, not {wanted:?}"
+                        );
                     }
                 }
             }
@@ -129,7 +157,8 @@ mod tests {
         assert!(worst > 1e-9, "they are two computations");
     }
 
-    /// Protects: a film of no thickness is none, whatever its index: Fresnel's equations of the base.
+    /// Protects: a film of no thickness is none, whatever its index: Fresnel's equations of the
+    /// base.
     #[test]
     fn no_thickness_is_no_film() {
         for ior in [1.0, 1.3, 2.0] {
@@ -138,12 +167,16 @@ mod tests {
                 let below = (1.0 - (1.0 - cosine * cosine) / (b * b)).sqrt();
                 let wanted = dielectric(cosine, Some(below), 1.0 / b);
                 let found = reflectance(cosine, ior, 0.0, [f0; 3]);
-                assert!(found.iter().all(|r| (r - wanted).abs() < 1e-4), "{ior}, {f0} at {cosine}: {found:?}, not {wanted}");
+                assert!(
+                    found.iter().all(|r| (r - wanted).abs() < 1e-4),
+                    "{ior}, {f0} at {cosine}: {found:?}, not {wanted}"
+                );
             }
         }
     }
 
-    /// Protects: whatever comes in, a share comes out: no light, grazing, no film, an index of one, metal, numbers that are none.
+    /// Protects: whatever comes in, a share comes out: no light, grazing, no film, an index of one,
+    /// metal, numbers that are none.
     #[test]
     fn films_reflect_a_share() {
         for cosine in [-0.1, 0.0, 1e-9, 0.5, 1.0, 1.1, f64::NAN] {
@@ -152,7 +185,10 @@ mod tests {
                     for f0 in [0.0, 0.04, 1.0] {
                         let found = reflectance(cosine, ior, thickness, [f0; 3]);
                         let sound = found.iter().all(|r| (0.0..=1.0).contains(r));
-                        assert!(sound || cosine.is_nan(), "{cosine} {ior} {thickness} {f0}: {found:?}");
+                        assert!(
+                            sound || cosine.is_nan(),
+                            "{cosine} {ior} {thickness} {f0}: {found:?}"
+                        );
                     }
                 }
             }

@@ -1,4 +1,5 @@
-//! Boundaries of glass under a coat, a film or a tint of what they reflect: of bodies, which bend light, and of walls too thin to.
+//! Boundaries of glass under a coat, a film or a tint of what they reflect: of bodies, which bend
+//! light, and of walls too thin to.
 
 use glam::DVec3;
 
@@ -26,20 +27,32 @@ pub struct Tinted<N: Number> {
 }
 
 impl<N: Number> Tinted<N> {
-    /// What is reflected of a lane, by the cosines outside and inside; none of them where all is reflected.
+    /// What is reflected of a lane, by the cosines outside and inside; none of them where all is
+    /// reflected.
     fn reflectance(&self, lane: usize, cosines: Option<[f64; 2]>) -> [f64; 3] {
-        let Some([outside, inside]) = cosines else { return [1.0; 3] };
+        let Some([outside, inside]) = cosines else {
+            return [1.0; 3];
+        };
         let ior = N::exact_lane(self.ior, lane);
         let f0 = ((ior - 1.0) / (ior + 1.0)).powi(2);
         let share = match self.rule {
             // By the angle on the thin side.
-            FresnelRule::Schlick => f0 + (1.0 - f0) * schlick_weight(if ior < 1.0 { inside } else { outside }),
+            FresnelRule::Schlick => {
+                f0 + (1.0 - f0) * schlick_weight(if ior < 1.0 { inside } else { outside })
+            }
             _ => fresnel::dielectric(outside, Some(inside), 1.0 / ior),
         };
         let bare = self.reflected.lane(lane) * share;
-        let Some(film) = self.film else { return bare.to_array() };
+        let Some(film) = self.film else {
+            return bare.to_array();
+        };
         let at_normal = (self.reflected.lane(lane) * f0).to_array();
-        let filmed = super::film::reflectance(outside, N::exact_lane(film.ior, lane), film.thickness.lane(lane), at_normal);
+        let filmed = super::film::reflectance(
+            outside,
+            N::exact_lane(film.ior, lane),
+            film.thickness.lane(lane),
+            at_normal,
+        );
         let share = film.share.lane(lane);
         bare.lerp(filmed.into(), share).to_array()
     }
@@ -57,12 +70,20 @@ impl<N: Number> Tinted<N> {
         let over = |lane: usize, own: f64| {
             let ior = N::exact_lane(self.ior, lane);
             let beyond = (1.0 - (1.0 - own * own) / ior.max(1.0 / ior).powi(2)).sqrt();
-            let [outside, inside] = if ior < 1.0 { [beyond, own] } else { [own, beyond] };
+            let [outside, inside] = if ior < 1.0 {
+                [beyond, own]
+            } else {
+                [own, beyond]
+            };
             let exact = fresnel::dielectric(outside, Some(inside), 1.0 / ior).max(1e-6);
             DVec3::from(self.reflectance(lane, Some([outside, inside]))) / exact
         };
         let fold = |of: fn(DVec3, DVec3) -> DVec3| {
-            let lane = |lane: usize| COMPARED.iter().fold(DVec3::ONE, |all, &cosine| of(all, over(lane, cosine)));
+            let lane = |lane: usize| {
+                COMPARED
+                    .iter()
+                    .fold(DVec3::ONE, |all, &cosine| of(all, over(lane, cosine)))
+            };
             <N::Vec3 as Vector3<N>>::of_lanes(lane)
         };
         [fold(DVec3::min), fold(DVec3::max)]
@@ -84,13 +105,28 @@ impl<N: Number> LayeredDielectric<N> {
     fn at(&self, lane: usize, cosine: f64) -> (DVec3, f64) {
         let (exact, beyond) = facet_fresnel(cosine, N::exact_lane(self.boundary.eta, lane));
         let own = cosine.clamp(0.0, 1.0);
-        let cosines = (beyond > 0.0).then_some(if self.outside.lane(lane) { [own, beyond] } else { [beyond, own] });
+        let cosines = (beyond > 0.0).then_some(if self.outside.lane(lane) {
+            [own, beyond]
+        } else {
+            [beyond, own]
+        });
         (self.tinted.reflectance(lane, cosines).into(), exact)
     }
 
-    /// What facets send, given what they would by Fresnel's share alone: times what `of` makes of both shares.
-    fn tint(&self, (own, density): (N::Vec3, N), cosine: N, of: fn(f64, f64) -> f64) -> (N::Vec3, N) {
-        let Tinted { reflected, film, rule, .. } = self.tinted;
+    /// What facets send, given what they would by Fresnel's share alone: times what `of` makes of
+    /// both shares.
+    fn tint(
+        &self,
+        (own, density): (N::Vec3, N),
+        cosine: N,
+        of: fn(f64, f64) -> f64,
+    ) -> (N::Vec3, N) {
+        let Tinted {
+            reflected,
+            film,
+            rule,
+            ..
+        } = self.tinted;
         if film.is_none() && reflected == N::Vec3::ONE && rule != FresnelRule::Schlick {
             return (own, density);
         }
@@ -104,7 +140,12 @@ impl<N: Number> LayeredDielectric<N> {
 
 impl<N: Number> LobeKind<N> for LayeredDielectric<N> {
     fn importance(&self, _: N) -> N {
-        self.boundary.share * self.tinted.reflected.max(self.boundary.transmitted).max_element()
+        self.boundary.share
+            * self
+                .tinted
+                .reflected
+                .max(self.boundary.transmitted)
+                .max_element()
     }
 
     fn is_delta(&self) -> bool {
@@ -121,34 +162,67 @@ impl<N: Number> LobeKind<N> for LayeredDielectric<N> {
     }
 
     fn eval_and_pdf_through(&self, pair: &Pair<N>) -> (N::Vec3, N) {
-        let factor = |found: f64, exact: f64| if exact < 1.0 { (1.0 - found) / (1.0 - exact) } else { 0.0 };
-        self.tint(self.boundary.eval_and_pdf_through(pair), self.boundary.between(pair).1[0], factor)
+        let factor = |found: f64, exact: f64| {
+            if exact < 1.0 {
+                (1.0 - found) / (1.0 - exact)
+            } else {
+                0.0
+            }
+        };
+        self.tint(
+            self.boundary.eval_and_pdf_through(pair),
+            self.boundary.between(pair).1[0],
+            factor,
+        )
     }
 
-    fn sample(&self, frame: &Frame<N>, wo: N::Vec3, local: N::Vec3, choice: N, point: [N; 2]) -> N::Vec3 {
+    fn sample(
+        &self,
+        frame: &Frame<N>,
+        wo: N::Vec3,
+        local: N::Vec3,
+        choice: N,
+        point: [N; 2],
+    ) -> N::Vec3 {
         self.boundary.sample(frame, wo, local, choice, point)
     }
 
     /// A smooth one sends a ray by chance to where it reflects or refracts.
     fn sample_delta(&self, normal: N::Vec3, wo: N::Vec3, u: N) -> (N::Vec3, N::Vec3) {
         let drawn = |lane: usize| {
-            let interface = Interface::new(-wo.lane(lane), normal.lane(lane), N::exact_lane(self.boundary.eta, lane));
+            let interface = Interface::new(
+                -wo.lane(lane),
+                normal.lane(lane),
+                N::exact_lane(self.boundary.eta, lane),
+            );
             let (found, _) = self.at(lane, interface.cos_incident);
             // By the strongest channel, so that no weight is above one.
             let chance = found.max_element();
             match interface.refracted {
-                Some(direction) if u.lane(lane) >= chance => {
-                    (direction, self.boundary.transmitted.lane(lane) * (DVec3::ONE - found) / (1.0 - chance))
-                }
-                _ => (interface.reflected, if chance > 0.0 { found / chance } else { DVec3::ZERO }),
+                Some(direction) if u.lane(lane) >= chance => (
+                    direction,
+                    self.boundary.transmitted.lane(lane) * (DVec3::ONE - found) / (1.0 - chance),
+                ),
+                _ => (
+                    interface.reflected,
+                    if chance > 0.0 {
+                        found / chance
+                    } else {
+                        DVec3::ZERO
+                    },
+                ),
             }
         };
-        (N::Vec3::of_lanes(|lane| drawn(lane).0), <N::Vec3 as Vector3<N>>::of_lanes(|lane| drawn(lane).1) * self.boundary.share)
+        (
+            N::Vec3::of_lanes(|lane| drawn(lane).0),
+            <N::Vec3 as Vector3<N>>::of_lanes(|lane| drawn(lane).1) * self.boundary.share,
+        )
     }
 }
 
-/// A wall too thin to bend anything: two boundaries side by side, between which light goes back and forth. What such a wall reflects is
-/// 2R/(1 + R) of a boundary's R, and (1 − R)/(1 + R) goes straight on, or, where it is rough, as facets would mirror it, below.
+/// A wall too thin to bend anything: two boundaries side by side, between which light goes back and
+/// forth. What such a wall reflects is 2R/(1 + R) of a boundary's R, and (1 − R)/(1 + R) goes
+/// straight on, or, where it is rough, as facets would mirror it, below.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ThinDielectric<N: Number> {
     pub(super) tinted: Tinted<N>,
@@ -165,7 +239,9 @@ impl<N: Number> ThinDielectric<N> {
     fn at(&self, lane: usize, cosine: f64) -> [f64; 3] {
         let (ior, c) = (N::exact_lane(self.tinted.ior, lane), cosine.clamp(0.0, 1.0));
         let inside = (1.0 - (1.0 - c * c) / (ior * ior)).max(0.0).sqrt();
-        self.tinted.reflectance(lane, Some([c, inside])).map(|r| 2.0 * r / (1.0 + r))
+        self.tinted
+            .reflectance(lane, Some([c, inside]))
+            .map(|r| 2.0 * r / (1.0 + r))
     }
 
     fn reflectance(&self, cosine: N) -> N::Vec3 {
@@ -180,7 +256,13 @@ impl<N: Number> ThinDielectric<N> {
         seen: [N::Vec3; 2],
     ) -> Interreflected<N> {
         let mean = mean_reflectance(|cosine| self.reflectance(cosine));
-        Interreflected::of_wall(roughness, anisotropic, self.share, seen, [mean, self.transmitted])
+        Interreflected::of_wall(
+            roughness,
+            anisotropic,
+            self.share,
+            seen,
+            [mean, self.transmitted],
+        )
     }
 
     /// What goes straight on where it is smooth, by the cosine of incidence.
@@ -206,7 +288,9 @@ impl<N: Number> LobeKind<N> for ThinDielectric<N> {
     }
 
     fn eval_and_pdf(&self, pair: &Pair<N>) -> (N::Vec3, N) {
-        let Some(facets) = &self.facets else { return (N::Vec3::ZERO, N::ZERO) };
+        let Some(facets) = &self.facets else {
+            return (N::Vec3::ZERO, N::ZERO);
+        };
         let found = self.reflectance(pair.tilt);
         let (value, density) = facets.reflected(pair, found * self.share);
         (value, found.max_element() * density)
@@ -214,15 +298,29 @@ impl<N: Number> LobeKind<N> for ThinDielectric<N> {
 
     /// As above, for a light mirrored to there.
     fn eval_and_pdf_through(&self, pair: &Pair<N>) -> (N::Vec3, N) {
-        let Some(facets) = &self.facets else { return (N::Vec3::ZERO, N::ZERO) };
+        let Some(facets) = &self.facets else {
+            return (N::Vec3::ZERO, N::ZERO);
+        };
         let folded = pair.folded();
         let found = self.reflectance(folded.tilt);
-        let (value, density) = facets.reflected(&folded, self.transmitted * (N::Vec3::ONE - found) * self.share);
+        let (value, density) = facets.reflected(
+            &folded,
+            self.transmitted * (N::Vec3::ONE - found) * self.share,
+        );
         (value, (N::ONE - found.max_element()) * density)
     }
 
-    fn sample(&self, frame: &Frame<N>, wo: N::Vec3, _: N::Vec3, choice: N, point: [N; 2]) -> N::Vec3 {
-        let Some(facets) = &self.facets else { return N::Vec3::ZERO };
+    fn sample(
+        &self,
+        frame: &Frame<N>,
+        wo: N::Vec3,
+        _: N::Vec3,
+        choice: N,
+        point: [N; 2],
+    ) -> N::Vec3 {
+        let Some(facets) = &self.facets else {
+            return N::Vec3::ZERO;
+        };
         let (facet, up) = facets.sample_mirrored(frame.normal, wo, point);
         let down = up - frame.normal * (N::from_f64(2.0) * frame.normal.dot(up));
         let chance = self.reflectance(facet.dot(wo)).max_element();

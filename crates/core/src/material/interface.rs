@@ -1,8 +1,9 @@
 //! Smooth interfaces: mirror and refracted directions, and how light divides between them.
 //!
-//! All in f64. Towards 90° on the thin side the cosine there is the root of a small difference, and magnifies what is wrong
-//! with direction and normal by η²·cosᵢ/cosₜ: 400 times at 89.9°, 4000 times at 89.99°. So neither the lengths of stored
-//! vectors, which are one but for their rounding, nor a sum in f32 may enter.
+//! All in f64. Towards 90° on the thin side the cosine there is the root of a small difference, and
+//! magnifies what is wrong with direction and normal by η²·cosᵢ/cosₜ: 400 times at 89.9°, 4000
+//! times at 89.99°. So neither the lengths of stored vectors, which are one but for their rounding,
+//! nor a sum in f32 may enter.
 
 use glam::DVec3;
 
@@ -22,7 +23,8 @@ pub(crate) struct Interface {
 }
 
 impl Interface {
-    /// `n` is the normal on the side of the ray, `eta` the index there over the index beyond. `d` and `n` may have any length.
+    /// `n` is the normal on the side of the ray, `eta` the index there over the index beyond. `d`
+    /// and `n` may have any length.
     #[inline]
     pub fn new(d: DVec3, n: DVec3, eta: f64) -> Self {
         let (d, n) = (d / d.length_squared().sqrt(), n / n.length_squared().sqrt());
@@ -30,11 +32,21 @@ impl Interface {
         let reflected = d + n * (2.0 * cos_incident);
         let sin2 = eta * eta * (1.0 - cos_incident * cos_incident);
         if sin2 > 1.0 {
-            return Self { reflected, refracted: None, cos_incident, eta };
+            return Self {
+                reflected,
+                refracted: None,
+                cos_incident,
+                eta,
+            };
         }
         let cos_transmitted = (1.0 - sin2).sqrt();
         let refracted = d * eta + n * (eta * cos_incident - cos_transmitted);
-        Self { reflected, refracted: Some(refracted), cos_incident, eta }
+        Self {
+            reflected,
+            refracted: Some(refracted),
+            cos_incident,
+            eta,
+        }
     }
 
     /// Schlick's reflectance at an angle with this cosine.
@@ -45,9 +57,12 @@ impl Interface {
 
     /// Exact unpolarised reflectance; 1 under total reflection.
     pub fn fresnel(&self) -> f64 {
-        // Media of one index reflect nothing: cosines that are equal must be so to the last bit at grazing angles, where one minus a sine has few.
+        // Media of one index reflect nothing: cosines that are equal must be so to the last bit at
+        // grazing angles, where one minus a sine has few.
         let (c, eta) = (self.cos_incident, self.eta);
-        let beyond = ((1.0 - eta) * (1.0 + eta) + eta * eta * c * c).max(0.0).sqrt();
+        let beyond = ((1.0 - eta) * (1.0 + eta) + eta * eta * c * c)
+            .max(0.0)
+            .sqrt();
         fresnel::dielectric(c, self.refracted.map(|_| beyond), eta)
     }
 }
@@ -60,11 +75,15 @@ mod tests {
     use glam::DQuat;
 
     fn at(cos: f64, eta: f64) -> Interface {
-        Interface::new(DVec3::new((1.0 - cos * cos).sqrt(), -cos, 0.0), DVec3::Y, eta)
+        Interface::new(
+            DVec3::new((1.0 - cos * cos).sqrt(), -cos, 0.0),
+            DVec3::Y,
+            eta,
+        )
     }
 
-    /// Protects: reflectance at normal incidence, at Brewster's angle (parallel part zero), at grazing, also between equal indices where the formula
-    /// is 0/0, and beyond the critical angle.
+    /// Protects: reflectance at normal incidence, at Brewster's angle (parallel part zero), at
+    /// grazing, also between equal indices where the formula is 0/0, and beyond the critical angle.
     #[test]
     fn s14_fresnel_known_values() {
         assert!((at(1.0, 1.0 / 1.5).fresnel() - 0.04).abs() < 1e-12);
@@ -72,7 +91,13 @@ mod tests {
         let perpendicular = ((1.0 - 1.5_f64 * 1.5) / (1.0 + 1.5 * 1.5)).powi(2);
         assert!((at(brewster, 1.0 / 1.5).fresnel() - 0.5 * perpendicular).abs() < 1e-12);
         assert_eq!(at(0.0, 1.0 / 1.5).fresnel(), 1.0);
-        assert_eq!([at(0.0, 1.0).fresnel(), fresnel::dielectric(0.0, Some(0.0), 1.0)], [1.0; 2]);
+        assert_eq!(
+            [
+                at(0.0, 1.0).fresnel(),
+                fresnel::dielectric(0.0, Some(0.0), 1.0)
+            ],
+            [1.0; 2]
+        );
         assert_eq!(at(0.5, 1.5).fresnel(), 1.0);
         assert!(at(0.5, 1.5).refracted.is_none());
     }
@@ -81,11 +106,13 @@ mod tests {
     #[test]
     fn snell() {
         let refracted = at(0.6, 1.0 / 1.5).refracted.unwrap();
-        assert!((refracted.x - 0.8 / 1.5).abs() < 1e-12 && (refracted.length() - 1.0).abs() < 1e-12);
+        assert!(
+            (refracted.x - 0.8 / 1.5).abs() < 1e-12 && (refracted.length() - 1.0).abs() < 1e-12
+        );
     }
 
-    /// Snell's law by the sines, in f64: the part across the normal from a vector product and the cosine from two factors, so
-    /// that nothing cancels.
+    /// Snell's law by the sines, in f64: the part across the normal from a vector product and the
+    /// cosine from two factors, so that nothing cancels.
     fn snell_by_sines(d: DVec3, n: DVec3, eta: f64) -> Option<DVec3> {
         let (d, n) = (d.normalize(), n.normalize());
         let across = n.cross(d).cross(n) * eta;
@@ -93,13 +120,16 @@ mod tests {
         (sine <= 1.0).then(|| across - n * ((1.0 - sine) * (1.0 + sine)).sqrt())
     }
 
-    /// Protects (S12, S13): refracted and reflected directions of stored vectors, whose lengths are rounded too, from head-on to
-    /// 89.999° on the thin side, both ways. They lost their digits beyond 89°: 1.5e-4 at 89.99°.
+    /// Protects (S12, S13): refracted and reflected directions of stored vectors, whose lengths are
+    /// rounded too, from head-on to 89.999° on the thin side, both ways. They lost their digits
+    /// beyond 89°: 1.5e-4 at 89.99°.
     #[test]
     fn s12_directions_keep_their_digits_at_grazing_angles() {
         const U: f64 = 5.960_464_477_539_063e-8;
         for ior in [1.000_001, 1.0003, 1.333, 1.5, 2.42] {
-            for degrees in [0.0, 1e-4, 1.0, 30.0, 60.0, 80.0, 89.0, 89.9, 89.99, 89.999_f64] {
+            for degrees in [
+                0.0, 1e-4, 1.0, 30.0, 60.0, 80.0, 89.0, 89.9, 89.99, 89.999_f64,
+            ] {
                 for turn in 0..200 {
                     let n = DVec3::new(
                         libm::sin(f64::from(turn)),
@@ -112,24 +142,39 @@ mod tests {
                         let d = tangent * sine - n * (1.0 - sine * sine).sqrt();
                         let (d, n) = (d.as_vec3().as_dvec3(), n.as_vec3().as_dvec3());
                         let interface = Interface::new(d, n, eta);
-                        let mirrored = d.normalize() - n * (2.0 * d.normalize().dot(n) / n.length_squared());
-                        assert!(interface.reflected.distance(mirrored) <= U, "reflected at {degrees}°, {eta}");
-                        let (Some(found), Some(wanted)) = (interface.refracted, snell_by_sines(d, n, eta)) else {
-                            // Rounding of the stored direction may take it past the critical angle; both must then say so.
-                            assert_eq!(interface.refracted.is_some(), snell_by_sines(d, n, eta).is_some(), "{degrees}°, {eta}");
+                        let mirrored =
+                            d.normalize() - n * (2.0 * d.normalize().dot(n) / n.length_squared());
+                        assert!(
+                            interface.reflected.distance(mirrored) <= U,
+                            "reflected at {degrees}°, {eta}"
+                        );
+                        let (Some(found), Some(wanted)) =
+                            (interface.refracted, snell_by_sines(d, n, eta))
+                        else {
+                            // Rounding of the stored direction may take it past the critical angle;
+                            // both must then say so.
+                            assert_eq!(
+                                interface.refracted.is_some(),
+                                snell_by_sines(d, n, eta).is_some(),
+                                "{degrees}°, {eta}"
+                            );
                             continue;
                         };
                         let stored = found.as_vec3().as_dvec3();
                         let off = (stored - wanted).abs().max_element();
                         assert!(off <= 4.0 * U, "{off:e} off at {degrees}°, index {eta}");
-                        assert!((found.length() - 1.0).abs() <= 1e-12, "length at {degrees}°, index {eta}");
+                        assert!(
+                            (found.length() - 1.0).abs() <= 1e-12,
+                            "length at {degrees}°, index {eta}"
+                        );
                     }
                 }
             }
         }
     }
 
-    /// The stored direction in which a parallel view's rays go, or come out of objects of glass, by a sky that shows it.
+    /// The stored direction in which a parallel view's rays go, or come out of objects of glass, by
+    /// a sky that shows it.
     fn shown(objects: &str, d: DVec3, precision: PrecisionChoice) -> DVec3 {
         let (eye, up) = (d * -4.0, d.any_orthonormal_vector());
         let text = format!(
@@ -142,13 +187,26 @@ mod tests {
             eye.x, eye.y, eye.z, up.x, up.y, up.z
         );
         let scene: Scene = serde_json::from_str(&text).expect("a scene");
-        let settings = Settings { size: [1, 1], precision, max_depth: 8, ..Settings::of(&scene) };
-        let rendered = prepare(&scene, &settings, &()).expect("it can be prepared").render(&());
-        DVec3::from(rendered.picture.pixel(0, 0).expect("one pixel").map(f64::from))
+        let settings = Settings {
+            size: [1, 1],
+            precision,
+            max_depth: 8,
+            ..Settings::of(&scene)
+        };
+        let rendered = prepare(&scene, &settings, &())
+            .expect("it can be prepared")
+            .render(&());
+        DVec3::from(
+            rendered
+                .picture
+                .pixel(0, 0)
+                .expect("one pixel")
+                .map(f64::from),
+        )
     }
 
-    /// Protects: a slab moves a ray and does not turn it, up to 89.99°. Between the interfaces the direction
-    /// was stored in f32, which the second one magnifies: 1.6e-5 and 1.5e-4 off.
+    /// Protects: a slab moves a ray and does not turn it, up to 89.99°. Between the interfaces the
+    /// direction was stored in f32, which the second one magnifies: 1.6e-5 and 1.5e-4 off.
     #[test]
     fn a_slab_of_glass_turns_no_ray() {
         const U: f64 = 5.960_464_477_539_063e-8;

@@ -14,7 +14,9 @@ pub struct Lambert<N: Number> {
 }
 
 impl<N: Number> LobeFamily<N> for Lambert<N> {
-    const NOTHING: Self = Self { albedo: <N::Vec3 as Vector3<N>>::ZERO };
+    const NOTHING: Self = Self {
+        albedo: <N::Vec3 as Vector3<N>>::ZERO,
+    };
 }
 
 impl<N: Number> LobeKind<N> for Lambert<N> {

@@ -1,8 +1,10 @@
-//! The lobes of layered surfaces: those that the metallic-roughness model alone has no use for, and its own where something lies over
-//! them. They are rarer and dearer than [`Lobe`](super::Lobe)s, and compiled apart from them.
+//! The lobes of layered surfaces: those that the metallic-roughness model alone has no use for, and
+//! its own where something lies over them. They are rarer and dearer than [`Lobe`](super::Lobe)s,
+//! and compiled apart from them.
 //!
-//! What lies below a coat or a fleece gets the light that those leave: min(1 − E(out), 1 − E(in)) of what would come, by the share E that the
-//! cover sends back to a direction. That is the same both ways, exact for mirrors, and with the cover's own lobe never more than all.
+//! What lies below a coat or a fleece gets the light that those leave: min(1 − E(out), 1 − E(in))
+//! of what would come, by the share E that the cover sends back to a direction. That is the same
+//! both ways, exact for mirrors, and with the cover's own lobe never more than all.
 
 use super::base::DiffuseBase;
 use super::energy::directional_albedo;
@@ -34,7 +36,10 @@ impl<N: Number> Coat<N> {
     /// Share that it sends back to a direction.
     fn sent(&self, towards: N::Vec3) -> N {
         let cosine = self.normal.dot(towards).max(N::ZERO);
-        self.weight * N::of_lanes(|lane| directional_albedo(COAT, self.roughness.lane(lane), cosine.lane(lane)))
+        self.weight
+            * N::of_lanes(|lane| {
+                directional_albedo(COAT, self.roughness.lane(lane), cosine.lane(lane))
+            })
     }
 }
 
@@ -47,18 +52,28 @@ pub(super) struct Coating<N: Number> {
 
 impl<N: Number> Coating<N> {
     /// Nothing.
-    pub(super) const NONE: Self = Self { coat: None, sheen: None };
+    pub(super) const NONE: Self = Self {
+        coat: None,
+        sheen: None,
+    };
 
     /// Share of light that gets past it on its way in or out, in a direction above the surface.
     pub(super) fn once(&self, normal: N::Vec3, towards: N::Vec3) -> N {
         let coat = self.coat.map_or(N::ONE, |coat| N::ONE - coat.sent(towards));
-        self.sheen.map_or(coat, |sheen| coat * (N::ONE - sheen.sent(normal.dot(towards).max(N::ZERO))))
+        self.sheen.map_or(coat, |sheen| {
+            coat * (N::ONE - sheen.sent(normal.dot(towards).max(N::ZERO)))
+        })
     }
 
-    /// Share of what a lobe sends from one direction to the other. What goes through the surface passes once.
+    /// Share of what a lobe sends from one direction to the other. What goes through the surface
+    /// passes once.
     fn passes(&self, pair: &Pair<N>) -> N {
         let out = self.once(pair.normal, pair.wo);
-        N::select(pair.into.above(N::ZERO), out.min(self.once(pair.normal, pair.wi)), out)
+        N::select(
+            pair.into.above(N::ZERO),
+            out.min(self.once(pair.normal, pair.wi)),
+            out,
+        )
     }
 }
 
@@ -87,7 +102,10 @@ impl<N: Number> LobeKind<N> for GgxLobe<N> {
         let own = pair.about(self.facets.normal);
         let (sent, density) = self.facets.reflected(&own, self.reflectance.at(pair.tilt));
         let (out, into) = (own.out.above(N::ZERO), own.into.above(N::ZERO));
-        (N::Vec3::select(into, sent * (own.into / pair.into), N::Vec3::ZERO), N::select(out & into, density, N::ZERO))
+        (
+            N::Vec3::select(into, sent * (own.into / pair.into), N::Vec3::ZERO),
+            N::select(out & into, density, N::ZERO),
+        )
     }
 
     fn sample(&self, frame: &Frame<N>, wo: N::Vec3, _: N::Vec3, _: N, point: [N; 2]) -> N::Vec3 {
@@ -99,7 +117,10 @@ impl<N: Number> LobeKind<N> for GgxLobe<N> {
         let direction = mirrored::<N>(wo, own);
         // A coat's normal may send it into the surface, where it is lost.
         let above = normal.dot(direction).above(N::ZERO);
-        (direction, N::Vec3::select(above, self.reflectance.at(own.dot(wo)), N::Vec3::ZERO))
+        (
+            direction,
+            N::Vec3::select(above, self.reflectance.at(own.dot(wo)), N::Vec3::ZERO),
+        )
     }
 }
 
@@ -145,32 +166,52 @@ pub struct CoatedLobe<N: Number> {
 
 impl<N: Number> CoatedLobe<N> {
     /// A lobe under a coating, seen along `wo` about a normal.
-    pub(super) fn new(lobe: LayerLobe<N>, coating: Coating<N>, normal: N::Vec3, wo: N::Vec3) -> Self {
+    pub(super) fn new(
+        lobe: LayerLobe<N>,
+        coating: Coating<N>,
+        normal: N::Vec3,
+        wo: N::Vec3,
+    ) -> Self {
         let cosine = match lobe {
             LayerLobe::Ggx(ggx) => ggx.facets.normal.dot(wo),
             _ => normal.dot(wo).max(N::ZERO),
         };
         let own = ask!(lobe, lobe => lobe.importance(cosine));
-        Self { lobe, coating, importance: own * coating.once(normal, wo) }
+        Self {
+            lobe,
+            coating,
+            importance: own * coating.once(normal, wo),
+        }
     }
 
-    /// What the lobe would send bare, under its coating; none where it sends nothing, also where directions have no half.
+    /// What the lobe would send bare, under its coating; none where it sends nothing, also where
+    /// directions have no half.
     fn coated(&self, pair: &Pair<N>, (own, density): (N::Vec3, N)) -> (N::Vec3, N) {
         let (some, none) = (self.importance.above(N::ZERO), N::Vec3::ZERO);
-        let sent = if own == none { own } else { N::Vec3::select(some, own * self.coating.passes(pair), none) };
+        let sent = if own == none {
+            own
+        } else {
+            N::Vec3::select(some, own * self.coating.passes(pair), none)
+        };
         (sent, density)
     }
 
-    /// What it sends straight on of light that comes along the way back: of smooth walls alone something.
+    /// What it sends straight on of light that comes along the way back: of smooth walls alone
+    /// something.
     pub(super) fn straight(&self, normal: N::Vec3, wo: N::Vec3) -> N::Vec3 {
-        let LayerLobe::ThinDielectric(wall) = &self.lobe else { return N::Vec3::ZERO };
+        let LayerLobe::ThinDielectric(wall) = &self.lobe else {
+            return N::Vec3::ZERO;
+        };
         wall.straight(normal.dot(wo)) * self.coating.passes(&Pair::new(normal, wo, -wo))
     }
 }
 
 impl<N: Number> LobeFamily<N> for CoatedLobe<N> {
     const NOTHING: Self = Self {
-        lobe: LayerLobe::Sheen(Sheen { colour: <N::Vec3 as Vector3<N>>::ZERO, roughness: N::ONE }),
+        lobe: LayerLobe::Sheen(Sheen {
+            colour: <N::Vec3 as Vector3<N>>::ZERO,
+            roughness: N::ONE,
+        }),
         coating: Coating::NONE,
         importance: N::ZERO,
     };
@@ -195,19 +236,36 @@ impl<N: Number> LobeKind<N> for CoatedLobe<N> {
     }
 
     fn eval_diffuse(&self, pair: &Pair<N>) -> N::Vec3 {
-        self.coated(pair, (ask!(self.lobe, lobe => lobe.eval_diffuse(pair)), N::ZERO)).0
+        self.coated(
+            pair,
+            (ask!(self.lobe, lobe => lobe.eval_diffuse(pair)), N::ZERO),
+        )
+        .0
     }
 
     fn eval_and_pdf_through(&self, pair: &Pair<N>) -> (N::Vec3, N) {
-        self.coated(pair, ask!(self.lobe, lobe => lobe.eval_and_pdf_through(pair)))
+        self.coated(
+            pair,
+            ask!(self.lobe, lobe => lobe.eval_and_pdf_through(pair)),
+        )
     }
 
-    fn sample(&self, frame: &Frame<N>, wo: N::Vec3, local: N::Vec3, choice: N, point: [N; 2]) -> N::Vec3 {
+    fn sample(
+        &self,
+        frame: &Frame<N>,
+        wo: N::Vec3,
+        local: N::Vec3,
+        choice: N,
+        point: [N; 2],
+    ) -> N::Vec3 {
         ask!(self.lobe, lobe => lobe.sample(frame, wo, local, choice, point))
     }
 
     fn sample_delta(&self, normal: N::Vec3, wo: N::Vec3, u: N) -> (N::Vec3, N::Vec3) {
         let (direction, weight) = ask!(self.lobe, lobe => lobe.sample_delta(normal, wo, u));
-        (direction, weight * self.coating.passes(&Pair::new(normal, wo, direction)))
+        (
+            direction,
+            weight * self.coating.passes(&Pair::new(normal, wo, direction)),
+        )
     }
 }

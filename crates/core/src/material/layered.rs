@@ -1,4 +1,5 @@
-//! Layered surfaces: the metallic-roughness model with what glTF's extensions lay over it, under it and into it.
+//! Layered surfaces: the metallic-roughness model with what glTF's extensions lay over it, under it
+//! and into it.
 
 use super::albedo::Albedo;
 use super::base::{Curve, DiffuseBase, DiffuseCover};
@@ -46,7 +47,8 @@ pub struct Layered<S: LayerStage> {
     pub base: S::Base,
     /// Index of refraction of the dielectric part.
     pub ior: S::Constant,
-    /// Factor of the dielectric part's reflectance, and its colour at normal incidence (KHR_materials_specular).
+    /// Factor of the dielectric part's reflectance, and its colour at normal incidence
+    /// (KHR_materials_specular).
     pub specular: S::Share,
     /// The colour.
     pub specular_colour: S::Colour,
@@ -72,13 +74,21 @@ pub struct Layered<S: LayerStage> {
 
 impl<S: LayerStage> Layered<S> {
     /// What it is where its fields are read, over a base of this index.
-    pub fn at<N: Number>(&self, here: &impl ReadAt<S, N>, base: MetallicRoughness<N>, ior: N::Exact) -> Layered<N> {
+    pub fn at<N: Number>(
+        &self,
+        here: &impl ReadAt<S, N>,
+        base: MetallicRoughness<N>,
+        ior: N::Exact,
+    ) -> Layered<N> {
         Layered {
             base,
             ior,
             specular: here.share(&self.specular),
             specular_colour: here.colour(&self.specular_colour),
-            conductor: self.conductor.as_ref().map(|index| index.each_ref().map(|part| here.spectrum(part))),
+            conductor: self
+                .conductor
+                .as_ref()
+                .map(|index| index.each_ref().map(|part| here.spectrum(part))),
             thin: self.thin,
             diffused: self.diffused.as_ref().map(|layer| layer.at(here)),
             combed: self.combed.as_ref().map(|layer| layer.at(here)),
@@ -94,7 +104,9 @@ impl<S: LayerStage> Layered<S> {
 impl<N: Number> LayeredBsdf<N> {
     /// What it lets straight through of light that comes along the way back.
     pub fn straight(&self, wo: N::Vec3) -> N::Vec3 {
-        self.lobes().iter().fold(N::Vec3::ZERO, |sum, lobe| sum + lobe.straight(self.normal(), wo))
+        self.lobes().iter().fold(N::Vec3::ZERO, |sum, lobe| {
+            sum + lobe.straight(self.normal(), wo)
+        })
     }
 }
 
@@ -120,12 +132,15 @@ impl<N: Number> Layered<N> {
 
     /// What its facets reflect, of which a share `dielectric` is not metal and no glass.
     fn reflectance(&self, dielectric: N) -> Reflectance<N> {
-        let normal = (self.specular_colour * self.base.dielectric).min(N::Vec3::ONE) * self.specular;
+        let normal =
+            (self.specular_colour * self.base.dielectric).min(N::Vec3::ONE) * self.specular;
         Reflectance {
             shares: [dielectric, self.base.metallic],
             dielectric: [normal, N::Vec3::splat(self.specular)],
             exact: (self.rule == FresnelRule::Exact).then_some(self.ior),
-            metal: self.conductor.map_or(self.base.base, |index| of_conductor(N::ONE, index)),
+            metal: self
+                .conductor
+                .map_or(self.base.base, |index| of_conductor(N::ONE, index)),
             conductor: self.conductor.filter(|_| self.rule != FresnelRule::Schlick),
             film: self.film,
         }
@@ -142,20 +157,34 @@ impl<N: Number> Layered<N> {
     fn anisotropic(&self) -> Option<(N::Mask, Ggx<N>)> {
         let Anisotropy { strength, frame } = self.combed?;
         let mask = strength.above(N::ZERO);
-        mask.any().then(|| (mask, Ggx::anisotropic(frame, self.base.roughness, strength)))
+        mask.any()
+            .then(|| (mask, Ggx::anisotropic(frame, self.base.roughness, strength)))
     }
 
     /// The facets about a normal.
     fn facets(&self, normal: N::Vec3) -> Ggx<N> {
-        self.anisotropic().map_or_else(|| Ggx::isotropic(normal, self.base.roughness), |(_, facets)| facets)
+        self.anisotropic().map_or_else(
+            || Ggx::isotropic(normal, self.base.roughness),
+            |(_, facets)| facets,
+        )
     }
 
-    /// Adds its lobes, seen along `wo`, to a list of none: where it stays, since it is too large to be handed on.
+    /// Adds its lobes, seen along `wo`, to a list of none: where it stays, since it is too large to
+    /// be handed on.
     pub fn add_to(&self, bsdf: &mut LayeredBsdf<N>, wo: N::Vec3, outside: N::Mask) {
         let (through, normal) = (self.base.through(), bsdf.normal());
-        let mut list = LayeredBuilder { bsdf, wo, coating: Coating::NONE };
-        // From within a body, what lies over it is beyond the boundary, the facets of its paint too.
-        let over = if self.base.glass.is_none() || self.thin { N::ONE } else { N::select(outside, N::ONE, N::ZERO) };
+        let mut list = LayeredBuilder {
+            bsdf,
+            wo,
+            coating: Coating::NONE,
+        };
+        // From within a body, what lies over it is beyond the boundary, the facets of its paint
+        // too.
+        let over = if self.base.glass.is_none() || self.thin {
+            N::ONE
+        } else {
+            N::select(outside, N::ONE, N::ZERO)
+        };
         let is_over = over.above(N::ZERO).any();
         let coat = self.coat.filter(|_| is_over);
         if let Some(coat) = coat {
@@ -167,7 +196,11 @@ impl<N: Number> Layered<N> {
                 conductor: None,
                 film: None,
             };
-            list.facets(Ggx::isotropic(coat.normal, coat.roughness), reflectance, coat.roughness);
+            list.facets(
+                Ggx::isotropic(coat.normal, coat.roughness),
+                reflectance,
+                coat.roughness,
+            );
         }
         list.coating.coat = coat;
         if let Some(sheen) = self.sheen.filter(|_| is_over) {
@@ -178,7 +211,9 @@ impl<N: Number> Layered<N> {
         self.diffuse(&mut list, &reflectance, over);
         if reflectance.is_some() {
             let own = self.base.roughness;
-            let roughness = self.anisotropic().map_or(own, |(mask, facets)| N::select(mask, facets.roughness(), own));
+            let roughness = self.anisotropic().map_or(own, |(mask, facets)| {
+                N::select(mask, facets.roughness(), own)
+            });
             list.facets(self.facets(normal), reflectance, roughness);
         }
         self.glass(&mut list, through, outside);
@@ -187,70 +222,164 @@ impl<N: Number> Layered<N> {
     /// What is diffused, back and on, below facets, and what these send to each other.
     fn diffuse(&self, list: &mut LayeredBuilder<'_, N>, facets: &Reflectance<N>, over: N) {
         let (albedo, zero) = (self.base.albedo(), N::Vec3::ZERO);
-        let (back, through) = self.diffused.map_or((albedo, zero), |Diffused { share, colour }| {
-            (albedo * (N::ONE - share), colour * (self.base.painted() * share))
-        });
+        let (back, through) = self
+            .diffused
+            .map_or((albedo, zero), |Diffused { share, colour }| {
+                (
+                    albedo * (N::ONE - share),
+                    colour * (self.base.painted() * share),
+                )
+            });
         let roughness = self.base.roughness;
         // Combed facets are as rough as the rougher way even where the other is smooth.
-        let (anisotropic, mut rough) = (self.anisotropic(), roughness.above(N::from_f64(LEAST_ROUGHNESS)));
+        let (anisotropic, mut rough) = (
+            self.anisotropic(),
+            roughness.above(N::from_f64(LEAST_ROUGHNESS)),
+        );
         let mean = Albedo::mean_of_either(roughness, &anisotropic);
         if let Some((combed, _)) = anisotropic {
             rough = combed | rough;
         }
         let (mut sent, mut own) = (zero, N::ZERO);
-        let layer = [facets.dielectric[0].max_element() * over, facets.dielectric[1].max_element() * over];
+        let layer = [
+            facets.dielectric[0].max_element() * over,
+            facets.dielectric[1].max_element() * over,
+        ];
         if self.compensated && rough.any() {
-            let (dielectric, all) = interreflections::<N>(layer, facets.metal, facets.shares, mean.lost);
-            (own, sent) = (N::select(rough, dielectric, N::ZERO), N::Vec3::select(rough, all, zero));
+            let (dielectric, all) =
+                interreflections::<N>(layer, facets.metal, facets.shares, mean.lost);
+            (own, sent) = (
+                N::select(rough, dielectric, N::ZERO),
+                N::Vec3::select(rough, all, zero),
+            );
         }
-        if !back.max(through).max(sent).max_element().above(N::ZERO).any() {
+        if !back
+            .max(through)
+            .max(sent)
+            .max_element()
+            .above(N::ZERO)
+            .any()
+        {
             return;
         }
-        // The dielectric facets over the base, in the share `over`: metal beside it takes none of the base's light.
-        let alone = Reflectance { shares: [over, N::ZERO], ..*facets };
+        // The dielectric facets over the base, in the share `over`: metal beside it takes none of
+        // the base's light.
+        let alone = Reflectance {
+            shares: [over, N::ZERO],
+            ..*facets
+        };
         let literal = (self.rule == FresnelRule::Model).then(|| {
-            let mixed = Reflectance { shares: [N::ONE - self.base.metallic, self.base.metallic], ..*facets };
+            let mixed = Reflectance {
+                shares: [N::ONE - self.base.metallic, self.base.metallic],
+                ..*facets
+            };
             [N::ONE, N::ZERO].map(|cosine| mixed.at(cosine).max_element() * over)
         });
-        let filmed = facets.film.map_or(N::Mask::default(), |film| film.share.above(N::ZERO));
+        let filmed = facets
+            .film
+            .map_or(N::Mask::default(), |film| film.share.above(N::ZERO));
         let none = N::Mask::default();
-        let (exact, combed) = (facets.exact.filter(|_| over.above(N::ZERO).any()), anisotropic.map_or(none, |(mask, _)| mask));
+        let (exact, combed) = (
+            facets.exact.filter(|_| over.above(N::ZERO).any()),
+            anisotropic.map_or(none, |(mask, _)| mask),
+        );
         let indexed = exact.map_or(none, |ior| {
-            let beyond_air = |lane| if N::exact_lane(ior, lane) >= 1.0 { 1.0 } else { 0.0 };
+            let beyond_air = |lane| {
+                if N::exact_lane(ior, lane) >= 1.0 {
+                    1.0
+                } else {
+                    0.0
+                }
+            };
             N::of_lanes(beyond_air).above(N::ZERO)
         });
-        let mask = if facets.exact.is_some() { !none } else { filmed };
-        let curve = mask.any().then_some(Curve { mask, reflectance: alone, tabled: indexed & !combed & !filmed });
+        let mask = if facets.exact.is_some() {
+            !none
+        } else {
+            filmed
+        };
+        let curve = mask.any().then_some(Curve {
+            mask,
+            reflectance: alone,
+            tabled: indexed & !combed & !filmed,
+        });
         let remainder = Remainder::new([layer[0], layer[1], own], roughness);
-        let top = DiffuseCover { remainder, anisotropic, curve, literal }.seen(list.wo, list.bsdf.normal().dot(list.wo));
+        let top = DiffuseCover {
+            remainder,
+            anisotropic,
+            curve,
+            literal,
+        }
+        .seen(list.wo, list.bsdf.normal().dot(list.wo));
         let both = through.max_element().above(N::ZERO).any();
-        list.push(LayerLobe::Diffuse(DiffuseBase { back, through, interreflected: sent, both, top }));
+        list.push(LayerLobe::Diffuse(DiffuseBase {
+            back,
+            through,
+            interreflected: sent,
+            both,
+            top,
+        }));
     }
 
     /// The boundary of glass in its share.
     fn glass(&self, list: &mut LayeredBuilder<'_, N>, share: N, outside: N::Mask) {
-        let Some(glass) = self.base.glass.filter(|_| share.above(N::ZERO).any()) else { return };
+        let Some(glass) = self.base.glass.filter(|_| share.above(N::ZERO).any()) else {
+            return;
+        };
         let reflected = self.specular_colour.min(N::Vec3::ONE) * self.specular;
-        let tinted = Tinted { reflected, film: self.film, rule: self.rule, ior: glass.ior };
+        let tinted = Tinted {
+            reflected,
+            film: self.film,
+            rule: self.rule,
+            ior: glass.ior,
+        };
         let (roughness, transmitted) = (self.base.roughness, glass.transmitted);
-        let (rough, bare) = (roughness.above(N::from_f64(LEAST_ROUGHNESS)), Glass { reflected: N::Vec3::ONE, ..glass });
-        let rough = if self.thin { rough } else { rough & glass.bends() };
+        let (rough, bare) = (
+            roughness.above(N::from_f64(LEAST_ROUGHNESS)),
+            Glass {
+                reflected: N::Vec3::ONE,
+                ..glass
+            },
+        );
+        let rough = if self.thin {
+            rough
+        } else {
+            rough & glass.bends()
+        };
         for (of, is_rough) in [(rough, true), (!rough, false)] {
             let share = N::select(of, share, N::ZERO);
             if of.any() && self.thin {
                 let facets = is_rough.then(|| self.facets(list.bsdf.normal()));
-                let wall = ThinDielectric { tinted, share, transmitted, facets };
+                let wall = ThinDielectric {
+                    tinted,
+                    share,
+                    transmitted,
+                    facets,
+                };
                 list.push(LayerLobe::ThinDielectric(wall));
                 if is_rough && self.compensated {
                     let seen = [list.wo, list.bsdf.normal()];
-                    list.push(LayerLobe::Interreflected(wall.interreflected(roughness, self.anisotropic(), seen)));
+                    list.push(LayerLobe::Interreflected(wall.interreflected(
+                        roughness,
+                        self.anisotropic(),
+                        seen,
+                    )));
                 }
             } else if of.any() {
                 let boundary = bare.boundary(outside, share, is_rough.then_some(roughness));
-                list.push(LayerLobe::Dielectric(LayeredDielectric { tinted, boundary, outside }));
+                list.push(LayerLobe::Dielectric(LayeredDielectric {
+                    tinted,
+                    boundary,
+                    outside,
+                }));
                 if is_rough && self.compensated {
                     let seen = [share, list.bsdf.normal().dot(list.wo)];
-                    list.push(LayerLobe::Interreflected(bare.interreflected(outside, roughness, seen, tinted.of_fresnel())));
+                    list.push(LayerLobe::Interreflected(bare.interreflected(
+                        outside,
+                        roughness,
+                        seen,
+                        tinted.of_fresnel(),
+                    )));
                 }
             }
         }
@@ -266,7 +395,12 @@ struct LayeredBuilder<'a, N: Number> {
 
 impl<N: Number> LayeredBuilder<'_, N> {
     fn push(&mut self, lobe: LayerLobe<N>) {
-        self.bsdf.add(CoatedLobe::new(lobe, self.coating, self.bsdf.normal(), self.wo));
+        self.bsdf.add(CoatedLobe::new(
+            lobe,
+            self.coating,
+            self.bsdf.normal(),
+            self.wo,
+        ));
     }
 
     /// Facets where they are rough, a mirror where they are not.
@@ -274,8 +408,17 @@ impl<N: Number> LayeredBuilder<'_, N> {
         let rough = roughness.above(N::from_f64(LEAST_ROUGHNESS));
         for (of, smooth) in [(rough, false), (!rough, true)] {
             if of.any() {
-                let shares = reflectance.shares.map(|share| N::select(of, share, N::ZERO));
-                self.push(LayerLobe::Ggx(GgxLobe { facets, smooth, reflectance: Reflectance { shares, ..reflectance } }));
+                let shares = reflectance
+                    .shares
+                    .map(|share| N::select(of, share, N::ZERO));
+                self.push(LayerLobe::Ggx(GgxLobe {
+                    facets,
+                    smooth,
+                    reflectance: Reflectance {
+                        shares,
+                        ..reflectance
+                    },
+                }));
             }
         }
     }

@@ -1,4 +1,5 @@
-//! The lobes that a surface's answer to light is made of: plain data, each with its value, its density and its weight.
+//! The lobes that a surface's answer to light is made of: plain data, each with its value, its
+//! density and its weight.
 
 use core::f64::consts::PI;
 
@@ -26,7 +27,8 @@ pub enum Lobe<N: Number> {
     },
     /// Lambert's: the same radiance in every direction.
     Lambert(Lambert<N>),
-    /// Microfacets by the GGX distribution, whose reflectance goes from the one to the other by Schlick.
+    /// Microfacets by the GGX distribution, whose reflectance goes from the one to the other by
+    /// Schlick.
     Rough {
         /// Reflectance of a facet at normal incidence.
         f0: N::Vec3,
@@ -49,25 +51,46 @@ pub enum Lobe<N: Number> {
 }
 
 impl<N: Number> LobeFamily<N> for Lobe<N> {
-    const NOTHING: Self = Self::Mirror { f0: <N::Vec3 as Vector3<N>>::ZERO, f90: <N::Vec3 as Vector3<N>>::ZERO };
+    const NOTHING: Self = Self::Mirror {
+        f0: <N::Vec3 as Vector3<N>>::ZERO,
+        f90: <N::Vec3 as Vector3<N>>::ZERO,
+    };
 }
 
 impl<N: Number> LobeKind<N> for Lobe<N> {
     #[inline(always)]
     fn is_delta(&self) -> bool {
-        matches!(self, Self::Mirror { .. } | Self::Dielectric(Dielectric { roughness: None, .. }))
+        matches!(
+            self,
+            Self::Mirror { .. }
+                | Self::Dielectric(Dielectric {
+                    roughness: None,
+                    ..
+                })
+        )
     }
 
     #[inline(always)]
     fn lets_through(&self) -> bool {
-        matches!(self, Self::Dielectric(Dielectric { roughness: Some(_), .. }) | Self::Interreflected(_))
+        matches!(
+            self,
+            Self::Dielectric(Dielectric {
+                roughness: Some(_),
+                ..
+            }) | Self::Interreflected(_)
+        )
     }
 
     #[inline(always)]
     fn eval_and_pdf(&self, pair: &Pair<N>) -> (N::Vec3, N) {
-        let by_cosine = |diffused: N::Vec3| (diffused / N::from_f64(PI), pair.into / N::from_f64(PI));
+        let by_cosine =
+            |diffused: N::Vec3| (diffused / N::from_f64(PI), pair.into / N::from_f64(PI));
         match *self {
-            Self::Diffuse { albedo, interreflected, remainder } => {
+            Self::Diffuse {
+                albedo,
+                interreflected,
+                remainder,
+            } => {
                 // Matte surfaces of the classic kind have no layer, and look nothing up.
                 if !remainder.is_covered() && !interreflected.max_element().above(N::ZERO).any() {
                     return by_cosine(albedo);
@@ -78,7 +101,8 @@ impl<N: Number> LobeKind<N> for Lobe<N> {
             Self::Lambert(lambert) => lambert.eval_and_pdf(pair),
             Self::Rough { f0, f90, roughness } => {
                 let reflectance = f0 + (f90 - f0) * schlick_weight(pair.tilt);
-                let (value, density) = Ggx::isotropic(pair.normal, roughness).reflected(pair, reflectance);
+                let (value, density) =
+                    Ggx::isotropic(pair.normal, roughness).reflected(pair, reflectance);
                 // Also where directions are opposite, which have no half.
                 let some = f0.max(f90).max_element().above(N::ZERO);
                 (N::Vec3::select(some, value, N::Vec3::ZERO), density)
@@ -92,8 +116,14 @@ impl<N: Number> LobeKind<N> for Lobe<N> {
     #[inline(always)]
     fn eval_diffuse(&self, pair: &Pair<N>) -> N::Vec3 {
         match *self {
-            Self::Diffuse { albedo, remainder, .. } => {
-                let base = if remainder.is_covered() { remainder.towards(pair.into)[0] } else { N::ONE };
+            Self::Diffuse {
+                albedo, remainder, ..
+            } => {
+                let base = if remainder.is_covered() {
+                    remainder.towards(pair.into)[0]
+                } else {
+                    N::ONE
+                };
                 albedo * base / N::from_f64(PI)
             }
             Self::Lambert(lambert) => lambert.eval_diffuse(pair),
@@ -111,14 +141,22 @@ impl<N: Number> LobeKind<N> for Lobe<N> {
     }
 
     #[inline(always)]
-    fn sample(&self, frame: &Frame<N>, wo: N::Vec3, local: N::Vec3, choice: N, [u, v]: [N; 2]) -> N::Vec3 {
+    fn sample(
+        &self,
+        frame: &Frame<N>,
+        wo: N::Vec3,
+        local: N::Vec3,
+        choice: N,
+        [u, v]: [N; 2],
+    ) -> N::Vec3 {
         frame.to_world(match *self {
             Self::Dielectric(boundary) => return boundary.sample(frame, wo, local, choice, [u, v]),
             Self::Interreflected(facets) => return facets.sample(frame, wo, local, choice, [u, v]),
             Self::Rough { roughness, .. } => {
                 let facet = sample_wm::<N>(local, [alpha(roughness); 2], on_disk([u, v]));
                 let mirrored = mirrored::<N>(local, facet);
-                // What a facet sends below meets another one, and is lost: no other lobe may take it for light that goes through.
+                // What a facet sends below meets another one, and is lost: no other lobe may take
+                // it for light that goes through.
                 N::Vec3::select(mirrored.z().above(N::ZERO), mirrored, N::Vec3::ZERO)
             }
             _ => cosine_sample::<N>([u, v]),
@@ -131,15 +169,20 @@ impl<N: Number> LobeKind<N> for Lobe<N> {
             return boundary.sample_delta(normal, wo, u);
         }
         let cosine = normal.dot(wo);
-        (kept_unit::<N>(normal * (N::from_f64(2.0) * cosine) - wo), self.reflectance(cosine))
+        (
+            kept_unit::<N>(normal * (N::from_f64(2.0) * cosine) - wo),
+            self.reflectance(cosine),
+        )
     }
 
     #[inline(always)]
     fn importance(&self, cosine: N) -> N {
         match *self {
-            Self::Diffuse { albedo, interreflected, remainder } => {
-                (albedo * remainder.shown[0] + interreflected * remainder.shown[1]).max_element()
-            }
+            Self::Diffuse {
+                albedo,
+                interreflected,
+                remainder,
+            } => (albedo * remainder.shown[0] + interreflected * remainder.shown[1]).max_element(),
             Self::Lambert(lambert) => lambert.importance(cosine),
             Self::Rough { .. } | Self::Mirror { .. } => self.reflectance(cosine).max_element(),
             Self::Dielectric(boundary) => boundary.importance(cosine),
@@ -149,10 +192,13 @@ impl<N: Number> LobeKind<N> for Lobe<N> {
 }
 
 impl<N: Number> Lobe<N> {
-    /// Share that a mirror or facets reflect at this cosine to their normal; of other lobes nothing.
+    /// Share that a mirror or facets reflect at this cosine to their normal; of other lobes
+    /// nothing.
     #[inline(always)]
     pub fn reflectance(&self, cosine: N) -> N::Vec3 {
-        let (Self::Rough { f0, f90, .. } | Self::Mirror { f0, f90 }) = *self else { return N::Vec3::ZERO };
+        let (Self::Rough { f0, f90, .. } | Self::Mirror { f0, f90 }) = *self else {
+            return N::Vec3::ZERO;
+        };
         f0 + (f90 - f0) * schlick_weight(cosine.max(N::ZERO))
     }
 }

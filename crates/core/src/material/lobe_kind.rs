@@ -22,18 +22,35 @@ impl<N: Number> Pair<N> {
     #[inline(always)]
     pub(super) fn new(normal: N::Vec3, wo: N::Vec3, wi: N::Vec3) -> Self {
         let half = (wi + wo).normalize();
-        Self { normal, wo, wi, half, out: normal.dot(wo), into: normal.dot(wi), tilt: half.dot(wi).max(N::ZERO) }
+        Self {
+            normal,
+            wo,
+            wi,
+            half,
+            out: normal.dot(wo),
+            into: normal.dot(wi),
+            tilt: half.dot(wi).max(N::ZERO),
+        }
     }
 
     /// The pair with the light above the surface, mirrored there if it was below.
     pub(super) fn folded(&self) -> Self {
         let up = self.wi - self.normal * (N::from_f64(2.0) * self.into);
-        Self::new(self.normal, self.wo, N::Vec3::select(self.into.above(N::ZERO), self.wi, up))
+        Self::new(
+            self.normal,
+            self.wo,
+            N::Vec3::select(self.into.above(N::ZERO), self.wi, up),
+        )
     }
 
     /// The pair about another normal.
     pub(super) fn about(&self, normal: N::Vec3) -> Self {
-        Self { normal, out: normal.dot(self.wo), into: normal.dot(self.wi), ..*self }
+        Self {
+            normal,
+            out: normal.dot(self.wo),
+            into: normal.dot(self.wi),
+            ..*self
+        }
     }
 }
 
@@ -47,7 +64,8 @@ pub trait LobeFamily<N: Number>: LobeKind<N> + Copy + core::fmt::Debug {
 
 /// What a lobe does with light: nothing, where it does not say otherwise.
 pub trait LobeKind<N: Number> {
-    /// How much it may send back to a direction with this cosine to the normal: what choosing among lobes goes by.
+    /// How much it may send back to a direction with this cosine to the normal: what choosing among
+    /// lobes goes by.
     fn importance(&self, cosine: N) -> N;
     /// Whether it answers in single directions only, so that it has neither a value nor a density.
     fn is_delta(&self) -> bool {
@@ -57,35 +75,49 @@ pub trait LobeKind<N: Number> {
     fn lets_through(&self) -> bool {
         false
     }
-    /// Its bidirectional reflectance for a light above the surface, and the density by solid angle with which [`Self::sample`] gives
-    /// the light's direction.
+    /// Its bidirectional reflectance for a light above the surface, and the density by solid angle
+    /// with which [`Self::sample`] gives the light's direction.
     fn eval_and_pdf(&self, pair: &Pair<N>) -> (N::Vec3, N);
     /// The part of it that is diffused, with which it answers to lights that make no highlights.
     fn eval_diffuse(&self, _pair: &Pair<N>) -> N::Vec3 {
         N::Vec3::ZERO
     }
-    /// What it lets through of a light below the surface, over the cosine there, and the density of that light's direction.
+    /// What it lets through of a light below the surface, over the cosine there, and the density of
+    /// that light's direction.
     fn eval_and_pdf_through(&self, _pair: &Pair<N>) -> (N::Vec3, N) {
         (N::Vec3::ZERO, N::ZERO)
     }
-    /// A direction for the way back, in the world and in the frame about the surface's normal, and three numbers in [0, 1). Of a
-    /// lobe that is not delta.
-    fn sample(&self, _frame: &Frame<N>, _wo: N::Vec3, _local: N::Vec3, _choice: N, _point: [N; 2]) -> N::Vec3 {
+    /// A direction for the way back, in the world and in the frame about the surface's normal, and
+    /// three numbers in [0, 1). Of a lobe that is not delta.
+    fn sample(
+        &self,
+        _frame: &Frame<N>,
+        _wo: N::Vec3,
+        _local: N::Vec3,
+        _choice: N,
+        _point: [N; 2],
+    ) -> N::Vec3 {
         N::Vec3::ZERO
     }
-    /// Direction and weight of a delta lobe; one that divides its light does so by a number in [0, 1).
+    /// Direction and weight of a delta lobe; one that divides its light does so by a number in [0,
+    /// 1).
     fn sample_delta(&self, normal: N::Vec3, _wo: N::Vec3, _u: N) -> (N::Vec3, N::Vec3) {
         (normal, N::Vec3::ZERO)
     }
 }
 
-/// A mirrored direction, whose length strays from one by the rounding of each normal that it was mirrored at: brought back where it is off by four
-/// millionths, as after ten mirrors at the earliest, and to the bit what it is elsewhere.
+/// A mirrored direction, whose length strays from one by the rounding of each normal that it was
+/// mirrored at: brought back where it is off by four millionths, as after ten mirrors at the
+/// earliest, and to the bit what it is elsewhere.
 #[inline(always)]
 pub(super) fn kept_unit<N: Number>(direction: N::Vec3) -> N::Vec3 {
     let off = N::ONE - direction.dot(direction);
     let has_strayed = off.max(-off).above(N::from_f64(8e-6));
-    N::Vec3::select(has_strayed, direction * (N::ONE + N::from_f64(0.5) * off), direction)
+    N::Vec3::select(
+        has_strayed,
+        direction * (N::ONE + N::from_f64(0.5) * off),
+        direction,
+    )
 }
 
 /// An even point of the unit disk for two numbers in [0, 1).
@@ -95,8 +127,8 @@ pub(super) fn on_disk<N: Number>([u, v]: [N; 2]) -> [N; 2] {
     [u.sqrt() * cos, u.sqrt() * sin]
 }
 
-/// A direction about the third axis, drawn by the cosine for two numbers in [0, 1): a point of the disk, raised to the
-/// hemisphere (Malley).
+/// A direction about the third axis, drawn by the cosine for two numbers in [0, 1): a point of the
+/// disk, raised to the hemisphere (Malley).
 #[inline(always)]
 pub(crate) fn cosine_sample<N: Number>([u, v]: [N; 2]) -> N::Vec3 {
     let [x, y] = on_disk([u, v]);
@@ -104,7 +136,11 @@ pub(crate) fn cosine_sample<N: Number>([u, v]: [N; 2]) -> N::Vec3 {
 }
 
 /// Such a direction in a frame, on its side where a mask is set and beyond elsewhere.
-pub(super) fn cosine_sample_either<N: Number>(frame: &Frame<N>, above: N::Mask, point: [N; 2]) -> N::Vec3 {
+pub(super) fn cosine_sample_either<N: Number>(
+    frame: &Frame<N>,
+    above: N::Mask,
+    point: [N; 2],
+) -> N::Vec3 {
     let up = cosine_sample::<N>(point);
     let down = N::Vec3::new(up.x(), up.y(), -up.z());
     frame.to_world(N::Vec3::select(above, up, down))

@@ -11,10 +11,11 @@ use crate::number::{Mask, Number, Vector3};
 
 /// What makes a boundary of glass of a share of a surface.
 ///
-/// A dielectric that lets through a part of its light is a mixture by area: glass in that share, paint in the rest. From outside this is
-/// what glTF's mixture of a diffuse base and a transmitting one under one reflection is. From inside, light meets glass, which keeps
-/// all of it beyond the critical angle, or the back of the paint, which has no boundary before it: so no angle counts twice, and the sum
-/// is at most one from both sides, rough or smooth.
+/// A dielectric that lets through a part of its light is a mixture by area: glass in that share,
+/// paint in the rest. From outside this is what glTF's mixture of a diffuse base and a transmitting
+/// one under one reflection is. From inside, light meets glass, which keeps all of it beyond the
+/// critical angle, or the back of the paint, which has no boundary before it: so no angle counts
+/// twice, and the sum is at most one from both sides, rough or smooth.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Glass<N: Number> {
     /// Share of the dielectric part that is glass.
@@ -32,18 +33,33 @@ impl<N: Number> Glass<N> {
     #[inline(always)]
     pub fn eta(&self, outside: N::Mask) -> N::Exact {
         let ior = |lane| N::exact_lane(self.ior, lane);
-        N::exact(|lane| if outside.lane(lane) { 1.0 / ior(lane) } else { ior(lane) })
+        N::exact(|lane| {
+            if outside.lane(lane) {
+                1.0 / ior(lane)
+            } else {
+                ior(lane)
+            }
+        })
     }
 
-    /// Whether it bends light. Indices that are nearly the same bend next to nothing, however the facets lie.
+    /// Whether it bends light. Indices that are nearly the same bend next to nothing, however the
+    /// facets lie.
     #[inline(always)]
     pub(super) fn bends(&self) -> N::Mask {
-        N::of_lanes(|lane| (N::exact_lane(self.ior, lane) - 1.0).abs()).above(N::from_f64(LEAST_BEND))
+        N::of_lanes(|lane| (N::exact_lane(self.ior, lane) - 1.0).abs())
+            .above(N::from_f64(LEAST_BEND))
     }
 
-    /// What facets of a rough boundary of such a share, which reflect so much of Fresnel's, send to each other, seen at a cosine.
+    /// What facets of a rough boundary of such a share, which reflect so much of Fresnel's, send to
+    /// each other, seen at a cosine.
     #[inline(never)]
-    pub(super) fn interreflected(&self, outside: N::Mask, roughness: N, seen: [N; 2], tint: [N::Vec3; 2]) -> Interreflected<N> {
+    pub(super) fn interreflected(
+        &self,
+        outside: N::Mask,
+        roughness: N,
+        seen: [N; 2],
+        tint: [N::Vec3; 2],
+    ) -> Interreflected<N> {
         let eta = self.eta(outside);
         let eta = N::of_lanes(|lane| N::exact_lane(eta, lane));
         Interreflected::of_boundary(eta, roughness, seen, tint, self.transmitted)
@@ -52,8 +68,22 @@ impl<N: Number> Glass<N> {
     /// The boundary of such a share of a surface, smooth or of a roughness.
     #[inline(always)]
     pub fn boundary(&self, outside: N::Mask, share: N, roughness: Option<N>) -> Dielectric<N> {
-        let (eta, Self { reflected, transmitted, .. }) = (self.eta(outside), *self);
-        Dielectric { eta, facet_eta: N::of_lanes(|lane| N::exact_lane(eta, lane)), share, reflected, transmitted, roughness }
+        let (
+            eta,
+            Self {
+                reflected,
+                transmitted,
+                ..
+            },
+        ) = (self.eta(outside), *self);
+        Dielectric {
+            eta,
+            facet_eta: N::of_lanes(|lane| N::exact_lane(eta, lane)),
+            share,
+            reflected,
+            transmitted,
+            roughness,
+        }
     }
 }
 
@@ -81,14 +111,16 @@ impl<N: Number> MetallicRoughness<N> {
     /// Share of the surface that is a boundary of glass.
     #[inline(always)]
     pub fn through(&self) -> N {
-        self.glass.map_or(N::ZERO, |glass| glass.share * (N::ONE - self.metallic))
+        self.glass
+            .map_or(N::ZERO, |glass| glass.share * (N::ONE - self.metallic))
     }
 
     /// Share of the surface that is an opaque dielectric.
     #[inline(always)]
     pub fn painted(&self) -> N {
         let dielectric = N::ONE - self.metallic;
-        self.glass.map_or(dielectric, |glass| dielectric * (N::ONE - glass.share))
+        self.glass
+            .map_or(dielectric, |glass| dielectric * (N::ONE - glass.share))
     }
 
     /// Colour that is diffused.
@@ -106,108 +138,186 @@ impl<N: Number> MetallicRoughness<N> {
     /// Reflectances at normal and at grazing incidence of facets of which a share is dielectric.
     #[inline(always)]
     fn facets(&self, dielectric: N) -> (N::Vec3, N) {
-        (N::Vec3::splat(self.dielectric) * dielectric + self.base * self.metallic, self.grazing * dielectric + self.metallic)
+        (
+            N::Vec3::splat(self.dielectric) * dielectric + self.base * self.metallic,
+            self.grazing * dielectric + self.metallic,
+        )
     }
 
-    /// What is diffused below dielectric facets, which cover it where `over` is one, and what all facets, of which a share is dielectric, send
-    /// to each other where that is `compensated`; and whether some of it is there.
+    /// What is diffused below dielectric facets, which cover it where `over` is one, and what all
+    /// facets, of which a share is dielectric, send to each other where that is `compensated`; and
+    /// whether some of it is there.
     ///
-    /// The base is the dielectric part's, and loses what that part's facets send back: metal beside it takes none of its light, as in
-    /// glTF's mixture of a metal and a dielectric.
+    /// The base is the dielectric part's, and loses what that part's facets send back: metal beside
+    /// it takes none of its light, as in glTF's mixture of a metal and a dielectric.
     #[inline(always)]
-    fn diffuse(&self, [dielectric, over]: [N; 2], cosine: N, compensated: bool) -> (Lobe<N>, N::Mask) {
+    fn diffuse(
+        &self,
+        [dielectric, over]: [N; 2],
+        cosine: N,
+        compensated: bool,
+    ) -> (Lobe<N>, N::Mask) {
         let (albedo, zero) = (self.albedo(), N::Vec3::ZERO);
         let layer = [self.dielectric * over, self.grazing * over];
         let bare = Remainder::new([layer[0], layer[1], N::ZERO], self.roughness);
         if !bare.is_covered() && !self.metallic.above(N::ZERO).any() {
-            return (Lobe::Diffuse { albedo, interreflected: zero, remainder: bare }, albedo.max_element().above(N::ZERO));
+            return (
+                Lobe::Diffuse {
+                    albedo,
+                    interreflected: zero,
+                    remainder: bare,
+                },
+                albedo.max_element().above(N::ZERO),
+            );
         }
         let mean = Albedo::mean(self.roughness);
         let (mut sent, mut own) = (zero, N::ZERO);
         if compensated {
             let all;
-            (own, all) = interreflections::<N>(layer, self.base, [dielectric, self.metallic], mean.lost);
-            sent = N::Vec3::select(self.roughness.above(N::from_f64(LEAST_ROUGHNESS)), all, zero);
+            (own, all) =
+                interreflections::<N>(layer, self.base, [dielectric, self.metallic], mean.lost);
+            sent = N::Vec3::select(
+                self.roughness.above(N::from_f64(LEAST_ROUGHNESS)),
+                all,
+                zero,
+            );
         }
-        let remainder = Remainder::new([layer[0], layer[1], own], self.roughness).seen_at(cosine, mean);
-        (Lobe::Diffuse { albedo, interreflected: sent, remainder }, albedo.max(sent).max_element().above(N::ZERO))
+        let remainder =
+            Remainder::new([layer[0], layer[1], own], self.roughness).seen_at(cosine, mean);
+        (
+            Lobe::Diffuse {
+                albedo,
+                interreflected: sent,
+                remainder,
+            },
+            albedo.max(sent).max_element().above(N::ZERO),
+        )
     }
 
     /// The mirror that its glossy lobe is where the roughness is next to none.
     #[inline(always)]
     pub fn mirror(&self) -> Lobe<N> {
         let (f0, f90) = self.facets(N::ONE - self.metallic);
-        Lobe::Mirror { f0, f90: N::Vec3::splat(f90) }
+        Lobe::Mirror {
+            f0,
+            f90: N::Vec3::splat(f90),
+        }
     }
 
-    /// The lobes of local lighting: diffuse and glossy. How many is known when this is compiled, so nothing is left of the list.
+    /// The lobes of local lighting: diffuse and glossy. How many is known when this is compiled, so
+    /// nothing is left of the list.
     #[inline(always)]
     pub fn local_bsdf(&self, normal: N::Vec3, wo: N::Vec3) -> Bsdf<N> {
         let f0 = self.f0();
         let (diffuse, _) = self.diffuse([N::ONE - self.metallic, N::ONE], normal.dot(wo), false);
-        Bsdf::new(normal).with(diffuse).with(Lobe::Rough { f0, f90: N::Vec3::ONE, roughness: self.roughness })
+        Bsdf::new(normal).with(diffuse).with(Lobe::Rough {
+            f0,
+            f90: N::Vec3::ONE,
+            roughness: self.roughness,
+        })
     }
 
-    /// Its lobes for light that goes any way, seen from `wo`: as [`Self::local_bsdf`], but next to smooth surfaces are mirrors, rough ones
-    /// give back what their facets send to each other (where `compensated`), and a boundary of glass, smooth or rough, reflects by itself, so that of the
-    /// rest only what is paint or metal does.
+    /// Its lobes for light that goes any way, seen from `wo`: as [`Self::local_bsdf`], but next to
+    /// smooth surfaces are mirrors, rough ones give back what their facets send to each other
+    /// (where `compensated`), and a boundary of glass, smooth or rough, reflects by itself, so that
+    /// of the rest only what is paint or metal does.
     #[inline(always)]
-    pub fn transport(&self, normal: N::Vec3, wo: N::Vec3, outside: N::Mask, compensated: bool) -> Bsdf<N> {
+    pub fn transport(
+        &self,
+        normal: N::Vec3,
+        wo: N::Vec3,
+        outside: N::Mask,
+        compensated: bool,
+    ) -> Bsdf<N> {
         let zero = N::Vec3::ZERO;
         let through = self.through();
         let glassy = through.above(N::ZERO);
         // From within a body, the back of its paint is met without a boundary.
-        let over = if self.glass.is_some() { N::select(outside, N::ONE, N::ZERO) } else { N::ONE };
+        let over = if self.glass.is_some() {
+            N::select(outside, N::ONE, N::ZERO)
+        } else {
+            N::ONE
+        };
         let painted = self.painted() * over;
         let (f0, f90) = self.facets(painted);
         let (diffuse, some) = self.diffuse([painted, over], normal.dot(wo), compensated);
-        let mut bsdf = if some.any() { Bsdf::new(normal).with(diffuse) } else { Bsdf::new(normal) };
+        let mut bsdf = if some.any() {
+            Bsdf::new(normal).with(diffuse)
+        } else {
+            Bsdf::new(normal)
+        };
         let f90 = N::Vec3::splat(f90);
         let rough = self.roughness.above(N::from_f64(LEAST_ROUGHNESS));
         if f90.max_element().above(N::ZERO).any() {
             if rough.any() {
                 let [f0, f90] = [f0, f90].map(|f| N::Vec3::select(rough, f, zero));
-                bsdf = bsdf.with(Lobe::Rough { f0, f90, roughness: self.roughness });
+                bsdf = bsdf.with(Lobe::Rough {
+                    f0,
+                    f90,
+                    roughness: self.roughness,
+                });
             }
             if (!rough).any() {
                 let [f0, f90] = [f0, f90].map(|f| N::Vec3::select(rough, zero, f));
                 bsdf = bsdf.with(Lobe::Mirror { f0, f90 });
             }
         }
-        let Some(glass) = self.glass.filter(|_| glassy.any()) else { return bsdf };
+        let Some(glass) = self.glass.filter(|_| glassy.any()) else {
+            return bsdf;
+        };
         let rough = rough & glass.bends();
         for (of, roughness) in [(!rough, None), (rough, Some(self.roughness))] {
             if of.any() {
-                bsdf = bsdf.with(Lobe::Dielectric(glass.boundary(outside, N::select(of, through, N::ZERO), roughness)));
+                bsdf = bsdf.with(Lobe::Dielectric(glass.boundary(
+                    outside,
+                    N::select(of, through, N::ZERO),
+                    roughness,
+                )));
             }
         }
         if compensated && rough.any() {
             let (share, tint) = (N::select(rough, through, N::ZERO), [glass.reflected; 2]);
-            bsdf.add(Lobe::Interreflected(glass.interreflected(outside, self.roughness, [share, normal.dot(wo)], tint)));
+            bsdf.add(Lobe::Interreflected(glass.interreflected(
+                outside,
+                self.roughness,
+                [share, normal.dot(wo)],
+                tint,
+            )));
         }
         bsdf
     }
 
-    /// [`Self::transport`] where no lane is next to smooth and none lets light through: the same numbers from two lobes, whose kinds and
-    /// count are known when this is compiled.
+    /// [`Self::transport`] where no lane is next to smooth and none lets light through: the same
+    /// numbers from two lobes, whose kinds and count are known when this is compiled.
     #[inline(always)]
     pub fn rough(&self, normal: N::Vec3, wo: N::Vec3, compensated: bool) -> Bsdf<N, Lobe<N>, 2> {
         let dielectric = N::ONE - self.metallic;
         let (f0, f90) = self.facets(dielectric);
         let (diffuse, _) = self.diffuse([dielectric, N::ONE], normal.dot(wo), compensated);
-        Bsdf::new(normal).with(diffuse).with(Lobe::Rough { f0, f90: N::Vec3::splat(f90), roughness: self.roughness })
+        Bsdf::new(normal).with(diffuse).with(Lobe::Rough {
+            f0,
+            f90: N::Vec3::splat(f90),
+            roughness: self.roughness,
+        })
     }
 
-    /// Whether it reflects nothing, as a boundary without reflectance over no metal: then its diffuse lobe has all that it sends.
+    /// Whether it reflects nothing, as a boundary without reflectance over no metal: then its
+    /// diffuse lobe has all that it sends.
     #[inline(always)]
     pub fn is_matte(&self) -> N::Mask {
-        !(self.metallic.above(N::ZERO) | self.dielectric.above(N::ZERO) | self.grazing.above(N::ZERO))
+        !(self.metallic.above(N::ZERO)
+            | self.dielectric.above(N::ZERO)
+            | self.grazing.above(N::ZERO))
     }
 
     /// Whether that is what it is, lane by lane.
     #[inline(always)]
     pub fn is_rough(&self) -> N::Mask {
         let rough = self.roughness.above(N::from_f64(LEAST_ROUGHNESS));
-        if self.glass.is_some() { N::Mask::default() } else { rough }
+        if self.glass.is_some() {
+            N::Mask::default()
+        } else {
+            rough
+        }
     }
 }

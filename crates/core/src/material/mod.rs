@@ -1,8 +1,10 @@
-//! How a surface answers to light at a point: a few [lobes](Lobe) on the stack, to be evaluated, sampled and weighed.
+//! How a surface answers to light at a point: a few [lobes](Lobe) on the stack, to be evaluated,
+//! sampled and weighed.
 //!
-//! Directions are unit and point away from the surface; the normal is on the side of `wo`, the way back to the viewer. Everything
-//! is written once over a [`Number`](crate::number::Number): `f32` and `f64` for a path alone, [`Lanes`](crate::number::Lanes) for
-//! many paths side by side. Kinds of lobes, and how many there are, are then the same for all lanes, since paths are sorted by
+//! Directions are unit and point away from the surface; the normal is on the side of `wo`, the way
+//! back to the viewer. Everything is written once over a [`Number`](crate::number::Number): `f32`
+//! and `f64` for a path alone, [`Lanes`](crate::number::Lanes) for many paths side by side. Kinds
+//! of lobes, and how many there are, are then the same for all lanes, since paths are sorted by
 //! what they met; everything else is each lane's own. Refraction goes lane by lane: it needs f64.
 //!
 //! ```
@@ -49,7 +51,9 @@ pub use bsdf::{Bsdf, BsdfSample, MOST_LOBES};
 pub use dielectric::Dielectric;
 pub use film::Film;
 pub use frame::Frame;
-pub use fresnel::{FresnelRule, conductor, dielectric, environment_reflectance, schlick, schlick_weight};
+pub use fresnel::{
+    FresnelRule, conductor, dielectric, environment_reflectance, schlick, schlick_weight,
+};
 pub(crate) use interface::Interface;
 pub use interreflected::Interreflected;
 pub use lambert::Lambert;

@@ -1,5 +1,5 @@
-//! How much the facets of a layered surface reflect: a dielectric and a metal in shares, by Schlick's formula or the exact ones, each with a
-//! thin film over it or not.
+//! How much the facets of a layered surface reflect: a dielectric and a metal in shares, by
+//! Schlick's formula or the exact ones, each with a thin film over it or not.
 
 use super::film::Film;
 use super::fresnel::{conductor, dielectric_in_air, schlick, schlick_weight};
@@ -32,7 +32,11 @@ impl<N: Number> Reflectance<N> {
                 let by_colour = || schlick(self.metal, cosine);
                 let (bare, f0) = match k {
                     0 => (self.of_dielectric(cosine), self.dielectric[0]),
-                    _ => (self.conductor.map_or_else(by_colour, |index| of_conductor(cosine, index)), self.metal),
+                    _ => (
+                        self.conductor
+                            .map_or_else(by_colour, |index| of_conductor(cosine, index)),
+                        self.metal,
+                    ),
                 };
                 sum += self.film.map_or(bare, |film| film.over(bare, f0, cosine)) * share;
             }
@@ -44,13 +48,23 @@ impl<N: Number> Reflectance<N> {
     fn of_dielectric(&self, cosine: N) -> N::Vec3 {
         let [normal, grazing] = self.dielectric;
         let schlick = schlick_weight(cosine);
-        let Some(ior) = self.exact else { return normal + (grazing - normal) * schlick };
+        let Some(ior) = self.exact else {
+            return normal + (grazing - normal) * schlick;
+        };
         // Without an index, what reflects all does so at every angle.
-        let of = |ior: f64, cosine: f64| if ior > 0.0 { dielectric_in_air(cosine, ior) } else { 1.0 };
+        let of = |ior: f64, cosine: f64| {
+            if ior > 0.0 {
+                dielectric_in_air(cosine, ior)
+            } else {
+                1.0
+            }
+        };
         let exact = N::of_lanes(|lane| of(N::exact_lane(ior, lane), cosine.lane(lane)));
         // What a colour adds at normal incidence falls as Schlick's way rises.
         let added = (normal - grazing * self.at_normal()) * (N::ONE - schlick);
-        (grazing * exact + added).max(N::Vec3::ZERO).min(N::Vec3::ONE)
+        (grazing * exact + added)
+            .max(N::Vec3::ZERO)
+            .min(N::Vec3::ONE)
     }
 
     /// What Fresnel's equations say of the dielectric part at normal incidence.

@@ -1,5 +1,5 @@
-//! Sheen: fibres that stand up and catch light at grazing angles ("Production Friendly Microfacet Sheen BRDF", Estevez, Kulla 2017), as
-//! glTF's KHR_materials_sheen names it.
+//! Sheen: fibres that stand up and catch light at grazing angles ("Production Friendly Microfacet
+//! Sheen BRDF", Estevez, Kulla 2017), as glTF's KHR_materials_sheen names it.
 
 use core::f64::consts::{PI, TAU};
 use std::sync::LazyLock;
@@ -23,9 +23,12 @@ layer! {
 }
 
 impl<N: Number> Sheen<N> {
-    /// Share of light that white fibres send back in a direction, and the rest of what a colour's strongest part does.
+    /// Share of light that white fibres send back in a direction, and the rest of what a colour's
+    /// strongest part does.
     pub(super) fn sent(&self, cosine: N) -> N {
-        let share = N::of_lanes(|lane| looked_up(&SENT, cosine.lane(lane), self.roughness.lane(lane)).clamp(0.0, 1.0));
+        let share = N::of_lanes(|lane| {
+            looked_up(&SENT, cosine.lane(lane), self.roughness.lane(lane)).clamp(0.0, 1.0)
+        });
         self.colour.max_element() * share
     }
 }
@@ -38,7 +41,8 @@ impl<N: Number> LobeKind<N> for Sheen<N> {
     fn eval_and_pdf(&self, pair: &Pair<N>) -> (N::Vec3, N) {
         let half = pair.normal.dot((pair.wo + pair.wi).normalize()).min(N::ONE);
         let cosines = |lane: usize| [pair.out.lane(lane), pair.into.lane(lane), half.lane(lane)];
-        let value = self.colour * N::of_lanes(|lane| charlie(self.roughness.lane(lane), cosines(lane)));
+        let value =
+            self.colour * N::of_lanes(|lane| charlie(self.roughness.lane(lane), cosines(lane)));
         (value, N::from_f64(0.5 / PI))
     }
 
@@ -55,11 +59,14 @@ impl<N: Number> LobeKind<N> for Sheen<N> {
     }
 }
 
-/// D·V of white fibres. As published, they send back up to two and a half times what comes at grazing views where they are smooth; what
-/// would be beyond one is taken away, alike for both directions.
+/// D·V of white fibres. As published, they send back up to two and a half times what comes at
+/// grazing views where they are smooth; what would be beyond one is taken away, alike for both
+/// directions.
 fn charlie(roughness: f64, [out, into, half]: [f64; 3]) -> f64 {
     // A fiftieth more than the table says, which may be as much off.
-    let most = (1.02 * looked_up(&PUBLISHED, out, roughness).max(looked_up(&PUBLISHED, into, roughness))).max(1.0);
+    let most = (1.02
+        * looked_up(&PUBLISHED, out, roughness).max(looked_up(&PUBLISHED, into, roughness)))
+    .max(1.0);
     published(roughness, [out, into, half]) / most
 }
 
@@ -78,10 +85,18 @@ fn published(roughness: f64, [out, into, half]: [f64; 3]) -> f64 {
 fn hidden(cosine: f64, alpha: f64) -> f64 {
     let share = (1.0 - alpha) * (1.0 - alpha);
     let mix = |rough: f64, smooth: f64| rough + (smooth - rough) * share;
-    let (a, b, c) = (mix(21.5473, 25.3245), mix(3.82987, 3.32435), mix(0.19823, 0.16801));
+    let (a, b, c) = (
+        mix(21.5473, 25.3245),
+        mix(3.82987, 3.32435),
+        mix(0.19823, 0.16801),
+    );
     let (d, e) = (mix(-1.97760, -1.27393), mix(-4.32054, -4.85967));
     let log = |x: f64| a / (1.0 + b * libm::pow(x, c)) + d * x + e;
-    if cosine < 0.5 { libm::exp(log(cosine)) } else { libm::exp(2.0 * log(0.5) - log(1.0 - cosine)) }
+    if cosine < 0.5 {
+        libm::exp(log(cosine))
+    } else {
+        libm::exp(2.0 * log(0.5) - log(1.0 - cosine))
+    }
 }
 
 /// Cosines and roughnesses of the table of albedos, and points by which an entry is summed.
@@ -96,7 +111,14 @@ pub(super) static SENT: LazyLock<Vec<f64>> = LazyLock::new(|| table(charlie));
 
 fn table(lobe: Lobe) -> Vec<f64> {
     let share = |i: usize| i as f64 / (STEPS - 1) as f64;
-    let entry = |i: usize| summed(lobe, cosine_of(share(i % STEPS)), LEAST + (1.0 - LEAST) * share(i / STEPS), POINTS);
+    let entry = |i: usize| {
+        summed(
+            lobe,
+            cosine_of(share(i % STEPS)),
+            LEAST + (1.0 - LEAST) * share(i / STEPS),
+            POINTS,
+        )
+    };
     (0..STEPS * STEPS).map(entry).collect()
 }
 
@@ -126,8 +148,12 @@ fn summed(lobe: Lobe, cosine: f64, roughness: f64, [heights, turns]: [usize; 2])
 
 /// What a table has for a cosine and a roughness.
 fn looked_up(table: &[f64], cosine: f64, roughness: f64) -> f64 {
-    let ((i, u), (j, v)) = (between(cosine.max(0.0).sqrt(), STEPS), between((roughness - LEAST) / (1.0 - LEAST), STEPS));
-    let row = |j: usize| table[j * STEPS + i] + (table[j * STEPS + i + 1] - table[j * STEPS + i]) * u;
+    let ((i, u), (j, v)) = (
+        between(cosine.max(0.0).sqrt(), STEPS),
+        between((roughness - LEAST) / (1.0 - LEAST), STEPS),
+    );
+    let row =
+        |j: usize| table[j * STEPS + i] + (table[j * STEPS + i + 1] - table[j * STEPS + i]) * u;
     row(j) + (row(j + 1) - row(j)) * v
 }
 
@@ -135,8 +161,8 @@ fn looked_up(table: &[f64], cosine: f64, roughness: f64) -> f64 {
 mod tests {
     use super::*;
 
-    /// Protects: the table of albedos against a sum of forty times as many points, between its entries too, and that fibres send back at
-    /// most what comes.
+    /// Protects: the table of albedos against a sum of forty times as many points, between its
+    /// entries too, and that fibres send back at most what comes.
     #[test]
     fn albedos_are_integrals() {
         let mut worst = 0.0_f64;
@@ -144,7 +170,8 @@ mod tests {
             for cosine in [0.01, 0.03, 0.1, 0.22, 0.4, 0.63, 0.81, 1.0] {
                 let wanted = summed(charlie, cosine, roughness, [400, 120]);
                 assert!(wanted <= 1.005, "{roughness} at {cosine}: {wanted}");
-                worst = worst.max((looked_up(&SENT, cosine, roughness).clamp(0.0, 1.0) - wanted).abs());
+                worst =
+                    worst.max((looked_up(&SENT, cosine, roughness).clamp(0.0, 1.0) - wanted).abs());
             }
         }
         assert!(worst < 0.02, "{worst}");

@@ -1,5 +1,5 @@
-//! Wavelengths, for the few effects that tell one from another: what light of each counts in red, green and blue, how glass bends it, and
-//! what a film's interference leaves of it.
+//! Wavelengths, for the few effects that tell one from another: what light of each counts in red,
+//! green and blue, how glass bends it, and what a film's interference leaves of it.
 
 use std::sync::LazyLock;
 
@@ -10,14 +10,17 @@ const STEPS: usize = 350;
 /// Wavelengths of the Fraunhofer lines F, d and C in nanometres, by which glass is described.
 pub(crate) const LINES: [f64; 3] = [486.13, 587.56, 656.27];
 
-/// The standard observer's answers to light of a wavelength, as linear Rec. 709 red, green and blue (below zero outside its gamut): "Simple
-/// Analytic Approximations to the CIE XYZ Color Matching Functions" (Wyman, Sloan, Shirley 2013), as sums of lobes.
+/// The standard observer's answers to light of a wavelength, as linear Rec. 709 red, green and blue
+/// (below zero outside its gamut): "Simple Analytic Approximations to the CIE XYZ Color Matching
+/// Functions" (Wyman, Sloan, Shirley 2013), as sums of lobes.
 fn observed(nanometres: f64) -> [f64; 3] {
     let lobe = |height: f64, centre: f64, [below, above]: [f64; 2]| {
         let t = (nanometres - centre) / if nanometres < centre { below } else { above };
         height * libm::exp(-0.5 * t * t)
     };
-    let x = lobe(1.056, 599.8, [37.9, 31.0]) + lobe(0.362, 442.0, [16.0, 26.7]) + lobe(-0.065, 501.1, [20.4, 26.2]);
+    let x = lobe(1.056, 599.8, [37.9, 31.0])
+        + lobe(0.362, 442.0, [16.0, 26.7])
+        + lobe(-0.065, 501.1, [20.4, 26.2]);
     let y = lobe(0.821, 568.8, [46.9, 40.5]) + lobe(0.286, 530.9, [16.3, 31.1]);
     let z = lobe(1.217, 437.0, [11.8, 36.0]) + lobe(0.681, 459.0, [26.0, 13.8]);
     [
@@ -32,16 +35,21 @@ fn middle(step: usize) -> f64 {
     FIRST + step as f64 + 0.5
 }
 
-/// What light of each step counts in each channel, so that light of all of them evenly is white: the sum of each channel is one.
-static SHARES: LazyLock<Vec<[f64; 3]>> = LazyLock::new(|| normalised(|step| observed(middle(step))));
+/// What light of each step counts in each channel, so that light of all of them evenly is white:
+/// the sum of each channel is one.
+static SHARES: LazyLock<Vec<[f64; 3]>> =
+    LazyLock::new(|| normalised(|step| observed(middle(step))));
 
 /// The same without what lies outside the gamut, so that it can be the weight of a path.
-static WITHIN: LazyLock<Vec<[f64; 3]>> = LazyLock::new(|| normalised(|step| observed(middle(step)).map(|c| c.max(0.0))));
+static WITHIN: LazyLock<Vec<[f64; 3]>> =
+    LazyLock::new(|| normalised(|step| observed(middle(step)).map(|c| c.max(0.0))));
 
 fn normalised(of: impl Fn(usize) -> [f64; 3]) -> Vec<[f64; 3]> {
     let all: Vec<[f64; 3]> = (0..STEPS).map(of).collect();
     let sums = [0, 1, 2].map(|k| all.iter().map(|c| c[k]).sum::<f64>());
-    all.into_iter().map(|c| [0, 1, 2].map(|k| c[k] / sums[k])).collect()
+    all.into_iter()
+        .map(|c| [0, 1, 2].map(|k| c[k] / sums[k]))
+        .collect()
 }
 
 /// Chances up to and with each step: a third of each channel's share.
@@ -69,7 +77,11 @@ impl Hero {
         let step = chances.partition_point(|&sum| sum <= u).min(STEPS - 1);
         let before = if step == 0 { 0.0 } else { chances[step - 1] };
         let (chance, shares) = (chances[step] - before, WITHIN[step]);
-        let within = if chance > 0.0 { ((u - before) / chance).clamp(0.0, 1.0) } else { 0.5 };
+        let within = if chance > 0.0 {
+            ((u - before) / chance).clamp(0.0, 1.0)
+        } else {
+            0.5
+        };
         Self {
             nanometres: FIRST + step as f64 + within,
             weight: shares.map(|share| if chance > 0.0 { share / chance } else { 0.0 }),
@@ -77,8 +89,8 @@ impl Hero {
     }
 }
 
-/// Index of refraction at a wavelength in nanometres of what has the index `ior` at the d line and an Abbe number of 20 over `dispersion`
-/// (Cauchy's equation with two terms); at least one.
+/// Index of refraction at a wavelength in nanometres of what has the index `ior` at the d line and
+/// an Abbe number of 20 over `dispersion` (Cauchy's equation with two terms); at least one.
 pub(crate) fn index_at(ior: f64, dispersion: f64, nanometres: f64) -> f64 {
     let per = |wavelength: f64| 1.0 / (wavelength * wavelength);
     let [f, d, c] = LINES.map(per);
@@ -106,8 +118,8 @@ pub(super) static COHERENCE: LazyLock<Vec<[f64; 3]>> = LazyLock::new(|| {
     table
 });
 
-/// How much of an interference at this optical path, in nanometres, is left in the mean over white light, in each channel: from one, where
-/// all wavelengths agree, to nothing.
+/// How much of an interference at this optical path, in nanometres, is left in the mean over white
+/// light, in each channel: from one, where all wavelengths agree, to nothing.
 pub(super) fn coherence(path: f64) -> [f64; 3] {
     let at = path / APART;
     if at.is_nan() || at >= (ENTRIES - 1) as f64 {
@@ -132,36 +144,48 @@ pub(super) mod tests {
         sum
     }
 
-    /// Protects: a path of every wavelength is white in the mean, exactly where samples are stratified finely, and each wavelength that is
-    /// seen comes.
+    /// Protects: a path of every wavelength is white in the mean, exactly where samples are
+    /// stratified finely, and each wavelength that is seen comes.
     #[test]
     fn wavelengths_together_are_white() {
         const COUNT: usize = 200_000;
         let (mut sum, mut least, mut most) = ([0.0; 3], f64::INFINITY, 0.0_f64);
         for i in 0..COUNT {
             let hero = Hero::drawn((i as f64 + 0.5) / COUNT as f64);
-            assert!(hero.weight.iter().all(|w| (0.0..=3.0 + 1e-12).contains(w)), "{hero:?}");
+            assert!(
+                hero.weight.iter().all(|w| (0.0..=3.0 + 1e-12).contains(w)),
+                "{hero:?}"
+            );
             (0..3).for_each(|k| sum[k] += hero.weight[k] / COUNT as f64);
             (least, most) = (least.min(hero.nanometres), most.max(hero.nanometres));
         }
         assert!(sum.iter().all(|mean| (mean - 1.0).abs() < 1e-3), "{sum:?}");
-        assert!((380.0..400.0).contains(&least) && (680.0..=730.0).contains(&most), "{least} to {most}");
+        assert!(
+            (380.0..400.0).contains(&least) && (680.0..=730.0).contains(&most),
+            "{least} to {most}"
+        );
         for end in [0.0, 1.0 - f64::EPSILON / 2.0] {
             assert!((380.0..=730.0).contains(&Hero::drawn(end).nanometres));
         }
         // Violet and blue, green, and red look like it.
         let strongest = |u: f64| {
             let Hero { weight, .. } = Hero::drawn(u);
-            (0..3).max_by(|&a, &b| weight[a].total_cmp(&weight[b])).expect("three")
+            (0..3)
+                .max_by(|&a, &b| weight[a].total_cmp(&weight[b]))
+                .expect("three")
         };
         assert_eq!([strongest(0.1), strongest(0.5), strongest(0.95)], [2, 1, 0]);
     }
 
-    /// Protects: Cauchy's indices by hand: the Abbe number is (n_d − 1)/(n_F − n_C), for glass of 1.5 and 20, and for none.
+    /// Protects: Cauchy's indices by hand: the Abbe number is (n_d − 1)/(n_F − n_C), for glass of
+    /// 1.5 and 20, and for none.
     #[test]
     fn indices_by_the_abbe_number() {
         let [f, d, c] = LINES.map(|line| index_at(1.5, 1.0, line));
-        assert!((d - 1.5).abs() < 1e-12 && (0.5 / (f - c) - 20.0).abs() < 1e-9, "{f} {d} {c}");
+        assert!(
+            (d - 1.5).abs() < 1e-12 && (0.5 / (f - c) - 20.0).abs() < 1e-9,
+            "{f} {d} {c}"
+        );
         // B = 0.5/20/(1/0.48613² − 1/0.65627²) μm² = 0.013 094 7, A = 1.5 − B/0.58756² = 1.462 069.
         assert!((index_at(1.5, 1.0, 400.0) - (1.462_069 + 0.013_094_7 / 0.16)).abs() < 2e-5);
         assert_eq!(index_at(1.5, 0.0, 400.0), 1.5);
@@ -175,9 +199,13 @@ pub(super) mod tests {
         assert!(coherence(0.0).iter().all(|c| (c - 1.0).abs() < 1e-9));
         assert_eq!((coherence(1e9), coherence(f64::NAN)), ([0.0; 3], [0.0; 3]));
         for path in [1.0, 37.0, 250.0, 551.3, 999.0, 2750.5, 5000.0, 11_000.0] {
-            let wanted = direct(|nanometres| [libm::cos(core::f64::consts::TAU * path / nanometres); 3]);
+            let wanted =
+                direct(|nanometres| [libm::cos(core::f64::consts::TAU * path / nanometres); 3]);
             let found = coherence(path);
-            assert!((0..3).all(|k| (found[k] - wanted[k]).abs() < 1e-3), "{path}: {found:?}, not {wanted:?}");
+            assert!(
+                (0..3).all(|k| (found[k] - wanted[k]).abs() < 1e-3),
+                "{path}: {found:?}, not {wanted:?}"
+            );
         }
     }
 }

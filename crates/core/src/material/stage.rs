@@ -1,5 +1,5 @@
-//! The two stages of a layer after a scene file: inputs that may vary over the surface, and what they are at a point. A layer's fields are listed
-//! once for both.
+//! The two stages of a layer after a scene file: inputs that may vary over the surface, and what
+//! they are at a point. A layer's fields are listed once for both.
 
 use core::fmt::Debug;
 

@@ -1,4 +1,5 @@
-//! Sampling against the density that it claims, densities against one, values against reciprocity and the energy that came in.
+//! Sampling against the density that it claims, densities against one, values against reciprocity
+//! and the energy that came in.
 
 mod albedo;
 mod boundary;
@@ -23,14 +24,17 @@ fn numbers(index: u64) -> [f64; 3] {
     })
 }
 
-/// Holds a table of the sources against what is computed. Where they differ, the computed one is left in the folder for temporary files, to take
-/// the other's place if the change is meant.
+/// Holds a table of the sources against what is computed. Where they differ, the computed one is
+/// left in the folder for temporary files, to take the other's place if the change is meant.
 #[track_caller]
 fn hold_table(name: &str, kept: &[u8], computed: &[u8]) {
     if kept != computed {
         let file = std::env::temp_dir().join(name);
         std::fs::write(&file, computed).expect("the folder for temporary files can be written to");
-        panic!("{name} is not what is computed, which is in {}", file.display());
+        panic!(
+            "{name} is not what is computed, which is in {}",
+            file.display()
+        );
     }
 }
 
@@ -43,29 +47,55 @@ fn towards(n: DVec3, height: f64, turn: f64) -> DVec3 {
 const NORMAL: DVec3 = DVec3::new(0.48, -0.64, 0.6);
 const WHITE: DVec3 = DVec3::ONE;
 
-/// What lies below facets of index 1.5, seen at a height; white ones send to each other as much as they lose.
+/// What lies below facets of index 1.5, seen at a height; white ones send to each other as much as
+/// they lose.
 fn diffuse(roughness: f64, interreflected: f64, height: f64) -> Lobe<f64> {
-    let remainder = Remainder::new([0.04, 1.0, 0.0], roughness).seen_at(height, Albedo::mean(roughness));
-    Lobe::Diffuse { albedo: WHITE, interreflected: WHITE * interreflected, remainder }
+    let remainder =
+        Remainder::new([0.04, 1.0, 0.0], roughness).seen_at(height, Albedo::mean(roughness));
+    Lobe::Diffuse {
+        albedo: WHITE,
+        interreflected: WHITE * interreflected,
+        remainder,
+    }
 }
 
 fn glossy(roughness: f64, f0: f64) -> Lobe<f64> {
-    Lobe::Rough { f0: DVec3::splat(f0), f90: WHITE, roughness }
+    Lobe::Rough {
+        f0: DVec3::splat(f0),
+        f90: WHITE,
+        roughness,
+    }
 }
 
-/// Each lobe that has a density, alone, and a surface of all of them with a mirror, seen along `wo`.
+/// Each lobe that has a density, alone, and a surface of all of them with a mirror, seen along
+/// `wo`.
 fn surfaces(wo: DVec3) -> Vec<(&'static str, Bsdf<f64>)> {
     let of = |lobe| Bsdf::<f64>::new(NORMAL).with(lobe);
-    let mirror = Lobe::Mirror { f0: DVec3::splat(0.3), f90: WHITE };
+    let mirror = Lobe::Mirror {
+        f0: DVec3::splat(0.3),
+        f90: WHITE,
+    };
     vec![
         ("diffuse", of(diffuse(0.5, 0.0, NORMAL.dot(wo)))),
         ("below white facets", of(diffuse(0.9, 1.0, NORMAL.dot(wo)))),
         ("glossy", of(glossy(0.5, 0.04))),
         ("rough metal", of(glossy(0.9, 1.0))),
         ("shiny metal", of(glossy(0.3, 1.0))),
-        ("all", of(diffuse(0.6, 0.3, NORMAL.dot(wo))).with(glossy(0.6, 0.5)).with(mirror)),
+        (
+            "all",
+            of(diffuse(0.6, 0.3, NORMAL.dot(wo)))
+                .with(glossy(0.6, 0.5))
+                .with(mirror),
+        ),
         ("Lambert", of(Lobe::Lambert(Lambert { albedo: WHITE }))),
-        ("rough", of(Lobe::Rough { f0: DVec3::splat(0.2), f90: DVec3::splat(0.7), roughness: 0.4 })),
+        (
+            "rough",
+            of(Lobe::Rough {
+                f0: DVec3::splat(0.2),
+                f90: DVec3::splat(0.7),
+                roughness: 0.4,
+            }),
+        ),
     ]
 }
 
@@ -86,15 +116,27 @@ fn boundaries() -> Vec<(&'static str, Bsdf<f64>)> {
         ("into glass", frosted(1.0 / 1.5, 0.6)),
         ("out of glass", frosted(1.5, 0.6)),
         ("out of diamond", frosted(2.42, 0.8)),
-        ("metal and glass", frosted(1.0 / 1.5, 0.6).with(Lobe::Rough { f0: WHITE * 0.5, f90: WHITE, roughness: 0.9 })),
-        ("into water with paint", frosted(1.0 / 1.33, 0.9).with(Lobe::Lambert(Lambert { albedo: WHITE * 0.5 }))),
+        (
+            "metal and glass",
+            frosted(1.0 / 1.5, 0.6).with(Lobe::Rough {
+                f0: WHITE * 0.5,
+                f90: WHITE,
+                roughness: 0.9,
+            }),
+        ),
+        (
+            "into water with paint",
+            frosted(1.0 / 1.33, 0.9).with(Lobe::Lambert(Lambert {
+                albedo: WHITE * 0.5,
+            })),
+        ),
     ]
 }
 
 const HEIGHTS: [f64; 3] = [1.0, 0.7, 0.2];
 
-/// Sums the density over cells of the sphere, `rows` of equal height and `columns`, each by a midpoint
-/// rule of its own.
+/// Sums the density over cells of the sphere, `rows` of equal height and `columns`, each by a
+/// midpoint rule of its own.
 fn expected<L: LobeFamily<f64>, const MOST: usize>(
     bsdf: &Bsdf<f64, L, MOST>,
     wo: DVec3,
@@ -102,34 +144,66 @@ fn expected<L: LobeFamily<f64>, const MOST: usize>(
     count: usize,
 ) -> Vec<f64> {
     let cell = 2.0 * core::f64::consts::TAU / (rows * columns * count * count) as f64;
-    let part = |cell: usize, step: usize, cells: usize| (cell as f64 + (step as f64 + 0.5) / count as f64) / cells as f64;
+    let part = |cell: usize, step: usize, cells: usize| {
+        (cell as f64 + (step as f64 + 0.5) / count as f64) / cells as f64
+    };
     let sum = |row: usize, column: usize| -> f64 {
         let steps = (0..count * count).map(|step| (step / count, step % count));
-        let at = |(i, j)| towards(NORMAL, 2.0 * part(row, i, rows) - 1.0, part(column, j, columns) * core::f64::consts::TAU);
+        let at = |(i, j)| {
+            towards(
+                NORMAL,
+                2.0 * part(row, i, rows) - 1.0,
+                part(column, j, columns) * core::f64::consts::TAU,
+            )
+        };
         steps.map(|step| bsdf.pdf(wo, at(step)) * cell).sum()
     };
-    (0..rows * columns).map(|index| sum(index / columns, index % columns)).collect()
+    (0..rows * columns)
+        .map(|index| sum(index / columns, index % columns))
+        .collect()
 }
 
-/// Directions are drawn with the density that `pdf` states, by χ² over cells of the sphere; what the cells lack of
-/// all samples is what facets lose or comes from a delta lobe.
-fn chi_squared<L: LobeFamily<f64>, const MOST: usize>(name: &str, bsdf: &Bsdf<f64, L, MOST>, wo: DVec3) {
+/// Directions are drawn with the density that `pdf` states, by χ² over cells of the sphere; what
+/// the cells lack of all samples is what facets lose or comes from a delta lobe.
+fn chi_squared<L: LobeFamily<f64>, const MOST: usize>(
+    name: &str,
+    bsdf: &Bsdf<f64, L, MOST>,
+    wo: DVec3,
+) {
     const COUNT: u64 = 60_000;
     const CELLS: [usize; 2] = [40, 24];
     let height = wo.dot(NORMAL);
     // What passes a boundary head-on is a narrow peak.
-    let expected = expected(bsdf, wo, CELLS, if bsdf.lets_through() && MOST == MOST_LOBES { 40 } else { 12 });
+    let expected = expected(
+        bsdf,
+        wo,
+        CELLS,
+        if bsdf.lets_through() && MOST == MOST_LOBES {
+            40
+        } else {
+            12
+        },
+    );
     let total: f64 = expected.iter().sum();
-    assert!(total <= 1.0 + 2e-3, "{name} at {height}: the density sums to {total}");
+    assert!(
+        total <= 1.0 + 2e-3,
+        "{name} at {height}: the density sums to {total}"
+    );
     let mut found = vec![0.0; expected.len()];
     let frame = Frame::<f64>::about(NORMAL);
     let drawn = (0..COUNT).map(|i| bsdf.sample(&frame, wo, numbers(i)));
     for sampled in drawn.filter(|sampled| sampled.some && !sampled.delta) {
         let d = sampled.direction;
-        assert!((d.length() - 1.0).abs() < 1e-12 && (sampled.density / bsdf.pdf(wo, d) - 1.0).abs() < 1e-12);
-        let turn = (libm::atan2(d.dot(frame.bitangent), d.dot(frame.tangent)) / core::f64::consts::TAU).rem_euclid(1.0);
+        assert!(
+            (d.length() - 1.0).abs() < 1e-12
+                && (sampled.density / bsdf.pdf(wo, d) - 1.0).abs() < 1e-12
+        );
+        let turn = (libm::atan2(d.dot(frame.bitangent), d.dot(frame.tangent))
+            / core::f64::consts::TAU)
+            .rem_euclid(1.0);
         let place = |share: f64, cells: usize| ((share * cells as f64) as usize).min(cells - 1);
-        found[place(0.5 * (1.0 + d.dot(NORMAL)), CELLS[0]) * CELLS[1] + place(turn, CELLS[1])] += 1.0;
+        found[place(0.5 * (1.0 + d.dot(NORMAL)), CELLS[0]) * CELLS[1] + place(turn, CELLS[1])] +=
+            1.0;
     }
     // Cells in which less than five are expected count together.
     let (mut statistic, mut freedom, mut rest) = (0.0, 0.0, [0.0; 2]);
@@ -137,7 +211,10 @@ fn chi_squared<L: LobeFamily<f64>, const MOST: usize>(name: &str, bsdf: &Bsdf<f6
         statistic += (found - expected) * (found - expected) / expected;
         freedom += 1.0;
     };
-    for (&found, expected) in found.iter().zip(expected.iter().map(|share| share * COUNT as f64)) {
+    for (&found, expected) in found
+        .iter()
+        .zip(expected.iter().map(|share| share * COUNT as f64))
+    {
         if expected >= 5.0 {
             count(found, expected);
         } else {
@@ -148,16 +225,26 @@ fn chi_squared<L: LobeFamily<f64>, const MOST: usize>(name: &str, bsdf: &Bsdf<f6
         count(rest[0], rest[1]);
     }
     // Mean and deviation of χ² are its freedom and √(2·freedom); four of them.
-    assert!(statistic <= freedom + 4.0 * (2.0_f64 * freedom).sqrt(), "{name} at {height}: χ² {statistic} for {freedom} cells");
+    assert!(
+        statistic <= freedom + 4.0 * (2.0_f64 * freedom).sqrt(),
+        "{name} at {height}: χ² {statistic} for {freedom} cells"
+    );
 }
 
 /// The mean of what a surface sends of white light, and its greatest standard deviation.
-fn furnace<L: LobeFamily<f64>, const MOST: usize>(bsdf: &Bsdf<f64, L, MOST>, wo: DVec3) -> (DVec3, f64) {
+fn furnace<L: LobeFamily<f64>, const MOST: usize>(
+    bsdf: &Bsdf<f64, L, MOST>,
+    wo: DVec3,
+) -> (DVec3, f64) {
     furnace_of(bsdf, wo, 20_000)
 }
 
 /// The same by so many samples.
-fn furnace_of<L: LobeFamily<f64>, const MOST: usize>(bsdf: &Bsdf<f64, L, MOST>, wo: DVec3, count: u64) -> (DVec3, f64) {
+fn furnace_of<L: LobeFamily<f64>, const MOST: usize>(
+    bsdf: &Bsdf<f64, L, MOST>,
+    wo: DVec3,
+    count: u64,
+) -> (DVec3, f64) {
     let (mut sum, mut squares) = (DVec3::ZERO, DVec3::ZERO);
     let frame = Frame::about(NORMAL);
     for weight in (0..count).map(|i| bsdf.sample(&frame, wo, numbers(i)).weight) {
@@ -190,13 +277,16 @@ fn values_are_reciprocal() {
         ];
         for ((name, there), (_, back)) in surfaces(wo).into_iter().zip(surfaces(wi)) {
             let (there, back) = (there.eval(wo, wi), back.eval(wi, wo));
-            assert!((there - back).length() <= 1e-9 * there.length(), "{name}: {there} and {back}");
+            assert!(
+                (there - back).length() <= 1e-9 * there.length(),
+                "{name}: {there} and {back}"
+            );
         }
     }
 }
 
-/// Protects: light that goes through a rough boundary either way: back through it is as much, but for the square of the index by
-/// which solid angles differ.
+/// Protects: light that goes through a rough boundary either way: back through it is as much, but
+/// for the square of the index by which solid angles differ.
 #[test]
 fn rough_boundaries_are_reciprocal() {
     for eta in [1.5, 1.0 / 1.5, 2.42] {
@@ -208,19 +298,32 @@ fn rough_boundaries_are_reciprocal() {
             let wi = towards(NORMAL, -0.01 - 0.99 * c, core::f64::consts::TAU * d);
             // The other side has the other normal: the same boundary upside down.
             let turned = |v: DVec3| -v;
-            let (one, other) = (there.eval_and_pdf(wo, wi).0.x, back.eval_and_pdf(turned(wi), turned(wo)).0.x);
-            assert!((other - eta * eta * one).abs() <= 1e-6 * other.abs(), "index {eta}: {one} and {other}");
+            let (one, other) = (
+                there.eval_and_pdf(wo, wi).0.x,
+                back.eval_and_pdf(turned(wi), turned(wo)).0.x,
+            );
+            assert!(
+                (other - eta * eta * one).abs() <= 1e-6 * other.abs(),
+                "index {eta}: {one} and {other}"
+            );
             some += usize::from(one > 0.0);
         }
         assert!(some > 100, "only {some} pairs of directions are joined");
     }
 }
 
-/// Protects: white metal of any roughness sends back all that comes, ± 0.5 %, at every angle; rough glass sends on at most all.
+/// Protects: white metal of any roughness sends back all that comes, ± 0.5 %, at every angle; rough
+/// glass sends on at most all.
 #[test]
 fn m08_white_metal_in_a_white_furnace() {
-    let metal =
-        |roughness| MetallicRoughness { base: WHITE, metallic: 1.0, roughness, dielectric: 0.04, grazing: 1.0, glass: None };
+    let metal = |roughness| MetallicRoughness {
+        base: WHITE,
+        metallic: 1.0,
+        roughness,
+        dielectric: 0.04,
+        grazing: 1.0,
+        glass: None,
+    };
     let mean = |bsdf: &Bsdf<f64>, wo: DVec3| {
         let (mean, deviation) = furnace(bsdf, wo);
         (mean.x, deviation)
@@ -229,7 +332,10 @@ fn m08_white_metal_in_a_white_furnace() {
         for height in [1.0, 0.8, 0.5, 0.3, 0.12, 0.05] {
             let wo = towards(NORMAL, height, 0.4);
             let (sent, deviation) = mean(&metal(roughness).transport(NORMAL, wo, true, true), wo);
-            assert!((sent - 1.0).abs() <= 0.005 + 3.0 * deviation, "roughness {roughness} at {height}: {sent} ± {deviation}");
+            assert!(
+                (sent - 1.0).abs() <= 0.005 + 3.0 * deviation,
+                "roughness {roughness} at {height}: {sent} ± {deviation}"
+            );
             for eta in [1.5, 1.0 / 1.5] {
                 let (sent, deviation) = mean(&frosted(eta, roughness.max(0.05)), wo);
                 assert!(
@@ -241,8 +347,8 @@ fn m08_white_metal_in_a_white_furnace() {
     }
 }
 
-/// Protects: no lobe sends back more than came in (the white furnace), and the weights of samples have the mean that the values
-/// have by quadrature.
+/// Protects: no lobe sends back more than came in (the white furnace), and the weights of samples
+/// have the mean that the values have by quadrature.
 #[test]
 fn no_lobe_makes_light() {
     const COUNT: u64 = 20_000;
@@ -254,40 +360,77 @@ fn no_lobe_makes_light() {
         transmitted: WHITE,
         roughness: None,
     });
-    let mirror = Lobe::Mirror { f0: DVec3::splat(0.5), f90: WHITE };
+    let mirror = Lobe::Mirror {
+        f0: DVec3::splat(0.5),
+        f90: WHITE,
+    };
     for height in HEIGHTS {
         let below = diffuse(0.5, 0.0, height);
-        for lobe in [below, glossy(0.3, 1.0), glossy(0.5, 0.04), glossy(0.9, 1.0), mirror, glass] {
-            let (bsdf, wo) = (Bsdf::<f64>::new(NORMAL).with(lobe), towards(NORMAL, height, 0.4));
+        for lobe in [
+            below,
+            glossy(0.3, 1.0),
+            glossy(0.5, 0.04),
+            glossy(0.9, 1.0),
+            mirror,
+            glass,
+        ] {
+            let (bsdf, wo) = (
+                Bsdf::<f64>::new(NORMAL).with(lobe),
+                towards(NORMAL, height, 0.4),
+            );
             let (mut sum, mut squares) = (0.0, 0.0);
-            for weight in (0..COUNT).map(|i| bsdf.sample(&Frame::about(NORMAL), wo, numbers(i)).weight.x) {
+            for weight in
+                (0..COUNT).map(|i| bsdf.sample(&Frame::about(NORMAL), wo, numbers(i)).weight.x)
+            {
                 (sum, squares) = (sum + weight, squares + weight * weight);
             }
             let mean = sum / COUNT as f64;
             let deviation = ((squares / COUNT as f64 - mean * mean).max(0.0) / COUNT as f64).sqrt();
-            assert!(mean <= 1.0 + 3.0 * deviation + 1e-12, "{lobe:?} at {height}: {mean} ± {deviation}");
+            assert!(
+                mean <= 1.0 + 3.0 * deviation + 1e-12,
+                "{lobe:?} at {height}: {mean} ± {deviation}"
+            );
             if lobe.is_delta() {
                 continue;
             }
             let (rows, columns) = (600, 240);
             let cells = (0..rows * columns).map(|i| {
-                let (z, turn) = (((i / columns) as f64 + 0.5) / f64::from(rows), f64::from(i % columns) + 0.5);
-                bsdf.eval(wo, towards(NORMAL, z, turn / f64::from(columns) * core::f64::consts::TAU)).x * z
+                let (z, turn) = (
+                    ((i / columns) as f64 + 0.5) / f64::from(rows),
+                    f64::from(i % columns) + 0.5,
+                );
+                bsdf.eval(
+                    wo,
+                    towards(
+                        NORMAL,
+                        z,
+                        turn / f64::from(columns) * core::f64::consts::TAU,
+                    ),
+                )
+                .x * z
             });
             let albedo = cells.sum::<f64>() * core::f64::consts::TAU / f64::from(rows * columns);
             let off = (mean - albedo).abs();
-            assert!(off <= 4.0 * deviation + 2e-3, "{lobe:?} at {height}: {mean} ± {deviation}, not {albedo}");
+            assert!(
+                off <= 4.0 * deviation + 2e-3,
+                "{lobe:?} at {height}: {mean} ± {deviation}, not {albedo}"
+            );
         }
     }
 }
 
-/// Protects: single values by hand. Head-on α² = 1/16, D = 1/(π·α²), shadowing leaves 1/4; below smooth facets,
-/// which reflect 0.04 + 0.96/21 in the mean, albedo·(1 − f0)²/(π·(1 − F̄)).
+/// Protects: single values by hand. Head-on α² = 1/16, D = 1/(π·α²), shadowing leaves 1/4; below
+/// smooth facets, which reflect 0.04 + 0.96/21 in the mean, albedo·(1 − f0)²/(π·(1 − F̄)).
 #[test]
 fn values_head_on() {
-    let bsdf = Bsdf::<f64>::new(NORMAL).with(diffuse(0.0, 0.0, 1.0)).with(glossy(0.5, 0.04));
+    let bsdf = Bsdf::<f64>::new(NORMAL)
+        .with(diffuse(0.0, 0.0, 1.0))
+        .with(glossy(0.5, 0.04));
     let pi = core::f64::consts::PI;
-    let (below, above) = (0.96 * 0.96 / (1.0 - 0.04 - 0.96 / 21.0) / pi, 0.04 * 16.0 / (4.0 * pi));
+    let (below, above) = (
+        0.96 * 0.96 / (1.0 - 0.04 - 0.96 / 21.0) / pi,
+        0.04 * 16.0 / (4.0 * pi),
+    );
     assert!((bsdf.eval(NORMAL, NORMAL).x - below - above).abs() < 1e-12);
     assert!((bsdf.eval_diffuse(NORMAL, NORMAL).x - below).abs() < 1e-12);
     // Chosen by what is sent, of densities cos/π and D/4.
@@ -299,61 +442,121 @@ fn values_head_on() {
 /// Protects: a list of lobes that is begun anew has none, and the normal that it is begun with.
 #[test]
 fn lists_are_begun_anew() {
-    let mut bsdf = Bsdf::<f64>::new(NORMAL).with(diffuse(0.5, 0.0, 1.0)).with(glossy(0.5, 0.04));
+    let mut bsdf = Bsdf::<f64>::new(NORMAL)
+        .with(diffuse(0.5, 0.0, 1.0))
+        .with(glossy(0.5, 0.04));
     assert_eq!((bsdf.lobes().len(), bsdf.normal()), (2, NORMAL));
     bsdf.renew(-NORMAL);
     assert_eq!((bsdf.lobes().len(), bsdf.normal()), (0, -NORMAL));
     assert_eq!(bsdf.eval(-NORMAL, -NORMAL), DVec3::ZERO);
 }
 
-/// Protects: delta lobes are flagged, have no value and no density, go where mirrors and Snell's law say, and glass divides its
-/// light by Fresnel's share.
+/// Protects: delta lobes are flagged, have no value and no density, go where mirrors and Snell's
+/// law say, and glass divides its light by Fresnel's share.
 #[test]
 fn delta_lobes_are_kept_apart() {
     let wo = towards(NORMAL, 0.6, 1.0);
     let mirrored = NORMAL * (2.0 * 0.6) - wo;
-    let mirror = Bsdf::<f64>::new(NORMAL).with(Lobe::Mirror { f0: DVec3::splat(0.25), f90: WHITE });
-    let glass = Glass { share: 1.0, ior: 1.5, reflected: WHITE, transmitted: WHITE * 0.5 }.boundary(true, 0.5, None);
+    let mirror = Bsdf::<f64>::new(NORMAL).with(Lobe::Mirror {
+        f0: DVec3::splat(0.25),
+        f90: WHITE,
+    });
+    let glass = Glass {
+        share: 1.0,
+        ior: 1.5,
+        reflected: WHITE,
+        transmitted: WHITE * 0.5,
+    }
+    .boundary(true, 0.5, None);
     let glass = Bsdf::<f64>::new(NORMAL).with(Lobe::Dielectric(glass));
     for bsdf in [&mirror, &glass] {
-        assert_eq!((bsdf.eval(wo, mirrored), bsdf.pdf(wo, mirrored)), (DVec3::ZERO, 0.0));
+        assert_eq!(
+            (bsdf.eval(wo, mirrored), bsdf.pdf(wo, mirrored)),
+            (DVec3::ZERO, 0.0)
+        );
     }
     let sampled = mirror.sample(&Frame::about(NORMAL), wo, [0.3; 3]);
-    assert!(sampled.some && sampled.delta && sampled.density == 0.0 && (sampled.direction - mirrored).length() < 1e-12);
+    assert!(
+        sampled.some
+            && sampled.delta
+            && sampled.density == 0.0
+            && (sampled.direction - mirrored).length() < 1e-12
+    );
     let schlick = 0.25 + 0.75 * 0.4_f64.powi(5);
     assert!((sampled.weight.x - schlick).abs() < 1e-12);
     let share = dielectric(0.6, Some((1.0 - 0.64 / 2.25_f64).sqrt()), 1.0 / 1.5);
     for (u, factor, upwards) in [(share - 1e-9, 1.0, true), (share + 1e-9, 0.5, false)] {
         let sampled = glass.sample(&Frame::about(NORMAL), wo, [0.0, u, 0.0]);
-        assert!(sampled.some && sampled.delta && (sampled.weight.x - 0.5 * factor).abs() < 1e-12, "{sampled:?}");
+        assert!(
+            sampled.some && sampled.delta && (sampled.weight.x - 0.5 * factor).abs() < 1e-12,
+            "{sampled:?}"
+        );
         assert_eq!(sampled.direction.dot(NORMAL) > 0.0, upwards);
         let sine = sampled.direction.cross(NORMAL).length();
-        assert!((sine - if upwards { 0.8 } else { 0.8 / 1.5 }).abs() < 1e-9, "{sine}");
+        assert!(
+            (sine - if upwards { 0.8 } else { 0.8 / 1.5 }).abs() < 1e-9,
+            "{sine}"
+        );
     }
 }
 
-/// Protects: a lobe that reflects nothing sends nothing back, also between opposite directions, which have no half.
+/// Protects: a lobe that reflects nothing sends nothing back, also between opposite directions,
+/// which have no half.
 #[test]
 fn nothing_is_sent_of_no_reflectance() {
-    let bsdf = Bsdf::<f64>::new(NORMAL).with(Lobe::Rough { f0: DVec3::ZERO, f90: DVec3::ZERO, roughness: 0.5 });
+    let bsdf = Bsdf::<f64>::new(NORMAL).with(Lobe::Rough {
+        f0: DVec3::ZERO,
+        f90: DVec3::ZERO,
+        roughness: 0.5,
+    });
     let wo = towards(NORMAL, 0.6, 1.0);
-    assert_eq!([bsdf.eval(wo, -wo), bsdf.eval(wo, towards(NORMAL, 0.3, 2.0))], [DVec3::ZERO; 2]);
+    assert_eq!(
+        [bsdf.eval(wo, -wo), bsdf.eval(wo, towards(NORMAL, 0.3, 2.0))],
+        [DVec3::ZERO; 2]
+    );
 }
 
-/// Protects: a metal diffuses nothing and reflects its colour, a dielectric the other way round, and glass takes its share.
+/// Protects: a metal diffuses nothing and reflects its colour, a dielectric the other way round,
+/// and glass takes its share.
 #[test]
 fn lobes_of_the_metallic_roughness_model() {
     let base = DVec3::new(0.8, 0.4, 0.2);
-    let of = |metallic, glass| MetallicRoughness { base, metallic, roughness: 0.5, dielectric: 0.04, grazing: 1.0, glass };
+    let of = |metallic, glass| MetallicRoughness {
+        base,
+        metallic,
+        roughness: 0.5,
+        dielectric: 0.04,
+        grazing: 1.0,
+        glass,
+    };
     let (metal, matte) = (of(1.0, None), of(0.0, None));
-    assert_eq!((metal.albedo(), metal.f0(), matte.albedo(), matte.f0()), (DVec3::ZERO, base, base, DVec3::splat(0.04)));
-    let glass = Some(Glass { share: 0.25, ior: 1.5, reflected: WHITE, transmitted: base });
+    assert_eq!(
+        (metal.albedo(), metal.f0(), matte.albedo(), matte.f0()),
+        (DVec3::ZERO, base, base, DVec3::splat(0.04))
+    );
+    let glass = Some(Glass {
+        share: 0.25,
+        ior: 1.5,
+        reflected: WHITE,
+        transmitted: base,
+    });
     let half = of(0.5, glass);
-    assert_eq!((half.through(), half.painted(), half.albedo()), (0.125, 0.375, base * 0.375));
+    assert_eq!(
+        (half.through(), half.painted(), half.albedo()),
+        (0.125, 0.375, base * 0.375)
+    );
     assert_eq!(half.transport(NORMAL, NORMAL, true, true).lobes().len(), 4);
-    assert_eq!(of(1.0, glass).transport(NORMAL, NORMAL, true, true).lobes().len(), 2);
+    assert_eq!(
+        of(1.0, glass)
+            .transport(NORMAL, NORMAL, true, true)
+            .lobes()
+            .len(),
+        2
+    );
     let inside = half.transport(NORMAL, NORMAL, false, true);
-    let Some(Lobe::Dielectric(Dielectric { eta, share, .. })) = inside.lobes().iter().rev().nth(1).copied() else {
+    let Some(Lobe::Dielectric(Dielectric { eta, share, .. })) =
+        inside.lobes().iter().rev().nth(1).copied()
+    else {
         panic!("glass")
     };
     assert_eq!((eta, share), (1.5, 0.125));

@@ -3,7 +3,8 @@
 use serde::Serialize;
 
 use super::{
-    DEFAULT_PIXELS_PER_DEGREE, Errors, MetricsError, Statistics, check, differences, errors, flip, share_beyond, statistics,
+    DEFAULT_PIXELS_PER_DEGREE, Errors, MetricsError, Statistics, check, differences, errors, flip,
+    share_beyond, statistics,
 };
 use crate::display::Display;
 use crate::picture::{Encoding, Picture};
@@ -29,7 +30,8 @@ pub struct Comparison {
     pub height: u32,
     /// Whether colours and coverage are the same numbers everywhere, bit for bit.
     pub identical: bool,
-    /// What `errors` is computed on: linear radiance where both pictures have it, display values otherwise.
+    /// What `errors` is computed on: linear radiance where both pictures have it, display values
+    /// otherwise.
     pub encoding: Encoding,
     /// Errors of the numbers.
     pub errors: Errors,
@@ -63,7 +65,8 @@ pub struct CoverageErrors {
     pub flip: f64,
 }
 
-/// How many pixels differ by more than a threshold in a channel; one that is not finite does so by any.
+/// How many pixels differ by more than a threshold in a channel; one that is not finite does so by
+/// any.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct Beyond {
     /// The threshold, in 255ths of the display range.
@@ -72,11 +75,17 @@ pub struct Beyond {
     pub share: f64,
 }
 
-/// Compares a picture with a reference of the same size. Linear pictures are shown through `display` where display values are
-/// needed: for FLIP, for counting pixels, and throughout where the other side has display values only.
-pub fn compare(picture: Side<'_>, reference: Side<'_>, display: Display) -> Result<Comparison, MetricsError> {
+/// Compares a picture with a reference of the same size. Linear pictures are shown through
+/// `display` where display values are needed: for FLIP, for counting pixels, and throughout where
+/// the other side has display values only.
+pub fn compare(
+    picture: Side<'_>,
+    reference: Side<'_>,
+    display: Display,
+) -> Result<Comparison, MetricsError> {
     check(picture.picture, reference.picture)?;
-    let both_linear = picture.encoding == Encoding::Linear && reference.encoding == Encoding::Linear;
+    let both_linear =
+        picture.encoding == Encoding::Linear && reference.encoding == Encoding::Linear;
     let sides = [picture, reference];
     let shown = sides.map(|side| match side.encoding {
         Encoding::Linear if both_linear => Some(display.to_values(side.picture)),
@@ -85,33 +94,54 @@ pub fn compare(picture: Side<'_>, reference: Side<'_>, display: Display) -> Resu
         Encoding::Display => None,
     });
     let values = [0, 1].map(|i| shown[i].as_ref().unwrap_or(sides[i].picture));
-    let numbers = if both_linear { [picture.picture, reference.picture] } else { values };
+    let numbers = if both_linear {
+        [picture.picture, reference.picture]
+    } else {
+        values
+    };
     let flip_map = flip(values[0], values[1], DEFAULT_PIXELS_PER_DEGREE)?;
     let differences = differences(values[0], values[1])?;
-    let beyond = THRESHOLDS.map(|codes| Beyond { codes, share: share_beyond(&differences, threshold(codes)) });
+    let beyond = THRESHOLDS.map(|codes| Beyond {
+        codes,
+        share: share_beyond(&differences, threshold(codes)),
+    });
     let coverage = coverage_difference(picture.picture, reference.picture);
     Ok(Comparison {
         width: picture.picture.width,
         height: picture.picture.height,
-        identical: coverage.is_none_or(|difference| difference == 0.0) && same_bits(numbers[0], numbers[1]),
-        encoding: if both_linear { Encoding::Linear } else { Encoding::Display },
+        identical: coverage.is_none_or(|difference| difference == 0.0)
+            && same_bits(numbers[0], numbers[1]),
+        encoding: if both_linear {
+            Encoding::Linear
+        } else {
+            Encoding::Display
+        },
         errors: errors(numbers[0], numbers[1])?,
         beyond: beyond.to_vec(),
         flip: statistics(&flip_map),
         coverage,
-        coverage_errors: coverage.map(|largest| coverage_errors(picture.picture, reference.picture, largest)).transpose()?,
+        coverage_errors: coverage
+            .map(|largest| coverage_errors(picture.picture, reference.picture, largest))
+            .transpose()?,
         flip_map,
     })
 }
 
-/// A threshold in 255ths. A hair is added, so that codes that differ by exactly this much are not beyond it for the rounding
-/// of their quotients.
+/// A threshold in 255ths. A hair is added, so that codes that differ by exactly this much are not
+/// beyond it for the rounding of their quotients.
 fn threshold(codes: u32) -> f64 {
-    if codes == 0 { 0.0 } else { f64::from(codes) / 255.0 + 1e-6 }
+    if codes == 0 {
+        0.0
+    } else {
+        f64::from(codes) / 255.0 + 1e-6
+    }
 }
 
 fn same_bits(a: &Picture, b: &Picture) -> bool {
-    a.rgb.iter().zip(&b.rgb).all(|(a, b)| a.map(f32::to_bits) == b.map(f32::to_bits))
+    a.rgb
+        .iter()
+        .zip(&b.rgb)
+        .all(|(a, b)| a.map(f32::to_bits) == b.map(f32::to_bits))
 }
 
 fn coverage_difference(a: &Picture, b: &Picture) -> Option<f64> {
@@ -119,12 +149,23 @@ fn coverage_difference(a: &Picture, b: &Picture) -> Option<f64> {
         return None;
     }
     let difference = |i| f64::from(coverage_at(a, i) - coverage_at(b, i)).abs();
-    Some((0..a.pixels()).map(difference).fold(0.0, |largest, x| if x > largest || x.is_nan() { x } else { largest }))
+    Some((0..a.pixels()).map(difference).fold(0.0, |largest, x| {
+        if x > largest || x.is_nan() {
+            x
+        } else {
+            largest
+        }
+    }))
 }
 
 /// Coverage of a pixel: all of it where the picture has none.
 fn coverage_at(picture: &Picture, pixel: usize) -> f32 {
-    picture.alpha.as_ref().and_then(|alpha| alpha.get(pixel)).copied().unwrap_or(1.0)
+    picture
+        .alpha
+        .as_ref()
+        .and_then(|alpha| alpha.get(pixel))
+        .copied()
+        .unwrap_or(1.0)
 }
 
 /// Figures of coverages whose largest difference is known.
@@ -133,13 +174,29 @@ fn coverage_errors(a: &Picture, b: &Picture, largest: f64) -> Result<CoverageErr
         return Ok(CoverageErrors::default());
     }
     let grey = |picture: &Picture| Picture {
-        rgb: (0..picture.pixels()).map(|pixel| [coverage_at(picture, pixel); 3]).collect(),
+        rgb: (0..picture.pixels())
+            .map(|pixel| [coverage_at(picture, pixel); 3])
+            .collect(),
         ..Picture::new(picture.width, picture.height)
     };
     let (a, b) = (grey(a), grey(b));
-    let Errors { non_finite, rmse, relmse, relmse_trimmed, psnr, .. } = errors(&a, &b)?;
+    let Errors {
+        non_finite,
+        rmse,
+        relmse,
+        relmse_trimmed,
+        psnr,
+        ..
+    } = errors(&a, &b)?;
     let flip = statistics(&flip(&a, &b, DEFAULT_PIXELS_PER_DEGREE)?).mean;
-    Ok(CoverageErrors { non_finite, rmse, relmse, relmse_trimmed, psnr, flip })
+    Ok(CoverageErrors {
+        non_finite,
+        rmse,
+        relmse,
+        relmse_trimmed,
+        psnr,
+        flip,
+    })
 }
 
 #[cfg(test)]
@@ -156,7 +213,10 @@ mod tests {
     }
 
     fn linear(picture: &Picture) -> Side<'_> {
-        Side { picture, encoding: Encoding::Linear }
+        Side {
+            picture,
+            encoding: Encoding::Linear,
+        }
     }
 
     /// Protects: the same picture has no error in any figure.
@@ -165,39 +225,69 @@ mod tests {
         let picture = ramp();
         let own = compare(linear(&picture), linear(&picture), Display::default()).unwrap();
         assert!(own.identical);
-        assert_eq!((own.errors.rmse, own.flip.maximum, own.coverage), (0.0, 0.0, None));
+        assert_eq!(
+            (own.errors.rmse, own.flip.maximum, own.coverage),
+            (0.0, 0.0, None)
+        );
         assert!(own.beyond.iter().all(|beyond| beyond.share == 0.0));
     }
 
-    /// Protects: a linear picture against its own display picture is compared as displays, through the given display.
+    /// Protects: a linear picture against its own display picture is compared as displays, through
+    /// the given display.
     #[test]
     fn unlike_encodings_meet_as_display_values() {
         let picture = ramp();
-        let display = Display { tone_map: ToneMap::Aces, exposure_stops: -1.0, ..Display::default() };
+        let display = Display {
+            tone_map: ToneMap::Aces,
+            exposure_stops: -1.0,
+            ..Display::default()
+        };
         let shown = display.to_values(&picture);
-        let side = Side { picture: &shown, encoding: Encoding::Display };
+        let side = Side {
+            picture: &shown,
+            encoding: Encoding::Display,
+        };
         let comparison = compare(linear(&picture), side, display).unwrap();
-        assert_eq!((comparison.encoding, comparison.identical), (Encoding::Display, true));
+        assert_eq!(
+            (comparison.encoding, comparison.identical),
+            (Encoding::Display, true)
+        );
         let wrong = compare(linear(&picture), side, Display::PLAIN).unwrap();
         assert!(wrong.errors.rmse > 0.01 && wrong.flip.mean > 0.01);
     }
 
-    /// Protects: codes one apart are not beyond 1/255, whatever the rounding; two apart are; and both differ.
+    /// Protects: codes one apart are not beyond 1/255, whatever the rounding; two apart are; and
+    /// both differ.
     #[test]
     fn counting_is_in_whole_codes() {
         let code = |k: u32| (f64::from(k) / 255.0) as f32;
         for k in 0..253 {
-            let pictures = [0, 1, 2].map(|step| Picture { rgb: vec![[code(k + step), 0.5, 0.5]], ..Picture::new(1, 1) });
-            let side = |i: usize| Side { picture: &pictures[i], encoding: Encoding::Display };
+            let pictures = [0, 1, 2].map(|step| Picture {
+                rgb: vec![[code(k + step), 0.5, 0.5]],
+                ..Picture::new(1, 1)
+            });
+            let side = |i: usize| Side {
+                picture: &pictures[i],
+                encoding: Encoding::Display,
+            };
             let shares = |i| compare(side(0), side(i), Display::PLAIN).unwrap().beyond;
             assert_eq!((shares(1)[0].share, shares(1)[1].share), (1.0, 0.0), "{k}");
             assert_eq!((shares(2)[1].share, shares(2)[2].share), (1.0, 0.0), "{k}");
         }
         for apart in 0..64 {
-            let [a, b] = [0, apart].map(|k| Picture { rgb: vec![[0.5, code(k), 0.5]], ..Picture::new(1, 1) });
-            let side = |picture| Side { picture, encoding: Encoding::Display };
+            let [a, b] = [0, apart].map(|k| Picture {
+                rgb: vec![[0.5, code(k), 0.5]],
+                ..Picture::new(1, 1)
+            });
+            let side = |picture| Side {
+                picture,
+                encoding: Encoding::Display,
+            };
             let beyond = compare(side(&a), side(&b), Display::PLAIN).unwrap().beyond;
-            let expected = [0, 1, 2, 8, 32].map(|codes| Beyond { codes, share: if apart > codes { 1.0 } else { 0.0 } });
+            let expected = [0, 1, 2, 8, 32].map(|codes| Beyond {
+                codes,
+                share: if apart > codes { 1.0 } else { 0.0 },
+            });
             assert_eq!(beyond, expected, "{apart}");
         }
     }
@@ -208,14 +298,27 @@ mod tests {
         let picture = ramp();
         let mut covered = picture.clone();
         covered.alpha = Some(vec![1.0; 64]);
-        let compared = |other: &Picture| compare(linear(other), linear(&picture), Display::default()).unwrap();
-        assert_eq!((compared(&covered).identical, compared(&covered).coverage), (true, Some(0.0)));
+        let compared =
+            |other: &Picture| compare(linear(other), linear(&picture), Display::default()).unwrap();
+        assert_eq!(
+            (compared(&covered).identical, compared(&covered).coverage),
+            (true, Some(0.0))
+        );
         covered.alpha = Some([vec![1.0; 63], vec![0.5]].concat());
-        assert_eq!((compared(&covered).identical, compared(&covered).coverage), (false, Some(0.5)));
+        assert_eq!(
+            (compared(&covered).identical, compared(&covered).coverage),
+            (false, Some(0.5))
+        );
         let mut other = picture.clone();
         other.rgb[9][1] = other.rgb[9][1].next_up();
         assert!(!compared(&other).identical);
-        assert_eq!(compared(&other).errors.worst.map(|worst| (worst.x, worst.y)), Some((9, 0)));
+        assert_eq!(
+            compared(&other)
+                .errors
+                .worst
+                .map(|worst| (worst.x, worst.y)),
+            Some((9, 0))
+        );
     }
 
     /// Protects: sizes that differ are an error, not a crop.

@@ -1,4 +1,5 @@
-//! Errors of the numbers themselves: RMSE, relative MSE, PSNR, the worst pixel, pixels beyond a threshold.
+//! Errors of the numbers themselves: RMSE, relative MSE, PSNR, the worst pixel, pixels beyond a
+//! threshold.
 
 use raywright_bvh::scalar::Real;
 use serde::Serialize;
@@ -6,13 +7,14 @@ use serde::Serialize;
 use super::{MetricsError, check};
 use crate::picture::Picture;
 
-/// Keeps the relative error of dark pixels finite: what is added to a squared colour before a squared error is divided by it.
+/// Keeps the relative error of dark pixels finite: what is added to a squared colour before a
+/// squared error is divided by it.
 pub(crate) const RELATIVE_FLOOR: f64 = 0.01;
 /// One pixel in so many, the worst, is left out of the trimmed relative error.
 const TRIM: usize = 1000;
 
-/// Errors over all pixels and the three channels, in the numbers that the pictures hold. Pixels with a number that is not
-/// finite, in either picture, are left out and counted.
+/// Errors over all pixels and the three channels, in the numbers that the pictures hold. Pixels
+/// with a number that is not finite, in either picture, are left out and counted.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Errors {
     /// Pixels compared.
@@ -23,7 +25,8 @@ pub struct Errors {
     pub rmse: f64,
     /// Mean of (I − R)² / (R² + 0.01).
     pub relmse: f64,
-    /// The same without the worst 0.1 % of the pixels (rounded down), so that a few fireflies do not decide.
+    /// The same without the worst 0.1 % of the pixels (rounded down), so that a few fireflies do
+    /// not decide.
     pub relmse_trimmed: f64,
     /// Peak signal-to-noise ratio in decibels for a peak of 1; none where there is no error.
     pub psnr: Option<f64>,
@@ -71,7 +74,13 @@ pub fn errors(picture: &Picture, reference: &Picture) -> Result<Errors, MetricsE
         relative.push(pixel / 3.0);
     }
     let pixels = relative.len();
-    let per_channel = |sum: f64| if pixels == 0 { 0.0 } else { sum / (3 * pixels) as f64 };
+    let per_channel = |sum: f64| {
+        if pixels == 0 {
+            0.0
+        } else {
+            sum / (3 * pixels) as f64
+        }
+    };
     let mse = per_channel(squares);
     relative.sort_unstable_by(f64::total_cmp);
     Ok(Errors {
@@ -90,32 +99,54 @@ pub fn errors(picture: &Picture, reference: &Picture) -> Result<Errors, MetricsE
 fn worst_pixel(picture: &Picture, reference: &Picture, index: usize) -> WorstPixel {
     let width = picture.width as usize;
     let (x, y) = ((index % width) as u32, (index / width) as u32);
-    WorstPixel { x, y, picture: picture.rgb[index], reference: reference.rgb[index] }
+    WorstPixel {
+        x,
+        y,
+        picture: picture.rgb[index],
+        reference: reference.rgb[index],
+    }
 }
 
 fn mean(values: &[f64]) -> f64 {
-    if values.is_empty() { 0.0 } else { values.iter().sum::<f64>() / values.len() as f64 }
+    if values.is_empty() {
+        0.0
+    } else {
+        values.iter().sum::<f64>() / values.len() as f64
+    }
 }
 
 fn is_finite(rgb: &[f32; 3]) -> bool {
     rgb.iter().all(|x| x.is_finite())
 }
 
-/// The largest absolute difference of the three channels, pixel by pixel; infinite where a number is not finite.
+/// The largest absolute difference of the three channels, pixel by pixel; infinite where a number
+/// is not finite.
 pub fn differences(picture: &Picture, reference: &Picture) -> Result<Vec<f32>, MetricsError> {
     check(picture, reference)?;
     let difference = |(image, truth): (&[f32; 3], &[f32; 3])| {
         if !is_finite(image) || !is_finite(truth) {
             return f32::INFINITY;
         }
-        image.iter().zip(truth).map(|(i, r)| (i - r).abs()).fold(0.0, f32::max)
+        image
+            .iter()
+            .zip(truth)
+            .map(|(i, r)| (i - r).abs())
+            .fold(0.0, f32::max)
     };
-    Ok(picture.rgb.iter().zip(&reference.rgb).map(difference).collect())
+    Ok(picture
+        .rgb
+        .iter()
+        .zip(&reference.rgb)
+        .map(difference)
+        .collect())
 }
 
 /// Share of the pixels, 0 to 1, whose difference (see [`differences`]) is above a threshold.
 pub fn share_beyond(differences: &[f32], threshold: f64) -> f64 {
-    let beyond = differences.iter().filter(|&&difference| f64::from(difference) > threshold).count();
+    let beyond = differences
+        .iter()
+        .filter(|&&difference| f64::from(difference) > threshold)
+        .count();
     beyond as f64 / differences.len().max(1) as f64
 }
 
@@ -124,7 +155,10 @@ mod tests {
     use super::*;
 
     fn grey(width: u32, height: u32, value: f32) -> Picture {
-        Picture { rgb: vec![[value; 3]; (width * height) as usize], ..Picture::new(width, height) }
+        Picture {
+            rgb: vec![[value; 3]; (width * height) as usize],
+            ..Picture::new(width, height)
+        }
     }
 
     /// Protects: a picture is without error against itself, infinities and NaN apart.
@@ -132,7 +166,10 @@ mod tests {
     fn a_picture_equals_itself() {
         let picture = grey(3, 2, 0.7);
         let own = errors(&picture, &picture).unwrap();
-        assert_eq!((own.rmse, own.relmse, own.max_abs, own.psnr, own.worst), (0.0, 0.0, 0.0, None, None));
+        assert_eq!(
+            (own.rmse, own.relmse, own.max_abs, own.psnr, own.worst),
+            (0.0, 0.0, 0.0, None, None)
+        );
         assert_eq!((own.pixels, own.non_finite), (6, 0));
     }
 
@@ -148,12 +185,18 @@ mod tests {
         assert!((e.relmse - 0.0625 / (0.25 + 0.01) / 12.0).abs() < 1e-15);
         assert!((e.psnr.unwrap() + 10.0 * mse.log10()).abs() < 1e-12);
         assert_eq!((e.mean_abs, e.max_abs), (0.25 / 12.0, 0.25));
-        let worst = WorstPixel { x: 0, y: 1, picture: [0.5, 0.25, 0.5], reference: [0.5; 3] };
+        let worst = WorstPixel {
+            x: 0,
+            y: 1,
+            picture: [0.5, 0.25, 0.5],
+            reference: [0.5; 3],
+        };
         assert_eq!(e.worst, Some(worst));
         assert_eq!(e.relmse_trimmed, e.relmse, "four pixels have no 0.1 %");
     }
 
-    /// Protects: the denominator of the relative error is the reference's: swapping the pictures changes it.
+    /// Protects: the denominator of the relative error is the reference's: swapping the pictures
+    /// changes it.
     #[test]
     fn relative_error_is_relative_to_the_reference() {
         let (dark, bright) = (grey(1, 1, 0.0), grey(1, 1, 1.0));
@@ -161,7 +204,8 @@ mod tests {
         assert!((errors(&dark, &bright).unwrap().relmse - 1.0 / 1.01).abs() < 1e-12);
     }
 
-    /// Protects: trimming takes the worst 0.1 % of the pixels away and divides by those that are left.
+    /// Protects: trimming takes the worst 0.1 % of the pixels away and divides by those that are
+    /// left.
     #[test]
     fn trimming_leaves_the_worst_pixels_out() {
         let reference = grey(50, 40, 0.0);
@@ -171,11 +215,16 @@ mod tests {
         picture.rgb[9] = [1.0; 3];
         let e = errors(&picture, &reference).unwrap();
         // 2 000 pixels: two are left out, the third of the wrong ones stays.
-        assert!((e.relmse_trimmed - (1997.0 + 100.0) / 1998.0).abs() < 1e-5, "{}", e.relmse_trimmed);
+        assert!(
+            (e.relmse_trimmed - (1997.0 + 100.0) / 1998.0).abs() < 1e-5,
+            "{}",
+            e.relmse_trimmed
+        );
         assert!(e.relmse > 100.0);
     }
 
-    /// Protects: F04: pixels that are not finite are counted, spoil no figure, and are beyond every threshold.
+    /// Protects: F04: pixels that are not finite are counted, spoil no figure, and are beyond every
+    /// threshold.
     #[test]
     fn f04_non_finite_pixels_are_counted_not_hidden() {
         let reference = grey(4, 1, 0.5);
@@ -186,7 +235,10 @@ mod tests {
         assert_eq!((e.pixels, e.non_finite, e.rmse), (2, 2, 0.0));
         let differences = differences(&picture, &reference).unwrap();
         assert_eq!(share_beyond(&differences, 1e30), 0.5);
-        let all = Picture { rgb: vec![[f32::NAN; 3]; 4], ..reference.clone() };
+        let all = Picture {
+            rgb: vec![[f32::NAN; 3]; 4],
+            ..reference.clone()
+        };
         assert_eq!(errors(&all, &reference).unwrap().non_finite, 4);
     }
 
@@ -207,8 +259,17 @@ mod tests {
         let error = errors(&grey(2, 3, 0.0), &grey(3, 2, 0.0)).unwrap_err();
         assert_eq!(error, MetricsError::Size(2, 3, 3, 2));
         assert!(error.to_string().contains("2 × 3 against 3 × 2"));
-        assert_eq!(errors(&grey(0, 3, 0.0), &grey(0, 3, 0.0)), Err(MetricsError::Pixels));
-        let short = Picture { rgb: vec![[0.0; 3]], ..Picture::new(2, 2) };
-        assert_eq!(differences(&grey(2, 2, 0.0), &short), Err(MetricsError::Pixels));
+        assert_eq!(
+            errors(&grey(0, 3, 0.0), &grey(0, 3, 0.0)),
+            Err(MetricsError::Pixels)
+        );
+        let short = Picture {
+            rgb: vec![[0.0; 3]],
+            ..Picture::new(2, 2)
+        };
+        assert_eq!(
+            differences(&grey(2, 2, 0.0), &short),
+            Err(MetricsError::Pixels)
+        );
     }
 }

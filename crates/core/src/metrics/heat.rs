@@ -4,7 +4,8 @@ use crate::display::curve;
 use crate::picture::Picture;
 use crate::scene::TransferCurve;
 
-/// Display values at equal steps from 0 to 1. Luminance rises along the whole scale, so it also reads in grey.
+/// Display values at equal steps from 0 to 1. Luminance rises along the whole scale, so it also
+/// reads in grey.
 const SCALE: [[f64; 3]; 8] = [
     [0.00, 0.00, 0.02],
     [0.14, 0.07, 0.32],
@@ -16,8 +17,9 @@ const SCALE: [[f64; 3]; 8] = [
     [0.99, 0.97, 0.76],
 ];
 
-/// A picture of one number a pixel, row after row from the top: 0 is black, `full` and everything above pale yellow, a NaN
-/// stays one. It is linear like any other picture; [`Display::PLAIN`](crate::display::Display::PLAIN) shows it as it is meant.
+/// A picture of one number a pixel, row after row from the top: 0 is black, `full` and everything
+/// above pale yellow, a NaN stays one. It is linear like any other picture;
+/// [`Display::PLAIN`](crate::display::Display::PLAIN) shows it as it is meant.
 pub fn heat_map(width: u32, height: u32, values: &[f32], full: f32) -> Picture {
     let colour = |value: &f32| {
         let rgb = scale_at(f64::from(value / full));
@@ -42,20 +44,30 @@ mod tests {
     use super::*;
     use crate::display::{Display, NAN_MARKER};
 
-    /// Protects: more error is always lighter, in luminance, so the map can be read without its legend and in grey.
+    /// Protects: more error is always lighter, in luminance, so the map can be read without its
+    /// legend and in grey.
     #[test]
     fn luminance_rises_with_the_value() {
         let values: Vec<f32> = (0..=1000).map(|i| i as f32 / 500.0).collect();
         let picture = heat_map(1001, 1, &values, 2.0);
-        let luminance: Vec<f64> = picture.rgb.iter().map(|rgb| curve::luminance(rgb.map(f64::from))).collect();
+        let luminance: Vec<f64> = picture
+            .rgb
+            .iter()
+            .map(|rgb| curve::luminance(rgb.map(f64::from)))
+            .collect();
         assert!(luminance.windows(2).all(|pair| pair[0] < pair[1]));
         assert!(luminance[0] < 0.01 && luminance[1000] > 0.85);
     }
 
-    /// Protects: values beyond the scale take its ends, and what is not a number is not given a colour of the scale.
+    /// Protects: values beyond the scale take its ends, and what is not a number is not given a
+    /// colour of the scale.
     #[test]
     fn ends_and_nan_are_defined() {
-        let map = |value| Display::PLAIN.prepare().values(heat_map(1, 1, &[value], 0.5).rgb[0]);
+        let map = |value| {
+            Display::PLAIN
+                .prepare()
+                .values(heat_map(1, 1, &[value], 0.5).rgb[0])
+        };
         assert_eq!(map(-1.0), map(0.0));
         assert_eq!(map(0.5), map(f32::INFINITY));
         assert_ne!(map(0.25), map(0.5));

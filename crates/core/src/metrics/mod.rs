@@ -1,4 +1,5 @@
-//! How far a picture is from a reference: errors of the numbers, what an eye would notice, and a picture of both.
+//! How far a picture is from a reference: errors of the numbers, what an eye would notice, and a
+//! picture of both.
 
 mod comparison;
 mod errors;
@@ -34,7 +35,12 @@ pub enum MetricsError {
 /// Two pictures of one size, each with a colour for every pixel.
 fn check(picture: &Picture, reference: &Picture) -> Result<(), MetricsError> {
     if (picture.width, picture.height) != (reference.width, reference.height) {
-        return Err(MetricsError::Size(picture.width, picture.height, reference.width, reference.height));
+        return Err(MetricsError::Size(
+            picture.width,
+            picture.height,
+            reference.width,
+            reference.height,
+        ));
     }
     let n = picture.pixels();
     if n == 0 || picture.rgb.len() != n || reference.rgb.len() != n {

@@ -1,14 +1,18 @@
-//! Whether two pictures differ by more than their noise: tests of blocks of all sizes at one level for all of them together.
+//! Whether two pictures differ by more than their noise: tests of blocks of all sizes at one level
+//! for all of them together.
 //!
-//! The difference of two estimates of one picture has the mean zero and, pixel by pixel, the sum of their variances. So has its sum over a
-//! block, since pixels are independent, divided by the root of the summed variances it follows Student's distribution: its degrees
-//! of freedom are those of a sum of estimated variances (Satterthwaite, "An Approximate Distribution of Estimates of Variance Components",
-//! 1946), few where a few pixels have most of the noise. A block is tested in each channel by itself.
+//! The difference of two estimates of one picture has the mean zero and, pixel by pixel, the sum of
+//! their variances. So has its sum over a block, since pixels are independent, divided by the root
+//! of the summed variances it follows Student's distribution: its degrees of freedom are those of a
+//! sum of estimated variances (Satterthwaite, "An Approximate Distribution of Estimates of Variance
+//! Components", 1946), few where a few pixels have most of the noise. A block is tested in each
+//! channel by itself.
 //!
-//! A difference that is small and wide is seen in large blocks alone, one that is small and strong in small ones. So blocks of several edges
-//! are tested, each doubling the one before and overlapping its neighbours by half. The level is divided evenly among the edges, and by
-//! Bonferroni's inequality among the tests of each: then one alarm or more in pictures that differ by noise alone has at most that probability,
-//! however the tests depend on each other.
+//! A difference that is small and wide is seen in large blocks alone, one that is small and strong
+//! in small ones. So blocks of several edges are tested, each doubling the one before and
+//! overlapping its neighbours by half. The level is divided evenly among the edges, and by
+//! Bonferroni's inequality among the tests of each: then one alarm or more in pictures that differ
+//! by noise alone has at most that probability, however the tests depend on each other.
 
 use rayon::iter::{IntoParallelIterator, ParallelIterator};
 use serde::Serialize;
@@ -18,7 +22,8 @@ use super::MetricsError;
 /// Edge of the smallest blocks, in pixels: sums of fewer pixels are too far from normal.
 const SMALLEST: u32 = 16;
 
-/// What two ways to add the same numbers may differ by, as a share of them: no noise, and no difference either.
+/// What two ways to add the same numbers may differ by, as a share of them: no noise, and no
+/// difference either.
 const ROUNDING: f64 = 1.0 / (1 << 20) as f64;
 
 /// A picture with what is known of its noise.
@@ -47,7 +52,8 @@ pub struct NoiseVerdict {
     pub beyond: usize,
     /// The block that is the least likely by noise alone; none where no pixel could be tested.
     pub clearest: Option<NoiseBlock>,
-    /// Pixels that are no finite numbers in one picture, or of which one has no standard error; they are left out.
+    /// Pixels that are no finite numbers in one picture, or of which one has no standard error;
+    /// they are left out.
     pub untested: usize,
 }
 
@@ -68,7 +74,8 @@ pub struct NoiseBlock {
     pub share: Option<f64>,
     /// The difference in standard errors of itself.
     pub deviation: f64,
-    /// Probability, with respect to all tests, that noise alone makes a difference as clear as that somewhere: at most 1.
+    /// Probability, with respect to all tests, that noise alone makes a difference as clear as that
+    /// somewhere: at most 1.
     pub probability: f64,
 }
 
@@ -111,8 +118,9 @@ impl BlockSums {
     }
 }
 
-/// Probability that Student's t with so many degrees of freedom is further from zero than that, by the incomplete beta function (Abramowitz
-/// and Stegun, "Handbook of Mathematical Functions", 1964, 26.7.1 and 26.5.27).
+/// Probability that Student's t with so many degrees of freedom is further from zero than that, by
+/// the incomplete beta function (Abramowitz and Stegun, "Handbook of Mathematical Functions", 1964,
+/// 26.7.1 and 26.5.27).
 fn two_sided(t: f64, freedom: f64) -> f64 {
     // More degrees of freedom change no digit, and infinitely many would leave no number.
     let freedom = freedom.min(1e12);
@@ -121,15 +129,29 @@ fn two_sided(t: f64, freedom: f64) -> f64 {
     if !(x > 0.0 && rest > 0.0) {
         return if x > 0.0 { 1.0 } else { 0.0 };
     }
-    // Where both gamma functions are so large that their quotient would lose digits, the first terms of its series have all of them.
-    let quotient = if a > 1e4 { 0.5 * libm::log(a) - 0.125 / a } else { libm::lgamma(a + b) - libm::lgamma(a) };
-    let logarithm = if rest < 0.5 { libm::log1p(-rest) } else { libm::log(x) };
+    // Where both gamma functions are so large that their quotient would lose digits, the first
+    // terms of its series have all of them.
+    let quotient = if a > 1e4 {
+        0.5 * libm::log(a) - 0.125 / a
+    } else {
+        libm::lgamma(a + b) - libm::lgamma(a)
+    };
+    let logarithm = if rest < 0.5 {
+        libm::log1p(-rest)
+    } else {
+        libm::log(x)
+    };
     let term = libm::exp(a * logarithm + b * libm::log(rest) + quotient - libm::lgamma(b));
-    if x < (a + 1.0) / (a + b + 2.0) { term / (a * beta_fraction(a, b, x)) } else { 1.0 - term / (b * beta_fraction(b, a, rest)) }
+    if x < (a + 1.0) / (a + b + 2.0) {
+        term / (a * beta_fraction(a, b, x))
+    } else {
+        1.0 - term / (b * beta_fraction(b, a, rest))
+    }
 }
 
-/// The continued fraction below the incomplete beta function (Olver et al., "NIST Handbook of Mathematical Functions", 2010, 8.17.22) by
-/// Lentz's method ("Generating Bessel Functions in Mie Scattering Calculations Using Continued Fractions", 1976). It converges fast for
+/// The continued fraction below the incomplete beta function (Olver et al., "NIST Handbook of
+/// Mathematical Functions", 2010, 8.17.22) by Lentz's method ("Generating Bessel Functions in Mie
+/// Scattering Calculations Using Continued Fractions", 1976). It converges fast for
 /// `x < (a + 1) / (a + b + 2)`.
 fn beta_fraction(a: f64, b: f64, x: f64) -> f64 {
     const MOST: u32 = 10_000;
@@ -141,7 +163,13 @@ fn beta_fraction(a: f64, b: f64, x: f64) -> f64 {
         } else {
             -(a + m) * (a + b + m) * x / ((a + 2.0 * m) * (a + 2.0 * m + 1.0))
         };
-        let off_zero = |number: f64| if number.abs() < f64::MIN_POSITIVE { f64::MIN_POSITIVE } else { number };
+        let off_zero = |number: f64| {
+            if number.abs() < f64::MIN_POSITIVE {
+                f64::MIN_POSITIVE
+            } else {
+                number
+            }
+        };
         numerator = off_zero(1.0 + coefficient / numerator);
         denominator = 1.0 / off_zero(1.0 + coefficient * denominator);
         value *= numerator * denominator;
@@ -152,52 +180,99 @@ fn beta_fraction(a: f64, b: f64, x: f64) -> f64 {
     value
 }
 
-/// Tests whether a picture differs from a reference by more than the noise of both, at a level for all tests together.
+/// Tests whether a picture differs from a reference by more than the noise of both, at a level for
+/// all tests together.
 ///
 /// # Errors
-/// [`MetricsError::Size`] for different sizes, [`MetricsError::Pixels`] where a buffer does not fit.
-pub fn judge_noise(picture: &NoisyPicture<'_>, reference: &NoisyPicture<'_>, level: f64) -> Result<NoiseVerdict, MetricsError> {
+/// [`MetricsError::Size`] for different sizes, [`MetricsError::Pixels`] where a buffer does not
+/// fit.
+pub fn judge_noise(
+    picture: &NoisyPicture<'_>,
+    reference: &NoisyPicture<'_>,
+    level: f64,
+) -> Result<NoiseVerdict, MetricsError> {
     let (width, height) = (picture.width, picture.height);
     if (width, height) != (reference.width, reference.height) {
-        return Err(MetricsError::Size(width, height, reference.width, reference.height));
+        return Err(MetricsError::Size(
+            width,
+            height,
+            reference.width,
+            reference.height,
+        ));
     }
     let pixels = width as usize * height as usize;
     let fits = |side: &NoisyPicture<'_>| {
-        side.rgb.len() == pixels && side.standard_errors.as_ref().is_none_or(|errors| errors.len() == pixels)
+        side.rgb.len() == pixels
+            && side
+                .standard_errors
+                .as_ref()
+                .is_none_or(|errors| errors.len() == pixels)
     };
     if pixels == 0 || !fits(picture) || !fits(reference) {
         return Err(MetricsError::Pixels);
     }
     let largest = width.min(height).max(SMALLEST);
-    let edges: Vec<u32> =
-        std::iter::successors(Some(SMALLEST), |edge| Some(edge * 2)).take_while(|edge| *edge <= largest).collect();
+    let edges: Vec<u32> = std::iter::successors(Some(SMALLEST), |edge| Some(edge * 2))
+        .take_while(|edge| *edge <= largest)
+        .collect();
     // Sums of the halves of the smallest blocks, of which all others are made.
     let step = SMALLEST / 2;
     let (columns, rows) = (width.div_ceil(step), height.div_ceil(step));
     let cells: Vec<([BlockSums; 3], usize)> = (0..columns * rows)
         .into_par_iter()
-        .map(|cell| sums(picture, reference, [cell % columns * step, cell / columns * step], step))
+        .map(|cell| {
+            sums(
+                picture,
+                reference,
+                [cell % columns * step, cell / columns * step],
+                step,
+            )
+        })
         .collect();
     let untested = cells.iter().map(|(_, untested)| untested).sum();
-    let mut found = Found { level, blocks: 0, beyond: 0, clearest: None };
+    let mut found = Found {
+        level,
+        blocks: 0,
+        beyond: 0,
+        clearest: None,
+    };
     for &edge in &edges {
         found.test_edge(&cells, [columns, rows], edge, edges.len());
     }
-    Ok(NoiseVerdict { level, blocks: found.blocks, beyond: found.beyond, clearest: found.clearest, untested })
+    Ok(NoiseVerdict {
+        level,
+        blocks: found.blocks,
+        beyond: found.beyond,
+        clearest: found.clearest,
+        untested,
+    })
 }
 
 /// Sums over a square of pixels, and how many of them are left out.
-fn sums(picture: &NoisyPicture<'_>, reference: &NoisyPicture<'_>, [x, y]: [u32; 2], edge: u32) -> ([BlockSums; 3], usize) {
+fn sums(
+    picture: &NoisyPicture<'_>,
+    reference: &NoisyPicture<'_>,
+    [x, y]: [u32; 2],
+    edge: u32,
+) -> ([BlockSums; 3], usize) {
     let (mut sums, mut untested) = ([BlockSums::default(); 3], 0);
     for row in y..(y + edge).min(picture.height) {
         for column in x..(x + edge).min(picture.width) {
             let pixel = row as usize * picture.width as usize + column as usize;
             let sides = [picture, reference].map(|side| {
-                let error = side.standard_errors.as_ref().map_or([0.0; 3], |errors| errors[pixel]);
-                (side.rgb[pixel].map(f64::from), error.map(f64::from), side.freedom)
+                let error = side
+                    .standard_errors
+                    .as_ref()
+                    .map_or([0.0; 3], |errors| errors[pixel]);
+                (
+                    side.rgb[pixel].map(f64::from),
+                    error.map(f64::from),
+                    side.freedom,
+                )
             });
             let is_known = |(rgb, error, _): &([f64; 3], [f64; 3], f64)| {
-                rgb.iter().all(|channel| channel.is_finite()) && error.iter().all(|error| *error >= 0.0 && error.is_finite())
+                rgb.iter().all(|channel| channel.is_finite())
+                    && error.iter().all(|error| *error >= 0.0 && error.is_finite())
             };
             if !sides.iter().all(is_known) {
                 untested += 1;
@@ -228,7 +303,13 @@ struct Found {
 
 impl Found {
     /// Tests all blocks of an edge, of which there are so many.
-    fn test_edge(&mut self, cells: &[([BlockSums; 3], usize)], [columns, rows]: [u32; 2], edge: u32, edges: usize) {
+    fn test_edge(
+        &mut self,
+        cells: &[([BlockSums; 3], usize)],
+        [columns, rows]: [u32; 2],
+        edge: u32,
+        edges: usize,
+    ) {
         let step = SMALLEST / 2;
         let (across, stride) = (edge / step, edge / SMALLEST);
         // The last one is the first that reaches the end.
@@ -241,26 +322,46 @@ impl Found {
         let (left, top) = (starts(columns), starts(rows));
         let tests = 3 * left.len() * top.len() * edges;
         self.blocks += left.len() * top.len();
-        for (&row, &column) in top.iter().flat_map(|row| left.iter().map(move |column| (row, column))) {
+        for (&row, &column) in top
+            .iter()
+            .flat_map(|row| left.iter().map(move |column| (row, column)))
+        {
             let mut block = [BlockSums::default(); 3];
-            for cell in
-                (row..(row + across).min(rows)).flat_map(|y| (column..(column + across).min(columns)).map(move |x| (x, y)))
+            for cell in (row..(row + across).min(rows))
+                .flat_map(|y| (column..(column + across).min(columns)).map(move |x| (x, y)))
             {
                 let (sums, _) = &cells[(cell.1 * columns + cell.0) as usize];
-                block.iter_mut().zip(sums).for_each(|(all, more)| *all = all.plus(more));
+                block
+                    .iter_mut()
+                    .zip(sums)
+                    .for_each(|(all, more)| *all = all.plus(more));
             }
             let mut is_beyond = false;
-            for (channel, sums) in block.iter().enumerate().filter(|(_, sums)| sums.pixels > 0.0) {
+            for (channel, sums) in block
+                .iter()
+                .enumerate()
+                .filter(|(_, sums)| sums.pixels > 0.0)
+            {
                 let (deviation, probability) = sums.test();
                 let probability = (probability * tests as f64).min(1.0);
                 is_beyond |= probability <= self.level;
-                if self
-                    .clearest
-                    .is_none_or(|clearest| (probability, -deviation.abs()) < (clearest.probability, -clearest.deviation.abs()))
-                {
+                if self.clearest.is_none_or(|clearest| {
+                    (probability, -deviation.abs())
+                        < (clearest.probability, -clearest.deviation.abs())
+                }) {
                     let share = (sums.reference != 0.0).then(|| sums.difference / sums.reference);
-                    let (x, y, difference) = (column * step, row * step, sums.difference / sums.pixels);
-                    self.clearest = Some(NoiseBlock { x, y, edge, channel, difference, share, deviation, probability });
+                    let (x, y, difference) =
+                        (column * step, row * step, sums.difference / sums.pixels);
+                    self.clearest = Some(NoiseBlock {
+                        x,
+                        y,
+                        edge,
+                        channel,
+                        difference,
+                        share,
+                        deviation,
+                        probability,
+                    });
                 }
             }
             self.beyond += usize::from(is_beyond);
@@ -274,25 +375,35 @@ mod tests {
     use crate::hash::mix;
 
     fn unit(seed: [u32; 3]) -> f64 {
-        let bits = seed.iter().fold(1, |state, &part| mix(state ^ u64::from(part).wrapping_mul(0x9E37_79B9_7F4A_7C15)));
+        let bits = seed.iter().fold(1, |state, &part| {
+            mix(state ^ u64::from(part).wrapping_mul(0x9E37_79B9_7F4A_7C15))
+        });
         (bits >> 11) as f64 / (1_u64 << 53) as f64
     }
 
     /// A colour of each pixel.
     type Colours = Vec<[f32; 3]>;
 
-    /// Two pictures of even noise, four replicates each, of which the first is brighter by a factor within a square.
+    /// Two pictures of even noise, four replicates each, of which the first is brighter by a factor
+    /// within a square.
     fn pair(seed: u32, edge: u32, factor: f64) -> [(Colours, Colours); 2] {
         [0, 1].map(|side| {
             let pixel = |i: u32| {
                 let inside = side == 0 && i % SIZE < edge && i / SIZE < edge;
                 let replicate = |r: u32| {
-                    let u: f64 = (0..6).map(|k| unit([seed, i * 8 + side * 4 + r, k])).sum::<f64>() - 3.0;
+                    let u: f64 = (0..6)
+                        .map(|k| unit([seed, i * 8 + side * 4 + r, k]))
+                        .sum::<f64>()
+                        - 3.0;
                     (1.0 + 0.1 * u) * if inside { factor } else { 1.0 }
                 };
                 let values = [0, 1, 2, 3].map(replicate);
                 let mean = values.iter().sum::<f64>() / 4.0;
-                let variance = values.iter().map(|value| (value - mean).powi(2)).sum::<f64>() / 12.0;
+                let variance = values
+                    .iter()
+                    .map(|value| (value - mean).powi(2))
+                    .sum::<f64>()
+                    / 12.0;
                 ([mean as f32; 3], [variance.sqrt() as f32; 3])
             };
             (0..SIZE * SIZE).map(pixel).unzip()
@@ -313,8 +424,9 @@ mod tests {
         judge_noise(&a, &b, 0.05).expect("one size")
     }
 
-    /// Protects: Student's distribution by numbers of 60 digits (the incomplete beta function of mpmath 1.3; from 1e9 degrees of freedom on the
-    /// normal distribution with its first correction), from the middle far into the tails, and its limits.
+    /// Protects: Student's distribution by numbers of 60 digits (the incomplete beta function of
+    /// mpmath 1.3; from 1e9 degrees of freedom on the normal distribution with its first
+    /// correction), from the middle far into the tails, and its limits.
     #[test]
     fn students_tails_are_exact() {
         let known = [
@@ -335,28 +447,46 @@ mod tests {
         for (t, freedom, expected) in known {
             // The more degrees, the nearer is the argument to one, where the fraction loses digits.
             let (found, bound) = (two_sided(t, freedom), 1e-12 + 1e-17 * freedom.min(1e12));
-            assert!((found / expected - 1.0_f64).abs() < bound, "{t}, {freedom}: {found}");
+            assert!(
+                (found / expected - 1.0_f64).abs() < bound,
+                "{t}, {freedom}: {found}"
+            );
         }
-        assert_eq!([two_sided(0.0, 3.0), two_sided(f64::INFINITY, 3.0)], [1.0, 0.0]);
+        assert_eq!(
+            [two_sided(0.0, 3.0), two_sided(f64::INFINITY, 3.0)],
+            [1.0, 0.0]
+        );
     }
 
-    /// Protects: noise alone gives no more alarms than stated, of a hundred pairs at 5 in 100; a bias of a tenth of the picture is found where it
-    /// is.
+    /// Protects: noise alone gives no more alarms than stated, of a hundred pairs at 5 in 100; a
+    /// bias of a tenth of the picture is found where it is.
     #[test]
     fn alarms_are_as_rare_as_stated() {
-        let alarms = (0..100).filter(|&seed| judged(seed, 0, 1.0).beyond > 0).count();
+        let alarms = (0..100)
+            .filter(|&seed| judged(seed, 0, 1.0).beyond > 0)
+            .count();
         assert!(alarms <= 11, "{alarms}");
         let found = judged(7, 32, 1.02);
         assert!(found.beyond > 0, "{found:?}");
         let clearest = found.clearest.expect("blocks");
-        assert!(clearest.x < 32 && clearest.y < 32 && clearest.share.is_some_and(|share| share > 0.0), "{clearest:?}");
+        assert!(
+            clearest.x < 32 && clearest.y < 32 && clearest.share.is_some_and(|share| share > 0.0),
+            "{clearest:?}"
+        );
     }
 
-    /// Protects: pictures without noise differ where their numbers do, but for rounding; what is no number is left out and counted.
+    /// Protects: pictures without noise differ where their numbers do, but for rounding; what is no
+    /// number is left out and counted.
     #[test]
     fn exact_pictures_differ_by_their_numbers() {
         let exact = |rgb: &[[f32; 3]], other: &[[f32; 3]]| {
-            let side = |rgb| NoisyPicture { width: 20, height: 20, rgb, standard_errors: None, freedom: 1.0 };
+            let side = |rgb| NoisyPicture {
+                width: 20,
+                height: 20,
+                rgb,
+                standard_errors: None,
+                freedom: 1.0,
+            };
             judge_noise(&side(rgb), &side(other), 0.01).expect("one size")
         };
         let grey = vec![[0.3_f32; 3]; 400];
@@ -365,8 +495,17 @@ mod tests {
         assert_eq!(exact(&grey, &other).beyond, 0);
         other[399] = [0.31; 3];
         let verdict = exact(&grey, &other);
-        assert!(verdict.beyond > 0 && verdict.clearest.is_some_and(|block| block.deviation.is_infinite()), "{verdict:?}");
+        assert!(
+            verdict.beyond > 0
+                && verdict
+                    .clearest
+                    .is_some_and(|block| block.deviation.is_infinite()),
+            "{verdict:?}"
+        );
         other[399] = [f32::NAN; 3];
-        assert_eq!((exact(&grey, &other).beyond, exact(&grey, &other).untested), (0, 1));
+        assert_eq!(
+            (exact(&grey, &other).beyond, exact(&grey, &other).untested),
+            (0, 1)
+        );
     }
 }

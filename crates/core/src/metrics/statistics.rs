@@ -2,8 +2,8 @@
 
 use serde::Serialize;
 
-/// How numbers are distributed. Quantiles are interpolated linearly between neighbours in order (type 7 of Hyndman and Fan,
-/// "Sample Quantiles in Statistical Packages", 1996).
+/// How numbers are distributed. Quantiles are interpolated linearly between neighbours in order
+/// (type 7 of Hyndman and Fan, "Sample Quantiles in Statistical Packages", 1996).
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
 pub struct Statistics {
     /// Arithmetic mean.
@@ -43,22 +43,31 @@ pub fn statistics(values: &[f32]) -> Statistics {
 }
 
 fn quantile(sorted: &[f32], share: f64) -> f64 {
-    let Some(last) = sorted.len().checked_sub(1) else { return 0.0 };
+    let Some(last) = sorted.len().checked_sub(1) else {
+        return 0.0;
+    };
     let place = share * last as f64;
     let low = f64::from(sorted[place as usize]);
     let high = f64::from(sorted[(place as usize + 1).min(last)]);
     // Equal neighbours stay what they are, infinite ones too.
-    if low == high { low } else { low + (high - low) * place.fract() }
+    if low == high {
+        low
+    } else {
+        low + (high - low) * place.fract()
+    }
 }
 
-/// Student's factor: a mean ± this many standard errors holds the truth in 95 of 100 cases, where the error was estimated from
-/// independent normal values with so many degrees of freedom (one fewer than values). Infinite for none.
+/// Student's factor: a mean ± this many standard errors holds the truth in 95 of 100 cases, where
+/// the error was estimated from independent normal values with so many degrees of freedom (one
+/// fewer than values). Infinite for none.
 ///
-/// From a table up to ten degrees of freedom; beyond by the expansion in Abramowitz and Stegun, "Handbook of Mathematical
-/// Functions" (1964), 26.7.5, which there is right to five digits.
+/// From a table up to ten degrees of freedom; beyond by the expansion in Abramowitz and Stegun,
+/// "Handbook of Mathematical Functions" (1964), 26.7.5, which there is right to five digits.
 pub fn student_95(freedom: u32) -> f64 {
-    const FEW: [f64; 10] =
-        [12.706_205, 4.302_653, 3.182_446, 2.776_445, 2.570_582, 2.446_912, 2.364_624, 2.306_004, 2.262_157, 2.228_139];
+    const FEW: [f64; 10] = [
+        12.706_205, 4.302_653, 3.182_446, 2.776_445, 2.570_582, 2.446_912, 2.364_624, 2.306_004,
+        2.262_157, 2.228_139,
+    ];
     const NORMAL: f64 = 1.959_963_984_540_054;
     match freedom {
         0 => f64::INFINITY,
@@ -69,7 +78,8 @@ pub fn student_95(freedom: u32) -> f64 {
             let first = z * (z2 + 1.0) / 4.0;
             let second = z * ((5.0 * z2 + 16.0) * z2 + 3.0) / 96.0;
             let third = z * (((3.0 * z2 + 19.0) * z2 + 17.0) * z2 - 15.0) / 384.0;
-            let fourth = z * ((((79.0 * z2 + 776.0) * z2 + 1482.0) * z2 - 1920.0) * z2 - 945.0) / 92_160.0;
+            let fourth =
+                z * ((((79.0 * z2 + 776.0) * z2 + 1482.0) * z2 - 1920.0) * z2 - 945.0) / 92_160.0;
             z + (first + (second + (third + fourth / n) / n) / n) / n
         }
     }
@@ -79,13 +89,25 @@ pub fn student_95(freedom: u32) -> f64 {
 mod tests {
     use super::*;
 
-    /// Protects: the factor at values that any table of Student's distribution has, on both sides of the seam.
+    /// Protects: the factor at values that any table of Student's distribution has, on both sides
+    /// of the seam.
     #[test]
     fn students_factor_is_that_of_the_tables() {
-        for (freedom, factor) in
-            [(1, 12.7062), (3, 3.1824), (7, 2.3646), (10, 2.2281), (11, 2.2010), (15, 2.1314), (30, 2.0423), (120, 1.9799)]
-        {
-            assert!((student_95(freedom) - factor).abs() < 6e-5, "{freedom}: {}", student_95(freedom));
+        for (freedom, factor) in [
+            (1, 12.7062),
+            (3, 3.1824),
+            (7, 2.3646),
+            (10, 2.2281),
+            (11, 2.2010),
+            (15, 2.1314),
+            (30, 2.0423),
+            (120, 1.9799),
+        ] {
+            assert!(
+                (student_95(freedom) - factor).abs() < 6e-5,
+                "{freedom}: {}",
+                student_95(freedom)
+            );
         }
         assert_eq!(student_95(0), f64::INFINITY);
     }
@@ -95,11 +117,23 @@ mod tests {
     fn quantiles_are_ranks() {
         let values: Vec<f32> = (0..=1000).map(|i| ((i * 389) % 1001) as f32).collect();
         let s = statistics(&values);
-        assert_eq!((s.mean, s.minimum, s.first_quartile, s.median), (500.0, 0.0, 250.0, 500.0));
-        assert_eq!((s.third_quartile, s.percentile_99, s.percentile_99_9, s.maximum), (750.0, 990.0, 999.0, 1000.0));
+        assert_eq!(
+            (s.mean, s.minimum, s.first_quartile, s.median),
+            (500.0, 0.0, 250.0, 500.0)
+        );
+        assert_eq!(
+            (
+                s.third_quartile,
+                s.percentile_99,
+                s.percentile_99_9,
+                s.maximum
+            ),
+            (750.0, 990.0, 999.0, 1000.0)
+        );
     }
 
-    /// Protects: between two numbers a quantile is interpolated; of one number every quantile is that one; of none it is zero.
+    /// Protects: between two numbers a quantile is interpolated; of one number every quantile is
+    /// that one; of none it is zero.
     #[test]
     fn few_numbers_are_enough() {
         assert_eq!(statistics(&[3.0, 1.0]).first_quartile, 1.5);
@@ -108,17 +142,27 @@ mod tests {
         assert_eq!(statistics(&[f32::INFINITY; 2]).median, f64::INFINITY);
     }
 
-    /// Protects: every entry of the table and the expansion beyond it: the factor is where Student's density, added up from its
-    /// negative to it, makes 95 %.
+    /// Protects: every entry of the table and the expansion beyond it: the factor is where
+    /// Student's density, added up from its negative to it, makes 95 %.
     #[test]
     fn students_factor_cuts_off_one_case_in_twenty() {
         for freedom in 1..=40 {
             let n = f64::from(freedom);
-            // Γ((n + 1)/2) / Γ(n/2), up from Γ(1)/Γ(½) for odd numbers and from Γ(3/2)/Γ(1) for even ones.
-            let start = if freedom % 2 == 1 { 1.0 / core::f64::consts::PI.sqrt() } else { core::f64::consts::PI.sqrt() / 2.0 };
+            // Γ((n + 1)/2) / Γ(n/2), up from Γ(1)/Γ(½) for odd numbers and from Γ(3/2)/Γ(1) for
+            // even ones.
+            let start = if freedom % 2 == 1 {
+                1.0 / core::f64::consts::PI.sqrt()
+            } else {
+                core::f64::consts::PI.sqrt() / 2.0
+            };
             let least = if freedom % 2 == 1 { 1 } else { 2 };
-            let ratio = (least..freedom).step_by(2).fold(start, |ratio, m| ratio * f64::from(m + 1) / f64::from(m));
-            let density = |x: f64| ratio / (n * core::f64::consts::PI).sqrt() * (1.0 + x * x / n).powf(-(n + 1.0) / 2.0);
+            let ratio = (least..freedom)
+                .step_by(2)
+                .fold(start, |ratio, m| ratio * f64::from(m + 1) / f64::from(m));
+            let density = |x: f64| {
+                ratio / (n * core::f64::consts::PI).sqrt()
+                    * (1.0 + x * x / n).powf(-(n + 1.0) / 2.0)
+            };
             let (steps, factor) = (20_000, student_95(freedom));
             let at = |i: i32| density(factor * (f64::from(i) + 0.5) / f64::from(steps));
             let share = 2.0 * factor / f64::from(steps) * (0..steps).map(at).sum::<f64>();

@@ -1,5 +1,6 @@
-//! Arc tangents, sines and cosines of `f64` without a branch, so that a compiler makes as many at a time as registers hold: the formulas of
-//! libm (FreeBSD's msun) with a selection in place of each of its branches, and its bits.
+//! Arc tangents, sines and cosines of `f64` without a branch, so that a compiler makes as many at a
+//! time as registers hold: the formulas of libm (FreeBSD's msun) with a selection in place of each
+//! of its branches, and its bits.
 
 use core::f64::consts::{FRAC_PI_2, FRAC_PI_4, PI};
 
@@ -36,11 +37,16 @@ const fn upper(bits: u64) -> f64 {
     f64::from_bits(bits << 32)
 }
 
-/// The angle of the point (x, y) above the horizontal axis, where neither is beyond 10¹⁵ times the other, but for x = 0.
+/// The angle of the point (x, y) above the horizontal axis, where neither is beyond 10¹⁵ times the
+/// other, but for x = 0.
 #[inline(always)]
 pub(crate) fn angle_above(y: f64, x: f64) -> f64 {
     let angle = arc_tangent((y / x).abs());
-    if x < 0.0 { PI - (angle - PI_LOW) } else { angle }
+    if x < 0.0 {
+        PI - (angle - PI_LOW)
+    } else {
+        angle
+    }
 }
 
 /// The arc tangent of a number that is not below zero.
@@ -63,16 +69,26 @@ fn arc_tangent(x: f64) -> f64 {
     ];
     let mut part = [x, 1.0, 0.0, 0.0];
     let [half, one, more, all] = ARCS;
-    let or = |from: u64, now: [f64; 4], before: [f64; 4]| if x < upper(from) { before } else { now };
-    part = or(0x3fdc_0000, [2.0 * x - 1.0, 2.0 + x, half[0], half[1]], part);
+    let or =
+        |from: u64, now: [f64; 4], before: [f64; 4]| if x < upper(from) { before } else { now };
+    part = or(
+        0x3fdc_0000,
+        [2.0 * x - 1.0, 2.0 + x, half[0], half[1]],
+        part,
+    );
     part = or(0x3fe6_0000, [x - 1.0, x + 1.0, one[0], one[1]], part);
-    part = or(0x3ff3_0000, [x - 1.5, 1.0 + 1.5 * x, more[0], more[1]], part);
+    part = or(
+        0x3ff3_0000,
+        [x - 1.5, 1.0 + 1.5 * x, more[0], more[1]],
+        part,
+    );
     part = or(0x4003_8000, [-1.0, x, all[0], all[1]], part);
     let [over, under, arc, rest] = part;
     let x = over / under;
     let z = x * x;
     let w = z * z;
-    let even = z * (EVEN[0] + w * (EVEN[1] + w * (EVEN[2] + w * (EVEN[3] + w * (EVEN[4] + w * EVEN[5])))));
+    let even =
+        z * (EVEN[0] + w * (EVEN[1] + w * (EVEN[2] + w * (EVEN[3] + w * (EVEN[4] + w * EVEN[5])))));
     let odd = w * (ODD[0] + w * (ODD[1] + w * (ODD[2] + w * (ODD[3] + w * ODD[4]))));
     arc - (x * (even + odd) - rest - x)
 }
@@ -84,7 +100,10 @@ pub(crate) fn sines_and_cosines<const N: usize>(angles: [f64; N]) -> [[f64; N]; 
     for i in 0..N {
         [sines[i], cosines[i]] = sine_and_cosine(angles[i]);
     }
-    if angles.iter().fold(false, |near, &angle| near | is_near_an_axis(angle)) {
+    if angles
+        .iter()
+        .fold(false, |near, &angle| near | is_near_an_axis(angle))
+    {
         for i in 0..N {
             if is_near_an_axis(angles[i]) {
                 (sines[i], cosines[i]) = libm::sincos(angles[i]);
@@ -98,7 +117,9 @@ pub(crate) fn sines_and_cosines<const N: usize>(angles: [f64; N]) -> [[f64; N]; 
 #[inline(always)]
 fn is_near_an_axis(angle: f64) -> bool {
     let bits = angle.to_bits() >> 32;
-    [0x3ff9_21fb, 0x4009_21fb, 0x4012_d97c, 0x4019_21fb].iter().fold(false, |near, &axis| near | (bits == axis))
+    [0x3ff9_21fb, 0x4009_21fb, 0x4012_d97c, 0x4019_21fb]
+        .iter()
+        .fold(false, |near, &axis| near | (bits == axis))
 }
 
 #[inline(always)]
@@ -114,15 +135,31 @@ fn sine_and_cosine(angle: f64) -> [f64; 2] {
     let v = z * x;
     let r = SINE[1] + z * (SINE[2] + z * SINE[3]) + z * w * (SINE[4] + z * SINE[5]);
     let reduced = x - ((z * (0.5 * y - v * r) - y) - v * SINE[0]);
-    let sine = if quarters == 0.0 { x + v * (SINE[0] + z * r) } else { reduced };
-    let r = z * (COSINE[0] + z * (COSINE[1] + z * COSINE[2])) + w * w * (COSINE[3] + z * (COSINE[4] + z * COSINE[5]));
+    let sine = if quarters == 0.0 {
+        x + v * (SINE[0] + z * r)
+    } else {
+        reduced
+    };
+    let r = z * (COSINE[0] + z * (COSINE[1] + z * COSINE[2]))
+        + w * w * (COSINE[3] + z * (COSINE[4] + z * COSINE[5]));
     let half = 0.5 * z;
     let most = 1.0 - half;
     let cosine = most + (((1.0 - most) - half) + (z * r - x * y));
     // From quarter to quarter they change places, and one of them its sign.
-    let (is_odd, is_behind) = ((quarters == 1.0) | (quarters == 3.0), (quarters == 2.0) | (quarters == 3.0));
-    let [sine, cosine] = if is_odd { [cosine, -sine] } else { [sine, cosine] };
-    if is_behind { [-sine, -cosine] } else { [sine, cosine] }
+    let (is_odd, is_behind) = (
+        (quarters == 1.0) | (quarters == 3.0),
+        (quarters == 2.0) | (quarters == 3.0),
+    );
+    let [sine, cosine] = if is_odd {
+        [cosine, -sine]
+    } else {
+        [sine, cosine]
+    };
+    if is_behind {
+        [-sine, -cosine]
+    } else {
+        [sine, cosine]
+    }
 }
 
 #[cfg(test)]
@@ -134,33 +171,75 @@ mod tests {
         (mix(i) >> 11) as f64 / (1_u64 << 53) as f64
     }
 
-    /// Protects: angles, sines and cosines have the bits of libm, also where its formulas change and next to the axes.
+    /// Protects: angles, sines and cosines have the bits of libm, also where its formulas change
+    /// and next to the axes.
     #[test]
     fn bits_are_those_of_libm() {
-        let edges: [u64; 8] =
-            [0x3fdc_0000, 0x3fe6_0000, 0x3ff3_0000, 0x4003_8000, 0x3fe9_21fc, 0x4002_d97d, 0x400f_6a7b, 0x4015_fdbd];
-        let axes: [u64; 7] = [0x3ff9_21fb, 0x4009_21fb, 0x4012_d97c, 0x4019_21fb, 0x3fe9_21fb, 0x3e40_0000, 0x3e46_a09e];
+        let edges: [u64; 8] = [
+            0x3fdc_0000,
+            0x3fe6_0000,
+            0x3ff3_0000,
+            0x4003_8000,
+            0x3fe9_21fc,
+            0x4002_d97d,
+            0x400f_6a7b,
+            0x4015_fdbd,
+        ];
+        let axes: [u64; 7] = [
+            0x3ff9_21fb,
+            0x4009_21fb,
+            0x4012_d97c,
+            0x4019_21fb,
+            0x3fe9_21fb,
+            0x3e40_0000,
+            0x3e46_a09e,
+        ];
         let beside = edges.into_iter().chain(axes).flat_map(|bits| {
-            (-40..40_i64).map(move |step| f64::from_bits((bits << 32).wrapping_add_signed(step * (1 << (step.abs() % 31)))))
+            (-40..40_i64).map(move |step| {
+                f64::from_bits((bits << 32).wrapping_add_signed(step * (1 << (step.abs() % 31))))
+            })
         });
         let exact = [0.0, 1e-300, FRAC_PI_4, FRAC_PI_2, PI, 1.5 * PI, 2.0 * PI];
-        let numbers = (0..400_000).map(|i| number(i) * 7.0).chain((0..40_000).map(|i| libm::exp2(-number(i) * 60.0)));
+        let numbers = (0..400_000)
+            .map(|i| number(i) * 7.0)
+            .chain((0..40_000).map(|i| libm::exp2(-number(i) * 60.0)));
         let mut count = 0;
         for angle in numbers.chain(beside).chain(exact) {
             let [[sine, _], [cosine, _]] = sines_and_cosines([angle, 1.0]);
             let (s, c) = libm::sincos(angle);
-            assert_eq!([sine.to_bits(), cosine.to_bits()], [s.to_bits(), c.to_bits()], "of {angle:e}");
+            assert_eq!(
+                [sine.to_bits(), cosine.to_bits()],
+                [s.to_bits(), c.to_bits()],
+                "of {angle:e}"
+            );
             count += 1;
         }
         for i in 0..800_000 {
-            let (y, x) =
-                (number(2 * i) * libm::exp2(-number(i) * 40.0), (number(2 * i + 1) - 0.3) * libm::exp2(-number(7 * i) * 20.0));
-            assert_eq!(angle_above(y, x).to_bits(), libm::atan2(y, x).to_bits(), "of {y:e}, {x:e}");
+            let (y, x) = (
+                number(2 * i) * libm::exp2(-number(i) * 40.0),
+                (number(2 * i + 1) - 0.3) * libm::exp2(-number(7 * i) * 20.0),
+            );
+            assert_eq!(
+                angle_above(y, x).to_bits(),
+                libm::atan2(y, x).to_bits(),
+                "of {y:e}, {x:e}"
+            );
         }
-        for (y, x) in
-            [(1.0, 0.0), (0.5, 1.0), (1e-12, -8.0), (1.0, -1e-16), (0.4375, 1.0), (0.6875, 1.0), (1.1875, 1.0), (2.4375, 1.0)]
-        {
-            assert_eq!(angle_above(y, x).to_bits(), libm::atan2(y, x).to_bits(), "of {y:e}, {x:e}");
+        for (y, x) in [
+            (1.0, 0.0),
+            (0.5, 1.0),
+            (1e-12, -8.0),
+            (1.0, -1e-16),
+            (0.4375, 1.0),
+            (0.6875, 1.0),
+            (1.1875, 1.0),
+            (2.4375, 1.0),
+        ] {
+            assert_eq!(
+                angle_above(y, x).to_bits(),
+                libm::atan2(y, x).to_bits(),
+                "of {y:e}, {x:e}"
+            );
         }
         assert!(count > 440_000);
     }

@@ -1,8 +1,10 @@
-//! Several `f32` side by side, in plain arrays: the compiler turns them into whatever vector registers the target has.
+//! Several `f32` side by side, in plain arrays: the compiler turns them into whatever vector
+//! registers the target has.
 //!
-//! Vectors are three such arrays and not an array of vectors. The exponential goes lane by lane through `libm`, as that
-//! of one number does: a polynomial in lanes would have other bits. What is done in each lane is written out by `each_lane` and is no
-//! loop: a formula in lanes is hundreds of such steps, and the compiler's analysis of loops takes the square of their number in time.
+//! Vectors are three such arrays and not an array of vectors. The exponential goes lane by lane
+//! through `libm`, as that of one number does: a polynomial in lanes would have other bits. What is
+//! done in each lane is written out by `each_lane` and is no loop: a formula in lanes is hundreds
+//! of such steps, and the compiler's analysis of loops takes the square of their number in time.
 
 use core::array::from_fn;
 use core::ops::{Add, AddAssign, Div, Mul, Neg, Sub};
@@ -54,12 +56,20 @@ impl<const N: usize> Lanes<N> {
 impl<const N: usize> Vec3Lanes<N> {
     #[inline(always)]
     fn map(self, f: impl Fn(Lanes<N>) -> Lanes<N>) -> Self {
-        Self { x: f(self.x), y: f(self.y), z: f(self.z) }
+        Self {
+            x: f(self.x),
+            y: f(self.y),
+            z: f(self.z),
+        }
     }
 
     #[inline(always)]
     fn zip(self, other: Self, f: impl Fn(Lanes<N>, Lanes<N>) -> Lanes<N>) -> Self {
-        Self { x: f(self.x, other.x), y: f(self.y, other.y), z: f(self.z, other.z) }
+        Self {
+            x: f(self.x, other.x),
+            y: f(self.y, other.y),
+            z: f(self.z, other.z),
+        }
     }
 }
 
@@ -153,7 +163,11 @@ impl<const N: usize> Number for Lanes<N> {
     #[inline(always)]
     fn select(mask: LaneMask<N>, yes: Self, no: Self) -> Self {
         let mut out = yes;
-        each_lane!(N, i, out.0[i] = f32::from_bits(mask.choose(i, yes.0[i].to_bits(), no.0[i].to_bits())));
+        each_lane!(
+            N,
+            i,
+            out.0[i] = f32::from_bits(mask.choose(i, yes.0[i].to_bits(), no.0[i].to_bits()))
+        );
         out
     }
     #[inline(always)]
@@ -195,7 +209,11 @@ impl<const N: usize> Number for Lanes<N> {
     #[inline(always)]
     fn turned(self) -> [Self; 2] {
         let mut out = [self; 2];
-        each_lane!(N, i, [out[0].0[i], out[1].0[i]] = Real::sin_cos_turns(self.0[i]));
+        each_lane!(
+            N,
+            i,
+            [out[0].0[i], out[1].0[i]] = Real::sin_cos_turns(self.0[i])
+        );
         out
     }
     #[inline(always)]
@@ -205,15 +223,27 @@ impl<const N: usize> Number for Lanes<N> {
 }
 
 impl<const N: usize> Vector3<Lanes<N>> for Vec3Lanes<N> {
-    const ZERO: Self = Self { x: Lanes::ZERO, y: Lanes::ZERO, z: Lanes::ZERO };
-    const ONE: Self = Self { x: Lanes::ONE, y: Lanes::ONE, z: Lanes::ONE };
+    const ZERO: Self = Self {
+        x: Lanes::ZERO,
+        y: Lanes::ZERO,
+        z: Lanes::ZERO,
+    };
+    const ONE: Self = Self {
+        x: Lanes::ONE,
+        y: Lanes::ONE,
+        z: Lanes::ONE,
+    };
     #[inline(always)]
     fn new(x: Lanes<N>, y: Lanes<N>, z: Lanes<N>) -> Self {
         Self { x, y, z }
     }
     #[inline(always)]
     fn splat(value: Lanes<N>) -> Self {
-        Self { x: value, y: value, z: value }
+        Self {
+            x: value,
+            y: value,
+            z: value,
+        }
     }
     #[inline(always)]
     fn of_lanes(mut value: impl FnMut(usize) -> DVec3) -> Self {

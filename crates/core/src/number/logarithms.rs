@@ -1,5 +1,6 @@
-//! Logarithms and exponentials beside one of `f64` without a branch, as `angles` has arc tangents: the formulas of libm (FreeBSD's msun) with a
-//! selection in place of each of their branches, and its bits.
+//! Logarithms and exponentials beside one of `f64` without a branch, as `angles` has arc tangents:
+//! the formulas of libm (FreeBSD's msun) with a selection in place of each of their branches, and
+//! its bits.
 
 /// The first bits of the logarithm of 2, and the rest.
 const LN_2: [f64; 2] = [6.931_471_803_691_238e-1, 1.908_214_929_270_587_7e-10];
@@ -15,16 +16,29 @@ fn from_whole(n: u64) -> f64 {
 /// ln(1 + x) of a number above −1 that is not above zero.
 #[inline(always)]
 pub(crate) fn logarithm_beside_one(x: f64) -> f64 {
-    const EVEN: [f64; 3] = [3.999_999_999_940_942e-1, 2.222_219_843_214_978_4e-1, 1.531_383_769_920_937_3e-1];
-    const ODD: [f64; 4] =
-        [6.666_666_666_666_735e-1, 2.857_142_874_366_239e-1, 1.818_357_216_161_805e-1, 1.479_819_860_511_658_6e-1];
+    const EVEN: [f64; 3] = [
+        3.999_999_999_940_942e-1,
+        2.222_219_843_214_978_4e-1,
+        1.531_383_769_920_937_3e-1,
+    ];
+    const ODD: [f64; 4] = [
+        6.666_666_666_666_735e-1,
+        2.857_142_874_366_239e-1,
+        1.818_357_216_161_805e-1,
+        1.479_819_860_511_658_6e-1,
+    ];
     let near = -x < f64::from_bits(0x3fd2_bec5_0000_0000);
     let sum = 1.0 + x;
     // From √½ to √2, by a power of two.
     let high = (sum.to_bits() >> 32) + (0x3ff0_0000 - 0x3fe6_a09e);
-    let reduced = f64::from_bits((((high & 0xf_ffff) + 0x3fe6_a09e) << 32) | (sum.to_bits() & 0xffff_ffff));
+    let reduced =
+        f64::from_bits((((high & 0xf_ffff) + 0x3fe6_a09e) << 32) | (sum.to_bits() & 0xffff_ffff));
     let f = if near { x } else { reduced - 1.0 };
-    let exponent = if near { 0.0 } else { from_whole(high >> 20) - 1023.0 };
+    let exponent = if near {
+        0.0
+    } else {
+        from_whole(high >> 20) - 1023.0
+    };
     let lost = if near { 0.0 } else { (x - (sum - 1.0)) / sum };
     let half = 0.5 * f * f;
     let s = f / (2.0 + f);
@@ -32,8 +46,13 @@ pub(crate) fn logarithm_beside_one(x: f64) -> f64 {
     let w = z * z;
     let even = w * (EVEN[0] + w * (EVEN[1] + w * EVEN[2]));
     let odd = z * (ODD[0] + w * (ODD[1] + w * (ODD[2] + w * ODD[3])));
-    let logarithm = s * (half + (odd + even)) + (exponent * LN_2[1] + lost) - half + f + exponent * LN_2[0];
-    if -x < f64::EPSILON / 2.0 { x } else { logarithm }
+    let logarithm =
+        s * (half + (odd + even)) + (exponent * LN_2[1] + lost) - half + f + exponent * LN_2[0];
+    if -x < f64::EPSILON / 2.0 {
+        x
+    } else {
+        logarithm
+    }
 }
 
 /// exp(x) − 1 of a number from −38 to zero.
@@ -47,10 +66,17 @@ pub(crate) fn exponential_beside_one(x: f64) -> f64 {
         -2.010_992_181_836_243_7e-7,
     ];
     const INVERSE_LN_2: f64 = core::f64::consts::LOG2_E;
-    let (is_near, is_next) = (-x < f64::from_bits(0x3fd6_2e43_0000_0000), -x < f64::from_bits(0x3ff0_a2b2_0000_0000));
+    let (is_near, is_next) = (
+        -x < f64::from_bits(0x3fd6_2e43_0000_0000),
+        -x < f64::from_bits(0x3ff0_a2b2_0000_0000),
+    );
     // Halved so many times.
     let rounded = (0.5 - INVERSE_LN_2 * x) + WHOLE;
-    let rounded = if rounded - WHOLE > 0.5 - INVERSE_LN_2 * x { rounded - 1.0 } else { rounded };
+    let rounded = if rounded - WHOLE > 0.5 - INVERSE_LN_2 * x {
+        rounded - 1.0
+    } else {
+        rounded
+    };
     let times = if is_next { 1.0 } else { rounded - WHOLE };
     let times = if is_near { 0.0 } else { times };
     let (high, low) = (x + times * LN_2[0], -(times * LN_2[1]));
@@ -58,7 +84,8 @@ pub(crate) fn exponential_beside_one(x: f64) -> f64 {
     let lost = (high - reduced) - low;
     let half = 0.5 * reduced;
     let square = reduced * half;
-    let r = 1.0 + square * (Q[0] + square * (Q[1] + square * (Q[2] + square * (Q[3] + square * Q[4]))));
+    let r =
+        1.0 + square * (Q[0] + square * (Q[1] + square * (Q[2] + square * (Q[3] + square * Q[4]))));
     let t = 3.0 - r * half;
     let e = square * ((r - t) / (6.0 - reduced * t));
     let near = reduced - (reduced * e - square);
@@ -81,24 +108,48 @@ mod tests {
     use super::*;
     use crate::hash::mix;
 
-    /// Protects: logarithms and exponentials beside one have the bits of libm, from nothing to the ends of what they are asked for, also where
-    /// its formulas change.
+    /// Protects: logarithms and exponentials beside one have the bits of libm, from nothing to the
+    /// ends of what they are asked for, also where its formulas change.
     #[test]
     fn bits_are_those_of_libm() {
         let number = |i: u64| (mix(i) >> 11) as f64 / (1_u64 << 53) as f64;
-        let edges: [u64; 6] = [0x3fd2_bec4, 0x3fd2_bec5, 0x3fd6_2e42, 0x3fd6_2e43, 0x3ff0_a2b2, 0x3fe6_a09e];
+        let edges: [u64; 6] = [
+            0x3fd2_bec4,
+            0x3fd2_bec5,
+            0x3fd6_2e42,
+            0x3fd6_2e43,
+            0x3ff0_a2b2,
+            0x3fe6_a09e,
+        ];
         let tiny: [u64; 4] = [0x3c90_0000, 0x3ca0_0000, 0x3cb0_0000, 0x0010_0000];
         let beside = edges.into_iter().chain(tiny).flat_map(|bits| {
-            (-40..40_i64).map(move |step| f64::from_bits((bits << 32).wrapping_add_signed(step * (1 << (step.abs() % 31)))))
+            (-40..40_i64).map(move |step| {
+                f64::from_bits((bits << 32).wrapping_add_signed(step * (1 << (step.abs() % 31))))
+            })
         });
-        let halves = (0..53).flat_map(|i| [libm::exp2(-f64::from(i)), 1.0 - libm::exp2(-f64::from(i))]);
-        let numbers = (0..400_000).map(number).chain((0..40_000).map(|i| libm::exp2(-number(i) * 80.0)));
-        for x in numbers.chain(beside).chain(halves).chain([0.0, 1e-310, 1.0_f64.next_down()]) {
+        let halves =
+            (0..53).flat_map(|i| [libm::exp2(-f64::from(i)), 1.0 - libm::exp2(-f64::from(i))]);
+        let numbers = (0..400_000)
+            .map(number)
+            .chain((0..40_000).map(|i| libm::exp2(-number(i) * 80.0)));
+        for x in numbers
+            .chain(beside)
+            .chain(halves)
+            .chain([0.0, 1e-310, 1.0_f64.next_down()])
+        {
             if x < 1.0 {
-                assert_eq!(logarithm_beside_one(-x).to_bits(), libm::log1p(-x).to_bits(), "logarithm at −{x:e}");
+                assert_eq!(
+                    logarithm_beside_one(-x).to_bits(),
+                    libm::log1p(-x).to_bits(),
+                    "logarithm at −{x:e}"
+                );
             }
             for x in [x, 38.0 * x].into_iter().filter(|&x| x <= 38.0) {
-                assert_eq!(exponential_beside_one(-x).to_bits(), libm::expm1(-x).to_bits(), "exponential of −{x:e}");
+                assert_eq!(
+                    exponential_beside_one(-x).to_bits(),
+                    libm::expm1(-x).to_bits(),
+                    "exponential of −{x:e}"
+                );
             }
         }
     }

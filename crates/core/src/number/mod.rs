@@ -1,12 +1,13 @@
-//! What shading computes with: one number, or several side by side, so that one source serves a path alone and many paths that met
-//! surfaces of the same kind.
+//! What shading computes with: one number, or several side by side, so that one source serves a
+//! path alone and many paths that met surfaces of the same kind.
 //!
-//! `f32` and `f64` are numbers of one lane, [`Lanes`] is `f32` several times. Every operation does in each lane what the number
-//! alone would do, in the same order, so lanes have the bits of the one-lane version, which is their oracle. Where lanes may
-//! differ nothing branches: a comparison gives a mask, and a mask selects.
+//! `f32` and `f64` are numbers of one lane, [`Lanes`] is `f32` several times. Every operation does
+//! in each lane what the number alone would do, in the same order, so lanes have the bits of the
+//! one-lane version, which is their oracle. Where lanes may differ nothing branches: a comparison
+//! gives a mask, and a mask selects.
 //!
-//! [`Number`] is not a part that [`Real`] is made of, though every `Real` is one: whoever names a constant of a precision's scalar
-//! would have to import both.
+//! [`Number`] is not a part that [`Real`] is made of, though every `Real` is one: whoever names a
+//! constant of a precision's scalar would have to import both.
 
 /// Evaluates an expression for each lane, at most 16, without a loop.
 macro_rules! each_lane {
@@ -146,7 +147,16 @@ pub trait Vector3<N: Number>:
 
 /// Yes or no in each lane.
 pub trait Mask:
-    Copy + Debug + PartialEq + Default + Send + Sync + 'static + BitAnd<Output = Self> + BitOr<Output = Self> + Not<Output = Self>
+    Copy
+    + Debug
+    + PartialEq
+    + Default
+    + Send
+    + Sync
+    + 'static
+    + BitAnd<Output = Self>
+    + BitOr<Output = Self>
+    + Not<Output = Self>
 {
     /// Whether it is set somewhere.
     fn any(self) -> bool;

@@ -29,16 +29,25 @@ fn bits(x: f32) -> u32 {
 }
 
 fn same<T: Debug>(name: &str, inputs: T, found: f32, expected: f32) {
-    assert_eq!(bits(found), bits(expected), "{name} of {inputs:?}: {found} and {expected}");
+    assert_eq!(
+        bits(found),
+        bits(expected),
+        "{name} of {inputs:?}: {found} and {expected}"
+    );
 }
 
 /// Every value beside every other, in lanes.
 fn pairs() -> impl Iterator<Item = [Lanes<16>; 2]> {
-    (0..16).map(|turn| [Lanes(VALUES), Lanes(core::array::from_fn(|i| VALUES[(i + turn) % 16]))])
+    (0..16).map(|turn| {
+        [
+            Lanes(VALUES),
+            Lanes(core::array::from_fn(|i| VALUES[(i + turn) % 16])),
+        ]
+    })
 }
 
-/// Protects: operators, choices and functions of lanes are those of one lane to the bit, for zeros of either sign, numbers below the
-/// normal ones, infinite ones and NaN.
+/// Protects: operators, choices and functions of lanes are those of one lane to the bit, for zeros
+/// of either sign, numbers below the normal ones, infinite ones and NaN.
 #[test]
 fn operations_are_those_of_one_lane() {
     type Two<N> = fn(N, N) -> N;
@@ -86,7 +95,13 @@ fn vectors_are_those_of_one_lane() {
             ("normalize", |a, _| a.normalize()),
             ("min", Vector3::min),
             ("max", Vector3::max),
-            ("select", |a, b| N::Vec3::select(a.z().above(b.z()), a, N::Vec3::new(b.z(), b.max_element(), b.x()))),
+            ("select", |a, b| {
+                N::Vec3::select(
+                    a.z().above(b.z()),
+                    a,
+                    N::Vec3::new(b.z(), b.max_element(), b.x()),
+                )
+            }),
         ]
     }
     for (turn, [a, b]) in pairs().enumerate() {
@@ -121,9 +136,20 @@ fn masks_and_lanes_keep_their_places() {
     other.set(1);
     other.set(2);
     assert!(other.any());
-    assert_eq!((lanes(above & other), lanes(above | other)), ([false, false, true, false], [true, true, true, false]));
+    assert_eq!(
+        (lanes(above & other), lanes(above | other)),
+        ([false, false, true, false], [true, true, true, false])
+    );
     let numbers = Lanes::<4>::of_lanes(|i| i as f64 + 0.5);
-    assert_eq!(core::array::from_fn(|i| numbers.lane(i)), [0.5, 1.5, 2.5, 3.5]);
-    let vectors = <super::Vec3Lanes<4> as Vector3<Lanes<4>>>::of_lanes(|i| DVec3::new(1.0, 2.0, 3.0) * i as f64);
-    assert_eq!((vectors.lane(0), vectors.lane(3)), (DVec3::ZERO, DVec3::new(3.0, 6.0, 9.0)));
+    assert_eq!(
+        core::array::from_fn(|i| numbers.lane(i)),
+        [0.5, 1.5, 2.5, 3.5]
+    );
+    let vectors = <super::Vec3Lanes<4> as Vector3<Lanes<4>>>::of_lanes(|i| {
+        DVec3::new(1.0, 2.0, 3.0) * i as f64
+    });
+    assert_eq!(
+        (vectors.lane(0), vectors.lane(3)),
+        (DVec3::ZERO, DVec3::new(3.0, 6.0, 9.0))
+    );
 }

@@ -18,39 +18,62 @@ fn of(objects: &[Value]) -> StorageOrigin {
     StorageOrigin::of::<f32>(&scene, &Lookup::new(&scene))
 }
 
-/// Protects: a scene about zero, or beside it, is counted from zero, so that its pictures keep their bits; one without anything that has an
-/// end too. Only the axes on which a scene is far get an origin, on whole multiples of its size.
+/// Protects: a scene about zero, or beside it, is counted from zero, so that its pictures keep
+/// their bits; one without anything that has an end too. Only the axes on which a scene is far get
+/// an origin, on whole multiples of its size.
 #[test]
 fn only_what_is_far_has_an_origin() {
     let floor = json!({ "shape": { "plane": { "point": [0, 1e6, 0], "normal": [0, 1, 0] } }, "material": "m" });
-    for objects in [vec![], vec![floor.clone()], vec![ball([0.0; 3], 1.0)], vec![ball([5.0, -7.0, 3.0], 1.0), floor.clone()]] {
+    for objects in [
+        vec![],
+        vec![floor.clone()],
+        vec![ball([0.0; 3], 1.0)],
+        vec![ball([5.0, -7.0, 3.0], 1.0), floor.clone()],
+    ] {
         assert_eq!(of(&objects).origin, DVec3::ZERO, "{objects:?}");
     }
     for sign in [1.0, -1.0] {
-        let far = of(&[ball([sign * 448_200.25, sign * 4_865_499.5, 3.0], 1.0), floor.clone()]);
-        assert_eq!((far.origin, far.unresolved), (sign * DVec3::new(448_200.0, 4_865_500.0, 0.0), None));
+        let far = of(&[
+            ball([sign * 448_200.25, sign * 4_865_499.5, 3.0], 1.0),
+            floor.clone(),
+        ]);
+        assert_eq!(
+            (far.origin, far.unresolved),
+            (sign * DVec3::new(448_200.0, 4_865_500.0, 0.0), None)
+        );
     }
 }
 
-/// Protects: where no one origin serves two clusters, the one that is more of the scene is resolved, and the first object of the other is
-/// named; in doubles both are.
+/// Protects: where no one origin serves two clusters, the one that is more of the scene is
+/// resolved, and the first object of the other is named; in doubles both are.
 #[test]
 fn of_two_clusters_one_is_named() {
     let (near, far) = ([0.0; 3], [3e6, 0.0, 0.0]);
     let more_far = [ball(near, 1.0), ball(far, 1.0), ball(far, 0.5)];
-    assert_eq!((of(&more_far).origin.x, of(&more_far).unresolved), (3e6, Some(0)));
+    assert_eq!(
+        (of(&more_far).origin.x, of(&more_far).unresolved),
+        (3e6, Some(0))
+    );
     let more_near = [ball(near, 1.0), ball(near, 0.5), ball(far, 1.0)];
-    assert_eq!((of(&more_near).origin, of(&more_near).unresolved), (DVec3::ZERO, Some(2)));
+    assert_eq!(
+        (of(&more_near).origin, of(&more_near).unresolved),
+        (DVec3::ZERO, Some(2))
+    );
     let scene = scene(&more_near);
-    assert_eq!(StorageOrigin::of::<f64>(&scene, &Lookup::new(&scene)).unresolved, None);
+    assert_eq!(
+        StorageOrigin::of::<f64>(&scene, &Lookup::new(&scene)).unresolved,
+        None
+    );
 }
 
-/// Protects: an object is as large as it is shown: what its transform enlarges far away is resolved there, and what it makes small is not.
+/// Protects: an object is as large as it is shown: what its transform enlarges far away is resolved
+/// there, and what it makes small is not.
 #[test]
 fn sizes_are_those_of_shown_objects() {
     let far = |radius: f64, scale: f64| {
         let mut ball = ball([0.0; 3], radius);
-        ball["transform"] = json!([{ "scale": [scale, scale, scale] }, { "translate": [3e6, 0, 0] }]);
+        ball["transform"] =
+            json!([{ "scale": [scale, scale, scale] }, { "translate": [3e6, 0, 0] }]);
         ball
     };
     let near = [ball([0.0; 3], 1.0), ball([0.0; 3], 0.5)];

@@ -1,5 +1,6 @@
-//! Shapes whose extent is lost where coordinates are stored: the difference of two large numbers that the stored scalar does not
-//! tell apart. Preparation asks, because it knows the scalar: what is lost in f32 may be there in f64.
+//! Shapes whose extent is lost where coordinates are stored: the difference of two large numbers
+//! that the stored scalar does not tell apart. Preparation asks, because it knows the scalar: what
+//! is lost in f32 may be there in f64.
 
 use glam::{DMat3, DVec3};
 use raywright_bvh::Real;
@@ -31,22 +32,46 @@ pub(super) fn collapses(shape: &Shape, offset: DVec3, round: impl Fn(f64) -> f64
 fn loss(shape: &Shape, offset: DVec3, round: impl Fn(f64) -> f64) -> Option<Loss> {
     let stored = |p: DVec3| (p + offset).to_array().map(&round).into();
     let flat = |[a, b, c]: [DVec3; 3]| a == b || b == c || c == a || no_area(b - a, c - a);
-    let far = |key, what| Some(Loss { key, what, far: true });
+    let far = |key, what| {
+        Some(Loss {
+            key,
+            what,
+            far: true,
+        })
+    };
     match *shape {
         Shape::Box { min, max } if !DVec3::cmplt(stored(min.into()), stored(max.into())).all() => {
             far("box.max", "the distance of `max` from `min`")
         }
-        Shape::Quad { corner, edge_u, edge_v } => {
+        Shape::Quad {
+            corner,
+            edge_u,
+            edge_v,
+        } => {
             let corner = DVec3::from(corner);
-            let corners = [corner, corner + DVec3::from(edge_u), corner + DVec3::from(edge_v)];
-            if flat(corners.map(stored)) { far("quad.corner", "the size of the quad at its `corner`") } else { None }
+            let corners = [
+                corner,
+                corner + DVec3::from(edge_u),
+                corner + DVec3::from(edge_v),
+            ];
+            if flat(corners.map(stored)) {
+                far("quad.corner", "the size of the quad at its `corner`")
+            } else {
+                None
+            }
         }
         Shape::Triangle { vertices } if flat(vertices.map(|p| stored(p.into()))) => {
             far("triangle.vertices", "the distance of the corners")
         }
-        Shape::Torus { major_radius, minor_radius, .. } if round(minor_radius) >= round(major_radius) => {
-            Some(Loss { key: "torus.minor_radius", what: "the difference of `minor_radius` from `major_radius`", far: false })
-        }
+        Shape::Torus {
+            major_radius,
+            minor_radius,
+            ..
+        } if round(minor_radius) >= round(major_radius) => Some(Loss {
+            key: "torus.minor_radius",
+            what: "the difference of `minor_radius` from `major_radius`",
+            far: false,
+        }),
         _ => None,
     }
 }
@@ -56,54 +81,100 @@ pub(crate) fn rounded<R: Real>(x: f64) -> f64 {
     R::from_f64(x).to_f64()
 }
 
-/// The offset that is taken into a shape's own numbers. None: it is turned, scaled or moving, and keeps a space of its own.
+/// The offset that is taken into a shape's own numbers. None: it is turned, scaled or moving, and
+/// keeps a space of its own.
 fn moved_by(object: &Object) -> Option<DVec3> {
     let map = affine(&object.transform);
     (map.matrix3 == DMat3::IDENTITY && ends(object).is_none()).then_some(map.translation)
 }
 
-/// Every listed object, and of every generator the first object, of which storing leaves nothing; at most a hundred.
+/// Every listed object, and of every generator the first object, of which storing leaves nothing;
+/// at most a hundred.
 pub(crate) fn collapsed<R: Real>(scene: &Scene) -> Vec<Problem> {
-    collapsed_about::<R>(scene, StorageOrigin::of::<R>(scene, &Lookup::new(scene)).origin)
+    collapsed_about::<R>(
+        scene,
+        StorageOrigin::of::<R>(scene, &Lookup::new(scene)).origin,
+    )
 }
 
 /// The same where coordinates are counted from an origin.
 pub(super) fn collapsed_about<R: Real>(scene: &Scene, origin: DVec3) -> Vec<Problem> {
     let objects = scene.objects.iter().enumerate();
-    let listed = objects.filter_map(|(i, object)| listed::<R>(&format!("objects[{i}]"), object, origin));
+    let listed =
+        objects.filter_map(|(i, object)| listed::<R>(&format!("objects[{i}]"), object, origin));
     let generators = scene.generators.iter().enumerate();
-    let generated = generators.filter_map(|(i, generator)| generated::<R>(&format!("generators[{i}].object"), generator, origin));
+    let generated = generators.filter_map(|(i, generator)| {
+        generated::<R>(&format!("generators[{i}].object"), generator, origin)
+    });
     listed.chain(generated).take(MOST).collect()
 }
 
 fn listed<R: Real>(path: &str, object: &Object, origin: DVec3) -> Option<Problem> {
-    let offset = moved_by(object).map_or_else(|| -own_origin(&object.shape), |offset| offset - origin);
+    let offset =
+        moved_by(object).map_or_else(|| -own_origin(&object.shape), |offset| offset - origin);
     let loss = loss(&object.shape, offset, rounded::<R>)?;
-    let nearer = loss.far.then_some("move it nearer to the rest of the scene");
-    Some(problem::<R>(path, &loss, "", nearer, !collapses(&object.shape, offset, |x| x)))
+    let nearer = loss
+        .far
+        .then_some("move it nearer to the rest of the scene");
+    Some(problem::<R>(
+        path,
+        &loss,
+        "",
+        nearer,
+        !collapses(&object.shape, offset, |x| x),
+    ))
 }
 
 /// The objects of a generator, each where it lands: the first that is lost is named.
 fn generated<R: Real>(path: &str, generator: &Generator, origin: DVec3) -> Option<Problem> {
     let object = &generator.object;
-    let placed = matches!(object.shape, Shape::Box { .. } | Shape::Quad { .. } | Shape::Triangle { .. });
-    let Some(own) = moved_by(object).filter(|_| placed) else { return listed::<R>(path, object, origin) };
+    let placed = matches!(
+        object.shape,
+        Shape::Box { .. } | Shape::Quad { .. } | Shape::Triangle { .. }
+    );
+    let Some(own) = moved_by(object).filter(|_| placed) else {
+        return listed::<R>(path, object, origin);
+    };
     let own = own - origin;
     let lost = |(i, place)| Some((i, place, loss(&object.shape, place + own, rounded::<R>)?));
     let (index, place, loss) = places(&generator.kind).enumerate().find_map(lost)?;
-    let which = format!(" of the generator's object {index}, at {}", list(&place.to_array()));
+    let which = format!(
+        " of the generator's object {index}, at {}",
+        list(&place.to_array())
+    );
     let nearer = Some("make it larger, put the generator's places nearer to the rest of the scene");
-    Some(problem::<R>(path, &loss, &which, nearer, !collapses(&object.shape, place + own, |x| x)))
+    Some(problem::<R>(
+        path,
+        &loss,
+        &which,
+        nearer,
+        !collapses(&object.shape, place + own, |x| x),
+    ))
 }
 
 /// `kept`: whether doubles would keep it.
-fn problem<R: Real>(path: &str, loss: &Loss, which: &str, nearer: Option<&str>, kept: bool) -> Problem {
-    let stored = if R::ROUNDOFF == R::from_f64(f64::ROUNDOFF) { "double" } else { "single" };
-    let hints = nearer.into_iter().chain(kept.then_some("add --precision reference"));
+fn problem<R: Real>(
+    path: &str,
+    loss: &Loss,
+    which: &str,
+    nearer: Option<&str>,
+    kept: bool,
+) -> Problem {
+    let stored = if R::ROUNDOFF == R::from_f64(f64::ROUNDOFF) {
+        "double"
+    } else {
+        "single"
+    };
+    let hints = nearer
+        .into_iter()
+        .chain(kept.then_some("add --precision reference"));
     let hint = hints.collect::<Vec<_>>().join(", or ");
     Problem {
         path: format!("{path}.shape.{}", loss.key),
-        message: format!("{} is lost in {stored} precision, so there is nothing to see{which}", loss.what),
+        message: format!(
+            "{} is lost in {stored} precision, so there is nothing to see{which}",
+            loss.what
+        ),
         hint: (!hint.is_empty()).then_some(hint),
         within: None,
     }

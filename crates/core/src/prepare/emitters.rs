@@ -1,4 +1,5 @@
-//! The surfaces that light others: objects whose material gives off light, the same everywhere or, to a path tracer, any.
+//! The surfaces that light others: objects whose material gives off light, the same everywhere or,
+//! to a path tracer, any.
 
 use glam::{DAffine3, DMat3, DVec3};
 use raywright_bvh::shapes::{AnyShape, Quad, SampleArea, TransformedShape, Triangle};
@@ -22,11 +23,13 @@ pub(super) struct Wanted {
     pub even: bool,
     /// Those whose emission varies.
     pub varied: bool,
-    /// Whether they are read where a ray meets them, as a path tracer does where only a part of them is there.
+    /// Whether they are read where a ray meets them, as a path tracer does where only a part of
+    /// them is there.
     pub read: bool,
 }
 
-/// What varies is looked at in so many points in all, and in so many each way of a triangle; of a shape in the last number of them.
+/// What varies is looked at in so many points in all, and in so many each way of a triangle; of a
+/// shape in the last number of them.
 const POINTS: u64 = 1 << 20;
 const EACH: [u64; 2] = [2, 32];
 const OF_SHAPE: usize = 8;
@@ -59,15 +62,27 @@ impl Wanted {
 }
 
 /// Triangles whose emission varies.
-fn varied_triangles(scene: &Scene, lookup: &Lookup<'_>, wanted: Wanted, observer: &dyn Observer) -> Result<u64, PrepareError> {
+fn varied_triangles(
+    scene: &Scene,
+    lookup: &Lookup<'_>,
+    wanted: Wanted,
+    observer: &dyn Observer,
+) -> Result<u64, PrepareError> {
     let mut sum = 0_u64;
     for (index, (object, count)) in counted(scene).enumerate() {
         if index.is_multiple_of(BLOCK) {
             go_on(observer)?;
         }
-        let Shape::Mesh(name) = &object.shape else { continue };
-        let varies = lookup.material(&object.material).is_some_and(|(_, material)| wanted.of(material) == Some(Emission::Varied));
-        let triangles = lookup.mesh_data(name).filter(|_| varies).map_or(0, |data| data.indices.len() as u64);
+        let Shape::Mesh(name) = &object.shape else {
+            continue;
+        };
+        let varies = lookup
+            .material(&object.material)
+            .is_some_and(|(_, material)| wanted.of(material) == Some(Emission::Varied));
+        let triangles = lookup
+            .mesh_data(name)
+            .filter(|_| varies)
+            .map_or(0, |data| data.indices.len() as u64);
         sum = triangles.saturating_mul(count).saturating_add(sum);
     }
     Ok(sum)
@@ -97,20 +112,34 @@ pub(super) fn emitters<R: Real>(
         }
         list.next_object();
         let object = shown.object;
-        let Some((place, material)) = lookup.material(&object.material) else { continue };
+        let Some((place, material)) = lookup.material(&object.material) else {
+            continue;
+        };
         let source = match wanted.of(material) {
             Some(Emission::Even(radiance)) => Source::Even(Vector::from_f64(radiance.0.into())),
-            Some(Emission::Varied) => Source::Varied(Varied { material: &materials[place], sources, cut: material.is_cut() }),
+            Some(Emission::Varied) => Source::Varied(Varied {
+                material: &materials[place],
+                sources,
+                cut: material.is_cut(),
+            }),
             None => continue,
         };
         let (side, map) = (side_of(object.side).seen(), shown.map());
         if let Shape::Mesh(name) = &object.shape {
             if let Some(data) = lookup.mesh_data(name) {
-                mesh(&mut list, (index, data), map, (&source, side, across), observer)?;
+                mesh(
+                    &mut list,
+                    (index, data),
+                    map,
+                    (&source, side, across),
+                    observer,
+                )?;
             }
             continue;
         }
-        let known = last.filter(|(shape, turn, _)| **shape == object.shape && *turn == map.matrix3).map(|(.., area)| area);
+        let known = last
+            .filter(|(shape, turn, _)| **shape == object.shape && *turn == map.matrix3)
+            .map(|(.., area)| area);
         let area = shape(&mut list, &object.shape, map, &source, side, known);
         last = area.map(|area| (&object.shape, map.matrix3, area)).or(last);
     }
@@ -133,8 +162,9 @@ struct Varied<'a, R: Real> {
 }
 
 impl<R: Real> Varied<'_, R> {
-    /// What is given off at a point, of the surface's share that is there. What only meshes or rays know is left out: this is for means, by
-    /// which emitters are chosen, and no picture's mean depends on them.
+    /// What is given off at a point, of the surface's share that is there. What only meshes or rays
+    /// know is left out: this is for means, by which emitters are chosen, and no picture's mean
+    /// depends on them.
     fn at(&self, surface: &Surface<R>, uv: [[R; 2]; MOST_UV_SETS], colour: [R; 4]) -> R::Vec3 {
         let at = Interaction {
             surface: *surface,
@@ -155,7 +185,11 @@ impl<R: Real> Varied<'_, R> {
         let emission = self.material.emission_at(&here) * self.material.alpha_at(&here);
         let brightest = emission.max_element();
         // Also leaves out what is no number.
-        if brightest > R::ZERO && emission.is_finite() { emission.max(Vector::ZERO) } else { Vector::ZERO }
+        if brightest > R::ZERO && emission.is_finite() {
+            emission.max(Vector::ZERO)
+        } else {
+            Vector::ZERO
+        }
     }
 }
 
@@ -166,7 +200,8 @@ fn look<R: Real>(across: usize, found: &mut Vec<R::Vec3>, mut at: impl FnMut([R;
     found.extend((0..across * across).map(|i| at([step(i % across), step(i / across)])));
 }
 
-/// Adds a shape under a map, with numbers of its own where it is only moved, as the geometry has it, and returns its area.
+/// Adds a shape under a map, with numbers of its own where it is only moved, as the geometry has
+/// it, and returns its area.
 fn shape<R: Real>(
     list: &mut EmitterList<R>,
     shape: &Shape,
@@ -181,7 +216,9 @@ fn shape<R: Real>(
             let mut found = Vec::new();
             look(OF_SHAPE, &mut found, |uv| {
                 let surface = drawn(uv);
-                surface.map_or(Vector::ZERO, |surface| varied.at(&surface, [uv; MOST_UV_SETS], [R::ONE; 4]))
+                surface.map_or(Vector::ZERO, |surface| {
+                    varied.at(&surface, [uv; MOST_UV_SETS], [R::ONE; 4])
+                })
             });
             EmissionEstimate::varied(&found, varied.cut)
         }
@@ -206,7 +243,14 @@ fn mesh<R: Real>(
 ) -> Result<(), PrepareError> {
     let mut group = PrimitiveSet::<R>::default();
     let flipped = map.matrix3.determinant() < 0.0;
-    triangles(&mut group, object, data, Some((map, flipped)), Visibility::default(), observer)?;
+    triangles(
+        &mut group,
+        object,
+        data,
+        Some((map, flipped)),
+        Visibility::default(),
+        observer,
+    )?;
     let (mut found, mut done) = (Vec::new(), 0);
     for (index, &triangle) in group.triangles().iter().enumerate() {
         if index.is_multiple_of(BLOCK) {
@@ -220,10 +264,17 @@ fn mesh<R: Real>(
                     done = index + 2;
                     continue;
                 }
-                list.plain(AnyShape::Triangle(triangle), EmissionEstimate::even(*radiance), side, None);
+                list.plain(
+                    AnyShape::Triangle(triangle),
+                    EmissionEstimate::even(*radiance),
+                    side,
+                    None,
+                );
             }
             Source::Varied(varied) => {
-                look(across, &mut found, |uv| on_triangle(varied, &triangle, (data, index, flipped), uv));
+                look(across, &mut found, |uv| {
+                    on_triangle(varied, &triangle, (data, index, flipped), uv)
+                });
                 list.varied(triangle, &found, varied.cut, side, across);
             }
         }
@@ -231,12 +282,18 @@ fn mesh<R: Real>(
     Ok(())
 }
 
-/// The quad of which a triangle of a mesh and the next one are the halves, as nearly all lamps of models are: a parallelogram by the file's own
-/// numbers, so that it is one in every precision.
-fn quad<R: Real>(triangles: &[Triangle<R>], (data, index, flipped): (&MeshData, usize, bool)) -> Option<Quad<R>> {
+/// The quad of which a triangle of a mesh and the next one are the halves, as nearly all lamps of
+/// models are: a parallelogram by the file's own numbers, so that it is one in every precision.
+fn quad<R: Real>(
+    triangles: &[Triangle<R>],
+    (data, index, flipped): (&MeshData, usize, bool),
+) -> Option<Quad<R>> {
     let corners = |index: usize| {
         let [a, b, c] = *data.indices.get(index)?;
-        Some([a, if flipped { c } else { b }, if flipped { b } else { c }].map(|i| data.positions.offsets()[i as usize]))
+        Some(
+            [a, if flipped { c } else { b }, if flipped { b } else { c }]
+                .map(|i| data.positions.offsets()[i as usize]),
+        )
     };
     let (first, second) = (corners(index)?, corners(index + 1)?);
     let (p, q) = (triangles[index], triangles[index + 1]);
@@ -245,11 +302,18 @@ fn quad<R: Real>(triangles: &[Triangle<R>], (data, index, flipped): (&MeshData, 
     }
     // The shared edge is run along in opposite directions.
     let edges = (0..9).map(|k| (k / 3, k % 3));
-    let (i, j) = edges.into_iter().find(|&(i, j)| first[i] == second[(j + 1) % 3] && first[(i + 1) % 3] == second[j])?;
+    let (i, j) = edges
+        .into_iter()
+        .find(|&(i, j)| first[i] == second[(j + 1) % 3] && first[(i + 1) % 3] == second[j])?;
     let exact = |v: [f32; 3]| DVec3::from(v.map(f64::from));
     let (a, b) = (exact(first[(i + 1) % 3]), exact(first[(i + 2) % 3]));
     let (c, d) = (exact(first[i]), exact(second[(j + 2) % 3]));
-    let corners = [p.vertices[(i + 1) % 3], p.vertices[(i + 2) % 3], p.vertices[i], q.vertices[(j + 2) % 3]];
+    let corners = [
+        p.vertices[(i + 1) % 3],
+        p.vertices[(i + 2) % 3],
+        p.vertices[i],
+        q.vertices[(j + 2) % 3],
+    ];
     (a + c == b + d).then_some(Quad { corners })
 }
 
@@ -268,11 +332,21 @@ fn on_triangle<R: Real>(
     let weights = [root * (one - v), one - root, root * v];
     let of = |values: [f32; 3]| interpolate(values.map(R::from_f32), weights);
     let uv = core::array::from_fn(|set| {
-        let read =
-            |k: usize| data.uvs.get(set).filter(|set| !set.is_empty()).map_or(R::ZERO, |uvs| of([a, b, c].map(|i| uvs[i][k])));
+        let read = |k: usize| {
+            data.uvs
+                .get(set)
+                .filter(|set| !set.is_empty())
+                .map_or(R::ZERO, |uvs| of([a, b, c].map(|i| uvs[i][k])))
+        };
         [read(0), read(1)]
     });
-    let colour = core::array::from_fn(|k| if data.colours.is_empty() { one } else { of([a, b, c].map(|i| data.colours[i][k])) });
+    let colour = core::array::from_fn(|k| {
+        if data.colours.is_empty() {
+            one
+        } else {
+            of([a, b, c].map(|i| data.colours[i][k]))
+        }
+    });
     let (located, _) = triangle.sample_area(u, v);
     varied.at(&located.stored::<R>(), uv, colour)
 }

@@ -55,7 +55,8 @@ pub enum PrepareError {
     /// The observer stopped it.
     #[error("preparation was stopped")]
     Cancelled,
-    /// The picture, geometry and textures would take more than the memory allowed; nothing was built.
+    /// The picture, geometry and textures would take more than the memory allowed; nothing was
+    /// built.
     #[error("rendering needs about {} bytes, but at most {allowed} are allowed", needed.total())]
     Memory {
         /// Estimate.
@@ -63,7 +64,8 @@ pub enum PrepareError {
         /// Limit in bytes.
         allowed: u64,
     },
-    /// The system does not give the memory that the picture, geometry and textures take; nothing was built.
+    /// The system does not give the memory that the picture, geometry and textures take; nothing
+    /// was built.
     #[error("rendering needs about {} bytes, and the system does not give as much", needed.total())]
     OutOfMemory {
         /// Estimate.
@@ -73,5 +75,9 @@ pub enum PrepareError {
 
 /// Asks the observer whether preparation should end here.
 pub(crate) fn go_on(observer: &dyn Observer) -> Result<(), PrepareError> {
-    if observer.cancelled() { Err(PrepareError::Cancelled) } else { Ok(()) }
+    if observer.cancelled() {
+        Err(PrepareError::Cancelled)
+    } else {
+        Ok(())
+    }
 }

@@ -1,5 +1,5 @@
-//! What memory a picture will take, from the scene alone: asked before anything is built, so that what can't be had is refused
-//! and not tried.
+//! What memory a picture will take, from the scene alone: asked before anything is built, so that
+//! what can't be had is refused and not tried.
 
 use core::ops::Range;
 use std::collections::HashSet;
@@ -27,8 +27,9 @@ use crate::settings::Settings;
 use crate::shape::any_shape;
 use crate::texture::{TextureUse, pyramid};
 
-/// At least what a scene prepared in a precision will take, and at most twice of it (more in a wide tree, see `crate::estimate`), from counts alone: only how many nodes a
-/// tree has, and whether lamps have an area to be drawn from, is not known beforehand.
+/// At least what a scene prepared in a precision will take, and at most twice of it (more in a wide
+/// tree, see `crate::estimate`), from counts alone: only how many nodes a tree has, and whether
+/// lamps have an area to be drawn from, is not known beforehand.
 pub(crate) fn estimate<R: Real>(setup: &RenderSetup<'_>) -> Memory {
     let (settings, simulated) = (&setup.settings, setup.effects.simulated());
     let scene = &*simulated_scene(&setup.scene, settings.camera.as_ref(), simulated);
@@ -41,25 +42,44 @@ pub(crate) fn estimate<R: Real>(setup: &RenderSetup<'_>) -> Memory {
     };
     let needs = Needs::of::<R>(scene, settings, &lookup, wanted);
     let lens = match settings.camera.as_ref().map(|camera| &camera.projection) {
-        Some(Projection::ThinLens { aperture_radius, .. }) => *aperture_radius > 0.0,
+        Some(Projection::ThinLens {
+            aperture_radius, ..
+        }) => *aperture_radius > 0.0,
         _ => false,
     };
     let random = paths || lens || needs.lamps > 0 || !settings.sampling.is_fixed();
     let lights = needs.lamps.saturating_add(scene.lights.len() as u64);
-    let choice = if paths { LightChoice::bytes_of(lights, needs.lamps).saturating_add(LightUsage::bytes_of(lights)) } else { 0 };
+    let choice = if paths {
+        LightChoice::bytes_of(lights, needs.lamps).saturating_add(LightUsage::bytes_of(lights))
+    } else {
+        0
+    };
     let plan = Plan::new(settings, random, simulated.has(Effect::GroundShadow));
     let times = |count: u64, each: usize| count.saturating_mul(each as u64);
     let tables = [
         times(count(scene), size_of::<ObjectRecord<R>>()),
-        times(scene.materials.len() as u64, size_of::<Material<R>>() + size_of::<Range<u32>>()),
-        times(if paths { count_layered(scene, settings.fresnel) } else { 0 }, size_of::<LayeredInputs<R>>()),
+        times(
+            scene.materials.len() as u64,
+            size_of::<Material<R>>() + size_of::<Range<u32>>(),
+        ),
+        times(
+            if paths {
+                count_layered(scene, settings.fresnel)
+            } else {
+                0
+            },
+            size_of::<LayeredInputs<R>>(),
+        ),
         times(needs.texture_uses, size_of::<TextureUse<R>>()),
         times(scene.lights.len() as u64, size_of::<DeltaLight<R>>()),
         choice,
         EmitterList::<R>::bytes_of(needs.lamps, needs.placed_lamps, count(scene), needs.varied),
     ];
     Memory {
-        geometry: needs.own.most_bytes::<R>(settings.accelerator).saturating_add(needs.shared),
+        geometry: needs
+            .own
+            .most_bytes::<R>(settings.accelerator)
+            .saturating_add(needs.shared),
         meshes: needs.meshes,
         tables: tables.into_iter().fold(0, u64::saturating_add),
         textures: needs.images,
@@ -79,7 +99,8 @@ struct Needs {
     /// Emissive shapes and triangles, and those of them under a map.
     lamps: u64,
     placed_lamps: u64,
-    /// Triangles among them whose emission varies, and how many cells each of them may have each way.
+    /// Triangles among them whose emission varies, and how many cells each of them may have each
+    /// way.
     varied: [u64; 2],
     /// Uses of textures.
     texture_uses: u64,
@@ -88,18 +109,32 @@ struct Needs {
 }
 
 impl Needs {
-    fn of<R: Real>(scene: &Scene, settings: &Settings, lookup: &Lookup<'_>, wanted: Wanted) -> Self {
+    fn of<R: Real>(
+        scene: &Scene,
+        settings: &Settings,
+        lookup: &Lookup<'_>,
+        wanted: Wanted,
+    ) -> Self {
         let (mut needs, uses) = (Self::default(), Uses::of(scene));
-        let (mut combed, mut meshes, mut shared, mut used) = (HashSet::new(), HashSet::new(), HashSet::new(), HashSet::new());
+        let (mut combed, mut meshes, mut shared, mut used) = (
+            HashSet::new(),
+            HashSet::new(),
+            HashSet::new(),
+            HashSet::new(),
+        );
         for (object, count) in counted(scene) {
             used.insert(object.material.as_str());
-            let material = lookup.material(&object.material).map(|(_, material)| material);
+            let material = lookup
+                .material(&object.material)
+                .map(|(_, material)| material);
             let glow = material.and_then(|material| wanted.of(material));
             let glows = glow.is_some();
             let (mut each, moves) = (1, ends(object).is_some());
             match &object.shape {
                 Shape::Mesh(name) => {
-                    let Some(data) = lookup.mesh_data(name) else { continue };
+                    let Some(data) = lookup.mesh_data(name) else {
+                        continue;
+                    };
                     each = data.indices.len() as u64;
                     if meshes.insert(Arc::as_ptr(data)) {
                         needs.meshes += data.bytes() as u64;
@@ -131,12 +166,22 @@ impl Needs {
                     if let Some(shape) = any_shape::<R>(shape, DVec3::ZERO) {
                         needs.own.add(&shape, mapped, count);
                     }
-                    needs.placed_lamps = needs.placed_lamps.saturating_add(if glows && mapped { count } else { 0 });
+                    needs.placed_lamps =
+                        needs
+                            .placed_lamps
+                            .saturating_add(if glows && mapped { count } else { 0 });
                 }
             }
-            needs.lamps = needs.lamps.saturating_add(if glows { count.saturating_mul(each) } else { 0 });
+            needs.lamps =
+                needs
+                    .lamps
+                    .saturating_add(if glows { count.saturating_mul(each) } else { 0 });
             let in_cells = glow == Some(Emission::Varied) && matches!(object.shape, Shape::Mesh(_));
-            needs.varied[0] = needs.varied[0].saturating_add(if in_cells { count.saturating_mul(each) } else { 0 });
+            needs.varied[0] = needs.varied[0].saturating_add(if in_cells {
+                count.saturating_mul(each)
+            } else {
+                0
+            });
         }
         needs.varied[1] = points_across(needs.varied[0]);
         needs.look_up_images(scene, lookup, &used);
@@ -146,12 +191,16 @@ impl Needs {
     /// Adds so many instances that move, or that stand still.
     fn instances(&mut self, count: u64, moves: bool) {
         self.own.instances = self.own.instances.saturating_add(count);
-        self.own.moving = self.own.moving.saturating_add(if moves { count } else { 0 });
+        self.own.moving = self
+            .own
+            .moving
+            .saturating_add(if moves { count } else { 0 });
     }
 
     /// Adds a geometry that instances show.
     fn part<R: Real>(&mut self, alone: &GeometryMemory, settings: &Settings) {
-        self.shared += size_of::<Geometry<R>>() as u64 + alone.most_bytes::<R>(settings.accelerator);
+        self.shared +=
+            size_of::<Geometry<R>>() as u64 + alone.most_bytes::<R>(settings.accelerator);
     }
 
     fn look_up_images(&mut self, scene: &Scene, lookup: &Lookup<'_>, used: &HashSet<&str>) {
@@ -159,25 +208,44 @@ impl Needs {
         let mut pyramids = HashSet::new();
         let mut image = |name: &str| {
             let data = lookup.image(name)?.data.as_ref()?;
-            Some(if images.insert(Arc::as_ptr(data)) { data.bytes() as u64 } else { 0 })
+            Some(if images.insert(Arc::as_ptr(data)) {
+                data.bytes() as u64
+            } else {
+                0
+            })
         };
         for material in used.iter().filter_map(|name| lookup.material(name)) {
-            let textures = material.1.textures().filter_map(|reference| lookup.texture(&reference.name));
+            let textures = material
+                .1
+                .textures()
+                .filter_map(|reference| lookup.texture(&reference.name));
             for texture in textures {
-                let Some(data) = lookup.image(&texture.image).and_then(|image| image.data.as_ref()) else { continue };
+                let Some(data) = lookup
+                    .image(&texture.image)
+                    .and_then(|image| image.data.as_ref())
+                else {
+                    continue;
+                };
                 self.texture_uses += 1;
                 self.images += image(&texture.image).unwrap_or(0);
                 if texture.filter == Filter::Mipmaps {
                     // What is absent by alpha is read once more, without.
                     self.texture_uses += 1;
                     let first = pyramids.insert((Arc::as_ptr(data), texture.colour_space));
-                    self.images += if first { pyramid::bytes_of(data.width, data.height) } else { 0 };
+                    self.images += if first {
+                        pyramid::bytes_of(data.width, data.height)
+                    } else {
+                        0
+                    };
                 }
             }
         }
         if let Some(Sky::Map(map)) = &scene.sky {
             self.images += image(&map.image).unwrap_or(0);
-            self.images += lookup.image(&map.image).and_then(|image| image.data.as_ref()).map_or(0, packed_bytes);
+            self.images += lookup
+                .image(&map.image)
+                .and_then(|image| image.data.as_ref())
+                .map_or(0, packed_bytes);
         }
     }
 }

@@ -1,4 +1,5 @@
-//! A studio is put up behind and below a prepared scene: how bright its backdrop is, and what of its light falls on its ground.
+//! A studio is put up behind and below a prepared scene: how bright its backdrop is, and what of
+//! its light falls on its ground.
 
 use core::f64::consts::PI;
 
@@ -18,7 +19,8 @@ use crate::settings::{Background, Settings};
 use crate::studio::towards;
 
 impl<R: Real> Ground<R> {
-    /// Below a scene, in the light of a sky; none where the scene has no lower end or nothing comes from above.
+    /// Below a scene, in the light of a sky; none where the scene has no lower end or nothing comes
+    /// from above.
     fn below(scene: &Prepared<R>, sky: &SkyRadiance<R>) -> Option<Self> {
         const SIZE: [usize; 2] = [64, 32];
         let bounds = scene.geometry.bounded_part();
@@ -30,42 +32,70 @@ impl<R: Real> Ground<R> {
             let height = libm::cos(PI * (row as f64 + 0.5) / SIZE[1] as f64);
             let ring = (1.0 - height * height).sqrt();
             let direction = DVec3::new(ring * libm::cos(turn), height, ring * libm::sin(turn));
-            let radiance = sky.radiance(R::Vec3::ZERO, R::Vec3::from_f64(direction)).to_f64();
+            let radiance = sky
+                .radiance(R::Vec3::ZERO, R::Vec3::from_f64(direction))
+                .to_f64();
             (radiance.x + radiance.y + radiance.z) * height.max(0.0)
         };
         let light = SphereGrid::new(SIZE[0], SIZE[1], 0.0, arriving)?;
-        // The way to what lies above the middle at a twentieth of the horizon's angle takes less than a hundredth of the light.
+        // The way to what lies above the middle at a twentieth of the horizon's angle takes less
+        // than a hundredth of the light.
         let reach = 10.0 * bounds.extent().length();
         let centre = DVec3::new(bounds.centre().x, bounds.min.y, bounds.centre().z);
-        Some(Self { height: R::from_f64(bounds.min.y), centre: R::Vec3::from_f64(centre), reach: R::from_f64(reach), light })
+        Some(Self {
+            height: R::from_f64(bounds.min.y),
+            centre: R::Vec3::from_f64(centre),
+            reach: R::from_f64(reach),
+            light,
+        })
     }
 }
 
-/// Share of the display's range above which surfaces are bright, halfway between the codes of both backdrops, and the share of light that
-/// a white surface sends back in a studio, about.
+/// Share of the display's range above which surfaces are bright, halfway between the codes of both
+/// backdrops, and the share of light that a white surface sends back in a studio, about.
 const BRIGHT: f64 = 0.48;
 const LIT: f64 = 0.7;
 
 impl<R: Real> Prepared<R> {
-    /// Puts up a studio's backdrop and ground for a camera; what is bright was decided before, or is now.
-    pub(super) fn furnish(&mut self, studio: &Studio, camera: &Camera, settings: &Settings, simulated: EffectSet) {
-        self.ground = if simulated.has(Effect::GroundShadow) { Ground::below(self, &self.lights.sky) } else { None };
+    /// Puts up a studio's backdrop and ground for a camera; what is bright was decided before, or
+    /// is now.
+    pub(super) fn furnish(
+        &mut self,
+        studio: &Studio,
+        camera: &Camera,
+        settings: &Settings,
+        simulated: EffectSet,
+    ) {
+        self.ground = if simulated.has(Effect::GroundShadow) {
+            Ground::below(self, &self.lights.sky)
+        } else {
+            None
+        };
         if settings.background == Background::Transparent {
             if self.ground.is_some() {
-                self.backdrop = Some(Backdrop::Plain(Vector::splat(R::from_f64(settings.page_radiance()))));
+                self.backdrop = Some(Backdrop::Plain(Vector::splat(R::from_f64(
+                    settings.page_radiance(),
+                ))));
             }
             return;
         }
         let radiance = studio.backdrop.or(self.studio_backdrop).unwrap_or_else(|| {
-            let is_bright = self.brightness().is_none_or(|brightness| brightness > BRIGHT);
-            if is_bright { Studio::DARK_BACKDROP } else { Studio::LIGHT_BACKDROP }
+            let is_bright = self
+                .brightness()
+                .is_none_or(|brightness| brightness > BRIGHT);
+            if is_bright {
+                Studio::DARK_BACKDROP
+            } else {
+                Studio::LIGHT_BACKDROP
+            }
         });
         self.studio_backdrop = Some(radiance);
         self.backdrop = Some(Backdrop::of_studio(radiance, camera));
     }
 
-    /// How bright the surfaces look that are seen from around a scene, as a share of the display's range: the median over parallel rays from six directions. It depends on no
-    /// camera, so that the backdrop is one from all sides. None where nothing is seen.
+    /// How bright the surfaces look that are seen from around a scene, as a share of the display's
+    /// range: the median over parallel rays from six directions. It depends on no camera, so that
+    /// the backdrop is one from all sides. None where nothing is seen.
     fn brightness(&self) -> Option<f64> {
         const EDGE: u16 = 16;
         let bounds = self.geometry.bounded_part();
@@ -74,13 +104,23 @@ impl<R: Real> Prepared<R> {
         }
         let (centre, radius) = (bounds.centre(), 0.5 * bounds.extent().length());
         let mut found = Vec::new();
-        for (azimuth, elevation) in [(0.0, 10.0), (45.0, 30.0), (-45.0, 30.0), (180.0, 10.0), (135.0, 30.0), (-135.0, 30.0)] {
+        for (azimuth, elevation) in [
+            (0.0, 10.0),
+            (45.0, 30.0),
+            (-45.0, 30.0),
+            (180.0, 10.0),
+            (135.0, 30.0),
+            (-135.0, 30.0),
+        ] {
             let back = towards(f64::to_radians(azimuth), f64::to_radians(elevation));
             let right = towards(f64::to_radians(azimuth + 90.0), 0.0);
             let up = back.cross(right);
             let at = |i: u16| radius * ((2.0 * f64::from(i) + 1.0) / f64::from(EDGE) - 1.0);
             for place in 0..EDGE * EDGE {
-                let origin = centre + back * (2.0 * radius) + right * at(place % EDGE) + up * at(place / EDGE);
+                let origin = centre
+                    + back * (2.0 * radius)
+                    + right * at(place % EDGE)
+                    + up * at(place / EDGE);
                 let ray = Ray::new(Vector::from_f64(origin), Vector::from_f64(-back)).culling();
                 found.extend(self.brightness_along(&ray));
             }
@@ -94,7 +134,14 @@ impl<R: Real> Prepared<R> {
         const CUTOUTS: usize = 16;
         let mut min = R::ZERO;
         for _ in 0..CUTOUTS {
-            let hit = self.geometry.closest(ray, Interval { min, max: R::INFINITY }, &mut ())?;
+            let hit = self.geometry.closest(
+                ray,
+                Interval {
+                    min,
+                    max: R::INFINITY,
+                },
+                &mut (),
+            )?;
             let at = Interaction::of(self, &PathSegment::of(*ray), &hit);
             let here = self.sources.at(&at);
             let material = &self.materials[at.material as usize];
@@ -106,7 +153,9 @@ impl<R: Real> Prepared<R> {
                 };
                 let light = colour.to_f64() * LIT + material.emission_at(&here).to_f64();
                 // As bright as its codes are: a saturated colour looks brighter than its luminance.
-                return Some(luminance(light.to_array().map(|channel| encode(TransferCurve::Srgb, channel.clamp(0.0, 1.0)))));
+                return Some(luminance(light.to_array().map(|channel| {
+                    encode(TransferCurve::Srgb, channel.clamp(0.0, 1.0))
+                })));
             }
             min = hit.t * R::from_f64(1.0 + 1e-5);
         }

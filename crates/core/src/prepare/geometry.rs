@@ -1,12 +1,15 @@
-//! Objects become primitives: shapes as they are, meshes used once as triangles of the scene's own set, meshes used more
-//! often as instances of one shared geometry, generators as the objects they stand for.
+//! Objects become primitives: shapes as they are, meshes used once as triangles of the scene's own
+//! set, meshes used more often as instances of one shared geometry, generators as the objects they
+//! stand for.
 
 use std::collections::HashMap;
 use std::collections::hash_map::Entry;
 use std::sync::Arc;
 
 use glam::{DAffine3, DVec3};
-use raywright_bvh::{AcceleratorKind, Geometry, Occlusion, PrimitiveSet, Real, Side, Vector, Visibility};
+use raywright_bvh::{
+    AcceleratorKind, Geometry, Occlusion, PrimitiveSet, Real, Side, Vector, Visibility,
+};
 
 use super::collapse::{collapsed_about, collapses, rounded};
 use super::error::{PrepareError, go_on};
@@ -41,13 +44,15 @@ pub(crate) struct MeshUse<R: Real> {
     pub mesh: u32,
     /// Columns of the inverse transpose: object normals to world normals, not normalised.
     pub normals: [R::Vec3; 3],
-    /// It moves, and not only from place to place: the normals are those of time 0, and geometry tells them at others.
+    /// It moves, and not only from place to place: the normals are those of time 0, and geometry
+    /// tells them at others.
     pub turns: bool,
     /// The triangles were turned over because the transform mirrors.
     pub flipped: bool,
     /// Sets of texture coordinates that the material reads, a bit each.
     pub sets: u8,
-    /// Where tangents that were made for it are in their table; none: they are its own, or nothing asks for any.
+    /// Where tangents that were made for it are in their table; none: they are its own, or nothing
+    /// asks for any.
     pub tangents: Option<u32>,
 }
 
@@ -86,23 +91,32 @@ pub(super) fn side_of(rule: SideRule) -> Side {
 }
 
 fn visibility(object: &Object, facet: &GeometryNeeds) -> Visibility {
-    let occlusion = if object.casts_shadow { facet.occlusion } else { facet.without_shadow };
-    Visibility { side: side_of(object.side), occlusion }
+    let occlusion = if object.casts_shadow {
+        facet.occlusion
+    } else {
+        facet.without_shadow
+    };
+    Visibility {
+        side: side_of(object.side),
+        occlusion,
+    }
 }
 
-/// Objects between two questions to the observer, or this many times 64 triangles: milliseconds of work.
+/// Objects between two questions to the observer, or this many times 64 triangles: milliseconds of
+/// work.
 pub(super) const BLOCK: usize = 1 << 10;
 
 /// The material of each object, by index.
 pub(super) fn materials(scene: &Scene, lookup: &Lookup<'_>) -> Result<Vec<u32>, PrepareError> {
-    let material = |(index, shown): (usize, PlacedObject<'_>)| match lookup.material(&shown.object.material) {
-        Some((material, _)) => Ok(material as u32),
-        None => Err(PrepareError::Missing {
-            path: format!("objects[{index}].material"),
-            kind: "material",
-            name: shown.object.material.clone(),
-        }),
-    };
+    let material =
+        |(index, shown): (usize, PlacedObject<'_>)| match lookup.material(&shown.object.material) {
+            Some((material, _)) => Ok(material as u32),
+            None => Err(PrepareError::Missing {
+                path: format!("objects[{index}].material"),
+                kind: "material",
+                name: shown.object.material.clone(),
+            }),
+        };
     all(scene).enumerate().map(material).collect()
 }
 
@@ -121,10 +135,20 @@ pub(crate) fn build<R: Real>(
         bumpy: false,
     };
     let origin = StorageOrigin::of::<R>(scene, lookup);
-    build_with((scene, origin), lookup, kind, (&materials(scene, lookup)?, &vec![facet; scene.materials.len()]), observer)
+    build_with(
+        (scene, origin),
+        lookup,
+        kind,
+        (
+            &materials(scene, lookup)?,
+            &vec![facet; scene.materials.len()],
+        ),
+        observer,
+    )
 }
 
-/// Builds everything that can be hit about an origin, each object with its material and what geometry asks of that.
+/// Builds everything that can be hit about an origin, each object with its material and what
+/// geometry asks of that.
 pub(super) fn build_with<R: Real>(
     (scene, origin): (&Scene, StorageOrigin),
     lookup: &Lookup<'_>,
@@ -143,8 +167,14 @@ pub(super) fn build_with<R: Real>(
         }
         builder.add(index, &shown, material, &facets[material as usize])?;
     }
-    let geometry = Geometry::unless(builder.group, kind, &|| observer.cancelled()).ok_or(PrepareError::Cancelled)?;
-    Ok(Built { geometry, meshes: builder.meshes, objects: builder.records, lost: builder.lost })
+    let geometry = Geometry::unless(builder.group, kind, &|| observer.cancelled())
+        .ok_or(PrepareError::Cancelled)?;
+    Ok(Built {
+        geometry,
+        meshes: builder.meshes,
+        objects: builder.records,
+        lost: builder.lost,
+    })
 }
 
 struct GeometryBuilder<'a, R: Real> {
@@ -165,7 +195,12 @@ struct GeometryBuilder<'a, R: Real> {
 }
 
 impl<'a, R: Real> GeometryBuilder<'a, R> {
-    fn new(scene: &'a Scene, lookup: &'a Lookup<'a>, kind: AcceleratorKind, observer: &'a dyn Observer) -> Self {
+    fn new(
+        scene: &'a Scene,
+        lookup: &'a Lookup<'a>,
+        kind: AcceleratorKind,
+        observer: &'a dyn Observer,
+    ) -> Self {
         Self {
             kind,
             lookup,
@@ -181,22 +216,43 @@ impl<'a, R: Real> GeometryBuilder<'a, R> {
         }
     }
 
-    fn add(&mut self, index: usize, shown: &PlacedObject<'a>, material: u32, facet: &GeometryNeeds) -> Result<(), PrepareError> {
+    fn add(
+        &mut self,
+        index: usize,
+        shown: &PlacedObject<'a>,
+        material: u32,
+        facet: &GeometryNeeds,
+    ) -> Result<(), PrepareError> {
         let visibility = visibility(shown.object, facet);
         let mesh = match &shown.object.shape {
             Shape::Mesh(name) => Some(self.mesh(index, shown, name, visibility, facet)?),
             shape => {
                 match shown.ends() {
-                    Some(ends) => self.moving_shape(index, shape, shown.object, ends, visibility)?,
+                    Some(ends) => {
+                        self.moving_shape(index, shape, shown.object, ends, visibility)?
+                    }
                     None => self.shape(index, shape, shown, visibility)?,
                 }
                 None
             }
         };
-        let Object { face_viewer, casts_shadow, side, .. } = *shown.object;
+        let Object {
+            face_viewer,
+            casts_shadow,
+            side,
+            ..
+        } = *shown.object;
         let culled = side == SideRule::Culled;
         let coordinates = mesh.is_none() && facet.coordinates;
-        self.records.push(ObjectRecord { material, face_viewer, culled, casts_shadow, coordinates, bumpy: facet.bumpy, mesh });
+        self.records.push(ObjectRecord {
+            material,
+            face_viewer,
+            culled,
+            casts_shadow,
+            coordinates,
+            bumpy: facet.bumpy,
+            mesh,
+        });
         Ok(())
     }
 
@@ -208,14 +264,20 @@ impl<'a, R: Real> GeometryBuilder<'a, R> {
         visibility: Visibility,
         facet: &GeometryNeeds,
     ) -> Result<MeshUse<R>, PrepareError> {
-        let missing =
-            || PrepareError::Missing { path: format!("objects[{index}].shape.mesh"), kind: "mesh", name: name.to_owned() };
+        let missing = || PrepareError::Missing {
+            path: format!("objects[{index}].shape.mesh"),
+            kind: "mesh",
+            name: name.to_owned(),
+        };
         let data = self.lookup.mesh_data(name).ok_or_else(missing)?;
         let mesh = *self.places.entry(name).or_insert_with(|| {
             self.meshes.push(Arc::clone(data));
             self.meshes.len() as u32 - 1
         });
-        let refused = |source| PrepareError::Geometry { object: index, source };
+        let refused = |source| PrepareError::Geometry {
+            object: index,
+            source,
+        };
         let (map, ends) = (shown.map(), shown.ends());
         let local = data.positions.origin();
         let mut flipped = false;
@@ -227,41 +289,72 @@ impl<'a, R: Real> GeometryBuilder<'a, R> {
                     let mut group = PrimitiveSet::default();
                     triangles(&mut group, index, data, None, visibility, self.observer)?;
                     let part = Geometry::unless(group, self.kind, &|| self.observer.cancelled());
-                    *shared.insert(self.group.part(part.ok_or(PrepareError::Cancelled)?).map_err(refused)?)
+                    *shared.insert(
+                        self.group
+                            .part(part.ok_or(PrepareError::Cancelled)?)
+                            .map_err(refused)?,
+                    )
                 }
             };
             let added = match ends {
-                Some(ends) => self.group.moving(part, ends.map(|end| map_about(end, local)), visibility),
+                Some(ends) => {
+                    self.group
+                        .moving(part, ends.map(|end| map_about(end, local)), visibility)
+                }
                 None => self.group.instance(part, map_about(map, local), visibility),
             };
             added.map_err(refused)?;
         } else {
             flipped = map.matrix3.determinant() < 0.0;
-            triangles(&mut self.group, index, data, Some((map, flipped)), visibility, self.observer)?;
+            triangles(
+                &mut self.group,
+                index,
+                data,
+                Some((map, flipped)),
+                visibility,
+                self.observer,
+            )?;
             if vanishes::<R>(data, &map) {
                 self.lost.push(index as u32);
             }
         }
         let inverse_transpose = map.matrix3.inverse().transpose();
-        let columns = [inverse_transpose.x_axis, inverse_transpose.y_axis, inverse_transpose.z_axis];
+        let columns = [
+            inverse_transpose.x_axis,
+            inverse_transpose.y_axis,
+            inverse_transpose.z_axis,
+        ];
         let turns = ends.is_some_and(|[start, end]| start.matrix3 != end.matrix3);
-        Ok(MeshUse { mesh, normals: columns.map(Vector::from_f64), turns, flipped, sets: facet.sets, tangents: None })
+        Ok(MeshUse {
+            mesh,
+            normals: columns.map(Vector::from_f64),
+            turns,
+            flipped,
+            sets: facet.sets,
+            tangents: None,
+        })
     }
 }
 
-/// Whether storing leaves nothing of a mesh in its place that is something before. One triangle that stays is enough of an
-/// answer, so few are looked at.
+/// Whether storing leaves nothing of a mesh in its place that is something before. One triangle
+/// that stays is enough of an answer, so few are looked at.
 fn vanishes<R: Real>(data: &MeshData, map: &DAffine3) -> bool {
-    let corner = |i: u32| map.transform_point3(data.positions.at(i as usize)).to_array();
+    let corner = |i: u32| {
+        map.transform_point3(data.positions.at(i as usize))
+            .to_array()
+    };
     let nothing = |round: fn(f64) -> f64| {
-        let mut triangles = data.indices.iter().map(|corners| Shape::Triangle { vertices: corners.map(corner) });
+        let mut triangles = data.indices.iter().map(|corners| Shape::Triangle {
+            vertices: corners.map(corner),
+        });
         triangles.all(|triangle| collapses(&triangle, DVec3::ZERO, round))
     };
     nothing(rounded::<R>) && !nothing(|x| x)
 }
 
-/// Adds the triangles of an object's mesh as one object, mapped where a map is given, and else as they lie about the mesh's own origin; a mirroring map turns them over so that
-/// outside stays outside.
+/// Adds the triangles of an object's mesh as one object, mapped where a map is given, and else as
+/// they lie about the mesh's own origin; a mirroring map turns them over so that outside stays
+/// outside.
 ///
 /// # Errors
 /// Triangles that the geometry refuses, and [`PrepareError::Cancelled`].
@@ -285,15 +378,20 @@ pub(super) fn triangles<R: Real>(
     let flipped = map.is_some_and(|(_, flipped)| flipped);
     let corners = |&[a, b, c]: &[u32; 3]| if flipped { [a, c, b] } else { [a, b, c] }.map(position);
     // One that is cancelled ends with the triangles so far, and is then refused.
-    let blocks = data.indices.chunks(64 * BLOCK).take_while(|_| !observer.cancelled());
+    let blocks = data
+        .indices
+        .chunks(64 * BLOCK)
+        .take_while(|_| !observer.cancelled());
     group.reserve_triangles(data.indices.len());
-    group.mesh(blocks.flatten().map(corners), visibility).map_err(|source| PrepareError::Geometry { object, source })?;
+    group
+        .mesh(blocks.flatten().map(corners), visibility)
+        .map_err(|source| PrepareError::Geometry { object, source })?;
     go_on(observer)
 }
 
 impl<'a, R: Real> GeometryBuilder<'a, R> {
-    /// Adds a shape. A pure translation is taken into the shape's own numbers where that is exact in f64, so that what a
-    /// generator scatters costs no transform.
+    /// Adds a shape. A pure translation is taken into the shape's own numbers where that is exact
+    /// in f64, so that what a generator scatters costs no transform.
     ///
     /// # Errors
     /// A shape that the geometry refuses.
@@ -309,10 +407,14 @@ impl<'a, R: Real> GeometryBuilder<'a, R> {
             Some((shape, Some(map))) => self.group.placed(shape, map, visibility),
             None => return Ok(()),
         };
-        added.map(drop).map_err(|source| PrepareError::Geometry { object: index, source })
+        added.map(drop).map_err(|source| PrepareError::Geometry {
+            object: index,
+            source,
+        })
     }
 
-    /// Adds a shape that moves: an instance of a part of its own, which all that a generator makes of it share.
+    /// Adds a shape that moves: an instance of a part of its own, which all that a generator makes
+    /// of it share.
     ///
     /// # Errors
     /// A shape that the geometry refuses.
@@ -324,19 +426,30 @@ impl<'a, R: Real> GeometryBuilder<'a, R> {
         ends: [DAffine3; 2],
         visibility: Visibility,
     ) -> Result<(), PrepareError> {
-        let refused = |source| PrepareError::Geometry { object: index, source };
+        let refused = |source| PrepareError::Geometry {
+            object: index,
+            source,
+        };
         let (part, local) = match self.moving {
             Some((last, part, local)) if core::ptr::eq(last, object) => (part, local),
             _ => {
-                let Some((shape, local)) = own_shape(shape) else { return Ok(()) };
+                let Some((shape, local)) = own_shape(shape) else {
+                    return Ok(());
+                };
                 let mut alone = PrimitiveSet::default();
                 alone.shape(shape, visibility).map_err(refused)?;
-                let part = self.group.part(Geometry::new(alone, self.kind)).map_err(refused)?;
+                let part = self
+                    .group
+                    .part(Geometry::new(alone, self.kind))
+                    .map_err(refused)?;
                 self.moving = Some((object, part, local));
                 (part, local)
             }
         };
-        self.group.moving(part, ends.map(|end| map_about(end, local)), visibility).map(drop).map_err(refused)
+        self.group
+            .moving(part, ends.map(|end| map_about(end, local)), visibility)
+            .map(drop)
+            .map_err(refused)
     }
 }
 

@@ -1,4 +1,5 @@
-//! Inputs of materials, prepared: what a file says of them becomes entries of the tables that they are read from.
+//! Inputs of materials, prepared: what a file says of them becomes entries of the tables that they
+//! are read from.
 
 use std::collections::{BTreeMap, HashMap};
 use std::sync::Arc;
@@ -21,7 +22,8 @@ pub(super) struct Reads {
     pub expressions: bool,
 }
 
-/// Prepares the inputs of materials, one material after the other, into tables that all of them share.
+/// Prepares the inputs of materials, one material after the other, into tables that all of them
+/// share.
 pub(super) struct Compiler<'a, R: Real> {
     names: &'a BTreeMap<String, f64>,
     lookup: &'a Lookup<'a>,
@@ -43,7 +45,12 @@ impl<'a, R: Real> Compiler<'a, R> {
     pub fn new(names: &'a BTreeMap<String, f64>, lookup: &'a Lookup<'a>, origin: DVec3) -> Self {
         let sources = Sources {
             programs: Programs::default(),
-            far: (origin != DVec3::ZERO).then(|| Box::new(FarPrograms { origin, programs: Programs::default() })),
+            far: (origin != DVec3::ZERO).then(|| {
+                Box::new(FarPrograms {
+                    origin,
+                    programs: Programs::default(),
+                })
+            }),
             textures: Vec::new(),
             of_materials: Vec::new(),
             images: Vec::new(),
@@ -63,18 +70,30 @@ impl<'a, R: Real> Compiler<'a, R> {
     }
 
     fn program(&mut self, text: &str, scope: Scope, field: &str) -> Result<Input<R>, PrepareError> {
-        let failed = |source| PrepareError::Expression { path: format!("{}.{field}", self.path), source };
+        let failed = |source| PrepareError::Expression {
+            path: format!("{}.{field}", self.path),
+            source,
+        };
         let program = compile(text, self.names, scope).map_err(failed)?;
-        self.sources.far.iter_mut().for_each(|far| _ = far.programs.add(&program));
+        self.sources
+            .far
+            .iter_mut()
+            .for_each(|far| _ = far.programs.add(&program));
         let program = self.sources.programs.add(&program);
         self.reads.expressions = true;
-        self.reads.coordinates |=
-            [Variable::U, Variable::V].iter().any(|&variable| self.sources.programs.uses(program, variable));
+        self.reads.coordinates |= [Variable::U, Variable::V]
+            .iter()
+            .any(|&variable| self.sources.programs.uses(program, variable));
         Ok(Input::Program(program))
     }
 
     /// A weight of a classic material, or a texture coordinate.
-    pub fn weight(&mut self, weight: &Weight, scope: Scope, field: &str) -> Result<Input<R>, PrepareError> {
+    pub fn weight(
+        &mut self,
+        weight: &Weight,
+        scope: Scope,
+        field: &str,
+    ) -> Result<Input<R>, PrepareError> {
         match weight {
             Weight::Number(v) => Ok(Input::Constant(R::Vec3::splat(R::from_f64(*v)))),
             Weight::Expression(text) => self.program(text, scope, field),
@@ -82,40 +101,75 @@ impl<'a, R: Real> Compiler<'a, R> {
     }
 
     /// A use of a texture; none when its image could not be had.
-    pub fn texture(&mut self, reference: &TextureRef, field: &str) -> Result<Option<Input<R>>, PrepareError> {
+    pub fn texture(
+        &mut self,
+        reference: &TextureRef,
+        field: &str,
+    ) -> Result<Option<Input<R>>, PrepareError> {
         let Some(texture) = self.lookup.texture(&reference.name) else {
             let path = format!("{}.{field}", self.path);
-            return Err(PrepareError::Missing { path, kind: "texture", name: reference.name.clone() });
+            return Err(PrepareError::Missing {
+                path,
+                kind: "texture",
+                name: reference.name.clone(),
+            });
         };
         let coordinates = match &reference.uv {
             None => None,
-            Some([u, v]) => Some([self.weight(u, Scope::Surface, field)?, self.weight(v, Scope::Surface, field)?]),
+            Some([u, v]) => Some([
+                self.weight(u, Scope::Surface, field)?,
+                self.weight(v, Scope::Surface, field)?,
+            ]),
         };
-        let image = self.lookup.image(&texture.image).and_then(|image| image.data.as_ref());
+        let image = self
+            .lookup
+            .image(&texture.image)
+            .and_then(|image| image.data.as_ref());
         let Some(image) = image else { return Ok(None) };
         let (image, sampler) = (self.place_of(image), Sampler::new(texture, reference));
         // How expressions stretch an image is not known, so what they read is the image itself.
         let filtered = texture.filter == Filter::Mipmaps && coordinates.is_none() && !self.finest;
-        let pyramid = filtered.then(|| self.pyramid_of(image, texture.colour_space == ColourSpace::Srgb));
+        let pyramid =
+            filtered.then(|| self.pyramid_of(image, texture.colour_space == ColourSpace::Srgb));
         let set = reference.uv_set as usize;
         let depends = pyramid.is_some() || coordinates.is_some();
         let lies_as = (!depends).then(|| self.first_like(image, &sampler, set));
         self.reads.expressions |= coordinates.is_some();
         self.reads.coordinates |= coordinates.is_none();
-        self.sources.textures.push(TextureUse { image, sampler, pyramid, set, coordinates, lies_as });
-        Ok(Some(Input::Texture(self.sources.textures.len() as u32 - 1, reference.channel)))
+        self.sources.textures.push(TextureUse {
+            image,
+            sampler,
+            pyramid,
+            set,
+            coordinates,
+            lies_as,
+        });
+        Ok(Some(Input::Texture(
+            self.sources.textures.len() as u32 - 1,
+            reference.channel,
+        )))
     }
 
-    /// The first use that finds the same texels as one that is about to be added: it, or one of the last ones, since the maps of a
-    /// material come one after the other.
+    /// The first use that finds the same texels as one that is about to be added: it, or one of the
+    /// last ones, since the maps of a material come one after the other.
     fn first_like(&self, image: u32, sampler: &Sampler<R>, set: usize) -> u32 {
         const LAST: usize = 16;
-        let Sources { textures, images, .. } = &self.sources;
+        let Sources {
+            textures, images, ..
+        } = &self.sources;
         let size = |image: u32| (images[image as usize].width, images[image as usize].height);
         let alike = |other: &&TextureUse<R>| {
-            other.lies_as.is_some() && other.set == set && size(other.image) == size(image) && other.sampler.lies_as(sampler)
+            other.lies_as.is_some()
+                && other.set == set
+                && size(other.image) == size(image)
+                && other.sampler.lies_as(sampler)
         };
-        let found = textures.iter().rev().take(LAST).find(alike).and_then(|other| other.lies_as);
+        let found = textures
+            .iter()
+            .rev()
+            .take(LAST)
+            .find(alike)
+            .and_then(|other| other.lies_as);
         found.unwrap_or(textures.len() as u32)
     }
 
@@ -129,11 +183,15 @@ impl<'a, R: Real> Compiler<'a, R> {
 
     /// Whether a use of a texture asks for mip maps.
     pub fn reduces(&self, reference: &TextureRef) -> bool {
-        self.lookup.texture(&reference.name).is_some_and(|texture| texture.filter == Filter::Mipmaps)
+        self.lookup
+            .texture(&reference.name)
+            .is_some_and(|texture| texture.filter == Filter::Mipmaps)
     }
 
     fn pyramid_of(&mut self, image: u32, srgb: bool) -> u32 {
-        let Sources { images, pyramids, .. } = &mut self.sources;
+        let Sources {
+            images, pyramids, ..
+        } = &mut self.sources;
         *self.pyramids.entry((image, srgb)).or_insert_with(|| {
             pyramids.push(pyramid::levels(&images[image as usize], srgb));
             pyramids.len() as u32 - 1
@@ -141,12 +199,22 @@ impl<'a, R: Real> Compiler<'a, R> {
     }
 
     /// An image that multiplies an input, if there is one.
-    pub fn image(&mut self, reference: &Option<TextureRef>, field: &str) -> Result<Option<Input<R>>, PrepareError> {
-        reference.as_ref().map_or(Ok(None), |reference| self.texture(reference, field))
+    pub fn image(
+        &mut self,
+        reference: &Option<TextureRef>,
+        field: &str,
+    ) -> Result<Option<Input<R>>, PrepareError> {
+        reference
+            .as_ref()
+            .map_or(Ok(None), |reference| self.texture(reference, field))
     }
 
     /// A number or a colour that may vary over the surface.
-    pub fn input<T: Value>(&mut self, input: &InputData<T>, field: &str) -> Result<Input<R>, PrepareError> {
+    pub fn input<T: Value>(
+        &mut self,
+        input: &InputData<T>,
+        field: &str,
+    ) -> Result<Input<R>, PrepareError> {
         let colour = |c: crate::scene::Colour| R::Vec3::from_f64(c.0.into());
         Ok(match input {
             InputData::Constant(value) => Input::Constant(colour(value.colour())),
@@ -159,7 +227,9 @@ impl<'a, R: Real> Compiler<'a, R> {
                     frequency: R::from_f64(1.0 / checker.size),
                 }
             }
-            InputData::Texture(t) => self.texture(&t.texture, field)?.unwrap_or(Input::Constant(colour(t.texture.factor))),
+            InputData::Texture(t) => self
+                .texture(&t.texture, field)?
+                .unwrap_or(Input::Constant(colour(t.texture.factor))),
         })
     }
 
@@ -181,6 +251,9 @@ impl<'a, R: Real> Compiler<'a, R> {
         image: Option<Input<R>>,
         field: &str,
     ) -> Result<Product<R>, PrepareError> {
-        Ok(Product { own: self.input(input, field)?, image })
+        Ok(Product {
+            own: self.input(input, field)?,
+            image,
+        })
     }
 }

@@ -1,4 +1,5 @@
-//! Lamps so near behind an opaque surface that shadow rays do not tell the two apart: their light shines through it.
+//! Lamps so near behind an opaque surface that shadow rays do not tell the two apart: their light
+//! shines through it.
 
 use raywright_bvh::{Interval, Ray, Real, Surface, Vector};
 
@@ -19,7 +20,8 @@ const HITS: usize = 4;
 pub enum Lamp {
     /// A light without size, by its place in the scene's list.
     Light(usize),
-    /// An object that gives off light, by its place in the scene's list, generated ones behind them.
+    /// An object that gives off light, by its place in the scene's list, generated ones behind
+    /// them.
     Object(usize),
 }
 
@@ -35,19 +37,31 @@ pub struct LightLeak {
 }
 
 impl<R: Real> Prepared<R> {
-    /// The leaks that light what some hundred rays through a picture of this size meet first, each pair of objects once: the same number of
-    /// shadow rays whatever the scene. Starts at a constant offset let light through by choice, and none is named.
+    /// The leaks that light what some hundred rays through a picture of this size meet first, each
+    /// pair of objects once: the same number of shadow rays whatever the scene. Starts at a
+    /// constant offset let light through by choice, and none is named.
     pub(crate) fn light_leaks(&self, [width, height]: [u32; 2]) -> Vec<LightLeak> {
         let mut leaks = Vec::new();
-        let lights: Vec<LightId> = self.lights.ids().filter(|&light| light != LightId::Sky).collect();
+        let lights: Vec<LightId> = self
+            .lights
+            .ids()
+            .filter(|&light| light != LightId::Sky)
+            .collect();
         if lights.is_empty() || !matches!(self.rules.spawn, Spawn::ErrorBound) {
             return leaks;
         }
-        let at = |i: u32, of: u32, edge: u32| R::from_f64((f64::from(i) + 0.5) / f64::from(of) * f64::from(edge));
+        let at = |i: u32, of: u32, edge: u32| {
+            R::from_f64((f64::from(i) + 0.5) / f64::from(of) * f64::from(edge))
+        };
         for i in 0..RAYS[0] * RAYS[1] {
-            let (x, y) = (at(i % RAYS[0], RAYS[0], width), at(i / RAYS[0], RAYS[1], height));
+            let (x, y) = (
+                at(i % RAYS[0], RAYS[0], width),
+                at(i / RAYS[0], RAYS[1], height),
+            );
             let ray = self.camera.ray(x, y, [0.5; 2]);
-            let Some(hit) = self.geometry.closest(&ray, Interval::positive(), &mut ()) else { continue };
+            let Some(hit) = self.geometry.closest(&ray, Interval::positive(), &mut ()) else {
+                continue;
+            };
             let from = self.geometry.surface(&ray, &hit);
             // The opaque are lit from where they are seen from.
             let opaque = self.is_opaque(hit.outermost());
@@ -74,7 +88,10 @@ impl<R: Real> Prepared<R> {
         time: R,
         faces: impl Fn(R::Vec3) -> bool,
     ) -> Option<LightLeak> {
-        let sample = self.lights.sample(light, from.point, place, 1.0).filter(|sample| faces(sample.direction))?;
+        let sample = self
+            .lights
+            .sample(light, from.point, place, 1.0)
+            .filter(|sample| faces(sample.direction))?;
         let (ray, range, start) = match &sample.target {
             Target::Surface(lamp) => {
                 let (ray, range) = from.spawn_to_surface(lamp)?;
@@ -86,34 +103,65 @@ impl<R: Real> Prepared<R> {
             }
             Target::Infinity | Target::Middle { .. } => return None,
         };
-        let shadowed = self.geometry.any(&ray.at_time(time), range, &mut |hit| self.is_opaque(hit.outermost()), &mut ());
+        let shadowed = self.geometry.any(
+            &ray.at_time(time),
+            range,
+            &mut |hit| self.is_opaque(hit.outermost()),
+            &mut (),
+        );
         if shadowed {
             return None;
         }
-        // From right behind the lamp, where numbers of the way are small, what lies between its point and the end of the shadow ray is seen.
+        // From right behind the lamp, where numbers of the way are small, what lies between its
+        // point and the end of the shadow ray is seen.
         let end = ray.origin.to_f64() + ray.direction.to_f64() * range.max.to_f64();
         let rounding = 4.0 * R::ROUNDOFF.to_f64() * range.max.to_f64();
         let resolved = 2.0 * ((start.to_f64() - end).length() + rounding);
-        let range = Interval { min: R::ZERO, max: R::from_f64(resolved) };
-        let (own, cover) = self.cover(light, &Ray::new(start, -sample.direction).at_time(time), range)?;
+        let range = Interval {
+            min: R::ZERO,
+            max: R::from_f64(resolved),
+        };
+        let (own, cover) = self.cover(
+            light,
+            &Ray::new(start, -sample.direction).at_time(time),
+            range,
+        )?;
         let lamp = match light {
             LightId::Delta(index) => Lamp::Light(index as usize),
             LightId::Emitter(_) | LightId::Sky => Lamp::Object(own? as usize),
         };
-        Some(LightLeak { lamp, cover: cover as usize, resolved })
+        Some(LightLeak {
+            lamp,
+            cover: cover as usize,
+            resolved,
+        })
     }
 
-    /// The object of the emitter that a ray from behind a light meets, and the first other opaque one after it.
-    fn cover(&self, light: LightId, ray: &Ray<R>, mut range: Interval<R>) -> Option<(Option<u32>, u32)> {
+    /// The object of the emitter that a ray from behind a light meets, and the first other opaque
+    /// one after it.
+    fn cover(
+        &self,
+        light: LightId,
+        ray: &Ray<R>,
+        mut range: Interval<R>,
+    ) -> Option<(Option<u32>, u32)> {
         let mut own = None;
         for _ in 0..HITS {
             let hit = self.geometry.closest(ray, range, &mut ())?;
             range.min = hit.t;
             let object = hit.outermost();
-            let is_lamp = self.lights.emitters.of(object, hit.primitive).map(LightId::Emitter) == Some(light);
+            let is_lamp = self
+                .lights
+                .emitters
+                .of(object, hit.primitive)
+                .map(LightId::Emitter)
+                == Some(light);
             if is_lamp {
                 own = Some(object);
-            } else if (own.is_some() || matches!(light, LightId::Delta(_))) && own != Some(object) && self.is_opaque(object) {
+            } else if (own.is_some() || matches!(light, LightId::Delta(_)))
+                && own != Some(object)
+                && self.is_opaque(object)
+            {
                 return Some((own, object));
             }
         }
@@ -121,7 +169,8 @@ impl<R: Real> Prepared<R> {
     }
 }
 
-/// Two numbers in [0, 1) that fill the square evenly (Roberts, "The Unreasonable Effectiveness of Quasirandom Sequences", 2018).
+/// Two numbers in [0, 1) that fill the square evenly (Roberts, "The Unreasonable Effectiveness of
+/// Quasirandom Sequences", 2018).
 fn place(i: u32) -> [f32; 2] {
     [0.754_877_666_246_692_8, 0.569_840_290_998_053_3]
         .map(|step: f64| ((0.5 + step * f64::from(i)).fract() as f32).min(0.999_999))
@@ -147,7 +196,11 @@ mod tests {
     use crate::settings::{PrecisionChoice, Settings};
 
     /// Light on the floor and the leaks, of a lamp so high above it and a cover.
-    fn light_and_leaks(precision: PrecisionChoice, height: f64, parts: Value) -> (f64, Vec<LightLeak>) {
+    fn light_and_leaks(
+        precision: PrecisionChoice,
+        height: f64,
+        parts: Value,
+    ) -> (f64, Vec<LightLeak>) {
         let mut scene = json!({
             "format": 1,
             "render": { "integrator": "path", "max_depth": 3, "samples": 4, "size": [8, 8] },
@@ -165,7 +218,10 @@ mod tests {
         let floor = json!({ "shape": { "plane": { "point": [0, 0, 0], "normal": [0, 1, 0] } }, "material": "floor" });
         scene["objects"].as_array_mut().expect("a list").push(floor);
         let scene: Scene = serde_json::from_value(scene).unwrap_or_else(|e| panic!("{e}"));
-        let settings = Settings { precision, ..Settings::of(&scene) };
+        let settings = Settings {
+            precision,
+            ..Settings::of(&scene)
+        };
         let ready = crate::prepare(&scene, &settings, &()).unwrap_or_else(|e| panic!("{e}"));
         let picture = ready.render(&()).picture;
         let sum = picture.rgb.iter().map(|pixel| f64::from(pixel[0])).sum();
@@ -185,7 +241,8 @@ mod tests {
         json!({ "name": name, "source": { "inline": { "positions": positions, "indices": [[0, 1, 2], [0, 2, 3]] } } })
     }
 
-    /// Lamps and covers by pairs, with the meshes that they show: the lamp lies at a height, the cover so much below or about it.
+    /// Lamps and covers by pairs, with the meshes that they show: the lamp lies at a height, the
+    /// cover so much below or about it.
     fn pairs(height: f64, gap: f64) -> Vec<Value> {
         let r = 0.25 * height;
         let below = height - gap;
@@ -212,14 +269,16 @@ mod tests {
             }
             pairs.push(json!({ "objects": [cover(shape)], "meshes": meshes, "lights": point }));
         }
-        let ball = |radius: f64| json!({ "sphere": { "centre": [0, height, 0], "radius": radius } });
+        let ball =
+            |radius: f64| json!({ "sphere": { "centre": [0, height, 0], "radius": radius } });
         pairs.push(json!({ "objects": [cover(&ball(r + gap)), { "shape": ball(r), "material": "classic" }] }));
         pairs.push(json!({ "objects": [cover(&ball(gap))], "lights": point }));
         pairs
     }
 
-    /// Protects: whatever light passes an opaque cover, its lamp and the cover are named, at every scale, for covers and lamps of every kind and
-    /// both families of emission; from the distance on that is named the cover is dark, and none is named. Nor is any under `reference`.
+    /// Protects: whatever light passes an opaque cover, its lamp and the cover are named, at every
+    /// scale, for covers and lamps of every kind and both families of emission; from the distance
+    /// on that is named the cover is dark, and none is named. Nor is any under `reference`.
     #[test]
     fn what_shines_through_a_cover_is_named() {
         let (mut lit, mut dark) = (0, 0);
@@ -227,11 +286,20 @@ mod tests {
             for steps in [1.0, 2.0, 4.0, 8.0, 16.0, 64.0] {
                 let gap = height * steps / f64::from(1 << 23);
                 for (i, parts) in pairs(height, gap).into_iter().enumerate() {
-                    let (light, leaks) = light_and_leaks(PrecisionChoice::Robust, height, parts.clone());
-                    let what = || format!("{steps} steps at {height}, pair {i}: {light}, {leaks:?}\n{parts}");
-                    let by = if parts.get("lights").is_some() { Lamp::Light(0) } else { Lamp::Object(1) };
+                    let (light, leaks) =
+                        light_and_leaks(PrecisionChoice::Robust, height, parts.clone());
+                    let what = || {
+                        format!("{steps} steps at {height}, pair {i}: {light}, {leaks:?}\n{parts}")
+                    };
+                    let by = if parts.get("lights").is_some() {
+                        Lamp::Light(0)
+                    } else {
+                        Lamp::Object(1)
+                    };
                     assert!(
-                        leaks.iter().all(|leak| leak.lamp == by && leak.cover == 0 && leak.resolved > gap * 0.9),
+                        leaks.iter().all(|leak| leak.lamp == by
+                            && leak.cover == 0
+                            && leak.resolved > gap * 0.9),
                         "{}",
                         what()
                     );
@@ -252,8 +320,9 @@ mod tests {
         assert!(lit > 50 && dark > 50, "{lit} lit, {dark} dark");
     }
 
-    /// Protects: no lamp is named whose light passes by: one flush with a ceiling or a hair below it, one that stands on a floor, one beside a
-    /// cover, one without any, one behind glass or a shadowless object.
+    /// Protects: no lamp is named whose light passes by: one flush with a ceiling or a hair below
+    /// it, one that stands on a floor, one beside a cover, one without any, one behind glass or a
+    /// shadowless object.
     #[test]
     fn lamps_that_pass_nothing_are_not_named() {
         let lamp = |y: f64| json!({ "shape": quad(y, 0.25), "material": "classic" });
@@ -261,8 +330,7 @@ mod tests {
         let glass = json!([{ "name": "g", "model": { "physical": { "transmission": 1, "roughness": 0 } } },
                            { "name": "floor", "model": { "classic": { "colour": 0.6 } } },
                            { "name": "classic", "model": { "classic": { "local": 0, "emission": 4 } } }]);
-        let standing =
-            json!({ "shape": { "box": { "min": [-0.1, 1e-8, -0.1], "max": [0.1, 0.2, 0.1] } }, "material": "classic" });
+        let standing = json!({ "shape": { "box": { "min": [-0.1, 1e-8, -0.1], "max": [0.1, 0.2, 0.1] } }, "material": "classic" });
         for parts in [
             json!({ "objects": [black(quad(1.0, 2.0)), lamp(1.0)] }),
             json!({ "objects": [black(quad(1.000_000_2, 2.0)), lamp(1.0)] }),

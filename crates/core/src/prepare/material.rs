@@ -55,27 +55,42 @@ impl<R: Real> Material<R> {
     /// What it gives off at a point.
     pub fn emission_at(&self, here: &ShadingContext<'_, R>) -> R::Vec3 {
         match self {
-            Self::Classic(m) => m.emission.as_ref().map_or(R::Vec3::ZERO, |emission| emission.colour(here)),
-            Self::Physical(m) => m.emission.as_ref().map_or(R::Vec3::ZERO, |emission| emission.tint(here, R::Vec3::ONE)),
+            Self::Classic(m) => m
+                .emission
+                .as_ref()
+                .map_or(R::Vec3::ZERO, |emission| emission.colour(here)),
+            Self::Physical(m) => m
+                .emission
+                .as_ref()
+                .map_or(R::Vec3::ZERO, |emission| emission.tint(here, R::Vec3::ONE)),
             Self::Unused => R::Vec3::ZERO,
         }
     }
 
     /// The share of the surface that is there at a point.
     pub fn alpha_at(&self, here: &ShadingContext<'_, R>) -> R {
-        if let Self::Physical(m) = self { m.alpha_at(here) } else { R::ONE }
+        if let Self::Physical(m) = self {
+            m.alpha_at(here)
+        } else {
+            R::ONE
+        }
     }
 
     /// What its inside absorbs of light per metre; none where nothing.
     pub fn absorption(&self) -> Option<R::Vec3> {
         match self {
-            Self::Classic(m) => m.mixture.map(|mixture| mixture.absorption).filter(|&a| a != Colour::BLACK).map(vector::<R>),
+            Self::Classic(m) => m
+                .mixture
+                .map(|mixture| mixture.absorption)
+                .filter(|&a| a != Colour::BLACK)
+                .map(vector::<R>),
             Self::Physical(m) => m.absorption,
             Self::Unused => None,
         }
     }
 
-    /// Whether no ray passes it straight, wherever it is the occluder: light bent by glass arrives on other ways.
+    /// Whether no ray passes it straight, wherever it is the occluder: light bent by glass arrives
+    /// on other ways.
     pub fn covers(&self) -> bool {
         !matches!(self, Self::Physical(m) if m.alpha != AlphaMode::Opaque)
     }
@@ -101,11 +116,15 @@ impl<R: Real> Material<R> {
         matches!(self, Self::Classic(m) if m.asks_how_far)
     }
 
-    /// Share of light that passes when this is the occluder and covers all of what is behind it; none where it varies.
+    /// Share of light that passes when this is the occluder and covers all of what is behind it;
+    /// none where it varies.
     pub fn shadow_transmittance(&self) -> Option<R> {
         match self {
             Self::Classic(m) => Some(m.shadow_transmittance),
-            Self::Physical(m) => m.transmission.as_ref().map_or(Some(R::ZERO), |transmission| transmission.even),
+            Self::Physical(m) => m
+                .transmission
+                .as_ref()
+                .map_or(Some(R::ZERO), |transmission| transmission.even),
             Self::Unused => Some(R::ONE),
         }
     }
@@ -131,7 +150,10 @@ pub(super) fn prepare<R: Real>(
 }
 
 /// What a part of a material is prepared as, where there is one.
-fn prepared<T, P>(part: Option<T>, prepare: impl FnOnce(T) -> Result<P, PrepareError>) -> Result<Option<P>, PrepareError> {
+fn prepared<T, P>(
+    part: Option<T>,
+    prepare: impl FnOnce(T) -> Result<P, PrepareError>,
+) -> Result<Option<P>, PrepareError> {
     part.map(prepare).transpose()
 }
 

@@ -1,5 +1,5 @@
-//! Preparation: a validated scene and settings become what an integrator walks. It may fail, allocate, sort and decide;
-//! rendering may do none of these.
+//! Preparation: a validated scene and settings become what an integrator walks. It may fail,
+//! allocate, sort and decide; rendering may do none of these.
 
 mod collapse;
 mod emitters;
@@ -38,8 +38,8 @@ use geometry::GeometryNeeds;
 pub(crate) use geometry::{MeshUse, ObjectRecord, build as build_geometry};
 pub use leak::{Lamp, LightLeak};
 pub(crate) use material::{
-    Boundary, ClassicInputs, Directions, Index, InputStage, LayeredInputs, Material, PhysicalInputs, PhysicalTransmission,
-    SpecularInputs, Thickness,
+    Boundary, ClassicInputs, Directions, Index, InputStage, LayeredInputs, Material,
+    PhysicalInputs, PhysicalTransmission, SpecularInputs, Thickness,
 };
 use prepared::Rules;
 pub(crate) use prepared::Spawn;
@@ -48,12 +48,17 @@ pub use shut::ShutAway;
 use studio::Backdrop;
 
 impl<R: Real> Prepared<R> {
-    /// Prepares a scene for the effects that are simulated: the others' tables stay empty. Its materials are prepared when an
-    /// object uses them, so an unused one costs nothing.
+    /// Prepares a scene for the effects that are simulated: the others' tables stay empty. Its
+    /// materials are prepared when an object uses them, so an unused one costs nothing.
     ///
     /// # Errors
     /// What validation would have reported with a place, and what only the geometry can know.
-    pub fn new(scene: &Scene, settings: &Settings, simulated: EffectSet, observer: &dyn Observer) -> Result<Self, PrepareError> {
+    pub fn new(
+        scene: &Scene,
+        settings: &Settings,
+        simulated: EffectSet,
+        observer: &dyn Observer,
+    ) -> Result<Self, PrepareError> {
         go_on(observer)?;
         let whole = scene;
         let scene = &*simulated_scene(whole, settings.camera.as_ref(), simulated);
@@ -69,11 +74,19 @@ impl<R: Real> Prepared<R> {
         let lookup = Lookup::new(scene);
         let shown = geometry::materials(scene, &lookup)?;
         let mut used = vec![false; scene.materials.len()];
-        shown.iter().for_each(|&material| used[material as usize] = true);
+        shown
+            .iter()
+            .for_each(|&material| used[material as usize] = true);
         let paths = chosen(scene, settings) == Integrator::Path;
         let compensates = settings.microfacets == Microfacets::Compensated;
         let (without, fresnel) = (settings.without, settings.fresnel);
-        let mut context = material::Context { layers: Vec::new(), paths, without, fresnel, compensates };
+        let mut context = material::Context {
+            layers: Vec::new(),
+            paths,
+            without,
+            fresnel,
+            compensates,
+        };
         let origin = StorageOrigin::of::<R>(scene, &lookup);
         let mut inputs = inputs::Compiler::new(&names, &lookup, origin.origin);
         let mut materials = Vec::with_capacity(scene.materials.len());
@@ -87,18 +100,33 @@ impl<R: Real> Prepared<R> {
             } else {
                 Material::Unused
             });
-            inputs.sources.of_materials.push(first..inputs.sources.textures.len() as u32);
+            inputs
+                .sources
+                .of_materials
+                .push(first..inputs.sources.textures.len() as u32);
             reads_coordinates.push(inputs.reads.coordinates);
         }
         material::tables(&context.layers).prepare();
         settings.filter.draws();
         let hard_shadows = settings.area_shadows == AreaShadows::Hard;
-        let facets = facets(scene, (&materials, &context.layers), &reads_coordinates, (paths, hard_shadows));
-        let mut built = geometry::build_with::<R>((scene, origin), &lookup, settings.accelerator, (&shown, &facets), observer)?;
+        let facets = facets(
+            scene,
+            (&materials, &context.layers),
+            &reads_coordinates,
+            (paths, hard_shadows),
+        );
+        let mut built = geometry::build_with::<R>(
+            (scene, origin),
+            &lookup,
+            settings.accelerator,
+            (&shown, &facets),
+            observer,
+        )?;
         go_on(observer)?;
         let tangents = tangents::make(scene, &mut built, observer)?;
         let aspect = f64::from(settings.size[0]) / f64::from(settings.size[1]);
-        // The view that shows everything shows it wherever it goes, also where it stands in the picture.
+        // The view that shows everything shows it wherever it goes, also where it stands in the
+        // picture.
         let framed = || {
             let silhouette = Silhouette::of(whole);
             silhouette.frame(silhouette.front(), FIELD_OF_VIEW, aspect)
@@ -107,24 +135,49 @@ impl<R: Real> Prepared<R> {
         let view = camera_about(origin.origin, &view);
         let studio = studio_of(scene);
         let lit_by = studio.map(|studio| crate::studio::lights(&studio, &view));
-        let sky = prepare_sky::<R>((lit_by.as_ref().or(scene.sky.as_ref()), origin.origin), &lookup, &names)?;
+        let sky = prepare_sky::<R>(
+            (lit_by.as_ref().or(scene.sky.as_ref()), origin.origin),
+            &lookup,
+            &names,
+        )?;
         let lit = simulated.has(Effect::DirectLight) || simulated.has(Effect::Highlights);
         let casters = simulated.has(Effect::Shadows);
-        let irradiance = (simulated.has(Effect::SkyLight) && !paths && !sky.is_black()).then(|| Irradiance::new(&sky));
+        let irradiance = (simulated.has(Effect::SkyLight) && !paths && !sky.is_black())
+            .then(|| Irradiance::new(&sky));
         let wanted = emitters::Wanted {
             even: simulated.has(Effect::SoftShadows),
             varied: paths && simulated.has(Effect::TexturedEmitters),
             read: paths,
         };
         let emitters = if wanted.even || wanted.varied {
-            emitters::emitters::<R>((scene, origin.origin), &lookup, (&materials, &inputs.sources), wanted, observer)?
+            emitters::emitters::<R>(
+                (scene, origin.origin),
+                &lookup,
+                (&materials, &inputs.sources),
+                wanted,
+                observer,
+            )?
         } else {
             EmitterList::default()
         };
         // A light that shows on nothing is not built: no loop turns for it.
-        let placed = scene.lights.iter().map(|light| light_about(origin.origin, light));
-        let delta = if lit { placed.map(|light| DeltaLight::new(&light, casters)).collect() } else { Vec::new() };
-        let mut lights = Lights::new(delta, Emitters::new(emitters), sky, &built.geometry.bounded_part());
+        let placed = scene
+            .lights
+            .iter()
+            .map(|light| light_about(origin.origin, light));
+        let delta = if lit {
+            placed
+                .map(|light| DeltaLight::new(&light, casters))
+                .collect()
+        } else {
+            Vec::new()
+        };
+        let mut lights = Lights::new(
+            delta,
+            Emitters::new(emitters),
+            sky,
+            &built.geometry.bounded_part(),
+        );
         if paths {
             lights.emitters.strategy = Strategy::SolidAngle;
             if simulated.has(Effect::SkyLight) {
@@ -140,8 +193,15 @@ impl<R: Real> Prepared<R> {
             Background::Transparent => Some(Backdrop::Plain(Vector::ZERO)),
         };
         let camera = Camera::towards(&view, settings.size, &built.geometry.bounded_part());
-        let absorbs = simulated.has(Effect::Absorption) && materials.iter().any(|material| material.absorption().is_some());
-        let priorities = if paths && simulated.has(Effect::NestedMedia) { priorities(scene) } else { Vec::new() };
+        let absorbs = simulated.has(Effect::Absorption)
+            && materials
+                .iter()
+                .any(|material| material.absorption().is_some());
+        let priorities = if paths && simulated.has(Effect::NestedMedia) {
+            priorities(scene)
+        } else {
+            Vec::new()
+        };
         let mut prepared = Self {
             geometry_bytes: built.geometry.bytes(),
             geometry: built.geometry,
@@ -151,7 +211,8 @@ impl<R: Real> Prepared<R> {
             origin,
             absorbs,
             tracks_media: absorbs || !priorities.is_empty(),
-            lets_straight: paths && (!priorities.is_empty() || materials.iter().any(Material::is_wall)),
+            lets_straight: paths
+                && (!priorities.is_empty() || materials.iter().any(Material::is_wall)),
             priorities,
             tangents,
             materials,
@@ -179,19 +240,39 @@ impl<R: Real> Prepared<R> {
         Ok(prepared)
     }
 
-    /// Takes another camera that calls for the same effects, as if the scene had been prepared for it: what goes with the camera is made
-    /// anew, and nothing else. A camera whose shutter is open for a time is none of these. False, and nothing changed, where the lights that
-    /// go with the camera can't be made.
+    /// Takes another camera that calls for the same effects, as if the scene had been prepared for
+    /// it: what goes with the camera is made anew, and nothing else. A camera whose shutter is open
+    /// for a time is none of these. False, and nothing changed, where the lights that go with the
+    /// camera can't be made.
     #[must_use]
-    pub(crate) fn turn_to(&mut self, scene: &Scene, settings: &Settings, view: &scene::Camera, simulated: EffectSet) -> bool {
-        let view = camera_about(self.origin.origin, &simulated_camera(view.clone(), simulated));
+    pub(crate) fn turn_to(
+        &mut self,
+        scene: &Scene,
+        settings: &Settings,
+        view: &scene::Camera,
+        simulated: EffectSet,
+    ) -> bool {
+        let view = camera_about(
+            self.origin.origin,
+            &simulated_camera(view.clone(), simulated),
+        );
         let studio = studio_of(scene);
         let lit_by = studio.map(|studio| crate::studio::lights(&studio, &view));
-        let prepared = |lit_by| prepare_sky::<R>((Some(&lit_by), self.origin.origin), &Lookup::new(scene), &names(scene));
-        let Ok(sky) = lit_by.map(prepared).transpose() else { return false };
+        let prepared = |lit_by| {
+            prepare_sky::<R>(
+                (Some(&lit_by), self.origin.origin),
+                &Lookup::new(scene),
+                &names(scene),
+            )
+        };
+        let Ok(sky) = lit_by.map(prepared).transpose() else {
+            return false;
+        };
         self.camera = Camera::towards(&view, settings.size, &self.geometry.bounded_part());
         self.cone = self.cone.is_some().then(|| self.camera.cone());
-        let (Some(studio), Some(sky)) = (studio, sky) else { return true };
+        let (Some(studio), Some(sky)) = (studio, sky) else {
+            return true;
+        };
         self.irradiance = self.irradiance.is_some().then(|| Irradiance::new(&sky));
         self.lights.sky = sky;
         if self.lights.sky_sampler().is_some() {
@@ -208,38 +289,71 @@ impl<R: Real> Prepared<R> {
 
 /// The studio that a scene stands in.
 fn studio_of(scene: &Scene) -> Option<Studio> {
-    if let Some(Sky::Studio(studio)) = &scene.sky { Some(*studio) } else { None }
+    if let Some(Sky::Studio(studio)) = &scene.sky {
+        Some(*studio)
+    } else {
+        None
+    }
 }
 
 /// The priority of each material's body.
 fn priorities(scene: &Scene) -> Vec<u32> {
-    let of = |material: &scene::Material| if let scene::Model::Physical(m) = &material.model { m.priority } else { 0 };
+    let of = |material: &scene::Material| {
+        if let scene::Model::Physical(m) = &material.model {
+            m.priority
+        } else {
+            0
+        }
+    };
     scene.materials.iter().map(of).collect()
 }
 
-/// What geometry asks of each material. An occluder that lets nothing through needs no question, unless somewhere more is
-/// asked than whether light arrives: which occluder is the first, or how far away the nearest is.
+/// What geometry asks of each material. An occluder that lets nothing through needs no question,
+/// unless somewhere more is asked than whether light arrives: which occluder is the first, or how
+/// far away the nearest is.
 fn facets<R: Real>(
     scene: &Scene,
     (materials, layers): (&[Material<R>], &[LayeredInputs<R>]),
     reads_coordinates: &[bool],
     (paths, hard): (bool, bool),
 ) -> Vec<GeometryNeeds> {
-    let asks = scene.classic.shadow == ShadowRule::FirstInOrder || materials.iter().any(Material::asks_how_far);
+    let asks = scene.classic.shadow == ShadowRule::FirstInOrder
+        || materials.iter().any(Material::asks_how_far);
     let facet = |((material, data), &coordinates): ((&Material<R>, &scene::Material), &bool)| {
-        let sets = data.uv_sets().into_iter().filter(|&set| (set as usize) < scene::MOST_UV_SETS);
-        let solid = if paths { material.covers() } else { material.is_opaque() && !asks };
+        let sets = data
+            .uv_sets()
+            .into_iter()
+            .filter(|&set| (set as usize) < scene::MOST_UV_SETS);
+        let solid = if paths {
+            material.covers()
+        } else {
+            material.is_opaque() && !asks
+        };
         GeometryNeeds {
             // A ray to a lamp's middle passes the lamp itself.
-            occlusion: if solid && !(hard && material.glows()) { Occlusion::Opaque } else { Occlusion::Ask },
-            // A path tracer asks whose light it is: that of surfaces and of the sky passes nothing that rays meet.
-            without_shadow: if paths { Occlusion::Ask } else { Occlusion::None },
+            occlusion: if solid && !(hard && material.glows()) {
+                Occlusion::Opaque
+            } else {
+                Occlusion::Ask
+            },
+            // A path tracer asks whose light it is: that of surfaces and of the sky passes nothing
+            // that rays meet.
+            without_shadow: if paths {
+                Occlusion::Ask
+            } else {
+                Occlusion::None
+            },
             coordinates,
             bumpy: material.is_bumpy(layers),
             sets: sets.fold(u8::from(coordinates), |bits, set| bits | 1 << set),
         }
     };
-    materials.iter().zip(&scene.materials).zip(reads_coordinates).map(facet).collect()
+    materials
+        .iter()
+        .zip(&scene.materials)
+        .zip(reads_coordinates)
+        .map(facet)
+        .collect()
 }
 
 /// Time and parameters, as expressions see them.

@@ -13,7 +13,9 @@ use crate::camera::{Camera, Cone};
 use crate::light::{Irradiance, LightId, LightUsage, Lights};
 use crate::memory::Memory;
 use crate::origin::StorageOrigin;
-use crate::scene::{ClassicRules, DepthLimit, ImageData, MeshData, OffsetDirection, ShadowRule, SpawnRule};
+use crate::scene::{
+    ClassicRules, DepthLimit, ImageData, MeshData, OffsetDirection, ShadowRule, SpawnRule,
+};
 use crate::settings::{LightSampling, Roulette};
 use crate::texture::Sources;
 
@@ -21,7 +23,13 @@ use crate::texture::Sources;
 #[derive(Clone, Copy, Debug)]
 pub(crate) enum Spawn<R: Real> {
     ErrorBound,
-    Constant { offset: R, along_ray: bool, camera_min: R, secondary_min: R, shadow_min: R },
+    Constant {
+        offset: R,
+        along_ray: bool,
+        camera_min: R,
+        secondary_min: R,
+        shadow_min: R,
+    },
 }
 
 /// The classic model's rules in the precision's scalar.
@@ -55,9 +63,10 @@ impl<R: Real> Rules<R> {
     }
 }
 
-/// A scene as an integrator walks it: flat arrays that refer to each other by index, with no pointer, closure or trait object for
-/// each object, material or primitive. What it shares with the scene, meshes and images, lies in tables too, one pointer for
-/// each buffer, so that nothing is copied and every array can be read as it is.
+/// A scene as an integrator walks it: flat arrays that refer to each other by index, with no
+/// pointer, closure or trait object for each object, material or primitive. What it shares with the
+/// scene, meshes and images, lies in tables too, one pointer for each buffer, so that nothing is
+/// copied and every array can be read as it is.
 #[derive(Clone, Debug)]
 pub struct Prepared<R: Real> {
     pub(crate) geometry: Geometry<R>,
@@ -90,7 +99,8 @@ pub struct Prepared<R: Real> {
     pub(crate) priorities: Vec<u32>,
     /// Whether paths keep track of the bodies that they are in.
     pub(crate) tracks_media: bool,
-    /// Whether light asked for may arrive straight through surfaces, so that shadow rays meet them in order.
+    /// Whether light asked for may arrive straight through surfaces, so that shadow rays meet them
+    /// in order.
     pub(crate) lets_straight: bool,
     /// What lies over, under and in materials that have such.
     pub(crate) layers: Vec<LayeredInputs<R>>,
@@ -139,18 +149,22 @@ pub struct Tables {
 }
 
 impl<R: Real> Prepared<R> {
-    /// How a path tracer finds a light with a size. Lamps of which the middle alone counts are asked, since a path that meets one by chance
-    /// does not know what the middle sees.
+    /// How a path tracer finds a light with a size. Lamps of which the middle alone counts are
+    /// asked, since a path that meets one by chance does not know what the middle sees.
     #[inline(always)]
     pub(crate) fn sampling_of(&self, light: LightId) -> LightSampling {
         match light {
-            LightId::Emitter(i) if self.casts_hard(i) && self.light_sampling == LightSampling::Both => LightSampling::Lights,
+            LightId::Emitter(i)
+                if self.casts_hard(i) && self.light_sampling == LightSampling::Both =>
+            {
+                LightSampling::Lights
+            }
             _ => self.light_sampling,
         }
     }
 
-    /// Whether a lamp's shadows are hard. Where its light varies it is read where a shadow ray meets it, which has to be a point that was
-    /// drawn.
+    /// Whether a lamp's shadows are hard. Where its light varies it is read where a shadow ray
+    /// meets it, which has to be a point that was drawn.
     #[inline(always)]
     pub(crate) fn casts_hard(&self, emitter: u32) -> bool {
         self.hard_shadows && !self.lights.emitters.varies(emitter)
@@ -160,7 +174,11 @@ impl<R: Real> Prepared<R> {
     #[inline]
     pub(crate) fn in_world(&self, point: R::Vec3) -> DVec3 {
         let stored = point.to_f64();
-        if self.origin.origin == DVec3::ZERO { stored } else { stored + self.origin.origin }
+        if self.origin.origin == DVec3::ZERO {
+            stored
+        } else {
+            stored + self.origin.origin
+        }
     }
 
     /// What it takes, without the film.
@@ -174,12 +192,28 @@ impl<R: Real> Prepared<R> {
             + size_of_val(self.lights.delta.as_slice());
         let choice = self.lights.choice().bytes();
         // Only what chooses among lights counts what became of them.
-        let counted = if self.lights.choice().is_empty() { 0 } else { self.lights.delta.len() + self.lights.emitters.len() };
-        let tangents = self.tangents.iter().map(|corners| size_of_val(corners.as_slice()) as u64).sum::<u64>();
+        let counted = if self.lights.choice().is_empty() {
+            0
+        } else {
+            self.lights.delta.len() + self.lights.emitters.len()
+        };
+        let tangents = self
+            .tangents
+            .iter()
+            .map(|corners| size_of_val(corners.as_slice()) as u64)
+            .sum::<u64>();
         Memory {
             geometry: self.geometry_bytes as u64,
-            meshes: self.meshes.iter().map(|mesh| mesh.bytes() as u64).sum::<u64>() + tangents,
-            tables: tables as u64 + choice + self.lights.emitters.bytes() + LightUsage::bytes_of(counted as u64),
+            meshes: self
+                .meshes
+                .iter()
+                .map(|mesh| mesh.bytes() as u64)
+                .sum::<u64>()
+                + tangents,
+            tables: tables as u64
+                + choice
+                + self.lights.emitters.bytes()
+                + LightUsage::bytes_of(counted as u64),
             textures: self.texture_bytes() as u64 + self.lights.sky.bytes(),
             film: 0,
         }
@@ -187,9 +221,20 @@ impl<R: Real> Prepared<R> {
 
     /// Bytes of the images that materials and sky show, each counted once, with their mip maps.
     fn texture_bytes(&self) -> usize {
-        let sky = self.lights.sky.image().filter(|&sky| !self.sources.images.iter().any(|image| Arc::ptr_eq(image, sky)));
+        let sky = self.lights.sky.image().filter(|&sky| {
+            !self
+                .sources
+                .images
+                .iter()
+                .any(|image| Arc::ptr_eq(image, sky))
+        });
         let pyramids = self.sources.pyramids.iter().flatten();
-        self.sources.images.iter().chain(sky).map(|image| image.bytes()).sum::<usize>()
+        self.sources
+            .images
+            .iter()
+            .chain(sky)
+            .map(|image| image.bytes())
+            .sum::<usize>()
             + pyramids.map(ImageData::bytes).sum::<usize>()
     }
 
@@ -201,7 +246,11 @@ impl<R: Real> Prepared<R> {
             instances: self.geometry.instance_count(),
             lights: self.lights.delta.len(),
             emitters: self.lights.emitters.lit(),
-            materials: self.materials.iter().filter(|m| !matches!(m, Material::Unused)).count(),
+            materials: self
+                .materials
+                .iter()
+                .filter(|m| !matches!(m, Material::Unused))
+                .count(),
             layered: self.layers.len(),
             irradiance: self.irradiance.is_some(),
             texture_bytes: self.texture_bytes(),

@@ -5,8 +5,8 @@ use raywright_bvh::Real;
 use super::Prepared;
 use crate::light::{LightId, LightUsage};
 
-/// Fewer rays to a light that were all stopped say too little: of a light that every twentieth reaches, less than one in a hundred times
-/// none does.
+/// Fewer rays to a light that were all stopped say too little: of a light that every twentieth
+/// reaches, less than one in a hundred times none does.
 const ENOUGH: u64 = 100;
 
 /// A light or a lamp of which nothing was seen.
@@ -19,7 +19,8 @@ pub enum ShutAway {
         /// Rays to it, all of which were stopped.
         rays: u64,
     },
-    /// An object that gives off light, by its place in the scene's list, those that the scene generates behind them.
+    /// An object that gives off light, by its place in the scene's list, those that the scene
+    /// generates behind them.
     Object {
         /// Which one.
         index: usize,
@@ -37,12 +38,17 @@ impl<R: Real> Prepared<R> {
             Some(ShutAway::Light { index, rays })
         });
         // Of a mesh some triangles may well be hidden; it is shut away where all are.
-        let objects = self.lights.emitters.objects().filter_map(|(index, emitters)| {
-            let rays: Option<u64> = emitters.map(|emitter| in_vain(LightId::Emitter(emitter))).sum();
-            Some(ShutAway::Object { index, rays: rays? })
-        });
-        let sure =
-            |shut: &ShutAway| matches!(shut, ShutAway::Light { rays, .. } | ShutAway::Object { rays, .. } if *rays >= ENOUGH);
+        let objects = self
+            .lights
+            .emitters
+            .objects()
+            .filter_map(|(index, emitters)| {
+                let rays: Option<u64> = emitters
+                    .map(|emitter| in_vain(LightId::Emitter(emitter)))
+                    .sum();
+                Some(ShutAway::Object { index, rays: rays? })
+            });
+        let sure = |shut: &ShutAway| matches!(shut, ShutAway::Light { rays, .. } | ShutAway::Object { rays, .. } if *rays >= ENOUGH);
         lights.chain(objects).filter(sure).collect()
     }
 }

@@ -1,4 +1,5 @@
-//! What a studio puts behind and below a scene: the backdrop that camera rays see, and the ground that catches shadows.
+//! What a studio puts behind and below a scene: the backdrop that camera rays see, and the ground
+//! that catches shadows.
 
 use glam::DVec3;
 use raywright_bvh::{Real, Vector};
@@ -25,10 +26,15 @@ impl<R: Real> Backdrop<R> {
     /// Of a studio, as a camera sees it. Parallel rays see one radiance.
     pub fn of_studio(radiance: f64, camera: &Camera) -> Self {
         match camera.projection {
-            Projection::Orthographic { .. } => Self::Plain(R::Vec3::from_f64(DVec3::splat(radiance))),
+            Projection::Orthographic { .. } => {
+                Self::Plain(R::Vec3::from_f64(DVec3::splat(radiance)))
+            }
             _ => {
                 let (_, frame) = axes(&pose_at(camera, opening(camera)));
-                Self::Studio { radiance: R::from_f64(radiance), axis: R::Vec3::from_f64(-frame.z_axis.normalize()) }
+                Self::Studio {
+                    radiance: R::from_f64(radiance),
+                    axis: R::Vec3::from_f64(-frame.z_axis.normalize()),
+                }
             }
         }
     }

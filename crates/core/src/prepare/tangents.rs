@@ -1,5 +1,6 @@
-//! Tangents of meshes whose normals an image bends, or whose facets are combed, and whose file has none: MikkTSpace, by which the programs that bake such images
-//! make theirs (Mikkelsen, "Simulation of Wrinkled Surfaces Revisited", 2008).
+//! Tangents of meshes whose normals an image bends, or whose facets are combed, and whose file has
+//! none: MikkTSpace, by which the programs that bake such images make theirs (Mikkelsen,
+//! "Simulation of Wrinkled Surfaces Revisited", 2008).
 
 use std::collections::HashMap;
 
@@ -14,36 +15,64 @@ use crate::lookup::Lookup;
 use crate::observer::Observer;
 use crate::scene::{Material, MeshData, Model, Scene, Shape};
 
-/// Tangents of a mesh, for each corner of each triangle, as [`MeshData::tangents`] has them for vertices.
+/// Tangents of a mesh, for each corner of each triangle, as [`MeshData::tangents`] has them for
+/// vertices.
 pub(crate) type Corners = Vec<[[f32; 4]; 3]>;
 
-/// Which way tangents go: along this set of texture coordinates, after this part of an affine map, by its bits.
+/// Which way tangents go: along this set of texture coordinates, after this part of an affine map,
+/// by its bits.
 pub(super) type TangentSource = (u32, [u64; 4]);
 
-/// The way of the tangents that must be made for a mesh of a material; none where it has its own, or where nothing asks for any.
+/// The way of the tangents that must be made for a mesh of a material; none where it has its own,
+/// or where nothing asks for any.
 pub(super) fn way(material: Option<&Material>, data: &MeshData) -> Option<TangentSource> {
-    let Model::Physical(model) = &material?.model else { return None };
+    let Model::Physical(model) = &material?.model else {
+        return None;
+    };
     let image = model.directed_by();
     // Combed facets without an image go along the first set of coordinates.
     let asked = data.tangents.is_empty() && (image.is_some() || model.combed().is_some());
-    let map = image.and_then(|image| image.uv_transform).unwrap_or([[1.0, 0.0, 0.0], [0.0, 1.0, 0.0]]);
+    let map = image
+        .and_then(|image| image.uv_transform)
+        .unwrap_or([[1.0, 0.0, 0.0], [0.0, 1.0, 0.0]]);
     let [[a, b, _], [c, d, _]] = map;
-    asked.then(|| (image.map_or(0, |image| image.uv_set), [a, b, c, d].map(f64::to_bits)))
+    asked.then(|| {
+        (
+            image.map_or(0, |image| image.uv_set),
+            [a, b, c, d].map(f64::to_bits),
+        )
+    })
 }
 
 /// Makes what tangents are missing, each once, and tells the objects where they are.
 ///
 /// # Errors
 /// [`PrepareError::Cancelled`], asked between meshes.
-pub(super) fn make<R: Real>(scene: &Scene, built: &mut Built<R>, observer: &dyn Observer) -> Result<Vec<Corners>, PrepareError> {
+pub(super) fn make<R: Real>(
+    scene: &Scene,
+    built: &mut Built<R>,
+    observer: &dyn Observer,
+) -> Result<Vec<Corners>, PrepareError> {
     let lookup = Lookup::new(scene);
     let (mut tables, mut places) = (Vec::new(), HashMap::new());
-    let bumpy = built.objects.iter_mut().zip(all(scene)).filter(|(record, _)| record.bumpy);
+    let bumpy = built
+        .objects
+        .iter_mut()
+        .zip(all(scene))
+        .filter(|(record, _)| record.bumpy);
     for (record, shown) in bumpy {
-        let (Some(mesh), Shape::Mesh(name)) = (&mut record.mesh, &shown.object.shape) else { continue };
-        let material = lookup.material(&shown.object.material).map(|(_, material)| material);
-        let Some(data) = lookup.mesh_data(name) else { continue };
-        let Some(way) = way(material, data) else { continue };
+        let (Some(mesh), Shape::Mesh(name)) = (&mut record.mesh, &shown.object.shape) else {
+            continue;
+        };
+        let material = lookup
+            .material(&shown.object.material)
+            .map(|(_, material)| material);
+        let Some(data) = lookup.mesh_data(name) else {
+            continue;
+        };
+        let Some(way) = way(material, data) else {
+            continue;
+        };
         let known = places.get(&(mesh.mesh, way)).copied();
         let place = match known {
             Some(place) => place,
@@ -62,9 +91,19 @@ pub(super) fn make<R: Real>(scene: &Scene, built: &mut Built<R>, observer: &dyn 
 
 /// The tangents of one mesh.
 fn corners(data: &MeshData, (set, map): TangentSource) -> Corners {
-    let largest = data.positions.offsets().as_flattened().iter().fold(0.0_f32, |largest, x| largest.max(x.abs()));
-    // A power of two keeps every digit, and products of edges within what single precision can hold.
-    let exponent = if largest > 0.0 { libm::ilogbf(largest) } else { 0 };
+    let largest = data
+        .positions
+        .offsets()
+        .as_flattened()
+        .iter()
+        .fold(0.0_f32, |largest, x| largest.max(x.abs()));
+    // A power of two keeps every digit, and products of edges within what single precision can
+    // hold.
+    let exponent = if largest > 0.0 {
+        libm::ilogbf(largest)
+    } else {
+        0
+    };
     let mut mesh = Faces {
         data,
         set: set as usize,
@@ -72,7 +111,8 @@ fn corners(data: &MeshData, (set, map): TangentSource) -> Corners {
         scale: libm::ldexp(1.0, -exponent),
         out: vec![[[0.0; 4]; 3]; data.indices.len()],
     };
-    // Fails for none of what a mesh can be; corners that are then without a tangent get any that is across their normal.
+    // Fails for none of what a mesh can be; corners that are then without a tangent get any that is
+    // across their normal.
     let _ = generate_tangents::<_, Portable>(&mut mesh);
     mesh.out
 }
@@ -112,14 +152,20 @@ impl Geometry<Portable> for Faces<'_> {
         3
     }
     fn position(&self, face: usize, corner: usize) -> [f32; 3] {
-        self.data.positions.offsets()[self.vertex(face, corner)].map(|x| (f64::from(x) * self.scale) as f32)
+        self.data.positions.offsets()[self.vertex(face, corner)]
+            .map(|x| (f64::from(x) * self.scale) as f32)
     }
     fn normal(&self, face: usize, corner: usize) -> [f32; 3] {
         match self.data.normals.get(self.vertex(face, corner)) {
             Some(normal) => *normal,
             None => {
-                let [a, b, c] = [0, 1, 2].map(|corner| Vec3::from_array(self.position(face, corner)).as_dvec3());
-                (b - a).cross(c - a).normalize_or_zero().as_vec3().to_array()
+                let [a, b, c] = [0, 1, 2]
+                    .map(|corner| Vec3::from_array(self.position(face, corner)).as_dvec3());
+                (b - a)
+                    .cross(c - a)
+                    .normalize_or_zero()
+                    .as_vec3()
+                    .to_array()
             }
         }
     }

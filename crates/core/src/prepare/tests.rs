@@ -20,12 +20,17 @@ fn textured() -> Scene {
         "objects": [shown("near", "outside"), shown("soft", "both"), shown("near", "both")],
     }))
     .unwrap_or_else(|e| panic!("{e}"));
-    scene.images[1].data = Some(Arc::new(ImageData { width: 1, height: 1, pixels: Pixels::Codes(vec![[128; 4]]) }));
+    scene.images[1].data = Some(Arc::new(ImageData {
+        width: 1,
+        height: 1,
+        pixels: Pixels::Codes(vec![[128; 4]]),
+    }));
     scene
 }
 
-/// Protects: what there is one of for each object, material, use of a texture and light is plain numbers, which no pointer or
-/// list of its own can hide in; meshes and images are the scene's own buffers, each in its table once.
+/// Protects: what there is one of for each object, material, use of a texture and light is plain
+/// numbers, which no pointer or list of its own can hide in; meshes and images are the scene's own
+/// buffers, each in its table once.
 #[test]
 fn prepared_is_flat() {
     fn plain<T: Copy>() {}
@@ -35,17 +40,26 @@ fn prepared_is_flat() {
     plain::<DeltaLight<f32>>();
 
     let scene = textured();
-    let prepared = Prepared::<f32>::new(&scene, &Settings::of(&scene), EffectSet::EMPTY, &()).expect("it can be prepared");
-    let MeshSource::Inline(mesh) = &scene.meshes[0].source else { panic!("it has its arrays") };
+    let prepared = Prepared::<f32>::new(&scene, &Settings::of(&scene), EffectSet::EMPTY, &())
+        .expect("it can be prepared");
+    let MeshSource::Inline(mesh) = &scene.meshes[0].source else {
+        panic!("it has its arrays")
+    };
     let image = scene.images[1].data.as_ref().expect("it has its pixels");
     assert!(prepared.meshes.len() == 1 && Arc::ptr_eq(&prepared.meshes[0], mesh));
     assert!(prepared.sources.images.len() == 1 && Arc::ptr_eq(&prepared.sources.images[0], image));
     // The scene's, and the table's.
     assert_eq!((Arc::strong_count(mesh), Arc::strong_count(image)), (2, 2));
-    assert!(prepared.objects.iter().all(|object| object.mesh.is_some_and(|shown| shown.mesh == 0)));
+    assert!(
+        prepared
+            .objects
+            .iter()
+            .all(|object| object.mesh.is_some_and(|shown| shown.mesh == 0))
+    );
 }
 
-/// Protects: settings that leave the integrator to the scene prepare the one that it calls for, whoever prepares it.
+/// Protects: settings that leave the integrator to the scene prepare the one that it calls for,
+/// whoever prepares it.
 #[test]
 fn an_integrator_that_is_not_named_is_chosen() {
     let scene: Scene = serde_json::from_value(json!({
@@ -56,11 +70,18 @@ fn an_integrator_that_is_not_named_is_chosen() {
     }))
     .unwrap_or_else(|e| panic!("{e}"));
     let samples_lights = |integrator| {
-        let settings = Settings { integrator, ..Settings::of(&scene) };
-        let prepared = Prepared::<f32>::new(&scene, &settings, EffectSet::ALL, &()).expect("it can be prepared");
+        let settings = Settings {
+            integrator,
+            ..Settings::of(&scene)
+        };
+        let prepared = Prepared::<f32>::new(&scene, &settings, EffectSet::ALL, &())
+            .expect("it can be prepared");
         prepared.lights.sky_sampler().is_some()
     };
-    assert_eq!([Integrator::Auto, Integrator::Path, Integrator::Whitted].map(samples_lights), [true, true, false]);
+    assert_eq!(
+        [Integrator::Auto, Integrator::Path, Integrator::Whitted].map(samples_lights),
+        [true, true, false]
+    );
 }
 
 /// Protects: a sky that can't be shown is refused by preparation too, and is not black in silence.
@@ -68,9 +89,19 @@ fn an_integrator_that_is_not_named_is_chosen() {
 fn a_sky_without_a_surface_is_refused() {
     let checker = json!({ "checker": { "even": 0, "odd": 1, "size": 1 } });
     for input in [checker, json!({ "texture": { "name": "soft" } })] {
-        let sky = serde_json::from_value(json!({ "expression": input })).unwrap_or_else(|e| panic!("{e}"));
-        let scene = Scene { sky: Some(sky), ..textured() };
-        let refused = Prepared::<f32>::new(&scene, &Settings::of(&scene), EffectSet::ALL, &()).err();
-        assert_eq!(refused, Some(PrepareError::NoSurface { path: "sky.expression".to_owned() }));
+        let sky = serde_json::from_value(json!({ "expression": input }))
+            .unwrap_or_else(|e| panic!("{e}"));
+        let scene = Scene {
+            sky: Some(sky),
+            ..textured()
+        };
+        let refused =
+            Prepared::<f32>::new(&scene, &Settings::of(&scene), EffectSet::ALL, &()).err();
+        assert_eq!(
+            refused,
+            Some(PrepareError::NoSurface {
+                path: "sky.expression".to_owned()
+            })
+        );
     }
 }

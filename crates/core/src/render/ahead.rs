@@ -1,12 +1,13 @@
-//! Samples, made some ahead of being asked for: camera rays that leave one point find together what they hit, and paths go a segment
-//! at a time side by side; in less time and with the same bits.
+//! Samples, made some ahead of being asked for: camera rays that leave one point find together what
+//! they hit, and paths go a segment at a time side by side; in less time and with the same bits.
 
 use raywright_bvh::{Ray, Real, Vector};
 
 use crate::integrator::{CameraRays, FirstHit, LightTransport, PathResult, PathResults};
 use crate::sampler::{Address, Sequence};
 
-/// Samples that are to be taken: their addresses, their camera rays, and what it takes to make them.
+/// Samples that are to be taken: their addresses, their camera rays, and what it takes to make
+/// them.
 pub(super) struct Samples<R: Real> {
     pub addresses: Vec<Address>,
     pub rays: Vec<Ray<R>>,
@@ -23,13 +24,23 @@ pub(super) struct Ahead<R: Real> {
 
 impl<R: Real> Default for Ahead<R> {
     fn default() -> Self {
-        let samples = Samples { addresses: Vec::new(), rays: Vec::new(), sequences: Vec::new(), places: Vec::new() };
-        Self { samples, results: PathResults::default(), next: 0 }
+        let samples = Samples {
+            addresses: Vec::new(),
+            rays: Vec::new(),
+            sequences: Vec::new(),
+            places: Vec::new(),
+        };
+        Self {
+            samples,
+            results: PathResults::default(),
+            next: 0,
+        }
     }
 }
 
 impl<R: Real> Ahead<R> {
-    /// What the next sample brings: the first of those that `make` adds, at most so many, where none is left that was made ahead.
+    /// What the next sample brings: the first of those that `make` adds, at most so many, where
+    /// none is left that was made ahead.
     #[inline(always)]
     pub fn next<'a, T: LightTransport<'a, R>>(
         &mut self,
@@ -43,7 +54,9 @@ impl<R: Real> Ahead<R> {
             self.samples.sequences.clear();
             self.samples.places.clear();
             make(T::BATCH, &mut self.samples);
-            let Samples { addresses, rays, .. } = &self.samples;
+            let Samples {
+                addresses, rays, ..
+            } = &self.samples;
             tracer.trace(CameraRays { rays, addresses }, &mut self.results);
         }
         let result = *self.results.paths.get(self.next)?;
@@ -51,8 +64,8 @@ impl<R: Real> Ahead<R> {
         Some(result)
     }
 
-    /// What the camera ray of the sample that came last hit first, none for the sky, and what it saw without light from elsewhere; nothing
-    /// where layers ask for none.
+    /// What the camera ray of the sample that came last hit first, none for the sky, and what it
+    /// saw without light from elsewhere; nothing where layers ask for none.
     #[inline(always)]
     pub fn first(&self) -> (Option<&FirstHit>, [f64; 3]) {
         let (first, direct) = self.results.first(self.next - 1);

@@ -13,7 +13,11 @@ pub(super) struct FirstHitSums<'a> {
 
 impl<'a> FirstHitSums<'a> {
     pub fn new(plan: &'a Plan) -> Self {
-        Self { plan, sums: vec![[0.0; 3]; plan.layers.mean.len()], hits: 0 }
+        Self {
+            plan,
+            sums: vec![[0.0; 3]; plan.layers.mean.len()],
+            hits: 0,
+        }
     }
 
     /// Goes on with a pixel of a plane that has some samples.
@@ -24,9 +28,14 @@ impl<'a> FirstHitSums<'a> {
         self.hits = plane.first_hits.get(pixel).copied().unwrap_or(0);
     }
 
-    /// Adds what a sample's camera ray met, which is asked for only where a layer shows it. `entered`: whether the sample did.
+    /// Adds what a sample's camera ray met, which is asked for only where a layer shows it.
+    /// `entered`: whether the sample did.
     #[inline(always)]
-    pub fn add<'f>(&mut self, first: impl FnOnce() -> (Option<&'f FirstHit>, [f64; 3]), entered: bool) {
+    pub fn add<'f>(
+        &mut self,
+        first: impl FnOnce() -> (Option<&'f FirstHit>, [f64; 3]),
+        entered: bool,
+    ) {
         if !self.sums.is_empty() {
             let (first, direct) = first();
             self.sum(first, direct, entered);

@@ -1,4 +1,5 @@
-//! Who renders what next: all tiles in passes over the picture, so that a render that is stopped has something everywhere.
+//! Who renders what next: all tiles in passes over the picture, so that a render that is stopped
+//! has something everywhere.
 
 use core::ops::Range;
 use std::cmp::Reverse;
@@ -11,8 +12,9 @@ use crate::observer::Observer;
 /// What is to be rendered, in order, and the film that it goes to.
 pub(super) struct Queue<'f> {
     film: &'f mut Film,
-    /// What comes next of each tile in each replicate that is not finished and not being worked on: the pass, the replicate, the
-    /// tile. Whoever finds nothing here can leave: what is being worked on is continued by who works on it.
+    /// What comes next of each tile in each replicate that is not finished and not being worked on:
+    /// the pass, the replicate, the tile. Whoever finds nothing here can leave: what is being
+    /// worked on is continued by who works on it.
     waiting: BinaryHeap<Reverse<(u32, u32, u32)>>,
     /// Tiles of the part that have no samples at all.
     bare: usize,
@@ -37,34 +39,58 @@ impl<'f> Queue<'f> {
         let (mut waiting, mut bare) = (Vec::new(), 0);
         let (done, total) = film.progress(part);
         for tile in part.each_tile(plan) {
-            bare += usize::from((0..plan.replicates).all(|replicate| film.drawn(tile, replicate) == 0));
+            bare +=
+                usize::from((0..plan.replicates).all(|replicate| film.drawn(tile, replicate) == 0));
             for replicate in replicates.clone() {
                 let next = plan.pass(film.goal(tile, replicate), film.drawn(tile, replicate));
                 waiting.extend(next.map(|(pass, _)| Reverse((pass, replicate, tile))));
             }
         }
-        Self { film, waiting: waiting.into(), bare, done, total }
+        Self {
+            film,
+            waiting: waiting.into(),
+            bare,
+            done,
+            total,
+        }
     }
 
-    /// Takes what is finished, and gives the next piece of work, if there is any and the observer has not got enough. One lock a
-    /// tile.
-    pub fn exchange(&mut self, finished: Option<TileUpdate>, observer: &dyn Observer) -> Option<Next> {
+    /// Takes what is finished, and gives the next piece of work, if there is any and the observer
+    /// has not got enough. One lock a tile.
+    pub fn exchange(
+        &mut self,
+        finished: Option<TileUpdate>,
+        observer: &dyn Observer,
+    ) -> Option<Next> {
         self.put(finished, observer);
         if observer.has_enough(self.bare == 0) {
             return None;
         }
         let Reverse((_, replicate, tile)) = self.waiting.pop()?;
         let (_, samples) = self.next(tile, replicate)?;
-        Some(Next { tile, replicate, samples, start: self.film.state(tile, replicate) })
+        Some(Next {
+            tile,
+            replicate,
+            samples,
+            start: self.film.state(tile, replicate),
+        })
     }
 
     /// The pass that comes next of a tile in a replicate, and its samples.
     fn next(&self, tile: u32, replicate: u32) -> Option<(u32, Range<u32>)> {
-        self.film.plan().pass(self.film.goal(tile, replicate), self.film.drawn(tile, replicate))
+        self.film.plan().pass(
+            self.film.goal(tile, replicate),
+            self.film.drawn(tile, replicate),
+        )
     }
 
     /// Takes what a worker leaves when it goes.
-    pub fn end(&mut self, finished: Option<TileUpdate>, usage: &LightUsage, observer: &dyn Observer) {
+    pub fn end(
+        &mut self,
+        finished: Option<TileUpdate>,
+        usage: &LightUsage,
+        observer: &dyn Observer,
+    ) {
         self.put(finished, observer);
         self.film.add_usage(usage);
     }
@@ -72,12 +98,16 @@ impl<'f> Queue<'f> {
     fn put(&mut self, finished: Option<TileUpdate>, observer: &dyn Observer) {
         let Some(unit) = finished else { return };
         let (tile, replicate) = (unit.tile, unit.replicate);
-        let bare = (0..self.film.plan().replicates).all(|replicate| self.film.drawn(tile, replicate) == 0);
+        let bare =
+            (0..self.film.plan().replicates).all(|replicate| self.film.drawn(tile, replicate) == 0);
         let before = self.film.drawn(tile, replicate);
         self.film.put(&unit);
         self.bare -= usize::from(bare);
         self.done += self.film.plan().pixels_of(tile) * u64::from(unit.drawn - before);
-        self.waiting.extend(self.next(tile, replicate).map(|(pass, _)| Reverse((pass, replicate, tile))));
+        self.waiting.extend(
+            self.next(tile, replicate)
+                .map(|(pass, _)| Reverse((pass, replicate, tile))),
+        );
         observer.progress(self.done, self.total);
     }
 }

@@ -1,4 +1,5 @@
-//! The rungs below Sobol points: numbers that know nothing of each other, and numbers on jittered grids.
+//! The rungs below Sobol points: numbers that know nothing of each other, and numbers on jittered
+//! grids.
 
 use crate::hash::mix;
 
@@ -11,14 +12,18 @@ pub(super) fn independent(index: u32, scramble: u32) -> [f32; 4] {
     bits(index, scramble).map(unit)
 }
 
-/// Four numbers in [0, 1), two pairs: of sixteen points one after the other, from a multiple of sixteen on, each pair has one in every cell of a
-/// grid of four by four, at a random place of it ("stratified sampling"; Cook, "Stochastic Sampling in Computer Graphics", 1986), and
-/// which one is in which cell is another chance for each pair.
+/// Four numbers in [0, 1), two pairs: of sixteen points one after the other, from a multiple of
+/// sixteen on, each pair has one in every cell of a grid of four by four, at a random place of it
+/// ("stratified sampling"; Cook, "Stochastic Sampling in Computer Graphics", 1986), and which one
+/// is in which cell is another chance for each pair.
 #[inline]
 pub(super) fn stratified(index: u32, scramble: u32) -> [f32; 4] {
     let grid = mix(u64::from(scramble) << 32 | u64::from(index / 16) | 1 << 31);
     let jitter = bits(index, scramble);
-    let cells = [cell(index % 16, grid as u32), cell(index % 16, (grid >> 32) as u32)];
+    let cells = [
+        cell(index % 16, grid as u32),
+        cell(index % 16, (grid >> 32) as u32),
+    ];
     let places = [cells[0] % 4, cells[0] / 4, cells[1] % 4, cells[1] / 4];
     core::array::from_fn(|k| unit(places[k] << (BITS - 2) | jitter[k] >> 2))
 }
@@ -50,8 +55,8 @@ fn cell(number: u32, key: u32) -> u32 {
 mod tests {
     use super::*;
 
-    /// Protects: of every sixteen points each pair of numbers has one in each cell, the pairs go through the cells in other orders, and
-    /// another sixteen in yet others.
+    /// Protects: of every sixteen points each pair of numbers has one in each cell, the pairs go
+    /// through the cells in other orders, and another sixteen in yet others.
     #[test]
     fn each_cell_has_one() {
         let mut orders = std::collections::BTreeSet::new();
@@ -64,15 +69,20 @@ mod tests {
                 let order: Vec<usize> = (0..16).map(of).collect();
                 let mut sorted = order.clone();
                 sorted.sort_unstable();
-                assert_eq!(sorted, (0..16).collect::<Vec<_>>(), "{scramble} {block} {pair}");
+                assert_eq!(
+                    sorted,
+                    (0..16).collect::<Vec<_>>(),
+                    "{scramble} {block} {pair}"
+                );
                 orders.insert(order);
             }
         }
         assert_eq!(orders.len(), 8, "all in orders of their own");
     }
 
-    /// Protects: numbers are even over [0, 1) and know nothing of each other, by the means of numbers, squares and products: 1/2, 1/3
-    /// and 1/4, where the products of stratified pairs are those of even ones too.
+    /// Protects: numbers are even over [0, 1) and know nothing of each other, by the means of
+    /// numbers, squares and products: 1/2, 1/3 and 1/4, where the products of stratified pairs are
+    /// those of even ones too.
     #[test]
     fn m11_numbers_are_even() {
         const COUNT: u32 = 1 << 16;
@@ -89,13 +99,22 @@ mod tests {
             }
             // Five standard errors of independent numbers.
             let allowed = |variance: f64| 5.0 * (variance / f64::from(COUNT)).sqrt();
-            assert!(mean.iter().all(|m| (m - 0.5).abs() < allowed(1.0 / 12.0)), "{mean:?}");
-            assert!(square.iter().all(|s| (s - 1.0 / 3.0).abs() < allowed(4.0 / 45.0)), "{square:?}");
+            assert!(
+                mean.iter().all(|m| (m - 0.5).abs() < allowed(1.0 / 12.0)),
+                "{mean:?}"
+            );
+            assert!(
+                square
+                    .iter()
+                    .all(|s| (s - 1.0 / 3.0).abs() < allowed(4.0 / 45.0)),
+                "{square:?}"
+            );
             assert!((product - 0.25).abs() < allowed(7.0 / 144.0), "{product}");
         }
     }
 
-    /// Protects: independent points fall into cells by chance: the number of empty ones of sixteen is 16·(15/16)¹⁶ on average.
+    /// Protects: independent points fall into cells by chance: the number of empty ones of sixteen
+    /// is 16·(15/16)¹⁶ on average.
     #[test]
     fn independent_points_are_not_stratified() {
         let empty = |scramble: u32| {
@@ -106,6 +125,9 @@ mod tests {
             f64::from(hit.count_zeros() - 16)
         };
         let mean = (0..4096).map(empty).sum::<f64>() / 4096.0;
-        assert!((mean - 16.0 * (15.0_f64 / 16.0).powi(16)).abs() < 0.1, "{mean}");
+        assert!(
+            (mean - 16.0 * (15.0_f64 / 16.0).powi(16)).abs() < 0.1,
+            "{mean}"
+        );
     }
 }

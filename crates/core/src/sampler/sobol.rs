@@ -1,7 +1,9 @@
-//! Owen-scrambled Sobol points in four dimensions: the bits of `sobol_burley::sample_4d`, in less time.
+//! Owen-scrambled Sobol points in four dimensions: the bits of `sobol_burley::sample_4d`, in less
+//! time.
 //!
-//! That function looks at a point's number bit by bit, each step waiting for the one before and the last one guessed wrong mostly. Sums of
-//! the direction vectors of four bits at a time are a table of a kilobyte.
+//! That function looks at a point's number bit by bit, each step waiting for the one before and the
+//! last one guessed wrong mostly. Sums of the direction vectors of four bits at a time are a table
+//! of a kilobyte.
 
 use std::sync::LazyLock;
 
@@ -11,12 +13,19 @@ use sobol_burley::parts::{hash, owen_scramble_rev, sobol_rev, u32_to_f32_norm};
 /// Bits of a point's number that are looked up at once.
 const BITS: u32 = 4;
 
-/// Sums modulo two of the direction vectors of four dimensions, for each value of each four of the sixteen bits, the lowest bits of the
-/// number first. Numbers are written from the left, lowest bit first, as the scrambling wants them.
+/// Sums modulo two of the direction vectors of four dimensions, for each value of each four of the
+/// sixteen bits, the lowest bits of the number first. Numbers are written from the left, lowest bit
+/// first, as the scrambling wants them.
 static SUMS: LazyLock<[[[u32; 4]; 16]; 4]> = LazyLock::new(|| {
-    let sum =
-        |k: usize, value: usize, dimension: u32| sobol_rev((value as u32) << (u32::BITS - BITS * (k as u32 + 1)), dimension);
-    core::array::from_fn(|k| core::array::from_fn(|value| [0, 1, 2, 3].map(|dimension| sum(k, value, dimension))))
+    let sum = |k: usize, value: usize, dimension: u32| {
+        sobol_rev(
+            (value as u32) << (u32::BITS - BITS * (k as u32 + 1)),
+            dimension,
+        )
+    };
+    core::array::from_fn(|k| {
+        core::array::from_fn(|value| [0, 1, 2, 3].map(|dimension| sum(k, value, dimension)))
+    })
 });
 
 /// Which point of which sequence: a number below 2¹⁶, and the name of a scramble.
@@ -67,12 +76,17 @@ impl Loops for SideBySide<'_> {
 fn side_by_side<const N: usize>(sums: &[[[u32; 4]; 16]; 4], which: &[Which; N]) -> [[f32; 4]; N] {
     let mut shuffled = [0; N];
     for (shuffled, which) in shuffled.iter_mut().zip(which) {
-        // The order of the points is scrambled by the name too, and each dimension by a number of its own.
-        *shuffled = owen_scramble_rev(which.index.reverse_bits(), hash(which.scramble ^ 0x79c6_8e4a));
+        // The order of the points is scrambled by the name too, and each dimension by a number of
+        // its own.
+        *shuffled = owen_scramble_rev(
+            which.index.reverse_bits(),
+            hash(which.scramble ^ 0x79c6_8e4a),
+        );
     }
     let mut points = [[0; 4]; N];
     for (point, &shuffled) in points.iter_mut().zip(&shuffled) {
-        let part = |k: usize| &sums[k][(shuffled >> (u32::BITS - BITS * (k as u32 + 1))) as usize % 16];
+        let part =
+            |k: usize| &sums[k][(shuffled >> (u32::BITS - BITS * (k as u32 + 1))) as usize % 16];
         let [a, b, c, d] = [part(0), part(1), part(2), part(3)];
         *point = core::array::from_fn(|i| a[i] ^ b[i] ^ c[i] ^ d[i]);
     }
@@ -81,7 +95,8 @@ fn side_by_side<const N: usize>(sums: &[[[u32; 4]; 16]; 4], which: &[Which; N]) 
         const OWN: [u32; 4] = [0x912f_69ba, 0x174f_18ab, 0x691e_72ca, 0xb40c_c1b8];
         let own = which.scramble.wrapping_mul(0x9c8f_2d3b);
         for i in 0..4 {
-            out[i] = u32_to_f32_norm(owen_scramble_rev(point[i], hash(own ^ OWN[i])).reverse_bits());
+            out[i] =
+                u32_to_f32_norm(owen_scramble_rev(point[i], hash(own ^ OWN[i])).reverse_bits());
         }
     }
     out
@@ -91,31 +106,56 @@ fn side_by_side<const N: usize>(sums: &[[[u32; 4]; 16]; 4], which: &[Which; N]) 
 mod tests {
     use super::*;
 
-    /// Protects: points are those of the crate to the bit, for every number of a sequence and whatever scramble.
+    /// Protects: points are those of the crate to the bit, for every number of a sequence and
+    /// whatever scramble.
     #[test]
     fn points_are_those_of_the_crate() {
         for index in 0..1_u32 << 16 {
             let scramble = index.wrapping_mul(0x9e37_79b9).rotate_left(index % 32);
-            let [found, expected] = [point(Which { index, scramble }), sobol_burley::sample_4d(index, 0, scramble)];
-            assert_eq!(found.map(f32::to_bits), expected.map(f32::to_bits), "point {index} of {scramble:#x}");
+            let [found, expected] = [
+                point(Which { index, scramble }),
+                sobol_burley::sample_4d(index, 0, scramble),
+            ];
+            assert_eq!(
+                found.map(f32::to_bits),
+                expected.map(f32::to_bits),
+                "point {index} of {scramble:#x}"
+            );
         }
         for scramble in [0, 1, u32::MAX, 0x79c6_8e4a] {
             assert_eq!(
-                point(Which { index: 0xffff, scramble }).map(f32::to_bits),
+                point(Which {
+                    index: 0xffff,
+                    scramble
+                })
+                .map(f32::to_bits),
                 sobol_burley::sample_4d(0xffff, 0, scramble).map(f32::to_bits)
             );
         }
     }
 
-    /// Protects: points that are made side by side are those that are made one by one, however many are wanted.
+    /// Protects: points that are made side by side are those that are made one by one, however many
+    /// are wanted.
     #[test]
     fn points_side_by_side_are_those_alone() {
         for count in [0, 1, 15, 16, 17, 33, 1000] {
-            let which = |i: u32| Which { index: i.wrapping_mul(7919) % (1 << 16), scramble: i.wrapping_mul(0x9e37_79b9) };
+            let which = |i: u32| Which {
+                index: i.wrapping_mul(7919) % (1 << 16),
+                scramble: i.wrapping_mul(0x9e37_79b9),
+            };
             let mut out = vec![[0.5; 4]];
             points((0..count).map(which), &mut out);
-            let alone: Vec<_> = (0..count).map(|i| point(which(i)).map(f32::to_bits)).collect();
-            assert_eq!(out[1..].iter().map(|point| point.map(f32::to_bits)).collect::<Vec<_>>(), alone, "{count}");
+            let alone: Vec<_> = (0..count)
+                .map(|i| point(which(i)).map(f32::to_bits))
+                .collect();
+            assert_eq!(
+                out[1..]
+                    .iter()
+                    .map(|point| point.map(f32::to_bits))
+                    .collect::<Vec<_>>(),
+                alone,
+                "{count}"
+            );
             assert_eq!(out[0], [0.5; 4]);
         }
     }

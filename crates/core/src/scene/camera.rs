@@ -16,19 +16,19 @@ pub struct Camera {
     pub pose: Pose,
     /// How directions map to the picture.
     pub projection: Projection,
-    /// Width over height that the projection assumes whatever the picture's is; none: the picture's own, so that the
-    /// vertical field of view is kept.
+    /// Width over height that the projection assumes whatever the picture's is; none: the picture's
+    /// own, so that the vertical field of view is kept.
     #[serde(default)]
     pub aspect: Option<f64>,
     /// What a picture of another shape than `aspect` shows.
     #[serde(default)]
     pub fit: Fit,
-    /// Where it is at time 1 if it moves; of the same kind as `pose`, which is where it is at time 0. Each number runs linearly
-    /// from one to the other. None: it stands still.
+    /// Where it is at time 1 if it moves; of the same kind as `pose`, which is where it is at
+    /// time 0. Each number runs linearly from one to the other. None: it stands still.
     #[serde(default)]
     pub pose_end: Option<Pose>,
-    /// Opening and closing time of the shutter, from 0 to 1: each sample of a pixel has a time of its own between them, at which
-    /// it sees what moves. None: everything is seen at time 0.
+    /// Opening and closing time of the shutter, from 0 to 1: each sample of a pixel has a time of
+    /// its own between them, at which it sees what moves. None: everything is seen at time 0.
     #[serde(default)]
     pub shutter: Option<[f64; 2]>,
 }
@@ -62,7 +62,8 @@ pub enum Pose {
         #[serde(default = "y_up")]
         up: Triple,
     },
-    /// On a sphere around a target: eye = target + distance · (cos e · sin a, sin e, cos e · cos a).
+    /// On a sphere around a target: eye = target + distance · (cos e · sin a, sin e, cos e · cos
+    /// a).
     Orbit {
         /// Centre of the sphere, in the middle of the picture.
         target: Triple,
@@ -73,7 +74,8 @@ pub enum Pose {
         /// Elevation e in degrees above the horizon, within ±90 (exclusive).
         elevation: f64,
     },
-    /// Explicit axes, in world coordinates: a camera-space direction (x, y, z) becomes x·right + y·up + z·back.
+    /// Explicit axes, in world coordinates: a camera-space direction (x, y, z) becomes x·right +
+    /// y·up + z·back.
     Axes {
         /// Centre of projection.
         eye: Triple,
@@ -124,7 +126,8 @@ pub struct Pinhole {
     /// Horizontal field of view in degrees, above 0 and below 180.
     #[serde(default)]
     pub horizontal_fov: Option<f64>,
-    /// Distance from the centre of projection to an image one unit high, above zero: 0.5 / tan(vertical fov / 2).
+    /// Distance from the centre of projection to an image one unit high, above zero: 0.5 /
+    /// tan(vertical fov / 2).
     #[serde(default)]
     pub focal_length: Option<f64>,
 }

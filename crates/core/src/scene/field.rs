@@ -1,4 +1,5 @@
-//! Structs whose fields are listed once, by a macro: what the struct, its defaults, validation, switches and textures follow from.
+//! Structs whose fields are listed once, by a macro: what the struct, its defaults, validation,
+//! switches and textures follow from.
 
 use super::input::{Checker, CheckerInput, Colour, Input, TextureRef, Value};
 
@@ -98,22 +99,40 @@ impl FieldValue for Option<f64> {
 
 impl<T: Value> FieldValue for Input<T> {
     fn texture(&self) -> Option<(&'static str, &TextureRef)> {
-        if let Self::Texture(input) = self { Some(("texture", &input.texture)) } else { None }
+        if let Self::Texture(input) = self {
+            Some(("texture", &input.texture))
+        } else {
+            None
+        }
     }
     fn texture_mut(&mut self) -> Option<&mut TextureRef> {
-        if let Self::Texture(input) = self { Some(&mut input.texture) } else { None }
+        if let Self::Texture(input) = self {
+            Some(&mut input.texture)
+        } else {
+            None
+        }
     }
     fn expression(&self) -> Option<(&str, bool)> {
-        if let Self::Expression(text) = self { Some((text, T::of_colour(Colour::BLACK).is_none())) } else { None }
+        if let Self::Expression(text) = self {
+            Some((text, T::of_colour(Colour::BLACK).is_none()))
+        } else {
+            None
+        }
     }
     fn checker(&self) -> Option<&Checker> {
-        if let Self::Checker(input) = self { Some(&input.checker) } else { None }
+        if let Self::Checker(input) = self {
+            Some(&input.checker)
+        } else {
+            None
+        }
     }
     fn flatten(&mut self, images: bool, checkers: bool) {
         let colour = match self {
             Self::Texture(input) if images => input.texture.factor,
             Self::Checker(CheckerInput { checker }) if checkers => {
-                Colour(core::array::from_fn(|i| 0.5 * (checker.even.0[i] + checker.odd.0[i])))
+                Colour(core::array::from_fn(|i| {
+                    0.5 * (checker.even.0[i] + checker.odd.0[i])
+                }))
             }
             _ => return,
         };
@@ -122,7 +141,11 @@ impl<T: Value> FieldValue for Input<T> {
     fn constant_value(&self) -> Option<ConstantValue> {
         let is_number = T::of_colour(Colour::BLACK).is_none();
         let value = self.constant()?.colour();
-        Some(if is_number { ConstantValue::Number(value.0[0]) } else { ConstantValue::Colour(value) })
+        Some(if is_number {
+            ConstantValue::Number(value.0[0])
+        } else {
+            ConstantValue::Colour(value)
+        })
     }
 }
 
@@ -189,8 +212,8 @@ macro_rules! fields {
     };
 }
 
-/// Makes a struct of a list of fields: `key: Type = DEFAULT, BOUNDS;`, and after the bounds the effect, if any, without which the field has its
-/// default.
+/// Makes a struct of a list of fields: `key: Type = DEFAULT, BOUNDS;`, and after the bounds the
+/// effect, if any, without which the field has its default.
 macro_rules! file_struct {
     (
         $(#[$meta:meta])* $Name:ident

@@ -36,7 +36,8 @@ impl Default for Weight {
     }
 }
 
-/// Two colours in unit cells of the plane spanned by two world axes: the first where the sum of the floors is even.
+/// Two colours in unit cells of the plane spanned by two world axes: the first where the sum of the
+/// floors is even.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(test, derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
@@ -87,7 +88,8 @@ pub trait Value: Copy + PartialEq + Serialize + 'static {
 }
 
 impl Value for f64 {
-    const EXPECTED: &'static str = "a number, an expression in quotes, { texture = … } or { checker = … }";
+    const EXPECTED: &'static str =
+        "a number, an expression in quotes, { texture = … } or { checker = … }";
     fn of_number(number: f64) -> Self {
         number
     }
@@ -100,7 +102,8 @@ impl Value for f64 {
 }
 
 impl Value for Colour {
-    const EXPECTED: &'static str = "[red, green, blue], a number, an expression in quotes, { texture = … } or { checker = … }";
+    const EXPECTED: &'static str =
+        "[red, green, blue], a number, an expression in quotes, { texture = … } or { checker = … }";
     fn of_number(number: f64) -> Self {
         Self([number; 3])
     }
@@ -119,7 +122,8 @@ impl Value for Colour {
 pub struct TextureRef {
     /// Name of the texture.
     pub name: String,
-    /// Which of a mesh's sets of texture coordinates; one that it does not have reads (0, 0), and shapes have one set.
+    /// Which of a mesh's sets of texture coordinates; one that it does not have reads (0, 0), and
+    /// shapes have one set.
     #[serde(default)]
     pub uv_set: u32,
     /// Affine map of the texture coordinates, rows of a 2×3 matrix; none: unchanged.
@@ -185,6 +189,10 @@ impl<T: Value> From<T> for Input<T> {
 impl<T: Value> Input<T> {
     /// The value, where it is the same everywhere.
     pub fn constant(&self) -> Option<T> {
-        if let Self::Constant(value) = self { Some(*value) } else { None }
+        if let Self::Constant(value) = self {
+            Some(*value)
+        } else {
+            None
+        }
     }
 }

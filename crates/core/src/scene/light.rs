@@ -15,8 +15,9 @@ pub struct Light {
     pub name: String,
     /// Geometry of the light.
     pub kind: LightKind,
-    /// Irradiance of a directional light (per surface facing it), radiant intensity of a point or spot light. Classic
-    /// materials multiply it by their base colour as it is, physical ones by the base colour over π.
+    /// Irradiance of a directional light (per surface facing it), radiant intensity of a point or
+    /// spot light. Classic materials multiply it by their base colour as it is, physical ones by
+    /// the base colour over π.
     pub colour: Colour,
     /// Whether something in between dims it.
     #[serde(default = "yes")]
@@ -47,7 +48,8 @@ pub enum LightKind {
         /// How it weakens with distance.
         #[serde(default)]
         falloff: Falloff,
-        /// Distance at which it has faded to nothing (the windowing of KHR_lights_punctual); none: never.
+        /// Distance at which it has faded to nothing (the windowing of KHR_lights_punctual); none:
+        /// never.
         #[serde(default)]
         range: Option<f64>,
     },
@@ -59,7 +61,8 @@ pub enum LightKind {
         direction: Triple,
         /// Half-angle in degrees within which it is at full strength.
         inner_angle: f64,
-        /// Half-angle in degrees beyond which it is dark; above 0, not below the inner one, at most 90. Equal to it: a hard edge.
+        /// Half-angle in degrees beyond which it is dark; above 0, not below the inner one, at
+        /// most 90. Equal to it: a hard edge.
         outer_angle: f64,
         /// How it weakens with distance.
         #[serde(default)]
@@ -107,19 +110,22 @@ pub enum Sky {
     Studio(Studio),
 }
 
-/// A studio: key, fill and rim lights far away, which stand about the camera's azimuth, and a grey backdrop that camera rays alone see.
+/// A studio: key, fill and rim lights far away, which stand about the camera's azimuth, and a grey
+/// backdrop that camera rays alone see.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(test, derive(schemars::JsonSchema))]
 #[serde(default, deny_unknown_fields)]
 pub struct Studio {
-    /// Degrees by which the lights are turned about +y from where they stand about the camera; 90 brings to +z what was at +x.
+    /// Degrees by which the lights are turned about +y from where they stand about the camera; 90
+    /// brings to +z what was at +x.
     pub rotation: f64,
     /// Factor on the lights.
     pub strength: f64,
-    /// Radiance of the backdrop in the middle of the picture; none: dark behind what is bright and light behind what is dark.
+    /// Radiance of the backdrop in the middle of the picture; none: dark behind what is bright and
+    /// light behind what is dark.
     pub backdrop: Option<f64>,
-    /// Whether a ground below everything catches shadows: camera rays see the backdrop dimmed there by what the scene takes of the
-    /// studio's light. No other ray meets it.
+    /// Whether a ground below everything catches shadows: camera rays see the backdrop dimmed there
+    /// by what the scene takes of the studio's light. No other ray meets it.
     pub ground: bool,
 }
 
@@ -132,7 +138,12 @@ impl Studio {
 
 impl Default for Studio {
     fn default() -> Self {
-        Self { rotation: 0.0, strength: 1.0, backdrop: None, ground: true }
+        Self {
+            rotation: 0.0,
+            strength: 1.0,
+            backdrop: None,
+            ground: true,
+        }
     }
 }
 

@@ -1,4 +1,5 @@
-//! Materials in two families: classic (a local lighting model made of terms) and physical (metallic-roughness).
+//! Materials in two families: classic (a local lighting model made of terms) and physical
+//! (metallic-roughness).
 
 mod layers;
 mod mixture;
@@ -28,7 +29,10 @@ impl Material {
     /// Whether it gives off light anywhere.
     pub fn emits(&self) -> bool {
         match &self.model {
-            Model::Classic(m) => m.emission.as_ref().is_some_and(|e| *e != ColourInput::Constant(Colour::BLACK)),
+            Model::Classic(m) => m
+                .emission
+                .as_ref()
+                .is_some_and(|e| *e != ColourInput::Constant(Colour::BLACK)),
             Model::Physical(m) => m.gives_off().is_some(),
         }
     }
@@ -39,7 +43,9 @@ impl Material {
             Model::Classic(m) => m.emission.as_ref(),
             Model::Physical(m) => m.gives_off().filter(|_| m.emission_texture.is_none()),
         };
-        emission.and_then(ColourInput::constant).filter(|emission| *emission != Colour::BLACK)
+        emission
+            .and_then(ColourInput::constant)
+            .filter(|emission| *emission != Colour::BLACK)
     }
 
     /// Whether its surface may be there in part.
@@ -50,15 +56,25 @@ impl Material {
     /// Its uses of textures.
     pub fn textures(&self) -> impl Iterator<Item = &TextureRef> {
         let values: Vec<&dyn FieldValue> = match &self.model {
-            Model::Classic(m) => core::iter::once(&m.colour).chain(&m.emission).map(|input| input as &dyn FieldValue).collect(),
+            Model::Classic(m) => core::iter::once(&m.colour)
+                .chain(&m.emission)
+                .map(|input| input as &dyn FieldValue)
+                .collect(),
             Model::Physical(m) => m.fields().into_iter().map(|field| field.value).collect(),
         };
-        values.into_iter().filter_map(FieldValue::texture).map(|(_, texture)| texture)
+        values
+            .into_iter()
+            .filter_map(FieldValue::texture)
+            .map(|(_, texture)| texture)
     }
 
     /// Sets of texture coordinates that its textures read, ascending, each once.
     pub fn uv_sets(&self) -> Vec<u32> {
-        let mut sets: Vec<u32> = self.textures().filter(|t| t.uv.is_none()).map(|t| t.uv_set).collect();
+        let mut sets: Vec<u32> = self
+            .textures()
+            .filter(|t| t.uv.is_none())
+            .map(|t| t.uv_set)
+            .collect();
         sets.sort_unstable();
         sets.dedup();
         sets
@@ -107,8 +123,9 @@ pub struct Classic {
     pub mixture: Option<Mixture>,
     /// Share of a light that passes when this surface is the occluder, 0 (opaque) to 1.
     pub shadow_transmittance: f64,
-    /// How much of a shadowed light arrives, in place of the rule's own factor: an expression of `occluder_distance`
-    /// (infinite where nothing occludes), `shadow` (the rule's factor) and the hit. One that reads neither needs no ray.
+    /// How much of a shadowed light arrives, in place of the rule's own factor: an expression of
+    /// `occluder_distance` (infinite where nothing occludes), `shadow` (the rule's factor) and the
+    /// hit. One that reads neither needs no ray.
     pub shadow: Option<Weight>,
 }
 
@@ -117,14 +134,17 @@ pub struct Classic {
 #[cfg_attr(test, derive(schemars::JsonSchema))]
 #[serde(rename_all = "snake_case")]
 pub enum SpecularModel {
-    /// max(0, n·h)^exponent with h halfway between light and viewer (Blinn, "Models of Light Reflection for Computer
-    /// Synthesized Pictures", 1977).
+    /// max(0, n·h)^exponent with h halfway between light and viewer (Blinn, "Models of Light
+    /// Reflection for Computer Synthesized Pictures", 1977).
     Blinn,
-    /// As Blinn, but with the *reflected* direction in the viewer's place: h = unit(l − r). The documented preset's mirror does so.
+    /// As Blinn, but with the *reflected* direction in the viewer's place: h = unit(l − r). The
+    /// documented preset's mirror does so.
     BlinnReflected,
-    /// max(0, r·l)^exponent with r the mirrored view (Phong, "Illumination for Computer Generated Pictures", 1975).
+    /// max(0, r·l)^exponent with r the mirrored view (Phong, "Illumination for Computer Generated
+    /// Pictures", 1975).
     Phong,
-    /// max(0, d·r)^exponent: a sheen at grazing angles wherever the light is, as some procedural shaders have it.
+    /// max(0, d·r)^exponent: a sheen at grazing angles wherever the light is, as some procedural
+    /// shaders have it.
     Grazing,
 }
 
@@ -145,7 +165,8 @@ pub struct Specular {
     /// Whether a shadow dims it.
     #[serde(default = "yes")]
     pub shadowed: bool,
-    /// Whether the reflection's own throughput tints it, outside the `local` factor: the preset's mirror does so.
+    /// Whether the reflection's own throughput tints it, outside the `local` factor: the preset's
+    /// mirror does so.
     #[serde(default)]
     pub on_reflection: bool,
 }
@@ -170,8 +191,8 @@ pub struct Rim {
 #[cfg_attr(test, derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
 pub struct Reflection {
-    /// Factor of what the mirrored ray sees. An expression finds in `l`, `shadow` and `occluder_distance` what the local term
-    /// found of the first light that reaches the point.
+    /// Factor of what the mirrored ray sees. An expression finds in `l`, `shadow` and
+    /// `occluder_distance` what the local term found of the first light that reaches the point.
     pub weight: Weight,
     /// Whether the base colour tints it.
     #[serde(default = "yes")]
@@ -181,14 +202,16 @@ pub struct Reflection {
     pub fuzz: Option<Fuzz>,
 }
 
-/// A disturbance of the mirrored direction by a fixed pattern: direction = unit(mirror + amount·w), w_i = sin(f_i · p).
+/// A disturbance of the mirrored direction by a fixed pattern: direction = unit(mirror + amount·w),
+/// w_i = sin(f_i · p).
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(test, derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
 pub struct Fuzz {
     /// Length of the disturbance.
     pub amount: f64,
-    /// Row i holds the coefficients of the hit point's x, y, z inside sine i, radians per world unit.
+    /// Row i holds the coefficients of the hit point's x, y, z inside sine i, radians per world
+    /// unit.
     pub frequencies: [[f64; 3]; 3],
 }
 
@@ -218,8 +241,8 @@ pub enum TransmissionChoice {
     /// Both, weighted by the exact dielectric Fresnel equations.
     #[default]
     Split,
-    /// One of them, unweighted: the reflection where Schlick's reflectance, taken at the incident angle on both sides,
-    /// exceeds the threshold or refraction is impossible.
+    /// One of them, unweighted: the reflection where Schlick's reflectance, taken at the incident
+    /// angle on both sides, exceeds the threshold or refraction is impossible.
     Switch {
         /// Reflectance above which the ray reflects.
         threshold: f64,

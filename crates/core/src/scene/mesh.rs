@@ -41,7 +41,8 @@ pub struct ModelPart {
 pub enum MeshSource {
     /// In the scene itself.
     Inline(Arc<MeshData>),
-    /// In an OBJ, glTF or GLB file, path relative to the scene's folder; all of its triangles as one mesh.
+    /// In an OBJ, glTF or GLB file, path relative to the scene's folder; all of its triangles as
+    /// one mesh.
     File(String),
 }
 
@@ -56,14 +57,16 @@ pub struct MeshData {
     pub indices: Vec<[u32; 3]>,
     /// Shading normals a vertex; empty: flat facets.
     pub normals: Vec<[f32; 3]>,
-    /// The way in which u of a normal map grows, a vertex, and on which side the image is up: bitangent = w·(normal × tangent), w
-    /// being 1 or −1 (as in glTF 2.0, section 3.7.2.1); empty: made where a material has a normal map.
+    /// The way in which u of a normal map grows, a vertex, and on which side the image is up:
+    /// bitangent = w·(normal × tangent), w being 1 or −1 (as in glTF 2.0, section 3.7.2.1); empty:
+    /// made where a material has a normal map.
     pub tangents: Vec<[f32; 4]>,
     /// Sets of texture coordinates a vertex (v = 0 is the image's top row); empty: none.
     pub uvs: Vec<Vec<[f32; 2]>>,
     /// Linear colours a vertex with alpha; empty: white.
     pub colours: Vec<[f32; 4]>,
-    /// Whether it is the cap of a section: its triangles are none of a file's, and none of their edges is drawn.
+    /// Whether it is the cap of a section: its triangles are none of a file's, and none of their
+    /// edges is drawn.
     #[serde(skip)]
     #[cfg_attr(test, schemars(skip))]
     pub is_cap: bool,
@@ -77,7 +80,11 @@ impl MeshData {
             + size_of_val(self.normals.as_slice())
             + size_of_val(self.tangents.as_slice())
             + size_of_val(self.colours.as_slice())
-            + self.uvs.iter().map(|set| size_of_val(set.as_slice())).sum::<usize>()
+            + self
+                .uvs
+                .iter()
+                .map(|set| size_of_val(set.as_slice()))
+                .sum::<usize>()
     }
 }
 
@@ -90,11 +97,13 @@ pub struct Image {
     pub name: String,
     /// Path relative to the scene's folder, or `embedded:NAME` for what the program carries.
     pub path: String,
-    /// Decoded pixels; filled in by the loader, none when the file could not be had (a warning, and the factor alone counts).
+    /// Decoded pixels; filled in by the loader, none when the file could not be had (a warning, and
+    /// the factor alone counts).
     #[serde(skip)]
     #[cfg_attr(test, schemars(skip))]
     pub data: Option<Arc<ImageData>>,
-    /// Channels of texels that were infinite or no numbers in its file, in place of which the loader has put what light can be.
+    /// Channels of texels that were infinite or no numbers in its file, in place of which the
+    /// loader has put what light can be.
     #[serde(skip)]
     #[cfg_attr(test, schemars(skip))]
     pub mended: u64,
@@ -175,7 +184,8 @@ pub enum Filter {
     /// Weighted mean of four.
     #[default]
     Bilinear,
-    /// Weighted mean of four in each of two smaller images, whose texels are as wide as a pixel is there.
+    /// Weighted mean of four in each of two smaller images, whose texels are as wide as a pixel is
+    /// there.
     Mipmaps,
 }
 

@@ -1,8 +1,10 @@
-//! The scene as plain data: what a file says, in doubles, with names as references and no behaviour.
+//! The scene as plain data: what a file says, in doubles, with names as references and no
+//! behaviour.
 //!
-//! Everything here is serde data and nothing else; [`crate::validate`] checks it, [`crate::effects`] reads it, and
-//! [`crate::prepare()`] turns it into what an integrator walks. Numbers in a file may be expressions of `t` and the
-//! scene's parameters; the loader evaluates them, so here every number is a number. What is evaluated per hit stays text
+//! Everything here is serde data and nothing else; [`crate::validate`] checks it,
+//! [`crate::effects`] reads it, and [`crate::prepare()`] turns it into what an integrator walks.
+//! Numbers in a file may be expressions of `t` and the scene's parameters; the loader evaluates
+//! them, so here every number is a number. What is evaluated per hit stays text
 //! ([`Weight::Expression`], [`ColourInput::Expression`]).
 //!
 //! Units: metres, seconds, degrees; radiance in linear Rec. 709 primaries.
@@ -23,19 +25,21 @@ mod schema;
 pub use camera::{Camera, Fit, Pinhole, Pose, Projection};
 pub use field::{Bounds, ConstantValue, Field, FieldValue, Fields};
 pub use input::{
-    Channel, Checker, CheckerInput, Colour, ColourInput, Input, NumberInput, TextureInput, TextureRef, Value, Weight,
+    Channel, Checker, CheckerInput, Colour, ColourInput, Input, NumberInput, TextureInput,
+    TextureRef, Value, Weight,
 };
 pub use light::{Falloff, Light, LightKind, Sky, SkyMap, Studio, Sun};
 pub use material::*;
 pub use mesh::{
-    ColourSpace, Filter, Image, ImageData, MOST_UV_SETS, Mesh, MeshData, MeshSource, ModelPart, Pixels, Texture, Wrap,
+    ColourSpace, Filter, Image, ImageData, MOST_UV_SETS, Mesh, MeshData, MeshSource, ModelPart,
+    Pixels, Texture, Wrap,
 };
 pub use model::ModelFile;
 pub use object::{Generator, GeneratorKind, Object, Shape, SideRule, TransformStep};
 pub use positions::{Positions, origin_near};
 pub use render::{
-    ClassicRules, ConstantOffset, DepthLimit, Integrator, OffsetDirection, Pattern, Render, ShadowRule, SpawnRule, ToneMap,
-    TransferCurve,
+    ClassicRules, ConstantOffset, DepthLimit, Integrator, OffsetDirection, Pattern, Render,
+    ShadowRule, SpawnRule, ToneMap, TransferCurve,
 };
 
 use std::collections::BTreeMap;
@@ -45,8 +49,9 @@ use serde::{Deserialize, Serialize};
 /// The version of the scene format that this program reads.
 pub const FORMAT: u32 = 1;
 
-/// The JSON Schema (draft 2020-12) of scene files, in TOML and JSON alike, for editors and generators: what the types say, and that numbers may be
-/// expressions. A file, since making it takes a compiler longer than all that it describes; a test holds it to the types.
+/// The JSON Schema (draft 2020-12) of scene files, in TOML and JSON alike, for editors and
+/// generators: what the types say, and that numbers may be expressions. A file, since making it
+/// takes a compiler longer than all that it describes; a test holds it to the types.
 pub const SCHEMA: &str = include_str!("schema.json");
 
 /// A point or direction of a scene file: x, y, z in world units.
@@ -65,7 +70,8 @@ pub struct Scene {
     /// Time in seconds at which the expressions are evaluated; `--at` overrides it.
     #[serde(default)]
     pub t: f64,
-    /// Named numbers for expressions; a later one may use the earlier ones. `--set NAME=VALUE` overrides.
+    /// Named numbers for expressions; a later one may use the earlier ones. `--set NAME=VALUE`
+    /// overrides.
     #[serde(default)]
     pub parameters: BTreeMap<String, f64>,
     /// Picture size, samples, depth, display; flags override each.
@@ -77,7 +83,8 @@ pub struct Scene {
     /// Views; the first one is the default. Empty: the scene is framed automatically.
     #[serde(default)]
     pub cameras: Vec<Camera>,
-    /// What a ray sees that hits nothing, and the light it brings. None: black, and no light from it.
+    /// What a ray sees that hits nothing, and the light it brings. None: black, and no light from
+    /// it.
     #[serde(default)]
     pub sky: Option<Sky>,
     /// Light sources besides the sky and emissive surfaces.
@@ -104,7 +111,8 @@ pub struct Scene {
     /// Rules that make many objects, for scaling studies; their objects follow the listed ones.
     #[serde(default)]
     pub generators: Vec<Generator>,
-    /// What the file that a scene was imported from says of materials beyond what they have here; filled in by importers.
+    /// What the file that a scene was imported from says of materials beyond what they have here;
+    /// filled in by importers.
     #[serde(skip)]
     #[cfg_attr(test, schemars(skip))]
     pub unread: Vec<Unread>,

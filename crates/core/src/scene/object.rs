@@ -1,4 +1,5 @@
-//! What can be hit: shapes with their material, transform and visibility rules, and generators of many of them.
+//! What can be hit: shapes with their material, transform and visibility rules, and generators of
+//! many of them.
 
 use serde::{Deserialize, Serialize};
 
@@ -28,9 +29,10 @@ pub struct Object {
     /// Affine transform: steps in the order in which they are applied; empty: none.
     #[serde(default)]
     pub transform: Vec<TransformStep>,
-    /// Where it is at time 1 if it moves, by steps of its own; `transform` is where it is at time 0. Between them each entry of
-    /// the map runs linearly: every point goes along a straight line at a constant speed, and what turns shrinks on the way,
-    /// halfway by the cosine of half the angle. None: it stands still. Rays have times where the camera has a `shutter`.
+    /// Where it is at time 1 if it moves, by steps of its own; `transform` is where it is at
+    /// time 0. Between them each entry of the map runs linearly: every point goes along a straight
+    /// line at a constant speed, and what turns shrinks on the way, halfway by the cosine of half
+    /// the angle. None: it stands still. Rays have times where the camera has a `shutter`.
     #[serde(default)]
     pub transform_end: Option<Vec<TransformStep>>,
 }
@@ -51,8 +53,9 @@ pub enum SideRule {
     Outside,
     /// Only rays that arrive from inside: a room.
     Inside,
-    /// Either, but rays of the camera see only the outside, and only that gives off light: back-face culling, as of glTF's
-    /// materials with one side. A wall that the camera looks through from behind still stops light.
+    /// Either, but rays of the camera see only the outside, and only that gives off light:
+    /// back-face culling, as of glTF's materials with one side. A wall that the camera looks
+    /// through from behind still stops light.
     Culled,
 }
 
@@ -81,16 +84,16 @@ pub enum TransformStep {
 #[cfg_attr(test, derive(schemars::JsonSchema))]
 #[serde(rename_all = "snake_case", deny_unknown_fields)]
 pub enum Shape {
-    /// All points at a distance from a centre. u runs about +y, from −x over +z, +x and −z; v from 0 at the top to 1 at the
-    /// bottom.
+    /// All points at a distance from a centre. u runs about +y, from −x over +z, +x and −z; v from
+    /// 0 at the top to 1 at the bottom.
     Sphere {
         /// Centre.
         centre: Triple,
         /// Radius.
         radius: f64,
     },
-    /// An infinite plane. u and v are metres from its point: along x and z on a floor; elsewhere u along x, as far as the plane
-    /// allows it, and v along that direction × normal.
+    /// An infinite plane. u and v are metres from its point: along x and z on a floor; elsewhere u
+    /// along x, as far as the plane allows it, and v along that direction × normal.
     Plane {
         /// Any point of it.
         point: Triple,
@@ -106,7 +109,8 @@ pub enum Shape {
         /// Radius.
         radius: f64,
     },
-    /// A parallelogram; its outside is edge_u × edge_v. u runs along edge_u, v along edge_v, from 0 to 1.
+    /// A parallelogram; its outside is edge_u × edge_v. u runs along edge_u, v along edge_v, from 0
+    /// to 1.
     Quad {
         /// One corner.
         corner: Triple,
@@ -115,16 +119,17 @@ pub enum Shape {
         /// From the corner along the second edge.
         edge_v: Triple,
     },
-    /// An axis-parallel box. On each face u runs to the right and v down as it is seen from outside, from 0 to 1; v along +z on the
-    /// top and along −z on the bottom.
+    /// An axis-parallel box. On each face u runs to the right and v down as it is seen from
+    /// outside, from 0 to 1; v along +z on the top and along −z on the bottom.
     Box {
         /// Least corner.
         min: Triple,
         /// Greatest corner, above the least in every axis.
         max: Triple,
     },
-    /// A round tube about an axis. u runs about the axis; v down it, from 0 at the far end to 1 at the base, or in metres
-    /// from the base without a height; on an end from 0 at its centre to 1 at its rim.
+    /// A round tube about an axis. u runs about the axis; v down it, from 0 at the far end to 1 at
+    /// the base, or in metres from the base without a height; on an end from 0 at its centre to 1
+    /// at its rim.
     Cylinder {
         /// A point of the axis; with a height, the centre of one end.
         base: Triple,
@@ -139,8 +144,8 @@ pub enum Shape {
         #[serde(default = "yes")]
         caps: bool,
     },
-    /// A cone or, with a top radius, a truncated one; closed at its ends. u runs about the axis; v from 0 at the top to 1 at the
-    /// base, on an end from 0 at its centre to 1 at its rim.
+    /// A cone or, with a top radius, a truncated one; closed at its ends. u runs about the axis; v
+    /// from 0 at the top to 1 at the base, on an end from 0 at its centre to 1 at its rim.
     Cone {
         /// Centre of the base.
         base: Triple,
@@ -161,8 +166,8 @@ pub enum Shape {
         /// Half-lengths along x, y, z.
         semi_axes: Triple,
     },
-    /// A hyperboloid of one sheet about y: (x/a)² − (y/c)² + (z/a)² = 1, open at its ends. u runs about +y, v from 0 at the upper
-    /// rim to 1 at the lower.
+    /// A hyperboloid of one sheet about y: (x/a)² − (y/c)² + (z/a)² = 1, open at its ends. u runs
+    /// about +y, v from 0 at the upper rim to 1 at the lower.
     Hyperboloid {
         /// Centre.
         centre: Triple,
@@ -173,8 +178,8 @@ pub enum Shape {
         /// |y| up to which it reaches.
         half_height: f64,
     },
-    /// A paraboloid about y from its lowest point: y = (x² + z²)·height/radius², open at the top. u runs about +y, v from 0 at the
-    /// rim to 1 at the apex, with the height.
+    /// A paraboloid about y from its lowest point: y = (x² + z²)·height/radius², open at the top. u
+    /// runs about +y, v from 0 at the rim to 1 at the apex, with the height.
     Paraboloid {
         /// Lowest point.
         apex: Triple,
@@ -183,8 +188,8 @@ pub enum Shape {
         /// Height of the rim above the apex.
         height: f64,
     },
-    /// A ring with a round section. u runs about the axis, v about the tube: ½ on its outer side, ¼ on the side to which the axis
-    /// points.
+    /// A ring with a round section. u runs about the axis, v about the tube: ½ on its outer side, ¼
+    /// on the side to which the axis points.
     Torus {
         /// Centre.
         centre: Triple,
@@ -195,12 +200,14 @@ pub enum Shape {
         /// Radius of the tube, below the major one.
         minor_radius: f64,
     },
-    /// A single triangle, counter-clockwise seen from outside. u and v are the weights of its second and third corner.
+    /// A single triangle, counter-clockwise seen from outside. u and v are the weights of its
+    /// second and third corner.
     Triangle {
         /// Corners.
         vertices: [Triple; 3],
     },
-    /// A mesh by name; objects that name the same mesh share it. u and v are its own first set; without one, each triangle's.
+    /// A mesh by name; objects that name the same mesh share it. u and v are its own first set;
+    /// without one, each triangle's.
     Mesh(String),
 }
 

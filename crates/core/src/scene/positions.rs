@@ -8,8 +8,8 @@ use crate::nearby::{FAR_FROM_OWN, near};
 use crate::validate::FARTHEST;
 use raywright_bvh::Aabb;
 
-/// The positions of a mesh's vertices in the mesh's own space. Those of a mesh far from zero are stored about an origin near it, so that they
-/// have their digits at the cost of three numbers.
+/// The positions of a mesh's vertices in the mesh's own space. Those of a mesh far from zero are
+/// stored about an origin near it, so that they have their digits at the cost of three numbers.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(test, derive(schemars::JsonSchema))]
 #[serde(from = "Vec<Triple>", into = "Vec<Triple>")]
@@ -59,12 +59,20 @@ impl Positions {
 
     /// Those of some vertices, about the same origin; of a vertex that does not exist none.
     pub fn select(&self, vertices: impl Iterator<Item = usize>) -> Self {
-        Self { origin: self.origin, offsets: vertices.filter_map(|i| self.offsets.get(i).copied()).collect() }
+        Self {
+            origin: self.origin,
+            offsets: vertices
+                .filter_map(|i| self.offsets.get(i).copied())
+                .collect(),
+        }
     }
 
     /// None yet, to be counted from an origin.
     pub fn about(origin: DVec3) -> Self {
-        Self { origin: origin.into(), offsets: Vec::new() }
+        Self {
+            origin: origin.into(),
+            offsets: Vec::new(),
+        }
     }
 
     /// Adds positions less their origin.
@@ -75,13 +83,20 @@ impl Positions {
     /// Points as they are stored about an origin near them.
     fn of<P: Iterator<Item = DVec3>>(points: impl Fn() -> P) -> Self {
         let origin = origin_near(points());
-        Self { origin: origin.into(), offsets: points().map(|p| (p - origin).as_vec3().to_array()).collect() }
+        Self {
+            origin: origin.into(),
+            offsets: points()
+                .map(|p| (p - origin).as_vec3().to_array())
+                .collect(),
+        }
     }
 }
 
 /// An origin near the points that are usable: zero where they are not far from it.
 pub fn origin_near(points: impl IntoIterator<Item = DVec3>) -> DVec3 {
-    let usable = points.into_iter().filter(|p| p.to_array().iter().all(|x| x.abs() <= FARTHEST));
+    let usable = points
+        .into_iter()
+        .filter(|p| p.to_array().iter().all(|x| x.abs() <= FARTHEST));
     near(&Aabb::from_points(usable), FAR_FROM_OWN)
 }
 
@@ -100,7 +115,10 @@ impl From<Vec<DVec3>> for Positions {
 impl From<Vec<[f32; 3]>> for Positions {
     /// As they are: single precision has no digits to lose.
     fn from(offsets: Vec<[f32; 3]>) -> Self {
-        Self { origin: [0.0; 3], offsets }
+        Self {
+            origin: [0.0; 3],
+            offsets,
+        }
     }
 }
 

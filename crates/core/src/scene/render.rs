@@ -1,4 +1,5 @@
-//! Settings of a picture that are data like the rest: size, samples, depth, display, and the classic model's rules.
+//! Settings of a picture that are data like the rest: size, samples, depth, display, and the
+//! classic model's rules.
 
 use serde::{Deserialize, Serialize};
 
@@ -81,10 +82,11 @@ pub enum Integrator {
     /// The one that the scene calls for.
     #[default]
     Auto,
-    /// Local lighting, mirror reflection and refraction (Whitted, "An Improved Illumination Model for Shaded Display", 1980).
+    /// Local lighting, mirror reflection and refraction (Whitted, "An Improved Illumination Model
+    /// for Shaded Display", 1980).
     Whitted,
-    /// Light as it goes: every surface lights every other, found by paths that are followed by chance (Kajiya, "The Rendering
-    /// Equation", 1986).
+    /// Light as it goes: every surface lights every other, found by paths that are followed by
+    /// chance (Kajiya, "The Rendering Equation", 1986).
     Path,
 }
 
@@ -122,8 +124,8 @@ pub enum TransferCurve {
     None,
 }
 
-/// Rules that the classic materials of a scene share. The defaults are the sensible ones; the others exist because
-/// documented shaders behave so.
+/// Rules that the classic materials of a scene share. The defaults are the sensible ones; the
+/// others exist because documented shaders behave so.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(test, derive(schemars::JsonSchema))]
 #[serde(default, deny_unknown_fields)]
@@ -159,7 +161,8 @@ pub enum SpawnRule {
 pub struct ConstantOffset {
     /// How far a spawned ray's origin is moved.
     pub offset: f64,
-    /// Which way reflected and refracted origins are moved; a shadow ray's is always moved along itself.
+    /// Which way reflected and refracted origins are moved; a shadow ray's is always moved along
+    /// itself.
     #[serde(default)]
     pub along: OffsetDirection,
     /// Least distance that counts as a hit of a camera ray.
@@ -205,6 +208,7 @@ pub enum DepthLimit {
     /// What the reflected or refracted ray would have brought is dropped.
     #[default]
     Drop,
-    /// A surface hit by the last segment shows its local term with weight one, as if it did not reflect.
+    /// A surface hit by the last segment shows its local term with weight one, as if it did not
+    /// reflect.
     LocalOnly,
 }

@@ -1,5 +1,6 @@
-//! The JSON Schema of scene files as the types of a scene say it, with what only their readers know: that numbers may be expressions. Compiled for
-//! the tests alone, which hold the file that is shipped to it.
+//! The JSON Schema of scene files as the types of a scene say it, with what only their readers
+//! know: that numbers may be expressions. Compiled for the tests alone, which hold the file that is
+//! shipped to it.
 
 use std::path::Path;
 
@@ -9,7 +10,8 @@ use serde_json::{Map, Value as Json, json};
 use super::{Checker, Colour, FORMAT, Input, SCHEMA, Scene, TextureRef, Triple, Value, Weight};
 use crate::expr::{Scope, constant_names, function_names};
 
-/// Protects: the schema that is shipped says what the types say. `TAKE_SCHEMA=1 cargo test -p raywright-core --lib scene::schema` writes it anew.
+/// Protects: the schema that is shipped says what the types say. `TAKE_SCHEMA=1 cargo test -p
+/// raywright-core --lib scene::schema` writes it anew.
 #[test]
 fn the_shipped_schema_is_that_of_the_types() {
     let schema = schema();
@@ -30,7 +32,10 @@ fn schema() -> String {
     if let Json::Object(root) = &mut schema {
         root.insert("title".to_owned(), json!("Raywright scene"));
         // The one number that is not evaluated: it says how to read the others.
-        if let Some(format) = root.get_mut("properties").and_then(|properties| properties.get_mut("format")) {
+        if let Some(format) = root
+            .get_mut("properties")
+            .and_then(|properties| properties.get_mut("format"))
+        {
             *format = json!({ "description": "Version of the format; the first key of a scene.", "const": FORMAT });
         }
     }
@@ -53,7 +58,9 @@ fn allow_expression(members: &mut Map<String, Json>) {
     let is_number = |kind: &Json| matches!(kind.as_str(), Some("number" | "integer"));
     // A property may be called `type`, so only what a schema can say there counts.
     match members.get_mut("type") {
-        Some(Json::Array(kinds)) if kinds.iter().any(is_number) && !kinds.contains(&json!("string")) => {
+        Some(Json::Array(kinds))
+            if kinds.iter().any(is_number) && !kinds.contains(&json!("string")) =>
+        {
             kinds.push(json!("string"))
         }
         Some(kind) if is_number(kind) => *kind = json!([kind.clone(), "string"]),
@@ -66,7 +73,10 @@ impl JsonSchema for Colour {
         "Colour".into()
     }
     fn json_schema(generator: &mut SchemaGenerator) -> Schema {
-        let (one, three) = (generator.subschema_for::<f64>(), generator.subschema_for::<Triple>());
+        let (one, three) = (
+            generator.subschema_for::<f64>(),
+            generator.subschema_for::<Triple>(),
+        );
         json_schema!({ "description": "Linear red, green, blue; one number means grey.", "anyOf": [one, three] })
     }
 }
@@ -75,7 +85,9 @@ impl JsonSchema for Colour {
 fn language(scope: Scope) -> String {
     let list = |names: &mut dyn Iterator<Item = &'static str>| names.collect::<Vec<_>>().join(", ");
     let place = match scope {
-        Scope::Light => ", of which the light's (l, shadow, occluder_distance) exist only where a light is weighed",
+        Scope::Light => {
+            ", of which the light's (l, shadow, occluder_distance) exist only where a light is weighed"
+        }
         _ => "; in the sky only d and o",
     };
     format!(
@@ -92,8 +104,10 @@ impl JsonSchema for Weight {
         "Weight".into()
     }
     fn json_schema(_: &mut SchemaGenerator) -> Schema {
-        let description =
-            format!("A number, or the text of an expression that is a number at each hit. {}", language(Scope::Light));
+        let description = format!(
+            "A number, or the text of an expression that is a number at each hit. {}",
+            language(Scope::Light)
+        );
         json_schema!({ "description": description, "type": ["number", "string"] })
     }
 }

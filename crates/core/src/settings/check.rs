@@ -20,7 +20,9 @@ pub enum SettingsError {
     #[error("a pixel can't have {0} samples: it takes 1 to {most}", most = Settings::MOST_SAMPLES)]
     Samples(u32),
     /// A path has segments.
-    #[error("a path can't be limited to no segments at all: it takes at least one, that of the camera's ray")]
+    #[error(
+        "a path can't be limited to no segments at all: it takes at least one, that of the camera's ray"
+    )]
     Depth,
     /// A number that has to be above zero is not, or is not finite.
     #[error("`{name}` is {value}, but has to be a finite number above 0")]
@@ -38,14 +40,23 @@ impl Settings {
     /// # Errors
     /// The first [`SettingsError`] that holds.
     pub fn check(&self) -> Result<(), SettingsError> {
-        if !self.size.iter().all(|edge| (1..=Self::MOST_EDGE).contains(edge)) {
+        if !self
+            .size
+            .iter()
+            .all(|edge| (1..=Self::MOST_EDGE).contains(edge))
+        {
             return Err(SettingsError::Size(self.size));
         }
-        let fits = |start: u32, extent: u32, whole: u32| extent > 0 && start.checked_add(extent).is_some_and(|end| end <= whole);
+        let fits = |start: u32, extent: u32, whole: u32| {
+            extent > 0 && start.checked_add(extent).is_some_and(|end| end <= whole)
+        };
         if let Some(crop) = self.crop
             && !(fits(crop.x, crop.width, self.size[0]) && fits(crop.y, crop.height, self.size[1]))
         {
-            return Err(SettingsError::Crop { crop, size: self.size });
+            return Err(SettingsError::Crop {
+                crop,
+                size: self.size,
+            });
         }
         if let Sampling::General(count) = self.sampling
             && !(1..=Self::MOST_SAMPLES).contains(&count)
@@ -71,20 +82,45 @@ mod tests {
 
     fn settings() -> Settings {
         let scene: Scene = serde_json::from_str(r#"{ "format": 1 }"#).expect("an empty scene");
-        Settings { size: [8, 6], sampling: Sampling::General(16), ..Settings::of(&scene) }
+        Settings {
+            size: [8, 6],
+            sampling: Sampling::General(16),
+            ..Settings::of(&scene)
+        }
     }
 
-    /// Protects: the least and the most of each number pass, what is one beyond is named by its field, and no sum wraps round.
+    /// Protects: the least and the most of each number pass, what is one beyond is named by its
+    /// field, and no sum wraps round.
     #[test]
     fn limits_are_kept() {
         type E = SettingsError;
         let (right, most) = (settings(), Settings::MOST_EDGE);
-        let crop = |x, y, width, height| Settings { crop: Some(Crop { x, y, width, height }), ..settings() };
-        let count = |count| Settings { sampling: Sampling::General(count), ..settings() };
-        let depth = |max_depth| Settings { max_depth, ..settings() };
-        let clamp = |value| Settings { clamp: Some(value), ..settings() };
+        let crop = |x, y, width, height| Settings {
+            crop: Some(Crop {
+                x,
+                y,
+                width,
+                height,
+            }),
+            ..settings()
+        };
+        let count = |count| Settings {
+            sampling: Sampling::General(count),
+            ..settings()
+        };
+        let depth = |max_depth| Settings {
+            max_depth,
+            ..settings()
+        };
+        let clamp = |value| Settings {
+            clamp: Some(value),
+            ..settings()
+        };
         for good in [
-            Settings { size: [1, most], ..settings() },
+            Settings {
+                size: [1, most],
+                ..settings()
+            },
             crop(0, 0, 8, 6),
             crop(7, 5, 1, 1),
             count(1),
@@ -95,20 +131,88 @@ mod tests {
         ] {
             assert_eq!(good.check(), Ok(()), "{good:?}");
         }
-        let wrong_crop = |crop: Crop| E::Crop { crop, size: right.size };
+        let wrong_crop = |crop: Crop| E::Crop {
+            crop,
+            size: right.size,
+        };
         for (bad, error) in [
-            (Settings { size: [0, 6], ..settings() }, E::Size([0, 6])),
-            (Settings { size: [6, most + 1], ..settings() }, E::Size([6, most + 1])),
-            (crop(0, 0, 9, 6), wrong_crop(Crop { x: 0, y: 0, width: 9, height: 6 })),
-            (crop(0, 1, 8, 6), wrong_crop(Crop { x: 0, y: 1, width: 8, height: 6 })),
-            (crop(2, 2, 0, 1), wrong_crop(Crop { x: 2, y: 2, width: 0, height: 1 })),
-            (crop(u32::MAX, 0, 2, 1), wrong_crop(Crop { x: u32::MAX, y: 0, width: 2, height: 1 })),
+            (
+                Settings {
+                    size: [0, 6],
+                    ..settings()
+                },
+                E::Size([0, 6]),
+            ),
+            (
+                Settings {
+                    size: [6, most + 1],
+                    ..settings()
+                },
+                E::Size([6, most + 1]),
+            ),
+            (
+                crop(0, 0, 9, 6),
+                wrong_crop(Crop {
+                    x: 0,
+                    y: 0,
+                    width: 9,
+                    height: 6,
+                }),
+            ),
+            (
+                crop(0, 1, 8, 6),
+                wrong_crop(Crop {
+                    x: 0,
+                    y: 1,
+                    width: 8,
+                    height: 6,
+                }),
+            ),
+            (
+                crop(2, 2, 0, 1),
+                wrong_crop(Crop {
+                    x: 2,
+                    y: 2,
+                    width: 0,
+                    height: 1,
+                }),
+            ),
+            (
+                crop(u32::MAX, 0, 2, 1),
+                wrong_crop(Crop {
+                    x: u32::MAX,
+                    y: 0,
+                    width: 2,
+                    height: 1,
+                }),
+            ),
             (count(0), E::Samples(0)),
             (count(65_537), E::Samples(65_537)),
             (depth(0), E::Depth),
-            (clamp(0.0), E::Number { name: "clamp", value: 0.0 }),
-            (clamp(f64::INFINITY), E::Number { name: "clamp", value: f64::INFINITY }),
-            (Settings { max_error: Some(-1.0), ..settings() }, E::Number { name: "max_error", value: -1.0 }),
+            (
+                clamp(0.0),
+                E::Number {
+                    name: "clamp",
+                    value: 0.0,
+                },
+            ),
+            (
+                clamp(f64::INFINITY),
+                E::Number {
+                    name: "clamp",
+                    value: f64::INFINITY,
+                },
+            ),
+            (
+                Settings {
+                    max_error: Some(-1.0),
+                    ..settings()
+                },
+                E::Number {
+                    name: "max_error",
+                    value: -1.0,
+                },
+            ),
         ] {
             assert_eq!(bad.check(), Err(error), "{bad:?}");
             assert!(error.to_string().len() > 30, "{error}");

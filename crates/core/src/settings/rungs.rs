@@ -1,7 +1,9 @@
-//! The choices of a render that are rungs of a ladder: closed sets, each with the one that a scene gets which says nothing.
+//! The choices of a render that are rungs of a ladder: closed sets, each with the one that a scene
+//! gets which says nothing.
 
-/// A rung of the arithmetic ladder (`--precision`). All rungs trace the same samples: positions in the pixel, on the lens and
-/// on lights are the same f32 numbers, so what differs between their pictures is arithmetic alone.
+/// A rung of the arithmetic ladder (`--precision`). All rungs trace the same samples: positions in
+/// the pixel, on the lens and on lights are the same f32 numbers, so what differs between their
+/// pictures is arithmetic alone.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 pub enum PrecisionChoice {
     /// f32 storage, cancellation-free intersections with an f64 core.
@@ -11,8 +13,9 @@ pub enum PrecisionChoice {
     Reference,
 }
 
-/// How a path tracer finds light that has a size: a rung of the ladder of light sampling. All are right in the mean; what differs is
-/// noise. Lights without size are always asked, and what a mirror or smooth glass shows is always met.
+/// How a path tracer finds light that has a size: a rung of the ladder of light sampling. All are
+/// right in the mean; what differs is noise. Lights without size are always asked, and what a
+/// mirror or smooth glass shows is always met.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 pub enum LightSampling {
     /// Paths meet it by chance.
@@ -34,7 +37,8 @@ pub enum Microfacets {
     Compensated,
 }
 
-/// Where the random numbers of a pixel's samples come from. All are right in the mean; what differs is noise.
+/// Where the random numbers of a pixel's samples come from. All are right in the mean; what differs
+/// is noise.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 pub enum SamplerKind {
     /// Each number by itself.
@@ -46,7 +50,8 @@ pub enum SamplerKind {
     Sobol,
 }
 
-/// From which segment on chance decides whether a path goes on (Russian roulette). All are right in the mean; what differs is time and noise.
+/// From which segment on chance decides whether a path goes on (Russian roulette). All are right in
+/// the mean; what differs is time and noise.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 pub enum Roulette {
     /// From the first surface on.

@@ -1,9 +1,12 @@
-//! F01, F02, F03: cameras that look along up or through next to no angle or straight at edges, and lenses without an aperture.
+//! F01, F02, F03: cameras that look along up or through next to no angle or straight at edges, and
+//! lenses without an aperture.
 
 use glam::DVec3;
 use raywright_bvh::stability::judge::{Outcome, Random, Rays, Verdict, hex, judge, stored};
 use raywright_bvh::stability::{Measurement, by_each_kernel, by_shapes};
-use raywright_bvh::{AcceleratorKind, Geometry, Interval, PrimitiveSet, Ray, Real, Vector, Visibility};
+use raywright_bvh::{
+    AcceleratorKind, Geometry, Interval, PrimitiveSet, Ray, Real, Vector, Visibility,
+};
 
 use crate::camera::Camera;
 use crate::scene::{Camera as CameraData, Pinhole, Pose, Projection, Scene};
@@ -13,11 +16,22 @@ use crate::validate::validate;
 const SIZE: u32 = 64;
 
 fn camera(pose: Pose, projection: Projection) -> CameraData {
-    CameraData { name: String::new(), pose, projection, aspect: None, fit: Default::default(), pose_end: None, shutter: None }
+    CameraData {
+        name: String::new(),
+        pose,
+        projection,
+        aspect: None,
+        fit: Default::default(),
+        pose_end: None,
+        shutter: None,
+    }
 }
 
 fn opening(degrees: f64) -> Pinhole {
-    Pinhole { vertical_fov: Some(degrees), ..Pinhole::default() }
+    Pinhole {
+        vertical_fov: Some(degrees),
+        ..Pinhole::default()
+    }
 }
 
 /// A camera that looks from or along hard directions, at any angle.
@@ -26,69 +40,141 @@ fn drawn(random: &mut Random) -> CameraData {
     let pose = match random.bits() % 3 {
         // Along up, or at itself.
         0 => {
-            let view = random.pick(&[DVec3::Y, DVec3::NEG_Y, DVec3::ZERO]) * random.pick(&[1e-3, 1.0, 1e3]);
-            Pose::LookAt { eye: place.to_array(), target: (place + view).to_array(), up: [0.0, 1.0, 0.0] }
+            let view = random.pick(&[DVec3::Y, DVec3::NEG_Y, DVec3::ZERO])
+                * random.pick(&[1e-3, 1.0, 1e3]);
+            Pose::LookAt {
+                eye: place.to_array(),
+                target: (place + view).to_array(),
+                up: [0.0, 1.0, 0.0],
+            }
         }
         1 => {
             let elevation = random.sign() * (90.0 - random.pick(&[1e-12, 1e-9, 1e-6, 1e-3]));
-            let (distance, azimuth) = (random.pick(&[1e-3, 1.0, 1e3]), random.between(-180.0, 180.0));
-            Pose::Orbit { target: place.to_array(), distance, azimuth, elevation }
+            let (distance, azimuth) = (
+                random.pick(&[1e-3, 1.0, 1e3]),
+                random.between(-180.0, 180.0),
+            );
+            Pose::Orbit {
+                target: place.to_array(),
+                distance,
+                azimuth,
+                elevation,
+            }
         }
         _ => {
             let target = place + random.direction() * random.pick(&[1.0, 1e3]);
-            Pose::LookAt { eye: place.to_array(), target: target.to_array(), up: [0.0, 1.0, 0.0] }
+            Pose::LookAt {
+                eye: place.to_array(),
+                target: target.to_array(),
+                up: [0.0, 1.0, 0.0],
+            }
         }
     };
-    camera(pose, Projection::Pinhole(opening(random.pick(&[1e-3, 1.0, 40.0, 179.9]))))
+    camera(
+        pose,
+        Projection::Pinhole(opening(random.pick(&[1e-3, 1.0, 40.0, 179.9]))),
+    )
 }
 
 /// F01: such cameras are refused by a message, or each pixel has a ray of its own, unit and finite.
 pub fn degenerate_views<R: Real>(rays: Rays) -> Vec<Measurement> {
     let outcome = judge("F01", 501, 4000, rays, |random| {
         let data = drawn(random);
-        let scene = Scene { cameras: vec![data.clone()], ..Scene::default() };
+        let scene = Scene {
+            cameras: vec![data.clone()],
+            ..Scene::default()
+        };
         if !validate(&scene).is_empty() {
             return Verdict::Right(0.0);
         }
         let camera = Camera::<R>::new(&data, [SIZE; 2]);
-        let at = |x: u32, y: u32| camera.ray(R::from_f64(f64::from(x) + 0.5), R::from_f64(f64::from(y) + 0.5), [0.0; 2]);
-        let (x, y) = (random.bits() as u32 % (SIZE - 1), random.bits() as u32 % (SIZE - 1));
+        let at = |x: u32, y: u32| {
+            camera.ray(
+                R::from_f64(f64::from(x) + 0.5),
+                R::from_f64(f64::from(y) + 0.5),
+                [0.0; 2],
+            )
+        };
+        let (x, y) = (
+            random.bits() as u32 % (SIZE - 1),
+            random.bits() as u32 % (SIZE - 1),
+        );
         let all = [at(x, y), at(x + 1, y), at(x, y + 1)].map(|ray| ray.direction);
-        let off = all.map(|d| (d.to_f64().length() - 1.0).abs()).into_iter().fold(0.0, f64::max);
+        let off = all
+            .map(|d| (d.to_f64().length() - 1.0).abs())
+            .into_iter()
+            .fold(0.0, f64::max);
         let is_number = all.iter().all(|d| d.is_finite());
         let is_distinct = all[0] != all[1] && all[0] != all[2] && all[1] != all[2];
-        Verdict::holds(is_number && is_distinct, || format!("{data:?} at {x}, {y}: {all:?}"))
-            .and(|| Verdict::bounded(off, 4.0 * R::ROUNDOFF.to_f64(), || format!("{data:?} at {x}, {y}: {all:?}")))
+        Verdict::holds(is_number && is_distinct, || {
+            format!("{data:?} at {x}, {y}: {all:?}")
+        })
+        .and(|| {
+            Verdict::bounded(off, 4.0 * R::ROUNDOFF.to_f64(), || {
+                format!("{data:?} at {x}, {y}: {all:?}")
+            })
+        })
     });
     vec![by_shapes::<R>(outcome)]
 }
 
-/// F03: a lens without an aperture has the bits of a pinhole; one that is focused at a hair's breadth or far away has rays that are numbers.
+/// F03: a lens without an aperture has the bits of a pinhole; one that is focused at a hair's
+/// breadth or far away has rays that are numbers.
 pub fn lenses<R: Real>(rays: Rays) -> Vec<Measurement> {
     let outcome = judge("F03", 502, 20_000, rays, |random| {
         let eye = random.cube() * 10.0;
-        let pose = Pose::LookAt { eye: eye.to_array(), target: (eye + random.direction()).to_array(), up: [0.1, 1.0, 0.2] };
-        let (pinhole, focus_distance) = (opening(random.pick(&[1.0, 40.0, 120.0])), random.pick(&[1e-6, 1.0, 1e7]));
+        let pose = Pose::LookAt {
+            eye: eye.to_array(),
+            target: (eye + random.direction()).to_array(),
+            up: [0.1, 1.0, 0.2],
+        };
+        let (pinhole, focus_distance) = (
+            opening(random.pick(&[1.0, 40.0, 120.0])),
+            random.pick(&[1e-6, 1.0, 1e7]),
+        );
         let lens = |aperture_radius| {
             let pinhole = pinhole.clone();
-            Camera::<R>::new(&camera(pose.clone(), Projection::ThinLens { pinhole, aperture_radius, focus_distance }), [SIZE; 2])
+            Camera::<R>::new(
+                &camera(
+                    pose.clone(),
+                    Projection::ThinLens {
+                        pinhole,
+                        aperture_radius,
+                        focus_distance,
+                    },
+                ),
+                [SIZE; 2],
+            )
         };
         let [x, y] = [random.unit(), random.unit()].map(|u| R::from_f64(u * f64::from(SIZE)));
         let on_lens = [random.unit() as f32, random.unit() as f32].map(|u| u.min(1.0 - 6e-8));
         let (without, plain) = (
             lens(0.0).ray(x, y, on_lens),
-            Camera::<R>::new(&camera(pose.clone(), Projection::Pinhole(pinhole.clone())), [SIZE; 2]).ray(x, y, on_lens),
+            Camera::<R>::new(
+                &camera(pose.clone(), Projection::Pinhole(pinhole.clone())),
+                [SIZE; 2],
+            )
+            .ray(x, y, on_lens),
         );
-        let bits = |ray: &Ray<R>| [ray.origin, ray.direction].map(|v| v.to_f64().to_array().map(f64::to_bits));
+        let bits = |ray: &Ray<R>| {
+            [ray.origin, ray.direction].map(|v| v.to_f64().to_array().map(f64::to_bits))
+        };
         let open = lens(random.pick(&[1e-6, 1e-2, 1.0])).ray(x, y, on_lens);
         let off = (open.direction.to_f64().length() - 1.0).abs();
-        Verdict::holds(bits(&without) == bits(&plain), || format!("{without:?} instead of {plain:?}"))
-            .and(|| Verdict::bounded(off, 4.0 * R::ROUNDOFF.to_f64(), || format!("{open:?} focused at {focus_distance:e}")))
+        Verdict::holds(bits(&without) == bits(&plain), || {
+            format!("{without:?} instead of {plain:?}")
+        })
+        .and(|| {
+            Verdict::bounded(off, 4.0 * R::ROUNDOFF.to_f64(), || {
+                format!("{open:?} focused at {focus_distance:e}")
+            })
+        })
     });
     vec![by_shapes::<R>(outcome)]
 }
 
-/// F02: views straight at the middle of a lattice, whose rays have zeros of either sign and lie in the planes of edges: each pixel of an odd number sees it.
+/// F02: views straight at the middle of a lattice, whose rays have zeros of either sign and lie in
+/// the planes of edges: each pixel of an odd number sees it.
 pub fn symmetric_views<R: Real>(rays: Rays) -> Vec<Measurement> {
     const CELLS: i32 = 20;
     /// Every half of a cell but the border.
@@ -98,9 +184,15 @@ pub fn symmetric_views<R: Real>(rays: Rays) -> Vec<Measurement> {
         let (x, y) = (DVec3::AXES[(axis + 1) % 3], DVec3::AXES[(axis + 2) % 3]);
         let mut group = PrimitiveSet::<R>::default();
         for cell in 0..CELLS * CELLS {
-            let corner = x * f64::from(cell % CELLS - CELLS / 2) + y * f64::from(cell / CELLS - CELLS / 2);
-            for face in [[corner, corner + x, corner + x + y], [corner, corner + x + y, corner + y]] {
-                group.triangle(face.map(|p| stored::<R>(p)), Visibility::default()).expect("finite corners");
+            let corner =
+                x * f64::from(cell % CELLS - CELLS / 2) + y * f64::from(cell / CELLS - CELLS / 2);
+            for face in [
+                [corner, corner + x, corner + x + y],
+                [corner, corner + x + y, corner + y],
+            ] {
+                group
+                    .triangle(face.map(|p| stored::<R>(p)), Visibility::default())
+                    .expect("finite corners");
             }
         }
         Geometry::new(group, AcceleratorKind::default())
@@ -110,20 +202,43 @@ pub fn symmetric_views<R: Real>(rays: Rays) -> Vec<Measurement> {
     by_each_kernel((0..3).map(lattice).collect(), |trees| {
         let view = |view: usize| {
             let (axis, side) = (view / 4, [1.0, -1.0][view % 2]);
-            let (right, up, back) = (DVec3::AXES[(axis + 1) % 3] * side, DVec3::AXES[(axis + 2) % 3], DVec3::AXES[axis] * side);
+            let (right, up, back) = (
+                DVec3::AXES[(axis + 1) % 3] * side,
+                DVec3::AXES[(axis + 2) % 3],
+                DVec3::AXES[axis] * side,
+            );
             let [eye, right, up, back] = [back * FAR, right, up, back].map(|v| v.to_array());
             let projection = if (view / 2).is_multiple_of(2) {
                 Projection::Orthographic { height }
             } else {
                 Projection::Pinhole(opening(degrees))
             };
-            let camera = Camera::<R>::new(&camera(Pose::Axes { eye, right, up, back }, projection), [ODD; 2]);
+            let camera = Camera::<R>::new(
+                &camera(
+                    Pose::Axes {
+                        eye,
+                        right,
+                        up,
+                        back,
+                    },
+                    projection,
+                ),
+                [ODD; 2],
+            );
             // Few enough to be shot all in either case.
             judge("F02", 503, ODD * ODD, rays, |random| {
                 let [x, y] = [random.index() as u32 % ODD, random.index() as u32 / ODD];
-                let ray = camera.ray(R::from_f64(f64::from(x) + 0.5), R::from_f64(f64::from(y) + 0.5), [0.0; 2]);
-                let is_seen = trees[axis].closest(&ray, Interval::positive(), &mut ()).is_some();
-                Verdict::holds(is_seen, || format!("view {view}, pixel {x}, {y}{}", hex(&ray)))
+                let ray = camera.ray(
+                    R::from_f64(f64::from(x) + 0.5),
+                    R::from_f64(f64::from(y) + 0.5),
+                    [0.0; 2],
+                );
+                let is_seen = trees[axis]
+                    .closest(&ray, Interval::positive(), &mut ())
+                    .is_some();
+                Verdict::holds(is_seen, || {
+                    format!("view {view}, pixel {x}, {y}{}", hex(&ray))
+                })
             })
         };
         (0..12).map(view).reduce(Outcome::plus).expect("views")

@@ -1,4 +1,5 @@
-//! S17, S18: microfacets that are nearly smooth, and the normals of theirs that are seen at grazing views.
+//! S17, S18: microfacets that are nearly smooth, and the normals of theirs that are seen at grazing
+//! views.
 
 use core::f64::consts::PI;
 
@@ -9,37 +10,55 @@ use raywright_bvh::{Real, Vector};
 
 use crate::material::{Bsdf, Frame, Lobe};
 
-/// Roughnesses whose α is 0.1, 0.01, 0.001 and the least that there is; below that a lobe is as rough as that.
+/// Roughnesses whose α is 0.1, 0.01, 0.001 and the least that there is; below that a lobe is as
+/// rough as that.
 const ALPHAS: [f64; 6] = [0.1, 1e-2, 1e-3, 9e-4, 1e-4, 1e-6];
 
 /// White facets of an α about a normal.
 fn facets<R: Real>(normal: R::Vec3, alpha: f64) -> Bsdf<R> {
     let white = R::Vec3::ONE;
-    Bsdf::new(normal).with(Lobe::Rough { f0: white, f90: white, roughness: R::from_f64(alpha.sqrt()) })
+    Bsdf::new(normal).with(Lobe::Rough {
+        f0: white,
+        f90: white,
+        roughness: R::from_f64(alpha.sqrt()),
+    })
 }
 
-/// S17: the density of facets within 5α of the normal, of light that they mirror back to where it came from; against f64 in slopes.
+/// S17: the density of facets within 5α of the normal, of light that they mirror back to where it
+/// came from; against f64 in slopes.
 pub fn narrow_lobes<R: Real>(rays: Rays) -> Vec<Measurement> {
     let drawn = |random: &mut raywright_bvh::stability::judge::Random| {
         let (n, alpha) = (stored::<R>(random.direction()), random.pick(&ALPHAS));
         let (x, y) = n.to_f64().any_orthonormal_pair();
-        let (slope, turn) = (random.between(0.0, 5.0) * alpha.max(9e-4), random.between(0.0, 2.0 * PI));
-        (n, alpha, stored::<R>((n.to_f64() + (x * turn.cos() + y * turn.sin()) * slope).normalize()))
+        let (slope, turn) = (
+            random.between(0.0, 5.0) * alpha.max(9e-4),
+            random.between(0.0, 2.0 * PI),
+        );
+        (
+            n,
+            alpha,
+            stored::<R>((n.to_f64() + (x * turn.cos() + y * turn.sin()) * slope).normalize()),
+        )
     };
     // What facets send straight back: D/(4·cos·root), of the numbers that are stored.
     let wanted = |n: DVec3, h: DVec3, alpha: f64| {
         let (n, h) = (n.normalize(), h.normalize());
         let (cosine, across, a2) = (n.dot(h), n.cross(h).length_squared(), alpha * alpha);
         let slope = across / a2 + cosine * cosine;
-        1.0 / (PI * a2 * slope * slope) / (4.0 * cosine * (a2 + (1.0 - a2) * cosine * cosine).sqrt())
+        1.0 / (PI * a2 * slope * slope)
+            / (4.0 * cosine * (a2 + (1.0 - a2) * cosine * cosine).sqrt())
     };
     let outcome = judge("S17", 421, 200_000, rays, |random| {
         let (n, alpha, h) = drawn(random);
         let found = facets::<R>(n, alpha).eval(h, h).x().to_f64();
         // The α of the roughness as it is stored.
-        let roughness = R::from_f64(alpha.sqrt()).to_f64().max(R::from_f64(0.03).to_f64());
+        let roughness = R::from_f64(alpha.sqrt())
+            .to_f64()
+            .max(R::from_f64(0.03).to_f64());
         let wanted = wanted(n.to_f64(), h.to_f64(), roughness * roughness);
-        Verdict::bounded((found / wanted - 1.0).abs(), 1e-3, || format!("α {alpha:e}: {found}, not {wanted}"))
+        Verdict::bounded((found / wanted - 1.0).abs(), 1e-3, || {
+            format!("α {alpha:e}: {found}, not {wanted}")
+        })
     });
     // (n·h)²·(α² − 1) + 1 in f32.
     let textbook = judge("S17", 421, 200_000, rays, |random| {
@@ -50,13 +69,20 @@ pub fn narrow_lobes<R: Real>(rays: Rays) -> Vec<Measurement> {
         let d = f64::from(a2 / (core::f32::consts::PI * denominator * denominator));
         let root = f64::from((a2 + (1.0 - a2) * cosine * cosine).sqrt());
         let found = d / (4.0 * f64::from(cosine) * root);
-        Verdict::bounded((found / wanted(n.to_f64(), h.to_f64(), f64::from(alpha)) - 1.0).abs(), 1e-3, || format!("α {alpha:e}"))
+        Verdict::bounded(
+            (found / wanted(n.to_f64(), h.to_f64(), f64::from(alpha)) - 1.0).abs(),
+            1e-3,
+            || format!("α {alpha:e}"),
+        )
     });
-    vec![Measurement { textbook: Some(textbook), ..by_shapes::<R>(outcome) }]
+    vec![Measurement {
+        textbook: Some(textbook),
+        ..by_shapes::<R>(outcome)
+    }]
 }
 
-/// S18: directions that white facets are drawn by, seen from head-on to along them and from just below: nothing weighs more than it may, and nothing is
-/// sent below the horizon.
+/// S18: directions that white facets are drawn by, seen from head-on to along them and from just
+/// below: nothing weighs more than it may, and nothing is sent below the horizon.
 pub fn visible_normals<R: Real>(rays: Rays) -> Vec<Measurement> {
     let outcome = judge("S18", 422, 400_000, rays, |random| {
         let (n, alpha) = (stored::<R>(random.direction()), random.pick(&ALPHAS));
@@ -64,14 +90,22 @@ pub fn visible_normals<R: Real>(rays: Rays) -> Vec<Measurement> {
         let height = random.pick(&[1.0, 0.5, 1.745_240_6e-2, 1.745_329e-5, 1e-9, 0.0, -1e-6]);
         let wo = stored::<R>(n.to_f64() * height + x * (1.0 - height * height).sqrt());
         let bsdf = facets::<R>(n, alpha);
-        let numbers = [random.unit(), random.unit(), random.unit()].map(|u| R::from_f64(u.min(1.0 - 6e-8)));
+        let numbers =
+            [random.unit(), random.unit(), random.unit()].map(|u| R::from_f64(u.min(1.0 - 6e-8)));
         let drawn = bsdf.sample(&Frame::<R>::about(n), wo, numbers);
         let weight = drawn.weight.x().to_f64();
-        let told = || format!("α {alpha:e}, height {height:e}: weight {weight}, {:?}, {numbers:?}", drawn.direction);
+        let told = || {
+            format!(
+                "α {alpha:e}, height {height:e}: weight {weight}, {:?}, {numbers:?}",
+                drawn.direction
+            )
+        };
         let is_above = !drawn.some || n.to_f64().dot(drawn.direction.to_f64()) > 0.0;
-        let is_sound = drawn.direction.is_finite() && drawn.density.is_finite() && drawn.density >= R::ZERO;
+        let is_sound =
+            drawn.direction.is_finite() && drawn.density.is_finite() && drawn.density >= R::ZERO;
         let is_black = drawn.some || weight == 0.0;
-        Verdict::bounded(weight, 1.0 + 1e-4, told).and(|| Verdict::holds(weight >= 0.0 && is_above && is_sound && is_black, told))
+        Verdict::bounded(weight, 1.0 + 1e-4, told)
+            .and(|| Verdict::holds(weight >= 0.0 && is_above && is_sound && is_black, told))
     });
     vec![by_shapes::<R>(outcome)]
 }

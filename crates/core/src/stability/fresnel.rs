@@ -1,4 +1,5 @@
-//! S13, S14, S15: how much boundaries reflect, from head-on to grazing, and between media that are nearly one.
+//! S13, S14, S15: how much boundaries reflect, from head-on to grazing, and between media that are
+//! nearly one.
 
 use glam::DVec3;
 use raywright_bvh::stability::Measurement;
@@ -8,17 +9,29 @@ use crate::material::{Interface, dielectric};
 
 /// What is computed in f64 whatever the precision.
 fn alone(outcome: &Outcome, textbook: Option<&Outcome>) -> Vec<Measurement> {
-    let of = |setting: &str| Measurement { setting: setting.to_owned(), outcome: outcome.clone(), textbook: textbook.cloned() };
+    let of = |setting: &str| Measurement {
+        setting: setting.to_owned(),
+        outcome: outcome.clone(),
+        textbook: textbook.cloned(),
+    };
     vec![of("robust"), of("reference")]
 }
 
 /// A ray that meets a level boundary from above at this cosine.
 fn at(cosine: f64, eta: f64) -> Interface {
-    Interface::new(DVec3::new(((1.0 - cosine) * (1.0 + cosine)).max(0.0).sqrt(), -cosine, 0.0), DVec3::Y, eta)
+    Interface::new(
+        DVec3::new(
+            ((1.0 - cosine) * (1.0 + cosine)).max(0.0).sqrt(),
+            -cosine,
+            0.0,
+        ),
+        DVec3::Y,
+        eta,
+    )
 }
 
-/// Reflectance without a difference of nearly equal numbers: that of the cosines is the difference of their squares over their sum. None under total
-/// reflection, where all is reflected.
+/// Reflectance without a difference of nearly equal numbers: that of the cosines is the difference
+/// of their squares over their sum. None under total reflection, where all is reflected.
 fn reflectance(cosine: f64, eta: f64) -> Option<f64> {
     let sine2 = (1.0 - cosine) * (1.0 + cosine);
     let beyond2 = 1.0 - eta * eta * sine2;
@@ -47,7 +60,14 @@ fn cosine(random: &mut Random) -> f64 {
 pub fn matched_indices(rays: Rays) -> Vec<Measurement> {
     let drawn = |random: &mut Random| {
         let ratio = random.pick(&[1.0, 1.0003, 1.0 + 1e-6]);
-        (cosine(random), if random.sign() > 0.0 { ratio } else { 1.0 / ratio })
+        (
+            cosine(random),
+            if random.sign() > 0.0 {
+                ratio
+            } else {
+                1.0 / ratio
+            },
+        )
     };
     let told = |cosine: f64, eta: f64| format!("cosine {:016x}, ratio {eta}", cosine.to_bits());
     let judged = |f: &(dyn Fn(f64, f64) -> f64 + Sync)| {
@@ -61,12 +81,19 @@ pub fn matched_indices(rays: Rays) -> Vec<Measurement> {
     let straight = judge("S13 straight", 412, 50_000, rays, |random| {
         let (d, n) = (random.direction(), random.direction());
         let n = if d.dot(n) < 0.0 { n } else { -n };
-        let off = Interface::new(d, n, 1.0).refracted.map_or(f64::INFINITY, |refracted| (refracted - d).abs().max_element());
+        let off = Interface::new(d, n, 1.0)
+            .refracted
+            .map_or(f64::INFINITY, |refracted| {
+                (refracted - d).abs().max_element()
+            });
         Verdict::bounded(off, 4.0 * U, || format!("{d} at {n}"))
     });
     // Schlick's goes to one at grazing angles whatever the indices are.
     let textbook = judged(&|cosine, eta| at(cosine, eta).schlick(cosine));
-    alone(&judged(&|cosine, eta| at(cosine, eta).fresnel()).plus(straight), Some(&textbook))
+    alone(
+        &judged(&|cosine, eta| at(cosine, eta).fresnel()).plus(straight),
+        Some(&textbook),
+    )
 }
 
 /// S14: the exact equations for glasses and diamond, both ways, by the relative error.
@@ -74,12 +101,20 @@ pub fn exact_equations(rays: Rays) -> Vec<Measurement> {
     let outcome = judge("S14", 413, 400_000, rays, |random| {
         let ior = random.pick(&[1.333, 1.5, 1.7, 2.42]);
         let eta = if random.sign() > 0.0 { ior } else { 1.0 / ior };
-        let cosine =
-            if random.bits().is_multiple_of(50) { random.pick(&[0.0, -0.0, 1.0, 1.0 + 2.0 * U]) } else { cosine(random) };
+        let cosine = if random.bits().is_multiple_of(50) {
+            random.pick(&[0.0, -0.0, 1.0, 1.0 + 2.0 * U])
+        } else {
+            cosine(random)
+        };
         let beyond2 = 1.0 - eta * eta * (1.0 - cosine) * (1.0 + cosine);
         let found = dielectric(cosine, (beyond2 >= 0.0).then(|| beyond2.sqrt()), eta);
         let wanted = reflectance(cosine.clamp(0.0, 1.0), eta).unwrap_or(1.0);
-        let told = || format!("cosine {:016x}, ratio {eta}: {found}, not {wanted}", cosine.to_bits());
+        let told = || {
+            format!(
+                "cosine {:016x}, ratio {eta}: {found}, not {wanted}",
+                cosine.to_bits()
+            )
+        };
         // What passes, by the amplitudes across and along: the other side of the account.
         let through = if beyond2 > 0.0 && cosine > 0.0 && cosine <= 1.0 {
             let (c, b) = (cosine, beyond2.sqrt());
@@ -95,7 +130,8 @@ pub fn exact_equations(rays: Rays) -> Vec<Measurement> {
     alone(&outcome, None)
 }
 
-/// S15: Schlick's approximation against the equations, by the greatest error that is known of it; from within by the cosine of the thinner medium.
+/// S15: Schlick's approximation against the equations, by the greatest error that is known of it;
+/// from within by the cosine of the thinner medium.
 pub fn schlick(rays: Rays) -> Vec<Measurement> {
     let outcome = judge("S15", 414, 40_000, rays, |random| {
         let (ior, most) = random.pick(&[(1.333, 0.059), (1.5, 0.036), (2.42, 0.076)]);
@@ -114,7 +150,11 @@ pub fn schlick(rays: Rays) -> Vec<Measurement> {
         let outside = random.unit();
         let inside = (1.0 - (1.0 - outside) * (1.0 + outside) / (ior * ior)).sqrt();
         let wanted = reflectance(outside, 1.0 / ior).unwrap_or(1.0);
-        Verdict::bounded((at(inside, ior).schlick(inside) - wanted).abs(), most + 5e-4, || format!("index {ior}"))
+        Verdict::bounded(
+            (at(inside, ior).schlick(inside) - wanted).abs(),
+            most + 5e-4,
+            || format!("index {ior}"),
+        )
     });
     alone(&outcome, Some(&textbook))
 }

@@ -1,4 +1,5 @@
-//! What being right costs, in nanoseconds a ray or sample: the textbook's formulas and the library's timed in turns, in CPU time of one thread.
+//! What being right costs, in nanoseconds a ray or sample: the textbook's formulas and the
+//! library's timed in turns, in CPU time of one thread.
 
 use core::hint::black_box;
 use std::rc::Rc;
@@ -20,7 +21,8 @@ pub struct Price {
     pub what: &'static str,
     /// By the textbook's formulas in f32.
     pub textbook: Spread,
-    /// How much more it takes by the library's, round by round, in `robust` and in `reference`; below zero where it takes less.
+    /// How much more it takes by the library's, round by round, in `robust` and in `reference`;
+    /// below zero where it takes less.
     pub more: [Spread; 2],
 }
 
@@ -31,7 +33,8 @@ const ROUNDS: usize = 15;
 const SAMPLES: u32 = 4096;
 const TURNS: u32 = 40;
 
-/// Contests of cases whose textbook's formula is timed beside the library's; none where there is none to time.
+/// Contests of cases whose textbook's formula is timed beside the library's; none where there is
+/// none to time.
 pub fn contest(number: &str) -> Option<Contest> {
     Some(match number {
         "S09" => frames(),
@@ -43,7 +46,12 @@ pub fn contest(number: &str) -> Option<Contest> {
 
 /// Times a case's contest; none where it has none.
 pub fn price(number: &str) -> Option<Price> {
-    let Contest { what, count, textbook, library: [robust, reference] } = contest(number)?;
+    let Contest {
+        what,
+        count,
+        textbook,
+        library: [robust, reference],
+    } = contest(number)?;
     let works = [textbook, robust, reference];
     let mut rounds = Vec::with_capacity(ROUNDS);
     for round in 0..=ROUNDS {
@@ -58,18 +66,34 @@ pub fn price(number: &str) -> Option<Price> {
             rounds.push(nanoseconds);
         }
     }
-    let spread = |of: &dyn Fn(&[f64; 3]) -> f64| Spread::of(&rounds.iter().map(of).collect::<Vec<_>>());
-    Some(Price { what, textbook: spread(&|round| round[0]), more: [1, 2].map(|which| spread(&|round| round[which] - round[0])) })
+    let spread =
+        |of: &dyn Fn(&[f64; 3]) -> f64| Spread::of(&rounds.iter().map(of).collect::<Vec<_>>());
+    Some(Price {
+        what,
+        textbook: spread(&|round| round[0]),
+        more: [1, 2].map(|which| spread(&|round| round[which] - round[0])),
+    })
 }
 
 /// A contest over samples: by the textbook's formulas, in `robust` and in `reference`.
-fn over<S: 'static>(what: &'static str, of: impl Fn(&mut Random) -> S, works: [fn(&S); 3]) -> Contest {
-    let samples: Rc<[S]> = (0..SAMPLES).map(|index| of(&mut Random::new(2, index.into()))).collect();
+fn over<S: 'static>(
+    what: &'static str,
+    of: impl Fn(&mut Random) -> S,
+    works: [fn(&S); 3],
+) -> Contest {
+    let samples: Rc<[S]> = (0..SAMPLES)
+        .map(|index| of(&mut Random::new(2, index.into())))
+        .collect();
     let [textbook, robust, reference] = works.map(|work| {
         let samples = samples.clone();
         Box::new(move || (0..TURNS).for_each(|_| samples.iter().for_each(work))) as Work
     });
-    Contest { what, count: SAMPLES * TURNS, textbook, library: [robust, reference] }
+    Contest {
+        what,
+        count: SAMPLES * TURNS,
+        textbook,
+        library: [robust, reference],
+    }
 }
 
 fn frames() -> Contest {
@@ -97,7 +121,9 @@ fn frames() -> Contest {
 /// d − 2(d·n)n in f32 beside the mirrored direction of an interface.
 fn reflections() -> Contest {
     fn mirrored<R: Real>([d, n]: [R::Vec3; 2]) {
-        black_box(R::Vec3::from_f64(Interface::new(d.to_f64(), n.to_f64(), 1.0).reflected));
+        black_box(R::Vec3::from_f64(
+            Interface::new(d.to_f64(), n.to_f64(), 1.0).reflected,
+        ));
     }
     let drawn = |random: &mut Random| {
         let pair = [random.direction(), random.direction()];
@@ -106,7 +132,15 @@ fn reflections() -> Contest {
     let by_textbook = |&([d, n], _): &([Vec3; 2], [DVec3; 2])| {
         black_box(d - n * (2.0 * d.dot(n)));
     };
-    over("a mirrored direction", drawn, [by_textbook, |&(pair, _)| mirrored::<f32>(pair), |&(_, pair)| mirrored::<f64>(pair)])
+    over(
+        "a mirrored direction",
+        drawn,
+        [
+            by_textbook,
+            |&(pair, _)| mirrored::<f32>(pair),
+            |&(_, pair)| mirrored::<f64>(pair),
+        ],
+    )
 }
 
 /// Schlick's approximation in f32 beside the exact equations, which are of f64 in both precisions.
@@ -120,5 +154,9 @@ fn reflectances() -> Contest {
         let beyond = (1.0 - eta * eta * (1.0 - cosine) * (1.0 + cosine)).sqrt();
         black_box(dielectric(cosine, Some(beyond), eta));
     };
-    over("a reflectance of glass", |random| random.unit() as f32, [schlick, exact, exact])
+    over(
+        "a reflectance of glass",
+        |random| random.unit() as f32,
+        [schlick, exact, exact],
+    )
 }

@@ -1,6 +1,9 @@
-//! M01, M02, M11: random numbers at the ends of their range, what is made of them, and how even they are.
+//! M01, M02, M11: random numbers at the ends of their range, what is made of them, and how even
+//! they are.
 
-use raywright_bvh::shapes::{AnyShape, Cone, Cuboid, Cylinder, Disk, Ellipsoid, Quad, Sphere, Torus, Triangle};
+use raywright_bvh::shapes::{
+    AnyShape, Cone, Cuboid, Cylinder, Disk, Ellipsoid, Quad, Sphere, Torus, Triangle,
+};
 use raywright_bvh::stability::judge::{Outcome, Rays, U, Verdict, judge, stored};
 use raywright_bvh::stability::{Measurement, by_shapes};
 use raywright_bvh::{Real, Vector};
@@ -13,37 +16,70 @@ use crate::material::cosine_sample;
 use crate::sampler::{Address, Purpose, pair};
 use crate::settings::SamplerKind;
 
-/// Numbers at the ends of [0, 1) and in its middle: none, the least, a half, the greatest below one, and that of 32 bits.
-const CORNERS: [f64; 5] = [0.0, 1.0 / 8_388_608.0, 0.5, 1.0 - U, 1.0 - 1.0 / 4_294_967_296.0];
+/// Numbers at the ends of [0, 1) and in its middle: none, the least, a half, the greatest below
+/// one, and that of 32 bits.
+const CORNERS: [f64; 5] = [
+    0.0,
+    1.0 / 8_388_608.0,
+    0.5,
+    1.0 - U,
+    1.0 - 1.0 / 4_294_967_296.0,
+];
 
 /// A case of numbers that do not depend on the precision.
 fn alone(outcome: &Outcome) -> Vec<Measurement> {
     ["robust", "reference"]
-        .map(|setting| Measurement { setting: setting.to_owned(), outcome: outcome.clone(), textbook: None })
+        .map(|setting| Measurement {
+            setting: setting.to_owned(),
+            outcome: outcome.clone(),
+            textbook: None,
+        })
         .to_vec()
 }
 
-/// M01: numbers of every sampler, also of words that are all ones but for the last few, and places that filters make of them.
+/// M01: numbers of every sampler, also of words that are all ones but for the last few, and places
+/// that filters make of them.
 pub fn below_one(rays: Rays) -> Vec<Measurement> {
     let most = 1.0 - U;
     let words = judge("M01 words", 301, 10_000, rays, |random| {
         let word = !(random.index() as u32);
         let x = f64::from(sobol_burley::parts::u32_to_f32_norm(word));
-        Verdict::bounded(x, most, || format!("word {word:#010x}")).and(|| Verdict::holds(x >= 0.0, || format!("{x}")))
+        Verdict::bounded(x, most, || format!("word {word:#010x}"))
+            .and(|| Verdict::holds(x >= 0.0, || format!("{x}")))
     });
     let drawn = judge("M01", 302, 1_000_000, rays, |random| {
-        let sampler = random.pick(&[SamplerKind::Sobol, SamplerKind::Stratified, SamplerKind::Independent]);
+        let sampler = random.pick(&[
+            SamplerKind::Sobol,
+            SamplerKind::Stratified,
+            SamplerKind::Independent,
+        ]);
         let mut word = || random.bits() as u32;
-        let at = Address { pixel: [word(), word()], replicate: word() % 256, index: word(), sampler, ..Address::default() };
+        let at = Address {
+            pixel: [word(), word()],
+            replicate: word() % 256,
+            index: word(),
+            sampler,
+            ..Address::default()
+        };
         let numbers = pair(at, Purpose::Scatter);
-        let is_within = numbers.iter().all(|&x| (0.0..=most).contains(&f64::from(x)));
-        Verdict::holds(is_within, || format!("{:08x?} of {at:?}", numbers.map(f32::to_bits)))
+        let is_within = numbers
+            .iter()
+            .all(|&x| (0.0..=most).contains(&f64::from(x)));
+        Verdict::holds(is_within, || {
+            format!("{:08x?} of {at:?}", numbers.map(f32::to_bits))
+        })
     });
     let filters = judge("M01 filters", 303, 10_000, rays, |random| {
         let filter = random.pick(&PixelFilter::ALL);
-        let number = if random.sign() > 0.0 { random.pick(&CORNERS).min(most) } else { random.unit() } as f32;
+        let number = if random.sign() > 0.0 {
+            random.pick(&CORNERS).min(most)
+        } else {
+            random.unit()
+        } as f32;
         let place = f64::from(filter.draws().place(number.min(most as f32)));
-        Verdict::bounded((place - 0.5).abs(), filter.radius(), || format!("{filter:?} of {:08x}", number.to_bits()))
+        Verdict::bounded((place - 0.5).abs(), filter.radius(), || {
+            format!("{filter:?} of {:08x}", number.to_bits())
+        })
     });
     alone(&drawn.plus(words).plus(filters))
 }
@@ -53,7 +89,10 @@ fn shapes<R: Real>() -> Vec<AnyShape<R>> {
     let (c, axis) = (DVec3::new(0.3, -0.2, 0.1), DVec3::new(0.6, 1.0, -0.3));
     let (x, y) = (DVec3::new(1.5, 0.5, 0.0), DVec3::new(0.25, 0.75, 1.0));
     vec![
-        AnyShape::Sphere(Sphere { centre: stored::<R>(c), radius: R::from_f64(0.7) }),
+        AnyShape::Sphere(Sphere {
+            centre: stored::<R>(c),
+            radius: R::from_f64(0.7),
+        }),
         AnyShape::Triangle(Triangle::new([c, c + x, c + y].map(|p| stored::<R>(p)))),
         AnyShape::Quad(Quad::new(c, x, y)),
         AnyShape::Disk(Disk::new(c, axis, 0.8)),
@@ -65,18 +104,25 @@ fn shapes<R: Real>() -> Vec<AnyShape<R>> {
     ]
 }
 
-/// M02: hemispheres, cones and surfaces at the corners of the unit square and anywhere in it: unit within 2u, and a density above zero.
+/// M02: hemispheres, cones and surfaces at the corners of the unit square and anywhere in it: unit
+/// within 2u, and a density above zero.
 pub fn warps<R: Real>(rays: Rays) -> Vec<Measurement> {
     let shapes = shapes::<R>();
     let roundoff = R::ROUNDOFF.to_f64();
     let outcome = judge("M02", 310, 200_000, rays, |random| {
         // The greatest number below one of what the sampler gives, whatever the precision.
         let mut number = || {
-            if random.sign() > 0.0 { random.pick(&CORNERS).min(1.0 - U) } else { f64::from(random.unit() as f32).min(1.0 - U) }
+            if random.sign() > 0.0 {
+                random.pick(&CORNERS).min(1.0 - U)
+            } else {
+                f64::from(random.unit() as f32).min(1.0 - U)
+            }
         };
         let [u, v] = [number(), number()];
         let told = |what: &str| format!("{what} at {:016x} {:016x}", u.to_bits(), v.to_bits());
-        let unit = |what: &str, d: DVec3, bound: f64| Verdict::bounded((d.length() - 1.0).abs(), bound, || told(what));
+        let unit = |what: &str, d: DVec3, bound: f64| {
+            Verdict::bounded((d.length() - 1.0).abs(), bound, || told(what))
+        };
         match random.bits() % 3 {
             0 => {
                 let d = cosine_sample::<R>([R::from_f64(u), R::from_f64(v)]).to_f64();
@@ -89,24 +135,35 @@ pub fn warps<R: Real>(rays: Rays) -> Vec<Measurement> {
             1 => {
                 // From next to no angle to all of a half-space, by the sine.
                 let share = random.pick(&[1e-7, 1e-6, 1e-3, 0.5, 0.999, 1.0 - 1e-9]);
-                let Some(cone) = DirectionCone::new(random.direction() / share, 1.0, DVec3::ZERO) else { return Verdict::Skip };
+                let Some(cone) = DirectionCone::new(random.direction() / share, 1.0, DVec3::ZERO)
+                else {
+                    return Verdict::Skip;
+                };
                 let density = 1.0 / cone.solid_angle();
-                unit("cone", cone.normal([u, v]), 2.0 * U)
-                    .and(|| Verdict::holds(density > 0.0 && density.is_finite(), || told("density of a cone")))
+                unit("cone", cone.normal([u, v]), 2.0 * U).and(|| {
+                    Verdict::holds(density > 0.0 && density.is_finite(), || {
+                        told("density of a cone")
+                    })
+                })
             }
             _ => {
                 let shape = random.pick(&shapes);
-                let Some((point, density)) = shape.sample_area(R::from_f64(u), R::from_f64(v)) else { return Verdict::Skip };
+                let Some((point, density)) = shape.sample_area(R::from_f64(u), R::from_f64(v))
+                else {
+                    return Verdict::Skip;
+                };
                 let is_sound = density > 0.0 && density.is_finite() && point.point.is_finite();
-                unit("normal", point.normal, 2.0 * U).and(|| Verdict::holds(is_sound, || told("density of a point")))
+                unit("normal", point.normal, 2.0 * U)
+                    .and(|| Verdict::holds(is_sound, || told("density of a point")))
             }
         }
     });
     vec![by_shapes::<R>(outcome)]
 }
 
-/// M11: 65 536 points of a sequence: one in each of as many intervals by each of its first two numbers, and by both together in each way to divide the
-/// square into as many oblongs; at pixels at both ends of the addresses.
+/// M11: 65 536 points of a sequence: one in each of as many intervals by each of its first two
+/// numbers, and by both together in each way to divide the square into as many oblongs; at pixels
+/// at both ends of the addresses.
 pub fn stratified(rays: Rays) -> Vec<Measurement> {
     const BITS: u32 = 16;
     let outcome = judge("M11", 320, 34, rays, |random| {
@@ -115,10 +172,23 @@ pub fn stratified(rays: Rays) -> Vec<Measurement> {
         let mut is_taken = vec![false; 1 << BITS];
         let cell = |x: f32, bits: u32| (f64::from(x) * f64::from(1 << bits)) as usize;
         let twice = (0..1 << BITS).find(|&index| {
-            let [x, y] = pair(Address { pixel, index, replicate: columns, ..Address::default() }, Purpose::Pixel);
-            core::mem::replace(&mut is_taken[cell(x, columns) << (BITS - columns) | cell(y, BITS - columns)], true)
+            let [x, y] = pair(
+                Address {
+                    pixel,
+                    index,
+                    replicate: columns,
+                    ..Address::default()
+                },
+                Purpose::Pixel,
+            );
+            core::mem::replace(
+                &mut is_taken[cell(x, columns) << (BITS - columns) | cell(y, BITS - columns)],
+                true,
+            )
         });
-        Verdict::holds(twice.is_none(), || format!("{pixel:?}: {twice:?} falls into a cell of 2^{columns} columns that is taken"))
+        Verdict::holds(twice.is_none(), || {
+            format!("{pixel:?}: {twice:?} falls into a cell of 2^{columns} columns that is taken")
+        })
     });
     alone(&outcome)
 }

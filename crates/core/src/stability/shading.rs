@@ -5,7 +5,9 @@ use rayon::prelude::*;
 use raywright_bvh::shapes::{AnyShape, Quad, Sphere};
 use raywright_bvh::stability::judge::{Outcome, Random, Rays, Verdict, exact, judge, ray, stored};
 use raywright_bvh::stability::{Measurement, by_shapes};
-use raywright_bvh::{AcceleratorKind, Geometry, Interval, PrimitiveSet, Ray, Real, Vector, Visibility};
+use raywright_bvh::{
+    AcceleratorKind, Geometry, Interval, PrimitiveSet, Ray, Real, Vector, Visibility,
+};
 
 use crate::material::{Bsdf, Frame, Interface, Lobe, NormalMap};
 
@@ -31,14 +33,24 @@ fn gram(frame: [DVec3; 3]) -> f64 {
     [t.dot(b), b.dot(n), n.dot(t)]
         .into_iter()
         .chain(lengths)
-        .fold(0.0, |most, x| if x.abs() > most || x.is_nan() { x.abs() } else { most })
+        .fold(0.0, |most, x| {
+            if x.abs() > most || x.is_nan() {
+                x.abs()
+            } else {
+                most
+            }
+        })
 }
 
 /// The frame that divides by 1 + z, whatever the sign of z.
 pub(super) fn unsigned_frame(n: Vec3) -> [Vec3; 3] {
     let a = 1.0 / (1.0 + n.z);
     let b = -n.x * n.y * a;
-    [Vec3::new(1.0 - n.x * n.x * a, b, -n.x), Vec3::new(b, 1.0 - n.y * n.y * a, -n.y), n]
+    [
+        Vec3::new(1.0 - n.x * n.x * a, b, -n.x),
+        Vec3::new(b, 1.0 - n.y * n.y * a, -n.y),
+        n,
+    ]
 }
 
 /// S09: any frame about a normal.
@@ -46,31 +58,55 @@ pub fn frames<R: Real>(rays: Rays) -> Vec<Measurement> {
     let told = |n: R::Vec3| format!("{:08x?}", n.to_f32().to_array().map(f32::to_bits));
     let outcome = judge("S09", 401, 1_000_000, rays, |random| {
         let n = normal::<R>(random);
-        let Frame { tangent, bitangent, normal } = Frame::<R>::about(n);
-        Verdict::bounded(gram([tangent, bitangent, normal].map(|v| v.to_f64())), 4e-7, || told(n))
+        let Frame {
+            tangent,
+            bitangent,
+            normal,
+        } = Frame::<R>::about(n);
+        Verdict::bounded(
+            gram([tangent, bitangent, normal].map(|v| v.to_f64())),
+            4e-7,
+            || told(n),
+        )
     });
     let textbook = judge("S09", 401, 1_000_000, rays, |random| {
         let n = normal::<R>(random);
-        Verdict::bounded(gram(unsigned_frame(n.to_f32()).map(|v| v.as_dvec3())), 4e-7, || told(n))
+        Verdict::bounded(
+            gram(unsigned_frame(n.to_f32()).map(|v| v.as_dvec3())),
+            4e-7,
+            || told(n),
+        )
     });
-    vec![Measurement { textbook: Some(textbook), ..by_shapes::<R>(outcome) }]
+    vec![Measurement {
+        textbook: Some(textbook),
+        ..by_shapes::<R>(outcome)
+    }]
 }
 
-/// S10: vectors of any length that are made unit: what an image says of a normal, the direction in which its columns follow each other, and a
-/// ray and a normal at a boundary.
+/// S10: vectors of any length that are made unit: what an image says of a normal, the direction in
+/// which its columns follow each other, and a ray and a normal at a boundary.
 pub fn lengths<R: Real>(rays: Rays) -> Vec<Measurement> {
     let outcome = judge("S10", 402, 200_000, rays, |random| {
         let n = stored::<R>(random.direction());
         let length = random.pick(&[0.0, 1e-30, 1e-22, 1e-10, 1.0, 1e10, 1e19]);
         let v = stored::<R>(random.direction() * length);
-        let told = || format!("length {length:e}: {:08x?}", v.to_f32().to_array().map(f32::to_bits));
+        let told = || {
+            format!(
+                "length {length:e}: {:08x?}",
+                v.to_f32().to_array().map(f32::to_bits)
+            )
+        };
         let unit = |w: DVec3, bound: f64| Verdict::bounded((w.length() - 1.0).abs(), bound, told);
         let roundoff = R::ROUNDOFF.to_f64();
         // The normal itself is unit within one rounding of each component.
         let within = 2.0 * roundoff + (n.to_f64().length() - 1.0).abs();
         let frame = Frame::<R>::along(n, v, false);
         let direction = exact(random.direction());
-        let facing = if n.to_f64().dot(direction) < 0.0 { direction } else { -direction };
+        let facing = if n.to_f64().dot(direction) < 0.0 {
+            direction
+        } else {
+            -direction
+        };
         let map = NormalMap::<R> {
             normal: n,
             along: frame.tangent,
@@ -83,7 +119,13 @@ pub fn lengths<R: Real>(rays: Rays) -> Vec<Measurement> {
         let interface = Interface::new(v.to_f64(), n.to_f64(), 1.0);
         unit(map.perturbed_normal().to_f64(), 4.0 * roundoff + within)
             .and(|| unit(frame.tangent.to_f64(), 4e-7_f64.max(within)))
-            .and(|| if length == 0.0 { Verdict::Right(0.0) } else { unit(interface.reflected, 2.0 * roundoff.max(1e-15)) })
+            .and(|| {
+                if length == 0.0 {
+                    Verdict::Right(0.0)
+                } else {
+                    unit(interface.reflected, 2.0 * roundoff.max(1e-15))
+                }
+            })
     });
     vec![by_shapes::<R>(outcome)]
 }
@@ -92,17 +134,29 @@ pub fn lengths<R: Real>(rays: Rays) -> Vec<Measurement> {
 const BOUNCES: u32 = 10_000;
 const MIRRORED: u32 = 60;
 
-/// A ray between mirrors, with the operations of a path: the nearest hit, its surface, the lobe of a mirror and the start of the next ray. How far the
-/// direction's length is from one in the end, and what `invariant` is before and after.
-fn mirrored<R: Real>(geometry: &Geometry<R>, mut ray: Ray<R>, invariant: impl Fn(&Ray<R>) -> f64) -> Option<[f64; 2]> {
+/// A ray between mirrors, with the operations of a path: the nearest hit, its surface, the lobe of
+/// a mirror and the start of the next ray. How far the direction's length is from one in the end,
+/// and what `invariant` is before and after.
+fn mirrored<R: Real>(
+    geometry: &Geometry<R>,
+    mut ray: Ray<R>,
+    invariant: impl Fn(&Ray<R>) -> f64,
+) -> Option<[f64; 2]> {
     let before = invariant(&ray);
     let (mut length, mut drift) = (0.0_f64, 0.0_f64);
     for _ in 0..BOUNCES {
         let hit = geometry.closest(&ray, Interval::positive(), &mut ())?;
         let surface = geometry.surface(&ray, &hit);
         let faces = surface.normal.dot(ray.direction) < R::ZERO;
-        let normal = if faces { surface.normal } else { -surface.normal };
-        let mirror = Bsdf::<R>::new(normal).with(Lobe::Mirror { f0: Vector::ONE, f90: Vector::ONE });
+        let normal = if faces {
+            surface.normal
+        } else {
+            -surface.normal
+        };
+        let mirror = Bsdf::<R>::new(normal).with(Lobe::Mirror {
+            f0: Vector::ONE,
+            f90: Vector::ONE,
+        });
         let drawn = mirror.sample(&Frame::about(normal), -ray.direction, [R::ZERO; 3]);
         ray = Ray::new(surface.spawn(drawn.direction), drawn.direction);
         length = length.max((ray.direction.to_f64().length() - 1.0).abs());
@@ -111,18 +165,27 @@ fn mirrored<R: Real>(geometry: &Geometry<R>, mut ray: Ray<R>, invariant: impl Fn
     Some([length, drift])
 }
 
-/// How far the lengths of directions are from one, and what stays from what it was, of each ray; none of one that escapes.
-fn mirrored_each(seed: u64, made: impl Fn(&mut Random) -> Option<[f64; 2]> + Sync) -> Vec<Option<[f64; 2]>> {
-    (0..MIRRORED).into_par_iter().map(|index| made(&mut Random::new(seed, index.into()))).collect()
+/// How far the lengths of directions are from one, and what stays from what it was, of each ray;
+/// none of one that escapes.
+fn mirrored_each(
+    seed: u64,
+    made: impl Fn(&mut Random) -> Option<[f64; 2]> + Sync,
+) -> Vec<Option<[f64; 2]>> {
+    (0..MIRRORED)
+        .into_par_iter()
+        .map(|index| made(&mut Random::new(seed, index.into())))
+        .collect()
 }
 
-/// S11: rays between two parallel mirrors, whose angle stays, and in a mirrored ball, whose distance from the centre stays: how long directions are, and
-/// what stays.
+/// S11: rays between two parallel mirrors, whose angle stays, and in a mirrored ball, whose
+/// distance from the centre stays: how long directions are, and what stays.
 pub fn mirrors<R: Real>(rays: Rays) -> Vec<Measurement> {
     let geometry = |shapes: &[AnyShape<R>]| {
         let mut group = PrimitiveSet::<R>::default();
         for &shape in shapes {
-            group.shape(shape, Visibility::default()).expect("finite shapes");
+            group
+                .shape(shape, Visibility::default())
+                .expect("finite shapes");
         }
         Geometry::new(group, AcceleratorKind::Linear)
     };
@@ -130,14 +193,26 @@ pub fn mirrors<R: Real>(rays: Rays) -> Vec<Measurement> {
         let n = random.direction();
         let (x, y) = n.any_orthonormal_pair();
         let half = 1e5;
-        let wall = |at: f64| AnyShape::Quad(Quad::new(n * at - (x + y) * half, x * (2.0 * half), y * (2.0 * half)));
-        let d = exact((n + x * random.between(-2.0, 2.0) + y * random.between(-2.0, 2.0)).normalize());
-        mirrored(&geometry(&[wall(-1.0), wall(1.0)]), ray::<R>(DVec3::ZERO, d), |ray| {
-            ray.direction.to_f64().normalize().dot(n).abs()
-        })
+        let wall = |at: f64| {
+            AnyShape::Quad(Quad::new(
+                n * at - (x + y) * half,
+                x * (2.0 * half),
+                y * (2.0 * half),
+            ))
+        };
+        let d =
+            exact((n + x * random.between(-2.0, 2.0) + y * random.between(-2.0, 2.0)).normalize());
+        mirrored(
+            &geometry(&[wall(-1.0), wall(1.0)]),
+            ray::<R>(DVec3::ZERO, d),
+            |ray| ray.direction.to_f64().normalize().dot(n).abs(),
+        )
     });
     let ball = mirrored_each(404, |random| {
-        let sphere = AnyShape::Sphere(Sphere { centre: R::Vec3::from_f64(DVec3::ZERO), radius: R::ONE });
+        let sphere = AnyShape::Sphere(Sphere {
+            centre: R::Vec3::from_f64(DVec3::ZERO),
+            radius: R::ONE,
+        });
         let d = exact(random.direction());
         let start = ray::<R>(exact(random.direction() * random.between(0.1, 0.9)), d);
         mirrored(&geometry(&[sphere]), start, |ray| {
@@ -148,7 +223,9 @@ pub fn mirrors<R: Real>(rays: Rays) -> Vec<Measurement> {
     let judged = |part: &str, found: &[Option<[f64; 2]>], which: usize, bound: f64| -> Outcome {
         judge(&format!("S11 {part}"), 0, MIRRORED, rays, |random| {
             let index = random.index();
-            let Some(errors) = found[index as usize] else { return Verdict::Wrong(format!("ray {index} escapes")) };
+            let Some(errors) = found[index as usize] else {
+                return Verdict::Wrong(format!("ray {index} escapes"));
+            };
             Verdict::bounded(errors[which], bound, || format!("ray {index}"))
         })
     };

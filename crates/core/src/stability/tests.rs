@@ -8,39 +8,71 @@ use raywright_bvh::stability::judge::Rays;
 
 use super::{hard_cases, measure};
 
-/// Nothing of a case is wrong in any precision, and at most one in a thousand was too close to call; returns what was measured.
+/// Nothing of a case is wrong in any precision, and at most one in a thousand was too close to
+/// call; returns what was measured.
 fn expect_all(number: &str) -> Vec<Measurement> {
-    let rays = if env::var("RAYS").is_ok_and(|rays| rays == "all") { Rays::All } else { Rays::Quarter };
+    let rays = if env::var("RAYS").is_ok_and(|rays| rays == "all") {
+        Rays::All
+    } else {
+        Rays::Quarter
+    };
     let measurements = measure(number, rays).expect("a case of the library");
-    for Measurement { setting, outcome, .. } in &measurements {
-        assert_eq!(outcome.first, None, "{setting}: {} of {} wrong", outcome.wrong, outcome.judged);
-        assert!(2 * outcome.judged >= outcome.shot && outcome.band * 1000 <= outcome.shot, "{setting}: {outcome:?}");
+    for Measurement {
+        setting, outcome, ..
+    } in &measurements
+    {
+        assert_eq!(
+            outcome.first, None,
+            "{setting}: {} of {} wrong",
+            outcome.wrong, outcome.judged
+        );
+        assert!(
+            2 * outcome.judged >= outcome.shot && outcome.band * 1000 <= outcome.shot,
+            "{setting}: {outcome:?}"
+        );
     }
     for precision in ["robust", "reference"] {
-        assert!(measurements.iter().any(|measurement| measurement.setting.starts_with(precision)), "{number} in {precision}");
+        assert!(
+            measurements
+                .iter()
+                .any(|measurement| measurement.setting.starts_with(precision)),
+            "{number} in {precision}"
+        );
     }
     measurements
 }
 
-/// The textbook's formula fails where the case says that it is hard, in so large a share of all that is judged.
+/// The textbook's formula fails where the case says that it is hard, in so large a share of all
+/// that is judged.
 fn expect_hard(measurements: &[Measurement], least: f64) {
-    let share = measurements[0].textbook.as_ref().expect("of the textbook").wrong_share();
-    assert!(share >= least, "{}: only {share} wrong", measurements[0].outcome.case);
+    let share = measurements[0]
+        .textbook
+        .as_ref()
+        .expect("of the textbook")
+        .wrong_share();
+    assert!(
+        share >= least,
+        "{}: only {share} wrong",
+        measurements[0].outcome.case
+    );
 }
 
-/// Protects: numbers are below one, whatever word they are made of, and filters place them within their radius.
+/// Protects: numbers are below one, whatever word they are made of, and filters place them within
+/// their radius.
 #[test]
 fn m01_numbers_are_below_one() {
     expect_all("M01");
 }
 
-/// Protects: directions and points that are drawn at the corners of the unit square are unit, finite and have a density.
+/// Protects: directions and points that are drawn at the corners of the unit square are unit,
+/// finite and have a density.
 #[test]
 fn m02_corners_of_the_unit_square() {
     expect_all("M02");
 }
 
-/// Protects: a whole sequence is stratified in every way to divide the square, at either end of the addresses.
+/// Protects: a whole sequence is stratified in every way to divide the square, at either end of the
+/// addresses.
 #[test]
 fn m11_a_whole_sequence_is_stratified() {
     expect_all("M11");
@@ -58,13 +90,20 @@ fn s10_vectors_of_any_length() {
     expect_all("S10");
 }
 
-/// Protects: ten thousand mirror bounces keep a direction's length, and what a closed form says stays. In a ball in `robust` nine rays of sixty exceed the
-/// bound, which the list says: no more than those.
+/// Protects: ten thousand mirror bounces keep a direction's length, and what a closed form says
+/// stays. In a ball in `robust` nine rays of sixty exceed the bound, which the list says: no more
+/// than those.
 #[test]
 fn s11_mirror_bounces() {
-    for Measurement { setting, outcome, .. } in measure("S11", Rays::All).expect("a case of the library") {
+    for Measurement {
+        setting, outcome, ..
+    } in measure("S11", Rays::All).expect("a case of the library")
+    {
         let known = if setting == "robust, in a ball" { 9 } else { 0 };
-        assert!(outcome.judged >= 60 && outcome.wrong <= known, "{setting}: {outcome:?}");
+        assert!(
+            outcome.judged >= 60 && outcome.wrong <= known,
+            "{setting}: {outcome:?}"
+        );
     }
 }
 
@@ -92,19 +131,22 @@ fn s17_narrow_lobes() {
     expect_hard(&expect_all("S17"), 0.1);
 }
 
-/// Protects: no direction that facets are drawn by weighs more than they reflect, at grazing views too.
+/// Protects: no direction that facets are drawn by weighs more than they reflect, at grazing views
+/// too.
 #[test]
 fn s18_visible_normals() {
     expect_all("S18");
 }
 
-/// Protects: cameras that can't be told which way is up are refused, and each pixel of all others has a ray.
+/// Protects: cameras that can't be told which way is up are refused, and each pixel of all others
+/// has a ray.
 #[test]
 fn f01_degenerate_views() {
     expect_all("F01");
 }
 
-/// Protects: no row or column of an odd number of pixels looks through the edges that it is aimed at.
+/// Protects: no row or column of an odd number of pixels looks through the edges that it is aimed
+/// at.
 #[test]
 fn f02_symmetric_views() {
     expect_all("F02");
@@ -116,18 +158,29 @@ fn f03_lenses() {
     expect_all("F03");
 }
 
-/// Protects: the list is whole: each number once, none missing between a letter's first and last, and each with what is hard and a bound.
+/// Protects: the list is whole: each number once, none missing between a letter's first and last,
+/// and each with what is hard and a bound.
 #[test]
 fn the_list_is_whole() {
     let numbers: BTreeSet<_> = hard_cases().map(|case| case.number.to_owned()).collect();
     let letters = [("P", 23), ("T", 21), ("S", 21), ("M", 14), ("F", 10)];
-    let wanted = letters.iter().flat_map(|(letter, last)| (1..=*last).map(move |i| format!("{letter}{i:02}")));
+    let wanted = letters
+        .iter()
+        .flat_map(|(letter, last)| (1..=*last).map(move |i| format!("{letter}{i:02}")));
     assert_eq!(numbers, wanted.collect());
     assert_eq!(hard_cases().count(), numbers.len());
     assert!(hard_cases().all(|case| !case.hard.is_empty() && !case.bound.is_empty()));
     // A bar is an absolute value too.
-    let bound = |number: &str| hard_cases().find(|case| case.number == number).expect("a case").bound;
+    let bound = |number: &str| {
+        hard_cases()
+            .find(|case| case.number == number)
+            .expect("a case")
+            .bound
+    };
     assert!(bound("P06").contains("t·|d| within") && bound("P23").ends_with("inverse transpose"));
-    let left_out: Vec<_> = hard_cases().filter(|case| case.left_out.is_some()).map(|case| case.number).collect();
+    let left_out: Vec<_> = hard_cases()
+        .filter(|case| case.left_out.is_some())
+        .map(|case| case.number)
+        .collect();
     assert_eq!(left_out, ["T19", "S07", "S11", "S21"]);
 }

@@ -1,4 +1,5 @@
-//! Rays that are aimed from the camera at edges between triangles and at their corners, all of which must meet something no farther away.
+//! Rays that are aimed from the camera at edges between triangles and at their corners, all of
+//! which must meet something no farther away.
 
 use std::collections::BTreeMap;
 
@@ -21,7 +22,8 @@ const RAYS: u64 = 40_000;
 const OBJECTS: usize = 1000;
 const BLOCK: u64 = 4096;
 
-/// Cosine under which a triangle is seen below which it is not aimed at, and how many times the rounding of a ray's way its width has to be.
+/// Cosine under which a triangle is seen below which it is not aimed at, and how many times the
+/// rounding of a ray's way its width has to be.
 const SLANT: f64 = 0.05;
 const ROOM: f64 = 1024.0;
 
@@ -36,7 +38,12 @@ pub(crate) struct AimedRays {
 
 impl AimedRays {
     pub fn run(&self) -> CheckRun {
-        CheckRun { name: "rays aimed at edges and corners", looked_at: self.sent, unit: "rays", planned: self.planned }
+        CheckRun {
+            name: "rays aimed at edges and corners",
+            looked_at: self.sent,
+            unit: "rays",
+            planned: self.planned,
+        }
     }
 }
 
@@ -62,12 +69,25 @@ impl PreparedWork for EdgeAim<'_> {
 
     /// Sends the rays from the middle of the camera.
     fn run<R: Real>(&self, prepared: &Prepared<R>) -> AimedRays {
-        aim(prepared, &targets(prepared, self.facts, self.topologies), self.seed, self.deadline)
+        aim(
+            prepared,
+            &targets(prepared, self.facts, self.topologies),
+            self.seed,
+            self.deadline,
+        )
     }
 }
 
-fn aim<R: Real>(prepared: &Prepared<R>, targets: &[Target<'_>], seed: u64, deadline: &Deadline<'_>) -> AimedRays {
-    let mut found = AimedRays { planned: if targets.is_empty() { 0 } else { RAYS }, ..AimedRays::default() };
+fn aim<R: Real>(
+    prepared: &Prepared<R>,
+    targets: &[Target<'_>],
+    seed: u64,
+    deadline: &Deadline<'_>,
+) -> AimedRays {
+    let mut found = AimedRays {
+        planned: if targets.is_empty() { 0 } else { RAYS },
+        ..AimedRays::default()
+    };
     let half = prepared.camera.ray(R::ZERO, R::ZERO, [0.5; 2]);
     let eye = half.origin.to_f64();
     while found.sent < found.planned && (found.sent == 0 || !deadline.is_over()) {
@@ -76,9 +96,16 @@ fn aim<R: Real>(prepared: &Prepared<R>, targets: &[Target<'_>], seed: u64, deadl
             let target = &targets[(index % targets.len() as u64) as usize];
             leak(prepared, target, eye, [seed, index]).map(|place| (target.object, place))
         };
-        let leaks: Vec<_> = (found.sent..until).into_par_iter().filter_map(leak).collect();
+        let leaks: Vec<_> = (found.sent..until)
+            .into_par_iter()
+            .filter_map(leak)
+            .collect();
         for (object, place) in leaks {
-            found.leaks.entry(object).or_insert((0, prepared.in_world(R::Vec3::from_f64(place)))).0 += 1;
+            found
+                .leaks
+                .entry(object)
+                .or_insert((0, prepared.in_world(R::Vec3::from_f64(place))))
+                .0 += 1;
         }
         found.sent = until;
     }
@@ -92,19 +119,28 @@ fn targets<'a, R: Real>(
 ) -> Vec<Target<'a>> {
     let all: Vec<Target<'a>> = all_about(facts.scene, prepared.origin.origin)
         .enumerate()
-        .filter(|(_, shown)| matches!(shown.object.side, SideRule::Both | SideRule::Culled) && shown.ends().is_none())
+        .filter(|(_, shown)| {
+            matches!(shown.object.side, SideRule::Both | SideRule::Culled) && shown.ends().is_none()
+        })
         .filter_map(|(index, shown)| {
             let (mesh, data) = facts.mesh(shown.object)?;
             let Topology { shared, fans, .. } = topologies.get(&mesh)?;
             let object = facts.index_of(index as u32);
-            (!shared.is_empty()).then_some(Target { object, data, shared, fans, shown })
+            (!shared.is_empty()).then_some(Target {
+                object,
+                data,
+                shared,
+                fans,
+                shown,
+            })
         })
         .collect();
     let every = (all.len() / OBJECTS).max(1);
     all.into_iter().step_by(every).collect()
 }
 
-/// A place on a mesh, with the triangles there: for each the cosine under which the eye sees it, and the width that a ray has to miss it by.
+/// A place on a mesh, with the triangles there: for each the cosine under which the eye sees it,
+/// and the width that a ray has to miss it by.
 struct Aim {
     point: DVec3,
     faces: Vec<[f64; 2]>,
@@ -123,9 +159,15 @@ impl Target<'_> {
             let face = |&[b, c]: &[u32; 2]| {
                 let [b, c] = [at(b) - point, at(c) - point];
                 let normal = b.cross(c);
-                [normal.normalize_or_zero().dot(direction), normal.length() / (c - b).length()]
+                [
+                    normal.normalize_or_zero().dot(direction),
+                    normal.length() / (c - b).length(),
+                ]
             };
-            return Some(Aim { point, faces: fan.across.iter().map(face).collect() });
+            return Some(Aim {
+                point,
+                faces: fan.across.iter().map(face).collect(),
+            });
         }
         let edge = self.shared.get(pick(self.shared.len()))?;
         let ([a, b], across) = (edge.ends.map(at), edge.across.map(at));
@@ -135,26 +177,46 @@ impl Target<'_> {
         let face = |(corner, sign): (DVec3, f64)| {
             let beside = corner - a;
             let height = beside - along * beside.dot(along);
-            [sign * along.cross(height).normalize_or_zero().dot(direction), height.length().min((b - a).length())]
+            [
+                sign * along.cross(height).normalize_or_zero().dot(direction),
+                height.length().min((b - a).length()),
+            ]
         };
-        Some(Aim { point, faces: [(across[0], 1.0), (across[1], -1.0)].map(face).into() })
+        Some(Aim {
+            point,
+            faces: [(across[0], 1.0), (across[1], -1.0)].map(face).into(),
+        })
     }
 }
 
-/// The place that a ray passes which is aimed at it; none where it meets something, or where rounding may lead it past all triangles there.
-fn leak<R: Real>(prepared: &Prepared<R>, target: &Target<'_>, eye: DVec3, [seed, index]: [u64; 2]) -> Option<DVec3> {
+/// The place that a ray passes which is aimed at it; none where it meets something, or where
+/// rounding may lead it past all triangles there.
+fn leak<R: Real>(
+    prepared: &Prepared<R>,
+    target: &Target<'_>,
+    eye: DVec3,
+    [seed, index]: [u64; 2],
+) -> Option<DVec3> {
     let Aim { point, faces } = target.aim(eye, |which| unit(seed, index, 32 + which))?;
     let (distance, side) = (point.distance(eye), faces.first()?[0]);
-    let rounding = R::ROUNDOFF.to_f64() * (distance + point.abs().max_element() + eye.abs().max_element());
-    let is_clear =
-        |&[slant, width]: &[f64; 2]| slant * side > 0.0 && slant.abs() > SLANT && width * slant.abs() > ROOM * rounding;
+    let rounding =
+        R::ROUNDOFF.to_f64() * (distance + point.abs().max_element() + eye.abs().max_element());
+    let is_clear = |&[slant, width]: &[f64; 2]| {
+        slant * side > 0.0 && slant.abs() > SLANT && width * slant.abs() > ROOM * rounding
+    };
     if !faces.iter().all(is_clear) {
         return None;
     }
-    let ray = Ray::new(R::Vec3::from_f64(eye), R::Vec3::from_f64((point - eye) / distance));
-    let hit = prepared.geometry.closest(&ray, Interval::positive(), &mut ());
+    let ray = Ray::new(
+        R::Vec3::from_f64(eye),
+        R::Vec3::from_f64((point - eye) / distance),
+    );
+    let hit = prepared
+        .geometry
+        .closest(&ray, Interval::positive(), &mut ());
     let farthest = distance * (1.0 + 1e-6) + ROOM * rounding / SLANT;
-    hit.is_none_or(|hit| hit.t.to_f64() > farthest).then_some(point)
+    hit.is_none_or(|hit| hit.t.to_f64() > farthest)
+        .then_some(point)
 }
 
 #[cfg(test)]
@@ -169,17 +231,32 @@ mod tests {
     fn globe(triangles: usize) -> Scene {
         const SIDES: usize = 24;
         let at = |row: usize, column: usize| -> [f64; 3] {
-            let [a, b] = [(row, SIDES), (2 * column, SIDES)].map(|(i, of)| core::f64::consts::PI * i as f64 / of as f64);
-            [libm::sin(a) * libm::cos(b), libm::cos(a), libm::sin(a) * libm::sin(b)]
+            let [a, b] = [(row, SIDES), (2 * column, SIDES)]
+                .map(|(i, of)| core::f64::consts::PI * i as f64 / of as f64);
+            [
+                libm::sin(a) * libm::cos(b),
+                libm::cos(a),
+                libm::sin(a) * libm::sin(b),
+            ]
         };
         let place = |row: usize, column: usize| row * SIDES + column % SIDES;
-        let positions: Vec<[f64; 3]> = (0..=SIDES).flat_map(|row| (0..SIDES).map(move |column| at(row, column))).collect();
+        let positions: Vec<[f64; 3]> = (0..=SIDES)
+            .flat_map(|row| (0..SIDES).map(move |column| at(row, column)))
+            .collect();
         let cell = |(row, column)| {
-            let [a, b, c, d] = [place(row, column), place(row, column + 1), place(row + 1, column + 1), place(row + 1, column)];
+            let [a, b, c, d] = [
+                place(row, column),
+                place(row, column + 1),
+                place(row + 1, column + 1),
+                place(row + 1, column),
+            ];
             [[a, b, c], [a, c, d]]
         };
-        let indices: Vec<[usize; 3]> =
-            (0..SIDES).flat_map(|row| (0..SIDES).map(move |column| (row, column))).flat_map(cell).take(triangles).collect();
+        let indices: Vec<[usize; 3]> = (0..SIDES)
+            .flat_map(|row| (0..SIDES).map(move |column| (row, column)))
+            .flat_map(cell)
+            .take(triangles)
+            .collect();
         let scene: Value = json!({
             "format": 1,
             "cameras": [{ "pose": { "look_at": { "eye": [1, 2, 5], "target": [0, 0, 0] } }, "projection": { "pinhole": { "vertical_fov": 40 } } }],
@@ -190,18 +267,36 @@ mod tests {
         serde_json::from_value(scene).unwrap_or_else(|e| panic!("{e}"))
     }
 
-    /// Protects: of a mesh that is there no aimed ray passes an edge, and of one of which a half is missing many do, in each precision.
+    /// Protects: of a mesh that is there no aimed ray passes an edge, and of one of which a half is
+    /// missing many do, in each precision.
     #[test]
     fn leaks_are_found() {
         let whole = globe(usize::MAX);
-        let facts = SceneFacts::new(&whole, crate::dispatch::extent(&whole, Default::default()).bounds);
+        let facts = SceneFacts::new(
+            &whole,
+            crate::dispatch::extent(&whole, Default::default()).bounds,
+        );
         let topologies = super::super::meshes::topologies(&facts);
-        let deadline = Deadline { observer: &(), end: None };
-        for precision in [crate::settings::PrecisionChoice::Robust, crate::settings::PrecisionChoice::Reference] {
+        let deadline = Deadline {
+            observer: &(),
+            end: None,
+        };
+        for precision in [
+            crate::settings::PrecisionChoice::Robust,
+            crate::settings::PrecisionChoice::Reference,
+        ] {
             let leaks = |scene: &Scene| {
-                let settings = Settings { precision, ..Settings::of(scene) };
+                let settings = Settings {
+                    precision,
+                    ..Settings::of(scene)
+                };
                 let ready = crate::prepare(scene, &settings, &()).unwrap_or_else(|e| panic!("{e}"));
-                let rays = ready.work(&EdgeAim { facts: &facts, topologies: &topologies, seed: 7, deadline: &deadline });
+                let rays = ready.work(&EdgeAim {
+                    facts: &facts,
+                    topologies: &topologies,
+                    seed: 7,
+                    deadline: &deadline,
+                });
                 assert_eq!(rays.sent, rays.planned);
                 rays.leaks.values().map(|(count, _)| *count).sum::<u64>()
             };

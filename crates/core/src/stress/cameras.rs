@@ -1,4 +1,5 @@
-//! Cameras: within bodies, with nothing in view or nothing sharp, and where in their pictures things are.
+//! Cameras: within bodies, with nothing in view or nothing sharp, and where in their pictures
+//! things are.
 
 use glam::DVec3;
 use raywright_bvh::Aabb;
@@ -22,7 +23,13 @@ pub(super) struct View {
 impl View {
     pub fn new(index: usize, subject: Subject, data: Camera, size: [u32; 2]) -> Self {
         let prepared = Prepared::new(&data, size);
-        Self { index, subject, data, size, prepared }
+        Self {
+            index,
+            subject,
+            data,
+            size,
+            prepared,
+        }
     }
 
     /// Where a point is in its picture.
@@ -55,19 +62,33 @@ pub(super) fn check(facts: &SceneFacts<'_>, views: &[View], seen: &[RaySurvey]) 
         if seen.hits == 0 && !facts.objects.is_empty() {
             let why = "no ray of it meets anything: its picture shows the sky or nothing";
             let remedy = "turn it to the scene with --eye and --target, or leave it out: a scene without a camera is shown whole";
-            found.push(Finding::new(Code::NothingSeen, Severity::PictureWrong, view.subject, why, remedy));
+            found.push(Finding::new(
+                Code::NothingSeen,
+                Severity::PictureWrong,
+                view.subject,
+                why,
+                remedy,
+            ));
         }
         found.extend(within_bodies(facts, view, seen));
         found.extend(too_small(facts, view));
         found.extend(unfocused(facts, view));
         let [width, height] = view.size.map(f64::from);
-        if let Some(aspect) =
-            view.data.aspect.filter(|aspect| view.data.fit == Fit::Stretch && (aspect * height / width - 1.0).abs() > 0.02)
-        {
-            let why =
-                format!("its `aspect` is {aspect:.3} and the picture's {:.3}, so that everything is stretched", width / height);
+        if let Some(aspect) = view.data.aspect.filter(|aspect| {
+            view.data.fit == Fit::Stretch && (aspect * height / width - 1.0).abs() > 0.02
+        }) {
+            let why = format!(
+                "its `aspect` is {aspect:.3} and the picture's {:.3}, so that everything is stretched",
+                width / height
+            );
             let remedy = "leave `aspect` away, or give the picture that shape with --size";
-            found.push(Finding::new(Code::StretchedPicture, Severity::Harmless, view.subject, why, remedy));
+            found.push(Finding::new(
+                Code::StretchedPicture,
+                Severity::Harmless,
+                view.subject,
+                why,
+                remedy,
+            ));
         }
     }
     found
@@ -78,7 +99,9 @@ fn within_bodies(facts: &SceneFacts<'_>, view: &View, seen: &RaySurvey) -> Vec<F
     let mut found = Vec::new();
     for (&object, sighting) in &seen.within {
         let body = facts.objects[object].subject.words(facts.scene);
-        let why = format!("it is within {body}, which light goes through: everything is seen from inside of it");
+        let why = format!(
+            "it is within {body}, which light goes through: everything is seen from inside of it"
+        );
         found.push(
             Finding::new(
                 Code::CameraInBody,
@@ -90,18 +113,37 @@ fn within_bodies(facts: &SceneFacts<'_>, view: &View, seen: &RaySurvey) -> Vec<F
             .counted(sighting.count, seen.rays, "rays"),
         );
     }
-    let alone = seen.first_within.iter().find(|(_, sighting)| sighting.count == seen.rays);
-    let others =
-        |object: usize| facts.objects.iter().enumerate().any(|(index, own)| index != object && is_bounded(&own.object.shape));
-    let encloses = |object: usize| facts.objects[object].matter == Matter::Opaque && is_around(facts, object, view.eye());
-    if let Some((&object, sighting)) = alone.filter(|(object, _)| others(**object) && encloses(**object)) {
+    let alone = seen
+        .first_within
+        .iter()
+        .find(|(_, sighting)| sighting.count == seen.rays);
+    let others = |object: usize| {
+        facts
+            .objects
+            .iter()
+            .enumerate()
+            .any(|(index, own)| index != object && is_bounded(&own.object.shape))
+    };
+    let encloses = |object: usize| {
+        facts.objects[object].matter == Matter::Opaque && is_around(facts, object, view.eye())
+    };
+    if let Some((&object, sighting)) =
+        alone.filter(|(object, _)| others(**object) && encloses(**object))
+    {
         let body = facts.objects[object].subject.words(facts.scene);
-        let why = format!("it is within {body} and sees nothing but its inside, though there are other objects");
-        found.push(Finding::new(Code::CameraInBody, Severity::PictureWrong, view.subject, why, "move it out of there").counted(
-            sighting.count,
-            seen.rays,
-            "rays",
-        ));
+        let why = format!(
+            "it is within {body} and sees nothing but its inside, though there are other objects"
+        );
+        found.push(
+            Finding::new(
+                Code::CameraInBody,
+                Severity::PictureWrong,
+                view.subject,
+                why,
+                "move it out of there",
+            )
+            .counted(sighting.count, seen.rays, "rays"),
+        );
     }
     found
 }
@@ -110,11 +152,19 @@ fn within_bodies(facts: &SceneFacts<'_>, view: &View, seen: &RaySurvey) -> Vec<F
 fn is_around(facts: &SceneFacts<'_>, object: usize, point: DVec3) -> bool {
     let own = facts.objects[object].object;
     match &own.shape {
-        Shape::Sphere { .. } | Shape::Box { .. } | Shape::Ellipsoid { .. } | Shape::Torus { .. } | Shape::Cone { .. } => true,
+        Shape::Sphere { .. }
+        | Shape::Box { .. }
+        | Shape::Ellipsoid { .. }
+        | Shape::Torus { .. }
+        | Shape::Cone { .. } => true,
         Shape::Cylinder { height, caps, .. } => height.is_some() && *caps,
         Shape::Mesh(_) => facts.mesh(own).is_some_and(|(_, data)| {
             let map = facts.objects[object].map;
-            let bounds = Aabb::from_points(data.positions.iter().map(|position| map.transform_point3(position)));
+            let bounds = Aabb::from_points(
+                data.positions
+                    .iter()
+                    .map(|position| map.transform_point3(position)),
+            );
             point.cmpgt(bounds.min).all() && point.cmplt(bounds.max).all()
         }),
         _ => false,
@@ -122,24 +172,51 @@ fn is_around(facts: &SceneFacts<'_>, object: usize, point: DVec3) -> bool {
 }
 
 fn is_bounded(shape: &Shape) -> bool {
-    !matches!(shape, Shape::Plane { .. } | Shape::Cylinder { height: None, .. })
+    !matches!(
+        shape,
+        Shape::Plane { .. } | Shape::Cylinder { height: None, .. }
+    )
 }
 
 fn too_small(facts: &SceneFacts<'_>, view: &View) -> Option<Finding> {
-    let has_plane = facts.objects.iter().any(|own| !is_bounded(&own.object.shape));
+    let has_plane = facts
+        .objects
+        .iter()
+        .any(|own| !is_bounded(&own.object.shape));
     if facts.diagonal() == 0.0 || has_plane {
         return None;
     }
     let (size, pixel) = (facts.diagonal(), view.pixel_at(facts.bounds.centre()));
     let why = format!("all of the scene is {:.2} pixels wide in it", size / pixel);
     let remedy = "move it nearer with --eye, or narrow its field of view";
-    (size < 2.0 * pixel).then(|| Finding::new(Code::SceneBelowPixel, Severity::PictureWrong, view.subject, why, remedy))
+    (size < 2.0 * pixel).then(|| {
+        Finding::new(
+            Code::SceneBelowPixel,
+            Severity::PictureWrong,
+            view.subject,
+            why,
+            remedy,
+        )
+    })
 }
 
 /// A lens that is sharp before or behind everything.
 fn unfocused(facts: &SceneFacts<'_>, view: &View) -> Option<Finding> {
-    let Projection::ThinLens { aperture_radius, focus_distance, .. } = view.data.projection else { return None };
-    if aperture_radius == 0.0 || facts.bounds.is_empty() || facts.objects.iter().any(|own| !is_bounded(&own.object.shape)) {
+    let Projection::ThinLens {
+        aperture_radius,
+        focus_distance,
+        ..
+    } = view.data.projection
+    else {
+        return None;
+    };
+    if aperture_radius == 0.0
+        || facts.bounds.is_empty()
+        || facts
+            .objects
+            .iter()
+            .any(|own| !is_bounded(&own.object.shape))
+    {
         return None;
     }
     let (eye, frame) = axes(&view.data.pose);
@@ -147,8 +224,17 @@ fn unfocused(facts: &SceneFacts<'_>, view: &View) -> Option<Finding> {
     let along = (centre - eye).dot(-frame.z_axis);
     let reach = half.dot(frame.z_axis.abs());
     let [near, far] = [along - reach, along + reach];
-    let why = format!("its lens is sharp at {focus_distance}, and everything lies between {near:.3} and {far:.3}");
+    let why = format!(
+        "its lens is sharp at {focus_distance}, and everything lies between {near:.3} and {far:.3}"
+    );
     let remedy = "set `focus_distance` to the distance of what is to be sharp";
-    (focus_distance < near || focus_distance > far)
-        .then(|| Finding::new(Code::FocusNowhere, Severity::Harmless, view.subject, why, remedy))
+    (focus_distance < near || focus_distance > far).then(|| {
+        Finding::new(
+            Code::FocusNowhere,
+            Severity::Harmless,
+            view.subject,
+            why,
+            remedy,
+        )
+    })
 }

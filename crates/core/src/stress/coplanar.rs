@@ -1,6 +1,8 @@
-//! Flat surfaces of two objects in one plane, one over the other: which of them is seen there is no matter of distance.
+//! Flat surfaces of two objects in one plane, one over the other: which of them is seen there is no
+//! matter of distance.
 //!
-//! Sorted by their planes, and in each plane along an axis, so that of many faces only neighbours are compared.
+//! Sorted by their planes, and in each plane along an axis, so that of many faces only neighbours
+//! are compared.
 
 use std::collections::BTreeMap;
 
@@ -19,7 +21,8 @@ const PARALLEL: f64 = 1e-9;
 const ONE_PLANE: f64 = 1e-7;
 /// Overlaps of which account is kept; a pile of sheets has one for each two.
 const MOST: usize = 4096;
-/// Pairs of faces that are compared. Faces that all lie beside each other have half the square of their number.
+/// Pairs of faces that are compared. Faces that all lie beside each other have half the square of
+/// their number.
 const MOST_PAIRS: usize = 1 << 24;
 
 /// Two objects with a face each in one plane, and where both are.
@@ -60,11 +63,17 @@ pub(super) struct Overlaps {
 impl Overlaps {
     /// The other objects that are where this one is seen.
     pub fn at(&self, object: usize, point: DVec3, normal: DVec3) -> impl Iterator<Item = usize> {
-        let own = self.of.get(&object).into_iter().flatten().map(|&index| &self.list[index]);
-        own.filter(move |overlap| overlap.holds(point, normal)).map(move |overlap| {
-            let [a, b] = overlap.objects;
-            if a == object { b } else { a }
-        })
+        let own = self
+            .of
+            .get(&object)
+            .into_iter()
+            .flatten()
+            .map(|&index| &self.list[index]);
+        own.filter(move |overlap| overlap.holds(point, normal))
+            .map(move |overlap| {
+                let [a, b] = overlap.objects;
+                if a == object { b } else { a }
+            })
     }
 }
 
@@ -81,7 +90,8 @@ struct Face {
 impl Face {
     /// Its normal's direction without a sign, and how far along that its plane is.
     fn key(&self) -> [f64; 2] {
-        // Directions that are no multiples of each other have other products with it, but for rare ones.
+        // Directions that are no multiples of each other have other products with it, but for rare
+        // ones.
         let tilt = self.normal.dot(DVec3::new(0.539_134, 0.617_291, 0.573_008));
         [tilt.abs(), self.normal.dot(self.corners[0]) * tilt.signum()]
     }
@@ -95,19 +105,44 @@ fn faces(object: usize, facts: &SceneFacts<'_>) -> Vec<Face> {
     }
     let turned = own.map.matrix3.inverse().transpose();
     let face = |normal: DVec3, corners: &[DVec3], is_sheet: bool| {
-        let corners = corners.iter().map(|&corner| own.map.transform_point3(corner)).collect();
-        Face { object, normal: (turned * normal).normalize(), corners, is_endless: false, is_sheet }
+        let corners = corners
+            .iter()
+            .map(|&corner| own.map.transform_point3(corner))
+            .collect();
+        Face {
+            object,
+            normal: (turned * normal).normalize(),
+            corners,
+            is_endless: false,
+            is_sheet,
+        }
     };
     let v = DVec3::from_array;
     let found = match own.object.shape {
-        Shape::Plane { point, normal } => vec![Face { is_endless: true, ..face(v(normal), &[v(point)], true) }],
-        Shape::Disk { centre, normal, radius } => {
+        Shape::Plane { point, normal } => vec![Face {
+            is_endless: true,
+            ..face(v(normal), &[v(point)], true)
+        }],
+        Shape::Disk {
+            centre,
+            normal,
+            radius,
+        } => {
             let (x, y) = v(normal).normalize().any_orthonormal_pair();
             let angle = |i: u32| f64::from(i) / f64::from(SIDES) * core::f64::consts::TAU;
-            let corner = |i: u32| v(centre) + (x * libm::cos(angle(i)) + y * libm::sin(angle(i))) * radius;
-            vec![face(v(normal), &(0..SIDES).map(corner).collect::<Vec<_>>(), true)]
+            let corner =
+                |i: u32| v(centre) + (x * libm::cos(angle(i)) + y * libm::sin(angle(i))) * radius;
+            vec![face(
+                v(normal),
+                &(0..SIDES).map(corner).collect::<Vec<_>>(),
+                true,
+            )]
         }
-        Shape::Quad { corner, edge_u, edge_v } => {
+        Shape::Quad {
+            corner,
+            edge_u,
+            edge_v,
+        } => {
             let (c, a, b) = (v(corner), v(edge_u), v(edge_v));
             vec![face(a.cross(b), &[c, c + a, c + a + b, c + b], true)]
         }
@@ -121,23 +156,38 @@ fn faces(object: usize, facts: &SceneFacts<'_>) -> Vec<Face> {
                 let (axis, end) = (index / 2, index % 2);
                 let corner = |i: usize, j: usize| {
                     let mut corner = ends[end];
-                    (corner[(axis + 1) % 3], corner[(axis + 2) % 3]) = (ends[i][(axis + 1) % 3], ends[j][(axis + 2) % 3]);
+                    (corner[(axis + 1) % 3], corner[(axis + 2) % 3]) =
+                        (ends[i][(axis + 1) % 3], ends[j][(axis + 2) % 3]);
                     corner
                 };
                 let out = DVec3::AXES[axis] * if end == 1 { 1.0 } else { -1.0 };
-                face(out, &[corner(0, 0), corner(1, 0), corner(1, 1), corner(0, 1)], false)
+                face(
+                    out,
+                    &[corner(0, 0), corner(1, 0), corner(1, 1), corner(0, 1)],
+                    false,
+                )
             };
             (0..6).map(side).collect()
         }
         _ => Vec::new(),
     };
-    found.into_iter().filter(|face| face.normal.is_finite() && face.corners.iter().all(|corner| corner.is_finite())).collect()
+    found
+        .into_iter()
+        .filter(|face| {
+            face.normal.is_finite() && face.corners.iter().all(|corner| corner.is_finite())
+        })
+        .collect()
 }
 
 /// Finds what lies in one plane and overlaps there, of objects of different materials.
 pub(super) fn overlaps(facts: &SceneFacts<'_>) -> Overlaps {
-    let mut all: Vec<Face> = (0..facts.scene.objects.len()).flat_map(|object| faces(object, facts)).collect();
-    let reach = all.iter().flat_map(|face| &face.corners).fold(0.0_f64, |most, corner| most.max(corner.abs().max_element()));
+    let mut all: Vec<Face> = (0..facts.scene.objects.len())
+        .flat_map(|object| faces(object, facts))
+        .collect();
+    let reach = all
+        .iter()
+        .flat_map(|face| &face.corners)
+        .fold(0.0_f64, |most, corner| most.max(corner.abs().max_element()));
     let tolerance = reach * ONE_PLANE;
     all.sort_by(|a, b| a.key()[0].total_cmp(&b.key()[0]));
     let mut found = Overlaps::default();
@@ -155,18 +205,32 @@ pub(super) fn overlaps(facts: &SceneFacts<'_>) -> Overlaps {
     found
 }
 
-/// Compares the faces of a plane that are beside each other along the axis in which they reach furthest.
+/// Compares the faces of a plane that are beside each other along the axis in which they reach
+/// furthest.
 fn sweep(facts: &SceneFacts<'_>, faces: &mut [Face], tolerance: f64, found: &mut Overlaps) {
     let reach = |axis: usize| {
-        let along = faces.iter().flat_map(|face| &face.corners).map(|corner| corner[axis]);
-        let [low, high] = along.fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], x| [low.min(x), high.max(x)]);
+        let along = faces
+            .iter()
+            .flat_map(|face| &face.corners)
+            .map(|corner| corner[axis]);
+        let [low, high] = along.fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], x| {
+            [low.min(x), high.max(x)]
+        });
         high - low
     };
-    let axis = (0..3).max_by(|&a, &b| reach(a).total_cmp(&reach(b))).unwrap_or(0);
+    let axis = (0..3)
+        .max_by(|&a, &b| reach(a).total_cmp(&reach(b)))
+        .unwrap_or(0);
     let ends = |face: &Face| {
         let along = face.corners.iter().map(|corner| corner[axis]);
-        let ends = along.fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], x| [low.min(x), high.max(x)]);
-        if face.is_endless { [f64::NEG_INFINITY, f64::INFINITY] } else { ends }
+        let ends = along.fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], x| {
+            [low.min(x), high.max(x)]
+        });
+        if face.is_endless {
+            [f64::NEG_INFINITY, f64::INFINITY]
+        } else {
+            ends
+        }
     };
     faces.sort_by(|a, b| ends(a)[0].total_cmp(&ends(b)[0]));
     let mut open: Vec<&Face> = Vec::new();
@@ -188,7 +252,11 @@ fn overlap(facts: &SceneFacts<'_>, a: &Face, b: &Face, tolerance: f64) -> Option
     let material = |face: &Face| &facts.objects[face.object].object.material;
     // Bodies back to back touch.
     let touch = !a.is_sheet && !b.is_sheet && a.normal.dot(b.normal) < 0.0;
-    if a.object == b.object || material(a) == material(b) || touch || a.normal.cross(b.normal).length() > PARALLEL {
+    if a.object == b.object
+        || material(a) == material(b)
+        || touch
+        || a.normal.cross(b.normal).length() > PARALLEL
+    {
         return None;
     }
     let (bounded, other) = if a.is_endless { (b, a) } else { (a, b) };
@@ -206,9 +274,20 @@ fn overlap(facts: &SceneFacts<'_>, a: &Face, b: &Face, tolerance: f64) -> Option
         }
     }
     let place = outline.iter().sum::<DVec3>() / outline.len() as f64;
-    let outline = if bounded.is_endless { Vec::new() } else { outline };
+    let outline = if bounded.is_endless {
+        Vec::new()
+    } else {
+        outline
+    };
     let objects = [a.object.min(b.object), a.object.max(b.object)];
-    Some(Overlap { objects, are_sheets: a.is_sheet && b.is_sheet, normal, outline, place, tolerance })
+    Some(Overlap {
+        objects,
+        are_sheets: a.is_sheet && b.is_sheet,
+        normal,
+        outline,
+        place,
+        tolerance,
+    })
 }
 
 /// A face's corners, counter-clockwise about a normal.
@@ -223,10 +302,14 @@ fn counter_clockwise(face: &Face, normal: DVec3) -> Vec<DVec3> {
 /// Twice the area of a polygon, below zero where it is clockwise about the normal.
 fn area(corners: &[DVec3], normal: DVec3) -> f64 {
     let first = corners.first().copied().unwrap_or_default();
-    corners.windows(2).map(|pair| (pair[0] - first).cross(pair[1] - first).dot(normal)).sum()
+    corners
+        .windows(2)
+        .map(|pair| (pair[0] - first).cross(pair[1] - first).dot(normal))
+        .sum()
 }
 
-/// A convex polygon cut by the edges of another ("Reentrant Polygon Clipping", Sutherland, Hodgman 1974).
+/// A convex polygon cut by the edges of another ("Reentrant Polygon Clipping", Sutherland, Hodgman
+/// 1974).
 fn clipped(mut corners: Vec<DVec3>, by: &[DVec3], normal: DVec3) -> Vec<DVec3> {
     for (i, &from) in by.iter().enumerate() {
         let inwards = normal.cross(by[(i + 1) % by.len()] - from);
@@ -256,8 +339,8 @@ struct Covered {
     place: DVec3,
 }
 
-/// What overlaps and is not told by rays that see now the one and now the other: the picture is wrong where all that is to be seen of one of
-/// them is where others are seen.
+/// What overlaps and is not told by rays that see now the one and now the other: the picture is
+/// wrong where all that is to be seen of one of them is where others are seen.
 pub(super) fn check(
     facts: &SceneFacts<'_>,
     overlaps: &Overlaps,
@@ -278,13 +361,23 @@ pub(super) fn check(
         let [hidden, other] = if second > first { [a, b] } else { [b, a] };
         let sighting = seen.coplanar.get(&[other, hidden]).filter(|_| is_seen);
         let place = sighting.map_or(overlap.place, |sighting| sighting.place);
-        let covered = all.entry(hidden).or_insert(Covered { other, others: 0, rays: [0; 2], place });
+        let covered = all.entry(hidden).or_insert(Covered {
+            other,
+            others: 0,
+            rays: [0; 2],
+            place,
+        });
         if is_seen {
-            (covered.rays[0], covered.rays[1]) = (covered.rays[0] + first + second, covered.rays[1] + first.min(second));
+            (covered.rays[0], covered.rays[1]) = (
+                covered.rays[0] + first + second,
+                covered.rays[1] + first.min(second),
+            );
         }
         covered.others += 1;
     }
-    all.iter().map(|(&hidden, covered)| finding(facts, hidden, covered, seen)).collect()
+    all.iter()
+        .map(|(&hidden, covered)| finding(facts, hidden, covered, seen))
+        .collect()
 }
 
 fn finding(facts: &SceneFacts<'_>, hidden: usize, covered: &Covered, seen: &RaySurvey) -> Finding {
@@ -296,14 +389,28 @@ fn finding(facts: &SceneFacts<'_>, hidden: usize, covered: &Covered, seen: &RayS
     let [rays, own] = covered.rays;
     let is_lost = 20 * own < rays && RaySurvey::count(&seen.first, &hidden) <= own;
     let (severity, why) = if is_lost {
-        (Severity::PictureWrong, format!("it lies in one plane with {others}, which is seen everywhere in its place"))
+        (
+            Severity::PictureWrong,
+            format!("it lies in one plane with {others}, which is seen everywhere in its place"),
+        )
     } else {
-        let why =
-            format!("it lies in one plane with {others} in part: the order of objects or rounding decides what is seen there");
+        let why = format!(
+            "it lies in one plane with {others} in part: the order of objects or rounding decides what is seen there"
+        );
         (Severity::Harmless, why)
     };
     let remedy = "move one of them by a thousandth of its size, or take it away";
-    let finding = Finding::new(Code::CoplanarSurfaces, severity, facts.objects[hidden].subject, why, remedy);
-    let counted = if rays > 0 { finding.counted(rays, seen.rays, "rays") } else { finding };
+    let finding = Finding::new(
+        Code::CoplanarSurfaces,
+        severity,
+        facts.objects[hidden].subject,
+        why,
+        remedy,
+    );
+    let counted = if rays > 0 {
+        finding.counted(rays, seen.rays, "rays")
+    } else {
+        finding
+    };
     counted.at(place(covered.place))
 }

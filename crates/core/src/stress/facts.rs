@@ -1,4 +1,5 @@
-//! What checks ask of a scene's data: its objects with their materials, and what those make of the space within.
+//! What checks ask of a scene's data: its objects with their materials, and what those make of the
+//! space within.
 
 use std::collections::BTreeMap;
 
@@ -35,8 +36,15 @@ impl Matter {
             }
             Model::Physical(_) => Self::Opaque,
             Model::Classic(m) => {
-                let refracts = m.mixture.as_ref().is_some_and(|mixture| mixture.refraction_chance > 0.0);
-                if m.transmission.is_some() || refracts { Self::Body } else { Self::Opaque }
+                let refracts = m
+                    .mixture
+                    .as_ref()
+                    .is_some_and(|mixture| mixture.refraction_chance > 0.0);
+                if m.transmission.is_some() || refracts {
+                    Self::Body
+                } else {
+                    Self::Opaque
+                }
             }
         }
     }
@@ -89,7 +97,13 @@ impl<'a> SceneFacts<'a> {
             let material = lookup.material(&object.material);
             let matter = material.map_or(Matter::Opaque, |(_, material)| Matter::of(material));
             let map = DAffine3::from_translation(place) * affine(&object.transform);
-            ObjectFacts { object, subject: Subject::Object(index), material, matter, map }
+            ObjectFacts {
+                object,
+                subject: Subject::Object(index),
+                material,
+                matter,
+                map,
+            }
         };
         let objects = listed.chain(generated).enumerate().map(facts).collect();
         let mut next = scene.objects.len() as u64;
@@ -98,19 +112,36 @@ impl<'a> SceneFacts<'a> {
             next = next.saturating_add(count_of(kind));
             start
         };
-        let starts = scene.generators.iter().map(|generator| &generator.kind).map(start).collect();
-        Self { scene, lookup, objects, bounds, starts }
+        let starts = scene
+            .generators
+            .iter()
+            .map(|generator| &generator.kind)
+            .map(start)
+            .collect();
+        Self {
+            scene,
+            lookup,
+            objects,
+            bounds,
+            starts,
+        }
     }
 
     /// The facts of one of all objects, generated ones counted each.
     pub fn index_of(&self, object: u32) -> usize {
         let (object, listed) = (object as usize, self.scene.objects.len());
-        if object < listed { object } else { listed + self.starts.partition_point(|&start| start <= object as u64) - 1 }
+        if object < listed {
+            object
+        } else {
+            listed + self.starts.partition_point(|&start| start <= object as u64) - 1
+        }
     }
 
     /// The mesh that an object shows, with its place in the scene's list.
     pub fn mesh(&self, object: &Object) -> Option<(usize, &'a MeshData)> {
-        let Shape::Mesh(name) = &object.shape else { return None };
+        let Shape::Mesh(name) = &object.shape else {
+            return None;
+        };
         Some((self.lookup.meshes.get(name)?, self.lookup.mesh_data(name)?))
     }
 
@@ -119,7 +150,11 @@ impl<'a> SceneFacts<'a> {
         let mut shown: BTreeMap<usize, (&MeshData, Vec<&ObjectFacts<'_>>)> = BTreeMap::new();
         for facts in &self.objects {
             if let Some((mesh, data)) = self.mesh(facts.object) {
-                shown.entry(mesh).or_insert_with(|| (data, Vec::new())).1.push(facts);
+                shown
+                    .entry(mesh)
+                    .or_insert_with(|| (data, Vec::new()))
+                    .1
+                    .push(facts);
             }
         }
         shown
@@ -127,7 +162,11 @@ impl<'a> SceneFacts<'a> {
 
     /// Materials that objects show, by their places, each once.
     pub fn used_materials(&self) -> Vec<(usize, &'a Material)> {
-        let mut used: Vec<(usize, &Material)> = self.objects.iter().filter_map(|facts| facts.material).collect();
+        let mut used: Vec<(usize, &Material)> = self
+            .objects
+            .iter()
+            .filter_map(|facts| facts.material)
+            .collect();
         used.sort_by_key(|(index, _)| *index);
         used.dedup_by_key(|(index, _)| *index);
         used
@@ -135,7 +174,11 @@ impl<'a> SceneFacts<'a> {
 
     /// The length of the diagonal of everything that has an end.
     pub fn diagonal(&self) -> f64 {
-        if self.bounds.is_empty() { 0.0 } else { self.bounds.extent().length() }
+        if self.bounds.is_empty() {
+            0.0
+        } else {
+            self.bounds.extent().length()
+        }
     }
 }
 
@@ -146,6 +189,12 @@ pub(super) fn place(point: DVec3) -> Option<[f64; 3]> {
 
 /// A number in [0, 1) by a seed and two indices.
 pub(super) fn unit(seed: u64, index: u64, which: u64) -> f64 {
-    let bits = crate::hash::mix(seed ^ crate::hash::mix(index.wrapping_mul(0x9e37_79b9).wrapping_add(crate::hash::mix(which))));
+    let bits = crate::hash::mix(
+        seed ^ crate::hash::mix(
+            index
+                .wrapping_mul(0x9e37_79b9)
+                .wrapping_add(crate::hash::mix(which)),
+        ),
+    );
     (bits >> 11) as f64 / (1_u64 << 53) as f64
 }

@@ -15,10 +15,23 @@ pub(crate) struct Fan {
 /// Some corners at which no edge is open, by corners that are one for all vertices in a place.
 pub(super) fn fans(indices: &[[u32; 3]], corners: &[u32], kept: &[bool], open: &[u32]) -> Vec<Fan> {
     let open: HashSet<u32> = open.iter().copied().collect();
-    let own: Vec<u32> = (0..corners.len() as u32).filter(|&v| corners[v as usize] == v && !open.contains(&v)).collect();
+    let own: Vec<u32> = (0..corners.len() as u32)
+        .filter(|&v| corners[v as usize] == v && !open.contains(&v))
+        .collect();
     let every = own.len().div_ceil(MOST).max(1);
-    let mut fans: Vec<Fan> = own.into_iter().step_by(every).map(|corner| Fan { corner, across: Vec::new() }).collect();
-    let places: HashMap<u32, usize> = fans.iter().enumerate().map(|(place, fan)| (fan.corner, place)).collect();
+    let mut fans: Vec<Fan> = own
+        .into_iter()
+        .step_by(every)
+        .map(|corner| Fan {
+            corner,
+            across: Vec::new(),
+        })
+        .collect();
+    let places: HashMap<u32, usize> = fans
+        .iter()
+        .enumerate()
+        .map(|(place, fan)| (fan.corner, place))
+        .collect();
     for (triangle, _) in indices.iter().zip(kept).filter(|(_, kept)| **kept) {
         for turn in 0..3 {
             let [a, b, c] = [0, 1, 2].map(|k| triangle[(k + turn) % 3]);

@@ -186,7 +186,10 @@ impl Subject {
     /// Its place in its list; zero where there is none.
     pub(super) fn index(self) -> usize {
         match self {
-            Self::Object(index) | Self::Light(index) | Self::Material(index) | Self::Image(index) => index,
+            Self::Object(index)
+            | Self::Light(index)
+            | Self::Material(index)
+            | Self::Image(index) => index,
             Self::Camera(index) => index.unwrap_or(0),
             Self::Sky | Self::Scene => 0,
         }
@@ -215,13 +218,31 @@ impl Subject {
         };
         let listed = scene.objects.len();
         match self {
-            Self::Object(index) if index < listed => called("object", scene.objects.get(index).map(|o| &o.name), index),
+            Self::Object(index) if index < listed => {
+                called("object", scene.objects.get(index).map(|o| &o.name), index)
+            }
             Self::Object(index) => called("generator", None, index - listed),
-            Self::Light(index) => called("light", scene.lights.get(index).map(|light| &light.name), index),
-            Self::Camera(Some(index)) => called("camera", scene.cameras.get(index).map(|camera| &camera.name), index),
+            Self::Light(index) => called(
+                "light",
+                scene.lights.get(index).map(|light| &light.name),
+                index,
+            ),
+            Self::Camera(Some(index)) => called(
+                "camera",
+                scene.cameras.get(index).map(|camera| &camera.name),
+                index,
+            ),
             Self::Camera(None) => "the camera".to_owned(),
-            Self::Material(index) => called("material", scene.materials.get(index).map(|material| &material.name), index),
-            Self::Image(index) => called("image", scene.images.get(index).map(|image| &image.name), index),
+            Self::Material(index) => called(
+                "material",
+                scene.materials.get(index).map(|material| &material.name),
+                index,
+            ),
+            Self::Image(index) => called(
+                "image",
+                scene.images.get(index).map(|image| &image.name),
+                index,
+            ),
             Self::Sky => "the sky".to_owned(),
             Self::Scene => "the scene".to_owned(),
         }
@@ -241,7 +262,8 @@ pub struct Finding {
     pub primitive: Option<u32>,
     /// A place of it in the world, where it has one.
     pub place: Option<Triple>,
-    /// Where in a picture that is, in pixels from the top left, and the camera's place in the scene's list; none where no camera has it in view.
+    /// Where in a picture that is, in pixels from the top left, and the camera's place in the
+    /// scene's list; none where no camera has it in view.
     pub pixel: Option<([f64; 2], usize)>,
     /// How many.
     pub count: u64,
@@ -257,15 +279,38 @@ pub struct Finding {
 
 impl Finding {
     /// One thing of a subject.
-    pub fn new(code: Code, severity: Severity, subject: Subject, why: impl Into<String>, remedy: impl Into<String>) -> Self {
+    pub fn new(
+        code: Code,
+        severity: Severity,
+        subject: Subject,
+        why: impl Into<String>,
+        remedy: impl Into<String>,
+    ) -> Self {
         let (why, remedy) = (why.into(), remedy.into());
-        Self { code, severity, subject, primitive: None, place: None, pixel: None, count: 1, of: 0, unit: "", why, remedy }
+        Self {
+            code,
+            severity,
+            subject,
+            primitive: None,
+            place: None,
+            pixel: None,
+            count: 1,
+            of: 0,
+            unit: "",
+            why,
+            remedy,
+        }
     }
 
     /// So many of so many.
     #[must_use]
     pub fn counted(self, count: u64, of: u64, unit: &'static str) -> Self {
-        Self { count, of, unit, ..self }
+        Self {
+            count,
+            of,
+            unit,
+            ..self
+        }
     }
 
     /// At a place.
@@ -277,7 +322,10 @@ impl Finding {
     /// From a primitive on.
     #[must_use]
     pub fn from_primitive(self, primitive: u32) -> Self {
-        Self { primitive: Some(primitive), ..self }
+        Self {
+            primitive: Some(primitive),
+            ..self
+        }
     }
 }
 

@@ -1,11 +1,13 @@
-//! A furnace for each material: a ball of it in even white light, which may send back no more than it gets.
+//! A furnace for each material: a ball of it in even white light, which may send back no more than
+//! it gets.
 
 use super::Deadline;
 use super::facts::SceneFacts;
 use crate::dispatch::prepare;
 use crate::effects::chosen;
 use crate::scene::{
-    Camera, Classic, Colour, Integrator, Material, Model, Object, Pose, Projection, Render, Scene, Shape, SideRule, Sky,
+    Camera, Classic, Colour, Integrator, Material, Model, Object, Pose, Projection, Render, Scene,
+    Shape, SideRule, Sky,
 };
 use crate::settings::{Sampling, Settings};
 
@@ -32,24 +34,34 @@ impl FurnaceResult {
     }
 }
 
-/// The furnaces of all materials that objects show, as many as there is time for, and how many there would be. Classic materials in Whitted's
-/// rules are no model of energy, and are not asked.
-pub(super) fn measure(facts: &SceneFacts<'_>, settings: &Settings, deadline: &Deadline<'_>) -> (Vec<FurnaceResult>, usize) {
+/// The furnaces of all materials that objects show, as many as there is time for, and how many
+/// there would be. Classic materials in Whitted's rules are no model of energy, and are not asked.
+pub(super) fn measure(
+    facts: &SceneFacts<'_>,
+    settings: &Settings,
+    deadline: &Deadline<'_>,
+) -> (Vec<FurnaceResult>, usize) {
     let by_paths = chosen(facts.scene, settings) == Integrator::Path;
     let judged = |model: &Model| match model {
         Model::Physical(m) => !m.unlit,
         Model::Classic(_) => by_paths,
     };
-    let materials: Vec<_> = facts.used_materials().into_iter().filter(|(_, material)| judged(&material.model)).collect();
+    let materials: Vec<_> = facts
+        .used_materials()
+        .into_iter()
+        .filter(|(_, material)| judged(&material.model))
+        .collect();
     let mut measured = Vec::new();
     for &(index, material) in &materials {
         if deadline.is_over() {
             break;
         }
-        measured.extend(sent_back(facts.scene, material, settings).map(|sent_back| FurnaceResult {
-            material: index,
-            sent_back,
-            samples: u64::from(EDGE * EDGE * SAMPLES),
+        measured.extend(sent_back(facts.scene, material, settings).map(|sent_back| {
+            FurnaceResult {
+                material: index,
+                sent_back,
+                samples: u64::from(EDGE * EDGE * SAMPLES),
+            }
         }));
     }
     (measured, materials.len())
@@ -60,16 +72,27 @@ fn dark(material: &Material) -> Material {
     let mut material = material.clone();
     match &mut material.model {
         Model::Physical(m) => (m.emission, m.emission_texture) = (Colour::BLACK.into(), None),
-        Model::Classic(m) => **m = Classic { emission: None, ambient: Some(Colour::BLACK), ..(**m).clone() },
+        Model::Classic(m) => {
+            **m = Classic {
+                emission: None,
+                ambient: Some(Colour::BLACK),
+                ..(**m).clone()
+            }
+        }
     }
     material
 }
 
-/// The mean of what a ball in white light sends back, by the brightest channel; none where the ball can't be shown.
+/// The mean of what a ball in white light sends back, by the brightest channel; none where the ball
+/// can't be shown.
 fn sent_back(scene: &Scene, material: &Material, settings: &Settings) -> Option<f64> {
     let camera = Camera {
         name: String::new(),
-        pose: Pose::LookAt { eye: [0.0, 0.0, 3.0], target: [0.0; 3], up: [0.0, 1.0, 0.0] },
+        pose: Pose::LookAt {
+            eye: [0.0, 0.0, 3.0],
+            target: [0.0; 3],
+            up: [0.0, 1.0, 0.0],
+        },
         projection: Projection::Orthographic { height: 1.2 },
         aspect: None,
         fit: Default::default(),
@@ -78,7 +101,10 @@ fn sent_back(scene: &Scene, material: &Material, settings: &Settings) -> Option<
     };
     let ball = Object {
         name: String::new(),
-        shape: Shape::Sphere { centre: [0.0; 3], radius: 1.0 },
+        shape: Shape::Sphere {
+            centre: [0.0; 3],
+            radius: 1.0,
+        },
         material: material.name.clone(),
         side: SideRule::Both,
         face_viewer: true,
@@ -90,7 +116,10 @@ fn sent_back(scene: &Scene, material: &Material, settings: &Settings) -> Option<
         format: scene.format,
         t: scene.t,
         parameters: scene.parameters.clone(),
-        render: Render { integrator: Integrator::Path, ..Render::default() },
+        render: Render {
+            integrator: Integrator::Path,
+            ..Render::default()
+        },
         sky: Some(Sky::Constant(Colour::WHITE)),
         images: scene.images.clone(),
         textures: scene.textures.clone(),
@@ -108,6 +137,13 @@ fn sent_back(scene: &Scene, material: &Material, settings: &Settings) -> Option<
         ..Settings::of(&furnace)
     };
     let picture = prepare(&furnace, &settings, &()).ok()?.render(&()).picture;
-    let mean = |channel: usize| picture.rgb.iter().map(|pixel| f64::from(pixel[channel])).sum::<f64>() / picture.rgb.len() as f64;
+    let mean = |channel: usize| {
+        picture
+            .rgb
+            .iter()
+            .map(|pixel| f64::from(pixel[channel]))
+            .sum::<f64>()
+            / picture.rgb.len() as f64
+    };
     Some((0..3).map(mean).fold(0.0, f64::max))
 }

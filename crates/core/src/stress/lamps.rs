@@ -11,7 +11,8 @@ use super::facts::{ObjectFacts, SceneFacts, place};
 use super::finding::{Code, Finding, Severity, Subject};
 use crate::display::curve::decode;
 use crate::scene::{
-    Colour, ColourSpace, ImageData, Light, LightKind, Model, Physical, Pixels, Shape, SideRule, Sky, TextureRef, TransferCurve,
+    Colour, ColourSpace, ImageData, Light, LightKind, Model, Physical, Pixels, Shape, SideRule,
+    Sky, TextureRef, TransferCurve,
 };
 use crate::shape::placed_shape;
 
@@ -22,7 +23,13 @@ pub(super) fn check(facts: &SceneFacts<'_>, views: &[View]) -> Vec<Finding> {
         let subject = Subject::Light(index);
         if let Some(why) = misses(light, &facts.bounds) {
             let remedy = "move it, turn it, or raise its `range`";
-            found.push(Finding::new(Code::LightMissesScene, Severity::SlowOrNoisy, subject, why, remedy));
+            found.push(Finding::new(
+                Code::LightMissesScene,
+                Severity::SlowOrNoisy,
+                subject,
+                why,
+                remedy,
+            ));
         }
         let twin = *first.entry(format!("{:?}", light.kind)).or_insert(index);
         if twin != index {
@@ -36,7 +43,12 @@ pub(super) fn check(facts: &SceneFacts<'_>, views: &[View]) -> Vec<Finding> {
             ));
         }
     }
-    let lamps = || facts.objects.iter().filter(|own| own.emits() && !matches!(own.object.shape, Shape::Mesh(_)));
+    let lamps = || {
+        facts
+            .objects
+            .iter()
+            .filter(|own| own.emits() && !matches!(own.object.shape, Shape::Mesh(_)))
+    };
     found.extend(lamps().filter_map(|own| faces_away(facts, own)));
     found.extend(small_lamps(lamps(), views));
     found.extend(sky_spikes(facts));
@@ -51,7 +63,12 @@ fn misses(light: &Light, bounds: &Aabb) -> Option<String> {
     let (centre, radius) = (bounds.centre(), 0.5 * bounds.extent().length());
     let (position, range) = match light.kind {
         LightKind::Directional { .. } => return None,
-        LightKind::Point { position, range, .. } | LightKind::Spot { position, range, .. } => (DVec3::from(position), range),
+        LightKind::Point {
+            position, range, ..
+        }
+        | LightKind::Spot {
+            position, range, ..
+        } => (DVec3::from(position), range),
     };
     let nearest = position.clamp(bounds.min, bounds.max).distance(position);
     if let Some(range) = range.filter(|range| *range <= nearest) {
@@ -59,12 +76,23 @@ fn misses(light: &Light, bounds: &Aabb) -> Option<String> {
             "its range of {range} ends before anything, so that it lights nothing: the nearest object is {nearest:.3} away"
         ));
     }
-    let LightKind::Spot { direction, outer_angle, .. } = light.kind else { return None };
+    let LightKind::Spot {
+        direction,
+        outer_angle,
+        ..
+    } = light.kind
+    else {
+        return None;
+    };
     let way = centre - position;
     if way.length() <= radius {
         return None;
     }
-    let off = way.normalize().dot(DVec3::from(direction).normalize()).clamp(-1.0, 1.0).acos();
+    let off = way
+        .normalize()
+        .dot(DVec3::from(direction).normalize())
+        .clamp(-1.0, 1.0)
+        .acos();
     let reach = outer_angle.to_radians() + (radius / way.length()).min(1.0).asin();
     (off > reach).then(|| "its cone points past everything".to_owned())
 }
@@ -78,11 +106,18 @@ fn faces_away(facts: &SceneFacts<'_>, own: &ObjectFacts<'_>) -> Option<Finding> 
     };
     let map = own.map;
     let (point, normal) = match own.object.shape {
-        Shape::Quad { corner, edge_u, edge_v } => (corner.into(), DVec3::from(edge_u).cross(edge_v.into())),
+        Shape::Quad {
+            corner,
+            edge_u,
+            edge_v,
+        } => (corner.into(), DVec3::from(edge_u).cross(edge_v.into())),
         Shape::Disk { centre, normal, .. } => (centre.into(), normal.into()),
-        Shape::Triangle { vertices: [a, b, c] } => {
-            (a.into(), (DVec3::from(b) - DVec3::from(a)).cross(DVec3::from(c) - DVec3::from(a)))
-        }
+        Shape::Triangle {
+            vertices: [a, b, c],
+        } => (
+            a.into(),
+            (DVec3::from(b) - DVec3::from(a)).cross(DVec3::from(c) - DVec3::from(a)),
+        ),
         _ => return None,
     };
     let point: DVec3 = map.transform_point3(point);
@@ -93,37 +128,63 @@ fn faces_away(facts: &SceneFacts<'_>, own: &ObjectFacts<'_>) -> Option<Finding> 
     let why = "it gives off light to one side, and everything is on its other side";
     let remedy = "turn it over, or give it `side = \"both\"`";
     let ahead = (farthest - point).dot(normal);
-    (ahead <= 1e-9 * facts.diagonal())
-        .then(|| Finding::new(Code::LightMissesScene, Severity::SlowOrNoisy, own.subject, why, remedy).at(place(point)))
+    (ahead <= 1e-9 * facts.diagonal()).then(|| {
+        Finding::new(
+            Code::LightMissesScene,
+            Severity::SlowOrNoisy,
+            own.subject,
+            why,
+            remedy,
+        )
+        .at(place(point))
+    })
 }
 
 /// Lamps in view that are smaller than a pixel.
-fn small_lamps<'a>(lamps: impl Iterator<Item = &'a ObjectFacts<'a>>, views: &[View]) -> Option<Finding> {
+fn small_lamps<'a>(
+    lamps: impl Iterator<Item = &'a ObjectFacts<'a>>,
+    views: &[View],
+) -> Option<Finding> {
     let (mut count, mut of) = (0, 0);
     let mut first: Option<(Subject, DVec3)> = None;
     for own in lamps {
-        let Some(bounds) = bounds_of(own) else { continue };
+        let Some(bounds) = bounds_of(own) else {
+            continue;
+        };
         let (centre, radius) = (bounds.centre(), 0.5 * bounds.extent().length());
         of += 1;
-        if views.iter().any(|view| view.sees_within_pixel(centre, radius)) {
+        if views
+            .iter()
+            .any(|view| view.sees_within_pixel(centre, radius))
+        {
             count += 1;
             first = first.or(Some((own.subject, centre)));
         }
     }
     let (subject, centre) = first?;
     let why = "lamps that are in view are smaller than a pixel: samples meet one here and there, as bright specks";
-    let remedy = "make them larger, hide them from the camera, or light by a `lights` entry in their place";
+    let remedy =
+        "make them larger, hide them from the camera, or light by a `lights` entry in their place";
     Some(
-        Finding::new(Code::LampBelowPixel, Severity::SlowOrNoisy, subject, why, remedy)
-            .counted(count, of, "lamps")
-            .at(place(centre)),
+        Finding::new(
+            Code::LampBelowPixel,
+            Severity::SlowOrNoisy,
+            subject,
+            why,
+            remedy,
+        )
+        .counted(count, of, "lamps")
+        .at(place(centre)),
     )
 }
 
 fn bounds_of(own: &ObjectFacts<'_>) -> Option<Aabb> {
     match placed_shape::<f64>(&own.object.shape, own.map)? {
         (shape, None) => shape.bounds(),
-        (shape, Some(map)) => Some(raywright_bvh::shapes::transform_bounds(&map, &shape.bounds()?)),
+        (shape, Some(map)) => Some(raywright_bvh::shapes::transform_bounds(
+            &map,
+            &shape.bounds()?,
+        )),
     }
 }
 
@@ -132,12 +193,25 @@ fn sky_spikes(facts: &SceneFacts<'_>) -> Option<Finding> {
     /// How many times the mean a point is, and how small its share of the sky.
     const SPIKE: f64 = 1e4;
     const FEW: f64 = 1e-4;
-    let Some(Sky::Map(map)) = &facts.scene.sky else { return None };
+    let Some(Sky::Map(map)) = &facts.scene.sky else {
+        return None;
+    };
     let data = facts.lookup.image(&map.image)?.data.as_deref()?;
-    let Pixels::Linear(pixels) = &data.pixels else { return None };
-    let row = |index: usize| (PI * (index as f64 / f64::from(data.width) + 0.5).floor() / f64::from(data.height)).sin().max(1e-3);
+    let Pixels::Linear(pixels) = &data.pixels else {
+        return None;
+    };
+    let row = |index: usize| {
+        (PI * (index as f64 / f64::from(data.width) + 0.5).floor() / f64::from(data.height))
+            .sin()
+            .max(1e-3)
+    };
     let bright = |pixel: &[f32; 4]| f64::from(pixel[0].max(pixel[1]).max(pixel[2]));
-    let finite = || pixels.iter().enumerate().filter(|(_, pixel)| bright(pixel).is_finite());
+    let finite = || {
+        pixels
+            .iter()
+            .enumerate()
+            .filter(|(_, pixel)| bright(pixel).is_finite())
+    };
     let weight: f64 = finite().map(|(index, _)| row(index)).sum();
     let mut values: Vec<f64> = finite().map(|(_, pixel)| bright(pixel)).collect();
     if values.is_empty() {
@@ -151,17 +225,22 @@ fn sky_spikes(facts: &SceneFacts<'_>) -> Option<Finding> {
     let why = format!(
         "points of it are over {SPIKE:.0} times as bright as most of it, and hardly any of it is so: what mirrors and glass show of them is noise"
     );
-    let remedy = "take the sun out of the picture and add it as a directional light, or take more --spp";
+    let remedy =
+        "take the sun out of the picture and add it as a directional light, or take more --spp";
     (count > 0 && share < FEW).then(|| {
-        Finding::new(Code::SkySpikes, Severity::SlowOrNoisy, Subject::Sky, why, remedy).counted(
-            count,
-            pixels.len() as u64,
-            "texels",
+        Finding::new(
+            Code::SkySpikes,
+            Severity::SlowOrNoisy,
+            Subject::Sky,
+            why,
+            remedy,
         )
+        .counted(count, pixels.len() as u64, "texels")
     })
 }
 
-/// The greatest radiance that anything in a scene gives off; none where that is not known, or where radiance is no measure of its lights.
+/// The greatest radiance that anything in a scene gives off; none where that is not known, or where
+/// radiance is no measure of its lights.
 pub(super) fn brightest(facts: &SceneFacts<'_>) -> Option<f64> {
     let scene = facts.scene;
     if !scene.lights.is_empty() || scene.render.veil != Colour::BLACK {
@@ -174,11 +253,15 @@ pub(super) fn brightest(facts: &SceneFacts<'_>) -> Option<f64> {
             let sun = |sun: &crate::scene::Sun| sun.weight.max(0.0) * greatest(sun.colour);
             greatest(*bottom).max(greatest(*top)) + suns.iter().map(sun).sum::<f64>()
         }
-        Some(Sky::Map(map)) => map.strength * greatest_texel(facts.lookup.image(&map.image)?.data.as_deref()?, true),
+        Some(Sky::Map(map)) => {
+            map.strength * greatest_texel(facts.lookup.image(&map.image)?.data.as_deref()?, true)
+        }
         Some(Sky::Expression(_) | Sky::Studio(_)) => return None,
     };
     for (_, material) in facts.used_materials() {
-        let Model::Physical(m) = &material.model else { return None };
+        let Model::Physical(m) = &material.model else {
+            return None;
+        };
         brightest = brightest.max(given_off(facts, m)?);
     }
     Some(brightest)
@@ -193,7 +276,10 @@ fn given_off(facts: &SceneFacts<'_>, m: &Physical) -> Option<f64> {
         let texture = facts.lookup.texture(&reference.name)?;
         let data = facts.lookup.image(&texture.image)?.data.as_deref();
         Some(
-            greatest(reference.factor) * data.map_or(1.0, |data| greatest_texel(data, texture.colour_space == ColourSpace::Srgb)),
+            greatest(reference.factor)
+                * data.map_or(1.0, |data| {
+                    greatest_texel(data, texture.colour_space == ColourSpace::Srgb)
+                }),
         )
     };
     let factor = texture.as_ref().map_or(Some(1.0), of_texture)?;
@@ -206,10 +292,24 @@ fn greatest(colour: Colour) -> f64 {
 
 fn greatest_texel(data: &ImageData, has_curve: bool) -> f64 {
     match &data.pixels {
-        Pixels::Linear(pixels) => pixels.iter().flat_map(|pixel| &pixel[..3]).fold(0.0, |most, &x| f64::from(x).max(most)),
+        Pixels::Linear(pixels) => pixels
+            .iter()
+            .flat_map(|pixel| &pixel[..3])
+            .fold(0.0, |most, &x| f64::from(x).max(most)),
         Pixels::Codes(pixels) => {
-            let code = f64::from(pixels.iter().flat_map(|pixel| &pixel[..3]).max().copied().unwrap_or(0)) / 255.0;
-            if has_curve { decode(TransferCurve::Srgb, code) } else { code }
+            let code = f64::from(
+                pixels
+                    .iter()
+                    .flat_map(|pixel| &pixel[..3])
+                    .max()
+                    .copied()
+                    .unwrap_or(0),
+            ) / 255.0;
+            if has_curve {
+                decode(TransferCurve::Srgb, code)
+            } else {
+                code
+            }
         }
     }
 }

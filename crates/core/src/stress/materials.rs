@@ -7,12 +7,18 @@ use super::ray_survey::RaySurvey;
 use crate::scene::{AlphaMode, Model};
 use crate::settings::Settings;
 
-/// A body that is this many times its distance of absorption across is black, and one so many times thinner is clear.
+/// A body that is this many times its distance of absorption across is black, and one so many times
+/// thinner is clear.
 const BLACK: f64 = 1e3;
 const CLEAR: f64 = 1e-5;
 
 /// What is wrong with the materials that objects show.
-pub(super) fn check(facts: &SceneFacts<'_>, settings: &Settings, seen: &RaySurvey, furnaces: &[FurnaceResult]) -> Vec<Finding> {
+pub(super) fn check(
+    facts: &SceneFacts<'_>,
+    settings: &Settings,
+    seen: &RaySurvey,
+    furnaces: &[FurnaceResult],
+) -> Vec<Finding> {
     let mut found = Vec::new();
     for (&material, sighting) in &seen.not_numbers {
         let why = "an expression or image of it gives what is no finite number";
@@ -23,10 +29,22 @@ pub(super) fn check(facts: &SceneFacts<'_>, settings: &Settings, seen: &RaySurve
             why,
             "look for a division by zero, a root or logarithm of what is negative, and for numbers that are too large",
         );
-        found.push(finding.counted(sighting.count, seen.hits, "rays").at(place(sighting.place)));
+        found.push(
+            finding
+                .counted(sighting.count, seen.hits, "rays")
+                .at(place(sighting.place)),
+        );
     }
-    let makes_energy = |material: usize| furnaces.iter().any(|furnace| furnace.material == material && furnace.makes_energy());
-    for (&material, sighting) in seen.out_of_range.iter().filter(|(material, _)| !makes_energy(**material)) {
+    let makes_energy = |material: usize| {
+        furnaces
+            .iter()
+            .any(|furnace| furnace.material == material && furnace.makes_energy())
+    };
+    for (&material, sighting) in seen
+        .out_of_range
+        .iter()
+        .filter(|(material, _)| !makes_energy(**material))
+    {
         let why = "a value of it is above 1, where its range ends";
         let finding = Finding::new(
             Code::ValuesOutOfRange,
@@ -35,9 +53,18 @@ pub(super) fn check(facts: &SceneFacts<'_>, settings: &Settings, seen: &RaySurve
             why,
             "bring it into 0 to 1; an expression by `clamp`",
         );
-        found.push(finding.counted(sighting.count, seen.hits, "rays").at(place(sighting.place)));
+        found.push(
+            finding
+                .counted(sighting.count, seen.hits, "rays")
+                .at(place(sighting.place)),
+        );
     }
-    found.extend(furnaces.iter().filter(|furnace| furnace.makes_energy()).map(energy));
+    found.extend(
+        furnaces
+            .iter()
+            .filter(|furnace| furnace.makes_energy())
+            .map(energy),
+    );
     found.extend(invisible(facts));
     found.extend(absorption(facts));
     found.extend(shallow(facts, settings.max_depth));
@@ -50,19 +77,32 @@ fn energy(furnace: &FurnaceResult) -> Finding {
         "under even light it sends back {sent_back:.3} times what it gets: it glows, and between two of it light has no end"
     );
     let remedy = "bring its colours, weights and factors to 1 at most";
-    Finding::new(Code::EnergyMade, Severity::PictureWrong, Subject::Material(furnace.material), why, remedy).counted(
-        furnace.samples,
-        0,
-        "samples",
+    Finding::new(
+        Code::EnergyMade,
+        Severity::PictureWrong,
+        Subject::Material(furnace.material),
+        why,
+        remedy,
     )
+    .counted(furnace.samples, 0, "samples")
 }
 
 /// Glass through which no path has segments to come.
 fn shallow(facts: &SceneFacts<'_>, deepest: u32) -> Option<Finding> {
-    let own = facts.objects.iter().find(|own| own.matter == Matter::Body && deepest < 3)?;
-    let why = format!("paths have {deepest} segments at most, and the way through glass takes three");
+    let own = facts
+        .objects
+        .iter()
+        .find(|own| own.matter == Matter::Body && deepest < 3)?;
+    let why =
+        format!("paths have {deepest} segments at most, and the way through glass takes three");
     let remedy = "raise `render.max_depth` or --max-depth to 8";
-    Some(Finding::new(Code::DepthBelowGlass, Severity::PictureWrong, own.subject, why, remedy))
+    Some(Finding::new(
+        Code::DepthBelowGlass,
+        Severity::PictureWrong,
+        own.subject,
+        why,
+        remedy,
+    ))
 }
 
 /// Objects that are nowhere there.
@@ -73,7 +113,9 @@ fn invisible(facts: &SceneFacts<'_>) -> Vec<Finding> {
             match m.alpha {
                 AlphaMode::Opaque => false,
                 AlphaMode::Blend => opacity == Some(0.0),
-                AlphaMode::Mask { cutoff } => cutoff > 1.0 || opacity.is_some_and(|opacity| opacity < cutoff),
+                AlphaMode::Mask { cutoff } => {
+                    cutoff > 1.0 || opacity.is_some_and(|opacity| opacity < cutoff)
+                }
             }
         }
         Model::Classic(_) => false,
@@ -82,7 +124,15 @@ fn invisible(facts: &SceneFacts<'_>) -> Vec<Finding> {
         let (_, material) = own.material?;
         let why = "its opacity leaves nothing of it";
         let remedy = "raise `opacity`, lower the cutoff of `alpha`, or take the object away";
-        is_absent(&material.model).then(|| Finding::new(Code::InvisibleObject, Severity::Harmless, own.subject, why, remedy))
+        is_absent(&material.model).then(|| {
+            Finding::new(
+                Code::InvisibleObject,
+                Severity::Harmless,
+                own.subject,
+                why,
+                remedy,
+            )
+        })
     };
     facts.objects.iter().filter_map(finding).collect()
 }
@@ -91,16 +141,36 @@ fn invisible(facts: &SceneFacts<'_>) -> Vec<Finding> {
 fn absorption(facts: &SceneFacts<'_>) -> Vec<Finding> {
     let size = facts.diagonal();
     let finding = |(index, material): (usize, &crate::scene::Material)| {
-        let Model::Physical(m) = &material.model else { return None };
-        let greatest = m.absorption()?.into_iter().filter(|a| a.is_finite()).fold(0.0_f64, f64::max);
+        let Model::Physical(m) = &material.model else {
+            return None;
+        };
+        let greatest = m
+            .absorption()?
+            .into_iter()
+            .filter(|a| a.is_finite())
+            .fold(0.0_f64, f64::max);
         let depth = greatest * size;
         let why = match depth {
-            _ if depth > BLACK * 10.0 => "light is absorbed within a hair of the scene's size, so that the body is black",
-            _ if depth < CLEAR => "light is hardly absorbed within the scene's size, so that the body is clear",
+            _ if depth > BLACK * 10.0 => {
+                "light is absorbed within a hair of the scene's size, so that the body is black"
+            }
+            _ if depth < CLEAR => {
+                "light is hardly absorbed within the scene's size, so that the body is clear"
+            }
             _ => return None,
         };
         let remedy = "give `attenuation_distance` in metres, about as large as the body";
-        Some(Finding::new(Code::AbsorptionOutOfScale, Severity::Harmless, Subject::Material(index), why, remedy))
+        Some(Finding::new(
+            Code::AbsorptionOutOfScale,
+            Severity::Harmless,
+            Subject::Material(index),
+            why,
+            remedy,
+        ))
     };
-    facts.used_materials().into_iter().filter_map(finding).collect()
+    facts
+        .used_materials()
+        .into_iter()
+        .filter_map(finding)
+        .collect()
 }

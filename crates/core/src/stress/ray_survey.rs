@@ -1,4 +1,5 @@
-//! What rays of a camera saw: how many of them, and where the first did, so that sums do not depend on the order of rays.
+//! What rays of a camera saw: how many of them, and where the first did, so that sums do not depend
+//! on the order of rays.
 
 use std::collections::BTreeMap;
 
@@ -18,11 +19,21 @@ pub(crate) struct Sighting {
 pub(crate) type Sightings<K> = BTreeMap<K, Sighting>;
 
 pub(super) fn note<K: Ord>(sightings: &mut Sightings<K>, key: K, ray: u64, place: DVec3) {
-    merge(sightings, key, Sighting { count: 1, ray, place });
+    merge(
+        sightings,
+        key,
+        Sighting {
+            count: 1,
+            ray,
+            place,
+        },
+    );
 }
 
 fn merge<K: Ord>(sightings: &mut Sightings<K>, key: K, other: Sighting) {
-    let known = sightings.entry(key).or_insert(Sighting { count: 0, ..other });
+    let known = sightings
+        .entry(key)
+        .or_insert(Sighting { count: 0, ..other });
     known.count += other.count;
     if other.ray < known.ray {
         (known.ray, known.place) = (other.ray, other.place);
@@ -84,12 +95,18 @@ impl RaySurvey {
             (&mut self.not_numbers, other.not_numbers),
             (&mut self.out_of_range, other.out_of_range),
         ] {
-            others.into_iter().for_each(|(key, sighting)| merge(own, key, sighting));
+            others
+                .into_iter()
+                .for_each(|(key, sighting)| merge(own, key, sighting));
         }
-        for (own, others) in
-            [(&mut self.nested, other.nested), (&mut self.coincident, other.coincident), (&mut self.coplanar, other.coplanar)]
-        {
-            others.into_iter().for_each(|(key, sighting)| merge(own, key, sighting));
+        for (own, others) in [
+            (&mut self.nested, other.nested),
+            (&mut self.coincident, other.coincident),
+            (&mut self.coplanar, other.coplanar),
+        ] {
+            others
+                .into_iter()
+                .for_each(|(key, sighting)| merge(own, key, sighting));
         }
         self
     }
@@ -99,18 +116,27 @@ impl RaySurvey {
         of.get(key).map_or(0, |sighting| sighting.count)
     }
 
-    /// Of a camera's rays, tells those of a camera within a body, which nearly all leave it, from those that came into it unseen.
+    /// Of a camera's rays, tells those of a camera within a body, which nearly all leave it, from
+    /// those that came into it unseen.
     pub(super) fn settle(&mut self) {
         const NEARLY: f64 = 0.9;
         let rays = self.rays as f64;
-        let (within, unseen) =
-            core::mem::take(&mut self.within).into_iter().partition(|(_, left)| left.count as f64 > NEARLY * rays);
+        let (within, unseen) = core::mem::take(&mut self.within)
+            .into_iter()
+            .partition(|(_, left)| left.count as f64 > NEARLY * rays);
         self.within = within;
         let unseen: Sightings<usize> = unseen;
-        unseen.into_iter().for_each(|(object, sighting)| merge(&mut self.unbalanced, object, sighting));
+        unseen
+            .into_iter()
+            .for_each(|(object, sighting)| merge(&mut self.unbalanced, object, sighting));
     }
 
     pub fn run(&self) -> CheckRun {
-        CheckRun { name: "rays of the cameras", looked_at: self.rays, unit: "rays", planned: self.planned }
+        CheckRun {
+            name: "rays of the cameras",
+            looked_at: self.rays,
+            unit: "rays",
+            planned: self.planned,
+        }
     }
 }

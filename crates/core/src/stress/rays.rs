@@ -1,4 +1,5 @@
-//! Rays of the scene's own camera, straight through everything: what they meet in which order, and what becomes of rays that start there.
+//! Rays of the scene's own camera, straight through everything: what they meet in which order, and
+//! what becomes of rays that start there.
 
 use std::collections::BTreeMap;
 
@@ -45,10 +46,29 @@ impl PreparedWork for PictureRays<'_> {
 }
 
 fn survey<R: Real>(prepared: &Prepared<R>, of: &PictureRays<'_>) -> RaySurvey {
-    let &PictureRays { facts, overlaps, size, seed, deadline } = of;
-    let looks_through = facts.objects.iter().any(|object| object.matter == Matter::Body);
-    let walker = Walker { prepared, facts, overlaps, size, seed, looks_through };
-    let mut found = RaySurvey { planned: ROUNDS * GRID[0] * GRID[1], ..RaySurvey::default() };
+    let &PictureRays {
+        facts,
+        overlaps,
+        size,
+        seed,
+        deadline,
+    } = of;
+    let looks_through = facts
+        .objects
+        .iter()
+        .any(|object| object.matter == Matter::Body);
+    let walker = Walker {
+        prepared,
+        facts,
+        overlaps,
+        size,
+        seed,
+        looks_through,
+    };
+    let mut found = RaySurvey {
+        planned: ROUNDS * GRID[0] * GRID[1],
+        ..RaySurvey::default()
+    };
     for round in 0..ROUNDS {
         if deadline.is_over() && round > 0 {
             break;
@@ -60,7 +80,11 @@ fn survey<R: Real>(prepared: &Prepared<R>, of: &PictureRays<'_>) -> RaySurvey {
                 found
             })
         };
-        found = (0..GRID[1]).into_par_iter().map(row).reduce(RaySurvey::default, RaySurvey::plus).plus(found);
+        found = (0..GRID[1])
+            .into_par_iter()
+            .map(row)
+            .reduce(RaySurvey::default, RaySurvey::plus)
+            .plus(found);
     }
     found.settle();
     found
@@ -86,32 +110,59 @@ struct Crossing<R: Real> {
 impl<R: Real> Walker<'_, R> {
     fn walk(&self, cell: [u64; 2], index: u64, found: &mut RaySurvey) {
         let at = |axis: usize| {
-            let share = (cell[axis] as f64 + unit(self.seed, index, axis as u64)) / GRID[axis] as f64;
+            let share =
+                (cell[axis] as f64 + unit(self.seed, index, axis as u64)) / GRID[axis] as f64;
             R::from_f64(share * f64::from(self.size[axis]))
         };
         let camera = &self.prepared.camera;
         let lens = [2, 3].map(|which| unit(self.seed, index, which) as f32);
-        let ray = camera.ray_during(at(0), at(1), lens.map(|x| x.min(0.999_999)), unit(self.seed, index, 4) as f32);
+        let ray = camera.ray_during(
+            at(0),
+            at(1),
+            lens.map(|x| x.min(0.999_999)),
+            unit(self.seed, index, 4) as f32,
+        );
         found.rays += 1;
-        if let Some(first) = self.prepared.geometry.closest(&ray, Interval::positive(), &mut ()) {
+        if let Some(first) = self
+            .prepared
+            .geometry
+            .closest(&ray, Interval::positive(), &mut ())
+        {
             found.hits += 1;
             self.look_at_first(&ray, &first, index, found);
         }
-        self.look_behind(&Ray { culls: false, ..ray }, index, found);
+        self.look_behind(
+            &Ray {
+                culls: false,
+                ..ray
+            },
+            index,
+            found,
+        );
     }
 
     fn crossing(&self, ray: &Ray<R>, hit: &Hit<R>) -> Crossing<R> {
         let surface = self.prepared.geometry.surface(ray, hit);
         let enters = surface.normal.to_f64().dot(ray.direction.to_f64()) < 0.0;
-        Crossing { object: self.facts.index_of(hit.outermost()), surface, enters }
+        Crossing {
+            object: self.facts.index_of(hit.outermost()),
+            surface,
+            enters,
+        }
     }
 
     /// What is seen: values there, rays that start there, and what else is in its place.
     fn look_at_first(&self, ray: &Ray<R>, hit: &Hit<R>, index: u64, found: &mut RaySurvey) {
         let prepared = self.prepared;
-        let leg = PathSegment { ray: *ray, ..PathSegment::of_camera(prepared) };
+        let leg = PathSegment {
+            ray: *ray,
+            ..PathSegment::of_camera(prepared)
+        };
         let at = Interaction::of(prepared, &leg, hit);
-        let (object, place) = (self.facts.index_of(hit.outermost()), prepared.in_world(at.surface.point));
+        let (object, place) = (
+            self.facts.index_of(hit.outermost()),
+            prepared.in_world(at.surface.point),
+        );
         note(&mut found.first, object, index, place);
         for other in self.overlaps.at(object, place, at.surface.normal.to_f64()) {
             note(&mut found.coplanar, [object, other], index, place);
@@ -134,35 +185,60 @@ impl<R: Real> Walker<'_, R> {
 
     /// Whether the mesh's own normal points to the other side than the triangle's.
     fn turns_away(&self, ray: &Ray<R>, hit: &Hit<R>) -> bool {
-        let Some(mesh) = &self.prepared.objects[hit.outermost() as usize].mesh else { return false };
+        let Some(mesh) = &self.prepared.objects[hit.outermost() as usize].mesh else {
+            return false;
+        };
         let data = &self.prepared.meshes[mesh.mesh as usize];
-        let [a, b, c] = data.indices[hit.primitive as usize].map(|corner| data.normals.get(corner as usize));
-        let (Some(a), Some(b), Some(c), false) = (a, b, c, mesh.turns) else { return false };
+        let [a, b, c] =
+            data.indices[hit.primitive as usize].map(|corner| data.normals.get(corner as usize));
+        let (Some(a), Some(b), Some(c), false) = (a, b, c, mesh.turns) else {
+            return false;
+        };
         let [b, c] = if mesh.flipped { [c, b] } else { [b, c] };
         let (u, v) = (hit.u.to_f64(), hit.v.to_f64());
-        let own =
-            DVec3::from(a.map(f64::from)) * (1.0 - u - v) + DVec3::from(b.map(f64::from)) * u + DVec3::from(c.map(f64::from)) * v;
+        let own = DVec3::from(a.map(f64::from)) * (1.0 - u - v)
+            + DVec3::from(b.map(f64::from)) * u
+            + DVec3::from(c.map(f64::from)) * v;
         let [x, y, z] = mesh.normals.map(|column| column.to_f64());
         let normal = x * own.x + y * own.y + z * own.z;
         normal.dot(self.prepared.geometry.surface(ray, hit).normal.to_f64()) < 0.0
     }
 
     /// A ray that starts there to the side that is seen.
-    fn start_from(&self, at: &Interaction<R>, hit: &Hit<R>, [index, start]: [u64; 2], found: &mut RaySurvey) {
+    fn start_from(
+        &self,
+        at: &Interaction<R>,
+        hit: &Hit<R>,
+        [index, start]: [u64; 2],
+        found: &mut RaySurvey,
+    ) {
         let prepared = self.prepared;
         let number = |which: u64| unit(self.seed, index, 8 + 2 * start + which);
         let (z, turn) = (2.0 * number(0) - 1.0, number(1) * core::f64::consts::TAU);
         let ring = (1.0 - z * z).sqrt();
         let ball = DVec3::new(ring * libm::cos(turn), ring * libm::sin(turn), z);
-        let side = if at.outside { at.surface.normal.to_f64() } else { -at.surface.normal.to_f64() };
-        let Some(direction) = (side + ball * 0.99).try_normalize() else { return };
+        let side = if at.outside {
+            at.surface.normal.to_f64()
+        } else {
+            -at.surface.normal.to_f64()
+        };
+        let Some(direction) = (side + ball * 0.99).try_normalize() else {
+            return;
+        };
         let direction = R::Vec3::from_f64(direction);
         let ray = prepared.spawn(at, direction, R::ONE).at_time(at.time);
-        let (object, place) = (self.facts.index_of(hit.outermost()), prepared.in_world(at.surface.point));
+        let (object, place) = (
+            self.facts.index_of(hit.outermost()),
+            prepared.in_world(at.surface.point),
+        );
         found.starts += 1;
-        let range = Interval { min: prepared.least_distances().secondary, max: R::INFINITY };
+        let range = Interval {
+            min: prepared.least_distances().secondary,
+            max: R::INFINITY,
+        };
         let again = prepared.geometry.closest(&ray, range, &mut ());
-        let is_same = |other: &Hit<R>| (other.order(), other.instance) == (hit.order(), hit.instance);
+        let is_same =
+            |other: &Hit<R>| (other.order(), other.instance) == (hit.order(), hit.instance);
         if again.as_ref().is_some_and(is_same) && self.meets_rays_once(object, at.outside) {
             note(&mut found.self_hits, object, index, place);
         }
@@ -170,8 +246,17 @@ impl<R: Real> Walker<'_, R> {
             let own = at.surface.spawn(direction);
             let way = ray.origin - own;
             let length = way.length();
-            let range = Interval { min: R::ZERO, max: length };
-            let between = || prepared.geometry.closest(&Ray::new(own, way / length).at_time(at.time), range, &mut ());
+            let range = Interval {
+                min: R::ZERO,
+                max: length,
+            };
+            let between = || {
+                prepared.geometry.closest(
+                    &Ray::new(own, way / length).at_time(at.time),
+                    range,
+                    &mut (),
+                )
+            };
             // Its own surface is looked at above.
             if length > R::ZERO && between().is_some_and(|other| !is_same(&other)) {
                 note(&mut found.beyond, object, index, place);
@@ -182,8 +267,15 @@ impl<R: Real> Walker<'_, R> {
     /// Whether a ray that leaves a primitive of an object on this side can't meet it again.
     fn meets_rays_once(&self, object: usize, outside: bool) -> bool {
         match self.facts.objects[object].object.shape {
-            Shape::Mesh(_) | Shape::Triangle { .. } | Shape::Quad { .. } | Shape::Disk { .. } | Shape::Plane { .. } => true,
-            Shape::Sphere { .. } | Shape::Box { .. } | Shape::Ellipsoid { .. } | Shape::Cone { .. } => outside,
+            Shape::Mesh(_)
+            | Shape::Triangle { .. }
+            | Shape::Quad { .. }
+            | Shape::Disk { .. }
+            | Shape::Plane { .. } => true,
+            Shape::Sphere { .. }
+            | Shape::Box { .. }
+            | Shape::Ellipsoid { .. }
+            | Shape::Cone { .. } => outside,
             Shape::Cylinder { caps, height, .. } => outside && (caps || height.is_none()),
             Shape::Hyperboloid { .. } | Shape::Paraboloid { .. } | Shape::Torus { .. } => false,
         }
@@ -211,7 +303,12 @@ impl<R: Real> Walker<'_, R> {
             if let Some(first) = before.as_ref().filter(|_| step == 1)
                 && are_coincident(ray, first, &crossing)
             {
-                note(&mut found.coincident, [first.object, crossing.object], index, place);
+                note(
+                    &mut found.coincident,
+                    [first.object, crossing.object],
+                    index,
+                    place,
+                );
             }
             if step > 0 && !self.looks_through {
                 return;
@@ -222,22 +319,36 @@ impl<R: Real> Walker<'_, R> {
     }
 
     /// Keeps account of the bodies that a ray is in.
-    fn enter_or_leave(&self, crossing: &Crossing<R>, depths: &mut BTreeMap<usize, i64>, index: u64, found: &mut RaySurvey) {
+    fn enter_or_leave(
+        &self,
+        crossing: &Crossing<R>,
+        depths: &mut BTreeMap<usize, i64>,
+        index: u64,
+        found: &mut RaySurvey,
+    ) {
         let facts = &self.facts.objects[crossing.object];
         if facts.matter != Matter::Body || facts.hides_back() {
             return;
         }
         if crossing.enters {
-            let around = depths.iter().filter(|(object, depth)| **depth > 0 && **object != crossing.object);
+            let around = depths
+                .iter()
+                .filter(|(object, depth)| **depth > 0 && **object != crossing.object);
             for (&other, _) in around {
-                note(&mut found.nested, [other, crossing.object], index, self.prepared.in_world(crossing.surface.point));
+                note(
+                    &mut found.nested,
+                    [other, crossing.object],
+                    index,
+                    self.prepared.in_world(crossing.surface.point),
+                );
             }
         }
         *depths.entry(crossing.object).or_insert(0) += if crossing.enters { 1 } else { -1 };
     }
 }
 
-/// Whether two surfaces of two objects, one behind the other on a ray, are in one place as far as hits tell.
+/// Whether two surfaces of two objects, one behind the other on a ray, are in one place as far as
+/// hits tell.
 fn are_coincident<R: Real>(ray: &Ray<R>, first: &Crossing<R>, second: &Crossing<R>) -> bool {
     let (a, b) = (&first.surface, &second.surface);
     let [m, n] = [a.normal.to_f64(), b.normal.to_f64()];
@@ -250,8 +361,15 @@ fn are_coincident<R: Real>(ray: &Ray<R>, first: &Crossing<R>, second: &Crossing<
 /// The end of a ray that has met everything on its way: bodies that it entered and did not leave.
 fn end(depths: &BTreeMap<usize, i64>, met: &[(usize, DVec3)], index: u64, found: &mut RaySurvey) {
     for (&object, &depth) in depths.iter().filter(|(_, depth)| **depth != 0) {
-        let place = met.iter().find(|(other, _)| *other == object).map_or(DVec3::NAN, |(_, place)| *place);
-        let of = if depth == -1 { &mut found.within } else { &mut found.unbalanced };
+        let place = met
+            .iter()
+            .find(|(other, _)| *other == object)
+            .map_or(DVec3::NAN, |(_, place)| *place);
+        let of = if depth == -1 {
+            &mut found.within
+        } else {
+            &mut found.unbalanced
+        };
         note(of, object, index, place);
     }
 }

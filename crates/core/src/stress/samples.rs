@@ -1,4 +1,5 @@
-//! A small picture of each camera: samples that are no numbers, rays that were cut short, what is black, and lights that were not found.
+//! A small picture of each camera: samples that are no numbers, rays that were cut short, what is
+//! black, and lights that were not found.
 
 use super::facts::SceneFacts;
 use super::finding::{CheckRun, Code, Finding, Severity, Subject};
@@ -27,16 +28,37 @@ impl SmallPicture {
         // The film is its own, so that it can't be refused.
         let _ = ready.render_part(&mut film, &whole, deadline);
         let (shut_away, counters) = (ready.shut_away(&film), film.counters());
-        let looked_at = if film.unfinished() == 0 { planned } else { counters.samples + counters.dropped };
-        let run = CheckRun { name: "samples", looked_at, unit: "samples", planned };
-        Self { camera, picture: film.picture(), counters, shut_away, run }
+        let looked_at = if film.unfinished() == 0 {
+            planned
+        } else {
+            counters.samples + counters.dropped
+        };
+        let run = CheckRun {
+            name: "samples",
+            looked_at,
+            unit: "samples",
+            planned,
+        };
+        Self {
+            camera,
+            picture: film.picture(),
+            counters,
+            shut_away,
+            run,
+        }
     }
 
     /// The middle of a pixel of it as a place of the picture, whose size is another.
     fn full(&self, pixel: usize, size: [u32; 2]) -> Option<([f64; 2], usize)> {
         let (width, height) = (self.picture.width as usize, f64::from(self.picture.height));
         let at = [(pixel % width) as f64 + 0.5, (pixel / width) as f64 + 0.5];
-        Some(([at[0] / width as f64 * f64::from(size[0]), at[1] / height * f64::from(size[1])], self.camera))
+        Some((
+            [
+                at[0] / width as f64 * f64::from(size[0]),
+                at[1] / height * f64::from(size[1]),
+            ],
+            self.camera,
+        ))
     }
 
     /// The first pixel of which this holds.
@@ -46,11 +68,22 @@ impl SmallPicture {
 }
 
 /// What is wrong with the samples of all cameras.
-pub(super) fn check(facts: &SceneFacts<'_>, pictures: &[SmallPicture], size: [u32; 2]) -> Vec<Finding> {
-    let mut found: Vec<Finding> = pictures.iter().flat_map(|picture| losses(picture, size)).collect();
+pub(super) fn check(
+    facts: &SceneFacts<'_>,
+    pictures: &[SmallPicture],
+    size: [u32; 2],
+) -> Vec<Finding> {
+    let mut found: Vec<Finding> = pictures
+        .iter()
+        .flat_map(|picture| losses(picture, size))
+        .collect();
     found.extend(pictures.iter().filter_map(|picture| black(facts, picture)));
     if let Some(brightest) = lamps::brightest(facts) {
-        found.extend(pictures.iter().filter_map(|picture| too_bright(picture, brightest, size)));
+        found.extend(
+            pictures
+                .iter()
+                .filter_map(|picture| too_bright(picture, brightest, size)),
+        );
     }
     found.extend(unreached(facts, pictures));
     found.extend(pictures.iter().filter_map(by_chance));
@@ -62,11 +95,21 @@ fn subject(facts: &SceneFacts<'_>, picture: &SmallPicture) -> Subject {
 }
 
 fn losses(picture: &SmallPicture, size: [u32; 2]) -> Vec<Finding> {
-    let fewest = |layer: &[f32]| layer.iter().enumerate().min_by(|a, b| a.1.total_cmp(b.1)).map(|(pixel, _)| pixel);
+    let fewest = |layer: &[f32]| {
+        layer
+            .iter()
+            .enumerate()
+            .min_by(|a, b| a.1.total_cmp(b.1))
+            .map(|(pixel, _)| pixel)
+    };
     // Where time ended it, pixels lack samples for that too.
-    let layer = picture.picture.layer("samples.N").filter(|_| !picture.run.is_cut());
+    let layer = picture
+        .picture
+        .layer("samples.N")
+        .filter(|_| !picture.run.is_cut());
     let at = layer.and_then(|layer| fewest(&layer.samples));
-    let finding = |loss| match loss {
+    let finding = |loss| {
+        match loss {
         SampleLoss::NotFinite { dropped, of } => Finding {
             pixel: at.and_then(|pixel| picture.full(pixel, size)),
             ..Finding::new(
@@ -86,32 +129,61 @@ fn losses(picture: &SmallPicture, size: [u32; 2]) -> Vec<Finding> {
             "leave fewer such surfaces one behind the other",
         )
         .counted(rays, 0, "rays"),
+    }
     };
     picture.counters.losses().map(finding).collect()
 }
 
 fn black(facts: &SceneFacts<'_>, picture: &SmallPicture) -> Option<Finding> {
-    let is_black = picture.first(|pixel| pixel.iter().any(|&channel| channel > 0.0)).is_none();
+    let is_black = picture
+        .first(|pixel| pixel.iter().any(|&channel| channel > 0.0))
+        .is_none();
     let subject = subject(facts, picture);
     if picture.counters.met > 0 && is_black && !picture.run.is_cut() {
-        let (why, remedy) =
-            ("everything that is seen is black: no light arrives", "add a light or a sky, or open what is in its way");
-        return Some(Finding::new(Code::BlackPicture, Severity::PictureWrong, subject, why, remedy));
+        let (why, remedy) = (
+            "everything that is seen is black: no light arrives",
+            "add a light or a sky, or open what is in its way",
+        );
+        return Some(Finding::new(
+            Code::BlackPicture,
+            Severity::PictureWrong,
+            subject,
+            why,
+            remedy,
+        ));
     }
     None
 }
 
 fn too_bright(picture: &SmallPicture, brightest: f64, size: [u32; 2]) -> Option<Finding> {
     // A few samples of a surface that is right may well be as bright as four lights together.
-    let is_beyond = |pixel: [f32; 3]| pixel.iter().any(|&channel| f64::from(channel) > 4.0 * brightest);
+    let is_beyond = |pixel: [f32; 3]| {
+        pixel
+            .iter()
+            .any(|&channel| f64::from(channel) > 4.0 * brightest)
+    };
     let first = picture.first(is_beyond)?;
-    let count = picture.picture.rgb.iter().filter(|&&pixel| is_beyond(pixel)).count();
+    let count = picture
+        .picture
+        .rgb
+        .iter()
+        .filter(|&&pixel| is_beyond(pixel))
+        .count();
     let why = "pixels are over four times as bright as the brightest light of the scene, which no surface can be: light that is found too rarely, or \
                a material that makes some";
     let remedy = "more --spp, or --clamp for less noise and less light; a material that makes light is named by itself";
-    let finding = Finding::new(Code::BrighterThanLights, Severity::SlowOrNoisy, Subject::Scene, why, remedy);
+    let finding = Finding::new(
+        Code::BrighterThanLights,
+        Severity::SlowOrNoisy,
+        Subject::Scene,
+        why,
+        remedy,
+    );
     let finding = finding.counted(count as u64, picture.picture.rgb.len() as u64, "pixels");
-    Some(Finding { pixel: picture.full(first, size), ..finding })
+    Some(Finding {
+        pixel: picture.full(first, size),
+        ..finding
+    })
 }
 
 /// Lights from which nothing arrives in the picture of any camera.
@@ -123,20 +195,31 @@ fn unreached(facts: &SceneFacts<'_>, pictures: &[SmallPicture]) -> Vec<Finding> 
     let in_vain = |shut: &ShutAway| match *shut {
         ShutAway::Light { rays, .. } | ShutAway::Object { rays, .. } => rays,
     };
-    let Some((first, others)) = pictures.split_first() else { return Vec::new() };
-    let everywhere = |subject: Subject| others.iter().all(|p| p.shut_away.iter().any(|shut| subject_of(shut) == subject));
+    let Some((first, others)) = pictures.split_first() else {
+        return Vec::new();
+    };
+    let everywhere = |subject: Subject| {
+        others
+            .iter()
+            .all(|p| p.shut_away.iter().any(|shut| subject_of(shut) == subject))
+    };
     let finding = |shut: &ShutAway| {
         let subject = subject_of(shut);
         let why = "no ray to it arrives: it is shut away, or turned from all that is seen";
-        let remedy = "open its cover or take it away; if it is meant to be hidden, it only costs noise";
+        let remedy =
+            "open its cover or take it away; if it is meant to be hidden, it only costs noise";
         // Of a generator's lamps some may well be hidden.
-        let is_one = subject.index() < facts.scene.objects.len() || matches!(subject, Subject::Light(_));
+        let is_one =
+            subject.index() < facts.scene.objects.len() || matches!(subject, Subject::Light(_));
         (is_one && everywhere(subject)).then(|| {
-            Finding::new(Code::UnreachedLight, Severity::SlowOrNoisy, subject, why, remedy).counted(
-                in_vain(shut),
-                in_vain(shut),
-                "rays",
+            Finding::new(
+                Code::UnreachedLight,
+                Severity::SlowOrNoisy,
+                subject,
+                why,
+                remedy,
             )
+            .counted(in_vain(shut), in_vain(shut), "rays")
         })
     };
     first.shut_away.iter().filter_map(finding).collect()
@@ -152,9 +235,14 @@ fn by_chance(picture: &SmallPicture) -> Option<Finding> {
     }
     let why = "lamps and suns that shine by way of mirrors or glass are met by chance, and hardly any path meets one";
     let remedy = "make them larger, or what they shine through thin (`thin_walled`) or rough; or take more --spp";
-    Some(Finding::new(Code::LightByChance, Severity::SlowOrNoisy, Subject::Scene, why, remedy).counted(
-        unaided - found,
-        unaided,
-        "paths",
-    ))
+    Some(
+        Finding::new(
+            Code::LightByChance,
+            Severity::SlowOrNoisy,
+            Subject::Scene,
+            why,
+            remedy,
+        )
+        .counted(unaided - found, unaided, "paths"),
+    )
 }

@@ -20,12 +20,27 @@ const TINY: f64 = 1e-6;
 /// Shapes of which storing leaves nothing, by the problems for which preparing them is refused.
 pub(super) fn lost_shapes(scene: &Scene, problems: &[Problem]) -> Vec<Finding> {
     let finding = |problem: &Problem| {
-        let index = |path: &str, list: &str| path.strip_prefix(list)?.split(']').next()?.parse::<usize>().ok();
+        let index = |path: &str, list: &str| {
+            path.strip_prefix(list)?
+                .split(']')
+                .next()?
+                .parse::<usize>()
+                .ok()
+        };
         let object = index(&problem.path, "objects[")
             .or_else(|| Some(scene.objects.len() + index(&problem.path, "generators[")?))
             .map_or(Subject::Scene, Subject::Object);
-        let remedy = problem.hint.clone().unwrap_or_else(|| "make it larger".to_owned());
-        Finding::new(Code::LostShape, Severity::PictureWrong, object, problem.message.clone(), remedy)
+        let remedy = problem
+            .hint
+            .clone()
+            .unwrap_or_else(|| "make it larger".to_owned());
+        Finding::new(
+            Code::LostShape,
+            Severity::PictureWrong,
+            object,
+            problem.message.clone(),
+            remedy,
+        )
     };
     problems.iter().map(finding).collect()
 }
@@ -47,10 +62,15 @@ pub(super) fn check(facts: &SceneFacts<'_>, ready: &Ready) -> Vec<Finding> {
         })
         .collect();
     if let Some(object) = ready.unresolved().filter(|object| !lost.contains(object)) {
-        let why =
-            "so far from the rest of the scene, points a thousandth of its size apart are stored as one: its shape is shattered";
+        let why = "so far from the rest of the scene, points a thousandth of its size apart are stored as one: its shape is shattered";
         let remedy = format!("move it nearer to the rest of the scene{exact}");
-        found.push(Finding::new(Code::UnresolvedObject, Severity::PictureWrong, subject(object), why, remedy));
+        found.push(Finding::new(
+            Code::UnresolvedObject,
+            Severity::PictureWrong,
+            subject(object),
+            why,
+            remedy,
+        ));
     }
     found.extend(match ready.settings().precision {
         PrecisionChoice::Robust => lost_triangles::<f32>(facts, lost),
@@ -66,8 +86,15 @@ fn lost_triangles<R: Real>(facts: &SceneFacts<'_>, lost: &[u32]) -> Vec<Finding>
     // What instances share is stored in its own space.
     let uses = Uses::of(facts.scene);
     let mut found = Vec::new();
-    for own in facts.objects.iter().filter(|own| !lost.contains(&(own.subject.index() as u32))) {
-        let (Some((_, data)), Shape::Mesh(name)) = (facts.mesh(own.object), &own.object.shape) else { continue };
+    for own in facts
+        .objects
+        .iter()
+        .filter(|own| !lost.contains(&(own.subject.index() as u32)))
+    {
+        let (Some((_, data)), Shape::Mesh(name)) = (facts.mesh(own.object), &own.object.shape)
+        else {
+            continue;
+        };
         if uses.share(name, own.object.side) {
             continue;
         }
@@ -76,7 +103,13 @@ fn lost_triangles<R: Real>(facts: &SceneFacts<'_>, lost: &[u32]) -> Vec<Finding>
             let [a, b, c] = corners;
             a == b || b == c || c == a || no_area(b - a, c - a)
         };
-        let stored = |p: DVec3| DVec3::from((map.transform_point3(p) - origin).to_array().map(rounded::<R>));
+        let stored = |p: DVec3| {
+            DVec3::from(
+                (map.transform_point3(p) - origin)
+                    .to_array()
+                    .map(rounded::<R>),
+            )
+        };
         let is_lost = |corners: &[u32; 3]| {
             let corners = corners.map(|corner| data.positions.at(corner as usize));
             is_flat(corners.map(stored)) && !is_flat(corners)
@@ -85,15 +118,23 @@ fn lost_triangles<R: Real>(facts: &SceneFacts<'_>, lost: &[u32]) -> Vec<Finding>
             continue;
         }
         let (mut count, mut first) = (0, None);
-        for (index, _) in data.indices.iter().enumerate().filter(|(_, corners)| is_lost(corners)) {
+        for (index, _) in data
+            .indices
+            .iter()
+            .enumerate()
+            .filter(|(_, corners)| is_lost(corners))
+        {
             count += 1;
             first = first.or(Some(index as u32));
         }
         let Some(first) = first else { continue };
         let of = data.indices.len() as u64;
-        let severity = if count * 100 >= of { Severity::PictureWrong } else { Severity::Harmless };
-        let why =
-            "corners of triangles are stored as one, or on a line, since they are so small and so far from the rest of the scene";
+        let severity = if count * 100 >= of {
+            Severity::PictureWrong
+        } else {
+            Severity::Harmless
+        };
+        let why = "corners of triangles are stored as one, or on a line, since they are so small and so far from the rest of the scene";
         let finding = Finding::new(
             Code::LostTriangles,
             severity,
@@ -103,15 +144,25 @@ fn lost_triangles<R: Real>(facts: &SceneFacts<'_>, lost: &[u32]) -> Vec<Finding>
         );
         let corner = data.indices[first as usize][0];
         let at = place(map.transform_point3(data.positions.at(corner as usize)));
-        found.push(finding.counted(count, of, "triangles").from_primitive(first).at(at));
+        found.push(
+            finding
+                .counted(count, of, "triangles")
+                .from_primitive(first)
+                .at(at),
+        );
     }
     found
 }
 
-/// Whether a mesh is stored where its own digits are kept: no farther away than its own numbers are great.
+/// Whether a mesh is stored where its own digits are kept: no farther away than its own numbers are
+/// great.
 fn is_safe<R: Real>(data: &MeshData, away: DVec3, scale: f64) -> bool {
-    let greatest = data.positions.iter().fold(0.0_f64, |greatest, p| greatest.max(p.abs().max_element()));
-    !R::IS_SINGLE || data.positions.origin() == DVec3::ZERO && away.abs().max_element() <= greatest * scale
+    let greatest = data
+        .positions
+        .iter()
+        .fold(0.0_f64, |greatest, p| greatest.max(p.abs().max_element()));
+    !R::IS_SINGLE
+        || data.positions.origin() == DVec3::ZERO && away.abs().max_element() <= greatest * scale
 }
 
 /// Sizes that are probably in other units.
@@ -119,9 +170,16 @@ fn scale(facts: &SceneFacts<'_>) -> Vec<Finding> {
     let size = facts.diagonal();
     let mut found = Vec::new();
     if size > 0.0 && !(USUAL[0]..=USUAL[1]).contains(&size) {
-        let why =
-            format!("all of it is {size:.1e} metres across: it is probably in other units, and lights and glass are in metres");
-        found.push(Finding::new(Code::ExtremeScale, Severity::Harmless, Subject::Scene, why, "scale it to metres"));
+        let why = format!(
+            "all of it is {size:.1e} metres across: it is probably in other units, and lights and glass are in metres"
+        );
+        found.push(Finding::new(
+            Code::ExtremeScale,
+            Severity::Harmless,
+            Subject::Scene,
+            why,
+            "scale it to metres",
+        ));
     }
     for own in &facts.objects {
         let radius = match own.object.shape {

@@ -1,4 +1,5 @@
-//! Images: of one colour, of numbers that light can't have, and such that are read as what they are not.
+//! Images: of one colour, of numbers that light can't have, and such that are read as what they are
+//! not.
 
 use super::facts::SceneFacts;
 use super::finding::{Code, Finding, Severity, Subject};
@@ -12,10 +13,23 @@ pub(super) fn check(facts: &SceneFacts<'_>) -> Vec<Finding> {
         for reference in material.textures() {
             images.extend(image_of(facts, reference));
         }
-        let Model::Physical(m) = &material.model else { continue };
-        let normals = m.normal_texture.iter().chain(m.clearcoat.iter().filter_map(|coat| coat.normal_texture.as_ref()));
-        let directions = m.anisotropy.iter().filter_map(|layer| layer.texture.as_ref());
-        let numbers = m.metallic_roughness_texture.iter().chain(&m.transmission_texture).chain(directions);
+        let Model::Physical(m) = &material.model else {
+            continue;
+        };
+        let normals = m.normal_texture.iter().chain(
+            m.clearcoat
+                .iter()
+                .filter_map(|coat| coat.normal_texture.as_ref()),
+        );
+        let directions = m
+            .anisotropy
+            .iter()
+            .filter_map(|layer| layer.texture.as_ref());
+        let numbers = m
+            .metallic_roughness_texture
+            .iter()
+            .chain(&m.transmission_texture)
+            .chain(directions);
         for reference in normals.clone().chain(numbers) {
             found.extend(read_as_colour(facts, reference, Subject::Material(index)));
         }
@@ -33,38 +47,72 @@ pub(super) fn check(facts: &SceneFacts<'_>) -> Vec<Finding> {
 }
 
 fn image_of(facts: &SceneFacts<'_>, reference: &TextureRef) -> Option<usize> {
-    facts.lookup.images.get(&facts.lookup.texture(&reference.name)?.image)
+    facts
+        .lookup
+        .images
+        .get(&facts.lookup.texture(&reference.name)?.image)
 }
 
 fn data_of<'a>(facts: &SceneFacts<'a>, reference: &TextureRef) -> Option<&'a ImageData> {
-    facts.scene.images[image_of(facts, reference)?].data.as_deref()
+    facts.scene.images[image_of(facts, reference)?]
+        .data
+        .as_deref()
 }
 
-fn read_as_colour(facts: &SceneFacts<'_>, reference: &TextureRef, subject: Subject) -> Option<Finding> {
+fn read_as_colour(
+    facts: &SceneFacts<'_>,
+    reference: &TextureRef,
+    subject: Subject,
+) -> Option<Finding> {
     let is_colour = facts.lookup.texture(&reference.name)?.colour_space == ColourSpace::Srgb;
     let has_codes = matches!(data_of(facts, reference)?.pixels, Pixels::Codes(_));
-    let why = format!("the texture `{}` holds directions or numbers, and is read by the curve of colours", reference.name);
+    let why = format!(
+        "the texture `{}` holds directions or numbers, and is read by the curve of colours",
+        reference.name
+    );
     let remedy = "give that texture `colour_space = \"linear\"`";
-    (is_colour && has_codes).then(|| Finding::new(Code::DataReadAsColour, Severity::PictureWrong, subject, why, remedy))
+    (is_colour && has_codes).then(|| {
+        Finding::new(
+            Code::DataReadAsColour,
+            Severity::PictureWrong,
+            subject,
+            why,
+            remedy,
+        )
+    })
 }
 
 /// An image of directions about the normal has much blue everywhere.
 fn no_normals(facts: &SceneFacts<'_>, reference: &TextureRef) -> Option<Finding> {
     let (image, data) = (image_of(facts, reference)?, data_of(facts, reference)?);
-    let Pixels::Codes(pixels) = &data.pixels else { return None };
+    let Pixels::Codes(pixels) = &data.pixels else {
+        return None;
+    };
     let inwards = pixels.iter().filter(|pixel| pixel[2] < 128).count();
     let why = "it is used as a normal map, and most of its directions point into the surface: it holds heights or colours";
     let remedy = "use a map of normals, whose colour is mostly light blue";
-    let finding = Finding::new(Code::NotANormalMap, Severity::PictureWrong, Subject::Image(image), why, remedy);
-    (2 * inwards > pixels.len()).then(|| finding.counted(inwards as u64, pixels.len() as u64, "texels"))
+    let finding = Finding::new(
+        Code::NotANormalMap,
+        Severity::PictureWrong,
+        Subject::Image(image),
+        why,
+        remedy,
+    );
+    (2 * inwards > pixels.len())
+        .then(|| finding.counted(inwards as u64, pixels.len() as u64, "texels"))
 }
 
 fn judge(facts: &SceneFacts<'_>, index: usize) -> Vec<Finding> {
     let subject = Subject::Image(index);
     let Some(data) = facts.scene.images[index].data.as_deref() else {
         let why = "it could not be read, and the factor alone counts";
-        let finding =
-            Finding::new(Code::MissingImage, Severity::PictureWrong, subject, why, "put the file where the scene names it");
+        let finding = Finding::new(
+            Code::MissingImage,
+            Severity::PictureWrong,
+            subject,
+            why,
+            "put the file where the scene names it",
+        );
         return vec![finding];
     };
     let texels = u64::from(data.width) * u64::from(data.height);
@@ -72,18 +120,35 @@ fn judge(facts: &SceneFacts<'_>, index: usize) -> Vec<Finding> {
     let remedy = "write the image anew, with finite numbers of zero or more";
     let mended = facts.scene.images[index].mended;
     if mended > 0 {
-        let why = "channels of its texels are infinite or no numbers; 65504 and 0 are shown for them";
-        let finding = Finding::new(Code::ImageNotLight, Severity::PictureWrong, subject, why, remedy);
+        let why =
+            "channels of its texels are infinite or no numbers; 65504 and 0 are shown for them";
+        let finding = Finding::new(
+            Code::ImageNotLight,
+            Severity::PictureWrong,
+            subject,
+            why,
+            remedy,
+        );
         found.push(finding.counted(mended, 3 * texels, "channels"));
     }
     let is_uniform = match &data.pixels {
         Pixels::Codes(pixels) => pixels.iter().all(|pixel| *pixel == pixels[0]),
         Pixels::Linear(pixels) => {
-            let is_wrong = |pixel: &&[f32; 4]| pixel.iter().any(|channel| !channel.is_finite() || *channel < 0.0);
+            let is_wrong = |pixel: &&[f32; 4]| {
+                pixel
+                    .iter()
+                    .any(|channel| !channel.is_finite() || *channel < 0.0)
+            };
             let wrong = pixels.iter().filter(is_wrong).count() as u64;
             if wrong > 0 {
                 let why = "it has texels that are negative, infinite or no numbers";
-                let finding = Finding::new(Code::ImageNotLight, Severity::PictureWrong, subject, why, remedy);
+                let finding = Finding::new(
+                    Code::ImageNotLight,
+                    Severity::PictureWrong,
+                    subject,
+                    why,
+                    remedy,
+                );
                 found.push(finding.counted(wrong, texels, "texels"));
             }
             pixels.iter().all(|pixel| *pixel == pixels[0])

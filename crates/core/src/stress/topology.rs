@@ -1,4 +1,5 @@
-//! How the triangles of a mesh hang together: corners in one place are one corner, whatever the file makes of them.
+//! How the triangles of a mesh hang together: corners in one place are one corner, whatever the
+//! file makes of them.
 
 use std::collections::HashMap;
 
@@ -26,7 +27,10 @@ impl Tally {
 
     fn plus(self, other: Self) -> Self {
         let first = [self.first, other.first].into_iter().flatten().min();
-        Self { count: self.count + other.count, first }
+        Self {
+            count: self.count + other.count,
+            first,
+        }
     }
 
     pub fn of(indices: impl Iterator<Item = u32>) -> Self {
@@ -51,7 +55,11 @@ impl TriangleCounts {
         let block = |(block, triangles): (usize, &[[u32; 3]])| {
             let mut counts = Self::default();
             for (i, corners) in triangles.iter().enumerate() {
-                counts.judge(data, (block * BLOCK + i) as u32, corners.map(|c| c as usize));
+                counts.judge(
+                    data,
+                    (block * BLOCK + i) as u32,
+                    corners.map(|c| c as usize),
+                );
             }
             counts
         };
@@ -60,7 +68,11 @@ impl TriangleCounts {
             slivers: a.slivers.plus(b.slivers),
             against: a.against.plus(b.against),
         };
-        data.indices.par_chunks(BLOCK).enumerate().map(block).reduce(Self::default, plus)
+        data.indices
+            .par_chunks(BLOCK)
+            .enumerate()
+            .map(block)
+            .reduce(Self::default, plus)
     }
 
     fn judge(&mut self, data: &MeshData, index: u32, corners: [usize; 3]) {
@@ -75,7 +87,10 @@ impl TriangleCounts {
             self.slivers.add(index);
         }
         let normals = corners.map(|corner| data.normals.get(corner));
-        if normals.iter().all(|n| n.is_some_and(|n| DVec3::from(n.map(f64::from)).dot(normal) < 0.0)) {
+        if normals
+            .iter()
+            .all(|n| n.is_some_and(|n| DVec3::from(n.map(f64::from)).dot(normal) < 0.0))
+        {
             self.against.add(index);
         }
     }
@@ -96,7 +111,8 @@ pub(crate) struct Component {
     is_closed: bool,
 }
 
-/// An edge that two triangles share, for rays that are aimed at it: its corners, and those across it.
+/// An edge that two triangles share, for rays that are aimed at it: its corners, and those across
+/// it.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct SharedEdge {
     pub ends: [u32; 2],
@@ -146,7 +162,10 @@ impl Topology {
 
     /// Whether every edge has two triangles that agree about the outside.
     pub fn is_closed(&self) -> bool {
-        self.edges > 0 && self.open.count == 0 && self.flipped.count == 0 && self.non_manifold.count == 0
+        self.edges > 0
+            && self.open.count == 0
+            && self.flipped.count == 0
+            && self.non_manifold.count == 0
     }
 
     /// Closed parts whose outside is within, those apart that are hollows of another part.
@@ -157,10 +176,15 @@ impl Topology {
         }
         let holds = |outer: &Component, inner: &Component| {
             let [least, greatest] = outer.bounds;
-            outer.volume > 0.0 && least.cmplt(inner.bounds[0]).all() && greatest.cmpgt(inner.bounds[1]).all()
+            outer.volume > 0.0
+                && least.cmplt(inner.bounds[0]).all()
+                && greatest.cmpgt(inner.bounds[1]).all()
         };
-        let is_wrong =
-            |part: &&Component| part.is_closed && part.volume < 0.0 && !self.components.iter().any(|outer| holds(outer, part));
+        let is_wrong = |part: &&Component| {
+            part.is_closed
+                && part.volume < 0.0
+                && !self.components.iter().any(|outer| holds(outer, part))
+        };
         self.components.iter().filter(is_wrong).copied().collect()
     }
 
@@ -201,8 +225,12 @@ impl Topology {
                 open_corners.extend([(run[0].0 >> 32) as u32, run[0].0 as u32]);
             }
             2 if forwards == 1 => {
-                if self.edges.is_multiple_of((data.indices.len() as u64 / (4 * AIMED as u64)).max(1)) {
-                    self.shared.extend(shared_edge(data, [run[0].1 >> 1, run[1].1 >> 1]));
+                if self
+                    .edges
+                    .is_multiple_of((data.indices.len() as u64 / (4 * AIMED as u64)).max(1))
+                {
+                    self.shared
+                        .extend(shared_edge(data, [run[0].1 >> 1, run[1].1 >> 1]));
                 }
             }
             2 => {
@@ -224,10 +252,18 @@ fn shared_edge(data: &MeshData, [one, other]: [u32; 2]) -> Option<SharedEdge> {
     let corners = |triangle: u32| data.indices[triangle as usize];
     let same = |a: u32, b: u32| data.positions.at(a as usize) == data.positions.at(b as usize);
     let [a, b] = [corners(one), corners(other)];
-    let mut common = a.into_iter().filter(|&corner| b.iter().any(|&o| same(corner, o)));
+    let mut common = a
+        .into_iter()
+        .filter(|&corner| b.iter().any(|&o| same(corner, o)));
     let ends = [common.next()?, common.next()?];
-    let apart = |of: [u32; 3]| of.into_iter().find(|&corner| !ends.iter().any(|&end| same(corner, end)));
-    Some(SharedEdge { ends, across: [apart(a)?, apart(b)?] })
+    let apart = |of: [u32; 3]| {
+        of.into_iter()
+            .find(|&corner| !ends.iter().any(|&end| same(corner, end)))
+    };
+    Some(SharedEdge {
+        ends,
+        across: [apart(a)?, apart(b)?],
+    })
 }
 
 /// Of each vertex the first one in the same place.
@@ -235,16 +271,21 @@ fn welded(data: &MeshData) -> Vec<u32> {
     let offsets = data.positions.offsets();
     // Both zeros are one place.
     let key = |vertex: u32| offsets[vertex as usize].map(|x| (x + 0.0).to_bits());
-    let mut order: Vec<([u32; 3], u32)> = (0..offsets.len() as u32).into_par_iter().map(|vertex| (key(vertex), vertex)).collect();
+    let mut order: Vec<([u32; 3], u32)> = (0..offsets.len() as u32)
+        .into_par_iter()
+        .map(|vertex| (key(vertex), vertex))
+        .collect();
     order.par_sort_unstable();
     let mut first = vec![0; offsets.len()];
     for run in order.chunk_by(|a, b| a.0 == b.0) {
-        run.iter().for_each(|&(_, vertex)| first[vertex as usize] = run[0].1);
+        run.iter()
+            .for_each(|&(_, vertex)| first[vertex as usize] = run[0].1);
     }
     first
 }
 
-/// The edges of the triangles that count, each as its lower and its upper corner, and twice its triangle, one more where it runs backwards.
+/// The edges of the triangles that count, each as its lower and its upper corner, and twice its
+/// triangle, one more where it runs backwards.
 fn sorted_edges(indices: &[[u32; 3]], corners: &[u32], kept: &[bool]) -> Vec<(u64, u32)> {
     let mut edges: Vec<(u64, u32)> = Vec::with_capacity(3 * indices.len());
     for (i, triangle) in indices.iter().enumerate().filter(|(i, _)| kept[*i]) {
@@ -272,17 +313,29 @@ fn join(parents: &mut [u32], a: u32, b: u32) {
 }
 
 /// The connected parts.
-fn components(data: &MeshData, (corners, kept): (&[u32], &[bool]), parents: &mut [u32], open: &[u32]) -> Vec<Component> {
+fn components(
+    data: &MeshData,
+    (corners, kept): (&[u32], &[bool]),
+    parents: &mut [u32],
+    open: &[u32],
+) -> Vec<Component> {
     let mut places: HashMap<u32, usize> = HashMap::new();
     let mut parts: Vec<Component> = Vec::new();
     for (i, triangle) in data.indices.iter().enumerate().filter(|(i, _)| kept[*i]) {
         let of = root(parents, corners[triangle[0] as usize]);
         let place = *places.entry(of).or_insert_with(|| {
             let bounds = [DVec3::INFINITY, DVec3::NEG_INFINITY];
-            parts.push(Component { triangles: 0, first: i as u32, volume: 0.0, bounds, is_closed: true });
+            parts.push(Component {
+                triangles: 0,
+                first: i as u32,
+                volume: 0.0,
+                bounds,
+                is_closed: true,
+            });
             parts.len() - 1
         });
-        let [a, b, c] = triangle.map(|corner| DVec3::from(data.positions.offsets()[corner as usize].map(f64::from)));
+        let [a, b, c] = triangle
+            .map(|corner| DVec3::from(data.positions.offsets()[corner as usize].map(f64::from)));
         let part = &mut parts[place];
         part.triangles += 1;
         part.volume += a.dot(b.cross(c)) / 6.0;

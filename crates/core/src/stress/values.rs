@@ -22,17 +22,31 @@ pub(super) fn judge_values<R: Real>(prepared: &Prepared<R>, at: &Interaction<R>)
     let material = &prepared.materials[at.material as usize];
     let emission = material.emission_at(&here).to_f64();
     let (colour, shares) = match material {
-        Material::Classic(m) => (m.colour.colour(&here), [m.local.number(&here), R::ZERO, R::ZERO]),
-        Material::Physical(m) => {
-            (m.base_at(&here), [m.roughness.number(&here), m.metallic.number(&here), m.opacity.number(&here)])
-        }
+        Material::Classic(m) => (
+            m.colour.colour(&here),
+            [m.local.number(&here), R::ZERO, R::ZERO],
+        ),
+        Material::Physical(m) => (
+            m.base_at(&here),
+            [
+                m.roughness.number(&here),
+                m.metallic.number(&here),
+                m.opacity.number(&here),
+            ],
+        ),
         Material::Unused => return Values::Fine,
     };
     let (colour, shares) = (colour.to_f64(), shares.map(Real::to_f64));
-    if !colour.is_finite() || !emission.is_finite() || shares.iter().any(|share| !share.is_finite()) {
+    if !colour.is_finite() || !emission.is_finite() || shares.iter().any(|share| !share.is_finite())
+    {
         return Values::NotNumbers;
     }
     let is_physical = matches!(material, Material::Physical(_));
-    let is_beyond = is_physical && (colour.max_element() > ONE || shares.iter().any(|&share| share > ONE));
-    if is_beyond { Values::OutOfRange } else { Values::Fine }
+    let is_beyond =
+        is_physical && (colour.max_element() > ONE || shares.iter().any(|&share| share > ONE));
+    if is_beyond {
+        Values::OutOfRange
+    } else {
+        Values::Fine
+    }
 }

@@ -1,5 +1,6 @@
-//! Inputs that may vary over a surface, as they are read: constants stay constants, everything else is evaluated where a ray hit. What
-//! they refer to lies in flat tables, so an input is a number or two itself.
+//! Inputs that may vary over a surface, as they are read: constants stay constants, everything else
+//! is evaluated where a ray hit. What they refer to lies in flat tables, so an input is a number or
+//! two itself.
 
 use core::cell::Cell;
 use core::ops::Range;
@@ -24,7 +25,8 @@ pub(crate) struct Sources<R: Real> {
     pub of_materials: Vec<Range<u32>>,
     /// Each once, however many textures show it; the scene's own, because pixels are not copied.
     pub images: Vec<Arc<ImageData>>,
-    /// Mip maps of images, for each colour space in which one is read with them; empty where no texture asks for any.
+    /// Mip maps of images, for each colour space in which one is read with them; empty where no
+    /// texture asks for any.
     pub pyramids: Vec<Vec<ImageData>>,
     pub codes: Codes<R>,
 }
@@ -50,8 +52,8 @@ pub(crate) struct TextureUse<R: Real> {
     pub set: usize,
     /// Expressions in place of the surface's own coordinates.
     pub coordinates: Option<[Input<R>; 2]>,
-    /// The first use that finds the same texels wherever it is asked, as the maps of a material mostly do; none: what is found depends
-    /// on more than a set of coordinates.
+    /// The first use that finds the same texels wherever it is asked, as the maps of a material
+    /// mostly do; none: what is found depends on more than a set of coordinates.
     pub lies_as: Option<u32>,
 }
 
@@ -78,8 +80,14 @@ impl<R: Real> TextureUse<R> {
 
     #[inline(always)]
     fn texel(&self, here: &ShadingContext<'_, R>) -> [R; 4] {
-        let Some(place) = self.place(here) else { return self.texel_anywhere(here) };
-        self.sampler.texel_at(&here.sources.images[self.image as usize], &here.sources.codes, &place)
+        let Some(place) = self.place(here) else {
+            return self.texel_anywhere(here);
+        };
+        self.sampler.texel_at(
+            &here.sources.images[self.image as usize],
+            &here.sources.codes,
+            &place,
+        )
     }
 
     #[inline(never)]
@@ -89,13 +97,21 @@ impl<R: Real> TextureUse<R> {
             None => here.at.uv.get(self.set).copied().unwrap_or([R::ZERO; 2]),
         };
         let footprint = match self.pyramid {
-            None => Footprint { levels: &[], side: R::ZERO },
+            None => Footprint {
+                levels: &[],
+                side: R::ZERO,
+            },
             Some(pyramid) => Footprint {
                 levels: &here.sources.pyramids[pyramid as usize],
                 side: here.at.footprint.get(self.set).copied().unwrap_or(R::ZERO),
             },
         };
-        self.sampler.texel(&here.sources.images[self.image as usize], &here.sources.codes, coordinates, footprint)
+        self.sampler.texel(
+            &here.sources.images[self.image as usize],
+            &here.sources.codes,
+            coordinates,
+            footprint,
+        )
     }
 }
 
@@ -103,11 +119,17 @@ impl<R: Real> Sources<R> {
     /// Reads inputs at an interaction.
     #[inline(always)]
     pub fn at<'a>(&'a self, at: &'a Interaction<R>) -> ShadingContext<'a, R> {
-        ShadingContext { sources: self, at, beam: Beam::default(), last: Cell::new(None), place: Cell::new(at.lies) }
+        ShadingContext {
+            sources: self,
+            at,
+            beam: Beam::default(),
+            last: Cell::new(None),
+            place: Cell::new(at.lies),
+        }
     }
 
-    /// Has the texels brought near that a material's textures will read at an interaction, as far as texture coordinates alone say which,
-    /// and notes where they lie.
+    /// Has the texels brought near that a material's textures will read at an interaction, as far
+    /// as texture coordinates alone say which, and notes where they lie.
     #[inline(always)]
     pub fn prefetch(&self, at: &mut Interaction<R>) {
         let Range { start, end } = self.of_materials[at.material as usize];
@@ -120,7 +142,9 @@ impl<R: Real> Sources<R> {
     fn prefetch_each(&self, textures: &[TextureUse<R>], at: &mut Interaction<R>) {
         let mut asked = None;
         for texture in textures {
-            let Some(first) = texture.lies_as else { continue };
+            let Some(first) = texture.lies_as else {
+                continue;
+            };
             let image = &self.images[texture.image as usize];
             let place = match at.lies {
                 Some((found, place)) if found == first => place,
@@ -141,7 +165,8 @@ pub(crate) struct ShadingContext<'a, R: Real> {
     sources: &'a Sources<R>,
     pub at: &'a Interaction<R>,
     pub beam: Beam<R>,
-    /// The use of a texture that was read last and its texel: several inputs may read channels of one.
+    /// The use of a texture that was read last and its texel: several inputs may read channels of
+    /// one.
     last: Cell<Option<(u32, [R; 4])>>,
     /// Where the use that was read last lies: see [`TextureUse::lies_as`].
     place: Cell<Option<(u32, Place<R>)>>,
@@ -152,7 +177,10 @@ impl<R: Real> ShadingContext<'_, R> {
     #[inline(always)]
     fn run(&self, program: u32) -> R::Vec3 {
         match &self.sources.far {
-            None => self.sources.programs.vector(program, &self.at.inputs(&self.beam)),
+            None => self
+                .sources
+                .programs
+                .vector(program, &self.at.inputs(&self.beam)),
             Some(far) => self.run_far(far, program),
         }
     }
@@ -160,7 +188,11 @@ impl<R: Real> ShadingContext<'_, R> {
     #[inline(never)]
     fn run_far(&self, far: &FarPrograms, program: u32) -> R::Vec3 {
         let near = self.at.inputs(&self.beam).to_f64();
-        let inputs = Inputs::<f64> { p: near.p + far.origin, o: near.o + far.origin, ..near };
+        let inputs = Inputs::<f64> {
+            p: near.p + far.origin,
+            o: near.o + far.origin,
+            ..near
+        };
         R::Vec3::from_f64(far.programs.vector(program, &inputs))
     }
 
@@ -211,7 +243,11 @@ impl<R: Real> Input<R> {
     pub fn colour(&self, here: &ShadingContext<'_, R>) -> R::Vec3 {
         match *self {
             Self::Constant(c) => c,
-            Self::Checker { even, odd, frequency } => {
+            Self::Checker {
+                even,
+                odd,
+                frequency,
+            } => {
                 if here.is_odd_cell(frequency) {
                     odd
                 } else {
@@ -223,7 +259,9 @@ impl<R: Real> Input<R> {
                 let [r, g, b, _] = here.texel(texture);
                 R::Vec3::new(r, g, b)
             }
-            Self::Texture(texture, Some(channel)) => R::Vec3::splat(here.texel(texture)[channel as usize]),
+            Self::Texture(texture, Some(channel)) => {
+                R::Vec3::splat(here.texel(texture)[channel as usize])
+            }
         }
     }
 
@@ -232,7 +270,11 @@ impl<R: Real> Input<R> {
     pub fn number(&self, here: &ShadingContext<'_, R>) -> R {
         match *self {
             Self::Constant(c) => c.x(),
-            Self::Checker { even, odd, frequency } => {
+            Self::Checker {
+                even,
+                odd,
+                frequency,
+            } => {
                 if here.is_odd_cell(frequency) {
                     odd.x()
                 } else {
@@ -240,7 +282,9 @@ impl<R: Real> Input<R> {
                 }
             }
             Self::Program(_) => zero_if_negative(self.coordinate(here)),
-            Self::Texture(texture, channel) => here.texel(texture)[channel.unwrap_or(Channel::Red) as usize],
+            Self::Texture(texture, channel) => {
+                here.texel(texture)[channel.unwrap_or(Channel::Red) as usize]
+            }
         }
     }
 
@@ -261,22 +305,33 @@ impl<R: Real> Input<R> {
 
     /// Another channel of the same texture; any other input is itself.
     pub fn channel(self, channel: Channel) -> Self {
-        if let Self::Texture(texture, _) = self { Self::Texture(texture, Some(channel)) } else { self }
+        if let Self::Texture(texture, _) = self {
+            Self::Texture(texture, Some(channel))
+        } else {
+            self
+        }
     }
 
     /// Whether it depends on one of these variables by an expression.
     pub fn reads(&self, sources: &Sources<R>, variables: &[Variable]) -> bool {
         match self {
-            Self::Program(program) => variables.iter().any(|&variable| sources.programs.uses(*program, variable)),
+            Self::Program(program) => variables
+                .iter()
+                .any(|&variable| sources.programs.uses(*program, variable)),
             _ => false,
         }
     }
 }
 
-/// What an expression makes of a colour: parts below zero have no meaning and are zero; what is no number stays none.
+/// What an expression makes of a colour: parts below zero have no meaning and are zero; what is no
+/// number stays none.
 #[inline(always)]
 fn clamp_negative<R: Real>(colour: R::Vec3) -> R::Vec3 {
-    R::Vec3::new(zero_if_negative(colour.x()), zero_if_negative(colour.y()), zero_if_negative(colour.z()))
+    R::Vec3::new(
+        zero_if_negative(colour.x()),
+        zero_if_negative(colour.y()),
+        zero_if_negative(colour.z()),
+    )
 }
 
 #[inline(always)]
@@ -302,14 +357,22 @@ impl<R: Real> Product<R> {
     #[inline(always)]
     pub fn number(&self, here: &ShadingContext<'_, R>) -> R {
         let own = self.own.number(here);
-        if let Some(image) = &self.image { own * image.number(here) } else { own }
+        if let Some(image) = &self.image {
+            own * image.number(here)
+        } else {
+            own
+        }
     }
 
     /// A colour times the value.
     #[inline(always)]
     pub fn tint(&self, here: &ShadingContext<'_, R>, colour: R::Vec3) -> R::Vec3 {
         let own = colour * self.own.colour(here);
-        if let Some(image) = &self.image { own * image.colour(here) } else { own }
+        if let Some(image) = &self.image {
+            own * image.colour(here)
+        } else {
+            own
+        }
     }
 
     /// The value of the input itself where no hit changes it.

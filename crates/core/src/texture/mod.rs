@@ -1,5 +1,5 @@
-//! What varies over a surface: inputs that are constants, expressions or images, and how images are read. It knows where a ray hit, and nothing
-//! of materials, lights or how any of it is prepared.
+//! What varies over a surface: inputs that are constants, expressions or images, and how images are
+//! read. It knows where a ray hit, and nothing of materials, lights or how any of it is prepared.
 
 mod input;
 pub(crate) mod pyramid;

@@ -1,5 +1,5 @@
-//! Mip maps (Williams, "Pyramidal Parametrics", 1983): an image at halves of its size, for textures that are read by the width of
-//! a ray's cone. Built only for textures that ask for them.
+//! Mip maps (Williams, "Pyramidal Parametrics", 1983): an image at halves of its size, for textures
+//! that are read by the width of a ray's cone. Built only for textures that ask for them.
 
 use rayon::prelude::*;
 use raywright_bvh::Real;
@@ -7,21 +7,32 @@ use raywright_bvh::Real;
 use super::sampler::{Codes, texel};
 use crate::scene::{ImageData, Pixels};
 
-/// What an image looks like from afar: each level half as wide and high as the one before, rounded down, to a single texel. The
-/// image itself is level 0 and not among them. Colours are linear, so that black and white make the grey of half the light.
+/// What an image looks like from afar: each level half as wide and high as the one before, rounded
+/// down, to a single texel. The image itself is level 0 and not among them. Colours are linear, so
+/// that black and white make the grey of half the light.
 pub(crate) fn levels(image: &ImageData, srgb: bool) -> Vec<ImageData> {
     let (mut levels, codes): (Vec<ImageData>, _) = (Vec::new(), Codes::new());
-    while let Some([width, height]) = halved(levels.last().map_or([image.width, image.height], |last| [last.width, last.height]))
+    while let Some([width, height]) =
+        halved(levels.last().map_or([image.width, image.height], |last| {
+            [last.width, last.height]
+        }))
     {
         let above = levels.last().unwrap_or(image);
         let (columns, rows) = (shares(above.width, width), shares(above.height, height));
         let mut pixels = vec![[0.0; 4]; width as usize * height as usize];
-        pixels.par_chunks_mut(width as usize).zip(&rows).for_each(|(line, row)| {
-            for (pixel, column) in line.iter_mut().zip(&columns) {
-                *pixel = mean(above, (&codes, srgb), column, row);
-            }
+        pixels
+            .par_chunks_mut(width as usize)
+            .zip(&rows)
+            .for_each(|(line, row)| {
+                for (pixel, column) in line.iter_mut().zip(&columns) {
+                    *pixel = mean(above, (&codes, srgb), column, row);
+                }
+            });
+        levels.push(ImageData {
+            width,
+            height,
+            pixels: Pixels::Linear(pixels),
         });
-        levels.push(ImageData { width, height, pixels: Pixels::Linear(pixels) });
     }
     levels
 }
@@ -41,8 +52,9 @@ fn halved([width, height]: [u32; 2]) -> Option<[u32; 2]> {
     (width > 1 || height > 1).then(|| [(width / 2).max(1), (height / 2).max(1)])
 }
 
-/// For each of `to` texels side by side: the first of `from` that it covers, and what share of its own each has in it. Sizes that
-/// are no powers of two divide texels, so that every one counts as much as every other.
+/// For each of `to` texels side by side: the first of `from` that it covers, and what share of its
+/// own each has in it. Sizes that are no powers of two divide texels, so that every one counts as
+/// much as every other.
 fn shares(from: u32, to: u32) -> Vec<(usize, Vec<f64>)> {
     let (from, to) = (u64::from(from), u64::from(to));
     let covered = |i: u64| {
@@ -50,7 +62,10 @@ fn shares(from: u32, to: u32) -> Vec<(usize, Vec<f64>)> {
         let (start, end) = (i * from, (i + 1) * from);
         let first = start / to;
         let share = |k: u64| (end.min((k + 1) * to) - start.max(k * to)) as f64 / from as f64;
-        (first as usize, (first..end.div_ceil(to)).map(share).collect())
+        (
+            first as usize,
+            (first..end.div_ceil(to)).map(share).collect(),
+        )
     };
     (0..to).map(covered).collect()
 }
@@ -65,7 +80,9 @@ fn mean(
     for (y, row) in (*top..).zip(rows) {
         for (x, column) in (*left..).zip(columns) {
             let texel = texel(image, codes, srgb, y * image.width as usize + x);
-            sum.iter_mut().zip(texel).for_each(|(sum, value)| *sum += value * row * column);
+            sum.iter_mut()
+                .zip(texel)
+                .for_each(|(sum, value)| *sum += value * row * column);
         }
     }
     sum.map(Real::to_f32)

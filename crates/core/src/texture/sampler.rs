@@ -5,7 +5,9 @@ use std::sync::LazyLock;
 use raywright_bvh::{Real, Vector, prefetch};
 
 use crate::display::curve::decode;
-use crate::scene::{ColourSpace, Filter, ImageData, Pixels, Texture, TextureRef, TransferCurve, Wrap};
+use crate::scene::{
+    ColourSpace, Filter, ImageData, Pixels, Texture, TextureRef, TransferCurve, Wrap,
+};
 
 /// How texels are found and read: what a use of a texture says besides its image and where on it.
 #[derive(Clone, Copy, Debug)]
@@ -33,13 +35,21 @@ impl<R: Real> Sampler<R> {
             srgb: texture.colour_space == ColourSpace::Srgb,
             filter: texture.filter,
             wrap: [texture.wrap_u, texture.wrap_v],
-            transform: reference.uv_transform.map(|m| m.map(|row| row.map(R::from_f64))),
+            transform: reference
+                .uv_transform
+                .map(|m| m.map(|row| row.map(R::from_f64))),
             factor: R::Vec3::from_f64(reference.factor.0.into()),
         }
     }
 
     /// The filtered texel of an image: linear red, green, blue, with the factor, and alpha.
-    pub fn texel(&self, image: &ImageData, codes: &Codes<R>, coordinates: [R; 2], footprint: Footprint<'_, R>) -> [R; 4] {
+    pub fn texel(
+        &self,
+        image: &ImageData,
+        codes: &Codes<R>,
+        coordinates: [R; 2],
+        footprint: Footprint<'_, R>,
+    ) -> [R; 4] {
         match footprint.levels {
             [] => self.weighed(self.filtered(image, codes, self.mapped(coordinates))),
             _ => self.weighed(self.seen_afar(image, codes, self.mapped(coordinates), footprint)),
@@ -52,7 +62,8 @@ impl<R: Real> Sampler<R> {
         self.weighed(self.read(image, codes, place))
     }
 
-    /// Where texture coordinates lie in an image: the same for all whose sizes are alike, under uses that [`Self::lies_as`] this one.
+    /// Where texture coordinates lie in an image: the same for all whose sizes are alike, under
+    /// uses that [`Self::lies_as`] this one.
     #[inline(always)]
     pub fn place(&self, image: &ImageData, coordinates: [R; 2]) -> Place<R> {
         self.place_of(image, self.mapped(coordinates))
@@ -61,12 +72,19 @@ impl<R: Real> Sampler<R> {
     /// Whether another use finds the same texels.
     pub fn lies_as(&self, other: &Self) -> bool {
         let nearest = |sampler: &Self| sampler.filter == Filter::Nearest;
-        nearest(self) == nearest(other) && self.wrap == other.wrap && self.transform == other.transform
+        nearest(self) == nearest(other)
+            && self.wrap == other.wrap
+            && self.transform == other.transform
     }
 
     #[inline(always)]
     fn weighed(&self, [r, g, b, a]: [R; 4]) -> [R; 4] {
-        [r * self.factor.x(), g * self.factor.y(), b * self.factor.z(), a]
+        [
+            r * self.factor.x(),
+            g * self.factor.y(),
+            b * self.factor.z(),
+            a,
+        ]
     }
 
     /// Coordinates under the use's own map.
@@ -78,10 +96,16 @@ impl<R: Real> Sampler<R> {
         }
     }
 
-    /// Between the two levels whose texels are as large as the footprint. Nearer than the image's own texels, and of images
-    /// without an area, it is the image.
+    /// Between the two levels whose texels are as large as the footprint. Nearer than the image's
+    /// own texels, and of images without an area, it is the image.
     #[inline(never)]
-    fn seen_afar(&self, image: &ImageData, codes: &Codes<R>, coordinates: [R; 2], footprint: Footprint<'_, R>) -> [R; 4] {
+    fn seen_afar(
+        &self,
+        image: &ImageData,
+        codes: &Codes<R>,
+        coordinates: [R; 2],
+        footprint: Footprint<'_, R>,
+    ) -> [R; 4] {
         let level = self.level(image, footprint.side.to_f64());
         if level <= 0.0 {
             return self.filtered(image, codes, coordinates);
@@ -93,15 +117,26 @@ impl<R: Real> Sampler<R> {
         };
         let finer = level.min(last as f64) as usize;
         let share = level - finer as f64;
-        if finer == last || share == 0.0 { at(finer) } else { blend(at(finer), at(finer + 1), R::from_f64(share)) }
+        if finer == last || share == 0.0 {
+            at(finer)
+        } else {
+            blend(at(finer), at(finer + 1), R::from_f64(share))
+        }
     }
 
-    /// The level, not a whole one, whose texels have the area of a footprint (Akenine-Möller et al., "Texture Level of Detail Strategies
-    /// for Real-Time Ray Tracing", 2019, equation 20.3 and following); −∞ where there is none.
+    /// The level, not a whole one, whose texels have the area of a footprint (Akenine-Möller et
+    /// al., "Texture Level of Detail Strategies for Real-Time Ray Tracing", 2019, equation 20.3 and
+    /// following); −∞ where there is none.
     fn level(&self, image: &ImageData, side: f64) -> f64 {
-        let stretch = self.transform.map_or(1.0, |[[a, b, _], [d, e, _]]| (a * e - b * d).to_f64().abs());
+        let stretch = self
+            .transform
+            .map_or(1.0, |[[a, b, _], [d, e, _]]| (a * e - b * d).to_f64().abs());
         let texels = side * side * stretch * f64::from(image.width) * f64::from(image.height);
-        if texels > 0.0 { 0.5 * libm::log2(texels) } else { f64::NEG_INFINITY }
+        if texels > 0.0 {
+            0.5 * libm::log2(texels)
+        } else {
+            f64::NEG_INFINITY
+        }
     }
 
     fn filtered(&self, image: &ImageData, codes: &Codes<R>, coordinates: [R; 2]) -> [R; 4] {
@@ -112,7 +147,11 @@ impl<R: Real> Sampler<R> {
     fn place_of(&self, image: &ImageData, [u, v]: [R; 2]) -> Place<R> {
         let x = scaled(u.to_f64(), image.width, self.wrap[0]);
         let y = scaled(v.to_f64(), image.height, self.wrap[1]);
-        let (x, y) = if self.filter == Filter::Nearest { (x, y) } else { (x - 0.5, y - 0.5) };
+        let (x, y) = if self.filter == Filter::Nearest {
+            (x, y)
+        } else {
+            (x - 0.5, y - 0.5)
+        };
         let (x0, y0) = (Real::floor(x), Real::floor(y));
         let column = |x: f64| index(x, image.width, self.wrap[0]);
         let row = |y: f64| index(y, image.height, self.wrap[1]) * image.width as usize;
@@ -131,10 +170,17 @@ impl<R: Real> Sampler<R> {
         }
         let [upper_left, upper_right, lower_left, lower_right] = match &image.pixels {
             Pixels::Linear(pixels) => place.corners.map(|at| pixels[at].map(R::from_f32)),
-            Pixels::Codes(pixels) => place.corners.map(|at| pixels[at]).map(|code| codes.linear(code, self.srgb)),
+            Pixels::Codes(pixels) => place
+                .corners
+                .map(|at| pixels[at])
+                .map(|code| codes.linear(code, self.srgb)),
         };
         let [fx, fy] = place.weights;
-        blend(blend(upper_left, upper_right, fx), blend(lower_left, lower_right, fx), fy)
+        blend(
+            blend(upper_left, upper_right, fx),
+            blend(lower_left, lower_right, fx),
+            fy,
+        )
     }
 }
 
@@ -171,7 +217,9 @@ impl<R: Real> Codes<R> {
         let share = |code: usize| code as f64 / 255.0;
         Self {
             shares: core::array::from_fn(|code| R::from_f64(share(code))),
-            srgb: core::array::from_fn(|code| R::from_f64(decode(TransferCurve::Srgb, share(code)))),
+            srgb: core::array::from_fn(|code| {
+                R::from_f64(decode(TransferCurve::Srgb, share(code)))
+            }),
         }
     }
 
@@ -180,7 +228,12 @@ impl<R: Real> Codes<R> {
     fn linear(&self, [r, g, b, a]: [u8; 4], srgb: bool) -> [R; 4] {
         let colours = if srgb { &self.srgb } else { &self.shares };
         let at = |table: &[R; 256], code: u8| table[usize::from(code)];
-        [at(colours, r), at(colours, g), at(colours, b), at(&self.shares, a)]
+        [
+            at(colours, r),
+            at(colours, g),
+            at(colours, b),
+            at(&self.shares, a),
+        ]
     }
 }
 
@@ -202,14 +255,15 @@ pub(super) fn texel<R: Real>(image: &ImageData, codes: &Codes<R>, srgb: bool, at
 #[inline(always)]
 fn blend<R: Real>([ar, ag, ab, aa]: [R; 4], [br, bg, bb, ba]: [R; 4], weight: R) -> [R; 4] {
     let one = |a: R, b: R| a * (R::ONE - weight) + b * weight;
-    // A mask asks on which side of its cutoff alpha lies: between two texels it is never beyond both.
+    // A mask asks on which side of its cutoff alpha lies: between two texels it is never beyond
+    // both.
     let alpha = Real::clamp(one(aa, ba), Real::min(aa, ba), Real::max(aa, ba));
     [one(ar, br), one(ag, bg), one(ab, bb), alpha]
 }
 
-/// A coordinate in texels. Whole turns of a repeating image are removed first, so that large tile counts keep their
-/// precision; what is not a number reads the first texel. In f64 whatever the precision: there an f32 just below a seam, or
-/// below a border between texels, stays below it.
+/// A coordinate in texels. Whole turns of a repeating image are removed first, so that large tile
+/// counts keep their precision; what is not a number reads the first texel. In f64 whatever the
+/// precision: there an f32 just below a seam, or below a border between texels, stays below it.
 #[inline(always)]
 fn scaled(u: f64, size: u32, wrap: Wrap) -> f64 {
     if !u.is_finite() {

@@ -10,7 +10,12 @@ use crate::scene::{Camera, Pinhole, Pose, Projection, Triple};
 pub(super) fn camera(check: &mut Check<'_>, camera: &Camera) {
     if camera.name.parse::<u64>().is_ok() {
         let message = format!("`{}` cannot be the name of a camera", camera.name);
-        check.inside("name", |check| check.advise(message, "a number chooses a camera by its place in the list"));
+        check.inside("name", |check| {
+            check.advise(
+                message,
+                "a number chooses a camera by its place in the list",
+            )
+        });
     }
     let before = check.problems();
     check.inside("pose", |check| pose(check, &camera.pose));
@@ -27,21 +32,37 @@ pub(super) fn camera(check: &mut Check<'_>, camera: &Camera) {
 
 fn pose(check: &mut Check<'_>, pose: &Pose) {
     match *pose {
-        Pose::LookAt { eye, target, up } => check.inside("look_at", |check| look_at(check, eye, target, up)),
-        Pose::Orbit { target, distance, azimuth, elevation } => check.inside("orbit", |check| {
+        Pose::LookAt { eye, target, up } => {
+            check.inside("look_at", |check| look_at(check, eye, target, up))
+        }
+        Pose::Orbit {
+            target,
+            distance,
+            azimuth,
+            elevation,
+        } => check.inside("orbit", |check| {
             check.point("target", target);
             check.length("distance", distance);
             check.finite("azimuth", azimuth);
             check.between("elevation", elevation, -90.0, 90.0);
         }),
-        Pose::Axes { eye, right, up, back } => check.inside("axes", |check| {
+        Pose::Axes {
+            eye,
+            right,
+            up,
+            back,
+        } => check.inside("axes", |check| {
             check.point("eye", eye);
             check.direction("right", right);
             check.direction("up", up);
             check.direction("back", back);
             let unit = |axis: Triple| DVec3::from(axis).normalize_or_zero();
             let volume = unit(right).cross(unit(up)).dot(unit(back));
-            if volume.abs() < PARALLEL && [right, up, back].iter().all(|axis| unit(*axis) != DVec3::ZERO) {
+            if volume.abs() < PARALLEL
+                && [right, up, back]
+                    .iter()
+                    .all(|axis| unit(*axis) != DVec3::ZERO)
+            {
                 check.report("`right`, `up` and `back` lie in one plane, so they span no picture");
             }
         }),
@@ -54,12 +75,20 @@ fn look_at(check: &mut Check<'_>, eye: Triple, target: Triple, up: Triple) {
     check.direction("up", up);
     let view = DVec3::from(target) - DVec3::from(eye);
     if view.length() < SMALLEST {
-        check.inside("target", |check| check.report("`target` is where `eye` is, so the camera looks nowhere"));
+        check.inside("target", |check| {
+            check.report("`target` is where `eye` is, so the camera looks nowhere")
+        });
         return;
     }
-    let sine = view.normalize_or_zero().cross(DVec3::from(up).normalize_or_zero()).length();
+    let sine = view
+        .normalize_or_zero()
+        .cross(DVec3::from(up).normalize_or_zero())
+        .length();
     if sine < PARALLEL && up.iter().any(|x| *x != 0.0) {
-        let message = format!("the camera looks along `up`, {}, so no direction of the picture is upwards", list(&up));
+        let message = format!(
+            "the camera looks along `up`, {}, so no direction of the picture is upwards",
+            list(&up)
+        );
         let hint = "choose an `up` that does not point along the view, [0, 0, -1] for a camera that looks down";
         check.inside("up", |check| check.advise(message, hint));
     }
@@ -71,7 +100,11 @@ fn projection(check: &mut Check<'_>, projection: &Projection) {
         Projection::Orthographic { height } => {
             check.length("orthographic.height", *height);
         }
-        Projection::ThinLens { pinhole: lens, aperture_radius, focus_distance } => check.inside("thin_lens", |check| {
+        Projection::ThinLens {
+            pinhole: lens,
+            aperture_radius,
+            focus_distance,
+        } => check.inside("thin_lens", |check| {
             check.inside("pinhole", |check| pinhole(check, lens));
             check.not_negative("aperture_radius", *aperture_radius);
             check.length("focus_distance", *focus_distance);
@@ -80,9 +113,16 @@ fn projection(check: &mut Check<'_>, projection: &Projection) {
 }
 
 fn pinhole(check: &mut Check<'_>, lens: &Pinhole) {
-    let keys =
-        [("vertical_fov", lens.vertical_fov), ("horizontal_fov", lens.horizontal_fov), ("focal_length", lens.focal_length)];
-    let given: Vec<&str> = keys.iter().filter(|(_, value)| value.is_some()).map(|(key, _)| *key).collect();
+    let keys = [
+        ("vertical_fov", lens.vertical_fov),
+        ("horizontal_fov", lens.horizontal_fov),
+        ("focal_length", lens.focal_length),
+    ];
+    let given: Vec<&str> = keys
+        .iter()
+        .filter(|(_, value)| value.is_some())
+        .map(|(key, _)| *key)
+        .collect();
     let hint = "give one of `vertical_fov`, `horizontal_fov` (degrees) and `focal_length`";
     match given.as_slice() {
         [] => check.advise("the pinhole does not say how wide it opens", hint),

@@ -1,4 +1,5 @@
-//! The collector of problems: it knows where in the scene the checks are, and has the checks that many values share.
+//! The collector of problems: it knows where in the scene the checks are, and has the checks that
+//! many values share.
 
 use std::collections::{BTreeMap, HashMap};
 use std::fmt::{self, Display, Write as _};
@@ -13,14 +14,16 @@ use crate::suggest::closest;
 const SHORTEST_DIRECTION: f64 = 1e-100;
 const LONGEST_DIRECTION: f64 = 1e100;
 
-/// Greatest absolute value of a number that is no length, such as a radiance: its sums must fit the renderer's f32.
+/// Greatest absolute value of a number that is no length, such as a radiance: its sums must fit the
+/// renderer's f32.
 pub const GREATEST: f64 = 1e30;
 
-/// Greatest intensity of a light that weakens with the square of the distance: a million at [`FARTHEST`], and within f32.
+/// Greatest intensity of a light that weakens with the square of the distance: a million at
+/// [`FARTHEST`], and within f32.
 pub const GREATEST_INTENSITY: f64 = 1e37;
 
-/// Names that are compared with unknown ones for "did you mean", about a second's worth: a hundred unknown names against as
-/// many as a scene may have would take minutes.
+/// Names that are compared with unknown ones for "did you mean", about a second's worth: a hundred
+/// unknown names against as many as a scene may have would take minutes.
 const COMPARISONS: usize = 1_000_000;
 
 pub(super) struct Check<'a> {
@@ -37,7 +40,13 @@ impl<'a> Check<'a> {
     pub fn new(scene: &'a Scene) -> Self {
         let mut numbers = scene.parameters.clone();
         numbers.insert("t".to_owned(), scene.t);
-        Self { path: String::new(), problems: Vec::new(), names: Lookup::new(scene), comparisons: COMPARISONS, numbers }
+        Self {
+            path: String::new(),
+            problems: Vec::new(),
+            names: Lookup::new(scene),
+            comparisons: COMPARISONS,
+            numbers,
+        }
     }
 
     pub fn finish(self) -> Vec<Problem> {
@@ -83,12 +92,15 @@ impl<'a> Check<'a> {
         self.push(message.into(), None, None);
     }
 
-    /// Notes a problem of a value: its name and what is said of it. With an empty key, the value is the one here.
+    /// Notes a problem of a value: its name and what is said of it. With an empty key, the value is
+    /// the one here.
     fn value(&mut self, key: &str, said: impl Display) {
         if key.is_empty() {
             self.report(format!("{} {said}", self.here()));
         } else {
-            self.inside(key, |check| check.report(format!("{} {said}", check.here())));
+            self.inside(key, |check| {
+                check.report(format!("{} {said}", check.here()))
+            });
         }
     }
 
@@ -97,9 +109,19 @@ impl<'a> Check<'a> {
         self.push(message.into(), Some(hint.into()), None);
     }
 
-    fn push(&mut self, message: String, hint: Option<String>, within: Option<std::ops::Range<usize>>) {
+    fn push(
+        &mut self,
+        message: String,
+        hint: Option<String>,
+        within: Option<std::ops::Range<usize>>,
+    ) {
         if self.problems.len() < MOST {
-            self.problems.push(Problem { path: self.path.clone(), message, hint, within });
+            self.problems.push(Problem {
+                path: self.path.clone(),
+                message,
+                hint,
+                within,
+            });
         }
     }
 
@@ -119,7 +141,11 @@ impl<'a> Check<'a> {
                 Some(first) => format!("`{name}` is also the name of `{key}[{first}]`"),
                 None => continue,
             };
-            self.inside(key, |check| check.element(i, |check| check.inside("name", |check| check.report(problem))));
+            self.inside(key, |check| {
+                check.element(i, |check| {
+                    check.inside("name", |check| check.report(problem))
+                })
+            });
         }
     }
 
@@ -129,14 +155,26 @@ impl<'a> Check<'a> {
     }
 
     /// A name must be defined. `what` is the kind of thing: "material".
-    pub fn refers(&mut self, key: &str, name: &str, what: &str, defined: for<'n> fn(&'n Lookup<'a>) -> &'n Names<'a>) {
+    pub fn refers(
+        &mut self,
+        key: &str,
+        name: &str,
+        what: &str,
+        defined: for<'n> fn(&'n Lookup<'a>) -> &'n Names<'a>,
+    ) {
         let known = defined(&self.names);
         if known.get(name).is_some() {
             return;
         }
-        let left = if self.problems.len() < MOST { self.comparisons.checked_sub(known.len()) } else { None };
+        let left = if self.problems.len() < MOST {
+            self.comparisons.checked_sub(known.len())
+        } else {
+            None
+        };
         let Some(left) = left else {
-            self.inside(key, |check| check.report(format!("unknown {what} `{name}`")));
+            self.inside(key, |check| {
+                check.report(format!("unknown {what} `{name}`"))
+            });
             return;
         };
         self.comparisons = left;
@@ -148,16 +186,20 @@ impl<'a> Check<'a> {
                 format!("the {what} names of this scene: {}", list.join(", "))
             }
         };
-        self.inside(key, |check| check.advise(format!("unknown {what} `{name}`"), hint));
+        self.inside(key, |check| {
+            check.advise(format!("unknown {what} `{name}`"), hint)
+        });
     }
 
-    /// An expression of the hit for a colour must compile. Where it is the same at every hit, no part of it may be negative.
+    /// An expression of the hit for a colour must compile. Where it is the same at every hit, no
+    /// part of it may be negative.
     pub fn expression(&mut self, source: &str, scope: Scope) {
         let program = expr::compile(source, &self.numbers, scope);
         self.not_negative_program(program);
     }
 
-    /// An expression of the hit for a weight must compile and be a number. Where it is the same at every hit, it may not be negative.
+    /// An expression of the hit for a weight must compile and be a number. Where it is the same at
+    /// every hit, it may not be negative.
     pub fn number_expression(&mut self, source: &str, scope: Scope) {
         let program = expr::compile_number(source, &self.numbers, scope);
         self.not_negative_program(program);
@@ -187,21 +229,30 @@ impl<'a> Check<'a> {
     /// A number within a range, both ends included.
     pub fn within(&mut self, key: &str, value: f64, least: f64, greatest: f64) {
         if !(least..=greatest).contains(&value) {
-            self.value(key, format_args!("must be from {least} to {greatest}, not {value}"));
+            self.value(
+                key,
+                format_args!("must be from {least} to {greatest}, not {value}"),
+            );
         }
     }
 
     /// Zero, or a number within a range, both ends included.
     pub fn zero_or_within(&mut self, key: &str, value: f64, least: f64, greatest: f64) {
         if value != 0.0 && !(least..=greatest).contains(&value) {
-            self.value(key, format_args!("must be 0, or from {least} to {greatest}, not {value}"));
+            self.value(
+                key,
+                format_args!("must be 0, or from {least} to {greatest}, not {value}"),
+            );
         }
     }
 
     /// A number within a range, both ends excluded.
     pub fn between(&mut self, key: &str, value: f64, low: f64, high: f64) {
         if !(value > low && value < high) {
-            self.value(key, format_args!("must be above {low} and below {high}, not {value}"));
+            self.value(
+                key,
+                format_args!("must be above {low} and below {high}, not {value}"),
+            );
         }
     }
 
@@ -215,7 +266,13 @@ impl<'a> Check<'a> {
         if !value.is_finite() {
             self.value(key, format_args!("must be a finite number, not {value}"));
         } else if value.abs() > GREATEST {
-            self.value(key, format_args!("must be from {:e} to {GREATEST:e}, not {value:e}", -GREATEST));
+            self.value(
+                key,
+                format_args!(
+                    "must be from {:e} to {GREATEST:e}, not {value:e}",
+                    -GREATEST
+                ),
+            );
         }
     }
 
@@ -233,28 +290,45 @@ impl<'a> Check<'a> {
         if value <= 0.0 {
             self.value(key, format_args!("must be above zero, not {value}"));
         } else if !(SMALLEST..=FARTHEST).contains(&value) {
-            self.value(key, format_args!("must be from {SMALLEST:e} to {FARTHEST:e}, not {value:e}"));
+            self.value(
+                key,
+                format_args!("must be from {SMALLEST:e} to {FARTHEST:e}, not {value:e}"),
+            );
         }
     }
 
     /// A point in space.
     pub fn point(&mut self, key: &str, point: Triple) {
         if point.iter().any(|x| !x.is_finite()) {
-            self.value(key, format_args!("must be three finite numbers, not {}", list(&point)));
+            self.value(
+                key,
+                format_args!("must be three finite numbers, not {}", list(&point)),
+            );
         } else if point.iter().any(|x| x.abs() > FARTHEST) {
-            self.value(key, format_args!("must lie within {FARTHEST:e} of the origin on each axis"));
+            self.value(
+                key,
+                format_args!("must lie within {FARTHEST:e} of the origin on each axis"),
+            );
         }
     }
 
     /// A direction of any length above zero.
     pub fn direction(&mut self, key: &str, direction: Triple) {
-        let longest = direction.iter().fold(0.0_f64, |longest, x| longest.max(x.abs()));
+        let longest = direction
+            .iter()
+            .fold(0.0_f64, |longest, x| longest.max(x.abs()));
         if direction.iter().any(|x| !x.is_finite()) {
-            self.value(key, format_args!("must be three finite numbers, not {}", list(&direction)));
+            self.value(
+                key,
+                format_args!("must be three finite numbers, not {}", list(&direction)),
+            );
         } else if longest == 0.0 {
             self.value(key, "has no length, so it is no direction");
         } else if !(SHORTEST_DIRECTION..=LONGEST_DIRECTION).contains(&longest) {
-            self.value(key, format_args!("must be from {SHORTEST_DIRECTION:e} to {LONGEST_DIRECTION:e} long"));
+            self.value(
+                key,
+                format_args!("must be from {SHORTEST_DIRECTION:e} to {LONGEST_DIRECTION:e} long"),
+            );
         }
     }
 
@@ -263,14 +337,18 @@ impl<'a> Check<'a> {
         self.light_up_to(key, colour, GREATEST);
     }
 
-    /// The intensity of a light that weakens with the square of a distance, which may be great: what arrives is bounded.
+    /// The intensity of a light that weakens with the square of a distance, which may be great:
+    /// what arrives is bounded.
     pub fn intensity(&mut self, key: &str, colour: Colour) {
         self.light_up_to(key, colour, GREATEST_INTENSITY);
     }
 
     fn light_up_to(&mut self, key: &str, colour: Colour, greatest: f64) {
         if colour.0.iter().any(|x| *x < 0.0) {
-            self.value(key, format_args!("must have no negative part, as {} has", list(&colour.0)));
+            self.value(
+                key,
+                format_args!("must have no negative part, as {} has", list(&colour.0)),
+            );
         } else if colour.0.iter().any(|x| !x.is_finite()) {
             self.value(key, format_args!("must be finite, not {}", list(&colour.0)));
         } else if colour.0.iter().any(|x| *x > greatest) {
@@ -282,7 +360,13 @@ impl<'a> Check<'a> {
 /// `[1, 2, 3]`; what would be a row of zeros as a power of ten, as in `[1e-30, 1, 1]`.
 pub(crate) fn list(values: &[f64]) -> String {
     let plain = |x: f64| x == 0.0 || !x.is_finite() || (1e-6..1e6).contains(&x.abs());
-    let number = |x: &f64| if plain(*x) { x.to_string() } else { format!("{x:e}") };
+    let number = |x: &f64| {
+        if plain(*x) {
+            x.to_string()
+        } else {
+            format!("{x:e}")
+        }
+    };
     let values: Vec<String> = values.iter().map(number).collect();
     format!("[{}]", values.join(", "))
 }

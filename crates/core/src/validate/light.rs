@@ -6,7 +6,14 @@ use crate::scene::{ColourInput, Falloff, Light, LightKind, Sky, Sun};
 
 pub(super) fn light(check: &mut Check<'_>, light: &Light) {
     match light.kind {
-        LightKind::Point { falloff: Falloff::InverseSquare, .. } | LightKind::Spot { falloff: Falloff::InverseSquare, .. } => {
+        LightKind::Point {
+            falloff: Falloff::InverseSquare,
+            ..
+        }
+        | LightKind::Spot {
+            falloff: Falloff::InverseSquare,
+            ..
+        } => {
             check.intensity("colour", light.colour);
         }
         _ => check.light("colour", light.colour),
@@ -15,18 +22,29 @@ pub(super) fn light(check: &mut Check<'_>, light: &Light) {
         LightKind::Directional { to_light } => {
             check.direction("directional.to_light", to_light);
         }
-        LightKind::Point { position, range, .. } => check.inside("point", |check| {
+        LightKind::Point {
+            position, range, ..
+        } => check.inside("point", |check| {
             check.point("position", position);
             reach(check, range);
         }),
-        LightKind::Spot { position, direction, inner_angle, outer_angle, range, .. } => check.inside("spot", |check| {
+        LightKind::Spot {
+            position,
+            direction,
+            inner_angle,
+            outer_angle,
+            range,
+            ..
+        } => check.inside("spot", |check| {
             check.point("position", position);
             check.direction("direction", direction);
             check.within("inner_angle", inner_angle, 0.0, 90.0);
             check.inside("outer_angle", |check| {
                 check.within("", outer_angle, 0.0, 90.0);
                 if outer_angle < inner_angle {
-                    check.report(format!("`outer_angle` must not be below `inner_angle`, which is {inner_angle}"));
+                    check.report(format!(
+                        "`outer_angle` must not be below `inner_angle`, which is {inner_angle}"
+                    ));
                 } else if outer_angle == 0.0 {
                     check.report("`outer_angle` must be above 0: such a cone is shut");
                 }
@@ -55,7 +73,10 @@ pub(super) fn sky(check: &mut Check<'_>, sky: &Sky) {
             ColourInput::Expression(source) => check.expression(source, Scope::Sky),
             ColourInput::Texture(_) | ColourInput::Checker(_) => {
                 let hint = "for a picture of the surroundings write `map = { image = \"…\" }`";
-                check.advise("a sky has no surface for a texture or checkerboard to lie on", hint);
+                check.advise(
+                    "a sky has no surface for a texture or checkerboard to lie on",
+                    hint,
+                );
             }
         }),
         Sky::Map(map) => check.inside("map", |check| {

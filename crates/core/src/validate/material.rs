@@ -3,8 +3,8 @@
 use super::check::Check;
 use crate::expr::Scope;
 use crate::scene::{
-    AlphaMode, Bounds, Classic, Colour, ColourInput, ConstantValue, FieldValue, Fields, MOST_UV_SETS, Mixture, Model, Physical,
-    TextureRef, TransmissionChoice, Weight,
+    AlphaMode, Bounds, Classic, Colour, ColourInput, ConstantValue, FieldValue, Fields,
+    MOST_UV_SETS, Mixture, Model, Physical, TextureRef, TransmissionChoice, Weight,
 };
 
 pub(super) fn model(check: &mut Check<'_>, model: &Model) {
@@ -20,20 +20,28 @@ pub(super) fn model(check: &mut Check<'_>, model: &Model) {
 /// The terms that are evaluated where the ray hits.
 fn classic(check: &mut Check<'_>, material: &Classic) {
     check.inside("colour", |check| colour_input(check, &material.colour));
-    check.inside("local", |check| weight(check, &material.local, Scope::Surface));
+    check.inside("local", |check| {
+        weight(check, &material.local, Scope::Surface)
+    });
     if let Some(ambient) = material.ambient {
         check.light("ambient", ambient);
     }
-    check.inside("diffuse", |check| weight(check, &material.diffuse, Scope::Light));
+    check.inside("diffuse", |check| {
+        weight(check, &material.diffuse, Scope::Light)
+    });
     if let Some(specular) = &material.specular {
         check.inside("specular", |check| {
             check.count("exponent", specular.exponent, 1, 65536);
-            check.inside("strength", |check| weight(check, &specular.strength, Scope::Light));
+            check.inside("strength", |check| {
+                weight(check, &specular.strength, Scope::Light)
+            });
         });
     }
     if let Some(rim) = &material.rim {
         check.inside("rim", |check| {
-            check.inside("strength", |check| weight(check, &rim.strength, Scope::Surface));
+            check.inside("strength", |check| {
+                weight(check, &rim.strength, Scope::Surface)
+            });
             check.count("exponent", rim.exponent, 1, 64);
         });
     }
@@ -43,7 +51,12 @@ fn classic(check: &mut Check<'_>, material: &Classic) {
     if let Some(m) = &material.mixture {
         check.inside("mixture", |check| mixture(check, m));
     }
-    check.within("shadow_transmittance", material.shadow_transmittance, 0.0, 1.0);
+    check.within(
+        "shadow_transmittance",
+        material.shadow_transmittance,
+        0.0,
+        1.0,
+    );
     if let Some(shadow) = &material.shadow {
         check.inside("shadow", |check| weight(check, shadow, Scope::Light));
     }
@@ -56,7 +69,9 @@ fn mixture(check: &mut Check<'_>, m: &Mixture) {
     check.within("refraction_chance", m.refraction_chance, 0.0, 1.0);
     if m.specular_chance + m.refraction_chance > 1.0 {
         let message = "`specular_chance` and `refraction_chance` together must be at most 1";
-        check.inside("refraction_chance", |check| check.advise(message, "what they leave is diffused"));
+        check.inside("refraction_chance", |check| {
+            check.advise(message, "what they leave is diffused")
+        });
     }
     check.within("refraction_roughness", m.refraction_roughness, 0.0, 1.0);
     if let Some(ior) = m.ior {
@@ -68,15 +83,22 @@ fn mixture(check: &mut Check<'_>, m: &Mixture) {
 /// The terms that send further rays.
 fn traced(check: &mut Check<'_>, material: &Classic) {
     if material.reflection.is_some() && material.transmission.is_some() {
-        let message = "a material with `transmission` reflects already, so it cannot have `reflection` too";
-        check.inside("reflection", |check| check.advise(message, "remove one of the two"));
+        let message =
+            "a material with `transmission` reflects already, so it cannot have `reflection` too";
+        check.inside("reflection", |check| {
+            check.advise(message, "remove one of the two")
+        });
     }
     if let Some(reflection) = &material.reflection {
         check.inside("reflection", |check| {
-            check.inside("weight", |check| weight(check, &reflection.weight, Scope::Light));
+            check.inside("weight", |check| {
+                weight(check, &reflection.weight, Scope::Light)
+            });
             if let Some(fuzz) = &reflection.fuzz {
                 check.finite("fuzz.amount", fuzz.amount);
-                check.each("fuzz.frequencies", &fuzz.frequencies, |check, row| check.point("", *row));
+                check.each("fuzz.frequencies", &fuzz.frequencies, |check, row| {
+                    check.point("", *row)
+                });
             }
         });
     }
@@ -100,7 +122,9 @@ fn physical(check: &mut Check<'_>, material: &Physical) {
         });
     }
     if material.priority > 0 && material.thin_walled {
-        check.inside("priority", |check| check.report("a thin wall has no inside that could have a priority"));
+        check.inside("priority", |check| {
+            check.report("a thin wall has no inside that could have a priority")
+        });
     }
     if let AlphaMode::Mask { cutoff } = material.alpha {
         check.not_negative("alpha.mask.cutoff", cutoff);
@@ -110,8 +134,12 @@ fn physical(check: &mut Check<'_>, material: &Physical) {
 /// What a constant may be.
 fn bounded(check: &mut Check<'_>, constant: Option<ConstantValue>, bounds: Bounds) {
     match (constant, bounds) {
-        (Some(ConstantValue::Number(number)), Bounds::Within(least, most)) => check.within("", number, least, most),
-        (Some(ConstantValue::Number(number)), Bounds::ZeroOrWithin(least, most)) => check.zero_or_within("", number, least, most),
+        (Some(ConstantValue::Number(number)), Bounds::Within(least, most)) => {
+            check.within("", number, least, most)
+        }
+        (Some(ConstantValue::Number(number)), Bounds::ZeroOrWithin(least, most)) => {
+            check.zero_or_within("", number, least, most)
+        }
         (Some(ConstantValue::Number(number)), Bounds::Finite) => check.finite("", number),
         (Some(ConstantValue::Number(number)), Bounds::Length) => check.length("", number),
         (Some(ConstantValue::Colour(Colour(channels))), Bounds::Within(least, most)) => {

@@ -19,7 +19,9 @@ pub(super) fn texture(check: &mut Check<'_>, texture: &Texture) {
 
 pub(super) fn mesh(check: &mut Check<'_>, mesh: &Mesh) {
     check.inside("source", |check| match &mesh.source {
-        MeshSource::File(path) if path.is_empty() => check.inside("file", |check| check.report("`file` must name a file")),
+        MeshSource::File(path) if path.is_empty() => {
+            check.inside("file", |check| check.report("`file` must name a file"))
+        }
         MeshSource::File(_) => {}
         MeshSource::Inline(data) => {
             for (path, message) in mesh_data(data) {
@@ -31,21 +33,36 @@ pub(super) fn mesh(check: &mut Check<'_>, mesh: &Mesh) {
     check.inside("model", |check| {
         check.finite("time", model.time.unwrap_or_default());
         if matches!(mesh.source, MeshSource::Inline(_)) {
-            check.advise("`model` chooses from a file, and the arrays of this mesh are inline", "leave `model` away");
+            check.advise(
+                "`model` chooses from a file, and the arrays of this mesh are inline",
+                "leave `model` away",
+            );
         }
     });
 }
 
-/// Objects whose material reads a set of texture coordinates that their mesh does not have, each pair of the two once. Such a
-/// picture can be made, with (0, 0) for the missing set.
+/// Objects whose material reads a set of texture coordinates that their mesh does not have, each
+/// pair of the two once. Such a picture can be made, with (0, 0) for the missing set.
 pub fn missing_uv_sets(scene: &Scene) -> Vec<Problem> {
     let lookup = Lookup::new(scene);
-    let listed = scene.objects.iter().enumerate().map(|(i, object)| (("objects", i, ""), object));
-    let repeated = scene.generators.iter().enumerate().map(|(i, generator)| (("generators", i, ".object"), &generator.object));
+    let listed = scene
+        .objects
+        .iter()
+        .enumerate()
+        .map(|(i, object)| (("objects", i, ""), object));
+    let repeated = scene
+        .generators
+        .iter()
+        .enumerate()
+        .map(|(i, generator)| (("generators", i, ".object"), &generator.object));
     let (mut seen, mut problems) = (HashSet::new(), Vec::new());
     for ((list, i, within), object) in listed.chain(repeated) {
-        let Shape::Mesh(name) = &object.shape else { continue };
-        let (Some(data), Some((_, material))) = (lookup.mesh_data(name), lookup.material(&object.material)) else {
+        let Shape::Mesh(name) = &object.shape else {
+            continue;
+        };
+        let (Some(data), Some((_, material))) =
+            (lookup.mesh_data(name), lookup.material(&object.material))
+        else {
             continue;
         };
         let lacks = |set: &u32| *set > 0 && data.uvs.get(*set as usize).is_none_or(Vec::is_empty);
@@ -55,33 +72,62 @@ pub fn missing_uv_sets(scene: &Scene) -> Vec<Problem> {
                     "the material `{}` reads `uv_set` {set}, which the mesh `{name}` does not have; (0, 0) is read there",
                     object.material
                 );
-                problems.push(Problem { path: format!("{list}[{i}]{within}"), message, hint: None, within: None });
+                problems.push(Problem {
+                    path: format!("{list}[{i}]{within}"),
+                    message,
+                    hint: None,
+                    within: None,
+                });
             }
         }
     }
     problems
 }
 
-/// What is wrong with the arrays of a mesh, at most one problem for each array: path within the mesh, and message.
+/// What is wrong with the arrays of a mesh, at most one problem for each array: path within the
+/// mesh, and message.
 pub fn mesh_data(data: &MeshData) -> Vec<(String, String)> {
     let vertices = data.positions.len();
     let mut problems = Vec::new();
-    if let Some(i) = data.positions.iter().position(|p| !p.to_array().iter().all(|x| x.abs() <= FARTHEST)) {
-        let message = format!("every position must be finite and within {FARTHEST:e} of the origin on each axis");
+    if let Some(i) = data
+        .positions
+        .iter()
+        .position(|p| !p.to_array().iter().all(|x| x.abs() <= FARTHEST))
+    {
+        let message = format!(
+            "every position must be finite and within {FARTHEST:e} of the origin on each axis"
+        );
         problems.push((format!("positions[{i}]"), message));
     }
-    if let Some(i) = data.indices.iter().position(|corners| corners.iter().any(|index| *index as usize >= vertices)) {
-        let message = format!("this triangle names a vertex that does not exist: there are {vertices}, counted from 0");
+    if let Some(i) = data
+        .indices
+        .iter()
+        .position(|corners| corners.iter().any(|index| *index as usize >= vertices))
+    {
+        let message = format!(
+            "this triangle names a vertex that does not exist: there are {vertices}, counted from 0"
+        );
         problems.push((format!("indices[{i}]"), message));
     }
-    attribute(&mut problems, "normals", &data.normals, vertices, |x| x.is_finite());
-    attribute(&mut problems, "tangents", &data.tangents, vertices, |x| x.is_finite());
-    attribute(&mut problems, "colours", &data.colours, vertices, |x| x.is_finite() && x >= 0.0);
+    attribute(&mut problems, "normals", &data.normals, vertices, |x| {
+        x.is_finite()
+    });
+    attribute(&mut problems, "tangents", &data.tangents, vertices, |x| {
+        x.is_finite()
+    });
+    attribute(&mut problems, "colours", &data.colours, vertices, |x| {
+        x.is_finite() && x >= 0.0
+    });
     if data.uvs.len() > MOST_UV_SETS {
-        problems.push(("uvs".to_owned(), format!("a mesh may have at most {MOST_UV_SETS} sets of texture coordinates")));
+        problems.push((
+            "uvs".to_owned(),
+            format!("a mesh may have at most {MOST_UV_SETS} sets of texture coordinates"),
+        ));
     }
     for (i, set) in data.uvs.iter().enumerate() {
-        attribute(&mut problems, &format!("uvs[{i}]"), set, vertices, |x| x.is_finite());
+        attribute(&mut problems, &format!("uvs[{i}]"), set, vertices, |x| {
+            x.is_finite()
+        });
     }
     problems
 }
@@ -95,9 +141,18 @@ fn attribute<const N: usize>(
     right: impl Fn(f32) -> bool,
 ) {
     if !values.is_empty() && values.len() != vertices {
-        let message = format!("`{name}` must have one entry for each of the {vertices} positions, not {}", values.len());
+        let message = format!(
+            "`{name}` must have one entry for each of the {vertices} positions, not {}",
+            values.len()
+        );
         problems.push((name.to_owned(), message));
-    } else if let Some(i) = values.iter().position(|value| !value.iter().all(|x| right(*x))) {
-        problems.push((format!("{name}[{i}]"), format!("`{name}[{i}]` must be finite, and a colour not negative")));
+    } else if let Some(i) = values
+        .iter()
+        .position(|value| !value.iter().all(|x| right(*x)))
+    {
+        problems.push((
+            format!("{name}[{i}]"),
+            format!("`{name}[{i}]` must be finite, and a colour not negative"),
+        ));
     }
 }

@@ -1,7 +1,9 @@
-//! Whether a scene makes sense: every rule that its types alone do not enforce, all problems at once, each with its path.
+//! Whether a scene makes sense: every rule that its types alone do not enforce, all problems at
+//! once, each with its path.
 //!
-//! Pure: no files are read, nothing is changed. Whoever reads a file turns the paths into places of it. A scene without
-//! problems can be prepared; what preparation may still refuse is its size, and shapes that its precision can't store.
+//! Pure: no files are read, nothing is changed. Whoever reads a file turns the paths into places of
+//! it. A scene without problems can be prepared; what preparation may still refuse is its size, and
+//! shapes that its precision can't store.
 
 mod camera;
 mod check;
@@ -26,7 +28,8 @@ use crate::scene::{FORMAT, Scene};
 /// Problems that are collected before the rest is left unsaid.
 pub(crate) const MOST: usize = 100;
 
-/// Greatest absolute coordinate, in world units: beyond it, squares of distances no longer fit the renderer's f32.
+/// Greatest absolute coordinate, in world units: beyond it, squares of distances no longer fit the
+/// renderer's f32.
 pub const FARTHEST: f64 = 1e15;
 
 /// Least width over height of a camera's view.
@@ -40,8 +43,8 @@ pub const SMALLEST: f64 = 1e-15;
 /// One thing that is wrong.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Problem {
-    /// Where, from the root: `objects[3].shape.sphere.radius`. Empty: the scene as a whole. The last steps may be absent
-    /// from a file that leaves a key out.
+    /// Where, from the root: `objects[3].shape.sphere.radius`. Empty: the scene as a whole. The
+    /// last steps may be absent from a file that leaves a key out.
     pub path: String,
     /// What is wrong, in one sentence without a full stop.
     pub message: String,
@@ -55,13 +58,18 @@ pub struct Problem {
 pub fn validate(scene: &Scene) -> Vec<Problem> {
     let mut check = Check::new(scene);
     if scene.format != FORMAT {
-        let message = format!("this program reads format {FORMAT} of scenes, not {}", scene.format);
+        let message = format!(
+            "this program reads format {FORMAT} of scenes, not {}",
+            scene.format
+        );
         check.inside("format", |check| check.report(message));
         return check.finish();
     }
     render::parameters(&mut check, scene);
     check.inside("render", |check| render::render(check, &scene.render));
-    check.inside("classic", |check| render::classic_rules(check, &scene.classic));
+    check.inside("classic", |check| {
+        render::classic_rules(check, &scene.classic)
+    });
     check.names("cameras", &scene.cameras, |camera| &camera.name, false);
     check.each("cameras", &scene.cameras, camera::camera);
     if let Some(sky) = &scene.sky {
@@ -72,7 +80,12 @@ pub fn validate(scene: &Scene) -> Vec<Problem> {
     check.each("images", &scene.images, mesh::image);
     check.names("textures", &scene.textures, |texture| &texture.name, true);
     check.each("textures", &scene.textures, mesh::texture);
-    check.names("materials", &scene.materials, |material| &material.name, true);
+    check.names(
+        "materials",
+        &scene.materials,
+        |material| &material.name,
+        true,
+    );
     check.each("materials", &scene.materials, |check, material| {
         check.inside("model", |check| material::model(check, &material.model));
     });

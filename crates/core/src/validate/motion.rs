@@ -1,5 +1,6 @@
-//! What moves must be there all the way: objects whose map can be inverted at every time, cameras that look somewhere at every
-//! time. Both ends are right by themselves before the way between them is asked.
+//! What moves must be there all the way: objects whose map can be inverted at every time, cameras
+//! that look somewhere at every time. Both ends are right by themselves before the way between them
+//! is asked.
 
 use glam::{DAffine3, DMat3, DVec3};
 use raywright_bvh::Motion;
@@ -11,8 +12,8 @@ use crate::scene::{Camera, Material, Object, Pose};
 /// Sine of the least angle between a camera's view and its up direction.
 pub(super) const PARALLEL: f64 = 1e-6;
 
-/// Pieces of a camera's way that are looked at to tell whether it looks somewhere all along: far more than it takes, and few
-/// enough for a way that is nearly wrong everywhere.
+/// Pieces of a camera's way that are looked at to tell whether it looks somewhere all along: far
+/// more than it takes, and few enough for a way that is nearly wrong everywhere.
 const MOST_PIECES: usize = 4096;
 
 /// An object whose two ends are right.
@@ -21,10 +22,17 @@ pub(super) fn object(check: &mut Check<'_>, object: &Object) {
     if Motion::new(ends).is_err() {
         let hint = "what turns shrinks on its way: turn by less than 180 degrees, and change the sign of no scale factor";
         check.inside("transform_end", |check| {
-            check.advise("at some time between `transform` and `transform_end` nothing is left to see", hint);
+            check.advise(
+                "at some time between `transform` and `transform_end` nothing is left to see",
+                hint,
+            );
         });
     }
-    if check.material(&object.material).and_then(Material::even_emission).is_some() {
+    if check
+        .material(&object.material)
+        .and_then(Material::even_emission)
+        .is_some()
+    {
         let hint = "leave `transform_end` away, or give the object a material without emission";
         check.inside("transform_end", |check| {
             check.advise("an object that gives off light can't move: its light is drawn from where it stands", hint);
@@ -38,8 +46,12 @@ pub(super) fn camera(check: &mut Check<'_>, camera: &Camera, right: bool) {
         && !(0.0 <= open && open <= close && close <= 1.0)
     {
         let times = list(&[open, close]);
-        let message = format!("`shutter` must open at 0 or later and close at 1 or earlier, not before it opens: {times}");
-        check.inside("shutter", |check| check.advise(message, "motion runs from time 0 to time 1"));
+        let message = format!(
+            "`shutter` must open at 0 or later and close at 1 or earlier, not before it opens: {times}"
+        );
+        check.inside("shutter", |check| {
+            check.advise(message, "motion runs from time 0 to time 1")
+        });
     }
     if let Some(end) = camera.pose_end.as_ref().filter(|_| right) {
         check.inside("pose_end", |check| way(check, &camera.pose, end));
@@ -49,21 +61,43 @@ pub(super) fn camera(check: &mut Check<'_>, camera: &Camera, right: bool) {
 fn way(check: &mut Check<'_>, start: &Pose, end: &Pose) {
     let v = |a: [f64; 3]| DVec3::from(a);
     let sees = match (start, end) {
-        (Pose::LookAt { eye, target, up }, Pose::LookAt { eye: e, target: t, up: u }) => {
-            looks_somewhere([v(*target) - v(*eye), v(*t) - v(*e)], [v(*up), v(*u)])
-        }
+        (
+            Pose::LookAt { eye, target, up },
+            Pose::LookAt {
+                eye: e,
+                target: t,
+                up: u,
+            },
+        ) => looks_somewhere([v(*target) - v(*eye), v(*t) - v(*e)], [v(*up), v(*u)]),
         // Distance and elevation stay between those of the ends.
         (Pose::Orbit { .. }, Pose::Orbit { .. }) => true,
-        (Pose::Axes { right, up, back, .. }, Pose::Axes { right: r, up: u, back: b, .. }) => {
+        (
+            Pose::Axes {
+                right, up, back, ..
+            },
+            Pose::Axes {
+                right: r,
+                up: u,
+                back: b,
+                ..
+            },
+        ) => {
             let axes = |x: &[f64; 3], y: &[f64; 3], z: &[f64; 3]| {
-                DAffine3::from_mat3(DMat3::from_cols(v(*x).normalize(), v(*y).normalize(), v(*z).normalize()))
+                DAffine3::from_mat3(DMat3::from_cols(
+                    v(*x).normalize(),
+                    v(*y).normalize(),
+                    v(*z).normalize(),
+                ))
             };
             let (start, end) = (axes(right, up, back), axes(r, u, b));
             start == end || Motion::new([start, end]).is_ok()
         }
         _ => {
             let hint = "give both as `look_at`, as `orbit` or as `axes`";
-            return check.advise("`pose_end` must be of the same kind as `pose`: nothing lies between two kinds", hint);
+            return check.advise(
+                "`pose_end` must be of the same kind as `pose`: nothing lies between two kinds",
+                hint,
+            );
         }
     };
     if !sees {
@@ -72,15 +106,22 @@ fn way(check: &mut Check<'_>, start: &Pose, end: &Pose) {
     }
 }
 
-/// Whether a view and its up direction, both on their way from one end to the other, are surely never parallel and neither is ever
-/// nothing. Their cross product is a quadratic curve: it lies within the triangle of its coefficients over Bernstein's
-/// polynomials, and keeps away from zero where those are all on one side. Where that does not tell, both halves are asked; what
+/// Whether a view and its up direction, both on their way from one end to the other, are surely
+/// never parallel and neither is ever nothing. Their cross product is a quadratic curve: it lies
+/// within the triangle of its coefficients over Bernstein's polynomials, and keeps away from zero
+/// where those are all on one side. Where that does not tell, both halves are asked; what
 /// [`MOST_PIECES`] do not tell is refused.
 fn looks_somewhere(view: [DVec3; 2], up: [DVec3; 2]) -> bool {
     let mut waiting = vec![(view, up)];
     for _ in 0..MOST_PIECES {
-        let Some(([v0, v1], [u0, u1])) = waiting.pop() else { return true };
-        let curve = [v0.cross(u0), (v0.cross(u1) + v1.cross(u0)) * 0.5, v1.cross(u1)];
+        let Some(([v0, v1], [u0, u1])) = waiting.pop() else {
+            return true;
+        };
+        let curve = [
+            v0.cross(u0),
+            (v0.cross(u1) + v1.cross(u0)) * 0.5,
+            v1.cross(u1),
+        ];
         let least = PARALLEL * v0.length().max(v1.length()) * u0.length().max(u1.length());
         let side = (curve[0] + curve[1] * 2.0 + curve[2]).normalize_or_zero();
         if !curve.iter().all(|c| c.dot(side) > least) {

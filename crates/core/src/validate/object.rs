@@ -17,7 +17,9 @@ pub(crate) fn no_area(u: DVec3, v: DVec3) -> bool {
 
 pub(super) fn object(check: &mut Check<'_>, object: &Object) {
     check.inside("shape", |check| shape(check, &object.shape));
-    check.refers("material", &object.material, "material", |names| &names.materials);
+    check.refers("material", &object.material, "material", |names| {
+        &names.materials
+    });
     let before = check.problems();
     transform::steps(check, "transform", &object.transform);
     if let Some(end) = &object.transform_end {
@@ -35,18 +37,29 @@ pub(super) fn model(check: &mut Check<'_>, model: &ModelFile) {
     check.finite("time", model.time.unwrap_or_default());
     transform::steps(check, "transform", &model.transform);
     check.inside("materials", |check| {
-        model.materials.iter().for_each(|(own, name)| check.refers(own, name, "material", |names| &names.materials));
+        model
+            .materials
+            .iter()
+            .for_each(|(own, name)| check.refers(own, name, "material", |names| &names.materials));
     });
 }
 
 pub(super) fn generator(check: &mut Check<'_>, generator: &Generator) {
     check.inside("kind", |check| match generator.kind {
-        GeneratorKind::Grid { counts, origin, step } => check.inside("grid", |check| {
-            check.each("counts", &counts, |check, count| check.count("", *count, 1, u32::MAX));
+        GeneratorKind::Grid {
+            counts,
+            origin,
+            step,
+        } => check.inside("grid", |check| {
+            check.each("counts", &counts, |check, count| {
+                check.count("", *count, 1, u32::MAX)
+            });
             check.point("origin", origin);
             check.point("step", step);
         }),
-        GeneratorKind::Scatter { count, min, max, .. } => check.inside("scatter", |check| {
+        GeneratorKind::Scatter {
+            count, min, max, ..
+        } => check.inside("scatter", |check| {
             check.count("count", count, 1, u32::MAX);
             corners(check, min, max, true);
         }),
@@ -66,18 +79,43 @@ fn shape(check: &mut Check<'_>, shape: &Shape) {
             check.point("point", point);
             check.direction("normal", normal);
         }),
-        Shape::Disk { centre, normal, radius } => check.inside("disk", |check| {
+        Shape::Disk {
+            centre,
+            normal,
+            radius,
+        } => check.inside("disk", |check| {
             check.point("centre", centre);
             check.direction("normal", normal);
             check.length("radius", radius);
         }),
-        Shape::Quad { corner, edge_u, edge_v } => check.inside("quad", |check| quad(check, corner, edge_u, edge_v)),
+        Shape::Quad {
+            corner,
+            edge_u,
+            edge_v,
+        } => check.inside("quad", |check| quad(check, corner, edge_u, edge_v)),
         Shape::Box { min, max } => check.inside("box", |check| corners(check, min, max, false)),
-        Shape::Cylinder { base, axis, radius, height, .. } => check.inside("cylinder", |check| {
+        Shape::Cylinder {
+            base,
+            axis,
+            radius,
+            height,
+            ..
+        } => check.inside("cylinder", |check| {
             // The default stands for no height: an infinite cylinder.
-            along_axis(check, base, axis, &[("radius", radius), ("height", height.unwrap_or(1.0))]);
+            along_axis(
+                check,
+                base,
+                axis,
+                &[("radius", radius), ("height", height.unwrap_or(1.0))],
+            );
         }),
-        Shape::Cone { base, axis, radius, top_radius, height } => check.inside("cone", |check| {
+        Shape::Cone {
+            base,
+            axis,
+            radius,
+            top_radius,
+            height,
+        } => check.inside("cone", |check| {
             along_axis(check, base, axis, &[("radius", radius), ("height", height)]);
             // A tip.
             if top_radius != 0.0 {
@@ -86,23 +124,43 @@ fn shape(check: &mut Check<'_>, shape: &Shape) {
         }),
         Shape::Ellipsoid { centre, semi_axes } => check.inside("ellipsoid", |check| {
             check.point("centre", centre);
-            check.each("semi_axes", &semi_axes, |check, half| check.length("", *half));
+            check.each("semi_axes", &semi_axes, |check, half| {
+                check.length("", *half)
+            });
         }),
-        Shape::Hyperboloid { centre, waist_radius, c, half_height } => check.inside("hyperboloid", |check| {
+        Shape::Hyperboloid {
+            centre,
+            waist_radius,
+            c,
+            half_height,
+        } => check.inside("hyperboloid", |check| {
             check.point("centre", centre);
             check.length("waist_radius", waist_radius);
             check.length("c", c);
             check.length("half_height", half_height);
         }),
-        Shape::Paraboloid { apex, radius, height } => check.inside("paraboloid", |check| {
+        Shape::Paraboloid {
+            apex,
+            radius,
+            height,
+        } => check.inside("paraboloid", |check| {
             check.point("apex", apex);
             check.length("radius", radius);
             check.length("height", height);
         }),
-        Shape::Torus { centre, axis, major_radius, minor_radius } => {
-            check.inside("torus", |check| torus(check, centre, axis, major_radius, minor_radius));
+        Shape::Torus {
+            centre,
+            axis,
+            major_radius,
+            minor_radius,
+        } => {
+            check.inside("torus", |check| {
+                torus(check, centre, axis, major_radius, minor_radius)
+            });
         }
-        Shape::Triangle { vertices } => check.inside("triangle", |check| triangle(check, &vertices)),
+        Shape::Triangle { vertices } => {
+            check.inside("triangle", |check| triangle(check, &vertices))
+        }
     }
 }
 
@@ -114,13 +172,20 @@ fn along_axis(check: &mut Check<'_>, base: Triple, axis: Triple, lengths: &[(&st
     }
 }
 
-fn torus(check: &mut Check<'_>, centre: Triple, axis: Triple, major_radius: f64, minor_radius: f64) {
+fn torus(
+    check: &mut Check<'_>,
+    centre: Triple,
+    axis: Triple,
+    major_radius: f64,
+    minor_radius: f64,
+) {
     check.point("centre", centre);
     check.direction("axis", axis);
     check.length("major_radius", major_radius);
     check.length("minor_radius", minor_radius);
     if minor_radius >= major_radius {
-        let message = format!("`minor_radius` must be below `major_radius`, which is {major_radius}");
+        let message =
+            format!("`minor_radius` must be below `major_radius`, which is {major_radius}");
         check.inside("minor_radius", |check| check.report(message));
     }
 }
@@ -130,19 +195,26 @@ fn quad(check: &mut Check<'_>, corner: Triple, edge_u: Triple, edge_v: Triple) {
     check.direction("edge_u", edge_u);
     check.direction("edge_v", edge_v);
     if no_area(edge_u.into(), edge_v.into()) {
-        check.inside("edge_v", |check| check.report("`edge_u` and `edge_v` lie on one line, so the quad has no area"));
+        check.inside("edge_v", |check| {
+            check.report("`edge_u` and `edge_v` lie on one line, so the quad has no area")
+        });
     }
 }
 
 fn triangle(check: &mut Check<'_>, vertices: &[Triple; 3]) {
-    check.each("vertices", vertices, |check, vertex| check.point("", *vertex));
+    check.each("vertices", vertices, |check, vertex| {
+        check.point("", *vertex)
+    });
     let [a, b, c] = vertices.map(DVec3::from);
     if a == b || b == c || c == a || no_area(b - a, c - a) {
-        check.inside("vertices", |check| check.report("the corners lie on one line, so the triangle has no area"));
+        check.inside("vertices", |check| {
+            check.report("the corners lie on one line, so the triangle has no area")
+        });
     }
 }
 
-/// Two corners of a box; the second must be above the first in every axis, or for a place to scatter in not below.
+/// Two corners of a box; the second must be above the first in every axis, or for a place to
+/// scatter in not below.
 fn corners(check: &mut Check<'_>, min: Triple, max: Triple, may_touch: bool) {
     check.point("min", min);
     check.inside("max", |check| {
@@ -150,8 +222,15 @@ fn corners(check: &mut Check<'_>, min: Triple, max: Triple, may_touch: bool) {
         let ordered = |low: f64, high: f64| low < high || may_touch && low == high;
         let finite = min.iter().chain(&max).all(|x| x.is_finite());
         if finite && !min.iter().zip(&max).all(|(low, high)| ordered(*low, *high)) {
-            let words = if may_touch { "not be below" } else { "be above" };
-            check.report(format!("`max` must {words} `min` in every axis, and `min` is {}", list(&min)));
+            let words = if may_touch {
+                "not be below"
+            } else {
+                "be above"
+            };
+            check.report(format!(
+                "`max` must {words} `min` in every axis, and `min` is {}",
+                list(&min)
+            ));
         }
     });
 }

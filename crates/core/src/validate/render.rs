@@ -10,7 +10,9 @@ pub(super) fn parameters(check: &mut Check<'_>, scene: &Scene) {
     check.inside("parameters", |check| {
         for (name, value) in &scene.parameters {
             check.inside(name, |check| match parameter_name_problem(name) {
-                Some(why) => check.advise(format!("`{name}` cannot be the name of a parameter"), why),
+                Some(why) => {
+                    check.advise(format!("`{name}` cannot be the name of a parameter"), why)
+                }
                 None => check.finite("", *value),
             });
         }
@@ -18,7 +20,9 @@ pub(super) fn parameters(check: &mut Check<'_>, scene: &Scene) {
 }
 
 pub(super) fn render(check: &mut Check<'_>, render: &Render) {
-    check.each("size", &render.size, |check, side| check.count("", *side, 1, Settings::MOST_EDGE));
+    check.each("size", &render.size, |check, side| {
+        check.count("", *side, 1, Settings::MOST_EDGE)
+    });
     check.count("samples", render.samples, 1, Settings::MOST_SAMPLES);
     check.count("max_depth", render.max_depth, 1, Settings::MOST_SEGMENTS);
     check.within("exposure", render.exposure, -64.0, 64.0);

@@ -9,24 +9,47 @@ const ABOVE: [f64; 3] = [0.0, 1.0, 0.0];
 
 /// A scene with one of everything, without problems.
 fn sound() -> Scene {
-    let texture =
-        || TextureRef { name: "wood".into(), uv_set: 0, uv_transform: None, uv: None, factor: Colour::WHITE, channel: None };
-    let material = Material { name: "red".into(), model: Model::Classic(Box::default()) };
+    let texture = || TextureRef {
+        name: "wood".into(),
+        uv_set: 0,
+        uv_transform: None,
+        uv: None,
+        factor: Colour::WHITE,
+        channel: None,
+    };
+    let material = Material {
+        name: "red".into(),
+        model: Model::Classic(Box::default()),
+    };
     let physical = Material {
         name: "oak".into(),
-        model: Model::Physical(Box::new(Physical { base_colour_texture: Some(texture()), ..Physical::default() })),
+        model: Model::Physical(Box::new(Physical {
+            base_colour_texture: Some(texture()),
+            ..Physical::default()
+        })),
     };
     Scene {
         cameras: vec![Camera {
             name: "front".into(),
-            pose: Pose::LookAt { eye: [0.0, 0.0, 5.0], target: HERE, up: ABOVE },
-            projection: Projection::Pinhole(Pinhole { vertical_fov: Some(45.0), ..Pinhole::default() }),
+            pose: Pose::LookAt {
+                eye: [0.0, 0.0, 5.0],
+                target: HERE,
+                up: ABOVE,
+            },
+            projection: Projection::Pinhole(Pinhole {
+                vertical_fov: Some(45.0),
+                ..Pinhole::default()
+            }),
             aspect: None,
             fit: Default::default(),
             pose_end: None,
             shutter: None,
         }],
-        sky: Some(Sky::Gradient { bottom: Colour::BLACK, top: Colour::WHITE, suns: vec![] }),
+        sky: Some(Sky::Gradient {
+            bottom: Colour::BLACK,
+            top: Colour::WHITE,
+            suns: vec![],
+        }),
         lights: vec![Light {
             name: String::new(),
             kind: LightKind::Directional { to_light: ABOVE },
@@ -34,7 +57,12 @@ fn sound() -> Scene {
             shadows: true,
             specular: true,
         }],
-        images: vec![Image { name: "grain".into(), path: "grain.png".into(), data: None, mended: 0 }],
+        images: vec![Image {
+            name: "grain".into(),
+            path: "grain.png".into(),
+            data: None,
+            mended: 0,
+        }],
         textures: vec![Texture {
             name: "wood".into(),
             image: "grain".into(),
@@ -44,8 +72,18 @@ fn sound() -> Scene {
             wrap_v: Wrap::Repeat,
         }],
         materials: vec![material, physical],
-        meshes: vec![Mesh { name: "leaf".into(), source: MeshSource::Inline(std::sync::Arc::new(leaf())), model: None }],
-        objects: vec![ball(1.0), Object { shape: Shape::Mesh("leaf".into()), ..ball(1.0) }],
+        meshes: vec![Mesh {
+            name: "leaf".into(),
+            source: MeshSource::Inline(std::sync::Arc::new(leaf())),
+            model: None,
+        }],
+        objects: vec![
+            ball(1.0),
+            Object {
+                shape: Shape::Mesh("leaf".into()),
+                ..ball(1.0)
+            },
+        ],
         ..Scene::default()
     }
 }
@@ -65,7 +103,10 @@ fn leaf() -> MeshData {
 fn ball(radius: f64) -> Object {
     Object {
         name: String::new(),
-        shape: Shape::Sphere { centre: HERE, radius },
+        shape: Shape::Sphere {
+            centre: HERE,
+            radius,
+        },
         material: "red".into(),
         side: SideRule::Both,
         face_viewer: true,
@@ -92,7 +133,10 @@ fn one(break_it: impl FnOnce(&mut Scene)) -> String {
 /// The one problem that a shape has, from the path of its kind on.
 fn shape(shape: Shape) -> String {
     let problem = one(|scene| scene.objects[0].shape = shape);
-    problem.strip_prefix("objects[0].shape.").expect("a problem of the shape").to_owned()
+    problem
+        .strip_prefix("objects[0].shape.")
+        .expect("a problem of the shape")
+        .to_owned()
 }
 
 fn transform(step: TransformStep) -> String {
@@ -126,12 +170,30 @@ fn another_format_is_the_only_problem_of_its_scene() {
 /// Protects: picture settings have ranges.
 #[test]
 fn picture_settings_have_ranges() {
-    assert_eq!(one(|s| s.render.size[0] = 0), "render.size[0]: `size[0]` must be from 1 to 65536, not 0");
-    assert_eq!(one(|s| s.render.size[1] = 65537), "render.size[1]: `size[1]` must be from 1 to 65536, not 65537");
-    assert_eq!(one(|s| s.render.samples = 0), "render.samples: `samples` must be from 1 to 65536, not 0");
-    assert_eq!(one(|s| s.render.max_depth = 65), "render.max_depth: `max_depth` must be from 1 to 64, not 65");
-    assert_eq!(one(|s| s.render.exposure = f64::INFINITY), "render.exposure: `exposure` must be from -64 to 64, not inf");
-    assert_eq!(one(|s| s.render.veil.0[1] = f64::NAN), "render.veil: `veil` must be finite, not [0, NaN, 0]");
+    assert_eq!(
+        one(|s| s.render.size[0] = 0),
+        "render.size[0]: `size[0]` must be from 1 to 65536, not 0"
+    );
+    assert_eq!(
+        one(|s| s.render.size[1] = 65537),
+        "render.size[1]: `size[1]` must be from 1 to 65536, not 65537"
+    );
+    assert_eq!(
+        one(|s| s.render.samples = 0),
+        "render.samples: `samples` must be from 1 to 65536, not 0"
+    );
+    assert_eq!(
+        one(|s| s.render.max_depth = 65),
+        "render.max_depth: `max_depth` must be from 1 to 64, not 65"
+    );
+    assert_eq!(
+        one(|s| s.render.exposure = f64::INFINITY),
+        "render.exposure: `exposure` must be from -64 to 64, not inf"
+    );
+    assert_eq!(
+        one(|s| s.render.veil.0[1] = f64::NAN),
+        "render.veil: `veil` must be finite, not [0, NaN, 0]"
+    );
     let spawn = SpawnRule::Constant(ConstantOffset {
         offset: -1.0,
         along: OffsetDirection::Normal,
@@ -139,12 +201,18 @@ fn picture_settings_have_ranges() {
         secondary_min: 0.0,
         shadow_min: 0.0,
     });
-    assert_eq!(one(|s| s.classic.spawn = spawn), "classic.spawn.constant.offset: `offset` must not be negative, as -1 is");
+    assert_eq!(
+        one(|s| s.classic.spawn = spawn),
+        "classic.spawn.constant.offset: `offset` must not be negative, as -1 is"
+    );
     assert_eq!(
         one(|s| s.classic.shadow_max_distance = Some(0.0)),
         "classic.shadow_max_distance: `shadow_max_distance` must be above zero, not 0"
     );
-    assert!(one(|s| _ = s.parameters.insert("pi".into(), 3.0)).starts_with("parameters.pi: `pi` cannot be the name"));
+    assert!(
+        one(|s| _ = s.parameters.insert("pi".into(), 3.0))
+            .starts_with("parameters.pi: `pi` cannot be the name")
+    );
 }
 
 /// Protects: cameras look somewhere and open somewhat.
@@ -153,23 +221,65 @@ fn cameras_look_somewhere_and_open_somewhat() {
     let pose = |pose| one(|s| s.cameras[0].pose = pose);
     let eye = [1.0, 2.0, 3.0];
     assert!(
-        pose(Pose::LookAt { eye, target: eye, up: ABOVE }).ends_with("`target` is where `eye` is, so the camera looks nowhere")
+        pose(Pose::LookAt {
+            eye,
+            target: eye,
+            up: ABOVE
+        })
+        .ends_with("`target` is where `eye` is, so the camera looks nowhere")
     );
-    assert!(pose(Pose::LookAt { eye: ABOVE, target: HERE, up: ABOVE }).contains("looks along `up`"));
-    assert!(pose(Pose::LookAt { eye, target: HERE, up: HERE }).contains("`up` has no length"));
-    let orbit = |distance, elevation| pose(Pose::Orbit { target: HERE, distance, azimuth: 0.0, elevation });
+    assert!(
+        pose(Pose::LookAt {
+            eye: ABOVE,
+            target: HERE,
+            up: ABOVE
+        })
+        .contains("looks along `up`")
+    );
+    assert!(
+        pose(Pose::LookAt {
+            eye,
+            target: HERE,
+            up: HERE
+        })
+        .contains("`up` has no length")
+    );
+    let orbit = |distance, elevation| {
+        pose(Pose::Orbit {
+            target: HERE,
+            distance,
+            azimuth: 0.0,
+            elevation,
+        })
+    };
     assert!(orbit(0.0, 0.0).contains("`distance` must be above zero"));
     assert!(orbit(1.0, 90.0).contains("`elevation` must be above -90 and below 90"));
-    let flat = Pose::Axes { eye, right: [1.0, 0.0, 0.0], up: ABOVE, back: [1.0, 1.0, 0.0] };
+    let flat = Pose::Axes {
+        eye,
+        right: [1.0, 0.0, 0.0],
+        up: ABOVE,
+        back: [1.0, 1.0, 0.0],
+    };
     assert!(pose(flat).contains("lie in one plane"));
     let lens = |vertical_fov, horizontal_fov, focal_length| {
-        one(|s| s.cameras[0].projection = Projection::Pinhole(Pinhole { vertical_fov, horizontal_fov, focal_length }))
+        one(|s| {
+            s.cameras[0].projection = Projection::Pinhole(Pinhole {
+                vertical_fov,
+                horizontal_fov,
+                focal_length,
+            })
+        })
     };
     assert!(lens(None, None, None).contains("does not say how wide it opens"));
-    assert!(lens(Some(1.0), None, Some(1.0)).contains("`vertical_fov` and `focal_length` both say"));
+    assert!(
+        lens(Some(1.0), None, Some(1.0)).contains("`vertical_fov` and `focal_length` both say")
+    );
     assert!(lens(Some(180.0), None, None).contains("`vertical_fov` must be above 0 and below 180"));
     assert!(lens(None, None, Some(0.0)).contains("`focal_length` must be from"));
-    assert!(one(|s| s.cameras[0].projection = Projection::Orthographic { height: -1.0 }).contains("`height` must be above zero"));
+    assert!(
+        one(|s| s.cameras[0].projection = Projection::Orthographic { height: -1.0 })
+            .contains("`height` must be above zero")
+    );
     assert!(one(|s| s.cameras[0].aspect = Some(0.0)).contains("`aspect` must be from"));
     assert!(one(|s| s.cameras[0].name = "1".into()).contains("cannot be the name of a camera"));
 }
@@ -180,31 +290,70 @@ fn lights_and_skies_are_sensible() {
     let light = |kind| one(|s| s.lights[0].kind = kind);
     let spot = |inner_angle, outer_angle| {
         let (falloff, range) = (Falloff::InverseSquare, Some(1.0));
-        light(LightKind::Spot { position: HERE, direction: ABOVE, inner_angle, outer_angle, falloff, range })
+        light(LightKind::Spot {
+            position: HERE,
+            direction: ABOVE,
+            inner_angle,
+            outer_angle,
+            falloff,
+            range,
+        })
     };
     assert!(light(LightKind::Directional { to_light: HERE }).contains("`to_light` has no length"));
     assert!(
-        light(LightKind::Point { position: HERE, falloff: Falloff::None, range: Some(0.0) })
-            .contains("`range` must be above zero")
+        light(LightKind::Point {
+            position: HERE,
+            falloff: Falloff::None,
+            range: Some(0.0)
+        })
+        .contains("`range` must be above zero")
     );
     assert!(spot(30.0, 29.0).contains("`outer_angle` must not be below `inner_angle`"));
     assert!(spot(0.0, 0.0).contains("`outer_angle` must be above 0"));
     assert!(spot(30.0, 91.0).contains("`outer_angle` must be from 0 to 90"));
     assert!(one(|s| s.lights[0].colour.0[2] = -1.0).contains("must have no negative part"));
-    let checker = CheckerInput { checker: Checker { even: Colour::BLACK, odd: Colour::WHITE, size: 1.0 } };
-    assert!(one(|s| s.sky = Some(Sky::Expression(ColourInput::Checker(checker)))).contains("a sky has no surface"));
-    let map = SkyMap { image: "grian".into(), rotation: 0.0, strength: 1.0 };
+    let checker = CheckerInput {
+        checker: Checker {
+            even: Colour::BLACK,
+            odd: Colour::WHITE,
+            size: 1.0,
+        },
+    };
+    assert!(
+        one(|s| s.sky = Some(Sky::Expression(ColourInput::Checker(checker))))
+            .contains("a sky has no surface")
+    );
+    let map = SkyMap {
+        image: "grian".into(),
+        rotation: 0.0,
+        strength: 1.0,
+    };
     let problems = broken(|s| s.sky = Some(Sky::Map(map)));
     assert_eq!(problems[0].hint.as_deref(), Some("did you mean `grain`?"));
-    let sun = Sun { direction: ABOVE, colour: Colour::WHITE, weight: 1.0, exponent: 0 };
-    let sky = Sky::Gradient { bottom: Colour::BLACK, top: Colour::WHITE, suns: vec![sun] };
+    let sun = Sun {
+        direction: ABOVE,
+        colour: Colour::WHITE,
+        weight: 1.0,
+        exponent: 0,
+    };
+    let sky = Sky::Gradient {
+        bottom: Colour::BLACK,
+        top: Colour::WHITE,
+        suns: vec![sun],
+    };
     assert!(one(|s| s.sky = Some(sky)).starts_with("sky.gradient.suns[0].exponent: "));
 }
 
 /// Protects: materials have ranges and expressions that compile.
 #[test]
 fn materials_have_ranges_and_expressions_that_compile() {
-    assert!(classic(Classic { shadow_transmittance: 1.5, ..Classic::default() }).contains("must be from 0 to 1, not 1.5"));
+    assert!(
+        classic(Classic {
+            shadow_transmittance: 1.5,
+            ..Classic::default()
+        })
+        .contains("must be from 0 to 1, not 1.5")
+    );
     let specular = |exponent| Specular {
         model: SpecularModel::Blinn,
         exponent,
@@ -214,21 +363,50 @@ fn materials_have_ranges_and_expressions_that_compile() {
         on_reflection: false,
     };
     assert!(
-        classic(Classic { specular: Some(specular(0)), ..Classic::default() }).contains("`exponent` must be from 1 to 65536")
+        classic(Classic {
+            specular: Some(specular(0)),
+            ..Classic::default()
+        })
+        .contains("`exponent` must be from 1 to 65536")
     );
     assert!(
-        classic(Classic { rim: Some(Rim { strength: Weight::Number(1.0), exponent: 65 }), ..Classic::default() })
-            .contains("from 1 to 64")
+        classic(Classic {
+            rim: Some(Rim {
+                strength: Weight::Number(1.0),
+                exponent: 65
+            }),
+            ..Classic::default()
+        })
+        .contains("from 1 to 64")
     );
     let vector = Weight::Expression("p".into());
     assert!(
-        classic(Classic { local: vector, ..Classic::default() })
-            .starts_with("materials[0].model.classic.local: in the expression of `local`")
+        classic(Classic {
+            local: vector,
+            ..Classic::default()
+        })
+        .starts_with("materials[0].model.classic.local: in the expression of `local`")
     );
-    assert!(classic(Classic { local: Weight::Number(f64::NAN), ..Classic::default() }).contains("finite"));
+    assert!(
+        classic(Classic {
+            local: Weight::Number(f64::NAN),
+            ..Classic::default()
+        })
+        .contains("finite")
+    );
     let to_light = ColourInput::Expression("l".into());
-    assert!(classic(Classic { colour: to_light, ..Classic::default() }).contains("`l` does not exist"));
-    let reflection = Some(Reflection { weight: Weight::Number(1.0), tinted: true, fuzz: None });
+    assert!(
+        classic(Classic {
+            colour: to_light,
+            ..Classic::default()
+        })
+        .contains("`l` does not exist")
+    );
+    let reflection = Some(Reflection {
+        weight: Weight::Number(1.0),
+        tinted: true,
+        fuzz: None,
+    });
     let transmission = |ior| {
         Some(Transmission {
             ior,
@@ -237,74 +415,251 @@ fn materials_have_ranges_and_expressions_that_compile() {
             refracted_tint: Colour::WHITE,
         })
     };
-    assert!(classic(Classic { transmission: transmission(0.0), ..Classic::default() }).contains("`ior` must be from"));
     assert!(
-        classic(Classic { reflection, transmission: transmission(1.5), ..Classic::default() })
-            .contains("cannot have `reflection` too")
+        classic(Classic {
+            transmission: transmission(0.0),
+            ..Classic::default()
+        })
+        .contains("`ior` must be from")
     );
-    assert!(physical(Physical { roughness: (-0.1).into(), ..Physical::default() }).contains("`roughness` must be from 0 to 1"));
-    assert!(physical(Physical { ior: 0.5.into(), ..Physical::default() }).contains("`ior` must be 0, or from 1 to"));
-    assert!(physical(Physical { emission: Colour([-1.0; 3]).into(), ..Physical::default() }).contains("no negative part"));
+    assert!(
+        classic(Classic {
+            reflection,
+            transmission: transmission(1.5),
+            ..Classic::default()
+        })
+        .contains("cannot have `reflection` too")
+    );
+    assert!(
+        physical(Physical {
+            roughness: (-0.1).into(),
+            ..Physical::default()
+        })
+        .contains("`roughness` must be from 0 to 1")
+    );
+    assert!(
+        physical(Physical {
+            ior: 0.5.into(),
+            ..Physical::default()
+        })
+        .contains("`ior` must be 0, or from 1 to")
+    );
+    assert!(
+        physical(Physical {
+            emission: Colour([-1.0; 3]).into(),
+            ..Physical::default()
+        })
+        .contains("no negative part")
+    );
 }
 
-/// Protects: what has no meaning below zero is refused at its place: every colour, weight and strength of a scene, written as a number or as an
-/// expression that is negative whatever a ray hits. Texture coordinates, normal scales and fuzz may have any sign.
+/// Protects: what has no meaning below zero is refused at its place: every colour, weight and
+/// strength of a scene, written as a number or as an expression that is negative whatever a ray
+/// hits. Texture coordinates, normal scales and fuzz may have any sign.
 #[test]
 fn negative_light_is_refused() {
     const RED: Colour = Colour([-1.0, 0.5, 0.5]);
     let refused = |problem: String, path: &str| {
-        assert!(problem.starts_with(&format!("{path}: ")) && problem.contains("negative"), "{path}, not {problem}");
+        assert!(
+            problem.starts_with(&format!("{path}: ")) && problem.contains("negative"),
+            "{path}, not {problem}"
+        );
     };
     refused(one(|s| s.render.veil = RED), "render.veil");
     refused(one(|s| s.classic.ambient = RED), "classic.ambient");
     refused(one(|s| s.sky = Some(Sky::Constant(RED))), "sky.constant");
-    refused(one(|s| s.sky = Some(Sky::Expression(RED.into()))), "sky.expression");
-    refused(one(|s| s.sky = Some(Sky::Expression(ColourInput::Expression("-1".into())))), "sky.expression");
+    refused(
+        one(|s| s.sky = Some(Sky::Expression(RED.into()))),
+        "sky.expression",
+    );
+    refused(
+        one(|s| s.sky = Some(Sky::Expression(ColourInput::Expression("-1".into())))),
+        "sky.expression",
+    );
     let gradient = |bottom, top, colour, weight| {
-        let suns = vec![Sun { direction: ABOVE, colour, weight, exponent: 1 }];
+        let suns = vec![Sun {
+            direction: ABOVE,
+            colour,
+            weight,
+            exponent: 1,
+        }];
         one(|s| s.sky = Some(Sky::Gradient { bottom, top, suns }))
     };
-    refused(gradient(RED, Colour::WHITE, Colour::WHITE, 1.0), "sky.gradient.bottom");
-    refused(gradient(Colour::WHITE, RED, Colour::WHITE, 1.0), "sky.gradient.top");
-    refused(gradient(Colour::WHITE, Colour::WHITE, RED, 1.0), "sky.gradient.suns[0].colour");
-    refused(gradient(Colour::WHITE, Colour::WHITE, Colour::WHITE, -1.0), "sky.gradient.suns[0].weight");
-    let of_classic = |m: Classic, key: &str| refused(classic(m), &format!("materials[0].model.classic.{key}"));
+    refused(
+        gradient(RED, Colour::WHITE, Colour::WHITE, 1.0),
+        "sky.gradient.bottom",
+    );
+    refused(
+        gradient(Colour::WHITE, RED, Colour::WHITE, 1.0),
+        "sky.gradient.top",
+    );
+    refused(
+        gradient(Colour::WHITE, Colour::WHITE, RED, 1.0),
+        "sky.gradient.suns[0].colour",
+    );
+    refused(
+        gradient(Colour::WHITE, Colour::WHITE, Colour::WHITE, -1.0),
+        "sky.gradient.suns[0].weight",
+    );
+    let of_classic =
+        |m: Classic, key: &str| refused(classic(m), &format!("materials[0].model.classic.{key}"));
     for colour in [RED.into(), ColourInput::Expression("[1, 2 - 3, 1]".into())] {
-        of_classic(Classic { colour: colour.clone(), ..Classic::default() }, "colour");
-        of_classic(Classic { emission: Some(colour), ..Classic::default() }, "emission");
+        of_classic(
+            Classic {
+                colour: colour.clone(),
+                ..Classic::default()
+            },
+            "colour",
+        );
+        of_classic(
+            Classic {
+                emission: Some(colour),
+                ..Classic::default()
+            },
+            "emission",
+        );
     }
-    of_classic(Classic { ambient: Some(RED), ..Classic::default() }, "ambient");
+    of_classic(
+        Classic {
+            ambient: Some(RED),
+            ..Classic::default()
+        },
+        "ambient",
+    );
     for weight in [Weight::Number(-0.5), Weight::Expression("1 - 2".into())] {
-        of_classic(Classic { local: weight.clone(), ..Classic::default() }, "local");
-        of_classic(Classic { diffuse: weight.clone(), ..Classic::default() }, "diffuse");
-        of_classic(Classic { shadow: Some(weight.clone()), ..Classic::default() }, "shadow");
-        of_classic(Classic { rim: Some(Rim { strength: weight.clone(), exponent: 1 }), ..Classic::default() }, "rim.strength");
-        let reflection = Some(Reflection { weight, tinted: true, fuzz: None });
-        of_classic(Classic { reflection, ..Classic::default() }, "reflection.weight");
+        of_classic(
+            Classic {
+                local: weight.clone(),
+                ..Classic::default()
+            },
+            "local",
+        );
+        of_classic(
+            Classic {
+                diffuse: weight.clone(),
+                ..Classic::default()
+            },
+            "diffuse",
+        );
+        of_classic(
+            Classic {
+                shadow: Some(weight.clone()),
+                ..Classic::default()
+            },
+            "shadow",
+        );
+        of_classic(
+            Classic {
+                rim: Some(Rim {
+                    strength: weight.clone(),
+                    exponent: 1,
+                }),
+                ..Classic::default()
+            },
+            "rim.strength",
+        );
+        let reflection = Some(Reflection {
+            weight,
+            tinted: true,
+            fuzz: None,
+        });
+        of_classic(
+            Classic {
+                reflection,
+                ..Classic::default()
+            },
+            "reflection.weight",
+        );
     }
-    let mixture = |m: Mixture| Classic { mixture: Some(m), ..Classic::default() };
-    of_classic(mixture(Mixture { specular_colour: RED, ..Mixture::default() }), "mixture.specular_colour");
-    of_classic(mixture(Mixture { absorption: RED, ..Mixture::default() }), "mixture.absorption");
-    let checker = Checker { even: Colour::WHITE, odd: RED, size: 1.0 };
-    of_classic(Classic { colour: ColourInput::Checker(CheckerInput { checker }), ..Classic::default() }, "colour.checker.odd");
-    let of_physical = |m: Physical, key: &str| refused(physical(m), &format!("materials[1].model.physical.{key}"));
-    of_physical(Physical { base_colour: RED.into(), ..Physical::default() }, "base_colour");
-    of_physical(Physical { emission: ColourInput::Expression("-t - 1".into()), ..Physical::default() }, "emission");
-    of_physical(Physical { roughness: NumberInput::Expression("-1".into()), ..Physical::default() }, "roughness");
+    let mixture = |m: Mixture| Classic {
+        mixture: Some(m),
+        ..Classic::default()
+    };
+    of_classic(
+        mixture(Mixture {
+            specular_colour: RED,
+            ..Mixture::default()
+        }),
+        "mixture.specular_colour",
+    );
+    of_classic(
+        mixture(Mixture {
+            absorption: RED,
+            ..Mixture::default()
+        }),
+        "mixture.absorption",
+    );
+    let checker = Checker {
+        even: Colour::WHITE,
+        odd: RED,
+        size: 1.0,
+    };
+    of_classic(
+        Classic {
+            colour: ColourInput::Checker(CheckerInput { checker }),
+            ..Classic::default()
+        },
+        "colour.checker.odd",
+    );
+    let of_physical = |m: Physical, key: &str| {
+        refused(physical(m), &format!("materials[1].model.physical.{key}"))
+    };
+    of_physical(
+        Physical {
+            base_colour: RED.into(),
+            ..Physical::default()
+        },
+        "base_colour",
+    );
+    of_physical(
+        Physical {
+            emission: ColourInput::Expression("-t - 1".into()),
+            ..Physical::default()
+        },
+        "emission",
+    );
+    of_physical(
+        Physical {
+            roughness: NumberInput::Expression("-1".into()),
+            ..Physical::default()
+        },
+        "roughness",
+    );
     let texture = |factor: Colour, uv: Option<[Weight; 2]>| {
-        let texture = TextureRef { name: "wood".into(), uv_set: 0, uv_transform: None, uv, factor, channel: None };
-        Physical { base_colour_texture: Some(texture), ..Physical::default() }
+        let texture = TextureRef {
+            name: "wood".into(),
+            uv_set: 0,
+            uv_transform: None,
+            uv,
+            factor,
+            channel: None,
+        };
+        Physical {
+            base_colour_texture: Some(texture),
+            ..Physical::default()
+        }
     };
     of_physical(texture(RED, None), "base_colour_texture.factor");
-    let signed =
-        Physical { normal_scale: -1.0, ..texture(Colour::WHITE, Some([Weight::Number(-1.0), Weight::Expression("-2".into())])) };
-    assert_eq!(broken(|s| s.materials[1].model = Model::Physical(Box::new(signed))), []);
+    let signed = Physical {
+        normal_scale: -1.0,
+        ..texture(
+            Colour::WHITE,
+            Some([Weight::Number(-1.0), Weight::Expression("-2".into())]),
+        )
+    };
+    assert_eq!(
+        broken(|s| s.materials[1].model = Model::Physical(Box::new(signed))),
+        []
+    );
 }
 
 /// Protects: an expression's problem says where in the text.
 #[test]
 fn an_expression_s_problem_says_where_in_the_text() {
-    let classic = Classic { colour: ColourInput::Expression("1 + bad".into()), ..Classic::default() };
+    let classic = Classic {
+        colour: ColourInput::Expression("1 + bad".into()),
+        ..Classic::default()
+    };
     let problems = broken(|s| s.materials[0].model = Model::Classic(Box::new(classic)));
     assert_eq!(problems[0].within, Some(4..7));
 }
@@ -312,16 +667,34 @@ fn an_expression_s_problem_says_where_in_the_text() {
 /// Protects: names are unique and references exist.
 #[test]
 fn names_are_unique_and_references_exist() {
-    assert_eq!(one(|s| s.materials[1].name = "red".into()), "materials[1].name: `red` is also the name of `materials[0]`");
-    assert_eq!(one(|s| s.objects[1].shape = Shape::Mesh("laef".into())), "objects[1].shape.mesh: unknown mesh `laef`");
-    assert_eq!(one(|s| s.objects[0].material = "rde".into()), "objects[0].material: unknown material `rde`");
-    assert_eq!(one(|s| s.textures[0].image = "x".into()), "textures[0].image: unknown image `x`");
+    assert_eq!(
+        one(|s| s.materials[1].name = "red".into()),
+        "materials[1].name: `red` is also the name of `materials[0]`"
+    );
+    assert_eq!(
+        one(|s| s.objects[1].shape = Shape::Mesh("laef".into())),
+        "objects[1].shape.mesh: unknown mesh `laef`"
+    );
+    assert_eq!(
+        one(|s| s.objects[0].material = "rde".into()),
+        "objects[0].material: unknown material `rde`"
+    );
+    assert_eq!(
+        one(|s| s.textures[0].image = "x".into()),
+        "textures[0].image: unknown image `x`"
+    );
     assert_eq!(
         one(|s| s.textures[0].name = "x".into()),
         "materials[1].model.physical.base_colour_texture.name: unknown texture `wood`"
     );
-    assert_eq!(one(|s| s.images[0].path = String::new()), "images[0].path: `path` must name a file");
-    assert_eq!(broken(|s| s.materials[1].name = String::new())[0].message, "`name` must not be empty");
+    assert_eq!(
+        one(|s| s.images[0].path = String::new()),
+        "images[0].path: `path` must name a file"
+    );
+    assert_eq!(
+        broken(|s| s.materials[1].name = String::new())[0].message,
+        "`name` must not be empty"
+    );
     let hints = broken(|s| s.objects[0].material = "rde".into());
     assert_eq!(hints[0].hint.as_deref(), Some("did you mean `red`?"));
 }
@@ -329,27 +702,125 @@ fn names_are_unique_and_references_exist() {
 /// Protects: sizes are above zero and directions lead somewhere.
 #[test]
 fn sizes_are_above_zero_and_directions_lead_somewhere() {
-    assert_eq!(shape(Shape::Sphere { centre: HERE, radius: -1.0 }), "sphere.radius: `radius` must be above zero, not -1");
-    assert!(shape(Shape::Sphere { centre: HERE, radius: f64::NAN }).contains("from 1e-15 to 1e15, not NaN"));
-    assert!(shape(Shape::Sphere { centre: [0.0, f64::INFINITY, 0.0], radius: 1.0 }).contains("three finite numbers"));
-    assert!(shape(Shape::Sphere { centre: [0.0, 1e20, 0.0], radius: 1.0 }).contains("within 1e15"));
-    assert!(shape(Shape::Plane { point: HERE, normal: HERE }).starts_with("plane.normal: `normal` has no length"));
-    assert!(shape(Shape::Disk { centre: HERE, normal: ABOVE, radius: 0.0 }).starts_with("disk.radius"));
-    assert!(shape(Shape::Quad { corner: HERE, edge_u: ABOVE, edge_v: [0.0, -3.0, 0.0] }).contains("no area"));
-    assert!(shape(Shape::Box { min: HERE, max: [1.0, 0.0, 1.0] }).contains("`max` must be above `min`"));
-    let cylinder = |height| Shape::Cylinder { base: HERE, axis: ABOVE, radius: 1.0, height, caps: true };
+    assert_eq!(
+        shape(Shape::Sphere {
+            centre: HERE,
+            radius: -1.0
+        }),
+        "sphere.radius: `radius` must be above zero, not -1"
+    );
+    assert!(
+        shape(Shape::Sphere {
+            centre: HERE,
+            radius: f64::NAN
+        })
+        .contains("from 1e-15 to 1e15, not NaN")
+    );
+    assert!(
+        shape(Shape::Sphere {
+            centre: [0.0, f64::INFINITY, 0.0],
+            radius: 1.0
+        })
+        .contains("three finite numbers")
+    );
+    assert!(
+        shape(Shape::Sphere {
+            centre: [0.0, 1e20, 0.0],
+            radius: 1.0
+        })
+        .contains("within 1e15")
+    );
+    assert!(
+        shape(Shape::Plane {
+            point: HERE,
+            normal: HERE
+        })
+        .starts_with("plane.normal: `normal` has no length")
+    );
+    assert!(
+        shape(Shape::Disk {
+            centre: HERE,
+            normal: ABOVE,
+            radius: 0.0
+        })
+        .starts_with("disk.radius")
+    );
+    assert!(
+        shape(Shape::Quad {
+            corner: HERE,
+            edge_u: ABOVE,
+            edge_v: [0.0, -3.0, 0.0]
+        })
+        .contains("no area")
+    );
+    assert!(
+        shape(Shape::Box {
+            min: HERE,
+            max: [1.0, 0.0, 1.0]
+        })
+        .contains("`max` must be above `min`")
+    );
+    let cylinder = |height| Shape::Cylinder {
+        base: HERE,
+        axis: ABOVE,
+        radius: 1.0,
+        height,
+        caps: true,
+    };
     assert!(shape(cylinder(Some(0.0))).starts_with("cylinder.height"));
     assert_eq!(broken(|s| s.objects[0].shape = cylinder(None)), []);
-    let cone = |top_radius| Shape::Cone { base: HERE, axis: ABOVE, radius: 1.0, top_radius, height: 1.0 };
+    let cone = |top_radius| Shape::Cone {
+        base: HERE,
+        axis: ABOVE,
+        radius: 1.0,
+        top_radius,
+        height: 1.0,
+    };
     assert!(shape(cone(-1.0)).starts_with("cone.top_radius"));
     assert_eq!(broken(|s| s.objects[0].shape = cone(0.0)), []);
-    assert!(shape(Shape::Ellipsoid { centre: HERE, semi_axes: [1.0, 0.0, 1.0] }).starts_with("ellipsoid.semi_axes[1]"));
-    assert!(shape(Shape::Hyperboloid { centre: HERE, waist_radius: 1.0, c: 0.0, half_height: 1.0 }).starts_with("hyperboloid.c"));
-    assert!(shape(Shape::Paraboloid { apex: HERE, radius: 1.0, height: -1.0 }).starts_with("paraboloid.height"));
-    let torus = Shape::Torus { centre: HERE, axis: ABOVE, major_radius: 1.0, minor_radius: 1.0 };
+    assert!(
+        shape(Shape::Ellipsoid {
+            centre: HERE,
+            semi_axes: [1.0, 0.0, 1.0]
+        })
+        .starts_with("ellipsoid.semi_axes[1]")
+    );
+    assert!(
+        shape(Shape::Hyperboloid {
+            centre: HERE,
+            waist_radius: 1.0,
+            c: 0.0,
+            half_height: 1.0
+        })
+        .starts_with("hyperboloid.c")
+    );
+    assert!(
+        shape(Shape::Paraboloid {
+            apex: HERE,
+            radius: 1.0,
+            height: -1.0
+        })
+        .starts_with("paraboloid.height")
+    );
+    let torus = Shape::Torus {
+        centre: HERE,
+        axis: ABOVE,
+        major_radius: 1.0,
+        minor_radius: 1.0,
+    };
     assert!(shape(torus).starts_with("torus.minor_radius: `minor_radius` must be below"));
-    assert!(shape(Shape::Triangle { vertices: [HERE, ABOVE, [0.0, 2.0, 0.0]] }).contains("no area"));
-    assert!(shape(Shape::Triangle { vertices: [HERE, ABOVE, HERE] }).contains("no area"));
+    assert!(
+        shape(Shape::Triangle {
+            vertices: [HERE, ABOVE, [0.0, 2.0, 0.0]]
+        })
+        .contains("no area")
+    );
+    assert!(
+        shape(Shape::Triangle {
+            vertices: [HERE, ABOVE, HERE]
+        })
+        .contains("no area")
+    );
 }
 
 /// Protects: numbers in a message are short whatever their size.
@@ -357,7 +828,10 @@ fn sizes_are_above_zero_and_directions_lead_somewhere() {
 fn lists_have_no_rows_of_zeros() {
     let list = super::check::list;
     assert_eq!(list(&[1e-30, 1.0, -1e8]), "[1e-30, 1, -1e8]");
-    assert_eq!(list(&[0.0, 0.25, f64::NAN, 1e-6, 999_999.5]), "[0, 0.25, NaN, 0.000001, 999999.5]");
+    assert_eq!(
+        list(&[0.0, 0.25, f64::NAN, 1e-6, 999_999.5]),
+        "[0, 0.25, NaN, 0.000001, 999999.5]"
+    );
 }
 
 /// Protects: transforms leave something to see.
@@ -365,28 +839,70 @@ fn lists_have_no_rows_of_zeros() {
 fn transforms_leave_something_to_see() {
     assert!(transform(TransformStep::Scale([1.0, 0.0, 1.0])).contains("may be zero"));
     assert!(transform(TransformStep::Scale([1.0, f64::NAN, 1.0])).contains("from 1e-15"));
-    assert!(transform(TransformStep::Rotate { axis: HERE, degrees: 1.0 }).contains("`axis` has no length"));
+    assert!(
+        transform(TransformStep::Rotate {
+            axis: HERE,
+            degrees: 1.0
+        })
+        .contains("`axis` has no length")
+    );
     assert!(transform(TransformStep::Translate([f64::NAN; 3])).contains("three finite numbers"));
-    let flat = [[1.0, 2.0, 3.0, 0.0], [2.0, 4.0, 6.0, 0.0], [0.0, 0.0, 1.0, 0.0]];
+    let flat = [
+        [1.0, 2.0, 3.0, 0.0],
+        [2.0, 4.0, 6.0, 0.0],
+        [0.0, 0.0, 1.0, 0.0],
+    ];
     assert!(transform(TransformStep::Matrix(flat)).contains("flattens space"));
-    let shrunk = one(|scene| scene.objects[0].transform = vec![TransformStep::Scale([1e-15; 3]); 30]);
-    assert!(shrunk.starts_with("objects[0].transform: the steps of `transform` together"), "{shrunk}");
-    let tiny = [[1e-9, 0.0, 0.0, 5.0], [0.0, 1e-9, 0.0, 0.0], [0.0, 0.0, 1e-9, 0.0]];
-    assert_eq!(broken(|s| s.objects[0].transform = vec![TransformStep::Matrix(tiny)]), []);
+    let shrunk =
+        one(|scene| scene.objects[0].transform = vec![TransformStep::Scale([1e-15; 3]); 30]);
+    assert!(
+        shrunk.starts_with("objects[0].transform: the steps of `transform` together"),
+        "{shrunk}"
+    );
+    let tiny = [
+        [1e-9, 0.0, 0.0, 5.0],
+        [0.0, 1e-9, 0.0, 0.0],
+        [0.0, 0.0, 1e-9, 0.0],
+    ];
+    assert_eq!(
+        broken(|s| s.objects[0].transform = vec![TransformStep::Matrix(tiny)]),
+        []
+    );
 }
 
 /// Protects: generators have places and sound objects.
 #[test]
 fn generators_have_places_and_sound_objects() {
     let generator = |kind, object| broken(|s| s.generators = vec![Generator { kind, object }]);
-    let grid = |counts| GeneratorKind::Grid { counts, origin: HERE, step: ABOVE };
-    let scatter = |count, max| GeneratorKind::Scatter { count, min: HERE, max, seed: 0 };
+    let grid = |counts| GeneratorKind::Grid {
+        counts,
+        origin: HERE,
+        step: ABOVE,
+    };
+    let scatter = |count, max| GeneratorKind::Scatter {
+        count,
+        min: HERE,
+        max,
+        seed: 0,
+    };
     assert_eq!(generator(grid([1, 2, 3]), ball(1.0)), []);
-    assert_eq!(generator(grid([1, 0, 3]), ball(1.0))[0].path, "generators[0].kind.grid.counts[1]");
+    assert_eq!(
+        generator(grid([1, 0, 3]), ball(1.0))[0].path,
+        "generators[0].kind.grid.counts[1]"
+    );
     assert_eq!(generator(scatter(1, HERE), ball(1.0)), []);
-    assert_eq!(generator(scatter(0, HERE), ball(1.0))[0].path, "generators[0].kind.scatter.count");
-    assert_eq!(generator(scatter(1, [0.0, -1.0, 0.0]), ball(1.0))[0].path, "generators[0].kind.scatter.max");
-    assert_eq!(generator(scatter(1, HERE), ball(-1.0))[0].path, "generators[0].object.shape.sphere.radius");
+    assert_eq!(
+        generator(scatter(0, HERE), ball(1.0))[0].path,
+        "generators[0].kind.scatter.count"
+    );
+    assert_eq!(
+        generator(scatter(1, [0.0, -1.0, 0.0]), ball(1.0))[0].path,
+        "generators[0].kind.scatter.max"
+    );
+    assert_eq!(
+        generator(scatter(1, HERE), ball(-1.0))[0].path,
+        "generators[0].object.shape.sphere.radius"
+    );
 }
 
 /// Protects: mesh arrays are finite and fit each other.
@@ -395,25 +911,40 @@ fn mesh_arrays_are_finite_and_fit_each_other() {
     let problem = |break_it: fn(&mut MeshData)| {
         let mut data = leaf();
         break_it(&mut data);
-        mesh_data(&data).iter().map(|(path, message)| format!("{path}: {message}")).collect::<Vec<_>>().join("\n")
+        mesh_data(&data)
+            .iter()
+            .map(|(path, message)| format!("{path}: {message}"))
+            .collect::<Vec<_>>()
+            .join("\n")
     };
     assert_eq!(mesh_data(&leaf()), []);
     assert_eq!(mesh_data(&MeshData::default()), []);
     assert!(
-        problem(|mesh| mesh.indices[0][2] = 3)
-            .starts_with("indices[0]: this triangle names a vertex that does not exist: there are 3")
+        problem(|mesh| mesh.indices[0][2] = 3).starts_with(
+            "indices[0]: this triangle names a vertex that does not exist: there are 3"
+        )
     );
-    assert!(problem(|mesh| mesh.positions.offsets_mut()[1][0] = f32::NAN).starts_with("positions[1]: "));
-    assert!(problem(|mesh| mesh.positions.offsets_mut()[2][0] = f32::INFINITY).starts_with("positions[2]: "));
     assert!(
-        problem(|mesh| mesh.normals.truncate(2))
-            .starts_with("normals: `normals` must have one entry for each of the 3 positions, not 2")
+        problem(|mesh| mesh.positions.offsets_mut()[1][0] = f32::NAN).starts_with("positions[1]: ")
+    );
+    assert!(
+        problem(|mesh| mesh.positions.offsets_mut()[2][0] = f32::INFINITY)
+            .starts_with("positions[2]: ")
+    );
+    assert!(
+        problem(|mesh| mesh.normals.truncate(2)).starts_with(
+            "normals: `normals` must have one entry for each of the 3 positions, not 2"
+        )
     );
     assert!(problem(|mesh| mesh.uvs[0].push([0.0; 2])).starts_with("uvs[0]: "));
     assert!(problem(|mesh| mesh.colours[1][3] = -1.0).starts_with("colours[1]: "));
     assert!(problem(|mesh| mesh.uvs = vec![vec![]; 9]).starts_with("uvs: "));
-    let scene =
-        broken(|s| s.meshes[0].source = MeshSource::Inline(std::sync::Arc::new(MeshData { indices: vec![[9; 3]], ..leaf() })));
+    let scene = broken(|s| {
+        s.meshes[0].source = MeshSource::Inline(std::sync::Arc::new(MeshData {
+            indices: vec![[9; 3]],
+            ..leaf()
+        }))
+    });
     assert_eq!(scene[0].path, "meshes[0].source.inline.indices[0]");
 }
 
@@ -423,16 +954,27 @@ fn a_flood_of_problems_is_cut_off() {
     assert_eq!(broken(|s| s.objects = vec![ball(-1.0); 5000]).len(), 100);
 }
 
-/// Protects: a light may be as strong as its distance asks for, and one that does not weaken may not.
+/// Protects: a light may be as strong as its distance asks for, and one that does not weaken may
+/// not.
 #[test]
 fn intensities_go_with_the_square_of_the_distance() {
     let with = |falloff, colour| {
         broken(|s| {
-            s.lights[0].kind = LightKind::Point { position: [0.0, 1e15, 0.0], falloff, range: None };
+            s.lights[0].kind = LightKind::Point {
+                position: [0.0, 1e15, 0.0],
+                falloff,
+                range: None,
+            };
             s.lights[0].colour = Colour([colour; 3]);
         })
     };
     assert_eq!(with(Falloff::InverseSquare, 3e30), []);
-    assert_eq!(with(Falloff::InverseSquare, 2e37)[0].message, "`colour` must have no part beyond 1e37");
-    assert_eq!(with(Falloff::None, 3e30)[0].message, "`colour` must have no part beyond 1e30");
+    assert_eq!(
+        with(Falloff::InverseSquare, 2e37)[0].message,
+        "`colour` must have no part beyond 1e37"
+    );
+    assert_eq!(
+        with(Falloff::None, 3e30)[0].message,
+        "`colour` must have no part beyond 1e30"
+    );
 }

@@ -10,7 +10,8 @@ use crate::scene::TransformStep;
 /// Least and greatest absolute scale factor.
 const SCALES: std::ops::RangeInclusive<f64> = 1e-15..=1e15;
 
-/// Least volume spanned by the unit vectors along a matrix's rows: below it the matrix flattens space.
+/// Least volume spanned by the unit vectors along a matrix's rows: below it the matrix flattens
+/// space.
 const FLAT: f64 = 1e-12;
 
 /// The steps under a key of an object.
@@ -35,9 +36,15 @@ pub(super) fn steps(check: &mut Check<'_>, key: &str, steps: &[TransformStep]) {
     // Steps that are sound one by one can still shrink or enlarge beyond measure together.
     let whole = affine(steps);
     if check.problems() == before
-        && !(whole.is_finite() && whole.inverse().is_finite() && whole.translation.abs().max_element() <= FARTHEST)
+        && !(whole.is_finite()
+            && whole.inverse().is_finite()
+            && whole.translation.abs().max_element() <= FARTHEST)
     {
-        check.inside(key, |check| check.report(format!("the steps of `{key}` together lead beyond every measure")));
+        check.inside(key, |check| {
+            check.report(format!(
+                "the steps of `{key}` together lead beyond every measure"
+            ))
+        });
     }
 }
 
@@ -50,6 +57,9 @@ fn matrix(check: &mut Check<'_>, rows: &[[f64; 4]; 3]) {
     let volume = DMat3::from_cols(unit(rows[0]), unit(rows[1]), unit(rows[2])).determinant();
     if volume.abs() < FLAT {
         let hint = "its first three columns must be linearly independent";
-        check.advise("`matrix` flattens space, so nothing would be left to see", hint);
+        check.advise(
+            "`matrix` flattens space, so nothing would be left to see",
+            hint,
+        );
     }
 }

@@ -13,27 +13,42 @@ use serde_json::json;
 use crate::support::{DOWN, classic, floor, scene, settings};
 
 /// Time enough on any machine: what ends a measurement is that all is measured.
-const EFFORT: Effort = Effort { budget: Duration::from_secs(600), size: Some([4, 3]), rounds: 2 };
+const EFFORT: Effort = Effort {
+    budget: Duration::from_secs(600),
+    size: Some([4, 3]),
+    rounds: 2,
+};
 
 /// Two walls that glow with 1 and mirror a half: 2 − 2^(1−n) is seen with n segments.
 fn corridor() -> Scene {
     let wall = |y: f64, up: f64| json!({ "shape": { "plane": { "point": [0, y, 0], "normal": [0, up, 0] } }, "material": "m" });
     let mirror = classic(json!({ "local": 0, "emission": 1, "reflection": { "weight": 0.5 } }));
-    scene(json!({ "objects": [wall(0.0, 1.0), wall(4.0, -1.0)], "materials": [{ "name": "m", "model": mirror }],
-        "render": { "max_depth": 4, "pattern": "centre" } }))
+    scene(
+        json!({ "objects": [wall(0.0, 1.0), wall(4.0, -1.0)], "materials": [{ "name": "m", "model": mirror }],
+        "render": { "max_depth": 4, "pattern": "centre" } }),
+    )
 }
 
 fn measured(scene: &Scene) -> Report {
-    let settings = Settings { max_depth: 4, ..settings(scene, DOWN) };
-    measure(scene, &settings, &EFFORT, Start::default(), &(), &mut ()).expect("a report").0
+    let settings = Settings {
+        max_depth: 4,
+        ..settings(scene, DOWN)
+    };
+    measure(scene, &settings, &EFFORT, Start::default(), &(), &mut ())
+        .expect("a report")
+        .0
 }
 
 fn ladder<'a>(report: &'a Report, name: &str) -> &'a LadderReport {
-    report.ladders.iter().find(|ladder| ladder.ladder == name).unwrap_or_else(|| panic!("no {name}"))
+    report
+        .ladders
+        .iter()
+        .find(|ladder| ladder.ladder == name)
+        .unwrap_or_else(|| panic!("no {name}"))
 }
 
-/// Protects: each rung gets the error that it has, against the truth and alone: of n segments 2^(1−n), all of it bias; the rung in
-/// use is the scene's own setting, and needs no flag.
+/// Protects: each rung gets the error that it has, against the truth and alone: of n segments
+/// 2^(1−n), all of it bias; the rung in use is the scene's own setting, and needs no flag.
 #[test]
 fn errors_are_those_of_the_closed_form() {
     let report = measured(&corridor());
@@ -44,59 +59,122 @@ fn errors_are_those_of_the_closed_form() {
         let expected = 2_f64.powi(1 - n) - 2_f64.powi(-63);
         let measured = rung.measured.as_ref().expect("there is time");
         let errors = &measured.errors;
-        for (what, value) in [("rmse", errors.rmse.value), ("alone", rung.own_error.expect("a pair").value)] {
-            assert!((value - expected).abs() < 1e-6, "{what} of {n}: {value}, not {expected}");
+        for (what, value) in [
+            ("rmse", errors.rmse.value),
+            ("alone", rung.own_error.expect("a pair").value),
+        ] {
+            assert!(
+                (value - expected).abs() < 1e-6,
+                "{what} of {n}: {value}, not {expected}"
+            );
         }
         for of in [errors.relmse, errors.bias.expect("there is no chance")] {
-            assert!((of.value - expected * expected / 4.01).abs() < 1e-6, "{n}: {of:?}");
+            assert!(
+                (of.value - expected * expected / 4.01).abs() < 1e-6,
+                "{n}: {of:?}"
+            );
         }
-        assert!((errors.light.value - (2.0 - 2_f64.powi(1 - n)) / 2.0).abs() < 1e-6, "{n}: {:?}", errors.light);
+        assert!(
+            (errors.light.value - (2.0 - 2_f64.powi(1 - n)) / 2.0).abs() < 1e-6,
+            "{n}: {:?}",
+            errors.light
+        );
         assert_eq!((rung.in_use, rung.flag.is_none()), (n == 4, n == 4), "{n}");
         // One ray a segment and sample.
         let samples = report.own.rays / 4;
         assert_eq!(measured.rays, n as u64 * samples, "{n}");
     }
     assert!(report.own.errors.rmse.value > 0.12 && !report.cut_short);
-    assert_eq!((report.size, report.tiles.all, report.reference.standard_error), ([4, 3], 1, 0.0));
+    assert_eq!(
+        (
+            report.size,
+            report.tiles.all,
+            report.reference.standard_error
+        ),
+        ([4, 3], 1, 0.0)
+    );
 }
 
-/// Protects: what files keep is measured on the scene's own picture: a grey of 0.2 lies 0.2·255 − 51 from its code under a linear curve, and
-/// one brighter than white is clipped; floats keep all of it, and each kind takes its bytes.
+/// Protects: what files keep is measured on the scene's own picture: a grey of 0.2 lies 0.2·255 −
+/// 51 from its code under a linear curve, and one brighter than white is clipped; floats keep all
+/// of it, and each kind takes its bytes.
 #[test]
 fn files_keep_what_they_can() {
     let grey = |radiance: f64| {
         let mut scene = corridor();
         let model = json!({ "classic": { "local": 0, "emission": radiance } });
-        scene.materials[0] = serde_json::from_value(json!({ "name": "m", "model": model })).expect("a material");
+        scene.materials[0] =
+            serde_json::from_value(json!({ "name": "m", "model": model })).expect("a material");
         scene.render.gamma = TransferCurve::None;
         scene.render.tone_map = ToneMap::None;
-        let settings = Settings { output: Output::Sixteen, ..settings(&scene, DOWN) };
-        measure(&scene, &settings, &EFFORT, Start::default(), &(), &mut ()).expect("a report").0.outputs
+        let settings = Settings {
+            output: Output::Sixteen,
+            ..settings(&scene, DOWN)
+        };
+        measure(&scene, &settings, &EFFORT, Start::default(), &(), &mut ())
+            .expect("a report")
+            .0
+            .outputs
     };
     let value = f64::from(0.2005_f32);
     let (kept, white) = (grey(0.2005), grey(1.5));
-    let names: Vec<_> = kept.iter().map(|of| (of.rung, of.bytes_per_pixel, of.in_use)).collect();
-    assert_eq!(names, [("8-bit", 3, false), ("8-bit-dither", 3, false), ("16-bit", 6, true), ("float", 12, false)]);
+    let names: Vec<_> = kept
+        .iter()
+        .map(|of| (of.rung, of.bytes_per_pixel, of.in_use))
+        .collect();
+    assert_eq!(
+        names,
+        [
+            ("8-bit", 3, false),
+            ("8-bit-dither", 3, false),
+            ("16-bit", 6, true),
+            ("float", 12, false)
+        ]
+    );
     let off = |steps: f64| (value - (steps * value).round() / steps).abs();
     for (of, steps) in [(&kept[0], 255.0), (&kept[2], 65535.0)] {
-        assert!((of.rmse - off(steps)).abs() < 1e-7 && (of.greatest - off(steps)).abs() < 1e-7, "{of:?}");
+        assert!(
+            (of.rmse - off(steps)).abs() < 1e-7 && (of.greatest - off(steps)).abs() < 1e-7,
+            "{of:?}"
+        );
     }
-    assert!(kept[1].greatest > off(255.0) && kept[1].greatest < 1.0 / 255.0, "{:?}", kept[1]);
+    assert!(
+        kept[1].greatest > off(255.0) && kept[1].greatest < 1.0 / 255.0,
+        "{:?}",
+        kept[1]
+    );
     assert!(kept[3].rmse == 0.0 && kept[3].seconds.is_none() && kept[0].seconds.is_some());
-    assert_eq!((kept[0].clipped, white[0].clipped, white[2].clipped, white[3].clipped), (0.0, 1.0, 1.0, 0.0));
+    assert_eq!(
+        (
+            kept[0].clipped,
+            white[0].clipped,
+            white[2].clipped,
+            white[3].clipped
+        ),
+        (0.0, 1.0, 1.0, 0.0)
+    );
 }
 
-/// Protects: the frontier goes from the shortest paths to those without error, its settings ask for what they say, and ladders that
-/// the scene does not call for are named and not measured; trees and scans give one picture.
+/// Protects: the frontier goes from the shortest paths to those without error, its settings ask for
+/// what they say, and ladders that the scene does not call for are named and not measured; trees
+/// and scans give one picture.
 #[test]
 fn the_frontier_ends_without_error() {
     let report = measured(&corridor());
     let last = report.frontier.last().expect("a frontier");
     assert!(
-        last.measured.errors.rmse.value < 1e-6 && last.flags.iter().any(|flag| flag.starts_with("--rung path-length=")),
+        last.measured.errors.rmse.value < 1e-6
+            && last
+                .flags
+                .iter()
+                .any(|flag| flag.starts_with("--rung path-length=")),
         "{last:?}"
     );
-    let errors: Vec<f64> = report.frontier.iter().map(|candidate| candidate.measured.errors.relmse.value).collect();
+    let errors: Vec<f64> = report
+        .frontier
+        .iter()
+        .map(|candidate| candidate.measured.errors.relmse.value)
+        .collect();
     assert!(errors.is_sorted_by(|a, b| a > b), "{errors:?}");
     assert_eq!(
         report.not_called_for,
@@ -115,24 +193,55 @@ fn the_frontier_ends_without_error() {
             "reconstruction"
         ]
     );
-    assert_eq!(report.prices.iter().map(|ladder| ladder.ladder).collect::<Vec<_>>(), ["build", "accelerator"]);
+    assert_eq!(
+        report
+            .prices
+            .iter()
+            .map(|ladder| ladder.ladder)
+            .collect::<Vec<_>>(),
+        ["build", "accelerator"]
+    );
     for price in report.prices.iter().flat_map(|ladder| &ladder.rungs) {
-        assert!(price.paid.as_ref().expect("there is time").same_bits, "{}", price.rung);
+        assert!(
+            price.paid.as_ref().expect("there is time").same_bits,
+            "{}",
+            price.rung
+        );
     }
 }
 
-/// Protects: chance is noise and no bias: of stripes much finer than a pixel each sample sees another shade, and the mean is right.
+/// Protects: chance is noise and no bias: of stripes much finer than a pixel each sample sees
+/// another shade, and the mean is right.
 #[test]
 fn noise_is_no_bias() {
     let stripes = json!({ "local": 0, "emission": "1 + sin(1e4*p.x)" });
     let scene = floor(classic(stripes), json!({ "render": { "samples": 16 } }));
-    let effort = Effort { rounds: 6, ..EFFORT };
-    let settings = Settings { sampling: Sampling::General(16), ..settings(&scene, DOWN) };
-    let (report, _) = measure(&scene, &settings, &effort, Start::default(), &(), &mut ()).expect("a report");
+    let effort = Effort {
+        rounds: 6,
+        ..EFFORT
+    };
+    let settings = Settings {
+        sampling: Sampling::General(16),
+        ..settings(&scene, DOWN)
+    };
+    let (report, _) =
+        measure(&scene, &settings, &effort, Start::default(), &(), &mut ()).expect("a report");
     let samples = ladder(&report, "samples");
-    let errors = |rung: &raywright_core::accuracy::RungReport| rung.measured.as_ref().map(|of| of.errors).expect("there is time");
-    let noise: Vec<f64> = samples.rungs.iter().map(|rung| errors(rung).relmse.value).collect();
-    assert!(noise.is_sorted_by(|a, b| a > b) && noise[0] > 0.01, "{noise:?}");
+    let errors = |rung: &raywright_core::accuracy::RungReport| {
+        rung.measured
+            .as_ref()
+            .map(|of| of.errors)
+            .expect("there is time")
+    };
+    let noise: Vec<f64> = samples
+        .rungs
+        .iter()
+        .map(|rung| errors(rung).relmse.value)
+        .collect();
+    assert!(
+        noise.is_sorted_by(|a, b| a > b) && noise[0] > 0.01,
+        "{noise:?}"
+    );
     let bias = errors(&samples.rungs[0]).bias.expect("two rounds");
     assert!(bias.value < 0.25 * noise[0], "{bias:?} of {noise:?}");
 }
@@ -147,32 +256,83 @@ fn a_measurement_can_be_stopped() {
         }
     }
     let scene = corridor();
-    let stopped = measure(&scene, &settings(&scene, DOWN), &EFFORT, Start::default(), &Stop, &mut ());
+    let stopped = measure(
+        &scene,
+        &settings(&scene, DOWN),
+        &EFFORT,
+        Start::default(),
+        &Stop,
+        &mut (),
+    );
     assert_eq!(stopped.err(), Some(PrepareError::Cancelled.into()));
 }
 
-/// Protects: a kept reference is the truth of the next measurement, to the bit and without a further ray; one of another scene, seed or size
-/// is refused.
+/// Protects: a kept reference is the truth of the next measurement, to the bit and without a
+/// further ray; one of another scene, seed or size is refused.
 #[test]
 fn a_reference_is_used_again() {
     let scene = corridor();
-    let settings = Settings { max_depth: 4, ..settings(&scene, DOWN) };
+    let settings = Settings {
+        max_depth: 4,
+        ..settings(&scene, DOWN)
+    };
     let again = |scene: &str, settings: &Settings, effort: &Effort, reference| {
-        measure(&corridor(), settings, effort, Start { scene, reference }, &(), &mut ())
+        measure(
+            &corridor(),
+            settings,
+            effort,
+            Start { scene, reference },
+            &(),
+            &mut (),
+        )
     };
     let (first, kept) = again("a", &settings, &EFFORT, None).expect("a report");
-    let (second, same) = again("a", &settings, &EFFORT, Some(kept.clone())).expect("its own reference");
+    let (second, same) =
+        again("a", &settings, &EFFORT, Some(kept.clone())).expect("its own reference");
     assert!(!first.reference.kept && second.reference.kept && second.size == [4, 3]);
-    assert_eq!((first.pictures[0].picture.rgb.clone(), kept.rungs.clone()), (second.pictures[0].picture.rgb.clone(), same.rungs));
-    assert_eq!((first.reference.samples, kept.film.counters()), (second.reference.samples, same.film.counters()));
-    let lengths = |report: &Report| ladder(report, "path-length").rungs.iter().map(|rung| rung.own_error).collect::<Vec<_>>();
+    assert_eq!(
+        (first.pictures[0].picture.rgb.clone(), kept.rungs.clone()),
+        (second.pictures[0].picture.rgb.clone(), same.rungs)
+    );
+    assert_eq!(
+        (first.reference.samples, kept.film.counters()),
+        (second.reference.samples, same.film.counters())
+    );
+    let lengths = |report: &Report| {
+        ladder(report, "path-length")
+            .rungs
+            .iter()
+            .map(|rung| rung.own_error)
+            .collect::<Vec<_>>()
+    };
     assert_eq!(lengths(&first), lengths(&second));
     let refused = |scene, settings: &Settings, effort: &Effort| {
-        let error = again(scene, settings, effort, Some(kept.clone())).expect_err("another picture");
+        let error =
+            again(scene, settings, effort, Some(kept.clone())).expect_err("another picture");
         assert!(matches!(error, MeasureError::Reference(_)), "{error}");
         error.to_string()
     };
     assert!(refused("b", &settings, &EFFORT).contains("scene differs"));
-    assert!(refused("a", &Settings { seed: 7, ..settings.clone() }, &EFFORT).contains("seed differs"));
-    assert!(refused("a", &settings, &Effort { size: Some([5, 3]), ..EFFORT }).contains("size differs"));
+    assert!(
+        refused(
+            "a",
+            &Settings {
+                seed: 7,
+                ..settings.clone()
+            },
+            &EFFORT
+        )
+        .contains("seed differs")
+    );
+    assert!(
+        refused(
+            "a",
+            &settings,
+            &Effort {
+                size: Some([5, 3]),
+                ..EFFORT
+            }
+        )
+        .contains("size differs")
+    );
 }

@@ -7,12 +7,16 @@ use raywright_core::{Scene, Settings};
 use serde_json::{Value, json};
 
 use crate::paths::{mean, paths};
-use crate::support::{DOWN, PRECISIONS, SLANTED, floor, near, physical, pixel, rendered, sees, settings};
+use crate::support::{
+    DOWN, PRECISIONS, SLANTED, floor, near, physical, pixel, rendered, sees, settings,
+};
 
 /// A disk at height 1 of an unlit material above an unlit blue floor.
 fn above_blue(terms: Value, count: usize) -> Scene {
     let mut pane = json!({ "base_colour": [1, 0.5, 0], "unlit": true });
-    pane.as_object_mut().expect("a table").extend(terms.as_object().expect("a table").clone());
+    pane.as_object_mut()
+        .expect("a table")
+        .extend(terms.as_object().expect("a table").clone());
     let disk = |i: usize| json!({ "shape": { "disk": { "centre": [0, 1.0 - 0.1 * i as f64, 0], "normal": [0, 1, 0], "radius": 0.5 } }, "material": "pane" });
     let disks: Vec<Value> = (0..count).map(disk).collect();
     floor(
@@ -23,85 +27,192 @@ fn above_blue(terms: Value, count: usize) -> Scene {
 
 const BLEND: &str = "blend";
 
-/// Protects: alpha · surface + (1 − alpha) · what is behind, one pane after the other; opaque materials have no alpha.
+/// Protects: alpha · surface + (1 − alpha) · what is behind, one pane after the other; opaque
+/// materials have no alpha.
 #[test]
 fn panes_cover_by_their_alpha() {
-    sees(&above_blue(json!({ "opacity": 0.25, "alpha": BLEND }), 1), DOWN, [0.25, 0.125, 0.75]);
-    sees(&above_blue(json!({ "opacity": 0.25, "alpha": BLEND }), 2), DOWN, [0.4375, 0.21875, 0.5625]);
-    sees(&above_blue(json!({ "opacity": "abs(d.y) / 4", "alpha": BLEND }), 1), DOWN, [0.25, 0.125, 0.75]);
-    sees(&above_blue(json!({ "opacity": 0.25 }), 1), DOWN, [1.0, 0.5, 0.0]);
-    sees(&above_blue(json!({ "opacity": 0, "alpha": BLEND }), 1), DOWN, [0.0, 0.0, 1.0]);
-    sees(&above_blue(json!({ "opacity": 1, "alpha": BLEND }), 1), DOWN, [1.0, 0.5, 0.0]);
+    sees(
+        &above_blue(json!({ "opacity": 0.25, "alpha": BLEND }), 1),
+        DOWN,
+        [0.25, 0.125, 0.75],
+    );
+    sees(
+        &above_blue(json!({ "opacity": 0.25, "alpha": BLEND }), 2),
+        DOWN,
+        [0.4375, 0.21875, 0.5625],
+    );
+    sees(
+        &above_blue(json!({ "opacity": "abs(d.y) / 4", "alpha": BLEND }), 1),
+        DOWN,
+        [0.25, 0.125, 0.75],
+    );
+    sees(
+        &above_blue(json!({ "opacity": 0.25 }), 1),
+        DOWN,
+        [1.0, 0.5, 0.0],
+    );
+    sees(
+        &above_blue(json!({ "opacity": 0, "alpha": BLEND }), 1),
+        DOWN,
+        [0.0, 0.0, 1.0],
+    );
+    sees(
+        &above_blue(json!({ "opacity": 1, "alpha": BLEND }), 1),
+        DOWN,
+        [1.0, 0.5, 0.0],
+    );
 }
 
-/// Protects: through a pane that is half there a camera ray sees the background that was asked for, and a mirrored one the sky; under
-/// path tracing, where chance chooses between pane and background, either is one of the two.
+/// Protects: through a pane that is half there a camera ray sees the background that was asked for,
+/// and a mirrored one the sky; under path tracing, where chance chooses between pane and
+/// background, either is one of the two.
 #[test]
 fn the_background_is_seen_through_panes() {
     let mut scene = above_blue(json!({ "opacity": 0.25, "alpha": BLEND }), 2);
     scene.objects.remove(0);
     scene.sky = serde_json::from_value(json!({ "constant": [9, 9, 9] })).expect("a sky");
-    let settings = Settings { background: Background::Transparent, ..settings(&scene, DOWN) };
-    let before_blue = |settings: &Settings| rendered(&scene, settings).picture.over([0.0, 0.0, 1.0]).rgb[0].map(f64::from);
-    near(before_blue(&settings), [0.4375, 0.21875, 0.5625], 1e-6, "behind panes");
-    let paths = Settings { integrator: Integrator::Path, ..settings };
+    let settings = Settings {
+        background: Background::Transparent,
+        ..settings(&scene, DOWN)
+    };
+    let before_blue = |settings: &Settings| {
+        rendered(&scene, settings).picture.over([0.0, 0.0, 1.0]).rgb[0].map(f64::from)
+    };
+    near(
+        before_blue(&settings),
+        [0.4375, 0.21875, 0.5625],
+        1e-6,
+        "behind panes",
+    );
+    let paths = Settings {
+        integrator: Integrator::Path,
+        ..settings
+    };
     let seen = before_blue(&paths);
-    assert!(seen == [1.0, 0.5, 0.0] || seen == [0.0, 0.0, 1.0], "{seen:?}");
+    assert!(
+        seen == [1.0, 0.5, 0.0] || seen == [0.0, 0.0, 1.0],
+        "{seen:?}"
+    );
 }
 
 /// Protects: a mask is absent below its cutoff, and there at it.
 #[test]
 fn masks_are_there_or_not() {
-    let mask = |opacity: f64| above_blue(json!({ "opacity": opacity, "alpha": { "mask": { "cutoff": 0.5 } } }), 1);
+    let mask = |opacity: f64| {
+        above_blue(
+            json!({ "opacity": opacity, "alpha": { "mask": { "cutoff": 0.5 } } }),
+            1,
+        )
+    };
     sees(&mask(0.5), DOWN, [1.0, 0.5, 0.0]);
     sees(&mask(0.49), DOWN, [0.0, 0.0, 1.0]);
 }
 
-/// Protects: alpha at a mask's cutoff is there at every point, by each way to say it and in every precision: what corners or texels around a
-/// point share is what the point has. Above a cutoff of one, as below any, nothing is.
+/// Protects: alpha at a mask's cutoff is there at every point, by each way to say it and in every
+/// precision: what corners or texels around a point share is what the point has. Above a cutoff of
+/// one, as below any, nothing is.
 #[test]
 fn masks_at_their_cutoff_are_whole() {
     let share = |cutoff: f64, alphas: [f64; 3], textured: bool| {
         let colours: Vec<[f64; 4]> = alphas.iter().map(|&alpha| [1.0, 1.0, 1.0, alpha]).collect();
-        let texture = if textured { json!({ "name": "even" }) } else { Value::Null };
+        let texture = if textured {
+            json!({ "name": "even" })
+        } else {
+            Value::Null
+        };
         let data = json!({ "positions": [[-9, -7, 0], [11, -8, 0], [0.7, 13, 0]], "indices": [[0, 1, 2]], "colours": colours,
             "uvs": [[[0, 0], [7.3, 0.1], [0.4, 5.7]]] });
         let model = json!({ "unlit": true, "vertex_colours": !textured, "alpha": { "mask": { "cutoff": cutoff } }, "base_colour_texture": texture });
-        let mut scene = crate::support::scene(json!({ "meshes": [{ "name": "leaf", "source": { "inline": data } }],
+        let mut scene = crate::support::scene(
+            json!({ "meshes": [{ "name": "leaf", "source": { "inline": data } }],
             "images": [{ "name": "even", "path": "even.png" }], "textures": [{ "name": "even", "image": "even" }],
-            "objects": [{ "shape": { "mesh": "leaf" }, "material": "leaf" }], "materials": [{ "name": "leaf", "model": physical(model) }] }));
+            "objects": [{ "shape": { "mesh": "leaf" }, "material": "leaf" }], "materials": [{ "name": "leaf", "model": physical(model) }] }),
+        );
         let code = [255, 255, 255, (alphas[0] * 255.0).round() as u8];
-        let image = ImageData { width: 3, height: 2, pixels: Pixels::Codes(vec![code; 6]) };
+        let image = ImageData {
+            width: 3,
+            height: 2,
+            pixels: Pixels::Codes(vec![code; 6]),
+        };
         scene.images[0].data = Some(std::sync::Arc::new(image));
         PRECISIONS.map(|(precision, _)| {
             let view = settings(&scene, [[0.0, 0.0, 9.0], [0.0; 3]]);
-            let seen = rendered(&scene, &Settings { precision, size: [48, 48], ..view }).picture.rgb;
+            let seen = rendered(
+                &scene,
+                &Settings {
+                    precision,
+                    size: [48, 48],
+                    ..view
+                },
+            )
+            .picture
+            .rgb;
             seen.iter().filter(|pixel| pixel[0] > 0.5).count() as f64 / seen.len() as f64
         })
     };
     for cutoff in [0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.7, 0.8, 0.9, 1.0] {
-        assert_eq!(share(cutoff, [cutoff; 3], false), [1.0; 2], "corners at {cutoff}");
-        assert_eq!(share(cutoff, [cutoff, 1.0, cutoff], false), [1.0; 2], "corners from {cutoff} on");
+        assert_eq!(
+            share(cutoff, [cutoff; 3], false),
+            [1.0; 2],
+            "corners at {cutoff}"
+        );
+        assert_eq!(
+            share(cutoff, [cutoff, 1.0, cutoff], false),
+            [1.0; 2],
+            "corners from {cutoff} on"
+        );
     }
     for code in [1, 51, 77, 102, 128, 200, 255] {
         let cutoff = f64::from(code) / 255.0;
-        assert_eq!(share(cutoff, [cutoff; 3], true), [1.0; 2], "texels at {cutoff}");
+        assert_eq!(
+            share(cutoff, [cutoff; 3], true),
+            [1.0; 2],
+            "texels at {cutoff}"
+        );
     }
     for cutoff in [1.0 + 1e-6, 1.5, 2.0, 1e30] {
-        assert_eq!(share(cutoff, [1.0; 3], false), [0.0; 2], "corners below {cutoff}");
-        assert_eq!(share(cutoff, [1.0; 3], true), [0.0; 2], "texels below {cutoff}");
+        assert_eq!(
+            share(cutoff, [1.0; 3], false),
+            [0.0; 2],
+            "corners below {cutoff}"
+        );
+        assert_eq!(
+            share(cutoff, [1.0; 3], true),
+            [0.0; 2],
+            "texels below {cutoff}"
+        );
     }
 }
 
-/// A row of these numbers of layers, and what both integrators leave of the blue floor behind them in one segment.
+/// A row of these numbers of layers, and what both integrators leave of the blue floor behind them
+/// in one segment.
 #[track_caller]
 fn leave_of_blue(layers: impl Fn(usize) -> Scene, left: f64) {
     for count in [0, 1, 10, 100, 1000] {
         let (scene, expected) = (layers(count), [0.0, 0.0, left.powi(count as i32)]);
         for (precision, tolerance) in crate::support::PRECISIONS {
-            let found = pixel(&scene, &Settings { precision, max_depth: 1, ..settings(&scene, DOWN) });
-            near(found, expected, 1e-3 * expected[2] + tolerance, &format!("{count} layers, {precision:?}"));
-            let ([.., found], [.., error]) = mean(&scene, &Settings { precision, size: [4, 4], ..paths(&scene, DOWN, 1) });
+            let found = pixel(
+                &scene,
+                &Settings {
+                    precision,
+                    max_depth: 1,
+                    ..settings(&scene, DOWN)
+                },
+            );
+            near(
+                found,
+                expected,
+                1e-3 * expected[2] + tolerance,
+                &format!("{count} layers, {precision:?}"),
+            );
+            let ([.., found], [.., error]) = mean(
+                &scene,
+                &Settings {
+                    precision,
+                    size: [4, 4],
+                    ..paths(&scene, DOWN, 1)
+                },
+            );
             assert!(
                 (found - expected[2]).abs() <= 4.0 * error + 1e-4,
                 "{count} layers, {precision:?}: {found}, not {expected:?}"
@@ -110,39 +221,56 @@ fn leave_of_blue(layers: impl Fn(usize) -> Scene, left: f64) {
     }
 }
 
-/// Protects: what lets a ray go on unchanged costs no segment, however much of it there is, in either integrator: blended surfaces, one before
-/// the other or nested, what a mask leaves out, and borders of equal media with their tint.
+/// Protects: what lets a ray go on unchanged costs no segment, however much of it there is, in
+/// either integrator: blended surfaces, one before the other or nested, what a mask leaves out, and
+/// borders of equal media with their tint.
 #[test]
 fn what_is_passed_costs_no_segment() {
     let stack = |terms: Value| {
         move |count: usize| {
             let mut scene = above_blue(terms.clone(), 0);
             let kind = json!({ "grid": { "counts": [1, count, 1], "origin": [0, 0.001, 0], "step": [0, 0.001, 0] } });
-            let object =
-                json!({ "shape": { "disk": { "centre": [0, 0, 0], "normal": [0, 1, 0], "radius": 0.5 } }, "material": "pane" });
+            let object = json!({ "shape": { "disk": { "centre": [0, 0, 0], "normal": [0, 1, 0], "radius": 0.5 } }, "material": "pane" });
             if count > 0 {
-                scene.generators.push(serde_json::from_value(json!({ "kind": kind, "object": object })).expect("a generator"));
+                scene.generators.push(
+                    serde_json::from_value(json!({ "kind": kind, "object": object }))
+                        .expect("a generator"),
+                );
             }
             scene
         }
     };
-    leave_of_blue(stack(json!({ "base_colour": 0, "opacity": 0.05, "alpha": BLEND })), 0.95);
-    leave_of_blue(stack(json!({ "opacity": 0.25, "alpha": { "mask": { "cutoff": 0.5 } } })), 1.0);
+    leave_of_blue(
+        stack(json!({ "base_colour": 0, "opacity": 0.05, "alpha": BLEND })),
+        0.95,
+    );
+    leave_of_blue(
+        stack(json!({ "opacity": 0.25, "alpha": { "mask": { "cutoff": 0.5 } } })),
+        1.0,
+    );
     let clear = json!({ "base_colour": [1, 1, 0.97], "unlit": false, "transmission": 1, "roughness": 0, "ior": 1 });
     leave_of_blue(stack(clear), 0.97);
     leave_of_blue(
         |count| {
-            let mut scene = above_blue(json!({ "base_colour": 0, "opacity": 0.05, "alpha": BLEND }), 0);
-            let shell = |i: usize| crate::support::ball([0.0, 1.0, 0.0], 0.9 - 0.8 * i as f64 / count as f64, "pane");
-            scene.objects.extend((0..count).map(|i| serde_json::from_value(shell(i)).expect("an object")));
+            let mut scene = above_blue(
+                json!({ "base_colour": 0, "opacity": 0.05, "alpha": BLEND }),
+                0,
+            );
+            let shell = |i: usize| {
+                crate::support::ball([0.0, 1.0, 0.0], 0.9 - 0.8 * i as f64 / count as f64, "pane")
+            };
+            scene
+                .objects
+                .extend((0..count).map(|i| serde_json::from_value(shell(i)).expect("an object")));
             scene
         },
         0.95 * 0.95,
     );
 }
 
-/// Protects: a shadow ray passes all the blended surfaces that there are, however few segments a path may have, also where a thin wall elsewhere
-/// in the scene makes shadow rays look for what they pass.
+/// Protects: a shadow ray passes all the blended surfaces that there are, however few segments a
+/// path may have, also where a thin wall elsewhere in the scene makes shadow rays look for what
+/// they pass.
 #[test]
 fn shadow_rays_pass_more_panes_than_segments() {
     let pane = json!({ "base_colour": 0, "opacity": 0.05, "alpha": BLEND });
@@ -158,40 +286,65 @@ fn shadow_rays_pass_more_panes_than_segments() {
         mean(&scene, &paths(&scene, SLANTED, 2)).0[0]
     };
     let (bare, covered) = (lit(0), lit(12));
-    assert!(bare > 0.01 && (covered / bare - 0.95_f64.powi(12)).abs() < 1e-5, "{covered} of {bare}");
+    assert!(
+        bare > 0.01 && (covered / bare - 0.95_f64.powi(12)).abs() < 1e-5,
+        "{covered} of {bare}"
+    );
 }
 
 /// Protects: a mirror behind panes, and panes in a mirror, leave it all its segments.
 #[test]
 fn panes_take_no_segment_from_mirrors() {
     let pane = json!({ "base_colour": 0, "unlit": true, "opacity": 0.1, "alpha": BLEND });
-    let disk =
-        |y: f64| json!({ "shape": { "disk": { "centre": [0, y, 0], "normal": [0, 1, 0], "radius": 9 } }, "material": "pane" });
+    let disk = |y: f64| json!({ "shape": { "disk": { "centre": [0, y, 0], "normal": [0, 1, 0], "radius": 9 } }, "material": "pane" });
     let scene = floor(
         crate::support::classic(json!({ "local": 0, "reflection": { "weight": 1 } })),
         json!({ "materials": [{ "name": "pane", "model": physical(pane) }], "sky": { "constant": 1 },
             "objects": (1..=12).map(|i| disk(0.1 * f64::from(i))).collect::<Vec<_>>() }),
     );
     let expected = 0.9_f64.powi(24);
-    near(pixel(&scene, &Settings { max_depth: 2, ..settings(&scene, SLANTED) }), [expected; 3], 1e-5, "Whitted");
+    near(
+        pixel(
+            &scene,
+            &Settings {
+                max_depth: 2,
+                ..settings(&scene, SLANTED)
+            },
+        ),
+        [expected; 3],
+        1e-5,
+        "Whitted",
+    );
     let (found, error) = mean(&scene, &paths(&scene, SLANTED, 2));
-    assert!((found[0] - expected).abs() <= 4.0 * error[0], "{found:?} +- {error:?}, not {expected}");
+    assert!(
+        (found[0] - expected).abs() <= 4.0 * error[0],
+        "{found:?} +- {error:?}, not {expected}"
+    );
 }
 
 /// Protects: behind what is absent the camera still looks into its background.
 #[test]
 fn the_background_shows_through_what_is_absent() {
-    let mut scene = above_blue(json!({ "opacity": 0.25, "alpha": { "mask": { "cutoff": 0.5 } } }), 1);
+    let mut scene = above_blue(
+        json!({ "opacity": 0.25, "alpha": { "mask": { "cutoff": 0.5 } } }),
+        1,
+    );
     scene.objects.remove(0);
-    let settings = Settings { background: Background::Transparent, ..settings(&scene, DOWN) };
+    let settings = Settings {
+        background: Background::Transparent,
+        ..settings(&scene, DOWN)
+    };
     assert_eq!(rendered(&scene, &settings).picture.alpha, Some(vec![0.0]));
 }
 
-/// Protects: under a transparent background a pixel is covered as far as its panes cover it, with their colour in that share, and
-/// wholly where something that covers all lies behind them or reflects the ray; what only a mirror shows covers nothing more.
+/// Protects: under a transparent background a pixel is covered as far as its panes cover it, with
+/// their colour in that share, and wholly where something that covers all lies behind them or
+/// reflects the ray; what only a mirror shows covers nothing more.
 #[test]
 fn panes_over_nothing_cover_their_share() {
-    let pane = |opacity: f64, count: usize| above_blue(json!({ "opacity": opacity, "alpha": BLEND }), count);
+    let pane = |opacity: f64, count: usize| {
+        above_blue(json!({ "opacity": opacity, "alpha": BLEND }), count)
+    };
     let over_nothing = |mut scene: Scene| {
         scene.objects.remove(0);
         scene
@@ -200,68 +353,139 @@ fn panes_over_nothing_cover_their_share() {
         let mut scene = over_nothing(pane(0.25, 2));
         let mut other = scene.materials[1].clone();
         other.name = "other".to_owned();
-        let raywright_core::scene::Model::Physical(model) = &mut other.model else { panic!("a physical material") };
+        let raywright_core::scene::Model::Physical(model) = &mut other.model else {
+            panic!("a physical material")
+        };
         model.opacity = 0.5.into();
         scene.objects[1].material = other.name.clone();
         scene.materials.push(other);
         scene
     };
-    let mirror = above_blue(json!({ "opacity": 0.25, "alpha": BLEND, "unlit": false, "metallic": 1, "roughness": 0 }), 1);
+    let mirror = above_blue(
+        json!({ "opacity": 0.25, "alpha": BLEND, "unlit": false, "metallic": 1, "roughness": 0 }),
+        1,
+    );
     let under_a_ceiling = {
         let mut scene = over_nothing(mirror.clone());
-        let ceiling =
-            json!({ "shape": { "plane": { "point": [0, 9, 0], "normal": [0, -1, 0] } }, "material": scene.materials[0].name });
-        scene.objects.push(serde_json::from_value(ceiling).expect("an object"));
+        let ceiling = json!({ "shape": { "plane": { "point": [0, 9, 0], "normal": [0, -1, 0] } }, "material": scene.materials[0].name });
+        scene
+            .objects
+            .push(serde_json::from_value(ceiling).expect("an object"));
         scene
     };
     for (name, scene, colour, alpha) in [
-        ("one", over_nothing(pane(0.25, 1)), Some([0.25, 0.125, 0.0]), 0.25),
+        (
+            "one",
+            over_nothing(pane(0.25, 1)),
+            Some([0.25, 0.125, 0.0]),
+            0.25,
+        ),
         ("two", two, Some([0.625, 0.3125, 0.0]), 0.625),
-        ("a third", over_nothing(pane(1.0 / 3.0, 1)), Some([1.0 / 3.0, 1.0 / 6.0, 0.0]), 1.0 / 3.0),
-        ("before a floor", pane(0.25, 2), Some([0.4375, 0.21875, 0.5625]), 1.0),
-        ("whole", over_nothing(pane(1.0, 1)), Some([1.0, 0.5, 0.0]), 1.0),
+        (
+            "a third",
+            over_nothing(pane(1.0 / 3.0, 1)),
+            Some([1.0 / 3.0, 1.0 / 6.0, 0.0]),
+            1.0 / 3.0,
+        ),
+        (
+            "before a floor",
+            pane(0.25, 2),
+            Some([0.4375, 0.21875, 0.5625]),
+            1.0,
+        ),
+        (
+            "whole",
+            over_nothing(pane(1.0, 1)),
+            Some([1.0, 0.5, 0.0]),
+            1.0,
+        ),
         ("absent", over_nothing(pane(0.0, 1)), Some([0.0; 3]), 0.0),
         ("a mirror", over_nothing(mirror.clone()), None, 0.25),
         ("a mirror of a ceiling", under_a_ceiling, None, 0.25),
     ] {
         for (precision, _) in crate::support::PRECISIONS {
-            for sampling in [Sampling::Pattern(Pattern::Centre), Sampling::Pattern(Pattern::Corners), Sampling::General(20)] {
-                let own = Settings { precision, sampling, background: Background::Transparent, ..settings(&scene, DOWN) };
-                let picture = rendered(&scene, &Settings { camera: Some(narrow(&own)), ..own }).picture;
+            for sampling in [
+                Sampling::Pattern(Pattern::Centre),
+                Sampling::Pattern(Pattern::Corners),
+                Sampling::General(20),
+            ] {
+                let own = Settings {
+                    precision,
+                    sampling,
+                    background: Background::Transparent,
+                    ..settings(&scene, DOWN)
+                };
+                let picture = rendered(
+                    &scene,
+                    &Settings {
+                        camera: Some(narrow(&own)),
+                        ..own
+                    },
+                )
+                .picture;
                 let what = format!("{name}, {precision:?}, {sampling:?}");
                 let covered = picture.alpha.expect("an alpha")[0];
-                assert!((f64::from(covered) - alpha).abs() < 1e-5, "{what}: {covered} instead of {alpha}");
-                assert!(alpha > 0.0 && alpha < 1.0 || f64::from(covered) == alpha, "{what}: {covered}");
-                colour.iter().for_each(|&colour| near(picture.rgb[0].map(f64::from), colour, 1e-5, &what));
+                assert!(
+                    (f64::from(covered) - alpha).abs() < 1e-5,
+                    "{what}: {covered} instead of {alpha}"
+                );
+                assert!(
+                    alpha > 0.0 && alpha < 1.0 || f64::from(covered) == alpha,
+                    "{what}: {covered}"
+                );
+                colour
+                    .iter()
+                    .for_each(|&colour| near(picture.rgb[0].map(f64::from), colour, 1e-5, &what));
             }
         }
     }
 }
 
-/// The camera of these settings with a field of view in which panes fill the picture to its corners.
+/// The camera of these settings with a field of view in which panes fill the picture to its
+/// corners.
 fn narrow(settings: &Settings) -> raywright_core::scene::Camera {
     let mut camera = settings.camera.clone().expect("a camera");
-    camera.projection = Projection::Pinhole(Pinhole { vertical_fov: Some(2.0), ..Pinhole::default() });
+    camera.projection = Projection::Pinhole(Pinhole {
+        vertical_fov: Some(2.0),
+        ..Pinhole::default()
+    });
     camera
 }
 
-/// Protects: thousands of absent surfaces in a row are passed, by either integrator, and only so many that a ray comes to an end, which is
-/// counted.
+/// Protects: thousands of absent surfaces in a row are passed, by either integrator, and only so
+/// many that a ray comes to an end, which is counted.
 #[test]
 fn rays_pass_some_thousand_absent_surfaces() {
     let mask = json!({ "opacity": 0.25, "alpha": { "mask": { "cutoff": 0.5 } } });
     let stack = |count: u32| {
         let mut scene = above_blue(mask.clone(), 0);
         let kind = json!({ "grid": { "counts": [1, count, 1], "origin": [0, 0.0001, 0], "step": [0, 0.0001, 0] } });
-        let object =
-            json!({ "shape": { "disk": { "centre": [0, 0, 0], "normal": [0, 1, 0], "radius": 0.5 } }, "material": "pane" });
-        scene.generators.push(serde_json::from_value(json!({ "kind": kind, "object": object })).expect("a generator"));
+        let object = json!({ "shape": { "disk": { "centre": [0, 0, 0], "normal": [0, 1, 0], "radius": 0.5 } }, "material": "pane" });
+        scene.generators.push(
+            serde_json::from_value(json!({ "kind": kind, "object": object })).expect("a generator"),
+        );
         scene
     };
     for integrator in [Integrator::Whitted, Integrator::Path] {
-        for (count, blue, losses) in [(8192, 1.0, vec![]), (8193, 0.0, vec![SampleLoss::CutShort { rays: 1, most: 8192 }])] {
+        for (count, blue, losses) in [
+            (8192, 1.0, vec![]),
+            (
+                8193,
+                0.0,
+                vec![SampleLoss::CutShort {
+                    rays: 1,
+                    most: 8192,
+                }],
+            ),
+        ] {
             let scene = stack(count);
-            let found = rendered(&scene, &Settings { integrator, ..settings(&scene, DOWN) });
+            let found = rendered(
+                &scene,
+                &Settings {
+                    integrator,
+                    ..settings(&scene, DOWN)
+                },
+            );
             assert_eq!(
                 (found.picture.rgb[0], found.counters.losses().collect()),
                 ([0.0, 0.0, blue], losses),
@@ -271,13 +495,13 @@ fn rays_pass_some_thousand_absent_surfaces() {
     }
 }
 
-/// Protects: a ray that a surface mirrors or lets through passes on from where the limit of its sample stands, in Whitted's integrator.
+/// Protects: a ray that a surface mirrors or lets through passes on from where the limit of its
+/// sample stands, in Whitted's integrator.
 #[test]
 fn rays_of_a_sample_share_their_limit() {
     for (count, cut) in [(4096, 0), (4097, 1)] {
         let kind = json!({ "grid": { "counts": [1, count, 1], "origin": [0, 0.0001, 0], "step": [0, 0.0001, 0] } });
-        let disk =
-            json!({ "shape": { "disk": { "centre": [0, 0, 0], "normal": [0, 1, 0], "radius": 0.5 } }, "material": "pane" });
+        let disk = json!({ "shape": { "disk": { "centre": [0, 0, 0], "normal": [0, 1, 0], "radius": 0.5 } }, "material": "pane" });
         let mask = physical(json!({ "opacity": 0.25, "alpha": { "mask": { "cutoff": 0.5 } } }));
         // What it mirrors passes the stack once more.
         let scene = floor(
@@ -289,7 +513,8 @@ fn rays_of_a_sample_share_their_limit() {
     }
 }
 
-/// Protects: behind borders of equal media a matte floor and a mirror have all their segments, as without them; a border that glows is seen.
+/// Protects: behind borders of equal media a matte floor and a mirror have all their segments, as
+/// without them; a border that glows is seen.
 #[test]
 fn borders_of_equal_media_hide_nothing() {
     let clear = |emission: f64| {
@@ -307,11 +532,19 @@ fn borders_of_equal_media_hide_nothing() {
     };
     let matte = json!({ "base_colour": 0.5, "roughness": 1, "specular": 0 });
     for model in [matte, json!({ "metallic": 1, "roughness": 0 })] {
-        let (([bare, ..], [error, ..]), ([behind, ..], _)) = (lit(&model, &[]), lit(&model, &[0.2, 0.4, 0.6]));
-        assert!(bare > 0.05 && (behind - bare).abs() <= 5.0 * error + 1e-3 * bare, "{model}: {behind}, not {bare}");
+        let (([bare, ..], [error, ..]), ([behind, ..], _)) =
+            (lit(&model, &[]), lit(&model, &[0.2, 0.4, 0.6]));
+        assert!(
+            bare > 0.05 && (behind - bare).abs() <= 5.0 * error + 1e-3 * bare,
+            "{model}: {behind}, not {bare}"
+        );
     }
-    let glowing =
-        crate::support::scene(json!({ "materials": [clear(2.0)], "objects": [border(0.5)], "sky": { "constant": 0.5 } }));
+    let glowing = crate::support::scene(
+        json!({ "materials": [clear(2.0)], "objects": [border(0.5)], "sky": { "constant": 0.5 } }),
+    );
     let (found, error) = mean(&glowing, &paths(&glowing, SLANTED, 4));
-    assert!((found[0] - 2.5).abs() <= 4.0 * error[0] + 1e-3, "{found:?} +- {error:?}, not 2.5");
+    assert!(
+        (found[0] - 2.5).abs() <= 4.0 * error[0] + 1e-3,
+        "{found:?} +- {error:?}, not 2.5"
+    );
 }

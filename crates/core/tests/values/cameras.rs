@@ -12,7 +12,8 @@ use crate::support::{DOWN, ball, physical, rendered, scene, settings};
 
 fn camera(pose: Value, projection: Value, aspect: Value, size: [u32; 2]) -> Camera<f64> {
     let data: CameraData =
-        serde_json::from_value(json!({ "pose": pose, "projection": projection, "aspect": aspect })).expect("a camera");
+        serde_json::from_value(json!({ "pose": pose, "projection": projection, "aspect": aspect }))
+            .expect("a camera");
     Camera::new(&data, size)
 }
 
@@ -24,25 +25,46 @@ fn pose() -> Value {
 #[track_caller]
 fn goes(ray: Ray<f64>, origin: [f64; 3], direction: [f64; 3]) {
     let direction = DVec3::from(direction).normalize();
-    assert!((ray.origin - DVec3::from(origin)).length() < 1e-12, "from {}", ray.origin);
-    assert!((ray.direction - direction).length() < 1e-12, "towards {} instead of {direction}", ray.direction);
+    assert!(
+        (ray.origin - DVec3::from(origin)).length() < 1e-12,
+        "from {}",
+        ray.origin
+    );
+    assert!(
+        (ray.direction - direction).length() < 1e-12,
+        "towards {} instead of {direction}",
+        ray.direction
+    );
 }
 
 const EYE: [f64; 3] = [1.0, 2.0, 3.0];
 
-/// Protects: which of width and height a field of view means, the image one unit high, right and up in the picture.
+/// Protects: which of width and height a field of view means, the image one unit high, right and up
+/// in the picture.
 #[test]
 fn pinholes_open_by_their_key() {
-    let at =
-        |pinhole: Value, x: f64, y: f64| camera(pose(), json!({ "pinhole": pinhole }), Value::Null, [40, 20]).ray(x, y, [0.5; 2]);
-    goes(at(json!({ "vertical_fov": 90 }), 20.0, 0.0), EYE, [0.0, 1.0, -1.0]);
-    goes(at(json!({ "vertical_fov": 90 }), 40.0, 10.0), EYE, [2.0, 0.0, -1.0]);
-    // A lens opens as its pinhole does, also where the picture has a shape of its own: 3 to 1 here, in pixels that are none.
+    let at = |pinhole: Value, x: f64, y: f64| {
+        camera(pose(), json!({ "pinhole": pinhole }), Value::Null, [40, 20]).ray(x, y, [0.5; 2])
+    };
+    goes(
+        at(json!({ "vertical_fov": 90 }), 20.0, 0.0),
+        EYE,
+        [0.0, 1.0, -1.0],
+    );
+    goes(
+        at(json!({ "vertical_fov": 90 }), 40.0, 10.0),
+        EYE,
+        [2.0, 0.0, -1.0],
+    );
+    // A lens opens as its pinhole does, also where the picture has a shape of its own: 3 to 1 here,
+    // in pixels that are none.
     for aspect in [Value::Null, json!(3)] {
         let half = if aspect.is_null() { 1.0 } else { 1.5 };
-        for (pinhole, focal) in
-            [(json!({ "vertical_fov": 90 }), 0.5), (json!({ "horizontal_fov": 90 }), half), (json!({ "focal_length": 2 }), 2.0)]
-        {
+        for (pinhole, focal) in [
+            (json!({ "vertical_fov": 90 }), 0.5),
+            (json!({ "horizontal_fov": 90 }), half),
+            (json!({ "focal_length": 2 }), 2.0),
+        ] {
             let lens = json!({ "thin_lens": { "pinhole": pinhole, "aperture_radius": 0.1, "focus_distance": 4 } });
             for projection in [json!({ "pinhole": pinhole }), lens] {
                 let camera = camera(pose(), projection, aspect.clone(), [40, 20]);
@@ -51,40 +73,101 @@ fn pinholes_open_by_their_key() {
             }
         }
     }
-    goes(at(json!({ "vertical_fov": 60 }), 20.0, 20.0), EYE, [0.0, -f64::sqrt(1.0 / 3.0), -1.0]);
-    goes(at(json!({ "horizontal_fov": 90 }), 40.0, 10.0), EYE, [1.0, 0.0, -1.0]);
-    goes(at(json!({ "horizontal_fov": 90 }), 0.0, 0.0), EYE, [-1.0, 0.5, -1.0]);
-    goes(at(json!({ "focal_length": 2 }), 20.0, 0.0), EYE, [0.0, 0.5, -2.0]);
-    goes(at(json!({ "focal_length": 2 }), 0.0, 15.0), EYE, [-1.0, -0.25, -2.0]);
+    goes(
+        at(json!({ "vertical_fov": 60 }), 20.0, 20.0),
+        EYE,
+        [0.0, -f64::sqrt(1.0 / 3.0), -1.0],
+    );
+    goes(
+        at(json!({ "horizontal_fov": 90 }), 40.0, 10.0),
+        EYE,
+        [1.0, 0.0, -1.0],
+    );
+    goes(
+        at(json!({ "horizontal_fov": 90 }), 0.0, 0.0),
+        EYE,
+        [-1.0, 0.5, -1.0],
+    );
+    goes(
+        at(json!({ "focal_length": 2 }), 20.0, 0.0),
+        EYE,
+        [0.0, 0.5, -2.0],
+    );
+    goes(
+        at(json!({ "focal_length": 2 }), 0.0, 15.0),
+        EYE,
+        [-1.0, -0.25, -2.0],
+    );
 }
 
 /// Protects: a fixed aspect stretches the film over the picture, for every key.
 #[test]
 fn a_fixed_aspect_is_kept() {
-    let at =
-        |pinhole: Value, x: f64, y: f64| camera(pose(), json!({ "pinhole": pinhole }), json!(3), [20, 20]).ray(x, y, [0.5; 2]);
-    goes(at(json!({ "vertical_fov": 90 }), 20.0, 0.0), EYE, [3.0, 1.0, -1.0]);
-    goes(at(json!({ "horizontal_fov": 90 }), 20.0, 0.0), EYE, [1.0, 1.0 / 3.0, -1.0]);
-    let flat = camera(pose(), json!({ "orthographic": { "height": 4 } }), json!(3), [20, 20]);
-    goes(flat.ray(20.0, 0.0, [0.5; 2]), [7.0, 4.0, 3.0], [0.0, 0.0, -1.0]);
+    let at = |pinhole: Value, x: f64, y: f64| {
+        camera(pose(), json!({ "pinhole": pinhole }), json!(3), [20, 20]).ray(x, y, [0.5; 2])
+    };
+    goes(
+        at(json!({ "vertical_fov": 90 }), 20.0, 0.0),
+        EYE,
+        [3.0, 1.0, -1.0],
+    );
+    goes(
+        at(json!({ "horizontal_fov": 90 }), 20.0, 0.0),
+        EYE,
+        [1.0, 1.0 / 3.0, -1.0],
+    );
+    let flat = camera(
+        pose(),
+        json!({ "orthographic": { "height": 4 } }),
+        json!(3),
+        [20, 20],
+    );
+    goes(
+        flat.ray(20.0, 0.0, [0.5; 2]),
+        [7.0, 4.0, 3.0],
+        [0.0, 0.0, -1.0],
+    );
 }
 
 /// Protects: parallel rays over the height of the view.
 #[test]
 fn orthographic_rays_are_parallel() {
-    let flat = camera(pose(), json!({ "orthographic": { "height": 4 } }), Value::Null, [40, 20]);
+    let flat = camera(
+        pose(),
+        json!({ "orthographic": { "height": 4 } }),
+        Value::Null,
+        [40, 20],
+    );
     goes(flat.ray(20.0, 10.0, [0.5; 2]), EYE, [0.0, 0.0, -1.0]);
-    goes(flat.ray(40.0, 0.0, [0.5; 2]), [5.0, 4.0, 3.0], [0.0, 0.0, -1.0]);
+    goes(
+        flat.ray(40.0, 0.0, [0.5; 2]),
+        [5.0, 4.0, 3.0],
+        [0.0, 0.0, -1.0],
+    );
     assert!(!flat.has_lens());
 }
 
 /// Protects: poses: what is up, an orbit's angles, explicit axes.
 #[test]
 fn poses_stand_as_documented() {
-    let corner =
-        |pose: Value| camera(pose, json!({ "pinhole": { "vertical_fov": 90 } }), Value::Null, [20, 20]).ray(20.0, 10.0, [0.5; 2]);
-    let top =
-        |pose: Value| camera(pose, json!({ "pinhole": { "vertical_fov": 90 } }), Value::Null, [20, 20]).ray(10.0, 0.0, [0.5; 2]);
+    let corner = |pose: Value| {
+        camera(
+            pose,
+            json!({ "pinhole": { "vertical_fov": 90 } }),
+            Value::Null,
+            [20, 20],
+        )
+        .ray(20.0, 10.0, [0.5; 2])
+    };
+    let top = |pose: Value| {
+        camera(
+            pose,
+            json!({ "pinhole": { "vertical_fov": 90 } }),
+            Value::Null,
+            [20, 20],
+        )
+        .ray(10.0, 0.0, [0.5; 2])
+    };
     let rolled = json!({ "look_at": { "eye": EYE, "target": [1, 2, 0], "up": [2, 0, 1] } });
     goes(top(rolled.clone()), EYE, [1.0, 0.0, -1.0]);
     goes(corner(rolled), EYE, [0.0, -1.0, -1.0]);
@@ -92,51 +175,102 @@ fn poses_stand_as_documented() {
     goes(corner(orbit(90.0, 0.0)), [3.0, 1.0, 1.0], [-1.0, 0.0, -1.0]);
     goes(top(orbit(0.0, 0.0)), [1.0, 1.0, 3.0], [0.0, 1.0, -1.0]);
     let (c, s) = (f64::sqrt(0.75), 0.5);
-    goes(top(orbit(0.0, 30.0)), [1.0, 1.0 + 2.0 * s, 1.0 + 2.0 * c], [0.0, c - s, -c - s]);
-    goes(top(orbit(30.0, 0.0)), [1.0 + 2.0 * s, 1.0, 1.0 + 2.0 * c], [-s, 1.0, -c]);
-    let axes = json!({ "axes": { "eye": EYE, "right": [0, 1, 0], "up": [0, 0, 1], "back": [1, 0, 0] } });
+    goes(
+        top(orbit(0.0, 30.0)),
+        [1.0, 1.0 + 2.0 * s, 1.0 + 2.0 * c],
+        [0.0, c - s, -c - s],
+    );
+    goes(
+        top(orbit(30.0, 0.0)),
+        [1.0 + 2.0 * s, 1.0, 1.0 + 2.0 * c],
+        [-s, 1.0, -c],
+    );
+    let axes =
+        json!({ "axes": { "eye": EYE, "right": [0, 1, 0], "up": [0, 0, 1], "back": [1, 0, 0] } });
     goes(corner(axes.clone()), EYE, [-1.0, 1.0, 0.0]);
     goes(top(axes), EYE, [-1.0, 0.0, 1.0]);
 }
 
-/// Protects: rays start on the disk of the aperture, at √l₀ of its radius, and those of one film position meet where the plane
-/// of focus is, whatever the focal length.
+/// Protects: rays start on the disk of the aperture, at √l₀ of its radius, and those of one film
+/// position meet where the plane of focus is, whatever the focal length.
 #[test]
 fn a_lens_is_sharp_at_its_distance() {
     let lens = |radius: f64| {
         let lens = json!({ "pinhole": { "vertical_fov": 40 }, "aperture_radius": radius, "focus_distance": 5 });
         camera(pose(), json!({ "thin_lens": lens }), Value::Null, [40, 20])
     };
-    let pinhole = camera(pose(), json!({ "pinhole": { "vertical_fov": 40 } }), Value::Null, [40, 20]);
+    let pinhole = camera(
+        pose(),
+        json!({ "pinhole": { "vertical_fov": 40 } }),
+        Value::Null,
+        [40, 20],
+    );
     assert!(lens(0.5).has_lens() && !lens(0.0).has_lens());
     for (x, y) in [(20.0, 10.0), (3.0, 1.0), (35.0, 19.0)] {
         let sharp = pinhole.ray(x, y, [0.5; 2]);
         let sharp = sharp.at(5.0 / -sharp.direction.z);
-        for (numbers, right, up) in
-            [([0.25, 0.0], 0.25, 0.0), ([0.25, 0.25], 0.0, 0.25), ([0.0, 0.7], 0.0, 0.0), ([0.81, 0.5], -0.45, 0.0)]
-        {
+        for (numbers, right, up) in [
+            ([0.25, 0.0], 0.25, 0.0),
+            ([0.25, 0.25], 0.0, 0.25),
+            ([0.0, 0.7], 0.0, 0.0),
+            ([0.81, 0.5], -0.45, 0.0),
+        ] {
             let ray = lens(0.5).ray(x, y, numbers);
-            assert!((ray.origin - (DVec3::from(EYE) + DVec3::new(right, up, 0.0))).length() < 1e-7, "{}", ray.origin);
+            assert!(
+                (ray.origin - (DVec3::from(EYE) + DVec3::new(right, up, 0.0))).length() < 1e-7,
+                "{}",
+                ray.origin
+            );
             let met = ray.at((sharp.z - ray.origin.z) / ray.direction.z);
             assert!((met - sharp).length() < 1e-7, "{met} instead of {sharp}");
         }
-        assert_eq!(lens(0.0).ray(x, y, [0.9; 2]).direction, pinhole.ray(x, y, [0.5; 2]).direction);
+        assert_eq!(
+            lens(0.0).ray(x, y, [0.9; 2]).direction,
+            pinhole.ray(x, y, [0.5; 2]).direction
+        );
     }
 }
 
-/// Protects: a scene without a camera is seen by the one that frames its silhouette from where that suits it, also where it is said so.
+/// Protects: a scene without a camera is seen by the one that frames its silhouette from where that
+/// suits it, also where it is said so.
 #[test]
 fn scenes_without_a_camera_are_framed() {
     let white = json!({ "name": "white", "model": physical(json!({ "unlit": true })) });
-    let scene = scene(json!({ "materials": [white], "objects": [ball([5.0, -7.0, 3.0], 2.0, "white")] }));
+    let scene =
+        scene(json!({ "materials": [white], "objects": [ball([5.0, -7.0, 3.0], 2.0, "white")] }));
     let own = settings(&scene, DOWN);
-    let of = |camera| rendered(&scene, &Settings { camera, aovs: vec![Aov::Position], ..own.clone() }).picture;
+    let of = |camera| {
+        rendered(
+            &scene,
+            &Settings {
+                camera,
+                aovs: vec![Aov::Position],
+                ..own.clone()
+            },
+        )
+        .picture
+    };
     let silhouette = Silhouette::of(&scene);
     let aspect = f64::from(own.size[0]) / f64::from(own.size[1]);
-    let [framed, said] = [None, Some(silhouette.frame(silhouette.front(), FIELD_OF_VIEW, aspect))].map(of);
+    let [framed, said] = [
+        None,
+        Some(silhouette.frame(silhouette.front(), FIELD_OF_VIEW, aspect)),
+    ]
+    .map(of);
     let position = |name: &str| framed.layer(name).expect("asked for").samples[0];
-    for (name, middle) in [("position.X", 5.0), ("position.Y", -7.0), ("position.Z", 3.0)] {
-        assert!((position(name) - middle).abs() < 2.0, "{name}: {}", position(name));
-        assert_eq!(position(name), said.layer(name).expect("asked for").samples[0]);
+    for (name, middle) in [
+        ("position.X", 5.0),
+        ("position.Y", -7.0),
+        ("position.Z", 3.0),
+    ] {
+        assert!(
+            (position(name) - middle).abs() < 2.0,
+            "{name}: {}",
+            position(name)
+        );
+        assert_eq!(
+            position(name),
+            said.layer(name).expect("asked for").samples[0]
+        );
     }
 }

@@ -8,8 +8,18 @@ use crate::support::{DOWN, SLANTED, View, ball, classic, floor, sees, sun};
 #[test]
 fn ambient_light_is_tinted() {
     let with = |model| floor(model, json!({ "classic": { "ambient": [0.1, 0.2, 0.4] } }));
-    sees(&with(classic(json!({ "colour": [0.5, 0.25, 1] }))), DOWN, [0.05, 0.05, 0.4]);
-    sees(&with(classic(json!({ "colour": [0.5, 0.25, 1], "ambient": [1, 0.5, 0] }))), DOWN, [0.5, 0.125, 0.0]);
+    sees(
+        &with(classic(json!({ "colour": [0.5, 0.25, 1] }))),
+        DOWN,
+        [0.05, 0.05, 0.4],
+    );
+    sees(
+        &with(classic(
+            json!({ "colour": [0.5, 0.25, 1], "ambient": [1, 0.5, 0] }),
+        )),
+        DOWN,
+        [0.5, 0.125, 0.0],
+    );
 }
 
 /// Protects: colour · diffuse · (n·l) · light, and nothing from a light behind the surface.
@@ -17,8 +27,16 @@ fn ambient_light_is_tinted() {
 fn diffuse_light_follows_the_cosine() {
     let model = || classic(json!({ "colour": [0.5, 1, 1], "diffuse": 0.5 }));
     let light = |to_light: [f64; 3]| json!({ "lights": [{ "kind": { "directional": { "to_light": to_light } }, "colour": [2, 1, 0.5], "shadows": false }] });
-    sees(&floor(model(), light([3.0, 4.0, 0.0])), DOWN, [0.4, 0.4, 0.2]);
-    sees(&floor(model(), light([0.0, 1.0, 0.0])), SLANTED, [0.5, 0.5, 0.25]);
+    sees(
+        &floor(model(), light([3.0, 4.0, 0.0])),
+        DOWN,
+        [0.4, 0.4, 0.2],
+    );
+    sees(
+        &floor(model(), light([0.0, 1.0, 0.0])),
+        SLANTED,
+        [0.5, 0.5, 0.25],
+    );
     sees(&floor(model(), light([3.0, -4.0, 0.0])), DOWN, [0.0; 3]);
 }
 
@@ -27,13 +45,19 @@ fn diffuse_light_follows_the_cosine() {
 fn diffuse_is_evaluated_for_each_light() {
     let lights = json!({ "lights": [sun([3.0, 4.0, 0.0]), sun([0.0, 3.0, 4.0])] });
     // 0.8² + 0.6².
-    sees(&floor(classic(json!({ "diffuse": "l.y" })), lights), DOWN, [1.0; 3]);
+    sees(
+        &floor(classic(json!({ "diffuse": "l.y" })), lights),
+        DOWN,
+        [1.0; 3],
+    );
 }
 
 /// Protects: strength · (1 − (n·d)²)^exponent, untinted: 0.36² = 0.1296.
 #[test]
 fn rim_light_grows_towards_grazing() {
-    let model = |exponent| classic(json!({ "colour": 0, "rim": { "strength": 0.5, "exponent": exponent } }));
+    let model = |exponent| {
+        classic(json!({ "colour": 0, "rim": { "strength": 0.5, "exponent": exponent } }))
+    };
     sees(&floor(model(2), json!({})), SLANTED, [0.0648; 3]);
     sees(&floor(model(1), json!({})), SLANTED, [0.18; 3]);
     sees(&floor(model(2), json!({})), DOWN, [0.0; 3]);
@@ -50,33 +74,55 @@ fn local_weighs_all_but_the_emission() {
     let view: View = [[3.25, 4.0, 0.0], [0.25, 0.0, 0.0]];
     // Half of (ambient + r·l + rim), and the emission.
     let local = |colour: f64| 0.5 * (colour + 0.8 + 0.36);
-    sees(&scene, view, [local(0.5) + 3.0, local(0.5) + 2.0, local(1.0) + 1.0]);
+    sees(
+        &scene,
+        view,
+        [local(0.5) + 3.0, local(0.5) + 2.0, local(1.0) + 1.0],
+    );
 }
 
-/// Protects: cells of the world's x and z, with the sign of negative coordinates and the size of a cell.
+/// Protects: cells of the world's x and z, with the sign of negative coordinates and the size of a
+/// cell.
 #[test]
 fn a_checker_alternates_in_its_cells() {
     let checker = json!({ "checker": { "even": [1, 0, 0], "odd": [0, 1, 0], "size": 0.5 } });
-    let scene = floor(classic(json!({ "colour": checker, "ambient": 1 })), json!({}));
+    let scene = floor(
+        classic(json!({ "colour": checker, "ambient": 1 })),
+        json!({}),
+    );
     let even = [1.0, 0.0, 0.0];
     let odd = [0.0, 1.0, 0.0];
-    for (x, z, expected) in
-        [(0.3, 0.2, even), (0.7, 0.2, odd), (0.2, 0.7, odd), (-0.3, 0.2, odd), (-0.3, -0.2, even), (0.9, 0.9, even)]
-    {
+    for (x, z, expected) in [
+        (0.3, 0.2, even),
+        (0.7, 0.2, odd),
+        (0.2, 0.7, odd),
+        (-0.3, 0.2, odd),
+        (-0.3, -0.2, even),
+        (0.9, 0.9, even),
+    ] {
         sees(&scene, [[x, 2.0, z], [x, 0.0, z]], expected);
     }
 }
 
-/// Protects: colours, emissions and weights may be expressions of the hit, each of its own variables, of time and of parameters.
+/// Protects: colours, emissions and weights may be expressions of the hit, each of its own
+/// variables, of time and of parameters.
 #[test]
 fn inputs_are_evaluated_at_the_hit() {
-    let terms = json!({ "colour": "[p.x, distance, k*t]", "ambient": 1, "emission": "[0, 0, n.y - d.y]" });
-    let scene = floor(classic(terms), json!({ "t": 3, "parameters": { "k": 0.5 } }));
-    sees(&scene, [[0.25, 2.0, 0.0], [0.25, 0.0, 0.0]], [0.25, 2.0, 1.5 + 2.0]);
+    let terms =
+        json!({ "colour": "[p.x, distance, k*t]", "ambient": 1, "emission": "[0, 0, n.y - d.y]" });
+    let scene = floor(
+        classic(terms),
+        json!({ "t": 3, "parameters": { "k": 0.5 } }),
+    );
+    sees(
+        &scene,
+        [[0.25, 2.0, 0.0], [0.25, 0.0, 0.0]],
+        [0.25, 2.0, 1.5 + 2.0],
+    );
 }
 
-/// Protects: a material's own shadow rule replaces the share that arrives; it reads that share and the distance of what is nearest
-/// in between, infinite where nothing is.
+/// Protects: a material's own shadow rule replaces the share that arrives; it reads that share and
+/// the distance of what is nearest in between, infinite where nothing is.
 #[test]
 fn a_shadow_rule_of_its_own() {
     let blockers = |clear: f64| {
@@ -85,24 +131,42 @@ fn a_shadow_rule_of_its_own() {
             "objects": [ball([0.0, 9.0, 0.0], 0.5, "veil"), ball([0.0, 3.0, 0.0], 0.5, "veil")] })
     };
     let seen = |rule: &str, clear: f64, expected: f64| {
-        sees(&floor(classic(json!({ "shadow": rule })), blockers(clear)), SLANTED, [expected; 3]);
+        sees(
+            &floor(classic(json!({ "shadow": rule })), blockers(clear)),
+            SLANTED,
+            [expected; 3],
+        );
     };
     seen("0.5*shadow + 0.25", 0.5, 0.375);
     seen("occluder_distance/10", 0.0, 0.25);
     seen("occluder_distance/10", 1.0, 0.25);
     seen("0.125", 0.0, 0.125);
     let free = json!({ "lights": [sun([0.0, 1.0, 0.0])] });
-    sees(&floor(classic(json!({ "shadow": "1/occluder_distance + 0.5" })), free), SLANTED, [0.5; 3]);
+    sees(
+        &floor(
+            classic(json!({ "shadow": "1/occluder_distance + 0.5" })),
+            free,
+        ),
+        SLANTED,
+        [0.5; 3],
+    );
     let mut undimmed = blockers(0.0);
     undimmed["lights"][0]["shadows"] = json!(false);
-    sees(&floor(classic(json!({ "shadow": "0.125" })), undimmed), SLANTED, [1.0; 3]);
+    sees(
+        &floor(classic(json!({ "shadow": "0.125" })), undimmed),
+        SLANTED,
+        [1.0; 3],
+    );
 }
 
 /// Protects: the veil is added once to whatever a ray sees, and is tinted by nothing.
 #[test]
 fn the_veil_lies_over_everything() {
     let parts = json!({ "render": { "veil": [0.1, 0.2, 0.3] }, "sky": { "constant": 0.5 } });
-    let scene = floor(classic(json!({ "local": 0, "reflection": { "weight": 0.5 } })), parts);
+    let scene = floor(
+        classic(json!({ "local": 0, "reflection": { "weight": 0.5 } })),
+        parts,
+    );
     sees(&scene, DOWN, [0.35, 0.45, 0.55]);
     sees(&scene, [[0.0, 2.0, 0.0], [0.0, 3.0, 0.0]], [0.6, 0.7, 0.8]);
 }

@@ -13,38 +13,82 @@ use crate::support::{DOWN, classic, floor, physical, rendered, scene, settings, 
 
 /// A floor under one light.
 fn lit() -> Scene {
-    floor(classic(json!({})), json!({ "lights": [sun([0.0, 1.0, 0.0])] }))
+    floor(
+        classic(json!({})),
+        json!({ "lights": [sun([0.0, 1.0, 0.0])] }),
+    )
 }
 
-/// Protects: rays of each kind and samples of a small picture; corners are traced once for all pixels that share them.
+/// Protects: rays of each kind and samples of a small picture; corners are traced once for all
+/// pixels that share them.
 #[test]
 fn rays_are_counted_by_kind() {
     let scene = lit();
     let counted = |sampling, tile_size| {
-        let counters = rendered(&scene, &Settings { size: [4, 3], sampling, tile_size, ..settings(&scene, DOWN) }).counters;
-        assert_eq!((counters.reflection, counters.refraction, counters.scatter, counters.dropped), (0, 0, 0, 0));
+        let counters = rendered(
+            &scene,
+            &Settings {
+                size: [4, 3],
+                sampling,
+                tile_size,
+                ..settings(&scene, DOWN)
+            },
+        )
+        .counters;
+        assert_eq!(
+            (
+                counters.reflection,
+                counters.refraction,
+                counters.scatter,
+                counters.dropped
+            ),
+            (0, 0, 0, 0)
+        );
         (counters.camera, counters.shadow, counters.samples)
     };
-    assert_eq!(counted(Sampling::Pattern(Pattern::Centre), 32), (12, 12, 12));
+    assert_eq!(
+        counted(Sampling::Pattern(Pattern::Centre), 32),
+        (12, 12, 12)
+    );
     assert_eq!(counted(Sampling::General(3), 2), (36, 36, 36));
-    assert_eq!(counted(Sampling::Pattern(Pattern::Corners), 32), (20, 20, 48));
+    assert_eq!(
+        counted(Sampling::Pattern(Pattern::Corners), 32),
+        (20, 20, 48)
+    );
     // Tiles of 2 × 2: 3 · 3 corners twice above, 3 · 2 twice below.
-    assert_eq!(counted(Sampling::Pattern(Pattern::Corners), 2), (30, 30, 48));
+    assert_eq!(
+        counted(Sampling::Pattern(Pattern::Corners), 2),
+        (30, 30, 48)
+    );
 }
 
-/// Protects: `--spp` keeps a pattern of its count, makes one sample of a pattern its centre, and anything else general.
+/// Protects: `--spp` keeps a pattern of its count, makes one sample of a pattern its centre, and
+/// anything else general.
 #[test]
 fn sampling_is_resolved() {
     let mut scene = Scene::default();
     let resolve = |scene: &Scene, spp| Sampling::resolve(scene, spp);
     scene.render.samples = 9;
-    assert_eq!((resolve(&scene, None), resolve(&scene, Some(1))), (Sampling::General(9), Sampling::General(1)));
+    assert_eq!(
+        (resolve(&scene, None), resolve(&scene, Some(1))),
+        (Sampling::General(9), Sampling::General(1))
+    );
     scene.render.pattern = Some(Pattern::Corners);
     let corners = Sampling::Pattern(Pattern::Corners);
-    assert_eq!((resolve(&scene, None), resolve(&scene, Some(4))), (corners, corners));
+    assert_eq!(
+        (resolve(&scene, None), resolve(&scene, Some(4))),
+        (corners, corners)
+    );
     assert_eq!(resolve(&scene, Some(1)), Sampling::Pattern(Pattern::Centre));
     assert_eq!(resolve(&scene, Some(5)), Sampling::General(5));
-    assert_eq!((corners.count(), Sampling::Pattern(Pattern::Centre).count(), Sampling::General(7).count()), (4, 1, 7));
+    assert_eq!(
+        (
+            corners.count(),
+            Sampling::Pattern(Pattern::Centre).count(),
+            Sampling::General(7).count()
+        ),
+        (4, 1, 7)
+    );
 }
 
 /// Remembers what it is told, and may stop.
@@ -64,68 +108,155 @@ impl Observer for Watcher {
     }
 }
 
-/// Protects: progress in pixels of the crop up to all of them; a stopped render says so and is black.
+/// Protects: progress in pixels of the crop up to all of them; a stopped render says so and is
+/// black.
 #[test]
 fn progress_is_told_and_a_render_can_be_stopped() {
     let scene = lit();
-    let crop = Some(Crop { x: 1, y: 0, width: 5, height: 3 });
-    let settings = Settings { size: [8, 8], crop, tile_size: 4, ..settings(&scene, DOWN) };
+    let crop = Some(Crop {
+        x: 1,
+        y: 0,
+        width: 5,
+        height: 3,
+    });
+    let settings = Settings {
+        size: [8, 8],
+        crop,
+        tile_size: 4,
+        ..settings(&scene, DOWN)
+    };
     let ready = prepare(&scene, &settings, &()).expect("prepares");
     let watcher = Watcher::default();
     assert!(ready.render(&watcher).finished);
     let mut told = watcher.told.into_inner().expect("no panic");
     told.sort_unstable();
-    assert!(told == [(12, 15), (15, 15)] || told == [(3, 15), (15, 15)], "{told:?}");
-    let stopped = ready.render(&Watcher { stop: true, ..Watcher::default() });
-    assert!(!stopped.finished && stopped.counters.camera == 0 && stopped.picture.rgb.iter().all(|rgb| *rgb == [0.0; 3]));
+    assert!(
+        told == [(12, 15), (15, 15)] || told == [(3, 15), (15, 15)],
+        "{told:?}"
+    );
+    let stopped = ready.render(&Watcher {
+        stop: true,
+        ..Watcher::default()
+    });
+    assert!(
+        !stopped.finished
+            && stopped.counters.camera == 0
+            && stopped.picture.rgb.iter().all(|rgb| *rgb == [0.0; 3])
+    );
 }
 
-/// Protects: where chance has no part a pixel of the crop takes 26 bytes of sums and 12 of the picture, a mean layer 24 of sums and 12
-/// of the picture, one of the pixel's centre 4 of both; and the limit is on all of it.
+/// Protects: where chance has no part a pixel of the crop takes 26 bytes of sums and 12 of the
+/// picture, a mean layer 24 of sums and 12 of the picture, one of the pixel's centre 4 of both; and
+/// the limit is on all of it.
 #[test]
 fn memory_is_counted_and_limited() {
     let scene = lit();
-    let crop = Some(Crop { x: 0, y: 0, width: 10, height: 7 });
-    let base = Settings { size: [100, 100], crop, aovs: vec![Aov::Albedo, Aov::Depth], ..settings(&scene, DOWN) };
-    let memory = prepare(&scene, &base, &()).map(|ready| ready.memory()).expect("prepares");
-    assert_eq!((memory.film, memory.textures, memory.meshes), (70 * (26 + 12 + (24 + 12) + 2 * 4), 0, 0));
-    assert_eq!(memory.total(), memory.film + memory.geometry + memory.tables);
+    let crop = Some(Crop {
+        x: 0,
+        y: 0,
+        width: 10,
+        height: 7,
+    });
+    let base = Settings {
+        size: [100, 100],
+        crop,
+        aovs: vec![Aov::Albedo, Aov::Depth],
+        ..settings(&scene, DOWN)
+    };
+    let memory = prepare(&scene, &base, &())
+        .map(|ready| ready.memory())
+        .expect("prepares");
+    assert_eq!(
+        (memory.film, memory.textures, memory.meshes),
+        (70 * (26 + 12 + (24 + 12) + 2 * 4), 0, 0)
+    );
+    assert_eq!(
+        memory.total(),
+        memory.film + memory.geometry + memory.tables
+    );
     let needed = estimate(&scene, &base).total();
-    let limited = |limit| prepare(&scene, &Settings { max_memory: Some(limit), ..base.clone() }, &()).is_ok();
+    let limited = |limit| {
+        prepare(
+            &scene,
+            &Settings {
+                max_memory: Some(limit),
+                ..base.clone()
+            },
+            &(),
+        )
+        .is_ok()
+    };
     assert!(memory.geometry > 0 && memory.tables > 0 && limited(needed) && !limited(needed - 1));
 }
 
-/// Protects: too little memory is said before anything is built: nobody is asked whether to go on, because nothing has begun.
+/// Protects: too little memory is said before anything is built: nobody is asked whether to go on,
+/// because nothing has begun.
 #[test]
 fn memory_is_told_before_anything_is_built() {
     let scene = lit();
-    let watcher = Watcher { stop: true, ..Watcher::default() };
-    let limited = |max_memory| prepare(&scene, &Settings { max_memory, ..settings(&scene, DOWN) }, &watcher).err();
+    let watcher = Watcher {
+        stop: true,
+        ..Watcher::default()
+    };
+    let limited = |max_memory| {
+        prepare(
+            &scene,
+            &Settings {
+                max_memory,
+                ..settings(&scene, DOWN)
+            },
+            &watcher,
+        )
+        .err()
+    };
     let needed = estimate(&scene, &settings(&scene, DOWN));
-    assert_eq!(limited(Some(1)), Some(PrepareError::Memory { needed, allowed: 1 }));
+    assert_eq!(
+        limited(Some(1)),
+        Some(PrepareError::Memory { needed, allowed: 1 })
+    );
     assert_eq!(limited(None), Some(PrepareError::Cancelled));
 }
 
 /// Protects: tables say what was built, and an absent effect's are empty.
 #[test]
 fn tables_count_what_was_built() {
-    let tables = |scene: &Scene| prepare(scene, &settings(scene, DOWN), &()).expect("prepares").tables();
+    let tables = |scene: &Scene| {
+        prepare(scene, &settings(scene, DOWN), &())
+            .expect("prepares")
+            .tables()
+    };
     let lamp = json!({ "name": "lamp", "model": { "classic": { "local": 0, "emission": 1 } } });
     let spare = json!({ "name": "spare", "model": { "classic": {} } });
-    let objects = json!([crate::support::ball([0.0, 5.0, 0.0], 1.0, "lamp"), crate::support::ball([9.0, 5.0, 0.0], 1.0, "lamp")]);
-    let parts =
-        json!({ "lights": [sun([0.0, 1.0, 0.0])], "materials": [lamp, spare], "objects": objects, "sky": { "constant": 1 } });
+    let objects = json!([
+        crate::support::ball([0.0, 5.0, 0.0], 1.0, "lamp"),
+        crate::support::ball([9.0, 5.0, 0.0], 1.0, "lamp")
+    ]);
+    let parts = json!({ "lights": [sun([0.0, 1.0, 0.0])], "materials": [lamp, spare], "objects": objects, "sky": { "constant": 1 } });
     let full = tables(&floor(physical(json!({})), parts.clone()));
-    assert_eq!((full.primitives, full.unbounded, full.instances, full.lights, full.emitters, full.materials), (3, 1, 0, 1, 2, 2));
+    assert_eq!(
+        (
+            full.primitives,
+            full.unbounded,
+            full.instances,
+            full.lights,
+            full.emitters,
+            full.materials
+        ),
+        (3, 1, 0, 1, 2, 2)
+    );
     assert!(full.irradiance);
     let deaf = tables(&floor(classic(json!({ "diffuse": 0 })), parts));
     assert_eq!((deaf.lights, deaf.emitters, deaf.irradiance), (0, 0, false));
-    let unlit = tables(&floor(physical(json!({ "unlit": true })), json!({ "lights": [sun([0.0, 1.0, 0.0])] })));
+    let unlit = tables(&floor(
+        physical(json!({ "unlit": true })),
+        json!({ "lights": [sun([0.0, 1.0, 0.0])] }),
+    ));
     assert_eq!(unlit.lights, 0);
 }
 
-/// Protects: a render can be stopped within one pixel, whose paths divide at panes of glass: half a million times here, and
-/// more than anybody can wait for at greater depths. What was begun is not kept.
+/// Protects: a render can be stopped within one pixel, whose paths divide at panes of glass: half a
+/// million times here, and more than anybody can wait for at greater depths. What was begun is not
+/// kept.
 #[test]
 fn a_pixel_of_many_paths_can_be_stopped() {
     struct Soon(AtomicU32);
@@ -138,16 +269,46 @@ fn a_pixel_of_many_paths_can_be_stopped() {
     let pane = |i: i32| json!({ "shape": { "plane": { "point": [0, -i, 0], "normal": [0, 1, 0] } }, "material": "m" });
     let panes: Vec<_> = (0..24).map(pane).collect();
     let scene = scene(json!({ "objects": panes, "materials": [{ "name": "m", "model": glass }] }));
-    let ready = prepare(&scene, &Settings { max_depth: 22, ..settings(&scene, DOWN) }, &()).expect("prepares");
+    let ready = prepare(
+        &scene,
+        &Settings {
+            max_depth: 22,
+            ..settings(&scene, DOWN)
+        },
+        &(),
+    )
+    .expect("prepares");
     let stopped = ready.render(&Soon(AtomicU32::new(0)));
-    assert_eq!((stopped.finished, stopped.counters.camera, stopped.unfinished), (false, 0, 1));
-    let whole = prepare(&scene, &Settings { max_depth: 14, ..settings(&scene, DOWN) }, &()).expect("prepares").render(&());
-    assert!(whole.finished && whole.counters.reflection > 1000, "{:?}", whole.counters);
+    assert_eq!(
+        (
+            stopped.finished,
+            stopped.counters.camera,
+            stopped.unfinished
+        ),
+        (false, 0, 1)
+    );
+    let whole = prepare(
+        &scene,
+        &Settings {
+            max_depth: 14,
+            ..settings(&scene, DOWN)
+        },
+        &(),
+    )
+    .expect("prepares")
+    .render(&());
+    assert!(
+        whole.finished && whole.counters.reflection > 1000,
+        "{:?}",
+        whole.counters
+    );
 }
 
-/// Protects: what paths meet by chance alone is counted, and nothing else. Between a floor that glows and a ceiling that mirrors, both much wider
-/// than they are apart, nearly every path that the floor scattered goes on by the mirror and meets the floor's light again; a ceiling that
-/// scatters sends none by chance, a floor that does not glow is no lamp, and what the camera sees in a mirror was asked for by none.
+/// Protects: what paths meet by chance alone is counted, and nothing else. Between a floor that
+/// glows and a ceiling that mirrors, both much wider than they are apart, nearly every path that
+/// the floor scattered goes on by the mirror and meets the floor's light again; a ceiling that
+/// scatters sends none by chance, a floor that does not glow is no lamp, and what the camera sees
+/// in a mirror was asked for by none.
 #[test]
 fn lamps_met_by_chance_are_counted() {
     let of = |glow: f64, roughness: f64, view| {
@@ -157,12 +318,25 @@ fn lamps_met_by_chance_are_counted() {
                 { "name": "ceiling", "model": physical(json!({ "base_colour": 1, "metallic": 1, "roughness": roughness })) }],
             "objects": [{ "shape": wide(0.0, 1.0), "material": "floor" }, { "shape": wide(3.0, -1.0), "material": "ceiling" }] }));
         let sampling = Sampling::General(16);
-        let settings = Settings { size: [4, 3], sampling, max_depth: 3, integrator: Integrator::Path, ..settings(&scene, view) };
+        let settings = Settings {
+            size: [4, 3],
+            sampling,
+            max_depth: 3,
+            integrator: Integrator::Path,
+            ..settings(&scene, view)
+        };
         let counters = rendered(&scene, &settings).counters;
-        (counters.samples as f64, counters.unaided as f64, counters.found as f64)
+        (
+            counters.samples as f64,
+            counters.unaided as f64,
+            counters.found as f64,
+        )
     };
     let (samples, unaided, found) = of(1.0, 0.0, DOWN);
-    assert!(unaided > 0.95 * samples && unaided <= samples && found == unaided, "{unaided} and {found} of {samples}");
+    assert!(
+        unaided > 0.95 * samples && unaided <= samples && found == unaided,
+        "{unaided} and {found} of {samples}"
+    );
     let (.., unaided, found) = of(1.0, 1.0, DOWN);
     assert_eq!((unaided, found), (0.0, 0.0));
     let (.., unaided, found) = of(0.0, 0.0, DOWN);

@@ -1,4 +1,5 @@
-//! Surfaces that light others: tiny ones, whose every point is the same, and large ones against Lambert's polygon formula.
+//! Surfaces that light others: tiny ones, whose every point is the same, and large ones against
+//! Lambert's polygon formula.
 
 use core::f64::consts::PI;
 
@@ -20,28 +21,48 @@ fn lamp(name: &str, radiance: f64) -> Value {
 
 /// A floor of one material under objects that glow with radiance 10⁶.
 fn under(model: Value, objects: &[Value]) -> Scene {
-    floor(model, json!({ "materials": [lamp("lamp", 1e6)], "objects": objects }))
+    floor(
+        model,
+        json!({ "materials": [lamp("lamp", 1e6)], "objects": objects }),
+    )
 }
 
 /// A downward lamp of area 4·10⁻⁶ at height 2.
 fn spark() -> Value {
-    quad([-0.001, 2.0, -0.001], [0.002, 0.0, 0.0], [0.0, 0.0, 0.002], "lamp")
+    quad(
+        [-0.001, 2.0, -0.001],
+        [0.002, 0.0, 0.0],
+        [0.0, 0.0, 0.002],
+        "lamp",
+    )
 }
 
 /// What it brings to (1.5, 0, 0), over π: L · A · 0.8 · 0.8 / 2.5².
 const BROUGHT: f64 = 4.0 * 0.64 / 6.25 / PI;
 
-/// Protects: radiance · area · both cosines / distance², times the classic colour over π and its `diffuse`.
+/// Protects: radiance · area · both cosines / distance², times the classic colour over π and its
+/// `diffuse`.
 #[test]
 fn a_spark_lights_by_its_cosines() {
     let model = || classic(json!({ "colour": [1, 0.5, 0], "diffuse": 0.5 }));
-    sees_within(&under(model(), &[spark()]), AT, [0.5 * BROUGHT, 0.25 * BROUGHT, 0.0], 2e-3);
+    sees_within(
+        &under(model(), &[spark()]),
+        AT,
+        [0.5 * BROUGHT, 0.25 * BROUGHT, 0.0],
+        2e-3,
+    );
 }
 
 /// Protects: physical surfaces answer to emitters as to lights.
 #[test]
 fn a_spark_lights_physical_surfaces() {
-    let found = pixel(&under(physical(json!({ "base_colour": 0.5, "ior": 1 })), &[spark()]), &one_ray());
+    let found = pixel(
+        &under(
+            physical(json!({ "base_colour": 0.5, "ior": 1 })),
+            &[spark()],
+        ),
+        &one_ray(),
+    );
     near(found, [0.5 * BROUGHT; 3], 2e-3, "Lambert");
 }
 
@@ -49,15 +70,25 @@ fn one_ray() -> Settings {
     settings(&Scene::default(), AT)
 }
 
-/// Protects: the sides that give off light, whichever of them faces the floor: `edge_u × edge_v` is the outside, down or up.
+/// Protects: the sides that give off light, whichever of them faces the floor: `edge_u × edge_v` is
+/// the outside, down or up.
 #[test]
 fn a_spark_has_sides() {
     let (wide, long) = ([0.002, 0.0, 0.0], [0.0, 0.0, 0.002]);
-    for (side, down, up) in [("outside", 1.0, 0.0), ("inside", 0.0, 1.0), ("both", 1.0, 1.0)] {
+    for (side, down, up) in [
+        ("outside", 1.0, 0.0),
+        ("inside", 0.0, 1.0),
+        ("both", 1.0, 1.0),
+    ] {
         for (share, [edge_u, edge_v]) in [(down, [wide, long]), (up, [long, wide])] {
             let mut lamp = quad([-0.001, 2.0, -0.001], edge_u, edge_v, "lamp");
             lamp["side"] = json!(side);
-            near(pixel(&under(classic(json!({})), &[lamp]), &one_ray()), [share * BROUGHT; 3], 2e-3, side);
+            near(
+                pixel(&under(classic(json!({})), &[lamp]), &one_ray()),
+                [share * BROUGHT; 3],
+                2e-3,
+                side,
+            );
         }
     }
 }
@@ -66,33 +97,63 @@ fn a_spark_has_sides() {
 #[test]
 fn a_scaled_spark_has_its_area() {
     let moved = json!([{ "scale": [2, 1, 2] }, { "translate": [0, 2, 0] }]);
-    let mut shape = quad([-0.0005, 0.0, -0.0005], [0.001, 0.0, 0.0], [0.0, 0.0, 0.001], "lamp");
+    let mut shape = quad(
+        [-0.0005, 0.0, -0.0005],
+        [0.001, 0.0, 0.0],
+        [0.0, 0.0, 0.001],
+        "lamp",
+    );
     shape["transform"] = moved.clone();
-    near(pixel(&under(classic(json!({})), &[shape]), &one_ray()), [BROUGHT; 3], 2e-3, "shape");
+    near(
+        pixel(&under(classic(json!({})), &[shape]), &one_ray()),
+        [BROUGHT; 3],
+        2e-3,
+        "shape",
+    );
     let e = 0.0005;
     let mesh = json!({ "name": "plate", "source": { "inline": {
         "positions": [[-e, 0, -e], [e, 0, -e], [e, 0, e], [-e, 0, e]], "indices": [[0, 1, 2], [0, 2, 3]] } } });
     let object = json!({ "shape": { "mesh": "plate" }, "material": "lamp", "side": "outside", "transform": moved });
-    let mut scene = floor(classic(json!({})), json!({ "materials": [lamp("lamp", 1e6)], "objects": [object], "meshes": [mesh] }));
+    let mut scene = floor(
+        classic(json!({})),
+        json!({ "materials": [lamp("lamp", 1e6)], "objects": [object], "meshes": [mesh] }),
+    );
     near(pixel(&scene, &one_ray()), [BROUGHT; 3], 2e-3, "mesh");
     // A mirroring map keeps the outside outside.
-    scene.objects[1].transform.push(TransformStep::Scale([-1.0, 1.0, 1.0]));
-    near(pixel(&scene, &one_ray()), [BROUGHT; 3], 2e-3, "mirrored mesh");
+    scene.objects[1]
+        .transform
+        .push(TransformStep::Scale([-1.0, 1.0, 1.0]));
+    near(
+        pixel(&scene, &one_ray()),
+        [BROUGHT; 3],
+        2e-3,
+        "mirrored mesh",
+    );
 }
 
-/// Protects: what is in between takes its share of a surface's light too, and what casts no shadow takes none.
+/// Protects: what is in between takes its share of a surface's light too, and what casts no shadow
+/// takes none.
 #[test]
 fn sparks_cast_shadows() {
     let veil = json!({ "name": "veil", "model": { "classic": { "shadow_transmittance": 0.25 } } });
     let between = quad([0.0, 1.1, -1.0], [2.0, 0.0, 0.0], [0.0, 0.0, 2.0], "veil");
-    let mut scene = floor(classic(json!({})), json!({ "materials": [lamp("lamp", 1e6), veil], "objects": [spark(), between] }));
-    near(pixel(&scene, &one_ray()), [0.25 * BROUGHT; 3], 2e-3, "veiled");
+    let mut scene = floor(
+        classic(json!({})),
+        json!({ "materials": [lamp("lamp", 1e6), veil], "objects": [spark(), between] }),
+    );
+    near(
+        pixel(&scene, &one_ray()),
+        [0.25 * BROUGHT; 3],
+        2e-3,
+        "veiled",
+    );
     scene.objects[2].casts_shadow = false;
     near(pixel(&scene, &one_ray()), [BROUGHT; 3], 2e-3, "free");
 }
 
-/// Irradiance at the origin of a floor from a polygon above it of radiance one, its corners in turn (Lambert, "Photometria", 1760):
-/// half the sum over its edges of the angle that the edge spans times the height of the unit normal of its plane.
+/// Irradiance at the origin of a floor from a polygon above it of radiance one, its corners in turn
+/// (Lambert, "Photometria", 1760): half the sum over its edges of the angle that the edge spans
+/// times the height of the unit normal of its plane.
 fn irradiance(corners: &[[f64; 3]]) -> f64 {
     let unit = |p: [f64; 3]| {
         let length = p.iter().map(|x| x * x).sum::<f64>().sqrt();
@@ -100,7 +161,11 @@ fn irradiance(corners: &[[f64; 3]]) -> f64 {
     };
     let edge = |i: usize| {
         let (a, b) = (unit(corners[i]), unit(corners[(i + 1) % corners.len()]));
-        let cross = [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]];
+        let cross = [
+            a[1] * b[2] - a[2] * b[1],
+            a[2] * b[0] - a[0] * b[2],
+            a[0] * b[1] - a[1] * b[0],
+        ];
         let dot: f64 = (0..3).map(|k| a[k] * b[k]).sum();
         dot.acos() * unit(cross)[1]
     };
@@ -112,24 +177,33 @@ fn corners(corner: [f64; 3], u: [f64; 3], v: [f64; 3]) -> [[f64; 3]; 4] {
     [at(0.0, 0.0), at(1.0, 0.0), at(1.0, 1.0), at(0.0, 1.0)]
 }
 
-/// Protects: which lamp is asked and where on it are independent; each is asked in its share. Two large lamps of unlike power to
-/// either side of the point, one of which half is hidden: a share that depends on the place would show.
+/// Protects: which lamp is asked and where on it are independent; each is asked in its share. Two
+/// large lamps of unlike power to either side of the point, one of which half is hidden: a share
+/// that depends on the place would show.
 #[test]
 fn large_lamps_add_up() {
     let left = ([-4.0, 2.0, -1.0], [3.5, 0.0, 0.0], [0.0, 0.0, 2.0]);
     let right = ([0.5, 1.0, -1.0], [3.5, 1.0, 0.0], [0.0, 0.0, 2.0]);
-    let place = |(corner, u, v): ([f64; 3], [f64; 3], [f64; 3]), material: &str| quad(corner, u, v, material);
-    let parts =
-        json!({ "materials": [lamp("dim", 2.0), lamp("bright", 5.0)], "objects": [place(left, "dim"), place(right, "bright")] });
+    let place = |(corner, u, v): ([f64; 3], [f64; 3], [f64; 3]), material: &str| {
+        quad(corner, u, v, material)
+    };
+    let parts = json!({ "materials": [lamp("dim", 2.0), lamp("bright", 5.0)], "objects": [place(left, "dim"), place(right, "bright")] });
     let scene = floor(classic(json!({})), parts);
-    let sum = |(corner, u, v): ([f64; 3], [f64; 3], [f64; 3])| irradiance(&corners(corner, u, v)) / PI;
+    let sum =
+        |(corner, u, v): ([f64; 3], [f64; 3], [f64; 3])| irradiance(&corners(corner, u, v)) / PI;
     let average = |scene: &Scene| {
         let view = [[0.0, 0.5, 0.0], [0.0; 3]];
-        let many = Settings { sampling: Sampling::General(65_536), precision: PrecisionChoice::Robust, ..settings(scene, view) };
+        let many = Settings {
+            sampling: Sampling::General(65_536),
+            precision: PrecisionChoice::Robust,
+            ..settings(scene, view)
+        };
         let mut many = many;
         // A pixel so narrow that it is a point.
-        if let Some(raywright_core::scene::Camera { projection: raywright_core::scene::Projection::Pinhole(p), .. }) =
-            &mut many.camera
+        if let Some(raywright_core::scene::Camera {
+            projection: raywright_core::scene::Projection::Pinhole(p),
+            ..
+        }) = &mut many.camera
         {
             p.vertical_fov = Some(0.01);
         }
@@ -137,25 +211,47 @@ fn large_lamps_add_up() {
     };
     let expected = 2.0 * sum(left) + 5.0 * sum(right);
     near(average(&scene), [expected; 3], 1e-2, "both");
-    // An opaque wall hides the right one: the left one alone is left, each of its points as often as without.
-    let wall = quad([0.2, -1.0, -9.0], [0.0, 9.0, 0.0], [0.0, 0.0, 18.0], "floor");
+    // An opaque wall hides the right one: the left one alone is left, each of its points as often
+    // as without.
+    let wall = quad(
+        [0.2, -1.0, -9.0],
+        [0.0, 9.0, 0.0],
+        [0.0, 0.0, 18.0],
+        "floor",
+    );
     let parts = json!({ "materials": [lamp("dim", 2.0), lamp("bright", 5.0)], "objects": [place(left, "dim"), place(right, "bright"), wall] });
-    near(average(&floor(classic(json!({})), parts)), [2.0 * sum(left); 3], 1e-2, "left");
+    near(
+        average(&floor(classic(json!({})), parts)),
+        [2.0 * sum(left); 3],
+        1e-2,
+        "left",
+    );
 }
 
-/// Protects: of a lamp whose emission varies and that is there in part, as much arrives as is there: a share of 0.25 brings a quarter, like
-/// one that glows evenly and is met by paths, by whichever way light is found.
+/// Protects: of a lamp whose emission varies and that is there in part, as much arrives as is
+/// there: a share of 0.25 brings a quarter, like one that glows evenly and is met by paths, by
+/// whichever way light is found.
 #[test]
 fn a_varying_lamp_that_is_there_in_part() {
     use crate::paths::{AT as SLANTED, all_see};
     let glowing = |opacity: f64| {
-        let model = physical(json!({ "base_colour": 0, "ior": 1, "emission": "4 + 0*u", "opacity": opacity, "alpha": "blend" }));
-        let disk =
-            json!({ "shape": { "disk": { "centre": [0, 2, 0], "normal": [0, -1, 0], "radius": 1.5 } }, "material": "glow" });
-        floor(classic(json!({ "colour": 0.6 })), json!({ "materials": [{ "name": "glow", "model": model }], "objects": [disk] }))
+        let model = physical(
+            json!({ "base_colour": 0, "ior": 1, "emission": "4 + 0*u", "opacity": opacity, "alpha": "blend" }),
+        );
+        let disk = json!({ "shape": { "disk": { "centre": [0, 2, 0], "normal": [0, -1, 0], "radius": 1.5 } }, "material": "glow" });
+        floor(
+            classic(json!({ "colour": 0.6 })),
+            json!({ "materials": [{ "name": "glow", "model": model }], "objects": [disk] }),
+        )
     };
     for opacity in [1.0, 0.25, 0.5] {
         let expected = 0.6 * opacity * 4.0 * 2.25 / (2.25 + 4.0);
-        all_see(&glowing(opacity), SLANTED, 2, [expected; 3], &format!("{opacity} of it"));
+        all_see(
+            &glowing(opacity),
+            SLANTED,
+            2,
+            [expected; 3],
+            &format!("{opacity} of it"),
+        );
     }
 }

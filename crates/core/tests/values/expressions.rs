@@ -6,15 +6,35 @@ use raywright_core::expr::{Inputs, Programs, Scope, compile_number};
 
 /// The value with u and v as given.
 fn value(source: &str, u: f64, v: f64) -> f64 {
-    let program = compile_number(source, &BTreeMap::new(), Scope::Surface).unwrap_or_else(|e| panic!("{source}: {e}"));
-    Programs::of(&program).scalar(0, &Inputs { u, v, ..Inputs::default() })
+    let program = compile_number(source, &BTreeMap::new(), Scope::Surface)
+        .unwrap_or_else(|e| panic!("{source}: {e}"));
+    Programs::of(&program).scalar(
+        0,
+        &Inputs {
+            u,
+            v,
+            ..Inputs::default()
+        },
+    )
 }
 
-/// Protects: only what holds for every number is simplified. Infinity times zero is not a number, nor is infinity less itself.
+/// Protects: only what holds for every number is simplified. Infinity times zero is not a number,
+/// nor is infinity less itself.
 #[test]
 fn simplifications_hold_for_every_number() {
     let inf = f64::INFINITY;
-    for source in ["u*0", "0*u", "u - u", "u/u", "0/v", "u % 1 - u % 1", "u*v", "(u - u)*0", "u + -u", "-u + u"] {
+    for source in [
+        "u*0",
+        "0*u",
+        "u - u",
+        "u/u",
+        "0/v",
+        "u % 1 - u % 1",
+        "u*v",
+        "(u - u)*0",
+        "u + -u",
+        "-u + u",
+    ] {
         assert!(value(source, inf, 0.0).is_nan(), "{source}");
     }
     for (source, expected) in [
@@ -35,7 +55,10 @@ fn simplifications_hold_for_every_number() {
         ("v*0 == 0", 1.0),
     ] {
         let found = value(source, inf, 0.0);
-        assert!(found == expected || (found.is_nan() && expected.is_nan()), "{source}: {found} instead of {expected}");
+        assert!(
+            found == expected || (found.is_nan() && expected.is_nan()),
+            "{source}: {found} instead of {expected}"
+        );
     }
 }
 

@@ -1,4 +1,5 @@
-//! Samples become pixels: patterns, weights, layers, coverage and errors, in pixels worked out by hand.
+//! Samples become pixels: patterns, weights, layers, coverage and errors, in pixels worked out by
+//! hand.
 
 use raywright_core::bvh::{AcceleratorKind, BuildQuality};
 use raywright_core::picture::Picture;
@@ -8,12 +9,19 @@ use serde_json::{Value, json};
 
 use crate::support::{View, ball, floor, physical, rendered, scene, settings};
 
-/// An orthographic view along −z of so many pixels of edge 1, the middle of the picture at (0, 0, 5).
+/// An orthographic view along −z of so many pixels of edge 1, the middle of the picture at (0, 0,
+/// 5).
 fn flat(scene: &Scene, size: [u32; 2], sampling: Sampling) -> Settings {
-    let mut settings =
-        Settings { size, sampling, aovs: Aov::ALL.map(|(_, aov)| aov).to_vec(), ..settings(scene, [[0.0, 0.0, 5.0], [0.0; 3]]) };
+    let mut settings = Settings {
+        size,
+        sampling,
+        aovs: Aov::ALL.map(|(_, aov)| aov).to_vec(),
+        ..settings(scene, [[0.0, 0.0, 5.0], [0.0; 3]])
+    };
     if let Some(camera) = &mut settings.camera {
-        camera.projection = raywright_core::scene::Projection::Orthographic { height: f64::from(size[1]) };
+        camera.projection = raywright_core::scene::Projection::Orthographic {
+            height: f64::from(size[1]),
+        };
     }
     settings
 }
@@ -22,19 +30,29 @@ const CENTRE: Sampling = Sampling::Pattern(Pattern::Centre);
 const CORNERS: Sampling = Sampling::Pattern(Pattern::Corners);
 
 fn layer(picture: &Picture, name: &str) -> Vec<f32> {
-    picture.layer(name).unwrap_or_else(|| panic!("no layer {name}")).samples.clone()
+    picture
+        .layer(name)
+        .unwrap_or_else(|| panic!("no layer {name}"))
+        .samples
+        .clone()
 }
 
 fn sky(expression: &str) -> Scene {
     scene(json!({ "sky": { "expression": expression } }))
 }
 
-/// Protects: columns run to the right and rows down; the centre is the pixel's; corners are the pixel's four, each a quarter: the
-/// mean of x² over corners half a pixel away is x² + ¼. A crop has the places of the whole picture.
+/// Protects: columns run to the right and rows down; the centre is the pixel's; corners are the
+/// pixel's four, each a quarter: the mean of x² over corners half a pixel away is x² + ¼. A crop
+/// has the places of the whole picture.
 #[test]
 fn patterns_have_their_places() {
     let scene = sky("[o.x, o.y, o.x*o.x]");
-    let crop = Crop { x: 2, y: 1, width: 2, height: 1 };
+    let crop = Crop {
+        x: 2,
+        y: 1,
+        width: 2,
+        height: 1,
+    };
     for (sampling, extra) in [(CENTRE, 0.0), (CORNERS, 0.25)] {
         let whole = flat(&scene, [4, 2], sampling);
         let picture = rendered(&scene, &whole).picture;
@@ -42,13 +60,21 @@ fn patterns_have_their_places() {
             let (x, y) = ((i % 4) as f32 - 1.5, 0.5 - (i / 4) as f32);
             assert_eq!(*rgb, [x, y, x * x + extra], "{i}");
         }
-        let cropped = rendered(&scene, &Settings { crop: Some(crop), ..whole }).picture;
+        let cropped = rendered(
+            &scene,
+            &Settings {
+                crop: Some(crop),
+                ..whole
+            },
+        )
+        .picture;
         assert_eq!((cropped.width, cropped.height), (2, 1));
         assert_eq!(cropped.rgb, picture.rgb[6..8]);
     }
 }
 
-/// Protects: the general sampler fills the pixel evenly: mean and mean square of the offset; a crop draws the same samples.
+/// Protects: the general sampler fills the pixel evenly: mean and mean square of the offset; a crop
+/// draws the same samples.
 #[test]
 fn samples_fill_the_pixel() {
     let scene = sky("[o.x, o.y, (o.x - 0.5)^2]");
@@ -57,19 +83,47 @@ fn samples_fill_the_pixel() {
     for (found, expected) in picture.rgb[1].iter().zip([0.5, 0.0, 1.0 / 12.0]) {
         assert!((found - expected).abs() < 1e-3, "{:?}", picture.rgb[1]);
     }
-    let crop = Some(Crop { x: 1, y: 0, width: 1, height: 1 });
-    assert_eq!(rendered(&scene, &Settings { crop, ..whole.clone() }).picture.rgb[0], picture.rgb[1]);
-    let seeded = |seed| rendered(&scene, &Settings { seed, sampling: Sampling::General(1), ..whole.clone() }).picture.rgb[0];
+    let crop = Some(Crop {
+        x: 1,
+        y: 0,
+        width: 1,
+        height: 1,
+    });
+    assert_eq!(
+        rendered(
+            &scene,
+            &Settings {
+                crop,
+                ..whole.clone()
+            }
+        )
+        .picture
+        .rgb[0],
+        picture.rgb[1]
+    );
+    let seeded = |seed| {
+        rendered(
+            &scene,
+            &Settings {
+                seed,
+                sampling: Sampling::General(1),
+                ..whole.clone()
+            },
+        )
+        .picture
+        .rgb[0]
+    };
     assert!(seeded(0) != seeded(1) && seeded(0) != seeded(1 << 32));
 }
 
 /// Unlit orange for x < 0 at z = 1, of two objects and three materials.
 fn half() -> Scene {
     let quad = json!({ "shape": { "quad": { "corner": [-9, -9, 1], "edge_u": [9, 0, 0], "edge_v": [0, 18, 0] } }, "material": "orange" });
-    let material =
-        |name: &str, base: Value| json!({ "name": name, "model": physical(json!({ "base_colour": base, "unlit": true })) });
-    scene(json!({ "objects": [ball([50.0, 0.0, 0.0], 1.0, "grey"), quad], "sky": { "constant": 0.5 },
-        "materials": [material("none", json!(0)), material("grey", json!(0.5)), material("orange", json!([1, 0.5, 0]))] }))
+    let material = |name: &str, base: Value| json!({ "name": name, "model": physical(json!({ "base_colour": base, "unlit": true })) });
+    scene(
+        json!({ "objects": [ball([50.0, 0.0, 0.0], 1.0, "grey"), quad], "sky": { "constant": 0.5 },
+        "materials": [material("none", json!(0)), material("grey", json!(0.5)), material("orange", json!([1, 0.5, 0]))] }),
+    )
 }
 
 /// Protects: every layer of one fully and one never covered pixel.
@@ -103,8 +157,8 @@ fn layers_of_whole_pixels() {
     assert_eq!(picture.layers.len(), 19);
 }
 
-/// Protects: a pixel that two of four samples hit: colours, albedo and normal are means over all samples, the position over those
-/// that hit; the error of the mean of 1, 1, ½, ½ is √(1/48).
+/// Protects: a pixel that two of four samples hit: colours, albedo and normal are means over all
+/// samples, the position over those that hit; the error of the mean of 1, 1, ½, ½ is √(1/48).
 #[test]
 fn layers_of_a_partly_covered_pixel() {
     let scene = half();
@@ -122,7 +176,10 @@ fn layers_of_a_partly_covered_pixel() {
         ("stderr.B", 0.0),
     ] {
         let found = layer(&picture, name)[0];
-        assert!((found - expected).abs() < 1e-6, "{name}: {found} instead of {expected}");
+        assert!(
+            (found - expected).abs() < 1e-6,
+            "{name}: {found} instead of {expected}"
+        );
     }
     assert_eq!(picture.rgb, [[0.75, 0.5, 0.25]]);
 }
@@ -131,40 +188,84 @@ fn layers_of_a_partly_covered_pixel() {
 #[test]
 fn coverage_is_a_share() {
     let scene = half();
-    let transparent = |sampling| Settings { background: Background::Transparent, ..flat(&scene, [1, 1], sampling) };
+    let transparent = |sampling| Settings {
+        background: Background::Transparent,
+        ..flat(&scene, [1, 1], sampling)
+    };
     let picture = rendered(&scene, &transparent(CORNERS)).picture;
-    assert_eq!((picture.rgb[0], picture.alpha), ([0.5, 0.25, 0.0], Some(vec![0.5])));
+    assert_eq!(
+        (picture.rgb[0], picture.alpha),
+        ([0.5, 0.25, 0.0], Some(vec![0.5]))
+    );
     let picture = rendered(&scene, &transparent(Sampling::General(64))).picture;
-    assert_eq!((picture.rgb[0], picture.alpha), ([0.5, 0.25, 0.0], Some(vec![0.5])));
+    assert_eq!(
+        (picture.rgb[0], picture.alpha),
+        ([0.5, 0.25, 0.0], Some(vec![0.5]))
+    );
 }
 
-/// Protects: the other layers follow the general sampler too, and the depth is a distance from the eye along the ray.
+/// Protects: the other layers follow the general sampler too, and the depth is a distance from the
+/// eye along the ray.
 #[test]
 fn depth_is_along_the_ray() {
     let view: View = [[3.0, 4.0, 0.0], [0.0; 3]];
     let scene = floor(physical(json!({})), json!({}));
-    let settings = Settings { aovs: vec![Aov::Depth, Aov::Position], sampling: Sampling::General(2), ..settings(&scene, view) };
+    let settings = Settings {
+        aovs: vec![Aov::Depth, Aov::Position],
+        sampling: Sampling::General(2),
+        ..settings(&scene, view)
+    };
     let picture = rendered(&scene, &settings).picture;
-    assert!((layer(&picture, "depth.Z")[0] - 5.0).abs() < 1e-6 && layer(&picture, "position.Y")[0].abs() < 1e-6);
+    assert!(
+        (layer(&picture, "depth.Z")[0] - 5.0).abs() < 1e-6
+            && layer(&picture, "position.Y")[0].abs() < 1e-6
+    );
 }
 
-/// Protects: a sample that is not a number is left out of the mean and of the count, and is counted itself.
+/// Protects: a sample that is not a number is left out of the mean and of the count, and is counted
+/// itself.
 #[test]
 fn samples_that_are_not_numbers_are_dropped() {
     let scene = sky("o.x < 0 ? sqrt(o.x) : 3");
     let rendered = rendered(&scene, &flat(&scene, [1, 1], CORNERS));
-    assert_eq!((rendered.counters.samples, rendered.counters.dropped), (2, 2));
-    assert_eq!((rendered.picture.rgb[0], layer(&rendered.picture, "samples.N")), ([3.0; 3], vec![2.0]));
+    assert_eq!(
+        (rendered.counters.samples, rendered.counters.dropped),
+        (2, 2)
+    );
+    assert_eq!(
+        (
+            rendered.picture.rgb[0],
+            layer(&rendered.picture, "samples.N")
+        ),
+        ([3.0; 3], vec![2.0])
+    );
 }
 
-/// Protects: where two things are hit at the same distance, the first of the file's order is seen, with and without a tree.
+/// Protects: where two things are hit at the same distance, the first of the file's order is seen,
+/// with and without a tree.
 #[test]
 fn the_first_of_equals_is_seen() {
-    for kind in [AcceleratorKind::Linear, AcceleratorKind::Tree(BuildQuality::default())] {
+    for kind in [
+        AcceleratorKind::Linear,
+        AcceleratorKind::Tree(BuildQuality::default()),
+    ] {
         let mut scene = half();
-        scene.objects.push(raywright_core::scene::Object { material: "grey".to_owned(), ..scene.objects[1].clone() });
+        scene.objects.push(raywright_core::scene::Object {
+            material: "grey".to_owned(),
+            ..scene.objects[1].clone()
+        });
         let at = |scene: &Scene| {
-            layer(&rendered(scene, &Settings { accelerator: kind, ..flat(scene, [2, 1], CENTRE) }).picture, "object.id")[0]
+            layer(
+                &rendered(
+                    scene,
+                    &Settings {
+                        accelerator: kind,
+                        ..flat(scene, [2, 1], CENTRE)
+                    },
+                )
+                .picture,
+                "object.id",
+            )[0]
         };
         assert_eq!(at(&scene), 1.0);
         scene.objects.swap(0, 2);
@@ -172,20 +273,26 @@ fn the_first_of_equals_is_seen() {
     }
 }
 
-/// Protects: a pixel is what its filter covers. Of light that begins at an edge between two columns the pixels beside it show the
-/// filter's integral beyond their distance: of the box all or nothing, of the tent 1/8 from half a pixel away, of the bell
-/// (Φ(3) − Φ(1)) / (2Φ(3) − 1), of the window's cosines (1 − x)/2 − Σ aₖ sin(kπx)/(kπ)/(2a₀) at a third of its radius.
+/// Protects: a pixel is what its filter covers. Of light that begins at an edge between two columns
+/// the pixels beside it show the filter's integral beyond their distance: of the box all or
+/// nothing, of the tent 1/8 from half a pixel away, of the bell (Φ(3) − Φ(1)) / (2Φ(3) − 1), of the
+/// window's cosines (1 − x)/2 − Σ aₖ sin(kπx)/(kπ)/(2a₀) at a third of its radius.
 #[test]
 fn filters_cover_their_surroundings() {
     use core::f64::consts::PI;
     use raywright_core::filter::PixelFilter;
     let scene = sky("[step(0, o.x), step(0, o.y), 1]");
     let shown = |filter| {
-        let all = Settings { filter, ..flat(&scene, [8, 4], Sampling::General(1024)) };
+        let all = Settings {
+            filter,
+            ..flat(&scene, [8, 4], Sampling::General(1024))
+        };
         rendered(&scene, &all).picture.rgb
     };
     let sine = |k: f64, a: f64| a * (k * PI / 3.0).sin() / (k * PI);
-    let window = |a: f64| 1.0 / 3.0 - (sine(1.0, 0.48829) + sine(2.0, 0.14128) + sine(3.0, 0.01168)) / (2.0 * a);
+    let window = |a: f64| {
+        1.0 / 3.0 - (sine(1.0, 0.48829) + sine(2.0, 0.14128) + sine(3.0, 0.01168)) / (2.0 * a)
+    };
     let bell = (0.998_650_101_968_369_9 - 0.841_344_746_068_542_9) / 0.997_300_203_936_739_8;
     let expected = [
         (PixelFilter::Box, 0.0),
@@ -196,16 +303,23 @@ fn filters_cover_their_surroundings() {
     for (filter, share) in expected {
         let shown = shown(filter);
         let row: Vec<f64> = shown[8..16].iter().map(|rgb| f64::from(rgb[0])).collect();
-        assert!((row[3] - share).abs() < 0.01 && (row[4] - (1.0 - share)).abs() < 0.01, "{filter:?}: {row:?}, {share}");
+        assert!(
+            (row[3] - share).abs() < 0.01 && (row[4] - (1.0 - share)).abs() < 0.01,
+            "{filter:?}: {row:?}, {share}"
+        );
         assert_eq!((row[0], row[7]), (0.0, 1.0), "{filter:?}: {row:?}");
         // The same down a column, where y falls.
         let [above, below] = [shown[12], shown[20]].map(|rgb| f64::from(rgb[1]));
-        assert!((above - (1.0 - share)).abs() < 0.01 && (below - share).abs() < 0.01, "{filter:?}: {above}, {below}, {share}");
+        assert!(
+            (above - (1.0 - share)).abs() < 0.01 && (below - share).abs() < 0.01,
+            "{filter:?}: {above}, {below}, {share}"
+        );
     }
 }
 
-/// Protects: where light was looked for and none was found, the layer of standard errors says that nothing is known, and not that there is no
-/// error; where there is none to be found, there is no error.
+/// Protects: where light was looked for and none was found, the layer of standard errors says that
+/// nothing is known, and not that there is no error; where there is none to be found, there is no
+/// error.
 #[test]
 fn errors_of_light_that_was_not_found_are_unknown() {
     use raywright_core::scene::Integrator;
@@ -219,9 +333,20 @@ fn errors_of_light_that_was_not_found_are_unknown() {
                 "objects": [ball([-3.0, 3.0, 0.0], 0.5, lit), ball([-3.0, 3.0, 0.0], 1.0, "dark")] }),
         );
         let view = settings(&scene, crate::support::DOWN);
-        let paths =
-            Settings { integrator: Integrator::Path, sampling: Sampling::General(64), aovs: vec![Aov::StandardError], ..view };
-        let picture = rendered(&scene, &Settings { size: [4, 4], ..paths }).picture;
+        let paths = Settings {
+            integrator: Integrator::Path,
+            sampling: Sampling::General(64),
+            aovs: vec![Aov::StandardError],
+            ..view
+        };
+        let picture = rendered(
+            &scene,
+            &Settings {
+                size: [4, 4],
+                ..paths
+            },
+        )
+        .picture;
         assert_eq!(picture.rgb, [[0.0; 3]; 16]);
         for name in ["stderr.R", "stderr.G", "stderr.B"] {
             assert_eq!(layer(&picture, name), [error; 16], "{name}, {closed}");
@@ -229,8 +354,8 @@ fn errors_of_light_that_was_not_found_are_unknown() {
     }
 }
 
-/// Protects: a path that carries more than a number can hold in one channel alone makes its sample none, which is dropped and counted, also where
-/// many paths are shaded together.
+/// Protects: a path that carries more than a number can hold in one channel alone makes its sample
+/// none, which is dropped and counted, also where many paths are shaded together.
 #[test]
 fn paths_that_overflow_in_one_channel_are_dropped() {
     use raywright_core::scene::Integrator;
@@ -238,28 +363,61 @@ fn paths_that_overflow_in_one_channel_are_dropped() {
     for channel in 0..3 {
         let mut colour = [0.5; 3];
         colour[channel] = 1e30;
-        let bright = crate::support::physical(json!({ "base_colour": colour, "roughness": 1, "specular": 0 }));
+        let bright = crate::support::physical(
+            json!({ "base_colour": colour, "roughness": 1, "specular": 0 }),
+        );
         let side = |y: f64, normal: f64| json!({ "shape": { "plane": { "point": [0, y, 0], "normal": [0, normal, 0] } }, "material": "bright" });
-        let scene =
-            scene(json!({ "materials": [{ "name": "bright", "model": bright }], "objects": [side(0.0, 1.0), side(9.0, -1.0)] }));
+        let scene = scene(
+            json!({ "materials": [{ "name": "bright", "model": bright }], "objects": [side(0.0, 1.0), side(9.0, -1.0)] }),
+        );
         let down = settings(&scene, crate::support::DOWN);
         let (integrator, precision, size) = (Integrator::Path, PrecisionChoice::Robust, [16, 16]);
         let sampling = Sampling::General(4);
-        let found = rendered(&scene, &Settings { integrator, precision, size, sampling, ..down }).counters;
-        assert!(found.dropped > 512 && found.samples + found.dropped == 1024, "channel {channel}: {found:?}");
+        let found = rendered(
+            &scene,
+            &Settings {
+                integrator,
+                precision,
+                size,
+                sampling,
+                ..down
+            },
+        )
+        .counters;
+        assert!(
+            found.dropped > 512 && found.samples + found.dropped == 1024,
+            "channel {channel}: {found:?}"
+        );
     }
 }
 
-/// Protects: a path that carries more than a number can hold makes its sample none, which is dropped and counted.
+/// Protects: a path that carries more than a number can hold makes its sample none, which is
+/// dropped and counted.
 #[test]
 fn paths_that_carry_no_number_are_dropped() {
     use raywright_core::scene::Integrator;
     use raywright_core::settings::PrecisionChoice;
-    let bright = crate::support::classic(json!({ "local": 0, "transmission": { "ior": 1.5, "refracted_tint": 1e30 } }));
+    let bright = crate::support::classic(
+        json!({ "local": 0, "transmission": { "ior": 1.5, "refracted_tint": 1e30 } }),
+    );
     let pane = |y: f64| json!({ "shape": { "quad": { "corner": [-9, y, 9], "edge_u": [18, 0, 0], "edge_v": [0, 0, -18] } }, "material": "bright" });
-    let scene = scene(json!({ "materials": [{ "name": "bright", "model": bright }], "objects": [pane(1.0), pane(0.5)] }));
+    let scene = scene(
+        json!({ "materials": [{ "name": "bright", "model": bright }], "objects": [pane(1.0), pane(0.5)] }),
+    );
     let down = settings(&scene, crate::support::DOWN);
     let (integrator, precision) = (Integrator::Path, PrecisionChoice::Robust);
-    let found = rendered(&scene, &Settings { integrator, precision, sampling: Sampling::General(16), ..down }).counters;
-    assert!(found.dropped > 8 && found.samples + found.dropped == 16, "{found:?}");
+    let found = rendered(
+        &scene,
+        &Settings {
+            integrator,
+            precision,
+            sampling: Sampling::General(16),
+            ..down
+        },
+    )
+    .counters;
+    assert!(
+        found.dropped > 8 && found.samples + found.dropped == 16,
+        "{found:?}"
+    );
 }

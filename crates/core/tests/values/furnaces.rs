@@ -1,5 +1,6 @@
-//! White furnaces: under a sky of one no surface returns more than one, whatever its fields say, and one where nothing is absorbed. Drawn at random
-//! over every field of the physical model, angle and depth, so that no corner is one that somebody thought of.
+//! White furnaces: under a sky of one no surface returns more than one, whatever its fields say,
+//! and one where nothing is absorbed. Drawn at random over every field of the physical model, angle
+//! and depth, so that no corner is one that somebody thought of.
 
 use core::f64::consts::TAU;
 
@@ -11,13 +12,16 @@ use serde_json::{Map, Value, json};
 use crate::paths::{mean, paths};
 use crate::support::{View, ball, floor, physical, scene};
 
-/// Furnaces of the whole net, of which a tenth is asked in every run and all where the variable NETS is `all`.
+/// Furnaces of the whole net, of which a tenth is asked in every run and all where the variable
+/// NETS is `all`.
 const FURNACES: u64 = 300;
 const SEED: u64 = 46;
 
-/// Standard errors that a furnace may be off: of 300 in three channels, that is once in three hundred runs of the whole net by chance alone.
+/// Standard errors that a furnace may be off: of 300 in three channels, that is once in three
+/// hundred runs of the whole net by chance alone.
 const ERRORS: f64 = 4.8;
-/// What tables may be off: of a surface, and of a ball of glass, in which light meets the surface many times.
+/// What tables may be off: of a surface, and of a ball of glass, in which light meets the surface
+/// many times.
 const OFF: f64 = 0.01;
 const OFF_WITHIN: f64 = 0.03;
 
@@ -77,15 +81,29 @@ fn layers(numbers: &mut Numbers, all: &mut Map<String, Value>) {
             all.insert(key.to_owned(), of(numbers));
         }
     };
-    add(numbers, "clearcoat", |n| json!({ "factor": n.share(), "roughness": n.share() }));
-    add(numbers, "sheen", |n| json!({ "colour": n.colour(), "roughness": n.share() }));
-    add(numbers, "iridescence", |n| json!({ "factor": n.share(), "ior": 1.0 + 1.5 * n.next(), "thickness": 1200.0 * n.next() }));
+    add(
+        numbers,
+        "clearcoat",
+        |n| json!({ "factor": n.share(), "roughness": n.share() }),
+    );
+    add(
+        numbers,
+        "sheen",
+        |n| json!({ "colour": n.colour(), "roughness": n.share() }),
+    );
+    add(
+        numbers,
+        "iridescence",
+        |n| json!({ "factor": n.share(), "ior": 1.0 + 1.5 * n.next(), "thickness": 1200.0 * n.next() }),
+    );
     add(
         numbers,
         "conductor",
         |n| json!({ "n": [n.next() + 0.05, n.next() + 0.05, 3.0 * n.next() + 0.05], "k": [5.0 * n.next(), 3.0 * n.next(), n.next()] }),
     );
-    add(numbers, "specular_colour", |n| json!([2.0 * n.next(), n.share(), n.share()]));
+    add(numbers, "specular_colour", |n| {
+        json!([2.0 * n.next(), n.share(), n.share()])
+    });
     add(numbers, "attenuation_distance", |n| json!(n.next() + 0.01));
     add(numbers, "attenuation_colour", Numbers::colour);
 }
@@ -100,23 +118,35 @@ fn furnace(index: u64) -> Furnace {
     let ior = n.index();
     for (key, value) in [
         ("base_colour", base),
-        ("metallic", json!(if n.chance(0.5) { 0.0 } else { n.share() })),
+        (
+            "metallic",
+            json!(if n.chance(0.5) { 0.0 } else { n.share() }),
+        ),
         ("roughness", json!(n.share())),
         ("ior", json!(ior)),
         ("transmission", json!(if clear { n.share() } else { 0.0 })),
         ("thin_walled", json!(thin)),
-        ("dispersion", json!(if n.chance(0.2) { 5.0 * n.next() } else { 0.0 })),
+        (
+            "dispersion",
+            json!(if n.chance(0.2) { 5.0 * n.next() } else { 0.0 }),
+        ),
         ("specular", json!(n.share())),
     ] {
         all.insert(key.to_owned(), value);
     }
     if n.chance(0.3) {
-        all.insert("anisotropy".to_owned(), json!({ "strength": n.share(), "rotation": 360.0 * n.next() }));
+        all.insert(
+            "anisotropy".to_owned(),
+            json!({ "strength": n.share(), "rotation": 360.0 * n.next() }),
+        );
     }
     let leaf = n.chance(0.2);
     if leaf {
         let colour = if keeps_all { json!(1) } else { n.colour() };
-        all.insert("diffuse_transmission".to_owned(), json!({ "factor": n.share(), "colour": colour }));
+        all.insert(
+            "diffuse_transmission".to_owned(),
+            json!({ "factor": n.share(), "colour": colour }),
+        );
     }
     if !keeps_all {
         layers(n, &mut all);
@@ -124,11 +154,23 @@ fn furnace(index: u64) -> Furnace {
     let within = (clear || leaf) && !thin;
     let is_ball = within && n.chance(0.7);
     let is_within = is_ball && n.chance(0.3);
-    // Into a ball that nothing enters no light comes, and out of one of a great index it takes long.
-    let number = |path: &str| Value::Object(all.clone()).pointer(path).and_then(Value::as_f64).unwrap_or(0.0);
-    let enters = (1.0 - number("/metallic")) * number("/transmission").max(number("/diffuse_transmission/factor"));
-    let keeps_all = keeps_all && (!is_ball || ior < 2.0) && (!is_within || ior > 0.0 && enters > 0.05);
-    let depth = if keeps_all && is_ball { 400 } else { 2 + (60.0 * n.next().powi(3)) as u32 };
+    // Into a ball that nothing enters no light comes, and out of one of a great index it takes
+    // long.
+    let number = |path: &str| {
+        Value::Object(all.clone())
+            .pointer(path)
+            .and_then(Value::as_f64)
+            .unwrap_or(0.0)
+    };
+    let enters = (1.0 - number("/metallic"))
+        * number("/transmission").max(number("/diffuse_transmission/factor"));
+    let keeps_all =
+        keeps_all && (!is_ball || ior < 2.0) && (!is_within || ior > 0.0 && enters > 0.05);
+    let depth = if keeps_all && is_ball {
+        400
+    } else {
+        2 + (60.0 * n.next().powi(3)) as u32
+    };
     let (height, turn) = ((0.5 * TAU * 0.499 * n.next()).cos(), TAU * n.next());
     let across = (1.0 - height * height).sqrt();
     let towards = [across * turn.cos(), height, across * turn.sin()];
@@ -138,59 +180,105 @@ fn furnace(index: u64) -> Furnace {
         // A wall is seen from either side.
         let side = if thin && n.chance(0.5) { -1.0 } else { 1.0 };
         let eye = [3.0 * towards[0], 3.0 * side * towards[1], 3.0 * towards[2]];
-        return Furnace { scene: floor(model, sky), view: [eye, [0.0; 3]], depth, keeps_all, off: OFF };
+        return Furnace {
+            scene: floor(model, sky),
+            view: [eye, [0.0; 3]],
+            depth,
+            keeps_all,
+            off: OFF,
+        };
     }
     let scene = scene(
         json!({ "sky": sky["sky"], "materials": [{ "name": "m", "model": model }], "objects": [ball([0.0; 3], 1.0, "m")] }),
     );
     let eye = towards.map(|x| if is_within { 0.7 * x } else { 3.0 * x });
     let target = [0.9 * n.next(), 0.3 * n.next(), 0.0];
-    Furnace { scene, view: [eye, target], depth, keeps_all, off: OFF_WITHIN }
+    Furnace {
+        scene,
+        view: [eye, target],
+        depth,
+        keeps_all,
+        off: OFF_WITHIN,
+    }
 }
 
-/// Protects: no surface of the physical model returns more than it gets, whatever its fields, angle and depth; and white ones without layers that
-/// take some return all. Of 300 drawn by a seed a tenth in every run, and all with NETS=all.
+/// Protects: no surface of the physical model returns more than it gets, whatever its fields, angle
+/// and depth; and white ones without layers that take some return all. Of 300 drawn by a seed a
+/// tenth in every run, and all with NETS=all.
 #[test]
 fn furnaces_return_at_most_one() {
     let all = std::env::var("NETS").is_ok_and(|nets| nets == "all");
     let asked = (0..FURNACES).filter(|index| all || index % 10 == 3);
     let mut wrong = Vec::new();
     for index in asked {
-        let Furnace { scene, view, depth, keeps_all, off } = furnace(index);
-        let settings = Settings { size: [8, 8], seed: index as _, ..paths(&scene, view, depth) };
+        let Furnace {
+            scene,
+            view,
+            depth,
+            keeps_all,
+            off,
+        } = furnace(index);
+        let settings = Settings {
+            size: [8, 8],
+            seed: index as _,
+            ..paths(&scene, view, depth)
+        };
         let (found, error) = mean(&scene, &settings);
         for k in 0..3 {
             let (spread, whole) = (ERRORS * error[k] + off, keeps_all && found[k] < 1.0);
-            if found[k] - 1.0 > spread || whole && 1.0 - found[k] > spread || !found[k].is_finite() {
-                let material = serde_json::to_string(&scene.materials[0]).expect("it can be written");
+            if found[k] - 1.0 > spread || whole && 1.0 - found[k] > spread || !found[k].is_finite()
+            {
+                let material =
+                    serde_json::to_string(&scene.materials[0]).expect("it can be written");
                 wrong.push(format!("seed {SEED}, furnace {index}, keeps all {keeps_all}, depth {depth}, {view:?}: {found:?} ± {error:?}: {material}"));
                 break;
             }
         }
     }
-    assert!(wrong.is_empty(), "{} furnaces:\n{}", wrong.len(), wrong.join("\n"));
+    assert!(
+        wrong.is_empty(),
+        "{} furnaces:\n{}",
+        wrong.len(),
+        wrong.join("\n")
+    );
 }
 
 /// White paint of an index, seen at an angle, on a rung.
 fn white_paint(rung: Choice, [ior, roughness, degrees]: [f64; 3]) -> (f64, f64) {
-    let mut scene =
-        floor(physical(json!({ "base_colour": 1, "ior": ior, "roughness": roughness })), json!({ "sky": { "constant": 1 } }));
+    let mut scene = floor(
+        physical(json!({ "base_colour": 1, "ior": ior, "roughness": roughness })),
+        json!({ "sky": { "constant": 1 } }),
+    );
     let (sine, cosine) = degrees.to_radians().sin_cos();
-    let mut settings = Settings { size: [8, 8], ..paths(&scene, [[3.0 * sine, 3.0 * cosine, 0.0], [0.0; 3]], 3) };
+    let mut settings = Settings {
+        size: [8, 8],
+        ..paths(&scene, [[3.0 * sine, 3.0 * cosine, 0.0], [0.0; 3]], 3)
+    };
     rung.apply(&mut scene, &mut settings);
     let (found, error) = mean(&scene, &settings);
     (found[0], error[0])
 }
 
-/// Protects: what renders are compared with makes no light. The most exact rung of every ladder may be a reference, and of the ladders of surfaces each
-/// rung that may, sends back no more than comes, the most exact one all: of white paint of any index, roughness and angle. `exact` sent .716 to 1.059.
+/// Protects: what renders are compared with makes no light. The most exact rung of every ladder may
+/// be a reference, and of the ladders of surfaces each rung that may, sends back no more than
+/// comes, the most exact one all: of white paint of any index, roughness and angle. `exact` sent
+/// .716 to 1.059.
 #[test]
 fn references_make_no_light() {
     for ladder in Ladder::ALL {
-        assert!(ladder.choices().next_back().is_some_and(|choice| choice.can_be_reference()), "{ladder:?}");
+        assert!(
+            ladder
+                .choices()
+                .next_back()
+                .is_some_and(|choice| choice.can_be_reference()),
+            "{ladder:?}"
+        );
     }
     let model = Choice::parse("fresnel=model").expect("a rung");
-    assert!(!model.can_be_reference() && white_paint(model, [1.5, 0.0, 89.0]).0 > 1.3, "a rung that makes light is told");
+    assert!(
+        !model.can_be_reference() && white_paint(model, [1.5, 0.0, 89.0]).0 > 1.3,
+        "a rung that makes light is told"
+    );
     for ladder in [Ladder::Fresnel, Ladder::Microfacets] {
         let last = ladder.choices().next_back();
         for rung in ladder.choices().filter(Choice::can_be_reference) {
@@ -198,7 +286,9 @@ fn references_make_no_light() {
                 for roughness in [0.0, 0.05, 0.3, 1.0] {
                     for degrees in [0.0, 60.0, 86.0, 89.9] {
                         let (found, error) = white_paint(rung, [ior, roughness, degrees]);
-                        let name = format!("{rung}, index {ior}, roughness {roughness}, {degrees}°: {found} ± {error}");
+                        let name = format!(
+                            "{rung}, index {ior}, roughness {roughness}, {degrees}°: {found} ± {error}"
+                        );
                         assert!(found <= 1.005 + 4.0 * error, "{name}");
                         assert!(last != Some(rung) || found >= 0.99 - 4.0 * error, "{name}");
                     }

@@ -1,24 +1,33 @@
-//! Glass that varies: an index of refraction and a transmission that differ from place to place are, at each, what a surface has
-//! that is the same everywhere.
+//! Glass that varies: an index of refraction and a transmission that differ from place to place
+//! are, at each, what a surface has that is the same everywhere.
 
 use raywright_core::Scene;
 use serde_json::{Value, json};
 
-use crate::support::{PRECISIONS, View, classic, floor, near, physical, pixel, sees_within, settings, sun};
+use crate::support::{
+    PRECISIONS, View, classic, floor, near, physical, pixel, sees_within, settings, sun,
+};
 
-/// Slanted views of two neighbouring cells of a checkerboard, half a metre and one and a half along x.
+/// Slanted views of two neighbouring cells of a checkerboard, half a metre and one and a half along
+/// x.
 const FIRST: View = [[4.5, 3.0, 0.5], [0.5, 0.0, 0.5]];
 const SECOND: View = [[5.5, 3.0, 0.5], [1.5, 0.0, 0.5]];
 
 fn terms(rest: &Value) -> Value {
     let mut terms = json!({ "base_colour": [1, 0.5, 0.25], "roughness": 0.2 });
-    terms.as_object_mut().expect("a table").extend(rest.as_object().expect("a table").clone());
+    terms
+        .as_object_mut()
+        .expect("a table")
+        .extend(rest.as_object().expect("a table").clone());
     physical(terms)
 }
 
 /// A floor of these terms under a sun and a sky that shows directions as colours.
 fn lit(rest: &Value) -> Scene {
-    floor(terms(rest), json!({ "sky": { "expression": "2 + d" }, "lights": [sun([-0.6, 0.8, 0.0])] }))
+    floor(
+        terms(rest),
+        json!({ "sky": { "expression": "2 + d" }, "lights": [sun([-0.6, 0.8, 0.0])] }),
+    )
 }
 
 /// Both floors look alike in every precision.
@@ -26,8 +35,21 @@ fn lit(rest: &Value) -> Scene {
 fn alike(varying: &Value, even: &Value, view: View) {
     let [varying_scene, even_scene] = [varying, even].map(lit);
     for (precision, tolerance) in PRECISIONS {
-        let at = |scene| pixel(scene, &raywright_core::Settings { precision, ..settings(scene, view) });
-        near(at(&varying_scene), at(&even_scene), 4.0 * tolerance, &format!("{varying} and {even}, {precision:?}"));
+        let at = |scene| {
+            pixel(
+                scene,
+                &raywright_core::Settings {
+                    precision,
+                    ..settings(scene, view)
+                },
+            )
+        };
+        near(
+            at(&varying_scene),
+            at(&even_scene),
+            4.0 * tolerance,
+            &format!("{varying} and {even}, {precision:?}"),
+        );
     }
 }
 
@@ -35,8 +57,9 @@ fn checker(even: f64, odd: f64) -> Value {
     json!({ "checker": { "even": even, "odd": odd } })
 }
 
-/// Protects: a transmission by an expression or a checkerboard is that of the point: the share of light that passes, and what of the
-/// colour is left to be diffused; where nothing passes the surface is no glass at all. Beyond 0 to 1 it is the nearer end.
+/// Protects: a transmission by an expression or a checkerboard is that of the point: the share of
+/// light that passes, and what of the colour is left to be diffused; where nothing passes the
+/// surface is no glass at all. Beyond 0 to 1 it is the nearer end.
 #[test]
 fn transmission_is_that_of_the_point() {
     let of = |value: Value| json!({ "transmission": value });
@@ -50,11 +73,20 @@ fn transmission_is_that_of_the_point() {
         alike(&of(value.clone()), &of(first.into()), FIRST);
         alike(&of(value), &of(second.into()), SECOND);
     }
-    let looks = [0.0, 0.25, 1.0].map(|share| pixel(&lit(&of(share.into())), &settings(&lit(&of(share.into())), FIRST)));
-    assert!(looks[0] != looks[1] && looks[1] != looks[2], "what is compared above differs: {looks:?}");
+    let looks = [0.0, 0.25, 1.0].map(|share| {
+        pixel(
+            &lit(&of(share.into())),
+            &settings(&lit(&of(share.into())), FIRST),
+        )
+    });
+    assert!(
+        looks[0] != looks[1] && looks[1] != looks[2],
+        "what is compared above differs: {looks:?}"
+    );
 }
 
-/// Protects: an index of refraction that varies is that of the point, for the highlight and for refraction alike, and not below 1.
+/// Protects: an index of refraction that varies is that of the point, for the highlight and for
+/// refraction alike, and not below 1.
 #[test]
 fn index_is_that_of_the_point() {
     for transmission in [0.0, 1.0] {
@@ -68,18 +100,30 @@ fn index_is_that_of_the_point() {
             alike(&of(value.clone()), &of(first.into()), FIRST);
             alike(&of(value), &of(second.into()), SECOND);
         }
-        let looks = [1.0, 1.5, 2.5].map(|ior| pixel(&lit(&of(ior.into())), &settings(&lit(&of(ior.into())), FIRST)));
-        assert!(looks[0] != looks[1] && looks[1] != looks[2], "what is compared above differs: {looks:?}");
+        let looks = [1.0, 1.5, 2.5].map(|ior| {
+            pixel(
+                &lit(&of(ior.into())),
+                &settings(&lit(&of(ior.into())), FIRST),
+            )
+        });
+        assert!(
+            looks[0] != looks[1] && looks[1] != looks[2],
+            "what is compared above differs: {looks:?}"
+        );
     }
 }
 
-/// Protects: a light passes an occluder whose transmission varies by the share at the point where it is met: a floor below two disks
-/// is lit through one and not through the other, and by what alpha leaves of it.
+/// Protects: a light passes an occluder whose transmission varies by the share at the point where
+/// it is met: a floor below two disks is lit through one and not through the other, and by what
+/// alpha leaves of it.
 #[test]
 fn shadows_of_varying_glass() {
     let seen = |rest: Value, share: [f64; 2]| {
         let mut glass = terms(&json!({ "transmission": checker(0.5, 0.0) }));
-        glass["physical"].as_object_mut().expect("a table").extend(rest.as_object().expect("a table").clone());
+        glass["physical"]
+            .as_object_mut()
+            .expect("a table")
+            .extend(rest.as_object().expect("a table").clone());
         let disks = [0.5, 1.5].map(|x| {
             let disk = json!({ "centre": [x, 3, 0.5], "normal": [0, 1, 0], "radius": 0.4 });
             json!({ "shape": { "disk": disk }, "material": "glass" })
@@ -93,11 +137,14 @@ fn shadows_of_varying_glass() {
     };
     let tint = 0.5 * (1.0 + 0.5 + 0.25) / 3.0;
     seen(json!({}), [tint, 0.0]);
-    seen(json!({ "opacity": 0.5, "alpha": "blend" }), [1.0 - 0.5 * (1.0 - tint), 0.5]);
+    seen(
+        json!({ "opacity": 0.5, "alpha": "blend" }),
+        [1.0 - 0.5 * (1.0 - tint), 0.5],
+    );
 }
 
-/// Protects: glass that lets nothing through, of either family, reflects as glass does, once: by Whitted's rules the path that has no way on
-/// still waits for the reflection.
+/// Protects: glass that lets nothing through, of either family, reflects as glass does, once: by
+/// Whitted's rules the path that has no way on still waits for the reflection.
 #[test]
 fn glass_that_lets_nothing_through() {
     for model in [

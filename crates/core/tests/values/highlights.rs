@@ -6,10 +6,14 @@ use crate::support::{SLANTED, View, ball, classic, floor, sees, sun};
 
 /// A floor that shows only a highlight of a light straight above it.
 fn shiny(specular: Value, light: Value) -> raywright_core::Scene {
-    floor(classic(json!({ "colour": 0, "diffuse": 0, "specular": specular })), json!({ "lights": [light] }))
+    floor(
+        classic(json!({ "colour": 0, "diffuse": 0, "specular": specular })),
+        json!({ "lights": [light] }),
+    )
 }
 
-/// Protects: the direction and the power of each model, seen along (−0.6, −0.8, 0) under l = (0, 1, 0).
+/// Protects: the direction and the power of each model, seen along (−0.6, −0.8, 0) under l = (0, 1,
+/// 0).
 #[test]
 fn each_model_by_its_cosine() {
     let grazing: View = [[4.0, 3.0, 0.0], [0.0; 3]];
@@ -26,16 +30,26 @@ fn each_model_by_its_cosine() {
         ("grazing", 2, SLANTED, 0.0),
     ] {
         let specular = json!({ "model": model, "exponent": exponent, "strength": 0.5 });
-        sees(&shiny(specular, sun([0.0, 1.0, 0.0])), view, [0.5 * expected; 3]);
+        sees(
+            &shiny(specular, sun([0.0, 1.0, 0.0])),
+            view,
+            [0.5 * expected; 3],
+        );
     }
 }
 
-/// Protects: the light's colour tints a highlight unless it is not `lit`, and a light may make none.
+/// Protects: the light's colour tints a highlight unless it is not `lit`, and a light may make
+/// none.
 #[test]
 fn the_light_tints_its_highlight() {
     let light = |specular: bool| json!({ "kind": { "directional": { "to_light": [0, 1, 0] } }, "colour": [2, 1, 0.5], "specular": specular });
-    let specular = |lit: bool| json!({ "model": "phong", "exponent": 1, "strength": "1.5*l.y", "lit": lit });
-    sees(&shiny(specular(true), light(true)), SLANTED, [2.4, 1.2, 0.6]);
+    let specular =
+        |lit: bool| json!({ "model": "phong", "exponent": 1, "strength": "1.5*l.y", "lit": lit });
+    sees(
+        &shiny(specular(true), light(true)),
+        SLANTED,
+        [2.4, 1.2, 0.6],
+    );
     sees(&shiny(specular(false), light(true)), SLANTED, [1.2; 3]);
     sees(&shiny(specular(true), light(false)), SLANTED, [0.0; 3]);
 }
@@ -45,7 +59,10 @@ fn veiled(terms: Value, shadows: bool) -> raywright_core::Scene {
     let mut light = sun([0.0, 1.0, 0.0]);
     light["shadows"] = json!(shadows);
     let veil = json!({ "name": "veil", "model": { "classic": { "shadow_transmittance": 0.25 } } });
-    floor(classic(terms), json!({ "lights": [light], "materials": [veil], "objects": [ball([0.0, 3.0, 0.0], 0.5, "veil")] }))
+    floor(
+        classic(terms),
+        json!({ "lights": [light], "materials": [veil], "objects": [ball([0.0, 3.0, 0.0], 0.5, "veil")] }),
+    )
 }
 
 /// Protects: a shadow dims a highlight as far as it is `shadowed` and the light casts shadows.
@@ -57,8 +74,8 @@ fn shadows_dim_highlights() {
     sees(&veiled(terms(true), false), SLANTED, [0.8; 3]);
 }
 
-/// Protects: a highlight of the reflection stands outside `local`, is weighed and tinted as the reflection, and dimmed as far as it
-/// is `shadowed` and the light casts shadows.
+/// Protects: a highlight of the reflection stands outside `local`, is weighed and tinted as the
+/// reflection, and dimmed as far as it is `shadowed` and the light casts shadows.
 #[test]
 fn highlights_of_a_reflection() {
     let terms = |shadowed: bool| {
@@ -78,8 +95,13 @@ fn highlights_of_a_reflection() {
 fn the_light_tints_a_highlight_of_the_reflection() {
     for (lit, expected) in [(true, [1.6, 0.8, 0.0]), (false, [0.8; 3])] {
         let specular = json!({ "model": "phong", "exponent": 1, "strength": 1, "on_reflection": true, "lit": lit });
-        let light = json!({ "kind": { "directional": { "to_light": [0, 1, 0] } }, "colour": [2, 1, 0] });
+        let light =
+            json!({ "kind": { "directional": { "to_light": [0, 1, 0] } }, "colour": [2, 1, 0] });
         let terms = json!({ "local": 0, "reflection": { "weight": 1 }, "specular": specular });
-        sees(&floor(classic(terms), json!({ "lights": [light] })), SLANTED, expected);
+        sees(
+            &floor(classic(terms), json!({ "lights": [light] })),
+            SLANTED,
+            expected,
+        );
     }
 }

@@ -1,4 +1,5 @@
-//! Every input that may be an expression, and every way to switch something off: each alone, against the same scene without it.
+//! Every input that may be an expression, and every way to switch something off: each alone,
+//! against the same scene without it.
 
 use std::sync::Arc;
 
@@ -9,12 +10,15 @@ use raywright_core::settings::{Aov, Settings};
 use raywright_core::{estimate, prepare};
 use serde_json::{Value, json};
 
-use crate::support::{View, ball, classic, floor, near, physical, pixel, rendered, scene, sees, settings, sun};
+use crate::support::{
+    View, ball, classic, floor, near, physical, pixel, rendered, scene, sees, settings, sun,
+};
 
 /// Onto a floor at u = 0.25, v = 0.5, along (−0.6, −0.8, 0).
 const ASIDE: View = [[3.25, 4.0, 0.5], [0.25, 0.0, 0.5]];
 
-/// A floor of this material under a sky and a slanting sun, with a texture that is red in its first half.
+/// A floor of this material under a sky and a slanting sun, with a texture that is red in its first
+/// half.
 fn lit(model: Value) -> Scene {
     let mut scene = floor(
         model,
@@ -23,33 +27,63 @@ fn lit(model: Value) -> Scene {
             "textures": [{ "name": "halves", "image": "halves", "filter": "nearest", "colour_space": "linear" }] }),
     );
     let pixels = Pixels::Linear(vec![[1.0, 0.0, 0.0, 1.0], [0.0, 0.5, 1.0, 1.0]]);
-    scene.images[0].data = Some(Arc::new(ImageData { width: 2, height: 1, pixels }));
+    scene.images[0].data = Some(Arc::new(ImageData {
+        width: 2,
+        height: 1,
+        pixels,
+    }));
     scene
 }
 
-/// Protects: an expression of the hit that comes out below zero there counts as zero, as a colour of a surface and as a weight. A texture
-/// coordinate keeps its sign, and so does a sky, by which shaders darken what mirrors it.
+/// Protects: an expression of the hit that comes out below zero there counts as zero, as a colour
+/// of a surface and as a weight. A texture coordinate keeps its sign, and so does a sky, by which
+/// shaders darken what mirrors it.
 #[test]
 fn what_a_hit_makes_negative_is_zero() {
     let emitted = |x: &str| lit(classic(json!({ "colour": 0, "emission": x })));
     sees(&emitted("[0 - u - 1, u, 0 - v]"), ASIDE, [0.0, 0.25, 0.0]);
-    sees(&lit(classic(json!({ "colour": 1, "local": "0 - u" }))), ASIDE, [0.0; 3]);
-    sees(&lit(classic(json!({ "colour": 0, "reflection": { "weight": "0 - u", "tinted": false } }))), ASIDE, [0.0; 3]);
-    sees(&lit(physical(json!({ "base_colour": "0 - u", "ior": 1 }))), ASIDE, [0.0; 3]);
-    sees(&scene(json!({ "sky": { "expression": "d" } })), [[0.0; 3], [-0.6, 0.8, 0.0]], [-0.6, 0.8, 0.0]);
+    sees(
+        &lit(classic(json!({ "colour": 1, "local": "0 - u" }))),
+        ASIDE,
+        [0.0; 3],
+    );
+    sees(
+        &lit(classic(
+            json!({ "colour": 0, "reflection": { "weight": "0 - u", "tinted": false } }),
+        )),
+        ASIDE,
+        [0.0; 3],
+    );
+    sees(
+        &lit(physical(json!({ "base_colour": "0 - u", "ior": 1 }))),
+        ASIDE,
+        [0.0; 3],
+    );
+    sees(
+        &scene(json!({ "sky": { "expression": "d" } })),
+        [[0.0; 3], [-0.6, 0.8, 0.0]],
+        [-0.6, 0.8, 0.0],
+    );
     let texture = |at: &str| json!({ "texture": { "name": "halves", "uv": [at, 0.5] } });
-    sees(&lit(classic(json!({ "colour": 0, "emission": texture("0 - u") }))), ASIDE, [0.0, 0.5, 1.0]);
+    sees(
+        &lit(classic(
+            json!({ "colour": 0, "emission": texture("0 - u") }),
+        )),
+        ASIDE,
+        [0.0, 0.5, 1.0],
+    );
 }
 
-/// Protects: a material that reads the surface's coordinates in one input alone gets them, whichever input that is; and that input
-/// is told as a procedural texture. Each is the number that it has at the point.
+/// Protects: a material that reads the surface's coordinates in one input alone gets them,
+/// whichever input that is; and that input is told as a procedural texture. Each is the number that
+/// it has at the point.
 #[test]
 fn every_input_may_read_the_coordinates() {
-    let specular =
-        |strength: Value| json!({ "diffuse": 0, "specular": { "model": "phong", "exponent": 1, "strength": strength } });
+    let specular = |strength: Value| json!({ "diffuse": 0, "specular": { "model": "phong", "exponent": 1, "strength": strength } });
     let rim = |strength: Value| json!({ "rim": { "strength": strength, "exponent": 1 } });
     let mirror = |weight: Value| json!({ "reflection": { "weight": weight } });
-    let texture = |at: Value| json!({ "colour": { "texture": { "name": "halves", "uv": [at, 0.5] } } });
+    let texture =
+        |at: Value| json!({ "colour": { "texture": { "name": "halves", "uv": [at, 0.5] } } });
     let inputs: [(&str, &dyn Fn(Value) -> Value); 15] = [
         ("colour", &|x| classic(json!({ "colour": x }))),
         ("uv of a colour", &|x| classic(texture(x))),
@@ -61,43 +95,73 @@ fn every_input_may_read_the_coordinates() {
         ("reflection", &|x| classic(mirror(x))),
         ("emission", &|x| classic(json!({ "emission": x }))),
         ("base colour", &|x| physical(json!({ "base_colour": x }))),
-        ("metallic", &|x| physical(json!({ "metallic": x, "roughness": 0.5 }))),
+        ("metallic", &|x| {
+            physical(json!({ "metallic": x, "roughness": 0.5 }))
+        }),
         ("roughness", &|x| physical(json!({ "roughness": x }))),
-        ("opacity", &|x| physical(json!({ "opacity": x, "alpha": "blend" }))),
-        ("emission of a physical one", &|x| physical(json!({ "emission": x }))),
-        ("uv of a base colour", &|x| physical(json!({ "base_colour": texture(x)["colour"] }))),
+        ("opacity", &|x| {
+            physical(json!({ "opacity": x, "alpha": "blend" }))
+        }),
+        ("emission of a physical one", &|x| {
+            physical(json!({ "emission": x }))
+        }),
+        ("uv of a base colour", &|x| {
+            physical(json!({ "base_colour": texture(x)["colour"] }))
+        }),
     ];
     for (name, model) in inputs {
         for (text, number) in [("1 - u", 0.75), ("v / 2", 0.25)] {
             let (read, given) = (lit(model(json!(text))), lit(model(json!(number))));
-            let [found, expected] = [&read, &given].map(|scene| pixel(scene, &settings(scene, ASIDE)));
+            let [found, expected] =
+                [&read, &given].map(|scene| pixel(scene, &settings(scene, ASIDE)));
             near(found, expected, 1e-6, &format!("{name} {text}"));
             let other = lit(model(json!(1.0 - number)));
-            assert_ne!(pixel(&other, &settings(&other, ASIDE)), expected, "{name} does not matter here");
+            assert_ne!(
+                pixel(&other, &settings(&other, ASIDE)),
+                expected,
+                "{name} does not matter here"
+            );
             let told = detect(&read, &Settings::of(&read)).status(Effect::ProceduralTextures);
             // What stands in `uv` is part of an image's use.
-            assert!(told == Status::Simulated || name.starts_with("uv"), "{name}: {told:?}");
+            assert!(
+                told == Status::Simulated || name.starts_with("uv"),
+                "{name}: {told:?}"
+            );
         }
     }
 }
 
-/// Protects: coordinates of a mesh without any are the weights of its second and third corner, also turned over.
+/// Protects: coordinates of a mesh without any are the weights of its second and third corner, also
+/// turned over.
 #[test]
 fn corners_weigh_where_a_mesh_has_no_coordinates() {
     let shown = |map: Value| {
-        scene(json!({ "materials": [{ "name": "m", "model": classic(json!({ "colour": "[u, v, 0]", "ambient": 1 })) }],
+        scene(
+            json!({ "materials": [{ "name": "m", "model": classic(json!({ "colour": "[u, v, 0]", "ambient": 1 })) }],
             "meshes": [{ "name": "leaf", "source": { "inline": {
                 "positions": [[0, 0, 0], [1, 0, 0], [0, 1, 0]], "indices": [[0, 1, 2]] } } }],
-            "objects": [{ "shape": { "mesh": "leaf" }, "material": "m", "transform": map }] }))
+            "objects": [{ "shape": { "mesh": "leaf" }, "material": "m", "transform": map }] }),
+        )
     };
-    sees(&shown(json!([])), [[0.3, 0.2, 2.0], [0.3, 0.2, 0.0]], [0.3, 0.2, 0.0]);
-    sees(&shown(json!([{ "scale": [-1, 1, 1] }])), [[-0.3, 0.2, 2.0], [-0.3, 0.2, 0.0]], [0.3, 0.2, 0.0]);
+    sees(
+        &shown(json!([])),
+        [[0.3, 0.2, 2.0], [0.3, 0.2, 0.0]],
+        [0.3, 0.2, 0.0],
+    );
+    sees(
+        &shown(json!([{ "scale": [-1, 1, 1] }])),
+        [[-0.3, 0.2, 2.0], [-0.3, 0.2, 0.0]],
+        [0.3, 0.2, 0.0],
+    );
 }
 
 /// Protects: what stands beyond a lamp hides nothing, under either rule of where rays start.
 #[test]
 fn what_is_beyond_a_lamp_hides_nothing() {
-    for spawn in [json!("error_bound"), json!({ "constant": { "offset": 0.001 } })] {
+    for spawn in [
+        json!("error_bound"),
+        json!({ "constant": { "offset": 0.001 } }),
+    ] {
         for (height, expected) in [(1.0, 0.0), (4.0, 1.0)] {
             let lamp = json!({ "kind": { "point": { "position": [0, 2.5, 0], "falloff": "none" } }, "colour": 1 });
             let scene = floor(
@@ -110,43 +174,65 @@ fn what_is_beyond_a_lamp_hides_nothing() {
     }
 }
 
-/// Protects: the rays that layers at the middle of a pixel take are counted, one a pixel for all of them.
+/// Protects: the rays that layers at the middle of a pixel take are counted, one a pixel for all of
+/// them.
 #[test]
 fn rays_of_layers_are_counted() {
     let scene = floor(classic(json!({})), json!({}));
     let camera = |aovs: &[Aov]| {
-        let settings = Settings { size: [4, 3], aovs: aovs.to_vec(), ..settings(&scene, ASIDE) };
+        let settings = Settings {
+            size: [4, 3],
+            aovs: aovs.to_vec(),
+            ..settings(&scene, ASIDE)
+        };
         rendered(&scene, &settings).counters.camera
     };
     assert_eq!(
-        [camera(&[]), camera(&[Aov::Albedo]), camera(&[Aov::Depth]), camera(&[Aov::Depth, Aov::Object])],
+        [
+            camera(&[]),
+            camera(&[Aov::Albedo]),
+            camera(&[Aov::Depth]),
+            camera(&[Aov::Depth, Aov::Object])
+        ],
         [12, 12, 24, 24]
     );
 }
 
-/// Protects: images are reckoned once each, whether a material, the sky or both read them, and to the byte.
+/// Protects: images are reckoned once each, whether a material, the sky or both read them, and to
+/// the byte.
 #[test]
 fn images_are_reckoned_once() {
     for (sky, surface) in [(false, false), (true, false), (false, true), (true, true)] {
-        let model = physical(if surface { json!({ "base_colour_texture": { "name": "halves" } }) } else { json!({}) });
+        let model = physical(if surface {
+            json!({ "base_colour_texture": { "name": "halves" } })
+        } else {
+            json!({})
+        });
         let mut scene = lit(model);
         if sky {
             scene.sky = serde_json::from_value(json!({ "map": { "image": "halves" } })).ok();
         }
         let settings = settings(&scene, ASIDE);
-        let held = prepare(&scene, &settings, &()).unwrap_or_else(|e| panic!("{e}")).memory().textures;
+        let held = prepare(&scene, &settings, &())
+            .unwrap_or_else(|e| panic!("{e}"))
+            .memory()
+            .textures;
         // A sky keeps its texels once more, in four bytes each.
         let expected = if sky || surface { 2 * 16 } else { 0 } + if sky { 2 * 4 } else { 0 };
-        assert_eq!((held, estimate(&scene, &settings).textures), (expected, expected), "{sky} {surface}");
+        assert_eq!(
+            (held, estimate(&scene, &settings).textures),
+            (expected, expected),
+            "{sky} {surface}"
+        );
     }
 }
 
-/// Protects: switching an effect off is as taking what calls for it out of the scene: in listed and in generated objects, in a
-/// material's own term and in the rules it shares, in each of its inputs.
+/// Protects: switching an effect off is as taking what calls for it out of the scene: in listed and
+/// in generated objects, in a material's own term and in the rules it shares, in each of its
+/// inputs.
 #[test]
 fn what_is_switched_off_is_gone() {
-    let lamp =
-        || json!({ "shape": { "disk": { "centre": [0, 9, 0], "normal": [0, -1, 0], "radius": 0.01 } }, "material": "lamp" });
+    let lamp = || json!({ "shape": { "disk": { "centre": [0, 9, 0], "normal": [0, -1, 0], "radius": 0.01 } }, "material": "lamp" });
     let materials = || {
         json!([{ "name": "lamp", "model": classic(json!({ "local": 0, "emission": 90000 })) },
             { "name": "m", "model": classic(json!({})) }])
@@ -154,58 +240,124 @@ fn what_is_switched_off_is_gone() {
     let hidden = |casts: bool, generated: bool| {
         let mut caster = ball([0.0, 4.0, 0.0], 1.0, "m");
         caster["casts_shadow"] = json!(casts);
-        let made =
-            json!({ "kind": { "grid": { "counts": [1, 1, 1], "origin": [0, 0, 0], "step": [0, 0, 0] } }, "object": caster });
-        let (objects, generators) =
-            if generated { (json!([lamp()]), json!([made])) } else { (json!([lamp(), caster]), json!([])) };
-        floor(classic(json!({})), json!({ "materials": materials(), "objects": objects, "generators": generators }))
+        let made = json!({ "kind": { "grid": { "counts": [1, 1, 1], "origin": [0, 0, 0], "step": [0, 0, 0] } }, "object": caster });
+        let (objects, generators) = if generated {
+            (json!([lamp()]), json!([made]))
+        } else {
+            (json!([lamp(), caster]), json!([]))
+        };
+        floor(
+            classic(json!({})),
+            json!({ "materials": materials(), "objects": objects, "generators": generators }),
+        )
     };
-    let checker = |even: f64, odd: f64| json!({ "checker": { "even": even, "odd": odd, "size": 100 } });
-    let glow = |emission: Value| floor(classic(json!({ "local": 0, "emission": emission })), json!({}));
-    let grey = |own: Value, shared: f64| floor(classic(json!({ "ambient": own })), json!({ "classic": { "ambient": shared } }));
+    let checker =
+        |even: f64, odd: f64| json!({ "checker": { "even": even, "odd": odd, "size": 100 } });
+    let glow = |emission: Value| {
+        floor(
+            classic(json!({ "local": 0, "emission": emission })),
+            json!({}),
+        )
+    };
+    let grey = |own: Value, shared: f64| {
+        floor(
+            classic(json!({ "ambient": own })),
+            json!({ "classic": { "ambient": shared } }),
+        )
+    };
     let shiny = |specular: bool| {
         let mut light = sun([-0.6, 0.8, 0.0]);
         light["specular"] = json!(specular);
-        floor(physical(json!({ "metallic": 1, "roughness": 0.5 })), json!({ "lights": [light] }))
+        floor(
+            physical(json!({ "metallic": 1, "roughness": 0.5 })),
+            json!({ "lights": [light] }),
+        )
     };
     for (effect, with, without) in [
         (Effect::Highlights, shiny(true), shiny(false)),
         (Effect::Shadows, hidden(true, false), hidden(false, false)),
         (Effect::Shadows, hidden(true, true), hidden(false, true)),
-        (Effect::AmbientLight, grey(json!(0.5), 0.0), grey(json!(0), 0.0)),
-        (Effect::AmbientLight, grey(Value::Null, 0.5), grey(json!(0), 0.0)),
-        (Effect::Checkerboard, glow(checker(0.25, 0.75)), glow(json!(0.5))),
+        (
+            Effect::AmbientLight,
+            grey(json!(0.5), 0.0),
+            grey(json!(0), 0.0),
+        ),
+        (
+            Effect::AmbientLight,
+            grey(Value::Null, 0.5),
+            grey(json!(0), 0.0),
+        ),
+        (
+            Effect::Checkerboard,
+            glow(checker(0.25, 0.75)),
+            glow(json!(0.5)),
+        ),
         (Effect::Emission, glow(json!(0.5)), glow(json!(0))),
     ] {
         let view = [[3.0, 4.0, 0.0], [0.0; 3]];
         let off = EffectSet::of(&[effect]);
-        let [as_it_is, switched, by_hand] = [(&with, EffectSet::EMPTY), (&with, off), (&without, EffectSet::EMPTY)]
-            .map(|(scene, without)| pixel(scene, &Settings { without, ..settings(scene, view) }));
+        let [as_it_is, switched, by_hand] = [
+            (&with, EffectSet::EMPTY),
+            (&with, off),
+            (&without, EffectSet::EMPTY),
+        ]
+        .map(|(scene, without)| {
+            pixel(
+                scene,
+                &Settings {
+                    without,
+                    ..settings(scene, view)
+                },
+            )
+        });
         assert_ne!(as_it_is, switched, "{effect:?} does not matter here");
         near(switched, by_hand, 1e-6, &format!("{effect:?}"));
     }
 }
 
-/// Protects: a ladder is told where it matters, also to an effect that is left out, and nowhere else; a tree keeps the quality that it
-/// was given when a tree is asked for.
+/// Protects: a ladder is told where it matters, also to an effect that is left out, and nowhere
+/// else; a tree keeps the quality that it was given when a tree is asked for.
 #[test]
 fn ladders_are_told_where_they_matter() {
     let told = |model: Value, max_depth: u32| -> Vec<&'static str> {
         let scene = floor(model, json!({}));
-        let settings = Settings { max_depth, ..Settings::of(&scene) };
-        standings(&scene, &settings, &detect(&scene, &settings)).iter().map(|standing| standing.ladder).collect()
+        let settings = Settings {
+            max_depth,
+            ..Settings::of(&scene)
+        };
+        standings(&scene, &settings, &detect(&scene, &settings))
+            .iter()
+            .map(|standing| standing.ladder)
+            .collect()
     };
-    let always = ["precision", "pixel-filter", "samples", "sampler", "reconstruction", "output", "build", "accelerator"];
+    let always = [
+        "precision",
+        "pixel-filter",
+        "samples",
+        "sampler",
+        "reconstruction",
+        "output",
+        "build",
+        "accelerator",
+    ];
     assert_eq!(told(classic(json!({})), 8), always);
     let mirror = || classic(json!({ "reflection": { "weight": 1 } }));
     let further = [&["precision", "ray-offset", "path-length"], &always[1..]].concat();
-    assert_eq!((told(mirror(), 8), told(mirror(), 1)), (further.clone(), further));
+    assert_eq!(
+        (told(mirror(), 8), told(mirror(), 1)),
+        (further.clone(), further)
+    );
 
     let (mut scene, mut settings) = (Scene::default(), Settings::of(&Scene::default()));
     for text in ["build=high", "accelerator=bvh"] {
-        Choice::parse(text).unwrap_or_else(|e| panic!("{e}")).apply(&mut scene, &mut settings);
+        Choice::parse(text)
+            .unwrap_or_else(|e| panic!("{e}"))
+            .apply(&mut scene, &mut settings);
     }
     let standings = standings(&scene, &settings, &detect(&scene, &settings));
-    let build = standings.iter().find(|standing| standing.ladder == "build").map(|standing| standing.rung.as_str());
+    let build = standings
+        .iter()
+        .find(|standing| standing.ladder == "build")
+        .map(|standing| standing.rung.as_str());
     assert_eq!(build, Some("high"));
 }

@@ -2,13 +2,17 @@
 
 use serde_json::{Value, json};
 
-use crate::support::{DOWN, FROM_BELOW, SLANTED, View, classic, floor, physical, rendered, scene, sees, settings};
+use crate::support::{
+    DOWN, FROM_BELOW, SLANTED, View, classic, floor, physical, rendered, scene, sees, settings,
+};
 use raywright_core::{Scene, Settings};
 
 /// A floor of glass (below it is its inside) under a sky that shows directions as colours.
 fn glass(transmission: Value, face_viewer: bool) -> Scene {
-    let mut scene =
-        floor(classic(json!({ "local": 0, "transmission": transmission })), json!({ "sky": { "expression": "2 + d" } }));
+    let mut scene = floor(
+        classic(json!({ "local": 0, "transmission": transmission })),
+        json!({ "sky": { "expression": "2 + d" } }),
+    );
     scene.objects[0].face_viewer = face_viewer;
     scene
 }
@@ -17,7 +21,8 @@ fn switch(threshold: f64) -> Value {
     json!({ "ior": 1.5, "choice": { "switch": { "threshold": threshold } }, "refracted_tint": [0.5, 1, 2], "reflected_tint": [2, 1, 0.5] })
 }
 
-/// Protects: Snell's law from both sides, total reflection, the tint of either ray, also where the normal is not turned.
+/// Protects: Snell's law from both sides, total reflection, the tint of either ray, also where the
+/// normal is not turned.
 #[test]
 fn rays_bend_by_the_sines() {
     let within = f64::sqrt(1.0 - 0.16);
@@ -32,23 +37,42 @@ fn rays_bend_by_the_sines() {
     }
 }
 
-/// Protects: the switch is Schlick's reflectance at the incident angle: 0.04 + 0.96 · 0.2⁵ = 0.0403072.
+/// Protects: the switch is Schlick's reflectance at the incident angle: 0.04 + 0.96 · 0.2⁵ =
+/// 0.0403072.
 #[test]
 fn the_switch_is_schlicks_reflectance() {
-    sees(&glass(switch(0.0403), true), SLANTED, [2.0 * (2.0 - 0.6), 2.0 + 0.8, 1.0]);
-    sees(&glass(switch(0.04031), true), SLANTED, [0.5 * (2.0 - 0.4), 2.0 - f64::sqrt(0.84), 4.0]);
-    sees(&glass(switch(0.0403), true), FROM_BELOW, [2.0 * (2.0 - 0.6), 2.0 - 0.8, 1.0]);
-    sees(&glass(switch(0.04031), true), FROM_BELOW, [0.5 * (2.0 - 0.9), 2.0 + f64::sqrt(0.19), 4.0]);
+    sees(
+        &glass(switch(0.0403), true),
+        SLANTED,
+        [2.0 * (2.0 - 0.6), 2.0 + 0.8, 1.0],
+    );
+    sees(
+        &glass(switch(0.04031), true),
+        SLANTED,
+        [0.5 * (2.0 - 0.4), 2.0 - f64::sqrt(0.84), 4.0],
+    );
+    sees(
+        &glass(switch(0.0403), true),
+        FROM_BELOW,
+        [2.0 * (2.0 - 0.6), 2.0 - 0.8, 1.0],
+    );
+    sees(
+        &glass(switch(0.04031), true),
+        FROM_BELOW,
+        [0.5 * (2.0 - 0.9), 2.0 + f64::sqrt(0.19), 4.0],
+    );
 }
 
-/// Fresnel's reflectance with both indices, from n1 at cosine c1 to n2 at cosine c2, as textbooks have it.
+/// Fresnel's reflectance with both indices, from n1 at cosine c1 to n2 at cosine c2, as textbooks
+/// have it.
 fn reflectance(n1: f64, c1: f64, n2: f64, c2: f64) -> f64 {
     let s = (n1 * c1 - n2 * c2) / (n1 * c1 + n2 * c2);
     let p = (n2 * c1 - n1 * c2) / (n2 * c1 + n1 * c2);
     0.5 * (s * s + p * p)
 }
 
-/// Protects: both rays share the light by Fresnel's equations, from either side, each with its tint.
+/// Protects: both rays share the light by Fresnel's equations, from either side, each with its
+/// tint.
 #[test]
 fn both_rays_share_by_fresnel() {
     let split = json!({ "ior": 1.5, "refracted_tint": [0.5, 1, 2], "reflected_tint": [2, 1, 0.5] });
@@ -58,46 +82,101 @@ fn both_rays_share_by_fresnel() {
         let f = reflectance(1.0, 0.8, 1.5, within);
         assert!((f - 0.043_894).abs() < 1e-5);
         let g = 1.0 - f;
-        sees(&glass, SLANTED, [f * 2.0 * 1.4 + g * 0.5 * 1.6, f * 2.8 + g * (2.0 - within), f + g * 4.0]);
+        sees(
+            &glass,
+            SLANTED,
+            [
+                f * 2.0 * 1.4 + g * 0.5 * 1.6,
+                f * 2.8 + g * (2.0 - within),
+                f + g * 4.0,
+            ],
+        );
         let f = reflectance(1.5, 0.8, 1.0, out);
         let g = 1.0 - f;
-        sees(&glass, FROM_BELOW, [f * 2.0 * 1.4 + g * 0.5 * 1.1, f * 1.2 + g * (2.0 + out), f + g * 4.0]);
+        sees(
+            &glass,
+            FROM_BELOW,
+            [
+                f * 2.0 * 1.4 + g * 0.5 * 1.1,
+                f * 1.2 + g * (2.0 + out),
+                f + g * 4.0,
+            ],
+        );
     }
 }
 
-/// Protects: which segments of a slab are followed at each depth, their weights at normal incidence (4 % are mirrored) and how many
-/// rays of each kind they are.
+/// Protects: which segments of a slab are followed at each depth, their weights at normal incidence
+/// (4 % are mirrored) and how many rays of each kind they are.
 #[test]
 fn a_slab_is_followed_as_deep_as_allowed() {
-    let face =
-        |y: f64, up: f64| json!({ "shape": { "plane": { "point": [0, y, 0], "normal": [0, up, 0] } }, "material": "glass" });
-    let slab = scene(json!({ "sky": { "constant": 1 }, "objects": [face(0.0, 1.0), face(-1.0, -1.0)],
-        "materials": [{ "name": "glass", "model": { "classic": { "local": 0, "transmission": { "ior": 1.5 } } } }] }));
-    for (max_depth, expected, reflection, refraction) in
-        [(1, 0.0, 0, 0), (2, 0.04, 1, 1), (3, 0.04 + 0.9216, 2, 2), (4, 0.04 + 0.9216 + 0.9216 * 0.04, 3, 3)]
-    {
-        let rendered = rendered(&slab, &Settings { max_depth, ..settings(&slab, DOWN) });
+    let face = |y: f64, up: f64| json!({ "shape": { "plane": { "point": [0, y, 0], "normal": [0, up, 0] } }, "material": "glass" });
+    let slab = scene(
+        json!({ "sky": { "constant": 1 }, "objects": [face(0.0, 1.0), face(-1.0, -1.0)],
+        "materials": [{ "name": "glass", "model": { "classic": { "local": 0, "transmission": { "ior": 1.5 } } } }] }),
+    );
+    for (max_depth, expected, reflection, refraction) in [
+        (1, 0.0, 0, 0),
+        (2, 0.04, 1, 1),
+        (3, 0.04 + 0.9216, 2, 2),
+        (4, 0.04 + 0.9216 + 0.9216 * 0.04, 3, 3),
+    ] {
+        let rendered = rendered(
+            &slab,
+            &Settings {
+                max_depth,
+                ..settings(&slab, DOWN)
+            },
+        );
         let found = f64::from(rendered.picture.rgb[0][1]);
-        assert!((found - expected).abs() < 1e-6, "depth {max_depth}: {found} instead of {expected}");
+        assert!(
+            (found - expected).abs() < 1e-6,
+            "depth {max_depth}: {found} instead of {expected}"
+        );
         let counters = rendered.counters;
-        assert_eq!((counters.reflection, counters.refraction, counters.shadow), (reflection, refraction, 0), "depth {max_depth}");
+        assert_eq!(
+            (counters.reflection, counters.refraction, counters.shadow),
+            (reflection, refraction, 0),
+            "depth {max_depth}"
+        );
     }
 }
 
-/// Protects: physical glass lets light through both ways: from outside and from within, both rays by Fresnel's equations, what goes
-/// through in the base colour; beyond the critical angle everything comes back. Whether the normal is turned or not.
+/// Protects: physical glass lets light through both ways: from outside and from within, both rays
+/// by Fresnel's equations, what goes through in the base colour; beyond the critical angle
+/// everything comes back. Whether the normal is turned or not.
 #[test]
 fn physical_glass_has_two_sides() {
     for face_viewer in [true, false] {
-        let glass = json!({ "base_colour": [0.5, 1, 0.25], "transmission": 1, "roughness": 0, "ior": 1.5 });
+        let glass =
+            json!({ "base_colour": [0.5, 1, 0.25], "transmission": 1, "roughness": 0, "ior": 1.5 });
         let mut scene = floor(physical(glass), json!({ "sky": { "expression": "2 + d" } }));
         scene.objects[0].face_viewer = face_viewer;
         let f = reflectance(1.0, 0.8, 1.5, f64::sqrt(0.84));
         let g = 1.0 - f;
-        sees(&scene, SLANTED, [f * 1.4 + g * 0.5 * 1.6, f * 2.8 + g * (2.0 - f64::sqrt(0.84)), f * 2.0 + g * 0.5]);
+        sees(
+            &scene,
+            SLANTED,
+            [
+                f * 1.4 + g * 0.5 * 1.6,
+                f * 2.8 + g * (2.0 - f64::sqrt(0.84)),
+                f * 2.0 + g * 0.5,
+            ],
+        );
         let f = reflectance(1.5, 0.8, 1.0, f64::sqrt(0.19));
         let g = 1.0 - f;
-        sees(&scene, FROM_BELOW, [f * 1.4 + g * 0.5 * 1.1, f * 1.2 + g * (2.0 + f64::sqrt(0.19)), f * 2.0 + g * 0.5]);
-        sees(&scene, [[4.0, -3.0, 0.0], [0.0; 3]], [2.0 - 0.8, 2.0 - 0.6, 2.0]);
+        sees(
+            &scene,
+            FROM_BELOW,
+            [
+                f * 1.4 + g * 0.5 * 1.1,
+                f * 1.2 + g * (2.0 + f64::sqrt(0.19)),
+                f * 2.0 + g * 0.5,
+            ],
+        );
+        sees(
+            &scene,
+            [[4.0, -3.0, 0.0], [0.0; 3]],
+            [2.0 - 0.8, 2.0 - 0.6, 2.0],
+        );
     }
 }

@@ -1,5 +1,5 @@
-//! Lamps whose emission varies are asked as even ones are; samples may be clamped, paths unlimited: against closed forms, and the ways of
-//! finding light against each other.
+//! Lamps whose emission varies are asked as even ones are; samples may be clamped, paths unlimited:
+//! against closed forms, and the ways of finding light against each other.
 
 use core::f64::consts::PI;
 use std::sync::Arc;
@@ -12,24 +12,42 @@ use serde_json::{Value, json};
 use crate::paths::{AT, all_see, mean, paths};
 use crate::support::{View, ball, classic, floor, physical, rendered, scene, settings};
 
-const WAYS: [LightSampling; 3] = [LightSampling::Scattering, LightSampling::Lights, LightSampling::Both];
+const WAYS: [LightSampling; 3] = [
+    LightSampling::Scattering,
+    LightSampling::Lights,
+    LightSampling::Both,
+];
 
 /// All ways of finding light agree within three and a half combined standard errors.
 #[track_caller]
 fn agree(scene: &Scene, depth: u32, what: &str) -> [f64; 3] {
-    let [(a, sa), (b, sb), (both, sc)] =
-        WAYS.map(|light_sampling| mean(scene, &Settings { light_sampling, ..paths(scene, AT, depth) }));
+    let [(a, sa), (b, sb), (both, sc)] = WAYS.map(|light_sampling| {
+        mean(
+            scene,
+            &Settings {
+                light_sampling,
+                ..paths(scene, AT, depth)
+            },
+        )
+    });
     for k in 0..3 {
         for (one, error) in [(a[k], sa[k]), (b[k], sb[k])] {
             let allowed = 3.5 * (error * error + sc[k] * sc[k]).sqrt() + 1e-9;
-            assert!((one - both[k]).abs() <= allowed, "{what}: {a:?} ± {sa:?}, {b:?} ± {sb:?}, {both:?} ± {sc:?}");
+            assert!(
+                (one - both[k]).abs() <= allowed,
+                "{what}: {a:?} ± {sa:?}, {b:?} ± {sb:?}, {both:?} ± {sc:?}"
+            );
         }
     }
-    assert!((0..3).all(|k| sc[k] <= 0.02 * both[k] + 1e-9), "{what}: too noisy to tell: {both:?} ± {sc:?}");
+    assert!(
+        (0..3).all(|k| sc[k] <= 0.02 * both[k] + 1e-9),
+        "{what}: too noisy to tell: {both:?} ± {sc:?}"
+    );
     both
 }
 
-/// Two by two texels, three dark and one bright, on a mesh of two triangles two metres above a floor; black but for what it gives off.
+/// Two by two texels, three dark and one bright, on a mesh of two triangles two metres above a
+/// floor; black but for what it gives off.
 fn screen(size: f64, texture: Value) -> Scene {
     let mut model = json!({ "base_colour": 0, "roughness": 1, "specular": 0, "emission": 5 });
     model["emission_texture"] = texture;
@@ -43,13 +61,23 @@ fn screen(size: f64, texture: Value) -> Scene {
                 "uvs": [[[0, 0], [1, 0], [1, 1], [0, 1]]], "indices": [[0, 1, 2], [0, 2, 3]] } } }],
             "objects": [{ "shape": { "mesh": "m" }, "material": "screen" }] }),
     );
-    let texels = vec![[0.0, 0.0, 0.0, 1.0], [1.0, 0.5, 0.25, 1.0], [0.0, 0.0, 0.0, 1.0], [0.1, 0.0, 0.0, 1.0]];
-    scene.images[0].data = Some(Arc::new(ImageData { width: 2, height: 2, pixels: Pixels::Linear(texels) }));
+    let texels = vec![
+        [0.0, 0.0, 0.0, 1.0],
+        [1.0, 0.5, 0.25, 1.0],
+        [0.0, 0.0, 0.0, 1.0],
+        [0.1, 0.0, 0.0, 1.0],
+    ];
+    scene.images[0].data = Some(Arc::new(ImageData {
+        width: 2,
+        height: 2,
+        pixels: Pixels::Linear(texels),
+    }));
     scene
 }
 
-/// Protects: lamps whose emission varies, by expressions of place and coordinates, checkers, on shapes under maps and not, with an alpha:
-/// what is asked and what is met agree, whatever a lamp's mean is.
+/// Protects: lamps whose emission varies, by expressions of place and coordinates, checkers, on
+/// shapes under maps and not, with an alpha: what is asked and what is met agree, whatever a lamp's
+/// mean is.
 #[test]
 fn lamps_that_vary() {
     let shapes = [
@@ -71,7 +99,10 @@ fn lamps_that_vary() {
                 if turned {
                     object["transform"] = json!([{ "rotate": { "axis": [0, 0, 1], "degrees": 10 } }, { "scale": [1, 0.8, 1.1] }]);
                 }
-                let found = floor(classic(json!({ "colour": 0.6 })), json!({ "materials": [material], "objects": [object] }));
+                let found = floor(
+                    classic(json!({ "colour": 0.6 })),
+                    json!({ "materials": [material], "objects": [object] }),
+                );
                 agree(&found, 2, &format!("{shape} {emission} {turned}"));
             }
         }
@@ -84,45 +115,74 @@ fn lamps_that_vary() {
     // A ray through the ball meets it twice: 1 − 0.7² of what it gives off.
     let seen = agree(&found, 2, "a faded ball");
     let expected = 0.6 * 4.0 * (1.0 - 0.49) * 0.64 / 4.0;
-    assert!((seen[0] - expected).abs() < 0.02 * expected, "{seen:?} instead of {expected}");
+    assert!(
+        (seen[0] - expected).abs() < 0.02 * expected,
+        "{seen:?} instead of {expected}"
+    );
 }
 
-/// Protects: a screen with an image lights a floor by what each part of it gives off, by its form factor; and is asked, since by chance alone it
-/// would be found with much more noise.
+/// Protects: a screen with an image lights a floor by what each part of it gives off, by its form
+/// factor; and is asked, since by chance alone it would be found with much more noise.
 #[test]
 fn a_screen() {
-    for (size, uv) in [(2.0, json!({})), (0.2, json!({})), (0.2, json!({ "uv_transform": [[0.5, 0, 0.5], [0, 0.5, 0]] }))] {
+    for (size, uv) in [
+        (2.0, json!({})),
+        (0.2, json!({})),
+        (0.2, json!({ "uv_transform": [[0.5, 0, 0.5], [0, 0.5, 0]] })),
+    ] {
         let mut texture = uv;
         texture["name"] = json!("t");
         let found = screen(size, texture);
         let both = agree_small(&found);
-        assert!(both[0] > 0.0 && both[0] > both[1] && both[1] > both[2], "{both:?}");
+        assert!(
+            both[0] > 0.0 && both[0] > both[1] && both[1] > both[2],
+            "{both:?}"
+        );
     }
     // Small enough to be a point: E = L·A/d² of the mean of its texels.
     let found = screen(0.05, json!({ "name": "t" }));
-    let (seen, error) = mean(&found, &Settings { light_sampling: LightSampling::Lights, ..paths(&found, AT, 2) });
+    let (seen, error) = mean(
+        &found,
+        &Settings {
+            light_sampling: LightSampling::Lights,
+            ..paths(&found, AT, 2)
+        },
+    );
     for (k, texels) in [1.1, 0.5, 0.25].into_iter().enumerate() {
         let expected = 0.6 / PI * 5.0 * texels / 4.0 * 0.0025 / 4.0;
-        assert!((seen[k] - expected).abs() <= 3.0 * error[k] + 0.003 * expected, "{seen:?} instead of {expected} in {k}");
+        assert!(
+            (seen[k] - expected).abs() <= 3.0 * error[k] + 0.003 * expected,
+            "{seen:?} instead of {expected} in {k}"
+        );
         assert!(error[k] < 0.05 * expected, "{error:?} of {expected}");
     }
 }
 
 /// As [`agree`], of lamps so small that those who meet them by chance know little.
 fn agree_small(scene: &Scene) -> [f64; 3] {
-    let [(a, sa), (b, sb), (both, sc)] =
-        WAYS.map(|light_sampling| mean(scene, &Settings { light_sampling, ..paths(scene, AT, 2) }));
+    let [(a, sa), (b, sb), (both, sc)] = WAYS.map(|light_sampling| {
+        mean(
+            scene,
+            &Settings {
+                light_sampling,
+                ..paths(scene, AT, 2)
+            },
+        )
+    });
     for k in 0..3 {
         for (one, error) in [(a[k], sa[k]), (b[k], sb[k])] {
             let allowed = 3.5 * (error * error + sc[k] * sc[k]).sqrt() + 1e-9;
-            assert!((one - both[k]).abs() <= allowed, "{a:?} ± {sa:?}, {b:?} ± {sb:?}, {both:?} ± {sc:?}");
+            assert!(
+                (one - both[k]).abs() <= allowed,
+                "{a:?} ± {sa:?}, {b:?} ± {sb:?}, {both:?} ± {sc:?}"
+            );
         }
     }
     both
 }
 
-/// Protects: paths without a limit bring the whole sum e/(1 − a) of a closed room, also where it is long; and a white room, whose sum has no
-/// end, ends.
+/// Protects: paths without a limit bring the whole sum e/(1 − a) of a closed room, also where it is
+/// long; and a white room, whose sum has no end, ends.
 #[test]
 fn paths_without_limit() {
     let room = |albedo: Value| {
@@ -133,28 +193,57 @@ fn paths_without_limit() {
     };
     let view: View = [[0.5, 0.2, 0.3], [0.0, 0.0, -1.0]];
     let albedo = [0.5, 0.8, 0.97];
-    all_see(&room(json!(albedo)), view, Settings::UNLIMITED, albedo.map(|a: f64| 0.5 / (1.0 - a)), "without limit");
+    all_see(
+        &room(json!(albedo)),
+        view,
+        Settings::UNLIMITED,
+        albedo.map(|a: f64| 0.5 / (1.0 - a)),
+        "without limit",
+    );
     let white = room(json!(1));
     let (seen, _) = mean(&white, &paths(&white, view, Settings::UNLIMITED));
     // At least the 64 segments that none is ended before.
     assert!(seen[0] > 30.0 && seen[0].is_finite(), "{seen:?}");
-    // Rays that divide have their limit still: 2⁶³ of them would be too many, so this scene has one way on.
-    let mirror = classic(json!({ "local": 0, "reflection": { "weight": 1, "tinted": false }, "emission": 0.25 }));
+    // Rays that divide have their limit still: 2⁶³ of them would be too many, so this scene has one
+    // way on.
+    let mirror = classic(
+        json!({ "local": 0, "reflection": { "weight": 1, "tinted": false }, "emission": 0.25 }),
+    );
     let mut object = ball([0.0; 3], 2.0, "wall");
     object["side"] = json!("inside");
-    let found = scene(json!({ "materials": [{ "name": "wall", "model": mirror }], "objects": [object] }));
-    let whitted = |max_depth: u32| rendered(&found, &Settings { max_depth, ..settings(&found, view) }).picture.rgb;
+    let found =
+        scene(json!({ "materials": [{ "name": "wall", "model": mirror }], "objects": [object] }));
+    let whitted = |max_depth: u32| {
+        rendered(
+            &found,
+            &Settings {
+                max_depth,
+                ..settings(&found, view)
+            },
+        )
+        .picture
+        .rgb
+    };
     assert_eq!(whitted(Settings::UNLIMITED), whitted(64));
 }
 
-/// Protects: a clamp dims samples that are brighter to it in their hue, leaves the others as they are, and nothing where there is none.
+/// Protects: a clamp dims samples that are brighter to it in their hue, leaves the others as they
+/// are, and nothing where there is none.
 #[test]
 fn clamped_samples() {
     let of = |radiance: f64, clamp: Option<f64>| {
         let material = json!({ "name": "lamp", "model": { "classic": { "local": 0, "emission": [radiance, radiance / 2.0, radiance / 4.0] } } });
-        let found = scene(json!({ "materials": [material], "objects": [ball([0.0; 3], 1.0, "lamp")] }));
+        let found =
+            scene(json!({ "materials": [material], "objects": [ball([0.0; 3], 1.0, "lamp")] }));
         let view: View = [[0.0, 0.0, 4.0], [0.0, 0.0, 0.0]];
-        mean(&found, &Settings { clamp, ..paths(&found, view, 1) }).0
+        mean(
+            &found,
+            &Settings {
+                clamp,
+                ..paths(&found, view, 1)
+            },
+        )
+        .0
     };
     assert_eq!(of(8.0, None), [8.0, 4.0, 2.0]);
     assert_eq!(of(8.0, Some(2.0)), [2.0, 1.0, 0.5]);

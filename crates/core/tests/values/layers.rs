@@ -1,5 +1,5 @@
-//! Layered surfaces in pictures, against closed forms, and as effects: each found, absent by a factor of zero, switched off, and without
-//! cost where there is none.
+//! Layered surfaces in pictures, against closed forms, and as effects: each found, absent by a
+//! factor of zero, switched off, and without cost where there is none.
 
 use raywright_core::effects::Status::{self, Absent, LeftOut, Simulated};
 use raywright_core::effects::{Effect, EffectSet, detect};
@@ -15,7 +15,10 @@ use crate::support::{View, ball, floor, physical, rendered, scene, settings};
 fn pane(terms: Value, rest: Value) -> Scene {
     let quad = |height: f64, material: &str| json!({ "shape": { "quad": { "corner": [-9, height, -9], "edge_u": [18, 0, 0], "edge_v": [0, 0, 18] } }, "material": material });
     let mut parts = json!({ "materials": [{ "name": "pane", "model": physical(terms) }, lamp(3.0)], "objects": [quad(1.0, "pane"), quad(0.0, "lamp")] });
-    rest.as_object().into_iter().flatten().for_each(|(key, value)| parts[key] = value.clone());
+    rest.as_object()
+        .into_iter()
+        .flatten()
+        .for_each(|(key, value)| parts[key] = value.clone());
     scene(parts)
 }
 
@@ -31,13 +34,17 @@ fn fresnel(cosine: f64, n: f64) -> f64 {
     0.5 * (across * across + along * along)
 }
 
-/// Protects: a thin wall lets (1 − R)/(1 + R) through and its colour, head-on and aslant, does not bend, and keeps all light of an even
-/// sky, smooth or rough, from either side.
+/// Protects: a thin wall lets (1 − R)/(1 + R) through and its colour, head-on and aslant, does not
+/// bend, and keeps all light of an even sky, smooth or rough, from either side.
 #[test]
 fn thin_walls() {
     let wall = |terms: Value| {
         let mut all = json!({ "transmission": 1, "roughness": 0, "ior": 1.5, "thin_walled": true });
-        terms.as_object().into_iter().flatten().for_each(|(key, value)| all[key] = value.clone());
+        terms
+            .as_object()
+            .into_iter()
+            .flatten()
+            .for_each(|(key, value)| all[key] = value.clone());
         all
     };
     for (view, cosine) in [(DOWN, 1.0), (ASLANT, 0.5)] {
@@ -52,17 +59,27 @@ fn thin_walls() {
         );
     }
     let sky = json!({ "sky": { "constant": 1 } });
-    for (eye, what) in [([0.3, 4.0, 0.4], "from above"), ([0.3, 0.5, 0.4], "from below")] {
+    for (eye, what) in [
+        ([0.3, 4.0, 0.4], "from above"),
+        ([0.3, 0.5, 0.4], "from below"),
+    ] {
         let bubble = scene(
             json!({ "sky": { "constant": 1 }, "materials": [{ "name": "b", "model": physical(wall(json!({}))) }], "objects": [ball([0.0, 0.0, 0.0], 1.0, "b")] }),
         );
         all_see(&bubble, [eye, [0.1, 0.0, 0.0]], 64, [1.0; 3], what);
     }
-    // What a pane holds back of a colour comes through no facet of it, however often these send light to each other.
+    // What a pane holds back of a colour comes through no facet of it, however often these send
+    // light to each other.
     for roughness in [0.0, 0.5, 1.0] {
-        let yellow = pane(wall(json!({ "base_colour": [1, 1, 0], "roughness": roughness })), json!({}));
+        let yellow = pane(
+            wall(json!({ "base_colour": [1, 1, 0], "roughness": roughness })),
+            json!({}),
+        );
         let ([red, _, blue], _) = mean(&yellow, &paths(&yellow, DOWN, 4));
-        assert!(red > 1.0 && blue == 0.0, "roughness {roughness}: {red} {blue}");
+        assert!(
+            red > 1.0 && blue == 0.0,
+            "roughness {roughness}: {red} {blue}"
+        );
     }
     // Rough facets send to each other what they lose, and then away.
     for roughness in [0.5, 0.9, 1.0] {
@@ -71,17 +88,29 @@ fn thin_walls() {
             json!({ "objects": [{ "shape": { "plane": { "point": [0, 1, 0], "normal": [0, 1, 0] } }, "material": "pane" }], "sky": sky["sky"] }),
         );
         let (found, error) = mean(&rough, &paths(&rough, DOWN, 8));
-        assert!((found[0] - 1.0).abs() <= 3.5 * error[0] + 5e-3, "roughness {roughness}: {found:?} ± {error:?}");
+        assert!(
+            (found[0] - 1.0).abs() <= 3.5 * error[0] + 5e-3,
+            "roughness {roughness}: {found:?} ± {error:?}"
+        );
     }
     // What is seen through it is where it is: a small lamp straight behind the pane, aslant.
     let mut behind = pane(wall(json!({})), json!({}));
     behind.objects.truncate(1);
-    behind.objects.push(serde_json::from_value(ball([-1.732_050_8, 0.0, 0.0], 0.01, "lamp")).expect("an object"));
+    behind.objects.push(
+        serde_json::from_value(ball([-1.732_050_8, 0.0, 0.0], 0.01, "lamp")).expect("an object"),
+    );
     let r = fresnel(0.5, 1.5);
-    all_see(&behind, ASLANT, 4, [3.0 * (1.0 - r) / (1.0 + r); 3], "a lamp straight behind");
+    all_see(
+        &behind,
+        ASLANT,
+        4,
+        [3.0 * (1.0 - r) / (1.0 + r); 3],
+        "a lamp straight behind",
+    );
 }
 
-/// Protects: a leaf of share f and colour c under an even sky sends back (1 − f)·albedo and lets f·c through; over a lamp, its share alone.
+/// Protects: a leaf of share f and colour c under an even sky sends back (1 − f)·albedo and lets
+/// f·c through; over a lamp, its share alone.
 #[test]
 fn leaves() {
     let leaf = json!({ "base_colour": [0.5, 0.8, 0.2], "specular": 0, "diffuse_transmission": { "factor": 0.25, "colour": [0.9, 0.4, 1] } });
@@ -89,7 +118,13 @@ fn leaves() {
         leaf.clone(),
         json!({ "sky": { "constant": 1 }, "objects": [{ "shape": { "plane": { "point": [0, 1, 0], "normal": [0, 1, 0] } }, "material": "pane" }] }),
     );
-    all_see(&even, DOWN, 2, [0.375 + 0.225, 0.6 + 0.1, 0.15 + 0.25], "a leaf under an even sky");
+    all_see(
+        &even,
+        DOWN,
+        2,
+        [0.375 + 0.225, 0.6 + 0.1, 0.15 + 0.25],
+        "a leaf under an even sky",
+    );
     // The lamp below is so wide that it fills half the sphere, but for its edges.
     let lit = pane(
         leaf,
@@ -98,56 +133,100 @@ fn leaves() {
     );
     let (found, error) = mean(&lit, &paths(&lit, DOWN, 2));
     for (k, expected) in [0.675, 0.3, 0.75].into_iter().enumerate() {
-        assert!((found[k] - expected).abs() <= 3.0 * error[k] + 2e-3, "{found:?} ± {error:?}");
+        assert!(
+            (found[k] - expected).abs() <= 3.0 * error[k] + 2e-3,
+            "{found:?} ± {error:?}"
+        );
     }
 }
 
-/// Protects: dispersion bends blue more than red, each channel between the extremes of Snell's law by hand, and green as the d line; without
-/// it all channels are alike.
+/// Protects: dispersion bends blue more than red, each channel between the extremes of Snell's law
+/// by hand, and green as the d line; without it all channels are alike.
 #[test]
 fn glass_disperses() {
     let terms = |dispersion: f64| json!({ "transmission": 1, "roughness": 0, "ior": 1.6, "dispersion": dispersion });
-    // A half-space of glass; what is seen in it is how far the ray goes along, and of what is reflected nothing.
+    // A half-space of glass; what is seen in it is how far the ray goes along, and of what is
+    // reflected nothing.
     let scene = |dispersion: f64| {
-        floor(physical(terms(dispersion)), json!({ "sky": { "expression": "clamp(-1e9*d.y, 0, 1)*abs(d.x)" } }))
+        floor(
+            physical(terms(dispersion)),
+            json!({ "sky": { "expression": "clamp(-1e9*d.y, 0, 1)*abs(d.x)" } }),
+        )
     };
     let seen = |n: f64| (1.0 - fresnel(0.5, n)) * 0.75_f64.sqrt() / n;
     let view: View = [[1.732_050_807_568_877_2, 1.0, 0.0], [0.0, 0.0, 0.0]];
     let of = |dispersion: f64| mean(&scene(dispersion), &paths(&scene(dispersion), view, 2));
     let (plain, error) = of(0.0);
-    assert!((0..3).all(|k| (plain[k] - seen(1.6)).abs() <= 3.0 * error[k] + 1e-5), "{plain:?} ± {error:?}");
+    assert!(
+        (0..3).all(|k| (plain[k] - seen(1.6)).abs() <= 3.0 * error[k] + 1e-5),
+        "{plain:?} ± {error:?}"
+    );
     let ([red, green, blue], error) = of(10.0);
     // Cauchy's n(λ) = A + B/λ² with n_d = 1.6 and (n_d − 1)/(n_F − n_C) = 2, in μm.
     let per = |wavelength: f64| 1.0 / (wavelength * wavelength);
-    let index = |wavelength: f64| 1.6 + 0.6 * 10.0 / 20.0 * (per(wavelength) - per(0.58756)) / (per(0.48613) - per(0.65627));
-    let (least, most) = (seen(index(0.73)).min(seen(index(0.38))), seen(index(0.73)).max(seen(index(0.38))));
+    let index = |wavelength: f64| {
+        1.6 + 0.6 * 10.0 / 20.0 * (per(wavelength) - per(0.58756)) / (per(0.48613) - per(0.65627))
+    };
+    let (least, most) = (
+        seen(index(0.73)).min(seen(index(0.38))),
+        seen(index(0.73)).max(seen(index(0.38))),
+    );
     for found in [red, green, blue] {
-        assert!((least..=most).contains(&found), "{found} is not from {least} to {most}");
+        assert!(
+            (least..=most).contains(&found),
+            "{found} is not from {least} to {most}"
+        );
     }
     let noise = 5.0 * error.into_iter().fold(0.0, f64::max);
-    assert!(blue < green - noise && green < red - noise, "{red} {green} {blue} ± {error:?}");
+    assert!(
+        blue < green - noise && green < red - noise,
+        "{red} {green} {blue} ± {error:?}"
+    );
     let narrow = |wavelength: f64| seen(index(wavelength));
-    assert!((red - narrow(0.61)).abs() < 0.015 + noise && (blue - narrow(0.45)).abs() < 0.02 + noise, "{red} {blue}");
+    assert!(
+        (red - narrow(0.61)).abs() < 0.015 + noise && (blue - narrow(0.45)).abs() < 0.02 + noise,
+        "{red} {blue}"
+    );
 }
 
 /// Each layer as a file says it, with its effect, and the key by which it is nothing.
 fn each() -> Vec<(&'static str, Value, Value)> {
     vec![
-        ("clearcoat", json!({ "clearcoat": { "factor": 1 } }), json!({ "clearcoat": { "factor": 0 } })),
-        ("sheen", json!({ "sheen": { "colour": 0.5 } }), json!({ "sheen": { "colour": 0 } })),
+        (
+            "clearcoat",
+            json!({ "clearcoat": { "factor": 1 } }),
+            json!({ "clearcoat": { "factor": 0 } }),
+        ),
+        (
+            "sheen",
+            json!({ "sheen": { "colour": 0.5 } }),
+            json!({ "sheen": { "colour": 0 } }),
+        ),
         (
             "anisotropy",
             json!({ "roughness": 0.3, "anisotropy": { "strength": 0.5 } }),
             json!({ "roughness": 0.3, "anisotropy": { "strength": 0 } }),
         ),
-        ("iridescence", json!({ "iridescence": { "thickness": 400 } }), json!({ "iridescence": { "factor": 0 } })),
+        (
+            "iridescence",
+            json!({ "iridescence": { "thickness": 400 } }),
+            json!({ "iridescence": { "factor": 0 } }),
+        ),
         (
             "diffuse transmission",
             json!({ "diffuse_transmission": { "factor": 0.5 } }),
             json!({ "diffuse_transmission": { "factor": 0 } }),
         ),
-        ("tinted reflection", json!({ "specular": 0.5 }), json!({ "specular": 1 })),
-        ("tinted reflection", json!({ "specular_colour": [1, 0.5, 0.2] }), json!({ "specular_colour": 1 })),
+        (
+            "tinted reflection",
+            json!({ "specular": 0.5 }),
+            json!({ "specular": 1 }),
+        ),
+        (
+            "tinted reflection",
+            json!({ "specular_colour": [1, 0.5, 0.2] }),
+            json!({ "specular_colour": 1 }),
+        ),
         (
             "conductors",
             json!({ "metallic": 1, "conductor": { "n": 0.2, "k": 3 } }),
@@ -167,26 +246,61 @@ fn each() -> Vec<(&'static str, Value, Value)> {
 }
 
 fn ball_of(terms: &Value) -> Scene {
-    scene(json!({ "sky": { "gradient": { "bottom": 0.2, "top": [0.5, 0.7, 1] } }, "objects": [ball([0.0; 3], 1.0, "m")],
-        "materials": [{ "name": "m", "model": physical(terms.clone()) }] }))
+    scene(
+        json!({ "sky": { "gradient": { "bottom": 0.2, "top": [0.5, 0.7, 1] } }, "objects": [ball([0.0; 3], 1.0, "m")],
+        "materials": [{ "name": "m", "model": physical(terms.clone()) }] }),
+    )
 }
 
-/// Protects: each layer is found and decides for paths, is left out with a hint under Whitted's rules (but thin walls), absent by a factor
-/// of zero, to the bit, and with an empty table; switched off, the picture is that without it.
+/// Protects: each layer is found and decides for paths, is left out with a hint under Whitted's
+/// rules (but thin walls), absent by a factor of zero, to the bit, and with an empty table;
+/// switched off, the picture is that without it.
 #[test]
 fn layers_are_effects() {
     for (name, terms, nothing) in each() {
         let effect = Effect::named(name).unwrap_or_else(|| panic!("{name}"));
         let status = |scene: &Scene, integrator: Integrator, without: EffectSet| -> Status {
-            detect(scene, &Settings { integrator, without, ..Settings::of(scene) }).status(effect)
+            detect(
+                scene,
+                &Settings {
+                    integrator,
+                    without,
+                    ..Settings::of(scene)
+                },
+            )
+            .status(effect)
         };
         let (with, none) = (ball_of(&terms), ball_of(&nothing));
-        assert_eq!(status(&with, Integrator::Path, EffectSet::EMPTY), Simulated, "{name}");
-        assert_eq!(status(&none, Integrator::Path, EffectSet::EMPTY), Absent, "{name}");
-        let whitted = if name == "thin walls" { Simulated } else { LeftOut };
-        assert_eq!(status(&with, Integrator::Whitted, EffectSet::EMPTY), whitted, "{name}");
+        assert_eq!(
+            status(&with, Integrator::Path, EffectSet::EMPTY),
+            Simulated,
+            "{name}"
+        );
+        assert_eq!(
+            status(&none, Integrator::Path, EffectSet::EMPTY),
+            Absent,
+            "{name}"
+        );
+        let whitted = if name == "thin walls" {
+            Simulated
+        } else {
+            LeftOut
+        };
+        assert_eq!(
+            status(&with, Integrator::Whitted, EffectSet::EMPTY),
+            whitted,
+            "{name}"
+        );
         let auto = detect(&with, &Settings::of(&with)).integrator;
-        assert_eq!(auto, if name == "thin walls" { "whitted" } else { "path" }, "{name}");
+        assert_eq!(
+            auto,
+            if name == "thin walls" {
+                "whitted"
+            } else {
+                "path"
+            },
+            "{name}"
+        );
         let off = EffectSet::of(&[effect]);
         assert_eq!(status(&with, Integrator::Path, off), LeftOut, "{name}");
         let view: View = [[0.5, 1.0, 4.0], [0.0; 3]];
@@ -198,9 +312,14 @@ fn layers_are_effects() {
             without,
             ..settings(scene, view)
         };
-        let picture = |scene: &Scene, without: EffectSet| rendered(scene, &of(scene, without)).picture.rgb;
-        let tables =
-            |scene: &Scene| prepare(scene, &of(scene, EffectSet::EMPTY), &()).expect("it can be prepared").tables().layered;
+        let picture =
+            |scene: &Scene, without: EffectSet| rendered(scene, &of(scene, without)).picture.rgb;
+        let tables = |scene: &Scene| {
+            prepare(scene, &of(scene, EffectSet::EMPTY), &())
+                .expect("it can be prepared")
+                .tables()
+                .layered
+        };
         // A factor alone is part of the model that has no layers.
         let layered = usize::from(terms != json!({ "specular": 0.5 }));
         assert_eq!((tables(&with), tables(&none)), (layered, 0), "{name}");
@@ -217,9 +336,19 @@ fn layers_are_effects() {
             "dispersion",
             "thin_walled",
         ];
-        bare.as_object_mut().expect("a table").retain(|key, _| !layer.contains(&key.as_str()));
-        assert_eq!(picture(&with, off), picture(&ball_of(&bare), EffectSet::EMPTY), "{name} switched off");
-        assert_ne!(picture(&with, EffectSet::EMPTY), picture(&with, off), "{name} changes the picture");
+        bare.as_object_mut()
+            .expect("a table")
+            .retain(|key, _| !layer.contains(&key.as_str()));
+        assert_eq!(
+            picture(&with, off),
+            picture(&ball_of(&bare), EffectSet::EMPTY),
+            "{name} switched off"
+        );
+        assert_ne!(
+            picture(&with, EffectSet::EMPTY),
+            picture(&with, off),
+            "{name} changes the picture"
+        );
     }
 }
 
@@ -246,23 +375,42 @@ fn layers_in_every_precision() {
     };
     let [robust, reference] = [PrecisionChoice::Robust, PrecisionChoice::Reference].map(seen);
     for k in 0..3 {
-        assert!((robust[k] / reference[k] - 1.0).abs() < 2e-3, "{robust:?} {reference:?}");
+        assert!(
+            (robust[k] / reference[k] - 1.0).abs() < 2e-3,
+            "{robust:?} {reference:?}"
+        );
     }
 }
 
-/// Protects: an index of 0 reflects all at every angle, by either integrator's inputs and every rule but where `specular` or its colour take some away: of a
-/// black base nothing else comes, of a white one all the rest; and it lets nothing through, whatever transmission says.
+/// Protects: an index of 0 reflects all at every angle, by either integrator's inputs and every
+/// rule but where `specular` or its colour take some away: of a black base nothing else comes, of a
+/// white one all the rest; and it lets nothing through, whatever transmission says.
 #[test]
 fn an_index_of_zero_reflects_all() {
     let sky = json!({ "sky": { "constant": 1 } });
     for fresnel in FresnelRule::ALL {
         let sees = |terms: Value, view: View, expected: f64, what: &str| {
             let mut all = json!({ "ior": 0, "base_colour": 0 });
-            terms.as_object().into_iter().flatten().for_each(|(key, value)| all[key] = value.clone());
+            terms
+                .as_object()
+                .into_iter()
+                .flatten()
+                .for_each(|(key, value)| all[key] = value.clone());
             let floor = floor(physical(all), sky.clone());
-            let (found, error) = mean(&floor, &Settings { fresnel, ..paths(&floor, view, 8) });
-            let off = (0..3).map(|k| (found[k] - expected).abs() - 3.5 * error[k]).fold(0.0, f64::max);
-            assert!(off <= 4e-3, "{what}, {fresnel:?}: {found:?} ± {error:?}, not {expected}");
+            let (found, error) = mean(
+                &floor,
+                &Settings {
+                    fresnel,
+                    ..paths(&floor, view, 8)
+                },
+            );
+            let off = (0..3)
+                .map(|k| (found[k] - expected).abs() - 3.5 * error[k])
+                .fold(0.0, f64::max);
+            assert!(
+                off <= 4e-3,
+                "{what}, {fresnel:?}: {found:?} ± {error:?}, not {expected}"
+            );
         };
         for (view, name) in [(DOWN, "head-on"), (ASLANT, "aslant")] {
             for roughness in [0.0, 0.4, 1.0] {
@@ -274,11 +422,31 @@ fn an_index_of_zero_reflects_all() {
                     1.0,
                     &format!("{what}, wall"),
                 );
-                sees(json!({ "roughness": roughness, "transmission": 1, "base_colour": 1 }), view, 1.0, &format!("{what}, body"));
+                sees(
+                    json!({ "roughness": roughness, "transmission": 1, "base_colour": 1 }),
+                    view,
+                    1.0,
+                    &format!("{what}, body"),
+                );
             }
-            sees(json!({ "roughness": 0, "specular": 0.5 }), view, 0.5, &format!("half, {name}"));
+            sees(
+                json!({ "roughness": 0, "specular": 0.5 }),
+                view,
+                0.5,
+                &format!("half, {name}"),
+            );
         }
-        sees(json!({ "roughness": 0, "specular_colour": 0.5 }), DOWN, 0.5, "a colour of half");
-        sees(json!({ "roughness": 0, "specular": 0.25, "base_colour": 1 }), DOWN, 1.0, "a quarter over white");
+        sees(
+            json!({ "roughness": 0, "specular_colour": 0.5 }),
+            DOWN,
+            0.5,
+            "a colour of half",
+        );
+        sees(
+            json!({ "roughness": 0, "specular": 0.25, "base_colour": 1 }),
+            DOWN,
+            1.0,
+            "a quarter over white",
+        );
     }
 }

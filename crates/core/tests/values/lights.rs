@@ -14,25 +14,38 @@ fn at(x: f64) -> View {
     [[x, 1.0, 0.0], [x, 0.0, 0.0]]
 }
 
-/// Protects: intensity · cosine / distance², the same without falloff, and the window (1 − (d/range)⁴)² it fades in. At (1.5, 0, 0)
-/// under a light at height 2 the distance is 2.5 and the cosine 0.8.
+/// Protects: intensity · cosine / distance², the same without falloff, and the window (1 −
+/// (d/range)⁴)² it fades in. At (1.5, 0, 0) under a light at height 2 the distance is 2.5 and the
+/// cosine 0.8.
 #[test]
 fn point_lights_weaken_with_distance() {
     let point = |rest: Value| {
         let mut fields = json!({ "position": [0, 2, 0] });
-        fields.as_object_mut().expect("a table").extend(rest.as_object().expect("a table").clone());
+        fields
+            .as_object_mut()
+            .expect("a table")
+            .extend(rest.as_object().expect("a table").clone());
         under(json!({ "kind": { "point": fields }, "colour": [10, 5, 0] }))
     };
     sees(&point(json!({})), at(1.5), [1.28, 0.64, 0.0]);
-    sees(&point(json!({ "falloff": "none" })), at(1.5), [8.0, 4.0, 0.0]);
+    sees(
+        &point(json!({ "falloff": "none" })),
+        at(1.5),
+        [8.0, 4.0, 0.0],
+    );
     // 1 − (2.5/5)⁴ = 0.9375.
     sees(&point(json!({ "range": 5 })), at(1.5), [1.2, 0.6, 0.0]);
-    sees(&point(json!({ "range": 5, "falloff": "none" })), at(1.5), [7.5, 3.75, 0.0]);
+    sees(
+        &point(json!({ "range": 5, "falloff": "none" })),
+        at(1.5),
+        [7.5, 3.75, 0.0],
+    );
     sees(&point(json!({ "range": 2.4 })), at(1.5), [0.0; 3]);
 }
 
-/// Protects: a spot is full inside its inner angle, dark outside its outer one, and in between the square of the share of the way
-/// between their cosines; it points along `direction`, whatever its length.
+/// Protects: a spot is full inside its inner angle, dark outside its outer one, and in between the
+/// square of the share of the way between their cosines; it points along `direction`, whatever its
+/// length.
 #[test]
 fn spots_fade_between_their_angles() {
     let spot = |direction: [f64; 3]| {
@@ -41,9 +54,13 @@ fn spots_fade_between_their_angles() {
     };
     let down = spot([0.0, -3.0, 0.0]);
     let (inner, outer) = (f64::sqrt(0.75), 0.5);
-    for (cosine, share) in
-        [(0.9, 1.0), (inner - 1e-3, 0.9946), (0.5 * (inner + outer), 0.25), (0.75 * outer + 0.25 * inner, 0.0625), (0.49, 0.0)]
-    {
+    for (cosine, share) in [
+        (0.9, 1.0),
+        (inner - 1e-3, 0.9946),
+        (0.5 * (inner + outer), 0.25),
+        (0.75 * outer + 0.25 * inner, 0.0625),
+        (0.49, 0.0),
+    ] {
         let x = 2.0 * f64::sqrt(1.0 - cosine * cosine) / cosine;
         crate::support::sees_within(&down, at(x), [10.0 * cosine * share; 3], 1e-4);
         crate::support::sees_within(&down, at(-x), [10.0 * cosine * share; 3], 1e-4);
@@ -72,19 +89,25 @@ fn directional_light_is_the_same_everywhere() {
     }
 }
 
-/// Protects: a physical surface takes the same irradiance by its colour over π; at ior 1 nothing is mirrored. The light may leave
-/// highlights out.
+/// Protects: a physical surface takes the same irradiance by its colour over π; at ior 1 nothing is
+/// mirrored. The light may leave highlights out.
 #[test]
 fn physical_surfaces_divide_by_pi() {
-    let light = json!({ "kind": { "point": { "position": [0, 2, 0] } }, "colour": 10, "specular": false });
-    let scene = floor(physical(json!({ "base_colour": [1, 0.5, 0], "ior": 1 })), json!({ "lights": [light] }));
-    let lit = Surface::dielectric(1.0, 1.0, 0.0).sends([DVec3::Y, DVec3::new(-0.6, 0.8, 0.0), DVec3::Y], false)[0];
+    let light =
+        json!({ "kind": { "point": { "position": [0, 2, 0] } }, "colour": 10, "specular": false });
+    let scene = floor(
+        physical(json!({ "base_colour": [1, 0.5, 0], "ior": 1 })),
+        json!({ "lights": [light] }),
+    );
+    let lit = Surface::dielectric(1.0, 1.0, 0.0)
+        .sends([DVec3::Y, DVec3::new(-0.6, 0.8, 0.0), DVec3::Y], false)[0];
     // At a distance of 2.5; the cosine is in what it sends.
     let value = lit * 10.0 / (2.5 * 2.5) / core::f64::consts::PI;
     sees(&scene, at(1.5), [value, 0.5 * value, 0.0]);
 }
 
-/// Protects: lamps without size light what a map's coordinates put far away as they light it near zero.
+/// Protects: lamps without size light what a map's coordinates put far away as they light it near
+/// zero.
 #[test]
 fn lights_stand_where_a_map_puts_them() {
     use raywright_core::Settings;
@@ -101,9 +124,17 @@ fn lights_stand_where_a_map_puts_them() {
             ]);
         }
         let light = json!({ "kind": { kind: fields }, "colour": 8 });
-        let scene = crate::support::scene(json!({ "materials": white, "objects": [tile], "lights": [light] }));
+        let scene = crate::support::scene(
+            json!({ "materials": white, "objects": [tile], "lights": [light] }),
+        );
         let view = crate::support::settings(&scene, [[x, y + 1.0, z], [x, y, z]]);
-        crate::support::pixel(&scene, &Settings { precision: PrecisionChoice::Robust, ..view })
+        crate::support::pixel(
+            &scene,
+            &Settings {
+                precision: PrecisionChoice::Robust,
+                ..view
+            },
+        )
     };
     for kind in ["point", "spot"] {
         let far = at([448_200.25, 20.0, 4_865_499.5], kind);

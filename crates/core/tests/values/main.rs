@@ -1,5 +1,6 @@
-//! Single values by hand: what one ray sees, one number of a camera, a sampler or a layer, against closed forms. Pictures that are
-//! compared with the program's own pictures stay silent where both are wrong; these say which term is.
+//! Single values by hand: what one ray sees, one number of a camera, a sampler or a layer, against
+//! closed forms. Pictures that are compared with the program's own pictures stay silent where both
+//! are wrong; these say which term is.
 //!
 //! Only the public interface is used, so that the inside can be rebuilt under these tests.
 

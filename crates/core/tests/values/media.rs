@@ -1,5 +1,6 @@
-//! Media together with light through a boundary: what a body absorbs of light that a surface asks on its other side, whose share of
-//! everything else is that of a clear body to the bit of its random numbers.
+//! Media together with light through a boundary: what a body absorbs of light that a surface asks
+//! on its other side, whose share of everything else is that of a clear body to the bit of its
+//! random numbers.
 
 use raywright_core::settings::{LightSampling, PrecisionChoice};
 use raywright_core::{Scene, Settings};
@@ -18,7 +19,10 @@ fn frosted(absorbs: bool, terms: &Value) -> Value {
         model["attenuation_colour"] = json!(LEFT);
         model["attenuation_distance"] = json!(1);
     }
-    model.as_object_mut().expect("a table").extend(terms.as_object().expect("a table").clone());
+    model
+        .as_object_mut()
+        .expect("a table")
+        .extend(terms.as_object().expect("a table").clone());
     physical(model)
 }
 
@@ -32,20 +36,34 @@ fn pond(absorbs: bool, terms: &Value, parts: &Value) -> Scene {
     scene(parts)
 }
 
-/// The absorbing pond shows of each channel what its way leaves of the clear one's, to this relative error.
+/// The absorbing pond shows of each channel what its way leaves of the clear one's, to this
+/// relative error.
 #[track_caller]
 fn dims(terms: &Value, parts: &Value, view: View, metres: f64, error: f64) {
     for precision in [PrecisionChoice::Robust, PrecisionChoice::Reference] {
         for light_sampling in [LightSampling::Lights, LightSampling::Both] {
             let seen = [true, false].map(|absorbs| {
                 let found = pond(absorbs, terms, parts);
-                mean(&found, &Settings { precision, light_sampling, ..paths(&found, view, 2) }).0
+                mean(
+                    &found,
+                    &Settings {
+                        precision,
+                        light_sampling,
+                        ..paths(&found, view, 2)
+                    },
+                )
+                .0
             });
             let [dimmed, clear] = seen;
             for k in 0..3 {
                 let expected = clear[k] * LEFT[k].powf(metres);
-                let what = format!("{terms}, {parts}, {precision:?}, {light_sampling:?}: {dimmed:?} of {clear:?}");
-                assert!(clear[k] > 0.0 && (dimmed[k] - expected).abs() <= error * expected, "{what}, not {expected}");
+                let what = format!(
+                    "{terms}, {parts}, {precision:?}, {light_sampling:?}: {dimmed:?} of {clear:?}"
+                );
+                assert!(
+                    clear[k] > 0.0 && (dimmed[k] - expected).abs() <= error * expected,
+                    "{what}, not {expected}"
+                );
             }
         }
     }
@@ -63,8 +81,8 @@ fn with_and_without_priority(check: impl Fn(&Value)) {
     [json!({}), json!({ "priority": 1 })].iter().for_each(check);
 }
 
-/// Protects: light that a frosted surface asks on its other side is dimmed by what it passes there, e^(−σd), and not by what the eye
-/// is in; from within, by the way to the eye alone.
+/// Protects: light that a frosted surface asks on its other side is dimmed by what it passes there,
+/// e^(−σd), and not by what the eye is in; from within, by the way to the eye alone.
 #[test]
 fn light_is_absorbed_beyond_the_boundary() {
     with_and_without_priority(|terms| {
@@ -77,8 +95,8 @@ fn light_is_absorbed_beyond_the_boundary() {
     });
 }
 
-/// Protects: the same of a lamp with a size, which is asked about at drawn points: its ways are shorter than to its centre by two
-/// thirds of its radius in the mean.
+/// Protects: the same of a lamp with a size, which is asked about at drawn points: its ways are
+/// shorter than to its centre by two thirds of its radius in the mean.
 #[test]
 fn a_lamp_in_a_body_is_dimmed() {
     with_and_without_priority(|terms| {
@@ -87,8 +105,8 @@ fn a_lamp_in_a_body_is_dimmed() {
     });
 }
 
-/// Protects: of a sun, which is beyond any distance, a body without end leaves nothing, and from within it is dimmed on the way to the
-/// eye alone.
+/// Protects: of a sun, which is beyond any distance, a body without end leaves nothing, and from
+/// within it is dimmed on the way to the eye alone.
 #[test]
 fn a_sun_through_a_boundary() {
     let up = json!({ "lights": [crate::support::sun([0.1, 1.0, 0.2])] });
@@ -99,12 +117,15 @@ fn a_sun_through_a_boundary() {
             let found = pond(absorbs, terms, &down);
             mean(&found, &paths(&found, AT, 2)).0
         });
-        assert!(dimmed == [0.0; 3] && clear[0] > 0.0, "{terms}: {dimmed:?} of {clear:?}");
+        assert!(
+            dimmed == [0.0; 3] && clear[0] > 0.0,
+            "{terms}: {dimmed:?} of {clear:?}"
+        );
     });
 }
 
-/// Protects: of a channel that a body does not absorb all arrives of a sun that is beyond any distance, though others lose all, and no sample
-/// is lost.
+/// Protects: of a channel that a body does not absorb all arrives of a sun that is beyond any
+/// distance, though others lose all, and no sample is lost.
 #[test]
 fn a_channel_that_is_not_absorbed() {
     let down = json!({ "lights": [crate::support::sun([0.1, -1.0, 0.2])] });
@@ -113,26 +134,42 @@ fn a_channel_that_is_not_absorbed() {
         terms["attenuation_colour"] = json!([1, 0.5, 0]);
         for precision in [PrecisionChoice::Robust, PrecisionChoice::Reference] {
             let [dimmed, clear] = [true, false].map(|absorbs| {
-                let terms = if absorbs { terms.clone() } else { json!({ "priority": terms.get("priority").map_or(0, |_| 1) }) };
+                let terms = if absorbs {
+                    terms.clone()
+                } else {
+                    json!({ "priority": terms.get("priority").map_or(0, |_| 1) })
+                };
                 let found = pond(absorbs, &terms, &down);
-                let settings = Settings { precision, size: [4, 4], ..paths(&found, AT, 2) };
+                let settings = Settings {
+                    precision,
+                    size: [4, 4],
+                    ..paths(&found, AT, 2)
+                };
                 let counters = crate::support::rendered(&found, &settings).counters;
-                assert_eq!((counters.dropped, counters.samples), (0, 4 * 4 * 64), "{terms}, {precision:?}");
+                assert_eq!(
+                    (counters.dropped, counters.samples),
+                    (0, 4 * 4 * 64),
+                    "{terms}, {precision:?}"
+                );
                 mean(&found, &settings).0
             });
-            assert!(clear[0] > 0.0 && dimmed == [clear[0], 0.0, 0.0], "{terms}, {precision:?}: {dimmed:?} of {clear:?}");
+            assert!(
+                clear[0] > 0.0 && dimmed == [clear[0], 0.0, 0.0],
+                "{terms}, {precision:?}: {dimmed:?} of {clear:?}"
+            );
         }
     });
 }
 
-/// Protects: a thin wall bounds no body, so what is behind it absorbs nothing, whatever its material says.
+/// Protects: a thin wall bounds no body, so what is behind it absorbs nothing, whatever its
+/// material says.
 #[test]
 fn a_thin_wall_absorbs_nothing_behind_it() {
     dims(&json!({ "thin_walled": true }), &point(-0.7), AT, 0.0, 1e-3);
 }
 
-/// Protects: a matte floor in a body of frosted glass is lit through the clear air above and the body, each by its length: the ray
-/// from the eye and back takes both.
+/// Protects: a matte floor in a body of frosted glass is lit through the clear air above and the
+/// body, each by its length: the ray from the eye and back takes both.
 #[test]
 fn a_floor_in_a_body() {
     let parts = |absorbs: bool| {
@@ -153,6 +190,9 @@ fn a_floor_in_a_body() {
     });
     for k in 0..3 {
         let expected = clear[k] * LEFT[k].powf(0.8);
-        assert!(clear[k] > 0.0 && (dimmed[k] - expected).abs() <= 1e-3 * expected, "{dimmed:?} of {clear:?}");
+        assert!(
+            clear[k] > 0.0 && (dimmed[k] - expected).abs() <= 1e-3 * expected,
+            "{dimmed:?} of {clear:?}"
+        );
     }
 }

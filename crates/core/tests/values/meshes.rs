@@ -1,4 +1,5 @@
-//! What a mesh's vertices carry, interpolated, under every kind of map and for one use and for several.
+//! What a mesh's vertices carry, interpolated, under every kind of map and for one use and for
+//! several.
 
 use raywright_core::Settings;
 use raywright_core::scene::{Scene, TransformStep};
@@ -16,32 +17,57 @@ fn view([x, y, z]: [f64; 3]) -> View {
 
 /// A triangle that faces +z, as often as there are maps.
 fn leaf(extra: Value, model: Value, maps: &[Value]) -> Scene {
-    let mut data = json!({ "positions": [[0, 0, 0], [1, 0, 0], [0, 1, 0]], "indices": [[0, 1, 2]] });
-    data.as_object_mut().expect("a table").extend(extra.as_object().expect("a table").clone());
-    let objects: Vec<Value> =
-        maps.iter().map(|map| json!({ "shape": { "mesh": "leaf" }, "material": "green", "transform": map })).collect();
-    scene(json!({ "meshes": [{ "name": "leaf", "source": { "inline": data } }], "objects": objects,
-        "materials": [{ "name": "green", "model": model }] }))
+    let mut data =
+        json!({ "positions": [[0, 0, 0], [1, 0, 0], [0, 1, 0]], "indices": [[0, 1, 2]] });
+    data.as_object_mut()
+        .expect("a table")
+        .extend(extra.as_object().expect("a table").clone());
+    let objects: Vec<Value> = maps
+        .iter()
+        .map(|map| json!({ "shape": { "mesh": "leaf" }, "material": "green", "transform": map }))
+        .collect();
+    scene(
+        json!({ "meshes": [{ "name": "leaf", "source": { "inline": data } }], "objects": objects,
+        "materials": [{ "name": "green", "model": model }] }),
+    )
 }
 
 /// Two ways of storing it: once for itself, and shared with a copy far away.
 fn stored(map: Value) -> [Vec<Value>; 2] {
-    [vec![map.clone()], vec![map, json!([{ "translate": [0, 0, -90] }])]]
+    [
+        vec![map.clone()],
+        vec![map, json!([{ "translate": [0, 0, -90] }])],
+    ]
 }
 
-/// Protects: each corner's colour has its own weight, also where the map mirrors and the triangle is turned over; `vertex_colours`
-/// decides whether they count.
+/// Protects: each corner's colour has its own weight, also where the map mirrors and the triangle
+/// is turned over; `vertex_colours` decides whether they count.
 #[test]
 fn colours_are_interpolated() {
     let colours = || json!({ "colours": [[1, 0, 0, 1], [0, 1, 0, 1], [0, 0, 1, 1]] });
-    let unlit =
-        |vertex_colours: bool| physical(json!({ "unlit": true, "vertex_colours": vertex_colours, "base_colour": [1, 1, 0.5] }));
+    let unlit = |vertex_colours: bool| {
+        physical(
+            json!({ "unlit": true, "vertex_colours": vertex_colours, "base_colour": [1, 1, 0.5] }),
+        )
+    };
     for maps in stored(json!([])) {
-        sees(&leaf(colours(), unlit(true), &maps), view(POINT), [0.5, 0.3, 0.1]);
-        sees(&leaf(colours(), unlit(false), &maps), view(POINT), [1.0, 1.0, 0.5]);
+        sees(
+            &leaf(colours(), unlit(true), &maps),
+            view(POINT),
+            [0.5, 0.3, 0.1],
+        );
+        sees(
+            &leaf(colours(), unlit(false), &maps),
+            view(POINT),
+            [1.0, 1.0, 0.5],
+        );
     }
     for maps in stored(json!([{ "scale": [-1, 1, 1] }])) {
-        sees(&leaf(colours(), unlit(true), &maps), view([-0.3, 0.2, 0.0]), [0.5, 0.3, 0.1]);
+        sees(
+            &leaf(colours(), unlit(true), &maps),
+            view([-0.3, 0.2, 0.0]),
+            [0.5, 0.3, 0.1],
+        );
     }
 }
 
@@ -49,12 +75,15 @@ fn colours_are_interpolated() {
 #[test]
 fn alphas_of_vertices_cover() {
     let colours = json!({ "colours": [[1, 1, 1, 1], [1, 1, 1, 0], [1, 1, 1, 0.5]] });
-    let model = physical(json!({ "unlit": true, "vertex_colours": true, "alpha": "blend", "opacity": 0.5 }));
+    let model = physical(
+        json!({ "unlit": true, "vertex_colours": true, "alpha": "blend", "opacity": 0.5 }),
+    );
     // 0.5 · (0.5 + 0.5 · 0.2).
     sees(&leaf(colours, model, &[json!([])]), view(POINT), [0.3; 3]);
 }
 
-/// Protects: the first set of coordinates is what `u` and `v` are, mirrored or not; without one, the triangle's own.
+/// Protects: the first set of coordinates is what `u` and `v` are, mirrored or not; without one,
+/// the triangle's own.
 #[test]
 fn coordinates_are_interpolated() {
     let show = || json!({ "classic": { "colour": "[u, v, 0]", "ambient": 1 } });
@@ -62,17 +91,29 @@ fn coordinates_are_interpolated() {
     for maps in stored(json!([])) {
         // u = 2 · 0.3, v = 1 + 3 · 0.2.
         sees(&leaf(uvs(), show(), &maps), view(POINT), [0.6, 1.6, 0.0]);
-        sees(&leaf(json!({}), show(), &maps), view(POINT), [0.3, 0.2, 0.0]);
+        sees(
+            &leaf(json!({}), show(), &maps),
+            view(POINT),
+            [0.3, 0.2, 0.0],
+        );
     }
     for maps in stored(json!([{ "scale": [-1, 1, 1] }])) {
-        sees(&leaf(uvs(), show(), &maps), view([-0.3, 0.2, 0.0]), [0.6, 1.6, 0.0]);
+        sees(
+            &leaf(uvs(), show(), &maps),
+            view([-0.3, 0.2, 0.0]),
+            [0.6, 1.6, 0.0],
+        );
     }
 }
 
 fn normal(scene: &Scene, view: View) -> [f32; 3] {
-    let settings = Settings { aovs: vec![Aov::Normal], ..settings(scene, view) };
+    let settings = Settings {
+        aovs: vec![Aov::Normal],
+        ..settings(scene, view)
+    };
     let picture = rendered(scene, &settings).picture;
-    ["normal.X", "normal.Y", "normal.Z"].map(|name| picture.layer(name).expect("asked for").samples[0])
+    ["normal.X", "normal.Y", "normal.Z"]
+        .map(|name| picture.layer(name).expect("asked for").samples[0])
 }
 
 #[track_caller]
@@ -80,10 +121,17 @@ fn has_normal(scene: &Scene, view: View, [x, y, z]: [f64; 3]) {
     let found = normal(scene, view);
     let length = f64::sqrt(x * x + y * y + z * z);
     let expected = [x / length, y / length, z / length];
-    assert!(found.iter().zip(expected).all(|(&a, b)| (f64::from(a) - b).abs() < 1e-6), "{found:?} instead of {expected:?}");
+    assert!(
+        found
+            .iter()
+            .zip(expected)
+            .all(|(&a, b)| (f64::from(a) - b).abs() < 1e-6),
+        "{found:?} instead of {expected:?}"
+    );
 }
 
-/// Protects: normals are interpolated, carried over by the inverse transpose, and made unit; they are turned to the viewer.
+/// Protects: normals are interpolated, carried over by the inverse transpose, and made unit; they
+/// are turned to the viewer.
 #[test]
 fn normals_are_interpolated() {
     let normals = || json!({ "normals": [[0, 0, 1], [0.8, 0, 0.6], [0, 0.6, 0.8]] });
@@ -91,32 +139,57 @@ fn normals_are_interpolated() {
     let matte = || physical(json!({}));
     for maps in stored(json!([])) {
         has_normal(&leaf(normals(), matte(), &maps), view(POINT), n);
-        has_normal(&leaf(normals(), matte(), &maps), [[0.3, 0.2, -2.0], POINT], n.map(|x| -x));
-        has_normal(&leaf(json!({}), matte(), &maps), view(POINT), [0.0, 0.0, 1.0]);
+        has_normal(
+            &leaf(normals(), matte(), &maps),
+            [[0.3, 0.2, -2.0], POINT],
+            n.map(|x| -x),
+        );
+        has_normal(
+            &leaf(json!({}), matte(), &maps),
+            view(POINT),
+            [0.0, 0.0, 1.0],
+        );
     }
     for maps in stored(json!([{ "scale": [2, 1, 4] }])) {
-        has_normal(&leaf(normals(), matte(), &maps), view([0.6, 0.2, 0.0]), [n[0] / 2.0, n[1], n[2] / 4.0]);
+        has_normal(
+            &leaf(normals(), matte(), &maps),
+            view([0.6, 0.2, 0.0]),
+            [n[0] / 2.0, n[1], n[2] / 4.0],
+        );
     }
     for maps in stored(json!([{ "rotate": { "axis": [0, 0, 2], "degrees": 90 } }])) {
-        has_normal(&leaf(normals(), matte(), &maps), view([-0.2, 0.3, 0.0]), [-n[1], n[0], n[2]]);
+        has_normal(
+            &leaf(normals(), matte(), &maps),
+            view([-0.2, 0.3, 0.0]),
+            [-n[1], n[0], n[2]],
+        );
     }
 }
 
-/// Protects: a shading normal beyond the silhouette is bent back until it mirrors the viewer just above the surface, where it mirrored to.
+/// Protects: a shading normal beyond the silhouette is bent back until it mirrors the viewer just
+/// above the surface, where it mirrored to.
 #[test]
 fn normals_do_not_turn_away() {
     let normals = json!({ "normals": [[1, 0, 1], [1, 0, 1], [1, 0, 1]] });
     let scene = leaf(normals, physical(json!({})), &[json!([])]);
-    // From the left, low: d = (0.96, 0, −0.28) and n·d = 0.68/√2 > 0. Mirrored it is (0.28, 0, −0.96): along x, h = −0.96 high. With
-    // m = 0.02 it rises to 0.01 + 0.01²/(0.03 − h) = 0.0101.
+    // From the left, low: d = (0.96, 0, −0.28) and n·d = 0.68/√2 > 0. Mirrored it is (0.28, 0,
+    // −0.96): along x, h = −0.96 high. With m = 0.02 it rises to 0.01 + 0.01²/(0.03 − h) = 0.0101.
     let eye = [POINT[0] - 0.96, POINT[1], 0.28];
     let [x, y, z] = normal(&scene, [eye, POINT]).map(f64::from);
     let away = x * 0.96 - z * 0.28;
-    let mirrored = [0.96 - 2.0 * away * x, -2.0 * away * y, -0.28 - 2.0 * away * z];
-    assert!(mirrored[0] > 0.99 && mirrored[1].abs() < 1e-6 && (mirrored[2] - 0.0101).abs() < 1e-5, "{mirrored:?}");
+    let mirrored = [
+        0.96 - 2.0 * away * x,
+        -2.0 * away * y,
+        -0.28 - 2.0 * away * z,
+    ];
+    assert!(
+        mirrored[0] > 0.99 && mirrored[1].abs() < 1e-6 && (mirrored[2] - 0.0101).abs() < 1e-5,
+        "{mirrored:?}"
+    );
 }
 
-/// Protects: of objects that share a mesh each casts a shadow or none, as it says itself and whichever comes first.
+/// Protects: of objects that share a mesh each casts a shadow or none, as it says itself and
+/// whichever comes first.
 #[test]
 fn copies_cast_shadows_of_their_own() {
     let above = |x: f64, casts_shadow: bool| {
@@ -130,40 +203,84 @@ fn copies_cast_shadows_of_their_own() {
         let scene = floor(classic(json!({})), parts);
         for (x, casts) in [0.0, 9.0].into_iter().zip(casts) {
             // Below the leaf, seen from beside it.
-            sees(&scene, [[x + 3.0, 1.0, 0.0], [x, 0.0, 0.0]], if casts { [0.0; 3] } else { [1.0; 3] });
+            sees(
+                &scene,
+                [[x + 3.0, 1.0, 0.0], [x, 0.0, 0.0]],
+                if casts { [0.0; 3] } else { [1.0; 3] },
+            );
         }
     }
 }
 
-/// Protects: which side is outside (counter-clockwise), for `side`, also under a mirroring map and for shared meshes.
+/// Protects: which side is outside (counter-clockwise), for `side`, also under a mirroring map and
+/// for shared meshes.
 #[test]
 fn meshes_have_sides() {
     let shown = |side: &str, maps: &[Value], at: View| {
         let mut scene = leaf(json!({}), physical(json!({ "unlit": true })), maps);
         let side = serde_json::from_value(json!(side)).expect("a side");
-        scene.objects.iter_mut().for_each(|object| object.side = side);
+        scene
+            .objects
+            .iter_mut()
+            .for_each(|object| object.side = side);
         rendered(&scene, &settings(&scene, at)).picture.rgb[0][0]
     };
     let below: View = [[0.3, 0.2, -2.0], POINT];
     for maps in stored(json!([])) {
-        assert_eq!((shown("outside", &maps, view(POINT)), shown("outside", &maps, below)), (1.0, 0.0));
-        assert_eq!((shown("inside", &maps, view(POINT)), shown("inside", &maps, below)), (0.0, 1.0));
+        assert_eq!(
+            (
+                shown("outside", &maps, view(POINT)),
+                shown("outside", &maps, below)
+            ),
+            (1.0, 0.0)
+        );
+        assert_eq!(
+            (
+                shown("inside", &maps, view(POINT)),
+                shown("inside", &maps, below)
+            ),
+            (0.0, 1.0)
+        );
     }
     let mirror = stored(json!([{ "scale": [-1, 1, 1] }]));
     for maps in &mirror {
         assert_eq!(shown("outside", maps, view([-0.3, 0.2, 0.0])), 1.0);
-        assert_eq!(shown("outside", maps, [[-0.3, 0.2, -2.0], [-0.3, 0.2, 0.0]]), 0.0);
+        assert_eq!(
+            shown("outside", maps, [[-0.3, 0.2, -2.0], [-0.3, 0.2, 0.0]]),
+            0.0
+        );
     }
 }
 
 /// Protects: an instance is where its map says, and a generator's copy where both do.
 #[test]
 fn copies_stand_in_their_places() {
-    let mut scene = leaf(json!({}), physical(json!({ "unlit": true })), &[json!([{ "translate": [5, 0, 0] }]), json!([])]);
-    assert_eq!(rendered(&scene, &settings(&scene, view([5.3, 0.2, 0.0]))).picture.rgb[0][0], 1.0);
-    scene.objects[0].transform.insert(0, TransformStep::Scale([2.0; 3]));
-    assert_eq!(rendered(&scene, &settings(&scene, view([6.8, 0.1, 0.0]))).picture.rgb[0][0], 1.0);
-    assert_eq!(rendered(&scene, &settings(&scene, view([4.9, 0.1, 0.0]))).picture.rgb[0][0], 0.0);
+    let mut scene = leaf(
+        json!({}),
+        physical(json!({ "unlit": true })),
+        &[json!([{ "translate": [5, 0, 0] }]), json!([])],
+    );
+    assert_eq!(
+        rendered(&scene, &settings(&scene, view([5.3, 0.2, 0.0])))
+            .picture
+            .rgb[0][0],
+        1.0
+    );
+    scene.objects[0]
+        .transform
+        .insert(0, TransformStep::Scale([2.0; 3]));
+    assert_eq!(
+        rendered(&scene, &settings(&scene, view([6.8, 0.1, 0.0])))
+            .picture
+            .rgb[0][0],
+        1.0
+    );
+    assert_eq!(
+        rendered(&scene, &settings(&scene, view([4.9, 0.1, 0.0])))
+            .picture
+            .rgb[0][0],
+        0.0
+    );
 }
 
 /// Protects: a mesh whose vertices lie far from zero, shown twice, is where it is said to be.
@@ -171,10 +288,18 @@ fn copies_stand_in_their_places() {
 fn the_extent_of_copies_far_away() {
     use raywright_core::settings::PrecisionChoice;
     let far = json!({ "positions": [[448_200, 0, 0], [448_201, 0, 0], [448_200, 1, 0]] });
-    let scene = leaf(far, classic(json!({})), &[json!([]), json!([{ "translate": [0, 0, -90] }])]);
+    let scene = leaf(
+        far,
+        classic(json!({})),
+        &[json!([]), json!([{ "translate": [0, 0, -90] }])],
+    );
     for precision in [PrecisionChoice::Robust, PrecisionChoice::Reference] {
         let bounds = raywright_core::extent(&scene, precision).bounds;
         let found = [bounds.min, bounds.max].map(|corner| corner.to_array());
-        assert_eq!(found, [[448_200.0, 0.0, -90.0], [448_201.0, 1.0, 0.0]], "{precision:?}");
+        assert_eq!(
+            found,
+            [[448_200.0, 0.0, -90.0], [448_201.0, 1.0, 0.0]],
+            "{precision:?}"
+        );
     }
 }

@@ -9,15 +9,21 @@ use serde_json::{Value, json};
 
 use crate::support::{DOWN, SLANTED, classic, floor, physical, pixel, sees, settings, sun};
 
-/// A scene whose image is two by two texels, white and black in turns: in the middle of a white texel a level from 0 to 1 reads
-/// 1 − level/2, and every farther one a half.
+/// A scene whose image is two by two texels, white and black in turns: in the middle of a white
+/// texel a level from 0 to 1 reads 1 − level/2, and every farther one a half.
 fn checked(mut scene: Scene, colour_space: &str) -> Scene {
     let [white, black] = [[255; 4], [0, 0, 0, 255]];
     let pixels = Pixels::Codes(vec![white, black, black, white]);
     let texture = json!({ "name": "checked", "image": "checked", "filter": "mipmaps", "colour_space": colour_space });
     scene.textures = vec![serde_json::from_value(texture).expect("a texture")];
-    scene.images = vec![serde_json::from_value(json!({ "name": "checked", "path": "a.png" })).expect("an image")];
-    scene.images[0].data = Some(Arc::new(ImageData { width: 2, height: 2, pixels }));
+    scene.images = vec![
+        serde_json::from_value(json!({ "name": "checked", "path": "a.png" })).expect("an image"),
+    ];
+    scene.images[0].data = Some(Arc::new(ImageData {
+        width: 2,
+        height: 2,
+        pixels,
+    }));
     scene
 }
 
@@ -31,7 +37,8 @@ fn spread() -> f64 {
     2.0 * 20.0_f64.to_radians().tan()
 }
 
-/// A use of the image with so many of its widths on a unit of the coordinates, whose origin is in the middle of a white texel.
+/// A use of the image with so many of its widths on a unit of the coordinates, whose origin is in
+/// the middle of a white texel.
 fn tiled(times: f64) -> Value {
     json!({ "name": "checked", "uv_transform": [[times, 0, 0.25], [0, times, 0.25]] })
 }
@@ -42,7 +49,8 @@ fn glowing(texture: Value) -> Value {
 
 const LEVELS: [f64; 7] = [-3.0, -0.1, 0.0, 0.3, 0.75, 1.0, 20.0];
 
-/// Protects: the level on a plane at a known distance and slant, at every precision, and that colours are averaged as light.
+/// Protects: the level on a plane at a known distance and slant, at every precision, and that
+/// colours are averaged as light.
 #[test]
 fn the_level_of_a_plane() {
     for (view, width) in [(DOWN, 2.0 * spread()), (SLANTED, 5.0 * spread() / 0.8)] {
@@ -64,14 +72,19 @@ fn unchecked_floor(model: &Value) -> Scene {
     scene
 }
 
-/// Protects: on meshes the level follows the triangle's area in the world and in its coordinates: scaled, mirrored, as instances
-/// and for the set that the material reads. Without coordinates of its own they are the weights of the corners.
+/// Protects: on meshes the level follows the triangle's area in the world and in its coordinates:
+/// scaled, mirrored, as instances and for the set that the material reads. Without coordinates of
+/// its own they are the weights of the corners.
 #[test]
 fn the_level_of_a_mesh() {
     let triangle = json!([[-8, 0, 8], [24, 0, 8], [-8, 0, -24]]);
     let sets = json!([[[0, 0], [1, 0], [0, 1]], [[-4, -4], [12, -4], [-4, 12]]]);
     let width = 2.0 * spread();
-    for (uvs, set, per_metre) in [(sets.clone(), 0, 1.0 / 32.0), (sets, 1, 0.5), (json!([]), 0, 1.0 / 32.0)] {
+    for (uvs, set, per_metre) in [
+        (sets.clone(), 0, 1.0 / 32.0),
+        (sets, 1, 0.5),
+        (json!([]), 0, 1.0 / 32.0),
+    ] {
         for (steps, scale) in [
             (json!([]), 1.0),
             (json!([{ "scale": [2, 2, 2] }]), 2.0),
@@ -90,11 +103,13 @@ fn the_level_of_a_mesh() {
                     let mut scene = checked(unchecked_floor(&glowing(texture)), "linear");
                     let mesh = json!({ "name": "leaf", "source": { "inline": { "positions": triangle, "indices": [[0, 1, 2]], "uvs": uvs } } });
                     scene.meshes = vec![serde_json::from_value(mesh).expect("a mesh")];
-                    scene.objects = vec![serde_json::from_value(object).expect("an object"); copies];
+                    scene.objects =
+                        vec![serde_json::from_value(object).expect("an object"); copies];
                     if copies == 2 {
                         // Beside the view.
                         let away = json!([{ "translate": [100, 0, 0] }]);
-                        scene.objects[1].transform = serde_json::from_value(away).expect("a transform");
+                        scene.objects[1].transform =
+                            serde_json::from_value(away).expect("a transform");
                     }
                     sees(&scene, DOWN, [read_at(level); 3]);
                 }
@@ -103,7 +118,8 @@ fn the_level_of_a_mesh() {
     }
 }
 
-/// Protects: a mirrored ray is as wide as its whole way makes it, and rays of an orthographic camera do not widen.
+/// Protects: a mirrored ray is as wide as its whole way makes it, and rays of an orthographic
+/// camera do not widen.
 #[test]
 fn the_level_beyond_a_mirror() {
     let mirror = classic(json!({ "local": 0, "reflection": { "weight": 1 } }));
@@ -112,68 +128,111 @@ fn the_level_beyond_a_mirror() {
         let model = glowing(tiled(2.0_f64.powf(level) / (7.0 * spread()) * 0.5));
         let mut scene = checked(unchecked_floor(&mirror), "linear");
         let ceiling = json!({ "shape": { "plane": { "point": [0, 5, 0], "normal": [0, -1, 0] } }, "material": "ceiling" });
-        scene.objects.push(serde_json::from_value(ceiling).expect("an object"));
-        scene.materials.push(serde_json::from_value(json!({ "name": "ceiling", "model": model })).expect("a material"));
+        scene
+            .objects
+            .push(serde_json::from_value(ceiling).expect("an object"));
+        scene.materials.push(
+            serde_json::from_value(json!({ "name": "ceiling", "model": model }))
+                .expect("a material"),
+        );
         sees(&scene, DOWN, [read_at(level); 3]);
 
-        let scene = checked(unchecked_floor(&glowing(tiled(2.0_f64.powf(level) / 3.0 * 0.5))), "linear");
+        let scene = checked(
+            unchecked_floor(&glowing(tiled(2.0_f64.powf(level) / 3.0 * 0.5))),
+            "linear",
+        );
         let mut settings = settings(&scene, [[0.0, 500.0, 0.0], [0.0; 3]]);
         let camera = settings.camera.as_mut().expect("a camera");
         camera.projection = Projection::Orthographic { height: 3.0 };
-        let Pose::LookAt { .. } = camera.pose else { panic!("it looks at the floor") };
+        let Pose::LookAt { .. } = camera.pose else {
+            panic!("it looks at the floor")
+        };
         let [found, ..] = pixel(&scene, &settings);
         assert!((found - read_at(level)).abs() < 1e-6, "{level}: {found}");
     }
 }
 
-/// Protects: what is absent by an image's alpha is as much of it from afar as from near: the mean of a half would lie below the cutoff
-/// everywhere. Where coordinates are expressions the image itself is read.
+/// Protects: what is absent by an image's alpha is as much of it from afar as from near: the mean
+/// of a half would lie below the cutoff everywhere. Where coordinates are expressions the image
+/// itself is read.
 #[test]
 fn what_is_read_without() {
     let masked = |alpha: &str| {
-        let model = physical(json!({ "unlit": true, "base_colour": [0.5, 0.25, 1], "alpha": { "mask": { "cutoff": 0.7 } },
-            "base_colour_texture": tiled(1.0) }));
+        let model = physical(
+            json!({ "unlit": true, "base_colour": [0.5, 0.25, 1], "alpha": { "mask": { "cutoff": 0.7 } },
+            "base_colour_texture": tiled(1.0) }),
+        );
         let mut scene = checked(unchecked_floor(&model), "linear");
-        let Some(image) = scene.images[0].data.as_mut().map(Arc::make_mut) else { panic!("it has pixels") };
+        let Some(image) = scene.images[0].data.as_mut().map(Arc::make_mut) else {
+            panic!("it has pixels")
+        };
         let (here, there) = if alpha == "here" { (255, 0) } else { (0, 255) };
-        image.pixels =
-            Pixels::Codes(vec![[255, 255, 255, here], [255, 255, 255, there], [255, 255, 255, there], [255, 255, 255, here]]);
+        image.pixels = Pixels::Codes(vec![
+            [255, 255, 255, here],
+            [255, 255, 255, there],
+            [255, 255, 255, there],
+            [255, 255, 255, here],
+        ]);
         scene
     };
     sees(&masked("here"), SLANTED, [0.5, 0.25, 1.0]);
     sees(&masked("there"), SLANTED, [0.0; 3]);
     let expressed = json!({ "name": "checked", "uv": ["0.25 + 9*p.x", "0.25 + 9*p.z"] });
-    sees(&checked(unchecked_floor(&glowing(expressed)), "linear"), DOWN, [1.0; 3]);
+    sees(
+        &checked(unchecked_floor(&glowing(expressed)), "linear"),
+        DOWN,
+        [1.0; 3],
+    );
 }
 
-/// Protects: the effect is simulated where a texture that is shown asks, absent where none does and left out where it is switched off,
-/// which gives the picture without; memory is told beforehand; and shadows and several samples render.
+/// Protects: the effect is simulated where a texture that is shown asks, absent where none does and
+/// left out where it is switched off, which gives the picture without; memory is told beforehand;
+/// and shadows and several samples render.
 #[test]
 fn mip_maps_are_an_effect() {
     let mut scene = checked(unchecked_floor(&glowing(tiled(50.0))), "linear");
     let status = |scene: &Scene, settings: &Settings| {
         let report = detect(scene, settings);
-        let finding = report.effects.iter().find(|finding| finding.effect == Effect::MipMaps).expect("it is told");
+        let finding = report
+            .effects
+            .iter()
+            .find(|finding| finding.effect == Effect::MipMaps)
+            .expect("it is told");
         (finding.status, finding.source.clone())
     };
     let settings = settings(&scene, SLANTED);
-    assert_eq!(status(&scene, &settings), (Status::Simulated, Some("textures[0].filter".to_owned())));
-    let off = Settings { without: EffectSet::of(&[Effect::MipMaps]), ..settings.clone() };
+    assert_eq!(
+        status(&scene, &settings),
+        (Status::Simulated, Some("textures[0].filter".to_owned()))
+    );
+    let off = Settings {
+        without: EffectSet::of(&[Effect::MipMaps]),
+        ..settings.clone()
+    };
     assert_eq!(status(&scene, &off).0, Status::LeftOut);
-    assert_eq!((pixel(&scene, &settings), pixel(&scene, &off)), ([0.5; 3], [1.0; 3]));
+    assert_eq!(
+        (pixel(&scene, &settings), pixel(&scene, &off)),
+        ([0.5; 3], [1.0; 3])
+    );
     let bytes = |scene: &Scene, settings: &Settings| {
         let ready = prepare(scene, settings, &()).expect("it can be prepared");
         (ready.tables().texture_bytes, ready.memory().textures)
     };
-    assert_eq!((bytes(&scene, &settings), bytes(&scene, &off)), ((16 + 16, 32), (16, 16)));
+    assert_eq!(
+        (bytes(&scene, &settings), bytes(&scene, &off)),
+        ((16 + 16, 32), (16, 16))
+    );
     scene.textures[0].filter = raywright_core::scene::Filter::Bilinear;
     assert_eq!(status(&scene, &settings).0, Status::Absent);
-    scene.lights.push(serde_json::from_value(sun([0.0, 1.0, 0.0])).expect("a light"));
+    scene
+        .lights
+        .push(serde_json::from_value(sun([0.0, 1.0, 0.0])).expect("a light"));
     assert!(pixel(&scene, &settings).iter().all(|c| c.is_finite()));
 }
 
-/// Protects: a camera so far away that its rays start near the scene's bounded part counts the whole of its way, to what it sees and by way of
-/// a mirror: the level is that of the eye's distance.
+/// Protects: a camera so far away that its rays start near the scene's bounded part counts the
+/// whole of its way, to what it sees and by way of a mirror: the level is that of the eye's
+/// distance.
 #[test]
 fn the_level_from_far_away() {
     const AWAY: f64 = 5000.0;
@@ -181,13 +240,20 @@ fn the_level_from_far_away() {
     let far = |model: &Value, further: Value| {
         let mut scene = checked(unchecked_floor(model), "linear");
         let marker = json!({ "shape": { "sphere": { "centre": [3, 1, 0], "radius": 0.5 } }, "material": "floor" });
-        scene.objects.push(serde_json::from_value(marker).expect("an object"));
-        scene.objects.extend(serde_json::from_value::<Vec<_>>(further["objects"].clone()).expect("objects"));
-        scene.materials.extend(serde_json::from_value::<Vec<_>>(further["materials"].clone()).expect("materials"));
+        scene
+            .objects
+            .push(serde_json::from_value(marker).expect("an object"));
+        scene
+            .objects
+            .extend(serde_json::from_value::<Vec<_>>(further["objects"].clone()).expect("objects"));
+        scene.materials.extend(
+            serde_json::from_value::<Vec<_>>(further["materials"].clone()).expect("materials"),
+        );
         scene
     };
     for level in [0.2, 0.5, 0.8] {
-        let on_the_way = |metres: f64| glowing(tiled(2.0_f64.powf(level) / (metres * spread()) * 0.5));
+        let on_the_way =
+            |metres: f64| glowing(tiled(2.0_f64.powf(level) / (metres * spread()) * 0.5));
         let straight = far(&on_the_way(AWAY), json!({ "objects": [], "materials": [] }));
         let shown = json!({ "name": "shown", "model": on_the_way(AWAY + 9000.0) });
         let above = json!({ "shape": { "plane": { "point": [0, 9000, 0], "normal": [0, -1, 0] } }, "material": "shown" });
@@ -195,23 +261,47 @@ fn the_level_from_far_away() {
         for scene in [straight, mirrored] {
             let settings = settings(&scene, [[0.0, AWAY, 0.0], [0.0; 3]]);
             let [found, ..] = pixel(&scene, &settings);
-            assert!((found - read_at(level)).abs() < 1e-3, "{level}: {found} instead of {}", read_at(level));
-            let robust = Settings { precision: raywright_core::settings::PrecisionChoice::Robust, ..settings };
+            assert!(
+                (found - read_at(level)).abs() < 1e-3,
+                "{level}: {found} instead of {}",
+                read_at(level)
+            );
+            let robust = Settings {
+                precision: raywright_core::settings::PrecisionChoice::Robust,
+                ..settings
+            };
             let [found, ..] = pixel(&scene, &robust);
-            assert!((found - read_at(level)).abs() < 1e-2, "{level}: {found} instead of {}", read_at(level));
+            assert!(
+                (found - read_at(level)).abs() < 1e-2,
+                "{level}: {found} instead of {}",
+                read_at(level)
+            );
         }
     }
 }
 
-/// Protects: a scene that is turned to a camera of another angle reads its textures by that camera's pixels.
+/// Protects: a scene that is turned to a camera of another angle reads its textures by that
+/// camera's pixels.
 #[test]
 fn turned_cameras_have_their_own_pixels() {
-    let scene = checked(unchecked_floor(&glowing(tiled(2.0_f64.powf(0.7) / (2.0 * spread()) * 0.5))), "linear");
+    let scene = checked(
+        unchecked_floor(&glowing(tiled(2.0_f64.powf(0.7) / (2.0 * spread()) * 0.5))),
+        "linear",
+    );
     let wide = settings(&scene, DOWN);
     let mut camera = wide.camera.clone().expect("a camera");
-    let pinhole = raywright_core::scene::Pinhole { vertical_fov: Some(30.0), ..Default::default() };
+    let pinhole = raywright_core::scene::Pinhole {
+        vertical_fov: Some(30.0),
+        ..Default::default()
+    };
     camera.projection = Projection::Pinhole(pinhole);
-    let anew = pixel(&scene, &Settings { camera: Some(camera.clone()), ..wide.clone() });
+    let anew = pixel(
+        &scene,
+        &Settings {
+            camera: Some(camera.clone()),
+            ..wide.clone()
+        },
+    );
     let mut ready = prepare(&scene, &wide, &()).expect("a small scene");
     assert!(ready.turn_to(&scene, &camera));
     assert_eq!(ready.render(&()).picture.rgb[0].map(f64::from), anew);

@@ -1,5 +1,5 @@
-//! What moves while the shutter is open, against shares of time in closed form; and what stands still, against the same picture
-//! without a shutter, bit by bit.
+//! What moves while the shutter is open, against shares of time in closed form; and what stands
+//! still, against the same picture without a shutter, bit by bit.
 
 use glam::DVec3;
 use raywright_core::camera::Camera;
@@ -30,7 +30,9 @@ fn view(mut keys: Value) -> Value {
 /// White things in the dark.
 fn white(objects: Value, cameras: Value) -> Scene {
     let model = classic(json!({ "ambient": 1, "colour": 1 }));
-    scene(json!({ "cameras": cameras, "objects": objects, "materials": [{ "name": "white", "model": model }] }))
+    scene(
+        json!({ "cameras": cameras, "objects": objects, "materials": [{ "name": "white", "model": model }] }),
+    )
 }
 
 /// A wall of three metres from x = 0.5 on, which goes five metres to the right.
@@ -42,11 +44,20 @@ fn wall(end: Option<[f64; 3]>) -> Value {
 const FAR: Option<[f64; 3]> = Some([5.0, 0.0, 0.0]);
 
 fn asked(scene: &Scene) -> Settings {
-    Settings { size: [COLUMNS, 1], sampling: Sampling::General(SAMPLES), ..Settings::of(scene) }
+    Settings {
+        size: [COLUMNS, 1],
+        sampling: Sampling::General(SAMPLES),
+        ..Settings::of(scene)
+    }
 }
 
 fn row(rendered: &Rendered) -> Vec<f64> {
-    rendered.picture.rgb.iter().map(|p| f64::from(p[0])).collect()
+    rendered
+        .picture
+        .rgb
+        .iter()
+        .map(|p| f64::from(p[0]))
+        .collect()
 }
 
 /// The integral of a number that is kept within 0 and 1, up to y.
@@ -60,17 +71,20 @@ fn kept(y: f64) -> f64 {
     }
 }
 
-/// What the wall covers of a column while it goes from `start` so far: the mean over the column of the share of time at which it is
-/// there, which is where its left edge has not come by yet less where its right edge has not.
+/// What the wall covers of a column while it goes from `start` so far: the mean over the column of
+/// the share of time at which it is there, which is where its left edge has not come by yet less
+/// where its right edge has not.
 fn coverage(column: u32, start: f64, way: f64) -> f64 {
     let (left, right) = (0.25 * f64::from(column), 0.25 * f64::from(column + 1));
-    let passed = |edge: f64| (kept((right - edge) / way) - kept((left - edge) / way)) * way / (right - left);
+    let passed =
+        |edge: f64| (kept((right - edge) / way) - kept((left - edge) / way)) * way / (right - left);
     passed(start) - passed(start + 3.0)
 }
 
-/// Protects: each column shows the share of time and width for which the moving wall covers it, within four standard errors of as
-/// many independent samples, and exactly where it always or never does; for the whole motion and for a shutter that is open for
-/// the middle of it, for a shape and for a mesh, in every precision.
+/// Protects: each column shows the share of time and width for which the moving wall covers it,
+/// within four standard errors of as many independent samples, and exactly where it always or never
+/// does; for the whole motion and for a shutter that is open for the middle of it, for a shape and
+/// for a mesh, in every precision.
 #[test]
 fn a_moving_wall_covers_columns_by_its_share_of_time() {
     let mesh = json!([{ "name": "wall", "source": { "inline": { "indices": [[0, 1, 2], [0, 2, 3]],
@@ -79,14 +93,29 @@ fn a_moving_wall_covers_columns_by_its_share_of_time() {
         let shape = white(wall(FAR), view(json!({ "shutter": shutter })));
         let mut of_mesh = shape.clone();
         of_mesh.meshes = serde_json::from_value(mesh.clone()).expect("a mesh");
-        of_mesh.objects[0].shape = serde_json::from_value(json!({ "mesh": "wall" })).expect("a mesh");
-        for (scene, precision) in [&shape, &of_mesh].into_iter().flat_map(|s| PRECISIONS.map(|p| (s, p))) {
-            let seen = row(&rendered(scene, &Settings { precision, ..asked(scene) }));
+        of_mesh.objects[0].shape =
+            serde_json::from_value(json!({ "mesh": "wall" })).expect("a mesh");
+        for (scene, precision) in [&shape, &of_mesh]
+            .into_iter()
+            .flat_map(|s| PRECISIONS.map(|p| (s, p)))
+        {
+            let seen = row(&rendered(
+                scene,
+                &Settings {
+                    precision,
+                    ..asked(scene)
+                },
+            ));
             let mut between = 0;
             for (column, &found) in (0..COLUMNS).zip(&seen) {
                 let expected = coverage(column, start, way);
-                let error = (expected * (1.0 - expected) / f64::from(SAMPLES)).max(0.0).sqrt();
-                assert!((found - expected).abs() <= 4.0 * error + 1e-6, "column {column}: {found} instead of {expected}");
+                let error = (expected * (1.0 - expected) / f64::from(SAMPLES))
+                    .max(0.0)
+                    .sqrt();
+                assert!(
+                    (found - expected).abs() <= 4.0 * error + 1e-6,
+                    "column {column}: {found} instead of {expected}"
+                );
                 between += u32::from(error > 1e-3);
             }
             assert!(between >= 10, "{between}");
@@ -94,8 +123,9 @@ fn a_moving_wall_covers_columns_by_its_share_of_time() {
     }
 }
 
-/// Protects: what moves throws its shadow where it is when the path looks: a spot of the floor is dark for the share of time for
-/// which the wall is above it. Rays to lights that lost their path's time would find it lit, or dark.
+/// Protects: what moves throws its shadow where it is when the path looks: a spot of the floor is
+/// dark for the share of time for which the wall is above it. Rays to lights that lost their path's
+/// time would find it lit, or dark.
 #[test]
 fn shadows_move() {
     let plank = json!({ "shape": { "quad": { "corner": [-3, 1, -1], "edge_u": [2, 0, 0], "edge_v": [0, 0, 2] } },
@@ -106,15 +136,19 @@ fn shadows_move() {
             "projection": { "orthographic": { "height": 1e-4 } }, "shutter": [0, 1] }],
         "objects": [plank, floor], "lights": [sun([0.0, 1.0, 0.0])],
         "materials": [{ "name": "matte", "model": classic(json!({ "colour": 1, "diffuse": 1 })) }] }));
-    let settings = Settings { size: [1, 1], sampling: Sampling::General(4096), ..Settings::of(&scene) };
+    let settings = Settings {
+        size: [1, 1],
+        sampling: Sampling::General(4096),
+        ..Settings::of(&scene)
+    };
     // It is above the spot from time 1/5 to time 3/5.
     let seen = row(&rendered(&scene, &settings))[0];
     let error = (0.4 * 0.6 / 4096.0_f64).sqrt();
     assert!((seen - 0.6).abs() < 4.0 * error, "{seen}");
 }
 
-/// Protects: without anything that moves, a shutter changes no bit and is no effect; nor does a motion that nobody has a shutter
-/// for, or that is asked for at one time only.
+/// Protects: without anything that moves, a shutter changes no bit and is no effect; nor does a
+/// motion that nobody has a shutter for, or that is asked for at one time only.
 #[test]
 fn what_stands_still_has_the_same_bits() {
     let plain = white(wall(None), view(json!({})));
@@ -122,7 +156,11 @@ fn what_stands_still_has_the_same_bits() {
     let pose = json!({ "look_at": { "eye": [4, 0, 9], "target": [4, 0, 0] } });
     for (objects, camera, status) in [
         (wall(None), json!({ "shutter": [0, 1] }), "absent"),
-        (wall(None), json!({ "shutter": [0, 1], "pose_end": pose }), "absent"),
+        (
+            wall(None),
+            json!({ "shutter": [0, 1], "pose_end": pose }),
+            "absent",
+        ),
         (wall(Some([0.0; 3])), json!({ "shutter": [0, 1] }), "absent"),
         (wall(FAR), json!({ "shutter": [0, 0] }), "absent"),
         (wall(FAR), json!({}), "left-out"),
@@ -135,83 +173,150 @@ fn what_stands_still_has_the_same_bits() {
     }
 }
 
-/// Protects: where motion is switched off, or a fixed pattern asks at one time only, everything stands as it does when the shutter
-/// opens, objects and camera, and nothing is kept of the motion.
+/// Protects: where motion is switched off, or a fixed pattern asks at one time only, everything
+/// stands as it does when the shutter opens, objects and camera, and nothing is kept of the motion.
 #[test]
 fn without_motion_everything_stands_as_the_shutter_opens() {
     let shifted = |x: f64| json!({ "look_at": { "eye": [x, 0, 9], "target": [x, 0, 0] } });
-    let moving = white(wall(FAR), view(json!({ "shutter": [0.25, 1], "pose_end": shifted(8.0) })));
+    let moving = white(
+        wall(FAR),
+        view(json!({ "shutter": [0.25, 1], "pose_end": shifted(8.0) })),
+    );
     let mut cameras = view(json!({}));
     cameras[0]["pose"] = shifted(5.0);
     let mut objects = wall(None);
     objects[0]["transform"] = translated([1.25, 0.0, 0.0]);
     let standing = white(objects, cameras);
     let without = EffectSet::of(&[Effect::Motion]);
-    let fixed = |settings: Settings| Settings { sampling: Sampling::Pattern(Pattern::Corners), ..settings };
-    for (settings, expected) in
-        [(Settings { without, ..asked(&moving) }, asked(&standing)), (fixed(asked(&moving)), fixed(asked(&standing)))]
-    {
+    let fixed = |settings: Settings| Settings {
+        sampling: Sampling::Pattern(Pattern::Corners),
+        ..settings
+    };
+    for (settings, expected) in [
+        (
+            Settings {
+                without,
+                ..asked(&moving)
+            },
+            asked(&standing),
+        ),
+        (fixed(asked(&moving)), fixed(asked(&standing))),
+    ] {
         let ready = prepare(&moving, &settings, &()).expect("a sound scene");
         let picture = ready.render(&()).picture.rgb;
-        assert_eq!((picture, ready.tables().instances), (rendered(&standing, &expected).picture.rgb, 0));
-        assert_eq!(ready.effects().left_out().map(|f| f.effect).collect::<Vec<_>>(), [Effect::Motion]);
+        assert_eq!(
+            (picture, ready.tables().instances),
+            (rendered(&standing, &expected).picture.rgb, 0)
+        );
+        assert_eq!(
+            ready
+                .effects()
+                .left_out()
+                .map(|f| f.effect)
+                .collect::<Vec<_>>(),
+            [Effect::Motion]
+        );
     }
     let blurred = rendered(&moving, &asked(&moving)).picture.rgb;
     assert_ne!(blurred, rendered(&standing, &asked(&standing)).picture.rgb);
 }
 
-/// Protects: a camera that goes along with what it sees sees it still, to the bit where the numbers are exact; its layers of pixel
-/// centres show the moment at which the shutter opens.
+/// Protects: a camera that goes along with what it sees sees it still, to the bit where the numbers
+/// are exact; its layers of pixel centres show the moment at which the shutter opens.
 #[test]
 fn a_camera_that_goes_along_sees_it_still() {
     let pose = json!({ "look_at": { "eye": [12, 0, 9], "target": [12, 0, 0] } });
-    let along = white(wall(Some([8.0, 0.0, 0.0])), view(json!({ "shutter": [0, 1], "pose_end": pose })));
+    let along = white(
+        wall(Some([8.0, 0.0, 0.0])),
+        view(json!({ "shutter": [0, 1], "pose_end": pose })),
+    );
     let still = white(wall(None), view(json!({})));
     let picture = |scene: &Scene| {
-        let settings = Settings { precision: PrecisionChoice::Reference, aovs: vec![Aov::Object], ..asked(scene) };
+        let settings = Settings {
+            precision: PrecisionChoice::Reference,
+            aovs: vec![Aov::Object],
+            ..asked(scene)
+        };
         let picture = rendered(scene, &settings).picture;
-        (picture.rgb.clone(), picture.layer("object.id").expect("asked for").samples.clone())
+        (
+            picture.rgb.clone(),
+            picture
+                .layer("object.id")
+                .expect("asked for")
+                .samples
+                .clone(),
+        )
     };
     assert_eq!(picture(&along), picture(&still));
-    assert!(picture(&still).0.iter().any(|p| p[0] == 1.0) && picture(&still).0.iter().any(|p| p[0] == 0.0));
+    assert!(
+        picture(&still).0.iter().any(|p| p[0] == 1.0)
+            && picture(&still).0.iter().any(|p| p[0] == 0.0)
+    );
 }
 
 fn camera(pose: Value, end: Value) -> Camera<f64> {
     let projection = json!({ "pinhole": { "vertical_fov": 40 } });
-    let data = json!({ "pose": pose, "pose_end": end, "shutter": [0.5, 1], "projection": projection });
+    let data =
+        json!({ "pose": pose, "pose_end": end, "shutter": [0.5, 1], "projection": projection });
     let data: CameraData = serde_json::from_value(data).expect("a camera");
     Camera::new(&data, [2, 2])
 }
 
-/// Protects: a camera's eye, target, angles and axes run linearly, each number by itself, from the opening to the closing of its
-/// shutter; its rays say when.
+/// Protects: a camera's eye, target, angles and axes run linearly, each number by itself, from the
+/// opening to the closing of its shutter; its rays say when.
 #[test]
 fn poses_run_number_by_number() {
     let middle = |camera: &Camera<f64>, share: f32| camera.ray_during(1.0, 1.0, [0.5; 2], share);
     let goes = |camera: &Camera<f64>, share: f32, time: f64, eye: DVec3, towards: DVec3| {
         let ray = middle(camera, share);
         assert_eq!(ray.time, time);
-        assert!((ray.origin - eye).length() < 1e-12, "{} instead of {eye}", ray.origin);
+        assert!(
+            (ray.origin - eye).length() < 1e-12,
+            "{} instead of {eye}",
+            ray.origin
+        );
         let direction = (towards - eye).normalize();
-        assert!((ray.direction - direction).length() < 1e-12, "{} instead of {direction}", ray.direction);
+        assert!(
+            (ray.direction - direction).length() < 1e-12,
+            "{} instead of {direction}",
+            ray.direction
+        );
     };
     let looking = camera(
         json!({ "look_at": { "eye": [0, 0, 8], "target": [0, 0, 0] } }),
         json!({ "look_at": { "eye": [8, 4, 8], "target": [0, 4, -4] } }),
     );
-    goes(&looking, 0.0, 0.5, DVec3::new(4.0, 2.0, 8.0), DVec3::new(0.0, 2.0, -2.0));
-    goes(&looking, 0.5, 0.75, DVec3::new(6.0, 3.0, 8.0), DVec3::new(0.0, 3.0, -3.0));
+    goes(
+        &looking,
+        0.0,
+        0.5,
+        DVec3::new(4.0, 2.0, 8.0),
+        DVec3::new(0.0, 2.0, -2.0),
+    );
+    goes(
+        &looking,
+        0.5,
+        0.75,
+        DVec3::new(6.0, 3.0, 8.0),
+        DVec3::new(0.0, 3.0, -3.0),
+    );
     let orbiting = camera(
         json!({ "orbit": { "target": [1, 0, 0], "distance": 2, "azimuth": 0, "elevation": 0 } }),
         json!({ "orbit": { "target": [1, 0, 0], "distance": 6, "azimuth": 180, "elevation": 0 } }),
     );
     goes(&orbiting, 0.0, 0.5, DVec3::new(5.0, 0.0, 0.0), DVec3::X);
     let axes = |x: f64| json!({ "axes": { "eye": [x, 0, 0], "right": [1, 0, 0], "up": [0, 1, 0], "back": [0, 0, 1.0 + x] } });
-    goes(&camera(axes(0.0), axes(4.0)), 0.0, 0.5, DVec3::X * 2.0, DVec3::new(2.0, 0.0, -1.0));
+    goes(
+        &camera(axes(0.0), axes(4.0)),
+        0.0,
+        0.5,
+        DVec3::X * 2.0,
+        DVec3::new(2.0, 0.0, -1.0),
+    );
 }
 
-/// Protects: normals of a mesh that is stretched while it moves are those of the map at the path's time, not of either end: halfway
-/// from 1 to 3 the inverse of 2.
+/// Protects: normals of a mesh that is stretched while it moves are those of the map at the path's
+/// time, not of either end: halfway from 1 to 3 the inverse of 2.
 #[test]
 fn normals_turn_with_the_map() {
     let n = [0.6, 0.0, 0.8];
@@ -223,8 +328,19 @@ fn normals_turn_with_the_map() {
     moving.meshes = vec![serde_json::from_value(mesh).expect("a mesh")];
     moving.objects = vec![serde_json::from_value(object).expect("an object")];
     for precision in PRECISIONS {
-        let settings = Settings { precision, aovs: vec![Aov::Normal], ..asked(&moving) };
-        let picture = rendered(&moving, &Settings { size: [1, 1], ..settings }).picture;
+        let settings = Settings {
+            precision,
+            aovs: vec![Aov::Normal],
+            ..asked(&moving)
+        };
+        let picture = rendered(
+            &moving,
+            &Settings {
+                size: [1, 1],
+                ..settings
+            },
+        )
+        .picture;
         let layer = |name: &str| f64::from(picture.layer(name).expect("asked for").samples[0]);
         let found = ["normal.X", "normal.Y", "normal.Z"].map(layer);
         let expected = DVec3::new(0.3, 0.0, 0.8).normalize();
@@ -232,47 +348,90 @@ fn normals_turn_with_the_map() {
     }
 }
 
-/// Protects: a generator's objects each go their way from their own places; the box around everything holds both ends, and memory
-/// is told beforehand, whether motion is simulated or not.
+/// Protects: a generator's objects each go their way from their own places; the box around
+/// everything holds both ends, and memory is told beforehand, whether motion is simulated or not.
 #[test]
 fn generated_things_move() {
     let mut object = ball([0.0; 3], 0.5, "white");
     object["transform_end"] = translated([0.0, 4.0, 0.0]);
     let grid = json!({ "grid": { "counts": [50, 1, 1], "origin": [0, 0, 0], "step": [2, 0, 0] } });
     let mut moving = white(json!([]), view(json!({ "shutter": [0, 1] })));
-    moving.generators = serde_json::from_value(json!([{ "kind": grid, "object": object }])).expect("a generator");
+    moving.generators =
+        serde_json::from_value(json!([{ "kind": grid, "object": object }])).expect("a generator");
     for precision in PRECISIONS {
         let bounds = extent(&moving, precision).bounds;
-        assert_eq!((bounds.min, bounds.max), (DVec3::splat(-0.5), DVec3::new(98.5, 4.5, 0.5)));
+        assert_eq!(
+            (bounds.min, bounds.max),
+            (DVec3::splat(-0.5), DVec3::new(98.5, 4.5, 0.5))
+        );
         for without in [EffectSet::EMPTY, EffectSet::of(&[Effect::Motion])] {
-            let settings = Settings { precision, without, size: [8, 1], ..asked(&moving) };
-            let (told, ready) = (estimate(&moving, &settings), prepare(&moving, &settings, &()).expect("a sound scene"));
+            let settings = Settings {
+                precision,
+                without,
+                size: [8, 1],
+                ..asked(&moving)
+            };
+            let (told, ready) = (
+                estimate(&moving, &settings),
+                prepare(&moving, &settings, &()).expect("a sound scene"),
+            );
             let real = ready.memory();
             let all = told.parts().into_iter().zip(real.parts());
             // How full the blocks of a tree are is not known before it is built.
-            all.for_each(|((what, told), (_, real))| assert!(real <= told && told <= 3 * real, "{what}: {told} for {real}"));
-            assert_eq!(ready.tables().instances, if without.is_empty() { 50 } else { 0 });
+            all.for_each(|((what, told), (_, real))| {
+                assert!(
+                    real <= told && told <= 3 * real,
+                    "{what}: {told} for {real}"
+                )
+            });
+            assert_eq!(
+                ready.tables().instances,
+                if without.is_empty() { 50 } else { 0 }
+            );
         }
     }
-    // Of the ball at x = 4, which starts in the row, a pixel sees its height above it leave: on the left of its middle
-    // √(¼ − u²) at a distance of u up to a quarter, of four metres in all.
-    let seen = row(&rendered(&moving, &Settings { sampling: Sampling::General(4096), ..asked(&moving) }))[15];
+    // Of the ball at x = 4, which starts in the row, a pixel sees its height above it leave: on the
+    // left of its middle √(¼ − u²) at a distance of u up to a quarter, of four metres in all.
+    let seen = row(&rendered(
+        &moving,
+        &Settings {
+            sampling: Sampling::General(4096),
+            ..asked(&moving)
+        },
+    ))[15];
     let share = 0.5 * (0.25 * 0.1875_f64.sqrt() + 0.25 * 0.5_f64.asin());
     let error = (share * (1.0 - share) / 4096.0).sqrt();
-    assert!((seen - share).abs() < 4.0 * error, "{seen} instead of {share}");
+    assert!(
+        (seen - share).abs() < 4.0 * error,
+        "{seen} instead of {share}"
+    );
 }
 
-/// Protects: a camera that moves sees what a map's coordinates put far away as it sees it near zero.
+/// Protects: a camera that moves sees what a map's coordinates put far away as it sees it near
+/// zero.
 #[test]
 fn cameras_move_where_a_map_puts_them() {
     let seen = |at: f64| {
-        let look = |x: f64| json!({ "look_at": { "eye": [at + x, 0, 9], "target": [at + x, 0, 0] } });
+        let look =
+            |x: f64| json!({ "look_at": { "eye": [at + x, 0, 9], "target": [at + x, 0, 0] } });
         let mut cameras = view(json!({ "shutter": [0, 1], "pose_end": look(9.0) }));
         cameras[0]["pose"] = look(4.0);
         let quad = json!({ "corner": [at + 0.5, -2, 0], "edge_u": [3, 0, 0], "edge_v": [0, 4, 0] });
-        let scene = white(json!([{ "shape": { "quad": quad }, "material": "white" }]), cameras);
-        row(&rendered(&scene, &Settings { precision: PrecisionChoice::Robust, ..asked(&scene) }))
+        let scene = white(
+            json!([{ "shape": { "quad": quad }, "material": "white" }]),
+            cameras,
+        );
+        row(&rendered(
+            &scene,
+            &Settings {
+                precision: PrecisionChoice::Robust,
+                ..asked(&scene)
+            },
+        ))
     };
     let (near, far) = (seen(0.0), seen(4_865_499.5));
-    assert!(near.iter().any(|&x| x > 0.3) && near.iter().zip(&far).all(|(a, b)| (a - b).abs() < 0.01), "{near:?} {far:?}");
+    assert!(
+        near.iter().any(|&x| x > 0.3) && near.iter().zip(&far).all(|(a, b)| (a - b).abs() < 0.01),
+        "{near:?} {far:?}"
+    );
 }

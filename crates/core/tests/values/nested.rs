@@ -1,5 +1,6 @@
-//! Bodies that overlap: which one light is in, how a boundary between two bends it, and what walls too thin to bend let through of lights
-//! that are asked. By Fresnel's and Snell's formulas and lengths by hand.
+//! Bodies that overlap: which one light is in, how a boundary between two bends it, and what walls
+//! too thin to bend let through of lights that are asked. By Fresnel's and Snell's formulas and
+//! lengths by hand.
 
 use core::f64::consts::PI;
 
@@ -18,7 +19,11 @@ const DOWN: View = [[0.3, 5.0, 0.2], [0.3, 0.0, 0.2]];
 /// Glass of an index and a priority, with further terms.
 fn glass(name: &str, ior: f64, priority: u32, terms: Value) -> Value {
     let mut model = json!({ "transmission": 1, "roughness": 0, "ior": ior, "priority": priority });
-    terms.as_object().into_iter().flatten().for_each(|(key, value)| model[key] = value.clone());
+    terms
+        .as_object()
+        .into_iter()
+        .flatten()
+        .for_each(|(key, value)| model[key] = value.clone());
     json!({ "name": name, "model": physical(model) })
 }
 
@@ -57,21 +62,32 @@ fn fresnel(cosine: f64, a: f64, b: f64) -> f64 {
     0.5 * (s * s + p * p)
 }
 
-/// Protects: where liquid reaches into glass, each real boundary bends by the ratio of what is on both sides, the hidden one by nothing
-/// and takes no segment, and each metre absorbs what its body does, whichever of the two has the greater priority and whoever comes first in
-/// the file.
+/// Protects: where liquid reaches into glass, each real boundary bends by the ratio of what is on
+/// both sides, the hidden one by nothing and takes no segment, and each metre absorbs what its body
+/// does, whichever of the two has the greater priority and whoever comes first in the file.
 #[test]
 fn liquid_in_glass() {
-    let tint = |colour: [f64; 3]| json!({ "attenuation_colour": colour, "attenuation_distance": 1 });
+    let tint =
+        |colour: [f64; 3]| json!({ "attenuation_colour": colour, "attenuation_distance": 1 });
     let (red, blue) = ([0.8, 0.4, 0.3], [0.3, 0.5, 0.9]);
     for (of_glass, of_liquid, glass_ends) in [(2, 1, 1.0), (1, 2, 0.9)] {
-        let materials = [glass("glass", 1.5, of_glass, tint(red)), glass("liquid", 1.33, of_liquid, tint(blue))];
+        let materials = [
+            glass("glass", 1.5, of_glass, tint(red)),
+            glass("liquid", 1.33, of_liquid, tint(blue)),
+        ];
         let mut slabs = [slab(0.0, 1.0, "glass"), slab(0.9, 2.0, "liquid")];
         let through = passes(1.0, 1.33) * passes(1.33, 1.5) * passes(1.5, 1.0);
-        let expected = |k: usize| 3.0 * through * red[k].powf(glass_ends) * blue[k].powf(2.0 - glass_ends);
+        let expected =
+            |k: usize| 3.0 * through * red[k].powf(glass_ends) * blue[k].powf(2.0 - glass_ends);
         for _ in 0..2 {
             let found = stack(&materials, &slabs);
-            all_see(&found, DOWN, 4, [0, 1, 2].map(expected), &format!("priorities {of_glass} and {of_liquid}"));
+            all_see(
+                &found,
+                DOWN,
+                4,
+                [0, 1, 2].map(expected),
+                &format!("priorities {of_glass} and {of_liquid}"),
+            );
             // One segment fewer does not get there.
             all_see(&found, DOWN, 3, [0.0; 3], "too few segments");
             slabs.reverse();
@@ -82,43 +98,95 @@ fn liquid_in_glass() {
 /// Protects: a camera in two bodies at once, in one of them, and in three, knows which.
 #[test]
 fn a_camera_in_bodies() {
-    let tint = |colour: [f64; 3]| json!({ "attenuation_colour": colour, "attenuation_distance": 1 });
+    let tint =
+        |colour: [f64; 3]| json!({ "attenuation_colour": colour, "attenuation_distance": 1 });
     let (red, blue, green) = ([0.8, 0.4, 0.3], [0.3, 0.5, 0.9], [0.5, 0.9, 0.4]);
-    let materials = [glass("glass", 1.5, 2, tint(red)), glass("liquid", 1.33, 1, tint(blue)), glass("ice", 1.31, 3, tint(green))];
+    let materials = [
+        glass("glass", 1.5, 2, tint(red)),
+        glass("liquid", 1.33, 1, tint(blue)),
+        glass("ice", 1.31, 3, tint(green)),
+    ];
     let down = |y: f64| -> View { [[0.3, y, 0.2], [0.3, -5.0, 0.2]] };
-    let both = stack(&materials[..2], &[slab(0.0, 1.0, "glass"), slab(0.9, 2.0, "liquid")]);
+    let both = stack(
+        &materials[..2],
+        &[slab(0.0, 1.0, "glass"), slab(0.9, 2.0, "liquid")],
+    );
     let left = |lengths: [f64; 3], through: f64| {
-        core::array::from_fn(|k| 3.0 * through * red[k].powf(lengths[0]) * blue[k].powf(lengths[1]) * green[k].powf(lengths[2]))
+        core::array::from_fn(|k| {
+            3.0 * through
+                * red[k].powf(lengths[0])
+                * blue[k].powf(lengths[1])
+                * green[k].powf(lengths[2])
+        })
     };
-    all_see(&both, down(0.95), 2, left([0.95, 0.0, 0.0], passes(1.5, 1.0)), "in both");
-    all_see(&both, down(1.6), 3, left([1.0, 0.6, 0.0], passes(1.33, 1.5) * passes(1.5, 1.0)), "in the liquid");
-    let slabs = [slab(0.0, 3.0, "glass"), slab(-0.5, 4.0, "liquid"), slab(1.0, 5.0, "ice")];
+    all_see(
+        &both,
+        down(0.95),
+        2,
+        left([0.95, 0.0, 0.0], passes(1.5, 1.0)),
+        "in both",
+    );
+    all_see(
+        &both,
+        down(1.6),
+        3,
+        left([1.0, 0.6, 0.0], passes(1.33, 1.5) * passes(1.5, 1.0)),
+        "in the liquid",
+    );
+    let slabs = [
+        slab(0.0, 3.0, "glass"),
+        slab(-0.5, 4.0, "liquid"),
+        slab(1.0, 5.0, "ice"),
+    ];
     let three = stack(&materials, &slabs);
     let through = passes(1.31, 1.5) * passes(1.5, 1.33) * passes(1.33, 1.0);
-    all_see(&three, down(2.0), 4, left([1.0, 0.5, 1.0], through), "in three");
+    all_see(
+        &three,
+        down(2.0),
+        4,
+        left([1.0, 0.5, 1.0], through),
+        "in three",
+    );
 }
 
-/// Protects: between bodies of one index nothing is reflected at any angle, also where air would reflect all; between two indices it is
-/// Fresnel's share of their ratio; and a plastic in liquid reflects by its index over the liquid's.
+/// Protects: between bodies of one index nothing is reflected at any angle, also where air would
+/// reflect all; between two indices it is Fresnel's share of their ratio; and a plastic in liquid
+/// reflects by its index over the liquid's.
 #[test]
 fn slanted_boundaries() {
-    // In the liquid above y = 0, towards glass below it with a lamp in it, at this angle to the normal.
+    // In the liquid above y = 0, towards glass below it with a lamp in it, at this angle to the
+    // normal.
     let view = |cosine: f64| -> View {
         let sine = (1.0 - cosine * cosine).sqrt();
         [[0.0, 1.0, 0.0], [sine / cosine, 0.0, 0.0]]
     };
     for (liquid, solid) in [(1.5, 1.5), (1.33, 1.5), (1.6, 1.4), (1.0, 1.5)] {
         for cosine in [0.9, 0.6, 0.4] {
-            let materials = [lamp(3.0), glass("liquid", liquid, 1, json!({})), glass("glass", solid, 2, json!({}))];
-            let slabs = [slab(-0.1, 20.0, "liquid"), slab(-5.0, 0.0, "glass"), plate(-1.0)];
+            let materials = [
+                lamp(3.0),
+                glass("liquid", liquid, 1, json!({})),
+                glass("glass", solid, 2, json!({})),
+            ];
+            let slabs = [
+                slab(-0.1, 20.0, "liquid"),
+                slab(-5.0, 0.0, "glass"),
+                plate(-1.0),
+            ];
             let scene = scene(json!({ "materials": materials, "objects": slabs }));
             let expected = 3.0 * (1.0 - fresnel(cosine, liquid, solid));
-            all_see(&scene, view(cosine), 2, [expected; 3], &format!("{liquid} to {solid} at {cosine}"));
+            all_see(
+                &scene,
+                view(cosine),
+                2,
+                [expected; 3],
+                &format!("{liquid} to {solid} at {cosine}"),
+            );
         }
     }
 }
 
-/// Protects: one body alone is the same to the bit with a priority as without, and what overlaps has the same bits by scan and tree.
+/// Protects: one body alone is the same to the bit with a priority as without, and what overlaps
+/// has the same bits by scan and tree.
 #[test]
 fn the_same_bits() {
     let alone = |priority: u32, terms: Value| {
@@ -132,50 +200,120 @@ fn the_same_bits() {
         settings.camera = crate::support::settings(scene, view).camera;
         settings
     };
-    for terms in
-        [json!({}), json!({ "roughness": 0.4 }), json!({ "dispersion": 2, "attenuation_colour": 0.4, "attenuation_distance": 1 })]
-    {
+    for terms in [
+        json!({}),
+        json!({ "roughness": 0.4 }),
+        json!({ "dispersion": 2, "attenuation_colour": 0.4, "attenuation_distance": 1 }),
+    ] {
         for precision in [PrecisionChoice::Robust, PrecisionChoice::Reference] {
-            let of = |scene: &Scene| rendered(scene, &Settings { precision, ..wide(scene, 8) }).picture.rgb;
-            assert_eq!(of(&alone(0, terms.clone())), of(&alone(3, terms.clone())), "{terms} {precision:?}");
+            let of = |scene: &Scene| {
+                rendered(
+                    scene,
+                    &Settings {
+                        precision,
+                        ..wide(scene, 8)
+                    },
+                )
+                .picture
+                .rgb
+            };
+            assert_eq!(
+                of(&alone(0, terms.clone())),
+                of(&alone(3, terms.clone())),
+                "{terms} {precision:?}"
+            );
         }
     }
-    let materials = [glass("a", 1.5, 2, json!({})), glass("b", 1.33, 1, json!({ "roughness": 0.3 })), lamp(3.0)];
+    let materials = [
+        glass("a", 1.5, 2, json!({})),
+        glass("b", 1.33, 1, json!({ "roughness": 0.3 })),
+        lamp(3.0),
+    ];
     let many: Vec<Value> = (0..20_u8)
-        .map(|i| ball([0.2 * f64::from(i) - 2.0, 0.1 * f64::from(i % 3), 0.0], 0.5, ["a", "b"][usize::from(i % 2)]))
+        .map(|i| {
+            ball(
+                [0.2 * f64::from(i) - 2.0, 0.1 * f64::from(i % 3), 0.0],
+                0.5,
+                ["a", "b"][usize::from(i % 2)],
+            )
+        })
         .collect();
-    let parts =
-        json!({ "sky": { "gradient": { "bottom": 0.2, "top": [0.5, 0.7, 1] } }, "objects": many, "materials": materials });
+    let parts = json!({ "sky": { "gradient": { "bottom": 0.2, "top": [0.5, 0.7, 1] } }, "objects": many, "materials": materials });
     let found = scene(parts);
     let tree = wide(&found, 12);
-    let scan = Settings { accelerator: AcceleratorKind::Linear, ..tree.clone() };
-    assert_eq!(rendered(&found, &tree).picture.rgb, rendered(&found, &scan).picture.rgb);
+    let scan = Settings {
+        accelerator: AcceleratorKind::Linear,
+        ..tree.clone()
+    };
+    assert_eq!(
+        rendered(&found, &tree).picture.rgb,
+        rendered(&found, &scan).picture.rgb
+    );
 }
 
-/// Protects: glass in glass keeps all light, one body or seven in each other, the same one twice, and in any size.
+/// Protects: glass in glass keeps all light, one body or seven in each other, the same one twice,
+/// and in any size.
 #[test]
 fn bodies_keep_all_light() {
     for scale in [1e-6, 1.0, 1e6] {
         for (count, same) in [(1, false), (2, false), (2, true), (6, false), (6, true)] {
-            let name = |i: u32| if same { "body 0".to_owned() } else { format!("body {i}") };
+            let name = |i: u32| {
+                if same {
+                    "body 0".to_owned()
+                } else {
+                    format!("body {i}")
+                }
+            };
             let bodies: Vec<Value> = (0..count)
-                .map(|i| ball([0.05 * f64::from(i) * scale, 0.0, 0.0], (1.0 - 0.1 * f64::from(i)) * scale, &name(i)))
+                .map(|i| {
+                    ball(
+                        [0.05 * f64::from(i) * scale, 0.0, 0.0],
+                        (1.0 - 0.1 * f64::from(i)) * scale,
+                        &name(i),
+                    )
+                })
                 .collect();
-            let materials: Vec<Value> =
-                (0..count).map(|i| glass(&format!("body {i}"), 1.3 + 0.1 * f64::from(i % 4), i % 3 + 1, json!({}))).collect();
-            let found = scene(json!({ "sky": { "constant": [1, 0.5, 0.25] }, "materials": materials, "objects": bodies }));
+            let materials: Vec<Value> = (0..count)
+                .map(|i| {
+                    glass(
+                        &format!("body {i}"),
+                        1.3 + 0.1 * f64::from(i % 4),
+                        i % 3 + 1,
+                        json!({}),
+                    )
+                })
+                .collect();
+            let found = scene(
+                json!({ "sky": { "constant": [1, 0.5, 0.25] }, "materials": materials, "objects": bodies }),
+            );
             let view = [[0.2, 0.5, 4.0], [0.1, 0.3, 0.0]].map(|p: [f64; 3]| p.map(|x| x * scale));
-            all_see(&found, view, 64, [1.0, 0.5, 0.25], &format!("{count} bodies, {scale}, the same: {same}"));
+            all_see(
+                &found,
+                view,
+                64,
+                [1.0, 0.5, 0.25],
+                &format!("{count} bodies, {scale}, the same: {same}"),
+            );
         }
     }
 }
 
-/// Protects: a light is found by all ways over boundaries that are hidden, with what the way absorbs, by shadow rays too; and a light without
-/// size is.
+/// Protects: a light is found by all ways over boundaries that are hidden, with what the way
+/// absorbs, by shadow rays too; and a light without size is.
 #[test]
 fn lights_over_hidden_boundaries() {
-    let water = glass("water", 1.0, 2, json!({ "attenuation_colour": [0.5, 0.9, 0.3], "attenuation_distance": 2 }));
-    let block = glass("block", 1.7, 1, json!({ "attenuation_colour": 0.1, "attenuation_distance": 1 }));
+    let water = glass(
+        "water",
+        1.0,
+        2,
+        json!({ "attenuation_colour": [0.5, 0.9, 0.3], "attenuation_distance": 2 }),
+    );
+    let block = glass(
+        "block",
+        1.7,
+        1,
+        json!({ "attenuation_colour": 0.1, "attenuation_distance": 1 }),
+    );
     let left = |metres: f64| [0.5, 0.9, 0.3].map(|colour: f64| colour.powf(metres / 2.0));
     let parts = |more: Value| {
         let mut parts = json!({ "materials": [lamp(12.0), water, block],
@@ -189,33 +327,72 @@ fn lights_over_hidden_boundaries() {
         parts
     };
     let matte = || classic(json!({ "colour": 0.6 }));
-    // The ball's light by its form factor; its ways are shorter than to its centre by two thirds of its radius in the mean.
-    let found = floor(matte(), parts(json!({ "objects": [ball([0.0, 1.5, 0.0], 0.05, "lamp")] })));
+    // The ball's light by its form factor; its ways are shorter than to its centre by two thirds of
+    // its radius in the mean.
+    let found = floor(
+        matte(),
+        parts(json!({ "objects": [ball([0.0, 1.5, 0.0], 0.05, "lamp")] })),
+    );
     let way = 1.5 + 0.26_f64.sqrt();
     let expected = left(way - 0.05 * 2.0 / 3.0).map(|x| x * 0.6 * 12.0 * 0.0025 / 2.25);
     for light_sampling in [LightSampling::Lights, LightSampling::Both] {
-        let (seen, error) = mean(&found, &Settings { light_sampling, ..paths(&found, AT, 2) });
+        let (seen, error) = mean(
+            &found,
+            &Settings {
+                light_sampling,
+                ..paths(&found, AT, 2)
+            },
+        );
         for k in 0..3 {
             let off = (seen[k] - expected[k]).abs();
-            assert!(off <= 3.0 * error[k] + 0.003 * expected[k], "{light_sampling:?}: {seen:?} instead of {expected:?}");
+            assert!(
+                off <= 3.0 * error[k] + 0.003 * expected[k],
+                "{light_sampling:?}: {seen:?} instead of {expected:?}"
+            );
         }
     }
     // A wide lamp: all three ways the same.
-    let found = floor(matte(), parts(json!({ "objects": [ball([0.0, 2.5, 0.0], 1.2, "lamp")] })));
-    let [(a, sa), (b, sb), (both, sc)] = [LightSampling::Scattering, LightSampling::Lights, LightSampling::Both]
-        .map(|light_sampling| mean(&found, &Settings { light_sampling, ..paths(&found, AT, 2) }));
+    let found = floor(
+        matte(),
+        parts(json!({ "objects": [ball([0.0, 2.5, 0.0], 1.2, "lamp")] })),
+    );
+    let [(a, sa), (b, sb), (both, sc)] = [
+        LightSampling::Scattering,
+        LightSampling::Lights,
+        LightSampling::Both,
+    ]
+    .map(|light_sampling| {
+        mean(
+            &found,
+            &Settings {
+                light_sampling,
+                ..paths(&found, AT, 2)
+            },
+        )
+    });
     for k in 0..3 {
         for (one, error) in [(a[k], sa[k]), (b[k], sb[k])] {
-            assert!((one - both[k]).abs() <= 3.5 * (error * error + sc[k] * sc[k]).sqrt(), "{a:?} {b:?} {both:?}");
+            assert!(
+                (one - both[k]).abs() <= 3.5 * (error * error + sc[k] * sc[k]).sqrt(),
+                "{a:?} {b:?} {both:?}"
+            );
         }
     }
-    let point = json!({ "lights": [{ "kind": { "point": { "position": [0, 1.5, 0] } }, "colour": 2 }] });
+    let point =
+        json!({ "lights": [{ "kind": { "point": { "position": [0, 1.5, 0] } }, "colour": 2 }] });
     let found = floor(matte(), parts(point));
-    all_see(&found, AT, 1 + 1, left(way).map(|x| x * 0.6 * 2.0 / 2.25), "a point");
+    all_see(
+        &found,
+        AT,
+        1 + 1,
+        left(way).map(|x| x * 0.6 * 2.0 / 2.25),
+        "a point",
+    );
 }
 
-/// Protects: light of any kind of light comes straight through smooth thin walls, dimmed and tinted by each, at the angle at which it passes
-/// them, for as many segments as there are; through rough ones it comes by way of them.
+/// Protects: light of any kind of light comes straight through smooth thin walls, dimmed and tinted
+/// by each, at the angle at which it passes them, for as many segments as there are; through rough
+/// ones it comes by way of them.
 #[test]
 fn through_thin_walls() {
     let pane = |roughness: f64| {
@@ -228,12 +405,16 @@ fn through_thin_walls() {
         let r = fresnel(cosine, 1.0, 1.5);
         2.0 * r / (1.0 + r)
     };
-    let passes = |cosine: f64, walls: i32| [1.0, 0.8, 0.5].map(|tint: f64| (0.9 * tint * (1.0 - reflected(cosine))).powi(walls));
+    let passes = |cosine: f64, walls: i32| {
+        [1.0, 0.8, 0.5].map(|tint: f64| (0.9 * tint * (1.0 - reflected(cosine))).powi(walls))
+    };
     let centre: [f64; 3] = [1.5, 2.0, 0.0];
     let squared: f64 = centre.iter().map(|x| x * x).sum();
     let cosine = centre[1] / squared.sqrt();
     for walls in 0..3 {
-        let panes: Vec<Value> = (0..walls).map(|i| sheet(0.6 + 0.3 * f64::from(i))).collect();
+        let panes: Vec<Value> = (0..walls)
+            .map(|i| sheet(0.6 + 0.3 * f64::from(i)))
+            .collect();
         let with = |roughness: f64, parts: Value| {
             let mut parts = parts;
             parts["materials"] = json!([lamp(7.0), pane(roughness)]);
@@ -243,33 +424,84 @@ fn through_thin_walls() {
             floor(matte(), parts)
         };
         let depth = 2 + walls as u32;
-        let point = || json!({ "lights": [{ "kind": { "point": { "position": centre } }, "colour": 2 }] });
+        let point =
+            || json!({ "lights": [{ "kind": { "point": { "position": centre } }, "colour": 2 }] });
         let expected = |walls: i32| passes(cosine, walls).map(|x| x * 0.6 * 2.0 * cosine / squared);
-        all_see(&with(0.0, point()), AT, depth, expected(walls), &format!("a point behind {walls}"));
+        all_see(
+            &with(0.0, point()),
+            AT,
+            depth,
+            expected(walls),
+            &format!("a point behind {walls}"),
+        );
         let sun = json!({ "lights": [crate::support::sun([3.0, 4.0, 0.0])] });
-        all_see(&with(0.0, sun), AT, depth, passes(0.8, walls).map(|x| x * 0.6 * 0.8), &format!("a sun behind {walls}"));
+        all_see(
+            &with(0.0, sun),
+            AT,
+            depth,
+            passes(0.8, walls).map(|x| x * 0.6 * 0.8),
+            &format!("a sun behind {walls}"),
+        );
         if walls > 0 {
-            all_see(&with(0.0, point()), AT, depth - 1, [0.0; 3], "too few segments");
+            all_see(
+                &with(0.0, point()),
+                AT,
+                depth - 1,
+                [0.0; 3],
+                "too few segments",
+            );
             // Rough ones are seen from where they scatter: a vertex on each.
             let rough = with(0.5, point());
-            assert!(mean(&rough, &paths(&rough, AT, depth + 1)).0[0] > 0.0, "a point behind {walls} rough ones");
+            assert!(
+                mean(&rough, &paths(&rough, AT, depth + 1)).0[0] > 0.0,
+                "a point behind {walls} rough ones"
+            );
         }
-        // A small lamp, so that all of its light passes at about one angle, by shadow rays; and a wide one by all ways.
+        // A small lamp, so that all of its light passes at about one angle, by shadow rays; and a
+        // wide one by all ways.
         let small = with(0.0, json!({ "objects": [ball(centre, 0.05, "lamp")] }));
-        let (seen, error) = mean(&small, &Settings { light_sampling: LightSampling::Both, ..paths(&small, AT, depth) });
+        let (seen, error) = mean(
+            &small,
+            &Settings {
+                light_sampling: LightSampling::Both,
+                ..paths(&small, AT, depth)
+            },
+        );
         for k in 0..3 {
-            let expected = passes(cosine, walls)[k] * 0.6 / PI * PI * 7.0 * 0.0025 / squared * cosine;
-            assert!((seen[k] - expected).abs() <= 3.0 * error[k] + 0.01 * expected, "{walls}: {seen:?} instead of {expected}");
-            assert!(error[k] <= 0.01 * expected, "{walls}: too noisy to have been asked: {error:?}");
+            let expected =
+                passes(cosine, walls)[k] * 0.6 / PI * PI * 7.0 * 0.0025 / squared * cosine;
+            assert!(
+                (seen[k] - expected).abs() <= 3.0 * error[k] + 0.01 * expected,
+                "{walls}: {seen:?} instead of {expected}"
+            );
+            assert!(
+                error[k] <= 0.01 * expected,
+                "{walls}: too noisy to have been asked: {error:?}"
+            );
         }
         let wide = with(0.0, json!({ "objects": [ball(centre, 0.9, "lamp")] }));
         for depth in [depth, 6] {
-            let [(a, sa), (b, sb), (both, sc)] = [LightSampling::Scattering, LightSampling::Lights, LightSampling::Both]
-                .map(|light_sampling| mean(&wide, &Settings { light_sampling, ..paths(&wide, AT, depth) }));
+            let [(a, sa), (b, sb), (both, sc)] = [
+                LightSampling::Scattering,
+                LightSampling::Lights,
+                LightSampling::Both,
+            ]
+            .map(|light_sampling| {
+                mean(
+                    &wide,
+                    &Settings {
+                        light_sampling,
+                        ..paths(&wide, AT, depth)
+                    },
+                )
+            });
             for k in 0..3 {
                 for (one, error) in [(a[k], sa[k]), (b[k], sb[k])] {
                     let allowed = 3.5 * (error * error + sc[k] * sc[k]).sqrt();
-                    assert!((one - both[k]).abs() <= allowed, "{walls} walls, {depth}: {a:?} {b:?} {both:?}");
+                    assert!(
+                        (one - both[k]).abs() <= allowed,
+                        "{walls} walls, {depth}: {a:?} {b:?} {both:?}"
+                    );
                 }
             }
         }

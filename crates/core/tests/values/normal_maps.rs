@@ -1,5 +1,5 @@
-//! Images that bend normals: on meshes with tangents and without, on shapes, from both sides and under mirroring maps, against
-//! Lambert's law about a normal worked out by hand.
+//! Images that bend normals: on meshes with tangents and without, on shapes, from both sides and
+//! under mirroring maps, against Lambert's law about a normal worked out by hand.
 
 use std::f64::consts::PI;
 use std::sync::Arc;
@@ -13,8 +13,8 @@ use serde_json::{Value, json};
 
 use crate::support::{Surface, View, physical, pixel, scene, sees, settings, sun};
 
-/// What the image says everywhere: right, up in the image and outwards. By less than 45°, so that who looks at the surface straight is
-/// mirrored above it.
+/// What the image says everywhere: right, up in the image and outwards. By less than 45°, so that
+/// who looks at the surface straight is mirrored above it.
 const TEXEL: DVec3 = DVec3::new(0.36, -0.48, 0.8);
 /// Where the light is, across nothing.
 const LIGHT: DVec3 = DVec3::new(0.36, 0.48, 0.8);
@@ -22,7 +22,10 @@ const LIGHT: DVec3 = DVec3::new(0.36, 0.48, 0.8);
 /// A matte material with the image, and what else it says of it.
 fn bumpy(more: Value) -> Value {
     let mut terms = json!({ "base_colour": 0.5, "ior": 1, "normal_texture": { "name": "bump" } });
-    terms.as_object_mut().expect("a table").extend(more.as_object().expect("a table").clone());
+    terms
+        .as_object_mut()
+        .expect("a table")
+        .extend(more.as_object().expect("a table").clone());
     physical(terms)
 }
 
@@ -34,7 +37,11 @@ fn lit(object: Value, data: Value, material: Value, light: DVec3) -> Scene {
     }));
     let code = TEXEL * 0.5 + 0.5;
     let pixels = Pixels::Linear(vec![[code.x as f32, code.y as f32, code.z as f32, 1.0]]);
-    scene.images[0].data = Some(Arc::new(ImageData { width: 1, height: 1, pixels }));
+    scene.images[0].data = Some(Arc::new(ImageData {
+        width: 1,
+        height: 1,
+        pixels,
+    }));
     scene
 }
 
@@ -57,7 +64,9 @@ const FROM_BEHIND: View = [[0.5, 0.5, -4.0], [0.5, 0.5, 0.0]];
 
 /// What a dull surface of albedo 0.5 with this normal sends towards `v`.
 fn lambert(normal: DVec3, light: DVec3, v: DVec3) -> [f64; 3] {
-    Surface::dielectric(0.5, 1.0, 0.0).sends([normal.normalize(), light, v], false).map(|x| x / PI)
+    Surface::dielectric(0.5, 1.0, 0.0)
+        .sends([normal.normalize(), light, v], false)
+        .map(|x| x / PI)
 }
 
 /// What the image makes of a normal between ways to the right and up.
@@ -65,50 +74,104 @@ fn bent([right, up, normal]: [DVec3; 3]) -> DVec3 {
     DMat3::from_cols(right, up, normal) * TEXEL
 }
 
-/// Protects: on a mesh the image lies along its coordinates, upright and mirrored, scaled and switched off; from behind its hills
-/// are hollows; tangents that the mesh has come before those that are made; a turned map of coordinates turns the image.
+/// Protects: on a mesh the image lies along its coordinates, upright and mirrored, scaled and
+/// switched off; from behind its hills are hollows; tangents that the mesh has come before those
+/// that are made; a turned map of coordinates turns the image.
 #[test]
 fn images_lie_along_coordinates() {
     let [x, y, z] = [DVec3::X, DVec3::Y, DVec3::Z];
     let plain = |data: Value, more: Value| lit(shown(json!([])), data, bumpy(more), LIGHT);
-    sees(&plain(upright(), json!({})), ONTO, lambert(bent([x, y, z]), LIGHT, z));
-    sees(&plain(upright(), json!({ "normal_scale": 0.5 })), ONTO, lambert(TEXEL * DVec3::new(0.5, 0.5, 1.0), LIGHT, z));
-    sees(&plain(upright(), json!({ "normal_scale": 0 })), ONTO, lambert(z, LIGHT, z));
+    sees(
+        &plain(upright(), json!({})),
+        ONTO,
+        lambert(bent([x, y, z]), LIGHT, z),
+    );
+    sees(
+        &plain(upright(), json!({ "normal_scale": 0.5 })),
+        ONTO,
+        lambert(TEXEL * DVec3::new(0.5, 0.5, 1.0), LIGHT, z),
+    );
+    sees(
+        &plain(upright(), json!({ "normal_scale": 0 })),
+        ONTO,
+        lambert(z, LIGHT, z),
+    );
     // u = 1 − x/3, and u = y/3, v = x/3.
-    sees(&plain(leaf(json!([[1, 1], [0, 1], [1, 0]])), json!({})), ONTO, lambert(bent([-x, y, z]), LIGHT, z));
-    sees(&plain(leaf(json!([[0, 0], [0, 1], [1, 0]])), json!({})), ONTO, lambert(bent([y, -x, z]), LIGHT, z));
+    sees(
+        &plain(leaf(json!([[1, 1], [0, 1], [1, 0]])), json!({})),
+        ONTO,
+        lambert(bent([-x, y, z]), LIGHT, z),
+    );
+    sees(
+        &plain(leaf(json!([[0, 0], [0, 1], [1, 0]])), json!({})),
+        ONTO,
+        lambert(bent([y, -x, z]), LIGHT, z),
+    );
     // The same surface from behind: its normal is the other one.
     let below = LIGHT * DVec3::new(1.0, 1.0, -1.0);
     let behind = lit(shown(json!([])), upright(), bumpy(json!({})), below);
     sees(&behind, FROM_BEHIND, lambert(-bent([x, y, z]), below, -z));
     let mut own = upright();
-    (own["normals"], own["tangents"]) =
-        (json!([[0, 0, 1], [0, 0, 1], [0, 0, 1]]), json!([[0, 1, 0, -1], [0, 1, 0, -1], [0, 1, 0, -1]]));
-    sees(&plain(own, json!({})), ONTO, lambert(bent([y, x, z]), LIGHT, z));
+    (own["normals"], own["tangents"]) = (
+        json!([[0, 0, 1], [0, 0, 1], [0, 0, 1]]),
+        json!([[0, 1, 0, -1], [0, 1, 0, -1], [0, 1, 0, -1]]),
+    );
+    sees(
+        &plain(own, json!({})),
+        ONTO,
+        lambert(bent([y, x, z]), LIGHT, z),
+    );
     // u' = v, v' = −u: right in the image is where v grows, up where u does.
-    let turned = json!({ "normal_texture": { "name": "bump", "uv_transform": [[0, 1, 0], [-1, 0, 0]] } });
-    sees(&plain(upright(), turned), ONTO, lambert(bent([-y, x, z]), LIGHT, z));
+    let turned =
+        json!({ "normal_texture": { "name": "bump", "uv_transform": [[0, 1, 0], [-1, 0, 0]] } });
+    sees(
+        &plain(upright(), turned),
+        ONTO,
+        lambert(bent([-y, x, z]), LIGHT, z),
+    );
     // Another set of coordinates than the first.
     let mut sets = upright();
     sets["uvs"] = json!([[[0, 0], [0, 0], [0, 0]], [[0, 1], [1, 1], [0, 0]]]);
     let second = json!({ "normal_texture": { "name": "bump", "uv_set": 1 } });
-    sees(&plain(sets, second), ONTO, lambert(bent([x, y, z]), LIGHT, z));
+    sees(
+        &plain(sets, second),
+        ONTO,
+        lambert(bent([x, y, z]), LIGHT, z),
+    );
 }
 
-/// Protects: maps of objects take the image along, mirrored and sheared, alone and as instances of one mesh.
+/// Protects: maps of objects take the image along, mirrored and sheared, alone and as instances of
+/// one mesh.
 #[test]
 fn images_go_with_their_objects() {
     let [x, y, z] = [DVec3::X, DVec3::Y, DVec3::Z];
     let mirrored = || shown(json!([{ "scale": [-1, 1, 1] }, { "translate": [2, 0, 0] }]));
     let alone = lit(mirrored(), upright(), bumpy(json!({})), LIGHT);
-    sees(&alone, [[1.5, 0.5, 4.0], [1.5, 0.5, 0.0]], lambert(bent([-x, y, z]), LIGHT, z));
+    sees(
+        &alone,
+        [[1.5, 0.5, 4.0], [1.5, 0.5, 0.0]],
+        lambert(bent([-x, y, z]), LIGHT, z),
+    );
     let mut both = lit(mirrored(), upright(), bumpy(json!({})), LIGHT);
-    both.objects.push(serde_json::from_value(shown(json!([{ "translate": [5, 0, 0] }]))).expect("an object"));
-    sees(&both, [[1.5, 0.5, 4.0], [1.5, 0.5, 0.0]], lambert(bent([-x, y, z]), LIGHT, z));
-    sees(&both, [[5.5, 0.5, 4.0], [5.5, 0.5, 0.0]], lambert(bent([x, y, z]), LIGHT, z));
+    both.objects.push(
+        serde_json::from_value(shown(json!([{ "translate": [5, 0, 0] }]))).expect("an object"),
+    );
+    sees(
+        &both,
+        [[1.5, 0.5, 4.0], [1.5, 0.5, 0.0]],
+        lambert(bent([-x, y, z]), LIGHT, z),
+    );
+    sees(
+        &both,
+        [[5.5, 0.5, 4.0], [5.5, 0.5, 0.0]],
+        lambert(bent([x, y, z]), LIGHT, z),
+    );
     // Sheared, x goes to (1, 1, 0)/√2; what is up goes across it.
     let sheared = shown(json!([{ "matrix": [[1, 0, 0, 0], [1, 1, 0, 0], [0, 0, 1, 0]] }]));
-    let [right, up] = [DVec3::new(1.0, 1.0, 0.0).normalize(), DVec3::new(-1.0, 1.0, 0.0).normalize()];
+    let [right, up] = [
+        DVec3::new(1.0, 1.0, 0.0).normalize(),
+        DVec3::new(-1.0, 1.0, 0.0).normalize(),
+    ];
     sees(
         &lit(sheared, upright(), bumpy(json!({})), LIGHT),
         [[0.5, 1.0, 4.0], [0.5, 1.0, 0.0]],
@@ -116,10 +179,12 @@ fn images_go_with_their_objects() {
     );
 }
 
-/// Protects: shapes have frames of their own: on a sphere right is east and up north, from within as from without.
+/// Protects: shapes have frames of their own: on a sphere right is east and up north, from within
+/// as from without.
 #[test]
 fn images_on_shapes() {
-    let ball = json!({ "shape": { "sphere": { "centre": [0, 0, 0], "radius": 1 } }, "material": "paint" });
+    let ball =
+        json!({ "shape": { "sphere": { "centre": [0, 0, 0], "radius": 1 } }, "material": "paint" });
     let n = DVec3::new(0.48, 0.6, 0.64);
     let east = DVec3::new(n.z, 0.0, -n.x).normalize();
     let normal = bent([east, n.cross(east), n]);
@@ -134,15 +199,25 @@ fn images_on_shapes() {
     // From within, lit from within: no shadow falls, since none is asked for.
     let mut inside = lit(ball, data, bumpy(json!({})), -light);
     inside.lights[0].shadows = false;
-    sees(&inside, [[0.0; 3], n.to_array()], lambert(-normal, -light, -n));
+    sees(
+        &inside,
+        [[0.0; 3], n.to_array()],
+        lambert(-normal, -light, -n),
+    );
 }
 
-/// Protects: tangents are those of the library that bakers use: equal over what is flat, mean over what is not, each facet's
-/// own where coordinates have a seam; whatever the size and the place of the mesh.
+/// Protects: tangents are those of the library that bakers use: equal over what is flat, mean over
+/// what is not, each facet's own where coordinates have a seam; whatever the size and the place of
+/// the mesh.
 #[test]
 fn tangents_do_not_depend_on_size() {
     let roof = |size: f64, away: f64| {
-        let positions = [[0.0, 0.0, 0.0], [1.0, 0.0, 1.0], [0.0, 1.0, 0.0], [-1.0, 0.0, 1.0]];
+        let positions = [
+            [0.0, 0.0, 0.0],
+            [1.0, 0.0, 1.0],
+            [0.0, 1.0, 0.0],
+            [-1.0, 0.0, 1.0],
+        ];
         let place = |p: [f64; 3]| [(p[0] + away) * size, p[1] * size, p[2] * size];
         json!({ "positions": positions.map(place), "indices": [[0, 1, 2], [0, 2, 3]],
             "normals": [[0, 0, 1], [-1, 0, 1], [0, 0, 1], [1, 0, 1]], "uvs": [[[0.5, 1], [1, 1], [0.5, 0], [0, 1]]] })
@@ -154,14 +229,24 @@ fn tangents_do_not_depend_on_size() {
     };
     let one = at(1.0, 0.0);
     assert!(one[0] > 0.0);
-    for (size, away) in [(1e-6, 0.0), (1e9, 0.0), (1e9, 64.0), (1e-6, 64.0), (1e13, 0.0)] {
+    for (size, away) in [
+        (1e-6, 0.0),
+        (1e9, 0.0),
+        (1e9, 64.0),
+        (1e-6, 64.0),
+        (1e13, 0.0),
+    ] {
         let other = at(size, away);
-        assert!((other[0] / one[0] - 1.0).abs() < 1e-4, "{size} {away}: {other:?}, not {one:?}");
+        assert!(
+            (other[0] / one[0] - 1.0).abs() < 1e-4,
+            "{size} {away}: {other:?}, not {one:?}"
+        );
     }
 }
 
-/// Protects: coordinates and normals that nothing can be made of leave the surface smooth or somehow bent, and never a picture
-/// with holes: no area, all in one place, the largest numbers, triangles without an area, none at all.
+/// Protects: coordinates and normals that nothing can be made of leave the surface smooth or
+/// somehow bent, and never a picture with holes: no area, all in one place, the largest numbers,
+/// triangles without an area, none at all.
 #[test]
 fn odd_meshes_have_normals() {
     let odd = [
@@ -177,18 +262,28 @@ fn odd_meshes_have_normals() {
     for data in meshes {
         let scene = lit(shown(json!([])), data.clone(), bumpy(json!({})), LIGHT);
         let found = pixel(&scene, &settings(&scene, ONTO));
-        assert!(found.iter().all(|c| c.is_finite() && (0.0..1.0).contains(c)), "{data}: {found:?}");
+        assert!(
+            found
+                .iter()
+                .all(|c| c.is_finite() && (0.0..1.0).contains(c)),
+            "{data}: {found:?}"
+        );
     }
 }
 
-/// Protects: the effect is found where an image bends normals that light asks for, can be switched off to the bits of a scene
-/// without it, and counts its memory beforehand; the layer of normals shows what is bent.
+/// Protects: the effect is found where an image bends normals that light asks for, can be switched
+/// off to the bits of a scene without it, and counts its memory beforehand; the layer of normals
+/// shows what is bent.
 #[test]
 fn the_effect_of_normal_maps() {
     let of = |more: Value| lit(shown(json!([])), upright(), bumpy(more), LIGHT);
     let status = |scene: &Scene| detect(scene, &settings(scene, ONTO)).status(Effect::NormalMaps);
     assert_eq!(status(&of(json!({}))), Status::Simulated);
-    for more in [json!({ "normal_scale": 0 }), json!({ "unlit": true }), json!({ "normal_texture": null })] {
+    for more in [
+        json!({ "normal_scale": 0 }),
+        json!({ "unlit": true }),
+        json!({ "normal_texture": null }),
+    ] {
         assert_eq!(status(&of(more.clone())), Status::Absent, "{more}");
     }
     let (scene, bare) = (of(json!({})), of(json!({ "normal_texture": null })));
@@ -199,7 +294,10 @@ fn the_effect_of_normal_maps() {
     layered.aovs = vec![Aov::Normal];
     let ready = prepare(&scene, &layered, &()).unwrap_or_else(|e| panic!("{e}"));
     let (planned, there) = (estimate(&scene, &layered), ready.memory());
-    assert!(planned.meshes == there.meshes && there.meshes > 48, "{planned:?} {there:?}");
+    assert!(
+        planned.meshes == there.meshes && there.meshes > 48,
+        "{planned:?} {there:?}"
+    );
     let picture = ready.render(&()).picture;
     let normal = DVec3::from([0, 1, 2].map(|axis| f64::from(picture.layers[axis].samples[0])));
     assert!(normal.distance(TEXEL) < 1e-6, "{normal:?}");

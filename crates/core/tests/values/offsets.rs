@@ -1,4 +1,5 @@
-//! The constants of shaders: where their rays start and what is too near for them, seen in the origin of what reaches the sky.
+//! The constants of shaders: where their rays start and what is too near for them, seen in the
+//! origin of what reaches the sky.
 
 use serde_json::{Value, json};
 
@@ -6,24 +7,43 @@ use crate::support::{FROM_BELOW, SLANTED, ball, classic, floor, physical, sees};
 
 fn constant(rest: Value) -> Value {
     let mut fields = json!({ "offset": 0.5 });
-    fields.as_object_mut().expect("a table").extend(rest.as_object().expect("a table").clone());
+    fields
+        .as_object_mut()
+        .expect("a table")
+        .extend(rest.as_object().expect("a table").clone());
     json!({ "spawn": { "constant": fields } })
 }
 
 fn shown(terms: Value, rules: Value) -> raywright_core::Scene {
-    floor(classic(terms), json!({ "sky": { "expression": "2 + o" }, "classic": rules }))
+    floor(
+        classic(terms),
+        json!({ "sky": { "expression": "2 + o" }, "classic": rules }),
+    )
 }
 
 /// Protects: a mirrored ray starts off the surface along the normal or along itself.
 #[test]
 fn reflections_start_off_the_surface() {
     let mirror = || json!({ "local": 0, "reflection": { "weight": 1 } });
-    sees(&shown(mirror(), constant(json!({}))), SLANTED, [2.0, 2.5, 2.0]);
-    sees(&shown(mirror(), constant(json!({ "along": "ray" }))), SLANTED, [1.7, 2.4, 2.0]);
-    sees(&shown(mirror(), constant(json!({}))), FROM_BELOW, [2.0, 1.5, 2.0]);
+    sees(
+        &shown(mirror(), constant(json!({}))),
+        SLANTED,
+        [2.0, 2.5, 2.0],
+    );
+    sees(
+        &shown(mirror(), constant(json!({ "along": "ray" }))),
+        SLANTED,
+        [1.7, 2.4, 2.0],
+    );
+    sees(
+        &shown(mirror(), constant(json!({}))),
+        FROM_BELOW,
+        [2.0, 1.5, 2.0],
+    );
 }
 
-/// Protects: a refracted ray starts on the other side, from either, whether the normal is turned or not.
+/// Protects: a refracted ray starts on the other side, from either, whether the normal is turned or
+/// not.
 #[test]
 fn refractions_start_on_the_other_side() {
     let through = |threshold: f64| json!({ "local": 0, "transmission": { "ior": 1.5, "choice": { "switch": { "threshold": threshold } } } });
@@ -40,19 +60,28 @@ fn refractions_start_on_the_other_side() {
     }
 }
 
-/// Protects: each kind of ray has its own least distance. A ball of radius 0.5 around the eye is 0.5 away; one on the way of the
-/// mirrored or of the shadow ray begins 1.0 behind its start.
+/// Protects: each kind of ray has its own least distance. A ball of radius 0.5 around the eye is
+/// 0.5 away; one on the way of the mirrored or of the shadow ray begins 1.0 behind its start.
 #[test]
 fn what_is_too_near_does_not_count() {
-    let glow = json!({ "name": "glow", "model": { "classic": { "local": 0, "emission": [0, 1, 0] } } });
+    let glow =
+        json!({ "name": "glow", "model": { "classic": { "local": 0, "emission": [0, 1, 0] } } });
     let around = |rules: Value| {
         floor(
             classic(json!({ "local": 0, "emission": [1, 0, 0] })),
             json!({ "classic": rules, "materials": [glow], "objects": [ball([3.0, 4.0, 0.0], 0.5, "glow")] }),
         )
     };
-    sees(&around(constant(json!({ "camera_min": 0.4 }))), SLANTED, [0.0, 1.0, 0.0]);
-    sees(&around(constant(json!({ "camera_min": 0.6 }))), SLANTED, [1.0, 0.0, 0.0]);
+    sees(
+        &around(constant(json!({ "camera_min": 0.4 }))),
+        SLANTED,
+        [0.0, 1.0, 0.0],
+    );
+    sees(
+        &around(constant(json!({ "camera_min": 0.6 }))),
+        SLANTED,
+        [1.0, 0.0, 0.0],
+    );
     // 2 along the mirrored ray from its start at (0, 0.5, 0).
     let mirrored = |rules: Value| {
         floor(
@@ -60,11 +89,18 @@ fn what_is_too_near_does_not_count() {
             json!({ "classic": rules, "materials": [glow], "objects": [ball([-1.2, 2.1, 0.0], 1.0, "glow")] }),
         )
     };
-    sees(&mirrored(constant(json!({ "secondary_min": 0.9 }))), SLANTED, [0.0, 1.0, 0.0]);
-    sees(&mirrored(constant(json!({ "secondary_min": 3.1 }))), SLANTED, [0.0; 3]);
+    sees(
+        &mirrored(constant(json!({ "secondary_min": 0.9 }))),
+        SLANTED,
+        [0.0, 1.0, 0.0],
+    );
+    sees(
+        &mirrored(constant(json!({ "secondary_min": 3.1 }))),
+        SLANTED,
+        [0.0; 3],
+    );
     // The shadow ray starts at (0, 0.5, 0); the disk is 1.0 above that, and another one below it.
-    let disk =
-        |y: f64| json!({ "shape": { "disk": { "centre": [0, y, 0], "normal": [0, 1, 0], "radius": 0.4 } }, "material": "glow" });
+    let disk = |y: f64| json!({ "shape": { "disk": { "centre": [0, y, 0], "normal": [0, 1, 0], "radius": 0.4 } }, "material": "glow" });
     let shaded = |rules: Value, y: f64| {
         floor(
             classic(json!({})),
@@ -76,10 +112,26 @@ fn what_is_too_near_does_not_count() {
         scene.materials[1].model = scene.materials[0].model.clone();
         scene
     };
-    sees(&unlit_lamp(shaded(constant(json!({ "shadow_min": 0.9 })), 1.5)), SLANTED, [0.0; 3]);
-    sees(&unlit_lamp(shaded(constant(json!({ "shadow_min": 1.1 })), 1.5)), SLANTED, [1.0; 3]);
-    sees(&unlit_lamp(shaded(constant(json!({})), 0.4)), SLANTED, [1.0; 3]);
-    sees(&unlit_lamp(shaded(constant(json!({})), 0.6)), SLANTED, [0.0; 3]);
+    sees(
+        &unlit_lamp(shaded(constant(json!({ "shadow_min": 0.9 })), 1.5)),
+        SLANTED,
+        [0.0; 3],
+    );
+    sees(
+        &unlit_lamp(shaded(constant(json!({ "shadow_min": 1.1 })), 1.5)),
+        SLANTED,
+        [1.0; 3],
+    );
+    sees(
+        &unlit_lamp(shaded(constant(json!({})), 0.4)),
+        SLANTED,
+        [1.0; 3],
+    );
+    sees(
+        &unlit_lamp(shaded(constant(json!({})), 0.6)),
+        SLANTED,
+        [0.0; 3],
+    );
 }
 
 /// Protects: behind what is absent a ray starts on the other side, from either.
@@ -87,7 +139,15 @@ fn what_is_too_near_does_not_count() {
 fn rays_go_on_behind_what_is_absent() {
     let absent = physical(json!({ "opacity": 0, "alpha": "blend" }));
     let parts = |along: &str| json!({ "sky": { "expression": "2 + o" }, "classic": constant(json!({ "along": along })) });
-    sees(&floor(absent.clone(), parts("normal")), SLANTED, [2.0, 1.5, 2.0]);
-    sees(&floor(absent.clone(), parts("normal")), FROM_BELOW, [2.0, 2.5, 2.0]);
+    sees(
+        &floor(absent.clone(), parts("normal")),
+        SLANTED,
+        [2.0, 1.5, 2.0],
+    );
+    sees(
+        &floor(absent.clone(), parts("normal")),
+        FROM_BELOW,
+        [2.0, 2.5, 2.0],
+    );
     sees(&floor(absent, parts("ray")), SLANTED, [1.7, 1.6, 2.0]);
 }

@@ -1,5 +1,5 @@
-//! Path tracing against closed forms: what light does between surfaces is known where the surfaces are simple, whichever way of
-//! finding it is used.
+//! Path tracing against closed forms: what light does between surfaces is known where the surfaces
+//! are simple, whichever way of finding it is used.
 
 use core::f64::consts::PI;
 
@@ -8,10 +8,16 @@ use raywright_core::scene::{Camera, Integrator, Pinhole, Projection, Scene};
 use raywright_core::settings::{LightSampling, PrecisionChoice, Sampling};
 use serde_json::{Value, json};
 
-use crate::support::{View, ball, classic, floor, near, physical, pixel, rendered, scene, settings, sun};
+use crate::support::{
+    View, ball, classic, floor, near, physical, pixel, rendered, scene, settings, sun,
+};
 
 /// Every way of finding light that has a size.
-const WAYS: [LightSampling; 3] = [LightSampling::Scattering, LightSampling::Lights, LightSampling::Both];
+const WAYS: [LightSampling; 3] = [
+    LightSampling::Scattering,
+    LightSampling::Lights,
+    LightSampling::Both,
+];
 
 /// Onto the origin of the floor, slanted.
 pub const AT: View = [[0.3, 0.4, 0.1], [0.0, 0.0, 0.0]];
@@ -26,13 +32,18 @@ pub fn paths(scene: &Scene, view: View, depth: u32) -> Settings {
         precision: PrecisionChoice::Robust,
         ..settings(scene, view)
     };
-    if let Some(Camera { projection: Projection::Pinhole(Pinhole { vertical_fov, .. }), .. }) = &mut settings.camera {
+    if let Some(Camera {
+        projection: Projection::Pinhole(Pinhole { vertical_fov, .. }),
+        ..
+    }) = &mut settings.camera
+    {
         *vertical_fov = Some(1e-3);
     }
     settings
 }
 
-/// The mean over a picture's pixels, each of which sees the same, and the standard error of that mean.
+/// The mean over a picture's pixels, each of which sees the same, and the standard error of that
+/// mean.
 pub fn mean(scene: &Scene, settings: &Settings) -> ([f64; 3], [f64; 3]) {
     let picture = rendered(scene, settings).picture;
     let n = picture.rgb.len() as f64;
@@ -42,16 +53,29 @@ pub fn mean(scene: &Scene, settings: &Settings) -> ([f64; 3], [f64; 3]) {
     (mean, core::array::from_fn(|k| (spread(k) / n).sqrt()))
 }
 
-/// Every way of finding light sees this within three standard errors and 0.2 %, and knows it to 3 %.
+/// Every way of finding light sees this within three standard errors and 0.2 %, and knows it to 3
+/// %.
 #[track_caller]
 pub fn all_see(scene: &Scene, view: View, depth: u32, expected: [f64; 3], what: &str) {
     for light_sampling in WAYS {
-        let (found, error) = mean(scene, &Settings { light_sampling, ..paths(scene, view, depth) });
+        let (found, error) = mean(
+            scene,
+            &Settings {
+                light_sampling,
+                ..paths(scene, view, depth)
+            },
+        );
         for k in 0..3 {
             let off = (found[k] - expected[k]).abs();
             let allowed = 3.0 * error[k] + 2e-3 * expected[k].abs() + 1e-6;
-            assert!(off <= allowed, "{what}, {light_sampling:?}: {found:?} instead of {expected:?}, errors {error:?}");
-            assert!(error[k] <= 0.03 * expected[k].abs() + 1e-6, "{what}, {light_sampling:?}: too noisy to tell: {error:?}");
+            assert!(
+                off <= allowed,
+                "{what}, {light_sampling:?}: {found:?} instead of {expected:?}, errors {error:?}"
+            );
+            assert!(
+                error[k] <= 0.03 * expected[k].abs() + 1e-6,
+                "{what}, {light_sampling:?}: too noisy to tell: {error:?}"
+            );
         }
     }
 }
@@ -61,27 +85,38 @@ pub fn lamp(radiance: f64) -> Value {
 }
 
 fn under(model: Value, object: Value, radiance: f64) -> Scene {
-    floor(model, json!({ "materials": [lamp(radiance)], "objects": [object] }))
+    floor(
+        model,
+        json!({ "materials": [lamp(radiance)], "objects": [object] }),
+    )
 }
 
-/// Protects: light that goes to and fro in a closed room of albedo a that gives off e: of d segments e·(1 − aᵈ)/(1 − a), with
-/// roulette where a path has become faint.
+/// Protects: light that goes to and fro in a closed room of albedo a that gives off e: of d
+/// segments e·(1 − aᵈ)/(1 − a), with roulette where a path has become faint.
 #[test]
 fn a_closed_room() {
     for (albedo, depths) in [([0.5, 0.5, 0.5], [1, 2, 5]), ([0.2, 0.3, 0.9], [3, 12, 64])] {
         let wall = classic(json!({ "colour": albedo, "emission": 0.5 }));
         let mut room = ball([0.0; 3], 2.0, "wall");
         room["side"] = json!("inside");
-        let room = scene(json!({ "materials": [{ "name": "wall", "model": wall }], "objects": [room] }));
+        let room =
+            scene(json!({ "materials": [{ "name": "wall", "model": wall }], "objects": [room] }));
         for depth in depths {
             let expected = albedo.map(|a: f64| 0.5 * (1.0 - a.powi(depth as i32)) / (1.0 - a));
-            all_see(&room, [[0.5, 0.2, 0.3], [0.0, 0.0, -1.0]], depth, expected, &format!("{albedo:?}, {depth} segments"));
+            all_see(
+                &room,
+                [[0.5, 0.2, 0.3], [0.0, 0.0, -1.0]],
+                depth,
+                expected,
+                &format!("{albedo:?}, {depth} segments"),
+            );
         }
     }
 }
 
-/// Protects: a ball, a disk and a rectangle light a matte floor by their form factors: π·L·(r/d)²·cos, π·L·r²/(r² + h²), Lambert's
-/// polygon formula; a floor of albedo a shows a/π of it.
+/// Protects: a ball, a disk and a rectangle light a matte floor by their form factors:
+/// π·L·(r/d)²·cos, π·L·r²/(r² + h²), Lambert's polygon formula; a floor of albedo a shows a/π of
+/// it.
 #[test]
 fn lamps_with_a_form() {
     let white = || classic(json!({ "colour": 0.6 }));
@@ -89,34 +124,57 @@ fn lamps_with_a_form() {
     let (r, centre): (f64, [f64; 3]) = (0.5, [0.6, 1.5, -0.3]);
     let squared: f64 = centre.iter().map(|x| x * x).sum();
     let by_ball = PI * 7.0 * r * r / squared * centre[1] / squared.sqrt();
-    all_see(&under(white(), ball(centre, r, "lamp"), 7.0), AT, 2, shows(by_ball), "a ball");
+    all_see(
+        &under(white(), ball(centre, r, "lamp"), 7.0),
+        AT,
+        2,
+        shows(by_ball),
+        "a ball",
+    );
     let disk = json!({ "shape": { "disk": { "centre": [0, 2, 0], "normal": [0, -1, 0], "radius": 1.5 } }, "material": "lamp",
         "side": "outside" });
-    all_see(&under(white(), disk, 3.0), AT, 2, shows(3.0 * PI * 2.25 / (2.25 + 4.0)), "a disk");
-    // Over a quarter of what surrounds the point: from a corner, ½·(x/√(1 + x²)·atan(y/√(1 + x²)) + the same exchanged), four times.
+    all_see(
+        &under(white(), disk, 3.0),
+        AT,
+        2,
+        shows(3.0 * PI * 2.25 / (2.25 + 4.0)),
+        "a disk",
+    );
+    // Over a quarter of what surrounds the point: from a corner, ½·(x/√(1 + x²)·atan(y/√(1 + x²)) +
+    // the same exchanged), four times.
     let corner = |x: f64, y: f64| {
         let (p, q) = ((1.0 + x * x).sqrt(), (1.0 + y * y).sqrt());
         0.5 * (x / p * (y / p).atan() + y / q * (x / q).atan())
     };
-    let quad =
-        json!({ "shape": { "quad": { "corner": [-1, 1, -0.5], "edge_u": [2, 0, 0], "edge_v": [0, 0, 1] } }, "material": "lamp" });
-    all_see(&under(white(), quad, 2.0), AT, 2, shows(2.0 * 4.0 * corner(1.0, 0.5)), "a rectangle");
+    let quad = json!({ "shape": { "quad": { "corner": [-1, 1, -0.5], "edge_u": [2, 0, 0], "edge_v": [0, 0, 1] } }, "material": "lamp" });
+    all_see(
+        &under(white(), quad, 2.0),
+        AT,
+        2,
+        shows(2.0 * 4.0 * corner(1.0, 0.5)),
+        "a rectangle",
+    );
 }
 
-/// Protects: a sky that is linear in height brings a matte floor its mean a + ⅔·b of L = a + b·y (with the lower half hidden).
+/// Protects: a sky that is linear in height brings a matte floor its mean a + ⅔·b of L = a + b·y
+/// (with the lower half hidden).
 #[test]
 fn a_sky() {
-    let parts = json!({ "sky": { "gradient": { "bottom": [0.2, 0.4, 0.5], "top": [1, 0.6, 0.1] } } });
+    let parts =
+        json!({ "sky": { "gradient": { "bottom": [0.2, 0.4, 0.5], "top": [1, 0.6, 0.1] } } });
     let scene = floor(classic(json!({ "colour": 0.5 })), parts);
-    let expected = [(0.2, 1.0), (0.4, 0.6), (0.5, 0.1)].map(|(bottom, top)| 0.5 * ((bottom + top) / 2.0 + (top - bottom) / 3.0));
+    let expected = [(0.2, 1.0), (0.4, 0.6), (0.5, 0.1)]
+        .map(|(bottom, top)| 0.5 * ((bottom + top) / 2.0 + (top - bottom) / 3.0));
     all_see(&scene, AT, 2, expected, "a gradient");
 }
 
-/// Protects: one light without size makes what it makes under Whitted's rules, on both families of materials: nothing is left to
-/// chance, and the units are the same. Of physical ones but for the two thousandths that facets here give back.
+/// Protects: one light without size makes what it makes under Whitted's rules, on both families of
+/// materials: nothing is left to chance, and the units are the same. Of physical ones but for the
+/// two thousandths that facets here give back.
 #[test]
 fn lights_without_size() {
-    let point = json!({ "kind": { "point": { "position": [0.5, 1.2, -0.4] } }, "colour": [3, 2, 1] });
+    let point =
+        json!({ "kind": { "point": { "position": [0.5, 1.2, -0.4] } }, "colour": [3, 2, 1] });
     let spot = json!({ "kind": { "spot": { "position": [0.5, 1.2, -0.4], "direction": [-0.4, -1, 0.3], "inner_angle": 10,
         "outer_angle": 40 } }, "colour": 2 });
     let materials = [
@@ -127,10 +185,28 @@ fn lights_without_size() {
     for light in [sun([0.3, 1.0, 0.2]), point, spot] {
         for model in &materials {
             let scene = floor(model.clone(), json!({ "lights": [light] }));
-            let whitted = pixel(&scene, &Settings { integrator: Integrator::Whitted, ..settings(&scene, AT) });
-            let settings = Settings { integrator: Integrator::Path, ..settings(&scene, AT) };
-            let tolerance = if model["classic"].is_null() { 2e-3 } else { 1e-5 };
-            near(pixel(&scene, &settings), whitted, tolerance, &format!("{light} on {model}"));
+            let whitted = pixel(
+                &scene,
+                &Settings {
+                    integrator: Integrator::Whitted,
+                    ..settings(&scene, AT)
+                },
+            );
+            let settings = Settings {
+                integrator: Integrator::Path,
+                ..settings(&scene, AT)
+            };
+            let tolerance = if model["classic"].is_null() {
+                2e-3
+            } else {
+                1e-5
+            };
+            near(
+                pixel(&scene, &settings),
+                whitted,
+                tolerance,
+                &format!("{light} on {model}"),
+            );
         }
     }
 }
@@ -146,8 +222,9 @@ fn m06_a_mirror_shows_a_lamp_once() {
     all_see(&scene, AT, 4, [4.0; 3], "a lamp in a mirror");
 }
 
-/// Protects: through a pane of glass a floor is seen that a light without size lights: by as much as the two faces let through, there and back between them, once
-/// and by every way of finding light; and a mirror shows that floor as often.
+/// Protects: through a pane of glass a floor is seen that a light without size lights: by as much
+/// as the two faces let through, there and back between them, once and by every way of finding
+/// light; and a mirror shows that floor as often.
 #[test]
 fn m06_glass_shows_what_a_light_without_size_lights() {
     let [eye, target] = [[0.0, 5.0, 0.0], [0.0, 0.0, 0.0]];
@@ -158,9 +235,20 @@ fn m06_glass_shows_what_a_light_without_size_lights() {
     let parts = json!({ "lights": [sun(sunlight)], "materials": [{ "name": "pane", "model": model }], "objects": [pane] });
     let scene = floor(classic(json!({ "colour": 0.5 })), parts);
     let face = 0.04;
-    let lit =
-        pixel(&floor(classic(json!({ "colour": 0.5 })), json!({ "lights": [sun(sunlight)] })), &settings(&scene, [eye, target]));
-    all_see(&scene, [eye, target], 16, lit.map(|l| l * (1.0 - face) / (1.0 + face)), "a pane");
+    let lit = pixel(
+        &floor(
+            classic(json!({ "colour": 0.5 })),
+            json!({ "lights": [sun(sunlight)] }),
+        ),
+        &settings(&scene, [eye, target]),
+    );
+    all_see(
+        &scene,
+        [eye, target],
+        16,
+        lit.map(|l| l * (1.0 - face) / (1.0 + face)),
+        "a pane",
+    );
 }
 
 /// Protects: glass takes nothing away: a ball of it, whole and hollow, shows an even sky as it is.
@@ -177,11 +265,18 @@ fn glass_keeps_all_light() {
         classic(json!({ "local": 0, "transmission": { "ior": 1.5 } })),
     ] {
         let scene = glass(model);
-        all_see(&scene, [[0.2, 0.5, 4.0], [0.1, 0.3, 0.0]], 64, [1.0, 0.5, 0.25], "glass");
+        all_see(
+            &scene,
+            [[0.2, 0.5, 4.0], [0.1, 0.3, 0.0]],
+            64,
+            [1.0, 0.5, 0.25],
+            "glass",
+        );
     }
 }
 
-/// Protects: a surface of alpha 0.4 takes 0.4 of a lamp's light, by shadow rays and by paths, and shows 0.6 of what is behind it.
+/// Protects: a surface of alpha 0.4 takes 0.4 of a lamp's light, by shadow rays and by paths, and
+/// shows 0.6 of what is behind it.
 #[test]
 fn what_covers_a_share() {
     let sheet = |height: f64| json!({ "shape": { "quad": { "corner": [-9, height, -9], "edge_u": [18, 0, 0], "edge_v": [0, 0, 18] } }, "material": "sheet" });
@@ -190,16 +285,27 @@ fn what_covers_a_share() {
     let parts = |model: &Value, height: f64| json!({ "materials": [lamp(7.0), model], "objects": [ball(centre, 1.2, "lamp"), sheet(height)] });
     let expected = 0.6 * 0.6 * 7.0 * 1.44 / 4.0;
     // Between the floor and the lamp; then before the eye too.
-    all_see(&floor(classic(json!({ "colour": 0.6 })), parts(&black, 0.7)), AT, 2, [expected; 3], "a sheet");
-    all_see(&floor(classic(json!({ "colour": 0.6 })), parts(&black, 0.2)), AT, 2, [0.6 * expected; 3], "two ways through");
+    all_see(
+        &floor(classic(json!({ "colour": 0.6 })), parts(&black, 0.7)),
+        AT,
+        2,
+        [expected; 3],
+        "a sheet",
+    );
+    all_see(
+        &floor(classic(json!({ "colour": 0.6 })), parts(&black, 0.2)),
+        AT,
+        2,
+        [0.6 * expected; 3],
+        "two ways through",
+    );
 }
 
-/// Protects: an object that casts no shadow takes no light from lights without size; light with a size is the same by whatever way
-/// it is found.
+/// Protects: an object that casts no shadow takes no light from lights without size; light with a
+/// size is the same by whatever way it is found.
 #[test]
 fn what_casts_no_shadow() {
-    let mut plate =
-        json!({ "shape": { "quad": { "corner": [-1, 1, -1], "edge_u": [2, 0, 0], "edge_v": [0, 0, 2] } }, "material": "plate" });
+    let mut plate = json!({ "shape": { "quad": { "corner": [-1, 1, -1], "edge_u": [2, 0, 0], "edge_v": [0, 0, 2] } }, "material": "plate" });
     plate["casts_shadow"] = json!(false);
     let parts = json!({ "materials": [{ "name": "plate", "model": classic(json!({ "local": 0 })) }], "objects": [plate],
         "sky": { "constant": 1 }, "lights": [sun([0.0, 1.0, 0.0])] });
@@ -210,30 +316,51 @@ fn what_casts_no_shadow() {
 
 /// A box of what transmits everything and bends nothing, so that only what it absorbs is seen.
 fn body(min: [f64; 3], max: [f64; 3], terms: Value) -> Scene {
-    let mut model =
-        json!({ "transmission": 1, "roughness": 0, "ior": 1, "attenuation_colour": [0.5, 0.9, 0.0], "attenuation_distance": 2 });
-    terms.as_object().into_iter().flatten().for_each(|(key, value)| model[key] = value.clone());
-    scene(json!({ "sky": { "constant": 1 }, "materials": [{ "name": "body", "model": physical(model) }, lamp(3.0),
+    let mut model = json!({ "transmission": 1, "roughness": 0, "ior": 1, "attenuation_colour": [0.5, 0.9, 0.0], "attenuation_distance": 2 });
+    terms
+        .as_object()
+        .into_iter()
+        .flatten()
+        .for_each(|(key, value)| model[key] = value.clone());
+    scene(
+        json!({ "sky": { "constant": 1 }, "materials": [{ "name": "body", "model": physical(model) }, lamp(3.0),
         { "name": "matte", "model": classic(json!({ "colour": 0.6 })) }],
-        "objects": [{ "shape": { "box": { "min": min, "max": max } }, "material": "body" }] }))
+        "objects": [{ "shape": { "box": { "min": min, "max": max } }, "material": "body" }] }),
+    )
 }
 
-/// Protects: what is left after d metres is the attenuation colour to the power of d over its distance (Beer-Lambert): through a body, to
-/// what is in it, from within it, and on the way from a lamp to a floor that are both in it.
+/// Protects: what is left after d metres is the attenuation colour to the power of d over its
+/// distance (Beer-Lambert): through a body, to what is in it, from within it, and on the way from a
+/// lamp to a floor that are both in it.
 #[test]
 fn bodies_absorb() {
     let down: View = [[0.3, 5.0, 0.2], [0.3, 0.0, 0.2]];
     let left = |metres: f64| [0.5, 0.9, 0.0].map(|colour: f64| colour.powf(metres / 2.0));
     let whole = body([-9.0, 0.0, -9.0], [9.0, 1.5, 9.0], json!({}));
     all_see(&whole, down, 8, left(1.5), "through");
-    all_see(&whole, [[0.3, 1.0, 0.2], [0.3, 0.0, 0.2]], 8, left(1.0), "from within");
+    all_see(
+        &whole,
+        [[0.3, 1.0, 0.2], [0.3, 0.0, 0.2]],
+        8,
+        left(1.0),
+        "from within",
+    );
     let with = |object: Value| {
         let mut parts = serde_json::to_value(&whole).expect("a scene");
-        parts["objects"].as_array_mut().expect("objects").push(object);
+        parts["objects"]
+            .as_array_mut()
+            .expect("objects")
+            .push(object);
         parts
     };
     let plate = |height: f64, material: &str| json!({ "shape": { "quad": { "corner": [-1, height, -1], "edge_u": [2, 0, 0], "edge_v": [0, 0, 2] } }, "material": material });
-    all_see(&scene(with(plate(0.25, "lamp"))), down, 8, left(1.25).map(|x| 3.0 * x), "a plate in it");
+    all_see(
+        &scene(with(plate(0.25, "lamp"))),
+        down,
+        8,
+        left(1.25).map(|x| 3.0 * x),
+        "a plate in it",
+    );
     // A small lamp 1.2 above a floor, both in the body; its sky is too far off to count.
     let mut parts = with(plate(0.1, "matte"));
     parts["sky"] = Value::Null;
@@ -244,17 +371,26 @@ fn bodies_absorb() {
     // Seen slanted from 1 above the floor, all within.
     let view: View = [[1.3, 1.1, 0.2], [0.3, 0.1, 0.2]];
     for light_sampling in [LightSampling::Lights, LightSampling::Both] {
-        let (found, error) = mean(&found, &Settings { light_sampling, ..paths(&found, view, 2) });
+        let (found, error) = mean(
+            &found,
+            &Settings {
+                light_sampling,
+                ..paths(&found, view, 2)
+            },
+        );
         for k in 0..3 {
             let expected = irradiance * left(1.2 + 2.0_f64.sqrt())[k];
             let off = (found[k] - expected).abs();
-            assert!(off <= 3.0 * error[k] + 0.02 * expected + 1e-9, "{light_sampling:?}: {found:?} instead of {expected} in {k}");
+            assert!(
+                off <= 3.0 * error[k] + 0.02 * expected + 1e-9,
+                "{light_sampling:?}: {found:?} instead of {expected} in {k}"
+            );
         }
     }
 }
 
-/// Protects: ways of finding light agree where they share it: glossy paint, rough metal and frosted glass under lamps and a sky with a
-/// sun.
+/// Protects: ways of finding light agree where they share it: glossy paint, rough metal and frosted
+/// glass under lamps and a sky with a sun.
 #[test]
 fn ways_of_finding_light_agree() {
     let sky = json!({ "gradient": { "bottom": 0.1, "top": [0.4, 0.5, 0.8],
@@ -263,30 +399,49 @@ fn ways_of_finding_light_agree() {
         physical(json!({ "base_colour": [0.8, 0.3, 0.2], "roughness": 0.3 })),
         physical(json!({ "base_colour": [0.9, 0.7, 0.4], "metallic": 1, "roughness": 0.5 })),
         physical(json!({ "base_colour": [0.9, 0.7, 0.4], "metallic": 0.4, "roughness": 0.2 })),
-        classic(json!({ "colour": [0.4, 0.5, 0.6], "specular": { "model": "blinn", "exponent": 60, "strength": 0.3 } })),
+        classic(
+            json!({ "colour": [0.4, 0.5, 0.6], "specular": { "model": "blinn", "exponent": 60, "strength": 0.3 } }),
+        ),
     ];
     let frosted = physical(json!({ "transmission": 1, "roughness": 0.6, "ior": 1.4 }));
     let pane = json!({ "shape": { "box": { "min": [-4, 0.7, -4], "max": [4, 0.8, 4] } }, "material": "pane" });
-    for (model, pane) in materials.iter().map(|model| (model, None)).chain([(&materials[0], Some(pane))]) {
+    for (model, pane) in materials
+        .iter()
+        .map(|model| (model, None))
+        .chain([(&materials[0], Some(pane))])
+    {
         let mut objects = vec![ball([-0.7, 1.2, -0.3], 0.3, "lamp")];
         objects.extend(pane);
         let scene = floor(
             model.clone(),
             json!({ "sky": sky, "materials": [lamp(12.0), { "name": "pane", "model": frosted }], "objects": objects }),
         );
-        let found = WAYS.map(|light_sampling| mean(&scene, &Settings { light_sampling, ..paths(&scene, AT, 5) }));
+        let found = WAYS.map(|light_sampling| {
+            mean(
+                &scene,
+                &Settings {
+                    light_sampling,
+                    ..paths(&scene, AT, 5)
+                },
+            )
+        });
         let [(a, sa), (b, sb), (both, sc)] = found;
         for k in 0..3 {
             for (one, error) in [(a[k], sa[k]), (b[k], sb[k])] {
                 let allowed = 3.5 * (error * error + sc[k] * sc[k]).sqrt();
-                assert!((one - both[k]).abs() <= allowed, "{model}: {one} ± {error} and {} ± {}", both[k], sc[k]);
+                assert!(
+                    (one - both[k]).abs() <= allowed,
+                    "{model}: {one} ± {error} and {} ± {}",
+                    both[k],
+                    sc[k]
+                );
             }
         }
     }
 }
 
-/// Protects: a thousand lamps of unlike power add up, each asked as often as its light is worth here: against the sum of their form
-/// factors, and with little noise.
+/// Protects: a thousand lamps of unlike power add up, each asked as often as its light is worth
+/// here: against the sum of their form factors, and with little noise.
 #[test]
 fn a_thousand_lamps() {
     // SplitMix64 (Steele, Lea, Flood, "Fast Splittable Pseudorandom Number Generators", 2014).
@@ -298,51 +453,118 @@ fn a_thousand_lamps() {
     };
     let (mut objects, mut materials, mut irradiance) = (Vec::new(), Vec::new(), 0.0);
     for i in 0..1000 {
-        let centre = [number(i, 0) * 40.0 - 20.0, 0.6 + number(i, 1) * 4.0, number(i, 2) * 40.0 - 20.0];
-        let (radius, radiance) = (0.02 + 0.1 * number(i, 7), 10.0 * 100_f64.powf(number(i, 11)));
+        let centre = [
+            number(i, 0) * 40.0 - 20.0,
+            0.6 + number(i, 1) * 4.0,
+            number(i, 2) * 40.0 - 20.0,
+        ];
+        let (radius, radiance) = (
+            0.02 + 0.1 * number(i, 7),
+            10.0 * 100_f64.powf(number(i, 11)),
+        );
         let name = format!("lamp {i}");
         objects.push(ball(centre, radius, &name));
-        materials.push(json!({ "name": name, "model": { "classic": { "local": 0, "emission": radiance } } }));
+        materials.push(
+            json!({ "name": name, "model": { "classic": { "local": 0, "emission": radiance } } }),
+        );
         let squared: f64 = centre.iter().map(|x| x * x).sum();
         irradiance += PI * radiance * radius * radius / squared * centre[1] / squared.sqrt();
     }
     // Lamps hide parts of each other, which the sum does not know: a thousandth or so.
-    let scene = floor(classic(json!({ "colour": 0.6 })), json!({ "materials": materials, "objects": objects }));
+    let scene = floor(
+        classic(json!({ "colour": 0.6 })),
+        json!({ "materials": materials, "objects": objects }),
+    );
     let settings = paths(&scene, AT, 2);
     let (found, error) = mean(&scene, &settings);
     let expected = 0.6 / PI * irradiance;
-    assert!((found[0] - expected).abs() <= 3.0 * error[0] + 0.01 * expected, "{found:?} instead of {expected}, {error:?}");
-    assert!(error[0] <= 0.005 * expected, "too noisy: {error:?} of {expected}");
+    assert!(
+        (found[0] - expected).abs() <= 3.0 * error[0] + 0.01 * expected,
+        "{found:?} instead of {expected}, {error:?}"
+    );
+    assert!(
+        error[0] <= 0.005 * expected,
+        "too noisy: {error:?} of {expected}"
+    );
 }
 
-/// Protects: at equal camera samples both ways together are no noisier than 1.1 times the better of the two alone, and 1e-4 of the mean
-/// squared: rough and smooth, large and small lamps, layers; all but three of 32, whose figures are in benches/runs. The variance of each is
-/// known to about two per cent.
+/// Protects: at equal camera samples both ways together are no noisier than 1.1 times the better of
+/// the two alone, and 1e-4 of the mean squared: rough and smooth, large and small lamps, layers;
+/// all but three of 32, whose figures are in benches/runs. The variance of each is known to about
+/// two per cent.
 #[test]
 fn both_ways_are_as_good_as_the_better_one() {
     let materials = [
-        ("matte", physical(json!({ "base_colour": 0.6, "roughness": 1, "specular": 0 }))),
-        ("paint 0.1", physical(json!({ "base_colour": [0.8, 0.3, 0.2], "roughness": 0.1 }))),
-        ("paint 0.3", physical(json!({ "base_colour": [0.8, 0.3, 0.2], "roughness": 0.3 }))),
-        ("paint 0.6", physical(json!({ "base_colour": [0.8, 0.3, 0.2], "roughness": 0.6 }))),
-        ("metal 0.1", physical(json!({ "base_colour": 0.9, "metallic": 1, "roughness": 0.1 }))),
-        ("metal 0.4", physical(json!({ "base_colour": 0.9, "metallic": 1, "roughness": 0.4 }))),
-        ("coat", physical(json!({ "base_colour": 0.4, "roughness": 0.7, "clearcoat": { "roughness": 0.2 } }))),
-        ("fibres", physical(json!({ "base_colour": 0.2, "sheen": { "colour": 0.8, "roughness": 0.4 } }))),
+        (
+            "matte",
+            physical(json!({ "base_colour": 0.6, "roughness": 1, "specular": 0 })),
+        ),
+        (
+            "paint 0.1",
+            physical(json!({ "base_colour": [0.8, 0.3, 0.2], "roughness": 0.1 })),
+        ),
+        (
+            "paint 0.3",
+            physical(json!({ "base_colour": [0.8, 0.3, 0.2], "roughness": 0.3 })),
+        ),
+        (
+            "paint 0.6",
+            physical(json!({ "base_colour": [0.8, 0.3, 0.2], "roughness": 0.6 })),
+        ),
+        (
+            "metal 0.1",
+            physical(json!({ "base_colour": 0.9, "metallic": 1, "roughness": 0.1 })),
+        ),
+        (
+            "metal 0.4",
+            physical(json!({ "base_colour": 0.9, "metallic": 1, "roughness": 0.4 })),
+        ),
+        (
+            "coat",
+            physical(
+                json!({ "base_colour": 0.4, "roughness": 0.7, "clearcoat": { "roughness": 0.2 } }),
+            ),
+        ),
+        (
+            "fibres",
+            physical(json!({ "base_colour": 0.2, "sheen": { "colour": 0.8, "roughness": 0.4 } })),
+        ),
     ];
     // In the mirror direction of the view, and beside it.
-    let lamps = [(0.03, [-0.6, 0.8, -0.2]), (0.3, [-0.6, 0.8, -0.2]), (0.7, [-0.6, 0.8, -0.2]), (0.3, [0.5, 1.2, 0.4])];
+    let lamps = [
+        (0.03, [-0.6, 0.8, -0.2]),
+        (0.3, [-0.6, 0.8, -0.2]),
+        (0.7, [-0.6, 0.8, -0.2]),
+        (0.3, [0.5, 1.2, 0.4]),
+    ];
     let mut worst = Vec::new();
     for (name, model) in &materials {
         for (radius, centre) in lamps {
-            let scene = floor(model.clone(), json!({ "materials": [lamp(5.0)], "objects": [ball(centre, radius, "lamp")] }));
+            let scene = floor(
+                model.clone(),
+                json!({ "materials": [lamp(5.0)], "objects": [ball(centre, radius, "lamp")] }),
+            );
             let found = WAYS.map(|light_sampling| {
-                let mut settings = Settings { light_sampling, sampling: Sampling::General(1), ..paths(&scene, AT, 2) };
+                let mut settings = Settings {
+                    light_sampling,
+                    sampling: Sampling::General(1),
+                    ..paths(&scene, AT, 2)
+                };
                 settings.size = [96, 96];
                 let picture = rendered(&scene, &settings).picture;
                 let n = picture.rgb.len() as f64;
-                let mean = picture.rgb.iter().map(|pixel| f64::from(pixel[0])).sum::<f64>() / n;
-                let variance = picture.rgb.iter().map(|pixel| (f64::from(pixel[0]) - mean).powi(2)).sum::<f64>() / (n - 1.0);
+                let mean = picture
+                    .rgb
+                    .iter()
+                    .map(|pixel| f64::from(pixel[0]))
+                    .sum::<f64>()
+                    / n;
+                let variance = picture
+                    .rgb
+                    .iter()
+                    .map(|pixel| (f64::from(pixel[0]) - mean).powi(2))
+                    .sum::<f64>()
+                    / (n - 1.0);
                 (mean, variance)
             });
             let [(_, scattering), (_, lights), (mean, both)] = found;
@@ -350,10 +572,18 @@ fn both_ways_are_as_good_as_the_better_one() {
             let line = format!(
                 "{name}, lamp {radius} at {centre:?}: {scattering:.3e} {lights:.3e} both {both:.3e}, allowed {allowed:.3e}"
             );
-            // Where a lamp holds all of a metal's lobe, scattering alone knows it next to exactly, and lamps that are asked at the lobe's foot
-            // bring noise that no weight by densities alone tells from worth: within Veach's bound of the balance heuristic there.
-            let held = matches!((*name, radius), ("metal 0.1", 0.3 | 0.7) | ("metal 0.4", 0.7)) && centre[1] == 0.8;
-            let allowed = if held { scattering.min(lights) + 0.5 * mean * mean } else { allowed };
+            // Where a lamp holds all of a metal's lobe, scattering alone knows it next to exactly,
+            // and lamps that are asked at the lobe's foot bring noise that no weight by densities
+            // alone tells from worth: within Veach's bound of the balance heuristic there.
+            let held = matches!(
+                (*name, radius),
+                ("metal 0.1", 0.3 | 0.7) | ("metal 0.4", 0.7)
+            ) && centre[1] == 0.8;
+            let allowed = if held {
+                scattering.min(lights) + 0.5 * mean * mean
+            } else {
+                allowed
+            };
             if both > allowed {
                 worst.push(line);
             }

@@ -11,7 +11,10 @@ use raywright_core::settings::{Microfacets, PrecisionChoice};
 use raywright_core::{Scene, Settings, prepare};
 use serde_json::{Value, json};
 
-use crate::support::{DOWN, SLANTED, Surface, View, ball, floor, near, physical, pixel, rendered, sees, sees_within, settings};
+use crate::support::{
+    DOWN, SLANTED, Surface, View, ball, floor, near, physical, pixel, rendered, sees, sees_within,
+    settings,
+};
 
 /// A floor of a physical material under directional light of irradiance π.
 fn lit(terms: Value, to_light: [f64; 3]) -> raywright_core::Scene {
@@ -21,42 +24,81 @@ fn lit(terms: Value, to_light: [f64; 3]) -> raywright_core::Scene {
 
 const UP: [f64; 3] = [0.0, 1.0, 0.0];
 
-/// What a grey dielectric below facets sends straight back of light from straight above, less what its facets do.
+/// What a grey dielectric below facets sends straight back of light from straight above, less what
+/// its facets do.
 fn below(base: f64, roughness: f64, f0: f64) -> f64 {
-    Surface::dielectric(base, roughness, f0).sends([DVec3::Y; 3], true)[0] - f0 / (4.0 * roughness.max(0.03).powi(4))
+    Surface::dielectric(base, roughness, f0).sends([DVec3::Y; 3], true)[0]
+        - f0 / (4.0 * roughness.max(0.03).powi(4))
 }
 
-/// Protects: at normal incidence D = 1/(π α²), V = ¼, F = F0, so facets send F0/(4 α²) with α = roughness², and what lies below gets no more
-/// than they leave: base · (1 − F0) but for what they reflect at other angles.
+/// Protects: at normal incidence D = 1/(π α²), V = ¼, F = F0, so facets send F0/(4 α²) with α =
+/// roughness², and what lies below gets no more than they leave: base · (1 − F0) but for what they
+/// reflect at other angles.
 #[test]
 fn values_at_normal_incidence() {
-    for (base, roughness, f0) in [(0.5, 1.0, 0.04), (0.5, 0.5, 0.04), (0.5, 0.1, 0.04), (0.9, 0.5, 1.0 / 9.0)] {
+    for (base, roughness, f0) in [
+        (0.5, 1.0, 0.04),
+        (0.5, 0.5, 0.04),
+        (0.5, 0.1, 0.04),
+        (0.9, 0.5, 1.0 / 9.0),
+    ] {
         let found = below(base, roughness, f0);
-        assert!((found - base * (1.0 - f0)).abs() < 0.06 * base, "{found} below facets of {f0}");
+        assert!(
+            (found - base * (1.0 - f0)).abs() < 0.06 * base,
+            "{found} below facets of {f0}"
+        );
     }
-    let dielectric = |roughness: f64| lit(json!({ "base_colour": 0.5, "roughness": roughness }), UP);
+    let dielectric =
+        |roughness: f64| lit(json!({ "base_colour": 0.5, "roughness": roughness }), UP);
     sees(&dielectric(1.0), DOWN, [below(0.5, 1.0, 0.04) + 0.01; 3]);
     sees(&dielectric(0.5), DOWN, [below(0.5, 0.5, 0.04) + 0.16; 3]);
     sees(&dielectric(0.1), DOWN, [below(0.5, 0.1, 0.04) + 100.0; 3]);
     // No light without size shows on a surface smoother than 0.03.
     let least = 0.04 / 4.0 / f64::powi(0.03, 4);
     sees(&dielectric(0.02), DOWN, [below(0.5, 0.02, 0.04) + least; 3]);
-    let metal = Surface { base: [1.0, 0.5, 0.25], metallic: 1.0, roughness: 0.5, f0: 0.04 };
+    let metal = Surface {
+        base: [1.0, 0.5, 0.25],
+        metallic: 1.0,
+        roughness: 0.5,
+        f0: 0.04,
+    };
     sees(
-        &lit(json!({ "base_colour": [1, 0.5, 0.25], "metallic": 1, "roughness": 0.5 }), UP),
+        &lit(
+            json!({ "base_colour": [1, 0.5, 0.25], "metallic": 1, "roughness": 0.5 }),
+            UP,
+        ),
         DOWN,
         metal.sends([DVec3::Y; 3], true),
     );
     // F0 = ((2 − 1)/(2 + 1))² = 1/9; at ior 1 it is zero.
-    sees(&lit(json!({ "base_colour": 0.9, "ior": 2, "roughness": 0.5 }), UP), DOWN, [below(0.9, 0.5, 1.0 / 9.0) + 4.0 / 9.0; 3]);
-    sees(&lit(json!({ "base_colour": 0.5, "ior": 1 }), UP), DOWN, [below(0.5, 1.0, 0.0); 3]);
+    sees(
+        &lit(
+            json!({ "base_colour": 0.9, "ior": 2, "roughness": 0.5 }),
+            UP,
+        ),
+        DOWN,
+        [below(0.9, 0.5, 1.0 / 9.0) + 4.0 / 9.0; 3],
+    );
+    sees(
+        &lit(json!({ "base_colour": 0.5, "ior": 1 }), UP),
+        DOWN,
+        [below(0.5, 1.0, 0.0); 3],
+    );
 }
 
 /// Protects: half a metal has half of what a dielectric and a metal send.
 #[test]
 fn metalness_blends() {
     let found = |base: f64| {
-        let of = |metallic: f64| Surface { base: [base; 3], metallic, roughness: 0.5, f0: 0.04 }.sends([DVec3::Y; 3], true)[0];
+        let of = |metallic: f64| {
+            Surface {
+                base: [base; 3],
+                metallic,
+                roughness: 0.5,
+                f0: 0.04,
+            }
+            .sends([DVec3::Y; 3], true)[0]
+        };
         assert!((of(0.5) - 0.5 * (of(0.0) + of(1.0))).abs() < 1e-12);
         of(0.5)
     };
@@ -64,8 +106,8 @@ fn metalness_blends() {
     sees(&lit(terms, UP), DOWN, [found(1.0), found(0.5), found(0.25)]);
 }
 
-/// The textbook form: D = α²/(π((n·h)²(α² − 1) + 1)²), height-correlated V, Schlick's F, for a base colour and F0 over n·l and the
-/// whole under irradiance π.
+/// The textbook form: D = α²/(π((n·h)²(α² − 1) + 1)²), height-correlated V, Schlick's F, for a base
+/// colour and F0 over n·l and the whole under irradiance π.
 fn textbook(base: f64, f0: f64, roughness: f64, l: [f64; 3], v: [f64; 3]) -> f64 {
     dimmed(base, [f0, 1.0], roughness, l, v)
 }
@@ -84,22 +126,46 @@ fn dimmed(base: f64, [f0, f90]: [f64; 2], roughness: f64, l: [f64; 3], v: [f64; 
     PI * (base * (1.0 - f) / PI + f * d * visibility) * nl
 }
 
-/// Protects: the whole lobe off the normal, in and out of the plane of incidence, up to Fresnel's edge, at several roughnesses.
+/// Protects: the whole lobe off the normal, in and out of the plane of incidence, up to Fresnel's
+/// edge, at several roughnesses.
 #[test]
 fn values_off_the_normal() {
-    let views: [View; 3] = [SLANTED, [[4.0, 3.0, 0.0], [0.0; 3]], [[-2.0, 1.0, 2.0], [0.0; 3]]];
+    let views: [View; 3] = [
+        SLANTED,
+        [[4.0, 3.0, 0.0], [0.0; 3]],
+        [[-2.0, 1.0, 2.0], [0.0; 3]],
+    ];
     for [eye, target] in views {
         let distance = eye.iter().map(|x| x * x).sum::<f64>().sqrt();
         let v = eye.map(|x| x / distance);
-        for l in [[-0.6, 0.8, 0.0], [0.0, 0.6, 0.8], [-2.0 / 3.0, 1.0 / 3.0, -2.0 / 3.0], [0.96, 0.28, 0.0]] {
+        for l in [
+            [-0.6, 0.8, 0.0],
+            [0.0, 0.6, 0.8],
+            [-2.0 / 3.0, 1.0 / 3.0, -2.0 / 3.0],
+            [0.96, 0.28, 0.0],
+        ] {
             for roughness in [0.2, 0.5, 0.9] {
                 let dielectric = json!({ "base_colour": 0.5, "roughness": roughness });
-                // Of the facets by the textbook; below them lies what they leave, which is some of the base colour.
+                // Of the facets by the textbook; below them lies what they leave, which is some of
+                // the base colour.
                 let sends = |metallic: f64| {
-                    let surface = Surface { metallic, ..Surface::dielectric(0.5, roughness, 0.04) };
+                    let surface = Surface {
+                        metallic,
+                        ..Surface::dielectric(0.5, roughness, 0.04)
+                    };
                     let whole = surface.sends([DVec3::Y, l.into(), v.into()], true);
-                    let rest = whole[0] - textbook(0.0, if metallic > 0.0 { 0.5 } else { 0.04 }, roughness, l, v);
-                    assert!((-1e-9..0.55 * l[1]).contains(&rest), "{rest} besides facets");
+                    let rest = whole[0]
+                        - textbook(
+                            0.0,
+                            if metallic > 0.0 { 0.5 } else { 0.04 },
+                            roughness,
+                            l,
+                            v,
+                        );
+                    assert!(
+                        (-1e-9..0.55 * l[1]).contains(&rest),
+                        "{rest} besides facets"
+                    );
                     whole
                 };
                 sees_within(&lit(dielectric, l), [eye, target], sends(0.0), 1e-4);
@@ -108,26 +174,45 @@ fn values_off_the_normal() {
             }
         }
     }
-    // By numbers: l and v mirror each other at cosine 0.8, α = 1/4: D = 16/π, V = ½/(1.6 · √(0.64 · 15/16 + 1/16)).
+    // By numbers: l and v mirror each other at cosine 0.8, α = 1/4: D = 16/π, V = ½/(1.6 · √(0.64 ·
+    // 15/16 + 1/16)).
     let smith = f64::sqrt(0.64 * 0.9375 + 0.0625);
     let f = 0.04 + 0.96 * 0.2_f64.powi(5);
     let (l, v) = (DVec3::new(-0.6, 0.8, 0.0), DVec3::new(0.6, 0.8, 0.0));
-    let [black, grey] = [0.0, 0.5].map(|base| Surface::dielectric(base, 0.5, 0.04).sends([DVec3::Y, l, v], true)[0]);
+    let [black, grey] = [0.0, 0.5]
+        .map(|base| Surface::dielectric(base, 0.5, 0.04).sends([DVec3::Y, l, v], true)[0]);
     let facets = 0.8 * f * 16.0 * 0.5 / (1.6 * smith);
-    assert!((black - facets).abs() < 1e-12, "{black} of facets that send {facets}");
-    sees(&lit(json!({ "base_colour": 0.5, "roughness": 0.5 }), [-0.6, 0.8, 0.0]), SLANTED, [grey; 3]);
+    assert!(
+        (black - facets).abs() < 1e-12,
+        "{black} of facets that send {facets}"
+    );
+    sees(
+        &lit(
+            json!({ "base_colour": 0.5, "roughness": 0.5 }),
+            [-0.6, 0.8, 0.0],
+        ),
+        SLANTED,
+        [grey; 3],
+    );
 }
 
 /// Paths of two segments along one ray.
 fn straight(scene: &Scene, view: View) -> Settings {
-    Settings { integrator: Integrator::Path, max_depth: 2, ..settings(scene, view) }
+    Settings {
+        integrator: Integrator::Path,
+        max_depth: 2,
+        ..settings(scene, view)
+    }
 }
 
-/// A path tracer sees this of single microfacets: to the digits of a picture in f64, and as near as above in f32, where surfaces are shaded several
-/// at a time.
+/// A path tracer sees this of single microfacets: to the digits of a picture in f64, and as near as
+/// above in f32, where surfaces are shaded several at a time.
 #[track_caller]
 fn traced(scene: &Scene, view: View, without: EffectSet, expected: f64, what: &str) {
-    for (precision, tolerance) in [(PrecisionChoice::Reference, 1e-6), (PrecisionChoice::Robust, 1e-4)] {
+    for (precision, tolerance) in [
+        (PrecisionChoice::Reference, 1e-6),
+        (PrecisionChoice::Robust, 1e-4),
+    ] {
         let settings = Settings {
             microfacets: Microfacets::Single,
             fresnel: FresnelRule::Model,
@@ -135,22 +220,46 @@ fn traced(scene: &Scene, view: View, without: EffectSet, expected: f64, what: &s
             precision,
             ..straight(scene, view)
         };
-        near(pixel(scene, &settings), [expected; 3], tolerance, &format!("{what}, {precision:?}"));
+        near(
+            pixel(scene, &settings),
+            [expected; 3],
+            tolerance,
+            &format!("{what}, {precision:?}"),
+        );
     }
 }
 
-/// Protects: a factor of reflections scales what the dielectric part reflects, at normal incidence and at grazing, and what lies below is dimmed by
-/// as much: a factor of nothing leaves Lambert's base · n·l. The metal part knows no factor.
+/// Protects: a factor of reflections scales what the dielectric part reflects, at normal incidence
+/// and at grazing, and what lies below is dimmed by as much: a factor of nothing leaves Lambert's
+/// base · n·l. The metal part knows no factor.
 #[test]
 fn factors_dim_reflections_alone() {
     // Seen and lit from opposite sides, where Fresnel's edge is: v·h is 0.28.
-    for (v, l) in [([0.0, 1.0, 0.0], UP), ([0.8, 0.6, 0.0], [-0.6, 0.8, 0.0]), ([0.96, 0.28, 0.0], [-0.96, 0.28, 0.0])] {
+    for (v, l) in [
+        ([0.0, 1.0, 0.0], UP),
+        ([0.8, 0.6, 0.0], [-0.6, 0.8, 0.0]),
+        ([0.96, 0.28, 0.0], [-0.96, 0.28, 0.0]),
+    ] {
         for (factor, metallic) in [(0.0, 0.0), (0.5, 0.0), (0.3, 0.6), (1.0, 0.0)] {
             let terms = json!({ "base_colour": 0.5, "roughness": 0.7, "specular": factor, "metallic": metallic });
             let (lit, view) = (lit(terms, l), [v.map(|x: f64| 3.0 * x), [0.0; 3]]);
-            let between = |dielectric: f64, metal: f64| dielectric * factor * (1.0 - metallic) + metal * metallic;
-            let expected = dimmed(0.5 * (1.0 - metallic), [between(0.04, 0.5), between(1.0, 1.0)], 0.7, l, v);
-            traced(&lit, view, EffectSet::EMPTY, expected, &format!("{factor}, {metallic}, from {v:?}"));
+            let between = |dielectric: f64, metal: f64| {
+                dielectric * factor * (1.0 - metallic) + metal * metallic
+            };
+            let expected = dimmed(
+                0.5 * (1.0 - metallic),
+                [between(0.04, 0.5), between(1.0, 1.0)],
+                0.7,
+                l,
+                v,
+            );
+            traced(
+                &lit,
+                view,
+                EffectSet::EMPTY,
+                expected,
+                &format!("{factor}, {metallic}, from {v:?}"),
+            );
             if factor == 0.0 {
                 traced(&lit, view, EffectSet::EMPTY, 0.5 * l[1], "Lambert");
             }
@@ -158,11 +267,13 @@ fn factors_dim_reflections_alone() {
     }
 }
 
-/// Protects: the same beside bodies that are told apart by priority, where each surface asks what it is in: here, nothing.
+/// Protects: the same beside bodies that are told apart by priority, where each surface asks what
+/// it is in: here, nothing.
 #[test]
 fn factors_dim_reflections_beside_bodies() {
     let glass = |name: &str, priority: u32| json!({ "name": name, "model": physical(json!({ "transmission": 1, "roughness": 0, "priority": priority })) });
-    let light = json!({ "kind": { "directional": { "to_light": [-0.96, 0.28, 0.0] } }, "colour": PI });
+    let light =
+        json!({ "kind": { "directional": { "to_light": [-0.96, 0.28, 0.0] } }, "colour": PI });
     let scene = floor(
         physical(json!({ "base_colour": 0.5, "roughness": 0.7, "specular": 0.3 })),
         json!({ "lights": [light], "materials": [glass("cup", 2), glass("tea", 1)],
@@ -171,32 +282,65 @@ fn factors_dim_reflections_beside_bodies() {
     let view = [[0.96, 0.28, 0.0], [0.0; 3]];
     let told = detect(&scene, &straight(&scene, view)).status(Effect::NestedMedia);
     assert_eq!(told, Simulated);
-    let expected = dimmed(0.5, [0.012, 0.3], 0.7, [-0.96, 0.28, 0.0], [0.96, 0.28, 0.0]);
+    let expected = dimmed(
+        0.5,
+        [0.012, 0.3],
+        0.7,
+        [-0.96, 0.28, 0.0],
+        [0.96, 0.28, 0.0],
+    );
     traced(&scene, view, EffectSet::EMPTY, expected, "beside bodies");
-    traced(&scene, view, EffectSet::of(&[Effect::NestedMedia]), expected, "beside bodies that are not told apart");
+    traced(
+        &scene,
+        view,
+        EffectSet::of(&[Effect::NestedMedia]),
+        expected,
+        "beside bodies that are not told apart",
+    );
 }
 
-/// Protects: where a factor of reflections needs layers: on glass, whose boundary reflects less then; and nowhere by Whitted's integrator,
-/// which leaves it out.
+/// Protects: where a factor of reflections needs layers: on glass, whose boundary reflects less
+/// then; and nowhere by Whitted's integrator, which leaves it out.
 #[test]
 fn where_factors_are_layers() {
     let layers = |terms: Value| {
         let scene = lit(terms, UP);
-        prepare(&scene, &straight(&scene, DOWN), &()).expect("it can be prepared").tables().layered
+        prepare(&scene, &straight(&scene, DOWN), &())
+            .expect("it can be prepared")
+            .tables()
+            .layered
     };
     assert_eq!(layers(json!({ "specular": 0.5 })), 0);
-    assert_eq!(layers(json!({ "specular": 0.5, "transmission": 1, "roughness": 0 })), 1);
+    assert_eq!(
+        layers(json!({ "specular": 0.5, "transmission": 1, "roughness": 0 })),
+        1
+    );
     assert_eq!(layers(json!({ "transmission": 1, "roughness": 0 })), 0);
-    sees(&lit(json!({ "base_colour": 0.5, "roughness": 0.5, "specular": 0 }), UP), DOWN, [below(0.5, 0.5, 0.04) + 0.16; 3]);
+    sees(
+        &lit(
+            json!({ "base_colour": 0.5, "roughness": 0.5, "specular": 0 }),
+            UP,
+        ),
+        DOWN,
+        [below(0.5, 0.5, 0.04) + 0.16; 3],
+    );
 }
 
 /// Protects: light from behind a surface, and highlights that a light or a shadow leaves out.
 #[test]
 fn what_does_not_reach_a_surface() {
-    sees(&lit(json!({ "base_colour": 0.5 }), [0.0, -1.0, 0.0]), DOWN, [0.0; 3]);
+    sees(
+        &lit(json!({ "base_colour": 0.5 }), [0.0, -1.0, 0.0]),
+        DOWN,
+        [0.0; 3],
+    );
     let mut dull = lit(json!({ "base_colour": 0.5, "roughness": 0.5 }), UP);
     dull.lights[0].specular = false;
-    sees(&dull, DOWN, Surface::dielectric(0.5, 0.5, 0.04).sends([DVec3::Y; 3], false));
+    sees(
+        &dull,
+        DOWN,
+        Surface::dielectric(0.5, 0.5, 0.04).sends([DVec3::Y; 3], false),
+    );
 }
 
 /// Protects: shadows dim physical surfaces as far as the light casts them.
@@ -216,12 +360,14 @@ fn shadows_dim_physical_surfaces() {
         scene.lights[0].specular = false;
         scene
     };
-    let lit = Surface::dielectric(0.5, 1.0, 0.0).sends([DVec3::Y, DVec3::Y, DVec3::new(0.6, 0.8, 0.0)], false);
+    let lit = Surface::dielectric(0.5, 1.0, 0.0)
+        .sends([DVec3::Y, DVec3::Y, DVec3::new(0.6, 0.8, 0.0)], false);
     sees(&dull(true), SLANTED, lit.map(|x| 0.25 * x));
     sees(&dull(false), SLANTED, lit);
 }
 
-/// Protects: emission is added to whatever else there is, and an unlit surface shows its base colour and nothing else.
+/// Protects: emission is added to whatever else there is, and an unlit surface shows its base
+/// colour and nothing else.
 #[test]
 fn emission_and_unlit_surfaces() {
     sees(
@@ -229,17 +375,29 @@ fn emission_and_unlit_surfaces() {
         DOWN,
         [3.0, 2.0, 1.0].map(|glow| glow + 0.01 + below(0.5, 1.0, 0.04)),
     );
-    sees(&lit(json!({ "base_colour": [0.5, 0.25, 2], "unlit": true, "emission": [3, 2, 1] }), UP), DOWN, [0.5, 0.25, 2.0]);
+    sees(
+        &lit(
+            json!({ "base_colour": [0.5, 0.25, 2], "unlit": true, "emission": [3, 2, 1] }),
+            UP,
+        ),
+        DOWN,
+        [0.5, 0.25, 2.0],
+    );
 }
 
-/// Protects: nothing that an unlit material says besides base colour and alpha changes any bit of a picture (KHR_materials_unlit): it lights
-/// nothing, lets nothing through and casts the same shadow, by either integrator.
+/// Protects: nothing that an unlit material says besides base colour and alpha changes any bit of a
+/// picture (KHR_materials_unlit): it lights nothing, lets nothing through and casts the same
+/// shadow, by either integrator.
 #[test]
 fn unlit_surfaces_are_their_base_colour_alone() {
     for integrator in [Integrator::Whitted, Integrator::Path] {
         let picture = |terms: Value| {
             let mut all = json!({ "base_colour": [0, 0, 1], "unlit": true });
-            terms.as_object().into_iter().flatten().for_each(|(key, value)| all[key] = value.clone());
+            terms
+                .as_object()
+                .into_iter()
+                .flatten()
+                .for_each(|(key, value)| all[key] = value.clone());
             let light = json!({ "kind": { "point": { "position": [0.5, 4, 0] } }, "colour": 30 });
             let ball = ball([0.0, 1.0, 0.0], 0.5, "unlit");
             let scene = floor(
@@ -248,9 +406,18 @@ fn unlit_surfaces_are_their_base_colour_alone() {
             );
             let view = settings(&scene, [[3.0, 4.0, 0.0], [0.0, 0.5, 0.0]]);
             let sampling = raywright_core::settings::Sampling::General(16);
-            rendered(&scene, &Settings { size: [12, 12], integrator, sampling, precision: PrecisionChoice::Robust, ..view })
-                .picture
-                .rgb
+            rendered(
+                &scene,
+                &Settings {
+                    size: [12, 12],
+                    integrator,
+                    sampling,
+                    precision: PrecisionChoice::Robust,
+                    ..view
+                },
+            )
+            .picture
+            .rgb
         };
         let plain = picture(json!({}));
         assert!(plain.contains(&[0.0, 0.0, 1.0]), "the ball is seen");
@@ -272,9 +439,16 @@ fn unlit_surfaces_are_their_base_colour_alone() {
             ("sheen", json!({ "colour": 1 })),
             ("clearcoat", json!({ "factor": 1 })),
         ] {
-            assert!(picture(json!({ key: value })) == plain, "{key} by {integrator:?}");
+            assert!(
+                picture(json!({ key: value })) == plain,
+                "{key} by {integrator:?}"
+            );
         }
-        for (key, value) in [("thin_walled", json!(true)), ("priority", json!(3)), ("attenuation_distance", json!(0.1))] {
+        for (key, value) in [
+            ("thin_walled", json!(true)),
+            ("priority", json!(3)),
+            ("attenuation_distance", json!(0.1)),
+        ] {
             let terms = json!({ key: value, "transmission": 1, "attenuation_colour": 0.5, "emission": 1, "roughness": 0 });
             assert!(picture(terms) == plain, "{key} by {integrator:?}");
         }

@@ -1,7 +1,9 @@
-//! A net of random scenes: materials of both families with random fields, bodies and lights, by both integrators. Closed forms are for single
-//! terms; what two of them do to each other that no one thought of is found here.
+//! A net of random scenes: materials of both families with random fields, bodies and lights, by
+//! both integrators. Closed forms are for single terms; what two of them do to each other that no
+//! one thought of is found here.
 //!
-//! The scenes are numbered, and a number is all that it takes to make one again. `NETS=all` renders all of them, a tenth otherwise.
+//! The scenes are numbered, and a number is all that it takes to make one again. `NETS=all` renders
+//! all of them, a tenth otherwise.
 
 use std::env;
 use std::sync::Arc;
@@ -45,7 +47,11 @@ impl Random {
 
     /// A share: as often as not one of its ends, where formulas have their poles.
     fn share(&mut self) -> f64 {
-        if self.is(0.5) { self.one_of(&[0.0, 1.0]) } else { self.unit() }
+        if self.is(0.5) {
+            self.one_of(&[0.0, 1.0])
+        } else {
+            self.unit()
+        }
     }
 
     fn colour(&mut self) -> Value {
@@ -59,7 +65,12 @@ impl Random {
 }
 
 /// Puts a field in by chance.
-fn maybe(random: &mut Random, of: &mut Map<String, Value>, name: &str, value: impl FnOnce(&mut Random) -> Value) {
+fn maybe(
+    random: &mut Random,
+    of: &mut Map<String, Value>,
+    name: &str,
+    value: impl FnOnce(&mut Random) -> Value,
+) {
     if random.is(0.4) {
         let value = value(random);
         of.insert(name.to_owned(), value);
@@ -69,14 +80,24 @@ fn maybe(random: &mut Random, of: &mut Map<String, Value>, name: &str, value: im
 fn physical(random: &mut Random) -> Value {
     let mut m = Map::new();
     let all = &mut m;
-    for field in ["metallic", "roughness", "transmission", "specular", "opacity"] {
+    for field in [
+        "metallic",
+        "roughness",
+        "transmission",
+        "specular",
+        "opacity",
+    ] {
         maybe(random, all, field, |r| r.share().into());
     }
     for field in ["base_colour", "specular_colour", "attenuation_colour"] {
         maybe(random, all, field, Random::colour);
     }
-    maybe(random, all, "ior", |r| r.one_of(&[1.0, 1.0001, 1.1, 1.33, 1.5, 2.4, 1000.0]).into());
-    maybe(random, all, "attenuation_distance", |r| r.magnitude(-6.0, 3.0).into());
+    maybe(random, all, "ior", |r| {
+        r.one_of(&[1.0, 1.0001, 1.1, 1.33, 1.5, 2.4, 1000.0]).into()
+    });
+    maybe(random, all, "attenuation_distance", |r| {
+        r.magnitude(-6.0, 3.0).into()
+    });
     maybe(random, all, "dispersion", |r| r.magnitude(-2.0, 2.0).into());
     // A thin wall has no inside that could have a priority.
     match random.next() % 4 {
@@ -84,14 +105,48 @@ fn physical(random: &mut Random) -> Value {
         1 => all.insert("priority".to_owned(), random.one_of(&[1, 2]).into()),
         _ => None,
     };
-    maybe(random, all, "emission", |r| json!([r.share(), 0.0, r.magnitude(-3.0, 3.0)]));
-    maybe(random, all, "alpha", |r| r.one_of(&[json!("blend"), json!({ "mask": { "cutoff": 0.5 } })]));
-    maybe(random, all, "conductor", |r| json!({ "n": [0.001, 1.5, 3.0], "k": [r.magnitude(-2.0, 2.0), 0.0, 7.0] }));
-    maybe(random, all, "clearcoat", |r| json!({ "factor": r.share(), "roughness": r.share() }));
-    maybe(random, all, "sheen", |r| json!({ "colour": r.colour(), "roughness": r.share() }));
-    maybe(random, all, "iridescence", |r| json!({ "factor": r.share(), "ior": 1.0 + r.unit(), "thickness": 800.0 * r.unit() }));
-    maybe(random, all, "anisotropy", |r| json!({ "strength": r.share(), "rotation": 360.0 * r.unit() }));
-    maybe(random, all, "diffuse_transmission", |r| json!({ "factor": r.share(), "colour": r.colour() }));
+    maybe(random, all, "emission", |r| {
+        json!([r.share(), 0.0, r.magnitude(-3.0, 3.0)])
+    });
+    maybe(random, all, "alpha", |r| {
+        r.one_of(&[json!("blend"), json!({ "mask": { "cutoff": 0.5 } })])
+    });
+    maybe(
+        random,
+        all,
+        "conductor",
+        |r| json!({ "n": [0.001, 1.5, 3.0], "k": [r.magnitude(-2.0, 2.0), 0.0, 7.0] }),
+    );
+    maybe(
+        random,
+        all,
+        "clearcoat",
+        |r| json!({ "factor": r.share(), "roughness": r.share() }),
+    );
+    maybe(
+        random,
+        all,
+        "sheen",
+        |r| json!({ "colour": r.colour(), "roughness": r.share() }),
+    );
+    maybe(
+        random,
+        all,
+        "iridescence",
+        |r| json!({ "factor": r.share(), "ior": 1.0 + r.unit(), "thickness": 800.0 * r.unit() }),
+    );
+    maybe(
+        random,
+        all,
+        "anisotropy",
+        |r| json!({ "strength": r.share(), "rotation": 360.0 * r.unit() }),
+    );
+    maybe(
+        random,
+        all,
+        "diffuse_transmission",
+        |r| json!({ "factor": r.share(), "colour": r.colour() }),
+    );
     json!({ "physical": m })
 }
 
@@ -103,15 +158,26 @@ fn classic(random: &mut Random) -> Value {
     }
     maybe(random, all, "colour", Random::colour);
     maybe(random, all, "emission", |r| r.magnitude(-3.0, 3.0).into());
-    maybe(random, all, "rim", |r| json!({ "strength": r.share(), "exponent": 3 }));
+    maybe(
+        random,
+        all,
+        "rim",
+        |r| json!({ "strength": r.share(), "exponent": 3 }),
+    );
     maybe(random, all, "specular", |r| {
         let model = r.one_of(&["blinn", "blinn_reflected", "phong", "grazing"]);
         json!({ "model": model, "exponent": r.one_of(&[1, 30, 65536]), "strength": r.share(), "on_reflection": r.is(0.5) })
     });
     let ior = random.one_of(&[0.5, 1.0, 1.33, 1.5, 2.4]);
     match random.next() % 4 {
-        0 => all.extend([("reflection".to_owned(), json!({ "weight": random.share(), "tinted": random.is(0.5) }))]),
-        1 => all.extend([("transmission".to_owned(), json!({ "ior": ior, "refracted_tint": random.colour() }))]),
+        0 => all.extend([(
+            "reflection".to_owned(),
+            json!({ "weight": random.share(), "tinted": random.is(0.5) }),
+        )]),
+        1 => all.extend([(
+            "transmission".to_owned(),
+            json!({ "ior": ior, "refracted_tint": random.colour() }),
+        )]),
         2 => {
             let through = random.share();
             let mut mixture = json!({
@@ -130,7 +196,11 @@ fn classic(random: &mut Random) -> Value {
 
 /// A material of either family.
 fn material(random: &mut Random, name: &str) -> Value {
-    let model = if random.is(0.7) { physical(random) } else { classic(random) };
+    let model = if random.is(0.7) {
+        physical(random)
+    } else {
+        classic(random)
+    };
     json!({ "name": name, "model": model })
 }
 
@@ -139,10 +209,17 @@ fn bodies(kind: u64) -> Vec<Value> {
     let of = |shape: Value| json!({ "shape": shape, "material": "a" });
     match kind {
         0 => vec![ball([0.0, 1.0, 0.0], 1.0, "a")],
-        1 => vec![of(json!({ "box": { "min": [-0.8, 0.1, -0.7], "max": [0.8, 1.6, 0.9] } }))],
+        1 => vec![of(
+            json!({ "box": { "min": [-0.8, 0.1, -0.7], "max": [0.8, 1.6, 0.9] } }),
+        )],
         2 => vec![of(json!({ "mesh": "tent" }))],
-        3 => vec![of(json!({ "quad": { "corner": [-1, 0.2, 0], "edge_u": [2, 0, 0.3], "edge_v": [0, 1.6, 0.2] } }))],
-        _ => vec![ball([0.0, 1.0, 0.0], 1.0, "a"), ball([0.1, 1.0, 0.1], 0.6, "b")],
+        3 => vec![of(
+            json!({ "quad": { "corner": [-1, 0.2, 0], "edge_u": [2, 0, 0.3], "edge_v": [0, 1.6, 0.2] } }),
+        )],
+        _ => vec![
+            ball([0.0, 1.0, 0.0], 1.0, "a"),
+            ball([0.1, 1.0, 0.1], 0.6, "b"),
+        ],
     }
 }
 
@@ -157,14 +234,22 @@ fn tent() -> Value {
     json!({ "name": "tent", "source": { "inline": data } })
 }
 
-/// Adds one of eight lights: directional, point, spot, a lamp, an even sky, a gradient with a sun, an environment map, a glowing mesh.
+/// Adds one of eight lights: directional, point, spot, a lamp, an even sky, a gradient with a sun,
+/// an environment map, a glowing mesh.
 fn add_light(kind: u64, random: &mut Random, parts: &mut Value) {
     let strength = random.magnitude(-2.0, 4.0);
     let light = |kind: Value| json!([{ "kind": kind, "colour": [strength, strength, 0.0] }]);
     let glow = |shape: Value, parts: &mut Value| {
-        let lamp = json!({ "name": "lamp", "model": { "classic": { "local": 0, "emission": strength } } });
-        parts["materials"].as_array_mut().expect("a list").push(lamp);
-        parts["objects"].as_array_mut().expect("a list").push(json!({ "shape": shape, "material": "lamp" }));
+        let lamp =
+            json!({ "name": "lamp", "model": { "classic": { "local": 0, "emission": strength } } });
+        parts["materials"]
+            .as_array_mut()
+            .expect("a list")
+            .push(lamp);
+        parts["objects"]
+            .as_array_mut()
+            .expect("a list")
+            .push(json!({ "shape": shape, "material": "lamp" }));
     };
     match kind {
         0 => parts["lights"] = light(json!({ "directional": { "to_light": [0.4, 1, 0.3] } })),
@@ -173,7 +258,10 @@ fn add_light(kind: u64, random: &mut Random, parts: &mut Value) {
             let spot = json!({ "position": [0, 3, 1], "direction": [0, -1, -0.3], "inner_angle": 20, "outer_angle": 35 });
             parts["lights"] = light(json!({ "spot": spot }));
         }
-        3 => glow(json!({ "quad": { "corner": [-1, 3, -1], "edge_u": [2, 0, 0], "edge_v": [0, 0, 2] } }), parts),
+        3 => glow(
+            json!({ "quad": { "corner": [-1, 3, -1], "edge_u": [2, 0, 0], "edge_v": [0, 0, 2] } }),
+            parts,
+        ),
         4 => parts["sky"] = json!({ "constant": strength }),
         5 => {
             let sun = json!({ "direction": [0.3, 1, 0.2], "colour": 1, "weight": strength, "exponent": 4000 });
@@ -181,10 +269,16 @@ fn add_light(kind: u64, random: &mut Random, parts: &mut Value) {
         }
         6 => parts["sky"] = json!({ "map": { "image": "sky", "strength": strength } }),
         _ => {
-            parts["objects"].as_array_mut().expect("a list").push(json!({ "shape": { "mesh": "tent" }, "material": "lamp",
+            parts["objects"]
+                .as_array_mut()
+                .expect("a list")
+                .push(json!({ "shape": { "mesh": "tent" }, "material": "lamp",
                 "transform": [{ "translate": [0, 2.2, 0] }] }));
             let lamp = json!({ "name": "lamp", "model": { "physical": { "emission": [strength, strength, 0] } } });
-            parts["materials"].as_array_mut().expect("a list").push(lamp);
+            parts["materials"]
+                .as_array_mut()
+                .expect("a list")
+                .push(lamp);
         }
     }
 }
@@ -194,15 +288,21 @@ fn of_number(number: u64) -> Scene {
     let random = &mut Random::of(number);
     let materials = ["floor", "a", "b"].map(|name| material(random, name));
     let floor = json!({ "shape": { "plane": { "point": [0, 0, 0], "normal": [0, 1, 0] } }, "material": "floor" });
-    let mut parts =
-        json!({ "materials": materials, "meshes": [tent()], "objects": [floor], "images": [{ "name": "sky", "path": "sky" }] });
-    parts["objects"].as_array_mut().expect("a list").extend(bodies(number % 5));
+    let mut parts = json!({ "materials": materials, "meshes": [tent()], "objects": [floor], "images": [{ "name": "sky", "path": "sky" }] });
+    parts["objects"]
+        .as_array_mut()
+        .expect("a list")
+        .extend(bodies(number % 5));
     add_light(number / 5 % 8, random, &mut parts);
     let mut scene = scene_of(parts);
     // Black but for a spot of a million.
     let mut texels = vec![[0.0, 0.0, 0.0, 1.0]; 8];
     texels[2] = [1e6, 0.0, 1e6, 1.0];
-    scene.images[0].data = Some(Arc::new(ImageData { width: 4, height: 2, pixels: Pixels::Linear(texels) }));
+    scene.images[0].data = Some(Arc::new(ImageData {
+        width: 4,
+        height: 2,
+        pixels: Pixels::Linear(texels),
+    }));
     scene
 }
 
@@ -213,13 +313,20 @@ fn scene_of(parts: Value) -> Scene {
 }
 
 /// From outside, and from within the bodies.
-const VIEWS: [View; 2] = [[[1.0, 2.2, 4.0], [0.0, 0.9, 0.0]], [[0.05, 1.02, 0.03], [0.5, 0.4, 0.6]]];
+const VIEWS: [View; 2] = [
+    [[1.0, 2.2, 4.0], [0.0, 0.9, 0.0]],
+    [[0.05, 1.02, 0.03], [0.5, 0.4, 0.6]],
+];
 
-/// Protects: no sample of a sound scene is lost, whatever its materials, bodies and lights: none is dropped as no number, and no ray ends at
-/// the limit of surfaces that are passed.
+/// Protects: no sample of a sound scene is lost, whatever its materials, bodies and lights: none is
+/// dropped as no number, and no ray ends at the limit of surfaces that are passed.
 #[test]
 fn no_sample_is_lost() {
-    let step = if env::var("NETS").is_ok_and(|nets| nets == "all") { 1 } else { 10 };
+    let step = if env::var("NETS").is_ok_and(|nets| nets == "all") {
+        1
+    } else {
+        10
+    };
     let mut lost = Vec::new();
     // Every tenth would be of few bodies and lights alone.
     for number in (0..SCENES / step).map(|k| k * step + k % step) {
@@ -232,8 +339,14 @@ fn no_sample_is_lost() {
         ] {
             for view in VIEWS {
                 let own = settings(&scene, view);
-                let settings =
-                    Settings { integrator, precision, max_depth: 6, size: [12, 12], sampling: Sampling::General(8), ..own };
+                let settings = Settings {
+                    integrator,
+                    precision,
+                    max_depth: 6,
+                    size: [12, 12],
+                    sampling: Sampling::General(8),
+                    ..own
+                };
                 let counters = rendered(&scene, &settings).counters;
                 if counters.samples != 12 * 12 * 8 || counters.losses().next().is_some() {
                     lost.push(format!(
@@ -244,19 +357,38 @@ fn no_sample_is_lost() {
             }
         }
     }
-    assert!(lost.is_empty(), "{} renders of seed {SEED} lost samples:\n{}", lost.len(), lost.join("\n"));
+    assert!(
+        lost.is_empty(),
+        "{} renders of seed {SEED} lost samples:\n{}",
+        lost.len(),
+        lost.join("\n")
+    );
 }
 
-/// Protects: a flat lamp that is there in part is met once by a shadow ray that begins in its own plane, so that no such ray ends at the limit of
-/// surfaces that are passed: the one scene of the net where one did.
+/// Protects: a flat lamp that is there in part is met once by a shadow ray that begins in its own
+/// plane, so that no such ray ends at the limit of surfaces that are passed: the one scene of the
+/// net where one did.
 #[test]
 fn flat_lamps_are_met_once_from_their_own_plane() {
     let scene = of_number(473);
     for view in VIEWS {
         let own = settings(&scene, view);
         let precision = PrecisionChoice::Reference;
-        let settings = Settings { precision, max_depth: 6, size: [12, 12], sampling: Sampling::General(8), ..own };
-        let counters = rendered(&scene, &Settings { integrator: Integrator::Path, ..settings }).counters;
+        let settings = Settings {
+            precision,
+            max_depth: 6,
+            size: [12, 12],
+            sampling: Sampling::General(8),
+            ..own
+        };
+        let counters = rendered(
+            &scene,
+            &Settings {
+                integrator: Integrator::Path,
+                ..settings
+            },
+        )
+        .counters;
         assert!(counters.losses().next().is_none(), "{view:?}: {counters:?}");
     }
 }

@@ -1,4 +1,5 @@
-//! Rungs of light and chance against closed forms: shadows of lamps by their middles, roulette, samplers, sums.
+//! Rungs of light and chance against closed forms: shadows of lamps by their middles, roulette,
+//! samplers, sums.
 
 use raywright_core::Settings;
 use raywright_core::scene::{Integrator, Scene};
@@ -8,12 +9,15 @@ use serde_json::{Value, json};
 use crate::paths::{AT, lamp, mean, paths};
 use crate::support::{View, ball, classic, floor, rendered, scene, settings};
 
-/// A floor under a lamp and a wall that hides all of the lamp with x above `edge` from where [`AT`] looks, half way up. The view comes from
-/// x below the wall.
+/// A floor under a lamp and a wall that hides all of the lamp with x above `edge` from where [`AT`]
+/// looks, half way up. The view comes from x below the wall.
 fn half_hidden(lamp_object: Value, edge: f64) -> Scene {
     let wall = json!({ "shape": { "quad": { "corner": [edge, 1, -9], "edge_u": [9, 0, 0], "edge_v": [0, 0, 18] } }, "material": "wall" });
     let black = json!({ "name": "wall", "model": classic(json!({ "local": 0 })) });
-    floor(classic(json!({ "colour": 0.6 })), json!({ "materials": [lamp(5.0), black], "objects": [lamp_object, wall] }))
+    floor(
+        classic(json!({ "colour": 0.6 })),
+        json!({ "materials": [lamp(5.0), black], "objects": [lamp_object, wall] }),
+    )
 }
 
 fn quad_lamp() -> Value {
@@ -25,12 +29,17 @@ fn box_lamp() -> Value {
     json!({ "shape": { "box": { "min": [-1, 2, -1], "max": [1, 2.2, 1] } }, "material": "lamp" })
 }
 
-/// Protects: where shadows are hard all of a lamp's light arrives where its middle is seen, and none where it is not, by both integrators
-/// and both ways of asking, with no light twice: of lamps by solid angle and by area, flat, round and closed. Soft ones are in between.
+/// Protects: where shadows are hard all of a lamp's light arrives where its middle is seen, and
+/// none where it is not, by both integrators and both ways of asking, with no light twice: of lamps
+/// by solid angle and by area, flat, round and closed. Soft ones are in between.
 #[test]
 fn hard_shadows_go_by_the_middle() {
     let ball_lamp = || ball([0.0, 2.0, 0.0], 0.8, "lamp");
-    for (what, object) in [("quad", quad_lamp()), ("ball", ball_lamp()), ("box", box_lamp())] {
+    for (what, object) in [
+        ("quad", quad_lamp()),
+        ("ball", ball_lamp()),
+        ("box", box_lamp()),
+    ] {
         // 20 m away it hides nothing; at −0.1 and 0.1 the middle is hidden, and seen.
         let [open, hidden, seen] = [20.0, -0.1, 0.1].map(|edge| half_hidden(object.clone(), edge));
         for (integrator, light_sampling) in [
@@ -39,7 +48,15 @@ fn hard_shadows_go_by_the_middle() {
             (Integrator::Whitted, LightSampling::Both),
         ] {
             let of = |scene: &Scene, area_shadows| {
-                mean(scene, &Settings { integrator, light_sampling, area_shadows, ..paths(scene, AT, 2) })
+                mean(
+                    scene,
+                    &Settings {
+                        integrator,
+                        light_sampling,
+                        area_shadows,
+                        ..paths(scene, AT, 2)
+                    },
+                )
             };
             let (whole, error) = of(&open, AreaShadows::Soft);
             for (scene, share) in [(&open, 1.0), (&hidden, 0.0), (&seen, 1.0)] {
@@ -52,22 +69,36 @@ fn hard_shadows_go_by_the_middle() {
             }
             for scene in [&hidden, &seen] {
                 let (soft, _) = of(scene, AreaShadows::Soft);
-                assert!(soft[0] > 0.25 * whole[0] && soft[0] < 0.75 * whole[0], "{what}, {integrator:?}: {soft:?} of {whole:?}");
+                assert!(
+                    soft[0] > 0.25 * whole[0] && soft[0] < 0.75 * whole[0],
+                    "{what}, {integrator:?}: {soft:?} of {whole:?}"
+                );
             }
         }
     }
 }
 
-/// Protects: where there is no middle to be seen, lamps light as ever: from within the box that they are, and where their light varies, by
-/// which what is met decides. Through a thin wall a lamp is seen by its middle all the same, and itself is not in the way.
+/// Protects: where there is no middle to be seen, lamps light as ever: from within the box that
+/// they are, and where their light varies, by which what is met decides. Through a thin wall a lamp
+/// is seen by its middle all the same, and itself is not in the way.
 #[test]
 fn hard_shadows_have_their_exceptions() {
     let [soft, hard] = [AreaShadows::Soft, AreaShadows::Hard];
     let alike = |scene: &Scene, view: View, depth: u32, what: &str| {
-        let [(a, sa), (b, sb)] =
-            [soft, hard].map(|area_shadows| mean(scene, &Settings { area_shadows, ..paths(scene, view, depth) }));
+        let [(a, sa), (b, sb)] = [soft, hard].map(|area_shadows| {
+            mean(
+                scene,
+                &Settings {
+                    area_shadows,
+                    ..paths(scene, view, depth)
+                },
+            )
+        });
         let allowed = 3.5 * (sa[0] * sa[0] + sb[0] * sb[0]).sqrt() + 1e-6;
-        assert!(a[0] > 0.05 && (a[0] - b[0]).abs() <= allowed, "{what}: {a:?} ± {sa:?}, hard {b:?} ± {sb:?}");
+        assert!(
+            a[0] > 0.05 && (a[0] - b[0]).abs() <= allowed,
+            "{what}: {a:?} ± {sa:?}, hard {b:?} ± {sb:?}"
+        );
     };
     let mut room = json!({ "shape": { "box": { "min": [-3, -1, -3], "max": [3, 4, 3] } }, "material": "lamp" });
     room["side"] = json!("inside");
@@ -77,19 +108,29 @@ fn hard_shadows_have_their_exceptions() {
     let wall = json!({ "shape": { "quad": { "corner": [-0.1, 1, -9], "edge_u": [9, 0, 0], "edge_v": [0, 0, 18] } }, "material": "wall" });
     let black = json!({ "name": "wall", "model": classic(json!({ "local": 0 })) });
     let parts = json!({ "materials": [varied, black], "objects": [quad_lamp(), wall] });
-    alike(&floor(classic(json!({ "colour": 0.6 })), parts), AT, 2, "a lamp that varies");
+    alike(
+        &floor(classic(json!({ "colour": 0.6 })), parts),
+        AT,
+        2,
+        "a lamp that varies",
+    );
 
-    let pane =
-        json!({ "shape": { "quad": { "corner": [-9, 1, -9], "edge_u": [18, 0, 0], "edge_v": [0, 0, 18] } }, "material": "pane" });
+    let pane = json!({ "shape": { "quad": { "corner": [-9, 1, -9], "edge_u": [18, 0, 0], "edge_v": [0, 0, 18] } }, "material": "pane" });
     let glass = json!({ "name": "pane", "model": { "physical": { "transmission": 1, "roughness": 0, "thin_walled": true } } });
     let parts = |lamp_object: Value| json!({ "materials": [lamp(5.0), glass.clone()], "objects": [lamp_object, pane.clone()] });
     for (what, object) in [("quad", quad_lamp()), ("box", box_lamp())] {
-        alike(&floor(classic(json!({ "colour": 0.6 })), parts(object)), AT, 3, &format!("{what} behind a pane"));
+        alike(
+            &floor(classic(json!({ "colour": 0.6 })), parts(object)),
+            AT,
+            3,
+            &format!("{what} behind a pane"),
+        );
     }
 }
 
-/// Protects: a triangle's middle is a point of it: a lamp of one triangle, of whose bounds the middle is another triangle's, is hidden by
-/// what stands before that point and not by what stands before the bounds' middle.
+/// Protects: a triangle's middle is a point of it: a lamp of one triangle, of whose bounds the
+/// middle is another triangle's, is hidden by what stands before that point and not by what stands
+/// before the bounds' middle.
 #[test]
 fn a_triangle_has_a_middle_of_its_own() {
     let triangle = |wall: [f64; 2]| {
@@ -103,37 +144,60 @@ fn a_triangle_has_a_middle_of_its_own() {
                 { "shape": { "triangle": { "vertices": [[-1, 2, -1], [1, 2, -1], [-1, 2, 1]] } }, "material": "lamp" }] }),
         )
     };
-    let hard = |scene: &Scene| mean(scene, &Settings { area_shadows: AreaShadows::Hard, ..paths(scene, AT, 2) }).0[0];
-    // The middle of the bounds is above the origin, that of the triangle at x < 0: what is half way up has half its x.
-    let [open, before_bounds, before_itself] = [[20.0, 21.0], [-0.02, 0.3], [-0.4, -0.02]].map(|wall| hard(&triangle(wall)));
+    let hard = |scene: &Scene| {
+        mean(
+            scene,
+            &Settings {
+                area_shadows: AreaShadows::Hard,
+                ..paths(scene, AT, 2)
+            },
+        )
+        .0[0]
+    };
+    // The middle of the bounds is above the origin, that of the triangle at x < 0: what is half way
+    // up has half its x.
+    let [open, before_bounds, before_itself] =
+        [[20.0, 21.0], [-0.02, 0.3], [-0.4, -0.02]].map(|wall| hard(&triangle(wall)));
     assert!(
         open > 0.1 && (before_bounds / open - 1.0).abs() < 0.1 && before_itself == 0.0,
         "{open} {before_bounds} {before_itself}"
     );
 }
 
-/// Protects: roulette is right in the mean on every rung, and longer paths are what it saves: in a closed room of albedo a that gives off e,
-/// e·(1 − aᵈ)/(1 − a) of d segments. Without it every path has all its segments; from the first surface on 1 + a + a² + .. of them; from the fourth on, where it counts
-/// for a⁴, 4 + a⁴·(1 + a + ..)
+/// Protects: roulette is right in the mean on every rung, and longer paths are what it saves: in a
+/// closed room of albedo a that gives off e, e·(1 − aᵈ)/(1 − a) of d segments. Without it every
+/// path has all its segments; from the first surface on 1 + a + a² + .. of them; from the fourth
+/// on, where it counts for a⁴, 4 + a⁴·(1 + a + ..)
 #[test]
 fn roulette_only_saves_time() {
     let wall = classic(json!({ "colour": 0.5, "emission": 0.5 }));
     let mut room = ball([0.0; 3], 2.0, "wall");
     room["side"] = json!("inside");
-    let room = scene(json!({ "materials": [{ "name": "wall", "model": wall }], "objects": [room] }));
+    let room =
+        scene(json!({ "materials": [{ "name": "wall", "model": wall }], "objects": [room] }));
     const DEPTH: u32 = 10;
     let expected = 0.5 * (1.0 - 0.5_f64.powi(DEPTH as i32)) / 0.5;
-    for (roulette, segments) in [(Roulette::Early, 1.998), (Roulette::Late, 4.123), (Roulette::Off, 10.0)] {
+    for (roulette, segments) in [
+        (Roulette::Early, 1.998),
+        (Roulette::Late, 4.123),
+        (Roulette::Off, 10.0),
+    ] {
         let settings = Settings {
             roulette,
             light_sampling: LightSampling::Scattering,
             ..paths(&room, [[0.5, 0.2, 0.3], [0.0, 0.0, -1.0]], DEPTH)
         };
         let (found, error) = mean(&room, &settings);
-        assert!((found[0] - expected).abs() <= 3.5 * error[0] + 1e-4, "{roulette:?}: {found:?} instead of {expected}");
+        assert!(
+            (found[0] - expected).abs() <= 3.5 * error[0] + 1e-4,
+            "{roulette:?}: {found:?} instead of {expected}"
+        );
         let counters = rendered(&room, &settings).counters;
         let mean = counters.rays() as f64 / counters.camera as f64;
-        assert!((mean / segments - 1.0).abs() < 0.02, "{roulette:?}: {mean} segments instead of {segments}");
+        assert!(
+            (mean / segments - 1.0).abs() < 0.02,
+            "{roulette:?}: {mean} segments instead of {segments}"
+        );
     }
 }
 
@@ -141,23 +205,38 @@ fn roulette_only_saves_time() {
 fn edge() -> (Scene, View) {
     let white = json!({ "classic": { "local": 0, "emission": 1 } });
     let half = json!({ "shape": { "quad": { "corner": [0, 0, -50], "edge_u": [50, 0, 0], "edge_v": [0, 0, 100] } }, "material": "white" });
-    (scene(json!({ "materials": [{ "name": "white", "model": white }], "objects": [half] })), [[0.0, 2.0, 0.0], [0.0; 3]])
+    (
+        scene(json!({ "materials": [{ "name": "white", "model": white }], "objects": [half] })),
+        [[0.0, 2.0, 0.0], [0.0; 3]],
+    )
 }
 
-/// Protects: samplers are what they are called. Of sixteen samples of an edge through a pixel's middle a grid of four by four has eight on
-/// each side in every pixel, Sobol points too; independent ones have a standard deviation of a half over the root of sixteen.
+/// Protects: samplers are what they are called. Of sixteen samples of an edge through a pixel's
+/// middle a grid of four by four has eight on each side in every pixel, Sobol points too;
+/// independent ones have a standard deviation of a half over the root of sixteen.
 #[test]
 fn samplers_are_what_they_are_called() {
     let (scene, view) = edge();
     let of = |sampler, seed| {
-        let asked = Settings { sampler, seed, sampling: Sampling::General(16), replicates: Some(1), ..settings(&scene, view) };
+        let asked = Settings {
+            sampler,
+            seed,
+            sampling: Sampling::General(16),
+            replicates: Some(1),
+            ..settings(&scene, view)
+        };
         f64::from(rendered(&scene, &asked).picture.rgb[0][0])
     };
     for sampler in [SamplerKind::Stratified, SamplerKind::Sobol] {
         assert!((0..50).all(|seed| of(sampler, seed) == 0.5), "{sampler:?}");
     }
-    let found: Vec<f64> = (0..400).map(|seed| of(SamplerKind::Independent, seed)).collect();
+    let found: Vec<f64> = (0..400)
+        .map(|seed| of(SamplerKind::Independent, seed))
+        .collect();
     let mean = found.iter().sum::<f64>() / 400.0;
     let deviation = (found.iter().map(|x| (x - mean).powi(2)).sum::<f64>() / 400.0).sqrt();
-    assert!((mean - 0.5).abs() < 0.02 && (deviation - 0.125).abs() < 0.015, "{mean} ± {deviation}");
+    assert!(
+        (mean - 0.5).abs() < 0.02 && (deviation - 0.125).abs() < 0.015,
+        "{mean} ± {deviation}"
+    );
 }

@@ -3,40 +3,134 @@
 use raywright_core::sampler::{Address, Branch, Purpose, pair};
 use raywright_core::settings::SamplerKind;
 
-const AT: Address =
-    Address { seed: 11, frame: 0, pixel: [3, 5], replicate: 0, index: 7, bounce: 0, branch: 0, sampler: SamplerKind::Sobol };
+const AT: Address = Address {
+    seed: 11,
+    frame: 0,
+    pixel: [3, 5],
+    replicate: 0,
+    index: 7,
+    bounce: 0,
+    branch: 0,
+    sampler: SamplerKind::Sobol,
+};
 
-/// Protects: all bits of seed, frame, pixel, replicate, index, bounce and branch, and the purpose, are part of the address.
+/// Protects: all bits of seed, frame, pixel, replicate, index, bounce and branch, and the purpose,
+/// are part of the address.
 #[test]
 fn every_part_of_an_address_counts() {
-    let mut seen =
-        vec![pair(AT, Purpose::Pixel), pair(AT, Purpose::Lens), pair(AT, Purpose::Emitter), pair(AT, Purpose::EmitterPoint)];
+    let mut seen = vec![
+        pair(AT, Purpose::Pixel),
+        pair(AT, Purpose::Lens),
+        pair(AT, Purpose::Emitter),
+        pair(AT, Purpose::EmitterPoint),
+    ];
     for bit in 0..32 {
-        seen.push(pair(Address { bounce: 1 << bit, ..AT }, Purpose::Pixel));
-        seen.push(pair(Address { frame: 1 << bit, ..AT }, Purpose::Pixel));
-        seen.push(pair(Address { replicate: 1 << bit, ..AT }, Purpose::Pixel));
+        seen.push(pair(
+            Address {
+                bounce: 1 << bit,
+                ..AT
+            },
+            Purpose::Pixel,
+        ));
+        seen.push(pair(
+            Address {
+                frame: 1 << bit,
+                ..AT
+            },
+            Purpose::Pixel,
+        ));
+        seen.push(pair(
+            Address {
+                replicate: 1 << bit,
+                ..AT
+            },
+            Purpose::Pixel,
+        ));
     }
-    seen.extend((0..64).map(|bit| pair(Address { branch: 1 << bit, ..AT }, Purpose::Pixel)));
+    seen.extend((0..64).map(|bit| {
+        pair(
+            Address {
+                branch: 1 << bit,
+                ..AT
+            },
+            Purpose::Pixel,
+        )
+    }));
     let glass = Address { bounce: 2, ..AT };
-    seen.extend([glass.aside(Branch::Reflected), glass.aside(Branch::Behind)].map(|at| pair(at, Purpose::Pixel)));
-    seen.extend((0..64).map(|bit| pair(Address { seed: AT.seed ^ 1 << bit, ..AT }, Purpose::Pixel)));
-    seen.extend((0..32).map(|bit| pair(Address { index: AT.index ^ 1 << bit, ..AT }, Purpose::Pixel)));
+    seen.extend(
+        [glass.aside(Branch::Reflected), glass.aside(Branch::Behind)]
+            .map(|at| pair(at, Purpose::Pixel)),
+    );
+    seen.extend((0..64).map(|bit| {
+        pair(
+            Address {
+                seed: AT.seed ^ 1 << bit,
+                ..AT
+            },
+            Purpose::Pixel,
+        )
+    }));
+    seen.extend((0..32).map(|bit| {
+        pair(
+            Address {
+                index: AT.index ^ 1 << bit,
+                ..AT
+            },
+            Purpose::Pixel,
+        )
+    }));
     for bit in 0..16 {
-        seen.push(pair(Address { pixel: [3 ^ 1 << bit, 5], ..AT }, Purpose::Pixel));
-        seen.push(pair(Address { pixel: [3, 5 ^ 1 << bit], ..AT }, Purpose::Pixel));
+        seen.push(pair(
+            Address {
+                pixel: [3 ^ 1 << bit, 5],
+                ..AT
+            },
+            Purpose::Pixel,
+        ));
+        seen.push(pair(
+            Address {
+                pixel: [3, 5 ^ 1 << bit],
+                ..AT
+            },
+            Purpose::Pixel,
+        ));
     }
-    seen.push(pair(Address { pixel: [5, 3], ..AT }, Purpose::Pixel));
+    seen.push(pair(
+        Address {
+            pixel: [5, 3],
+            ..AT
+        },
+        Purpose::Pixel,
+    ));
     for (i, a) in seen.iter().enumerate() {
-        assert!(!seen[..i].contains(a), "entry {i} is not the first with {a:?}");
+        assert!(
+            !seen[..i].contains(a),
+            "entry {i} is not the first with {a:?}"
+        );
     }
     let zero = Address::default();
-    assert_ne!(pair(zero, Purpose::Pixel), pair(Address { seed: 1 << 32, ..zero }, Purpose::Pixel));
+    assert_ne!(
+        pair(zero, Purpose::Pixel),
+        pair(
+            Address {
+                seed: 1 << 32,
+                ..zero
+            },
+            Purpose::Pixel
+        )
+    );
 }
 
-/// Protects: the two numbers of a pair are independent: their points fill the square as evenly as its sides.
+/// Protects: the two numbers of a pair are independent: their points fill the square as evenly as
+/// its sides.
 #[test]
 fn pairs_fill_the_square() {
-    for purpose in [Purpose::Pixel, Purpose::Lens, Purpose::Emitter, Purpose::EmitterPoint] {
+    for purpose in [
+        Purpose::Pixel,
+        Purpose::Lens,
+        Purpose::Emitter,
+        Purpose::EmitterPoint,
+    ] {
         let mut cells = [0; 64];
         for index in 0..4096 {
             let [x, y] = pair(Address { index, ..AT }, purpose);
@@ -46,18 +140,38 @@ fn pairs_fill_the_square() {
     }
 }
 
-/// Protects: the samples of one purpose say nothing about those of another, nor those of one pixel about its neighbour's: products
-/// of deviations cancel. Exactly aligned points would give 1/12.
+/// Protects: the samples of one purpose say nothing about those of another, nor those of one pixel
+/// about its neighbour's: products of deviations cancel. Exactly aligned points would give 1/12.
 #[test]
 fn addresses_are_independent() {
-    let numbers =
-        |at: Address, purpose, k: usize| (0..4096).map(move |index| f64::from(pair(Address { index, ..at }, purpose)[k]) - 0.5);
-    let beside = Address { pixel: [4, 5], ..AT };
+    let numbers = |at: Address, purpose, k: usize| {
+        (0..4096).map(move |index| f64::from(pair(Address { index, ..at }, purpose)[k]) - 0.5)
+    };
+    let beside = Address {
+        pixel: [4, 5],
+        ..AT
+    };
     for (what, a, b) in [
-        ("purposes", numbers(AT, Purpose::Emitter, 0), numbers(AT, Purpose::EmitterPoint, 0)),
-        ("lens", numbers(AT, Purpose::Pixel, 0), numbers(AT, Purpose::Lens, 0)),
-        ("pixels", numbers(AT, Purpose::Pixel, 0), numbers(beside, Purpose::Pixel, 0)),
-        ("pair", numbers(AT, Purpose::Pixel, 0), numbers(AT, Purpose::Pixel, 1)),
+        (
+            "purposes",
+            numbers(AT, Purpose::Emitter, 0),
+            numbers(AT, Purpose::EmitterPoint, 0),
+        ),
+        (
+            "lens",
+            numbers(AT, Purpose::Pixel, 0),
+            numbers(AT, Purpose::Lens, 0),
+        ),
+        (
+            "pixels",
+            numbers(AT, Purpose::Pixel, 0),
+            numbers(beside, Purpose::Pixel, 0),
+        ),
+        (
+            "pair",
+            numbers(AT, Purpose::Pixel, 0),
+            numbers(AT, Purpose::Pixel, 1),
+        ),
     ] {
         let product: f64 = a.zip(b).map(|(a, b)| a * b).sum::<f64>() / 4096.0;
         assert!(product.abs() < 0.02, "{what}: {product}");
@@ -67,10 +181,24 @@ fn addresses_are_independent() {
 /// Protects: pictures of earlier versions: the numbers that this code had when it was checked.
 #[test]
 fn numbers_stay_what_they_were() {
-    let far = Address { pixel: [65535, 1], index: 70_000, seed: u64::MAX, replicate: 3, ..AT };
-    let found = [pair(AT, Purpose::Pixel), pair(Address { bounce: 3, ..AT }, Purpose::EmitterPoint), pair(far, Purpose::Lens)];
+    let far = Address {
+        pixel: [65535, 1],
+        index: 70_000,
+        seed: u64::MAX,
+        replicate: 3,
+        ..AT
+    };
+    let found = [
+        pair(AT, Purpose::Pixel),
+        pair(Address { bounce: 3, ..AT }, Purpose::EmitterPoint),
+        pair(far, Purpose::Lens),
+    ];
     assert_eq!(
         found.map(|pair| pair.map(f32::to_bits)),
-        [[1_060_399_114, 1_055_578_636], [1_010_857_216, 1_059_301_550], [1_064_709_310, 1_055_170_840]]
+        [
+            [1_060_399_114, 1_055_578_636],
+            [1_010_857_216, 1_059_301_550],
+            [1_064_709_310, 1_055_170_840]
+        ]
     );
 }

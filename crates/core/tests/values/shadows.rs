@@ -3,11 +3,16 @@
 use raywright_core::Scene;
 use serde_json::{Value, json};
 
-use crate::support::{SLANTED, ball, classic, floor, near, physical, rendered, sees, settings, sun};
+use crate::support::{
+    SLANTED, ball, classic, floor, near, physical, rendered, sees, settings, sun,
+};
 
 /// A white floor under the sun, with balls above the origin at these heights.
 fn under(rules: Value, materials: Value, heights: &[(f64, &str)]) -> Scene {
-    let objects: Vec<Value> = heights.iter().map(|&(y, material)| ball([0.0, y, 0.0], 0.5, material)).collect();
+    let objects: Vec<Value> = heights
+        .iter()
+        .map(|&(y, material)| ball([0.0, y, 0.0], 0.5, material))
+        .collect();
     floor(
         classic(json!({})),
         json!({ "classic": rules, "lights": [sun([0.0, 1.0, 0.0])], "materials": materials, "objects": objects }),
@@ -19,15 +24,36 @@ fn veils() -> Value {
     json!([veil("half", 0.5), veil("quarter", 0.25), veil("solid", 0.0)])
 }
 
-/// Protects: transmittances are multiplied, or the first in the file's order decides alone wherever it is.
+/// Protects: transmittances are multiplied, or the first in the file's order decides alone wherever
+/// it is.
 #[test]
 fn occluders_multiply_or_the_first_decides() {
     let first = || json!({ "shadow": "first_in_order" });
-    sees(&under(json!({}), veils(), &[(9.0, "half"), (3.0, "quarter")]), SLANTED, [0.125; 3]);
-    sees(&under(first(), veils(), &[(9.0, "half"), (3.0, "quarter")]), SLANTED, [0.5; 3]);
-    sees(&under(first(), veils(), &[(3.0, "quarter"), (9.0, "half")]), SLANTED, [0.25; 3]);
-    sees(&under(json!({}), veils(), &[(9.0, "half"), (3.0, "solid")]), SLANTED, [0.0; 3]);
-    sees(&under(first(), veils(), &[(9.0, "half"), (3.0, "solid")]), SLANTED, [0.5; 3]);
+    sees(
+        &under(json!({}), veils(), &[(9.0, "half"), (3.0, "quarter")]),
+        SLANTED,
+        [0.125; 3],
+    );
+    sees(
+        &under(first(), veils(), &[(9.0, "half"), (3.0, "quarter")]),
+        SLANTED,
+        [0.5; 3],
+    );
+    sees(
+        &under(first(), veils(), &[(3.0, "quarter"), (9.0, "half")]),
+        SLANTED,
+        [0.25; 3],
+    );
+    sees(
+        &under(json!({}), veils(), &[(9.0, "half"), (3.0, "solid")]),
+        SLANTED,
+        [0.0; 3],
+    );
+    sees(
+        &under(first(), veils(), &[(9.0, "half"), (3.0, "solid")]),
+        SLANTED,
+        [0.5; 3],
+    );
 }
 
 /// Protects: objects and lights that cast no shadows.
@@ -42,17 +68,28 @@ fn shadows_may_be_left_out() {
     let mut scene = under(json!({}), veils(), &[(3.0, "solid")]);
     scene.lights[0].shadows = false;
     sees(&scene, SLANTED, [1.0; 3]);
-    assert_eq!(rendered(&scene, &settings(&scene, SLANTED)).counters.shadow, 0);
+    assert_eq!(
+        rendered(&scene, &settings(&scene, SLANTED)).counters.shadow,
+        0
+    );
 }
 
-/// Protects: the farthest occluder of a directional light, under both rules for where rays start; of other lights it is the light.
+/// Protects: the farthest occluder of a directional light, under both rules for where rays start;
+/// of other lights it is the light.
 #[test]
 fn occluders_count_up_to_a_distance() {
     // The ball begins 2.5 above the floor.
-    for spawn in [json!("error_bound"), json!({ "constant": { "offset": 0.001 } })] {
+    for spawn in [
+        json!("error_bound"),
+        json!({ "constant": { "offset": 0.001 } }),
+    ] {
         for (distance, expected) in [(2.4, 1.0), (2.6, 0.0)] {
             let rules = json!({ "shadow_max_distance": distance, "spawn": spawn });
-            sees(&under(rules.clone(), veils(), &[(3.0, "solid")]), SLANTED, [expected; 3]);
+            sees(
+                &under(rules.clone(), veils(), &[(3.0, "solid")]),
+                SLANTED,
+                [expected; 3],
+            );
             let mut lamp = under(rules, veils(), &[(3.0, "solid")]);
             lamp.lights[0].kind = raywright_core::scene::LightKind::Point {
                 position: [0.0, 9.0, 0.0],
@@ -64,35 +101,53 @@ fn occluders_count_up_to_a_distance() {
     }
 }
 
-/// Protects: what a physical occluder lets through is the mean of its tint times its transmission: 0.5 · (1 + 0.5 + 0.3)/3 = 0.3;
-/// and where alpha says how much of it there is, 1 − alpha · (1 − 0.3). From both sides alike.
+/// Protects: what a physical occluder lets through is the mean of its tint times its transmission:
+/// 0.5 · (1 + 0.5 + 0.3)/3 = 0.3; and where alpha says how much of it there is, 1 − alpha · (1 −
+/// 0.3). From both sides alike.
 #[test]
 fn physical_occluders_transmit() {
     let base = |rest: Value| {
         let mut terms = json!({ "base_colour": [1, 0.5, 0.3], "transmission": 0.5 });
-        terms.as_object_mut().expect("a table").extend(rest.as_object().expect("a table").clone());
+        terms
+            .as_object_mut()
+            .expect("a table")
+            .extend(rest.as_object().expect("a table").clone());
         json!([{ "name": "glass", "model": physical(terms) }])
     };
     for (rest, share) in [
         (json!({}), 0.3),
         (json!({ "opacity": 0.5 }), 0.3),
         (json!({ "opacity": 0.5, "alpha": "blend" }), 0.65),
-        (json!({ "opacity": 0.25, "alpha": "blend", "transmission": 0 }), 0.75),
-        (json!({ "opacity": 0.5, "alpha": { "mask": { "cutoff": 0.6 } } }), 1.0),
-        (json!({ "opacity": 0.5, "alpha": { "mask": { "cutoff": 0.5 } } }), 0.3),
+        (
+            json!({ "opacity": 0.25, "alpha": "blend", "transmission": 0 }),
+            0.75,
+        ),
+        (
+            json!({ "opacity": 0.5, "alpha": { "mask": { "cutoff": 0.6 } } }),
+            1.0,
+        ),
+        (
+            json!({ "opacity": 0.5, "alpha": { "mask": { "cutoff": 0.5 } } }),
+            0.3,
+        ),
     ] {
         for up in [1, -1] {
-            let disk =
-                json!({ "shape": { "disk": { "centre": [0, 3, 0], "normal": [0, up, 0], "radius": 0.5 } }, "material": "glass" });
+            let disk = json!({ "shape": { "disk": { "centre": [0, 3, 0], "normal": [0, up, 0], "radius": 0.5 } }, "material": "glass" });
             let parts = json!({ "lights": [sun([0.0, 1.0, 0.0])], "materials": base(rest.clone()), "objects": [disk] });
             let scene = floor(classic(json!({})), parts);
             let found = rendered(&scene, &settings(&scene, SLANTED)).picture.rgb[0].map(f64::from);
-            near(found, [share; 3], 1e-6, &format!("{rest}, its outside {up}"));
+            near(
+                found,
+                [share; 3],
+                1e-6,
+                &format!("{rest}, its outside {up}"),
+            );
         }
     }
 }
 
-/// Protects: one shadow ray for each light that a surface faces and that casts shadows, none for the others.
+/// Protects: one shadow ray for each light that a surface faces and that casts shadows, none for
+/// the others.
 #[test]
 fn shadow_rays_are_asked_where_they_matter() {
     let mut scene = under(json!({}), veils(), &[(3.0, "solid")]);
@@ -102,48 +157,68 @@ fn shadow_rays_are_asked_where_they_matter() {
         shadows,
         ..light.clone()
     };
-    scene.lights.extend([towards([1.0, 1.0, 0.0], true), towards([0.0, -1.0, 0.0], true), towards([1.0, 2.0, 0.0], false)]);
-    assert_eq!(rendered(&scene, &settings(&scene, SLANTED)).counters.shadow, 2);
-    // A rule that reads nothing of what is between asks nothing, nor does a scene in which nothing casts shadows.
+    scene.lights.extend([
+        towards([1.0, 1.0, 0.0], true),
+        towards([0.0, -1.0, 0.0], true),
+        towards([1.0, 2.0, 0.0], false),
+    ]);
+    assert_eq!(
+        rendered(&scene, &settings(&scene, SLANTED)).counters.shadow,
+        2
+    );
+    // A rule that reads nothing of what is between asks nothing, nor does a scene in which nothing
+    // casts shadows.
     let count = |scene: &Scene| rendered(scene, &settings(scene, SLANTED)).counters.shadow;
     let lit = || json!({ "lights": [sun([0.0, 1.0, 0.0])] });
     assert_eq!(count(&floor(classic(json!({ "shadow": "n.y" })), lit())), 0);
-    assert_eq!(count(&floor(classic(json!({ "shadow": "shadow" })), lit())), 1);
+    assert_eq!(
+        count(&floor(classic(json!({ "shadow": "shadow" })), lit())),
+        1
+    );
     let mut bare = floor(classic(json!({})), lit());
     assert_eq!(count(&bare), 1);
     bare.objects[0].casts_shadow = false;
     assert_eq!(count(&bare), 0);
 }
 
-/// Protects: whatever weight reads how far the nearest occluder is gets the nearest one's distance, not that of the first opaque one
-/// that a ray happened to meet.
+/// Protects: whatever weight reads how far the nearest occluder is gets the nearest one's distance,
+/// not that of the first opaque one that a ray happened to meet.
 #[test]
 fn distances_are_of_the_nearest_occluder() {
-    for heights in [[(9.0, "solid"), (3.0, "solid")], [(3.0, "solid"), (9.0, "solid")]] {
+    for heights in [
+        [(9.0, "solid"), (3.0, "solid")],
+        [(3.0, "solid"), (9.0, "solid")],
+    ] {
         let mut scene = under(json!({}), veils(), &heights);
         let specular = json!({ "model": "phong", "exponent": 0, "strength": "occluder_distance / 10", "shadowed": false });
-        let raywright_core::scene::Model::Classic(floor) = &mut scene.materials[0].model else { panic!("a classic floor") };
+        let raywright_core::scene::Model::Classic(floor) = &mut scene.materials[0].model else {
+            panic!("a classic floor")
+        };
         floor.specular = Some(serde_json::from_value(specular).expect("a highlight"));
         // The ball begins 2.5 above the floor, which is in its shadow.
         sees(&scene, SLANTED, [0.25; 3]);
     }
 }
 
-/// Protects: a material's own `shadow` counts for every light that casts shadows, also where nothing is there to cast one, and for
-/// no other.
+/// Protects: a material's own `shadow` counts for every light that casts shadows, also where
+/// nothing is there to cast one, and for no other.
 #[test]
 fn a_materials_own_shadow_needs_no_occluder() {
     for (shadows, expected) in [(true, 0.25), (false, 1.0)] {
         let mut light = sun([0.0, 1.0, 0.0]);
         light["shadows"] = json!(shadows);
-        let mut scene = floor(classic(json!({ "shadow": 0.25 })), json!({ "lights": [light] }));
+        let mut scene = floor(
+            classic(json!({ "shadow": 0.25 })),
+            json!({ "lights": [light] }),
+        );
         scene.objects[0].casts_shadow = false;
         sees(&scene, SLANTED, [expected; 3]);
     }
 }
 
-/// Protects: along paths the scene's limit on shadows is that of its lights without size: what hides the sky or a lamp does so at any
-/// distance, whichever way light is found, and also where thin walls have what is in between asked in the order of the way.
+/// Protects: along paths the scene's limit on shadows is that of its lights without size: what
+/// hides the sky or a lamp does so at any distance, whichever way light is found, and also where
+/// thin walls have what is in between asked in the order of the way.
 #[test]
 fn a_sky_is_hidden_beyond_the_limit_of_shadows() {
     use crate::paths::{all_see, lamp};
@@ -160,12 +235,23 @@ fn a_sky_is_hidden_beyond_the_limit_of_shadows() {
         let shut = json!({ "classic": rules, "sky": { "constant": 2 }, "materials": [black, clear],
             "objects": with_walls(vec![ball([0.0; 3], 50.0, "black")]) });
         let found = floor(classic(json!({ "colour": 0.5 })), shut);
-        all_see(&found, crate::paths::AT, 2, [0.0; 3], &format!("a sky, {limit}, {walls}"));
-        let disk =
-            json!({ "shape": { "disk": { "centre": [0, 45, 0], "normal": [0, 1, 0], "radius": 40 } }, "material": "black" });
+        all_see(
+            &found,
+            crate::paths::AT,
+            2,
+            [0.0; 3],
+            &format!("a sky, {limit}, {walls}"),
+        );
+        let disk = json!({ "shape": { "disk": { "centre": [0, 45, 0], "normal": [0, 1, 0], "radius": 40 } }, "material": "black" });
         let hidden = json!({ "classic": rules, "materials": [black, clear, lamp(5.0)],
             "objects": with_walls(vec![disk, ball([0.0, 80.0, 0.0], 10.0, "lamp")]) });
         let found = floor(classic(json!({ "colour": 0.5 })), hidden);
-        all_see(&found, crate::paths::AT, 2, [0.0; 3], &format!("a lamp, {limit}, {walls}"));
+        all_see(
+            &found,
+            crate::paths::AT,
+            2,
+            [0.0; 3],
+            &format!("a lamp, {limit}, {walls}"),
+        );
     }
 }

@@ -11,9 +11,15 @@ use crate::support::{DOWN, ball, classic, floor, settings};
 
 /// A floor under an open lamp and an open light; a lamp and a light, each in a box, if `closed`.
 fn scene(closed: bool) -> Scene {
-    let mut objects = vec![ball([3.0, 3.0, 0.0], 0.5, "lamp"), ball([-3.0, 3.0, 0.0], 0.5, "lamp")];
+    let mut objects = vec![
+        ball([3.0, 3.0, 0.0], 0.5, "lamp"),
+        ball([-3.0, 3.0, 0.0], 0.5, "lamp"),
+    ];
     if closed {
-        objects.extend([ball([-3.0, 3.0, 0.0], 1.0, "wall"), ball([0.0, 3.0, 3.0], 1.0, "wall")]);
+        objects.extend([
+            ball([-3.0, 3.0, 0.0], 1.0, "wall"),
+            ball([0.0, 3.0, 3.0], 1.0, "wall"),
+        ]);
     }
     let light = |at: [f64; 3]| json!({ "kind": { "point": { "position": at } }, "colour": 4 });
     floor(
@@ -26,7 +32,12 @@ fn scene(closed: bool) -> Scene {
     )
 }
 
-fn told(scene: &Scene, samples: u32, light_sampling: LightSampling, tile_size: u32) -> Vec<ShutAway> {
+fn told(
+    scene: &Scene,
+    samples: u32,
+    light_sampling: LightSampling,
+    tile_size: u32,
+) -> Vec<ShutAway> {
     let settings = Settings {
         size: [24, 16],
         sampling: Sampling::General(samples),
@@ -38,7 +49,9 @@ fn told(scene: &Scene, samples: u32, light_sampling: LightSampling, tile_size: u
     let ready = prepare(scene, &settings, &()).unwrap_or_else(|e| panic!("{e}"));
     let shut = |ready: &Ready| {
         let mut film = ready.film("");
-        ready.render_part(&mut film, &ready.film("").whole(), &()).expect("its own film");
+        ready
+            .render_part(&mut film, &ready.film("").whole(), &())
+            .expect("its own film");
         assert_eq!(film.unfinished(), 0);
         ready.shut_away(&film)
     };
@@ -47,23 +60,56 @@ fn told(scene: &Scene, samples: u32, light_sampling: LightSampling, tile_size: u
     first
 }
 
-/// Protects: of two lamps and two lights, those in boxes are told, with the rays that were sent to them, which do not depend on the tiles;
-/// where the boxes are open, none is; and neither is where hardly a ray was sent or none at all.
+/// Protects: of two lamps and two lights, those in boxes are told, with the rays that were sent to
+/// them, which do not depend on the tiles; where the boxes are open, none is; and neither is where
+/// hardly a ray was sent or none at all.
 #[test]
 fn what_lights_nothing_is_told() {
     let shut = told(&scene(true), 64, LightSampling::Both, 32);
-    let [ShutAway::Light { index: 1, rays: to_light }, ShutAway::Object { index: 2, rays: to_lamp }] = shut[..] else {
+    let [
+        ShutAway::Light {
+            index: 1,
+            rays: to_light,
+        },
+        ShutAway::Object {
+            index: 2,
+            rays: to_lamp,
+        },
+    ] = shut[..]
+    else {
         panic!("{shut:?}")
     };
     // Each vertex asks one light, the nearer and brighter ones more often.
-    assert!([to_light, to_lamp].iter().all(|rays| (200..24 * 16 * 64).contains(rays)), "{shut:?}");
+    assert!(
+        [to_light, to_lamp]
+            .iter()
+            .all(|rays| (200..24 * 16 * 64).contains(rays)),
+        "{shut:?}"
+    );
     assert_eq!(told(&scene(true), 64, LightSampling::Both, 5), shut);
     assert_eq!(told(&scene(false), 64, LightSampling::Both, 32), []);
-    assert_eq!(told(&scene(true), 64, LightSampling::Scattering, 32).len(), 1, "lamps are not asked then");
-    let few = Settings { size: [4, 4], ..settings(&scene(true), DOWN) };
-    let ready = prepare(&scene(true), &Settings { integrator: Integrator::Path, sampling: Sampling::General(1), ..few }, &());
+    assert_eq!(
+        told(&scene(true), 64, LightSampling::Scattering, 32).len(),
+        1,
+        "lamps are not asked then"
+    );
+    let few = Settings {
+        size: [4, 4],
+        ..settings(&scene(true), DOWN)
+    };
+    let ready = prepare(
+        &scene(true),
+        &Settings {
+            integrator: Integrator::Path,
+            sampling: Sampling::General(1),
+            ..few
+        },
+        &(),
+    );
     let ready = ready.unwrap_or_else(|e| panic!("{e}"));
     let mut film = ready.film("");
-    ready.render_part(&mut film, &ready.film("").whole(), &()).expect("its own film");
+    ready
+        .render_part(&mut film, &ready.film("").whole(), &())
+        .expect("its own film");
     assert_eq!(ready.shut_away(&film), []);
 }

@@ -21,62 +21,150 @@ fn sky(sky: Value) -> Scene {
 #[test]
 fn plain_skies() {
     sees(&scene(json!({})), towards([1.0, 0.0, 0.0]), [0.0; 3]);
-    sees(&sky(json!({ "constant": [1, 0.5, 0.25] })), towards([1.0, 0.0, 0.0]), [1.0, 0.5, 0.25]);
-    sees(&sky(json!({ "expression": "o + d" })), towards([0.6, -0.8, 0.0]), [1.6, 1.2, 3.0]);
+    sees(
+        &sky(json!({ "constant": [1, 0.5, 0.25] })),
+        towards([1.0, 0.0, 0.0]),
+        [1.0, 0.5, 0.25],
+    );
+    sees(
+        &sky(json!({ "expression": "o + d" })),
+        towards([0.6, -0.8, 0.0]),
+        [1.6, 1.2, 3.0],
+    );
 }
 
-/// Protects: linear in the height from bottom to top, and suns of weight · colour · cosine^exponent that add up, in front only.
+/// Protects: linear in the height from bottom to top, and suns of weight · colour · cosine^exponent
+/// that add up, in front only.
 #[test]
 fn gradients_with_suns() {
-    let gradient = |suns: Value| sky(json!({ "gradient": { "bottom": [1, 0, 0], "top": [0, 1, 0], "suns": suns } }));
+    let gradient = |suns: Value| {
+        sky(json!({ "gradient": { "bottom": [1, 0, 0], "top": [0, 1, 0], "suns": suns } }))
+    };
     let plain = gradient(json!([]));
     sees(&plain, towards([0.0, 1.0, 0.0]), [0.0, 1.0, 0.0]);
     sees(&plain, towards([0.0, -1.0, 0.0]), [1.0, 0.0, 0.0]);
     sees(&plain, towards([0.8, 0.6, 0.0]), [0.2, 0.8, 0.0]);
     let suns = json!([{ "direction": [4, 0, 0], "colour": [1, 0.5, 2], "weight": 0.5, "exponent": 2 },
                       { "direction": [0, 0, -1], "colour": 1, "weight": 7, "exponent": 1 }]);
-    sees(&gradient(suns.clone()), towards([0.8, 0.6, 0.0]), [0.2 + 0.32, 0.8 + 0.16, 0.64]);
-    sees(&gradient(suns), towards([-0.8, 0.0, -0.6]), [0.5 + 4.2, 0.5 + 4.2, 4.2]);
+    sees(
+        &gradient(suns.clone()),
+        towards([0.8, 0.6, 0.0]),
+        [0.2 + 0.32, 0.8 + 0.16, 0.64],
+    );
+    sees(
+        &gradient(suns),
+        towards([-0.8, 0.0, -0.6]),
+        [0.5 + 4.2, 0.5 + 4.2, 4.2],
+    );
 }
 
-/// A sky of four columns and two rows, whose texels have their column in red and their row in green.
+/// A sky of four columns and two rows, whose texels have their column in red and their row in
+/// green.
 fn map(rotation: f64, strength: f64) -> Scene {
-    let pixels = (0..8_u8).map(|i| [f32::from(i % 4), f32::from(i / 4), 0.5, 1.0]).collect();
-    let data = Arc::new(ImageData { width: 4, height: 2, pixels: Pixels::Linear(pixels) });
+    let pixels = (0..8_u8)
+        .map(|i| [f32::from(i % 4), f32::from(i / 4), 0.5, 1.0])
+        .collect();
+    let data = Arc::new(ImageData {
+        width: 4,
+        height: 2,
+        pixels: Pixels::Linear(pixels),
+    });
     Scene {
-        images: vec![Image { name: "round".to_owned(), path: "round.exr".to_owned(), data: Some(data), mended: 0 }],
-        sky: Some(Sky::Map(SkyMap { image: "round".to_owned(), rotation, strength })),
+        images: vec![Image {
+            name: "round".to_owned(),
+            path: "round.exr".to_owned(),
+            data: Some(data),
+            mended: 0,
+        }],
+        sky: Some(Sky::Map(SkyMap {
+            image: "round".to_owned(),
+            rotation,
+            strength,
+        })),
         ..Scene::default()
     }
 }
 
-/// Protects: u runs from −x over −z, +x and +z, so that a picture is unmirrored from inside; v down; a turn of 90° brings what was
-/// at −z to +x; the seam is filtered across; the strength multiplies.
+/// Protects: u runs from −x over −z, +x and +z, so that a picture is unmirrored from inside; v
+/// down; a turn of 90° brings what was at −z to +x; the seam is filtered across; the strength
+/// multiplies.
 #[test]
 fn maps_lie_as_documented() {
     let high = f64::sqrt(2.0);
-    for (column, [x, z]) in [(0.0, [-1.0, -1.0]), (1.0, [1.0, -1.0]), (2.0, [1.0, 1.0]), (3.0, [-1.0, 1.0])] {
-        near(pixel(&map(0.0, 1.0), &settings(&map(0.0, 1.0), towards([x, high, z]))), [column, 0.0, 0.5], 1e-6, "upper");
-        near(pixel(&map(0.0, 2.0), &settings(&map(0.0, 2.0), towards([x, -high, z]))), [2.0 * column, 2.0, 1.0], 1e-6, "lower");
+    for (column, [x, z]) in [
+        (0.0, [-1.0, -1.0]),
+        (1.0, [1.0, -1.0]),
+        (2.0, [1.0, 1.0]),
+        (3.0, [-1.0, 1.0]),
+    ] {
+        near(
+            pixel(
+                &map(0.0, 1.0),
+                &settings(&map(0.0, 1.0), towards([x, high, z])),
+            ),
+            [column, 0.0, 0.5],
+            1e-6,
+            "upper",
+        );
+        near(
+            pixel(
+                &map(0.0, 2.0),
+                &settings(&map(0.0, 2.0), towards([x, -high, z])),
+            ),
+            [2.0 * column, 2.0, 1.0],
+            1e-6,
+            "lower",
+        );
         let turned = map(90.0, 1.0);
-        near(pixel(&turned, &settings(&turned, towards([-z, high, x]))), [column, 0.0, 0.5], 1e-6, "turned");
+        near(
+            pixel(&turned, &settings(&turned, towards([-z, high, x]))),
+            [column, 0.0, 0.5],
+            1e-6,
+            "turned",
+        );
     }
     let scene = map(0.0, 1.0);
-    near(pixel(&scene, &settings(&scene, towards([-1.0, 0.0, 0.0]))), [1.5, 0.5, 0.5], 1e-6, "seam");
-    near(pixel(&scene, &settings(&scene, towards([0.0, 0.0, 1.0]))), [2.5, 0.5, 0.5], 1e-6, "between");
+    near(
+        pixel(&scene, &settings(&scene, towards([-1.0, 0.0, 0.0]))),
+        [1.5, 0.5, 0.5],
+        1e-6,
+        "seam",
+    );
+    near(
+        pixel(&scene, &settings(&scene, towards([0.0, 0.0, 1.0]))),
+        [2.5, 0.5, 0.5],
+        1e-6,
+        "between",
+    );
 }
 
-/// Protects: a background stands in for the sky in front of the camera only, and a transparent one is black with alpha 0.
+/// Protects: a background stands in for the sky in front of the camera only, and a transparent one
+/// is black with alpha 0.
 #[test]
 fn backgrounds_hide_the_sky_from_the_camera() {
-    let scene = floor(classic(json!({ "local": 0, "reflection": { "weight": 1 } })), json!({ "sky": { "constant": [0, 1, 0] } }));
+    let scene = floor(
+        classic(json!({ "local": 0, "reflection": { "weight": 1 } })),
+        json!({ "sky": { "constant": [0, 1, 0] } }),
+    );
     let up: View = [[0.0, 2.0, 0.0], [0.0, 3.0, 0.0]];
     for (view, rgb, alpha) in [(up, [0.0; 3], 0.0), (DOWN, [0.0, 1.0, 0.0], 1.0)] {
-        let settings = Settings { background: Background::Transparent, ..settings(&scene, view) };
+        let settings = Settings {
+            background: Background::Transparent,
+            ..settings(&scene, view)
+        };
         let picture = rendered(&scene, &settings).picture;
         let behind = picture.over([0.25, 0.5, 0.75]).rgb[0].map(f64::from);
         assert_eq!((picture.rgb[0], picture.alpha), (rgb, Some(vec![alpha])));
-        near(behind, if alpha > 0.0 { [0.0, 1.0, 0.0] } else { [0.25, 0.5, 0.75] }, 1e-6, "before a colour");
+        near(
+            behind,
+            if alpha > 0.0 {
+                [0.0, 1.0, 0.0]
+            } else {
+                [0.25, 0.5, 0.75]
+            },
+            1e-6,
+            "before a colour",
+        );
     }
     assert_eq!(rendered(&scene, &settings(&scene, up)).picture.alpha, None);
 }

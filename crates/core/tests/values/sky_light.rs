@@ -1,9 +1,12 @@
-//! The sky on physical materials: its average on matte ones, its mirror image on smooth ones, and what passes through.
+//! The sky on physical materials: its average on matte ones, its mirror image on smooth ones, and
+//! what passes through.
 
 use raywright_core::{Scene, Settings};
 use serde_json::{Value, json};
 
-use crate::support::{DOWN, SLANTED, floor, physical, pixel, rendered, scene, sees, sees_within, settings};
+use crate::support::{
+    DOWN, SLANTED, floor, physical, pixel, rendered, scene, sees, sees_within, settings,
+};
 
 fn under(terms: Value, sky: &str) -> Scene {
     floor(physical(terms), json!({ "sky": { "expression": sky } }))
@@ -18,41 +21,71 @@ fn karis(roughness: f64, cosine: f64) -> (f64, f64) {
     (-1.04 * a004 + r[2], 1.04 * a004 + r[3])
 }
 
-/// Protects: a white furnace stays white: what a matte surface does not mirror it diffuses, and a mirror neither adds the sky's
-/// average to its image nor loses more than the fit's error.
+/// Protects: a white furnace stays white: what a matte surface does not mirror it diffuses, and a
+/// mirror neither adds the sky's average to its image nor loses more than the fit's error.
 #[test]
 fn a_white_furnace_stays_white() {
     for view in [DOWN, SLANTED] {
         for roughness in [0.1, 0.5, 1.0] {
-            sees_within(&under(json!({ "roughness": roughness }), "1"), view, [1.0; 3], 1e-4);
+            sees_within(
+                &under(json!({ "roughness": roughness }), "1"),
+                view,
+                [1.0; 3],
+                1e-4,
+            );
         }
         for roughness in [0.0, 0.05] {
-            sees_within(&under(json!({ "roughness": roughness }), "1"), view, [0.9945; 3], 0.0055);
-            sees_within(&under(json!({ "roughness": roughness, "metallic": 1 }), "1"), view, [1.0; 3], 1e-5);
+            sees_within(
+                &under(json!({ "roughness": roughness }), "1"),
+                view,
+                [0.9945; 3],
+                0.0055,
+            );
+            sees_within(
+                &under(json!({ "roughness": roughness, "metallic": 1 }), "1"),
+                view,
+                [1.0; 3],
+                1e-5,
+            );
         }
     }
 }
 
-/// Protects: how much of the average a rough surface mirrors: (0.4524, −0.0024) for the roughest at normal incidence, and the
-/// published fit elsewhere.
+/// Protects: how much of the average a rough surface mirrors: (0.4524, −0.0024) for the roughest at
+/// normal incidence, and the published fit elsewhere.
 #[test]
 fn rough_surfaces_mirror_the_average() {
-    sees_within(&under(json!({ "metallic": 1, "roughness": 1 }), "1"), DOWN, [0.45; 3], 1e-4);
-    for (view, cosine) in [(DOWN, 1.0), (SLANTED, 0.8), ([[4.0, 3.0, 0.0], [0.0; 3]], 0.6), ([[12.0, 3.5, 0.0], [0.0; 3]], 0.28)]
-    {
+    sees_within(
+        &under(json!({ "metallic": 1, "roughness": 1 }), "1"),
+        DOWN,
+        [0.45; 3],
+        1e-4,
+    );
+    for (view, cosine) in [
+        (DOWN, 1.0),
+        (SLANTED, 0.8),
+        ([[4.0, 3.0, 0.0], [0.0; 3]], 0.6),
+        ([[12.0, 3.5, 0.0], [0.0; 3]], 0.28),
+    ] {
         for roughness in [0.1, 0.5, 1.0] {
             let (scale, offset) = karis(roughness, cosine);
             let terms = |metallic: f64| json!({ "base_colour": [0.75, 0.5, 0], "metallic": metallic, "roughness": roughness });
             let expected = [0.75, 0.5, 0.0].map(|f0| (f0 * scale + offset).max(0.0));
             sees_within(&under(terms(1.0), "1"), view, expected, 2e-4);
             let mirrored = 0.04 * scale + offset;
-            sees_within(&under(terms(0.0), "1"), view, [0.75, 0.5, 0.0].map(|base| base * (1.0 - mirrored) + mirrored), 2e-4);
+            sees_within(
+                &under(terms(0.0), "1"),
+                view,
+                [0.75, 0.5, 0.0].map(|base| base * (1.0 - mirrored) + mirrored),
+                2e-4,
+            );
         }
     }
 }
 
-/// Protects: all nine harmonics of the average, against the closed forms of skies of degree two and less: 2/3 of a linear part, 1/4
-/// of a quadratic one without mean. Looked at along its normal, a white matte surface shows its average.
+/// Protects: all nine harmonics of the average, against the closed forms of skies of degree two and
+/// less: 2/3 of a linear part, 1/4 of a quadratic one without mean. Looked at along its normal, a
+/// white matte surface shows its average.
 #[test]
 fn the_average_has_its_closed_forms() {
     let n = [2.0 / 7.0, 3.0 / 7.0, 6.0 / 7.0];
@@ -71,43 +104,79 @@ fn the_average_has_its_closed_forms() {
         let scene = scene(json!({ "sky": { "expression": sky }, "objects": [plane],
             "materials": [{ "name": "white", "model": physical(json!({})) }] }));
         let found = pixel(&scene, &settings(&scene, [[2.0, 3.0, 6.0], [0.0; 3]]))[0];
-        assert!((found - expected).abs() < 2e-4, "{sky}: {found} instead of {expected}");
+        assert!(
+            (found - expected).abs() < 2e-4,
+            "{sky}: {found} instead of {expected}"
+        );
     }
 }
 
-/// Protects: what a rough surface mirrors is the average about the mirrored direction: 1 + 2/3 · r.x.
+/// Protects: what a rough surface mirrors is the average about the mirrored direction: 1 + 2/3 ·
+/// r.x.
 #[test]
 fn the_mirrored_average_is_about_the_mirrored_direction() {
     let (scale, offset) = karis(0.5, 0.8);
     let terms = json!({ "base_colour": 0.5, "metallic": 1, "roughness": 0.5 });
-    sees_within(&under(terms, "1 + d.x"), SLANTED, [(0.5 * scale + offset) * (1.0 - 0.4); 3], 2e-4);
+    sees_within(
+        &under(terms, "1 + d.x"),
+        SLANTED,
+        [(0.5 * scale + offset) * (1.0 - 0.4); 3],
+        2e-4,
+    );
 }
 
-/// Protects: a smooth metal mirrors by Schlick's F of its base colour, as far as its roughness is a mirror's and segments are left.
+/// Protects: a smooth metal mirrors by Schlick's F of its base colour, as far as its roughness is a
+/// mirror's and segments are left.
 #[test]
 fn smooth_metals_mirror_the_sky() {
-    let metal = |roughness: f64| under(json!({ "base_colour": [1, 0.5, 0.25], "metallic": 1, "roughness": roughness }), "1 + d");
+    let metal = |roughness: f64| {
+        under(
+            json!({ "base_colour": [1, 0.5, 0.25], "metallic": 1, "roughness": roughness }),
+            "1 + d",
+        )
+    };
     let f = |base: f64| base + (1.0 - base) * 0.2_f64.powi(5);
     sees(&metal(0.05), SLANTED, [0.4 * f(1.0), 1.8 * f(0.5), f(0.25)]);
     let reflections = |roughness: f64, max_depth: u32| {
         let scene = metal(roughness);
-        rendered(&scene, &Settings { max_depth, ..settings(&scene, SLANTED) }).counters.reflection
+        rendered(
+            &scene,
+            &Settings {
+                max_depth,
+                ..settings(&scene, SLANTED)
+            },
+        )
+        .counters
+        .reflection
     };
-    assert_eq!((reflections(0.05, 2), reflections(0.0501, 2), reflections(0.05, 1)), (1, 0, 0));
+    assert_eq!(
+        (
+            reflections(0.05, 2),
+            reflections(0.0501, 2),
+            reflections(0.05, 1)
+        ),
+        (1, 0, 0)
+    );
 }
 
-/// Protects: clear material mirrors 4 % at normal incidence and passes the rest times its base colour and its transmission; what
-/// does not pass is diffused, and a metal passes nothing.
+/// Protects: clear material mirrors 4 % at normal incidence and passes the rest times its base
+/// colour and its transmission; what does not pass is diffused, and a metal passes nothing.
 #[test]
 fn clear_materials_transmit() {
     let terms = |transmission: f64, metallic: f64| json!({ "base_colour": [1, 0.5, 0.25], "transmission": transmission, "metallic": metallic, "roughness": 0 });
     let base = [1.0, 0.5, 0.25];
-    sees_within(&under(terms(1.0, 0.0), "1"), DOWN, base.map(|b| 0.04 + 0.96 * b), 1e-6);
+    sees_within(
+        &under(terms(1.0, 0.0), "1"),
+        DOWN,
+        base.map(|b| 0.04 + 0.96 * b),
+        1e-6,
+    );
     let (scale, offset) = karis(0.0, 1.0);
     let diffused = |f0: f64| 1.0 - (f0 * scale + offset);
     let half = |b: f64| 0.04 + 0.96 * 0.5 * b + 0.5 * b * diffused(0.04);
     sees_within(&under(terms(0.5, 0.0), "1"), DOWN, base.map(half), 1e-4);
-    // Half a metal: half of the light finds glass, which leaves nothing to diffuse, and Whitted's rules go on by glass alone.
+    // Half a metal: half of the light finds glass, which leaves nothing to diffuse, and Whitted's
+    // rules go on by glass alone.
     let mixed = |b: f64| 0.5 * (0.04 + 0.96 * b);
     sees_within(&under(terms(1.0, 0.5), "1"), DOWN, base.map(mixed), 1e-4);
     sees_within(&under(terms(1.0, 1.0), "1"), DOWN, base, 1e-5);
@@ -117,5 +186,12 @@ fn clear_materials_transmit() {
 #[test]
 fn who_takes_no_sky_light() {
     sees(&floor(physical(json!({})), json!({})), DOWN, [0.0; 3]);
-    sees(&floor(crate::support::classic(json!({})), json!({ "sky": { "constant": 1 } })), DOWN, [0.0; 3]);
+    sees(
+        &floor(
+            crate::support::classic(json!({})),
+            json!({ "sky": { "constant": 1 } }),
+        ),
+        DOWN,
+        [0.0; 3],
+    );
 }

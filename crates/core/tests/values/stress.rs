@@ -1,4 +1,5 @@
-//! Scenes with one fault each: it is found, by its name and as bad as it is, and nothing else is said to make the picture wrong.
+//! Scenes with one fault each: it is found, by its name and as bad as it is, and nothing else is
+//! said to make the picture wrong.
 
 mod data;
 mod light;
@@ -11,7 +12,8 @@ use serde_json::{Value, json};
 
 use Severity::{Harmless, PictureWrong, SlowOrNoisy};
 
-/// The scene of some parts in place of those of one without a fault: a ball and a block under a grey sky.
+/// The scene of some parts in place of those of one without a fault: a ball and a block under a
+/// grey sky.
 #[track_caller]
 fn scene(parts: &Value) -> Scene {
     let mut all = json!({
@@ -52,36 +54,55 @@ fn quad(corner: [f64; 3], edge_u: [f64; 3], edge_v: [f64; 3]) -> Value {
 
 #[track_caller]
 fn report(scene: &Scene) -> Report {
-    let effort = Effort { budget: core::time::Duration::from_secs(3600) };
+    let effort = Effort {
+        budget: core::time::Duration::from_secs(3600),
+    };
     stress(scene, &Settings::of(scene), &effort, &()).unwrap_or_else(|e| panic!("{e}"))
 }
 
 fn listed(findings: &[Finding]) -> Vec<(&'static str, Severity, u64)> {
-    findings.iter().map(|found| (found.code.name(), found.severity, found.count)).collect()
+    findings
+        .iter()
+        .map(|found| (found.code.name(), found.severity, found.count))
+        .collect()
 }
 
-/// The fault is found, and as bad as it is; of what makes the picture wrong nothing else is, but for what follows from it.
+/// The fault is found, and as bad as it is; of what makes the picture wrong nothing else is, but
+/// for what follows from it.
 #[track_caller]
 fn finds(scene: &Scene, code: Code, severity: Severity, follows: &[Code]) -> Finding {
     let report = report(scene);
     let all = listed(&report.findings);
     let found = report.findings.iter().find(|found| found.code == code);
-    let found = found.unwrap_or_else(|| panic!("{} is not found: {all:?}", code.name())).clone();
+    let found = found
+        .unwrap_or_else(|| panic!("{} is not found: {all:?}", code.name()))
+        .clone();
     assert_eq!(found.severity, severity, "{all:?}");
-    let others = report.findings.iter().filter(|other| other.code != code && other.severity == PictureWrong);
-    let strange: Vec<_> = others.filter(|other| !follows.contains(&other.code)).map(|other| other.code).collect();
+    let others = report
+        .findings
+        .iter()
+        .filter(|other| other.code != code && other.severity == PictureWrong);
+    let strange: Vec<_> = others
+        .filter(|other| !follows.contains(&other.code))
+        .map(|other| other.code)
+        .collect();
     assert!(strange.is_empty(), "{}: {all:?}", code.name());
     assert!(!found.why.is_empty() && !found.remedy.is_empty() && !report.is_cut());
     found
 }
 
-/// Protects: nothing is said of a scene without a fault, everything that was to be looked at is, and the same seed finds the same.
+/// Protects: nothing is said of a scene without a fault, everything that was to be looked at is,
+/// and the same seed finds the same.
 #[test]
 fn a_scene_without_fault_has_no_findings() {
     let clean = scene(&json!({}));
     let first = report(&clean);
     assert_eq!(listed(&first.findings), []);
-    assert!(first.checks.iter().all(|run| !run.is_cut()), "{:?}", first.checks);
+    assert!(
+        first.checks.iter().all(|run| !run.is_cut()),
+        "{:?}",
+        first.checks
+    );
     assert_eq!(report(&clean), first);
 }
 
@@ -89,7 +110,11 @@ fn a_scene_without_fault_has_no_findings() {
 #[test]
 fn names_are_names() {
     let mut names: Vec<&str> = Code::ALL.iter().map(|code| code.name()).collect();
-    assert!(names.iter().all(|name| name.chars().all(|c| c.is_ascii_lowercase() || c == '-')));
+    assert!(
+        names
+            .iter()
+            .all(|name| name.chars().all(|c| c.is_ascii_lowercase() || c == '-'))
+    );
     names.sort_unstable();
     names.dedup();
     assert_eq!(names.len(), Code::ALL.len());
@@ -126,7 +151,12 @@ fn ten_faults_of_one_scene() {
         Code::StretchedPicture,
     ];
     for code in expected {
-        assert!(found.iter().any(|found| found.code == code), "{}: {:?}", code.name(), listed(&found));
+        assert!(
+            found.iter().any(|found| found.code == code),
+            "{}: {:?}",
+            code.name(),
+            listed(&found)
+        );
     }
     assert!(found.is_sorted_by_key(|found| found.severity));
 }

@@ -14,13 +14,17 @@ pub type View = [[f64; 3]; 2];
 
 /// Straight down onto the origin.
 pub const DOWN: View = [[0.0, 2.0, 0.0], [0.0; 3]];
-/// Onto the origin along (−0.6, −0.8, 0): on a floor n·v = 0.8, and the mirrored direction is (−0.6, 0.8, 0).
+/// Onto the origin along (−0.6, −0.8, 0): on a floor n·v = 0.8, and the mirrored direction is
+/// (−0.6, 0.8, 0).
 pub const SLANTED: View = [[3.0, 4.0, 0.0], [0.0; 3]];
 /// Onto the origin from below along (−0.6, 0.8, 0).
 pub const FROM_BELOW: View = [[3.0, -4.0, 0.0], [0.0; 3]];
 
 /// Each precision, with the relative error that a value of a few operations may have in it.
-pub const PRECISIONS: [(PrecisionChoice, f64); 2] = [(PrecisionChoice::Reference, 2e-7), (PrecisionChoice::Robust, 1e-5)];
+pub const PRECISIONS: [(PrecisionChoice, f64); 2] = [
+    (PrecisionChoice::Reference, 2e-7),
+    (PrecisionChoice::Robust, 1e-5),
+];
 
 /// A sound scene of these parts.
 #[track_caller]
@@ -32,17 +36,26 @@ pub fn scene(mut parts: Value) -> Scene {
     scene
 }
 
-/// A floor at height 0 of one material, `model`, and further parts; their objects and materials come after the floor's.
+/// A floor at height 0 of one material, `model`, and further parts; their objects and materials
+/// come after the floor's.
 #[track_caller]
 pub fn floor(model: Value, mut parts: Value) -> Scene {
     let plane = json!({ "shape": { "plane": { "point": [0, 0, 0], "normal": [0, 1, 0] } }, "material": "floor" });
     prepend(&mut parts, "objects", plane);
-    prepend(&mut parts, "materials", json!({ "name": "floor", "model": model }));
+    prepend(
+        &mut parts,
+        "materials",
+        json!({ "name": "floor", "model": model }),
+    );
     scene(parts)
 }
 
 fn prepend(parts: &mut Value, key: &str, first: Value) {
-    let rest = parts.get(key).and_then(Value::as_array).cloned().unwrap_or_default();
+    let rest = parts
+        .get(key)
+        .and_then(Value::as_array)
+        .cloned()
+        .unwrap_or_default();
     parts[key] = [vec![first], rest].concat().into();
 }
 
@@ -66,8 +79,9 @@ pub fn ball(centre: [f64; 3], radius: f64, material: &str) -> Value {
     json!({ "shape": { "sphere": { "centre": centre, "radius": radius } }, "material": material })
 }
 
-/// What a surface of the metallic-roughness model sends back about a normal: its lobes alone, which closed forms and furnaces judge where they
-/// are written. Here they say what an integrator is to make of a base colour, metalness, roughness and reflectance at normal incidence.
+/// What a surface of the metallic-roughness model sends back about a normal: its lobes alone, which
+/// closed forms and furnaces judge where they are written. Here they say what an integrator is to
+/// make of a base colour, metalness, roughness and reflectance at normal incidence.
 pub struct Surface {
     pub base: [f64; 3],
     pub metallic: f64,
@@ -78,25 +92,54 @@ pub struct Surface {
 impl Surface {
     /// A grey dielectric.
     pub fn dielectric(base: f64, roughness: f64, f0: f64) -> Self {
-        Self { base: [base; 3], metallic: 0.0, roughness, f0 }
+        Self {
+            base: [base; 3],
+            metallic: 0.0,
+            roughness,
+            f0,
+        }
     }
 
-    /// π times what it sends towards `v` of light from `l`, by the cosine; without highlights on demand.
+    /// π times what it sends towards `v` of light from `l`, by the cosine; without highlights on
+    /// demand.
     pub fn sends(&self, [normal, l, v]: [DVec3; 3], highlights: bool) -> [f64; 3] {
-        let &Self { base, metallic, roughness, f0 } = self;
-        let model =
-            MetallicRoughness::<f64> { base: base.into(), metallic, roughness, dielectric: f0, grazing: 1.0, glass: None };
+        let &Self {
+            base,
+            metallic,
+            roughness,
+            f0,
+        } = self;
+        let model = MetallicRoughness::<f64> {
+            base: base.into(),
+            metallic,
+            roughness,
+            dielectric: f0,
+            grazing: 1.0,
+            glass: None,
+        };
         let lobes = model.local_bsdf(normal, v);
-        let value = if highlights { lobes.eval(v, l) } else { lobes.eval_diffuse(v, l) };
+        let value = if highlights {
+            lobes.eval(v, l)
+        } else {
+            lobes.eval_diffuse(v, l)
+        };
         (value * (PI * normal.dot(l).max(0.0))).to_array()
     }
 }
 
-/// Settings for one ray, by Whitted's integrator where the scene asks for none: what it makes of physical materials has closed forms.
+/// Settings for one ray, by Whitted's integrator where the scene asks for none: what it makes of
+/// physical materials has closed forms.
 pub fn settings(scene: &Scene, [eye, target]: View) -> Settings {
     let upright = (eye[0] - target[0]).abs() + (eye[2] - target[2]).abs() > 1e-9;
-    let up = if upright { [0.0, 1.0, 0.0] } else { [0.0, 0.0, -1.0] };
-    let pinhole = Pinhole { vertical_fov: Some(40.0), ..Pinhole::default() };
+    let up = if upright {
+        [0.0, 1.0, 0.0]
+    } else {
+        [0.0, 0.0, -1.0]
+    };
+    let pinhole = Pinhole {
+        vertical_fov: Some(40.0),
+        ..Pinhole::default()
+    };
     let pose = Pose::LookAt { eye, target, up };
     let camera = Camera {
         name: String::new(),
@@ -123,7 +166,9 @@ pub fn settings(scene: &Scene, [eye, target]: View) -> Settings {
 /// Renders what the settings ask for.
 #[track_caller]
 pub fn rendered(scene: &Scene, settings: &Settings) -> Rendered {
-    prepare(scene, settings, &()).unwrap_or_else(|e| panic!("{e}")).render(&())
+    prepare(scene, settings, &())
+        .unwrap_or_else(|e| panic!("{e}"))
+        .render(&())
 }
 
 /// The first pixel.
@@ -142,8 +187,19 @@ pub fn sees(scene: &Scene, view: View, expected: [f64; 3]) {
 #[track_caller]
 pub fn sees_within(scene: &Scene, view: View, expected: [f64; 3], error: f64) {
     for (precision, tolerance) in PRECISIONS {
-        let found = pixel(scene, &Settings { precision, ..settings(scene, view) });
-        near(found, expected, tolerance + error, &format!("{precision:?}"));
+        let found = pixel(
+            scene,
+            &Settings {
+                precision,
+                ..settings(scene, view)
+            },
+        );
+        near(
+            found,
+            expected,
+            tolerance + error,
+            &format!("{precision:?}"),
+        );
     }
 }
 
@@ -151,5 +207,8 @@ pub fn sees_within(scene: &Scene, view: View, expected: [f64; 3], error: f64) {
 #[track_caller]
 pub fn near(found: [f64; 3], expected: [f64; 3], tolerance: f64, what: &str) {
     let close = |a: f64, b: f64| (a - b).abs() <= tolerance * b.abs().max(1.0);
-    assert!(found.iter().zip(expected).all(|(&a, b)| close(a, b)), "{what}: {found:?} instead of {expected:?}");
+    assert!(
+        found.iter().zip(expected).all(|(&a, b)| close(a, b)),
+        "{what}: {found:?} instead of {expected:?}"
+    );
 }

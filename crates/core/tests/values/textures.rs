@@ -9,8 +9,9 @@ use serde_json::{Value, json};
 
 use crate::support::{Surface, View, classic, near, physical, pixel, scene, sees, settings, sun};
 
-/// A mesh in the plane z = 0 with two sets of coordinates, of a material; `ramp` has its column in red and its row in green, in
-/// steps of a half and a quarter, and alpha 0.5 in its last row; `codes` is one texel of codes.
+/// A mesh in the plane z = 0 with two sets of coordinates, of a material; `ramp` has its column in
+/// red and its row in green, in steps of a half and a quarter, and alpha 0.5 in its last row;
+/// `codes` is one texel of codes.
 fn leaf(model: Value, two_sets: bool) -> Scene {
     let mut sets = vec![json!([[0.125, 0.125], [0.125, 0.125], [0.125, 0.125]])];
     if two_sets {
@@ -18,19 +19,41 @@ fn leaf(model: Value, two_sets: bool) -> Scene {
     }
     let data = json!({ "positions": [[0, 0, 0], [1, 0, 0], [0, 1, 0]], "indices": [[0, 1, 2]], "uvs": sets });
     let texture = |name: &str, image: &str, colour_space: &str| json!({ "name": name, "image": image, "filter": "nearest", "colour_space": colour_space });
-    let (mut mirrored, mut soft) = (texture("mirrored", "ramp", "linear"), texture("soft", "ramp", "linear"));
+    let (mut mirrored, mut soft) = (
+        texture("mirrored", "ramp", "linear"),
+        texture("soft", "ramp", "linear"),
+    );
     (mirrored["wrap_u"], soft["filter"]) = (json!("mirrored_repeat"), json!("bilinear"));
-    let mut scene = scene(json!({ "meshes": [{ "name": "leaf", "source": { "inline": data } }],
+    let mut scene = scene(
+        json!({ "meshes": [{ "name": "leaf", "source": { "inline": data } }],
         "images": [{ "name": "ramp", "path": "ramp.exr" }, { "name": "codes", "path": "codes.png" }],
         "textures": [texture("ramp", "ramp", "linear"), texture("linear", "codes", "linear"), texture("srgb", "codes", "srgb"),
             mirrored, soft],
         "objects": [{ "shape": { "mesh": "leaf" }, "material": "leaf" }], "materials": [{ "name": "leaf", "model": model }],
-        "lights": [sun([0.0, 0.0, 1.0])] }));
-    let ramp =
-        (0..16_u8).map(|i| [f32::from(i % 4) * 0.5, f32::from(i / 4) * 0.25, 1.0, if i >= 12 { 0.5 } else { 1.0 }]).collect();
-    let data = |width, height, pixels| Some(Arc::new(ImageData { width, height, pixels }));
+        "lights": [sun([0.0, 0.0, 1.0])] }),
+    );
+    let ramp = (0..16_u8)
+        .map(|i| {
+            [
+                f32::from(i % 4) * 0.5,
+                f32::from(i / 4) * 0.25,
+                1.0,
+                if i >= 12 { 0.5 } else { 1.0 },
+            ]
+        })
+        .collect();
+    let data = |width, height, pixels| {
+        Some(Arc::new(ImageData {
+            width,
+            height,
+            pixels,
+        }))
+    };
     scene.images[0].data = data(4, 4, Pixels::Linear(ramp));
-    scene.images[1] = Image { data: data(1, 1, Pixels::Codes(vec![[51, 102, 255, 255]])), ..scene.images[1].clone() };
+    scene.images[1] = Image {
+        data: data(1, 1, Pixels::Codes(vec![[51, 102, 255, 255]])),
+        ..scene.images[1].clone()
+    };
     scene
 }
 
@@ -38,31 +61,65 @@ const AT: View = [[0.25, 0.25, 2.0], [0.25, 0.25, 0.0]];
 
 /// What a classic surface of a use of a texture shows under ambient light.
 fn shown(texture: Value, two_sets: bool, expected: [f64; 3]) {
-    let mut scene = leaf(classic(json!({ "colour": { "texture": texture }, "ambient": 1 })), two_sets);
+    let mut scene = leaf(
+        classic(json!({ "colour": { "texture": texture }, "ambient": 1 })),
+        two_sets,
+    );
     scene.lights.clear();
     sees(&scene, AT, expected);
 }
 
-/// Protects: the set of coordinates; the second where there is none is the first, and so is any larger number.
+/// Protects: the set of coordinates; the second where there is none is the first, and so is any
+/// larger number.
 #[test]
 fn sets_of_coordinates() {
     shown(json!({ "name": "ramp" }), true, [0.0, 0.0, 1.0]);
-    shown(json!({ "name": "ramp", "uv_set": 1 }), true, [1.5, 0.5, 1.0]);
-    shown(json!({ "name": "ramp", "uv_set": 1 }), false, [0.0, 0.0, 1.0]);
-    shown(json!({ "name": "ramp", "uv_set": 2 }), true, [0.0, 0.0, 1.0]);
+    shown(
+        json!({ "name": "ramp", "uv_set": 1 }),
+        true,
+        [1.5, 0.5, 1.0],
+    );
+    shown(
+        json!({ "name": "ramp", "uv_set": 1 }),
+        false,
+        [0.0, 0.0, 1.0],
+    );
+    shown(
+        json!({ "name": "ramp", "uv_set": 2 }),
+        true,
+        [0.0, 0.0, 1.0],
+    );
 }
 
-/// Protects: u' = a·u + b·v + c, v' = d·u + e·v + f; expressions replace the coordinates before that; the factor multiplies.
+/// Protects: u' = a·u + b·v + c, v' = d·u + e·v + f; expressions replace the coordinates before
+/// that; the factor multiplies.
 #[test]
 fn transforms_and_expressions_of_coordinates() {
-    shown(json!({ "name": "ramp", "uv_transform": [[1, 0, 0.5], [0, 1, 0.25]] }), true, [1.0, 0.25, 1.0]);
-    shown(json!({ "name": "ramp", "uv": [0.3, 0.6], "uv_transform": [[0, 1, 0], [3, 0, 0]] }), true, [1.0, 0.75, 1.0]);
-    shown(json!({ "name": "ramp", "uv": [0.3, 0.6], "uv_transform": [[0.5, 0, 0], [0, 1, 0]] }), true, [0.0, 0.5, 1.0]);
-    shown(json!({ "name": "ramp", "uv": ["p.x + 0.55", "p.y + 0.05"], "factor": [1, 2, 0.5] }), true, [1.5, 0.5, 0.5]);
+    shown(
+        json!({ "name": "ramp", "uv_transform": [[1, 0, 0.5], [0, 1, 0.25]] }),
+        true,
+        [1.0, 0.25, 1.0],
+    );
+    shown(
+        json!({ "name": "ramp", "uv": [0.3, 0.6], "uv_transform": [[0, 1, 0], [3, 0, 0]] }),
+        true,
+        [1.0, 0.75, 1.0],
+    );
+    shown(
+        json!({ "name": "ramp", "uv": [0.3, 0.6], "uv_transform": [[0.5, 0, 0], [0, 1, 0]] }),
+        true,
+        [0.0, 0.5, 1.0],
+    );
+    shown(
+        json!({ "name": "ramp", "uv": ["p.x + 0.55", "p.y + 0.05"], "factor": [1, 2, 0.5] }),
+        true,
+        [1.5, 0.5, 0.5],
+    );
 }
 
-/// Protects: maps of one material that lie differently are read each where it lies, in whichever order: by another set of coordinates,
-/// map of them, way to repeat, filter or size. Whoever looks up one place for several must ask for all of these.
+/// Protects: maps of one material that lie differently are read each where it lies, in whichever
+/// order: by another set of coordinates, map of them, way to repeat, filter or size. Whoever looks
+/// up one place for several must ask for all of these.
 #[test]
 fn maps_of_one_material() {
     let moved = |name: &str, [u, v]: [f64; 2]| json!({ "name": name, "uv_transform": [[1, 0, u], [0, 1, v]] });
@@ -91,32 +148,55 @@ fn maps_of_one_material() {
 fn codes_and_curves() {
     let decode = |c: f64| ((c + 0.055) / 1.055_f64).powf(2.4);
     shown(json!({ "name": "linear" }), true, [0.2, 0.4, 1.0]);
-    shown(json!({ "name": "srgb" }), true, [decode(0.2), decode(0.4), 1.0]);
+    shown(
+        json!({ "name": "srgb" }),
+        true,
+        [decode(0.2), decode(0.4), 1.0],
+    );
 }
 
-/// Protects: what each texture of a physical material multiplies, its factor included: base colour and alpha, roughness by green
-/// and metalness by blue, emission.
+/// Protects: what each texture of a physical material multiplies, its factor included: base colour
+/// and alpha, roughness by green and metalness by blue, emission.
 #[test]
 fn textures_of_physical_materials() {
     let unlit = |rest: Value| {
         let mut terms = json!({ "unlit": true, "base_colour": [0.5, 1, 0.25] });
-        terms.as_object_mut().expect("a table").extend(rest.as_object().expect("a table").clone());
+        terms
+            .as_object_mut()
+            .expect("a table")
+            .extend(rest.as_object().expect("a table").clone());
         leaf(physical(terms), true)
     };
     let at = |row: f64| json!({ "name": "ramp", "uv": [0.6, row], "factor": [1, 1, 2] });
-    sees(&unlit(json!({ "base_colour_texture": at(0.4) })), AT, [0.5, 0.25, 0.5]);
-    sees(&unlit(json!({ "base_colour_texture": at(0.9), "alpha": "blend", "opacity": 0.5 })), AT, [0.125, 0.1875, 0.125]);
-    let dark = json!({ "base_colour": 0, "ior": 1, "emission": [3, 4, 5], "emission_texture": at(0.4) });
+    sees(
+        &unlit(json!({ "base_colour_texture": at(0.4) })),
+        AT,
+        [0.5, 0.25, 0.5],
+    );
+    sees(
+        &unlit(json!({ "base_colour_texture": at(0.9), "alpha": "blend", "opacity": 0.5 })),
+        AT,
+        [0.125, 0.1875, 0.125],
+    );
+    let dark =
+        json!({ "base_colour": 0, "ior": 1, "emission": [3, 4, 5], "emission_texture": at(0.4) });
     sees(&leaf(physical(dark), true), AT, [3.0, 1.0, 10.0]);
     // Roughness 1 · 0.5 and metalness 0.5 · 1 at normal incidence: see `physical`.
-    let terms =
-        json!({ "base_colour": 0.5, "metallic": 0.5, "metallic_roughness_texture": { "name": "ramp", "uv": [0.6, 0.6] } });
-    let half = Surface { metallic: 0.5, ..Surface::dielectric(0.5, 0.5, 0.04) };
-    sees(&leaf(physical(terms), true), AT, half.sends([DVec3::Y; 3], true).map(|x| x / core::f64::consts::PI));
+    let terms = json!({ "base_colour": 0.5, "metallic": 0.5, "metallic_roughness_texture": { "name": "ramp", "uv": [0.6, 0.6] } });
+    let half = Surface {
+        metallic: 0.5,
+        ..Surface::dielectric(0.5, 0.5, 0.04)
+    };
+    sees(
+        &leaf(physical(terms), true),
+        AT,
+        half.sends([DVec3::Y; 3], true)
+            .map(|x| x / core::f64::consts::PI),
+    );
 }
 
-/// Protects: the image of a transmission multiplies it by its red channel, or by the one that is named; without the image its factor
-/// alone counts.
+/// Protects: the image of a transmission multiplies it by its red channel, or by the one that is
+/// named; without the image its factor alone counts.
 #[test]
 fn textures_of_transmission() {
     let seen = |terms: Value, has_image: bool| {
@@ -130,12 +210,21 @@ fn textures_of_transmission() {
     let even = |share: f64| seen(json!({ "transmission": share }), true);
     let with = |more: Value, has_image| {
         let mut texture = json!({ "name": "ramp", "uv": [0.3, 0.6] });
-        texture.as_object_mut().expect("a table").extend(more.as_object().expect("a table").clone());
-        seen(json!({ "transmission": 0.8, "transmission_texture": texture }), has_image)
+        texture
+            .as_object_mut()
+            .expect("a table")
+            .extend(more.as_object().expect("a table").clone());
+        seen(
+            json!({ "transmission": 0.8, "transmission_texture": texture }),
+            has_image,
+        )
     };
     for (found, expected) in [
         (with(json!({}), true), even(0.8 * 0.5)),
-        (with(json!({ "uv": [0.3, 0.3], "channel": "green" }), true), even(0.8 * 0.25)),
+        (
+            with(json!({ "uv": [0.3, 0.3], "channel": "green" }), true),
+            even(0.8 * 0.25),
+        ),
         (with(json!({ "factor": 0.5 }), true), even(0.8 * 0.25)),
         (with(json!({ "uv": [0.1, 0.3] }), true), even(0.0)),
         (with(json!({ "uv": [0.9, 0.3] }), true), even(1.0)),
@@ -143,17 +232,31 @@ fn textures_of_transmission() {
     ] {
         near(found, expected, 1e-12, "an image of transmission");
     }
-    assert!(even(0.4) != even(0.2) && even(0.2) != even(0.0), "what is compared above differs");
+    assert!(
+        even(0.4) != even(0.2) && even(0.2) != even(0.0),
+        "what is compared above differs"
+    );
 }
 
-/// Protects: inputs that are read one after the other at a hit each have their own texel, of another image and of the same.
+/// Protects: inputs that are read one after the other at a hit each have their own texel, of
+/// another image and of the same.
 #[test]
 fn every_input_reads_its_own_texture() {
     let at = |row: f64| json!({ "name": "ramp", "uv": [0.6, row] });
-    let lit = Surface { base: [1.0, 0.25, 1.0], metallic: 0.0, roughness: 1.0, f0: 0.0 }.sends([DVec3::Z; 3], true);
+    let lit = Surface {
+        base: [1.0, 0.25, 1.0],
+        metallic: 0.0,
+        roughness: 1.0,
+        f0: 0.0,
+    }
+    .sends([DVec3::Z; 3], true);
     let both = |emission: Value, glow: [f64; 3]| {
         let terms = json!({ "ior": 1, "base_colour_texture": at(0.4), "emission": 1, "emission_texture": emission });
-        sees(&leaf(physical(terms), true), AT, core::array::from_fn(|k| lit[k] / core::f64::consts::PI + glow[k]));
+        sees(
+            &leaf(physical(terms), true),
+            AT,
+            core::array::from_fn(|k| lit[k] / core::f64::consts::PI + glow[k]),
+        );
     };
     both(json!({ "name": "linear" }), [0.2, 0.4, 1.0]);
     both(at(0.9), [1.0, 0.75, 1.0]);
@@ -162,14 +265,19 @@ fn every_input_reads_its_own_texture() {
 /// Protects: where an image is missing the factor alone counts.
 #[test]
 fn missing_images_leave_the_factor() {
-    let mut scene =
-        leaf(classic(json!({ "colour": { "texture": { "name": "ramp", "factor": [0.5, 1, 2] } }, "ambient": 1 })), true);
+    let mut scene = leaf(
+        classic(
+            json!({ "colour": { "texture": { "name": "ramp", "factor": [0.5, 1, 2] } }, "ambient": 1 }),
+        ),
+        true,
+    );
     scene.lights.clear();
     scene.images[0].data = None;
     sees(&scene, AT, [0.5, 1.0, 2.0]);
 }
 
-/// Protects: what gives off light by a texture is seen and lights nothing; by a colour, every triangle lights others.
+/// Protects: what gives off light by a texture is seen and lights nothing; by a colour, every
+/// triangle lights others.
 #[test]
 fn textured_emission_lights_nothing() {
     let emitters = |terms: Value| {
@@ -178,6 +286,9 @@ fn textured_emission_lights_nothing() {
         ready.tables().emitters
     };
     assert_eq!(emitters(json!({ "emission": 1 })), 1);
-    assert_eq!(emitters(json!({ "emission": 1, "emission_texture": { "name": "ramp" } })), 0);
+    assert_eq!(
+        emitters(json!({ "emission": 1, "emission_texture": { "name": "ramp" } })),
+        0
+    );
     assert_eq!(emitters(json!({})), 0);
 }

@@ -23,7 +23,10 @@ struct Impatient {
 
 impl Impatient {
     fn after(allowed: usize) -> Self {
-        Self { asked: AtomicUsize::new(0), allowed }
+        Self {
+            asked: AtomicUsize::new(0),
+            allowed,
+        }
     }
 }
 
@@ -33,7 +36,8 @@ impl Observer for Impatient {
     }
 }
 
-/// `meshes` meshes of two triangles, each shown twice, `materials` materials in use and as many glowing balls, `balls` balls.
+/// `meshes` meshes of two triangles, each shown twice, `materials` materials in use and as many
+/// glowing balls, `balls` balls.
 fn made_of(meshes: usize, materials: usize, balls: u32) -> Scene {
     let square = json!({ "positions": [[0, 0, 0], [1, 0, 0], [0, 1, 0], [1, 1, 0]], "indices": [[0, 1, 2], [1, 3, 2]] });
     let mesh = |i: usize| json!({ "name": format!("mesh {i}"), "source": { "inline": square } });
@@ -52,8 +56,9 @@ fn made_of(meshes: usize, materials: usize, balls: u32) -> Scene {
     }))
 }
 
-/// Protects: preparation ends at whatever question it is stopped, with an error of its own; and it asks again for each mesh, each
-/// material and each few thousand objects, so that no user waits for them.
+/// Protects: preparation ends at whatever question it is stopped, with an error of its own; and it
+/// asks again for each mesh, each material and each few thousand objects, so that no user waits for
+/// them.
 #[test]
 fn preparation_can_be_stopped() {
     let questions = |scene: &Scene| {
@@ -65,13 +70,21 @@ fn preparation_can_be_stopped() {
     let asked = questions(&small);
     for allowed in 0..asked {
         let stopped = prepare(&small, &settings(&small, DOWN), &Impatient::after(allowed));
-        assert_eq!(stopped.err(), Some(PrepareError::Cancelled), "after {allowed} of {asked}");
+        assert_eq!(
+            stopped.err(),
+            Some(PrepareError::Cancelled),
+            "after {allowed} of {asked}"
+        );
     }
     assert!(prepare(&small, &settings(&small, DOWN), &Impatient::after(asked)).is_ok());
     assert!(questions(&made_of(5, 1, 1)) >= asked + 4, "meshes");
     assert!(questions(&made_of(1, 5, 1)) >= asked + 4, "materials");
-    // Each thousand once for the geometry and once for the emitters: more than either alone could ask.
-    assert!(questions(&made_of(1, 1, 40_001)) >= asked + 2 * 30, "objects");
+    // Each thousand once for the geometry and once for the emitters: more than either alone could
+    // ask.
+    assert!(
+        questions(&made_of(1, 1, 40_001)) >= asked + 2 * 30,
+        "objects"
+    );
 }
 
 /// Remembers the names of the threads that call it.
@@ -80,7 +93,10 @@ struct Roll(Mutex<Vec<Option<String>>>);
 
 impl Observer for Roll {
     fn cancelled(&self) -> bool {
-        self.0.lock().expect("no panic").push(thread::current().name().map(str::to_owned));
+        self.0
+            .lock()
+            .expect("no panic")
+            .push(thread::current().name().map(str::to_owned));
         false
     }
 }
@@ -89,15 +105,28 @@ impl Observer for Roll {
 #[test]
 fn work_is_done_on_the_callers_pool() {
     let scene = made_of(2, 2, 100);
-    let settings = Settings { size: [64, 64], tile_size: 4, ..settings(&scene, DOWN) };
-    let pool = ThreadPoolBuilder::new().num_threads(3).thread_name(|i| format!("mine {i}")).build().expect("three threads");
+    let settings = Settings {
+        size: [64, 64],
+        tile_size: 4,
+        ..settings(&scene, DOWN)
+    };
+    let pool = ThreadPoolBuilder::new()
+        .num_threads(3)
+        .thread_name(|i| format!("mine {i}"))
+        .build()
+        .expect("three threads");
     let roll = Roll::default();
-    let ready = pool.install(|| prepare(&scene, &settings, &roll)).expect("prepares");
+    let ready = pool
+        .install(|| prepare(&scene, &settings, &roll))
+        .expect("prepares");
     let prepared = roll.0.lock().expect("no panic").len();
     assert!(pool.install(|| ready.render(&roll)).finished);
     let mut seen = roll.0.into_inner().expect("no panic");
     assert!(prepared > 0 && seen.len() > prepared);
-    assert!(seen.iter().flatten().all(|name| name.starts_with("mine ")) && !seen.contains(&None), "{seen:?}");
+    assert!(
+        seen.iter().flatten().all(|name| name.starts_with("mine ")) && !seen.contains(&None),
+        "{seen:?}"
+    );
     // Whoever comes too late for a tile still asks once whether to go on.
     seen.drain(..prepared);
     seen.sort_unstable();
@@ -105,23 +134,40 @@ fn work_is_done_on_the_callers_pool() {
     assert!(!seen.is_empty() && seen.len() <= 3, "{seen:?}");
 }
 
-/// Protects: a picture needs no thread that its caller's pool has given to something else, even for as long as the picture takes.
+/// Protects: a picture needs no thread that its caller's pool has given to something else, even for
+/// as long as the picture takes.
 #[test]
 fn busy_threads_are_not_waited_for() {
     /// By then a picture that does wait has failed.
     const LONG: Duration = Duration::from_secs(30);
-    let scene = floor(classic(json!({})), json!({ "lights": [sun([0.0, 1.0, 0.0])] }));
-    let settings = Settings { size: [16, 16], tile_size: 4, ..settings(&scene, DOWN) };
-    let pool = ThreadPoolBuilder::new().num_threads(2).build().expect("two threads");
+    let scene = floor(
+        classic(json!({})),
+        json!({ "lights": [sun([0.0, 1.0, 0.0])] }),
+    );
+    let settings = Settings {
+        size: [16, 16],
+        tile_size: 4,
+        ..settings(&scene, DOWN)
+    };
+    let pool = ThreadPoolBuilder::new()
+        .num_threads(2)
+        .build()
+        .expect("two threads");
     let (begun, has_begun) = mpsc::channel();
     let (end, has_ended) = mpsc::channel();
     let (said, was_told) = mpsc::channel();
     pool.spawn(move || {
         begun.send(()).expect("someone waits for it");
-        said.send(has_ended.recv_timeout(LONG).is_ok()).expect("someone waits for it");
+        said.send(has_ended.recv_timeout(LONG).is_ok())
+            .expect("someone waits for it");
     });
     has_begun.recv().expect("it begins");
-    let finished = pool.install(|| prepare(&scene, &settings, &()).expect("prepares").render(&()).finished);
+    let finished = pool.install(|| {
+        prepare(&scene, &settings, &())
+            .expect("prepares")
+            .render(&())
+            .finished
+    });
     // Where the picture waited, nobody is left to hear this.
     let heard = end.send(());
     assert!(finished && heard.is_ok() && was_told.recv() == Ok(true));

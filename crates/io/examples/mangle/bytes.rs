@@ -20,9 +20,22 @@ const NUMBERS: [&str; 14] = [
     "18446744073709551615",
 ];
 
-/// As `NUMBERS`, in 32 bits, whole or not: with infinities, what is no number, and the least number that is none of the normal ones.
-const WORDS: [u32; 12] =
-    [0, 1, 0xff, 0xffff, 0x7fff_ffff, 0x8000_0000, 0xffff_ffff, 0x7f80_0000, 0xff80_0000, 0x7fc0_0000, 0x0000_0001, 0x7f7f_ffff];
+/// As `NUMBERS`, in 32 bits, whole or not: with infinities, what is no number, and the least number
+/// that is none of the normal ones.
+const WORDS: [u32; 12] = [
+    0,
+    1,
+    0xff,
+    0xffff,
+    0x7fff_ffff,
+    0x8000_0000,
+    0xffff_ffff,
+    0x7f80_0000,
+    0xff80_0000,
+    0x7fc0_0000,
+    0x0000_0001,
+    0x7f7f_ffff,
+];
 
 /// Changes some bytes.
 pub fn mangle(bytes: &mut Vec<u8>, random: &mut Random) {
@@ -48,16 +61,33 @@ pub fn mangle(bytes: &mut Vec<u8>, random: &mut Random) {
 /// Puts another number in the place of four bytes, of either order.
 fn word(bytes: &mut [u8], at: usize, random: &mut Random) {
     let word = *random.of(&WORDS);
-    let new = if random.below(2) == 0 { word.to_le_bytes() } else { word.to_be_bytes() };
-    if let Some(old) = bytes.get_mut(at & !3..).and_then(|rest| rest.first_chunk_mut::<4>()) {
+    let new = if random.below(2) == 0 {
+        word.to_le_bytes()
+    } else {
+        word.to_be_bytes()
+    };
+    if let Some(old) = bytes
+        .get_mut(at & !3..)
+        .and_then(|rest| rest.first_chunk_mut::<4>())
+    {
         *old = new;
     }
 }
 
 /// Puts another number in the place of the next one that is written in digits.
 fn number(bytes: &mut Vec<u8>, from: usize, random: &mut Random) {
-    let Some(start) = bytes.iter().skip(from).position(u8::is_ascii_digit).map(|i| from + i) else { return };
-    let length = bytes[start..].iter().take_while(|b| b.is_ascii_digit() || **b == b'.').count();
+    let Some(start) = bytes
+        .iter()
+        .skip(from)
+        .position(u8::is_ascii_digit)
+        .map(|i| from + i)
+    else {
+        return;
+    };
+    let length = bytes[start..]
+        .iter()
+        .take_while(|b| b.is_ascii_digit() || **b == b'.')
+        .count();
     bytes.splice(start..start + length, random.of(&NUMBERS).bytes());
 }
 
@@ -84,9 +114,17 @@ pub fn mangle_lines(bytes: &mut Vec<u8>, random: &mut Random) {
 
 /// Puts a word of one line, or a number, into another.
 fn words(lines: &mut [Vec<u8>], a: usize, b: usize, random: &mut Random) {
-    let mut words: Vec<Vec<u8>> = lines[a].split(|&byte| byte == b' ').map(<[u8]>::to_vec).collect();
+    let mut words: Vec<Vec<u8>> = lines[a]
+        .split(|&byte| byte == b' ')
+        .map(<[u8]>::to_vec)
+        .collect();
     let others: Vec<&[u8]> = lines[b].split(|&byte| byte == b' ').collect();
-    let new = if random.below(2) == 0 { random.of(&NUMBERS).as_bytes() } else { random.of(&others) }.to_vec();
+    let new = if random.below(2) == 0 {
+        random.of(&NUMBERS).as_bytes()
+    } else {
+        random.of(&others)
+    }
+    .to_vec();
     let at = random.below(words.len());
     match random.below(3) {
         0 => words.insert(at, new),
@@ -100,8 +138,15 @@ pub fn mend_png(bytes: &mut [u8]) {
     let mut at = 8;
     while let Some(length) = bytes.get(at..).and_then(|rest| rest.first_chunk::<4>()) {
         let end = at + 8 + u32::from_be_bytes(*length) as usize;
-        let Some(sum) = bytes.get(at + 4..end).map(crc) else { return };
-        let Some(place) = bytes.get_mut(end..).and_then(|rest| rest.first_chunk_mut::<4>()) else { return };
+        let Some(sum) = bytes.get(at + 4..end).map(crc) else {
+            return;
+        };
+        let Some(place) = bytes
+            .get_mut(end..)
+            .and_then(|rest| rest.first_chunk_mut::<4>())
+        else {
+            return;
+        };
         *place = sum.to_be_bytes();
         at = end + 4;
     }
@@ -109,6 +154,14 @@ pub fn mend_png(bytes: &mut [u8]) {
 
 /// The checksum of the PNG specification, third edition, annex D.
 fn crc(bytes: &[u8]) -> u32 {
-    let bit = |sum: u32, _| if sum & 1 == 1 { 0xedb8_8320 ^ (sum >> 1) } else { sum >> 1 };
-    !bytes.iter().fold(!0, |sum, &byte| (0..8).fold(sum ^ u32::from(byte), bit))
+    let bit = |sum: u32, _| {
+        if sum & 1 == 1 {
+            0xedb8_8320 ^ (sum >> 1)
+        } else {
+            sum >> 1
+        }
+    };
+    !bytes
+        .iter()
+        .fold(!0, |sum, &byte| (0..8).fold(sum ^ u32::from(byte), bit))
 }

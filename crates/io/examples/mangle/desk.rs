@@ -1,4 +1,5 @@
-//! Where files are mangled: a copy of each folder of the corpus, made once, so that what a file names lies beside it.
+//! Where files are mangled: a copy of each folder of the corpus, made once, so that what a file
+//! names lies beside it.
 
 use std::collections::HashMap;
 use std::path::{Path, PathBuf};
@@ -14,7 +15,10 @@ impl Desk {
     pub fn new(name: &str) -> Self {
         let here = std::env::temp_dir().join(name);
         std::fs::create_dir_all(&here).expect("a folder for mangled files");
-        Self { here, folders: HashMap::new() }
+        Self {
+            here,
+            folders: HashMap::new(),
+        }
     }
 
     /// Where it is.
@@ -45,7 +49,9 @@ impl Desk {
 
     /// Removes all but what was kept.
     pub fn clear(self) {
-        self.folders.values().for_each(|folder| drop(std::fs::remove_dir_all(folder)));
+        self.folders
+            .values()
+            .for_each(|folder| drop(std::fs::remove_dir_all(folder)));
         // Only if nothing is in it.
         let _ = std::fs::remove_dir(self.here);
     }
@@ -56,7 +62,8 @@ fn copy_files(from: &Path, to: &Path) {
     for entry in std::fs::read_dir(from).into_iter().flatten().flatten() {
         if entry.path().is_file() && entry.metadata().is_ok_and(|data| data.len() < 1 << 22) {
             // Not its permissions: what is written over may be read-only.
-            let _ = std::fs::read(entry.path()).map(|bytes| std::fs::write(to.join(entry.file_name()), bytes));
+            let _ = std::fs::read(entry.path())
+                .map(|bytes| std::fs::write(to.join(entry.file_name()), bytes));
         }
     }
 }

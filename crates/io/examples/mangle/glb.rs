@@ -12,16 +12,40 @@ pub fn parts(bytes: &[u8]) -> Option<(&[u8], &[u8])> {
 /// A container of a JSON text and what followed it in another.
 pub fn container(mut json: Vec<u8>, rest: &[u8]) -> Vec<u8> {
     json.resize(json.len().next_multiple_of(4), b' ');
-    let lengths = [20 + json.len() + rest.len(), json.len()].map(|length| (length as u32).to_le_bytes());
-    [&b"glTF\x02\0\0\0"[..], &lengths[0], &lengths[1], b"JSON", &json, rest].concat()
+    let lengths =
+        [20 + json.len() + rest.len(), json.len()].map(|length| (length as u32).to_le_bytes());
+    [
+        &b"glTF\x02\0\0\0"[..],
+        &lengths[0],
+        &lengths[1],
+        b"JSON",
+        &json,
+        rest,
+    ]
+    .concat()
 }
 
 /// Makes the length of the file or of one of its first two chunks wrong.
 pub fn break_length(bytes: &mut [u8], random: &mut Random) {
     let second = parts(bytes).map_or(12, |(json, _)| 20 + json.len());
     let at = *random.of(&[8, 12, second]);
-    let Some(place) = bytes.get_mut(at..).and_then(|rest| rest.first_chunk_mut::<4>()) else { return };
+    let Some(place) = bytes
+        .get_mut(at..)
+        .and_then(|rest| rest.first_chunk_mut::<4>())
+    else {
+        return;
+    };
     let length = u32::from_le_bytes(*place);
-    let new = [0, 1, 3, length.wrapping_sub(1), length.wrapping_add(1), length.wrapping_mul(2), u32::MAX, u32::MAX - 7, 1 << 31];
+    let new = [
+        0,
+        1,
+        3,
+        length.wrapping_sub(1),
+        length.wrapping_add(1),
+        length.wrapping_mul(2),
+        u32::MAX,
+        u32::MAX - 7,
+        1 << 31,
+    ];
     *place = random.of(&new).to_le_bytes();
 }

@@ -1,11 +1,14 @@
-//! Mangles files and loads what comes out, for as long as it is told: no file may make the library panic or take long.
+//! Mangles files and loads what comes out, for as long as it is told: no file may make the library
+//! panic or take long.
 //!
-//! `cargo run --release -p raywright-io --example mangle -- FOLDER.. gltf|obj|stl|ply|scene|picture SECONDS [SEED]` takes the files of that
-//! kind below the folders, those that have cost least so far first, and changes bits, numbers, lines and lengths of each at random,
-//! or the values of the JSON in it. Every fourth that the loader lets through is also prepared and rendered, small. It goes on for so
-//! many seconds of the *processor*, all threads together. A file that panics or takes more than five such seconds stays behind under
-//! the name that is printed, and the exit code is 1; one that ends the whole process is in the folder that is named at the start.
-//! What a file becomes depends on seed, place in the list and round. Set `TMPDIR` to a folder in memory.
+//! `cargo run --release -p raywright-io --example mangle -- FOLDER.. gltf|obj|stl|ply|scene|picture
+//! SECONDS [SEED]` takes the files of that kind below the folders, those that have cost least so
+//! far first, and changes bits, numbers, lines and lengths of each at random, or the values of the
+//! JSON in it. Every fourth that the loader lets through is also prepared and rendered, small. It
+//! goes on for so many seconds of the *processor*, all threads together. A file that panics or
+//! takes more than five such seconds stays behind under the name that is printed, and the exit code
+//! is 1; one that ends the whole process is in the folder that is named at the start. What a file
+//! becomes depends on seed, place in the list and round. Set `TMPDIR` to a folder in memory.
 #![expect(clippy::print_stdout, reason = "a program that reports what it did")]
 
 mod bytes;
@@ -32,8 +35,13 @@ const SLOW: f64 = 5.0;
 /// Seconds of the processor from one report to the next.
 const EVERY: f64 = 60.0;
 
-/// A kind of file: its name, the endings of what is mangled, and those that are loaded by the file of another ending beside them.
-type Kind = (&'static str, &'static [&'static str], &'static [(&'static str, &'static str)]);
+/// A kind of file: its name, the endings of what is mangled, and those that are loaded by the file
+/// of another ending beside them.
+type Kind = (
+    &'static str,
+    &'static [&'static str],
+    &'static [(&'static str, &'static str)],
+);
 
 const KINDS: [Kind; 6] = [
     ("gltf", &[".gltf", ".glb", ".bin"], &[("bin", "gltf")]),
@@ -41,7 +49,11 @@ const KINDS: [Kind; 6] = [
     ("stl", &[".stl"], &[]),
     ("ply", &[".ply"], &[]),
     ("scene", &[".scene.toml", ".scene.json"], &[]),
-    ("picture", &[".png", ".jpg", ".jpeg", ".webp", ".ktx2", ".hdr", ".exr"], &[]),
+    (
+        "picture",
+        &[".png", ".jpg", ".jpeg", ".webp", ".ktx2", ".hdr", ".exr"],
+        &[],
+    ),
 ];
 
 /// A file of the corpus.
@@ -63,11 +75,18 @@ fn tree_of(name: &str, bytes: &[u8]) -> Option<Value> {
     serde_json::from_slice(glb::parts(bytes).map_or(bytes, |(json, _)| json)).ok()
 }
 
-/// Files of a kind below some folders, in order. What is larger than four megabytes would take all the time.
+/// Files of a kind below some folders, in order. What is larger than four megabytes would take all
+/// the time.
 fn corpus(folders: &[String], endings: &[&str]) -> Vec<Seed> {
-    let (mut found, mut open): (Vec<PathBuf>, Vec<PathBuf>) = (Vec::new(), folders.iter().map(PathBuf::from).collect());
+    let (mut found, mut open): (Vec<PathBuf>, Vec<PathBuf>) =
+        (Vec::new(), folders.iter().map(PathBuf::from).collect());
     while let Some(next) = open.pop() {
-        for path in std::fs::read_dir(next).into_iter().flatten().flatten().map(|entry| entry.path()) {
+        for path in std::fs::read_dir(next)
+            .into_iter()
+            .flatten()
+            .flatten()
+            .map(|entry| entry.path())
+        {
             let name = path.to_string_lossy().to_lowercase();
             if path.is_dir() {
                 open.push(path);
@@ -78,8 +97,16 @@ fn corpus(folders: &[String], endings: &[&str]) -> Vec<Seed> {
     }
     found.sort();
     let seed = |path: PathBuf| {
-        let bytes = std::fs::read(&path).ok().filter(|bytes| bytes.len() < 1 << 22)?;
-        Some(Seed { tree: tree_of(&path.to_string_lossy(), &bytes), path, bytes, spent: 0.0, rounds: 0 })
+        let bytes = std::fs::read(&path)
+            .ok()
+            .filter(|bytes| bytes.len() < 1 << 22)?;
+        Some(Seed {
+            tree: tree_of(&path.to_string_lossy(), &bytes),
+            path,
+            bytes,
+            spent: 0.0,
+            rounds: 0,
+        })
     };
     found.into_iter().filter_map(seed).collect()
 }
@@ -91,7 +118,9 @@ fn mangled(seed: &Seed, pool: &Pool, random: &mut Random) -> (Vec<u8>, Option<&'
     if let Some(mut tree) = seed.tree.clone().filter(|_| random.below(4) > 0) {
         tree::mangle(&mut tree, pool, random);
         let json = tree.to_string().into_bytes();
-        let Some((_, rest)) = glb::parts(&seed.bytes) else { return (json, name.ends_with(".toml").then_some("json")) };
+        let Some((_, rest)) = glb::parts(&seed.bytes) else {
+            return (json, name.ends_with(".toml").then_some("json"));
+        };
         let mut rest = rest.to_vec();
         if random.below(3) == 0 && rest.len() > 8 {
             let mut data = rest.split_off(8);
@@ -105,7 +134,9 @@ fn mangled(seed: &Seed, pool: &Pool, random: &mut Random) -> (Vec<u8>, Option<&'
         return (bytes, None);
     }
     match name.rsplit('.').next() {
-        Some("obj" | "mtl" | "stl" | "ply" | "toml") if random.below(2) == 0 => bytes::mangle_lines(&mut bytes, random),
+        Some("obj" | "mtl" | "stl" | "ply" | "toml") if random.below(2) == 0 => {
+            bytes::mangle_lines(&mut bytes, random)
+        }
         _ => bytes::mangle(&mut bytes, random),
     }
     if name.ends_with(".png") && random.below(4) > 0 {
@@ -114,16 +145,41 @@ fn mangled(seed: &Seed, pool: &Pool, random: &mut Random) -> (Vec<u8>, Option<&'
     (bytes, None)
 }
 
-/// Loads a file and, if it is asked for and may be rendered, renders a few pixels of it. Whether it loads.
+/// Loads a file and, if it is asked for and may be rendered, renders a few pixels of it. Whether it
+/// loads.
 fn swallow(path: &Path, renders: bool) -> bool {
-    let limits = Limits { memory_bytes: 256 << 20, image_pixels: 1 << 22, ..Limits::default() };
-    let Ok(loaded) = load(&Input::Path(path.to_owned()), &LoadOptions { limits, ..LoadOptions::default() }) else { return false };
+    let limits = Limits {
+        memory_bytes: 256 << 20,
+        image_pixels: 1 << 22,
+        ..Limits::default()
+    };
+    let Ok(loaded) = load(
+        &Input::Path(path.to_owned()),
+        &LoadOptions {
+            limits,
+            ..LoadOptions::default()
+        },
+    ) else {
+        return false;
+    };
     if !renders {
         return true;
     }
     let scene = loaded.scene;
-    let settings = Settings { size: [4, 3], sampling: Sampling::resolve(&scene, Some(1)), max_depth: 3, ..Settings::of(&scene) };
-    if let Ok(ready) = prepare(&scene, &Settings { max_memory: Some(256 << 20), ..settings }, &()) {
+    let settings = Settings {
+        size: [4, 3],
+        sampling: Sampling::resolve(&scene, Some(1)),
+        max_depth: 3,
+        ..Settings::of(&scene)
+    };
+    if let Ok(ready) = prepare(
+        &scene,
+        &Settings {
+            max_memory: Some(256 << 20),
+            ..settings
+        },
+        &(),
+    ) {
         ready.render(&());
     }
     true
@@ -131,16 +187,24 @@ fn swallow(path: &Path, renders: bool) -> bool {
 
 /// What is loaded for a file that was written: itself, or one that names it.
 fn entrance(path: &Path, (kind, _, named): &Kind) -> PathBuf {
-    let ending = path.extension().map(|ending| ending.to_string_lossy().to_lowercase()).unwrap_or_default();
+    let ending = path
+        .extension()
+        .map(|ending| ending.to_string_lossy().to_lowercase())
+        .unwrap_or_default();
     if let Some((_, by)) = named.iter().find(|(what, _)| *what == ending) {
         return path.with_extension(by);
     }
     if *kind != "picture" {
         return path.to_owned();
     }
-    let name = path.file_name().map(|name| name.to_string_lossy()).unwrap_or_default();
+    let name = path
+        .file_name()
+        .map(|name| name.to_string_lossy())
+        .unwrap_or_default();
     let scene = match ending.as_str() {
-        "hdr" | "exr" => format!("format = 1\nimages = [{{ name = 'a', path = '{name}' }}]\nsky.image.name = 'a'\n"),
+        "hdr" | "exr" => format!(
+            "format = 1\nimages = [{{ name = 'a', path = '{name}' }}]\nsky.image.name = 'a'\n"
+        ),
         _ => format!(
             "format = 1\nsky.constant = 1\nimages = [{{ name = 'a', path = '{name}' }}]\ntextures = [{{ name = 'a', image = 'a' }}]\n\
             materials = [{{ name = 'm', model.physical.base_colour_texture.name = 'a' }}]\n\
@@ -154,17 +218,21 @@ fn entrance(path: &Path, (kind, _, named): &Kind) -> PathBuf {
 
 /// A figure of this process in `/proc/self`, where the system has that.
 fn told(file: &str, figure: impl Fn(&str) -> Option<f64>) -> Option<f64> {
-    std::fs::read_to_string(Path::new("/proc/self").join(file)).ok().and_then(|text| figure(&text))
+    std::fs::read_to_string(Path::new("/proc/self").join(file))
+        .ok()
+        .and_then(|text| figure(&text))
 }
 
-/// Seconds that all threads of this process have spent on a processor, so that what else a machine does counts for nothing; where
-/// the system does not tell, those since the start.
+/// Seconds that all threads of this process have spent on a processor, so that what else a machine
+/// does counts for nothing; where the system does not tell, those since the start.
 fn busy(start: Instant) -> f64 {
     const TICKS: f64 = 100.0;
     // After the name of the program in brackets, times are the twelfth and the thirteenth word.
     let ticks = |text: &str| {
         let words = text.rsplit(')').next()?.split_whitespace().skip(11).take(2);
-        words.map(|word| word.parse::<f64>().ok()).sum::<Option<f64>>()
+        words
+            .map(|word| word.parse::<f64>().ok())
+            .sum::<Option<f64>>()
     };
     told("stat", ticks).map_or_else(|| start.elapsed().as_secs_f64(), |ticks| ticks / TICKS)
 }
@@ -185,9 +253,16 @@ struct Run {
 impl Run {
     /// Mangles and loads the file that cost least so far; false where there is none.
     fn round(&mut self) -> bool {
-        let by_cost = |a: &(usize, &mut Seed), b: &(usize, &mut Seed)| a.1.spent.total_cmp(&b.1.spent);
-        let Some((index, seed)) = self.seeds.iter_mut().enumerate().min_by(by_cost) else { return false };
-        let (bytes, ending) = mangled(seed, &self.pool, &mut Random::new(self.number, index, seed.rounds));
+        let by_cost =
+            |a: &(usize, &mut Seed), b: &(usize, &mut Seed)| a.1.spent.total_cmp(&b.1.spent);
+        let Some((index, seed)) = self.seeds.iter_mut().enumerate().min_by(by_cost) else {
+            return false;
+        };
+        let (bytes, ending) = mangled(
+            seed,
+            &self.pool,
+            &mut Random::new(self.number, index, seed.rounds),
+        );
         let folder = self.desk.folder(&seed.path);
         let own = folder.join(seed.path.file_name().expect("a file"));
         let path = ending.map_or(own.clone(), |ending| own.with_extension(ending));
@@ -200,7 +275,11 @@ impl Run {
         seed.spent += begun.elapsed().as_secs_f64();
         if outcome.is_err() || spent > SLOW {
             self.wrong += 1;
-            let kept = format!("{}-{index}-{}", if outcome.is_ok() { "slow" } else { "panic" }, seed.rounds);
+            let kept = format!(
+                "{}-{index}-{}",
+                if outcome.is_ok() { "slow" } else { "panic" },
+                seed.rounds
+            );
             let kept = self.desk.keep(&folder, &kept);
             println!("{}: {} ({spent:.1} s)", kept.display(), seed.path.display());
         }
@@ -213,8 +292,15 @@ impl Run {
 
     /// Says how far it has come.
     fn report(&self) {
-        let high =
-            |text: &str| text.lines().find_map(|line| line.strip_prefix("VmHWM:")?.trim().trim_end_matches(" kB").parse().ok());
+        let high = |text: &str| {
+            text.lines().find_map(|line| {
+                line.strip_prefix("VmHWM:")?
+                    .trim()
+                    .trim_end_matches(" kB")
+                    .parse()
+                    .ok()
+            })
+        };
         println!(
             "{} mangled files of {} kinds, {} of which load, in {:.0} s on a processor ({:.0} s by the clock), {:.0} MB at most, {} wrong",
             self.rounds,
@@ -230,20 +316,52 @@ impl Run {
 
 fn main() {
     let words: Vec<String> = std::env::args().skip(1).collect();
-    let place = words.iter().position(|word| KINDS.iter().any(|kind| kind.0 == word));
-    let Some((folders, rest)) = place.filter(|&place| place > 0).map(|place| words.split_at(place)) else {
+    let place = words
+        .iter()
+        .position(|word| KINDS.iter().any(|kind| kind.0 == word));
+    let Some((folders, rest)) = place
+        .filter(|&place| place > 0)
+        .map(|place| words.split_at(place))
+    else {
         println!("mangle FOLDER.. gltf|obj|stl|ply|scene|picture SECONDS [SEED]");
         std::process::exit(2);
     };
-    let kind = KINDS.iter().find(|kind| kind.0 == rest[0]).expect("a kind that was found");
-    let seconds: f64 = rest.get(1).and_then(|word| word.parse().ok()).unwrap_or(60.0);
+    let kind = KINDS
+        .iter()
+        .find(|kind| kind.0 == rest[0])
+        .expect("a kind that was found");
+    let seconds: f64 = rest
+        .get(1)
+        .and_then(|word| word.parse().ok())
+        .unwrap_or(60.0);
     let number: u64 = rest.get(2).and_then(|word| word.parse().ok()).unwrap_or(1);
     let seeds = corpus(folders, kind.1);
     let mut pool = Pool::default();
-    seeds.iter().filter_map(|seed| seed.tree.as_ref()).for_each(|tree| pool.add(tree));
-    let desk = Desk::new(&format!("mangle-{}-{number}-{}", kind.0, std::process::id()));
-    println!("{} files to mangle, in {}", seeds.len(), desk.here().display());
-    let mut run = Run { kind, number, seeds, pool, desk, start: Instant::now(), rounds: 0, loaded: 0, wrong: 0 };
+    seeds
+        .iter()
+        .filter_map(|seed| seed.tree.as_ref())
+        .for_each(|tree| pool.add(tree));
+    let desk = Desk::new(&format!(
+        "mangle-{}-{number}-{}",
+        kind.0,
+        std::process::id()
+    ));
+    println!(
+        "{} files to mangle, in {}",
+        seeds.len(),
+        desk.here().display()
+    );
+    let mut run = Run {
+        kind,
+        number,
+        seeds,
+        pool,
+        desk,
+        start: Instant::now(),
+        rounds: 0,
+        loaded: 0,
+        wrong: 0,
+    };
     let mut told = EVERY;
     while busy(run.start) < seconds && run.round() {
         if busy(run.start) >= told {

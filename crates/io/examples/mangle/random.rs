@@ -1,12 +1,16 @@
 //! Random numbers that depend on a seed alone, so that a mangled file can be made again.
 
-/// A stream of numbers (Steele, Lea, Flood, "Fast Splittable Pseudorandom Number Generators", 2014).
+/// A stream of numbers (Steele, Lea, Flood, "Fast Splittable Pseudorandom Number Generators",
+/// 2014).
 pub struct Random(u64);
 
 impl Random {
-    /// The stream of a seed, of the place of a file in its list and of how often that file was mangled before.
+    /// The stream of a seed, of the place of a file in its list and of how often that file was
+    /// mangled before.
     pub fn new(seed: u64, file: usize, round: u64) -> Self {
-        let start = Self(seed).next() ^ Self(file as u64).next().rotate_left(21) ^ Self(round).next().rotate_left(42);
+        let start = Self(seed).next()
+            ^ Self(file as u64).next().rotate_left(21)
+            ^ Self(round).next().rotate_left(42);
         Self(start)
     }
 

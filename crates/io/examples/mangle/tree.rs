@@ -1,4 +1,5 @@
-//! What may go wrong with a text that is sound JSON: values that are others', extreme, of another type, too few or too many.
+//! What may go wrong with a text that is sound JSON: values that are others', extreme, of another
+//! type, too few or too many.
 
 use std::collections::BTreeMap;
 
@@ -64,18 +65,26 @@ impl Pool {
 
 /// The values of a TOML file, which the same scene in JSON has.
 pub fn of_toml(text: &str) -> Option<Value> {
-    DeTable::parse(text).ok().map(|table| of_table(table.get_ref()))
+    DeTable::parse(text)
+        .ok()
+        .map(|table| of_table(table.get_ref()))
 }
 
 fn of_table(table: &DeTable<'_>) -> Value {
-    table.iter().map(|(key, value)| (key.get_ref().to_string(), of_value(value.get_ref()))).collect::<Map<_, _>>().into()
+    table
+        .iter()
+        .map(|(key, value)| (key.get_ref().to_string(), of_value(value.get_ref())))
+        .collect::<Map<_, _>>()
+        .into()
 }
 
 fn of_value(value: &DeValue<'_>) -> Value {
     match value {
         DeValue::String(text) => json!(text),
         DeValue::Boolean(told) => json!(told),
-        DeValue::Integer(digits) => json!(i64::from_str_radix(digits.as_str(), digits.radix()).unwrap_or_default()),
+        DeValue::Integer(digits) => {
+            json!(i64::from_str_radix(digits.as_str(), digits.radix()).unwrap_or_default())
+        }
         DeValue::Float(digits) => json!(digits.as_str().parse::<f64>().unwrap_or_default()),
         DeValue::Array(items) => items.iter().map(|item| of_value(item.get_ref())).collect(),
         DeValue::Table(table) => of_table(table),
@@ -111,7 +120,17 @@ fn descend(value: &mut Value, key: &str, pool: &Pool, random: &mut Random) {
 fn change(value: &mut Value, key: &str, pool: &Pool, random: &mut Random) {
     match (random.below(8), &mut *value) {
         (0, _) => {
-            *value = random.of(&[json!(null), json!(true), json!([]), json!({}), json!("x"), json!(7), json!([[[[]]]])]).clone()
+            *value = random
+                .of(&[
+                    json!(null),
+                    json!(true),
+                    json!([]),
+                    json!({}),
+                    json!("x"),
+                    json!(7),
+                    json!([[[[]]]]),
+                ])
+                .clone()
         }
         (1 | 2, _) => drop(pool.value(key, random).map(|new| *value = new)),
         (_, Value::Number(number)) => *value = extreme(number.as_f64().unwrap_or(0.0), random),
@@ -130,7 +149,14 @@ fn extreme(number: f64, random: &mut Random) -> Value {
         1 => json!(number as i64 - 1),
         2 => json!(random.below(12)),
         3 => json!(-number),
-        4 => json!(*random.of(&[1u64 << 16, 1 << 31, (1 << 32) - 1, 1 << 32, 1 << 62, u64::MAX])),
+        4 => json!(*random.of(&[
+            1u64 << 16,
+            1 << 31,
+            (1 << 32) - 1,
+            1 << 32,
+            1 << 62,
+            u64::MAX
+        ])),
         _ => json!(*random.of(&[1e-320, 1e-45, 1e-7, 0.5, 1e9, 1e20, 3.5e38, 1e308, -1e308])),
     }
 }
@@ -139,7 +165,11 @@ fn string(text: &mut String, random: &mut Random) {
     match random.below(4) {
         0 => *text = random.of(&WORDS).to_string(),
         1 => *text = text.repeat(1 + random.below(40)),
-        2 => *text = random.of(&["(", "-", "1+", "a"]).repeat(1 << random.below(14)),
+        2 => {
+            *text = random
+                .of(&["(", "-", "1+", "a"])
+                .repeat(1 << random.below(14))
+        }
         _ => {
             let mut bytes = text.clone().into_bytes();
             bytes::mangle(&mut bytes, random);
@@ -164,10 +194,17 @@ fn array(list: &mut Vec<Value>, random: &mut Random) {
 }
 
 fn object(map: &mut Map<String, Value>, pool: &Pool, random: &mut Random) {
-    let name = map.keys().nth(random.below(map.len())).cloned().unwrap_or_default();
+    let name = map
+        .keys()
+        .nth(random.below(map.len()))
+        .cloned()
+        .unwrap_or_default();
     match random.below(3) {
         0 => drop(map.remove(&name)),
-        1 => drop(pool.entry(random).map(|(key, value)| map.insert(key, value))),
+        1 => drop(
+            pool.entry(random)
+                .map(|(key, value)| map.insert(key, value)),
+        ),
         _ => {
             let inner = Value::Object(map.clone());
             map.insert(name, inner);

@@ -1,4 +1,5 @@
-//! Files that lie in no folder: in an archive, in memory, behind a network. Whoever loads a scene from bytes finds them.
+//! Files that lie in no folder: in an archive, in memory, behind a network. Whoever loads a scene
+//! from bytes finds them.
 
 use std::fmt;
 use std::io;
@@ -8,8 +9,9 @@ type Read = dyn Fn(&str) -> io::Result<Vec<u8>> + Send + Sync;
 
 /// Finds the files that a scene names, by their paths relative to it with `/` between their parts.
 ///
-/// Paths never lead out of the scene's own folder: those that would are refused before. What is larger than
-/// [`Limits::file_bytes`](crate::Limits) is refused after. Two are equal if they are clones of one.
+/// Paths never lead out of the scene's own folder: those that would are refused before. What is
+/// larger than [`Limits::file_bytes`](crate::Limits) is refused after. Two are equal if they are
+/// clones of one.
 #[derive(Clone)]
 pub struct Resolver(Arc<Read>);
 

@@ -22,13 +22,15 @@ fn a_file_beside_the_scene_is_read_and_counts_towards_the_hash() {
     assert_eq!(after.to_string().len(), 64);
 }
 
-/// Protects: the hash says which file it was that held the bytes: two that are exchanged make another scene.
+/// Protects: the hash says which file it was that held the bytes: two that are exchanged make
+/// another scene.
 #[test]
 fn names_count_towards_the_hash() {
     let outer = scene_folder();
     std::fs::write(outer.path().join("scene/twin.txt"), "own").expect("a file");
     let hash = |name: &str| {
-        let folder = Folder::around(&outer.path().join("scene/x.toml"), 3).expect("the folder exists");
+        let folder =
+            Folder::around(&outer.path().join("scene/x.toml"), 3).expect("the folder exists");
         folder.read(name).expect("a file");
         folder.take_hash()
     };
@@ -36,8 +38,9 @@ fn names_count_towards_the_hash() {
     assert_ne!(hash("own.txt"), hash("twin.txt"));
 }
 
-/// Protects: every file that is read or named is known afterwards, through folders beside this one too, and so is one that
-/// is not there or leads out: none of them may be replaced by a picture of the scene.
+/// Protects: every file that is read or named is known afterwards, through folders beside this one
+/// too, and so is one that is not there or leads out: none of them may be replaced by a picture of
+/// the scene.
 #[test]
 fn what_is_read_and_named_is_remembered() {
     use crate::output::Place;
@@ -67,14 +70,18 @@ fn what_is_read_and_named_is_remembered() {
 fn a_file_over_the_limit_is_not_read() {
     let outer = scene_folder();
     let folder = Folder::around(&outer.path().join("scene/x.toml"), 2).expect("the folder exists");
-    assert!(matches!(folder.read("own.txt"), Err(ReadError::TooLarge(_))));
+    assert!(matches!(
+        folder.read("own.txt"),
+        Err(ReadError::TooLarge(_))
+    ));
 }
 
 /// Protects: nothing outside the folder is read.
 #[test]
 fn nothing_outside_the_folder_is_read() {
     let outer = scene_folder();
-    let folder = Folder::around(&outer.path().join("scene/x.toml"), 1000).expect("the folder exists");
+    let folder =
+        Folder::around(&outer.path().join("scene/x.toml"), 1000).expect("the folder exists");
     let absolute = outer.path().join("secret.txt").display().to_string();
     let wrong = [
         "../secret.txt",
@@ -93,12 +100,16 @@ fn nothing_outside_the_folder_is_read() {
         absolute.as_str(),
     ];
     for reference in wrong {
-        assert!(matches!(folder.read(reference), Err(ReadError::Refused(_))), "{reference:?} was followed");
+        assert!(
+            matches!(folder.read(reference), Err(ReadError::Refused(_))),
+            "{reference:?} was followed"
+        );
     }
 }
 
-/// Protects: a way that turns back inside the folder stays inside, also past a folder that is not there or is a link; and who
-/// asks for it reads other files too, but no addresses and nothing that is no file.
+/// Protects: a way that turns back inside the folder stays inside, also past a folder that is not
+/// there or is a link; and who asks for it reads other files too, but no addresses and nothing that
+/// is no file.
 #[cfg(unix)]
 #[test]
 fn ways_inside_and_ways_out() {
@@ -110,16 +121,34 @@ fn ways_inside_and_ways_out() {
         assert_eq!(folder.read(reference), Ok(b"own".to_vec()), "{reference}");
     }
     for reference in ["a/../../scene/own.txt", "..", "a\\..\\own.txt"] {
-        assert!(matches!(folder.read(reference), Err(ReadError::Refused(_))), "{reference} was followed");
+        assert!(
+            matches!(folder.read(reference), Err(ReadError::Refused(_))),
+            "{reference} was followed"
+        );
     }
-    let open = Folder::around(&place, 1000).expect("the folder exists").allowing_outside(true);
+    let open = Folder::around(&place, 1000)
+        .expect("the folder exists")
+        .allowing_outside(true);
     let secret = outer.path().join("secret.txt").display().to_string();
-    for reference in ["../secret.txt", &secret, &format!("file://{secret}"), &format!("root{secret}")] {
+    for reference in [
+        "../secret.txt",
+        &secret,
+        &format!("file://{secret}"),
+        &format!("root{secret}"),
+    ] {
         assert_eq!(open.read(reference), Ok(b"secret".to_vec()), "{reference}");
     }
-    assert_eq!(open.beside("own.txt").expect("a folder").read("../secret.txt"), Ok(b"secret".to_vec()));
+    assert_eq!(
+        open.beside("own.txt")
+            .expect("a folder")
+            .read("../secret.txt"),
+        Ok(b"secret".to_vec())
+    );
     for reference in ["http://host/own.txt", "/dev/zero", "file:///dev/null", ".."] {
-        assert!(matches!(open.read(reference), Err(ReadError::Refused(_))), "{reference} was followed");
+        assert!(
+            matches!(open.read(reference), Err(ReadError::Refused(_))),
+            "{reference} was followed"
+        );
     }
 }
 
@@ -128,11 +157,16 @@ fn ways_inside_and_ways_out() {
 #[test]
 fn a_link_that_leads_out_of_the_folder_is_not_followed() {
     let outer = scene_folder();
-    std::os::unix::fs::symlink("../secret.txt", outer.path().join("scene/link.txt")).expect("a link");
+    std::os::unix::fs::symlink("../secret.txt", outer.path().join("scene/link.txt"))
+        .expect("a link");
     std::os::unix::fs::symlink("..", outer.path().join("scene/up")).expect("a link");
-    let folder = Folder::around(&outer.path().join("scene/x.toml"), 1000).expect("the folder exists");
+    let folder =
+        Folder::around(&outer.path().join("scene/x.toml"), 1000).expect("the folder exists");
     for reference in ["link.txt", "up/secret.txt"] {
-        assert!(matches!(folder.read(reference), Err(ReadError::Refused(_))), "{reference} was followed");
+        assert!(
+            matches!(folder.read(reference), Err(ReadError::Refused(_))),
+            "{reference} was followed"
+        );
     }
 }
 
@@ -141,9 +175,12 @@ fn a_link_that_leads_out_of_the_folder_is_not_followed() {
 #[test]
 fn a_pipe_is_refused_without_waiting() {
     let outer = scene_folder();
-    let made = std::process::Command::new("mkfifo").arg(outer.path().join("scene/pipe")).status();
+    let made = std::process::Command::new("mkfifo")
+        .arg(outer.path().join("scene/pipe"))
+        .status();
     if made.is_ok_and(|status| status.success()) {
-        let folder = Folder::around(&outer.path().join("scene/x.toml"), 1000).expect("the folder exists");
+        let folder =
+            Folder::around(&outer.path().join("scene/x.toml"), 1000).expect("the folder exists");
         assert!(matches!(folder.read("pipe"), Err(ReadError::Refused(_))));
     }
 }
@@ -151,10 +188,14 @@ fn a_pipe_is_refused_without_waiting() {
 /// Protects: a preset reads no file.
 #[test]
 fn a_preset_reads_no_file() {
-    assert!(matches!(Folder::none(1000).read("own.txt"), Err(ReadError::Refused(_))));
+    assert!(matches!(
+        Folder::none(1000).read("own.txt"),
+        Err(ReadError::Refused(_))
+    ));
 }
 
-/// Protects: what is noted is told apart by where it ends, so that no other contents have the same hash.
+/// Protects: what is noted is told apart by where it ends, so that no other contents have the same
+/// hash.
 #[test]
 fn a_hash_knows_where_things_end() {
     let hash = |parts: &[&[u8]]| {
@@ -163,12 +204,20 @@ fn a_hash_knows_where_things_end() {
         folder.take_hash()
     };
     assert_eq!(hash(&[b"ab", b"c"]), hash(&[b"ab", b"c"]));
-    let hashes = [hash(&[b"ab", b"c"]), hash(&[b"a", b"bc"]), hash(&[b"abc"]), hash(&[b"abc", b""])];
-    assert!((0..4).all(|i| (0..i).all(|j| hashes[i] != hashes[j])), "{hashes:?}");
+    let hashes = [
+        hash(&[b"ab", b"c"]),
+        hash(&[b"a", b"bc"]),
+        hash(&[b"abc"]),
+        hash(&[b"abc", b""]),
+    ];
+    assert!(
+        (0..4).all(|i| (0..i).all(|j| hashes[i] != hashes[j])),
+        "{hashes:?}"
+    );
 }
 
-/// Protects: a name in another case finds its file, in folders too, but never one of two, one outside, or one through a link that leads
-/// out; where a file has the very name, that is the one.
+/// Protects: a name in another case finds its file, in folders too, but never one of two, one
+/// outside, or one through a link that leads out; where a file has the very name, that is the one.
 #[test]
 fn names_in_another_case_are_found() {
     let outer = scene_folder();
@@ -183,11 +232,20 @@ fn names_in_another_case_are_found() {
     let folder = Folder::around(&scene.join("x.toml"), 10).expect("the folder exists");
     assert_eq!(folder.read("maps/wood ü.png"), Ok(b"1".to_vec()));
     assert_eq!(folder.read("two.txt"), Ok(b"2".to_vec()));
-    assert!(matches!(folder.read("TWO.txt"), Err(ReadError::Unreadable(_))));
-    assert!(matches!(folder.read("../SECRET.txt"), Err(ReadError::Refused(_))));
+    assert!(matches!(
+        folder.read("TWO.txt"),
+        Err(ReadError::Unreadable(_))
+    ));
+    assert!(matches!(
+        folder.read("../SECRET.txt"),
+        Err(ReadError::Refused(_))
+    ));
     #[cfg(unix)]
     {
         std::os::unix::fs::symlink("../secret.txt", scene.join("Link.txt")).expect("a link");
-        assert!(matches!(folder.read("link.txt"), Err(ReadError::Refused(_))));
+        assert!(matches!(
+            folder.read("link.txt"),
+            Err(ReadError::Refused(_))
+        ));
     }
 }

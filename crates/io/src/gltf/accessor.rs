@@ -1,6 +1,8 @@
-//! A bounds-checked reader of accessors: every component type, strided or packed, normalised, sparse, without a view.
+//! A bounds-checked reader of accessors: every component type, strided or packed, normalised,
+//! sparse, without a view.
 //!
-//! Everything is checked when an accessor is opened; reading an element then can't fail. Nothing needs to be aligned.
+//! Everything is checked when an accessor is opened; reading an element then can't fail. Nothing
+//! needs to be aligned.
 
 use std::cell::Cell;
 
@@ -33,7 +35,11 @@ impl Component {
             5123 => Self::U16,
             5125 => Self::U32,
             5126 => Self::F32,
-            _ => return Err(Fault::input(format!("has the unknown componentType {code}"))),
+            _ => {
+                return Err(Fault::input(format!(
+                    "has the unknown componentType {code}"
+                )));
+            }
         })
     }
 
@@ -55,7 +61,8 @@ impl Component {
 /// Components of an element, by the name of its type in files.
 ///
 /// # Errors
-/// A fault of kind input for a name that means nothing, and for matrices whose columns are padded: nothing that is read has such.
+/// A fault of kind input for a name that means nothing, and for matrices whose columns are padded:
+/// nothing that is read has such.
 pub(super) fn arity(kind: &str) -> Outcome<usize> {
     Ok(match kind {
         "SCALAR" => 1,
@@ -63,8 +70,17 @@ pub(super) fn arity(kind: &str) -> Outcome<usize> {
         "VEC3" => 3,
         "VEC4" => 4,
         "MAT4" => 16,
-        "MAT2" | "MAT3" => return Err(Fault::input("is a matrix of two or three rows, which nothing reads")),
-        _ => return Err(Fault::input(format!("has the unknown type {}", shown(kind)))),
+        "MAT2" | "MAT3" => {
+            return Err(Fault::input(
+                "is a matrix of two or three rows, which nothing reads",
+            ));
+        }
+        _ => {
+            return Err(Fault::input(format!(
+                "has the unknown type {}",
+                shown(kind)
+            )));
+        }
     })
 }
 
@@ -99,14 +115,18 @@ impl<'a> Reader<'a> {
     /// Opens an accessor and checks all that it refers to.
     ///
     /// # Errors
-    /// A fault of kind input naming the accessor; of kind limit when it stands for more memory than is allowed.
+    /// A fault of kind input naming the accessor; of kind limit when it stands for more memory than
+    /// is allowed.
     pub fn open(&self, index: usize) -> Outcome<Accessor<'a>> {
-        self.open_unplaced(index).map_err(|fault| fault.at(format_args!("accessors[{index}]")))
+        self.open_unplaced(index)
+            .map_err(|fault| fault.at(format_args!("accessors[{index}]")))
     }
 
     fn open_unplaced(&self, index: usize) -> Outcome<Accessor<'a>> {
         let list = &self.document.accessors;
-        let accessor = list.get(index).ok_or_else(|| absent("accessors", index, list.len()))?;
+        let accessor = list
+            .get(index)
+            .ok_or_else(|| absent("accessors", index, list.len()))?;
         let component = Component::of(accessor.component_type)?;
         let arity = arity(&accessor.kind)?;
         let size = component.size() * arity;
@@ -123,32 +143,63 @@ impl<'a> Reader<'a> {
             None => (self.zeros(count, size)?, size),
         };
         let patches = match &accessor.sparse {
-            Some(sparse) => self.patches(sparse, count, size).map_err(|fault| fault.at("sparse"))?,
+            Some(sparse) => self
+                .patches(sparse, count, size)
+                .map_err(|fault| fault.at("sparse"))?,
             None => Vec::new(),
         };
-        Ok(Accessor { count, arity, component, normalised: accessor.normalized, bytes, stride, patches })
+        Ok(Accessor {
+            count,
+            arity,
+            component,
+            normalised: accessor.normalized,
+            bytes,
+            stride,
+            patches,
+        })
     }
 
     /// No bytes, which stand for zeros.
     fn zeros(&self, count: usize, size: usize) -> Outcome<&'a [u8]> {
-        let left = self.invented.get().checked_sub((count as u64).saturating_mul(size as u64));
-        self.invented.set(left.ok_or_else(|| Fault::limit(format!("counts {count} elements, but has no data for them")))?);
+        let left = self
+            .invented
+            .get()
+            .checked_sub((count as u64).saturating_mul(size as u64));
+        self.invented.set(left.ok_or_else(|| {
+            Fault::limit(format!("counts {count} elements, but has no data for them"))
+        })?);
         Ok(&[])
     }
 
-    /// The bytes of `count` elements in a view from an offset on, and the distance between elements.
-    fn slice(&self, view: u32, offset: u64, count: usize, size: usize) -> Outcome<(&'a [u8], usize)> {
+    /// The bytes of `count` elements in a view from an offset on, and the distance between
+    /// elements.
+    fn slice(
+        &self,
+        view: u32,
+        offset: u64,
+        count: usize,
+        size: usize,
+    ) -> Outcome<(&'a [u8], usize)> {
         let (bytes, stride) = self.buffers.view(self.document, view as usize)?;
         let stride = stride.unwrap_or(size);
         if stride < size {
-            return Err(Fault::input(format!("has elements of {size} bytes every {stride} bytes")));
+            return Err(Fault::input(format!(
+                "has elements of {size} bytes every {stride} bytes"
+            )));
         }
-        let beyond =
-            || Fault::input(format!("{count} elements reach beyond bufferViews[{view}], which has {} bytes", bytes.len()));
+        let beyond = || {
+            Fault::input(format!(
+                "{count} elements reach beyond bufferViews[{view}], which has {} bytes",
+                bytes.len()
+            ))
+        };
         let start = usize::try_from(offset).map_err(|_| beyond())?;
         let length = match count {
             0 => 0,
-            n => (n - 1).checked_mul(stride).and_then(|last| last.checked_add(size)).ok_or_else(beyond)?,
+            n => (n - 1)
+                .checked_mul(stride)
+                .and_then(|last| last.checked_add(size))
+                .ok_or_else(beyond)?,
         };
         let end = start.checked_add(length).ok_or_else(beyond)?;
         Ok((bytes.get(start..end).ok_or_else(beyond)?, stride))
@@ -158,24 +209,40 @@ impl<'a> Reader<'a> {
     fn patches(&self, sparse: &Sparse, count: usize, size: usize) -> Outcome<Vec<(u32, &'a [u8])>> {
         let replaced = usize::try_from(sparse.count).unwrap_or(usize::MAX);
         if replaced > count {
-            return Err(Fault::input(format!("replaces {replaced} of {count} elements")));
+            return Err(Fault::input(format!(
+                "replaces {replaced} of {count} elements"
+            )));
         }
-        let component = Component::of(sparse.indices.component_type).map_err(|fault| fault.at("indices"))?;
+        let component =
+            Component::of(sparse.indices.component_type).map_err(|fault| fault.at("indices"))?;
         if !component.is_unsigned() {
             return Err(Fault::input("indices: are no unsigned numbers"));
         }
-        let (indices, index_stride) =
-            self.slice(sparse.indices.buffer_view, sparse.indices.byte_offset, replaced, component.size())?;
-        let (values, value_stride) = self.slice(sparse.values.buffer_view, sparse.values.byte_offset, replaced, size)?;
+        let (indices, index_stride) = self.slice(
+            sparse.indices.buffer_view,
+            sparse.indices.byte_offset,
+            replaced,
+            component.size(),
+        )?;
+        let (values, value_stride) = self.slice(
+            sparse.values.buffer_view,
+            sparse.values.byte_offset,
+            replaced,
+            size,
+        )?;
         let mut patches = Vec::with_capacity(replaced);
-        for (index, value) in indices.chunks(index_stride).zip(values.chunks(value_stride)) {
+        for (index, value) in indices
+            .chunks(index_stride)
+            .zip(values.chunks(value_stride))
+        {
             let index = unsigned(component, index);
             if index as usize >= count {
                 return Err(Fault::input(format!("replaces element {index} of {count}")));
             }
             patches.push((index, value));
         }
-        // "Strictly increasing" by the specification; where a file repeats an index, the last value counts.
+        // "Strictly increasing" by the specification; where a file repeats an index, the last value
+        // counts.
         patches.sort_by_key(|&(index, _)| index);
         Ok(patches)
     }
@@ -202,8 +269,8 @@ impl Accessor<'_> {
         self.normalised = true;
     }
 
-    /// An element as numbers; missing components are zero. Integers are exact or, if normalised, fractions
-    /// (glTF 2.0, section 3.11).
+    /// An element as numbers; missing components are zero. Integers are exact or, if normalised,
+    /// fractions (glTF 2.0, section 3.11).
     pub fn vector<const N: usize>(&self, element: usize) -> [f32; N] {
         let bytes = self.element(element);
         let size = self.component.size();
@@ -222,11 +289,15 @@ impl Accessor<'_> {
     /// An element as indices; only for unsigned components.
     pub fn indices<const N: usize>(&self, element: usize) -> [u32; N] {
         let (bytes, size) = (self.element(element), self.component.size());
-        core::array::from_fn(|i| unsigned(self.component, bytes.get(i * size..).unwrap_or_default()))
+        core::array::from_fn(|i| {
+            unsigned(self.component, bytes.get(i * size..).unwrap_or_default())
+        })
     }
 
     fn element(&self, element: usize) -> &[u8] {
-        let after = self.patches.partition_point(|&(index, _)| index as usize <= element);
+        let after = self
+            .patches
+            .partition_point(|&(index, _)| index as usize <= element);
         match after.checked_sub(1).and_then(|i| self.patches.get(i)) {
             Some(&(index, value)) if index as usize == element => value,
             _ => self.bytes.get(element * self.stride..).unwrap_or_default(),
@@ -234,16 +305,36 @@ impl Accessor<'_> {
     }
 
     fn number(&self, bytes: &[u8]) -> f32 {
-        // Fractions are formed in f64: the quotient of two f32 integers and the rounded f64 quotient agree, but u32 does not fit f32.
+        // Fractions are formed in f64: the quotient of two f32 integers and the rounded f64
+        // quotient agree, but u32 does not fit f32.
         let (value, largest) = match self.component {
             Component::F32 => return f32::from_le_bytes(head(bytes)),
-            Component::I8 => (f64::from(i8::from_le_bytes(head(bytes))), f64::from(i8::MAX)),
-            Component::U8 => (f64::from(u8::from_le_bytes(head(bytes))), f64::from(u8::MAX)),
-            Component::I16 => (f64::from(i16::from_le_bytes(head(bytes))), f64::from(i16::MAX)),
-            Component::U16 => (f64::from(u16::from_le_bytes(head(bytes))), f64::from(u16::MAX)),
-            Component::U32 => (f64::from(u32::from_le_bytes(head(bytes))), f64::from(u32::MAX)),
+            Component::I8 => (
+                f64::from(i8::from_le_bytes(head(bytes))),
+                f64::from(i8::MAX),
+            ),
+            Component::U8 => (
+                f64::from(u8::from_le_bytes(head(bytes))),
+                f64::from(u8::MAX),
+            ),
+            Component::I16 => (
+                f64::from(i16::from_le_bytes(head(bytes))),
+                f64::from(i16::MAX),
+            ),
+            Component::U16 => (
+                f64::from(u16::from_le_bytes(head(bytes))),
+                f64::from(u16::MAX),
+            ),
+            Component::U32 => (
+                f64::from(u32::from_le_bytes(head(bytes))),
+                f64::from(u32::MAX),
+            ),
         };
-        (if self.normalised { (value / largest).max(-1.0) } else { value }) as f32
+        (if self.normalised {
+            (value / largest).max(-1.0)
+        } else {
+            value
+        }) as f32
     }
 }
 
@@ -265,8 +356,8 @@ fn unsigned(component: Component, bytes: &[u8]) -> u32 {
 mod tests {
     use super::*;
 
-    /// Protects: of a normalised signed integer the least value and the one above it both mean −1 (glTF 2.0, section 3.11);
-    /// without the flag they are themselves.
+    /// Protects: of a normalised signed integer the least value and the one above it both mean −1
+    /// (glTF 2.0, section 3.11); without the flag they are themselves.
     #[test]
     fn the_least_fraction_is_minus_one() {
         let bytes = [0x80, 0x81, 0x7f];

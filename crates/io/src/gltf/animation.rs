@@ -1,8 +1,8 @@
-//! Where animations put nodes at a time: keys of translations, rotations, scales and weights, and what lies between them (glTF 2.0,
-//! section 3.11 and appendix C).
+//! Where animations put nodes at a time: keys of translations, rotations, scales and weights, and
+//! what lies between them (glTF 2.0, section 3.11 and appendix C).
 //!
-//! All of a file's animations are played together, where none is chosen. Where two move one thing, the first in the file does: a file of a
-//! walk and a run shows the walk.
+//! All of a file's animations are played together, where none is chosen. Where two move one thing,
+//! the first in the file does: a file of a walk and a run shows the walk.
 
 use std::collections::HashMap;
 
@@ -27,27 +27,48 @@ pub(super) struct Moved {
 /// What animations say of all nodes at a time in seconds, by node.
 ///
 /// # Errors
-/// A fault of kind input for a channel that names nothing, or a sampler whose keys are not what its channel needs.
-pub(super) fn at(time: f64, document: &Document, reader: &Reader<'_>, warnings: &mut Warnings) -> Outcome<HashMap<usize, Moved>> {
+/// A fault of kind input for a channel that names nothing, or a sampler whose keys are not what its
+/// channel needs.
+pub(super) fn at(
+    time: f64,
+    document: &Document,
+    reader: &Reader<'_>,
+    warnings: &mut Warnings,
+) -> Outcome<HashMap<usize, Moved>> {
     let (mut moved, mut keys) = (HashMap::<usize, Moved>::new(), Keys::new(reader));
     if document.animations.is_empty() {
-        warnings.add(WarningCode::Choice, "the file has no animation: it looks the same at every time");
+        warnings.add(
+            WarningCode::Choice,
+            "the file has no animation: it looks the same at every time",
+        );
     }
     for (i, animation) in document.animations.iter().enumerate() {
         for (j, channel) in animation.channels.iter().enumerate() {
             let place = |fault: Fault| fault.at(format_args!("animations[{i}].channels[{j}]"));
             // What else an extension moves is no business of nodes.
-            let named = || channel.target.node.map(|node| (node, channel.target.path.as_str()));
-            let Some((index, path)) = pointer::node(channel).or_else(named).filter(|(_, path)| *path != "pointer") else {
+            let named = || {
+                channel
+                    .target
+                    .node
+                    .map(|node| (node, channel.target.path.as_str()))
+            };
+            let Some((index, path)) = pointer::node(channel)
+                .or_else(named)
+                .filter(|(_, path)| *path != "pointer")
+            else {
                 continue;
             };
             let index = index as usize;
             let list = &document.nodes;
-            let node = list.get(index).ok_or_else(|| place(absent("nodes", index, list.len())))?;
+            let node = list
+                .get(index)
+                .ok_or_else(|| place(absent("nodes", index, list.len())))?;
             if node.matrix.is_some() && path != "weights" {
                 warnings.add(
                     WarningCode::Animation,
-                    format!("nodes[{index}]: has a matrix, which no animation can move; it stands still"),
+                    format!(
+                        "nodes[{index}]: has a matrix, which no animation can move; it stands still"
+                    ),
                 );
                 continue;
             }
@@ -57,13 +78,25 @@ pub(super) fn at(time: f64, document: &Document, reader: &Reader<'_>, warnings: 
                 "translation" if node.translation.is_none() => {
                     node.translation = Some(keys.vector(sampler, time).map_err(place)?);
                 }
-                "rotation" if node.rotation.is_none() => node.rotation = Some(keys.rotation(sampler, time).map_err(place)?),
-                "scale" if node.scale.is_none() => node.scale = Some(keys.vector(sampler, time).map_err(place)?),
-                "weights" if node.weights.is_none() => node.weights = Some(keys.weights(sampler, time).map_err(place)?),
-                "translation" | "rotation" | "scale" | "weights" => {
-                    warnings.add(WarningCode::Choice, "several animations move one node: the first in the file is shown");
+                "rotation" if node.rotation.is_none() => {
+                    node.rotation = Some(keys.rotation(sampler, time).map_err(place)?)
                 }
-                other => warnings.add(WarningCode::Animation, format!("animations of `{}` are ignored", shown(other))),
+                "scale" if node.scale.is_none() => {
+                    node.scale = Some(keys.vector(sampler, time).map_err(place)?)
+                }
+                "weights" if node.weights.is_none() => {
+                    node.weights = Some(keys.weights(sampler, time).map_err(place)?)
+                }
+                "translation" | "rotation" | "scale" | "weights" => {
+                    warnings.add(
+                        WarningCode::Choice,
+                        "several animations move one node: the first in the file is shown",
+                    );
+                }
+                other => warnings.add(
+                    WarningCode::Animation,
+                    format!("animations of `{}` are ignored", shown(other)),
+                ),
             }
         }
     }

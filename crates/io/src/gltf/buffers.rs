@@ -1,4 +1,5 @@
-//! The binary data of a glTF file: buffers from the container, from files beside it, or from the JSON itself, and views of them.
+//! The binary data of a glTF file: buffers from the container, from files beside it, or from the
+//! JSON itself, and views of them.
 
 use std::borrow::Cow;
 use std::collections::HashMap;
@@ -11,7 +12,8 @@ use crate::uri;
 
 /// All buffers of a file, each cut to the length that the JSON gives it.
 pub(super) struct Buffers<'a> {
-    /// None where a buffer has no data: a placeholder that only an extension fills. Using one is an error, having one is not.
+    /// None where a buffer has no data: a placeholder that only an extension fills. Using one is an
+    /// error, having one is not.
     data: Vec<Option<Cow<'a, [u8]>>>,
     /// What compressed views stand for, by index.
     views: HashMap<usize, Vec<u8>>,
@@ -24,30 +26,46 @@ impl<'a> Buffers<'a> {
     ///
     /// # Errors
     /// A fault of kind input when one is missing, refused or shorter than the JSON says.
-    pub fn load(document: &Document, binary: Option<&'a [u8]>, folder: &Folder, budget: &mut Budget) -> Outcome<Self> {
+    pub fn load(
+        document: &Document,
+        binary: Option<&'a [u8]>,
+        folder: &Folder,
+        budget: &mut Budget,
+    ) -> Outcome<Self> {
         let mut data = Vec::new();
         for (i, buffer) in document.buffers.iter().enumerate() {
-            let bytes = load_one(buffer, i, binary, folder).map_err(|fault| fault.at(format_args!("buffers[{i}]")))?;
+            let bytes = load_one(buffer, i, binary, folder)
+                .map_err(|fault| fault.at(format_args!("buffers[{i}]")))?;
             if let Some(Cow::Owned(bytes)) = &bytes {
                 budget.memory(bytes.len(), 1)?;
             }
             data.push(bytes);
         }
-        Ok(Self { data, views: HashMap::new(), accessors: HashMap::new() })
+        Ok(Self {
+            data,
+            views: HashMap::new(),
+            accessors: HashMap::new(),
+        })
     }
 
     /// The bytes of a buffer view, and the stride it prescribes.
     ///
     /// # Errors
-    /// A fault of kind input when the view or its buffer does not exist, or when it reaches beyond the buffer.
+    /// A fault of kind input when the view or its buffer does not exist, or when it reaches beyond
+    /// the buffer.
     pub fn view(&self, document: &Document, index: usize) -> Outcome<(&[u8], Option<usize>)> {
         let place = |fault: Fault| fault.at(format_args!("bufferViews[{index}]"));
-        let view = document.buffer_views.get(index).ok_or_else(|| absent("bufferViews", index, document.buffer_views.len()))?;
+        let view = document
+            .buffer_views
+            .get(index)
+            .ok_or_else(|| absent("bufferViews", index, document.buffer_views.len()))?;
         let stride = view.byte_stride;
         if let Some(bytes) = self.views.get(&index) {
             return Ok((bytes, stride));
         }
-        self.bytes(view.buffer as usize, view.byte_offset, view.byte_length).map(|bytes| (bytes, stride)).map_err(place)
+        self.bytes(view.buffer as usize, view.byte_offset, view.byte_length)
+            .map(|bytes| (bytes, stride))
+            .map_err(place)
     }
 
     /// A part of a buffer.
@@ -55,11 +73,20 @@ impl<'a> Buffers<'a> {
     /// # Errors
     /// A fault of kind input when the buffer does not exist, or when the part reaches beyond it.
     pub fn bytes(&self, buffer: usize, start: u64, length: u64) -> Outcome<&[u8]> {
-        let data = self.data.get(buffer).ok_or_else(|| absent("buffers", buffer, self.data.len()))?;
-        let missing = || Fault::input(format!("buffers[{buffer}] has no uri, and the file no binary chunk for it"));
+        let data = self
+            .data
+            .get(buffer)
+            .ok_or_else(|| absent("buffers", buffer, self.data.len()))?;
+        let missing = || {
+            Fault::input(format!(
+                "buffers[{buffer}] has no uri, and the file no binary chunk for it"
+            ))
+        };
         let data = data.as_ref().ok_or_else(missing)?;
         let end = start.checked_add(length);
-        let range = usize::try_from(start).ok().zip(end.and_then(|end| usize::try_from(end).ok()));
+        let range = usize::try_from(start)
+            .ok()
+            .zip(end.and_then(|end| usize::try_from(end).ok()));
         range.and_then(|(start, end)| data.get(start..end)).ok_or_else(|| {
             let have = data.len();
             Fault::input(format!("{length} bytes from byte {start} reach beyond buffers[{buffer}], which has {have}"))
@@ -84,12 +111,23 @@ impl<'a> Buffers<'a> {
 
 /// An index that points at nothing.
 pub(super) fn absent(list: &str, index: usize, length: usize) -> Fault {
-    Fault::input(format!("{list}[{index}] does not exist, the file has {length} of them"))
+    Fault::input(format!(
+        "{list}[{index}] does not exist, the file has {length} of them"
+    ))
 }
 
-fn load_one<'a>(buffer: &Buffer, index: usize, binary: Option<&'a [u8]>, folder: &Folder) -> Outcome<Option<Cow<'a, [u8]>>> {
+fn load_one<'a>(
+    buffer: &Buffer,
+    index: usize,
+    binary: Option<&'a [u8]>,
+    folder: &Folder,
+) -> Outcome<Option<Cow<'a, [u8]>>> {
     let length = usize::try_from(buffer.byte_length).unwrap_or(usize::MAX);
-    let short = |have: usize| Fault::input(format!("has {length} bytes by its byteLength, but only {have} are there"));
+    let short = |have: usize| {
+        Fault::input(format!(
+            "has {length} bytes by its byteLength, but only {have} are there"
+        ))
+    };
     match (&buffer.uri, binary) {
         (Some(uri), _) => {
             let mut bytes = uri::read(folder, uri)?;

@@ -11,40 +11,82 @@ use crate::warning::WarningCode;
 /// A camera as the scene wants it, or none with a warning when its numbers make no view.
 ///
 /// A picture of another shape than the file's shows all of the file's view, and more at two sides.
-pub(super) fn convert(camera: &Source, index: usize, name: String, placed: &Placed, warnings: &mut Warnings) -> Option<Camera> {
+pub(super) fn convert(
+    camera: &Source,
+    index: usize,
+    name: String,
+    placed: &Placed,
+    warnings: &mut Warnings,
+) -> Option<Camera> {
     let mut skip = |why: &str| {
-        warnings.add(WarningCode::CameraOrLight, format!("cameras[{index}]: {why}; the camera was left out"));
+        warnings.add(
+            WarningCode::CameraOrLight,
+            format!("cameras[{index}]: {why}; the camera was left out"),
+        );
         None
     };
-    let (projection, aspect) = match (camera.kind.as_str(), &camera.perspective, &camera.orthographic) {
+    let (projection, aspect) = match (
+        camera.kind.as_str(),
+        &camera.perspective,
+        &camera.orthographic,
+    ) {
         ("perspective", Some(view), _) => {
             let yfov = f64::from(view.yfov);
             if !(yfov > 0.0 && yfov < std::f64::consts::PI) {
                 return skip(&format!("its yfov of {yfov} is not between 0 and pi"));
             }
-            let pinhole = Pinhole { vertical_fov: Some(yfov.to_degrees()), ..Pinhole::default() };
-            (Projection::Pinhole(pinhole), view.aspect_ratio.map(f64::from))
+            let pinhole = Pinhole {
+                vertical_fov: Some(yfov.to_degrees()),
+                ..Pinhole::default()
+            };
+            (
+                Projection::Pinhole(pinhole),
+                view.aspect_ratio.map(f64::from),
+            )
         }
         ("orthographic", _, Some(view)) => {
             let height = 2.0 * f64::from(view.ymag).abs();
             if !(SMALLEST..=FARTHEST).contains(&height) {
-                return skip(&format!("its ymag of {} gives no view", number(view.ymag.into())));
+                return skip(&format!(
+                    "its ymag of {} gives no view",
+                    number(view.ymag.into())
+                ));
             }
-            (Projection::Orthographic { height }, Some(2.0 * f64::from(view.xmag).abs() / height))
+            (
+                Projection::Orthographic { height },
+                Some(2.0 * f64::from(view.xmag).abs() / height),
+            )
         }
         _ => return skip("it has no view of its type"),
     };
-    let Some(pose) = pose(placed) else { return skip("its node squeezes it flat") };
+    let Some(pose) = pose(placed) else {
+        return skip("its node squeezes it flat");
+    };
     // A shape beyond all measure is none.
     let aspect = aspect.filter(|aspect| (LEAST_ASPECT..=MOST_ASPECT).contains(aspect));
-    Some(Camera { name, pose, projection, aspect, fit: Fit::Contain, pose_end: None, shutter: None })
+    Some(Camera {
+        name,
+        pose,
+        projection,
+        aspect,
+        fit: Fit::Contain,
+        pose_end: None,
+        shutter: None,
+    })
 }
 
-/// The node's axes without their lengths; a mirrored node keeps its mirrored view. None where the node flattens space.
+/// The node's axes without their lengths; a mirrored node keeps its mirrored view. None where the
+/// node flattens space.
 fn pose(placed: &Placed) -> Option<Pose> {
     let m = placed.world.matrix3;
     let back = m.z_axis.try_normalize()?;
     let right = (m.x_axis - back * back.dot(m.x_axis)).try_normalize()?;
-    let up = (m.y_axis - back * back.dot(m.y_axis) - right * right.dot(m.y_axis)).try_normalize()?;
-    Some(Pose::Axes { eye: placed.world.translation.into(), right: right.into(), up: up.into(), back: back.into() })
+    let up =
+        (m.y_axis - back * back.dot(m.y_axis) - right * right.dot(m.y_axis)).try_normalize()?;
+    Some(Pose::Axes {
+        eye: placed.world.translation.into(),
+        right: right.into(),
+        up: up.into(),
+        back: back.into(),
+    })
 }

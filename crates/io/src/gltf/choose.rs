@@ -57,9 +57,16 @@ pub struct AnimationInfo {
 }
 
 impl Contents {
-    /// Seconds until an animation ends, by name or, where no name fits, by index, or until the last of all does; none where none is timed.
+    /// Seconds until an animation ends, by name or, where no name fits, by index, or until the last
+    /// of all does; none where none is timed.
     pub fn seconds(&self, animation: Option<&str>) -> Option<f64> {
-        let Some(wish) = animation else { return self.animations.iter().filter_map(|of| of.seconds).reduce(f64::max) };
+        let Some(wish) = animation else {
+            return self
+                .animations
+                .iter()
+                .filter_map(|of| of.seconds)
+                .reduce(f64::max);
+        };
         let names: Vec<&str> = self.animations.iter().map(|of| of.name.as_str()).collect();
         self.animations.get(chosen(&names, wish)?)?.seconds
     }
@@ -67,8 +74,14 @@ impl Contents {
 
 /// The place of a name or, where no name fits, of an index.
 fn chosen(names: &[&str], wish: &str) -> Option<usize> {
-    let by_name = names.iter().position(|name| !name.is_empty() && *name == wish);
-    by_name.or_else(|| wish.parse::<usize>().ok().filter(|&index| index < names.len()))
+    let by_name = names
+        .iter()
+        .position(|name| !name.is_empty() && *name == wish);
+    by_name.or_else(|| {
+        wish.parse::<usize>()
+            .ok()
+            .filter(|&index| index < names.len())
+    })
 }
 
 /// What a file holds. What is wrong with an animation is said where it is played.
@@ -76,10 +89,19 @@ pub(super) fn contents(document: &Document, reader: &Reader<'_>) -> Contents {
     let mut keys = Keys::new(reader);
     let name = |name: &Option<String>| shown(name.as_deref().unwrap_or_default());
     let animations = document.animations.iter().map(|animation| {
-        let ends = animation.samplers.iter().filter_map(|sampler| keys.duration(sampler));
-        AnimationInfo { name: name(&animation.name), seconds: ends.reduce(f64::max) }
+        let ends = animation
+            .samplers
+            .iter()
+            .filter_map(|sampler| keys.duration(sampler));
+        AnimationInfo {
+            name: name(&animation.name),
+            seconds: ends.reduce(f64::max),
+        }
     });
-    let named: BTreeSet<&String> = document.extensions().chain(&document.extensions_required).collect();
+    let named: BTreeSet<&String> = document
+        .extensions()
+        .chain(&document.extensions_required)
+        .collect();
     let extension = |name: &String| ExtensionInfo {
         name: shown(name),
         required: document.extensions_required.contains(name),
@@ -88,13 +110,26 @@ pub(super) fn contents(document: &Document, reader: &Reader<'_>) -> Contents {
     Contents {
         extensions: named.into_iter().map(extension).collect(),
         animations: animations.collect(),
-        scenes: document.scenes.iter().map(|scene| name(&scene.name)).collect(),
-        variants: variants(document).iter().map(|variant| shown(variant)).collect(),
+        scenes: document
+            .scenes
+            .iter()
+            .map(|scene| name(&scene.name))
+            .collect(),
+        variants: variants(document)
+            .iter()
+            .map(|variant| shown(variant))
+            .collect(),
     }
 }
 
 fn variants(document: &Document) -> Vec<&str> {
-    document.extensions.variants.variants.iter().map(|variant| variant.name.as_deref().unwrap_or_default()).collect()
+    document
+        .extensions
+        .variants
+        .variants
+        .iter()
+        .map(|variant| variant.name.as_deref().unwrap_or_default())
+        .collect()
 }
 
 /// The scene of a name or, where no name fits, of an index.
@@ -102,7 +137,11 @@ fn variants(document: &Document) -> Vec<&str> {
 /// # Errors
 /// A fault of kind choice that lists the scenes.
 pub(super) fn scene(document: &Document, wish: &str) -> Outcome<usize> {
-    let names: Vec<&str> = document.scenes.iter().map(|scene| scene.name.as_deref().unwrap_or_default()).collect();
+    let names: Vec<&str> = document
+        .scenes
+        .iter()
+        .map(|scene| scene.name.as_deref().unwrap_or_default())
+        .collect();
     chosen(&names, wish).ok_or_else(|| unknown("scene", wish, &names, true))
 }
 
@@ -111,10 +150,18 @@ pub(super) fn scene(document: &Document, wish: &str) -> Outcome<usize> {
 /// # Errors
 /// A fault of kind choice that lists the animations.
 pub(super) fn play(document: &mut Document, wish: &str) -> Outcome<()> {
-    let names: Vec<&str> = document.animations.iter().map(|animation| animation.name.as_deref().unwrap_or_default()).collect();
+    let names: Vec<&str> = document
+        .animations
+        .iter()
+        .map(|animation| animation.name.as_deref().unwrap_or_default())
+        .collect();
     let chosen = chosen(&names, wish).ok_or_else(|| unknown("animation", wish, &names, true))?;
     // Messages count all of them.
-    let others = document.animations.iter_mut().enumerate().filter(|(index, _)| *index != chosen);
+    let others = document
+        .animations
+        .iter_mut()
+        .enumerate()
+        .filter(|(index, _)| *index != chosen);
     others.for_each(|(_, animation)| animation.channels.clear());
     Ok(())
 }
@@ -126,7 +173,9 @@ pub(super) fn play(document: &mut Document, wish: &str) -> Outcome<()> {
 pub(super) fn variant(document: &Document, wish: &str) -> Outcome<u32> {
     let names = variants(document);
     let found = names.iter().position(|name| *name == wish);
-    found.map(|index| index as u32).ok_or_else(|| unknown("variant", wish, &names, false))
+    found
+        .map(|index| index as u32)
+        .ok_or_else(|| unknown("variant", wish, &names, false))
 }
 
 /// Says that there is no such thing, which one was probably meant, and which there are.
@@ -134,14 +183,21 @@ fn unknown(what: &str, wish: &str, names: &[&str], by_index: bool) -> Fault {
     const MOST: usize = 20;
     let wish = shown(wish);
     if names.is_empty() {
-        return Fault::choice(format!("has no {what}s to choose from, so none is `{wish}`"));
+        return Fault::choice(format!(
+            "has no {what}s to choose from, so none is `{wish}`"
+        ));
     }
-    let listed = names.iter().take(MOST).enumerate().map(|(index, name)| match (by_index, name.is_empty()) {
-        (true, true) => index.to_string(),
-        (true, false) => format!("{index} `{}`", shown(name)),
-        (false, _) => format!("`{}`", shown(name)),
+    let listed = names.iter().take(MOST).enumerate().map(|(index, name)| {
+        match (by_index, name.is_empty()) {
+            (true, true) => index.to_string(),
+            (true, false) => format!("{index} `{}`", shown(name)),
+            (false, _) => format!("`{}`", shown(name)),
+        }
     });
-    let list = listed.chain((names.len() > MOST).then(|| "…".to_owned())).collect::<Vec<_>>().join(", ");
+    let list = listed
+        .chain((names.len() > MOST).then(|| "…".to_owned()))
+        .collect::<Vec<_>>()
+        .join(", ");
     let meant = match closest(&wish, names.iter().copied().filter(|name| !name.is_empty())) {
         Some(name) => format!("did you mean `{}`? Its", shown(name)),
         None => "its".to_owned(),

@@ -1,5 +1,6 @@
-//! Data that extensions compress: buffer views by meshoptimizer's codecs (EXT_meshopt_compression, KHR_meshopt_compression) and
-//! whole primitives by Draco (KHR_draco_mesh_compression), both decoded before anything reads them.
+//! Data that extensions compress: buffer views by meshoptimizer's codecs (EXT_meshopt_compression,
+//! KHR_meshopt_compression) and whole primitives by Draco (KHR_draco_mesh_compression), both
+//! decoded before anything reads them.
 
 use std::collections::HashMap;
 
@@ -15,27 +16,53 @@ use crate::{Limits, meshopt};
 /// Decodes everything that is compressed and puts it in place of what it stands for.
 ///
 /// # Errors
-/// A fault of kind input at the view or the primitive whose data is wrong, of kind limit where it takes too much memory.
-pub(super) fn decode(document: &Document, buffers: &mut Buffers<'_>, limits: &Limits, budget: &mut Budget) -> Outcome<()> {
+/// A fault of kind input at the view or the primitive whose data is wrong, of kind limit where it
+/// takes too much memory.
+pub(super) fn decode(
+    document: &Document,
+    buffers: &mut Buffers<'_>,
+    limits: &Limits,
+    budget: &mut Budget,
+) -> Outcome<()> {
     for (i, view) in document.buffer_views.iter().enumerate() {
-        let ViewExtensions { ext_meshopt, khr_meshopt } = &view.extensions;
-        let ext = ext_meshopt.as_ref().map(|packed| ("EXT_meshopt_compression", packed));
-        let Some((name, packed)) = ext.or(khr_meshopt.as_ref().map(|packed| ("KHR_meshopt_compression", packed))) else {
+        let ViewExtensions {
+            ext_meshopt,
+            khr_meshopt,
+        } = &view.extensions;
+        let ext = ext_meshopt
+            .as_ref()
+            .map(|packed| ("EXT_meshopt_compression", packed));
+        let Some((name, packed)) = ext.or(khr_meshopt
+            .as_ref()
+            .map(|packed| ("KHR_meshopt_compression", packed)))
+        else {
             continue;
         };
         let place = |fault: Fault| fault.at(format_args!("bufferViews[{i}]: {name}"));
         let bytes = unpacked(packed, buffers, budget).map_err(place)?;
         if (bytes.len() as u64) < view.byte_length {
             let length = view.byte_length;
-            return Err(place(Fault::input(format!("holds {} bytes, and the view has {length}", bytes.len()))));
+            return Err(place(Fault::input(format!(
+                "holds {} bytes, and the view has {length}",
+                bytes.len()
+            ))));
         }
         buffers.replace_view(i, bytes);
     }
-    let primitives =
-        document.meshes.iter().enumerate().flat_map(|(m, mesh)| mesh.primitives.iter().enumerate().map(move |p| (m, p)));
+    let primitives = document
+        .meshes
+        .iter()
+        .enumerate()
+        .flat_map(|(m, mesh)| mesh.primitives.iter().enumerate().map(move |p| (m, p)));
     for (mesh, (part, primitive)) in primitives {
-        let Some(packed) = &primitive.extensions.draco else { continue };
-        let place = |fault: Fault| fault.at(format_args!("meshes[{mesh}].primitives[{part}]: KHR_draco_mesh_compression"));
+        let Some(packed) = &primitive.extensions.draco else {
+            continue;
+        };
+        let place = |fault: Fault| {
+            fault.at(format_args!(
+                "meshes[{mesh}].primitives[{part}]: KHR_draco_mesh_compression"
+            ))
+        };
         draco(document, primitive, packed, buffers, limits, budget).map_err(place)?;
     }
     Ok(())
@@ -52,7 +79,12 @@ fn unpacked(view: &Meshopt, buffers: &Buffers<'_>, budget: &mut Budget) -> Outco
         "ATTRIBUTES" => meshopt::vertices,
         "TRIANGLES" => meshopt::triangles,
         "INDICES" => meshopt::sequence,
-        other => return Err(Fault::input(format!("has the unknown mode {}", shown(other)))),
+        other => {
+            return Err(Fault::input(format!(
+                "has the unknown mode {}",
+                shown(other)
+            )));
+        }
     };
     let mut bytes = decode(count, stride, source).map_err(broken)?;
     let filter = match view.filter.as_deref().unwrap_or("NONE") {
@@ -61,7 +93,12 @@ fn unpacked(view: &Meshopt, buffers: &Buffers<'_>, budget: &mut Budget) -> Outco
         "QUATERNION" => meshopt::quaternions,
         "EXPONENTIAL" => meshopt::exponential,
         "COLOR" => meshopt::colours,
-        other => return Err(Fault::input(format!("has the unknown filter {}", shown(other)))),
+        other => {
+            return Err(Fault::input(format!(
+                "has the unknown filter {}",
+                shown(other)
+            )));
+        }
     };
     filter(stride, &mut bytes).map_err(broken)?;
     Ok(bytes)
@@ -82,14 +119,23 @@ fn draco(
     most.max_decoded_bytes = limits.memory_bytes;
     let mut mesh = draco_core::Mesh::new();
     let mut input = DecoderBuffer::new(bytes).with_limits(most);
-    MeshDecoder::new().decode(&mut input, &mut mesh).map_err(|e| Fault::input(format!("is broken ({e})")))?;
+    MeshDecoder::new()
+        .decode(&mut input, &mut mesh)
+        .map_err(|e| Fault::input(format!("is broken ({e})")))?;
     let mut filled = HashMap::new();
     for (name, &id) in &draco.attributes {
-        let Some(&accessor) = primitive.attributes.get(name) else { continue };
+        let Some(&accessor) = primitive.attributes.get(name) else {
+            continue;
+        };
         let attribute = mesh.attribute_by_unique_id(id);
-        let attribute = attribute.ok_or_else(|| Fault::input(format!("has no attribute {id} for {}", shown(name))))?;
-        let layout = layout(document, accessor, mesh.num_points()).map_err(|fault| fault.at(shown(name)))?;
-        budget.memory(mesh.num_points() * layout.arity, layout.component.size() + size_of::<f32>())?;
+        let attribute = attribute
+            .ok_or_else(|| Fault::input(format!("has no attribute {id} for {}", shown(name))))?;
+        let layout =
+            layout(document, accessor, mesh.num_points()).map_err(|fault| fault.at(shown(name)))?;
+        budget.memory(
+            mesh.num_points() * layout.arity,
+            layout.component.size() + size_of::<f32>(),
+        )?;
         let values = attribute.read_f32s(mesh.num_points(), layout.arity);
         filled.insert(accessor as usize, written(&values, layout.component));
     }
@@ -105,7 +151,9 @@ fn draco(
         };
         filled.insert(accessor as usize, bytes);
     }
-    filled.into_iter().for_each(|(accessor, bytes)| buffers.fill_accessor(accessor, bytes));
+    filled
+        .into_iter()
+        .for_each(|(accessor, bytes)| buffers.fill_accessor(accessor, bytes));
     Ok(())
 }
 
@@ -118,10 +166,15 @@ struct Layout {
 /// The layout of an accessor that counts as many elements as were decoded.
 fn layout(document: &Document, index: u32, decoded: usize) -> Outcome<Layout> {
     let list = &document.accessors;
-    let accessor = list.get(index as usize).ok_or_else(|| absent("accessors", index as usize, list.len()))?;
+    let accessor = list
+        .get(index as usize)
+        .ok_or_else(|| absent("accessors", index as usize, list.len()))?;
     let place = |fault: Fault| fault.at(format_args!("accessors[{index}]"));
     if accessor.count != decoded as u64 {
-        let message = format!("counts {} elements, and {decoded} were decoded", accessor.count);
+        let message = format!(
+            "counts {} elements, and {decoded} were decoded",
+            accessor.count
+        );
         return Err(place(Fault::input(message)));
     }
     let component = Component::of(accessor.component_type).map_err(place)?;

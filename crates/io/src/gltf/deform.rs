@@ -1,5 +1,5 @@
-//! What moves the vertices of a mesh before its node places it: morph targets by their weights, then skins by their joints (glTF
-//! 2.0, sections 3.7.2.2 and 3.7.3).
+//! What moves the vertices of a mesh before its node places it: morph targets by their weights,
+//! then skins by their joints (glTF 2.0, sections 3.7.2.2 and 3.7.3).
 
 use std::collections::{BTreeMap, HashMap};
 use std::rc::Rc;
@@ -15,7 +15,8 @@ use super::nodes::Placed;
 use super::vertices::Vertices;
 use crate::import::{Fault, Outcome};
 
-/// Moves of single vertices that one file may ask for: weights and joints in a few lines of text could keep a reader busy for ever.
+/// Moves of single vertices that one file may ask for: weights and joints in a few lines of text
+/// could keep a reader busy for ever.
 const MOST_MOVES: u64 = 1 << 30;
 
 /// How the vertices of a mesh are moved where a node shows it.
@@ -25,18 +26,23 @@ pub(super) struct Pose {
     pub weights: Vec<f64>,
     /// The joints that take vertices to the world; none: the node does.
     pub skin: Option<Rc<Skinned>>,
-    /// Whether faces are seen from their other side: a node says so by its handedness even where joints place its mesh (glTF 2.0,
-    /// section 3.7.4, "Instantiation").
+    /// Whether faces are seen from their other side: a node says so by its handedness even where
+    /// joints place its mesh (glTF 2.0, section 3.7.4, "Instantiation").
     pub mirrored: bool,
 }
 
-/// What tells one shape of a mesh from another: the bits of the weights, the skin, and whether it is mirrored.
+/// What tells one shape of a mesh from another: the bits of the weights, the skin, and whether it
+/// is mirrored.
 pub(super) type PoseKey = (Vec<u64>, Option<usize>, bool);
 
 impl Pose {
     /// Equal keys, equal shapes.
     pub fn key(&self) -> PoseKey {
-        (self.weights.iter().map(|weight| weight.to_bits()).collect(), self.skin.as_ref().map(|skin| skin.index), self.mirrored)
+        (
+            self.weights.iter().map(|weight| weight.to_bits()).collect(),
+            self.skin.as_ref().map(|skin| skin.index),
+            self.mirrored,
+        )
     }
 
     /// Whether vertices stay where they are.
@@ -50,7 +56,8 @@ impl Pose {
 pub(super) struct Skinned {
     /// Its place in the file.
     index: usize,
-    /// Where its meshes have their origin in the world: far from the world's own, single precision would not tell vertices apart.
+    /// Where its meshes have their origin in the world: far from the world's own, single precision
+    /// would not tell vertices apart.
     pub origin: DVec3,
     /// From the mesh's space to the world about that origin, by joint.
     joints: Vec<DAffine3>,
@@ -67,10 +74,18 @@ pub(super) struct Moving {
 impl Import<'_> {
     /// How a node's mesh is moved.
     pub(super) fn pose(&mut self, placed: &Placed, node: &Node) -> Outcome<Pose> {
-        let mesh = node.mesh.and_then(|mesh| self.document.meshes.get(mesh as usize));
+        let mesh = node
+            .mesh
+            .and_then(|mesh| self.document.meshes.get(mesh as usize));
         let own = || mesh.map(|mesh| mesh.weights.clone());
-        let animated = self.moved.get(&placed.node).and_then(|moved| moved.weights.clone());
-        let mut weights = animated.or_else(|| node.weights.clone()).or_else(own).unwrap_or_default();
+        let animated = self
+            .moved
+            .get(&placed.node)
+            .and_then(|moved| moved.weights.clone());
+        let mut weights = animated
+            .or_else(|| node.weights.clone())
+            .or_else(own)
+            .unwrap_or_default();
         if let Some(weight) = weights.iter().find(|weight| !weight.is_finite()) {
             return Err(Fault::input(format!("a weight of {weight} makes no sense")));
         }
@@ -79,7 +94,11 @@ impl Import<'_> {
         }
         let skin = node.skin.map(|skin| self.skin(skin as usize)).transpose()?;
         let mirrored = skin.is_some() && placed.world.matrix3.determinant() < 0.0;
-        Ok(Pose { weights, skin, mirrored })
+        Ok(Pose {
+            weights,
+            skin,
+            mirrored,
+        })
     }
 
     /// A skin with its joints where they stand, worked out when it is first used.
@@ -87,14 +106,21 @@ impl Import<'_> {
         if let Some(known) = self.skins.get(&index) {
             return Ok(Rc::clone(known));
         }
-        let skin = self.skinned(index).map_err(|fault| fault.at(format_args!("skins[{index}]")))?;
+        let skin = self
+            .skinned(index)
+            .map_err(|fault| fault.at(format_args!("skins[{index}]")))?;
         Ok(Rc::clone(self.skins.entry(index).or_insert(Rc::new(skin))))
     }
 
     fn skinned(&mut self, index: usize) -> Outcome<Skinned> {
         let Document { skins, nodes, .. } = self.document;
-        let skin = skins.get(index).ok_or_else(|| absent("skins", index, skins.len()))?;
-        let binds = skin.inverse_bind_matrices.map(|accessor| self.reader.open(accessor as usize)).transpose()?;
+        let skin = skins
+            .get(index)
+            .ok_or_else(|| absent("skins", index, skins.len()))?;
+        let binds = skin
+            .inverse_bind_matrices
+            .map(|accessor| self.reader.open(accessor as usize))
+            .transpose()?;
         if let Some(binds) = &binds
             && (binds.arity() != 16 || binds.count() < skin.joints.len())
         {
@@ -104,24 +130,40 @@ impl Import<'_> {
                 binds.arity()
             )));
         }
-        self.budget.memory(skin.joints.len(), size_of::<DAffine3>())?;
+        self.budget
+            .memory(skin.joints.len(), size_of::<DAffine3>())?;
         let mut joints = Vec::with_capacity(skin.joints.len());
         for (i, &joint) in skin.joints.iter().enumerate() {
             let node = joint as usize;
-            // A cycle that no scene leads to has no place: the joint is taken to stand at the origin.
-            let world = self.worlds.get(node).ok_or_else(|| absent("nodes", node, nodes.len()))?.unwrap_or(DAffine3::IDENTITY);
-            let bind = binds.as_ref().map_or(DAffine3::IDENTITY, |binds| affine(binds.vector(i)));
+            // A cycle that no scene leads to has no place: the joint is taken to stand at the
+            // origin.
+            let world = self
+                .worlds
+                .get(node)
+                .ok_or_else(|| absent("nodes", node, nodes.len()))?
+                .unwrap_or(DAffine3::IDENTITY);
+            let bind = binds
+                .as_ref()
+                .map_or(DAffine3::IDENTITY, |binds| affine(binds.vector(i)));
             joints.push((world, world * bind));
         }
-        let origin = joints.first().map_or(DVec3::ZERO, |(world, _)| world.translation);
+        let origin = joints
+            .first()
+            .map_or(DVec3::ZERO, |(world, _)| world.translation);
         let about = |(_, mut joint): (DAffine3, DAffine3)| {
             joint.translation -= origin;
             joint
         };
         let joints: Vec<DAffine3> = joints.into_iter().map(about).collect();
         match joints.iter().position(|joint| !joint.is_finite()) {
-            Some(i) => Err(Fault::input(format!("the matrix of joints[{i}] is not finite"))),
-            None => Ok(Skinned { index, origin, joints }),
+            Some(i) => Err(Fault::input(format!(
+                "the matrix of joints[{i}] is not finite"
+            ))),
+            None => Ok(Skinned {
+                index,
+                origin,
+                joints,
+            }),
         }
     }
 
@@ -134,10 +176,15 @@ impl Import<'_> {
         count: usize,
         moving: &mut Moving,
     ) -> Outcome<()> {
-        for (i, (target, &weight)) in
-            primitive.targets.iter().zip(&pose.weights).enumerate().filter(|(_, (_, weight))| **weight != 0.0)
+        for (i, (target, &weight)) in primitive
+            .targets
+            .iter()
+            .zip(&pose.weights)
+            .enumerate()
+            .filter(|(_, (_, weight))| **weight != 0.0)
         {
-            self.morph(target, weight, vertices, count, moving).map_err(|fault| fault.at(format_args!("targets[{i}]")))?;
+            self.morph(target, weight, vertices, count, moving)
+                .map_err(|fault| fault.at(format_args!("targets[{i}]")))?;
         }
         match &pose.skin {
             Some(skin) => self.bend(primitive, skin, vertices, count, moving),
@@ -149,7 +196,9 @@ impl Import<'_> {
     fn moves(&mut self, count: usize) -> Outcome<()> {
         self.moves += count as u64;
         if self.moves > MOST_MOVES {
-            return Err(Fault::limit(format!("morph targets and skins move vertices more than {MOST_MOVES} times")));
+            return Err(Fault::limit(format!(
+                "morph targets and skins move vertices more than {MOST_MOVES} times"
+            )));
         }
         Ok(())
     }
@@ -163,13 +212,23 @@ impl Import<'_> {
         count: usize,
         moving: &mut Moving,
     ) -> Outcome<()> {
-        for (name, list) in [("POSITION", &mut moving.positions), ("NORMAL", &mut moving.normals)] {
-            let Some(&index) = target.get(name).filter(|_| !list.is_empty()) else { continue };
+        for (name, list) in [
+            ("POSITION", &mut moving.positions),
+            ("NORMAL", &mut moving.normals),
+        ] {
+            let Some(&index) = target.get(name).filter(|_| !list.is_empty()) else {
+                continue;
+            };
             self.moves(list.len())?;
-            let steps = self.reader.open(index as usize).map_err(|fault| fault.at(name))?;
+            let steps = self
+                .reader
+                .open(index as usize)
+                .map_err(|fault| fault.at(name))?;
             if steps.arity() != 3 || steps.count() != count {
                 let (n, m) = (steps.count(), steps.arity());
-                return Err(Fault::input(format!("{name}: has {n} elements of {m} numbers, the mesh has {count} vertices")));
+                return Err(Fault::input(format!(
+                    "{name}: has {n} elements of {m} numbers, the mesh has {count} vertices"
+                )));
             }
             for (value, vertex) in list.iter_mut().zip(vertices.iter()) {
                 *value += vector(&steps, vertex) * weight;
@@ -191,15 +250,21 @@ impl Import<'_> {
         for set in 0_u32.. {
             let joints = self.attribute(primitive, &format!("JOINTS_{set}"), &[4])?;
             let weights = self.attribute(primitive, &format!("WEIGHTS_{set}"), &[4])?;
-            let (Some(joints), Some(weights)) = (joints, weights) else { break };
+            let (Some(joints), Some(weights)) = (joints, weights) else {
+                break;
+            };
             if !joints.is_unsigned() || [joints.count(), weights.count()] != [count; 2] {
                 let (n, m) = (joints.count(), weights.count());
-                return Err(Fault::input(format!("JOINTS_{set} of {n} and WEIGHTS_{set} of {m} for {count} vertices")));
+                return Err(Fault::input(format!(
+                    "JOINTS_{set} of {n} and WEIGHTS_{set} of {m} for {count} vertices"
+                )));
             }
             sets.push((joints, weights));
         }
         if sets.is_empty() {
-            return Err(Fault::input("is skinned, but has no JOINTS_0 and WEIGHTS_0"));
+            return Err(Fault::input(
+                "is skinned, but has no JOINTS_0 and WEIGHTS_0",
+            ));
         }
         self.moves(moving.positions.len().saturating_mul(4 * sets.len()))?;
         for (i, vertex) in vertices.iter().enumerate() {
@@ -216,16 +281,27 @@ impl Import<'_> {
 }
 
 impl Skinned {
-    /// What the joints of a vertex make of it together. Weights are taken by their sum, which rounding keeps from being 1; without
-    /// any, the first joint has it.
+    /// What the joints of a vertex make of it together. Weights are taken by their sum, which
+    /// rounding keeps from being 1; without any, the first joint has it.
     fn map(&self, sets: &[(Accessor<'_>, Accessor<'_>)], vertex: usize) -> Outcome<DAffine3> {
-        let (mut sum, mut total) = (DAffine3 { matrix3: DMat3::ZERO, translation: DVec3::ZERO }, 0.0);
+        let (mut sum, mut total) = (
+            DAffine3 {
+                matrix3: DMat3::ZERO,
+                translation: DVec3::ZERO,
+            },
+            0.0,
+        );
         let joint = |index: u32| {
             let list = &self.joints;
-            list.get(index as usize).ok_or_else(|| Fault::input(format!("JOINTS: joint {index} of {}", list.len())))
+            list.get(index as usize)
+                .ok_or_else(|| Fault::input(format!("JOINTS: joint {index} of {}", list.len())))
         };
         for (joints, weights) in sets {
-            for (index, weight) in joints.indices::<4>(vertex).into_iter().zip(weights.vector::<4>(vertex)) {
+            for (index, weight) in joints
+                .indices::<4>(vertex)
+                .into_iter()
+                .zip(weights.vector::<4>(vertex))
+            {
                 let weight = f64::from(weight);
                 if weight == 0.0 || !weight.is_finite() {
                     continue;
@@ -238,23 +314,37 @@ impl Skinned {
                 total += weight;
             }
         }
-        let first = || sets.first().map_or(0, |(joints, _)| joints.indices::<4>(vertex)[0]);
+        let first = || {
+            sets.first()
+                .map_or(0, |(joints, _)| joints.indices::<4>(vertex)[0])
+        };
         if total == 0.0 {
             return joint(first()).copied();
         }
-        Ok(DAffine3 { matrix3: sum.matrix3 * total.recip(), translation: sum.translation / total })
+        Ok(DAffine3 {
+            matrix3: sum.matrix3 * total.recip(),
+            translation: sum.translation / total,
+        })
     }
 }
 
 /// A column-major matrix whose last row is taken as 0 0 0 1.
 fn affine(m: [f32; 16]) -> DAffine3 {
     let column = |i: usize| DVec3::new(m[i].into(), m[i + 1].into(), m[i + 2].into());
-    DAffine3 { matrix3: DMat3::from_cols(column(0), column(4), column(8)), translation: column(12) }
+    DAffine3 {
+        matrix3: DMat3::from_cols(column(0), column(4), column(8)),
+        translation: column(12),
+    }
 }
 
-/// What a map makes of normals: the transposed inverse but for its length, which a flat map has too.
+/// What a map makes of normals: the transposed inverse but for its length, which a flat map has
+/// too.
 fn cofactors(m: &DMat3) -> DMat3 {
-    DMat3::from_cols(m.y_axis.cross(m.z_axis), m.z_axis.cross(m.x_axis), m.x_axis.cross(m.y_axis))
+    DMat3::from_cols(
+        m.y_axis.cross(m.z_axis),
+        m.z_axis.cross(m.x_axis),
+        m.x_axis.cross(m.y_axis),
+    )
 }
 
 fn vector(accessor: &Accessor<'_>, element: usize) -> DVec3 {

@@ -1,15 +1,18 @@
 //! The JSON of a glTF file as typed data, read once and without trust in any of its numbers.
 //!
-//! Every index is a `u32` here, so that no text can ask for an entry that no list has; whether a list has it is asked where it is
-//! followed. What is wrong, or must be there and is not, is told by its path in the file, extensions' values included. The types of
-//! the `gltf` crate are not used: they take indices modulo 2³², have no animation without a target node (KHR_animation_pointer), no
-//! scene without nodes, half of the extensions as untyped JSON, and node transforms in single precision only, which moves a city in
-//! geocentric coordinates by half a metre.
+//! Every index is a `u32` here, so that no text can ask for an entry that no list has; whether a
+//! list has it is asked where it is followed. What is wrong, or must be there and is not, is told
+//! by its path in the file, extensions' values included. The types of the `gltf` crate are not
+//! used: they take indices modulo 2³², have no animation without a target node
+//! (KHR_animation_pointer), no scene without nodes, half of the extensions as untyped JSON, and
+//! node transforms in single precision only, which moves a city in geocentric coordinates by half a
+//! metre.
 
 use serde::Deserialize;
 
 use super::entries::{
-    Accessor, Animation, Buffer, Camera, Image, Material, Mesh, Node, RootExtensions, Sampler, SceneEntry, Skin, Texture, View,
+    Accessor, Animation, Buffer, Camera, Image, Material, Mesh, Node, RootExtensions, Sampler,
+    SceneEntry, Skin, Texture, View,
 };
 use super::json;
 use crate::Limits;
@@ -42,11 +45,22 @@ pub(super) struct Document {
 }
 
 impl Document {
-    /// Names of the extensions that the file uses, declared or not, apart from those that its types read.
+    /// Names of the extensions that the file uses, declared or not, apart from those that its types
+    /// read.
     pub fn extensions(&self) -> impl Iterator<Item = &String> {
-        let of_nodes = self.nodes.iter().flat_map(|node| node.extensions.others.keys());
-        let of_materials = self.materials.iter().flat_map(|material| material.extensions.others.keys());
-        self.extensions_used.iter().chain(self.extensions.others.keys()).chain(of_nodes).chain(of_materials)
+        let of_nodes = self
+            .nodes
+            .iter()
+            .flat_map(|node| node.extensions.others.keys());
+        let of_materials = self
+            .materials
+            .iter()
+            .flat_map(|material| material.extensions.others.keys());
+        self.extensions_used
+            .iter()
+            .chain(self.extensions.others.keys())
+            .chain(of_nodes)
+            .chain(of_materials)
     }
 }
 
@@ -66,13 +80,18 @@ struct Head {
     extensions_required: Vec<String>,
 }
 
-/// Memory that a value may take once it is typed data: a node of two characters, `{}`, becomes some 400 bytes, most values few.
+/// Memory that a value may take once it is typed data: a node of two characters, `{}`, becomes some
+/// 400 bytes, most values few.
 const BYTES_A_VALUE: u64 = 256;
 
-/// At most so many values are in a JSON text: each follows a bracket, a comma or a colon of an entry, which follows one of the former.
+/// At most so many values are in a JSON text: each follows a bracket, a comma or a colon of an
+/// entry, which follows one of the former.
 fn values(text: &[u8]) -> u64 {
     let (mut count, mut rest) = (1, text);
-    while let Some(at) = rest.iter().position(|byte| matches!(byte, b'"' | b',' | b'[' | b'{')) {
+    while let Some(at) = rest
+        .iter()
+        .position(|byte| matches!(byte, b'"' | b',' | b'[' | b'{'))
+    {
         let is_string = rest[at] == b'"';
         rest = &rest[at + 1..];
         if !is_string {
@@ -81,7 +100,9 @@ fn values(text: &[u8]) -> u64 {
         }
         while let Some(end) = rest.iter().position(|byte| matches!(byte, b'"' | b'\\')) {
             let is_end = rest[end] == b'"';
-            rest = rest.get(end + if is_end { 1 } else { 2 }..).unwrap_or_default();
+            rest = rest
+                .get(end + if is_end { 1 } else { 2 }..)
+                .unwrap_or_default();
             if is_end {
                 break;
             }
@@ -93,8 +114,9 @@ fn values(text: &[u8]) -> u64 {
 /// Reads the JSON of a glTF file.
 ///
 /// # Errors
-/// A fault of kind input for broken JSON (with path, line and column), another version of glTF, or a required extension that is
-/// not read here (by name); of kind limit for more values than the limits allow.
+/// A fault of kind input for broken JSON (with path, line and column), another version of glTF, or
+/// a required extension that is not read here (by name); of kind limit for more values than the
+/// limits allow.
 pub(super) fn parse(text: &[u8], limits: &Limits, warnings: &mut Warnings) -> Outcome<Document> {
     // RFC 8259, section 8.1: a reader may ignore a byte order mark.
     let text = without_mark(text);
@@ -106,8 +128,13 @@ pub(super) fn parse(text: &[u8], limits: &Limits, warnings: &mut Warnings) -> Ou
         Ok(document) => Ok(document),
         Err(fault) => {
             ask_system(text.len() as u64)?;
-            let Some(rewritten) = json::rewritten(text) else { return Err(fault) };
-            rewritten.warning().into_iter().for_each(|warning| warnings.add(WarningCode::Format, warning));
+            let Some(rewritten) = json::rewritten(text) else {
+                return Err(fault);
+            };
+            rewritten
+                .warning()
+                .into_iter()
+                .for_each(|warning| warnings.add(WarningCode::Format, warning));
             typed(&rewritten.text, warnings)
         }
     }
@@ -120,32 +147,53 @@ fn typed(text: &[u8], warnings: &mut Warnings) -> Outcome<Document> {
     let document = match Document::deserialize(&mut json) {
         Ok(document) => document,
         Err(error) => {
-            if let Ok(Head { asset, extensions_required }) = serde_json::from_slice(text) {
+            if let Ok(Head {
+                asset,
+                extensions_required,
+            }) = serde_json::from_slice(text)
+            {
                 check_version(&asset, warnings)?;
                 super::extensions::check_required(&extensions_required)?;
             }
-            let path = if error.is_data() { json::path(text, error.line(), error.column()) } else { String::new() };
-            let place = if path.is_empty() { path } else { format!("{path}: ") };
+            let path = if error.is_data() {
+                json::path(text, error.line(), error.column())
+            } else {
+                String::new()
+            };
+            let place = if path.is_empty() {
+                path
+            } else {
+                format!("{path}: ")
+            };
             return Err(Fault::input(format!("{place}is no valid glTF: {error}")));
         }
     };
-    json.end().map_err(|error| Fault::input(format!("is no valid glTF: {error}")))?;
+    json.end()
+        .map_err(|error| Fault::input(format!("is no valid glTF: {error}")))?;
     check_version(&document.asset, warnings)?;
     super::extensions::check_required(&document.extensions_required)?;
     Ok(document)
 }
 
 fn check_version(asset: &Asset, warnings: &mut Warnings) -> Outcome<()> {
-    let version = asset.version.as_deref().ok_or_else(|| Fault::input("is no glTF 2.0: asset.version is missing"))?;
+    let version = asset
+        .version
+        .as_deref()
+        .ok_or_else(|| Fault::input("is no glTF 2.0: asset.version is missing"))?;
     if version.split('.').next() != Some("2") {
-        return Err(Fault::input(format!("is glTF {version}; version 2 is read")));
+        return Err(Fault::input(format!(
+            "is glTF {version}; version 2 is read"
+        )));
     }
     match asset.min_version.as_deref() {
-        Some(least) if least.split('.').next() != Some("2") => {
-            Err(Fault::input(format!("needs glTF {least}; version 2.0 is read")))
-        }
+        Some(least) if least.split('.').next() != Some("2") => Err(Fault::input(format!(
+            "needs glTF {least}; version 2.0 is read"
+        ))),
         Some(least) if least != "2.0" => {
-            warnings.add(WarningCode::Format, format!("asset.minVersion asks for glTF {least}; it was read as 2.0"));
+            warnings.add(
+                WarningCode::Format,
+                format!("asset.minVersion asks for glTF {least}; it was read as 2.0"),
+            );
             Ok(())
         }
         _ => Ok(()),
@@ -158,10 +206,15 @@ mod tests {
 
     fn read(rest: &str) -> Outcome<Document> {
         let text = format!(r#"{{ "asset": {{ "version": "2.0" }}, {rest} }}"#);
-        parse(text.as_bytes(), &Limits::default(), &mut Warnings::default())
+        parse(
+            text.as_bytes(),
+            &Limits::default(),
+            &mut Warnings::default(),
+        )
     }
 
-    /// Protects: an index is never taken modulo 2³², in whatever list, and a fault in the data says where it is.
+    /// Protects: an index is never taken modulo 2³², in whatever list, and a fault in the data says
+    /// where it is.
     #[test]
     fn indices_beyond_32_bits_are_refused() {
         for (rest, path) in [
@@ -170,8 +223,14 @@ mod tests {
                 r#""meshes": [{ "primitives": [{ "attributes": { "POSITION": 4294967296 } }] }]"#,
                 "meshes[0].primitives[0].attributes",
             ),
-            (r#""materials": [{}, { "normalTexture": { "index": 4294967296 } }]"#, "materials[1].normalTexture.index"),
-            (r#""materials": [{ "emissiveTexture": { "index": 0, "texCoord": -1 } }]"#, "materials[0].emissiveTexture.texCoord"),
+            (
+                r#""materials": [{}, { "normalTexture": { "index": 4294967296 } }]"#,
+                "materials[1].normalTexture.index",
+            ),
+            (
+                r#""materials": [{ "emissiveTexture": { "index": 0, "texCoord": -1 } }]"#,
+                "materials[0].emissiveTexture.texCoord",
+            ),
             (
                 r#""materials": [{ "extensions": { "KHR_materials_sheen": { "sheenColorTexture": { "index": 1e10 } } } }]"#,
                 "materials[0].extensions.KHR_materials_sheen.sheenColorTexture.index",
@@ -180,15 +239,24 @@ mod tests {
                 r#""materials": [{ "extensions": { "KHR_materials_ior": { "ior": "2" } } }]"#,
                 "materials[0].extensions.KHR_materials_ior.ior",
             ),
-            (r#""cameras": [{ "type": "perspective", "perspective": { "yfov": [] } }]"#, "cameras[0].perspective.yfov"),
+            (
+                r#""cameras": [{ "type": "perspective", "perspective": { "yfov": [] } }]"#,
+                "cameras[0].perspective.yfov",
+            ),
             (
                 r#""extensions": { "KHR_lights_punctual": { "lights": [{ "type": "spot", "color": [1] }] } }"#,
                 "extensions.KHR_lights_punctual.lights[0].color",
             ),
             (r#""samplers": [{ "wrapS": "clamp" }]"#, "samplers[0].wrapS"),
-            (r#""textures": [{ "extensions": { "KHR_texture_basisu": { "source": -1 } } }]"#, "textures[0].extensions"),
+            (
+                r#""textures": [{ "extensions": { "KHR_texture_basisu": { "source": -1 } } }]"#,
+                "textures[0].extensions",
+            ),
             (r#""bufferViews": [{ "byteLength": 4 }]"#, "bufferViews[0]"),
-            (r#""accessors": [{ "count": 1.5, "componentType": 5126, "type": "VEC3" }]"#, "accessors[0].count"),
+            (
+                r#""accessors": [{ "count": 1.5, "componentType": 5126, "type": "VEC3" }]"#,
+                "accessors[0].count",
+            ),
         ] {
             let message = read(rest).expect_err(rest).message;
             assert!(message.starts_with(path), "{message}");
@@ -197,29 +265,52 @@ mod tests {
         assert!(read(r#""materials": [{ "extensions": { "X": { "attenuationDistance": 10000000000 } } }]"#).is_ok());
     }
 
-    /// Protects: neither depth nor number of values is trusted, text after the value is none of it, and brackets in strings are no values.
+    /// Protects: neither depth nor number of values is trusted, text after the value is none of it,
+    /// and brackets in strings are no values.
     #[test]
     fn depth_and_number_are_bounded() {
-        let limits = Limits { memory_bytes: 1000 * BYTES_A_VALUE, ..Limits::default() };
+        let limits = Limits {
+            memory_bytes: 1000 * BYTES_A_VALUE,
+            ..Limits::default()
+        };
         let deep = [vec![b'['; 100_000], vec![b']'; 100_000]].concat();
         assert!(parse(&deep, &Limits::default(), &mut Warnings::default()).is_err());
         let many = format!("[{}0]", "0,".repeat(2000));
         let fault = parse(many.as_bytes(), &limits, &mut Warnings::default()).unwrap_err();
         assert_eq!(fault.kind, crate::import::FaultKind::Limit);
-        let text =
-            |after: &str| format!(r#"{{ "asset": {{ "version": "2.0", "copyright": "{}\"[" }} }}{after}"#, "[{,".repeat(2000));
+        let text = |after: &str| {
+            format!(
+                r#"{{ "asset": {{ "version": "2.0", "copyright": "{}\"[" }} }}{after}"#,
+                "[{,".repeat(2000)
+            )
+        };
         assert!(parse(text(" ").as_bytes(), &limits, &mut Warnings::default()).is_ok());
         assert!(parse(text(" x").as_bytes(), &limits, &mut Warnings::default()).is_err());
         assert_eq!(values(br#"{"a":[1,2,{}],"b,[":"\\","c":0}"#), 8);
     }
 
-    /// Protects: what is written for another version, or for an extension that is not read, is told so and not by its types.
+    /// Protects: what is written for another version, or for an extension that is not read, is told
+    /// so and not by its types.
     #[test]
     fn foreign_files_are_told() {
-        let of = |text: &str| parse(text.as_bytes(), &Limits::default(), &mut Warnings::default()).unwrap_err().message;
-        assert!(of(r#"{ "asset": { "version": "1.0" }, "meshes": { "a": {} } }"#).contains("glTF 1.0"));
-        let needs = r#"{ "asset": { "version": "2.0" }, "extensionsRequired": ["EXT_odd"], "nodes": 3 }"#;
+        let of = |text: &str| {
+            parse(
+                text.as_bytes(),
+                &Limits::default(),
+                &mut Warnings::default(),
+            )
+            .unwrap_err()
+            .message
+        };
+        assert!(
+            of(r#"{ "asset": { "version": "1.0" }, "meshes": { "a": {} } }"#).contains("glTF 1.0")
+        );
+        let needs =
+            r#"{ "asset": { "version": "2.0" }, "extensionsRequired": ["EXT_odd"], "nodes": 3 }"#;
         assert!(of(needs).contains("EXT_odd"));
-        assert!(of(r#"{ "asset": { "version": "2.0" }, "nodes": 3 }"#).starts_with("nodes: is no valid glTF"));
+        assert!(
+            of(r#"{ "asset": { "version": "2.0" }, "nodes": 3 }"#)
+                .starts_with("nodes: is no valid glTF")
+        );
     }
 }

@@ -49,30 +49,48 @@ pub(super) fn is_read(name: &str) -> bool {
 /// # Errors
 /// A fault of kind input naming the extensions.
 pub(super) fn check_required(required: &[String]) -> Outcome<()> {
-    let missing: Vec<&str> = required.iter().filter(|name| !is_read(name)).map(String::as_str).collect();
+    let missing: Vec<&str> = required
+        .iter()
+        .filter(|name| !is_read(name))
+        .map(String::as_str)
+        .collect();
     if missing.is_empty() {
         return Ok(());
     }
-    let list: Vec<String> = missing.iter().take(8).map(|name| format!("`{}`", shown(name))).collect();
-    Err(Fault::input(format!("requires the extension {}, which is not supported", list.join(", "))))
+    let list: Vec<String> = missing
+        .iter()
+        .take(8)
+        .map(|name| format!("`{}`", shown(name)))
+        .collect();
+    Err(Fault::input(format!(
+        "requires the extension {}, which is not supported",
+        list.join(", ")
+    )))
 }
 
-/// Warns about extensions that are named and ignored. Those of materials are told material by material, where they count.
+/// Warns about extensions that are named and ignored. Those of materials are told material by
+/// material, where they count.
 pub(super) fn warn_ignored<'a>(named: impl Iterator<Item = &'a String>, warnings: &mut Warnings) {
-    let of_materials = |name: &str| name.starts_with("KHR_materials_") || name.starts_with("EXT_materials_");
+    let of_materials =
+        |name: &str| name.starts_with("KHR_materials_") || name.starts_with("EXT_materials_");
     for name in named.filter(|name| !READ.contains(&name.as_str()) && !of_materials(name)) {
-        warnings.add(WarningCode::Unsupported, format!("extension {} is ignored", shown(name)));
+        warnings.add(
+            WarningCode::Unsupported,
+            format!("extension {} is ignored", shown(name)),
+        );
     }
 }
 
-/// Extensions of materials that are not read, with the key whose zero makes them do nothing: programs write these for
-/// materials that have none of it.
+/// Extensions of materials that are not read, with the key whose zero makes them do nothing:
+/// programs write these for materials that have none of it.
 const IDLE: [(&str, &str); 1] = [("KHR_materials_subsurface", "scatterDistance")];
 
 /// Names of a material's extensions that are not read and would change how it looks.
 pub(super) fn unread(extensions: &BTreeMap<String, Value>) -> impl Iterator<Item = &String> {
     let counts = |(name, value): &(&String, &Value)| {
-        let idle = IDLE.iter().any(|(known, key)| known == name && value[key].as_f64().unwrap_or(0.0) == 0.0);
+        let idle = IDLE
+            .iter()
+            .any(|(known, key)| known == name && value[key].as_f64().unwrap_or(0.0) == 0.0);
         !READ.contains(&name.as_str()) && !idle
     };
     extensions.iter().filter(counts).map(|(name, _)| name)
@@ -97,7 +115,10 @@ mod tests {
         ] {
             assert!(counts(idle).is_empty(), "{idle}");
         }
-        for counted in [r#"{"KHR_materials_subsurface":{"scatterDistance":0.5}}"#, r#"{"EXT_of_someone":{}}"#] {
+        for counted in [
+            r#"{"KHR_materials_subsurface":{"scatterDistance":0.5}}"#,
+            r#"{"EXT_of_someone":{}}"#,
+        ] {
             assert_eq!(counts(counted).len(), 1, "{counted}");
         }
     }

@@ -1,7 +1,7 @@
 //! The GLB container (glTF 2.0, section 4): a header, a JSON chunk, perhaps a binary chunk.
 //!
-//! Read here and not by `gltf::Glb`, which subtracts before it compares (a length below 12 panics) and refuses unknown
-//! chunks that the specification tells readers to skip.
+//! Read here and not by `gltf::Glb`, which subtracts before it compares (a length below 12 panics)
+//! and refuses unknown chunks that the specification tells readers to skip.
 
 use crate::import::{Fault, Outcome, Warnings};
 use crate::warning::WarningCode;
@@ -29,11 +29,15 @@ pub(super) fn parse<'a>(bytes: &'a [u8], warnings: &mut Warnings) -> Outcome<Con
         return Err(Fault::input("is a GLB file that ends inside its header"));
     };
     if version != 2 {
-        return Err(Fault::input(format!("is a GLB file of version {version}; version 2 is read")));
+        return Err(Fault::input(format!(
+            "is a GLB file of version {version}; version 2 is read"
+        )));
     }
     let have = bytes.len() as u64;
     if u64::from(length) > have {
-        return Err(Fault::input(format!("is a GLB file cut off: {have} of {length} bytes are there")));
+        return Err(Fault::input(format!(
+            "is a GLB file cut off: {have} of {length} bytes are there"
+        )));
     }
     if u64::from(length) < have {
         warnings.add(
@@ -41,20 +45,34 @@ pub(super) fn parse<'a>(bytes: &'a [u8], warnings: &mut Warnings) -> Outcome<Con
             format!("the GLB header counts {length} bytes, the file has {have}: what follows them was ignored"),
         );
     }
-    let mut rest = bytes
-        .get(12..length as usize)
-        .ok_or_else(|| Fault::input(format!("is a GLB file whose header gives it {length} bytes")))?;
+    let mut rest = bytes.get(12..length as usize).ok_or_else(|| {
+        Fault::input(format!(
+            "is a GLB file whose header gives it {length} bytes"
+        ))
+    })?;
     let (mut json, mut binary) = (None, None);
     let mut number = 0_usize;
     while !rest.is_empty() {
-        let (kind, data, after) = chunk(rest).map_err(|fault| fault.at(format_args!("GLB chunk {number}")))?;
+        let (kind, data, after) =
+            chunk(rest).map_err(|fault| fault.at(format_args!("GLB chunk {number}")))?;
         match kind {
             b"JSON" if number == 0 => json = Some(data),
-            b"JSON" => return Err(Fault::input(format!("GLB chunk {number}: a second JSON chunk"))),
+            b"JSON" => {
+                return Err(Fault::input(format!(
+                    "GLB chunk {number}: a second JSON chunk"
+                )));
+            }
             b"BIN\0" if number > 0 && binary.is_none() => binary = Some(data),
-            _ if number == 0 => return Err(Fault::input("is a GLB file whose first chunk is not its JSON")),
+            _ if number == 0 => {
+                return Err(Fault::input(
+                    "is a GLB file whose first chunk is not its JSON",
+                ));
+            }
             // "Implementations MUST ignore chunks with unknown types."
-            _ => warnings.add(WarningCode::Unsupported, format!("GLB chunk {number}, of unknown type, was ignored")),
+            _ => warnings.add(
+                WarningCode::Unsupported,
+                format!("GLB chunk {number}, of unknown type, was ignored"),
+            ),
         }
         rest = after;
         number += 1;
@@ -71,13 +89,20 @@ fn chunk(bytes: &[u8]) -> Outcome<(&[u8], &[u8], &[u8])> {
     let body = &bytes[8..];
     match body.split_at_checked(length as usize) {
         Some((data, after)) => Ok((kind, data, after)),
-        None => Err(Fault::input(format!("has {length} bytes by its header, but only {} follow", body.len()))),
+        None => Err(Fault::input(format!(
+            "has {length} bytes by its header, but only {} follow",
+            body.len()
+        ))),
     }
 }
 
 /// A little-endian 32-bit number.
 fn word(bytes: &[u8], at: usize) -> Option<u32> {
-    bytes.get(at..at + 4)?.try_into().ok().map(u32::from_le_bytes)
+    bytes
+        .get(at..at + 4)?
+        .try_into()
+        .ok()
+        .map(u32::from_le_bytes)
 }
 
 #[cfg(test)]
@@ -85,7 +110,12 @@ mod tests {
     use super::*;
 
     fn glb(length: u32, chunks: &[(&[u8; 4], &[u8])]) -> Vec<u8> {
-        let mut out = [b"glTF".as_slice(), &2_u32.to_le_bytes(), &length.to_le_bytes()].concat();
+        let mut out = [
+            b"glTF".as_slice(),
+            &2_u32.to_le_bytes(),
+            &length.to_le_bytes(),
+        ]
+        .concat();
         for (kind, data) in chunks {
             out.extend((data.len() as u32).to_le_bytes());
             out.extend(*kind);
@@ -94,22 +124,33 @@ mod tests {
         out
     }
 
-    /// Protects: unknown chunks are skipped, as the specification demands; the binary one behind them is still found.
+    /// Protects: unknown chunks are skipped, as the specification demands; the binary one behind
+    /// them is still found.
     #[test]
     fn unknown_chunks_are_skipped() {
-        let bytes = glb(12 + 8 + 2 + 8 + 3 + 8 + 1, &[(b"JSON", b"{}"), (b"WHAT", b"abc"), (b"BIN\0", b"x")]);
+        let bytes = glb(
+            12 + 8 + 2 + 8 + 3 + 8 + 1,
+            &[(b"JSON", b"{}"), (b"WHAT", b"abc"), (b"BIN\0", b"x")],
+        );
         let mut warnings = Warnings::default();
         let parts = parse(&bytes, &mut warnings).unwrap();
-        assert_eq!((parts.json, parts.binary), (b"{}".as_slice(), Some(b"x".as_slice())));
+        assert_eq!(
+            (parts.json, parts.binary),
+            (b"{}".as_slice(), Some(b"x".as_slice()))
+        );
         assert_eq!(warnings.finish("x.glb").len(), 1);
     }
 
-    /// Protects: a header length below the header's own size once made a reader subtract below zero.
+    /// Protects: a header length below the header's own size once made a reader subtract below
+    /// zero.
     #[test]
     fn tiny_lengths_are_refused() {
         for length in 0..12 {
             let bytes = glb(length, &[(b"JSON", b"{}")]);
-            assert!(parse(&bytes, &mut Warnings::default()).is_err(), "length {length}");
+            assert!(
+                parse(&bytes, &mut Warnings::default()).is_err(),
+                "length {length}"
+            );
         }
     }
 }

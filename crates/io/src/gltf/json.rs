@@ -1,8 +1,10 @@
-//! JSON that is valid glTF and that typed data does not take: whole numbers written with a point or an exponent (glTF 2.0, section 2.7), names
-//! that an object has twice, of which the later one counts, and numbers beyond f64, with which programs write that something has no end.
+//! JSON that is valid glTF and that typed data does not take: whole numbers written with a point or
+//! an exponent (glTF 2.0, section 2.7), names that an object has twice, of which the later one
+//! counts, and numbers beyond f64, with which programs write that something has no end.
 //!
-//! Only a text that could not be read as it is gets rewritten, so that others pay nothing. What is rewritten keeps its length wherever the new
-//! text is not longer, so that lines and columns of messages are the file's.
+//! Only a text that could not be read as it is gets rewritten, so that others pay nothing. What is
+//! rewritten keeps its length wherever the new text is not longer, so that lines and columns of
+//! messages are the file's.
 
 use std::collections::HashMap;
 
@@ -29,8 +31,15 @@ impl Rewritten {
     /// What is to be said of repeated names; none where there are none.
     pub fn warning(&self) -> Option<String> {
         let (name, line) = self.first.as_ref()?;
-        let many = if self.repeated > 1 { format!(" ({} keys are)", self.repeated) } else { String::new() };
-        Some(format!("`{}` is twice in an object, again in line {line}{many}: the later value counts", shown(name)))
+        let many = if self.repeated > 1 {
+            format!(" ({} keys are)", self.repeated)
+        } else {
+            String::new()
+        };
+        Some(format!(
+            "`{}` is twice in an object, again in line {line}{many}: the later value counts",
+            shown(name)
+        ))
     }
 }
 
@@ -46,19 +55,31 @@ struct Open {
 
 /// Rewrites a text; none where nothing is to be changed.
 pub(super) fn rewritten(text: &[u8]) -> Option<Rewritten> {
-    let (mut out, mut open) = (Rewritten { text: Vec::with_capacity(text.len()), ..Rewritten::default() }, Vec::<Open>::new());
+    let (mut out, mut open) = (
+        Rewritten {
+            text: Vec::with_capacity(text.len()),
+            ..Rewritten::default()
+        },
+        Vec::<Open>::new(),
+    );
     let (mut at, mut line) = (0, 1);
     while let Some(&byte) = text.get(at) {
         let length = match byte {
             b'"' => string(&text[at..]),
-            b'-' | b'0'..=b'9' => text[at..].iter().take_while(|byte| is_of_number(**byte)).count(),
+            b'-' | b'0'..=b'9' => text[at..]
+                .iter()
+                .take_while(|byte| is_of_number(**byte))
+                .count(),
             _ => 1,
         };
         let token = &text[at..at + length];
         match byte {
             b'"' => {
                 // In an object, a string where there is no name yet is the name.
-                if let Some(holder) = open.last_mut().filter(|holder| holder.is_object && holder.name.is_none()) {
+                if let Some(holder) = open
+                    .last_mut()
+                    .filter(|holder| holder.is_object && holder.name.is_none())
+                {
                     out.name(holder, token, line);
                 }
                 out.text.extend_from_slice(token);
@@ -69,7 +90,10 @@ pub(super) fn rewritten(text: &[u8]) -> Option<Rewritten> {
                 out.text.push(byte);
                 match byte {
                     b'{' | b'[' if open.len() == MOST_DEPTH => return None,
-                    b'{' | b'[' => open.push(Open { is_object: byte == b'{', ..Open::default() }),
+                    b'{' | b'[' => open.push(Open {
+                        is_object: byte == b'{',
+                        ..Open::default()
+                    }),
                     b'}' | b']' => drop(open.pop()),
                     b',' => out.close(open.last_mut()),
                     _ => {}
@@ -87,7 +111,10 @@ impl Rewritten {
         let name = decoded(token);
         let start = self.text.len();
         if let Some([from, to]) = holder.members.insert(name.clone(), [start; 2]) {
-            self.text[from..to].iter_mut().filter(|byte| !byte.is_ascii_whitespace()).for_each(|byte| *byte = b' ');
+            self.text[from..to]
+                .iter_mut()
+                .filter(|byte| !byte.is_ascii_whitespace())
+                .for_each(|byte| *byte = b' ');
             self.first.get_or_insert_with(|| (name.clone(), line));
             self.repeated += 1;
             self.changed = true;
@@ -98,26 +125,37 @@ impl Rewritten {
     /// Ends a value of an object at its comma.
     fn close(&mut self, holder: Option<&mut Open>) {
         let Some(holder) = holder else { return };
-        let member = holder.name.take().and_then(|name| holder.members.get_mut(&name));
+        let member = holder
+            .name
+            .take()
+            .and_then(|name| holder.members.get_mut(&name));
         if let Some([_, end]) = member {
             *end = self.text.len();
         }
     }
 
     fn number(&mut self, token: &[u8]) {
-        let value = std::str::from_utf8(token).ok().and_then(|text| text.parse::<f64>().ok());
+        let value = std::str::from_utf8(token)
+            .ok()
+            .and_then(|text| text.parse::<f64>().ok());
         let written = match value {
-            Some(value) if value.is_infinite() => Some(if value > 0.0 { "1e308" } else { "-1e308" }.to_owned()),
+            Some(value) if value.is_infinite() => {
+                Some(if value > 0.0 { "1e308" } else { "-1e308" }.to_owned())
+            }
             Some(value) if token.iter().any(|byte| matches!(byte, b'.' | b'e' | b'E')) => {
-                let whole = value.fract() == 0.0 && value.abs() <= MOST_WHOLE && (value != 0.0 || value.is_sign_positive());
+                let whole = value.fract() == 0.0
+                    && value.abs() <= MOST_WHOLE
+                    && (value != 0.0 || value.is_sign_positive());
                 whole.then(|| format!("{value:.0}"))
             }
             _ => None,
         };
         let start = self.text.len();
-        self.text.extend_from_slice(written.as_ref().map_or(token, String::as_bytes));
+        self.text
+            .extend_from_slice(written.as_ref().map_or(token, String::as_bytes));
         self.changed |= written.is_some();
-        self.text.resize(self.text.len().max(start + token.len()), b' ');
+        self.text
+            .resize(self.text.len().max(start + token.len()), b' ');
     }
 }
 
@@ -128,7 +166,10 @@ fn is_of_number(byte: u8) -> bool {
 /// Length of the string that a text starts with; one without an end goes to the end.
 fn string(text: &[u8]) -> usize {
     let mut at = 1;
-    while let Some(skip) = text.get(at..).and_then(|rest| rest.iter().position(|byte| matches!(byte, b'"' | b'\\'))) {
+    while let Some(skip) = text
+        .get(at..)
+        .and_then(|rest| rest.iter().position(|byte| matches!(byte, b'"' | b'\\')))
+    {
         at += skip;
         if text[at] == b'"' {
             return at + 1;
@@ -138,13 +179,19 @@ fn string(text: &[u8]) -> usize {
     text.len()
 }
 
-/// Where in a valid text a reader stands that took it up to a line and byte of it: the path of the value that it took last, or is to take.
+/// Where in a valid text a reader stands that took it up to a line and byte of it: the path of the
+/// value that it took last, or is to take.
 ///
 /// Found when a value has been refused, so that what reads values need not keep it.
 pub(super) fn path(text: &[u8], line: usize, column: usize) -> String {
-    let lines: usize = text.split_inclusive(|byte| *byte == b'\n').take(line.saturating_sub(1)).map(<[u8]>::len).sum();
+    let lines: usize = text
+        .split_inclusive(|byte| *byte == b'\n')
+        .take(line.saturating_sub(1))
+        .map(<[u8]>::len)
+        .sum();
     let text = &text[..text.len().min(lines + column)];
-    // Of each open bracket the entry at hand: of an object its name, once that is read, of an array none and its place.
+    // Of each open bracket the entry at hand: of an object its name, once that is read, of an array
+    // none and its place.
     let (mut entries, mut at) = (Vec::<(Option<String>, usize)>::new(), 0);
     let mut is_name = false;
     while let Some(&byte) = text.get(at) {
@@ -158,7 +205,8 @@ pub(super) fn path(text: &[u8], line: usize, column: usize) -> String {
             _ => {}
         }
         if !byte.is_ascii_whitespace() {
-            is_name = byte == b'{' || byte == b',' && entries.last().is_some_and(|(name, _)| name.is_some());
+            is_name = byte == b'{'
+                || byte == b',' && entries.last().is_some_and(|(name, _)| name.is_some());
         }
         at += length;
     }
@@ -186,41 +234,63 @@ mod tests {
         rewritten(text.as_bytes()).map(|out| String::from_utf8(out.text).expect("UTF-8"))
     }
 
-    /// Protects: whole numbers are written as such, at the same length where they fit; others, and what is in strings, stay.
+    /// Protects: whole numbers are written as such, at the same length where they fit; others, and
+    /// what is in strings, stay.
     #[test]
     fn whole_numbers_lose_their_points() {
         for (from, to) in [
             ("[4.0, 4e0,51.26E+2]", "[4  , 4  ,5126    ]"),
             ("[-1.0,1e3,0.0]", "[-1  ,1000,0  ]"),
             ("[1e400,-1e999]", "[1e308,-1e308]"),
-            (r#"{"4.0":"4.0 \" 4.0","a":4.0}"#, r#"{"4.0":"4.0 \" 4.0","a":4  }"#),
+            (
+                r#"{"4.0":"4.0 \" 4.0","a":4.0}"#,
+                r#"{"4.0":"4.0 \" 4.0","a":4  }"#,
+            ),
         ] {
             assert_eq!(text(from).as_deref(), Some(to), "{from}");
         }
-        for same in ["[4, 1.5, -0.0, 1e300, 1e-3]", "[1.2.3, --1, 4", r#"{"a":"4.0"#, "", "{}]]}"] {
+        for same in [
+            "[4, 1.5, -0.0, 1e300, 1e-3]",
+            "[1.2.3, --1, 4",
+            r#"{"a":"4.0"#,
+            "",
+            "{}]]}",
+        ] {
             assert_eq!(text(same), None, "{same}");
         }
     }
 
-    /// Protects: of values of one name in one object the last is left, however it is written, at any depth; lines stay where they are, and
-    /// names of other objects are no repeats.
+    /// Protects: of values of one name in one object the last is left, however it is written, at
+    /// any depth; lines stay where they are, and names of other objects are no repeats.
     #[test]
     fn the_later_of_two_values_counts() {
         for (from, to) in [
             (r#"{"a":1,"b":2,"a":3}"#, r#"{      "b":2,"a":3}"#),
-            (r#"{"a":{"c":[1,{}]},"a":"x,"}"#, r#"{                 "a":"x,"}"#),
-            (r#"{"a":{"b":1,"b":2},"c":{"b":1}}"#, r#"{"a":{      "b":2},"c":{"b":1}}"#),
+            (
+                r#"{"a":{"c":[1,{}]},"a":"x,"}"#,
+                r#"{                 "a":"x,"}"#,
+            ),
+            (
+                r#"{"a":{"b":1,"b":2},"c":{"b":1}}"#,
+                r#"{"a":{      "b":2},"c":{"b":1}}"#,
+            ),
             ("{\"a\":\n1,\"\\u0061\":2}", "{    \n  \"\\u0061\":2}"),
             (r#"{"a":1,"a":2,"a":3}"#, r#"{            "a":3}"#),
         ] {
             assert_eq!(text(from).as_deref(), Some(to), "{from}");
         }
         assert_eq!(text(r#"[{"a":1},{"a":1},{"a":{"a":"a"}}]"#), None);
-        let warned = rewritten(b"{\n\"a\":1,\n\"a\":2,\"a\":3}").and_then(|out| out.warning()).expect("a warning");
-        assert!(warned.contains("`a`") && warned.contains("line 3") && warned.contains("2 keys"), "{warned}");
+        let warned = rewritten(b"{\n\"a\":1,\n\"a\":2,\"a\":3}")
+            .and_then(|out| out.warning())
+            .expect("a warning");
+        assert!(
+            warned.contains("`a`") && warned.contains("line 3") && warned.contains("2 keys"),
+            "{warned}"
+        );
     }
 
-    /// Protects: wherever a reader stops, the path is that of the value before, or of the one that follows a colon, bracket or comma.
+    /// Protects: wherever a reader stops, the path is that of the value before, or of the one that
+    /// follows a colon, bracket or comma.
     #[test]
     fn a_stop_is_told_by_its_path() {
         let text = "{\"a\": [1,\n {\"b,\\\"\": 2, \"c\": [[], 3]}], \"d\": {}}";
@@ -242,12 +312,17 @@ mod tests {
         ] {
             let end = text.find(before).expect(before) + before.len();
             let start = text[..end].rfind('\n').map_or(0, |at| at + 1);
-            assert_eq!(path(text.as_bytes(), 1 + usize::from(start > 0), end - start), expected, "{before}");
+            assert_eq!(
+                path(text.as_bytes(), 1 + usize::from(start > 0), end - start),
+                expected,
+                "{before}"
+            );
         }
         assert_eq!(path(b"[1]", 7, 900), "");
     }
 
-    /// Protects: whatever the text, rewriting it takes time and memory in proportion: brackets without end, names without end.
+    /// Protects: whatever the text, rewriting it takes time and memory in proportion: brackets
+    /// without end, names without end.
     #[test]
     fn hostile_texts_end() {
         let many: String = (0..200_000).map(|i| format!("\"k{i}\":1.0,")).collect();

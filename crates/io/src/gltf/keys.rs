@@ -1,4 +1,5 @@
-//! Keys of translations, rotations, scales and weights, and what lies between them at a time (glTF 2.0, section 3.11 and appendix C).
+//! Keys of translations, rotations, scales and weights, and what lies between them at a time (glTF
+//! 2.0, section 3.11 and appendix C).
 
 use std::collections::HashMap;
 use std::collections::hash_map::Entry;
@@ -23,7 +24,8 @@ pub(super) struct Keys<'a> {
 /// A fault of kind input where there is none.
 pub(super) fn sampler(animation: &Animation, index: u32) -> Outcome<&AnimationSampler> {
     let (list, index) = (&animation.samplers, index as usize);
-    list.get(index).ok_or_else(|| absent("samplers", index, list.len()))
+    list.get(index)
+        .ok_or_else(|| absent("samplers", index, list.len()))
 }
 
 /// Whether each key has a tangent before and after its value.
@@ -41,7 +43,10 @@ enum KeyPosition {
 
 impl<'a> Keys<'a> {
     pub fn new(reader: &'a Reader<'a>) -> Self {
-        Self { reader, open: HashMap::new() }
+        Self {
+            reader,
+            open: HashMap::new(),
+        }
     }
 
     fn open(&mut self, index: u32) -> Outcome<Rc<Accessor<'a>>> {
@@ -54,30 +59,60 @@ impl<'a> Keys<'a> {
     /// The time of a sampler's last key; none where it has none.
     pub fn duration(&mut self, sampler: &AnimationSampler) -> Option<f64> {
         let times = self.open(sampler.input).ok()?;
-        times.count().checked_sub(1).map(|last| f64::from(times.vector::<1>(last)[0])).filter(|seconds| seconds.is_finite())
+        times
+            .count()
+            .checked_sub(1)
+            .map(|last| f64::from(times.vector::<1>(last)[0]))
+            .filter(|seconds| seconds.is_finite())
     }
 
     /// The values of a sampler and where among them a time is.
-    fn find(&mut self, sampler: &AnimationSampler, time: f64, arity: usize) -> Outcome<(Rc<Accessor<'a>>, KeyPosition)> {
-        let times = self.open(sampler.input).map_err(|fault| fault.at("input"))?;
-        let values = self.open(sampler.output).map_err(|fault| fault.at("output"))?;
-        let (count, wanted) = (times.count(), times.count().saturating_mul(if cubic(sampler) { 3 } else { 1 }));
+    fn find(
+        &mut self,
+        sampler: &AnimationSampler,
+        time: f64,
+        arity: usize,
+    ) -> Outcome<(Rc<Accessor<'a>>, KeyPosition)> {
+        let times = self
+            .open(sampler.input)
+            .map_err(|fault| fault.at("input"))?;
+        let values = self
+            .open(sampler.output)
+            .map_err(|fault| fault.at("output"))?;
+        let (count, wanted) = (
+            times.count(),
+            times
+                .count()
+                .saturating_mul(if cubic(sampler) { 3 } else { 1 }),
+        );
         // Of weights there are as many to a key as the mesh has targets.
-        let fits = if arity == 1 { wanted > 0 && values.count() % wanted == 0 } else { values.count() == wanted };
+        let fits = if arity == 1 {
+            wanted > 0 && values.count() % wanted == 0
+        } else {
+            values.count() == wanted
+        };
         if count == 0 || times.arity() != 1 || values.arity() != arity || !fits {
             let (n, m) = (values.count(), values.arity());
-            return Err(Fault::input(format!("has {count} times and {n} values of {m} numbers, not {wanted} of {arity}")));
+            return Err(Fault::input(format!(
+                "has {count} times and {n} values of {m} numbers, not {wanted} of {arity}"
+            )));
         }
         let seconds = |key: usize| f64::from(times.vector::<1>(key)[0]);
         // Ascending by the specification; where they are not, some key is found all the same.
         let (mut after, mut end) = (0, count);
         while after < end {
             let middle = after + (end - after) / 2;
-            if seconds(middle) <= time { after = middle + 1 } else { end = middle }
+            if seconds(middle) <= time {
+                after = middle + 1
+            } else {
+                end = middle
+            }
         }
         let between = match after {
             0 => KeyPosition::At(0),
-            n if n == count || sampler.interpolation == Interpolation::Step => KeyPosition::At(n - 1),
+            n if n == count || sampler.interpolation == Interpolation::Step => {
+                KeyPosition::At(n - 1)
+            }
             n => {
                 let duration = seconds(n) - seconds(n - 1);
                 KeyPosition::Span(n - 1, (time - seconds(n - 1)) / duration, duration)
@@ -87,7 +122,11 @@ impl<'a> Keys<'a> {
     }
 
     /// Numbers at a time, each along its own line or spline.
-    pub fn vector<const N: usize>(&mut self, sampler: &AnimationSampler, time: f64) -> Outcome<[f64; N]> {
+    pub fn vector<const N: usize>(
+        &mut self,
+        sampler: &AnimationSampler,
+        time: f64,
+    ) -> Outcome<[f64; N]> {
         let (values, between) = self.find(sampler, time, N)?;
         let value = |element: usize| values.vector::<N>(element).map(f64::from);
         Ok(match between {
@@ -97,7 +136,9 @@ impl<'a> Keys<'a> {
                 let (a, b) = (value(key), value(key + 1));
                 core::array::from_fn(|i| a[i] + (b[i] - a[i]) * share)
             }
-            KeyPosition::Span(key, share, duration) => hermite([1, 2, 3, 4].map(|i| value(3 * key + i)), share, duration),
+            KeyPosition::Span(key, share, duration) => {
+                hermite([1, 2, 3, 4].map(|i| value(3 * key + i)), share, duration)
+            }
         })
     }
 
@@ -106,14 +147,20 @@ impl<'a> Keys<'a> {
         let parts = if cubic(sampler) { 3 } else { 1 };
         let (values, between) = self.find(sampler, time, 1)?;
         let targets = values.count() / (parts * self.open(sampler.input)?.count());
-        let value = |place: usize, target: usize| values.vector::<1>(place * targets + target).map(f64::from);
+        let value = |place: usize, target: usize| {
+            values.vector::<1>(place * targets + target).map(f64::from)
+        };
         let weight = |target: usize| match between {
             KeyPosition::At(key) => value(parts * key + parts / 2, target),
             KeyPosition::Span(key, share, _) if !cubic(sampler) => {
                 let ([a], [b]) = (value(key, target), value(key + 1, target));
                 [a + (b - a) * share]
             }
-            KeyPosition::Span(key, share, duration) => hermite([1, 2, 3, 4].map(|i| value(3 * key + i, target)), share, duration),
+            KeyPosition::Span(key, share, duration) => hermite(
+                [1, 2, 3, 4].map(|i| value(3 * key + i, target)),
+                share,
+                duration,
+            ),
         };
         Ok((0..targets).map(|target| weight(target)[0]).collect())
     }
@@ -135,15 +182,27 @@ impl<'a> Keys<'a> {
     }
 }
 
-/// Between two values with their tangents, in the file's order: the first value, its tangent, the second one's tangent, its value.
-fn hermite<const N: usize>([a, leaving, arriving, b]: [[f64; N]; 4], u: f64, duration: f64) -> [f64; N] {
+/// Between two values with their tangents, in the file's order: the first value, its tangent, the
+/// second one's tangent, its value.
+fn hermite<const N: usize>(
+    [a, leaving, arriving, b]: [[f64; N]; 4],
+    u: f64,
+    duration: f64,
+) -> [f64; N] {
     let (u2, u3) = (u * u, u * u * u);
-    let weights = [2.0 * u3 - 3.0 * u2 + 1.0, duration * (u3 - 2.0 * u2 + u), duration * (u3 - u2), 3.0 * u2 - 2.0 * u3];
-    core::array::from_fn(|i| a[i] * weights[0] + leaving[i] * weights[1] + arriving[i] * weights[2] + b[i] * weights[3])
+    let weights = [
+        2.0 * u3 - 3.0 * u2 + 1.0,
+        duration * (u3 - 2.0 * u2 + u),
+        duration * (u3 - u2),
+        3.0 * u2 - 2.0 * u3,
+    ];
+    core::array::from_fn(|i| {
+        a[i] * weights[0] + leaving[i] * weights[1] + arriving[i] * weights[2] + b[i] * weights[3]
+    })
 }
 
-/// The shorter way from one turn to another at a constant speed (Shoemake, "Animating Rotation with Quaternion Curves", 1985), by
-/// functions that are the same on every platform.
+/// The shorter way from one turn to another at a constant speed (Shoemake, "Animating Rotation with
+/// Quaternion Curves", 1985), by functions that are the same on every platform.
 fn slerp(a: DQuat, b: DQuat, share: f64) -> DQuat {
     let cosine = a.dot(b);
     let b = if cosine < 0.0 { -b } else { b };
@@ -152,5 +211,6 @@ fn slerp(a: DQuat, b: DQuat, share: f64) -> DQuat {
     if angle < 1e-6 {
         return a + (b - a) * share;
     }
-    a * (libm::sin((1.0 - share) * angle) / libm::sin(angle)) + b * (libm::sin(share * angle) / libm::sin(angle))
+    a * (libm::sin((1.0 - share) * angle) / libm::sin(angle))
+        + b * (libm::sin(share * angle) / libm::sin(angle))
 }

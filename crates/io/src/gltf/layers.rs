@@ -1,7 +1,9 @@
-//! Extensions of a glTF file's materials that lay something over, under or into the metallic-roughness model.
+//! Extensions of a glTF file's materials that lay something over, under or into the
+//! metallic-roughness model.
 
 use raywright_core::scene::{
-    Anisotropy, Channel, Clearcoat, Colour, DiffuseTransmission, Iridescence, Physical, Sheen, TextureRef,
+    Anisotropy, Channel, Clearcoat, Colour, DiffuseTransmission, Iridescence, Physical, Sheen,
+    TextureRef,
 };
 use raywright_core::validate::{FARTHEST, SMALLEST};
 
@@ -13,7 +15,12 @@ use crate::warning::WarningCode;
 
 impl Import<'_> {
     /// Adds what a material's extensions say.
-    pub(super) fn layers(&mut self, extensions: &MaterialExtensions, label: &str, out: &mut Physical) -> Outcome<()> {
+    pub(super) fn layers(
+        &mut self,
+        extensions: &MaterialExtensions,
+        label: &str,
+        out: &mut Physical,
+    ) -> Outcome<()> {
         self.specular(extensions, label, out)?;
         self.clearcoat(extensions, label, out)?;
         self.sheen(extensions, label, out)?;
@@ -21,7 +28,9 @@ impl Import<'_> {
         self.iridescence(extensions, label, out)?;
         self.diffuse_transmission(extensions, label, out)?;
         if let Some(data) = &extensions.dispersion {
-            out.dispersion = self.warnings.clamped(data.dispersion, [0.0, 400.0], label, "dispersion");
+            out.dispersion =
+                self.warnings
+                    .clamped(data.dispersion, [0.0, 400.0], label, "dispersion");
         }
         self.volume(extensions, label, out);
         Ok(())
@@ -29,35 +38,69 @@ impl Import<'_> {
 
     /// The inside. Without one, what lets light through is a wall that bends none.
     fn volume(&mut self, extensions: &MaterialExtensions, label: &str, out: &mut Physical) {
-        let body = extensions.volume.as_ref().filter(|volume| volume.thickness_factor > 0.0);
+        let body = extensions
+            .volume
+            .as_ref()
+            .filter(|volume| volume.thickness_factor > 0.0);
         out.thin_walled = body.is_none() && (out.may_transmit() || out.may_diffuse_through());
         let Some(volume) = body else { return };
-        out.attenuation_colour = Colour(volume.attenuation_color.map(|c| self.unit(c, label, "attenuationColor")));
+        out.attenuation_colour = Colour(
+            volume
+                .attenuation_color
+                .map(|c| self.unit(c, label, "attenuationColor")),
+        );
         // Nothing is said by a distance without end.
-        let distance = volume.attenuation_distance.filter(|distance| *distance <= FARTHEST);
+        let distance = volume
+            .attenuation_distance
+            .filter(|distance| *distance <= FARTHEST);
         if let Some(distance) = distance.filter(|distance| *distance <= 0.0) {
             self.warnings.add(
                 WarningCode::Range,
-                format!("{label}: an attenuationDistance of {} makes no sense; nothing is absorbed", number(distance)),
+                format!(
+                    "{label}: an attenuationDistance of {} makes no sense; nothing is absorbed",
+                    number(distance)
+                ),
             );
             return;
         }
-        out.attenuation_distance =
-            distance.map(|distance| self.warnings.clamped(distance, [SMALLEST, FARTHEST], label, "attenuationDistance"));
+        out.attenuation_distance = distance.map(|distance| {
+            self.warnings
+                .clamped(distance, [SMALLEST, FARTHEST], label, "attenuationDistance")
+        });
     }
 
-    fn specular(&mut self, extensions: &MaterialExtensions, label: &str, out: &mut Physical) -> Outcome<()> {
-        let Some(data) = &extensions.specular else { return Ok(()) };
-        out.specular = self.unit(data.specular_factor, label, "specularFactor").into();
+    fn specular(
+        &mut self,
+        extensions: &MaterialExtensions,
+        label: &str,
+        out: &mut Physical,
+    ) -> Outcome<()> {
+        let Some(data) = &extensions.specular else {
+            return Ok(());
+        };
+        out.specular = self
+            .unit(data.specular_factor, label, "specularFactor")
+            .into();
         out.specular_texture = self.channel(data.specular_texture.as_ref(), Channel::Alpha)?;
-        let colour = data.specular_color_factor.map(|c| self.warnings.clamped(c, [0.0, 1e6], label, "specularColorFactor"));
+        let colour = data.specular_color_factor.map(|c| {
+            self.warnings
+                .clamped(c, [0.0, 1e6], label, "specularColorFactor")
+        });
         out.specular_colour = Colour(colour).into();
-        out.specular_colour_texture = self.texture(data.specular_color_texture.as_ref(), Use::Colour)?;
+        out.specular_colour_texture =
+            self.texture(data.specular_color_texture.as_ref(), Use::Colour)?;
         Ok(())
     }
 
-    fn clearcoat(&mut self, extensions: &MaterialExtensions, label: &str, out: &mut Physical) -> Outcome<()> {
-        let Some(data) = &extensions.clearcoat else { return Ok(()) };
+    fn clearcoat(
+        &mut self,
+        extensions: &MaterialExtensions,
+        label: &str,
+        out: &mut Physical,
+    ) -> Outcome<()> {
+        let Some(data) = &extensions.clearcoat else {
+            return Ok(());
+        };
         let factor = self.unit(data.clearcoat_factor, label, "clearcoatFactor");
         if factor == 0.0 {
             return Ok(());
@@ -65,31 +108,61 @@ impl Import<'_> {
         out.clearcoat = Some(Clearcoat {
             factor: factor.into(),
             factor_texture: self.channel(data.clearcoat_texture.as_ref(), Channel::Red)?,
-            roughness: self.unit(data.clearcoat_roughness_factor, label, "clearcoatRoughnessFactor").into(),
-            roughness_texture: self.channel(data.clearcoat_roughness_texture.as_ref(), Channel::Green)?,
-            normal_scale: self.normal_scale(data.clearcoat_normal_texture.as_ref(), label, "clearcoatNormalTexture.scale"),
+            roughness: self
+                .unit(
+                    data.clearcoat_roughness_factor,
+                    label,
+                    "clearcoatRoughnessFactor",
+                )
+                .into(),
+            roughness_texture: self
+                .channel(data.clearcoat_roughness_texture.as_ref(), Channel::Green)?,
+            normal_scale: self.normal_scale(
+                data.clearcoat_normal_texture.as_ref(),
+                label,
+                "clearcoatNormalTexture.scale",
+            ),
             normal_texture: self.texture(data.clearcoat_normal_texture.as_ref(), Use::Data)?,
         });
         Ok(())
     }
 
-    fn sheen(&mut self, extensions: &MaterialExtensions, label: &str, out: &mut Physical) -> Outcome<()> {
-        let Some(data) = &extensions.sheen else { return Ok(()) };
-        let colour = data.sheen_color_factor.map(|c| self.unit(c, label, "sheenColorFactor"));
+    fn sheen(
+        &mut self,
+        extensions: &MaterialExtensions,
+        label: &str,
+        out: &mut Physical,
+    ) -> Outcome<()> {
+        let Some(data) = &extensions.sheen else {
+            return Ok(());
+        };
+        let colour = data
+            .sheen_color_factor
+            .map(|c| self.unit(c, label, "sheenColorFactor"));
         if colour == [0.0; 3] {
             return Ok(());
         }
         out.sheen = Some(Sheen {
             colour: Colour(colour).into(),
             colour_texture: self.texture(data.sheen_color_texture.as_ref(), Use::Colour)?,
-            roughness: self.unit(data.sheen_roughness_factor, label, "sheenRoughnessFactor").into(),
-            roughness_texture: self.channel(data.sheen_roughness_texture.as_ref(), Channel::Alpha)?,
+            roughness: self
+                .unit(data.sheen_roughness_factor, label, "sheenRoughnessFactor")
+                .into(),
+            roughness_texture: self
+                .channel(data.sheen_roughness_texture.as_ref(), Channel::Alpha)?,
         });
         Ok(())
     }
 
-    fn anisotropy(&mut self, extensions: &MaterialExtensions, label: &str, out: &mut Physical) -> Outcome<()> {
-        let Some(data) = &extensions.anisotropy else { return Ok(()) };
+    fn anisotropy(
+        &mut self,
+        extensions: &MaterialExtensions,
+        label: &str,
+        out: &mut Physical,
+    ) -> Outcome<()> {
+        let Some(data) = &extensions.anisotropy else {
+            return Ok(());
+        };
         let strength = self.unit(data.anisotropy_strength, label, "anisotropyStrength");
         if strength == 0.0 {
             return Ok(());
@@ -104,8 +177,15 @@ impl Import<'_> {
         Ok(())
     }
 
-    fn iridescence(&mut self, extensions: &MaterialExtensions, label: &str, out: &mut Physical) -> Outcome<()> {
-        let Some(data) = &extensions.iridescence else { return Ok(()) };
+    fn iridescence(
+        &mut self,
+        extensions: &MaterialExtensions,
+        label: &str,
+        out: &mut Physical,
+    ) -> Outcome<()> {
+        let Some(data) = &extensions.iridescence else {
+            return Ok(());
+        };
         let factor = self.unit(data.iridescence_factor, label, "iridescenceFactor");
         if factor == 0.0 {
             return Ok(());
@@ -113,36 +193,76 @@ impl Import<'_> {
         out.iridescence = Some(Iridescence {
             factor: factor.into(),
             factor_texture: self.channel(data.iridescence_texture.as_ref(), Channel::Red)?,
-            ior: self.warnings.clamped(data.iridescence_ior, Physical::IOR, label, "iridescenceIor"),
+            ior: self.warnings.clamped(
+                data.iridescence_ior,
+                Physical::IOR,
+                label,
+                "iridescenceIor",
+            ),
             thickness: self
                 .warnings
-                .clamped(data.iridescence_thickness_maximum, [0.0, 1e6], label, "iridescenceThicknessMaximum")
+                .clamped(
+                    data.iridescence_thickness_maximum,
+                    [0.0, 1e6],
+                    label,
+                    "iridescenceThicknessMaximum",
+                )
                 .into(),
-            thinnest: self.warnings.clamped(data.iridescence_thickness_minimum, [0.0, 1e6], label, "iridescenceThicknessMinimum"),
-            thickness_texture: self.channel(data.iridescence_thickness_texture.as_ref(), Channel::Green)?,
+            thinnest: self.warnings.clamped(
+                data.iridescence_thickness_minimum,
+                [0.0, 1e6],
+                label,
+                "iridescenceThicknessMinimum",
+            ),
+            thickness_texture: self
+                .channel(data.iridescence_thickness_texture.as_ref(), Channel::Green)?,
         });
         Ok(())
     }
 
-    fn diffuse_transmission(&mut self, extensions: &MaterialExtensions, label: &str, out: &mut Physical) -> Outcome<()> {
-        let Some(data) = &extensions.diffuse_transmission else { return Ok(()) };
-        let factor = self.unit(data.diffuse_transmission_factor, label, "diffuseTransmissionFactor");
+    fn diffuse_transmission(
+        &mut self,
+        extensions: &MaterialExtensions,
+        label: &str,
+        out: &mut Physical,
+    ) -> Outcome<()> {
+        let Some(data) = &extensions.diffuse_transmission else {
+            return Ok(());
+        };
+        let factor = self.unit(
+            data.diffuse_transmission_factor,
+            label,
+            "diffuseTransmissionFactor",
+        );
         if factor == 0.0 {
             return Ok(());
         }
-        let colour = data.diffuse_transmission_color_factor.map(|c| self.unit(c, label, "diffuseTransmissionColorFactor"));
+        let colour = data
+            .diffuse_transmission_color_factor
+            .map(|c| self.unit(c, label, "diffuseTransmissionColorFactor"));
         out.diffuse_transmission = Some(DiffuseTransmission {
             factor: factor.into(),
-            factor_texture: self.channel(data.diffuse_transmission_texture.as_ref(), Channel::Alpha)?,
+            factor_texture: self
+                .channel(data.diffuse_transmission_texture.as_ref(), Channel::Alpha)?,
             colour: Colour(colour).into(),
-            colour_texture: self.texture(data.diffuse_transmission_color_texture.as_ref(), Use::Colour)?,
+            colour_texture: self.texture(
+                data.diffuse_transmission_color_texture.as_ref(),
+                Use::Colour,
+            )?,
         });
         Ok(())
     }
 
     /// A use of a texture for one of its channels.
-    fn channel(&mut self, info: Option<&TextureUse>, channel: Channel) -> Outcome<Option<TextureRef>> {
+    fn channel(
+        &mut self,
+        info: Option<&TextureUse>,
+        channel: Channel,
+    ) -> Outcome<Option<TextureRef>> {
         let texture = self.texture(info, Use::Data)?;
-        Ok(texture.map(|texture| TextureRef { channel: Some(channel), ..texture }))
+        Ok(texture.map(|texture| TextureRef {
+            channel: Some(channel),
+            ..texture
+        }))
     }
 }

@@ -9,23 +9,46 @@ use crate::import::{Warnings, number};
 use crate::warning::WarningCode;
 
 /// A light as the scene wants it, or none with a warning when it makes none.
-pub(super) fn convert(light: &Source, index: usize, name: String, placed: &Placed, warnings: &mut Warnings) -> Option<Light> {
+pub(super) fn convert(
+    light: &Source,
+    index: usize,
+    name: String,
+    placed: &Placed,
+    warnings: &mut Warnings,
+) -> Option<Light> {
     let label = format!("KHR_lights_punctual.lights[{index}]");
     let skip = |warnings: &mut Warnings, why: &str| {
-        warnings.add(WarningCode::CameraOrLight, format!("{label}: {why}; the light was left out"));
+        warnings.add(
+            WarningCode::CameraOrLight,
+            format!("{label}: {why}; the light was left out"),
+        );
         None
     };
-    let most = if light.kind == "directional" { GREATEST } else { GREATEST_INTENSITY };
+    let most = if light.kind == "directional" {
+        GREATEST
+    } else {
+        GREATEST_INTENSITY
+    };
     let intensity = warnings.clamped(light.intensity.into(), [0.0, most], &label, "intensity");
-    let colour = light.color.map(|c| warnings.clamped(c.into(), [0.0, most], &label, "color"));
+    let colour = light
+        .color
+        .map(|c| warnings.clamped(c.into(), [0.0, most], &label, "color"));
     let colour = colour.map(|c| (c * intensity).min(most));
     // Lights shine along their node's -z.
-    let Some(back) = placed.world.matrix3.z_axis.try_normalize() else { return skip(warnings, "its node squeezes it flat") };
+    let Some(back) = placed.world.matrix3.z_axis.try_normalize() else {
+        return skip(warnings, "its node squeezes it flat");
+    };
     let position = placed.world.translation.into();
     let range = range(light, &label, warnings);
     let kind = match light.kind.as_str() {
-        "directional" => LightKind::Directional { to_light: back.into() },
-        "point" => LightKind::Point { position, falloff: Falloff::InverseSquare, range },
+        "directional" => LightKind::Directional {
+            to_light: back.into(),
+        },
+        "point" => LightKind::Point {
+            position,
+            falloff: Falloff::InverseSquare,
+            range,
+        },
         "spot" => {
             let Some([inner, outer]) = cone(light.spot.as_ref(), &label, warnings) else {
                 return skip(warnings, "its cone is shut");
@@ -41,28 +64,53 @@ pub(super) fn convert(light: &Source, index: usize, name: String, placed: &Place
         }
         _ => return skip(warnings, "its type is unknown"),
     };
-    Some(Light { name, kind, colour: Colour(colour), shadows: true, specular: true })
+    Some(Light {
+        name,
+        kind,
+        colour: Colour(colour),
+        shadows: true,
+        specular: true,
+    })
 }
 
-/// Where a light has faded to nothing, in metres; none: nowhere, which is also what is meant by a number beyond everything.
+/// Where a light has faded to nothing, in metres; none: nowhere, which is also what is meant by a
+/// number beyond everything.
 fn range(light: &Source, label: &str, warnings: &mut Warnings) -> Option<f64> {
-    let range = light.range.map(f64::from).filter(|range| *range <= FARTHEST)?;
+    let range = light
+        .range
+        .map(f64::from)
+        .filter(|range| *range <= FARTHEST)?;
     if range <= 0.0 {
-        warnings.add(WarningCode::Range, format!("{label}: a range of {} makes no sense; none was taken", number(range)));
+        warnings.add(
+            WarningCode::Range,
+            format!(
+                "{label}: a range of {} makes no sense; none was taken",
+                number(range)
+            ),
+        );
         return None;
     }
     Some(warnings.clamped(range, [SMALLEST, FARTHEST], label, "range"))
 }
 
-/// The angles of a spot in degrees; none where it shines nowhere. An inner one that is not below the outer one leaves a hard edge at the latter.
+/// The angles of a spot in degrees; none where it shines nowhere. An inner one that is not below
+/// the outer one leaves a hard edge at the latter.
 fn cone(spot: Option<&Spot>, label: &str, warnings: &mut Warnings) -> Option<[f64; 2]> {
     let spot = spot.map_or_else(Spot::default, Spot::clone);
-    let [inner, outer] = [spot.inner_cone_angle, spot.outer_cone_angle].map(|angle| f64::from(angle).to_degrees());
+    let [inner, outer] =
+        [spot.inner_cone_angle, spot.outer_cone_angle].map(|angle| f64::from(angle).to_degrees());
     // pi/2 in single precision is a little more than 90 degrees.
-    let outer = if (outer - 90.0).abs() < 1e-4 { 90.0 } else { outer };
+    let outer = if (outer - 90.0).abs() < 1e-4 {
+        90.0
+    } else {
+        outer
+    };
     if outer <= 0.0 {
         return None;
     }
     let outer = warnings.clamped(outer, [0.0, 90.0], label, "outerConeAngle in degrees");
-    Some([warnings.clamped(inner, [0.0, outer], label, "innerConeAngle in degrees"), outer])
+    Some([
+        warnings.clamped(inner, [0.0, outer], label, "innerConeAngle in degrees"),
+        outer,
+    ])
 }

@@ -30,7 +30,8 @@ pub(super) struct UsedMaterial {
 }
 
 impl Import<'_> {
-    /// The material of a primitive, converted when it is first used; none is the specification's default material.
+    /// The material of a primitive, converted when it is first used; none is the specification's
+    /// default material.
     pub(super) fn material(&mut self, index: Option<usize>) -> Outcome<UsedMaterial> {
         if let Some(known) = self.materials.get(&index) {
             return Ok(known.clone());
@@ -38,14 +39,27 @@ impl Import<'_> {
         let default = Source::default();
         let list = &self.document.materials;
         let source = match index {
-            Some(i) => list.get(i).ok_or_else(|| absent("materials", i, list.len()))?,
+            Some(i) => list
+                .get(i)
+                .ok_or_else(|| absent("materials", i, list.len()))?,
             None => &default,
         };
-        let label = index.map_or_else(|| "the default material".to_owned(), |i| format!("materials[{i}]"));
-        let model = self.physical(source, &label).map_err(|fault| fault.at(&label))?;
-        let textures = model.fields().into_iter().filter_map(|field| field.value.texture());
+        let label = index.map_or_else(
+            || "the default material".to_owned(),
+            |i| format!("materials[{i}]"),
+        );
+        let model = self
+            .physical(source, &label)
+            .map_err(|fault| fault.at(&label))?;
+        let textures = model
+            .fields()
+            .into_iter()
+            .filter_map(|field| field.value.texture());
         let used = UsedMaterial {
-            name: self.names.materials.unique(source.name.as_deref().unwrap_or("default")),
+            name: self
+                .names
+                .materials
+                .unique(source.name.as_deref().unwrap_or("default")),
             place: self.scene.materials.len(),
             // Rays must be able to leave what they entered.
             two_sided: source.double_sided || model.may_transmit() || model.may_diffuse_through(),
@@ -53,14 +67,22 @@ impl Import<'_> {
             uv_sets: textures.map(|(_, texture)| texture.uv_set).collect(),
         };
         self.note_unread(source, &used.name);
-        self.scene.materials.push(Material { name: used.name.clone(), model: Model::Physical(Box::new(model)) });
+        self.scene.materials.push(Material {
+            name: used.name.clone(),
+            model: Model::Physical(Box::new(model)),
+        });
         self.materials.insert(index, used.clone());
         Ok(used)
     }
 
-    /// Lets the colours of a mesh's vertices count; materials whose meshes have none do not pay for them.
+    /// Lets the colours of a mesh's vertices count; materials whose meshes have none do not pay for
+    /// them.
     pub(super) fn use_vertex_colours(&mut self, material: &UsedMaterial) {
-        if let Some(Material { model: Model::Physical(model), .. }) = self.scene.materials.get_mut(material.place) {
+        if let Some(Material {
+            model: Model::Physical(model),
+            ..
+        }) = self.scene.materials.get_mut(material.place)
+        {
             model.vertex_colours = true;
         }
     }
@@ -73,11 +95,20 @@ impl Import<'_> {
         let mut out = Physical {
             base_colour: Colour([r, g, b].map(|c| self.unit(c, label, "baseColorFactor"))).into(),
             base_colour_texture: self.texture(pbr.base_color_texture.as_ref(), Use::Colour)?,
-            metallic: self.unit(pbr.metallic_factor.into(), label, "metallicFactor").into(),
-            roughness: self.unit(pbr.roughness_factor.into(), label, "roughnessFactor").into(),
-            metallic_roughness_texture: self.texture(pbr.metallic_roughness_texture.as_ref(), Use::Data)?,
+            metallic: self
+                .unit(pbr.metallic_factor.into(), label, "metallicFactor")
+                .into(),
+            roughness: self
+                .unit(pbr.roughness_factor.into(), label, "roughnessFactor")
+                .into(),
+            metallic_roughness_texture: self
+                .texture(pbr.metallic_roughness_texture.as_ref(), Use::Data)?,
             normal_texture: self.texture(source.normal_texture.as_ref(), Use::Data)?,
-            normal_scale: self.normal_scale(source.normal_texture.as_ref(), label, "normalTexture.scale"),
+            normal_scale: self.normal_scale(
+                source.normal_texture.as_ref(),
+                label,
+                "normalTexture.scale",
+            ),
             emission: self.emission(source, label).into(),
             emission_texture: self.texture(source.emissive_texture.as_ref(), Use::Colour)?,
             opacity: self.unit(a, label, "baseColorFactor alpha").into(),
@@ -89,11 +120,18 @@ impl Import<'_> {
             Some("MASK") => {
                 // Above one nothing is left, and all that is above one is alike.
                 let cutoff = f64::from(source.alpha_cutoff.unwrap_or(0.5)).min(2.0);
-                AlphaMode::Mask { cutoff: self.warnings.clamped(cutoff, [0.0, 2.0], label, "alphaCutoff") }
+                AlphaMode::Mask {
+                    cutoff: self
+                        .warnings
+                        .clamped(cutoff, [0.0, 2.0], label, "alphaCutoff"),
+                }
             }
             Some("BLEND") => AlphaMode::Blend,
             Some(_) => {
-                self.warnings.add(WarningCode::Format, format!("{label}: unknown alphaMode; it was taken as opaque"));
+                self.warnings.add(
+                    WarningCode::Format,
+                    format!("{label}: unknown alphaMode; it was taken as opaque"),
+                );
                 AlphaMode::Opaque
             }
         };
@@ -101,12 +139,23 @@ impl Import<'_> {
             out.ior = self.ior(ior.ior.into(), label).into();
         }
         if let Some(transmission) = &extensions.transmission {
-            out.transmission = self.unit(transmission.transmission_factor.into(), label, "transmissionFactor").into();
-            out.transmission_texture = self.texture(transmission.transmission_texture.as_ref(), Use::Data)?;
+            out.transmission = self
+                .unit(
+                    transmission.transmission_factor.into(),
+                    label,
+                    "transmissionFactor",
+                )
+                .into();
+            out.transmission_texture =
+                self.texture(transmission.transmission_texture.as_ref(), Use::Data)?;
         }
         self.layers(extensions, label, &mut out)?;
         // What is unlit shows the base colour of the core model.
-        if let Some(glossy) = extensions.specular_glossiness.as_ref().filter(|_| !out.unlit) {
+        if let Some(glossy) = extensions
+            .specular_glossiness
+            .as_ref()
+            .filter(|_| !out.unlit)
+        {
             self.warnings.add(
                 WarningCode::Conversion,
                 format!("{label}: KHR_materials_pbrSpecularGlossiness was turned into metallic-roughness"),
@@ -116,11 +165,17 @@ impl Import<'_> {
         Ok(out)
     }
 
-    /// Remembers what of a material has no words in a scene: effects tell it where something shows the material.
+    /// Remembers what of a material has no words in a scene: effects tell it where something shows
+    /// the material.
     fn note_unread(&mut self, source: &Source, material: &str) {
         let extensions = &source.extensions;
-        let unread = |what: String| Unread { material: material.to_owned(), what };
-        self.scene.unread.extend(extensions::unread(&extensions.others).map(|name| unread(shown(name))));
+        let unread = |what: String| Unread {
+            material: material.to_owned(),
+            what,
+        };
+        self.scene
+            .unread
+            .extend(extensions::unread(&extensions.others).map(|name| unread(shown(name))));
     }
 
     /// Says what of a material is not read.
@@ -134,9 +189,19 @@ impl Import<'_> {
     }
 
     fn emission(&mut self, source: &Source, label: &str) -> Colour {
-        let strength = source.extensions.emissive_strength.as_ref().map_or(1.0, |s| f64::from(s.emissive_strength));
-        let strength = self.warnings.clamped(strength, [0.0, GREATEST], label, "emissiveStrength");
-        Colour(source.emissive_factor.map(|c| self.unit(c.into(), label, "emissiveFactor") * strength))
+        let strength = source
+            .extensions
+            .emissive_strength
+            .as_ref()
+            .map_or(1.0, |s| f64::from(s.emissive_strength));
+        let strength = self
+            .warnings
+            .clamped(strength, [0.0, GREATEST], label, "emissiveStrength");
+        Colour(
+            source
+                .emissive_factor
+                .map(|c| self.unit(c.into(), label, "emissiveFactor") * strength),
+        )
     }
 
     /// An index of refraction of at least 1, or 0, which reflects everything.
@@ -147,11 +212,15 @@ impl Import<'_> {
         if value < Physical::IOR[0] {
             self.warnings.add(
                 WarningCode::Range,
-                format!("{label}: an index of refraction of {} is not supported; 1.5 was taken", number(value)),
+                format!(
+                    "{label}: an index of refraction of {} is not supported; 1.5 was taken",
+                    number(value)
+                ),
             );
             return 1.5;
         }
-        self.warnings.clamped(value, Physical::IOR, label, "an index of refraction of")
+        self.warnings
+            .clamped(value, Physical::IOR, label, "an index of refraction of")
     }
 
     /// A factor that must lie between 0 and 1; others would make energy.
@@ -159,10 +228,21 @@ impl Import<'_> {
         self.warnings.clamped(value, [0.0, 1.0], label, what)
     }
 
-    /// The factor of a normal map's directions. What is greater leaves nothing of the normal itself, as this does.
-    pub(super) fn normal_scale(&mut self, normal: Option<&TextureUse>, label: &str, what: &str) -> f64 {
+    /// The factor of a normal map's directions. What is greater leaves nothing of the normal
+    /// itself, as this does.
+    pub(super) fn normal_scale(
+        &mut self,
+        normal: Option<&TextureUse>,
+        label: &str,
+        what: &str,
+    ) -> f64 {
         normal.map_or(1.0, |normal| {
-            self.warnings.clamped(normal.scale.into(), [-MOST_NORMAL_SCALE, MOST_NORMAL_SCALE], label, what)
+            self.warnings.clamped(
+                normal.scale.into(),
+                [-MOST_NORMAL_SCALE, MOST_NORMAL_SCALE],
+                label,
+                what,
+            )
         })
     }
 }

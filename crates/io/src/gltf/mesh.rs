@@ -37,29 +37,48 @@ impl<'a> Import<'a> {
             Some(mode) => return Err(Fault::input(format!("has the unknown mode {mode}"))),
         };
         let Some(positions) = self.attribute(primitive, "POSITION", &[3])? else {
-            self.warnings.add(WarningCode::Geometry, format!("{place}: has no POSITION and was left out"));
+            self.warnings.add(
+                WarningCode::Geometry,
+                format!("{place}: has no POSITION and was left out"),
+            );
             return Ok(None);
         };
         let corners = self.corners(primitive, mode, positions.count())?;
         self.work.done(elements(self.document, primitive)[1]);
         let (vertices, indices) = used_vertices(corners, positions.count());
-        self.budget.memory(vertices.len(), size_of::<[f32; 3]>() * 2 + size_of::<[f32; 4]>())?;
-        let mut data =
-            MeshData { positions: vertices.gather(|v| positions.vector::<3>(v)).into(), indices, ..MeshData::default() };
+        self.budget.memory(
+            vertices.len(),
+            size_of::<[f32; 3]>() * 2 + size_of::<[f32; 4]>(),
+        )?;
+        let mut data = MeshData {
+            positions: vertices.gather(|v| positions.vector::<3>(v)).into(),
+            indices,
+            ..MeshData::default()
+        };
         let mut moving = Moving::default();
         if let Some(normals) = self.vertex_attribute(primitive, "NORMAL", &[3], &positions)? {
             data.normals = vertices.gather(|v| normals.vector(v));
-            moving.normals = if pose.is_rest() { Vec::new() } else { vectors(&normals, &vertices) };
+            moving.normals = if pose.is_rest() {
+                Vec::new()
+            } else {
+                vectors(&normals, &vertices)
+            };
         }
         if !pose.is_rest() {
             self.budget.memory(vertices.len(), 2 * size_of::<DVec3>())?;
             moving.positions = vectors(&positions, &vertices);
             self.deform(primitive, pose, &vertices, positions.count(), &mut moving)?;
-            let single = |list: Vec<DVec3>| list.into_iter().map(|v| v.as_vec3().to_array()).collect();
+            let single =
+                |list: Vec<DVec3>| list.into_iter().map(|v| v.as_vec3().to_array()).collect();
             (data.positions, data.normals) = (moving.positions.into(), single(moving.normals));
             if pose.mirrored {
-                data.indices.iter_mut().for_each(|[_, b, c]| core::mem::swap(b, c));
-                data.normals.as_flattened_mut().iter_mut().for_each(|c| *c = -*c);
+                data.indices
+                    .iter_mut()
+                    .for_each(|[_, b, c]| core::mem::swap(b, c));
+                data.normals
+                    .as_flattened_mut()
+                    .iter_mut()
+                    .for_each(|c| *c = -*c);
             }
         }
         // What is moved, and what has none, gets tangents where it is prepared.
@@ -67,7 +86,9 @@ impl<'a> Import<'a> {
             data.tangents = self.tangents(primitive, &positions, &vertices)?;
         }
         data.uvs = self.texture_coordinates(primitive, material, &positions, &vertices, &place)?;
-        if let Some(mut colours) = self.vertex_attribute(primitive, "COLOR_0", &[3, 4], &positions)? {
+        if let Some(mut colours) =
+            self.vertex_attribute(primitive, "COLOR_0", &[3, 4], &positions)?
+        {
             colours.normalise_integers();
             let opaque = colours.arity() == 3;
             data.colours = vertices.gather(|v| colour(colours.vector(v), opaque));
@@ -77,15 +98,26 @@ impl<'a> Import<'a> {
         if dropped > 0 {
             self.warnings.add(
                 WarningCode::Geometry,
-                format!("{place}: {dropped} triangles with vertices that are not finite were left out"),
+                format!(
+                    "{place}: {dropped} triangles with vertices that are not finite were left out"
+                ),
             );
         }
         mesh_tools::mend_normals(&mut data);
-        Ok(if data.indices.is_empty() { None } else { Some(data) })
+        Ok(if data.indices.is_empty() {
+            None
+        } else {
+            Some(data)
+        })
     }
 
     /// The tangents that the primitive has; none where one of them says nothing.
-    fn tangents(&mut self, primitive: &Primitive, positions: &Accessor, vertices: &Vertices) -> Outcome<Vec<[f32; 4]>> {
+    fn tangents(
+        &mut self,
+        primitive: &Primitive,
+        positions: &Accessor,
+        vertices: &Vertices,
+    ) -> Outcome<Vec<[f32; 4]>> {
         let Some(tangents) = self.vertex_attribute(primitive, "TANGENT", &[4], positions)? else {
             return Ok(Vec::new());
         };
@@ -93,17 +125,39 @@ impl<'a> Import<'a> {
         let tangent = |v: usize| {
             let [x, y, z, w] = tangents.vector(v);
             let length = DVec3::from([x, y, z].map(f64::from)).length();
-            (length > 0.0 && length.is_finite() && w.is_finite()).then_some([x, y, z, 1.0_f32.copysign(w)])
+            (length > 0.0 && length.is_finite() && w.is_finite()).then_some([
+                x,
+                y,
+                z,
+                1.0_f32.copysign(w),
+            ])
         };
-        Ok(vertices.iter().map(tangent).collect::<Option<_>>().unwrap_or_default())
+        Ok(vertices
+            .iter()
+            .map(tangent)
+            .collect::<Option<_>>()
+            .unwrap_or_default())
     }
 
     /// The accessor of an attribute, if the primitive has it.
-    pub(super) fn attribute(&self, primitive: &Primitive, name: &str, arities: &[usize]) -> Outcome<Option<Accessor<'a>>> {
-        let Some(&index) = primitive.attributes.get(name) else { return Ok(None) };
-        let accessor = self.reader.open(index as usize).map_err(|fault| fault.at(name))?;
+    pub(super) fn attribute(
+        &self,
+        primitive: &Primitive,
+        name: &str,
+        arities: &[usize],
+    ) -> Outcome<Option<Accessor<'a>>> {
+        let Some(&index) = primitive.attributes.get(name) else {
+            return Ok(None);
+        };
+        let accessor = self
+            .reader
+            .open(index as usize)
+            .map_err(|fault| fault.at(name))?;
         if !arities.contains(&accessor.arity()) {
-            return Err(Fault::input(format!("{name}: has {} components", accessor.arity())));
+            return Err(Fault::input(format!(
+                "{name}: has {} components",
+                accessor.arity()
+            )));
         }
         Ok(Some(accessor))
     }
@@ -117,14 +171,17 @@ impl<'a> Import<'a> {
         positions: &Accessor,
     ) -> Outcome<Option<Accessor<'a>>> {
         match self.attribute(primitive, name, arities)? {
-            Some(accessor) if accessor.count() != positions.count() => {
-                Err(Fault::input(format!("{name}: has {} elements, but POSITION has {}", accessor.count(), positions.count())))
-            }
+            Some(accessor) if accessor.count() != positions.count() => Err(Fault::input(format!(
+                "{name}: has {} elements, but POSITION has {}",
+                accessor.count(),
+                positions.count()
+            ))),
             other => Ok(other),
         }
     }
 
-    /// All sets that the primitive has or its material asks for; a set it lacks is zero with a warning.
+    /// All sets that the primitive has or its material asks for; a set it lacks is zero with a
+    /// warning.
     fn texture_coordinates(
         &mut self,
         primitive: &Primitive,
@@ -138,7 +195,10 @@ impl<'a> Import<'a> {
         let present = |set: &u32| primitive.attributes.contains_key(&coordinates(*set));
         let own = (0..MOST_UV_SETS).take_while(present).count() as u32;
         let wanted = material.uv_sets.iter().max().map_or(0, |most| most + 1);
-        self.budget.memory(vertices.len(), size_of::<[f32; 2]>() * own.max(wanted) as usize)?;
+        self.budget.memory(
+            vertices.len(),
+            size_of::<[f32; 2]>() * own.max(wanted) as usize,
+        )?;
         for set in 0..own.max(wanted) {
             match self.vertex_attribute(primitive, &coordinates(set), &[2], positions)? {
                 Some(uv) => sets.push(vertices.gather(|v| uv.vector(v).map(finite_or_zero))),
@@ -148,22 +208,39 @@ impl<'a> Import<'a> {
                 }
             }
         }
-        for set in missing.into_iter().filter(|set| material.uv_sets.contains(set)) {
+        for set in missing
+            .into_iter()
+            .filter(|set| material.uv_sets.contains(set))
+        {
             self.warnings.add(
                 WarningCode::TextureCoordinates,
-                format!("{place}: its material wants TEXCOORD_{set}, which it has not; (0, 0) was taken"),
+                format!(
+                    "{place}: its material wants TEXCOORD_{set}, which it has not; (0, 0) was taken"
+                ),
             );
         }
         Ok(sets)
     }
 
     /// Three vertex indices a triangle, whatever the topology.
-    fn corners(&mut self, primitive: &Primitive, mode: Mode, count: usize) -> Outcome<Vec<[u32; 3]>> {
+    fn corners(
+        &mut self,
+        primitive: &Primitive,
+        mode: Mode,
+        count: usize,
+    ) -> Outcome<Vec<[u32; 3]>> {
         let accessor = match primitive.indices {
-            Some(index) => Some(self.reader.open(index as usize).map_err(|fault| fault.at("indices"))?),
+            Some(index) => Some(
+                self.reader
+                    .open(index as usize)
+                    .map_err(|fault| fault.at("indices"))?,
+            ),
             None => None,
         };
-        if accessor.as_ref().is_some_and(|a| a.arity() != 1 || !a.is_unsigned()) {
+        if accessor
+            .as_ref()
+            .is_some_and(|a| a.arity() != 1 || !a.is_unsigned())
+        {
             return Err(Fault::input("indices: are no unsigned scalars"));
         }
         let length = accessor.as_ref().map_or(count, Accessor::count);
@@ -174,7 +251,8 @@ impl<'a> Import<'a> {
         self.budget.triangles(triangles)?;
         let vertex = |i: usize| accessor.as_ref().map_or(i as u32, |a| a.index(i));
         let triangle = |i: usize| {
-            // glTF 2.0, section 3.7.2.1: the order that keeps every triangle of a strip facing the same way.
+            // glTF 2.0, section 3.7.2.1: the order that keeps every triangle of a strip facing the
+            // same way.
             let places = match mode {
                 Mode::Strip => [i, i + 1 + i % 2, i + 2 - i % 2],
                 Mode::Fan => [i + 1, i + 2, 0],
@@ -183,7 +261,11 @@ impl<'a> Import<'a> {
             places.map(vertex)
         };
         let mut out = gathered(triangles, triangle);
-        if let Some(index) = out.as_flattened().iter().find(|&&index| index as usize >= count) {
+        if let Some(index) = out
+            .as_flattened()
+            .iter()
+            .find(|&&index| index as usize >= count)
+        {
             return Err(Fault::input(format!("indices: vertex {index} of {count}")));
         }
         // Strips join their parts by triangles that use a vertex twice.
@@ -191,7 +273,10 @@ impl<'a> Import<'a> {
         if !matches!(mode, Mode::Strip | Mode::Fan) && length % 3 != 0 {
             self.warnings.add(
                 WarningCode::Geometry,
-                format!("{} indices left over after the last whole triangle were ignored", length % 3),
+                format!(
+                    "{} indices left over after the last whole triangle were ignored",
+                    length % 3
+                ),
             );
         }
         Ok(out)
@@ -213,8 +298,17 @@ fn coordinates(set: u32) -> String {
 
 /// How many vertices and how many indices a primitive has, by its own account.
 pub(super) fn elements(document: &Document, primitive: &Primitive) -> [u64; 2] {
-    let count = |index: u32| document.accessors.get(index as usize).map_or(0, |accessor| accessor.count);
-    [primitive.attributes.get("POSITION").copied(), primitive.indices].map(|index| index.map_or(0, count))
+    let count = |index: u32| {
+        document
+            .accessors
+            .get(index as usize)
+            .map_or(0, |accessor| accessor.count)
+    };
+    [
+        primitive.attributes.get("POSITION").copied(),
+        primitive.indices,
+    ]
+    .map(|index| index.map_or(0, count))
 }
 
 /// A vertex colour as the specification bounds it; what is no number counts as white.

@@ -1,12 +1,13 @@
 //! Import of glTF 2.0: `.gltf` with its buffers and images, and `.glb`.
 //!
-//! What is read: a scene's node hierarchy with skins and morph targets, at rest or at a time of its animations; triangles in all
-//! three topologies from any valid accessor; materials with all their textures, and their variants; perspective and orthographic
-//! cameras; and the extensions listed in [`extensions`]. What is not read (points, lines, further extensions) is named in a warning
-//! or in the effects report; when a file *requires* it, the file is refused.
+//! What is read: a scene's node hierarchy with skins and morph targets, at rest or at a time of its
+//! animations; triangles in all three topologies from any valid accessor; materials with all their
+//! textures, and their variants; perspective and orthographic cameras; and the extensions listed in
+//! [`extensions`]. What is not read (points, lines, further extensions) is named in a warning or in
+//! the effects report; when a file *requires* it, the file is refused.
 //!
-//! Nothing in a file is trusted: the document's types are our own, and the checks are those of [`document`], [`buffers`] and
-//! [`accessor`].
+//! Nothing in a file is trusted: the document's types are our own, and the checks are those of
+//! [`document`], [`buffers`] and [`accessor`].
 
 mod accessor;
 mod animation;
@@ -65,12 +66,13 @@ pub(crate) struct Model {
     pub contents: Contents,
 }
 
-/// Reads what is meant of a glTF or GLB file (told apart by content), given its bytes, with everything it refers to in its
-/// folder.
+/// Reads what is meant of a glTF or GLB file (told apart by content), given its bytes, with
+/// everything it refers to in its folder.
 ///
 /// # Errors
-/// An error of kind input when the file or a buffer is wrong or needs what is not supported, of kind limit when it asks for
-/// more than `limits`, of kind usage for a scene, variant or animation that it has not. A texture that can't be had is only a warning.
+/// An error of kind input when the file or a buffer is wrong or needs what is not supported, of
+/// kind limit when it asks for more than `limits`, of kind usage for a scene, variant or animation
+/// that it has not. A texture that can't be had is only a warning.
 pub(crate) fn load(
     file: &Path,
     bytes: &[u8],
@@ -79,8 +81,15 @@ pub(crate) fn load(
     choice: &Choice<'_>,
     observer: &dyn Observer,
 ) -> Result<Model, Error> {
-    let source = Source { file, bytes, folder, limits };
-    source.import(choice, observer).map_err(|fault| fault.into_error(file.display()))
+    let source = Source {
+        file,
+        bytes,
+        folder,
+        limits,
+    };
+    source
+        .import(choice, observer)
+        .map_err(|fault| fault.into_error(file.display()))
 }
 
 /// What is read, and where.
@@ -93,7 +102,12 @@ struct Source<'a> {
 
 impl Source<'_> {
     fn import(&self, choice: &Choice<'_>, observer: &dyn Observer) -> Outcome<Model> {
-        let &Self { file, bytes, folder, limits } = self;
+        let &Self {
+            file,
+            bytes,
+            folder,
+            limits,
+        } = self;
         if bytes.is_empty() {
             return Err(Fault::input("is empty"));
         }
@@ -104,21 +118,50 @@ impl Source<'_> {
             false => (bytes, None),
         };
         let mut document = document::parse(json, limits, &mut warnings)?;
-        let scene = choice.scene.map(|wish| choose::scene(&document, wish)).transpose()?;
-        let variant = choice.variant.map(|wish| choose::variant(&document, wish)).transpose()?;
-        choice.animation.map(|wish| choose::play(&mut document, wish)).transpose()?;
+        let scene = choice
+            .scene
+            .map(|wish| choose::scene(&document, wish))
+            .transpose()?;
+        let variant = choice
+            .variant
+            .map(|wish| choose::variant(&document, wish))
+            .transpose()?;
+        choice
+            .animation
+            .map(|wish| choose::play(&mut document, wish))
+            .transpose()?;
         // Images that nothing visible uses are not read, and are the user's all the same.
-        document.images.iter().filter_map(|image| image.uri.as_ref()).for_each(|uri| uri::name(folder, uri));
+        document
+            .images
+            .iter()
+            .filter_map(|image| image.uri.as_ref())
+            .for_each(|uri| uri::name(folder, uri));
         let mut buffers = Buffers::load(&document, binary, folder, &mut budget)?;
         compressed::decode(&document, &mut buffers, limits, &mut budget)?;
         let (memory_bytes, buffers) = (limits.memory_bytes, &buffers);
-        let keyed = Reader { document: &document, buffers, memory_bytes, invented: MOST_INVENTED.into() };
-        let moved = choice.time.map(|time| pointer::at(time, json, &keyed, limits, &mut budget, &mut warnings)).transpose()?;
+        let keyed = Reader {
+            document: &document,
+            buffers,
+            memory_bytes,
+            invented: MOST_INVENTED.into(),
+        };
+        let moved = choice
+            .time
+            .map(|time| pointer::at(time, json, &keyed, limits, &mut budget, &mut warnings))
+            .transpose()?;
         if let Some(moved) = moved.flatten() {
             document = moved;
-            choice.animation.map(|wish| choose::play(&mut document, wish)).transpose()?;
+            choice
+                .animation
+                .map(|wish| choose::play(&mut document, wish))
+                .transpose()?;
         }
-        let reader = Reader { document: &document, buffers, memory_bytes, invented: MOST_INVENTED.into() };
+        let reader = Reader {
+            document: &document,
+            buffers,
+            memory_bytes,
+            invented: MOST_INVENTED.into(),
+        };
         let import = Import {
             document: &document,
             reader,
@@ -128,7 +171,10 @@ impl Source<'_> {
             budget,
             warnings,
             variant,
-            scene: Scene { title: title(&document, scene, file), ..Scene::default() },
+            scene: Scene {
+                title: title(&document, scene, file),
+                ..Scene::default()
+            },
             names: TableNames::default(),
             materials: HashMap::new(),
             textures: HashMap::new(),
@@ -149,10 +195,15 @@ impl Source<'_> {
 
 /// The scene's own name, or the file's.
 fn title(document: &Document, scene: Option<usize>, file: &Path) -> String {
-    let scene = document.scenes.get(scene.unwrap_or(document.scene.unwrap_or(0) as usize));
+    let scene = document
+        .scenes
+        .get(scene.unwrap_or(document.scene.unwrap_or(0) as usize));
     match scene.and_then(|scene| scene.name.as_ref()) {
         Some(name) if !name.is_empty() => name.clone(),
-        _ => file.file_stem().map(|stem| stem.to_string_lossy().into_owned()).unwrap_or_default(),
+        _ => file
+            .file_stem()
+            .map(|stem| stem.to_string_lossy().into_owned())
+            .unwrap_or_default(),
     }
 }
 
@@ -188,7 +239,8 @@ struct Import<'a> {
     names: TableNames,
     /// By index in the file; none is the default material.
     materials: HashMap<Option<usize>, UsedMaterial>,
-    /// Name in the scene by index in the file and colour space; none where the image could not be had.
+    /// Name in the scene by index in the file and colour space; none where the image could not be
+    /// had.
     textures: HashMap<(usize, bool), Option<String>>,
     /// As `textures`, by index of the image.
     images: HashMap<usize, Option<String>>,
@@ -217,45 +269,78 @@ impl Import<'_> {
             Some(time) => animation::at(time, self.document, &self.reader, &mut self.warnings)?,
             None if self.document.animations.is_empty() => HashMap::new(),
             None => {
-                self.warnings.add(WarningCode::AtRest, "has animations and is shown at rest; --at shows a moment of them");
+                self.warnings.add(
+                    WarningCode::AtRest,
+                    "has animations and is shown at rest; --at shows a moment of them",
+                );
                 HashMap::new()
             }
         };
         let places = nodes::places(self.document, scene, &moved, &mut self.warnings)?;
         (self.moved, self.worlds) = (moved, places.worlds);
         // What a file claims to hold may be as much as numbers can say.
-        self.work.plan(self.elements(&places.shown).saturating_add(Work::IMAGE * self.document.images.len() as u64));
+        self.work.plan(
+            self.elements(&places.shown)
+                .saturating_add(Work::IMAGE * self.document.images.len() as u64),
+        );
         for placed in &places.shown {
-            self.node(placed).map_err(|fault| fault.at(format_args!("nodes[{}]", placed.node)))?;
+            self.node(placed)
+                .map_err(|fault| fault.at(format_args!("nodes[{}]", placed.node)))?;
         }
         if self.thin > 0 {
             self.warnings.add(
                 WarningCode::PointsAndLines,
-                format!("points and lines are ignored: {} of the primitives that are shown are such", self.thin),
+                format!(
+                    "points and lines are ignored: {} of the primitives that are shown are such",
+                    self.thin
+                ),
             );
         }
         let (waiting, work) = (core::mem::take(&mut self.waiting), &self.work);
-        let report = waiting.decode(&mut self.scene.images, self.limits, &|| work.done(Work::IMAGE))?;
+        let report = waiting.decode(&mut self.scene.images, self.limits, &|| {
+            work.done(Work::IMAGE)
+        })?;
         for why in report.broken {
-            self.warnings.add(WarningCode::Picture, format!("{why}; the material's factor alone counts"));
+            self.warnings.add(
+                WarningCode::Picture,
+                format!("{why}; the material's factor alone counts"),
+            );
         }
-        report.remarks.into_iter().for_each(|(code, remark)| self.warnings.add(code, remark));
+        report
+            .remarks
+            .into_iter()
+            .for_each(|(code, remark)| self.warnings.add(code, remark));
         core::mem::take(&mut self.bakery).bake(&mut self.scene, &mut self.budget)?;
         drop_missing(&mut self.scene);
         if self.scene.objects.is_empty() {
-            self.warnings.add(WarningCode::NothingToSee, "the scene that is shown has no triangles: nothing to see");
+            self.warnings.add(
+                WarningCode::NothingToSee,
+                "the scene that is shown has no triangles: nothing to see",
+            );
         }
         let contents = choose::contents(self.document, &self.reader);
-        Ok(Model { scene: checked(self.scene)?, warnings: self.warnings.finish(self.file.display()), contents })
+        Ok(Model {
+            scene: checked(self.scene)?,
+            warnings: self.warnings.finish(self.file.display()),
+            contents,
+        })
     }
 
     /// How many vertices and indices the meshes of some nodes have, each mesh counted once.
     fn elements(&self, shown: &[Placed]) -> u64 {
         let node = |placed: &Placed| self.document.nodes.get(placed.node)?.mesh;
-        let meshes: HashSet<u32> = shown.iter().filter(|placed| placed.visible).filter_map(node).collect();
-        let primitives =
-            meshes.iter().filter_map(|&mesh| self.document.meshes.get(mesh as usize)).flat_map(|mesh| &mesh.primitives);
-        primitives.flat_map(|primitive| mesh::elements(self.document, primitive)).fold(0, u64::saturating_add)
+        let meshes: HashSet<u32> = shown
+            .iter()
+            .filter(|placed| placed.visible)
+            .filter_map(node)
+            .collect();
+        let primitives = meshes
+            .iter()
+            .filter_map(|&mesh| self.document.meshes.get(mesh as usize))
+            .flat_map(|mesh| &mesh.primitives);
+        primitives
+            .flat_map(|primitive| mesh::elements(self.document, primitive))
+            .fold(0, u64::saturating_add)
     }
 
     /// Whether a transform can be worked with, with a warning where it can't.
@@ -264,7 +349,10 @@ impl Import<'_> {
         if !within {
             self.warnings.add(
                 WarningCode::Geometry,
-                format!("{}: its transform leads beyond every measure; what it carries was left out", place()),
+                format!(
+                    "{}: its transform leads beyond every measure; what it carries was left out",
+                    place()
+                ),
             );
         }
         within
@@ -272,8 +360,11 @@ impl Import<'_> {
 
     /// Adds what one node carries.
     fn node(&mut self, placed: &Placed) -> Outcome<()> {
-        let Some(node) = self.document.nodes.get(placed.node) else { return Ok(()) };
-        let carries = node.mesh.is_some() || node.camera.is_some() || node.extensions.light.light.is_some();
+        let Some(node) = self.document.nodes.get(placed.node) else {
+            return Ok(());
+        };
+        let carries =
+            node.mesh.is_some() || node.camera.is_some() || node.extensions.light.light.is_some();
         if carries && !self.within_measure(&placed.world, || format!("nodes[{}]", placed.node)) {
             return Ok(());
         }
@@ -283,15 +374,45 @@ impl Import<'_> {
         }
         if let Some(index) = node.camera.map(|i| i as usize) {
             let list = &self.document.cameras;
-            let camera = list.get(index).ok_or_else(|| absent("cameras", index, list.len()))?;
-            let name = camera.name.clone().filter(|name| !name.is_empty()).unwrap_or(node_name.clone());
-            self.scene.cameras.extend(camera::convert(camera, index, name, placed, &mut self.warnings));
+            let camera = list
+                .get(index)
+                .ok_or_else(|| absent("cameras", index, list.len()))?;
+            let name = camera
+                .name
+                .clone()
+                .filter(|name| !name.is_empty())
+                .unwrap_or(node_name.clone());
+            self.scene.cameras.extend(camera::convert(
+                camera,
+                index,
+                name,
+                placed,
+                &mut self.warnings,
+            ));
         }
-        if let Some(index) = node.extensions.light.light.filter(|_| placed.visible).map(|i| i as usize) {
+        if let Some(index) = node
+            .extensions
+            .light
+            .light
+            .filter(|_| placed.visible)
+            .map(|i| i as usize)
+        {
             let list = &self.document.extensions.lights.lights;
-            let light = list.get(index).ok_or_else(|| absent("KHR_lights_punctual.lights", index, list.len()))?;
-            let name = light.name.clone().filter(|name| !name.is_empty()).unwrap_or(node_name);
-            self.scene.lights.extend(light::convert(light, index, name, placed, &mut self.warnings));
+            let light = list
+                .get(index)
+                .ok_or_else(|| absent("KHR_lights_punctual.lights", index, list.len()))?;
+            let name = light
+                .name
+                .clone()
+                .filter(|name| !name.is_empty())
+                .unwrap_or(node_name);
+            self.scene.lights.extend(light::convert(
+                light,
+                index,
+                name,
+                placed,
+                &mut self.warnings,
+            ));
         }
         Ok(())
     }

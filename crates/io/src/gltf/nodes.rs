@@ -1,4 +1,5 @@
-//! The node hierarchy: which nodes a scene shows, and where each of them is in the world, at rest or at a time.
+//! The node hierarchy: which nodes a scene shows, and where each of them is in the world, at rest
+//! or at a time.
 
 use std::collections::{HashMap, HashSet};
 
@@ -25,21 +26,23 @@ pub(super) struct Placed {
 /// Where all nodes of a file are.
 #[derive(Debug)]
 pub(super) struct Places {
-    /// The nodes of the scene that is shown, parents before children, each in the file's order. A node of several parents is
-    /// there under each that puts it elsewhere.
+    /// The nodes of the scene that is shown, parents before children, each in the file's order. A
+    /// node of several parents is there under each that puts it elsewhere.
     pub shown: Vec<Placed>,
-    /// From each node's own space to the world, where it is first met; none for nodes that nothing leads to.
+    /// From each node's own space to the world, where it is first met; none for nodes that nothing
+    /// leads to.
     pub worlds: Vec<Option<DAffine3>>,
 }
 
-/// How often nodes may be shown again under further parents: what a file of a few lines could otherwise ask for has no end.
+/// How often nodes may be shown again under further parents: what a file of a few lines could
+/// otherwise ask for has no end.
 const MOST_REPEATED: u64 = 1 << 20;
 
 /// All nodes of a scene, with what animations say of them.
 ///
 /// # Errors
-/// A fault of kind input when a node does not exist, is its own ancestor or is not finite; of kind limit when nodes of several
-/// parents are shown too often.
+/// A fault of kind input when a node does not exist, is its own ancestor or is not finite; of kind
+/// limit when nodes of several parents are shown too often.
 pub(super) fn places(
     document: &Document,
     scene: Option<usize>,
@@ -47,20 +50,40 @@ pub(super) fn places(
     warnings: &mut Warnings,
 ) -> Outcome<Places> {
     let roots = roots(document, scene, warnings)?;
-    let (worlds, open) = (vec![None; document.nodes.len()], vec![false; document.nodes.len()]);
-    let shared = shared(document, &roots).into_iter().map(|is_shared| is_shared.then_some(0)).collect();
-    let mut walk = Walk { document, moved, worlds, open, shared, met: HashSet::new() };
+    let (worlds, open) = (
+        vec![None; document.nodes.len()],
+        vec![false; document.nodes.len()],
+    );
+    let shared = shared(document, &roots)
+        .into_iter()
+        .map(|is_shared| is_shared.then_some(0))
+        .collect();
+    let mut walk = Walk {
+        document,
+        moved,
+        worlds,
+        open,
+        shared,
+        met: HashSet::new(),
+    };
     let shown = walk.down(roots, warnings)?;
     let joints = || document.skins.iter().flat_map(|skin| &skin.joints);
     if joints().any(|&joint| walk.worlds.get(joint as usize) == Some(&None)) {
         // Joints beside the scene are somewhere, too.
-        let elsewhere = orphans(document).into_iter().filter(|&root| walk.worlds.get(root) == Some(&None)).collect();
+        let elsewhere = orphans(document)
+            .into_iter()
+            .filter(|&root| walk.worlds.get(root) == Some(&None))
+            .collect();
         walk.down(elsewhere, warnings)?;
     }
-    Ok(Places { shown, worlds: walk.worlds })
+    Ok(Places {
+        shown,
+        worlds: walk.worlds,
+    })
 }
 
-/// A walk through the hierarchy, with a list of its own and not by recursion: a file may be nested as deep as it is long.
+/// A walk through the hierarchy, with a list of its own and not by recursion: a file may be nested
+/// as deep as it is long.
 struct Walk<'a> {
     document: &'a Document,
     moved: &'a HashMap<usize, Moved>,
@@ -69,7 +92,8 @@ struct Walk<'a> {
     open: Vec<bool>,
     /// Of nodes that are listed more than once, how many visits they and what is below them take.
     shared: Vec<Option<u64>>,
-    /// Where those were met, and whether they are seen there: at the same place there is nothing new to show.
+    /// Where those were met, and whether they are seen there: at the same place there is nothing
+    /// new to show.
     met: HashSet<(usize, [u64; 12], bool)>,
 }
 
@@ -86,7 +110,11 @@ impl Walk<'_> {
         let nodes = &self.document.nodes;
         let (mut out, mut repeated, mut visits) = (Vec::new(), 0_u64, 0_u64);
         // Last in, first out: pushed backwards, nodes come out in the file's order.
-        let mut waiting: Vec<Turn> = roots.into_iter().rev().map(|root| Turn::Enter(root, DAffine3::IDENTITY, true)).collect();
+        let mut waiting: Vec<Turn> = roots
+            .into_iter()
+            .rev()
+            .map(|root| Turn::Enter(root, DAffine3::IDENTITY, true))
+            .collect();
         while let Some(turn) = waiting.pop() {
             let (index, parent, seen) = match turn {
                 Turn::Enter(index, parent, seen) => (index, parent, seen),
@@ -96,10 +124,14 @@ impl Walk<'_> {
                     continue;
                 }
             };
-            let node = nodes.get(index).ok_or_else(|| absent("nodes", index, nodes.len()))?;
+            let node = nodes
+                .get(index)
+                .ok_or_else(|| absent("nodes", index, nodes.len()))?;
             let place = |fault: Fault| fault.at(format_args!("nodes[{index}]"));
             if core::mem::replace(&mut self.open[index], true) {
-                return Err(place(Fault::input("is reached from itself: its children form a cycle")));
+                return Err(place(Fault::input(
+                    "is reached from itself: its children form a cycle",
+                )));
             }
             let world = parent * local(node, self.moved.get(&index), index, warnings);
             if !world.is_finite() {
@@ -114,13 +146,19 @@ impl Walk<'_> {
                     format!("nodes[{index}]: is listed again where it is shown already; it is shown once"),
                 );
             } else if self.worlds[index].is_some() {
-                warnings.add(WarningCode::Format, format!("nodes[{index}]: has more than one parent and is shown under each"));
+                warnings.add(
+                    WarningCode::Format,
+                    format!("nodes[{index}]: has more than one parent and is shown under each"),
+                );
             }
-            // What is left out counts as what is shown: doubled again and again it is a mistake, whatever it would show.
+            // What is left out counts as what is shown: doubled again and again it is a mistake,
+            // whatever it would show.
             let new = again.unwrap_or(1);
             repeated = repeated.saturating_add(if self.worlds[index].is_some() { new } else { 0 });
             if repeated > MOST_REPEATED {
-                return Err(place(Fault::limit("has several parents, and nodes would be shown over and over again")));
+                return Err(place(Fault::limit(
+                    "has several parents, and nodes would be shown over and over again",
+                )));
             }
             if again.is_some() {
                 visits += new;
@@ -128,10 +166,19 @@ impl Walk<'_> {
                 continue;
             }
             self.worlds[index].get_or_insert(world);
-            out.push(Placed { node: index, world, visible });
+            out.push(Placed {
+                node: index,
+                world,
+                visible,
+            });
             waiting.push(Turn::Leave(index, visits));
             visits += 1;
-            waiting.extend(node.children.iter().rev().map(|&child| Turn::Enter(child as usize, world, visible)));
+            waiting.extend(
+                node.children
+                    .iter()
+                    .rev()
+                    .map(|&child| Turn::Enter(child as usize, world, visible)),
+            );
         }
         Ok(out)
     }
@@ -139,8 +186,15 @@ impl Walk<'_> {
 
 /// Which nodes are listed more than once, as roots or as children.
 fn shared(document: &Document, roots: &[usize]) -> Vec<bool> {
-    let (mut listed, mut shared) = (vec![false; document.nodes.len()], vec![false; document.nodes.len()]);
-    let children = document.nodes.iter().flat_map(|node| &node.children).map(|&child| child as usize);
+    let (mut listed, mut shared) = (
+        vec![false; document.nodes.len()],
+        vec![false; document.nodes.len()],
+    );
+    let children = document
+        .nodes
+        .iter()
+        .flat_map(|node| &node.children)
+        .map(|&child| child as usize);
     for index in roots.iter().copied().chain(children) {
         if let (Some(listed), Some(shared)) = (listed.get_mut(index), shared.get_mut(index)) {
             *shared |= core::mem::replace(listed, true);
@@ -157,24 +211,39 @@ fn orphans(document: &Document) -> Vec<usize> {
             *flag = true;
         }
     }
-    (0..document.nodes.len()).filter(|&i| !is_child[i]).collect()
+    (0..document.nodes.len())
+        .filter(|&i| !is_child[i])
+        .collect()
 }
 
-/// The nodes that a scene starts from; where none is asked for, those of `scene`, else of the first scene, else all that have no
-/// parent.
-fn roots(document: &Document, asked: Option<usize>, warnings: &mut Warnings) -> Outcome<Vec<usize>> {
+/// The nodes that a scene starts from; where none is asked for, those of `scene`, else of the first
+/// scene, else all that have no parent.
+fn roots(
+    document: &Document,
+    asked: Option<usize>,
+    warnings: &mut Warnings,
+) -> Outcome<Vec<usize>> {
     if document.scenes.is_empty() && document.scene.is_none() {
         if !document.nodes.is_empty() {
-            warnings.add(WarningCode::Choice, "the file has no scene: all nodes without a parent are shown");
+            warnings.add(
+                WarningCode::Choice,
+                "the file has no scene: all nodes without a parent are shown",
+            );
         }
         return Ok(orphans(document));
     }
     let index = asked.unwrap_or(document.scene.unwrap_or(0) as usize);
-    let scene = document.scenes.get(index).ok_or_else(|| absent("scenes", index, document.scenes.len()))?;
+    let scene = document
+        .scenes
+        .get(index)
+        .ok_or_else(|| absent("scenes", index, document.scenes.len()))?;
     if document.scenes.len() > 1 && asked.is_none() {
         warnings.add(
             WarningCode::Choice,
-            format!("of {} scenes, scenes[{index}] is shown; --scene chooses another", document.scenes.len()),
+            format!(
+                "of {} scenes, scenes[{index}] is shown; --scene chooses another",
+                document.scenes.len()
+            ),
         );
     }
     Ok(scene.nodes.iter().map(|&node| node as usize).collect())
@@ -190,13 +259,22 @@ fn local(node: &Node, moved: Option<&Moved>, index: usize, warnings: &mut Warnin
             );
         }
         let column = |i: usize| DVec3::new(m[4 * i], m[4 * i + 1], m[4 * i + 2]);
-        return DAffine3 { matrix3: DMat3::from_cols(column(0), column(1), column(2)), translation: column(3) };
+        return DAffine3 {
+            matrix3: DMat3::from_cols(column(0), column(1), column(2)),
+            translation: column(3),
+        };
     }
     let turned = moved.and_then(|moved| moved.rotation);
     let moved = |of: fn(&Moved) -> Option<[f64; 3]>| moved.and_then(of);
-    let quaternion = turned.or(node.rotation).map_or(DQuat::IDENTITY, DQuat::from_array);
+    let quaternion = turned
+        .or(node.rotation)
+        .map_or(DQuat::IDENTITY, DQuat::from_array);
     let length = quaternion.length();
-    let rotation = if length > 0.0 && length.is_finite() { quaternion / length } else { DQuat::IDENTITY };
+    let rotation = if length > 0.0 && length.is_finite() {
+        quaternion / length
+    } else {
+        DQuat::IDENTITY
+    };
     if (length - 1.0).abs() > 1e-3 {
         warnings.add(
             WarningCode::Format,
@@ -204,8 +282,12 @@ fn local(node: &Node, moved: Option<&Moved>, index: usize, warnings: &mut Warnin
         );
     }
     DAffine3::from_scale_rotation_translation(
-        moved(|moved| moved.scale).or(node.scale).map_or(DVec3::ONE, DVec3::from_array),
+        moved(|moved| moved.scale)
+            .or(node.scale)
+            .map_or(DVec3::ONE, DVec3::from_array),
         rotation,
-        moved(|moved| moved.translation).or(node.translation).map_or(DVec3::ZERO, DVec3::from_array),
+        moved(|moved| moved.translation)
+            .or(node.translation)
+            .map_or(DVec3::ZERO, DVec3::from_array),
     )
 }

@@ -1,5 +1,5 @@
-//! What the nodes of a glTF file show: an object for each primitive of a mesh, at the node's place or at each of those that
-//! EXT_mesh_gpu_instancing gives it.
+//! What the nodes of a glTF file show: an object for each primitive of a mesh, at the node's place
+//! or at each of those that EXT_mesh_gpu_instancing gives it.
 
 use std::collections::HashSet;
 
@@ -27,10 +27,16 @@ struct Instances<'a> {
 impl Instances<'_> {
     fn at(&self, index: usize) -> DAffine3 {
         let vector = |list: &Accessor<'_>| DVec3::from(list.vector::<3>(index).map(f64::from));
-        let turn = |list: &Accessor<'_>| DQuat::from_array(list.vector::<4>(index).map(f64::from)).normalize();
+        let turn = |list: &Accessor<'_>| {
+            DQuat::from_array(list.vector::<4>(index).map(f64::from)).normalize()
+        };
         DAffine3::from_scale_rotation_translation(
             self.scale.as_ref().map_or(DVec3::ONE, vector),
-            self.rotation.as_ref().map(turn).filter(|turn| turn.is_finite()).unwrap_or(DQuat::IDENTITY),
+            self.rotation
+                .as_ref()
+                .map(turn)
+                .filter(|turn| turn.is_finite())
+                .unwrap_or(DQuat::IDENTITY),
             self.translation.as_ref().map_or(DVec3::ZERO, vector),
         )
     }
@@ -40,33 +46,60 @@ impl<'a> Import<'a> {
     /// The places at which a node shows its mesh.
     fn instances(&self, instancing: &Instancing) -> Outcome<Instances<'a>> {
         let list = |name: &str, arity: usize| -> Outcome<Option<Accessor<'a>>> {
-            let Some(&index) = instancing.attributes.get(name) else { return Ok(None) };
-            let list = self.reader.open(index as usize).map_err(|fault| fault.at(name))?;
+            let Some(&index) = instancing.attributes.get(name) else {
+                return Ok(None);
+            };
+            let list = self
+                .reader
+                .open(index as usize)
+                .map_err(|fault| fault.at(name))?;
             match list.arity() == arity {
                 true => Ok(Some(list)),
-                false => Err(Fault::input(format!("{name}: has {} components, not {arity}", list.arity()))),
+                false => Err(Fault::input(format!(
+                    "{name}: has {} components, not {arity}",
+                    list.arity()
+                ))),
             }
         };
-        let lists = [list("TRANSLATION", 3)?, list("ROTATION", 4)?, list("SCALE", 3)?];
+        let lists = [
+            list("TRANSLATION", 3)?,
+            list("ROTATION", 4)?,
+            list("SCALE", 3)?,
+        ];
         let counts: Vec<usize> = lists.iter().flatten().map(Accessor::count).collect();
         if counts.iter().any(|count| Some(count) != counts.first()) {
-            return Err(Fault::input(format!("has {counts:?} translations, rotations and scales")));
+            return Err(Fault::input(format!(
+                "has {counts:?} translations, rotations and scales"
+            )));
         }
         // Without any of these there is nothing that tells instances apart, but there is the mesh.
         let count = counts.first().copied().unwrap_or(1);
         let [translation, rotation, scale] = lists;
-        Ok(Instances { count, translation, rotation, scale })
+        Ok(Instances {
+            count,
+            translation,
+            rotation,
+            scale,
+        })
     }
 
-    /// The places of instances in the world, each once: in the same place there is nothing new to show.
-    fn distinct(&mut self, places: &Instances<'_>, world: &DAffine3, node: usize) -> Outcome<Vec<DAffine3>> {
-        self.budget.memory(places.count, 3 * size_of::<DAffine3>())?;
+    /// The places of instances in the world, each once: in the same place there is nothing new to
+    /// show.
+    fn distinct(
+        &mut self,
+        places: &Instances<'_>,
+        world: &DAffine3,
+        node: usize,
+    ) -> Outcome<Vec<DAffine3>> {
+        self.budget
+            .memory(places.count, 3 * size_of::<DAffine3>())?;
         let mut met = HashSet::with_capacity(places.count);
         let mut distinct = Vec::with_capacity(places.count);
         for index in 0..places.count {
             let place = *world * places.at(index);
             let is_new = met.insert(place.to_cols_array().map(f64::to_bits));
-            if is_new && self.within_measure(&place, || format!("nodes[{node}], instance {index}")) {
+            if is_new && self.within_measure(&place, || format!("nodes[{node}], instance {index}"))
+            {
                 distinct.push(place);
             }
         }
@@ -81,28 +114,57 @@ impl<'a> Import<'a> {
     }
 
     /// Adds an object for each primitive of a node's mesh, at each place where the node shows it.
-    pub(super) fn mesh_of_node(&mut self, index: usize, node: &Node, placed: &Placed) -> Outcome<()> {
+    pub(super) fn mesh_of_node(
+        &mut self,
+        index: usize,
+        node: &Node,
+        placed: &Placed,
+    ) -> Outcome<()> {
         let pose = self.pose(placed, node)?;
         // A skin's joints place its meshes; where their node is does not matter.
-        let world = pose.skin.as_ref().map_or(placed.world, |skin| DAffine3::from_translation(skin.origin));
-        let places = match node.extensions.instancing.as_ref().filter(|_| pose.skin.is_none()) {
-            Some(instancing) => Some(self.instances(instancing).map_err(|fault| fault.at("EXT_mesh_gpu_instancing"))?),
+        let world = pose
+            .skin
+            .as_ref()
+            .map_or(placed.world, |skin| DAffine3::from_translation(skin.origin));
+        let places = match node
+            .extensions
+            .instancing
+            .as_ref()
+            .filter(|_| pose.skin.is_none())
+        {
+            Some(instancing) => Some(
+                self.instances(instancing)
+                    .map_err(|fault| fault.at("EXT_mesh_gpu_instancing"))?,
+            ),
             None => None,
         };
         let list = &self.document.meshes;
-        let shape = list.get(index).ok_or_else(|| absent("meshes", index, list.len()))?;
+        let shape = list
+            .get(index)
+            .ok_or_else(|| absent("meshes", index, list.len()))?;
         let key = pose.key();
-        let places = places.map(|places| self.distinct(&places, &world, placed.node)).transpose()?;
+        let places = places
+            .map(|places| self.distinct(&places, &world, placed.node))
+            .transpose()?;
         for (i, primitive) in shape.primitives.iter().enumerate() {
             let place = |fault: Fault| fault.at(format_args!("meshes[{index}].primitives[{i}]"));
             let material = self.material(self.look(primitive)).map_err(place)?;
             let used = match self.meshes.get(&(index, i, key.clone())) {
                 Some(known) => known.clone(),
                 None => {
-                    let data = self.primitive(primitive, &material, &pose, (index, i)).map_err(place)?;
-                    let wish = shape.name.as_deref().filter(|name| !name.is_empty()).unwrap_or("mesh");
+                    let data = self
+                        .primitive(primitive, &material, &pose, (index, i))
+                        .map_err(place)?;
+                    let wish = shape
+                        .name
+                        .as_deref()
+                        .filter(|name| !name.is_empty())
+                        .unwrap_or("mesh");
                     let used = data.map(|data| {
-                        let used = UsedMesh { name: self.names.meshes.unique(wish), place: self.scene.meshes.len() };
+                        let used = UsedMesh {
+                            name: self.names.meshes.unique(wish),
+                            place: self.scene.meshes.len(),
+                        };
                         self.scene.meshes.push(Mesh {
                             name: used.name.clone(),
                             source: MeshSource::Inline(data.into()),
@@ -117,7 +179,10 @@ impl<'a> Import<'a> {
             };
             let Some(used) = used else { continue };
             let names = [&node.name, &shape.name].into_iter().flatten();
-            let name = names.map(String::as_str).find(|name| !name.is_empty()).unwrap_or_default();
+            let name = names
+                .map(String::as_str)
+                .find(|name| !name.is_empty())
+                .unwrap_or_default();
             match &places {
                 None => self.object(name, &used, &material, &world)?,
                 Some(places) => {
@@ -133,12 +198,25 @@ impl<'a> Import<'a> {
     /// The material that a primitive shows, in the variant that is asked for.
     fn look(&self, primitive: &Primitive) -> Option<usize> {
         let mappings = &primitive.extensions.variants.mappings;
-        let mapped = self.variant.and_then(|variant| mappings.iter().find(|mapping| mapping.variants.contains(&variant)));
-        mapped.map(|mapping| mapping.material).or(primitive.material).map(|material| material as usize)
+        let mapped = self.variant.and_then(|variant| {
+            mappings
+                .iter()
+                .find(|mapping| mapping.variants.contains(&variant))
+        });
+        mapped
+            .map(|mapping| mapping.material)
+            .or(primitive.material)
+            .map(|material| material as usize)
     }
 
     /// Adds one object that shows a mesh where a node puts it.
-    fn object(&mut self, name: &str, mesh: &UsedMesh, material: &UsedMaterial, world: &DAffine3) -> Outcome<()> {
+    fn object(
+        &mut self,
+        name: &str,
+        mesh: &UsedMesh,
+        material: &UsedMaterial,
+        world: &DAffine3,
+    ) -> Outcome<()> {
         self.budget.object()?;
         let (mesh, transform) = match mesh_tools::is_invertible(world) {
             true => (mesh.name.clone(), mesh_tools::transform_steps(world)),
@@ -151,7 +229,11 @@ impl<'a> Import<'a> {
             name: name.to_owned(),
             shape: Shape::Mesh(mesh),
             material: material.name.clone(),
-            side: if material.two_sided { SideRule::Both } else { SideRule::Culled },
+            side: if material.two_sided {
+                SideRule::Both
+            } else {
+                SideRule::Culled
+            },
             face_viewer: true,
             casts_shadow: true,
             transform,
@@ -160,11 +242,17 @@ impl<'a> Import<'a> {
         Ok(())
     }
 
-    /// A copy of a mesh in world space, for nodes that squeeze it flat: such a transform has no inverse to trace rays with.
-    /// None where nothing of it lies within measure.
+    /// A copy of a mesh in world space, for nodes that squeeze it flat: such a transform has no
+    /// inverse to trace rays with. None where nothing of it lies within measure.
     fn flattened(&mut self, mesh: &UsedMesh, world: &DAffine3) -> Outcome<Option<String>> {
-        let source = self.scene.meshes.get(mesh.place).map(|mesh| mesh.source.clone());
-        let Some(MeshSource::Inline(data)) = source else { return Ok(None) };
+        let source = self
+            .scene
+            .meshes
+            .get(mesh.place)
+            .map(|mesh| mesh.source.clone());
+        let Some(MeshSource::Inline(data)) = source else {
+            return Ok(None);
+        };
         self.budget.memory(data.bytes(), 1)?;
         let mut data = mesh_tools::squeezed(&data, world);
         mesh_tools::drop_unusable(&mut data);
@@ -172,7 +260,11 @@ impl<'a> Import<'a> {
             return Ok(None);
         }
         let name = self.names.meshes.unique(&mesh.name);
-        self.scene.meshes.push(Mesh { name: name.clone(), source: MeshSource::Inline(data.into()), model: None });
+        self.scene.meshes.push(Mesh {
+            name: name.clone(),
+            source: MeshSource::Inline(data.into()),
+            model: None,
+        });
         Ok(Some(name))
     }
 }

@@ -1,8 +1,11 @@
-//! Properties that animations point at (KHR_animation_pointer): the file's JSON as it would be written at a time.
+//! Properties that animations point at (KHR_animation_pointer): the file's JSON as it would be
+//! written at a time.
 //!
-//! What is pointed at are properties of the file, not of the scene that is made of it, so they are set in the JSON, which is then read as any
-//! other. Thus every property that is read can be moved, and none needs code of its own; those that are not read, or that change no picture,
-//! are named in a warning. Where a node is and how its mesh is bent is [`animation`](super::animation)'s, pointed at or not.
+//! What is pointed at are properties of the file, not of the scene that is made of it, so they are
+//! set in the JSON, which is then read as any other. Thus every property that is read can be moved,
+//! and none needs code of its own; those that are not read, or that change no picture, are named in
+//! a warning. Where a node is and how its mesh is bent is [`animation`](super::animation)'s,
+//! pointed at or not.
 
 use std::collections::HashSet;
 
@@ -32,23 +35,50 @@ enum TargetKind {
 
 /// Properties that are read, with `*` for the place in a list.
 const PROPERTIES: [(&str, TargetKind); 17] = [
-    ("nodes/*/extensions/KHR_node_visibility/visible", TargetKind::Switch),
+    (
+        "nodes/*/extensions/KHR_node_visibility/visible",
+        TargetKind::Switch,
+    ),
     ("meshes/*/weights", TargetKind::List),
     ("cameras/*/perspective/yfov", TargetKind::Number),
     ("cameras/*/perspective/aspectRatio", TargetKind::Number),
     ("cameras/*/orthographic/xmag", TargetKind::Number),
     ("cameras/*/orthographic/ymag", TargetKind::Number),
-    ("extensions/KHR_lights_punctual/lights/*/color", TargetKind::Vector(3)),
-    ("extensions/KHR_lights_punctual/lights/*/intensity", TargetKind::Number),
-    ("extensions/KHR_lights_punctual/lights/*/range", TargetKind::Number),
-    ("extensions/KHR_lights_punctual/lights/*/spot/innerConeAngle", TargetKind::Number),
-    ("extensions/KHR_lights_punctual/lights/*/spot/outerConeAngle", TargetKind::Number),
+    (
+        "extensions/KHR_lights_punctual/lights/*/color",
+        TargetKind::Vector(3),
+    ),
+    (
+        "extensions/KHR_lights_punctual/lights/*/intensity",
+        TargetKind::Number,
+    ),
+    (
+        "extensions/KHR_lights_punctual/lights/*/range",
+        TargetKind::Number,
+    ),
+    (
+        "extensions/KHR_lights_punctual/lights/*/spot/innerConeAngle",
+        TargetKind::Number,
+    ),
+    (
+        "extensions/KHR_lights_punctual/lights/*/spot/outerConeAngle",
+        TargetKind::Number,
+    ),
     ("materials/*/alphaCutoff", TargetKind::Number),
     ("materials/*/emissiveFactor", TargetKind::Vector(3)),
     ("materials/*/normalTexture/scale", TargetKind::Number),
-    ("materials/*/pbrMetallicRoughness/baseColorFactor", TargetKind::Vector(4)),
-    ("materials/*/pbrMetallicRoughness/metallicFactor", TargetKind::Number),
-    ("materials/*/pbrMetallicRoughness/roughnessFactor", TargetKind::Number),
+    (
+        "materials/*/pbrMetallicRoughness/baseColorFactor",
+        TargetKind::Vector(4),
+    ),
+    (
+        "materials/*/pbrMetallicRoughness/metallicFactor",
+        TargetKind::Number,
+    ),
+    (
+        "materials/*/pbrMetallicRoughness/roughnessFactor",
+        TargetKind::Number,
+    ),
 ];
 
 /// Those of materials' extensions, behind `materials/*/extensions/KHR_materials_`.
@@ -58,15 +88,27 @@ const LAYERS: [(&str, TargetKind); 22] = [
     ("clearcoat/clearcoatFactor", TargetKind::Number),
     ("clearcoat/clearcoatRoughnessFactor", TargetKind::Number),
     ("clearcoat/clearcoatNormalTexture/scale", TargetKind::Number),
-    ("diffuse_transmission/diffuseTransmissionFactor", TargetKind::Number),
-    ("diffuse_transmission/diffuseTransmissionColorFactor", TargetKind::Vector(3)),
+    (
+        "diffuse_transmission/diffuseTransmissionFactor",
+        TargetKind::Number,
+    ),
+    (
+        "diffuse_transmission/diffuseTransmissionColorFactor",
+        TargetKind::Vector(3),
+    ),
     ("dispersion/dispersion", TargetKind::Number),
     ("emissive_strength/emissiveStrength", TargetKind::Number),
     ("ior/ior", TargetKind::Number),
     ("iridescence/iridescenceFactor", TargetKind::Number),
     ("iridescence/iridescenceIor", TargetKind::Number),
-    ("iridescence/iridescenceThicknessMinimum", TargetKind::Number),
-    ("iridescence/iridescenceThicknessMaximum", TargetKind::Number),
+    (
+        "iridescence/iridescenceThicknessMinimum",
+        TargetKind::Number,
+    ),
+    (
+        "iridescence/iridescenceThicknessMaximum",
+        TargetKind::Number,
+    ),
     ("sheen/sheenColorFactor", TargetKind::Vector(3)),
     ("sheen/sheenRoughnessFactor", TargetKind::Number),
     ("specular/specularFactor", TargetKind::Number),
@@ -78,18 +120,37 @@ const LAYERS: [(&str, TargetKind); 22] = [
 ];
 
 /// Those of any use of a texture, behind `extensions/KHR_texture_transform/`.
-const TRANSFORM: [(&str, TargetKind); 3] =
-    [("offset", TargetKind::Vector(2)), ("rotation", TargetKind::Number), ("scale", TargetKind::Vector(2))];
+const TRANSFORM: [(&str, TargetKind); 3] = [
+    ("offset", TargetKind::Vector(2)),
+    ("rotation", TargetKind::Number),
+    ("scale", TargetKind::Vector(2)),
+];
 
 /// What kind of property a pointer without its first slash leads to; none where it is not read.
 fn kind(pointer: &str) -> Option<TargetKind> {
-    let part = |part: &str| if part.bytes().all(|byte| byte.is_ascii_digit()) { "*".to_owned() } else { part.to_owned() };
+    let part = |part: &str| {
+        if part.bytes().all(|byte| byte.is_ascii_digit()) {
+            "*".to_owned()
+        } else {
+            part.to_owned()
+        }
+    };
     let general = pointer.split('/').map(part).collect::<Vec<_>>().join("/");
-    let of = |list: &[(&str, TargetKind)], name: &str| list.iter().find(|(known, _)| *known == name).map(|(_, kind)| *kind);
-    let layer = || of(&LAYERS, general.strip_prefix("materials/*/extensions/KHR_materials_")?);
+    let of = |list: &[(&str, TargetKind)], name: &str| {
+        list.iter()
+            .find(|(known, _)| *known == name)
+            .map(|(_, kind)| *kind)
+    };
+    let layer = || {
+        of(
+            &LAYERS,
+            general.strip_prefix("materials/*/extensions/KHR_materials_")?,
+        )
+    };
     let transform = || {
         let (texture, name) = general.rsplit_once("/extensions/KHR_texture_transform/")?;
-        of(&TRANSFORM, name).filter(|_| texture.starts_with("materials/*/") && texture.ends_with("Texture"))
+        of(&TRANSFORM, name)
+            .filter(|_| texture.starts_with("materials/*/") && texture.ends_with("Texture"))
     };
     of(&PROPERTIES, &general).or_else(layer).or_else(transform)
 }
@@ -98,15 +159,16 @@ fn kind(pointer: &str) -> Option<TargetKind> {
 pub(super) fn node(channel: &Channel) -> Option<(u32, &str)> {
     let mut parts = pointer(channel)?.strip_prefix("/nodes/")?.split('/');
     let (index, path) = (parts.next()?.parse().ok()?, parts.next()?);
-    let known = ["translation", "rotation", "scale", "weights"].contains(&path) && parts.next().is_none();
+    let known =
+        ["translation", "rotation", "scale", "weights"].contains(&path) && parts.next().is_none();
     known.then_some((index, path))
 }
 
 /// The file as it is written at a time in seconds; none where no animation points at anything.
 ///
 /// # Errors
-/// A fault of kind input for a sampler whose keys are not what its channel needs, and for a file that makes no sense at the time; of kind
-/// limit where there is too much of it.
+/// A fault of kind input for a sampler whose keys are not what its channel needs, and for a file
+/// that makes no sense at the time; of kind limit where there is too much of it.
 pub(super) fn at(
     time: f64,
     text: &[u8],
@@ -122,7 +184,11 @@ pub(super) fn at(
     // Values of JSON take some thirty times their text.
     budget.memory(text.len(), 32)?;
     let text = without_mark(text);
-    let again = |error| json::rewritten(text).map_or(Err(error), |rewritten| serde_json::from_slice(&rewritten.text));
+    let again = |error| {
+        json::rewritten(text).map_or(Err(error), |rewritten| {
+            serde_json::from_slice(&rewritten.text)
+        })
+    };
     let file: Result<Value, _> = serde_json::from_slice(text).or_else(again);
     let mut file = file.map_err(|error| Fault::input(format!("is no valid glTF: {error}")))?;
     for (pointer, value) in values {
@@ -130,7 +196,10 @@ pub(super) fn at(
             Some((holder, key)) => drop(holder.insert(key.to_owned(), value)),
             None => warnings.add(
                 WarningCode::Animation,
-                format!("animations of `/{}` are ignored: there is no such property", shown(&pointer)),
+                format!(
+                    "animations of `/{}` are ignored: there is no such property",
+                    shown(&pointer)
+                ),
             ),
         }
     }
@@ -138,33 +207,50 @@ pub(super) fn at(
 }
 
 /// What is pointed at, without the first slash, and its value at a time.
-fn values(time: f64, reader: &Reader<'_>, warnings: &mut Warnings) -> Outcome<Vec<(String, Value)>> {
+fn values(
+    time: f64,
+    reader: &Reader<'_>,
+    warnings: &mut Warnings,
+) -> Outcome<Vec<(String, Value)>> {
     let (mut keys, mut known, mut found) = (Keys::new(reader), HashSet::new(), Vec::new());
     for (i, animation) in reader.document.animations.iter().enumerate() {
         for (j, channel) in animation.channels.iter().enumerate() {
-            let Some(pointer) = pointer(channel).filter(|_| node(channel).is_none()) else { continue };
+            let Some(pointer) = pointer(channel).filter(|_| node(channel).is_none()) else {
+                continue;
+            };
             let place = |fault: Fault| fault.at(format_args!("animations[{i}].channels[{j}]"));
             let path = pointer.strip_prefix('/').unwrap_or(pointer);
             let Some(kind) = kind(path) else {
-                warnings.add(WarningCode::Animation, format!("animations of `{}` are ignored", shown(pointer)));
+                warnings.add(
+                    WarningCode::Animation,
+                    format!("animations of `{}` are ignored", shown(pointer)),
+                );
                 continue;
             };
             if !known.insert(path) {
                 warnings.add(
                     WarningCode::Choice,
-                    format!("several animations move `{}`: the first in the file is shown", shown(pointer)),
+                    format!(
+                        "several animations move `{}`: the first in the file is shown",
+                        shown(pointer)
+                    ),
                 );
                 continue;
             }
             let sampler = sampler(animation, channel.sampler).map_err(place)?;
             let numbers = match kind {
-                TargetKind::Switch | TargetKind::Number => keys.vector::<1>(sampler, time).map(Vec::from),
+                TargetKind::Switch | TargetKind::Number => {
+                    keys.vector::<1>(sampler, time).map(Vec::from)
+                }
                 TargetKind::Vector(2) => keys.vector::<2>(sampler, time).map(Vec::from),
                 TargetKind::Vector(3) => keys.vector::<3>(sampler, time).map(Vec::from),
                 TargetKind::Vector(_) => keys.vector::<4>(sampler, time).map(Vec::from),
                 TargetKind::List => keys.weights(sampler, time),
             };
-            found.push((path.to_owned(), value(kind, &numbers.map_err(place)?).map_err(place)?));
+            found.push((
+                path.to_owned(),
+                value(kind, &numbers.map_err(place)?).map_err(place)?,
+            ));
         }
     }
     Ok(found)
@@ -173,25 +259,34 @@ fn values(time: f64, reader: &Reader<'_>, warnings: &mut Warnings) -> Outcome<Ve
 /// Numbers as the file would write them.
 fn value(kind: TargetKind, numbers: &[f64]) -> Outcome<Value> {
     let number = |&number: &f64| {
-        let number = Number::from_f64(number).ok_or_else(|| Fault::input(format!("a value of {number} makes no sense")))?;
+        let number = Number::from_f64(number)
+            .ok_or_else(|| Fault::input(format!("a value of {number} makes no sense")))?;
         Ok(Value::Number(number))
     };
     match (kind, numbers) {
         (TargetKind::Switch, [on]) => Ok(Value::Bool(*on != 0.0)),
         (TargetKind::Number, [one]) => number(one),
-        _ => numbers.iter().map(number).collect::<Outcome<Vec<_>>>().map(Value::Array),
+        _ => numbers
+            .iter()
+            .map(number)
+            .collect::<Outcome<Vec<_>>>()
+            .map(Value::Array),
     }
 }
 
 /// Where a property is or, left out for its default, would be.
-fn slot<'v, 'p>(file: &'v mut Value, pointer: &'p str) -> Option<(&'v mut Map<String, Value>, &'p str)> {
+fn slot<'v, 'p>(
+    file: &'v mut Value,
+    pointer: &'p str,
+) -> Option<(&'v mut Map<String, Value>, &'p str)> {
     let (path, key) = pointer.rsplit_once('/')?;
     let mut at = file;
     for part in path.split('/') {
         at = match at {
             Value::Array(list) => list.get_mut(part.parse::<usize>().ok()?)?,
             Value::Object(map) => {
-                // Of all that holds properties this alone may be left out where all of it is as by default.
+                // Of all that holds properties this alone may be left out where all of it is as by
+                // default.
                 if part == "pbrMetallicRoughness" && !map.contains_key(part) {
                     map.insert(part.to_owned(), Value::Object(Map::new()));
                 }
@@ -206,5 +301,7 @@ fn slot<'v, 'p>(file: &'v mut Value, pointer: &'p str) -> Option<(&'v mut Map<St
 /// What a channel points at; none where it moves a node as others do.
 fn pointer(channel: &Channel) -> Option<&str> {
     let extension = channel.target.extensions.pointer.as_ref();
-    extension.filter(|_| channel.target.path == "pointer").map(|extension| extension.pointer.as_str())
+    extension
+        .filter(|_| channel.target.path == "pointer")
+        .map(|extension| extension.pointer.as_str())
 }

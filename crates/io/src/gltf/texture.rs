@@ -1,8 +1,11 @@
-//! Textures of a glTF file: images found once and decoded together, samplers, and the map of texture coordinates (KHR_texture_transform).
+//! Textures of a glTF file: images found once and decoded together, samplers, and the map of
+//! texture coordinates (KHR_texture_transform).
 
 use std::borrow::Cow;
 
-use raywright_core::scene::{Colour, ColourSpace, Filter, Image as SceneImage, Texture as SceneTexture, TextureRef, Wrap};
+use raywright_core::scene::{
+    Colour, ColourSpace, Filter, Image as SceneImage, Texture as SceneTexture, TextureRef, Wrap,
+};
 use raywright_core::validate::FARTHEST;
 
 use super::Import;
@@ -25,20 +28,30 @@ pub(super) enum Use {
 }
 
 impl<'a> Import<'a> {
-    /// A material's use of a texture; none when it has none or, with a warning, when the image could not be had.
-    pub(super) fn texture(&mut self, info: Option<&TextureUse>, used_as: Use) -> Outcome<Option<TextureRef>> {
+    /// A material's use of a texture; none when it has none or, with a warning, when the image
+    /// could not be had.
+    pub(super) fn texture(
+        &mut self,
+        info: Option<&TextureUse>,
+        used_as: Use,
+    ) -> Outcome<Option<TextureRef>> {
         let Some(info) = info else { return Ok(None) };
         let index = info.index as usize;
         let name = match endurable(self.named_texture(index, used_as))? {
             Ok(name) => name,
             Err(why) => {
-                self.warnings.add(WarningCode::Picture, format!("{why}; the material's factor alone counts"));
+                self.warnings.add(
+                    WarningCode::Picture,
+                    format!("{why}; the material's factor alone counts"),
+                );
                 None
             }
         };
         let Some(name) = name else { return Ok(None) };
         let transform = info.extensions.transform.as_ref();
-        let uv_set = transform.and_then(|t| t.tex_coord).unwrap_or(info.tex_coord);
+        let uv_set = transform
+            .and_then(|t| t.tex_coord)
+            .unwrap_or(info.tex_coord);
         if uv_set >= MOST_UV_SETS {
             self.warnings.add(
                 WarningCode::TextureCoordinates,
@@ -47,8 +60,12 @@ impl<'a> Import<'a> {
             return Ok(None);
         }
         let rows = transform.map(uv_rows);
-        let (usable, within) =
-            rows.map_or((None, true), |rows| (Some(rows), rows.as_flattened().iter().all(|x| x.abs() <= FARTHEST)));
+        let (usable, within) = rows.map_or((None, true), |rows| {
+            (
+                Some(rows),
+                rows.as_flattened().iter().all(|x| x.abs() <= FARTHEST),
+            )
+        });
         if !within {
             self.warnings.add(
                 WarningCode::Range,
@@ -72,7 +89,9 @@ impl<'a> Import<'a> {
             return Ok(known.clone());
         }
         let list = &self.document.textures;
-        let source = list.get(index).ok_or_else(|| absent("textures", index, list.len()))?;
+        let source = list
+            .get(index)
+            .ok_or_else(|| absent("textures", index, list.len()))?;
         let place = |fault: Fault| fault.at(format_args!("textures[{index}]"));
         let sampler = self.sampler(source).map_err(place)?;
         let mut image = None;
@@ -89,12 +108,20 @@ impl<'a> Import<'a> {
             );
         }
         let name = image.map(|image| {
-            let wish = source.name.as_deref().filter(|name| !name.is_empty()).unwrap_or(&image);
+            let wish = source
+                .name
+                .as_deref()
+                .filter(|name| !name.is_empty())
+                .unwrap_or(&image);
             let name = self.names.textures.unique(wish);
             self.scene.textures.push(SceneTexture {
                 name: name.clone(),
                 image,
-                colour_space: if used_as == Use::Colour { ColourSpace::Srgb } else { ColourSpace::Linear },
+                colour_space: if used_as == Use::Colour {
+                    ColourSpace::Srgb
+                } else {
+                    ColourSpace::Linear
+                },
                 filter: filter(sampler),
                 wrap_u: wrap(sampler.wrap_s),
                 wrap_v: wrap(sampler.wrap_t),
@@ -106,22 +133,30 @@ impl<'a> Import<'a> {
     }
 
     fn sampler(&self, texture: &Texture) -> Outcome<&'a Sampler> {
-        const NONE: &Sampler = &Sampler { mag_filter: None, wrap_s: None, wrap_t: None };
+        const NONE: &Sampler = &Sampler {
+            mag_filter: None,
+            wrap_s: None,
+            wrap_t: None,
+        };
         let list = &self.document.samplers;
         match texture.sampler {
-            Some(index) => list.get(index as usize).ok_or_else(|| absent("samplers", index as usize, list.len())),
+            Some(index) => list
+                .get(index as usize)
+                .ok_or_else(|| absent("samplers", index as usize, list.len())),
             None => Ok(NONE),
         }
     }
 
-    /// The scene's image for one of the file's; none with a warning when it can't be had, by its header is broken, or is of a format not
-    /// read here.
+    /// The scene's image for one of the file's; none with a warning when it can't be had, by its
+    /// header is broken, or is of a format not read here.
     fn image(&mut self, index: usize) -> Outcome<Option<String>> {
         if let Some(known) = self.images.get(&index) {
             return Ok(known.clone());
         }
         let list = &self.document.images;
-        let source = list.get(index).ok_or_else(|| absent("images", index, list.len()))?;
+        let source = list
+            .get(index)
+            .ok_or_else(|| absent("images", index, list.len()))?;
         let place = |fault: Fault| fault.at(format_args!("images[{index}]"));
         let accepted = self.image_bytes(source).and_then(|bytes| {
             image_file::claim(&bytes, self.limits, &mut self.budget)?;
@@ -129,16 +164,38 @@ impl<'a> Import<'a> {
         });
         let name = match endurable(accepted.map_err(place))? {
             Ok(bytes) => {
-                let file = self.file.file_name().map(|name| name.to_string_lossy().into_owned()).unwrap_or_default();
-                let path =
-                    source.uri.clone().filter(|uri| !uri::is_data(uri)).unwrap_or_else(|| format!("{file}#images[{index}]"));
-                let name = self.names.images.unique(source.name.as_deref().filter(|name| !name.is_empty()).unwrap_or(&path));
-                self.waiting.add(self.scene.images.len(), format!("images[{index}]"), bytes);
-                self.scene.images.push(SceneImage { name: name.clone(), path, data: None, mended: 0 });
+                let file = self
+                    .file
+                    .file_name()
+                    .map(|name| name.to_string_lossy().into_owned())
+                    .unwrap_or_default();
+                let path = source
+                    .uri
+                    .clone()
+                    .filter(|uri| !uri::is_data(uri))
+                    .unwrap_or_else(|| format!("{file}#images[{index}]"));
+                let name = self.names.images.unique(
+                    source
+                        .name
+                        .as_deref()
+                        .filter(|name| !name.is_empty())
+                        .unwrap_or(&path),
+                );
+                self.waiting
+                    .add(self.scene.images.len(), format!("images[{index}]"), bytes);
+                self.scene.images.push(SceneImage {
+                    name: name.clone(),
+                    path,
+                    data: None,
+                    mended: 0,
+                });
                 Some(name)
             }
             Err(why) => {
-                self.warnings.add(WarningCode::Picture, format!("{why}; the material's factor alone counts"));
+                self.warnings.add(
+                    WarningCode::Picture,
+                    format!("{why}; the material's factor alone counts"),
+                );
                 None
             }
         };
@@ -149,18 +206,30 @@ impl<'a> Import<'a> {
     /// An image's bytes.
     fn image_bytes(&self, source: &Image) -> Outcome<Cow<'a, [u8]>> {
         if let Some(view) = source.buffer_view {
-            return self.reader.buffers.view(self.document, view as usize).map(|(bytes, _)| bytes.into());
+            return self
+                .reader
+                .buffers
+                .view(self.document, view as usize)
+                .map(|(bytes, _)| bytes.into());
         }
-        let uri = source.uri.as_ref().ok_or_else(|| Fault::input("has neither uri nor bufferView"))?;
+        let uri = source
+            .uri
+            .as_ref()
+            .ok_or_else(|| Fault::input("has neither uri nor bufferView"))?;
         uri::read(self.folder, uri).map(Cow::from)
     }
 }
 
-/// A sampler without filters leaves the choice to the reader. How to minify is not read: mip maps stand in for the mean over a pixel
-/// where there is one sample of it, and here samples take that mean. Who has few asks for them by the ladder of texture filters.
+/// A sampler without filters leaves the choice to the reader. How to minify is not read: mip maps
+/// stand in for the mean over a pixel where there is one sample of it, and here samples take that
+/// mean. Who has few asks for them by the ladder of texture filters.
 fn filter(sampler: &Sampler) -> Filter {
     const NEAREST: u32 = 9728;
-    if sampler.mag_filter == Some(NEAREST) { Filter::Nearest } else { Filter::Bilinear }
+    if sampler.mag_filter == Some(NEAREST) {
+        Filter::Nearest
+    } else {
+        Filter::Bilinear
+    }
 }
 
 fn wrap(mode: Option<u32>) -> Wrap {
@@ -171,7 +240,8 @@ fn wrap(mode: Option<u32>) -> Wrap {
     }
 }
 
-/// Offset · rotation · scale, with the rotation counter-clockwise as seen in the image, whose v axis points down.
+/// Offset · rotation · scale, with the rotation counter-clockwise as seen in the image, whose v
+/// axis points down.
 fn uv_rows(transform: &TextureTransform) -> [[f64; 3]; 2] {
     let [ox, oy] = transform.offset.map(f64::from);
     let [sx, sy] = transform.scale.map(f64::from);

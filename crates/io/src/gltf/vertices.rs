@@ -48,14 +48,22 @@ pub(super) fn used_vertices(corners: Vec<[u32; 3]>, count: usize) -> (Vertices, 
     used.dedup();
     // Every corner is in the list it was made from.
     let place = |i: &u32| used.partition_point(|u| u < i) as u32;
-    let indices = corners.iter().map(|[a, b, c]| [place(a), place(b), place(c)]).collect();
+    let indices = corners
+        .iter()
+        .map(|[a, b, c]| [place(a), place(b), place(c)])
+        .collect();
     (Vertices::Some(used), indices)
 }
 
-/// Something of each of the first numbers, in order: on the threads of the current pool where there is much of it.
+/// Something of each of the first numbers, in order: on the threads of the current pool where there
+/// is much of it.
 pub(super) fn gathered<T: Send>(count: usize, of: impl Fn(usize) -> T + Sync) -> Vec<T> {
     if count < 2 * MANY {
         return (0..count).map(of).collect();
     }
-    (0..count).into_par_iter().with_min_len(MANY).map(&of).collect()
+    (0..count)
+        .into_par_iter()
+        .with_min_len(MANY)
+        .map(&of)
+        .collect()
 }

@@ -1,6 +1,7 @@
 //! What the numbers of a float picture are as light, and how many of them can't be light.
 
-/// What stands for an infinite number: the largest one of the half floats that most such pictures overflow.
+/// What stands for an infinite number: the largest one of the half floats that most such pictures
+/// overflow.
 const INFINITE: f32 = 65504.0;
 /// Greatest number that is read: sums over a picture must fit single precision.
 const GREATEST: f32 = 1e30;
@@ -30,7 +31,8 @@ impl Unusable {
         instead
     }
 
-    /// How many were infinite or no numbers. Negative ones are rounding, mostly, and of those too great nothing is lost that would be seen.
+    /// How many were infinite or no numbers. Negative ones are rounding, mostly, and of those too
+    /// great nothing is lost that would be seen.
     pub fn count(&self) -> u64 {
         self.infinite + self.undefined
     }
@@ -39,12 +41,23 @@ impl Unusable {
     pub fn remark(&self) -> Option<String> {
         let kinds = [
             (self.infinite, format!("infinite ({INFINITE} was taken)")),
-            (self.too_great, format!("above {GREATEST:e} (that was taken)")),
+            (
+                self.too_great,
+                format!("above {GREATEST:e} (that was taken)"),
+            ),
             (self.undefined, "no numbers (0 was taken)".to_owned()),
             (self.negative, "negative (0 was taken)".to_owned()),
         ];
-        let found: Vec<String> =
-            kinds.into_iter().filter(|(count, _)| *count > 0).map(|(count, what)| format!("{count} {what}")).collect();
-        (!found.is_empty()).then(|| format!("has channels of pixels that light can't have: {}", found.join(", ")))
+        let found: Vec<String> = kinds
+            .into_iter()
+            .filter(|(count, _)| *count > 0)
+            .map(|(count, what)| format!("{count} {what}"))
+            .collect();
+        (!found.is_empty()).then(|| {
+            format!(
+                "has channels of pixels that light can't have: {}",
+                found.join(", ")
+            )
+        })
     }
 }

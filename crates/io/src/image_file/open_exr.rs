@@ -1,9 +1,12 @@
-//! OpenEXR pictures: which part and which of its channels are the picture, and where they lie in the window that is displayed.
+//! OpenEXR pictures: which part and which of its channels are the picture, and where they lie in
+//! the window that is displayed.
 
 use std::io::Cursor;
 
 use exr::meta::header::Header;
-use exr::prelude::{IntegerBounds, MetaData, ReadChannels, ReadLayers, ReadSpecificChannel, Text, Vec2, read};
+use exr::prelude::{
+    IntegerBounds, MetaData, ReadChannels, ReadLayers, ReadSpecificChannel, Text, Vec2, read,
+};
 use raywright_core::scene::{ImageData, Pixels};
 
 use super::light::Unusable;
@@ -27,26 +30,48 @@ struct ColourChannels {
 
 /// Layer and name of a channel.
 fn split(channel: &str) -> (&str, &str) {
-    channel.rfind('.').map_or(("", channel), |dot| channel.split_at(dot + 1))
+    channel
+        .rfind('.')
+        .map_or(("", channel), |dot| channel.split_at(dot + 1))
 }
 
 impl ColourChannels {
-    /// The pictures of a part, those of its layers included, in the order in which the file has them.
+    /// The pictures of a part, those of its layers included, in the order in which the file has
+    /// them.
     fn all(header: &Header) -> Vec<Self> {
-        let names: Vec<(String, &Text)> =
-            header.channels.list.iter().map(|channel| (channel.name.to_string(), &channel.name)).collect();
+        let names: Vec<(String, &Text)> = header
+            .channels
+            .list
+            .iter()
+            .map(|channel| (channel.name.to_string(), &channel.name))
+            .collect();
         let mut layers: Vec<&str> = names.iter().map(|(name, _)| split(name).0).collect();
         layers.dedup();
         let find = |layer: &str, wanted: &str| {
-            let fits = |name: &str| split(name).0 == layer && split(name).1.eq_ignore_ascii_case(wanted);
-            names.iter().find(|(name, _)| fits(name)).map(|&(_, text)| text.clone())
+            let fits =
+                |name: &str| split(name).0 == layer && split(name).1.eq_ignore_ascii_case(wanted);
+            names
+                .iter()
+                .find(|(name, _)| fits(name))
+                .map(|&(_, text)| text.clone())
         };
         let picture = |layer: &str| {
-            let colours: Vec<Text> = ["R", "G", "B"].into_iter().filter_map(|name| find(layer, name)).collect();
+            let colours: Vec<Text> = ["R", "G", "B"]
+                .into_iter()
+                .filter_map(|name| find(layer, name))
+                .collect();
             let is_chroma = find(layer, "RY").is_some() || find(layer, "BY").is_some();
             let grey = find(layer, "Y").filter(|_| !is_chroma);
-            let names = if colours.len() == 3 { colours } else { vec![grey?] };
-            Some(Self { layer: layer.to_owned(), names, alpha: find(layer, "A") })
+            let names = if colours.len() == 3 {
+                colours
+            } else {
+                vec![grey?]
+            };
+            Some(Self {
+                layer: layer.to_owned(),
+                names,
+                alpha: find(layer, "A"),
+            })
         };
         layers.into_iter().filter_map(picture).collect()
     }
@@ -63,63 +88,100 @@ struct Chosen<'m> {
 /// Chooses the picture: the first one that belongs to no layer, or else the first layer.
 fn choose(meta: &MetaData) -> Outcome<Chosen<'_>> {
     let flat = || meta.headers.iter().filter(|header| !header.deep);
-    let all: Vec<(&Header, ColourChannels)> =
-        flat().flat_map(|header| ColourChannels::all(header).into_iter().map(move |channels| (header, channels))).collect();
+    let all: Vec<(&Header, ColourChannels)> = flat()
+        .flat_map(|header| {
+            ColourChannels::all(header)
+                .into_iter()
+                .map(move |channels| (header, channels))
+        })
+        .collect();
     let plain = all.iter().filter(|(_, channels)| channels.layer.is_empty());
     let Some((header, channels)) = plain.clone().next().or(all.first()) else {
-        let names = flat().flat_map(|header| &header.channels.list).map(|channel| channel.name.to_string());
+        let names = flat()
+            .flat_map(|header| &header.channels.list)
+            .map(|channel| channel.name.to_string());
         let names = shown(&names.collect::<Vec<_>>().join(", "));
         let read = "R, G and B, or Y alone, with A or without, are read, and layers of them; Y with RY and BY is not";
         return Err(Fault::input(format!(
             "is an EXR picture whose channels are no colours that are read here ({names}); {read}"
         )));
     };
-    let part =
-        header.own_attributes.layer_name.as_ref().map(|name| format!(" `{}`", shown(&name.to_string()))).unwrap_or_default();
+    let part = header
+        .own_attributes
+        .layer_name
+        .as_ref()
+        .map(|name| format!(" `{}`", shown(&name.to_string())))
+        .unwrap_or_default();
     let layer = shown(channels.layer.trim_end_matches('.'));
     let remark = match (channels.layer.is_empty(), all.len(), plain.count()) {
         (true, _, 0 | 1) => None,
-        (true, _, parts) => Some(format!("has {parts} parts that are pictures; the first one{part} was taken")),
-        (false, 1, _) => Some(format!("has its colours in the layer `{layer}`, which was taken")),
-        (false, layers, _) => Some(format!("has {layers} layers that are pictures; the first one, `{layer}`, was taken")),
+        (true, _, parts) => Some(format!(
+            "has {parts} parts that are pictures; the first one{part} was taken"
+        )),
+        (false, 1, _) => Some(format!(
+            "has its colours in the layer `{layer}`, which was taken"
+        )),
+        (false, layers, _) => Some(format!(
+            "has {layers} layers that are pictures; the first one, `{layer}`, was taken"
+        )),
     };
-    Ok(Chosen { header, channels: channels.clone(), remark })
+    Ok(Chosen {
+        header,
+        channels: channels.clone(),
+        remark,
+    })
 }
 
 /// The headers of a file, all of them within limits.
 fn headers(bytes: &[u8], limits: &Limits) -> Outcome<MetaData> {
     let meta = MetaData::read_from_buffered(Cursor::new(bytes), false).map_err(broken)?;
     for header in &meta.headers {
-        for size in [header.layer_size, header.shared_attributes.display_window.size] {
+        for size in [
+            header.layer_size,
+            header.shared_attributes.display_window.size,
+        ] {
             check_size(size.0 as u64, size.1 as u64, limits)?;
         }
         if crate::output::can_abort(header.compression) {
-            return Err(Fault::input("is an EXR picture with DWA compression, which is not read here; ZIP is"));
+            return Err(Fault::input(
+                "is an EXR picture with DWA compression, which is not read here; ZIP is",
+            ));
         }
     }
     Ok(meta)
 }
 
-/// Width and height of what decoding makes room for: the display window, or the data window where that is larger.
+/// Width and height of what decoding makes room for: the display window, or the data window where
+/// that is larger.
 ///
 /// # Errors
 /// As [`decode`] as far as headers tell.
 pub(super) fn size(bytes: &[u8], limits: &Limits) -> Outcome<[u32; 2]> {
     let meta = headers(bytes, limits)?;
     let header = choose(&meta)?.header;
-    let larger = [header.layer_size, header.shared_attributes.display_window.size].into_iter().max_by_key(|size| size.area());
+    let larger = [
+        header.layer_size,
+        header.shared_attributes.display_window.size,
+    ]
+    .into_iter()
+    .max_by_key(|size| size.area());
     // Fewer than `image_pixels`, which no side exceeds.
     Ok(larger.map_or([0; 2], |size| [size.0 as u32, size.1 as u32]))
 }
 
-/// Decodes the picture that is displayed: what of the data window lies outside of it is cut off, and what the data window leaves out of it is
-/// black and transparent.
+/// Decodes the picture that is displayed: what of the data window lies outside of it is cut off,
+/// and what the data window leaves out of it is black and transparent.
 ///
 /// # Errors
-/// A fault of kind limit for a picture that is too large, of kind input for one that is broken or not read here.
+/// A fault of kind limit for a picture that is too large, of kind input for one that is broken or
+/// not read here.
 pub(super) fn decode(bytes: &[u8], limits: &Limits) -> Outcome<Decoded> {
     let meta = headers(bytes, limits)?;
-    let Chosen { header, channels, remark } = choose(&meta)?;
+    let Chosen {
+        header,
+        channels,
+        remark,
+    } = choose(&meta)?;
     let window = header.shared_attributes.display_window;
     let data = IntegerBounds::new(header.own_attributes.layer_position, header.layer_size);
     let mut pixels = read_channels(bytes, &channels)?;
@@ -130,15 +192,32 @@ pub(super) fn decode(bytes: &[u8], limits: &Limits) -> Outcome<Decoded> {
         pixels = displayed(&pixels, data, window)?;
     }
     let mut unusable = Unusable::default();
-    pixels.as_flattened_mut().iter_mut().for_each(|value| *value = unusable.mend(*value));
+    pixels
+        .as_flattened_mut()
+        .iter_mut()
+        .for_each(|value| *value = unusable.mend(*value));
     let (width, height) = (window.size.0 as u32, window.size.1 as u32);
     let remarks = remark.into_iter().chain(unusable.remark()).collect();
-    Ok(Decoded { image: ImageData { width, height, pixels: Pixels::Linear(pixels) }, remarks, mended: unusable.count() })
+    Ok(Decoded {
+        image: ImageData {
+            width,
+            height,
+            pixels: Pixels::Linear(pixels),
+        },
+        remarks,
+        mended: unusable.count(),
+    })
 }
 
 /// What a display window shows of the pixels of a data window.
-fn displayed(pixels: &[[f32; 4]], data: IntegerBounds, window: IntegerBounds) -> Outcome<Vec<[f32; 4]>> {
-    let offset = |axis: fn(Vec2<i32>) -> i32| i64::from(axis(window.position)) - i64::from(axis(data.position));
+fn displayed(
+    pixels: &[[f32; 4]],
+    data: IntegerBounds,
+    window: IntegerBounds,
+) -> Outcome<Vec<[f32; 4]>> {
+    let offset = |axis: fn(Vec2<i32>) -> i32| {
+        i64::from(axis(window.position)) - i64::from(axis(data.position))
+    };
     let (left, top) = (offset(|at| at.0), offset(|at| at.1));
     // Columns of the window that have data, and the column of the data in the first of them.
     let start = (-left).clamp(0, window.size.0 as i64) as usize;
@@ -147,13 +226,21 @@ fn displayed(pixels: &[[f32; 4]], data: IntegerBounds, window: IntegerBounds) ->
     let mut out = vec![[0.0; 4]; window.size.area()];
     let mut is_seen = false;
     for (y, row) in out.chunks_exact_mut(window.size.0).enumerate() {
-        let source = usize::try_from(y as i64 + top).ok().and_then(|y| pixels.chunks_exact(data.size.0).nth(y));
+        let source = usize::try_from(y as i64 + top)
+            .ok()
+            .and_then(|y| pixels.chunks_exact(data.size.0).nth(y));
         if let Some(source) = source.filter(|_| end > start) {
             row[start..end].copy_from_slice(&source[first..first + (end - start)]);
             is_seen = true;
         }
     }
-    if is_seen { Ok(out) } else { Err(Fault::input("is an EXR picture whose data lies outside of the window that is displayed")) }
+    if is_seen {
+        Ok(out)
+    } else {
+        Err(Fault::input(
+            "is an EXR picture whose data lies outside of the window that is displayed",
+        ))
+    }
 }
 
 /// Red, green, blue and alpha of the first part that has these channels.
@@ -168,7 +255,10 @@ fn read_channels(bytes: &[u8], channels: &ColourChannels) -> Outcome<Vec<[f32; 4
         }
     }
     // A name that no channel has.
-    let alpha = channels.alpha.clone().unwrap_or_else(|| Text::new_or_panic(""));
+    let alpha = channels
+        .alpha
+        .clone()
+        .unwrap_or_else(|| Text::new_or_panic(""));
     let reader = read().no_deep_data().largest_resolution_level();
     let of_file = || Cursor::new(bytes);
     let stored = match channels.names.as_slice() {
@@ -176,7 +266,10 @@ fn read_channels(bytes: &[u8], channels: &ColourChannels) -> Outcome<Vec<[f32; 4
             .specific_channels()
             .required(grey.clone())
             .optional(alpha, 1.0_f32)
-            .collect_pixels(|size, _| room(size), |stored: &mut Stored, at, (y, a): (f32, f32)| put(stored, at, [y, y, y, a]))
+            .collect_pixels(
+                |size, _| room(size),
+                |stored: &mut Stored, at, (y, a): (f32, f32)| put(stored, at, [y, y, y, a]),
+            )
             .first_valid_layer()
             .all_attributes()
             .non_parallel()
@@ -190,7 +283,9 @@ fn read_channels(bytes: &[u8], channels: &ColourChannels) -> Outcome<Vec<[f32; 4
             .optional(alpha, 1.0_f32)
             .collect_pixels(
                 |size, _| room(size),
-                |stored: &mut Stored, at, (r, g, b, a): (f32, f32, f32, f32)| put(stored, at, [r, g, b, a]),
+                |stored: &mut Stored, at, (r, g, b, a): (f32, f32, f32, f32)| {
+                    put(stored, at, [r, g, b, a])
+                },
             )
             .first_valid_layer()
             .all_attributes()

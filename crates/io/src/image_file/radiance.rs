@@ -1,5 +1,5 @@
-//! Radiance pictures (`.hdr`, `.pic`): the header as any program writes it, and the order of the pixels. The decoder of scan lines is `image`'s,
-//! which knows one signature and one order.
+//! Radiance pictures (`.hdr`, `.pic`): the header as any program writes it, and the order of the
+//! pixels. The decoder of scan lines is `image`'s, which knows one signature and one order.
 
 use std::io::{Cursor, Read};
 
@@ -55,13 +55,17 @@ impl<'b> RadianceHeader<'b> {
                 return Ok(header);
             }
         }
-        Err(Fault::input("is a broken picture (its header has no line of its size, as `-Y 512 +X 1024`)"))
+        Err(Fault::input(
+            "is a broken picture (its header has no line of its size, as `-Y 512 +X 1024`)",
+        ))
     }
 
     /// A line such as `-Y 512 +X 1024`: the axis across scan lines, then the one along them.
     fn resolution(line: &str, data: &'b [u8]) -> Option<Self> {
         let words: Vec<&str> = line.split_ascii_whitespace().collect();
-        let [across, lines, along, length] = *words.as_slice() else { return None };
+        let [across, lines, along, length] = *words.as_slice() else {
+            return None;
+        };
         let is_upright = match (across.get(1..)?, along.get(1..)?) {
             ("Y", "X") => false,
             ("X", "Y") => true,
@@ -71,13 +75,28 @@ impl<'b> RadianceHeader<'b> {
         if !signs.iter().all(|sign| matches!(sign, '+' | '-')) {
             return None;
         }
-        let [x, y] = if is_upright { signs } else { [signs[1], signs[0]] };
+        let [x, y] = if is_upright {
+            signs
+        } else {
+            [signs[1], signs[0]]
+        };
         let (lines, length) = (lines.parse().ok()?, length.parse().ok()?);
-        Some(Self { lines, length, is_upright, from_right: x == '-', from_bottom: y == '+', data })
+        Some(Self {
+            lines,
+            length,
+            is_upright,
+            from_right: x == '-',
+            from_bottom: y == '+',
+            data,
+        })
     }
 
     fn size(&self) -> [u32; 2] {
-        if self.is_upright { [self.lines, self.length] } else { [self.length, self.lines] }
+        if self.is_upright {
+            [self.lines, self.length]
+        } else {
+            [self.length, self.lines]
+        }
     }
 }
 
@@ -89,29 +108,50 @@ pub(super) fn size(bytes: &[u8], limits: &Limits) -> Outcome<[u32; 2]> {
     RadianceHeader::read(bytes, limits).map(|header| header.size())
 }
 
-/// Decodes a picture. `EXPOSURE` and the like, by which programs multiply all pixels alike, are left to who looks at it.
+/// Decodes a picture. `EXPOSURE` and the like, by which programs multiply all pixels alike, are
+/// left to who looks at it.
 ///
 /// # Errors
 /// As [`size`], and of kind input for broken data.
 pub(super) fn decode(bytes: &[u8], limits: &Limits) -> Outcome<Decoded> {
     let header = RadianceHeader::read(bytes, limits)?;
-    let start = format!("#?RADIANCE\nFORMAT=32-bit_rle_rgbe\n\n-Y {} +X {}\n", header.lines, header.length);
+    let start = format!(
+        "#?RADIANCE\nFORMAT=32-bit_rle_rgbe\n\n-Y {} +X {}\n",
+        header.lines, header.length
+    );
     let decoder = HdrDecoder::new(Cursor::new(start).chain(header.data)).map_err(broken)?;
     debug_assert_eq!(decoder.dimensions(), (header.length, header.lines));
-    let scan_lines = DynamicImage::from_decoder(decoder).map_err(broken)?.into_rgb32f();
+    let scan_lines = DynamicImage::from_decoder(decoder)
+        .map_err(broken)?
+        .into_rgb32f();
     let ([width, height], mut unusable) = (header.size(), Unusable::default());
     let mut pixels = Vec::with_capacity(width as usize * height as usize);
     for y in 0..height {
-        let row = if header.from_bottom { height - 1 - y } else { y };
+        let row = if header.from_bottom {
+            height - 1 - y
+        } else {
+            y
+        };
         for x in 0..width {
             let column = if header.from_right { width - 1 - x } else { x };
-            let [x, y] = if header.is_upright { [row, column] } else { [column, row] };
-            let [r, g, b] = scan_lines.get_pixel(x, y).0.map(|value| unusable.mend(value));
+            let [x, y] = if header.is_upright {
+                [row, column]
+            } else {
+                [column, row]
+            };
+            let [r, g, b] = scan_lines
+                .get_pixel(x, y)
+                .0
+                .map(|value| unusable.mend(value));
             pixels.push([r, g, b, 1.0]);
         }
     }
     Ok(Decoded {
-        image: ImageData { width, height, pixels: Pixels::Linear(pixels) },
+        image: ImageData {
+            width,
+            height,
+            pixels: Pixels::Linear(pixels),
+        },
         remarks: unusable.remark().into_iter().collect(),
         mended: unusable.count(),
     })

@@ -3,7 +3,12 @@
 use super::*;
 use crate::import::FaultKind;
 
-fn png(colour: png::ColorType, depth: png::BitDepth, palette: Option<(&[u8], &[u8])>, data: &[u8]) -> Vec<u8> {
+fn png(
+    colour: png::ColorType,
+    depth: png::BitDepth,
+    palette: Option<(&[u8], &[u8])>,
+    data: &[u8],
+) -> Vec<u8> {
     let mut out = Vec::new();
     let mut encoder = png::Encoder::new(&mut out, 2, 1);
     encoder.set_color(colour);
@@ -14,7 +19,11 @@ fn png(colour: png::ColorType, depth: png::BitDepth, palette: Option<(&[u8], &[u
         encoder.set_palette(colours);
         encoder.set_trns(alphas);
     }
-    encoder.write_header().unwrap().write_image_data(data).unwrap();
+    encoder
+        .write_header()
+        .unwrap()
+        .write_image_data(data)
+        .unwrap();
     out
 }
 
@@ -25,23 +34,43 @@ fn codes(bytes: &[u8]) -> Vec<[u8; 4]> {
     }
 }
 
-/// Protects: every kind of PNG becomes the same RGBA codes; 16 bits are rounded, gamma chunks ignored.
+/// Protects: every kind of PNG becomes the same RGBA codes; 16 bits are rounded, gamma chunks
+/// ignored.
 #[test]
 fn png_kinds_agree() {
     use png::{BitDepth::*, ColorType::*};
     let same = vec![[9, 9, 9, 255], [200, 200, 200, 255]];
     assert_eq!(codes(&png(Grayscale, Eight, None, &[9, 200])), same);
-    assert_eq!(codes(&png(Rgb, Eight, None, &[9, 9, 9, 200, 200, 200])), same);
-    assert_eq!(codes(&png(Rgba, Eight, None, &[9, 9, 9, 255, 200, 200, 200, 255])), same);
-    assert_eq!(codes(&png(Grayscale, Sixteen, None, &[9, 9, 200, 200])), same);
-    assert_eq!(codes(&png(GrayscaleAlpha, Eight, None, &[9, 255, 200, 7])), [[9, 9, 9, 255], [200, 200, 200, 7]]);
+    assert_eq!(
+        codes(&png(Rgb, Eight, None, &[9, 9, 9, 200, 200, 200])),
+        same
+    );
+    assert_eq!(
+        codes(&png(Rgba, Eight, None, &[9, 9, 9, 255, 200, 200, 200, 255])),
+        same
+    );
+    assert_eq!(
+        codes(&png(Grayscale, Sixteen, None, &[9, 9, 200, 200])),
+        same
+    );
+    assert_eq!(
+        codes(&png(GrayscaleAlpha, Eight, None, &[9, 255, 200, 7])),
+        [[9, 9, 9, 255], [200, 200, 200, 7]]
+    );
     let palette: (&[u8], &[u8]) = (&[1, 2, 3, 9, 9, 9, 200, 200, 200], &[0, 255, 255]);
-    assert_eq!(codes(&png(Indexed, Two, Some(palette), &[0b01_10_00_00])), same);
-    assert_eq!(codes(&png(Indexed, Two, Some(palette), &[0b00_10_00_00]))[0], [1, 2, 3, 0]);
+    assert_eq!(
+        codes(&png(Indexed, Two, Some(palette), &[0b01_10_00_00])),
+        same
+    );
+    assert_eq!(
+        codes(&png(Indexed, Two, Some(palette), &[0b00_10_00_00]))[0],
+        [1, 2, 3, 0]
+    );
 }
 
-/// Protects: a palette of eight bits gives what the other decoder says, with alphas for all colours, some or none, codes beyond the
-/// palette, rows that are filtered or interlaced, several pixels and one; and what is broken or too large is refused as ever.
+/// Protects: a palette of eight bits gives what the other decoder says, with alphas for all
+/// colours, some or none, codes beyond the palette, rows that are filtered or interlaced, several
+/// pixels and one; and what is broken or too large is refused as ever.
 #[test]
 fn palettes_agree_with_the_general_decoder() {
     let colours: Vec<u8> = (0..200 * 3).map(|i| (i * 37 % 256) as u8).collect();
@@ -56,25 +85,49 @@ fn palettes_agree_with_the_general_decoder() {
         }
         encoder.set_filter(png::Filter::Paeth);
         let data: Vec<u8> = (0..width * height).map(|i| (i * 7 % 251) as u8).collect();
-        encoder.write_header().unwrap().write_image_data(&data).unwrap();
+        encoder
+            .write_header()
+            .unwrap()
+            .write_image_data(&data)
+            .unwrap();
         out
     };
     for (width, height) in [(1, 1), (31, 17), (256, 3)] {
         for alphas in [&[][..], &[0, 128, 7], &[9; 200], &[9; 201]] {
             let file = written(width, height, alphas);
             let general = decode_with(ImageFormat::Png, &file, &Limits::default()).unwrap();
-            let Pixels::Codes(expected) = general.pixels else { panic!("codes") };
+            let Pixels::Codes(expected) = general.pixels else {
+                panic!("codes")
+            };
             let own = decode_palette(&file, &Limits::default()).expect("a palette");
             assert_eq!((own.width, own.height), (width, height));
-            let Pixels::Codes(found) = own.pixels else { panic!("codes") };
-            assert!(found == expected, "{width} x {height}, {} alphas", alphas.len());
-            let few = Limits { image_pixels: u64::from(width * height) - 1, ..Limits::default() };
+            let Pixels::Codes(found) = own.pixels else {
+                panic!("codes")
+            };
+            assert!(
+                found == expected,
+                "{width} x {height}, {} alphas",
+                alphas.len()
+            );
+            let few = Limits {
+                image_pixels: u64::from(width * height) - 1,
+                ..Limits::default()
+            };
             assert!(decode_palette(&file, &few).is_none() && decode(&file, &few).is_err());
             let cut = &file[..file.len() - 24];
-            assert_eq!(decode(cut, &Limits::default()).is_err(), decode_with(ImageFormat::Png, cut, &Limits::default()).is_err());
+            assert_eq!(
+                decode(cut, &Limits::default()).is_err(),
+                decode_with(ImageFormat::Png, cut, &Limits::default()).is_err()
+            );
         }
     }
-    assert!(decode_palette(&png(png::ColorType::Rgb, png::BitDepth::Eight, None, &[1; 6]), &Limits::default()).is_none());
+    assert!(
+        decode_palette(
+            &png(png::ColorType::Rgb, png::BitDepth::Eight, None, &[1; 6]),
+            &Limits::default()
+        )
+        .is_none()
+    );
 }
 
 /// Protects: the rows of an interlaced palette, which come in seven passes, land where they belong.
@@ -87,34 +140,58 @@ fn interlaced_palettes_are_put_together() {
     let colours: Vec<u8> = (0..18).map(|i| i / 3).collect();
     encoder.set_palette(&colours[..]);
     encoder.set_filter(png::Filter::NoFilter);
-    // A row of ten is also what two by three have in the four passes that they have a share in, each row with the number of its filter
-    // before it.
-    encoder.write_header().unwrap().write_image_data(&[0, 0, 4, 0, 1, 0, 5, 0, 2, 3]).unwrap();
+    // A row of ten is also what two by three have in the four passes that they have a share in,
+    // each row with the number of its filter before it.
+    encoder
+        .write_header()
+        .unwrap()
+        .write_image_data(&[0, 0, 4, 0, 1, 0, 5, 0, 2, 3])
+        .unwrap();
     (file[19], file[23], file[28]) = (2, 3, 1);
     let checksum = crc32(&file[12..29]);
     file[29..33].copy_from_slice(&checksum.to_be_bytes());
-    assert_eq!(codes(&file), [0, 1, 2, 3, 4, 5].map(|code| [code, code, code, 255]));
+    assert_eq!(
+        codes(&file),
+        [0, 1, 2, 3, 4, 5].map(|code| [code, code, code, 255])
+    );
 }
 
-/// Protects: a palette of one byte more or less than three for each colour, or of more than 256 colours, is refused with its length, at every
-/// depth; the decoder panics over it.
+/// Protects: a palette of one byte more or less than three for each colour, or of more than 256
+/// colours, is refused with its length, at every depth; the decoder panics over it.
 #[test]
 fn palettes_of_odd_lengths_are_refused() {
     use png::BitDepth::*;
     for depth in [One, Two, Four, Eight] {
         for length in [1, 2, 3, 4, 5, 6, 766, 767, 768, 769, 771] {
-            let mut file =
-                png(png::ColorType::Indexed, depth, Some((&[7; 6], &[9])), &[0, 0][..if depth == Eight { 2 } else { 1 }]);
+            let mut file = png(
+                png::ColorType::Indexed,
+                depth,
+                Some((&[7; 6], &[9])),
+                &[0, 0][..if depth == Eight { 2 } else { 1 }],
+            );
             let start = file.windows(4).position(|kind| kind == b"PLTE").unwrap();
             let mut chunk = b"PLTE".to_vec();
             chunk.extend(vec![7; length]);
             let (size, checksum) = ((length as u32).to_be_bytes(), crc32(&chunk).to_be_bytes());
-            file.splice(start - 4..start + 4 + 6 + 4, [&size[..], &chunk, &checksum].concat());
+            file.splice(
+                start - 4..start + 4 + 6 + 4,
+                [&size[..], &chunk, &checksum].concat(),
+            );
             match decode(&file, &Limits::default()) {
                 Ok(_) => assert!(length % 3 == 0 && length <= 768, "{depth:?}, {length}"),
                 Err(fault) => {
-                    assert!(length % 3 != 0 || length > 768, "{depth:?}, {length}: {}", fault.message);
-                    assert!(fault.message.contains(&format!("palette has {length} bytes")), "{}", fault.message);
+                    assert!(
+                        length % 3 != 0 || length > 768,
+                        "{depth:?}, {length}: {}",
+                        fault.message
+                    );
+                    assert!(
+                        fault
+                            .message
+                            .contains(&format!("palette has {length} bytes")),
+                        "{}",
+                        fault.message
+                    );
                 }
             }
         }
@@ -124,7 +201,13 @@ fn palettes_of_odd_lengths_are_refused() {
 /// The checksum of a PNG chunk, bit by bit.
 pub(crate) fn crc32(bytes: &[u8]) -> u32 {
     !bytes.iter().fold(u32::MAX, |crc, &byte| {
-        (0..8).fold(crc ^ u32::from(byte), |crc, _| if crc & 1 == 1 { crc >> 1 ^ 0xedb8_8320 } else { crc >> 1 })
+        (0..8).fold(crc ^ u32::from(byte), |crc, _| {
+            if crc & 1 == 1 {
+                crc >> 1 ^ 0xedb8_8320
+            } else {
+                crc >> 1
+            }
+        })
     })
 }
 
@@ -134,28 +217,42 @@ fn float_formats_stay_linear() {
     let values = [[0.5_f32, 2.0, 40.0], [0.25, 1.0, 0.0]];
     let mut hdr = Vec::new();
     let pixels: Vec<_> = values.iter().map(|&v| image::Rgb(v)).collect();
-    image::codecs::hdr::HdrEncoder::new(&mut hdr).encode(&pixels, 2, 1).unwrap();
+    image::codecs::hdr::HdrEncoder::new(&mut hdr)
+        .encode(&pixels, 2, 1)
+        .unwrap();
     let mut exr_file = std::io::Cursor::new(Vec::new());
     let channels = exr::image::SpecificChannels::rgb(|at: exr::math::Vec2<usize>| match at.0 {
         0 => (0.5_f32, 2.0_f32, 40.0_f32),
         _ => (0.25, 1.0, -3.0),
     });
     use exr::prelude::WritableImage;
-    exr::image::Image::from_channels((2, 1), channels).write().to_buffered(&mut exr_file).unwrap();
+    exr::image::Image::from_channels((2, 1), channels)
+        .write()
+        .to_buffered(&mut exr_file)
+        .unwrap();
     for bytes in [hdr, exr_file.into_inner()] {
         let image = decode(&bytes, &Limits::default()).unwrap().image;
-        let Pixels::Linear(got) = image.pixels else { panic!("linear values") };
+        let Pixels::Linear(got) = image.pixels else {
+            panic!("linear values")
+        };
         assert_eq!((image.width, image.height), (2, 1));
         assert_eq!(got, [[0.5, 2.0, 40.0, 1.0], [0.25, 1.0, 0.0, 1.0]]);
     }
 }
 
-/// Protects: no number of a float picture gets in that light can't have, nor a coverage: negative ones and what is no number are
-/// zero, infinite ones the largest half float, in each channel; and how many were so is said.
+/// Protects: no number of a float picture gets in that light can't have, nor a coverage: negative
+/// ones and what is no number are zero, infinite ones the largest half float, in each channel; and
+/// how many were so is said.
 #[test]
 fn floats_are_what_light_can_be() {
     use exr::prelude::WritableImage;
-    let cases = [(-1.0, 0.0), (f32::NEG_INFINITY, 0.0), (f32::NAN, 0.0), (f32::INFINITY, 65504.0), (0.25, 0.25)];
+    let cases = [
+        (-1.0, 0.0),
+        (f32::NEG_INFINITY, 0.0),
+        (f32::NAN, 0.0),
+        (f32::INFINITY, 65504.0),
+        (0.25, 0.25),
+    ];
     for channel in 0..4 {
         let pixel = |at: exr::math::Vec2<usize>| {
             let mut pixel = [0.5_f32; 4];
@@ -164,12 +261,22 @@ fn floats_are_what_light_can_be() {
             (r, g, b, a)
         };
         let mut file = Cursor::new(Vec::new());
-        let image = exr::image::Image::from_channels((cases.len(), 1), exr::image::SpecificChannels::rgba(pixel));
+        let image = exr::image::Image::from_channels(
+            (cases.len(), 1),
+            exr::image::SpecificChannels::rgba(pixel),
+        );
         image.write().to_buffered(&mut file).unwrap();
-        let Decoded { image, remarks, .. } = decode(&file.into_inner(), &Limits::default()).unwrap();
-        let Pixels::Linear(got) = image.pixels else { panic!("linear") };
-        let said = "1 infinite (65504 was taken), 1 no numbers (0 was taken), 2 negative (0 was taken)";
-        assert!(remarks.len() == 1 && remarks[0].ends_with(said), "{remarks:?}");
+        let Decoded { image, remarks, .. } =
+            decode(&file.into_inner(), &Limits::default()).unwrap();
+        let Pixels::Linear(got) = image.pixels else {
+            panic!("linear")
+        };
+        let said =
+            "1 infinite (65504 was taken), 1 no numbers (0 was taken), 2 negative (0 was taken)";
+        assert!(
+            remarks.len() == 1 && remarks[0].ends_with(said),
+            "{remarks:?}"
+        );
         for (pixel, (written, wanted)) in got.into_iter().zip(cases) {
             let mut expected = [0.5; 4];
             expected[channel] = wanted;
@@ -178,58 +285,111 @@ fn floats_are_what_light_can_be() {
     }
 }
 
-/// Protects: size is checked in the header, for every format; broken and foreign data are told apart.
+/// Protects: size is checked in the header, for every format; broken and foreign data are told
+/// apart.
 #[test]
 fn limits_and_faults() {
-    let limits = Limits { image_pixels: 1, ..Limits::default() };
-    let png = png(png::ColorType::Grayscale, png::BitDepth::Eight, None, &[9, 200]);
+    let limits = Limits {
+        image_pixels: 1,
+        ..Limits::default()
+    };
+    let png = png(
+        png::ColorType::Grayscale,
+        png::BitDepth::Eight,
+        None,
+        &[9, 200],
+    );
     let hdr = b"#?RADIANCE\nFORMAT=32-bit_rle_rgbe\n\n-Y 100000 +X 100000\n".to_vec();
     assert_eq!(decode(&png, &limits).unwrap_err().kind, FaultKind::Limit);
-    assert_eq!(decode(&hdr, &Limits::default()).unwrap_err().kind, FaultKind::Limit);
+    assert_eq!(
+        decode(&hdr, &Limits::default()).unwrap_err().kind,
+        FaultKind::Limit
+    );
     for end in 0..png.len() - 12 {
-        assert_eq!(decode(&png[..end], &Limits::default()).unwrap_err().kind, FaultKind::Input, "{end} bytes");
+        assert_eq!(
+            decode(&png[..end], &Limits::default()).unwrap_err().kind,
+            FaultKind::Input,
+            "{end} bytes"
+        );
     }
-    for (bytes, word) in [(b"GIF89a".as_slice(), "GIF"), (b"RIFF....WEBPVP8 ", "broken"), (b"hello", "no picture")] {
-        assert!(decode(bytes, &Limits::default()).unwrap_err().message.contains(word));
+    for (bytes, word) in [
+        (b"GIF89a".as_slice(), "GIF"),
+        (b"RIFF....WEBPVP8 ", "broken"),
+        (b"hello", "no picture"),
+    ] {
+        assert!(
+            decode(bytes, &Limits::default())
+                .unwrap_err()
+                .message
+                .contains(word)
+        );
     }
 }
 
-/// Protects: pictures are known by their first bytes, those that are read and those that are only named; a Radiance picture by the name of any
-/// program.
+/// Protects: pictures are known by their first bytes, those that are read and those that are only
+/// named; a Radiance picture by the name of any program.
 #[test]
 fn kinds_of_pictures_are_told() {
     let foreign = |bytes: &[u8]| match sniff(bytes) {
         Kind::Foreign(name) => name,
         _ => "",
     };
-    assert!(matches!(sniff(b"\x89PNG\r\n\x1a\n"), Kind::Png) && matches!(sniff(b"\xff\xd8\xff\xe0"), Kind::Jpeg));
+    assert!(
+        matches!(sniff(b"\x89PNG\r\n\x1a\n"), Kind::Png)
+            && matches!(sniff(b"\xff\xd8\xff\xe0"), Kind::Jpeg)
+    );
     assert!(
         matches!(sniff(b"#?RADIANCE\n"), Kind::Hdr)
-            && [b"#?RGBE\n".as_slice(), b"#?AutoPano 2\n", b"\xef\xbb\xbf#?x\n"].iter().all(|head| sniff(head) == Kind::Hdr)
+            && [
+                b"#?RGBE\n".as_slice(),
+                b"#?AutoPano 2\n",
+                b"\xef\xbb\xbf#?x\n"
+            ]
+            .iter()
+            .all(|head| sniff(head) == Kind::Hdr)
     );
     assert!(matches!(sniff(b"\x76\x2f\x31\x01"), Kind::Exr) && matches!(sniff(b""), Kind::Unknown));
     assert!(matches!(sniff(b"RIFF1234WEBPVP8"), Kind::WebP));
     assert!(matches!(sniff(b"\xabKTX 20\xbb\r\n\x1a\n"), Kind::Ktx2));
-    let others: [(&[u8], &str); 4] = [(b"GIF89a", "GIF"), (b"BM6", "BMP"), (b"DDS ", "DDS"), (b"II*\0", "TIFF")];
+    let others: [(&[u8], &str); 4] = [
+        (b"GIF89a", "GIF"),
+        (b"BM6", "BMP"),
+        (b"DDS ", "DDS"),
+        (b"II*\0", "TIFF"),
+    ];
     for (bytes, name) in others {
         assert_eq!(foreign(bytes), name);
     }
 }
 
-/// Protects: a picture claims the memory of what it becomes before it is decoded: four bytes a pixel of codes, sixteen of light; at
-/// exactly as much it is taken, a byte below refused.
+/// Protects: a picture claims the memory of what it becomes before it is decoded: four bytes a
+/// pixel of codes, sixteen of light; at exactly as much it is taken, a byte below refused.
 #[test]
 fn pictures_claim_what_they_become() {
-    let png = png(png::ColorType::Grayscale, png::BitDepth::Eight, None, &[9, 200]);
+    let png = png(
+        png::ColorType::Grayscale,
+        png::BitDepth::Eight,
+        None,
+        &[9, 200],
+    );
     let mut hdr = Vec::new();
-    image::codecs::hdr::HdrEncoder::new(&mut hdr).encode(&[image::Rgb([0.5_f32; 3]); 2], 2, 1).unwrap();
+    image::codecs::hdr::HdrEncoder::new(&mut hdr)
+        .encode(&[image::Rgb([0.5_f32; 3]); 2], 2, 1)
+        .unwrap();
     for (bytes, needed) in [(png, 2 * 4), (hdr, 2 * 16)] {
         let claimed = |memory_bytes: u64| {
-            let limits = Limits { memory_bytes, ..Limits::default() };
+            let limits = Limits {
+                memory_bytes,
+                ..Limits::default()
+            };
             claim(&bytes, &limits, &mut Budget::new(&limits))
         };
         assert!(claimed(needed).is_ok(), "{needed}");
-        assert_eq!(claimed(needed - 1).expect_err("a byte too few").kind, FaultKind::Limit, "{needed}");
+        assert_eq!(
+            claimed(needed - 1).expect_err("a byte too few").kind,
+            FaultKind::Limit,
+            "{needed}"
+        );
     }
 }
 
@@ -240,13 +400,22 @@ fn radiance(header: &str, pixels: &[[u8; 4]]) -> Vec<u8> {
 
 /// The red of each pixel, row by row.
 fn reds(bytes: &[u8]) -> (u32, u32, Vec<f32>) {
-    let image = decode(bytes, &Limits::default()).unwrap_or_else(|fault| panic!("{}", fault.message)).image;
-    let Pixels::Linear(pixels) = image.pixels else { panic!("linear") };
-    (image.width, image.height, pixels.iter().map(|pixel| pixel[0]).collect())
+    let image = decode(bytes, &Limits::default())
+        .unwrap_or_else(|fault| panic!("{}", fault.message))
+        .image;
+    let Pixels::Linear(pixels) = image.pixels else {
+        panic!("linear")
+    };
+    (
+        image.width,
+        image.height,
+        pixels.iter().map(|pixel| pixel[0]).collect(),
+    )
 }
 
-/// Protects: a Radiance picture is read whichever program signed it, with comments, with factors and without a format line, with both ends of
-/// lines; the older way of runs; and what is no such picture is told with its cause.
+/// Protects: a Radiance picture is read whichever program signed it, with comments, with factors
+/// and without a format line, with both ends of lines; the older way of runs; and what is no such
+/// picture is told with its cause.
 #[test]
 fn radiance_headers_of_all_programs() {
     let one = [128, 64, 32, 129];
@@ -257,24 +426,34 @@ fn radiance_headers_of_all_programs() {
         "#?AutoPano\r\n\r\n-Y 1 +X 2\r\n",
         "#?x\nVIEW= -vtv\n-Y 1 +X 2\n",
     ] {
-        assert_eq!(reds(&radiance(header, &[one, one])), (2, 1, vec![1.0; 2]), "{header}");
+        assert_eq!(
+            reds(&radiance(header, &[one, one])),
+            (2, 1, vec![1.0; 2]),
+            "{header}"
+        );
     }
     let runs = radiance("#?RGBE\n\n-Y 1 +X 6\n", &[one, [1, 1, 1, 5]]);
     assert_eq!(reds(&runs), (6, 1, vec![1.0; 6]));
     for (header, word) in [
-        ("#?RADIANCE\nFORMAT=32-bit_rle_xyze\n\n-Y 1 +X 1\n", "32-bit_rle_xyze"),
+        (
+            "#?RADIANCE\nFORMAT=32-bit_rle_xyze\n\n-Y 1 +X 1\n",
+            "32-bit_rle_xyze",
+        ),
         ("#?RADIANCE\n\n-Z 1 +X 1\n", "no line of its size"),
         ("#?RADIANCE\n\n-Y 1 -Y 1\n", "no line of its size"),
         ("#?RADIANCE", "no line of its size"),
         ("#?RADIANCE\n\n-Y 0 +X 9\n", "without pixels"),
         ("#?RADIANCE\n\n-Y 9 +X 9\n", "broken"),
     ] {
-        let message = decode(&radiance(header, &[one]), &Limits::default()).expect_err(header).message;
+        let message = decode(&radiance(header, &[one]), &Limits::default())
+            .expect_err(header)
+            .message;
         assert!(message.contains(word), "{header}: {message}");
     }
 }
 
-/// Protects: all eight orders in which a Radiance picture may have its pixels give the same picture of three columns and two rows.
+/// Protects: all eight orders in which a Radiance picture may have its pixels give the same picture
+/// of three columns and two rows.
 #[test]
 fn radiance_pixels_in_every_order() {
     let expected: Vec<f32> = (1..=6_u8).map(f32::from).collect();
@@ -289,17 +468,29 @@ fn radiance_pixels_in_every_order() {
         ("-X 3 +Y 2", [6, 3, 5, 2, 4, 1]),
     ] {
         let pixels = order.map(|value| [value, 0, 0, 136]);
-        assert_eq!(reds(&radiance(&format!("#?RADIANCE\n\n{size}\n"), &pixels)), (3, 2, expected.clone()), "{size}");
+        assert_eq!(
+            reds(&radiance(&format!("#?RADIANCE\n\n{size}\n"), &pixels)),
+            (3, 2, expected.clone()),
+            "{size}"
+        );
     }
 }
 
-/// An EXR file of parts, each of channels whose pixels are counted from a number, with its windows: position and size.
-fn exr_parts(parts: &[(&str, &[(&str, f32)])], data: ([i32; 2], [usize; 2]), display: ([i32; 2], [usize; 2])) -> Vec<u8> {
+/// An EXR file of parts, each of channels whose pixels are counted from a number, with its windows:
+/// position and size.
+fn exr_parts(
+    parts: &[(&str, &[(&str, f32)])],
+    data: ([i32; 2], [usize; 2]),
+    display: ([i32; 2], [usize; 2]),
+) -> Vec<u8> {
     use exr::prelude::*;
     let count = data.1[0] * data.1[1];
     let layer = |(name, channels): &(&str, &[(&str, f32)])| {
         let channel = |&(name, first): &(&str, f32)| {
-            AnyChannel::new(name, FlatSamples::F32((0..count).map(|i| first + i as f32).collect()))
+            AnyChannel::new(
+                name,
+                FlatSamples::F32((0..count).map(|i| first + i as f32).collect()),
+            )
         };
         let attributes = LayerAttributes {
             layer_name: Some((*name).into()),
@@ -307,54 +498,138 @@ fn exr_parts(parts: &[(&str, &[(&str, f32)])], data: ([i32; 2], [usize; 2]), dis
             ..LayerAttributes::default()
         };
         let channels = AnyChannels::sort(channels.iter().map(channel).collect());
-        Layer::new((data.1[0], data.1[1]), attributes, Encoding::UNCOMPRESSED, channels)
+        Layer::new(
+            (data.1[0], data.1[1]),
+            attributes,
+            Encoding::UNCOMPRESSED,
+            channels,
+        )
     };
-    let window = IntegerBounds::new(Vec2(display.0[0], display.0[1]), Vec2(display.1[0], display.1[1]));
+    let window = IntegerBounds::new(
+        Vec2(display.0[0], display.0[1]),
+        Vec2(display.1[0], display.1[1]),
+    );
     let mut file = Cursor::new(Vec::new());
     let layers: Layers<_> = parts.iter().map(layer).collect();
-    Image::from_layers(ImageAttributes::new(window), layers).write().to_buffered(&mut file).expect("a file");
+    Image::from_layers(ImageAttributes::new(window), layers)
+        .write()
+        .to_buffered(&mut file)
+        .expect("a file");
     file.into_inner()
 }
 
-/// Protects: an EXR picture is read where it is grey, with alpha or without, and where its colours are a layer's; the first of several is taken,
-/// its own colours before those of layers, and said; and channels that are no colours are named.
+/// Protects: an EXR picture is read where it is grey, with alpha or without, and where its colours
+/// are a layer's; the first of several is taken, its own colours before those of layers, and said;
+/// and channels that are no colours are named.
 #[test]
 fn exr_channels_by_any_name() {
     let whole = ([0; 2], [1, 1]);
-    let of = |parts: &[(&str, &[(&str, f32)])]| decode(&exr_parts(parts, whole, whole), &Limits::default());
+    let of = |parts: &[(&str, &[(&str, f32)])]| {
+        decode(&exr_parts(parts, whole, whole), &Limits::default())
+    };
     const RGB: [(&str, f32); 3] = [("R", 1.0), ("G", 2.0), ("B", 3.0)];
-    let layers = [("a.B", 7.0), ("a.G", 6.0), ("a.R", 5.0), ("b.A", 0.5), ("b.B", 3.0), ("b.G", 2.0), ("b.R", 1.0)];
+    let layers = [
+        ("a.B", 7.0),
+        ("a.G", 6.0),
+        ("a.R", 5.0),
+        ("b.A", 0.5),
+        ("b.B", 3.0),
+        ("b.G", 2.0),
+        ("b.R", 1.0),
+    ];
     type Part<'a> = (&'a str, &'a [(&'a str, f32)]);
     let cases: [(&[Part<'_>], [f32; 4], &str); 8] = [
         (&[("", &[("Y", 2.0)])], [2.0, 2.0, 2.0, 1.0], ""),
         (&[("", &[("Y", 2.0), ("A", 0.5)])], [2.0, 2.0, 2.0, 0.5], ""),
-        (&[("", &[("r", 1.0), ("g", 2.0), ("b", 3.0)])], [1.0, 2.0, 3.0, 1.0], ""),
-        (&[("", &layers[3..])], [1.0, 2.0, 3.0, 0.5], "in the layer `b`, which was taken"),
-        (&[("", &layers)], [5.0, 6.0, 7.0, 1.0], "2 layers that are pictures; the first one, `a`, was taken"),
-        (&[("", &[("R", 1.0), ("G", 2.0), ("B", 3.0), ("a.R", 5.0), ("a.G", 5.0), ("a.B", 5.0)])], [1.0, 2.0, 3.0, 1.0], ""),
-        (&[("depth", &[("Z", 9.0)]), ("beauty", &RGB)], [1.0, 2.0, 3.0, 1.0], ""),
-        (&[("first", &RGB), ("second", &[("Y", 9.0)])], [1.0, 2.0, 3.0, 1.0], "2 parts that are pictures; the first one `first`"),
+        (
+            &[("", &[("r", 1.0), ("g", 2.0), ("b", 3.0)])],
+            [1.0, 2.0, 3.0, 1.0],
+            "",
+        ),
+        (
+            &[("", &layers[3..])],
+            [1.0, 2.0, 3.0, 0.5],
+            "in the layer `b`, which was taken",
+        ),
+        (
+            &[("", &layers)],
+            [5.0, 6.0, 7.0, 1.0],
+            "2 layers that are pictures; the first one, `a`, was taken",
+        ),
+        (
+            &[(
+                "",
+                &[
+                    ("R", 1.0),
+                    ("G", 2.0),
+                    ("B", 3.0),
+                    ("a.R", 5.0),
+                    ("a.G", 5.0),
+                    ("a.B", 5.0),
+                ],
+            )],
+            [1.0, 2.0, 3.0, 1.0],
+            "",
+        ),
+        (
+            &[("depth", &[("Z", 9.0)]), ("beauty", &RGB)],
+            [1.0, 2.0, 3.0, 1.0],
+            "",
+        ),
+        (
+            &[("first", &RGB), ("second", &[("Y", 9.0)])],
+            [1.0, 2.0, 3.0, 1.0],
+            "2 parts that are pictures; the first one `first`",
+        ),
     ];
     for (parts, expected, words) in cases {
         let decoded = of(parts).unwrap_or_else(|fault| panic!("{parts:?}: {}", fault.message));
-        assert_eq!(decoded.image.pixels, Pixels::Linear(vec![expected]), "{parts:?}");
+        assert_eq!(
+            decoded.image.pixels,
+            Pixels::Linear(vec![expected]),
+            "{parts:?}"
+        );
         let said = decoded.remarks.join("; ");
-        assert!(if words.is_empty() { said.is_empty() } else { said.contains(words) }, "{parts:?}: {said}");
+        assert!(
+            if words.is_empty() {
+                said.is_empty()
+            } else {
+                said.contains(words)
+            },
+            "{parts:?}: {said}"
+        );
     }
-    for channels in [&[("Y", 1.0), ("RY", 0.0), ("BY", 0.0)][..], &[("Z", 1.0)], &[("R", 1.0), ("G", 1.0)]] {
+    for channels in [
+        &[("Y", 1.0), ("RY", 0.0), ("BY", 0.0)][..],
+        &[("Z", 1.0)],
+        &[("R", 1.0), ("G", 1.0)],
+    ] {
         let message = of(&[("", channels)]).expect_err("no colours").message;
-        assert!(message.contains("no colours that are read here") && message.contains(channels[0].0), "{message}");
+        assert!(
+            message.contains("no colours that are read here") && message.contains(channels[0].0),
+            "{message}"
+        );
     }
 }
 
-/// Protects: an EXR picture is what its display window shows: black where the data leaves it out, without what lies outside of it, wherever
-/// either window begins; data that is nowhere to be seen is refused, and a display window beyond the limits.
+/// Protects: an EXR picture is what its display window shows: black where the data leaves it out,
+/// without what lies outside of it, wherever either window begins; data that is nowhere to be seen
+/// is refused, and a display window beyond the limits.
 #[test]
 fn exr_windows_are_heeded() {
-    let of = |data, display| decode(&exr_parts(&[("", &[("Y", 1.0)])], data, display), &Limits::default());
+    let of = |data, display| {
+        decode(
+            &exr_parts(&[("", &[("Y", 1.0)])], data, display),
+            &Limits::default(),
+        )
+    };
     type Window = ([i32; 2], [usize; 2]);
     let cases: [(Window, Window, &[f32]); 6] = [
-        (([1, 0], [1, 2]), ([0, 0], [3, 2]), &[0.0, 1.0, 0.0, 0.0, 2.0, 0.0]),
+        (
+            ([1, 0], [1, 2]),
+            ([0, 0], [3, 2]),
+            &[0.0, 1.0, 0.0, 0.0, 2.0, 0.0],
+        ),
         (([0, 0], [2, 1]), ([0, 0], [2, 2]), &[1.0, 2.0, 0.0, 0.0]),
         (([0, 1], [2, 1]), ([0, 0], [2, 2]), &[0.0, 0.0, 1.0, 2.0]),
         (([-1, -1], [4, 3]), ([0, 0], [2, 1]), &[6.0, 7.0]),
@@ -362,12 +637,35 @@ fn exr_windows_are_heeded() {
         (([9, -7], [2, 2]), ([9, -7], [2, 2]), &[1.0, 2.0, 3.0, 4.0]),
     ];
     for (data, display, expected) in cases {
-        let image = of(data, display).unwrap_or_else(|fault| panic!("{}", fault.message)).image;
-        let Pixels::Linear(pixels) = image.pixels else { panic!("linear") };
+        let image = of(data, display)
+            .unwrap_or_else(|fault| panic!("{}", fault.message))
+            .image;
+        let Pixels::Linear(pixels) = image.pixels else {
+            panic!("linear")
+        };
         assert_eq!([image.width as usize, image.height as usize], display.1);
-        assert_eq!(pixels.iter().map(|pixel| pixel[1]).collect::<Vec<_>>(), expected, "{data:?} in {display:?}");
-        assert!(pixels.iter().all(|pixel| (pixel[3] == 1.0) == (pixel[1] > 0.0)), "{pixels:?}");
+        assert_eq!(
+            pixels.iter().map(|pixel| pixel[1]).collect::<Vec<_>>(),
+            expected,
+            "{data:?} in {display:?}"
+        );
+        assert!(
+            pixels
+                .iter()
+                .all(|pixel| (pixel[3] == 1.0) == (pixel[1] > 0.0)),
+            "{pixels:?}"
+        );
     }
-    assert_eq!(of(([5, 5], [1, 1]), ([0, 0], [2, 2])).expect_err("nothing").kind, FaultKind::Input);
-    assert_eq!(of(([0, 0], [1, 1]), ([0, 0], [1 << 15, 1 << 15])).expect_err("too large").kind, FaultKind::Limit);
+    assert_eq!(
+        of(([5, 5], [1, 1]), ([0, 0], [2, 2]))
+            .expect_err("nothing")
+            .kind,
+        FaultKind::Input
+    );
+    assert_eq!(
+        of(([0, 0], [1, 1]), ([0, 0], [1 << 15, 1 << 15]))
+            .expect_err("too large")
+            .kind,
+        FaultKind::Limit
+    );
 }

@@ -2,7 +2,8 @@
 
 use super::*;
 
-/// Protects: the kind of a file by its ending in any case, else by how it begins; binary glTF by its first bytes, whatever its name.
+/// Protects: the kind of a file by its ending in any case, else by how it begins; binary glTF by
+/// its first bytes, whatever its name.
 #[test]
 fn kinds_of_files_are_told() {
     let toml = Format::Native(Notation::Toml);
@@ -30,17 +31,28 @@ fn kinds_of_files_are_told() {
         ("a", "mtllib a.mtl", Format::Obj),
         ("a", "# by somebody\n[render]", toml),
     ] {
-        assert_eq!(format_of(Path::new(name), bytes.as_bytes()).ok(), Some(format), "{name} {bytes}");
+        assert_eq!(
+            format_of(Path::new(name), bytes.as_bytes()).ok(),
+            Some(format),
+            "{name} {bytes}"
+        );
     }
-    for (name, bytes) in [("a", ""), ("a.png", "\u{89}PNG"), ("a", "vision"), ("a", "plywood")] {
+    for (name, bytes) in [
+        ("a", ""),
+        ("a.png", "\u{89}PNG"),
+        ("a", "vision"),
+        ("a", "plywood"),
+    ] {
         assert!(
-            format_of(Path::new(name), bytes.as_bytes()).is_err_and(|error| error.kind() == crate::ErrorKind::Input),
+            format_of(Path::new(name), bytes.as_bytes())
+                .is_err_and(|error| error.kind() == crate::ErrorKind::Input),
             "{name}"
         );
     }
 }
 
-/// Protects: what a picture is called after its scene: the longest known ending goes, in any case, and nothing else does.
+/// Protects: what a picture is called after its scene: the longest known ending goes, in any case,
+/// and nothing else does.
 #[test]
 fn stems_lack_their_ending() {
     for (name, expected) in [

@@ -3,7 +3,11 @@
 use super::{Broken, STRIDE};
 
 /// Elements of four numbers of one or two bytes.
-fn each(stride: usize, bytes: &mut [u8], mut change: impl FnMut([i32; 4]) -> Option<[i32; 4]>) -> Result<(), Broken> {
+fn each(
+    stride: usize,
+    bytes: &mut [u8],
+    mut change: impl FnMut([i32; 4]) -> Option<[i32; 4]>,
+) -> Result<(), Broken> {
     let undefined = "a number of it has no direction or colour";
     match stride {
         4 => {
@@ -15,7 +19,9 @@ fn each(stride: usize, bytes: &mut [u8], mut change: impl FnMut([i32; 4]) -> Opt
         }
         8 => {
             for element in bytes.as_chunks_mut::<8>().0 {
-                let numbers = core::array::from_fn(|i| i32::from(i16::from_le_bytes([element[2 * i], element[2 * i + 1]])));
+                let numbers = core::array::from_fn(|i| {
+                    i32::from(i16::from_le_bytes([element[2 * i], element[2 * i + 1]]))
+                });
                 let found = change(numbers).ok_or(undefined)?;
                 for (bytes, number) in element.as_chunks_mut::<2>().0.iter_mut().zip(found) {
                     *bytes = (number as i16).to_le_bytes();
@@ -48,7 +54,8 @@ pub(crate) fn octahedral(stride: usize, bytes: &mut [u8]) -> Result<(), Broken> 
     })
 }
 
-/// Rotations from their three smaller numbers; the lowest bits of the fourth say which is the largest, its others how large 1 is.
+/// Rotations from their three smaller numbers; the lowest bits of the fourth say which is the
+/// largest, its others how large 1 is.
 pub(crate) fn quaternions(stride: usize, bytes: &mut [u8]) -> Result<(), Broken> {
     if stride != 8 {
         return Err(STRIDE);
@@ -58,7 +65,12 @@ pub(crate) fn quaternions(stride: usize, bytes: &mut [u8]) -> Result<(), Broken>
         let scale = 32767.0 / 2.0_f32.sqrt() / one;
         let [x, y, z] = [x, y, z].map(|number| number as f32);
         let largest = (one * one * 2.0 - x * x - y * y - z * z).max(0.0).sqrt();
-        let mut found = [scaled(x, scale), scaled(y, scale), scaled(z, scale), scaled(largest, scale)];
+        let mut found = [
+            scaled(x, scale),
+            scaled(y, scale),
+            scaled(z, scale),
+            scaled(largest, scale),
+        ];
         found.rotate_right(((code & 3) as usize + 1) % 4);
         Some(found)
     })
@@ -77,7 +89,8 @@ pub(crate) fn exponential(stride: usize, bytes: &mut [u8]) -> Result<(), Broken>
     Ok(())
 }
 
-/// Colours from brightness and two differences; the highest bit of alpha says how many bits each has.
+/// Colours from brightness and two differences; the highest bit of alpha says how many bits each
+/// has.
 pub(crate) fn colours(stride: usize, bytes: &mut [u8]) -> Result<(), Broken> {
     let most = if stride == 4 { 255 } else { 65535 };
     each(stride, bytes, |[y, orange, green, alpha]| {
@@ -87,7 +100,11 @@ pub(crate) fn colours(stride: usize, bytes: &mut [u8]) -> Result<(), Broken> {
         // Alpha has one bit less than the others.
         let alpha = alpha << 1 & all | alpha & 1;
         let scale = most as f32 / all as f32;
-        let found = [y + orange - green, y + green, y - orange - green, alpha].map(|number| number as f32 * scale + 0.5);
-        found.iter().all(|number| number.abs() < 2.0_f32.powi(31)).then(|| found.map(|number| number as i32))
+        let found = [y + orange - green, y + green, y - orange - green, alpha]
+            .map(|number| number as f32 * scale + 0.5);
+        found
+            .iter()
+            .all(|number| number.abs() < 2.0_f32.powi(31))
+            .then(|| found.map(|number| number as i32))
     })
 }

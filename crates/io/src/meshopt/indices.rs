@@ -1,4 +1,5 @@
-//! Indices: triangles by the edges and corners that came before them, and sequences by differences to one of two that did.
+//! Indices: triangles by the edges and corners that came before them, and sequences by differences
+//! to one of two that did.
 
 use super::{Broken, LONG, SHORT, STRIDE, difference, opened, take};
 
@@ -11,7 +12,10 @@ struct Recent<T> {
 impl<T: Copy> Recent<T> {
     /// What there was before the first ones is no vertex's index.
     fn new(nothing: T) -> Self {
-        Self { values: [nothing; 16], next: 0 }
+        Self {
+            values: [nothing; 16],
+            next: 0,
+        }
     }
 
     fn push(&mut self, value: T) {
@@ -56,7 +60,11 @@ impl Corners<'_> {
 
     /// A new corner, one that was there, or one that is not known before [`Self::written`].
     fn of(&mut self, code: u8) -> u32 {
-        if code == 0 { self.take_new() } else { self.recent.back(code.into()) }
+        if code == 0 {
+            self.take_new()
+        } else {
+            self.recent.back(code.into())
+        }
     }
 
     /// One that is written out, where the code says so.
@@ -112,7 +120,12 @@ pub(crate) fn triangles(count: usize, stride: usize, packet: &[u8]) -> Result<Ve
     let codes = take(&mut rest, count / 3)?;
     let (rest, table) = rest.split_last_chunk::<16>().ok_or(SHORT)?;
     let mut edges = Recent::new([u32::MAX; 2]);
-    let mut corners = Corners { rest, new: 0, last: 0, recent: Recent::new(u32::MAX) };
+    let mut corners = Corners {
+        rest,
+        new: 0,
+        last: 0,
+        recent: Recent::new(u32::MAX),
+    };
     let mut out = Vec::with_capacity(count * stride);
     for &code in codes {
         let (high, low) = (code >> 4, code & 15);
@@ -121,7 +134,11 @@ pub(crate) fn triangles(count: usize, stride: usize, packet: &[u8]) -> Result<Ve
             [a, b, corners.third(low, version)?]
         } else {
             let is_written = low >= 14;
-            let two = if is_written { take(&mut corners.rest, 1)?[0] } else { table[usize::from(low)] };
+            let two = if is_written {
+                take(&mut corners.rest, 1)?[0]
+            } else {
+                table[usize::from(low)]
+            };
             if is_written && two == 0 {
                 corners.new = 0;
             }
@@ -131,9 +148,15 @@ pub(crate) fn triangles(count: usize, stride: usize, packet: &[u8]) -> Result<Ve
         };
         edges.push([c, b]);
         edges.push([a, c]);
-        [a, b, c].iter().for_each(|index| out.extend(&index.to_le_bytes()[..stride]));
+        [a, b, c]
+            .iter()
+            .for_each(|index| out.extend(&index.to_le_bytes()[..stride]));
     }
-    if corners.rest.is_empty() { Ok(out) } else { Err(LONG) }
+    if corners.rest.is_empty() {
+        Ok(out)
+    } else {
+        Err(LONG)
+    }
 }
 
 /// So many indices of so many bytes, in any order.

@@ -1,8 +1,9 @@
-//! What meshoptimizer's codecs pack into buffer views, by the texts of EXT_meshopt_compression and KHR_meshopt_compression: vertices,
-//! triangles, sequences of indices, and the filters that follow. Versions 0 and 1 of each codec are read.
+//! What meshoptimizer's codecs pack into buffer views, by the texts of EXT_meshopt_compression and
+//! KHR_meshopt_compression: vertices, triangles, sequences of indices, and the filters that follow.
+//! Versions 0 and 1 of each codec are read.
 //!
-//! No length in a packet is believed: what is taken is taken from the bytes that are there, and a packet has to end where its last
-//! element does.
+//! No length in a packet is believed: what is taken is taken from the bytes that are there, and a
+//! packet has to end where its last element does.
 
 mod filters;
 mod indices;

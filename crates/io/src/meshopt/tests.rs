@@ -1,17 +1,34 @@
-//! Packets that meshoptimizer's encoder (1.3, by its Rust translation 0.2.17) made of the numbers here, whole and broken.
+//! Packets that meshoptimizer's encoder (1.3, by its Rust translation 0.2.17) made of the numbers
+//! here, whole and broken.
 
 use super::*;
 
 fn bytes(digits: &str) -> Vec<u8> {
     let digits: Vec<char> = digits.chars().filter(char::is_ascii_hexdigit).collect();
-    digits.chunks(2).map(|pair| u8::from_str_radix(&pair.iter().collect::<String>(), 16).expect("two digits")).collect()
+    digits
+        .chunks(2)
+        .map(|pair| u8::from_str_radix(&pair.iter().collect::<String>(), 16).expect("two digits"))
+        .collect()
 }
 
 /// Forty vertices of 12 bytes, and their packets of versions 0 and 1.
 fn of_bytes() -> (Vec<u8>, [Vec<u8>; 2]) {
     let vertex = |i: u32| {
         let (a, b) = ((i * i % 97) as u8, (i / 3) as u8);
-        [a, b, 7, 0, (i * 37) as u8, ((i * 37) >> 8) as u8, a ^ b, 255, u8::from(i == 20), 0, 0, (i * 3) as u8]
+        [
+            a,
+            b,
+            7,
+            0,
+            (i * 37) as u8,
+            ((i * 37) >> 8) as u8,
+            a ^ b,
+            255,
+            u8::from(i == 20),
+            0,
+            0,
+            (i * 3) as u8,
+        ]
     };
     let packets = [
         "a01f0002060a0e12161a1e229b2a2e328b3a3e427b4a735256675e5f665753724b7affff0000433f8637332f96271502082082082082082082000000001f004a4a
@@ -25,17 +42,27 @@ fn of_bytes() -> (Vec<u8>, [Vec<u8>; 2]) {
     ((0..40).flat_map(vertex).collect(), packets.map(bytes))
 }
 
-/// Protects: vertices of both versions come out as they went in: differences of bytes, of halves of a word, and turned bits of floats.
+/// Protects: vertices of both versions come out as they went in: differences of bytes, of halves of
+/// a word, and turned bits of floats.
 #[test]
 fn vertices_come_out() {
     let (expected, packets) = of_bytes();
     for packet in packets {
         assert_eq!(vertices(40, 12, &packet), Ok(expected.clone()));
     }
-    let floats: Vec<u8> = (0..20).flat_map(|i| (1.0 / (i as f32 + 3.0)).to_le_bytes()).collect();
+    let floats: Vec<u8> = (0..20)
+        .flat_map(|i| (1.0 / (i as f32 + 3.0)).to_le_bytes())
+        .collect();
     assert_eq!(vertices(20, 4, &bytes(FLOATS)), Ok(floats));
-    // Two vertices, each byte as it is: nothing is changed, and then the lowest bit, which was turned up by four.
-    let turned = [&[0xa1, 0xff, 0, 0x10, 0, 0, 0, 0, 0, 0][..], &[0; 19], &1.0_f32.to_le_bytes(), &[2 | 4 << 4]].concat();
+    // Two vertices, each byte as it is: nothing is changed, and then the lowest bit, which was
+    // turned up by four.
+    let turned = [
+        &[0xa1, 0xff, 0, 0x10, 0, 0, 0, 0, 0, 0][..],
+        &[0; 19],
+        &1.0_f32.to_le_bytes(),
+        &[2 | 4 << 4],
+    ]
+    .concat();
     let [one, next] = [1.0, 1.0 + f32::EPSILON].map(f32::to_le_bytes);
     assert_eq!(vertices(2, 4, &turned), Ok([one, next].concat()));
 }
@@ -51,7 +78,13 @@ fn indices() -> Vec<u32> {
 
 /// Indices of a width that were decoded.
 fn wide(bytes: Result<Vec<u8>, Broken>) -> Vec<u32> {
-    bytes.expect("a packet").as_chunks().0.iter().map(|four| u32::from_le_bytes(*four)).collect()
+    bytes
+        .expect("a packet")
+        .as_chunks()
+        .0
+        .iter()
+        .map(|four| u32::from_le_bytes(*four))
+        .collect()
 }
 
 const TRIANGLES: [&str; 2] = [
@@ -63,25 +96,40 @@ const SEQUENCES: [&str; 2] = [
     "d100041c001a201e041c001a201e041c001a201e041c001a201e041c001a201e041c001a2036c18b11249f8511050e00000000",
 ];
 
-/// Protects: triangles come out of both versions with their corners turned at most, sequences to the letter; narrow indices are the low
-/// halves of wide ones.
+/// Protects: triangles come out of both versions with their corners turned at most, sequences to
+/// the letter; narrow indices are the low halves of wide ones.
 #[test]
 fn indices_come_out() {
     let sorted = |indices: &[u32]| -> Vec<[u32; 3]> {
-        let turned = |&[a, b, c]: &[u32; 3]| [[a, b, c], [b, c, a], [c, a, b]].into_iter().min().unwrap_or_default();
+        let turned = |&[a, b, c]: &[u32; 3]| {
+            [[a, b, c], [b, c, a], [c, a, b]]
+                .into_iter()
+                .min()
+                .unwrap_or_default()
+        };
         indices.as_chunks().0.iter().map(turned).collect()
     };
     for (packet, sequence_packet) in TRIANGLES.map(bytes).iter().zip(SEQUENCES.map(bytes)) {
         assert_eq!(sorted(&wide(triangles(42, 4, packet))), sorted(&indices()));
         assert_eq!(wide(sequence(42, 4, &sequence_packet)), indices());
-        let low = |bytes: Vec<u8>| -> Vec<u8> { bytes.as_chunks::<4>().0.iter().flat_map(|four| [four[0], four[1]]).collect() };
+        let low = |bytes: Vec<u8>| -> Vec<u8> {
+            bytes
+                .as_chunks::<4>()
+                .0
+                .iter()
+                .flat_map(|four| [four[0], four[1]])
+                .collect()
+        };
         assert_eq!(triangles(42, 2, packet), triangles(42, 4, packet).map(low));
-        assert_eq!(sequence(42, 2, &sequence_packet), sequence(42, 4, &sequence_packet).map(low));
+        assert_eq!(
+            sequence(42, 2, &sequence_packet),
+            sequence(42, 4, &sequence_packet).map(low)
+        );
     }
 }
 
-/// Protects: a packet that is cut, longer than its elements, of another codec or of a later version is refused, and none that is changed
-/// makes the reader panic or give another number of bytes.
+/// Protects: a packet that is cut, longer than its elements, of another codec or of a later version
+/// is refused, and none that is changed makes the reader panic or give another number of bytes.
 #[test]
 fn broken_packets_are_refused() {
     type Decode = fn(usize, usize, &[u8]) -> Result<Vec<u8>, Broken>;
@@ -98,22 +146,30 @@ fn broken_packets_are_refused() {
     for (decode, count, stride, packet) in cases {
         assert!((0..packet.len()).all(|length| decode(count, stride, &packet[..length]).is_err()));
         assert!(decode(count, stride, &[&packet[..], &[0]].concat()).is_err());
-        assert!(decode(count + 48, stride, &packet).is_err() && decode(count - 18, stride, &packet).is_err());
-        assert!([0, 3, 260].into_iter().all(|stride| decode(count, stride, &packet).is_err()));
+        assert!(
+            decode(count + 48, stride, &packet).is_err()
+                && decode(count - 18, stride, &packet).is_err()
+        );
+        assert!(
+            [0, 3, 260]
+                .into_iter()
+                .all(|stride| decode(count, stride, &packet).is_err())
+        );
         for (at, bit) in (0..packet.len()).flat_map(|at| (0..8).map(move |bit| (at, bit))) {
             let mut changed = packet.clone();
             changed[at] ^= 1 << bit;
             let found = decode(count, stride, &changed);
             assert!(
-                found.is_ok_and(|bytes| bytes.len() == count * stride) || decode(count, stride, &changed).is_err(),
+                found.is_ok_and(|bytes| bytes.len() == count * stride)
+                    || decode(count, stride, &changed).is_err(),
                 "{at} {bit}"
             );
         }
     }
 }
 
-/// Protects: filters by hand: directions of length 1 to the last step, rotations likewise, powers of two times whole numbers, and colours
-/// of fewer bits than a channel has.
+/// Protects: filters by hand: directions of length 1 to the last step, rotations likewise, powers
+/// of two times whole numbers, and colours of fewer bits than a channel has.
 #[test]
 fn filters_by_hand() {
     let changed = |filter: fn(usize, &mut [u8]) -> Result<(), Broken>, stride, bytes: &[u8]| {
@@ -121,23 +177,46 @@ fn filters_by_hand() {
         filter(stride, &mut bytes).map(|()| bytes)
     };
     let byte = |x: i8| x as u8;
-    assert_eq!(changed(octahedral, 4, &[0, 0, 127, 9]), Ok(vec![0, 0, 127, 9]));
-    assert_eq!(changed(octahedral, 4, &[63, 0, 63, 9]), Ok(vec![127, 0, 0, 9]));
-    assert_eq!(changed(octahedral, 4, &[byte(-63), 63, 63, 9]), Ok(vec![0, 0, byte(-127), 9]));
+    assert_eq!(
+        changed(octahedral, 4, &[0, 0, 127, 9]),
+        Ok(vec![0, 0, 127, 9])
+    );
+    assert_eq!(
+        changed(octahedral, 4, &[63, 0, 63, 9]),
+        Ok(vec![127, 0, 0, 9])
+    );
+    assert_eq!(
+        changed(octahedral, 4, &[byte(-63), 63, 63, 9]),
+        Ok(vec![0, 0, byte(-127), 9])
+    );
     assert!(changed(octahedral, 4, &[0; 4]).is_err() && changed(octahedral, 12, &[0; 12]).is_err());
     // Three numbers of 0 and a largest, which is 1, at each of its places.
     for place in 0..4_u8 {
-        let found = changed(quaternions, 8, &[0, 0, 0, 0, 0, 0, 0xfc | place, 7]).expect("a rotation");
-        let numbers: Vec<i16> = found.as_chunks().0.iter().map(|two| i16::from_le_bytes(*two)).collect();
+        let found =
+            changed(quaternions, 8, &[0, 0, 0, 0, 0, 0, 0xfc | place, 7]).expect("a rotation");
+        let numbers: Vec<i16> = found
+            .as_chunks()
+            .0
+            .iter()
+            .map(|two| i16::from_le_bytes(*two))
+            .collect();
         let expected: Vec<i16> = (0..4).map(|i| if i == place { 32767 } else { 0 }).collect();
         assert_eq!(numbers, expected);
     }
     let floats = [0x01_00_00_03_u32, 0xfe_ff_ff_fd].map(u32::to_le_bytes);
     let found = changed(exponential, 8, floats.as_flattened()).expect("floats");
-    let found: Vec<f32> = found.as_chunks().0.iter().map(|four| f32::from_le_bytes(*four)).collect();
+    let found: Vec<f32> = found
+        .as_chunks()
+        .0
+        .iter()
+        .map(|four| f32::from_le_bytes(*four))
+        .collect();
     assert_eq!(found, [6.0, -0.75]);
     // Five bits: white, and a green of thirty 31sts.
     assert_eq!(changed(colours, 4, &[31, 0, 0, 31]), Ok(vec![255; 4]));
-    assert_eq!(changed(colours, 4, &[15, 0, 15, 31]), Ok(vec![0, 247, 0, 255]));
+    assert_eq!(
+        changed(colours, 4, &[15, 0, 15, 31]),
+        Ok(vec![0, 247, 0, 255])
+    );
     assert!(changed(colours, 4, &[1, 1, 1, 0]).is_err());
 }

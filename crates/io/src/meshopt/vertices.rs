@@ -1,4 +1,5 @@
-//! Vertices: blocks of at most 256, each byte of them by itself, as differences to the vertex before.
+//! Vertices: blocks of at most 256, each byte of them by itself, as differences to the vertex
+//! before.
 
 use super::{Broken, LONG, SHORT, STRIDE, difference, opened, take};
 
@@ -18,9 +19,12 @@ pub(crate) fn vertices(count: usize, stride: usize, packet: &[u8]) -> Result<Vec
     }
     let (version, rest) = opened(packet, 0xa0)?;
     let words = if version == 0 { 0 } else { stride / 4 };
-    // The first vertex stands at the end, behind what makes it long enough for decoders that read ahead, and is followed by a rule for each word.
+    // The first vertex stands at the end, behind what makes it long enough for decoders that read
+    // ahead, and is followed by a rule for each word.
     let tail = (stride + words).max(if version == 0 { 32 } else { 24 });
-    let (mut rest, tail) = rest.split_at_checked(rest.len().wrapping_sub(tail)).ok_or(SHORT)?;
+    let (mut rest, tail) = rest
+        .split_at_checked(rest.len().wrapping_sub(tail))
+        .ok_or(SHORT)?;
     let (first, rules) = tail[tail.len() - stride - words..].split_at(stride);
     let mut last = first.to_vec();
     let most = (BLOCK_BYTES / stride / GROUP * GROUP).min(BLOCK);
@@ -42,7 +46,13 @@ pub(crate) fn vertices(count: usize, stride: usize, packet: &[u8]) -> Result<Vec
                 )?;
             }
             let rule = rules.get(word).copied().unwrap_or(0);
-            add_up(&planes, rule, &last[4 * word..][..4], &mut block[4 * word..], stride)?;
+            add_up(
+                &planes,
+                rule,
+                &last[4 * word..][..4],
+                &mut block[4 * word..],
+                stride,
+            )?;
         }
         last.copy_from_slice(&block[(here - 1) * stride..]);
     }
@@ -50,7 +60,12 @@ pub(crate) fn vertices(count: usize, stride: usize, packet: &[u8]) -> Result<Vec
 }
 
 /// Reads one byte of each vertex of a block. A block of version 1 says how.
-fn read_plane(rest: &mut &[u8], control: Option<u8>, plane: &mut [u8], count: usize) -> Result<(), Broken> {
+fn read_plane(
+    rest: &mut &[u8],
+    control: Option<u8>,
+    plane: &mut [u8],
+    count: usize,
+) -> Result<(), Broken> {
     let widths = match control {
         None => [0, 2, 4, 8],
         Some(0) => [0, 1, 2, 4],
@@ -63,12 +78,17 @@ fn read_plane(rest: &mut &[u8], control: Option<u8>, plane: &mut [u8], count: us
     };
     let choices = take(rest, (plane.len() / GROUP).div_ceil(4))?;
     for (i, group) in plane.as_chunks_mut().0.iter_mut().enumerate() {
-        read_group(rest, widths[usize::from(choices[i / 4] >> (2 * (i % 4)) & 3)], group)?;
+        read_group(
+            rest,
+            widths[usize::from(choices[i / 4] >> (2 * (i % 4)) & 3)],
+            group,
+        )?;
     }
     Ok(())
 }
 
-/// Reads the codes of a group, each of so many bits. The largest says that the byte itself stands behind the group.
+/// Reads the codes of a group, each of so many bits. The largest says that the byte itself stands
+/// behind the group.
 fn read_group(rest: &mut &[u8], bits: usize, group: &mut [u8; GROUP]) -> Result<(), Broken> {
     if matches!(bits, 0 | 8) {
         group[..2 * bits].copy_from_slice(take(rest, 2 * bits)?);
@@ -80,21 +100,42 @@ fn read_group(rest: &mut &[u8], bits: usize, group: &mut [u8; GROUP]) -> Result<
         // Codes of one bit stand from the lowest bit on, others from the highest.
         let shift = if bits == 1 { place } else { 8 - bits - place };
         let code = packed[i * bits / 8] >> shift & largest;
-        *value = if code == largest { take(rest, 1)?[0] } else { code };
+        *value = if code == largest {
+            take(rest, 1)?[0]
+        } else {
+            code
+        };
     }
     Ok(())
 }
 
-/// Puts a word of every vertex where it belongs. A rule says what is added up: bytes, halves of the word, or turned bits of all of it.
-fn add_up(planes: &[Plane; 4], rule: u8, last: &[u8], block: &mut [u8], stride: usize) -> Result<(), Broken> {
-    let width = *[1, 2, 4].get(usize::from(rule & 3)).ok_or("a rule of its words is not known")?;
+/// Puts a word of every vertex where it belongs. A rule says what is added up: bytes, halves of the
+/// word, or turned bits of all of it.
+fn add_up(
+    planes: &[Plane; 4],
+    rule: u8,
+    last: &[u8],
+    block: &mut [u8],
+    stride: usize,
+) -> Result<(), Broken> {
+    let width = *[1, 2, 4]
+        .get(usize::from(rule & 3))
+        .ok_or("a rule of its words is not known")?;
     let turn = u32::from(rule >> 4);
     for at in (0..4).step_by(width) {
-        let number = |byte: &dyn Fn(usize) -> u8| (at..at + width).rev().fold(0, |number, k| number << 8 | u32::from(byte(k)));
+        let number = |byte: &dyn Fn(usize) -> u8| {
+            (at..at + width)
+                .rev()
+                .fold(0, |number, k| number << 8 | u32::from(byte(k)))
+        };
         let mut value = number(&|k| last[k]);
         for (i, vertex) in block.chunks_mut(stride).enumerate() {
             let code = number(&|k| planes[k][i]);
-            value = if width == 4 { code.rotate_right(turn) ^ value } else { value.wrapping_add(difference(code)) };
+            value = if width == 4 {
+                code.rotate_right(turn) ^ value
+            } else {
+                value.wrapping_add(difference(code))
+            };
             vertex[at..at + width].copy_from_slice(&value.to_le_bytes()[..width]);
         }
     }

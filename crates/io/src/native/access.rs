@@ -16,12 +16,23 @@ pub(super) struct Items<'a> {
 impl<'a> SeqAccess<'a> for Items<'a> {
     type Error = Failure;
 
-    fn next_element_seed<T: DeserializeSeed<'a>>(&mut self, seed: T) -> Result<Option<T::Value>, Failure> {
-        let Some(node) = self.items.next() else { return Ok(None) };
+    fn next_element_seed<T: DeserializeSeed<'a>>(
+        &mut self,
+        seed: T,
+    ) -> Result<Option<T::Value>, Failure> {
+        let Some(node) = self.items.next() else {
+            return Ok(None);
+        };
         let index = self.next;
         self.next += 1;
-        let reader = Reader { node, index: Some(index), ..self.reader };
-        seed.deserialize(reader).map(Some).map_err(|failure| failure.under(Step::Index(index)))
+        let reader = Reader {
+            node,
+            index: Some(index),
+            ..self.reader
+        };
+        seed.deserialize(reader)
+            .map(Some)
+            .map_err(|failure| failure.under(Step::Index(index)))
     }
 
     fn size_hint(&self) -> Option<usize> {
@@ -31,7 +42,11 @@ impl<'a> SeqAccess<'a> for Items<'a> {
 
 impl<'a> Items<'a> {
     pub fn new(reader: Reader<'a>, items: &'a [Node]) -> Self {
-        Self { reader, items: items.iter(), next: 0 }
+        Self {
+            reader,
+            items: items.iter(),
+            next: 0,
+        }
     }
 }
 
@@ -46,8 +61,17 @@ pub(super) struct Entries<'a> {
 
 impl<'a> Entries<'a> {
     /// All of them, or those with the given keys.
-    pub fn new(reader: Reader<'a>, entries: &'a [Entry], keys: Option<&'static [&'static str]>) -> Self {
-        Self { reader, entries: entries.iter(), keys, value: None }
+    pub fn new(
+        reader: Reader<'a>,
+        entries: &'a [Entry],
+        keys: Option<&'static [&'static str]>,
+    ) -> Self {
+        Self {
+            reader,
+            entries: entries.iter(),
+            keys,
+            value: None,
+        }
     }
 }
 
@@ -55,15 +79,20 @@ impl<'a> Entries<'a> {
     /// The next one that is read.
     fn advance(&mut self) -> Option<&'a Entry> {
         let keys = self.keys;
-        let wanted =
-            |entry: &&Entry| keys.is_none_or(|keys| keys.contains(&entry.key.as_str())) && entry.node.value != Value::Null;
+        let wanted = |entry: &&Entry| {
+            keys.is_none_or(|keys| keys.contains(&entry.key.as_str()))
+                && entry.node.value != Value::Null
+        };
         self.value = self.entries.by_ref().find(wanted);
         self.value
     }
 
     /// The one whose key was read last.
     fn current(&mut self) -> Result<(&'a Entry, Reader<'a>), Failure> {
-        let entry = self.value.take().ok_or_else(|| Failure::new("a value without its key"))?;
+        let entry = self
+            .value
+            .take()
+            .ok_or_else(|| Failure::new("a value without its key"))?;
         Ok((entry, self.reader.inside(entry)))
     }
 }
@@ -77,12 +106,18 @@ fn at_key(failure: Failure, entry: &Entry) -> Failure {
 impl<'a> MapAccess<'a> for Entries<'a> {
     type Error = Failure;
 
-    fn next_key_seed<K: DeserializeSeed<'a>>(&mut self, seed: K) -> Result<Option<K::Value>, Failure> {
-        self.advance().map(|entry| seed.deserialize(entry.key.as_str().into_deserializer())).transpose()
+    fn next_key_seed<K: DeserializeSeed<'a>>(
+        &mut self,
+        seed: K,
+    ) -> Result<Option<K::Value>, Failure> {
+        self.advance()
+            .map(|entry| seed.deserialize(entry.key.as_str().into_deserializer()))
+            .transpose()
     }
 
     fn next_value_seed<V: DeserializeSeed<'a>>(&mut self, seed: V) -> Result<V::Value, Failure> {
         let (entry, reader) = self.current()?;
-        seed.deserialize(reader).map_err(|failure| at_key(failure, entry))
+        seed.deserialize(reader)
+            .map_err(|failure| at_key(failure, entry))
     }
 }

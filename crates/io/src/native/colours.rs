@@ -10,9 +10,20 @@ use crate::colour::parse_colour;
 use crate::warning::{Warning, WarningCode};
 
 /// Keys whose values are colours, besides those that end in `colour`.
-const KEYS: [&str; 9] = ["ambient", "emission", "even", "odd", "bottom", "top", "constant", "reflected_tint", "refracted_tint"];
+const KEYS: [&str; 9] = [
+    "ambient",
+    "emission",
+    "even",
+    "odd",
+    "bottom",
+    "top",
+    "constant",
+    "reflected_tint",
+    "refracted_tint",
+];
 
-/// Puts numbers in the place of colours, unless a parameter of that name makes the text an expression.
+/// Puts numbers in the place of colours, unless a parameter of that name makes the text an
+/// expression.
 pub(super) fn replace(node: &mut Node, parameters: &BTreeMap<String, f64>) {
     match &mut node.value {
         Value::Array(items) => items.iter_mut().for_each(|item| replace(item, parameters)),
@@ -23,7 +34,10 @@ pub(super) fn replace(node: &mut Node, parameters: &BTreeMap<String, f64>) {
                     Value::Text(text) if is_colour && !parameters.contains_key(text) => {
                         if let Some(colour) = parse_colour(text) {
                             let span = entry.node.span.clone();
-                            let channel = |value| Node { span: span.clone(), value: Value::Float(value) };
+                            let channel = |value| Node {
+                                span: span.clone(),
+                                value: Value::Float(value),
+                            };
                             entry.node.value = Value::Array(colour.map(channel).into());
                         }
                     }

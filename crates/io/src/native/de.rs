@@ -1,8 +1,9 @@
-//! A serde deserializer over the tree, because the plain structs of the scene must stay plain: it evaluates numbers
-//! written as expressions, and gives every failure its place.
+//! A serde deserializer over the tree, because the plain structs of the scene must stay plain: it
+//! evaluates numbers written as expressions, and gives every failure its place.
 //!
-//! A failure in one value need not hide the next: unknown keys, wrong words and broken numbers are noted and replaced by
-//! a harmless stand-in, so that one reading finds them all. What is read is thrown away when anything was noted.
+//! A failure in one value need not hide the next: unknown keys, wrong words and broken numbers are
+//! noted and replaced by a harmless stand-in, so that one reading finds them all. What is read is
+//! thrown away when anything was noted.
 
 use std::cell::RefCell;
 use std::collections::BTreeMap;
@@ -56,11 +57,21 @@ impl fmt::Display for Reader<'_> {
 
 impl<'a> Reader<'a> {
     pub fn root(node: &'a Node, context: &'a Context<'a>) -> Self {
-        Self { node, context, name: "", index: None }
+        Self {
+            node,
+            context,
+            name: "",
+            index: None,
+        }
     }
 
     pub fn inside(self, entry: &'a Entry) -> Self {
-        Self { node: &entry.node, name: &entry.key, index: None, ..self }
+        Self {
+            node: &entry.node,
+            name: &entry.key,
+            index: None,
+            ..self
+        }
     }
 
     /// "`radius` must be a number, not an array", at this value.
@@ -78,7 +89,8 @@ impl<'a> Reader<'a> {
     fn placed(&self, mut failure: Failure) -> Failure {
         if failure.span.is_none() {
             let key = failure.key.as_deref().and_then(|key| self.node.entry(key));
-            failure.span = Some(key.map_or_else(|| self.node.span.clone(), |entry| entry.key_span.clone()));
+            failure.span =
+                Some(key.map_or_else(|| self.node.span.clone(), |entry| entry.key_span.clone()));
             failure.message = format!("{self}: {}", failure.message);
         }
         failure
@@ -90,12 +102,15 @@ impl<'a> Reader<'a> {
             Value::Integer(value) => *value as f64,
             Value::Unsigned(value) => *value as f64,
             Value::Float(value) => *value,
-            Value::Text(source) => expr::evaluate(source, self.context.names).unwrap_or_else(|error| {
-                self.context.note(self.expression(error));
-                1.0
-            }),
+            Value::Text(source) => {
+                expr::evaluate(source, self.context.names).unwrap_or_else(|error| {
+                    self.context.note(self.expression(error));
+                    1.0
+                })
+            }
             _ => {
-                self.context.note(self.wrong("a number, or an expression in quotes"));
+                self.context
+                    .note(self.wrong("a number, or an expression in quotes"));
                 1.0
             }
         }
@@ -110,7 +125,8 @@ impl<'a> Reader<'a> {
         failure
     }
 
-    /// The whole number this value is or evaluates to, within a range. A failure is noted, and a 1 stands in.
+    /// The whole number this value is or evaluates to, within a range. A failure is noted, and a 1
+    /// stands in.
     fn whole(&self, least: i128, greatest: i128) -> i128 {
         let value = match &self.node.value {
             Value::Integer(value) => i128::from(*value),
@@ -120,7 +136,8 @@ impl<'a> Reader<'a> {
                 // Casts of floats saturate, so that what is out of range stays so.
                 if value.fract() != 0.0 || !value.is_finite() {
                     let message = format!("{self} must be a whole number, not {value}");
-                    self.context.note(Failure::new(message).at(self.node.span.clone()));
+                    self.context
+                        .note(Failure::new(message).at(self.node.span.clone()));
                     return 1;
                 }
                 value as i128
@@ -129,8 +146,10 @@ impl<'a> Reader<'a> {
         if (least..=greatest).contains(&value) {
             return value;
         }
-        let message = format!("{self} must be a whole number from {least} to {greatest}, not {value}");
-        self.context.note(Failure::new(message).at(self.node.span.clone()));
+        let message =
+            format!("{self} must be a whole number from {least} to {greatest}, not {value}");
+        self.context
+            .note(Failure::new(message).at(self.node.span.clone()));
         1
     }
 
@@ -160,34 +179,57 @@ impl<'a> Reader<'a> {
     }
 
     /// Reads a table as a struct: unknown keys are noted and left out.
-    pub fn read_struct<V: Visitor<'a>>(self, keys: &'static [&'static str], visitor: V) -> Result<V::Value, Failure> {
+    pub fn read_struct<V: Visitor<'a>>(
+        self,
+        keys: &'static [&'static str],
+        visitor: V,
+    ) -> Result<V::Value, Failure> {
         let entries = self.fields(keys)?;
         self.place(visitor.visit_map(Entries::new(self, entries, Some(keys))))
     }
 
-    /// The entries of a table that is to be a struct, the unknown ones noted. Apart from [`Self::read_struct`], which is compiled for every struct.
+    /// The entries of a table that is to be a struct, the unknown ones noted. Apart from
+    /// [`Self::read_struct`], which is compiled for every struct.
     fn fields(&self, keys: &[&str]) -> Result<&'a [Entry], Failure> {
-        let entries = self.table().map_err(|failure| self.explain_header(failure))?;
-        for entry in entries.iter().filter(|entry| !keys.contains(&entry.key.as_str())) {
-            let place = if self.name.is_empty() { "a scene".to_owned() } else { self.to_string() };
-            let failure = Failure::new(format!("unknown key `{}`", entry.key)).at(entry.key_span.clone());
+        let entries = self
+            .table()
+            .map_err(|failure| self.explain_header(failure))?;
+        for entry in entries
+            .iter()
+            .filter(|entry| !keys.contains(&entry.key.as_str()))
+        {
+            let place = if self.name.is_empty() {
+                "a scene".to_owned()
+            } else {
+                self.to_string()
+            };
+            let failure =
+                Failure::new(format!("unknown key `{}`", entry.key)).at(entry.key_span.clone());
             let hint = did_you_mean(&entry.key, keys, "the keys here");
-            self.context.note(failure.labelled(format!("not a key of {place}")).with_hint(hint));
+            self.context.note(
+                failure
+                    .labelled(format!("not a key of {place}"))
+                    .with_hint(hint),
+            );
         }
         Ok(entries)
     }
 
     /// The two kinds of TOML headers are easily mistaken for each other.
     fn explain_header(&self, failure: Failure) -> Failure {
-        let header = self.context.text.get(self.node.span.clone()).unwrap_or_default();
+        let header = self
+            .context
+            .text
+            .get(self.node.span.clone())
+            .unwrap_or_default();
         let name = self.name;
         match (&self.node.value, header.as_bytes()) {
-            (Value::Array(_), [b'[', b'[', ..]) if self.index.is_none() => {
-                failure.with_hint(format!("there is one of it: write `[{name}]` with single brackets"))
-            }
-            (Value::Table(_), [b'[', ..]) => {
-                failure.with_hint(format!("there may be several: write `[[{name}]]` with double brackets"))
-            }
+            (Value::Array(_), [b'[', b'[', ..]) if self.index.is_none() => failure.with_hint(
+                format!("there is one of it: write `[{name}]` with single brackets"),
+            ),
+            (Value::Table(_), [b'[', ..]) => failure.with_hint(format!(
+                "there may be several: write `[[{name}]]` with double brackets"
+            )),
             _ => failure,
         }
     }
@@ -218,7 +260,10 @@ impl<'a> Deserializer<'a> for Reader<'a> {
             Value::Unsigned(value) => visitor.visit_u64(*value),
             Value::Float(value) => visitor.visit_f64(*value),
             Value::Text(text) => visitor.visit_borrowed_str(text),
-            Value::Date => Err(de::Error::invalid_type(de::Unexpected::Other("a date"), &visitor)),
+            Value::Date => Err(de::Error::invalid_type(
+                de::Unexpected::Other("a date"),
+                &visitor,
+            )),
             Value::Array(items) => visitor.visit_seq(Items::new(self, items)),
             Value::Table(entries) => visitor.visit_map(Entries::new(self, entries, None)),
         };
@@ -256,12 +301,21 @@ impl<'a> Deserializer<'a> for Reader<'a> {
     }
 
     fn deserialize_option<V: Visitor<'a>>(self, visitor: V) -> Result<V::Value, Failure> {
-        if self.node.value == Value::Null { visitor.visit_none() } else { visitor.visit_some(self) }
+        if self.node.value == Value::Null {
+            visitor.visit_none()
+        } else {
+            visitor.visit_some(self)
+        }
     }
 
-    /// A colour may be one number, and so an expression; inputs of the hit read through [`Self::deserialize_any`] and
-    /// keep their text, some of them only where it is no number of the scene.
-    fn deserialize_newtype_struct<V: Visitor<'a>>(self, name: &'static str, visitor: V) -> Result<V::Value, Failure> {
+    /// A colour may be one number, and so an expression; inputs of the hit read through
+    /// [`Self::deserialize_any`] and keep their text, some of them only where it is no number of
+    /// the scene.
+    fn deserialize_newtype_struct<V: Visitor<'a>>(
+        self,
+        name: &'static str,
+        visitor: V,
+    ) -> Result<V::Value, Failure> {
         match (name, &self.node.value) {
             ("Colour", Value::Text(_)) => self.deserialize_f64(visitor),
             ("Colour", _) => self.deserialize_any(visitor),
@@ -274,17 +328,26 @@ impl<'a> Deserializer<'a> for Reader<'a> {
     }
 
     fn deserialize_seq<V: Visitor<'a>>(self, visitor: V) -> Result<V::Value, Failure> {
-        let items = self.items().map_err(|failure| self.explain_header(failure))?;
+        let items = self
+            .items()
+            .map_err(|failure| self.explain_header(failure))?;
         self.place(visitor.visit_seq(Items::new(self, items)))
     }
 
-    fn deserialize_tuple<V: Visitor<'a>>(self, length: usize, visitor: V) -> Result<V::Value, Failure> {
+    fn deserialize_tuple<V: Visitor<'a>>(
+        self,
+        length: usize,
+        visitor: V,
+    ) -> Result<V::Value, Failure> {
         let items = match &self.node.value {
             Value::Array(items) => items,
             _ => return Err(self.wrong(&format!("an array of {length} values"))),
         };
         if items.len() != length {
-            let message = format!("{self} must be an array of {length} values, not of {}", items.len());
+            let message = format!(
+                "{self} must be an array of {length} values, not of {}",
+                items.len()
+            );
             return Err(Failure::new(message).at(self.node.span.clone()));
         }
         self.deserialize_seq(visitor)

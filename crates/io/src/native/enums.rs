@@ -24,8 +24,13 @@ impl<'a> Variant<'a> {
             Value::Table(entries) => match entries.as_slice() {
                 [entry] => (&entry.key, &entry.key_span, Some(&entry.node)),
                 [_, second, ..] => {
-                    let message = format!("{reader} must have exactly one key that says which kind it is, not {}", entries.len());
-                    return Err(Failure::new(message).at(second.key_span.clone()).labelled("one key too many"));
+                    let message = format!(
+                        "{reader} must have exactly one key that says which kind it is, not {}",
+                        entries.len()
+                    );
+                    return Err(Failure::new(message)
+                        .at(second.key_span.clone())
+                        .labelled("one key too many"));
                 }
                 [] => return Err(reader.wrong(&format!("one of {}", list()))),
             },
@@ -35,18 +40,35 @@ impl<'a> Variant<'a> {
             let failure = Failure::new(format!("{reader} cannot be `{word}`")).at(span.clone());
             return Err(failure.with_hint(did_you_mean(word, variants, "it can be")));
         }
-        Ok(Self { reader, word, content })
+        Ok(Self {
+            reader,
+            word,
+            content,
+        })
     }
 
     /// The content under the word's name, or a failure that shows how to write it.
     fn content(&self, keys: &[&str]) -> Result<Reader<'a>, Failure> {
         match self.content {
-            Some(node) => Ok(Reader { node, name: self.word, index: None, ..self.reader }),
+            Some(node) => Ok(Reader {
+                node,
+                name: self.word,
+                index: None,
+                ..self.reader
+            }),
             None => {
                 let (name, word) = (self.reader.name, self.word);
-                let failure = Failure::new(format!("`{word}` needs a value")).at(self.reader.node.span.clone());
+                let failure = Failure::new(format!("`{word}` needs a value")).at(self
+                    .reader
+                    .node
+                    .span
+                    .clone());
                 let hint = format!("write `{name} = {{ {word} = … }}`");
-                Err(failure.with_hint(if keys.is_empty() { hint } else { format!("{hint} with {}", keys.join(", ")) }))
+                Err(failure.with_hint(if keys.is_empty() {
+                    hint
+                } else {
+                    format!("{hint} with {}", keys.join(", "))
+                }))
             }
         }
     }
@@ -74,24 +96,35 @@ impl<'a> VariantAccess<'a> for Variant<'a> {
             None => Ok(()),
             Some(node) => {
                 let (name, word) = (self.reader.name, self.word);
-                let failure = Failure::new(format!("`{word}` has no value of its own")).at(node.span.clone());
+                let failure =
+                    Failure::new(format!("`{word}` has no value of its own")).at(node.span.clone());
                 Err(failure.with_hint(format!("write `{name} = \"{word}\"`")))
             }
         }
     }
 
     fn newtype_variant_seed<T: DeserializeSeed<'a>>(self, seed: T) -> Result<T::Value, Failure> {
-        let result = self.content(&[]).and_then(|content| seed.deserialize(content));
+        let result = self
+            .content(&[])
+            .and_then(|content| seed.deserialize(content));
         self.under(result)
     }
 
     fn tuple_variant<V: Visitor<'a>>(self, length: usize, visitor: V) -> Result<V::Value, Failure> {
-        let result = self.content(&[]).and_then(|content| content.deserialize_tuple(length, visitor));
+        let result = self
+            .content(&[])
+            .and_then(|content| content.deserialize_tuple(length, visitor));
         self.under(result)
     }
 
-    fn struct_variant<V: Visitor<'a>>(self, keys: &'static [&'static str], visitor: V) -> Result<V::Value, Failure> {
-        let result = self.content(keys).and_then(|content| content.read_struct(keys, visitor));
+    fn struct_variant<V: Visitor<'a>>(
+        self,
+        keys: &'static [&'static str],
+        visitor: V,
+    ) -> Result<V::Value, Failure> {
+        let result = self
+            .content(keys)
+            .and_then(|content| content.read_struct(keys, visitor));
         self.under(result)
     }
 }

@@ -1,4 +1,5 @@
-//! The error that travels up through serde while a tree becomes a scene, collecting its place on the way.
+//! The error that travels up through serde while a tree becomes a scene, collecting its place on
+//! the way.
 
 use std::fmt;
 use std::ops::{Deref, DerefMut, Range};
@@ -15,7 +16,8 @@ pub(crate) enum Step {
     Index(usize),
 }
 
-/// Why a value is not what the scene needs there. Boxed, because every step of serde hands it on by value.
+/// Why a value is not what the scene needs there. Boxed, because every step of serde hands it on by
+/// value.
 #[derive(Debug)]
 pub(crate) struct Failure(Box<Details>);
 
@@ -48,7 +50,10 @@ impl DerefMut for Failure {
 
 impl Failure {
     pub fn new(message: impl Into<String>) -> Self {
-        Self(Box::new(Details { message: message.into(), ..Details::default() }))
+        Self(Box::new(Details {
+            message: message.into(),
+            ..Details::default()
+        }))
     }
 
     pub fn at(mut self, span: Range<usize>) -> Self {
@@ -73,8 +78,19 @@ impl Failure {
     }
 
     pub fn into_diagnostic(self) -> Diagnostic {
-        let Details { message, span, label, hint, .. } = *self.0;
-        Diagnostic { message, span, label, hint }
+        let Details {
+            message,
+            span,
+            label,
+            hint,
+            ..
+        } = *self.0;
+        Diagnostic {
+            message,
+            span,
+            label,
+            hint,
+        }
     }
 }
 
@@ -100,7 +116,11 @@ impl de::Error for Failure {
     }
 
     fn unknown_variant(variant: &str, expected: &'static [&'static str]) -> Self {
-        Self::new(format!("unknown value `{variant}`")).with_hint(did_you_mean(variant, expected, "possible here"))
+        Self::new(format!("unknown value `{variant}`")).with_hint(did_you_mean(
+            variant,
+            expected,
+            "possible here",
+        ))
     }
 
     fn unknown_field(field: &str, expected: &'static [&'static str]) -> Self {

@@ -1,4 +1,5 @@
-//! The images and meshes that a native scene names: read through its folder's gate and put into the scene.
+//! The images and meshes that a native scene names: read through its folder's gate and put into the
+//! scene.
 
 use std::path::Path;
 use std::sync::Arc;
@@ -22,21 +23,27 @@ use crate::{mesh_file, presets};
 /// Marks an image that the program carries.
 const EMBEDDED: &str = "embedded:";
 
-/// Reads every file that a scene names. A missing texture is only a warning, everything else that cannot be had an error
-/// at its place.
-pub(crate) fn read(parsed: &mut Parsed<'_>, outer: &Folder, limits: &Limits) -> Result<Vec<Warning>, Error> {
+/// Reads every file that a scene names. A missing texture is only a warning, everything else that
+/// cannot be had an error at its place.
+pub(crate) fn read(
+    parsed: &mut Parsed<'_>,
+    outer: &Folder,
+    limits: &Limits,
+) -> Result<Vec<Warning>, Error> {
     let mut budget = Budget::new(limits);
     let mut warnings = colours::warnings(parsed.file, &parsed.scene);
     let mut waiting = Vec::new();
     for i in 0..parsed.scene.images.len() {
         match image(parsed, i, outer)? {
             Ok(bytes) => {
-                image_file::claim(&bytes, limits, &mut budget).map_err(|fault| no_picture(parsed, i, &fault))?;
+                image_file::claim(&bytes, limits, &mut budget)
+                    .map_err(|fault| no_picture(parsed, i, &fault))?;
                 waiting.push((i, bytes));
             }
             Err(why) => {
                 let name = &parsed.scene.images[i].name;
-                let message = format!("image `{name}`: {why}; where it is used, the factor alone counts");
+                let message =
+                    format!("image `{name}`: {why}; where it is used, the factor alone counts");
                 warnings.push(Warning::new(WarningCode::Picture, parsed.file, message));
             }
         }
@@ -48,42 +55,72 @@ pub(crate) fn read(parsed: &mut Parsed<'_>, outer: &Folder, limits: &Limits) -> 
         _ => waiting.into_par_iter().map(decode).collect(),
     };
     for (i, data) in decoded {
-        let Decoded { image, remarks, mended } = data.map_err(|fault| no_picture(parsed, i, &fault))?;
+        let Decoded {
+            image,
+            remarks,
+            mended,
+        } = data.map_err(|fault| no_picture(parsed, i, &fault))?;
         let name = &parsed.scene.images[i].name;
-        warnings.extend(
-            remarks
-                .into_iter()
-                .map(|remark| Warning::new(WarningCode::of_image(mended), parsed.file, format!("image `{name}` {remark}"))),
-        );
-        (parsed.scene.images[i].data, parsed.scene.images[i].mended) = (Some(Arc::new(image)), mended);
+        warnings.extend(remarks.into_iter().map(|remark| {
+            Warning::new(
+                WarningCode::of_image(mended),
+                parsed.file,
+                format!("image `{name}` {remark}"),
+            )
+        }));
+        (parsed.scene.images[i].data, parsed.scene.images[i].mended) =
+            (Some(Arc::new(image)), mended);
     }
     for i in 0..parsed.scene.meshes.len() {
         if let MeshSource::File(reference) = &parsed.scene.meshes[i].source {
             let at = format!("meshes[{i}].source.file");
-            let bytes = outer.read(reference).map_err(|why| unread(parsed, &at, &why))?;
-            let folder = outer.beside(reference).map_err(|why| unread(parsed, &at, &why))?;
+            let bytes = outer
+                .read(reference)
+                .map_err(|why| unread(parsed, &at, &why))?;
+            let folder = outer
+                .beside(reference)
+                .map_err(|why| unread(parsed, &at, &why))?;
             let part = parsed.scene.meshes[i].model.clone().unwrap_or_default();
             let (mesh, more) =
-                mesh_file::read(Path::new(reference), &bytes, &folder, limits, &part).map_err(|error| match error.kind() {
-                    // What a command line is blamed for there stands in the scene here.
-                    ErrorKind::Usage => parsed.error(ErrorKind::Input, &format!("meshes[{i}].model.scene"), error.message()),
-                    kind => parsed.error(kind, &at, error.message()),
-                })?;
+                mesh_file::read(Path::new(reference), &bytes, &folder, limits, &part).map_err(
+                    |error| match error.kind() {
+                        // What a command line is blamed for there stands in the scene here.
+                        ErrorKind::Usage => parsed.error(
+                            ErrorKind::Input,
+                            &format!("meshes[{i}].model.scene"),
+                            error.message(),
+                        ),
+                        kind => parsed.error(kind, &at, error.message()),
+                    },
+                )?;
             if let Some((path, message)) = mesh_data(&mesh).into_iter().next() {
-                return Err(parsed.error(ErrorKind::Input, &at, format!("{path} of `{reference}`: {message}")));
+                return Err(parsed.error(
+                    ErrorKind::Input,
+                    &at,
+                    format!("{path} of `{reference}`: {message}"),
+                ));
             }
             outer.note(folder.take_hash().to_string().as_bytes());
             warnings.extend(more);
-            (parsed.scene.meshes[i].source, parsed.scene.meshes[i].model) = (MeshSource::Inline(Arc::new(mesh)), None);
+            (parsed.scene.meshes[i].source, parsed.scene.meshes[i].model) =
+                (MeshSource::Inline(Arc::new(mesh)), None);
         }
     }
     warnings.extend(models::read(parsed, outer, limits)?);
-    warnings.extend(missing_uv_sets(&parsed.scene).into_iter().map(|problem| parsed.warning(&problem)));
+    warnings.extend(
+        missing_uv_sets(&parsed.scene)
+            .into_iter()
+            .map(|problem| parsed.warning(&problem)),
+    );
     Ok(warnings)
 }
 
 /// The bytes of an image, or why only its factor counts.
-fn image(parsed: &Parsed<'_>, index: usize, folder: &Folder) -> Result<Result<Vec<u8>, String>, Error> {
+fn image(
+    parsed: &Parsed<'_>,
+    index: usize,
+    folder: &Folder,
+) -> Result<Result<Vec<u8>, String>, Error> {
     let Image { name, path, .. } = &parsed.scene.images[index];
     let at = format!("images[{index}].path");
     match path.strip_prefix(EMBEDDED) {
@@ -102,7 +139,11 @@ fn image(parsed: &Parsed<'_>, index: usize, folder: &Folder) -> Result<Result<Ve
 
 /// An image whose bytes are no picture that can be had.
 fn no_picture(parsed: &Parsed<'_>, index: usize, fault: &Fault) -> Error {
-    let kind = if fault.kind == FaultKind::Limit { ErrorKind::Limit } else { ErrorKind::Input };
+    let kind = if fault.kind == FaultKind::Limit {
+        ErrorKind::Limit
+    } else {
+        ErrorKind::Input
+    };
     let message = format!("`{}` {}", parsed.scene.images[index].path, fault.message);
     parsed.error(kind, &format!("images[{index}].path"), message)
 }

@@ -33,23 +33,44 @@ pub(crate) fn parse(text: &str) -> Result<Node, Vec<Diagnostic>> {
     };
     let mut wrong = Vec::new();
     let root = convert(&value, &mut wrong);
-    if wrong.is_empty() { Ok(root) } else { Err(wrong) }
+    if wrong.is_empty() {
+        Ok(root)
+    } else {
+        Err(wrong)
+    }
 }
 
 fn syntax(kind: &ParseErrorKind, span: std::ops::Range<usize>) -> Diagnostic {
     if matches!(kind, ParseErrorKind::NestingDepthExceeded) {
         let hint = Some("a scene needs about ten levels".to_owned());
         let span = Some(span.start..span.start + 1);
-        return Diagnostic { message: "nested too deeply".to_owned(), span, label: "the 512th level".to_owned(), hint };
+        return Diagnostic {
+            message: "nested too deeply".to_owned(),
+            span,
+            label: "the 512th level".to_owned(),
+            hint,
+        };
     }
     let message = kind.to_string();
     let mut letters = message.chars();
     let first = letters.next().map(|c| c.to_ascii_lowercase());
-    plain(format!("not valid JSON: {}{}", first.map(String::from).unwrap_or_default(), letters.as_str()), span)
+    plain(
+        format!(
+            "not valid JSON: {}{}",
+            first.map(String::from).unwrap_or_default(),
+            letters.as_str()
+        ),
+        span,
+    )
 }
 
 fn plain(message: String, span: std::ops::Range<usize>) -> Diagnostic {
-    Diagnostic { message, span: Some(span), label: String::new(), hint: None }
+    Diagnostic {
+        message,
+        span: Some(span),
+        label: String::new(),
+        hint: None,
+    }
 }
 
 fn convert(value: &ast::Value<'_>, wrong: &mut Vec<Diagnostic>) -> Node {
@@ -63,7 +84,13 @@ fn convert(value: &ast::Value<'_>, wrong: &mut Vec<Diagnostic>) -> Node {
             wrong.push(plain("this is not a number".to_owned(), span.clone()));
             Value::Integer(0)
         }),
-        ast::Value::Array(array) => Value::Array(array.elements.iter().map(|item| convert(item, wrong)).collect()),
+        ast::Value::Array(array) => Value::Array(
+            array
+                .elements
+                .iter()
+                .map(|item| convert(item, wrong))
+                .collect(),
+        ),
         ast::Value::Object(object) => Value::Table(table(object, wrong)),
     };
     Node { span, value }
@@ -71,7 +98,9 @@ fn convert(value: &ast::Value<'_>, wrong: &mut Vec<Diagnostic>) -> Node {
 
 fn number(text: &str) -> Option<Value> {
     let signed = text.parse().ok().map(Value::Integer);
-    signed.or_else(|| text.parse().ok().map(Value::Unsigned)).or_else(|| text.parse().ok().map(Value::Float))
+    signed
+        .or_else(|| text.parse().ok().map(Value::Unsigned))
+        .or_else(|| text.parse().ok().map(Value::Float))
 }
 
 fn table(object: &ast::Object<'_>, wrong: &mut Vec<Diagnostic>) -> Vec<Entry> {
@@ -81,9 +110,16 @@ fn table(object: &ast::Object<'_>, wrong: &mut Vec<Diagnostic>) -> Vec<Entry> {
         let range = property.name.range();
         let key_span = range.start..range.end;
         if !seen.insert(property.name.as_str()) {
-            wrong.push(plain(format!("duplicate key `{}`", property.name.as_str()), key_span.clone()));
+            wrong.push(plain(
+                format!("duplicate key `{}`", property.name.as_str()),
+                key_span.clone(),
+            ));
         }
-        entries.push(Entry { key: property.name.as_str().to_owned(), key_span, node: convert(&property.value, wrong) });
+        entries.push(Entry {
+            key: property.name.as_str().to_owned(),
+            key_span,
+            node: convert(&property.value, wrong),
+        });
     }
     entries
 }

@@ -57,20 +57,40 @@ impl Parsed<'_> {
     /// An error at the place of a path: `meshes[2].source.file`.
     pub fn error(&self, kind: ErrorKind, path: &str, message: impl Into<String>) -> Error {
         let span = places::span(&self.root, path);
-        let problem = Diagnostic { message: message.into(), span, label: String::new(), hint: None };
-        Error::Scene(Diagnostics { kind, ..Diagnostics::new(self.file, self.text, vec![problem]) })
+        let problem = Diagnostic {
+            message: message.into(),
+            span,
+            label: String::new(),
+            hint: None,
+        };
+        Error::Scene(Diagnostics {
+            kind,
+            ..Diagnostics::new(self.file, self.text, vec![problem])
+        })
     }
 
     /// A warning with the line of a problem that leaves a picture possible.
     pub fn warning(&self, problem: &Problem) -> Warning {
-        let before = places::span(&self.root, &problem.path).and_then(|span| self.text.get(..span.start)).unwrap_or_default();
+        let before = places::span(&self.root, &problem.path)
+            .and_then(|span| self.text.get(..span.start))
+            .unwrap_or_default();
         let line = before.matches('\n').count() + 1;
-        Warning::new(WarningCode::TextureCoordinates, self.file, format!("line {line}, {}: {}", problem.path, problem.message))
+        Warning::new(
+            WarningCode::TextureCoordinates,
+            self.file,
+            format!("line {line}, {}: {}", problem.path, problem.message),
+        )
     }
 }
 
-/// Reads and checks a scene; `file` is its name in messages. Images and meshes in other files are not read.
-pub(crate) fn parse<'a>(file: &'a str, text: &'a str, notation: Notation, overrides: &Overrides) -> Result<Parsed<'a>, Error> {
+/// Reads and checks a scene; `file` is its name in messages. Images and meshes in other files are
+/// not read.
+pub(crate) fn parse<'a>(
+    file: &'a str,
+    text: &'a str,
+    notation: Notation,
+    overrides: &Overrides,
+) -> Result<Parsed<'a>, Error> {
     let fail = |problems| Error::Scene(Diagnostics::new(file, text, problems));
     let mut root = tree(text, notation).map_err(fail)?;
     other_format(&root).map_err(fail)?;
@@ -82,16 +102,34 @@ pub(crate) fn parse<'a>(file: &'a str, text: &'a str, notation: Notation, overri
         Ok(_) => return Err(fail(problems)),
         Err(more) => return Err(fail(problems.into_iter().chain(more).collect())),
     };
-    let problems: Vec<_> = validate(&scene).into_iter().map(|problem| places::diagnostic(&root, text, problem)).collect();
-    if problems.is_empty() { Ok(Parsed { scene, file, text, root }) } else { Err(fail(problems)) }
+    let problems: Vec<_> = validate(&scene)
+        .into_iter()
+        .map(|problem| places::diagnostic(&root, text, problem))
+        .collect();
+    if problems.is_empty() {
+        Ok(Parsed {
+            scene,
+            file,
+            text,
+            root,
+        })
+    } else {
+        Err(fail(problems))
+    }
 }
 
 /// A text of another version may be wrong in every line; only the version is worth a message then.
 fn other_format(root: &Node) -> Result<(), Vec<Diagnostic>> {
     let Some(entry) = root.entry("format") else {
-        let hint = format!("a scene begins with `format = {FORMAT}`, in JSON with `\"format\": {FORMAT}`");
+        let hint =
+            format!("a scene begins with `format = {FORMAT}`, in JSON with `\"format\": {FORMAT}`");
         let message = "this is no scene: it has no `format`".to_owned();
-        return Err(vec![Diagnostic { message, span: None, label: String::new(), hint: Some(hint) }]);
+        return Err(vec![Diagnostic {
+            message,
+            span: None,
+            label: String::new(),
+            hint: Some(hint),
+        }]);
     };
     match entry.node.value {
         Value::Integer(format) if format == i64::from(FORMAT) => Ok(()),
@@ -108,7 +146,12 @@ fn tree(text: &str, notation: Notation) -> Result<Node, Vec<Diagnostic>> {
     if text.trim().is_empty() {
         let hint = Some("the smallest scene is `format = 1`".to_owned());
         let message = "the file is empty".to_owned();
-        return Err(vec![Diagnostic { message, span: None, label: String::new(), hint }]);
+        return Err(vec![Diagnostic {
+            message,
+            span: None,
+            label: String::new(),
+            hint,
+        }]);
     }
     match notation {
         Notation::Toml => toml::parse(text),
@@ -116,16 +159,31 @@ fn tree(text: &str, notation: Notation) -> Result<Node, Vec<Diagnostic>> {
     }
 }
 
-/// Reads the tree as a scene. A failure that cannot be replaced by a stand-in takes its object, material or section out
-/// of the tree, and what is left is read again, so that one wrong thing does not hide the next.
-fn read(root: &mut Node, text: &str, names: &BTreeMap<String, f64>) -> Result<Scene, Vec<Diagnostic>> {
+/// Reads the tree as a scene. A failure that cannot be replaced by a stand-in takes its object,
+/// material or section out of the tree, and what is left is read again, so that one wrong thing
+/// does not hide the next.
+fn read(
+    root: &mut Node,
+    text: &str,
+    names: &BTreeMap<String, f64>,
+) -> Result<Scene, Vec<Diagnostic>> {
     let mut problems: Vec<Diagnostic> = Vec::new();
-    // Each reading notes once more what the ones before it noted: a hundred thousand wrong keys, twenty times.
+    // Each reading notes once more what the ones before it noted: a hundred thousand wrong keys,
+    // twenty times.
     let mut known = HashSet::new();
     for _ in 0..READINGS {
-        let context = Context { text, names, noted: Default::default() };
+        let context = Context {
+            text,
+            names,
+            noted: Default::default(),
+        };
         let result = Scene::deserialize(Reader::root(root, &context));
-        for noted in context.noted.into_inner().into_iter().map(Failure::into_diagnostic) {
+        for noted in context
+            .noted
+            .into_inner()
+            .into_iter()
+            .map(Failure::into_diagnostic)
+        {
             if known.insert(noted.clone()) {
                 problems.push(noted);
             }
@@ -148,10 +206,16 @@ fn read(root: &mut Node, text: &str, names: &BTreeMap<String, f64>) -> Result<Sc
 /// Removes the element of a top-level array, or the top-level key, that a path leads into.
 fn take_out(root: &mut Node, path: &[Step]) -> bool {
     let mut down = path.iter().rev();
-    let (Some(Step::Key(key)), Value::Table(entries)) = (down.next(), &mut root.value) else { return false };
-    let Some(at) = entries.iter().position(|entry| entry.key == *key) else { return false };
+    let (Some(Step::Key(key)), Value::Table(entries)) = (down.next(), &mut root.value) else {
+        return false;
+    };
+    let Some(at) = entries.iter().position(|entry| entry.key == *key) else {
+        return false;
+    };
     match (&mut entries[at].node.value, down.next()) {
-        (Value::Array(items), Some(Step::Index(index))) if *index < items.len() => drop(items.remove(*index)),
+        (Value::Array(items), Some(Step::Index(index))) if *index < items.len() => {
+            drop(items.remove(*index))
+        }
         _ => drop(entries.remove(at)),
     }
     true
@@ -176,7 +240,10 @@ impl Tree {
 /// The bytes of a file as text, without a byte order mark.
 pub(crate) fn text(file: &str, mut bytes: Vec<u8>, limit: u64) -> Result<String, Error> {
     if bytes.len() as u64 > limit {
-        let message = format!("the scene is larger than the limit of {}", human_bytes(limit));
+        let message = format!(
+            "the scene is larger than the limit of {}",
+            human_bytes(limit)
+        );
         let hint = "put large meshes into OBJ, glTF or GLB files and name them in the scene";
         return Err(Error::limit(file, message).with_hint(hint));
     }
@@ -194,7 +261,11 @@ pub(crate) fn text(file: &str, mut bytes: Vec<u8>, limit: u64) -> Result<String,
 /// The title of a scene in TOML; empty if it has none.
 pub(crate) fn title(text: &str) -> String {
     let root = toml::parse(text).ok();
-    match root.as_ref().and_then(|root| root.get("title")).map(|node| &node.value) {
+    match root
+        .as_ref()
+        .and_then(|root| root.get("title"))
+        .map(|node| &node.value)
+    {
         Some(Value::Text(title)) => title.clone(),
         _ => String::new(),
     }

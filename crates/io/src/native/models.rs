@@ -1,4 +1,5 @@
-//! Models that a native scene places: what their files hold becomes part of the scene, under names of its own.
+//! Models that a native scene places: what their files hold becomes part of the scene, under names
+//! of its own.
 
 use std::collections::{BTreeMap, HashMap};
 use std::path::Path;
@@ -60,14 +61,23 @@ impl Taken {
 /// Puts all models into the scene that places them; none are left in its list.
 ///
 /// # Errors
-/// At the place of the model: a file that can't be had, that is wrong or that has not what is asked of it, and a transform that
-/// takes it beyond every measure.
-pub(super) fn read(parsed: &mut Parsed<'_>, outer: &Folder, limits: &Limits) -> Result<Vec<Warning>, Error> {
+/// At the place of the model: a file that can't be had, that is wrong or that has not what is asked
+/// of it, and a transform that takes it beyond every measure.
+pub(super) fn read(
+    parsed: &mut Parsed<'_>,
+    outer: &Folder,
+    limits: &Limits,
+) -> Result<Vec<Warning>, Error> {
     let models = core::mem::take(&mut parsed.scene.models);
     let (mut taken, mut parts) = (Taken::of(&parsed.scene), HashMap::<Key, Rc<Part>>::new());
     let mut warnings = Vec::new();
     for (i, model) in models.iter().enumerate() {
-        let key = (model.file.clone(), model.scene.clone(), model.variant.clone(), model.time.map(f64::to_bits));
+        let key = (
+            model.file.clone(),
+            model.scene.clone(),
+            model.variant.clone(),
+            model.time.map(f64::to_bits),
+        );
         let part = match parts.get(&key) {
             Some(known) => Rc::clone(known),
             None => {
@@ -85,8 +95,17 @@ pub(super) fn read(parsed: &mut Parsed<'_>, outer: &Folder, limits: &Limits) -> 
 
 /// What names of a model's things begin with.
 fn label(model: &ModelFile) -> String {
-    let stem = || Path::new(&model.file).file_stem().map(|stem| stem.to_string_lossy().into_owned()).unwrap_or_default();
-    if model.name.is_empty() { stem() } else { model.name.clone() }
+    let stem = || {
+        Path::new(&model.file)
+            .file_stem()
+            .map(|stem| stem.to_string_lossy().into_owned())
+            .unwrap_or_default()
+    };
+    if model.name.is_empty() {
+        stem()
+    } else {
+        model.name.clone()
+    }
 }
 
 /// A model's file as a scene of its own.
@@ -98,89 +117,165 @@ fn load(
     index: usize,
 ) -> Result<(Scene, Vec<Warning>), Error> {
     let at = |key: &str| format!("models[{index}].{key}");
-    let bytes = outer.read(&model.file).map_err(|why| unread(parsed, &at("file"), &why))?;
-    let folder = outer.beside(&model.file).map_err(|why| unread(parsed, &at("file"), &why))?;
+    let bytes = outer
+        .read(&model.file)
+        .map_err(|why| unread(parsed, &at("file"), &why))?;
+    let folder = outer
+        .beside(&model.file)
+        .map_err(|why| unread(parsed, &at("file"), &why))?;
     let file = Path::new(&model.file);
-    let images = parsed.scene.images.iter().filter_map(|image| image.data.as_ref()).map(|data| data.bytes());
+    let images = parsed
+        .scene
+        .images
+        .iter()
+        .filter_map(|image| image.data.as_ref())
+        .map(|data| data.bytes());
     let meshes = parsed.scene.meshes.iter().map(|mesh| match &mesh.source {
         MeshSource::Inline(data) => data.bytes(),
         MeshSource::File(_) => 0,
     });
     // What earlier models took is gone.
     let taken = images.chain(meshes).sum::<usize>() as u64;
-    let limits = Limits { memory_bytes: limits.memory_bytes.saturating_sub(taken), ..*limits };
-    let format = Format::of_model(file)
-        .ok_or_else(|| parsed.error(ErrorKind::Input, &at("file"), format!("models are read from {MODELS} files")))?;
-    let asks = [("scene", model.scene.is_some()), ("variant", model.variant.is_some()), ("time", model.time.is_some())];
-    if let Some((key, _)) = asks.iter().find(|(_, asked)| *asked && !format.has_choices()) {
+    let limits = Limits {
+        memory_bytes: limits.memory_bytes.saturating_sub(taken),
+        ..*limits
+    };
+    let format = Format::of_model(file).ok_or_else(|| {
+        parsed.error(
+            ErrorKind::Input,
+            &at("file"),
+            format!("models are read from {MODELS} files"),
+        )
+    })?;
+    let asks = [
+        ("scene", model.scene.is_some()),
+        ("variant", model.variant.is_some()),
+        ("time", model.time.is_some()),
+    ];
+    if let Some((key, _)) = asks
+        .iter()
+        .find(|(_, asked)| *asked && !format.has_choices())
+    {
         let message = format!("{} has no scenes, no variants and no time", format.file());
         return Err(parsed.error(ErrorKind::Input, &at(key), message));
     }
-    let choice = Choice { scene: model.scene.as_deref(), variant: model.variant.as_deref(), animation: None, time: model.time };
+    let choice = Choice {
+        scene: model.scene.as_deref(),
+        variant: model.variant.as_deref(),
+        animation: None,
+        time: model.time,
+    };
     let loaded = model_file::load(format, file, &bytes, (&folder, &limits), &choice, &());
     outer.note(folder.take_hash().to_string().as_bytes());
-    loaded.map(|loaded| (loaded.scene, loaded.warnings)).map_err(|error| match error.kind() {
-        // What a command line is blamed for there stands in the scene here.
-        ErrorKind::Usage if error.message().contains("has no variant") => {
-            parsed.error(ErrorKind::Input, &at("variant"), error.message())
-        }
-        ErrorKind::Usage => parsed.error(ErrorKind::Input, &at("scene"), error.message()),
-        kind => parsed.error(kind, &at("file"), error.message()),
-    })
+    loaded
+        .map(|loaded| (loaded.scene, loaded.warnings))
+        .map_err(|error| match error.kind() {
+            // What a command line is blamed for there stands in the scene here.
+            ErrorKind::Usage if error.message().contains("has no variant") => {
+                parsed.error(ErrorKind::Input, &at("variant"), error.message())
+            }
+            ErrorKind::Usage => parsed.error(ErrorKind::Input, &at("scene"), error.message()),
+            kind => parsed.error(kind, &at("file"), error.message()),
+        })
 }
 
 /// Gives all but objects and lights of a file to the scene, under names that begin with a label.
 fn adopt(scene: &mut Scene, mut own: Scene, label: &str, taken: &mut Taken) -> Part {
     let wish = |name: &str| format!("{label}/{name}");
-    let (mut images, mut textures, mut materials, mut meshes) =
-        (BTreeMap::new(), BTreeMap::new(), BTreeMap::new(), BTreeMap::new());
+    let (mut images, mut textures, mut materials, mut meshes) = (
+        BTreeMap::new(),
+        BTreeMap::new(),
+        BTreeMap::new(),
+        BTreeMap::new(),
+    );
     let rename = |name: &mut String, names: &mut Names, known: &mut BTreeMap<String, String>| {
         let new = names.unique(&wish(name));
         known.insert(core::mem::replace(name, new.clone()), new);
     };
-    own.images.iter_mut().for_each(|image| rename(&mut image.name, &mut taken.images, &mut images));
-    own.textures.iter_mut().for_each(|texture| rename(&mut texture.name, &mut taken.textures, &mut textures));
-    own.materials.iter_mut().for_each(|material| rename(&mut material.name, &mut taken.materials, &mut materials));
-    own.meshes.iter_mut().for_each(|mesh| rename(&mut mesh.name, &mut taken.meshes, &mut meshes));
+    own.images
+        .iter_mut()
+        .for_each(|image| rename(&mut image.name, &mut taken.images, &mut images));
+    own.textures
+        .iter_mut()
+        .for_each(|texture| rename(&mut texture.name, &mut taken.textures, &mut textures));
+    own.materials
+        .iter_mut()
+        .for_each(|material| rename(&mut material.name, &mut taken.materials, &mut materials));
+    own.meshes
+        .iter_mut()
+        .for_each(|mesh| rename(&mut mesh.name, &mut taken.meshes, &mut meshes));
     let follow = |name: &mut String, known: &BTreeMap<String, String>| {
         if let Some(new) = known.get(name) {
             name.clone_from(new);
         }
     };
-    own.textures.iter_mut().for_each(|texture| follow(&mut texture.image, &images));
+    own.textures
+        .iter_mut()
+        .for_each(|texture| follow(&mut texture.image, &images));
     for material in &mut own.materials {
         // Importers make physical materials alone.
-        let Model::Physical(model) = &mut material.model else { continue };
+        let Model::Physical(model) = &mut material.model else {
+            continue;
+        };
         model.change(&mut |value| {
             if let Some(texture) = value.texture_mut() {
                 follow(&mut texture.name, &textures);
             }
         });
     }
-    own.unread.iter_mut().for_each(|part| follow(&mut part.material, &materials));
+    own.unread
+        .iter_mut()
+        .for_each(|part| follow(&mut part.material, &materials));
     for object in &mut own.objects {
         if let Shape::Mesh(mesh) = &mut object.shape {
             follow(mesh, &meshes);
         }
         object.name = wish(&object.name);
     }
-    own.lights.iter_mut().for_each(|light| light.name = wish(&light.name));
+    own.lights
+        .iter_mut()
+        .for_each(|light| light.name = wish(&light.name));
     scene.images.append(&mut own.images);
     scene.textures.append(&mut own.textures);
     scene.materials.append(&mut own.materials);
     scene.meshes.append(&mut own.meshes);
     scene.unread.append(&mut own.unread);
-    Part { objects: own.objects, lights: own.lights, materials }
+    Part {
+        objects: own.objects,
+        lights: own.lights,
+        materials,
+    }
 }
 
 /// Adds a model's objects and lights where its transform puts them.
-fn place(parsed: &mut Parsed<'_>, part: &Part, model: &ModelFile, index: usize) -> Result<(), Error> {
+fn place(
+    parsed: &mut Parsed<'_>,
+    part: &Part,
+    model: &ModelFile,
+    index: usize,
+) -> Result<(), Error> {
     let at = |key: &str| format!("models[{index}].{key}");
-    if let Some(name) = model.materials.keys().find(|name| !part.materials.contains_key(*name)) {
-        let listed: Vec<String> = part.materials.keys().take(20).map(|name| format!("`{}`", shown(name))).collect();
+    if let Some(name) = model
+        .materials
+        .keys()
+        .find(|name| !part.materials.contains_key(*name))
+    {
+        let listed: Vec<String> = part
+            .materials
+            .keys()
+            .take(20)
+            .map(|name| format!("`{}`", shown(name)))
+            .collect();
         let meant = closest(name, part.materials.keys().map(String::as_str));
-        let meant = meant.map(|name| format!("; did you mean `{}`?", shown(name))).unwrap_or_default();
-        let message = format!("`{}` has no material `{}`{meant} Its materials: {}", model.file, shown(name), listed.join(", "));
+        let meant = meant
+            .map(|name| format!("; did you mean `{}`?", shown(name)))
+            .unwrap_or_default();
+        let message = format!(
+            "`{}` has no material `{}`{meant} Its materials: {}",
+            model.file,
+            shown(name),
+            listed.join(", ")
+        );
         return Err(parsed.error(ErrorKind::Input, &at("materials"), message));
     }
     let map = affine(&model.transform);
@@ -192,13 +287,19 @@ fn place(parsed: &mut Parsed<'_>, part: &Part, model: &ModelFile, index: usize) 
         }
         object.transform.extend(&model.transform);
         let whole = affine(&object.transform);
-        if !(whole.is_finite() && whole.inverse().is_finite() && whole.translation.abs().max_element() <= FARTHEST) {
+        if !(whole.is_finite()
+            && whole.inverse().is_finite()
+            && whole.translation.abs().max_element() <= FARTHEST)
+        {
             let message = format!("`{}` is taken beyond every measure", shown(&object.name));
             return Err(parsed.error(ErrorKind::Input, &at("transform"), message));
         }
         parsed.scene.objects.push(object);
     }
-    parsed.scene.lights.extend(part.lights.iter().map(|light| moved(light, &map)));
+    parsed
+        .scene
+        .lights
+        .extend(part.lights.iter().map(|light| moved(light, &map)));
     Ok(())
 }
 

@@ -1,4 +1,5 @@
-//! `t` and the parameters: read first, in the order of the text, because every other number may use them.
+//! `t` and the parameters: read first, in the order of the text, because every other number may use
+//! them.
 
 use std::collections::{BTreeMap, HashMap, HashSet};
 
@@ -18,10 +19,11 @@ pub struct Overrides {
     pub set: Vec<(String, f64)>,
 }
 
-/// Evaluates `t` and `[parameters]`, writes the values into the tree and returns them as the names of all expressions.
+/// Evaluates `t` and `[parameters]`, writes the values into the tree and returns them as the names
+/// of all expressions.
 ///
-/// A parameter may use `t` and those above it. A value from `overrides` stands in place of the text, which is then not
-/// evaluated.
+/// A parameter may use `t` and those above it. A value from `overrides` stands in place of the
+/// text, which is then not evaluated.
 pub(crate) fn settle(
     root: &mut Node,
     text: &str,
@@ -37,13 +39,28 @@ pub(crate) fn settle(
         }
         node.value = Value::Float(t);
     } else if let (Some(at), Value::Table(entries)) = (overrides.at, &mut root.value) {
-        let node = Node { span: 0..0, value: Value::Float(at) };
-        entries.push(Entry { key: "t".to_owned(), key_span: 0..0, node });
+        let node = Node {
+            span: 0..0,
+            value: Value::Float(at),
+        };
+        entries.push(Entry {
+            key: "t".to_owned(),
+            key_span: 0..0,
+            node,
+        });
     }
     names.insert("t".to_owned(), t);
     // Of two values for one name the later counts.
-    let set: HashMap<&str, f64> = overrides.set.iter().map(|(name, value)| (name.as_str(), *value)).collect();
-    if let Some(Node { value: Value::Table(parameters), .. }) = root.get_mut("parameters") {
+    let set: HashMap<&str, f64> = overrides
+        .set
+        .iter()
+        .map(|(name, value)| (name.as_str(), *value))
+        .collect();
+    if let Some(Node {
+        value: Value::Table(parameters),
+        ..
+    }) = root.get_mut("parameters")
+    {
         for entry in parameters {
             if let Some(problem) = bad_name(entry) {
                 noted.push(problem);
@@ -66,7 +83,11 @@ fn check_overrides(root: &Node, overrides: &Overrides) -> Result<(), Error> {
         _ => Vec::new(),
     };
     let names: HashSet<&str> = known.iter().copied().collect();
-    if let Some((name, _)) = overrides.set.iter().find(|(name, _)| !names.contains(name.as_str())) {
+    if let Some((name, _)) = overrides
+        .set
+        .iter()
+        .find(|(name, _)| !names.contains(name.as_str()))
+    {
         let hint = match closest(name, known.iter().copied()) {
             Some(word) => format!("did you mean `{word}`?"),
             None if name == "t" => "time is set with --at".to_owned(),
@@ -79,7 +100,13 @@ fn check_overrides(root: &Node, overrides: &Overrides) -> Result<(), Error> {
 }
 
 /// The value of a number or an expression; a problem is noted, and a 1 stands in.
-fn number(node: &Node, name: &str, text: &str, names: &BTreeMap<String, f64>, noted: &mut Vec<Diagnostic>) -> f64 {
+fn number(
+    node: &Node,
+    name: &str,
+    text: &str,
+    names: &BTreeMap<String, f64>,
+    noted: &mut Vec<Diagnostic>,
+) -> f64 {
     let problem = match &node.value {
         Value::Float(value) => return *value,
         Value::Integer(value) => return *value as f64,
@@ -94,7 +121,10 @@ fn number(node: &Node, name: &str, text: &str, names: &BTreeMap<String, f64>, no
             },
         },
         _ => Diagnostic {
-            message: format!("`{name}` must be a number, or an expression in quotes, not {}", node.kind()),
+            message: format!(
+                "`{name}` must be a number, or an expression in quotes, not {}",
+                node.kind()
+            ),
             span: Some(node.span.clone()),
             label: String::new(),
             hint: None,
@@ -107,5 +137,10 @@ fn number(node: &Node, name: &str, text: &str, names: &BTreeMap<String, f64>, no
 fn bad_name(entry: &Entry) -> Option<Diagnostic> {
     let why = expr::parameter_name_problem(&entry.key)?;
     let message = format!("`{}` cannot be the name of a parameter", entry.key);
-    Some(Diagnostic { message, span: Some(entry.key_span.clone()), label: String::new(), hint: Some(why) })
+    Some(Diagnostic {
+        message,
+        span: Some(entry.key_span.clone()),
+        label: String::new(),
+        hint: Some(why),
+    })
 }

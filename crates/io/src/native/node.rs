@@ -1,4 +1,5 @@
-//! A parsed text as a tree in which every value and key knows its place: what TOML and JSON have in common.
+//! A parsed text as a tree in which every value and key knows its place: what TOML and JSON have in
+//! common.
 
 use std::ops::Range;
 
@@ -52,7 +53,10 @@ impl Node {
     /// The value of a key to change, if this is a table that has it.
     pub fn get_mut(&mut self, key: &str) -> Option<&mut Node> {
         match &mut self.value {
-            Value::Table(entries) => entries.iter_mut().find(|entry| entry.key == key).map(|entry| &mut entry.node),
+            Value::Table(entries) => entries
+                .iter_mut()
+                .find(|entry| entry.key == key)
+                .map(|entry| &mut entry.node),
             _ => None,
         }
     }
@@ -70,13 +74,17 @@ impl Node {
         }
     }
 
-    /// The bytes of the text that a part of this text value stands in; the whole value where escapes or line breaks
-    /// make the two differ.
+    /// The bytes of the text that a part of this text value stands in; the whole value where
+    /// escapes or line breaks make the two differ.
     pub fn span_within(&self, source: &str, part: &Range<usize>) -> Range<usize> {
-        let Value::Text(text) = &self.value else { return self.span.clone() };
+        let Value::Text(text) = &self.value else {
+            return self.span.clone();
+        };
         let raw = source.get(self.span.clone()).unwrap_or_default();
         match raw.find(text.as_str()) {
-            Some(offset) if !text.is_empty() && raw.len() - text.len() <= 6 && part.end <= text.len() => {
+            Some(offset)
+                if !text.is_empty() && raw.len() - text.len() <= 6 && part.end <= text.len() =>
+            {
                 let start = self.span.start + offset;
                 start + part.start..start + part.end
             }

@@ -16,16 +16,24 @@ pub(crate) fn diagnostic(root: &Node, text: &str, problem: Problem) -> Diagnosti
     };
     // The root has no place of its own: what is wrong with it is said of the file.
     let span = (!std::ptr::eq(node, root)).then_some(span);
-    Diagnostic { message: problem.message, span, label: String::new(), hint: problem.hint }
+    Diagnostic {
+        message: problem.message,
+        span,
+        label: String::new(),
+        hint: problem.hint,
+    }
 }
 
-/// The deepest value on a path that the text has, and whether that is the end of the path: what is left out of a text
-/// has its default, and what is wrong then stands where it would have been written.
+/// The deepest value on a path that the text has, and whether that is the end of the path: what is
+/// left out of a text has its default, and what is wrong then stands where it would have been
+/// written.
 pub(crate) fn find<'a>(root: &'a Node, path: &str) -> (&'a Node, bool) {
     let mut node = root;
     for step in path.split(['.', '[']).filter(|step| !step.is_empty()) {
         let next = match (&node.value, step.strip_suffix(']')) {
-            (Value::Array(items), Some(index)) => index.parse().ok().and_then(|index: usize| items.get(index)),
+            (Value::Array(items), Some(index)) => {
+                index.parse().ok().and_then(|index: usize| items.get(index))
+            }
             (Value::Table(_), None) => node.get(step),
             _ => None,
         };

@@ -15,8 +15,15 @@ pub(crate) fn parse(text: &str) -> Result<Node, Vec<Diagnostic>> {
         return Err(diagnostics(text, &errors));
     }
     let mut wrong = Vec::new();
-    let root = Node { span: 0..0, value: table_value(table.get_ref(), &mut wrong) };
-    if wrong.is_empty() { Ok(root) } else { Err(wrong) }
+    let root = Node {
+        span: 0..0,
+        value: table_value(table.get_ref(), &mut wrong),
+    };
+    if wrong.is_empty() {
+        Ok(root)
+    } else {
+        Err(wrong)
+    }
 }
 
 fn table_value(table: &DeTable<'_>, wrong: &mut Vec<Diagnostic>) -> Value {
@@ -25,7 +32,10 @@ fn table_value(table: &DeTable<'_>, wrong: &mut Vec<Diagnostic>) -> Value {
         .map(|(key, value)| Entry {
             key: key.get_ref().to_string(),
             key_span: key.span(),
-            node: Node { span: value.span(), value: convert(value.get_ref(), value.span(), wrong) },
+            node: Node {
+                span: value.span(),
+                value: convert(value.get_ref(), value.span(), wrong),
+            },
         })
         .collect();
     // The parser sorts keys by name; parameters build on each other in the order of the text.
@@ -33,18 +43,30 @@ fn table_value(table: &DeTable<'_>, wrong: &mut Vec<Diagnostic>) -> Value {
     Value::Table(entries)
 }
 
-fn convert(value: &DeValue<'_>, span: std::ops::Range<usize>, wrong: &mut Vec<Diagnostic>) -> Value {
+fn convert(
+    value: &DeValue<'_>,
+    span: std::ops::Range<usize>,
+    wrong: &mut Vec<Diagnostic>,
+) -> Value {
     match value {
         DeValue::String(text) => Value::Text(text.to_string()),
         DeValue::Boolean(value) => Value::Boolean(*value),
         DeValue::Datetime(_) => Value::Date,
         DeValue::Table(table) => table_value(table, wrong),
         DeValue::Array(items) => Value::Array(
-            items.iter().map(|item| Node { span: item.span(), value: convert(item.get_ref(), item.span(), wrong) }).collect(),
+            items
+                .iter()
+                .map(|item| Node {
+                    span: item.span(),
+                    value: convert(item.get_ref(), item.span(), wrong),
+                })
+                .collect(),
         ),
         DeValue::Integer(digits) => {
             let signed = i64::from_str_radix(digits.as_str(), digits.radix()).map(Value::Integer);
-            let any = signed.or_else(|_| u64::from_str_radix(digits.as_str(), digits.radix()).map(Value::Unsigned));
+            let any = signed.or_else(|_| {
+                u64::from_str_radix(digits.as_str(), digits.radix()).map(Value::Unsigned)
+            });
             any.unwrap_or_else(|_| {
                 wrong.push(not_a_number(span));
                 Value::Integer(0)
@@ -62,12 +84,22 @@ fn convert(value: &DeValue<'_>, span: std::ops::Range<usize>, wrong: &mut Vec<Di
 
 fn not_a_number(span: std::ops::Range<usize>) -> Diagnostic {
     let message = "this number is too large".to_owned();
-    let hint = Some("whole numbers go up to 18446744073709551615; with a decimal point there is no such limit".to_owned());
-    Diagnostic { message, span: Some(span), label: String::new(), hint }
+    let hint = Some(
+        "whole numbers go up to 18446744073709551615; with a decimal point there is no such limit"
+            .to_owned(),
+    );
+    Diagnostic {
+        message,
+        span: Some(span),
+        label: String::new(),
+        hint,
+    }
 }
 
 fn diagnostics(text: &str, errors: &[toml::de::Error]) -> Vec<Diagnostic> {
-    let deep = errors.iter().find(|error| error.message().contains("recur"));
+    let deep = errors
+        .iter()
+        .find(|error| error.message().contains("recur"));
     if let Some(error) = deep {
         return vec![Diagnostic {
             message: "nested too deeply".to_owned(),
@@ -96,6 +128,14 @@ fn diagnostic(text: &str, error: &toml::de::Error) -> Diagnostic {
     } else {
         None
     };
-    let (message, hint) = (format!("not valid TOML: {message}"), hint.map(str::to_owned));
-    Diagnostic { message, span: error.span(), label: String::new(), hint }
+    let (message, hint) = (
+        format!("not valid TOML: {message}"),
+        hint.map(str::to_owned),
+    );
+    Diagnostic {
+        message,
+        span: error.span(),
+        label: String::new(),
+        hint,
+    }
 }

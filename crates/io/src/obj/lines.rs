@@ -1,4 +1,5 @@
-//! OBJ and MTL text as statements: continued lines joined, comments and byte order marks gone, line numbers kept.
+//! OBJ and MTL text as statements: continued lines joined, comments and byte order marks gone, line
+//! numbers kept.
 
 use std::borrow::Cow;
 
@@ -15,11 +16,15 @@ pub(super) struct Statement<'a> {
     pub rest: &'a str,
 }
 
-/// The text of a file, with every line that ends in `\` joined to the next, and line feeds where carriage returns alone end lines. Names in
-/// other encodings than UTF-8 become unreadable, not the file: its numbers are ASCII.
+/// The text of a file, with every line that ends in `\` joined to the next, and line feeds where
+/// carriage returns alone end lines. Names in other encodings than UTF-8 become unreadable, not the
+/// file: its numbers are ASCII.
 pub(super) fn decode(bytes: &[u8]) -> Cow<'_, str> {
     let bytes = without_mark(bytes);
-    let text = if bytes.windows(2).any(|pair| pair[0] == b'\r' && pair[1] != b'\n') {
+    let text = if bytes
+        .windows(2)
+        .any(|pair| pair[0] == b'\r' && pair[1] != b'\n')
+    {
         let lines: Vec<&[u8]> = lines(bytes).collect();
         Cow::Owned(String::from_utf8_lossy(&lines.join(&b'\n')).into_owned())
     } else {
@@ -39,7 +44,8 @@ pub(super) fn decode(bytes: &[u8]) -> Cow<'_, str> {
             }
             None => {
                 out.push_str(line);
-                // The lines that were joined are made up for, so that the numbers of the following ones stay.
+                // The lines that were joined are made up for, so that the numbers of the following
+                // ones stay.
                 out.extend(std::iter::repeat_n('\n', owed + 1));
                 owed = 0;
             }
@@ -53,11 +59,16 @@ pub(super) fn statements(text: &str) -> impl Iterator<Item = Statement<'_>> {
     text.lines().enumerate().filter_map(|(i, line)| {
         let line = line.split('#').next().unwrap_or_default().trim();
         let (keyword, rest) = line.split_once(char::is_whitespace).unwrap_or((line, ""));
-        (!keyword.is_empty()).then(|| Statement { line: i + 1, keyword, rest: rest.trim() })
+        (!keyword.is_empty()).then(|| Statement {
+            line: i + 1,
+            keyword,
+            rest: rest.trim(),
+        })
     })
 }
 
-/// A path as files from other systems write it, in the form that [`Folder::read`](crate::Folder::read) takes.
+/// A path as files from other systems write it, in the form that
+/// [`Folder::read`](crate::Folder::read) takes.
 pub(super) fn relative(path: &str) -> String {
     path.trim().trim_matches('"').replace('\\', "/")
 }
@@ -66,19 +77,36 @@ pub(super) fn relative(path: &str) -> String {
 mod tests {
     use super::*;
 
-    /// Protects: carriage returns alone end lines, also of a text that mixes them with line feeds, and the lines keep their numbers.
+    /// Protects: carriage returns alone end lines, also of a text that mixes them with line feeds,
+    /// and the lines keep their numbers.
     #[test]
     fn carriage_returns_end_lines() {
         let text = decode(b"# a\rv 1\\\r2\rmtllib m\nf 1\r\n\r\ng x\r");
-        let found: Vec<_> = statements(&text).map(|s| (s.line, s.keyword, s.rest)).collect();
-        assert_eq!(found, [(2, "v", "1 2"), (4, "mtllib", "m"), (5, "f", "1"), (7, "g", "x")]);
+        let found: Vec<_> = statements(&text)
+            .map(|s| (s.line, s.keyword, s.rest))
+            .collect();
+        assert_eq!(
+            found,
+            [
+                (2, "v", "1 2"),
+                (4, "mtllib", "m"),
+                (5, "f", "1"),
+                (7, "g", "x")
+            ]
+        );
     }
 
-    /// Protects: what follows a continued line is part of it; comments and blank lines are nothing; `\r\n` is a line's end.
+    /// Protects: what follows a continued line is part of it; comments and blank lines are nothing;
+    /// `\r\n` is a line's end.
     #[test]
     fn statements_are_joined_and_stripped() {
         let text = decode(b"\xef\xbb\xbf  # x\r\nf 1 2 \\\r\n 3 # y\r\n\r\nusemtl  a b \n s\toff");
-        let found: Vec<_> = statements(&text).map(|s| (s.line, s.keyword, s.rest)).collect();
-        assert_eq!(found, [(2, "f", "1 2   3"), (5, "usemtl", "a b"), (6, "s", "off")]);
+        let found: Vec<_> = statements(&text)
+            .map(|s| (s.line, s.keyword, s.rest))
+            .collect();
+        assert_eq!(
+            found,
+            [(2, "f", "1 2   3"), (5, "usemtl", "a b"), (6, "s", "off")]
+        );
     }
 }

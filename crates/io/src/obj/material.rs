@@ -1,6 +1,7 @@
 //! MTL materials as physical materials.
 //!
-//! MTL describes Phong shading and names rendering tricks (`illum`); what is meant by common files is read like this:
+//! MTL describes Phong shading and names rendering tricks (`illum`); what is meant by common files
+//! is read like this:
 //!
 //! | in the file | becomes |
 //! |---|---|
@@ -11,29 +12,38 @@
 //! | no `Ks`, or `illum` 0, 1 | matte: `Kd` without any highlight (index 1, so that nothing mirrors) |
 //! | anything else | a dielectric of index 1.5 over `Kd`, as rough as `Ns` says |
 //!
-//! Mirrors are physical metals and not classic ones, so that every integrator can trace all materials of a file. `d` or `Tr`
-//! below opaque is coverage; `Ke` is radiance; `Pr`, `Pm`, their images and `norm` of the PBR extension go before what is derived, and its
-//! `Ps`, `Pc`, `Pcr`, `aniso` and `anisor` lie over it. `Ka` means nothing where light is simulated.
+//! Mirrors are physical metals and not classic ones, so that every integrator can trace all
+//! materials of a file. `d` or `Tr` below opaque is coverage; `Ke` is radiance; `Pr`, `Pm`, their
+//! images and `norm` of the PBR extension go before what is derived, and its `Ps`, `Pc`, `Pcr`,
+//! `aniso` and `anisor` lie over it. `Ka` means nothing where light is simulated.
 
 use raywright_core::Scene;
 use raywright_core::scene::{
-    AlphaMode, Anisotropy, Channel, Clearcoat, Colour, ColourSpace, NumberInput, Physical, Sheen, TextureInput, TextureRef,
+    AlphaMode, Anisotropy, Channel, Clearcoat, Colour, ColourSpace, NumberInput, Physical, Sheen,
+    TextureInput, TextureRef,
 };
 
 use super::texture::{Map, Textures};
 use crate::import::{Warnings, shown};
 use crate::warning::WarningCode;
 
-/// Perceptual roughness of the lobe that a Phong exponent describes: its α is √(2/(n+2)) (Walter, Marschner, Li, Torrance,
-/// "Microfacet Models for Refraction through Rough Surfaces", 2007), and roughness is √α.
+/// Perceptual roughness of the lobe that a Phong exponent describes: its α is √(2/(n+2)) (Walter,
+/// Marschner, Li, Torrance, "Microfacet Models for Refraction through Rough Surfaces", 2007), and
+/// roughness is √α.
 fn roughness(exponent: f64) -> f64 {
     (2.0 / (exponent.max(0.0) + 2.0)).sqrt().sqrt()
 }
 
 /// The statements of a material that name images which are read.
 pub(super) fn images(source: &tobj::Material) -> impl Iterator<Item = &str> {
-    let known = [&source.diffuse_texture, &source.dissolve_texture].into_iter().filter_map(Option::as_deref);
-    known.chain(["map_Ke", "map_Pr", "map_Pm", "norm"].into_iter().filter_map(|key| unknown(source, key)))
+    let known = [&source.diffuse_texture, &source.dissolve_texture]
+        .into_iter()
+        .filter_map(Option::as_deref);
+    known.chain(
+        ["map_Ke", "map_Pr", "map_Pm", "norm"]
+            .into_iter()
+            .filter_map(|key| unknown(source, key)),
+    )
 }
 
 /// What stands behind a key that `tobj` does not know.
@@ -42,15 +52,36 @@ fn unknown<'s>(source: &'s tobj::Material, key: &str) -> Option<&'s str> {
 }
 
 /// A material as the scene wants it, with the images that there are.
-pub(super) fn convert(source: &tobj::Material, textures: &mut Textures, scene: &mut Scene, warnings: &mut Warnings) -> Physical {
+pub(super) fn convert(
+    source: &tobj::Material,
+    textures: &mut Textures,
+    scene: &mut Scene,
+    warnings: &mut Warnings,
+) -> Physical {
     let unknown = |key: &str| unknown(source, key);
     let mut texture = |statement: Option<&str>, space| textures.get(statement?, space, scene);
     let mut out = surface(source);
     out.base_colour_texture = texture(source.diffuse_texture.as_deref(), ColourSpace::Srgb);
     out.emission_texture = texture(unknown("map_Ke"), ColourSpace::Srgb);
-    let emission = source.emissive.unwrap_or(if out.emission_texture.is_some() { [1.0; 3] } else { [0.0; 3] });
-    out.emission = Colour(emission.map(|c| if c.is_finite() { single(c).max(0.0) } else { 0.0 })).into();
-    for (key, image, input) in [("Pr", "map_Pr", &mut out.roughness), ("Pm", "map_Pm", &mut out.metallic)] {
+    let emission = source
+        .emissive
+        .unwrap_or(if out.emission_texture.is_some() {
+            [1.0; 3]
+        } else {
+            [0.0; 3]
+        });
+    out.emission = Colour(emission.map(|c| {
+        if c.is_finite() {
+            single(c).max(0.0)
+        } else {
+            0.0
+        }
+    }))
+    .into();
+    for (key, image, input) in [
+        ("Pr", "map_Pr", &mut out.roughness),
+        ("Pm", "map_Pm", &mut out.metallic),
+    ] {
         let value = unknown(key).and_then(parsed).map(unit);
         match texture(unknown(image), ColourSpace::Linear) {
             Some(image) => *input = pictured(image, value.unwrap_or(1.0)),
@@ -87,19 +118,36 @@ fn single(value: f64) -> f64 {
 
 /// Colour and lobes, by the table above.
 fn surface(source: &tobj::Material) -> Physical {
-    let rgb = |colour: Option<[f64; 3]>, missing: f64| colour.map_or([missing; 3], |c| c.map(|c| unit(single(c))));
-    let diffuse = rgb(source.diffuse, if source.diffuse_texture.is_some() { 1.0 } else { 0.8 });
+    let rgb = |colour: Option<[f64; 3]>, missing: f64| {
+        colour.map_or([missing; 3], |c| c.map(|c| unit(single(c))))
+    };
+    let diffuse = rgb(
+        source.diffuse,
+        if source.diffuse_texture.is_some() {
+            1.0
+        } else {
+            0.8
+        },
+    );
     let specular = rgb(source.specular, 0.0);
     let filter = source.unknown_param.get("Tf").map(|text| {
-        let mut numbers = text.split_whitespace().map(|word| parsed(word).unwrap_or(1.0));
+        let mut numbers = text
+            .split_whitespace()
+            .map(|word| parsed(word).unwrap_or(1.0));
         [0; 3].map(|_| unit(numbers.next().unwrap_or(1.0)))
     });
     let black = |c: [f64; 3]| c.iter().all(|&c| c == 0.0);
-    let index = source.optical_density.map(single).filter(|n| n.is_finite() && *n >= 1.0);
+    let index = source
+        .optical_density
+        .map(single)
+        .filter(|n| n.is_finite() && *n >= 1.0);
     let rough = source.shininess.map_or(1.0, |n| roughness(single(n)));
     let illum = source.illumination_model.unwrap_or(2);
     let clear = filter.is_some_and(|tint| !black(tint)) || source.dissolve.is_some_and(|d| d < 1.0);
-    let of = |colour: [f64; 3]| Physical { base_colour: Colour(colour).into(), ..Physical::default() };
+    let of = |colour: [f64; 3]| Physical {
+        base_colour: Colour(colour).into(),
+        ..Physical::default()
+    };
     match illum {
         6 | 7 => Physical {
             transmission: 1.0.into(),
@@ -113,23 +161,56 @@ fn surface(source: &tobj::Material) -> Physical {
             ior: index.unwrap_or(1.5).into(),
             ..of(filter.unwrap_or([1.0; 3]))
         },
-        3 if black(diffuse) => Physical { metallic: 1.0.into(), roughness: 0.0.into(), ..of(specular) },
-        3 => Physical { metallic: 1.0.into(), roughness: rough.into(), ..of(diffuse) },
-        5 => Physical { roughness: 0.0.into(), ior: index.unwrap_or(1.5).into(), ..of(diffuse) },
-        0 | 1 => Physical { ior: 1.0.into(), ..of(diffuse) },
-        _ if black(specular) => Physical { ior: 1.0.into(), ..of(diffuse) },
-        _ if black(diffuse) && source.diffuse_texture.is_none() => {
-            Physical { metallic: 1.0.into(), roughness: rough.into(), ..of(specular) }
-        }
-        _ => Physical { roughness: rough.into(), ..of(diffuse) },
+        3 if black(diffuse) => Physical {
+            metallic: 1.0.into(),
+            roughness: 0.0.into(),
+            ..of(specular)
+        },
+        3 => Physical {
+            metallic: 1.0.into(),
+            roughness: rough.into(),
+            ..of(diffuse)
+        },
+        5 => Physical {
+            roughness: 0.0.into(),
+            ior: index.unwrap_or(1.5).into(),
+            ..of(diffuse)
+        },
+        0 | 1 => Physical {
+            ior: 1.0.into(),
+            ..of(diffuse)
+        },
+        _ if black(specular) => Physical {
+            ior: 1.0.into(),
+            ..of(diffuse)
+        },
+        _ if black(diffuse) && source.diffuse_texture.is_none() => Physical {
+            metallic: 1.0.into(),
+            roughness: rough.into(),
+            ..of(specular)
+        },
+        _ => Physical {
+            roughness: rough.into(),
+            ..of(diffuse)
+        },
     }
 }
 
-/// What the PBR extension's keys lay over a surface: `Ps` fibres, `Pc` and `Pcr` a coat, `aniso` and `anisor` (in turns) combed facets.
+/// What the PBR extension's keys lay over a surface: `Ps` fibres, `Pc` and `Pcr` a coat, `aniso`
+/// and `anisor` (in turns) combed facets.
 fn layers(source: &tobj::Material, out: &mut Physical) {
-    let number = |key: &str| source.unknown_param.get(key).and_then(|text| parsed(text)).map(unit);
+    let number = |key: &str| {
+        source
+            .unknown_param
+            .get(key)
+            .and_then(|text| parsed(text))
+            .map(unit)
+    };
     let some = |key: &str| number(key).filter(|value| *value > 0.0);
-    out.sheen = some("Ps").map(|strength| Sheen { colour: Colour([strength; 3]).into(), ..Sheen::default() });
+    out.sheen = some("Ps").map(|strength| Sheen {
+        colour: Colour([strength; 3]).into(),
+        ..Sheen::default()
+    });
     out.clearcoat = some("Pc").map(|factor| Clearcoat {
         factor: factor.into(),
         roughness: number("Pcr").unwrap_or(0.0).into(),
@@ -150,7 +231,13 @@ fn opacity(source: &tobj::Material, warnings: &mut Warnings) -> f64 {
     match source.unknown_param.get("Tr").and_then(|text| parsed(text)) {
         // Old exporters wrote Tr for d: nobody describes what can't be seen.
         Some(1.0) => {
-            warnings.add(WarningCode::Choice, format!("material `{}`: Tr 1 alone was taken as opaque", shown(&source.name)));
+            warnings.add(
+                WarningCode::Choice,
+                format!(
+                    "material `{}`: Tr 1 alone was taken as opaque",
+                    shown(&source.name)
+                ),
+            );
             1.0
         }
         Some(transparency) => unit(1.0 - transparency),
@@ -161,31 +248,59 @@ fn opacity(source: &tobj::Material, warnings: &mut Warnings) -> f64 {
 /// A number that an image gives by its red channel, times a factor.
 fn pictured(image: TextureRef, factor: f64) -> NumberInput {
     NumberInput::Texture(TextureInput {
-        texture: TextureRef { factor: Colour([factor; 3]), channel: Some(Channel::Red), ..image },
+        texture: TextureRef {
+            factor: Colour([factor; 3]),
+            channel: Some(Channel::Red),
+            ..image
+        },
     })
 }
 
 /// Keys of a material that have no words in a scene and would change how it looks.
 pub(super) fn unread(source: &tobj::Material) -> Vec<String> {
-    const READ: [&str; 14] =
-        ["Tf", "Tr", "Pr", "Pm", "map_Pr", "map_Pm", "map_Ke", "norm", "Kt", "Ps", "Pc", "Pcr", "aniso", "anisor"];
-    let unknown = source.unknown_param.keys().filter(|key| !READ.contains(&key.as_str()));
+    const READ: [&str; 14] = [
+        "Tf", "Tr", "Pr", "Pm", "map_Pr", "map_Pm", "map_Ke", "norm", "Kt", "Ps", "Pc", "Pcr",
+        "aniso", "anisor",
+    ];
+    let unknown = source
+        .unknown_param
+        .keys()
+        .filter(|key| !READ.contains(&key.as_str()));
     let mut ignored: Vec<&str> = unknown.map(String::as_str).collect();
-    let known =
-        [("map_Ks", &source.specular_texture), ("map_Ns", &source.shininess_texture), ("map_bump", &source.normal_texture)];
-    ignored.extend(known.iter().filter(|(_, texture)| texture.is_some()).map(|(name, _)| *name));
+    let known = [
+        ("map_Ks", &source.specular_texture),
+        ("map_Ns", &source.shininess_texture),
+        ("map_bump", &source.normal_texture),
+    ];
+    ignored.extend(
+        known
+            .iter()
+            .filter(|(_, texture)| texture.is_some())
+            .map(|(name, _)| *name),
+    );
     // The parameters come from a map without order.
     ignored.sort_unstable();
     ignored.truncate(20);
-    ignored.into_iter().map(|key| format!("MTL {}", shown(key))).collect()
+    ignored
+        .into_iter()
+        .map(|key| format!("MTL {}", shown(key)))
+        .collect()
 }
 
 fn parsed(text: &str) -> Option<f64> {
-    text.split_whitespace().next()?.parse().ok().filter(|value: &f64| value.is_finite())
+    text.split_whitespace()
+        .next()?
+        .parse()
+        .ok()
+        .filter(|value: &f64| value.is_finite())
 }
 
 fn unit(value: f64) -> f64 {
-    if value.is_nan() { 0.0 } else { value.clamp(0.0, 1.0) }
+    if value.is_nan() {
+        0.0
+    } else {
+        value.clamp(0.0, 1.0)
+    }
 }
 
 #[cfg(test)]
@@ -210,28 +325,50 @@ mod tests {
     #[test]
     fn illumination_models_mean_what_the_table_says() {
         let glass = of("Kd 0 0 0\nTf 0.5 1 1\nNi 1.25\nd 0.1\nillum 7");
-        assert_eq!((&glass.transmission, &glass.ior, base(&glass)), (&1.0.into(), &1.25.into(), [0.5, 1.0, 1.0]));
+        assert_eq!(
+            (&glass.transmission, &glass.ior, base(&glass)),
+            (&1.0.into(), &1.25.into(), [0.5, 1.0, 1.0])
+        );
         assert_eq!(glass.roughness, 0.0.into());
         assert_eq!(of("illum 4").transmission, 0.0.into());
         assert_eq!(of("illum 4\nd 0.5").transmission, 1.0.into());
         let mirror = of("Kd 0 0 0\nKs 1 0.5 0.25\nNs 1000\nillum 3");
         assert_eq!(base(&mirror), [1.0, 0.5, 0.25]);
-        assert_eq!((mirror.metallic, mirror.roughness), (1.0.into(), 0.0.into()));
+        assert_eq!(
+            (mirror.metallic, mirror.roughness),
+            (1.0.into(), 0.0.into())
+        );
         let metal = of("Kd 1 0.5 0.25\nKs 0.5 0.5 0.5\nNs 30\nillum 3");
         assert_eq!(base(&metal), [1.0, 0.5, 0.25]);
         assert_eq!((metal.metallic, metal.roughness), (1.0.into(), 0.5.into()));
         let matte = of("Kd 0.5 0.5 0.5\nillum 1");
-        assert_eq!((matte.ior, matte.roughness, matte.metallic), (1.0.into(), 1.0.into(), 0.0.into()));
-        let source =
-            tobj::load_mtl_buf(&mut "newmtl m\nPs 0.5\nPc 0.8\nPcr 0.1\naniso 0.6\nanisor 0.25".as_bytes()).unwrap().0.remove(0);
+        assert_eq!(
+            (matte.ior, matte.roughness, matte.metallic),
+            (1.0.into(), 1.0.into(), 0.0.into())
+        );
+        let source = tobj::load_mtl_buf(
+            &mut "newmtl m\nPs 0.5\nPc 0.8\nPcr 0.1\naniso 0.6\nanisor 0.25".as_bytes(),
+        )
+        .unwrap()
+        .0
+        .remove(0);
         let mut coated = Physical::default();
         layers(&source, &mut coated);
-        let (coat, combed) = (coated.clearcoat.expect("a coat"), coated.anisotropy.expect("combed"));
+        let (coat, combed) = (
+            coated.clearcoat.expect("a coat"),
+            coated.anisotropy.expect("combed"),
+        );
         assert_eq!((coat.factor, coat.roughness), (0.8.into(), 0.1.into()));
         assert_eq!((combed.strength, combed.rotation), (0.6.into(), 90.0));
-        assert_eq!(coated.sheen.expect("fibres").colour, Colour([0.5; 3]).into());
+        assert_eq!(
+            coated.sheen.expect("fibres").colour,
+            Colour([0.5; 3]).into()
+        );
         assert!(unread(&source).is_empty());
         let shiny = of("Kd 0.5 0.5 0.5\nKs 0.3 0.3 0.3\nNs 30\nillum 2");
-        assert_eq!((shiny.ior, shiny.roughness, shiny.metallic), (1.5.into(), 0.5.into(), 0.0.into()));
+        assert_eq!(
+            (shiny.ior, shiny.roughness, shiny.metallic),
+            (1.5.into(), 0.5.into(), 0.0.into())
+        );
     }
 }

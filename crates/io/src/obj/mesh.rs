@@ -1,4 +1,5 @@
-//! From polygons with welded vertices to triangle meshes, one for each material and kind of shading.
+//! From polygons with welded vertices to triangle meshes, one for each material and kind of
+//! shading.
 
 use std::collections::HashMap;
 
@@ -18,7 +19,8 @@ pub(super) struct Part {
     pub data: MeshData,
 }
 
-/// A place, by the bits of its stored coordinates: vertices that differ in texture coordinates only share a smooth normal.
+/// A place, by the bits of its stored coordinates: vertices that differ in texture coordinates only
+/// share a smooth normal.
 type Place = (u32, [u32; 3]);
 
 /// Makes the meshes of all runs.
@@ -26,24 +28,36 @@ type Place = (u32, [u32; 3]);
 /// # Errors
 /// A fault of kind limit when there are too many vertices or concave polygons are too large.
 pub(super) fn build(runs: &[Run], models: Vec<tobj::Model>) -> Outcome<Vec<Part>> {
-    let models: Vec<(Run, tobj::Mesh)> =
-        models.into_iter().filter_map(|model| Some((*runs.get(model.name.parse::<usize>().ok()?)?, model.mesh))).collect();
-    let coordinates = models.iter().flat_map(|(_, mesh)| mesh.positions.as_chunks::<3>().0);
+    let models: Vec<(Run, tobj::Mesh)> = models
+        .into_iter()
+        .filter_map(|model| Some((*runs.get(model.name.parse::<usize>().ok()?)?, model.mesh)))
+        .collect();
+    let coordinates = models
+        .iter()
+        .flat_map(|(_, mesh)| mesh.positions.as_chunks::<3>().0);
     let origin = origin_near(coordinates.map(|&p| p.into()));
     let normals = smooth_normals(&models, origin);
     // Some programs count colours to 255.
-    let bytes = models.iter().flat_map(|(_, mesh)| &mesh.vertex_color).any(|&c| c as f32 > 1.0);
+    let bytes = models
+        .iter()
+        .flat_map(|(_, mesh)| &mesh.vertex_color)
+        .any(|&c| c as f32 > 1.0);
     let scale = if bytes { 1.0 / 255.0 } else { 1.0 };
     let mut clipper = Clipper::default();
     let mut parts: Vec<Part> = Vec::new();
     let mut numbers: HashMap<(Option<usize>, bool), usize> = HashMap::new();
     for (run, mesh) in &models {
         let next = parts.len();
-        let number = *numbers.entry((run.material, run.shading == Shading::Flat)).or_insert(next);
+        let number = *numbers
+            .entry((run.material, run.shading == Shading::Flat))
+            .or_insert(next);
         if number == next {
             parts.push(Part {
                 material: run.material,
-                data: MeshData { positions: Positions::about(origin), ..MeshData::default() },
+                data: MeshData {
+                    positions: Positions::about(origin),
+                    ..MeshData::default()
+                },
             });
         }
         if let Some(part) = parts.get_mut(number) {
@@ -57,7 +71,11 @@ pub(super) fn build(runs: &[Run], models: Vec<tobj::Model>) -> Outcome<Vec<Part>
 /// The places in `mesh.indices` of each polygon's corners.
 fn polygons(mesh: &tobj::Mesh) -> impl Iterator<Item = &[u32]> {
     // tobj leaves the arities out where all are triangles.
-    let count = if mesh.face_arities.is_empty() { mesh.indices.len() / 3 } else { mesh.face_arities.len() };
+    let count = if mesh.face_arities.is_empty() {
+        mesh.indices.len() / 3
+    } else {
+        mesh.face_arities.len()
+    };
     let mut rest = mesh.indices.as_slice();
     (0..count).map_while(move |i| {
         let arity = mesh.face_arities.get(i).map_or(3, |&arity| arity as usize);
@@ -68,11 +86,17 @@ fn polygons(mesh: &tobj::Mesh) -> impl Iterator<Item = &[u32]> {
 }
 
 fn position(mesh: &tobj::Mesh, origin: DVec3, vertex: u32) -> [f32; 3] {
-    (DVec3::from(triple(&mesh.positions, vertex as usize)) - origin).as_vec3().to_array()
+    (DVec3::from(triple(&mesh.positions, vertex as usize)) - origin)
+        .as_vec3()
+        .to_array()
 }
 
 fn triple(values: &[f64], i: usize) -> [f64; 3] {
-    values.get(3 * i..).and_then(|rest| rest.first_chunk()).copied().unwrap_or_default()
+    values
+        .get(3 * i..)
+        .and_then(|rest| rest.first_chunk())
+        .copied()
+        .unwrap_or_default()
 }
 
 /// The values in single precision.
@@ -94,14 +118,21 @@ fn smooth_normals(models: &[(Run, tobj::Mesh)], origin: DVec3) -> HashMap<Place,
     let mut sums = HashMap::new();
     let mut points = Vec::new();
     for (run, mesh) in models {
-        let Shading::Group(group) = run.shading else { continue };
+        let Shading::Group(group) = run.shading else {
+            continue;
+        };
         for face in polygons(mesh) {
             points.clear();
-            points.extend(face.iter().map(|&vertex| double(position(mesh, origin, vertex))));
+            points.extend(
+                face.iter()
+                    .map(|&vertex| double(position(mesh, origin, vertex))),
+            );
             let normal = polygon::normal(&points);
             if normal.is_finite() {
                 for &vertex in face {
-                    *sums.entry(place(group, position(mesh, origin, vertex))).or_insert(DVec3::ZERO) += normal;
+                    *sums
+                        .entry(place(group, position(mesh, origin, vertex)))
+                        .or_insert(DVec3::ZERO) += normal;
                 }
             }
         }
@@ -126,7 +157,9 @@ fn append_vertices(
     out.positions.extend(vertices());
     match run.shading {
         Shading::Flat => {}
-        Shading::Given => out.normals.extend((0..count).map(|i| single(triple(&mesh.normals, i)))),
+        Shading::Given => out
+            .normals
+            .extend((0..count).map(|i| single(triple(&mesh.normals, i)))),
         Shading::Group(group) => out.normals.extend(vertices().map(|p| {
             let sum = normals.get(&place(group, p)).copied().unwrap_or_default();
             sum.normalize_or_zero().as_vec3().to_array()
@@ -134,23 +167,33 @@ fn append_vertices(
     }
     append_uvs(out, run, mesh, before, count);
     if !mesh.vertex_color.is_empty() {
-        out.colours.extend((0..count).map(|i| painted(single(triple(&mesh.vertex_color, i)).map(|c| c * scale))));
+        out.colours.extend(
+            (0..count).map(|i| painted(single(triple(&mesh.vertex_color, i)).map(|c| c * scale))),
+        );
     }
     Ok(())
 }
 
 /// Adds the triangles of a run whose vertices were added last.
-fn append_triangles(out: &mut MeshData, (mesh, origin): (&tobj::Mesh, DVec3), clipper: &mut Clipper) -> Outcome<()> {
+fn append_triangles(
+    out: &mut MeshData,
+    (mesh, origin): (&tobj::Mesh, DVec3),
+    clipper: &mut Clipper,
+) -> Outcome<()> {
     // The count was checked when the vertices were added.
     let offset = (out.positions.len() - mesh.positions.len() / 3) as u32;
     let (mut points, mut triangles) = (Vec::new(), Vec::new());
     for face in polygons(mesh) {
         points.clear();
-        points.extend(face.iter().map(|&vertex| double(position(mesh, origin, vertex))));
+        points.extend(
+            face.iter()
+                .map(|&vertex| double(position(mesh, origin, vertex))),
+        );
         triangles.clear();
         clipper.triangulate(&points, &mut triangles)?;
         let vertex = |corner: usize| face.get(corner).map_or(offset, |&vertex| vertex + offset);
-        out.indices.extend(triangles.iter().map(|triangle| triangle.map(vertex)));
+        out.indices
+            .extend(triangles.iter().map(|triangle| triangle.map(vertex)));
     }
     Ok(())
 }
@@ -160,10 +203,18 @@ fn append_uvs(out: &mut MeshData, run: &Run, mesh: &tobj::Mesh, before: usize, c
     if run.textured && out.uvs.is_empty() {
         out.uvs.push(vec![[0.0; 2]; before]);
     }
-    let Some(set) = out.uvs.first_mut() else { return };
-    let uv = |i: usize| match mesh.texcoords.get(2 * i..).and_then(|rest| rest.first_chunk()) {
+    let Some(set) = out.uvs.first_mut() else {
+        return;
+    };
+    let uv = |i: usize| match mesh
+        .texcoords
+        .get(2 * i..)
+        .and_then(|rest| rest.first_chunk())
+    {
         // The format counts v from the bottom row, a scene from the top.
-        Some(&[u, v]) if run.textured && u.is_finite() && v.is_finite() => [u as f32, 1.0 - v as f32],
+        Some(&[u, v]) if run.textured && u.is_finite() && v.is_finite() => {
+            [u as f32, 1.0 - v as f32]
+        }
         _ => [0.0; 2],
     };
     set.extend((0..count).map(uv));

@@ -1,9 +1,10 @@
-//! Import of Wavefront OBJ with its MTL material libraries (the Advanced Visualizer's manual, appendices B1 and "MTL").
+//! Import of Wavefront OBJ with its MTL material libraries (the Advanced Visualizer's manual,
+//! appendices B1 and "MTL").
 //!
-//! What is read: polygons with any number of corners, normals given or by smoothing groups, texture coordinates, vertex
-//! colours, and materials with their textures as [`material`] describes. Each material becomes a mesh (two, where some of
-//! its faces are flat and others smooth); objects and groups by name are not kept. Curves, surfaces, points and lines are
-//! named in a warning.
+//! What is read: polygons with any number of corners, normals given or by smoothing groups, texture
+//! coordinates, vertex colours, and materials with their textures as [`material`] describes. Each
+//! material becomes a mesh (two, where some of its faces are flat and others smooth); objects and
+//! groups by name are not kept. Curves, surfaces, points and lines are named in a warning.
 
 mod lines;
 mod material;
@@ -16,7 +17,9 @@ use std::collections::HashMap;
 use std::path::Path;
 
 use raywright_core::Scene;
-use raywright_core::scene::{Material, Mesh, MeshData, MeshSource, Model, Object, Shape, SideRule, Unread};
+use raywright_core::scene::{
+    Material, Mesh, MeshData, MeshSource, Model, Object, Shape, SideRule, Unread,
+};
 
 use crate::folder::Folder;
 use crate::import::{Budget, Fault, Imported, Names, Outcome, Warnings, checked};
@@ -32,8 +35,14 @@ use texture::Textures;
 /// Reads an OBJ file, given its bytes, with the material libraries and images beside it.
 ///
 /// # Errors
-/// An error of kind input naming line and cause, or of kind limit. A missing library or texture is only a warning.
-pub(crate) fn load(file: &Path, bytes: &[u8], folder: &Folder, limits: &Limits) -> Result<Imported, Error> {
+/// An error of kind input naming line and cause, or of kind limit. A missing library or texture is
+/// only a warning.
+pub(crate) fn load(
+    file: &Path,
+    bytes: &[u8],
+    folder: &Folder,
+    limits: &Limits,
+) -> Result<Imported, Error> {
     import(file, bytes, folder, limits).map_err(|fault| fault.into_error(file.display()))
 }
 
@@ -49,8 +58,8 @@ fn import(file: &Path, bytes: &[u8], folder: &Folder, limits: &Limits) -> Outcom
     scene(file, parts, materials, budget, warnings)
 }
 
-/// The scene of a file that is one mesh: as that of an OBJ file without a material, so that the same mesh gives the same picture in every
-/// format.
+/// The scene of a file that is one mesh: as that of an OBJ file without a material, so that the
+/// same mesh gives the same picture in every format.
 pub(crate) fn of_mesh(
     file: &Path,
     data: MeshData,
@@ -58,10 +67,18 @@ pub(crate) fn of_mesh(
     budget: Budget,
     warnings: Warnings,
 ) -> Outcome<Imported> {
-    of_parts(file, vec![(None, data)], Vec::new(), context, budget, warnings)
+    of_parts(
+        file,
+        vec![(None, data)],
+        Vec::new(),
+        context,
+        budget,
+        warnings,
+    )
 }
 
-/// The scene of a file of meshes, each perhaps with one of some images on it, as [`of_mesh`] but for that.
+/// The scene of a file of meshes, each perhaps with one of some images on it, as [`of_mesh`] but
+/// for that.
 pub(crate) fn of_parts(
     file: &Path,
     parts: Vec<(Option<usize>, MeshData)>,
@@ -72,8 +89,17 @@ pub(crate) fn of_parts(
 ) -> Outcome<Imported> {
     let is_whole = parts.len() == 1 && parts.iter().all(|(image, _)| image.is_some());
     let (names, library) = Library::of_images(images, is_whole);
-    let parts = parts.into_iter().map(|(material, data)| Part { material, data }).collect();
-    scene(file, parts, Materials::new(names, library, Textures::new(folder, limits)), budget, warnings)
+    let parts = parts
+        .into_iter()
+        .map(|(material, data)| Part { material, data })
+        .collect();
+    scene(
+        file,
+        parts,
+        Materials::new(names, library, Textures::new(folder, limits)),
+        budget,
+        warnings,
+    )
 }
 
 /// A scene with an object for each part.
@@ -84,24 +110,41 @@ fn scene(
     mut budget: Budget,
     mut warnings: Warnings,
 ) -> Outcome<Imported> {
-    let mut scene =
-        Scene { title: file.file_stem().map(|s| s.to_string_lossy().into_owned()).unwrap_or_default(), ..Scene::default() };
+    let mut scene = Scene {
+        title: file
+            .file_stem()
+            .map(|s| s.to_string_lossy().into_owned())
+            .unwrap_or_default(),
+        ..Scene::default()
+    };
     materials.read_images(&parts, &mut scene, &mut budget, &mut warnings)?;
     let mut names = Names::default();
     for mut part in parts {
         let dropped = mesh_tools::drop_unusable(&mut part.data);
         if dropped > 0 {
-            warnings.add(WarningCode::Geometry, format!("{dropped} triangles with vertices that are not finite were left out"));
+            warnings.add(
+                WarningCode::Geometry,
+                format!("{dropped} triangles with vertices that are not finite were left out"),
+            );
         }
         if part.data.indices.is_empty() {
             continue;
         }
         mesh_tools::mend_normals(&mut part.data);
-        let material = materials.get(part.material, !part.data.colours.is_empty(), &mut scene, &mut warnings);
+        let material = materials.get(
+            part.material,
+            !part.data.colours.is_empty(),
+            &mut scene,
+            &mut warnings,
+        );
         budget.object()?;
         let label = materials.label(part.material).to_owned();
         let name = names.unique(&label);
-        scene.meshes.push(Mesh { name: name.clone(), source: MeshSource::Inline(part.data.into()), model: None });
+        scene.meshes.push(Mesh {
+            name: name.clone(),
+            source: MeshSource::Inline(part.data.into()),
+            model: None,
+        });
         scene.objects.push(Object {
             name: label,
             shape: Shape::Mesh(name),
@@ -114,14 +157,20 @@ fn scene(
         });
     }
     if scene.objects.is_empty() {
-        warnings.add(WarningCode::NothingToSee, "the file has no triangles: nothing to see");
+        warnings.add(
+            WarningCode::NothingToSee,
+            "the file has no triangles: nothing to see",
+        );
     }
     Ok((checked(scene)?, warnings.finish(file.display())))
 }
 
 /// What tobj makes of the rewritten text: for each run a list of welded vertices, and polygons.
 fn models(survey: &Survey) -> Outcome<Vec<tobj::Model>> {
-    let options = tobj::LoadOptions { single_index: true, ..tobj::LoadOptions::default() };
+    let options = tobj::LoadOptions {
+        single_index: true,
+        ..tobj::LoadOptions::default()
+    };
     let no_materials = |_: &Path| Ok(Default::default());
     match tobj::load_obj_buf(&mut survey.text.as_bytes(), &options, no_materials) {
         Ok((models, _)) => Ok(models),
@@ -143,26 +192,51 @@ struct Materials<'a> {
 impl<'a> Materials<'a> {
     /// None converted yet.
     fn new(used: Vec<String>, library: Library, textures: Textures<'a>) -> Self {
-        Self { used, library, textures, names: Names::default(), known: HashMap::new() }
+        Self {
+            used,
+            library,
+            textures,
+            names: Names::default(),
+            known: HashMap::new(),
+        }
     }
 
     /// The name that the file uses.
     fn label(&self, number: Option<usize>) -> &str {
-        number.and_then(|i| self.used.get(i)).map_or(mtl::DEFAULT, String::as_str)
+        number
+            .and_then(|i| self.used.get(i))
+            .map_or(mtl::DEFAULT, String::as_str)
     }
 
     /// Reads the images of the materials that some parts show.
-    fn read_images(&mut self, parts: &[Part], scene: &mut Scene, budget: &mut Budget, warnings: &mut Warnings) -> Outcome<()> {
+    fn read_images(
+        &mut self,
+        parts: &[Part],
+        scene: &mut Scene,
+        budget: &mut Budget,
+        warnings: &mut Warnings,
+    ) -> Outcome<()> {
         let mut statements = Vec::new();
         for part in parts {
             let source = self.library.get(self.label(part.material), false, warnings);
             statements.extend(material::images(&source).map(str::to_owned));
         }
-        self.textures.load(statements.iter().map(String::as_str), scene, budget, warnings)
+        self.textures.load(
+            statements.iter().map(String::as_str),
+            scene,
+            budget,
+            warnings,
+        )
     }
 
     /// Name in the scene of a material for meshes with or without colours of their own.
-    fn get(&mut self, number: Option<usize>, coloured: bool, scene: &mut Scene, warnings: &mut Warnings) -> String {
+    fn get(
+        &mut self,
+        number: Option<usize>,
+        coloured: bool,
+        scene: &mut Scene,
+        warnings: &mut Warnings,
+    ) -> String {
         if let Some(name) = self.known.get(&(number, coloured)) {
             return name.clone();
         }
@@ -172,8 +246,14 @@ impl<'a> Materials<'a> {
         model.vertex_colours = coloured;
         let name = self.names.unique(&label);
         let unread = material::unread(source.as_ref()).into_iter();
-        scene.unread.extend(unread.map(|what| Unread { material: name.clone(), what }));
-        scene.materials.push(Material { name: name.clone(), model: Model::Physical(Box::new(model)) });
+        scene.unread.extend(unread.map(|what| Unread {
+            material: name.clone(),
+            what,
+        }));
+        scene.materials.push(Material {
+            name: name.clone(),
+            model: Model::Physical(Box::new(model)),
+        });
         self.known.insert((number, coloured), name.clone());
         name
     }

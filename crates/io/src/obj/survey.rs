@@ -1,10 +1,11 @@
-//! A first walk over an OBJ file: every number and index is checked, and the text is rewritten into the part of the format
-//! that `tobj` reads right.
+//! A first walk over an OBJ file: every number and index is checked, and the text is rewritten into
+//! the part of the format that `tobj` reads right.
 //!
-//! `tobj` parses numbers and welds vertices. Given a file as it is, it would refuse numbers that other programs write, lose
-//! smoothing groups and the names of unknown materials, shift vertex colours when only some vertices have them, take index
-//! 0 for "none", and compute with indices before it compares them; and its errors name no line. The rewritten text has all
-//! vertices first, then one group for each [`Run`], named by its number, with absolute indices that exist.
+//! `tobj` parses numbers and welds vertices. Given a file as it is, it would refuse numbers that
+//! other programs write, lose smoothing groups and the names of unknown materials, shift vertex
+//! colours when only some vertices have them, take index 0 for "none", and compute with indices
+//! before it compares them; and its errors name no line. The rewritten text has all vertices first,
+//! then one group for each [`Run`], named by its number, with absolute indices that exist.
 
 use std::collections::HashMap;
 use std::fmt::Write as _;
@@ -100,18 +101,31 @@ pub(super) fn survey(text: &str, budget: &mut Budget, warnings: &mut Warnings) -
         dangling: [None, None],
     };
     for statement in statements(text) {
-        walk.statement(&statement).map_err(|fault| fault.at(format_args!("line {}", statement.line)))?;
+        walk.statement(&statement)
+            .map_err(|fault| fault.at(format_args!("line {}", statement.line)))?;
     }
-    let lost = walk.dangling.iter().zip(["texture coordinates", "normals"]).filter_map(|(dangling, what)| {
-        let Dangling { first, faces } = dangling.as_ref()?;
-        let whose = if *faces == 1 { "1 face refers".to_owned() } else { format!("{faces} faces refer") };
-        Some(format!("{first}; {whose} to {what} that the file does not have, and did without"))
-    });
+    let lost = walk
+        .dangling
+        .iter()
+        .zip(["texture coordinates", "normals"])
+        .filter_map(|(dangling, what)| {
+            let Dangling { first, faces } = dangling.as_ref()?;
+            let whose = if *faces == 1 {
+                "1 face refers".to_owned()
+            } else {
+                format!("{faces} faces refer")
+            };
+            Some(format!(
+                "{first}; {whose} to {what} that the file does not have, and did without"
+            ))
+        });
     let lost: Vec<String> = lost.collect();
     if !lost.is_empty() {
         walk.warnings.add(WarningCode::Geometry, lost.join("; "));
     }
-    let Walk { mut survey, faces, .. } = walk;
+    let Walk {
+        mut survey, faces, ..
+    } = walk;
     for (i, faces) in faces.iter().enumerate() {
         survey.text.push_str(&format!("g {i}\n"));
         survey.text.push_str(faces);
@@ -119,7 +133,8 @@ pub(super) fn survey(text: &str, budget: &mut Budget, warnings: &mut Warnings) -
     Ok(survey)
 }
 
-/// How many vertices of each kind there are, whether any has a colour, and how many corners the faces have.
+/// How many vertices of each kind there are, whether any has a colour, and how many corners the
+/// faces have.
 fn count(text: &str) -> (Counts, bool, usize) {
     let (mut counts, mut coloured, mut corners) = ([0; 3], false, 0);
     for statement in statements(text) {
@@ -154,28 +169,44 @@ impl<'a> Walk<'_, 'a> {
             }
             // "off", "0", or a group's number; whatever else stands there is one group, too.
             "s" => {
-                self.smoothing = if matches!(statement.rest, "off" | "") { 0 } else { statement.rest.parse().unwrap_or(u32::MAX) }
+                self.smoothing = if matches!(statement.rest, "off" | "") {
+                    0
+                } else {
+                    statement.rest.parse().unwrap_or(u32::MAX)
+                }
             }
             "mtllib" => self.survey.libraries.push(statement.rest.to_owned()),
             "o" | "g" => {}
-            "l" | "p" => self.warnings.add(WarningCode::PointsAndLines, "points and lines are ignored"),
-            other => self.warnings.add(WarningCode::Unsupported, format!("statements `{}` are ignored", shown(other))),
+            "l" | "p" => self
+                .warnings
+                .add(WarningCode::PointsAndLines, "points and lines are ignored"),
+            other => self.warnings.add(
+                WarningCode::Unsupported,
+                format!("statements `{}` are ignored", shown(other)),
+            ),
         }
         Ok(())
     }
 
-    /// `v x y z`, with a weight that divides (4 numbers), or with a colour (6, or 7 with an alpha that is ignored).
+    /// `v x y z`, with a weight that divides (4 numbers), or with a colour (6, or 7 with an alpha
+    /// that is ignored).
     fn position(&mut self, rest: &str) -> Outcome<()> {
         let mut words = Vec::with_capacity(8);
         for word in rest.split_whitespace().take(8) {
             words.push(number(word).ok_or_else(|| no_number("v", word))?);
         }
-        let weighted = words.len() == 4 && words.last().is_some_and(|weight| weight.1 != 0.0) && !self.coloured;
+        let weighted = words.len() == 4
+            && words.last().is_some_and(|weight| weight.1 != 0.0)
+            && !self.coloured;
         let kept = match words.len() {
             4 if weighted => 4,
             3 | 4 => 3,
             6 | 7 => 6,
-            n => return Err(Fault::input(format!("v: {n} numbers; there should be 3, 4 or 6"))),
+            n => {
+                return Err(Fault::input(format!(
+                    "v: {n} numbers; there should be 3, 4 or 6"
+                )));
+            }
         };
         self.so_far[0] += 1;
         self.survey.text.push('v');
@@ -192,7 +223,13 @@ impl<'a> Walk<'_, 'a> {
     }
 
     /// A texture coordinate or normal; numbers that may be missing are zero.
-    fn vertex(&mut self, kind: usize, keyword: &str, rest: &str, numbers: std::ops::RangeInclusive<usize>) -> Outcome<()> {
+    fn vertex(
+        &mut self,
+        kind: usize,
+        keyword: &str,
+        rest: &str,
+        numbers: std::ops::RangeInclusive<usize>,
+    ) -> Outcome<()> {
         self.survey.text.push_str(keyword);
         let mut found = 0;
         for word in rest.split_whitespace().take(*numbers.end()) {
@@ -202,9 +239,14 @@ impl<'a> Walk<'_, 'a> {
             found += 1;
         }
         if !numbers.contains(&found) {
-            return Err(Fault::input(format!("{keyword}: {found} numbers; there should be {}", numbers.end())));
+            return Err(Fault::input(format!(
+                "{keyword}: {found} numbers; there should be {}",
+                numbers.end()
+            )));
         }
-        self.survey.text.push_str(&" 0".repeat(numbers.end() - found));
+        self.survey
+            .text
+            .push_str(&" 0".repeat(numbers.end() - found));
         self.survey.text.push('\n');
         self.so_far[kind] += 1;
         Ok(())
@@ -219,11 +261,17 @@ impl<'a> Walk<'_, 'a> {
         }
         for (all, one) in self.dangling.iter_mut().zip(dangling) {
             let Some(what) = one else { continue };
-            let first = || Dangling { first: format!("line {}: f: {what}", statement.line), faces: 0 };
+            let first = || Dangling {
+                first: format!("line {}: f: {what}", statement.line),
+                faces: 0,
+            };
             all.get_or_insert_with(first).faces += 1;
         }
         if corners.len() < 3 {
-            self.warnings.add(WarningCode::Geometry, "faces with fewer than three corners are ignored");
+            self.warnings.add(
+                WarningCode::Geometry,
+                "faces with fewer than three corners are ignored",
+            );
             return Ok(());
         }
         let textured = corners.iter().all(|corner| corner.texture.is_some());
@@ -233,17 +281,27 @@ impl<'a> Walk<'_, 'a> {
             0 => Shading::Flat,
             group => Shading::Group(group),
         };
-        let run = Run { material: self.material, shading, textured };
+        let run = Run {
+            material: self.material,
+            shading,
+            textured,
+        };
         let next = self.faces.len();
         let index = *self.run_numbers.entry(run).or_insert(next);
         if index == next {
             self.faces.push(String::new());
             self.survey.runs.push(run);
         }
-        let Some(out) = self.faces.get_mut(index) else { return Ok(()) };
+        let Some(out) = self.faces.get_mut(index) else {
+            return Ok(());
+        };
         out.push('f');
         for corner in corners {
-            let Corner { position, texture, normal } = corner;
+            let Corner {
+                position,
+                texture,
+                normal,
+            } = corner;
             // Writing to a text can't fail.
             let _ = match (texture.filter(|_| textured), normal.filter(|_| given)) {
                 (Some(vt), Some(vn)) => write!(out, " {position}/{vt}/{vn}"),
@@ -256,39 +314,61 @@ impl<'a> Walk<'_, 'a> {
         Ok(())
     }
 
-    /// The indices of a corner, each of something that exists. A texture coordinate or normal that there is not is none, and noted where it is
-    /// the face's first: some programs write indices of lines that they leave out, and what is lost is a refinement.
+    /// The indices of a corner, each of something that exists. A texture coordinate or normal that
+    /// there is not is none, and noted where it is the face's first: some programs write indices of
+    /// lines that they leave out, and what is lost is a refinement.
     fn corner(&self, word: &str, dangling: &mut [Option<String>; 2]) -> Outcome<Corner> {
         let mut parts = word.split('/');
-        let [v, vt, vn] = [parts.next().unwrap_or_default(), parts.next().unwrap_or_default(), parts.next().unwrap_or_default()];
+        let [v, vt, vn] = [
+            parts.next().unwrap_or_default(),
+            parts.next().unwrap_or_default(),
+            parts.next().unwrap_or_default(),
+        ];
         if parts.next().is_some() {
             return Err(Fault::input("has more than three parts"));
         }
-        let missing = |part: &str, kind: usize, what: &str| format!("{what} {} of {}", shown(part), self.totals[kind]);
+        let missing = |part: &str, kind: usize, what: &str| {
+            format!("{what} {} of {}", shown(part), self.totals[kind])
+        };
         let mut optional = |part: &str, kind: usize, what: &str| -> Outcome<Option<usize>> {
             if part.is_empty() {
                 return Ok(None);
             }
             let index = self.index(part, kind)?;
             if index.is_none() {
-                dangling[kind - 1].get_or_insert_with(|| format!("`{}`: {}", shown(word), missing(part, kind, what)));
+                dangling[kind - 1].get_or_insert_with(|| {
+                    format!("`{}`: {}", shown(word), missing(part, kind, what))
+                });
             }
             Ok(index)
         };
-        let (texture, normal) = (optional(vt, 1, "texture coordinate")?, optional(vn, 2, "normal")?);
-        let position = self.index(v, 0)?.ok_or_else(|| Fault::input(missing(v, 0, "vertex")))?;
-        Ok(Corner { position, texture, normal })
+        let (texture, normal) = (
+            optional(vt, 1, "texture coordinate")?,
+            optional(vn, 2, "normal")?,
+        );
+        let position = self
+            .index(v, 0)?
+            .ok_or_else(|| Fault::input(missing(v, 0, "vertex")))?;
+        Ok(Corner {
+            position,
+            texture,
+            normal,
+        })
     }
 
     /// An absolute index from 1, or none where nothing has it.
     fn index(&self, part: &str, kind: usize) -> Outcome<Option<usize>> {
-        let index: i64 = part.parse().map_err(|_| Fault::input(format!("`{}` is no whole number", shown(part))))?;
+        let index: i64 = part
+            .parse()
+            .map_err(|_| Fault::input(format!("`{}` is no whole number", shown(part))))?;
         let absolute = match index {
             0 if kind == 0 => return Err(Fault::input("indices start at 1")),
             // Some programs write it of a corner that has no such thing.
             0 => None,
             i if i > 0 => usize::try_from(i).ok(),
-            i => usize::try_from(i.unsigned_abs()).ok().and_then(|back| (self.so_far[kind] + 1).checked_sub(back)),
+            i => usize::try_from(i.unsigned_abs())
+                .ok()
+                .and_then(|back| (self.so_far[kind] + 1).checked_sub(back)),
         };
         Ok(absolute.filter(|i| (1..=self.totals[kind]).contains(i)))
     }

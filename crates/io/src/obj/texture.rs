@@ -50,14 +50,27 @@ const OPTIONS: [(&str, usize); 15] = [
 impl Map {
     /// Takes `[options] file name [options]` apart; the name may have blanks.
     pub fn parse(text: &str) -> Self {
-        let mut map = Self { path: String::new(), clamp: false, scale: [1.0; 2], offset: [0.0; 2], bump: 1.0 };
+        let mut map = Self {
+            path: String::new(),
+            clamp: false,
+            scale: [1.0; 2],
+            offset: [0.0; 2],
+            bump: 1.0,
+        };
         let mut rest = text.trim();
         while let Some(after) = map.option(rest) {
             rest = after;
         }
         // Some programs put options behind the name.
-        let option = |at: &usize| rest.get(*at..).is_some_and(|tail| OPTIONS.iter().any(|(name, _)| first_word(tail).0 == *name));
-        let end = rest.match_indices(" -").map(|(at, _)| at + 1).find(option).unwrap_or(rest.len());
+        let option = |at: &usize| {
+            rest.get(*at..)
+                .is_some_and(|tail| OPTIONS.iter().any(|(name, _)| first_word(tail).0 == *name))
+        };
+        let end = rest
+            .match_indices(" -")
+            .map(|(at, _)| at + 1)
+            .find(option)
+            .unwrap_or(rest.len());
         let (path, mut tail) = rest.split_at(end);
         while let Some(after) = map.option(tail) {
             tail = after;
@@ -83,22 +96,35 @@ impl Map {
             }
             rest = after;
         }
-        let pair = |missing: f64| [numbers.first().copied().unwrap_or(missing), numbers.get(1).copied().unwrap_or(missing)];
+        let pair = |missing: f64| {
+            [
+                numbers.first().copied().unwrap_or(missing),
+                numbers.get(1).copied().unwrap_or(missing),
+            ]
+        };
         match name {
             "-s" => self.scale = pair(1.0),
             "-o" => self.offset = pair(0.0),
-            "-bm" => self.bump = numbers.first().copied().filter(|x| x.is_finite()).unwrap_or(1.0),
+            "-bm" => {
+                self.bump = numbers
+                    .first()
+                    .copied()
+                    .filter(|x| x.is_finite())
+                    .unwrap_or(1.0)
+            }
             _ => {}
         }
         Some(rest)
     }
 
-    /// The map of a scene's texture coordinates, whose v counts from the top; none where it changes nothing.
+    /// The map of a scene's texture coordinates, whose v counts from the top; none where it changes
+    /// nothing.
     fn rows(&self) -> Option<[[f64; 3]; 2]> {
         let ([su, sv], [ou, ov]) = (self.scale, self.offset);
         let finite = [su, sv, ou, ov].iter().all(|x| x.is_finite());
         // v' = 1 − (sv·(1 − v) + ov)
-        (finite && (self.scale != [1.0; 2] || self.offset != [0.0; 2])).then_some([[su, 0.0, ou], [0.0, sv, 1.0 - sv - ov]])
+        (finite && (self.scale != [1.0; 2] || self.offset != [0.0; 2]))
+            .then_some([[su, 0.0, ou], [0.0, sv, 1.0 - sv - ov]])
     }
 }
 
@@ -113,7 +139,8 @@ fn first_word(text: &str) -> (&str, &str) {
 pub(super) struct Textures<'f> {
     folder: &'f Folder,
     limits: &'f Limits,
-    /// Paths of images that statements name, and of those among them that are in the scene, by that name.
+    /// Paths of images that statements name, and of those among them that are in the scene, by that
+    /// name.
     asked: HashSet<String>,
     images: HashSet<String>,
     /// Name of a texture by its image, whether that holds colours, and whether it is clamped.
@@ -125,11 +152,19 @@ impl<'f> Textures<'f> {
     /// None yet.
     pub fn new(folder: &'f Folder, limits: &'f Limits) -> Self {
         let (asked, images) = Default::default();
-        Self { folder, limits, asked, images, textures: HashMap::new(), names: Names::default() }
+        Self {
+            folder,
+            limits,
+            asked,
+            images,
+            textures: HashMap::new(),
+            names: Names::default(),
+        }
     }
 
-    /// Reads and decodes the images that statements name, all of them before any material is made: what a material is depends on whether
-    /// its images are there. One that can't be had is a warning.
+    /// Reads and decodes the images that statements name, all of them before any material is made:
+    /// what a material is depends on whether its images are there. One that can't be had is a
+    /// warning.
     ///
     /// # Errors
     /// A fault of kind limit when an image is too large.
@@ -146,28 +181,53 @@ impl<'f> Textures<'f> {
             if !self.asked.insert(path.clone()) {
                 continue;
             }
-            let accepted = self.folder.read(&path).map_err(Fault::from).and_then(|bytes| {
-                image_file::claim(&bytes, self.limits, budget).map_err(|fault| fault.at(format_args!("`{path}`")))?;
-                Ok(bytes)
-            });
+            let accepted = self
+                .folder
+                .read(&path)
+                .map_err(Fault::from)
+                .and_then(|bytes| {
+                    image_file::claim(&bytes, self.limits, budget)
+                        .map_err(|fault| fault.at(format_args!("`{path}`")))?;
+                    Ok(bytes)
+                });
             match endurable(accepted)? {
                 Ok(bytes) => {
                     waiting.add(scene.images.len(), format!("`{path}`"), bytes.into());
-                    scene.images.push(Image { name: path.clone(), path, data: None, mended: 0 });
+                    scene.images.push(Image {
+                        name: path.clone(),
+                        path,
+                        data: None,
+                        mended: 0,
+                    });
                 }
                 Err(why) => warnings.add(WarningCode::Picture, warn(why)),
             }
         }
         let report = waiting.decode(&mut scene.images, self.limits, &|| {})?;
-        report.broken.into_iter().for_each(|why| warnings.add(WarningCode::Picture, warn(why)));
-        report.remarks.into_iter().for_each(|(code, remark)| warnings.add(code, format!("texture: {remark}")));
+        report
+            .broken
+            .into_iter()
+            .for_each(|why| warnings.add(WarningCode::Picture, warn(why)));
+        report
+            .remarks
+            .into_iter()
+            .for_each(|(code, remark)| warnings.add(code, format!("texture: {remark}")));
         scene.images.retain(|image| image.data.is_some());
-        self.images = scene.images.iter().map(|image| image.path.clone()).collect();
+        self.images = scene
+            .images
+            .iter()
+            .map(|image| image.path.clone())
+            .collect();
         Ok(())
     }
 
     /// A use of the texture that a statement describes; none where its image could not be had.
-    pub fn get(&mut self, statement: &str, space: ColourSpace, scene: &mut Scene) -> Option<TextureRef> {
+    pub fn get(
+        &mut self,
+        statement: &str,
+        space: ColourSpace,
+        scene: &mut Scene,
+    ) -> Option<TextureRef> {
         let map = Map::parse(statement);
         if !self.images.contains(&map.path) {
             return None;
@@ -176,13 +236,26 @@ impl<'f> Textures<'f> {
         let key = (map.path.clone(), space == ColourSpace::Srgb, map.clamp);
         let name = self.textures.entry(key).or_insert_with(|| {
             let (name, image) = (self.names.unique(&map.path), map.path.clone());
-            let texture =
-                Texture { name: name.clone(), image, colour_space: space, filter: Filter::Bilinear, wrap_u: wrap, wrap_v: wrap };
+            let texture = Texture {
+                name: name.clone(),
+                image,
+                colour_space: space,
+                filter: Filter::Bilinear,
+                wrap_u: wrap,
+                wrap_v: wrap,
+            };
             scene.textures.push(texture);
             name
         });
         let uv_transform = map.rows();
-        Some(TextureRef { name: name.clone(), uv_set: 0, uv: None, uv_transform, factor: Colour::WHITE, channel: None })
+        Some(TextureRef {
+            name: name.clone(),
+            uv_set: 0,
+            uv: None,
+            uv_transform,
+            factor: Colour::WHITE,
+            channel: None,
+        })
     }
 }
 
@@ -202,11 +275,15 @@ mod tests {
         assert_eq!(map("-bm 3 bump-map.jpg"), plain("bump-map.jpg"));
         assert_eq!(map("bump map -2.jpg -bm 1.5"), plain("bump map -2.jpg"));
         assert_eq!(map("-mm 0.1 0.3 x\\y.jpg"), plain("x/y.jpg"));
-        assert_eq!(map("-clamp on -s 2 3 1 -o 0.5 c.png"), ("c.png".to_owned(), true, [2.0, 3.0], [0.5, 0.0]));
+        assert_eq!(
+            map("-clamp on -s 2 3 1 -o 0.5 c.png"),
+            ("c.png".to_owned(), true, [2.0, 3.0], [0.5, 0.0])
+        );
         assert_eq!(map("-s"), plain(""));
     }
 
-    /// Protects: scale and offset are meant for v from the bottom: the bottom-left texel of a doubled image stays where it is.
+    /// Protects: scale and offset are meant for v from the bottom: the bottom-left texel of a
+    /// doubled image stays where it is.
     #[test]
     fn scale_keeps_the_bottom_left_corner() {
         let [u, v] = Map::parse("-s 2 2 x.png").rows().unwrap();
@@ -215,7 +292,8 @@ mod tests {
         assert_eq!(at(0.5, 0.5), [1.0, 0.0]);
     }
 
-    /// Protects: an offset moves what is read to the right and up, as its numbers count: v from the bottom.
+    /// Protects: an offset moves what is read to the right and up, as its numbers count: v from the
+    /// bottom.
     #[test]
     fn offsets_count_from_the_bottom() {
         let [u, v] = Map::parse("-o 0.25 0.125 x.png").rows().unwrap();

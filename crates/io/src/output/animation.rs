@@ -1,7 +1,8 @@
-//! Pictures that follow each other in one file: GIF with the colours that 256 codes can hold, APNG with all of them.
+//! Pictures that follow each other in one file: GIF with the colours that 256 codes can hold, APNG
+//! with all of them.
 //!
-//! How many there are is known when the last one is finished, since a run may be interrupted. Until then each waits, packed, in a file
-//! without a name beside the one that is to be made.
+//! How many there are is known when the last one is finished, since a run may be interrupted. Until
+//! then each waits, packed, in a file without a name beside the one that is to be made.
 
 use std::borrow::Cow;
 use std::fs::File;
@@ -32,7 +33,10 @@ impl AnimationFormat {
     /// The format that the end of a file's name says; none where it is of a single picture.
     pub fn of(path: &Path) -> Option<Self> {
         let ending = path.extension()?.to_string_lossy().to_ascii_lowercase();
-        [("gif", Self::Gif), ("apng", Self::Apng)].into_iter().find(|(name, _)| *name == ending).map(|(_, format)| format)
+        [("gif", Self::Gif), ("apng", Self::Apng)]
+            .into_iter()
+            .find(|(name, _)| *name == ending)
+            .map(|(_, format)| format)
     }
 }
 
@@ -51,7 +55,8 @@ pub struct Animation {
     has_alpha: bool,
 }
 
-/// Shortest time of a picture in a GIF, in hundredths of a second: what is shorter is shown as a tenth of a second by most viewers.
+/// Shortest time of a picture in a GIF, in hundredths of a second: what is shorter is shown as a
+/// tenth of a second by most viewers.
 const SHORTEST: f64 = 2.0;
 
 impl Animation {
@@ -59,10 +64,25 @@ impl Animation {
     ///
     /// # Errors
     /// Of kind [`File`](crate::ErrorKind::File) where no file can be made beside it.
-    pub fn new(path: &Path, format: AnimationFormat, rate: f64, metadata: Metadata) -> Result<Self, Error> {
-        let spool = tempfile::tempfile_in(folder_of(path)).map_err(|cause| Error::write(path, &cause))?;
+    pub fn new(
+        path: &Path,
+        format: AnimationFormat,
+        rate: f64,
+        metadata: Metadata,
+    ) -> Result<Self, Error> {
+        let spool =
+            tempfile::tempfile_in(folder_of(path)).map_err(|cause| Error::write(path, &cause))?;
         let (lengths, size, display) = (Vec::new(), [0; 2], Display::PLAIN);
-        Ok(Self { format, rate, metadata, spool, lengths, size, display, has_alpha: false })
+        Ok(Self {
+            format,
+            rate,
+            metadata,
+            spool,
+            lengths,
+            size,
+            display,
+            has_alpha: false,
+        })
     }
 
     /// Adds the next picture as the display shows it.
@@ -70,7 +90,10 @@ impl Animation {
     /// # Errors
     /// Of kind other where it differs from the first one in size, or can't be kept.
     pub fn add(&mut self, picture: &Picture, display: Display) -> io::Result<()> {
-        let display = Display { output: Output::Eight, ..display };
+        let display = Display {
+            output: Output::Eight,
+            ..display
+        };
         let (size, has_alpha) = ([picture.width, picture.height], display.has_alpha(picture));
         if self.lengths.is_empty() {
             (self.size, self.display, self.has_alpha) = (size, display, has_alpha);
@@ -80,11 +103,17 @@ impl Animation {
                 "its pictures have {w} × {h} and {width} × {height} pixels; --size makes them one"
             )));
         } else if self.has_alpha != has_alpha {
-            return Err(io::Error::other("some of its pictures are transparent and some are not"));
+            return Err(io::Error::other(
+                "some of its pictures are transparent and some are not",
+            ));
         }
         // What a GIF covers in part it covers wholly, and a shadow would be a black spot.
         let is_alone = self.format == AnimationFormat::Gif && has_alpha && picture.shadow.is_some();
-        let picture = if is_alone { Cow::Owned(picture.without_shadow()) } else { Cow::Borrowed(picture) };
+        let picture = if is_alone {
+            Cow::Owned(picture.without_shadow())
+        } else {
+            Cow::Borrowed(picture)
+        };
         let packed = png_bytes(&picture, display, &Metadata::default())?;
         self.spool.write_all(&packed)?;
         self.lengths.push(packed.len());
@@ -106,7 +135,8 @@ impl Animation {
     /// # Errors
     /// Of kind [`File`](crate::ErrorKind::File) where it can't be written.
     pub fn write(&mut self, path: &Path) -> Result<(), Error> {
-        write_with(path, Replace::Anything, |out| self.encode(out)).map_err(|cause| Error::write(path, &cause))
+        write_with(path, Replace::Anything, |out| self.encode(out))
+            .map_err(|cause| Error::write(path, &cause))
     }
 
     /// What there is as the bytes of a file.
@@ -130,7 +160,13 @@ impl Animation {
 
     fn apng(&mut self, out: &mut dyn Write) -> io::Result<()> {
         let [width, height] = self.size;
-        let mut encoder = encoder(out, [width, height], self.has_alpha, self.display, &self.metadata)?;
+        let mut encoder = encoder(
+            out,
+            [width, height],
+            self.has_alpha,
+            self.display,
+            &self.metadata,
+        )?;
         encoder.set_animated(u32::try_from(self.len()).map_err(io::Error::other)?, 0)?;
         let delay = (1000.0 / self.rate).round().clamp(1.0, f64::from(u16::MAX)) as u16;
         encoder.set_frame_delay(delay, 1000)?;
@@ -140,14 +176,20 @@ impl Animation {
     }
 
     fn gif(&mut self, out: &mut dyn Write) -> io::Result<()> {
-        let edge = |pixels: u32| u16::try_from(pixels).map_err(|_| io::Error::other("a GIF has at most 65535 pixels a row"));
+        let edge = |pixels: u32| {
+            u16::try_from(pixels)
+                .map_err(|_| io::Error::other("a GIF has at most 65535 pixels a row"))
+        };
         let (width, height) = (edge(self.size[0])?, edge(self.size[1])?);
         let mut encoder = gif::Encoder::new(out, width, height, &[]).map_err(io::Error::other)?;
-        encoder.set_repeat(Repeat::Infinite).map_err(io::Error::other)?;
+        encoder
+            .set_repeat(Repeat::Infinite)
+            .map_err(io::Error::other)?;
         let (rate, has_alpha) = (self.rate, self.has_alpha);
         // Rounded times add up to the right one.
         let end = |picture: usize| (100.0 * (picture + 1) as f64 / rate).round();
-        let time = |picture: usize| end(picture) - if picture == 0 { 0.0 } else { end(picture - 1) };
+        let time =
+            |picture: usize| end(picture) - if picture == 0 { 0.0 } else { end(picture - 1) };
         self.each(|mut codes, picture| {
             let frame = if has_alpha {
                 Frame::from_rgba_speed(width, height, &mut codes, 10)
@@ -155,8 +197,18 @@ impl Animation {
                 Frame::from_rgb_speed(width, height, &codes, 10)
             };
             let delay = time(picture).clamp(SHORTEST, f64::from(u16::MAX)) as u16;
-            let dispose = if has_alpha { DisposalMethod::Background } else { DisposalMethod::Keep };
-            encoder.write_frame(&Frame { delay, dispose, ..frame }).map_err(io::Error::other)
+            let dispose = if has_alpha {
+                DisposalMethod::Background
+            } else {
+                DisposalMethod::Keep
+            };
+            encoder
+                .write_frame(&Frame {
+                    delay,
+                    dispose,
+                    ..frame
+                })
+                .map_err(io::Error::other)
         })
     }
 
@@ -168,7 +220,11 @@ impl Animation {
             let mut packed = vec![0; length];
             spool.read_exact(&mut packed)?;
             let mut reader = Decoder::new(io::Cursor::new(packed)).read_info()?;
-            let channels = if reader.info().color_type == ColorType::Rgba { 4 } else { 3 };
+            let channels = if reader.info().color_type == ColorType::Rgba {
+                4
+            } else {
+                3
+            };
             let mut codes = vec![0; channels * self.size[0] as usize * self.size[1] as usize];
             reader.next_frame(&mut codes)?;
             take(codes, i)?;
@@ -185,22 +241,32 @@ mod tests {
     fn animation(format: AnimationFormat, rate: f64, alpha: Option<f32>) -> Vec<u8> {
         let folder = tempfile::tempdir().expect("a folder");
         let mut animation =
-            Animation::new(&folder.path().join("a"), format, rate, Metadata::default()).expect("a folder to write to");
+            Animation::new(&folder.path().join("a"), format, rate, Metadata::default())
+                .expect("a folder to write to");
         for grey in [0.0, 1.0, 0.0] {
             let alpha = alpha.map(|alpha| vec![alpha; 12]);
-            let picture = Picture { rgb: vec![[grey; 3]; 12], alpha, ..Picture::new(4, 3) };
+            let picture = Picture {
+                rgb: vec![[grey; 3]; 12],
+                alpha,
+                ..Picture::new(4, 3)
+            };
             animation.add(&picture, Display::PLAIN).expect("one size");
         }
         animation.bytes().expect("all of them")
     }
 
-    /// Protects: a GIF plays as fast as was asked for, each picture to the nearest hundredth and all of them together, for ever; a picture
-    /// that is transparent does not stay below the next.
+    /// Protects: a GIF plays as fast as was asked for, each picture to the nearest hundredth and
+    /// all of them together, for ever; a picture that is transparent does not stay below the next.
     #[test]
     fn gifs_keep_their_time() {
-        for (alpha, dispose) in [(None, DisposalMethod::Keep), (Some(0.0), DisposalMethod::Background)] {
+        for (alpha, dispose) in [
+            (None, DisposalMethod::Keep),
+            (Some(0.0), DisposalMethod::Background),
+        ] {
             let bytes = animation(AnimationFormat::Gif, 30.0, alpha);
-            let mut reader = gif::DecodeOptions::new().read_info(bytes.as_slice()).expect("a GIF");
+            let mut reader = gif::DecodeOptions::new()
+                .read_info(bytes.as_slice())
+                .expect("a GIF");
             let mut frames = Vec::new();
             while let Some(frame) = reader.read_next_frame().expect("a picture") {
                 frames.push((frame.delay, frame.dispose, [frame.width, frame.height]));
@@ -210,29 +276,53 @@ mod tests {
         }
     }
 
-    /// Protects: an APNG plays as fast as was asked for, for ever, and has the codes of its pictures.
+    /// Protects: an APNG plays as fast as was asked for, for ever, and has the codes of its
+    /// pictures.
     #[test]
     fn apngs_keep_their_time() {
         let bytes = animation(AnimationFormat::Apng, 25.0, None);
-        let mut reader = Decoder::new(io::Cursor::new(bytes)).read_info().expect("a PNG");
+        let mut reader = Decoder::new(io::Cursor::new(bytes))
+            .read_info()
+            .expect("a PNG");
         let control = reader.info().animation_control.expect("an animation");
         assert_eq!((control.num_frames, control.num_plays), (3, 0));
         for code in [0, 255, 0] {
             let mut codes = vec![7; 36];
             reader.next_frame(&mut codes).expect("a picture");
             let frame = reader.info().frame_control.expect("its time");
-            assert_eq!((f64::from(frame.delay_num) / f64::from(frame.delay_den), codes), (0.04, vec![code; 36]));
+            assert_eq!(
+                (
+                    f64::from(frame.delay_num) / f64::from(frame.delay_den),
+                    codes
+                ),
+                (0.04, vec![code; 36])
+            );
         }
     }
 
-    /// Protects: a GIF, which has no partial coverage, leaves shadows away in place of black spots; an APNG keeps them, and before a background both do.
+    /// Protects: a GIF, which has no partial coverage, leaves shadows away in place of black spots;
+    /// an APNG keeps them, and before a background both do.
     #[test]
     fn shadows_are_no_black_spots() {
         let folder = tempfile::tempdir().expect("a temporary folder");
-        let picture = Picture { alpha: Some(vec![0.4; 12]), shadow: Some(vec![0.4; 12]), ..Picture::new(4, 3) };
+        let picture = Picture {
+            alpha: Some(vec![0.4; 12]),
+            shadow: Some(vec![0.4; 12]),
+            ..Picture::new(4, 3)
+        };
         let alpha_of = |format, background: Option<[f64; 3]>| {
-            let mut animation = Animation::new(&folder.path().join("a"), format, 10.0, Metadata::default()).expect("a spool");
-            animation.add(&picture, Display { background, ..Display::PLAIN }).expect("a picture");
+            let mut animation =
+                Animation::new(&folder.path().join("a"), format, 10.0, Metadata::default())
+                    .expect("a spool");
+            animation
+                .add(
+                    &picture,
+                    Display {
+                        background,
+                        ..Display::PLAIN
+                    },
+                )
+                .expect("a picture");
             let mut codes = Vec::new();
             animation
                 .each(|own, _| {
@@ -243,7 +333,11 @@ mod tests {
             codes[codes.len() - 1]
         };
         assert_eq!(alpha_of(AnimationFormat::Gif, None), 0);
-        assert!((45..60).contains(&alpha_of(AnimationFormat::Apng, None)), "{}", alpha_of(AnimationFormat::Apng, None));
+        assert!(
+            (45..60).contains(&alpha_of(AnimationFormat::Apng, None)),
+            "{}",
+            alpha_of(AnimationFormat::Apng, None)
+        );
         for format in [AnimationFormat::Gif, AnimationFormat::Apng] {
             assert!((150..250).contains(&alpha_of(format, Some([1.0; 3]))));
         }

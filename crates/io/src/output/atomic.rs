@@ -1,4 +1,5 @@
-//! Files that are there whole or not at all: written under a temporary name in the same folder, then renamed.
+//! Files that are there whole or not at all: written under a temporary name in the same folder,
+//! then renamed.
 
 use std::fs;
 use std::io::{self, Write};
@@ -17,9 +18,9 @@ pub(super) enum Replace {
     Own,
 }
 
-/// Writes a file so that its name holds either what it held before or all of `bytes`, whatever goes wrong. A failure
-/// leaves no temporary file behind. What is not a regular file, such as a device or a pipe, is written to directly, and
-/// what is write-protected is left alone.
+/// Writes a file so that its name holds either what it held before or all of `bytes`, whatever goes
+/// wrong. A failure leaves no temporary file behind. What is not a regular file, such as a device
+/// or a pipe, is written to directly, and what is write-protected is left alone.
 pub fn write_atomically(path: &Path, bytes: &[u8]) -> Result<(), Error> {
     write(path, bytes, Replace::Anything).map_err(|cause| Error::write(path, &cause))
 }
@@ -30,17 +31,25 @@ pub(super) fn write(path: &Path, bytes: &[u8], replace: Replace) -> io::Result<(
 }
 
 /// The same for what is too large to be held as bytes: `write` is handed the file.
-pub(super) fn write_with(path: &Path, replace: Replace, write: impl FnOnce(&mut dyn Write) -> io::Result<()>) -> io::Result<()> {
+pub(super) fn write_with(
+    path: &Path,
+    replace: Replace,
+    write: impl FnOnce(&mut dyn Write) -> io::Result<()>,
+) -> io::Result<()> {
     // A link keeps its place: what it leads to is replaced, or made.
     let target = follow(path)?;
     let there = fs::metadata(&target).ok();
-    let is_protected = there.as_ref().is_some_and(|there| there.permissions().readonly());
+    let is_protected = there
+        .as_ref()
+        .is_some_and(|there| there.permissions().readonly());
     match &there {
         Some(_) if replace == Replace::Own && (is_protected || !is_own_picture(&target)) => {
             return Err(io::ErrorKind::AlreadyExists.into());
         }
         Some(there) if there.is_dir() => return Err(io::ErrorKind::IsADirectory.into()),
-        Some(there) if !there.is_file() => return write(&mut fs::OpenOptions::new().write(true).open(path)?),
+        Some(there) if !there.is_file() => {
+            return write(&mut fs::OpenOptions::new().write(true).open(path)?);
+        }
         Some(_) if is_protected => return Err(io::ErrorKind::PermissionDenied.into()),
         _ => {}
     }
@@ -57,15 +66,19 @@ pub(super) fn write_with(path: &Path, replace: Replace, write: impl FnOnce(&mut 
     persisted.map(|_| ()).map_err(|failure| failure.error)
 }
 
-/// A file under a temporary name: as any new one, readable as far as the user's mask allows, or owned and readable as the file that it is
-/// to replace, from its first byte on.
-fn new_file_beside(target: &Path, replaced: Option<&fs::Metadata>) -> io::Result<tempfile::NamedTempFile> {
+/// A file under a temporary name: as any new one, readable as far as the user's mask allows, or
+/// owned and readable as the file that it is to replace, from its first byte on.
+fn new_file_beside(
+    target: &Path,
+    replaced: Option<&fs::Metadata>,
+) -> io::Result<tempfile::NamedTempFile> {
     let mut builder = tempfile::Builder::new();
     builder.prefix(TEMPORARY).suffix(".tmp");
     #[cfg(unix)]
     {
         use std::os::unix::fs::PermissionsExt;
-        // Temporary files are private otherwise; the one that takes another's place is private until it is like that one.
+        // Temporary files are private otherwise; the one that takes another's place is private
+        // until it is like that one.
         let mode = if replaced.is_some() { 0o600 } else { 0o666 };
         builder.permissions(fs::Permissions::from_mode(mode));
     }
@@ -79,8 +92,9 @@ fn new_file_beside(target: &Path, replaced: Option<&fs::Metadata>) -> io::Result
     Ok(file)
 }
 
-/// Gives a file the owner, the group and the mode of another one. Only root may give files away: where the owner or the group cannot be
-/// kept, whoever has the file's group now may do no more with it than all others.
+/// Gives a file the owner, the group and the mode of another one. Only root may give files away:
+/// where the owner or the group cannot be kept, whoever has the file's group now may do no more
+/// with it than all others.
 #[cfg(unix)]
 fn take_after(file: &fs::File, other: &fs::Metadata) -> io::Result<()> {
     use std::os::unix::fs::{MetadataExt, PermissionsExt, fchown};
@@ -100,13 +114,16 @@ mod tests {
     use super::*;
 
     fn names(folder: &Path) -> Vec<String> {
-        let mut names: Vec<String> =
-            fs::read_dir(folder).unwrap().map(|entry| entry.unwrap().file_name().into_string().unwrap()).collect();
+        let mut names: Vec<String> = fs::read_dir(folder)
+            .unwrap()
+            .map(|entry| entry.unwrap().file_name().into_string().unwrap())
+            .collect();
         names.sort();
         names
     }
 
-    /// Protects: a new file and a replaced one hold exactly the bytes, and nothing else is left in the folder.
+    /// Protects: a new file and a replaced one hold exactly the bytes, and nothing else is left in
+    /// the folder.
     #[test]
     fn writes_and_replaces_whole_files() {
         let folder = tempfile::tempdir().unwrap();
@@ -117,7 +134,8 @@ mod tests {
         assert_eq!(names(folder.path()), ["a.bin"]);
     }
 
-    /// Protects: a file is never written in place, so that whoever reads the old one meanwhile reads all of it.
+    /// Protects: a file is never written in place, so that whoever reads the old one meanwhile
+    /// reads all of it.
     #[test]
     fn an_open_file_keeps_its_bytes() {
         use std::io::Read;
@@ -128,11 +146,15 @@ mod tests {
         write_atomically(&path, b"new").unwrap();
         let mut text = String::new();
         open.read_to_string(&mut text).unwrap();
-        assert_eq!((text.as_str(), fs::read(&path).unwrap().as_slice()), ("old", b"new".as_slice()));
+        assert_eq!(
+            (text.as_str(), fs::read(&path).unwrap().as_slice()),
+            ("old", b"new".as_slice())
+        );
     }
 
-    /// Protects: where only a picture of ours may be replaced, a file of another's, a folder and a link to either stay as they
-    /// are and nothing is left beside them; where nothing is, the file is made.
+    /// Protects: where only a picture of ours may be replaced, a file of another's, a folder and a
+    /// link to either stay as they are and nothing is left beside them; where nothing is, the file
+    /// is made.
     #[test]
     fn foreign_files_are_not_replaced() {
         let folder = tempfile::tempdir().unwrap();
@@ -144,11 +166,21 @@ mod tests {
             assert_eq!(error.kind(), io::ErrorKind::AlreadyExists, "{name}");
         }
         write(&at("new.png"), b"new", Replace::Own).unwrap();
-        assert_eq!((fs::read(at("foreign.png")).unwrap(), fs::read(at("new.png")).unwrap()), (b"mine".to_vec(), b"new".to_vec()));
-        assert_eq!(names(folder.path()), ["folder.png", "foreign.png", "new.png"]);
+        assert_eq!(
+            (
+                fs::read(at("foreign.png")).unwrap(),
+                fs::read(at("new.png")).unwrap()
+            ),
+            (b"mine".to_vec(), b"new".to_vec())
+        );
+        assert_eq!(
+            names(folder.path()),
+            ["folder.png", "foreign.png", "new.png"]
+        );
     }
 
-    /// Protects: a file that is write-protected is left alone, though the folder would let it be replaced.
+    /// Protects: a file that is write-protected is left alone, though the folder would let it be
+    /// replaced.
     #[test]
     fn write_protected_files_are_left_alone() {
         let folder = tempfile::tempdir().unwrap();
@@ -162,14 +194,19 @@ mod tests {
         assert_eq!(fs::read(&path).unwrap(), b"old");
     }
 
-    /// Protects: a missing folder and a folder under the final name are errors of kind `File` that leave nothing behind.
+    /// Protects: a missing folder and a folder under the final name are errors of kind `File` that
+    /// leave nothing behind.
     #[test]
     fn failures_leave_nothing_behind() {
         let folder = tempfile::tempdir().unwrap();
         let missing = folder.path().join("no/such/a.bin");
         let error = write_atomically(&missing, b"x").unwrap_err();
         assert_eq!(error.kind(), crate::ErrorKind::File);
-        assert!(error.to_string().contains("no such file or folder") && error.to_string().contains("a.bin"), "{error}");
+        assert!(
+            error.to_string().contains("no such file or folder")
+                && error.to_string().contains("a.bin"),
+            "{error}"
+        );
         fs::create_dir(folder.path().join("taken")).unwrap();
         let error = write_atomically(&folder.path().join("taken"), b"x").unwrap_err();
         assert!(error.to_string().contains("it is a folder"), "{error}");
@@ -189,13 +226,18 @@ mod tests {
         assert_eq!(names(folder.path()), ["a.bin"]);
     }
 
-    /// Protects: a link stays a link, its target is replaced; the new file is as readable as any other of the user's.
+    /// Protects: a link stays a link, its target is replaced; the new file is as readable as any
+    /// other of the user's.
     #[cfg(unix)]
     #[test]
     fn links_and_permissions_are_kept() {
         use std::os::unix::fs::PermissionsExt;
         let folder = tempfile::tempdir().unwrap();
-        let (real, link, plain) = (folder.path().join("real"), folder.path().join("link"), folder.path().join("plain"));
+        let (real, link, plain) = (
+            folder.path().join("real"),
+            folder.path().join("link"),
+            folder.path().join("plain"),
+        );
         fs::write(&real, "old").unwrap();
         std::os::unix::fs::symlink(&real, &link).unwrap();
         write_atomically(&link, b"new").unwrap();
@@ -206,13 +248,16 @@ mod tests {
         let (ahead, made) = (folder.path().join("ahead"), folder.path().join("made"));
         std::os::unix::fs::symlink("made", &ahead).unwrap();
         write_atomically(&ahead, b"new").unwrap();
-        assert!(fs::symlink_metadata(&ahead).unwrap().is_symlink() && fs::symlink_metadata(&made).unwrap().is_file());
+        assert!(
+            fs::symlink_metadata(&ahead).unwrap().is_symlink()
+                && fs::symlink_metadata(&made).unwrap().is_file()
+        );
         let mode = |path: &Path| fs::metadata(path).unwrap().permissions().mode();
         assert_eq!(mode(&real), mode(&plain));
     }
 
-    /// Protects: a file that takes another's place has its mode, its owner and its group, and so has one behind a link; while it is written,
-    /// nobody may read what nobody might read before.
+    /// Protects: a file that takes another's place has its mode, its owner and its group, and so
+    /// has one behind a link; while it is written, nobody may read what nobody might read before.
     #[cfg(unix)]
     #[test]
     fn the_mode_is_kept() {
@@ -232,12 +277,20 @@ mod tests {
             };
             write_with(&link, Replace::Anything, |out| {
                 let meanwhile = unfinished().unwrap().metadata().unwrap().mode();
-                assert_eq!(meanwhile & 0o777 & !mode, 0, "{meanwhile:o} while {mode:o} is replaced");
+                assert_eq!(
+                    meanwhile & 0o777 & !mode,
+                    0,
+                    "{meanwhile:o} while {mode:o} is replaced"
+                );
                 out.write_all(b"new")
             })
             .unwrap();
             let after = fs::metadata(&path).unwrap();
-            assert_eq!((after.mode(), after.uid(), after.gid()), (before.mode(), before.uid(), before.gid()), "{mode:o}");
+            assert_eq!(
+                (after.mode(), after.uid(), after.gid()),
+                (before.mode(), before.uid(), before.gid()),
+                "{mode:o}"
+            );
             fs::remove_file(&path).unwrap();
         }
     }
@@ -248,6 +301,11 @@ mod tests {
     fn devices_are_written_to_directly() {
         use std::os::unix::fs::FileTypeExt;
         write_atomically(Path::new("/dev/null"), b"x").unwrap();
-        assert!(fs::metadata("/dev/null").unwrap().file_type().is_char_device());
+        assert!(
+            fs::metadata("/dev/null")
+                .unwrap()
+                .file_type()
+                .is_char_device()
+        );
     }
 }

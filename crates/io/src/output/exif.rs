@@ -1,5 +1,6 @@
-//! Metadata as Exif has them, for formats without texts of their own: the program by the tag made for it, all else as lines of the
-//! picture's description (JEITA, "Exchangeable image file format for digital still cameras: Exif Version 2.3", 2010).
+//! Metadata as Exif has them, for formats without texts of their own: the program by the tag made
+//! for it, all else as lines of the picture's description (JEITA, "Exchangeable image file format
+//! for digital still cameras: Exif Version 2.3", 2010).
 
 use std::collections::BTreeMap;
 
@@ -16,7 +17,8 @@ const ENTRY: usize = 12;
 /// Most bytes of a block: a segment of a JPEG has no room for more.
 const MOST_BYTES: usize = 60_000;
 
-/// The block of a picture; empty where there is nothing to say. Entries that have no room are left out.
+/// The block of a picture; empty where there is nothing to say. Entries that have no room are left
+/// out.
 pub(super) fn block(metadata: &Metadata) -> Vec<u8> {
     let (mut software, mut lines, mut bytes) = (String::new(), String::new(), 0);
     for (_, name, text) in metadata.entries() {
@@ -30,8 +32,10 @@ pub(super) fn block(metadata: &Metadata) -> Vec<u8> {
             _ => lines += &format!("{name}: {text}\n"),
         }
     }
-    let texts: Vec<(u16, String)> =
-        [(DESCRIPTION, lines), (PROGRAM, software)].into_iter().filter(|(_, text)| !text.is_empty()).collect();
+    let texts: Vec<(u16, String)> = [(DESCRIPTION, lines), (PROGRAM, software)]
+        .into_iter()
+        .filter(|(_, text)| !text.is_empty())
+        .collect();
     if texts.is_empty() {
         return Vec::new();
     }
@@ -61,19 +65,33 @@ pub(super) fn block(metadata: &Metadata) -> Vec<u8> {
     block
 }
 
-/// Texts of a block by the names that OpenEXR files have for them; nothing of a block that is broken or not ours.
+/// Texts of a block by the names that OpenEXR files have for them; nothing of a block that is
+/// broken or not ours.
 pub(super) fn texts(block: &[u8]) -> BTreeMap<String, String> {
     let mut texts = BTreeMap::new();
-    let Some(count) = block.strip_prefix(HEAD).and_then(|rest| rest.first_chunk::<2>()) else { return texts };
+    let Some(count) = block
+        .strip_prefix(HEAD)
+        .and_then(|rest| rest.first_chunk::<2>())
+    else {
+        return texts;
+    };
     for at in 0..usize::from(u16::from_le_bytes(*count)) {
         let start = HEAD.len() + 2 + ENTRY * at;
-        let Some(text) = block.get(start..start + ENTRY).and_then(|entry| text(block, entry)) else { continue };
+        let Some(text) = block
+            .get(start..start + ENTRY)
+            .and_then(|entry| text(block, entry))
+        else {
+            continue;
+        };
         match text {
             (PROGRAM, text) => {
                 texts.insert(SOFTWARE.to_owned(), text);
             }
             (_, lines) => texts.extend(
-                lines.lines().filter_map(|line| line.split_once(": ")).map(|(name, text)| (name.to_owned(), text.to_owned())),
+                lines
+                    .lines()
+                    .filter_map(|line| line.split_once(": "))
+                    .map(|(name, text)| (name.to_owned(), text.to_owned())),
             ),
         }
     }
@@ -83,12 +101,18 @@ pub(super) fn texts(block: &[u8]) -> BTreeMap<String, String> {
 /// The tag and the text of a directory's entry, where it is one of ours.
 fn text(block: &[u8], entry: &[u8]) -> Option<(u16, String)> {
     let short = |at: usize| u16::from_le_bytes([entry[at], entry[at + 1]]);
-    let long = |at: usize| u32::from_le_bytes([entry[at], entry[at + 1], entry[at + 2], entry[at + 3]]) as usize;
+    let long = |at: usize| {
+        u32::from_le_bytes([entry[at], entry[at + 1], entry[at + 2], entry[at + 3]]) as usize
+    };
     let (tag, kind, length) = (short(0), short(2), long(4));
     if kind != ASCII || ![DESCRIPTION, PROGRAM].contains(&tag) {
         return None;
     }
-    let bytes = if length <= 4 { entry.get(8..8 + length)? } else { block.get(long(8)..long(8).checked_add(length)?)? };
+    let bytes = if length <= 4 {
+        entry.get(8..8 + length)?
+    } else {
+        block.get(long(8)..long(8).checked_add(length)?)?
+    };
     let text = bytes.split(|&byte| byte == 0).next().unwrap_or_default();
     Some((tag, String::from_utf8_lossy(text).into_owned()))
 }
@@ -106,24 +130,40 @@ mod tests {
         }
     }
 
-    /// Protects: what is written is read again, a line's end apart, and nothing is written where there is nothing to say.
+    /// Protects: what is written is read again, a line's end apart, and nothing is written where
+    /// there is nothing to say.
     #[test]
     fn blocks_are_read_again() {
         let texts = texts(&block(&metadata()));
         let back = Metadata::of_texts(&texts);
-        assert_eq!(back, Metadata { command: "raywright render \u{fc}ber.glb --spp 4".into(), ..metadata() });
+        assert_eq!(
+            back,
+            Metadata {
+                command: "raywright render \u{fc}ber.glb --spp 4".into(),
+                ..metadata()
+            }
+        );
         assert!(block(&Metadata::default()).is_empty());
-        let short = Metadata { software: "R 1".into(), ..Metadata::default() };
+        let short = Metadata {
+            software: "R 1".into(),
+            ..Metadata::default()
+        };
         assert_eq!(Metadata::of_texts(&super::texts(&block(&short))), short);
     }
 
-    /// Protects: a text that no segment has room for costs no other one, and a block that ends anywhere or lies about its lengths is read
-    /// without a panic.
+    /// Protects: a text that no segment has room for costs no other one, and a block that ends
+    /// anywhere or lies about its lengths is read without a panic.
     #[test]
     fn broken_blocks_are_read_as_far_as_they_go() {
-        let long = Metadata { command: "x".repeat(MOST_BYTES), ..metadata() };
+        let long = Metadata {
+            command: "x".repeat(MOST_BYTES),
+            ..metadata()
+        };
         let whole = block(&long);
-        assert!(whole.len() < MOST_BYTES && Metadata::of_texts(&texts(&whole)).software == "Raywright 0.1.0");
+        assert!(
+            whole.len() < MOST_BYTES
+                && Metadata::of_texts(&texts(&whole)).software == "Raywright 0.1.0"
+        );
         let whole = block(&metadata());
         for end in 0..whole.len() {
             texts(&whole[..end]);

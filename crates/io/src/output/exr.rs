@@ -1,30 +1,46 @@
-//! The picture's numbers as OpenEXR: linear, 32-bit floating point, one part, whatever layers there are.
+//! The picture's numbers as OpenEXR: linear, 32-bit floating point, one part, whatever layers there
+//! are.
 
 use std::io::{self, Cursor};
 
 use exr::meta::attribute::{Chromaticities, IntegerBounds};
 use exr::prelude::{
-    AnyChannel, AnyChannels, AttributeValue, Blocks, Compression, Encoding, FlatSamples, Image, Layer, LayerAttributes,
-    LineOrder, SmallVec, Text, Vec2, WritableImage,
+    AnyChannel, AnyChannels, AttributeValue, Blocks, Compression, Encoding, FlatSamples, Image,
+    Layer, LayerAttributes, LineOrder, SmallVec, Text, Vec2, WritableImage,
 };
 use raywright_core::picture::{DataWindow, Picture};
 
 use super::metadata::{Metadata, SOFTWARE};
 
-/// An OpenEXR file of the picture: one part, scan lines, ZIP, channels `R`, `G`, `B`, `A` where there is a coverage
-/// (associated), and one channel a layer under the layer's name. The metadata are text attributes. The display window is the whole picture,
-/// and the data window the part of it that this is.
+/// An OpenEXR file of the picture: one part, scan lines, ZIP, channels `R`, `G`, `B`, `A` where
+/// there is a coverage (associated), and one channel a layer under the layer's name. The metadata
+/// are text attributes. The display window is the whole picture, and the data window the part of it
+/// that this is.
 ///
-/// Every finite number is stored exactly. An infinite colour is stored as the largest finite number of its sign, because
-/// infinities spoil every filter that a file meets later; a NaN stays one, because no number could stand for it. Layers
-/// are stored as they are. The same picture gives the same bytes.
+/// Every finite number is stored exactly. An infinite colour is stored as the largest finite number
+/// of its sign, because infinities spoil every filter that a file meets later; a NaN stays one,
+/// because no number could stand for it. Layers are stored as they are. The same picture gives the
+/// same bytes.
 pub fn exr_bytes(picture: &Picture, metadata: &Metadata) -> io::Result<Vec<u8>> {
     super::check_consistent(picture)?;
-    let encoding = Encoding { compression: Compression::ZIP16, blocks: Blocks::ScanLines, line_order: LineOrder::Increasing };
+    let encoding = Encoding {
+        compression: Compression::ZIP16,
+        blocks: Blocks::ScanLines,
+        line_order: LineOrder::Increasing,
+    };
     let size = (picture.width as usize, picture.height as usize);
-    let whole = DataWindow { origin: [0; 2], full: [picture.width, picture.height] };
-    let DataWindow { origin: [x, y], full: [width, height] } = picture.window.unwrap_or(whole);
-    let place = LayerAttributes { layer_position: Vec2(x, y), ..LayerAttributes::default() };
+    let whole = DataWindow {
+        origin: [0; 2],
+        full: [picture.width, picture.height],
+    };
+    let DataWindow {
+        origin: [x, y],
+        full: [width, height],
+    } = picture.window.unwrap_or(whole);
+    let place = LayerAttributes {
+        layer_position: Vec2(x, y),
+        ..LayerAttributes::default()
+    };
     let layer = Layer::new(size, place, encoding, AnyChannels::sort(channels(picture)));
     let mut image = Image::from_layer(layer);
     let text = |text: &str| Text::from_slice_unchecked(text.as_bytes());
@@ -39,11 +55,17 @@ pub fn exr_bytes(picture: &Picture, metadata: &Metadata) -> io::Result<Vec<u8>> 
         if name == SOFTWARE {
             image.layer_data.attributes.software_name = Some(text(&value));
         } else {
-            image.attributes.other.insert(text(name), AttributeValue::Text(text(&value)));
+            image
+                .attributes
+                .other
+                .insert(text(name), AttributeValue::Text(text(&value)));
         }
     }
     let mut bytes = Vec::new();
-    image.write().to_buffered(Cursor::new(&mut bytes)).map_err(io::Error::other)?;
+    image
+        .write()
+        .to_buffered(Cursor::new(&mut bytes))
+        .map_err(io::Error::other)?;
     sort_attributes(&mut bytes)?;
     Ok(bytes)
 }
@@ -55,17 +77,37 @@ fn channels(picture: &Picture) -> SmallVec<[AnyChannel<FlatSamples>; 4]> {
         quantize_linearly: !is_colour,
         sampling: Vec2(1, 1),
     };
-    let finite = |x: f32| if x.is_infinite() { f32::MAX.copysign(x) } else { x };
+    let finite = |x: f32| {
+        if x.is_infinite() {
+            f32::MAX.copysign(x)
+        } else {
+            x
+        }
+    };
     let colour = |c: usize| picture.rgb.iter().map(|rgb| finite(rgb[c])).collect();
-    let mut channels: SmallVec<[_; 4]> =
-        ["R", "G", "B"].into_iter().enumerate().map(|(c, name)| channel(name, colour(c), true)).collect();
-    channels.extend(picture.alpha.iter().map(|alpha| channel("A", alpha.clone(), false)));
-    channels.extend(picture.layers.iter().map(|layer| channel(&layer.name, layer.samples.clone(), false)));
+    let mut channels: SmallVec<[_; 4]> = ["R", "G", "B"]
+        .into_iter()
+        .enumerate()
+        .map(|(c, name)| channel(name, colour(c), true))
+        .collect();
+    channels.extend(
+        picture
+            .alpha
+            .iter()
+            .map(|alpha| channel("A", alpha.clone(), false)),
+    );
+    channels.extend(
+        picture
+            .layers
+            .iter()
+            .map(|layer| channel(&layer.name, layer.samples.clone(), false)),
+    );
     channels
 }
 
-/// Puts the attributes of the header into the order of their names: the encoder keeps some of them in a hash table, whose
-/// order differs from run to run. The header keeps its length, so every offset in the file stays right.
+/// Puts the attributes of the header into the order of their names: the encoder keeps some of them
+/// in a hash table, whose order differs from run to run. The header keeps its length, so every
+/// offset in the file stays right.
 fn sort_attributes(bytes: &mut [u8]) -> io::Result<()> {
     /// Magic number and version.
     const START: usize = 8;
@@ -86,7 +128,8 @@ fn sort_attributes(bytes: &mut [u8]) -> io::Result<()> {
     Ok(())
 }
 
-/// Bytes of the attribute at the start of `header` (name, NUL, type, NUL, four bytes of size, value); 0 at the header's end.
+/// Bytes of the attribute at the start of `header` (name, NUL, type, NUL, four bytes of size,
+/// value); 0 at the header's end.
 fn attribute_length(header: &[u8]) -> Option<usize> {
     let name = header.iter().position(|&b| b == 0)?;
     if name == 0 {

@@ -1,8 +1,9 @@
-//! Films on disk, so that a render can be gone on with and divided among machines: a format of our own, since no other keeps the
-//! sums of replicates apart.
+//! Films on disk, so that a render can be gone on with and divided among machines: a format of our
+//! own, since no other keeps the sums of replicates apart.
 //!
-//! A file is sixteen bytes that say what it is, the version of the format (u32), the length of the header (u64), the header as
-//! JSON, the numbers of the film as [`Film::pass`] gives them, and the SHA-256 of all that; everything is little-endian.
+//! A file is sixteen bytes that say what it is, the version of the format (u32), the length of the
+//! header (u64), the header as JSON, the numbers of the film as [`Film::pass`] gives them, and the
+//! SHA-256 of all that; everything is little-endian.
 
 use std::fs::File;
 use std::io::{self, BufReader, BufWriter, Read, Write};
@@ -21,7 +22,8 @@ use crate::limits::{Limits, human_bytes};
 const MAGIC: [u8; 16] = *b"\x93raywright film\n";
 const VERSION: u32 = 4;
 
-/// Bytes of the longest header that is read: the list of tiles of a picture with 2³² pixels has a tenth of it.
+/// Bytes of the longest header that is read: the list of tiles of a picture with 2³² pixels has a
+/// tenth of it.
 const MOST_HEADER: u64 = 256 << 20;
 
 /// A film with what its picture needs to become a file.
@@ -48,13 +50,21 @@ struct Header {
 /// # Errors
 /// Of kind [`File`](crate::ErrorKind::File) where it can't be written.
 pub fn write_film(path: &Path, kept: &mut KeptFilm) -> Result<(), Error> {
-    write_with(path, Replace::Anything, |out| write(out, kept)).map_err(|cause| Error::write(path, &cause))
+    write_with(path, Replace::Anything, |out| write(out, kept))
+        .map_err(|cause| Error::write(path, &cause))
 }
 
 fn write(out: &mut dyn Write, kept: &mut KeptFilm) -> io::Result<()> {
-    let header = Header { film: kept.film.header(), metadata: kept.metadata.clone(), display: kept.display };
+    let header = Header {
+        film: kept.film.header(),
+        metadata: kept.metadata.clone(),
+        display: kept.display,
+    };
     let header = serde_json::to_vec(&header)?;
-    let mut out = Writer { out: BufWriter::with_capacity(1 << 20, out), hash: Sha256::new() };
+    let mut out = Writer {
+        out: BufWriter::with_capacity(1 << 20, out),
+        hash: Sha256::new(),
+    };
     out.put(&MAGIC)?;
     out.put(&VERSION.to_le_bytes())?;
     out.put(&(header.len() as u64).to_le_bytes())?;
@@ -68,24 +78,35 @@ fn write(out: &mut dyn Write, kept: &mut KeptFilm) -> io::Result<()> {
 /// Reads a film. Memory is taken only for what the file's header and the limits agree on.
 ///
 /// # Errors
-/// Of kind [`File`](crate::ErrorKind::File) where it can't be read, [`Input`](crate::ErrorKind::Input) where it is no whole film of
-/// this version, [`Limit`](crate::ErrorKind::Limit) where it takes more memory than allowed.
+/// Of kind [`File`](crate::ErrorKind::File) where it can't be read,
+/// [`Input`](crate::ErrorKind::Input) where it is no whole film of this version,
+/// [`Limit`](crate::ErrorKind::Limit) where it takes more memory than allowed.
 pub fn read_film(path: &Path, limits: &Limits) -> Result<KeptFilm, Error> {
     let file = File::open(path).map_err(|cause| Error::read(path, &cause))?;
     if file.metadata().is_ok_and(|there| there.is_dir()) {
         return Err(Error::read(path, &io::ErrorKind::IsADirectory.into()));
     }
-    let mut from = Reader { from: BufReader::with_capacity(1 << 20, file), hash: Sha256::new() };
+    let mut from = Reader {
+        from: BufReader::with_capacity(1 << 20, file),
+        hash: Sha256::new(),
+    };
     read(&mut from, limits).map_err(|fault| match fault {
         Fault::Cause(cause) if cause.kind() == io::ErrorKind::UnexpectedEof => {
-            Error::input(path.display(), "it ends in the middle; it was cut off").with_hint("render or copy it again")
+            Error::input(path.display(), "it ends in the middle; it was cut off")
+                .with_hint("render or copy it again")
         }
         Fault::Cause(cause) => Error::read(path, &cause),
         Fault::Content(message) => Error::input(path.display(), message),
         Fault::Memory(bytes) => {
             let allowed = human_bytes(limits.memory_bytes);
-            Error::limit(path.display(), format_args!("its picture needs {}, and the limit is {allowed}", human_bytes(bytes)))
-                .with_hint("raise the limit with --max-memory")
+            Error::limit(
+                path.display(),
+                format_args!(
+                    "its picture needs {}, and the limit is {allowed}",
+                    human_bytes(bytes)
+                ),
+            )
+            .with_hint("raise the limit with --max-memory")
         }
     })
 }
@@ -107,16 +128,26 @@ fn read(from: &mut Reader<impl Read>, limits: &Limits) -> Result<KeptFilm, Fault
     let content = |message: &str| Fault::Content(message.to_owned());
     let mut magic = [0; MAGIC.len()];
     let is_film = from.take(&mut magic).map(|()| magic == MAGIC);
-    if !is_film.or_else(|cause| if cause.kind() == io::ErrorKind::UnexpectedEof { Ok(false) } else { Err(cause) })? {
+    if !is_film.or_else(|cause| {
+        if cause.kind() == io::ErrorKind::UnexpectedEof {
+            Ok(false)
+        } else {
+            Err(cause)
+        }
+    })? {
         return Err(content("it is not a film, as --checkpoint writes them"));
     }
     let version = u32::from_le_bytes(from.array()?);
     if version != VERSION {
-        return Err(Fault::Content(format!("it has version {version} of the format, and this program reads version {VERSION}")));
+        return Err(Fault::Content(format!(
+            "it has version {version} of the format, and this program reads version {VERSION}"
+        )));
     }
     let length = u64::from_le_bytes(from.array()?);
     if length > MOST_HEADER {
-        return Err(content("its header is longer than any that this program writes"));
+        return Err(content(
+            "its header is longer than any that this program writes",
+        ));
     }
     // As many bytes as there are, not as many as it says.
     let mut header = Vec::new();
@@ -125,13 +156,17 @@ fn read(from: &mut Reader<impl Read>, limits: &Limits) -> Result<KeptFilm, Fault
         return Err(Fault::Cause(io::ErrorKind::UnexpectedEof.into()));
     }
     from.hash.update(&header);
-    let header: Header =
-        serde_json::from_slice(&header).map_err(|cause| Fault::Content(format!("its header is wrong: {cause}")))?;
-    let bytes = header.film.bytes().map_err(|cause| Fault::Content(cause.to_string()))?;
+    let header: Header = serde_json::from_slice(&header)
+        .map_err(|cause| Fault::Content(format!("its header is wrong: {cause}")))?;
+    let bytes = header
+        .film
+        .bytes()
+        .map_err(|cause| Fault::Content(cause.to_string()))?;
     if bytes > limits.memory_bytes {
         return Err(Fault::Memory(bytes));
     }
-    let mut film = Film::with_header(header.film).map_err(|cause| Fault::Content(cause.to_string()))?;
+    let mut film =
+        Film::with_header(header.film).map_err(|cause| Fault::Content(cause.to_string()))?;
     film.pass(from)?;
     let found = from.hash.clone().finalize();
     let told: [u8; 32] = from.array()?;
@@ -141,7 +176,11 @@ fn read(from: &mut Reader<impl Read>, limits: &Limits) -> Result<KeptFilm, Fault
     if from.from.read(&mut [0])? > 0 {
         return Err(content("something follows its end"));
     }
-    Ok(KeptFilm { film, metadata: header.metadata, display: header.display })
+    Ok(KeptFilm {
+        film,
+        metadata: header.metadata,
+        display: header.display,
+    })
 }
 
 struct Writer<W: Write> {

@@ -30,12 +30,22 @@ const WIDTH: f64 = 1.5;
 /// Share of a small picture's shorter edge that a ring may have.
 const SHARE: f64 = 0.08;
 
-/// Writes a picture as the display shows it with places marked over it, as PNG, whole or not at all.
+/// Writes a picture as the display shows it with places marked over it, as PNG, whole or not at
+/// all.
 ///
 /// # Errors
 /// Of kind [`File`](crate::ErrorKind::File) where it can't be written.
-pub fn write_marked(path: &Path, picture: &Picture, display: Display, marks: &[Mark], metadata: &Metadata) -> Result<(), Error> {
-    let display = Display { output: Output::Eight, ..display };
+pub fn write_marked(
+    path: &Path,
+    picture: &Picture,
+    display: Display,
+    marks: &[Mark],
+    metadata: &Metadata,
+) -> Result<(), Error> {
+    let display = Display {
+        output: Output::Eight,
+        ..display
+    };
     let mut shown = over_paper(picture, display);
     marks.iter().for_each(|mark| draw(&mut shown, mark));
     let bytes = encoded(&shown, display, metadata).map_err(|cause| Error::write(path, &cause))?;
@@ -44,7 +54,14 @@ pub fn write_marked(path: &Path, picture: &Picture, display: Display, marks: &[M
 
 fn encoded(shown: &RgbImage, display: Display, metadata: &Metadata) -> io::Result<Vec<u8>> {
     let mut bytes = Vec::new();
-    let mut writer = encoder(&mut bytes, [shown.width(), shown.height()], false, display, metadata)?.write_header()?;
+    let mut writer = encoder(
+        &mut bytes,
+        [shown.width(), shown.height()],
+        false,
+        display,
+        metadata,
+    )?
+    .write_header()?;
     writer.write_image_data(shown)?;
     writer.finish()?;
     Ok(bytes)
@@ -62,7 +79,15 @@ fn draw(shown: &mut RgbImage, mark: &Mark) {
         let away = (f64::from(x) + 0.5 - mark.pixel[0]).hypot(f64::from(y) + 0.5 - mark.pixel[1]);
         let off = (away - radius).abs();
         if off <= WIDTH {
-            shown.put_pixel(x, y, Rgb(if off <= 0.6 * WIDTH { mark.colour } else { [0; 3] }));
+            shown.put_pixel(
+                x,
+                y,
+                Rgb(if off <= 0.6 * WIDTH {
+                    mark.colour
+                } else {
+                    [0; 3]
+                }),
+            );
         }
     }
     let letters: Vec<char> = mark.label.chars().collect();
@@ -71,7 +96,12 @@ fn draw(shown: &mut RgbImage, mark: &Mark) {
     let top = ((mark.pixel[1] - 8.0).max(0.0) as u32).min(height.saturating_sub(16));
     // Dark letters around the bright ones, so that they stand out of anything.
     for [x, y] in [[0, 1], [2, 1], [1, 0], [1, 2]] {
-        write_letters(shown, [(left + x).saturating_sub(1), (top + y).saturating_sub(1)], &letters, [0; 3]);
+        write_letters(
+            shown,
+            [(left + x).saturating_sub(1), (top + y).saturating_sub(1)],
+            &letters,
+            [0; 3],
+        );
     }
     write_letters(shown, [left, top], &letters, mark.colour);
 }
@@ -82,23 +112,43 @@ mod tests {
     use crate::limits::Limits;
     use crate::output::read_picture;
 
-    /// Protects: a mark is a ring of its colour about its place, with its label beside it; everything else of the picture stays, and marks at the
-    /// edge and beyond it are drawn as far as they lie within.
+    /// Protects: a mark is a ring of its colour about its place, with its label beside it;
+    /// everything else of the picture stays, and marks at the edge and beyond it are drawn as far
+    /// as they lie within.
     #[test]
     fn marks_lie_over_the_picture() {
         let folder = tempfile::tempdir().expect("a temporary folder");
         let path = folder.path().join("marked.png");
-        let grey = Picture { rgb: vec![[0.5; 3]; 200 * 120], ..Picture::new(200, 120) };
-        let mark = |x: f64, y: f64| Mark { pixel: [x, y], label: "7".to_owned(), colour: [255, 0, 0] };
+        let grey = Picture {
+            rgb: vec![[0.5; 3]; 200 * 120],
+            ..Picture::new(200, 120)
+        };
+        let mark = |x: f64, y: f64| Mark {
+            pixel: [x, y],
+            label: "7".to_owned(),
+            colour: [255, 0, 0],
+        };
         let marks = [mark(60.5, 60.5), mark(0.0, 119.0), mark(500.0, -40.0)];
         write_marked(&path, &grey, Display::PLAIN, &marks, &Metadata::default()).expect("a file");
-        let shown = read_picture(&path, &Limits::default()).expect("a picture").picture;
+        let shown = read_picture(&path, &Limits::default())
+            .expect("a picture")
+            .picture;
         let radius = (SHARE * 120.0) as u32;
         assert_eq!(shown.pixel(60 + radius, 60), Some([1.0, 0.0, 0.0]));
         let plain = shown.pixel(150, 100).expect("a pixel");
-        assert_eq!((shown.pixel(60, 60), shown.pixel(60, 30)), (Some(plain), Some(plain)));
-        let is_red = |x: u32, y: u32| shown.pixel(x, y).is_some_and(|pixel| pixel[0] > 0.8 && pixel[1] < 0.2);
-        let beside = (74..84).flat_map(|x| (52..68).map(move |y| (x, y))).filter(|&(x, y)| is_red(x, y)).count();
+        assert_eq!(
+            (shown.pixel(60, 60), shown.pixel(60, 30)),
+            (Some(plain), Some(plain))
+        );
+        let is_red = |x: u32, y: u32| {
+            shown
+                .pixel(x, y)
+                .is_some_and(|pixel| pixel[0] > 0.8 && pixel[1] < 0.2)
+        };
+        let beside = (74..84)
+            .flat_map(|x| (52..68).map(move |y| (x, y)))
+            .filter(|&(x, y)| is_red(x, y))
+            .count();
         assert!(beside > 5, "{beside}");
     }
 }

@@ -17,18 +17,32 @@ pub struct Metadata {
     pub seed: Option<u64>,
     /// The command line.
     pub command: String,
-    /// How far the picture probably is from the true one, as `name=value` with spaces between, as the settings are; empty where it can't be
-    /// told.
+    /// How far the picture probably is from the true one, as `name=value` with spaces between, as
+    /// the settings are; empty where it can't be told.
     #[serde(default)]
     pub error: String,
 }
 
 impl Metadata {
-    /// What the texts of a picture's file say, whichever format it has; empty where they say nothing.
+    /// What the texts of a picture's file say, whichever format it has; empty where they say
+    /// nothing.
     pub(super) fn of_texts(texts: &BTreeMap<String, String>) -> Self {
-        let text = |(png, exr): (&str, &str)| texts.get(png).or_else(|| texts.get(exr)).cloned().unwrap_or_default();
+        let text = |(png, exr): (&str, &str)| {
+            texts
+                .get(png)
+                .or_else(|| texts.get(exr))
+                .cloned()
+                .unwrap_or_default()
+        };
         let [software, scene_hash, settings, seed, command, error] = NAMES.map(text);
-        Self { software, scene_hash, settings, seed: seed.parse().ok(), command, error }
+        Self {
+            software,
+            scene_hash,
+            settings,
+            seed: seed.parse().ok(),
+            command,
+            error,
+        }
     }
 
     /// Value of a setting, such as `gamma`.
@@ -44,10 +58,21 @@ impl Metadata {
     /// Name of each entry, in PNG and in OpenEXR, and its text.
     pub(super) fn entries(&self) -> impl Iterator<Item = (&'static str, &'static str, String)> {
         let seed = self.seed.map(|seed| seed.to_string()).unwrap_or_default();
-        let texts = [&self.software, &self.scene_hash, &self.settings, &seed, &self.command, &self.error];
+        let texts = [
+            &self.software,
+            &self.scene_hash,
+            &self.settings,
+            &seed,
+            &self.command,
+            &self.error,
+        ];
         // Neither format can hold a NUL inside a text.
         let texts = texts.map(|text| text.replace('\0', "\u{fffd}"));
-        NAMES.into_iter().zip(texts).filter(|(_, text)| !text.is_empty()).map(|((png, exr), text)| (png, exr, text))
+        NAMES
+            .into_iter()
+            .zip(texts)
+            .filter(|(_, text)| !text.is_empty())
+            .map(|((png, exr), text)| (png, exr, text))
     }
 }
 
@@ -64,8 +89,13 @@ pub(super) const SOFTWARE: &str = "software";
 
 /// Value of a name in an entry of `name=value` words, each of which may stand in single quotes.
 fn word<'a>(entry: &'a str, name: &str) -> Option<&'a str> {
-    let starts = entry.match_indices(name).map(|(at, _)| at).filter(|&at| at == 0 || entry[..at].ends_with(' '));
-    let value = starts.filter_map(|at| entry[at + name.len()..].strip_prefix('=')).next()?;
+    let starts = entry
+        .match_indices(name)
+        .map(|(at, _)| at)
+        .filter(|&at| at == 0 || entry[..at].ends_with(' '));
+    let value = starts
+        .filter_map(|at| entry[at + name.len()..].strip_prefix('='))
+        .next()?;
     match value.strip_prefix('\'') {
         Some(quoted) => quoted.split('\'').next(),
         None => value.split(' ').next(),

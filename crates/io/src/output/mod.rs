@@ -1,5 +1,5 @@
-//! Pictures on disk: PNG, JPEG and WebP for the screen, OpenEXR for the numbers, films for pictures in the making; all written whole or not
-//! at all, and read back.
+//! Pictures on disk: PNG, JPEG and WebP for the screen, OpenEXR for the numbers, films for pictures
+//! in the making; all written whole or not at all, and read back.
 
 mod animation;
 mod atomic;
@@ -59,9 +59,12 @@ pub enum Format {
 pub const QUALITY: u8 = 90;
 
 impl Format {
-    /// The format that a path asks for; an error of kind [`Usage`](crate::ErrorKind::Usage) where it asks for none of ours.
+    /// The format that a path asks for; an error of kind [`Usage`](crate::ErrorKind::Usage) where
+    /// it asks for none of ours.
     pub fn of(path: &Path) -> Result<Self, Error> {
-        let extension = path.extension().map(|e| e.to_string_lossy().to_ascii_lowercase());
+        let extension = path
+            .extension()
+            .map(|e| e.to_string_lossy().to_ascii_lowercase());
         match extension.as_deref() {
             Some("png") => Ok(Self::Png),
             Some("jpg" | "jpeg") => Ok(Self::Jpeg { quality: QUALITY }),
@@ -74,8 +77,14 @@ impl Format {
     }
 }
 
-/// Writes a picture in the format that its name asks for. The final name only ever holds a finished picture.
-pub fn write_picture(path: &Path, picture: &Picture, display: Display, metadata: &Metadata) -> Result<(), Error> {
+/// Writes a picture in the format that its name asks for. The final name only ever holds a finished
+/// picture.
+pub fn write_picture(
+    path: &Path,
+    picture: &Picture,
+    display: Display,
+    metadata: &Metadata,
+) -> Result<(), Error> {
     write_picture_as(path, Format::of(path)?, picture, display, metadata)
 }
 
@@ -87,11 +96,15 @@ pub fn write_picture_as(
     display: Display,
     metadata: &Metadata,
 ) -> Result<(), Error> {
-    write_atomically(path, &picture_bytes(path, format, picture, display, metadata)?)
+    write_atomically(
+        path,
+        &picture_bytes(path, format, picture, display, metadata)?,
+    )
 }
 
-/// Writes a picture under a name that the user did not choose: it replaces nothing but a picture of ours, and where something
-/// else is there, or `is_free` says no, it takes the next free name (`NAME-2.EXT`). Returns the name.
+/// Writes a picture under a name that the user did not choose: it replaces nothing but a picture of
+/// ours, and where something else is there, or `is_free` says no, it takes the next free name
+/// (`NAME-2.EXT`). Returns the name.
 pub fn write_unnamed_picture(
     path: &Path,
     picture: &Picture,
@@ -99,11 +112,19 @@ pub fn write_unnamed_picture(
     metadata: &Metadata,
     is_free: impl Fn(&Path) -> bool,
 ) -> Result<PathBuf, Error> {
-    write_unnamed(path, &picture_bytes(path, Format::of(path)?, picture, display, metadata)?, is_free)
+    write_unnamed(
+        path,
+        &picture_bytes(path, Format::of(path)?, picture, display, metadata)?,
+        is_free,
+    )
 }
 
 /// The same for any file.
-pub fn write_unnamed(path: &Path, bytes: &[u8], is_free: impl Fn(&Path) -> bool) -> Result<PathBuf, Error> {
+pub fn write_unnamed(
+    path: &Path,
+    bytes: &[u8],
+    is_free: impl Fn(&Path) -> bool,
+) -> Result<PathBuf, Error> {
     for number in 1..=MOST_NAMES {
         let name = numbered(path, number);
         if !is_free(&name) {
@@ -115,14 +136,21 @@ pub fn write_unnamed(path: &Path, bytes: &[u8], is_free: impl Fn(&Path) -> bool)
             Err(cause) => return Err(Error::write(&name, &cause)),
         }
     }
-    Err(Error::write(path, &std::io::ErrorKind::AlreadyExists.into()))
+    Err(Error::write(
+        path,
+        &std::io::ErrorKind::AlreadyExists.into(),
+    ))
 }
 
 /// Names that are tried before a picture is given up.
 const MOST_NAMES: u32 = 1000;
 
 fn numbered(path: &Path, number: u32) -> PathBuf {
-    if number == 1 { path.to_owned() } else { with_suffix(path, &format!("-{number}")) }
+    if number == 1 {
+        path.to_owned()
+    } else {
+        with_suffix(path, &format!("-{number}"))
+    }
 }
 
 fn picture_bytes(
@@ -142,8 +170,14 @@ fn picture_bytes(
 }
 
 /// Writes the display picture as PNG; see [`png_bytes`].
-pub fn write_png(path: &Path, picture: &Picture, display: Display, metadata: &Metadata) -> Result<(), Error> {
-    let bytes = png_bytes(picture, display, metadata).map_err(|cause| Error::write(path, &cause))?;
+pub fn write_png(
+    path: &Path,
+    picture: &Picture,
+    display: Display,
+    metadata: &Metadata,
+) -> Result<(), Error> {
+    let bytes =
+        png_bytes(picture, display, metadata).map_err(|cause| Error::write(path, &cause))?;
     write_atomically(path, &bytes)
 }
 
@@ -161,7 +195,8 @@ pub fn partial_name(path: &Path) -> PathBuf {
 /// Bytes of the longest name that file systems have.
 const LONGEST_NAME: usize = 255;
 
-/// The name with something between its stem and its ending; a stem that has no room for it loses its end.
+/// The name with something between its stem and its ending; a stem that has no room for it loses
+/// its end.
 fn with_suffix(path: &Path, suffix: &str) -> PathBuf {
     let mut end = OsString::from(suffix);
     if let Some(extension) = path.extension() {
@@ -180,14 +215,24 @@ fn with_suffix(path: &Path, suffix: &str) -> PathBuf {
     path.with_file_name(name)
 }
 
-/// SHA-256 of a picture's width and height, the linear red, green and blue of each pixel row by row, and the coverage of each where it has one:
-/// 32-bit numbers, little-endian, whatever file they go to. 64 hexadecimal digits.
+/// SHA-256 of a picture's width and height, the linear red, green and blue of each pixel row by
+/// row, and the coverage of each where it has one: 32-bit numbers, little-endian, whatever file
+/// they go to. 64 hexadecimal digits.
 pub fn pixel_hash(picture: &Picture) -> String {
     let mut hash = Sha256::new();
-    [picture.width, picture.height].iter().for_each(|edge| hash.update(edge.to_le_bytes()));
-    let numbers = picture.rgb.iter().flatten().chain(picture.alpha.iter().flatten());
+    [picture.width, picture.height]
+        .iter()
+        .for_each(|edge| hash.update(edge.to_le_bytes()));
+    let numbers = picture
+        .rgb
+        .iter()
+        .flatten()
+        .chain(picture.alpha.iter().flatten());
     numbers.for_each(|number| hash.update(number.to_le_bytes()));
-    hash.finalize().iter().map(|byte| format!("{byte:02x}")).collect()
+    hash.finalize()
+        .iter()
+        .map(|byte| format!("{byte:02x}"))
+        .collect()
 }
 
 /// A picture whose buffers do not fit its size cannot become a file.
@@ -196,7 +241,9 @@ fn check_consistent(picture: &Picture) -> std::io::Result<()> {
         return Err(std::io::Error::other("the picture has no pixels"));
     }
     if !picture.is_consistent() {
-        return Err(std::io::Error::other("the picture's buffers do not fit its size"));
+        return Err(std::io::Error::other(
+            "the picture's buffers do not fit its size",
+        ));
     }
     Ok(())
 }

@@ -1,4 +1,5 @@
-//! Which files are pictures of ours: what is written under a name that the user did not choose replaces nothing else.
+//! Which files are pictures of ours: what is written under a name that the user did not choose
+//! replaces nothing else.
 
 use std::collections::BTreeMap;
 use std::fs;
@@ -11,30 +12,40 @@ use super::metadata::{PROGRAM, is_own_entry};
 use super::read::{EXR, PNG, read_picture};
 use crate::limits::Limits;
 
-/// Whether a regular file is a whole picture that this program wrote: it has our entries, no text of another program's
-/// (which would have worked on the picture since), and can be read to its end.
+/// Whether a regular file is a whole picture that this program wrote: it has our entries, no text
+/// of another program's (which would have worked on the picture since), and can be read to its end.
 pub fn is_own_picture(path: &Path) -> bool {
     // A pipe would keep a reader waiting.
     if !path.is_file() {
         return false;
     }
-    let Ok(file) = fs::File::open(path) else { return false };
+    let Ok(file) = fs::File::open(path) else {
+        return false;
+    };
     let mut file = BufReader::new(file);
     let texts = match file.fill_buf() {
         Ok(start) if start.starts_with(PNG) => png_texts(file),
-        Ok(start) if start.starts_with(EXR) => read_picture(path, &Limits::default()).ok().map(|stored| stored.texts),
+        Ok(start) if start.starts_with(EXR) => read_picture(path, &Limits::default())
+            .ok()
+            .map(|stored| stored.texts),
         _ => None,
     };
     texts.is_some_and(|texts| are_own(&texts))
 }
 
 fn are_own(texts: &BTreeMap<String, String>) -> bool {
-    let software = texts.iter().find(|(name, _)| name.eq_ignore_ascii_case("software")).map(|(_, text)| text.as_str());
-    let ours = software.and_then(|text| text.strip_prefix(PROGRAM)).is_some_and(|version| version.starts_with(' '));
+    let software = texts
+        .iter()
+        .find(|(name, _)| name.eq_ignore_ascii_case("software"))
+        .map(|(_, text)| text.as_str());
+    let ours = software
+        .and_then(|text| text.strip_prefix(PROGRAM))
+        .is_some_and(|version| version.starts_with(' '));
     ours && texts.len() > 1 && texts.keys().all(|name| is_own_entry(name))
 }
 
-/// The texts of a PNG that can be read to its end, row by row, so that a picture of any size can be looked at.
+/// The texts of a PNG that can be read to its end, row by row, so that a picture of any size can be
+/// looked at.
 fn png_texts(file: impl BufRead + Seek) -> Option<BTreeMap<String, String>> {
     let mut decoder = Decoder::new(file);
     decoder.set_transformations(Transformations::IDENTITY);
@@ -42,9 +53,18 @@ fn png_texts(file: impl BufRead + Seek) -> Option<BTreeMap<String, String>> {
     while reader.next_row().ok()?.is_some() {}
     reader.finish().ok()?;
     let info = reader.info();
-    let latin = info.uncompressed_latin1_text.iter().map(|chunk| (chunk.keyword.clone(), chunk.text.clone()));
-    let utf8 = info.utf8_text.iter().filter_map(|chunk| Some((chunk.keyword.clone(), chunk.get_text().ok()?)));
-    let packed = info.compressed_latin1_text.iter().map(|chunk| (chunk.keyword.clone(), String::new()));
+    let latin = info
+        .uncompressed_latin1_text
+        .iter()
+        .map(|chunk| (chunk.keyword.clone(), chunk.text.clone()));
+    let utf8 = info
+        .utf8_text
+        .iter()
+        .filter_map(|chunk| Some((chunk.keyword.clone(), chunk.get_text().ok()?)));
+    let packed = info
+        .compressed_latin1_text
+        .iter()
+        .map(|chunk| (chunk.keyword.clone(), String::new()));
     Some(latin.chain(utf8).chain(packed).collect())
 }
 
@@ -57,7 +77,11 @@ mod tests {
     use super::*;
 
     fn metadata() -> Metadata {
-        Metadata { software: "Raywright 0.1.0".into(), command: "raywright render".into(), ..Metadata::default() }
+        Metadata {
+            software: "Raywright 0.1.0".into(),
+            command: "raywright render".into(),
+            ..Metadata::default()
+        }
     }
 
     fn png(metadata: &Metadata) -> Vec<u8> {
@@ -71,31 +95,55 @@ mod tests {
         is_own_picture(&path)
     }
 
-    /// Protects: our pictures are known in both formats, and nothing else is: no picture without our entries, none that
-    /// another program has written a text into, no folder and nothing at all.
+    /// Protects: our pictures are known in both formats, and nothing else is: no picture without
+    /// our entries, none that another program has written a text into, no folder and nothing at
+    /// all.
     #[test]
     fn only_pictures_of_ours_are_ours() {
         assert!(owns(&png(&metadata())));
         assert!(owns(&exr_bytes(&Picture::new(7, 5), &metadata()).unwrap()));
-        let other = |software: &str| Metadata { software: software.into(), ..metadata() };
+        let other = |software: &str| Metadata {
+            software: software.into(),
+            ..metadata()
+        };
         for software in ["", "GIMP 2.10", "Raywrighter 2", "Raywright"] {
             assert!(!owns(&png(&other(software))), "{software:?}");
-            assert!(!owns(&exr_bytes(&Picture::new(7, 5), &other(software)).unwrap()), "{software:?}");
+            assert!(
+                !owns(&exr_bytes(&Picture::new(7, 5), &other(software)).unwrap()),
+                "{software:?}"
+            );
         }
-        assert!(!owns(&png(&Metadata { command: String::new(), ..metadata() })), "anyone may write one text");
+        assert!(
+            !owns(&png(&Metadata {
+                command: String::new(),
+                ..metadata()
+            })),
+            "anyone may write one text"
+        );
         assert!(!owns(&png(&Metadata::default())));
         assert!(!owns(b"") && !owns(b"Software\0Raywright 0.1.0"));
         let edited = |keyword: &str| {
             let mut bytes = Vec::new();
             let mut encoder = png::Encoder::new(&mut bytes, 1, 1);
-            for (name, text) in [("Software", "Raywright 0.1.0"), ("Raywright command", "x"), (keyword, "x")] {
+            for (name, text) in [
+                ("Software", "Raywright 0.1.0"),
+                ("Raywright command", "x"),
+                (keyword, "x"),
+            ] {
                 encoder.add_text_chunk(name.into(), text.into()).unwrap();
             }
-            encoder.write_header().unwrap().write_image_data(&[0]).unwrap();
+            encoder
+                .write_header()
+                .unwrap()
+                .write_image_data(&[0])
+                .unwrap();
             bytes
         };
         assert!(owns(&edited("Raywright seed")));
-        assert!(!owns(&edited("date:modify")), "another program has worked on it");
+        assert!(
+            !owns(&edited("date:modify")),
+            "another program has worked on it"
+        );
         let folder = tempfile::tempdir().unwrap();
         assert!(!is_own_picture(folder.path()) && !is_own_picture(&folder.path().join("none.png")));
     }
@@ -103,7 +151,10 @@ mod tests {
     /// Protects: a file of ours that was cut off or damaged is the user's to judge.
     #[test]
     fn damaged_pictures_are_not_ours() {
-        for bytes in [png(&metadata()), exr_bytes(&Picture::new(7, 5), &metadata()).unwrap()] {
+        for bytes in [
+            png(&metadata()),
+            exr_bytes(&Picture::new(7, 5), &metadata()).unwrap(),
+        ] {
             assert!(owns(&bytes));
             assert!(!owns(&bytes[..bytes.len() - 1]));
             assert!(!owns(&bytes[..bytes.len() / 2]));

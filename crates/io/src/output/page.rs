@@ -11,34 +11,66 @@ use raywright_core::picture::Picture;
 use super::exif;
 use super::metadata::Metadata;
 
-/// A JPEG of the picture as the display settings show it, colour at full resolution; `quality` from 1 to 100. It has no coverage.
-pub fn jpeg_bytes(picture: &Picture, quality: u8, display: Display, metadata: &Metadata) -> io::Result<Vec<u8>> {
+/// A JPEG of the picture as the display settings show it, colour at full resolution; `quality` from
+/// 1 to 100. It has no coverage.
+pub fn jpeg_bytes(
+    picture: &Picture,
+    quality: u8,
+    display: Display,
+    metadata: &Metadata,
+) -> io::Result<Vec<u8>> {
     if display.has_alpha(picture) {
         return Err(io::Error::other("a JPEG has no transparency"));
     }
     let mut bytes = Vec::new();
-    encode(JpegEncoder::new_with_quality(&mut bytes, quality), picture, display, metadata)?;
+    encode(
+        JpegEncoder::new_with_quality(&mut bytes, quality),
+        picture,
+        display,
+        metadata,
+    )?;
     Ok(bytes)
 }
 
-/// A lossless WebP of the picture as the display settings show it, with its coverage, stored straight, where it has one.
+/// A lossless WebP of the picture as the display settings show it, with its coverage, stored
+/// straight, where it has one.
 pub fn webp_bytes(picture: &Picture, display: Display, metadata: &Metadata) -> io::Result<Vec<u8>> {
     let mut bytes = Vec::new();
-    encode(WebPEncoder::new_lossless(&mut bytes), picture, display, metadata)?;
+    encode(
+        WebPEncoder::new_lossless(&mut bytes),
+        picture,
+        display,
+        metadata,
+    )?;
     Ok(bytes)
 }
 
-fn encode(mut encoder: impl ImageEncoder, picture: &Picture, display: Display, metadata: &Metadata) -> io::Result<()> {
+fn encode(
+    mut encoder: impl ImageEncoder,
+    picture: &Picture,
+    display: Display,
+    metadata: &Metadata,
+) -> io::Result<()> {
     super::check_consistent(picture)?;
     let exif = exif::block(metadata);
     if !exif.is_empty() {
         encoder.set_exif_metadata(exif).map_err(io::Error::other)?;
     }
     // Both formats have codes of eight bits.
-    let output = if display.output.bytes() == 1 { display.output } else { Output::Eight };
+    let output = if display.output.bytes() == 1 {
+        display.output
+    } else {
+        Output::Eight
+    };
     let codes = Display { output, ..display }.to_codes(picture);
-    let kind = if display.has_alpha(picture) { ExtendedColorType::Rgba8 } else { ExtendedColorType::Rgb8 };
-    encoder.write_image(&codes, picture.width, picture.height, kind).map_err(io::Error::other)
+    let kind = if display.has_alpha(picture) {
+        ExtendedColorType::Rgba8
+    } else {
+        ExtendedColorType::Rgb8
+    };
+    encoder
+        .write_image(&codes, picture.width, picture.height, kind)
+        .map_err(io::Error::other)
 }
 
 /// A file of one of these formats whose header was read.
@@ -60,7 +92,11 @@ impl<'b> PageFile<'b> {
 
     /// The format's name.
     pub fn notation(&self) -> &'static str {
-        if matches!(self, Self::Jpeg(_)) { "JPEG" } else { "WebP" }
+        if matches!(self, Self::Jpeg(_)) {
+            "JPEG"
+        } else {
+            "WebP"
+        }
     }
 
     /// Width and height.

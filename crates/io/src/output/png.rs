@@ -9,15 +9,24 @@ use raywright_core::scene::TransferCurve;
 
 use super::metadata::Metadata;
 
-/// A PNG of the picture as the display settings show it: RGB of 8 bits, or of 16 where they ask for more, or RGBA where what is shown has a coverage (stored
-/// straight). An sRGB curve is declared by the sRGB chunk, any other by gAMA alone; metadata are tEXt chunks, or iTXt where a
-/// text is not plain ASCII. Pixels with a NaN have the codes of [`raywright_core::display::NAN_MARKER`].
+/// A PNG of the picture as the display settings show it: RGB of 8 bits, or of 16 where they ask for
+/// more, or RGBA where what is shown has a coverage (stored straight). An sRGB curve is declared by
+/// the sRGB chunk, any other by gAMA alone; metadata are tEXt chunks, or iTXt where a text is not
+/// plain ASCII. Pixels with a NaN have the codes of [`raywright_core::display::NAN_MARKER`].
 pub fn png_bytes(picture: &Picture, display: Display, metadata: &Metadata) -> io::Result<Vec<u8>> {
     super::check_consistent(picture)?;
     let mut bytes = Vec::new();
-    let encoder = encoder(&mut bytes, [picture.width, picture.height], display.has_alpha(picture), display, metadata)?;
+    let encoder = encoder(
+        &mut bytes,
+        [picture.width, picture.height],
+        display.has_alpha(picture),
+        display,
+        metadata,
+    )?;
     let mut writer = encoder.write_header().map_err(io::Error::other)?;
-    writer.write_image_data(&display.to_codes(picture)).map_err(io::Error::other)?;
+    writer
+        .write_image_data(&display.to_codes(picture))
+        .map_err(io::Error::other)?;
     writer.finish().map_err(io::Error::other)?;
     Ok(bytes)
 }
@@ -31,11 +40,23 @@ pub(super) fn encoder<'a, W: io::Write>(
     metadata: &Metadata,
 ) -> io::Result<Encoder<'a, W>> {
     let mut encoder = Encoder::new(out, width, height);
-    encoder.set_color(if has_alpha { ColorType::Rgba } else { ColorType::Rgb });
-    encoder.set_depth(if display.output.bytes() == 1 { BitDepth::Eight } else { BitDepth::Sixteen });
+    encoder.set_color(if has_alpha {
+        ColorType::Rgba
+    } else {
+        ColorType::Rgb
+    });
+    encoder.set_depth(if display.output.bytes() == 1 {
+        BitDepth::Eight
+    } else {
+        BitDepth::Sixteen
+    });
     encoder.set_compression(Compression::Fast);
     // The specification wants this gamma beside an sRGB chunk too, for readers that do not know it.
-    let gamma_times_100_000 = if display.curve == TransferCurve::None { 100_000 } else { 45_455 };
+    let gamma_times_100_000 = if display.curve == TransferCurve::None {
+        100_000
+    } else {
+        45_455
+    };
     encoder.set_source_gamma(ScaledFloat::from_scaled(gamma_times_100_000));
     if display.curve == TransferCurve::Srgb {
         encoder.set_source_srgb(SrgbRenderingIntent::Perceptual);

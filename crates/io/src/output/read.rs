@@ -1,4 +1,5 @@
-//! Pictures from files, for comparing and for tests: PNG of 8 and 16 bits, JPEG, WebP, OpenEXR with any channels.
+//! Pictures from files, for comparing and for tests: PNG of 8 and 16 bits, JPEG, WebP, OpenEXR with
+//! any channels.
 
 use std::collections::BTreeMap;
 use std::fs::File;
@@ -7,7 +8,10 @@ use std::path::Path;
 
 use exr::meta::attribute::IntegerBounds;
 use exr::meta::header::Header;
-use exr::prelude::{AttributeValue, Compression, FlatImage, FlatSamples, MetaData, ReadChannels, ReadLayers, Text, Vec2, read};
+use exr::prelude::{
+    AttributeValue, Compression, FlatImage, FlatSamples, MetaData, ReadChannels, ReadLayers, Text,
+    Vec2, read,
+};
 use png::{ColorType, Decoder, Transformations};
 use raywright_core::picture::{DataWindow, Encoding, Layer, Picture};
 
@@ -23,12 +27,13 @@ use crate::limits::{Limits, human_bytes};
 pub struct StoredPicture {
     /// The format's name.
     pub notation: &'static str,
-    /// The numbers: floating-point numbers as they are from an OpenEXR, display values 0..1 from all others.
+    /// The numbers: floating-point numbers as they are from an OpenEXR, display values 0..1 from
+    /// all others.
     pub picture: Picture,
     /// What the numbers mean.
     pub encoding: Encoding,
-    /// Whether the file has colour: channels `R`, `G`, `B`, or `Y` alone. Otherwise `rgb` is black and the file's channels
-    /// are all layers.
+    /// Whether the file has colour: channels `R`, `G`, `B`, or `Y` alone. Otherwise `rgb` is black
+    /// and the file's channels are all layers.
     pub has_colour: bool,
     /// Texts of the file by name, those of Exif by the names that OpenEXR has for them.
     pub texts: BTreeMap<String, String>,
@@ -41,21 +46,30 @@ impl StoredPicture {
     }
 }
 
-/// No format that we read packs more than this many bytes of picture into one byte of file (DEFLATE reaches 1032), so
-/// a small file cannot ask for a large picture.
+/// No format that we read packs more than this many bytes of picture into one byte of file (DEFLATE
+/// reaches 1032), so a small file cannot ask for a large picture.
 const MAX_EXPANSION: u64 = 4096;
 
 /// First bytes of formats.
 pub(super) const PNG: &[u8] = b"\x89PNG\r\n\x1a\n";
 pub(super) const EXR: &[u8] = b"\x76\x2f\x31\x01";
 
-/// Reads a PNG, JPEG, WebP or OpenEXR file; which of them it is, its first bytes say. Animations: the first picture; OpenEXR of several
-/// parts: all of them, if they have one size, with `part.` before their channels' names.
+/// Reads a PNG, JPEG, WebP or OpenEXR file; which of them it is, its first bytes say. Animations:
+/// the first picture; OpenEXR of several parts: all of them, if they have one size, with `part.`
+/// before their channels' names.
 pub fn read_picture(path: &Path, limits: &Limits) -> Result<StoredPicture, Error> {
     let unreadable = |cause: std::io::Error| Error::read(path, &cause);
     let file = File::open(path).map_err(unreadable)?;
     let bytes = read_file(&file, limits.file_bytes).map_err(unreadable)?;
-    let too_large = || Error::limit(path.display(), format!("larger than the limit of {}", human_bytes(limits.file_bytes)));
+    let too_large = || {
+        Error::limit(
+            path.display(),
+            format!(
+                "larger than the limit of {}",
+                human_bytes(limits.file_bytes)
+            ),
+        )
+    };
     decode_picture(path, &bytes.ok_or_else(too_large)?, limits)
 }
 
@@ -66,9 +80,12 @@ pub fn decode_picture(path: &Path, bytes: &[u8], limits: &Limits) -> Result<Stor
     } else if bytes.starts_with(EXR) {
         decode_exr(bytes, limits)
     } else if let Some(file) = PageFile::open(bytes) {
-        file.map_err(Failure::from).and_then(|file| decode_page(file, limits))
+        file.map_err(Failure::from)
+            .and_then(|file| decode_page(file, limits))
     } else {
-        Err(Failure::Wrong("no PNG, JPEG, WebP or OpenEXR picture".to_owned()))
+        Err(Failure::Wrong(
+            "no PNG, JPEG, WebP or OpenEXR picture".to_owned(),
+        ))
     };
     decoded.map_err(|failure| match failure {
         Failure::Wrong(message) => Error::input(path.display(), message),
@@ -101,19 +118,31 @@ impl From<exr::error::Error> for Failure {
 }
 
 /// Refuses a size before memory is taken for it.
-fn check_size(width: u64, height: u64, bytes_a_pixel: u64, file_bytes: usize, limits: &Limits) -> Result<(), Failure> {
+fn check_size(
+    width: u64,
+    height: u64,
+    bytes_a_pixel: u64,
+    file_bytes: usize,
+    limits: &Limits,
+) -> Result<(), Failure> {
     let pixels = width.saturating_mul(height);
     if pixels > limits.image_pixels {
         let limit = limits.image_pixels;
-        return Err(Failure::TooLarge(format!("a picture of {width} × {height} pixels is over the limit of {limit} pixels")));
+        return Err(Failure::TooLarge(format!(
+            "a picture of {width} × {height} pixels is over the limit of {limit} pixels"
+        )));
     }
     let bytes = pixels.saturating_mul(bytes_a_pixel);
     if bytes > limits.memory_bytes {
         let (bytes, limit) = (human_bytes(bytes), human_bytes(limits.memory_bytes));
-        return Err(Failure::TooLarge(format!("a picture of {bytes} is over the limit of {limit}")));
+        return Err(Failure::TooLarge(format!(
+            "a picture of {bytes} is over the limit of {limit}"
+        )));
     }
     if bytes / MAX_EXPANSION > file_bytes as u64 {
-        return Err(Failure::Wrong(format!("{file_bytes} bytes cannot hold a picture of {width} × {height} pixels")));
+        return Err(Failure::Wrong(format!(
+            "{file_bytes} bytes cannot hold a picture of {width} × {height} pixels"
+        )));
     }
     Ok(())
 }
@@ -125,33 +154,73 @@ fn decode_png(bytes: &[u8], limits: &Limits) -> Result<StoredPicture, Failure> {
     let (width, height) = (info.width, info.height);
     check_size(width.into(), height.into(), 12, bytes.len(), limits)?;
     let mut reader = decoder.read_info()?;
-    let length = reader.output_buffer_size().ok_or_else(|| Failure::TooLarge("too large for this machine".to_owned()))?;
+    let length = reader
+        .output_buffer_size()
+        .ok_or_else(|| Failure::TooLarge("too large for this machine".to_owned()))?;
     let mut buffer = vec![0; length];
     let frame = reader.next_frame(&mut buffer)?;
     let samples: Vec<f32> = if frame.bit_depth == png::BitDepth::Sixteen {
-        buffer.chunks_exact(2).map(|b| (f64::from(u16::from_be_bytes([b[0], b[1]])) / 65535.0) as f32).collect()
+        buffer
+            .chunks_exact(2)
+            .map(|b| (f64::from(u16::from_be_bytes([b[0], b[1]])) / 65535.0) as f32)
+            .collect()
     } else {
-        buffer.iter().map(|&b| (f64::from(b) / 255.0) as f32).collect()
+        buffer
+            .iter()
+            .map(|&b| (f64::from(b) / 255.0) as f32)
+            .collect()
     };
     let (step, has_alpha) = match frame.color_type {
         ColorType::Grayscale => (1, false),
         ColorType::GrayscaleAlpha => (2, true),
         ColorType::Rgb => (3, false),
         ColorType::Rgba => (4, true),
-        ColorType::Indexed => return Err(Failure::Wrong("not a readable PNG: its palette is missing".to_owned())),
+        ColorType::Indexed => {
+            return Err(Failure::Wrong(
+                "not a readable PNG: its palette is missing".to_owned(),
+            ));
+        }
     };
-    let colour = |pixel: &[f32]| if step < 3 { [pixel[0]; 3] } else { [pixel[0], pixel[1], pixel[2]] };
+    let colour = |pixel: &[f32]| {
+        if step < 3 {
+            [pixel[0]; 3]
+        } else {
+            [pixel[0], pixel[1], pixel[2]]
+        }
+    };
     let rgb = samples.chunks_exact(step).map(colour).collect();
-    let alpha = has_alpha.then(|| samples.chunks_exact(step).map(|pixel| pixel[step - 1]).collect());
+    let alpha = has_alpha.then(|| {
+        samples
+            .chunks_exact(step)
+            .map(|pixel| pixel[step - 1])
+            .collect()
+    });
     let mut texts = BTreeMap::new();
     for chunk in &reader.info().uncompressed_latin1_text {
         texts.insert(chunk.keyword.clone(), chunk.text.clone());
     }
     for chunk in &reader.info().utf8_text {
-        texts.extend(chunk.get_text().ok().map(|text| (chunk.keyword.clone(), text)));
+        texts.extend(
+            chunk
+                .get_text()
+                .ok()
+                .map(|text| (chunk.keyword.clone(), text)),
+        );
     }
-    let picture = Picture { width, height, rgb, alpha, ..Picture::default() };
-    Ok(StoredPicture { notation: "PNG", picture, encoding: Encoding::Display, has_colour: true, texts })
+    let picture = Picture {
+        width,
+        height,
+        rgb,
+        alpha,
+        ..Picture::default()
+    };
+    Ok(StoredPicture {
+        notation: "PNG",
+        picture,
+        encoding: Encoding::Display,
+        has_colour: true,
+        texts,
+    })
 }
 
 fn decode_page(file: PageFile<'_>, limits: &Limits) -> Result<StoredPicture, Failure> {
@@ -162,10 +231,25 @@ fn decode_page(file: PageFile<'_>, limits: &Limits) -> Result<StoredPicture, Fai
     let share = |code: u8| (f64::from(code) / 255.0) as f32;
     let has_alpha = image.color().has_alpha();
     let codes = image.into_rgba8();
-    let rgb = codes.pixels().map(|pixel| [0, 1, 2].map(|i| share(pixel.0[i]))).collect();
+    let rgb = codes
+        .pixels()
+        .map(|pixel| [0, 1, 2].map(|i| share(pixel.0[i])))
+        .collect();
     let alpha = has_alpha.then(|| codes.pixels().map(|pixel| share(pixel.0[3])).collect());
-    let picture = Picture { width, height, rgb, alpha, ..Picture::default() };
-    Ok(StoredPicture { notation, picture, encoding: Encoding::Display, has_colour: true, texts: exif::texts(&exif) })
+    let picture = Picture {
+        width,
+        height,
+        rgb,
+        alpha,
+        ..Picture::default()
+    };
+    Ok(StoredPicture {
+        notation,
+        picture,
+        encoding: Encoding::Display,
+        has_colour: true,
+        texts: exif::texts(&exif),
+    })
 }
 
 fn decode_exr(bytes: &[u8], limits: &Limits) -> Result<StoredPicture, Failure> {
@@ -175,7 +259,13 @@ fn decode_exr(bytes: &[u8], limits: &Limits) -> Result<StoredPicture, Failure> {
         check_header(header, &headers[0])?;
         let Vec2(width, height) = header.layer_size;
         bytes_a_pixel += 4 * header.channels.list.len() as u64;
-        check_size(width as u64, height as u64, bytes_a_pixel, bytes.len(), limits)?;
+        check_size(
+            width as u64,
+            height as u64,
+            bytes_a_pixel,
+            bytes.len(),
+            limits,
+        )?;
     }
     let image: FlatImage = read()
         .no_deep_data()
@@ -196,7 +286,13 @@ fn check_header(header: &Header, first: &Header) -> Result<(), Failure> {
     if header.own_attributes.layer_position != first.own_attributes.layer_position {
         return refuse("parts in different places");
     }
-    if header.deep || header.channels.list.iter().any(|channel| channel.sampling != Vec2(1, 1)) {
+    if header.deep
+        || header
+            .channels
+            .list
+            .iter()
+            .any(|channel| channel.sampling != Vec2(1, 1))
+    {
         return refuse("deep or subsampled channels, which are not supported");
     }
     if can_abort(header.compression) {
@@ -205,21 +301,35 @@ fn check_header(header: &Header, first: &Header) -> Result<(), Failure> {
     Ok(())
 }
 
-/// Whether a damaged file of this compression can end the process: the DWA decoder of exr 1.74 trusts the sizes inside its
-/// blocks, asks for petabytes and aborts.
+/// Whether a damaged file of this compression can end the process: the DWA decoder of exr 1.74
+/// trusts the sizes inside its blocks, asks for petabytes and aborts.
 pub(crate) fn can_abort(compression: Compression) -> bool {
     matches!(compression, Compression::DWAA(_) | Compression::DWAB(_))
 }
 
 fn picture_of(image: FlatImage) -> Result<StoredPicture, Failure> {
     let several = image.layer_data.len() > 1;
-    let first = image.layer_data.first().ok_or_else(|| Failure::Wrong("an empty OpenEXR file".to_owned()))?;
+    let first = image
+        .layer_data
+        .first()
+        .ok_or_else(|| Failure::Wrong("an empty OpenEXR file".to_owned()))?;
     let size = first.size;
-    let dimension = |x: usize| u32::try_from(x).map_err(|_| Failure::TooLarge("too many pixels in a row or column".to_owned()));
-    let window = window_of(image.attributes.display_window, first.attributes.layer_position, size);
-    let mut picture = Picture { window, ..Picture::new(dimension(size.0)?, dimension(size.1)?) };
+    let dimension = |x: usize| {
+        u32::try_from(x)
+            .map_err(|_| Failure::TooLarge("too many pixels in a row or column".to_owned()))
+    };
+    let window = window_of(
+        image.attributes.display_window,
+        first.attributes.layer_position,
+        size,
+    );
+    let mut picture = Picture {
+        window,
+        ..Picture::new(dimension(size.0)?, dimension(size.1)?)
+    };
     let mut texts = BTreeMap::new();
-    let mut note = |name: &str, value: &Text| texts.insert(name.to_owned(), lossy(value.as_slice()));
+    let mut note =
+        |name: &str, value: &Text| texts.insert(name.to_owned(), lossy(value.as_slice()));
     for (name, value) in &image.attributes.other {
         if let AttributeValue::Text(value) = value {
             note(&lossy(name.as_slice()), value);
@@ -240,19 +350,33 @@ fn picture_of(image: FlatImage) -> Result<StoredPicture, Failure> {
         };
         for channel in part.channel_data.list {
             let name = prefix.clone() + &lossy(channel.name.as_slice());
-            picture.layers.push(Layer { name, samples: to_f32(channel.sample_data) });
+            picture.layers.push(Layer {
+                name,
+                samples: to_f32(channel.sample_data),
+            });
         }
     }
     let has_colour = take_colour(&mut picture);
     if !picture.is_consistent() {
-        return Err(Failure::Wrong("not a readable OpenEXR file: its channels do not fit its size".to_owned()));
+        return Err(Failure::Wrong(
+            "not a readable OpenEXR file: its channels do not fit its size".to_owned(),
+        ));
     }
-    Ok(StoredPicture { notation: "OpenEXR", picture, encoding: Encoding::Linear, has_colour, texts })
+    Ok(StoredPicture {
+        notation: "OpenEXR",
+        picture,
+        encoding: Encoding::Linear,
+        has_colour,
+        texts,
+    })
 }
 
 /// Where pixels of a size and a place lie in the display window; none: they are all of it.
 fn window_of(display: IntegerBounds, place: Vec2<i32>, size: Vec2<usize>) -> Option<DataWindow> {
-    let origin = [place.0.saturating_sub(display.position.0), place.1.saturating_sub(display.position.1)];
+    let origin = [
+        place.0.saturating_sub(display.position.0),
+        place.1.saturating_sub(display.position.1),
+    ];
     let full = [display.size.0, display.size.1].map(|edge| u32::try_from(edge).unwrap_or(u32::MAX));
     (origin != [0; 2] || display.size != size).then_some(DataWindow { origin, full })
 }
@@ -265,20 +389,29 @@ fn to_f32(samples: FlatSamples) -> Vec<f32> {
     }
 }
 
-/// Moves `R`, `G`, `B` (or `Y` alone, as grey) and `A` from the layers to their places; whether there was colour.
+/// Moves `R`, `G`, `B` (or `Y` alone, as grey) and `A` from the layers to their places; whether
+/// there was colour.
 fn take_colour(picture: &mut Picture) -> bool {
     let mut take = |name: &str| {
         let index = picture.layers.iter().position(|layer| layer.name == name)?;
         Some(picture.layers.swap_remove(index).samples)
     };
     let (red, green, blue) = (take("R"), take("G"), take("B"));
-    let grey = if red.is_none() && green.is_none() && blue.is_none() { take("Y") } else { None };
+    let grey = if red.is_none() && green.is_none() && blue.is_none() {
+        take("Y")
+    } else {
+        None
+    };
     let has_colour = grey.is_some() || red.is_some() || green.is_some() || blue.is_some();
     if has_colour {
         picture.alpha = take("A");
     }
     for (c, samples) in [red, green, blue].iter().enumerate() {
-        for (rgb, &x) in picture.rgb.iter_mut().zip(grey.as_ref().or(samples.as_ref()).into_iter().flatten()) {
+        for (rgb, &x) in picture
+            .rgb
+            .iter_mut()
+            .zip(grey.as_ref().or(samples.as_ref()).into_iter().flatten())
+        {
             rgb[c] = x;
         }
     }

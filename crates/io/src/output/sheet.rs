@@ -1,4 +1,5 @@
-//! A contact sheet: many pictures side by side in one, each made small and with a line of text below it.
+//! A contact sheet: many pictures side by side in one, each made small and with a line of text
+//! below it.
 
 use std::io;
 use std::path::Path;
@@ -47,18 +48,40 @@ impl Sheet {
         let pictures = u32::try_from(pictures).unwrap_or(u32::MAX).max(1);
         // As many columns as make pictures of the usual shape fill a sheet of the same.
         let columns = f64::from(pictures).sqrt().ceil() as u32;
-        let width = ((ROOM - GAP) / columns).saturating_sub(GAP).clamp(NARROWEST, WIDEST);
-        Self { columns, width, cells: Vec::new() }
+        let width = ((ROOM - GAP) / columns)
+            .saturating_sub(GAP)
+            .clamp(NARROWEST, WIDEST);
+        Self {
+            columns,
+            width,
+            cells: Vec::new(),
+        }
     }
 
     /// Adds a picture as the display shows it, with its label.
     pub fn add(&mut self, picture: &Picture, display: Display, label: impl Into<String>) {
-        let shown = over_paper(picture, Display { output: Output::Eight, ..display });
+        let shown = over_paper(
+            picture,
+            Display {
+                output: Output::Eight,
+                ..display
+            },
+        );
         let [width, height] = [shown.width(), shown.height()];
-        let factor = (f64::from(self.width) / f64::from(width)).min(f64::from(self.width) / f64::from(height)).min(1.0);
-        let [small, low] = [width, height].map(|edge| ((f64::from(edge) * factor).round() as u32).max(1));
-        let picture = if small < width { imageops::resize(&shown, small, low, FilterType::Triangle) } else { shown };
-        self.cells.push(Cell { picture, label: label.into() });
+        let factor = (f64::from(self.width) / f64::from(width))
+            .min(f64::from(self.width) / f64::from(height))
+            .min(1.0);
+        let [small, low] =
+            [width, height].map(|edge| ((f64::from(edge) * factor).round() as u32).max(1));
+        let picture = if small < width {
+            imageops::resize(&shown, small, low, FilterType::Triangle)
+        } else {
+            shown
+        };
+        self.cells.push(Cell {
+            picture,
+            label: label.into(),
+        });
     }
 
     /// Whether there is no picture in it.
@@ -71,7 +94,9 @@ impl Sheet {
     /// # Errors
     /// Of kind [`File`](crate::ErrorKind::File) where it can't be written.
     pub fn write(&self, path: &Path, metadata: &Metadata) -> Result<(), Error> {
-        let bytes = self.bytes(metadata).map_err(|cause| Error::write(path, &cause))?;
+        let bytes = self
+            .bytes(metadata)
+            .map_err(|cause| Error::write(path, &cause))?;
         write_atomically(path, &bytes)
     }
 
@@ -82,7 +107,14 @@ impl Sheet {
     pub fn bytes(&self, metadata: &Metadata) -> io::Result<Vec<u8>> {
         let image = self.lay_out();
         let mut bytes = Vec::new();
-        let mut writer = encoder(&mut bytes, [image.width(), image.height()], false, Display::PLAIN, metadata)?.write_header()?;
+        let mut writer = encoder(
+            &mut bytes,
+            [image.width(), image.height()],
+            false,
+            Display::PLAIN,
+            metadata,
+        )?
+        .write_header()?;
         writer.write_image_data(&image)?;
         writer.finish()?;
         Ok(bytes)
@@ -91,10 +123,25 @@ impl Sheet {
     /// Rows from the top, each as high as its highest picture, which stand on their labels.
     fn lay_out(&self) -> RgbImage {
         let columns = self.columns.min(self.cells.len().max(1) as u32);
-        let cell = self.cells.iter().map(|cell| cell.picture.width()).max().unwrap_or(1).max(NARROWEST);
+        let cell = self
+            .cells
+            .iter()
+            .map(|cell| cell.picture.width())
+            .max()
+            .unwrap_or(1)
+            .max(NARROWEST);
         let rows: Vec<&[Cell]> = self.cells.chunks(columns as usize).collect();
-        let height_of = |row: &[Cell]| row.iter().map(|cell| cell.picture.height()).max().unwrap_or(0);
-        let height = GAP + rows.iter().map(|row| height_of(row) + LINE + GAP).sum::<u32>();
+        let height_of = |row: &[Cell]| {
+            row.iter()
+                .map(|cell| cell.picture.height())
+                .max()
+                .unwrap_or(0)
+        };
+        let height = GAP
+            + rows
+                .iter()
+                .map(|row| height_of(row) + LINE + GAP)
+                .sum::<u32>();
         let mut sheet = RgbImage::from_pixel(GAP + columns * (cell + GAP), height, Rgb(PAPER));
         let mut top = GAP;
         for row in rows {
@@ -103,7 +150,12 @@ impl Sheet {
                 let left = GAP + column * (cell + GAP);
                 let (x, y) = (left + (cell - picture.width()) / 2, foot - picture.height());
                 imageops::replace(&mut sheet, picture, x.into(), y.into());
-                write_line(&mut sheet, [left, foot + (LINE - FONT.val() as u32) / 2], cell, label);
+                write_line(
+                    &mut sheet,
+                    [left, foot + (LINE - FONT.val() as u32) / 2],
+                    cell,
+                    label,
+                );
             }
             top = foot + LINE + GAP;
         }
@@ -120,17 +172,28 @@ pub(super) fn over_paper(picture: &Picture, display: Display) -> RgbImage {
         return RgbImage::from_raw(width, height, codes).unwrap_or_else(empty);
     }
     let mut sheet = empty();
-    for (under, over) in sheet.pixels_mut().zip(RgbaImage::from_raw(width, height, codes).iter().flat_map(RgbaImage::pixels)) {
+    for (under, over) in sheet.pixels_mut().zip(
+        RgbaImage::from_raw(width, height, codes)
+            .iter()
+            .flat_map(RgbaImage::pixels),
+    ) {
         let [red, green, blue, alpha] = over.0.map(u32::from);
-        let mixed = |over: u32, under: u8| ((over * alpha + u32::from(under) * (255 - alpha) + 127) / 255) as u8;
-        under.0 = [mixed(red, under.0[0]), mixed(green, under.0[1]), mixed(blue, under.0[2])];
+        let mixed = |over: u32, under: u8| {
+            ((over * alpha + u32::from(under) * (255 - alpha) + 127) / 255) as u8
+        };
+        under.0 = [
+            mixed(red, under.0[0]),
+            mixed(green, under.0[1]),
+            mixed(blue, under.0[2]),
+        ];
     }
     sheet
 }
 
 const FONT: RasterHeight = RasterHeight::Size16;
 
-/// Writes a line in the middle of so many pixels; the middle of one that is too long is left out, since names differ at both ends.
+/// Writes a line in the middle of so many pixels; the middle of one that is too long is left out,
+/// since names differ at both ends.
 fn write_line(sheet: &mut RgbImage, [left, top]: [u32; 2], width: u32, text: &str) {
     let line = shortened(text, (width / letter_width()) as usize);
     let start = left + width.saturating_sub(line.len() as u32 * letter_width()) / 2;
@@ -143,14 +206,24 @@ pub(super) fn letter_width() -> u32 {
 }
 
 /// Writes letters from a place on, as far as they lie in the image.
-pub(super) fn write_letters(sheet: &mut RgbImage, [start, top]: [u32; 2], line: &[char], ink: [u8; 3]) {
+pub(super) fn write_letters(
+    sheet: &mut RgbImage,
+    [start, top]: [u32; 2],
+    line: &[char],
+    ink: [u8; 3],
+) {
     for (i, &letter) in (0..).zip(line) {
-        let raster = get_raster(letter, FontWeight::Regular, FONT).or_else(|| get_raster('?', FontWeight::Regular, FONT));
+        let raster = get_raster(letter, FontWeight::Regular, FONT)
+            .or_else(|| get_raster('?', FontWeight::Regular, FONT));
         for (y, row) in (top..).zip(raster.iter().flat_map(|letter| letter.raster())) {
             for (x, &share) in (start + i * letter_width()..).zip(row.iter()) {
-                let Some(pixel) = sheet.get_pixel_mut_checked(x, y) else { continue };
+                let Some(pixel) = sheet.get_pixel_mut_checked(x, y) else {
+                    continue;
+                };
                 for (code, ink) in pixel.0.iter_mut().zip(ink) {
-                    *code = (f32::from(*code) + (f32::from(ink) - f32::from(*code)) * f32::from(share) / 255.0).round() as u8;
+                    *code = (f32::from(*code)
+                        + (f32::from(ink) - f32::from(*code)) * f32::from(share) / 255.0)
+                        .round() as u8;
                 }
             }
         }
@@ -166,7 +239,11 @@ fn shortened(text: &str, most: usize) -> Vec<char> {
     }
     let kept = most.saturating_sub(DOTS.len());
     let (head, tail) = (kept - kept / 2, kept / 2);
-    let parts = [&letters[..head], &DOTS.chars().collect::<Vec<_>>(), &letters[letters.len() - tail..]];
+    let parts = [
+        &letters[..head],
+        &DOTS.chars().collect::<Vec<_>>(),
+        &letters[letters.len() - tail..],
+    ];
     parts.concat()
 }
 
@@ -177,33 +254,69 @@ mod tests {
     use crate::output::decode_picture;
 
     fn plain(width: u32, height: u32, grey: f32) -> Picture {
-        Picture { rgb: vec![[grey; 3]; width as usize * height as usize], ..Picture::new(width, height) }
+        Picture {
+            rgb: vec![[grey; 3]; width as usize * height as usize],
+            ..Picture::new(width, height)
+        }
     }
 
-    /// Protects: pictures lie in rows in the order that they came in, made smaller where they are larger than their place and never larger,
-    /// each above its own text; transparent ones show the sheet.
+    /// Protects: pictures lie in rows in the order that they came in, made smaller where they are
+    /// larger than their place and never larger, each above its own text; transparent ones show the
+    /// sheet.
     #[test]
     fn pictures_lie_in_rows() {
         let mut sheet = Sheet::new(3);
         sheet.add(&plain(960, 480, 1.0), Display::PLAIN, "first");
         sheet.add(&plain(100, 50, 0.0), Display::PLAIN, "");
-        sheet.add(&Picture { alpha: Some(vec![0.0; 480 * 240]), ..plain(480, 240, 0.0) }, Display::PLAIN, "third");
+        sheet.add(
+            &Picture {
+                alpha: Some(vec![0.0; 480 * 240]),
+                ..plain(480, 240, 0.0)
+            },
+            Display::PLAIN,
+            "third",
+        );
         let image = sheet.lay_out();
-        assert_eq!([image.width(), image.height()], [3 * GAP + 2 * 480, 3 * GAP + 2 * (240 + LINE)]);
+        assert_eq!(
+            [image.width(), image.height()],
+            [3 * GAP + 2 * 480, 3 * GAP + 2 * (240 + LINE)]
+        );
         let at = |x: u32, y: u32| image.get_pixel(x, y).0;
         assert_eq!([at(GAP, GAP), at(GAP + 479, GAP + 239)], [[255; 3]; 2]);
-        assert_eq!(at(2 * GAP + 480 + 240, GAP + 239), [0; 3], "a small one stands at the foot of its place");
+        assert_eq!(
+            at(2 * GAP + 480 + 240, GAP + 239),
+            [0; 3],
+            "a small one stands at the foot of its place"
+        );
         assert_eq!(at(2 * GAP + 480 + 240, GAP + 100), PAPER);
         let edges = [189, 190, 289, 290].map(|x| at(2 * GAP + 480 + x, GAP + 239));
-        assert_eq!(edges, [PAPER, [0; 3], [0; 3], PAPER], "it stands in the middle");
-        assert_eq!(at(GAP + 240, 2 * GAP + 240 + LINE + 120), PAPER, "nothing covers the third");
+        assert_eq!(
+            edges,
+            [PAPER, [0; 3], [0; 3], PAPER],
+            "it stands in the middle"
+        );
+        assert_eq!(
+            at(GAP + 240, 2 * GAP + 240 + LINE + 120),
+            PAPER,
+            "nothing covers the third"
+        );
         let ink = |left: u32, top: u32| {
             let line = image::imageops::crop_imm(&image, left, top, 480, LINE).to_image();
             line.pixels().filter(|pixel| pixel.0[0] > 150).count()
         };
-        assert!(ink(GAP, GAP + 240) > 40 && ink(2 * GAP + 480, GAP + 240) == 0, "{}", ink(GAP, GAP + 240));
+        assert!(
+            ink(GAP, GAP + 240) > 40 && ink(2 * GAP + 480, GAP + 240) == 0,
+            "{}",
+            ink(GAP, GAP + 240)
+        );
         let bytes = sheet.bytes(&Metadata::default()).expect("a PNG");
-        assert_eq!(decode_picture(Path::new("s"), &bytes, &Limits::default()).expect("a PNG").picture.width, image.width());
+        assert_eq!(
+            decode_picture(Path::new("s"), &bytes, &Limits::default())
+                .expect("a PNG")
+                .picture
+                .width,
+            image.width()
+        );
     }
 
     /// Protects: what is higher than wide is no higher than a place is wide.
@@ -212,15 +325,28 @@ mod tests {
         let mut sheet = Sheet::new(4);
         sheet.add(&plain(300, 1200, 1.0), Display::PLAIN, "high");
         let image = sheet.lay_out();
-        assert_eq!([image.width(), image.height()], [2 * GAP + NARROWEST, 2 * GAP + 480 + LINE]);
+        assert_eq!(
+            [image.width(), image.height()],
+            [2 * GAP + NARROWEST, 2 * GAP + 480 + LINE]
+        );
         let edge = |x: u32| image.get_pixel(GAP + x, GAP + 200).0;
-        assert_eq!([19, 20, 139, 140].map(edge), [PAPER, [255; 3], [255; 3], PAPER]);
+        assert_eq!(
+            [19, 20, 139, 140].map(edge),
+            [PAPER, [255; 3], [255; 3], PAPER]
+        );
     }
 
     /// Protects: a long text keeps both its ends and its place.
     #[test]
     fn long_texts_lose_their_middle() {
         let short = |text: &str, most| shortened(text, most).into_iter().collect::<String>();
-        assert_eq!([short("abcdefghij", 10), short("abcdefghijk", 10), short("abc", 2)], ["abcdefghij", "abcd...ijk", "..."]);
+        assert_eq!(
+            [
+                short("abcdefghij", 10),
+                short("abcdefghijk", 10),
+                short("abc", 2)
+            ],
+            ["abcdefghij", "abcd...ijk", "..."]
+        );
     }
 }

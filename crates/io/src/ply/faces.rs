@@ -22,7 +22,11 @@ enum Role {
 
 impl Role {
     fn of(property: &Property) -> Self {
-        match (property.name.as_str(), property.count, channel(&property.name)) {
+        match (
+            property.name.as_str(),
+            property.count,
+            channel(&property.name),
+        ) {
             ("vertex_indices" | "vertex_index", Some(_), _) => Self::Corners,
             ("texcoord", Some(_), _) => Self::Coordinates,
             ("texnumber", None, _) => Self::Texture,
@@ -78,7 +82,12 @@ impl Faces {
     ///
     /// # Errors
     /// A fault of kind input for a file that ends, of kind limit for more than is allowed.
-    pub fn read(&mut self, element: &Element, values: &mut Values<'_>, budget: &mut Budget) -> Outcome<()> {
+    pub fn read(
+        &mut self,
+        element: &Element,
+        values: &mut Values<'_>,
+        budget: &mut Budget,
+    ) -> Outcome<()> {
         let mut roles: Vec<Role> = element.properties.iter().map(Role::of).collect();
         // Of two names of one thing the first counts.
         for i in 1..roles.len() {
@@ -89,7 +98,11 @@ impl Faces {
         let strips = element.name == "tristrips";
         let coloured = !strips && (0..3).all(|channel| roles.contains(&Role::Channel(channel)));
         let mapped = !strips && roles.contains(&Role::Coordinates);
-        let red = element.properties.iter().zip(&roles).find(|(_, role)| **role == Role::Channel(0));
+        let red = element
+            .properties
+            .iter()
+            .zip(&roles)
+            .find(|(_, role)| **role == Role::Channel(0));
         if let Some((red, _)) = red.filter(|_| coloured) {
             (self.coloured, self.colours) = (true, Colours::of(red.number));
         }
@@ -99,18 +112,34 @@ impl Faces {
             self.textures.resize(self.arities.len(), NO_TEXTURE);
         }
         let each = 8 + 28 * usize::from(coloured) + 8 * usize::from(numbered);
-        budget.memory(if element.properties.is_empty() { 0 } else { element.count as usize }, each)?;
+        budget.memory(
+            if element.properties.is_empty() {
+                0
+            } else {
+                element.count as usize
+            },
+            each,
+        )?;
         let mut row = Row::default();
-        for index in 0..if element.properties.is_empty() { 0 } else { element.count } {
+        for index in 0..if element.properties.is_empty() {
+            0
+        } else {
+            element.count
+        } {
             let place = |fault: Fault, values: &Values<'_>| fault.at(values.place(element, index));
-            row.read(&element.properties, &roles, values, budget).map_err(|fault| place(fault, values))?;
-            let vertex = |&index: &i64| u32::try_from(index).map_err(|_| Fault::input(format!("vertex {index}")));
+            row.read(&element.properties, &roles, values, budget)
+                .map_err(|fault| place(fault, values))?;
+            let vertex = |&index: &i64| {
+                u32::try_from(index).map_err(|_| Fault::input(format!("vertex {index}")))
+            };
             if strips {
-                self.strip(&row.corners, budget).map_err(|fault| place(fault, values))?;
+                self.strip(&row.corners, budget)
+                    .map_err(|fault| place(fault, values))?;
                 continue;
             }
             for corner in &row.corners {
-                self.corners.push(vertex(corner).map_err(|fault| place(fault, values))?);
+                self.corners
+                    .push(vertex(corner).map_err(|fault| place(fault, values))?);
             }
             self.arities.push(row.corners.len() as u32);
             if coloured {
@@ -122,7 +151,13 @@ impl Faces {
             if mapped {
                 let pairs = row.coordinates.as_chunks::<2>().0;
                 let fits = row.coordinates.len() == 2 * row.corners.len();
-                self.uvs.extend((0..row.corners.len()).map(|i| if fits { from_the_top(pairs[i]) } else { [0.0; 2] }));
+                self.uvs.extend((0..row.corners.len()).map(|i| {
+                    if fits {
+                        from_the_top(pairs[i])
+                    } else {
+                        [0.0; 2]
+                    }
+                }));
             }
         }
         Ok(())
@@ -138,7 +173,8 @@ impl Faces {
         }
     }
 
-    /// Adds the triangles of a strip, which −1 cuts; every other one is turned round, so that all face one way.
+    /// Adds the triangles of a strip, which −1 cuts; every other one is turned round, so that all
+    /// face one way.
     fn strip(&mut self, corners: &[i64], budget: &mut Budget) -> Outcome<()> {
         budget.memory(corners.len(), 32)?;
         for run in corners.split(|&corner| corner == -1) {
@@ -147,7 +183,10 @@ impl Faces {
                 // Strips join their parts by triangles that use a vertex twice.
                 if a != b && b != c && c != a {
                     for corner in [a, b, c] {
-                        self.corners.push(u32::try_from(corner).map_err(|_| Fault::input(format!("vertex {corner}")))?);
+                        self.corners.push(
+                            u32::try_from(corner)
+                                .map_err(|_| Fault::input(format!("vertex {corner}")))?,
+                        );
                     }
                     self.arities.push(3);
                 }
@@ -156,25 +195,44 @@ impl Faces {
         Ok(())
     }
 
-    /// The triangles of all faces over the file's vertices, and the number of each one's image where faces say it. Where faces have colours or
-    /// coordinates of their own, each corner becomes a vertex.
+    /// The triangles of all faces over the file's vertices, and the number of each one's image
+    /// where faces say it. Where faces have colours or coordinates of their own, each corner
+    /// becomes a vertex.
     ///
     /// # Errors
-    /// A fault of kind input for a vertex that there is not, of kind limit for more than is allowed.
-    pub fn mesh(mut self, vertices: PlyVertices, budget: &mut Budget, warnings: &mut Warnings) -> Outcome<(MeshData, Vec<i64>)> {
+    /// A fault of kind input for a vertex that there is not, of kind limit for more than is
+    /// allowed.
+    pub fn mesh(
+        mut self,
+        vertices: PlyVertices,
+        budget: &mut Budget,
+        warnings: &mut Warnings,
+    ) -> Outcome<(MeshData, Vec<i64>)> {
         self.pad(self.has_uvs());
         let count = vertices.positions.len();
-        if let Some(vertex) = self.corners.iter().find(|&&corner| corner as usize >= count) {
-            return Err(Fault::input(format!("a face has vertex {vertex} of {count}; they are counted from 0")));
+        if let Some(vertex) = self
+            .corners
+            .iter()
+            .find(|&&corner| corner as usize >= count)
+        {
+            return Err(Fault::input(format!(
+                "a face has vertex {vertex} of {count}; they are counted from 0"
+            )));
         }
         let apart = self.coloured || self.has_uvs();
         let mut clipper = Clipper::default();
         let (mut points, mut triangles, mut indices) = (Vec::new(), Vec::new(), Vec::new());
         let (mut start, mut numbers) = (0, Vec::new());
         for (face, &arity) in self.arities.iter().enumerate() {
-            let corners = self.corners.get(start..start + arity as usize).unwrap_or_default();
+            let corners = self
+                .corners
+                .get(start..start + arity as usize)
+                .unwrap_or_default();
             if corners.len() < 3 {
-                warnings.add(WarningCode::Geometry, "faces with fewer than three corners are ignored");
+                warnings.add(
+                    WarningCode::Geometry,
+                    "faces with fewer than three corners are ignored",
+                );
             }
             clipper.claim(corners.len(), budget)?;
             budget.triangles(corners.len().saturating_sub(2))?;
@@ -182,43 +240,105 @@ impl Faces {
             points.extend(corners.iter().map(|&corner| point(&vertices, corner)));
             triangles.clear();
             clipper.triangulate(&points, &mut triangles)?;
-            let vertex = |corner: usize| if apart { (start + corner) as u32 } else { corners[corner] };
+            let vertex = |corner: usize| {
+                if apart {
+                    (start + corner) as u32
+                } else {
+                    corners[corner]
+                }
+            };
             indices.extend(triangles.iter().map(|triangle| triangle.map(vertex)));
             if self.has_textures() {
-                numbers.resize(indices.len(), self.textures.get(face).copied().unwrap_or(NO_TEXTURE));
+                numbers.resize(
+                    indices.len(),
+                    self.textures.get(face).copied().unwrap_or(NO_TEXTURE),
+                );
             }
             start += arity as usize;
         }
         if !apart {
-            let PlyVertices { positions, normals, uvs, colours } = vertices;
-            let uvs = if uvs.is_empty() { Vec::new() } else { vec![uvs] };
+            let PlyVertices {
+                positions,
+                normals,
+                uvs,
+                colours,
+            } = vertices;
+            let uvs = if uvs.is_empty() {
+                Vec::new()
+            } else {
+                vec![uvs]
+            };
             let positions = positions.into();
-            return Ok((MeshData { positions, normals, uvs, colours, indices, ..MeshData::default() }, numbers));
+            return Ok((
+                MeshData {
+                    positions,
+                    normals,
+                    uvs,
+                    colours,
+                    indices,
+                    ..MeshData::default()
+                },
+                numbers,
+            ));
         }
         Ok((self.apart(&vertices, indices, budget)?, numbers))
     }
 
     /// The mesh whose vertices are the corners.
-    fn apart(self, vertices: &PlyVertices, indices: Vec<[u32; 3]>, budget: &mut Budget) -> Outcome<MeshData> {
+    fn apart(
+        self,
+        vertices: &PlyVertices,
+        indices: Vec<[u32; 3]>,
+        budget: &mut Budget,
+    ) -> Outcome<MeshData> {
         if u32::try_from(self.corners.len()).is_err() {
             return Err(Fault::limit("has more than 4294967295 corners"));
         }
         budget.memory(
             self.corners.len(),
-            2 * size_of::<[f32; 3]>() + size_of::<[f64; 3]>() + size_of::<[f32; 2]>() + size_of::<[f32; 4]>(),
+            2 * size_of::<[f32; 3]>()
+                + size_of::<[f64; 3]>()
+                + size_of::<[f32; 2]>()
+                + size_of::<[f32; 4]>(),
         )?;
         fn each<T: Copy>(corners: &[u32], of: &[T]) -> Vec<T> {
             // Without such values there are none; with them, one a vertex.
-            corners.iter().filter_map(|&corner| of.get(corner as usize)).copied().collect()
+            corners
+                .iter()
+                .filter_map(|&corner| of.get(corner as usize))
+                .copied()
+                .collect()
         }
-        let Self { corners, arities, uvs, colours, coloured, .. } = self;
-        let uvs = if uvs.is_empty() { each(&corners, &vertices.uvs) } else { uvs };
-        let own = colours.linear().zip(&arities).flat_map(|(colour, &arity)| std::iter::repeat_n(colour, arity as usize));
+        let Self {
+            corners,
+            arities,
+            uvs,
+            colours,
+            coloured,
+            ..
+        } = self;
+        let uvs = if uvs.is_empty() {
+            each(&corners, &vertices.uvs)
+        } else {
+            uvs
+        };
+        let own = colours
+            .linear()
+            .zip(&arities)
+            .flat_map(|(colour, &arity)| std::iter::repeat_n(colour, arity as usize));
         Ok(MeshData {
             positions: each(&corners, &vertices.positions).into(),
             normals: each(&corners, &vertices.normals),
-            colours: if coloured { own.collect() } else { each(&corners, &vertices.colours) },
-            uvs: if uvs.is_empty() { Vec::new() } else { vec![uvs] },
+            colours: if coloured {
+                own.collect()
+            } else {
+                each(&corners, &vertices.colours)
+            },
+            uvs: if uvs.is_empty() {
+                Vec::new()
+            } else {
+                vec![uvs]
+            },
             indices,
             ..MeshData::default()
         })
@@ -226,27 +346,47 @@ impl Faces {
 }
 
 fn point(vertices: &PlyVertices, corner: u32) -> DVec3 {
-    vertices.positions.get(corner as usize).map_or(DVec3::ZERO, |&p| p.into())
+    vertices
+        .positions
+        .get(corner as usize)
+        .map_or(DVec3::ZERO, |&p| p.into())
 }
 
 impl Row {
-    fn read(&mut self, properties: &[Property], roles: &[Role], values: &mut Values<'_>, budget: &mut Budget) -> Outcome<()> {
+    fn read(
+        &mut self,
+        properties: &[Property],
+        roles: &[Role],
+        values: &mut Values<'_>,
+        budget: &mut Budget,
+    ) -> Outcome<()> {
         self.corners.clear();
         self.coordinates.clear();
         for (property, role) in properties.iter().zip(roles) {
-            let Property { name, count, number } = property;
+            let Property {
+                name,
+                count,
+                number,
+            } = property;
             match (*role, *count) {
                 (Role::Texture, _) => self.texture = values.number(*number, name)? as i64,
-                (Role::Channel(channel), _) => self.colour[channel] = values.number(*number, name)? as f32,
+                (Role::Channel(channel), _) => {
+                    self.colour[channel] = values.number(*number, name)? as f32
+                }
                 (role @ (Role::Corners | Role::Coordinates), Some(count)) => {
                     let count = values.count(count, *number, name)?;
-                    // Of a corner, its number here and in the list of all, which may be twice as long as it is full.
+                    // Of a corner, its number here and in the list of all, which may be twice as
+                    // long as it is full.
                     budget.memory(count, 32)?;
                     for _ in 0..count {
                         let value = values.number(*number, name)?;
                         match role {
-                            Role::Corners if value.fract() == 0.0 => self.corners.push(value as i64),
-                            Role::Corners => return Err(Fault::input(format!("{name}: vertex {value}"))),
+                            Role::Corners if value.fract() == 0.0 => {
+                                self.corners.push(value as i64)
+                            }
+                            Role::Corners => {
+                                return Err(Fault::input(format!("{name}: vertex {value}")));
+                            }
                             _ => self.coordinates.push(value as f32),
                         }
                     }

@@ -1,4 +1,5 @@
-//! The header of a PLY file: lines of ASCII that say what elements there are, in which order, and what is said of each.
+//! The header of a PLY file: lines of ASCII that say what elements there are, in which order, and
+//! what is said of each.
 
 use crate::import::{Fault, Outcome, shown};
 
@@ -101,9 +102,16 @@ pub(super) struct PlyHeader {
 /// # Errors
 /// A fault of kind input naming line and cause.
 pub(super) fn read(bytes: &[u8]) -> Outcome<PlyHeader> {
-    let mut header = PlyHeader { encoding: Encoding::Ascii, elements: Vec::new(), images: Vec::new(), bytes: 0, lines: 0 };
+    let mut header = PlyHeader {
+        encoding: Encoding::Ascii,
+        elements: Vec::new(),
+        images: Vec::new(),
+        bytes: 0,
+        lines: 0,
+    };
     let mut format = None;
-    // Binary data begins right behind the last line's end, and its first byte may be a line feed, so lines end as the first one does.
+    // Binary data begins right behind the last line's end, and its first byte may be a line feed,
+    // so lines end as the first one does.
     let end: &[u8] = match bytes.get(3..5) {
         Some([b'\r', next]) if *next != b'\n' => b"\r",
         _ => b"\n",
@@ -112,7 +120,12 @@ pub(super) fn read(bytes: &[u8]) -> Outcome<PlyHeader> {
         let rest = bytes.get(header.bytes..).unwrap_or_default();
         let window = rest.get(..rest.len().min(LONGEST)).unwrap_or_default();
         let length = window.windows(end.len()).position(|part| part == end);
-        let length = length.ok_or_else(|| Fault::input(format!("line {}: the header has no end_header", header.lines + 1)))?;
+        let length = length.ok_or_else(|| {
+            Fault::input(format!(
+                "line {}: the header has no end_header",
+                header.lines + 1
+            ))
+        })?;
         let line = String::from_utf8_lossy(&window[..length]);
         (header.bytes, header.lines) = (header.bytes + length + end.len(), header.lines + 1);
         let number = header.lines;
@@ -120,19 +133,30 @@ pub(super) fn read(bytes: &[u8]) -> Outcome<PlyHeader> {
         let words: Vec<&str> = line.split_ascii_whitespace().collect();
         match words.as_slice() {
             ["ply"] if number == 1 => {}
-            _ if number == 1 => return Err(Fault::input("is no PLY file: it does not begin with `ply`")),
+            _ if number == 1 => {
+                return Err(Fault::input("is no PLY file: it does not begin with `ply`"));
+            }
             ["end_header"] => break,
             ["comment", key, _, ..] if key.eq_ignore_ascii_case("TextureFile") => {
                 if header.images.len() >= MOST {
                     return Err(place(Fault::limit(format!("has more than {MOST} images"))));
                 }
-                header.images.push(line.split_once(key).map_or("", |(_, name)| name.trim()).to_owned());
+                header.images.push(
+                    line.split_once(key)
+                        .map_or("", |(_, name)| name.trim())
+                        .to_owned(),
+                );
             }
             [] | ["comment" | "obj_info", ..] => {}
             ["format", name, version] => format = Some(encoding(name, version).map_err(place)?),
             ["element", name, count] => header.element(name, count).map_err(place)?,
             ["property", rest @ ..] => header.property(rest).map_err(place)?,
-            _ => return Err(place(Fault::input(format!("`{}` is no line of a PLY header", shown(line.trim()))))),
+            _ => {
+                return Err(place(Fault::input(format!(
+                    "`{}` is no line of a PLY header",
+                    shown(line.trim())
+                ))));
+            }
         }
     }
     header.encoding = format.ok_or_else(|| Fault::input("its header has no `format` line"))?;
@@ -141,7 +165,10 @@ pub(super) fn read(bytes: &[u8]) -> Outcome<PlyHeader> {
 
 fn encoding(name: &str, version: &str) -> Outcome<Encoding> {
     if version != "1.0" {
-        return Err(Fault::input(format!("is PLY {}; version 1.0 is read", shown(version))));
+        return Err(Fault::input(format!(
+            "is PLY {}; version 1.0 is read",
+            shown(version)
+        )));
     }
     match name {
         "ascii" => Ok(Encoding::Ascii),
@@ -156,36 +183,71 @@ fn encoding(name: &str, version: &str) -> Outcome<Encoding> {
 
 impl PlyHeader {
     fn element(&mut self, name: &str, count: &str) -> Outcome<()> {
-        let count = count.parse().map_err(|_| Fault::input(format!("`{}` is no number of elements", shown(count))))?;
+        let count = count
+            .parse()
+            .map_err(|_| Fault::input(format!("`{}` is no number of elements", shown(count))))?;
         if self.elements.iter().any(|element| element.name == name) {
-            return Err(Fault::input(format!("there are two elements `{}`", shown(name))));
+            return Err(Fault::input(format!(
+                "there are two elements `{}`",
+                shown(name)
+            )));
         }
         if self.elements.len() >= MOST {
             return Err(Fault::limit(format!("has more than {MOST} elements")));
         }
-        self.elements.push(Element { name: name.to_owned(), count, properties: Vec::new() });
+        self.elements.push(Element {
+            name: name.to_owned(),
+            count,
+            properties: Vec::new(),
+        });
         Ok(())
     }
 
     fn property(&mut self, words: &[&str]) -> Outcome<()> {
-        let element = self.elements.last_mut().ok_or_else(|| Fault::input("a property of no element"))?;
-        let number =
-            |name: &str| Number::of(name).ok_or_else(|| Fault::input(format!("`{}` is no type of numbers", shown(name))));
+        let element = self
+            .elements
+            .last_mut()
+            .ok_or_else(|| Fault::input("a property of no element"))?;
+        let number = |name: &str| {
+            Number::of(name)
+                .ok_or_else(|| Fault::input(format!("`{}` is no type of numbers", shown(name))))
+        };
         let (name, count, number) = match *words {
             ["list", count, item, name] => (name, Some(number(count)?), number(item)?),
             [kind, name] => (name, None, number(kind)?),
-            _ => return Err(Fault::input("a property has a type and a name, or is a list of two types and a name")),
+            _ => {
+                return Err(Fault::input(
+                    "a property has a type and a name, or is a list of two types and a name",
+                ));
+            }
         };
         if count.is_some_and(Number::is_float) {
-            return Err(Fault::input(format!("the list `{}` is counted in fractions", shown(name))));
+            return Err(Fault::input(format!(
+                "the list `{}` is counted in fractions",
+                shown(name)
+            )));
         }
-        if element.properties.iter().any(|property| property.name == name) {
-            return Err(Fault::input(format!("the element `{}` has two properties `{}`", shown(&element.name), shown(name))));
+        if element
+            .properties
+            .iter()
+            .any(|property| property.name == name)
+        {
+            return Err(Fault::input(format!(
+                "the element `{}` has two properties `{}`",
+                shown(&element.name),
+                shown(name)
+            )));
         }
         if element.properties.len() >= MOST {
-            return Err(Fault::limit(format!("has more than {MOST} properties of one element")));
+            return Err(Fault::limit(format!(
+                "has more than {MOST} properties of one element"
+            )));
         }
-        element.properties.push(Property { name: name.to_owned(), count, number });
+        element.properties.push(Property {
+            name: name.to_owned(),
+            count,
+            number,
+        });
         Ok(())
     }
 }

@@ -1,14 +1,17 @@
-//! Import of PLY, the Stanford triangle format ("The PLY Polygon File Format", Turk, 1994), in ASCII and in binary of either byte order.
+//! Import of PLY, the Stanford triangle format ("The PLY Polygon File Format", Turk, 1994), in
+//! ASCII and in binary of either byte order.
 //!
-//! What is read: vertices with normals, colours and texture coordinates, in properties of any order and type; faces of any number of corners,
-//! cut into triangles as those of OBJ are; colours and texture coordinates of faces, as scanners and MeshLab write them; triangle strips; and
-//! the images that MeshLab names in comments, each on the faces whose `texnumber` is its place. Other elements and properties, lists among them, are passed over.
+//! What is read: vertices with normals, colours and texture coordinates, in properties of any order
+//! and type; faces of any number of corners, cut into triangles as those of OBJ are; colours and
+//! texture coordinates of faces, as scanners and MeshLab write them; triangle strips; and the
+//! images that MeshLab names in comments, each on the faces whose `texnumber` is its place. Other
+//! elements and properties, lists among them, are passed over.
 //!
-//! A file without normals shows flat facets, as OBJ does without smoothing groups: nothing in it says which edges are sharp, a cube is as
-//! likely as a scan, and the facets are what was measured.
+//! A file without normals shows flat facets, as OBJ does without smoothing groups: nothing in it
+//! says which edges are sharp, a cube is as likely as a scan, and the facets are what was measured.
 //!
-//! `ply-rs` makes a map of names to values for each element, some hundred times the memory of the file, and takes memory by the counts that
-//! a header claims, so the reader is our own.
+//! `ply-rs` makes a map of names to values for each element, some hundred times the memory of the
+//! file, and takes memory by the counts that a header claims, so the reader is our own.
 
 mod faces;
 mod header;
@@ -31,8 +34,14 @@ use vertices::PlyVertices;
 /// Reads a PLY file, given its bytes, with the image beside it.
 ///
 /// # Errors
-/// An error of kind input naming line or element and cause, or of kind limit. An image that can't be had is only a warning.
-pub(crate) fn load(file: &Path, bytes: &[u8], folder: &Folder, limits: &Limits) -> Result<Imported, Error> {
+/// An error of kind input naming line or element and cause, or of kind limit. An image that can't
+/// be had is only a warning.
+pub(crate) fn load(
+    file: &Path,
+    bytes: &[u8],
+    folder: &Folder,
+    limits: &Limits,
+) -> Result<Imported, Error> {
     import(file, bytes, folder, limits).map_err(|fault| fault.into_error(file.display()))
 }
 
@@ -56,10 +65,19 @@ fn import(file: &Path, bytes: &[u8], folder: &Folder, limits: &Limits) -> Outcom
         }
     }
     if values.left() > 0 {
-        warnings.add(WarningCode::Format, format!("{} bytes after the last element were ignored", values.left()));
+        warnings.add(
+            WarningCode::Format,
+            format!(
+                "{} bytes after the last element were ignored",
+                values.left()
+            ),
+        );
     }
     if faces.is_empty() && !vertices.is_empty() {
-        warnings.add(WarningCode::PointsAndLines, "has points and no faces; points are ignored");
+        warnings.add(
+            WarningCode::PointsAndLines,
+            "has points and no faces; points are ignored",
+        );
     }
     let (mapped, numbered) = (vertices.has_uvs() || faces.has_uvs(), faces.has_textures());
     let (mesh, numbers) = faces.mesh(vertices, &mut budget, &mut warnings)?;
@@ -67,7 +85,10 @@ fn import(file: &Path, bytes: &[u8], folder: &Folder, limits: &Limits) -> Outcom
     if !mapped && !images.is_empty() {
         warnings.add(
             WarningCode::TextureCoordinates,
-            format!("names {} and has no texture coordinates; none is shown", texture_names(&images)),
+            format!(
+                "names {} and has no texture coordinates; none is shown",
+                texture_names(&images)
+            ),
         );
         images.clear();
     }

@@ -7,7 +7,8 @@ use raywright_core::scene::MeshData;
 use crate::import::{Budget, Outcome, Warnings};
 use crate::warning::WarningCode;
 
-/// The triangles of each image, and of none, with the vertices that they use. Images without a triangle and numbers without an image are said.
+/// The triangles of each image, and of none, with the vertices that they use. Images without a
+/// triangle and numbers without an image are said.
 ///
 /// # Errors
 /// A fault of kind limit for more than is allowed.
@@ -21,22 +22,40 @@ pub(super) fn split(
     let mut groups: BTreeMap<Option<usize>, Vec<[u32; 3]>> = BTreeMap::new();
     let mut strays = 0_u64;
     for (&triangle, &number) in mesh.indices.iter().zip(numbers) {
-        let image = usize::try_from(number).ok().filter(|&image| image < images.len());
+        let image = usize::try_from(number)
+            .ok()
+            .filter(|&image| image < images.len());
         strays += u64::from(image.is_none() && number >= 0);
         groups.entry(image).or_default().push(triangle);
     }
     if strays > 0 {
         warnings.add(
             WarningCode::Picture,
-            format!("{strays} triangles have a texnumber beyond its {} images; they show none", images.len()),
+            format!(
+                "{strays} triangles have a texnumber beyond its {} images; they show none",
+                images.len()
+            ),
         );
     }
-    for (i, image) in images.iter().enumerate().filter(|(i, _)| !groups.contains_key(&Some(*i))) {
-        warnings.add(WarningCode::Choice, format!("no face shows the texture {i}, `{}`", crate::import::shown(image)));
+    for (i, image) in images
+        .iter()
+        .enumerate()
+        .filter(|(i, _)| !groups.contains_key(&Some(*i)))
+    {
+        warnings.add(
+            WarningCode::Choice,
+            format!(
+                "no face shows the texture {i}, `{}`",
+                crate::import::shown(image)
+            ),
+        );
     }
     let vertex = size_of::<[f32; 3]>() * 2 + size_of::<[f32; 2]>() + size_of::<[f32; 4]>() + 16;
     budget.memory(mesh.indices.len(), 3 * vertex + 2 * size_of::<[u32; 3]>())?;
-    Ok(groups.into_iter().map(|(image, triangles)| (image, part(mesh, &triangles))).collect())
+    Ok(groups
+        .into_iter()
+        .map(|(image, triangles)| (image, part(mesh, &triangles)))
+        .collect())
 }
 
 /// A mesh of some triangles of another, with the vertices that they use.
@@ -48,12 +67,20 @@ fn part(mesh: &MeshData, triangles: &[[u32; 3]]) -> MeshData {
             used.len() as u32 - 1
         })
     };
-    let indices = triangles.iter().map(|triangle| triangle.map(&mut number)).collect();
+    let indices = triangles
+        .iter()
+        .map(|triangle| triangle.map(&mut number))
+        .collect();
     fn each<T: Copy>(used: &[u32], of: &[T]) -> Vec<T> {
-        used.iter().filter_map(|&vertex| of.get(vertex as usize)).copied().collect()
+        used.iter()
+            .filter_map(|&vertex| of.get(vertex as usize))
+            .copied()
+            .collect()
     }
     MeshData {
-        positions: mesh.positions.select(used.iter().map(|&vertex| vertex as usize)),
+        positions: mesh
+            .positions
+            .select(used.iter().map(|&vertex| vertex as usize)),
         normals: each(&used, &mesh.normals),
         colours: each(&used, &mesh.colours),
         uvs: mesh.uvs.iter().map(|set| each(&used, set)).collect(),

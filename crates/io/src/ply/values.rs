@@ -15,12 +15,20 @@ pub(super) struct Values<'b> {
 impl<'b> Values<'b> {
     /// All that follows a header.
     pub fn behind(header: &PlyHeader, bytes: &'b [u8]) -> Self {
-        Self { rest: bytes.get(header.bytes..).unwrap_or_default(), encoding: header.encoding, line: header.lines + 1 }
+        Self {
+            rest: bytes.get(header.bytes..).unwrap_or_default(),
+            encoding: header.encoding,
+            line: header.lines + 1,
+        }
     }
 
     /// Bytes that are left, without the blanks at the end of a text.
     pub fn left(&self) -> usize {
-        if self.encoding == Encoding::Ascii { self.rest.trim_ascii().len() } else { self.rest.len() }
+        if self.encoding == Encoding::Ascii {
+            self.rest.trim_ascii().len()
+        } else {
+            self.rest.len()
+        }
     }
 
     /// Where the reader is, for messages: a line of a text.
@@ -31,13 +39,24 @@ impl<'b> Values<'b> {
         }
     }
 
-    /// Refuses a count of elements for which there are not enough bytes, before anything is made for them.
+    /// Refuses a count of elements for which there are not enough bytes, before anything is made
+    /// for them.
     ///
     /// # Errors
     /// A fault of kind input.
     pub fn expect(&self, element: &Element) -> Outcome<()> {
-        let least = |number: Number| if self.encoding == Encoding::Ascii { 2 } else { number.size() };
-        let each: usize = element.properties.iter().map(|property| least(property.count.unwrap_or(property.number))).sum();
+        let least = |number: Number| {
+            if self.encoding == Encoding::Ascii {
+                2
+            } else {
+                number.size()
+            }
+        };
+        let each: usize = element
+            .properties
+            .iter()
+            .map(|property| least(property.count.unwrap_or(property.number)))
+            .sum();
         // The last number of a text needs nothing behind it.
         if u128::from(element.count) * each as u128 > self.rest.len() as u128 + 1 {
             let (name, count) = (shown(&element.name), element.count);
@@ -58,7 +77,10 @@ impl<'b> Values<'b> {
             let word = String::from_utf8_lossy(self.word()?);
             return parsed(&word, kind).ok_or_else(|| no_number(&shown(name), &word));
         }
-        let (bytes, rest) = self.rest.split_at_checked(kind.size()).ok_or_else(cut_off)?;
+        let (bytes, rest) = self
+            .rest
+            .split_at_checked(kind.size())
+            .ok_or_else(cut_off)?;
         self.rest = rest;
         let mut number = [0; 8];
         number[..bytes.len()].copy_from_slice(bytes);
@@ -84,9 +106,19 @@ impl<'b> Values<'b> {
     /// A fault of kind input for a negative number, and for more than there can be.
     pub fn count(&mut self, kind: Number, item: Number, name: &str) -> Outcome<usize> {
         let count = self.number(kind, name)?;
-        let least = if self.encoding == Encoding::Ascii { 2 } else { item.size() };
-        if count < 0.0 || count.fract() != 0.0 || count * least as f64 > self.rest.len() as f64 + 1.0 {
-            return Err(Fault::input(format!("{}: {count} items, which are not there", shown(name))));
+        let least = if self.encoding == Encoding::Ascii {
+            2
+        } else {
+            item.size()
+        };
+        if count < 0.0
+            || count.fract() != 0.0
+            || count * least as f64 > self.rest.len() as f64 + 1.0
+        {
+            return Err(Fault::input(format!(
+                "{}: {count} items, which are not there",
+                shown(name)
+            )));
         }
         Ok(count as usize)
     }
@@ -97,9 +129,14 @@ impl<'b> Values<'b> {
     /// A fault of kind input where the file ends before it does.
     pub fn skip(&mut self, element: &Element) -> Outcome<()> {
         // Of nothing there may be as many as numbers can say.
-        for index in 0..if element.properties.is_empty() { 0 } else { element.count } {
+        for index in 0..if element.properties.is_empty() {
+            0
+        } else {
+            element.count
+        } {
             for property in &element.properties {
-                self.skip_property(property).map_err(|fault| fault.at(self.place(element, index)))?;
+                self.skip_property(property)
+                    .map_err(|fault| fault.at(self.place(element, index)))?;
             }
         }
         Ok(())
@@ -110,7 +147,11 @@ impl<'b> Values<'b> {
     /// # Errors
     /// As [`Self::number`].
     pub fn skip_property(&mut self, property: &Property) -> Outcome<()> {
-        let Property { name, count, number } = property;
+        let Property {
+            name,
+            count,
+            number,
+        } = property;
         let items = count.map_or(Ok(1), |count| self.count(count, *number, name))?;
         for _ in 0..items {
             self.number(*number, name)?;
@@ -120,15 +161,27 @@ impl<'b> Values<'b> {
 
     /// The next word of a text.
     fn word(&mut self) -> Outcome<&'b [u8]> {
-        let blank = self.rest.iter().take_while(|byte| byte.is_ascii_whitespace());
+        let blank = self
+            .rest
+            .iter()
+            .take_while(|byte| byte.is_ascii_whitespace());
         // Lines that end by carriage returns alone count as one.
-        let (skipped, lines) = blank.fold((0, 0), |(all, lines), &byte| (all + 1, lines + usize::from(byte == b'\n')));
+        let (skipped, lines) = blank.fold((0, 0), |(all, lines), &byte| {
+            (all + 1, lines + usize::from(byte == b'\n'))
+        });
         self.line += lines;
         let start = self.rest.get(skipped..).unwrap_or_default();
-        let length = start.iter().position(u8::is_ascii_whitespace).unwrap_or(start.len());
+        let length = start
+            .iter()
+            .position(u8::is_ascii_whitespace)
+            .unwrap_or(start.len());
         let (word, rest) = start.split_at(length);
         self.rest = rest;
-        if word.is_empty() { Err(cut_off()) } else { Ok(word) }
+        if word.is_empty() {
+            Err(cut_off())
+        } else {
+            Ok(word)
+        }
     }
 }
 

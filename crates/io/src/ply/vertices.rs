@@ -1,4 +1,5 @@
-//! The vertices of a PLY file: what of their properties is known, whatever it is called and in whichever order it stands.
+//! The vertices of a PLY file: what of their properties is known, whatever it is called and in
+//! whichever order it stands.
 
 use super::header::{Element, Number, Property};
 use super::values::Values;
@@ -28,11 +29,16 @@ fn slot(name: &str) -> Option<usize> {
 
 /// Which channel of a colour a property is.
 pub(super) fn channel(name: &str) -> Option<usize> {
-    const NAMES: [[&str; 3]; 3] = [["red", "r", "diffuse_red"], ["green", "g", "diffuse_green"], ["blue", "b", "diffuse_blue"]];
+    const NAMES: [[&str; 3]; 3] = [
+        ["red", "r", "diffuse_red"],
+        ["green", "g", "diffuse_green"],
+        ["blue", "b", "diffuse_blue"],
+    ];
     NAMES.iter().position(|names| names.contains(&name))
 }
 
-/// Colours as they are written, until all are known: those in fractions may count to 255 all the same, as in OBJ files.
+/// Colours as they are written, until all are known: those in fractions may count to 255 all the
+/// same, as in OBJ files.
 #[derive(Default)]
 pub(super) struct Colours {
     written: Vec<[f32; 3]>,
@@ -43,7 +49,10 @@ pub(super) struct Colours {
 impl Colours {
     /// None yet, of such numbers.
     pub fn of(number: Number) -> Self {
-        Self { written: Vec::new(), scale: number.whole().map(|whole| 1.0 / whole) }
+        Self {
+            written: Vec::new(),
+            scale: number.whole().map(|whole| 1.0 / whole),
+        }
     }
 
     /// White for what has none, until there are so many.
@@ -57,9 +66,18 @@ impl Colours {
 
     /// All of them, linear.
     pub fn linear(self) -> impl Iterator<Item = [f32; 4]> {
-        let bytes = || self.written.as_flattened().iter().any(|&channel| channel > 1.0);
-        let scale = self.scale.unwrap_or_else(|| if bytes() { 1.0 / 255.0 } else { 1.0 });
-        self.written.into_iter().map(move |colour| painted(colour.map(|channel| channel * scale)))
+        let bytes = || {
+            self.written
+                .as_flattened()
+                .iter()
+                .any(|&channel| channel > 1.0)
+        };
+        let scale = self
+            .scale
+            .unwrap_or_else(|| if bytes() { 1.0 / 255.0 } else { 1.0 });
+        self.written
+            .into_iter()
+            .map(move |colour| painted(colour.map(|channel| channel * scale)))
     }
 }
 
@@ -84,11 +102,22 @@ impl PlyVertices {
     /// Reads all of them.
     ///
     /// # Errors
-    /// A fault of kind input for vertices without a place and for a file that ends, of kind limit for too many.
-    pub fn read(&mut self, element: &Element, values: &mut Values<'_>, budget: &mut Budget) -> Outcome<()> {
-        let slots: Vec<Option<usize>> =
-            element.properties.iter().map(|property| slot(&property.name).filter(|_| property.count.is_none())).collect();
-        let has = |slot: usize, count: usize| (slot..slot + count).all(|slot| slots.contains(&Some(slot)));
+    /// A fault of kind input for vertices without a place and for a file that ends, of kind limit
+    /// for too many.
+    pub fn read(
+        &mut self,
+        element: &Element,
+        values: &mut Values<'_>,
+        budget: &mut Budget,
+    ) -> Outcome<()> {
+        let slots: Vec<Option<usize>> = element
+            .properties
+            .iter()
+            .map(|property| slot(&property.name).filter(|_| property.count.is_none()))
+            .collect();
+        let has = |slot: usize, count: usize| {
+            (slot..slot + count).all(|slot| slots.contains(&Some(slot)))
+        };
         if !has(0, 3) && element.count > 0 {
             return Err(Fault::input("its vertices have no x, y and z"));
         }
@@ -97,17 +126,22 @@ impl PlyVertices {
         }
         let [normals, colours, uvs] = [has(NORMAL, 3), has(COLOUR, 3), has(UV, 2)];
         // Positions are doubles first, then single precision about an origin.
-        let each = 36 + 12 * usize::from(normals) + 28 * usize::from(colours) + 8 * usize::from(uvs);
+        let each =
+            36 + 12 * usize::from(normals) + 28 * usize::from(colours) + 8 * usize::from(uvs);
         budget.memory(element.count as usize, each)?;
         let number = |slot: usize| {
-            let property = element.properties.iter().zip(&slots).find(|(_, of)| **of == Some(slot));
+            let property = element
+                .properties
+                .iter()
+                .zip(&slots)
+                .find(|(_, of)| **of == Some(slot));
             property.map_or(Number::F32, |(property, _)| property.number)
         };
         let mut painted = Colours::of(number(COLOUR));
         self.positions.reserve_exact(element.count as usize);
         for index in 0..element.count {
-            let (position, row) =
-                row(&element.properties, &slots, values).map_err(|fault| fault.at(values.place(element, index)))?;
+            let (position, row) = row(&element.properties, &slots, values)
+                .map_err(|fault| fault.at(values.place(element, index)))?;
             let [_, _, _, nx, ny, nz, r, g, b, u, v] = row;
             self.positions.push(position);
             self.normals.extend(normals.then_some([nx, ny, nz]));
@@ -122,7 +156,11 @@ impl PlyVertices {
 }
 
 /// A vertex's numbers.
-fn row(properties: &[Property], slots: &[Option<usize>], values: &mut Values<'_>) -> Outcome<([f64; 3], [f32; SLOTS])> {
+fn row(
+    properties: &[Property],
+    slots: &[Option<usize>],
+    values: &mut Values<'_>,
+) -> Outcome<([f64; 3], [f32; SLOTS])> {
     let mut row = [0.0; SLOTS];
     for (property, slot) in properties.iter().zip(slots) {
         match slot {
@@ -136,5 +174,9 @@ fn row(properties: &[Property], slots: &[Option<usize>], values: &mut Values<'_>
 
 /// The format counts v from the bottom row, a scene from the top.
 pub(super) fn from_the_top([u, v]: [f32; 2]) -> [f32; 2] {
-    if u.is_finite() && v.is_finite() { [u, 1.0 - v] } else { [0.0; 2] }
+    if u.is_finite() && v.is_finite() {
+        [u, 1.0 - v]
+    } else {
+        [0.0; 2]
+    }
 }

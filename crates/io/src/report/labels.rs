@@ -18,10 +18,13 @@ pub(super) struct Labels {
 impl Labels {
     pub(super) fn new(points: &[(f64, f64)], legend: [f64; 4]) -> Self {
         let marker = |&(x, y): &(f64, f64)| [x - MARKER, y - MARKER, x + MARKER, y + MARKER];
-        Self { covered: points.iter().map(marker).chain([legend]).collect() }
+        Self {
+            covered: points.iter().map(marker).chain([legend]).collect(),
+        }
     }
 
-    /// Where words beside a point begin, on their base line; none where all places beside it are taken.
+    /// Where words beside a point begin, on their base line; none where all places beside it are
+    /// taken.
     pub(super) fn place(&mut self, words: &str, x: f64, y: f64) -> Option<(f64, f64)> {
         let width = CHARACTER * words.chars().count() as f64;
         let (right, left, middle) = (x + GAP, x - GAP - width, x - width / 2.0);
@@ -37,7 +40,9 @@ impl Labels {
             (right, below),
         ];
         let boxes = places.map(|(x, y)| [x, y, x + width, y + HEIGHT]);
-        let found = boxes.into_iter().find(|of| is_within(of, &AREA) && !self.covered.iter().any(|other| overlap(of, other)))?;
+        let found = boxes.into_iter().find(|of| {
+            is_within(of, &AREA) && !self.covered.iter().any(|other| overlap(of, other))
+        })?;
         self.covered.push(found);
         Some((found[0], found[3] - 3.0))
     }
@@ -55,8 +60,8 @@ fn overlap(a: &[f64; 4], b: &[f64; 4]) -> bool {
 mod tests {
     use super::*;
 
-    /// Protects: words stand to the right of a point, elsewhere where something is there, and nowhere where there is no room at all; they
-    /// stay on the plot.
+    /// Protects: words stand to the right of a point, elsewhere where something is there, and
+    /// nowhere where there is no room at all; they stay on the plot.
     #[test]
     fn words_cover_nothing() {
         let legend = [600.0, 100.0, 800.0, 160.0];
@@ -65,10 +70,15 @@ mod tests {
         assert!(x > 320.0);
         let (x, _) = labels.place("abc", 300.0, 300.0).expect("the left is free");
         assert!(x < 300.0 - 3.0 * CHARACTER);
-        let (x, y) = labels.place("a long name", AREA[2] - 2.0, 400.0).expect("on the left");
+        let (x, y) = labels
+            .place("a long name", AREA[2] - 2.0, 400.0)
+            .expect("on the left");
         assert!(x + 11.0 * CHARACTER <= AREA[2] && y < 410.0);
         assert_eq!(labels.place("within the legend", 700.0, 130.0), None);
         let places: Vec<_> = (0..9).map(|_| labels.place("x", 200.0, 200.0)).collect();
-        assert!(places[..8].iter().all(Option::is_some) && places[8].is_none(), "{places:?}");
+        assert!(
+            places[..8].iter().all(Option::is_some) && places[8].is_none(),
+            "{places:?}"
+        );
     }
 }

@@ -1,4 +1,5 @@
-//! How far cases stay within their bounds, as one plot: a line for each, its margins on a logarithmic scale, and the bound at one.
+//! How far cases stay within their bounds, as one plot: a line for each, its margins on a
+//! logarithmic scale, and the bound at one.
 
 use std::fmt::Write;
 
@@ -40,7 +41,8 @@ pub struct MarginRow {
 
 const WIDTH: f64 = 980.0;
 const ROW: f64 = 21.0;
-/// Numbers, the scale from one end to the other, words, and the right edge of the last column. Numbers and scale come first, so that a narrow window shows them.
+/// Numbers, the scale from one end to the other, words, and the right edge of the last column.
+/// Numbers and scale come first, so that a narrow window shows them.
 const COLUMNS: [f64; 5] = [20.0, 56.0, 440.0, 464.0, 960.0];
 /// Where the first row is, below a headline and the words above the scale.
 const TOP: f64 = 140.0;
@@ -53,10 +55,18 @@ impl Margins {
     /// The plot as an SVG file.
     pub fn svg(&self) -> String {
         let [_, left, right, _, edge] = COLUMNS;
-        let margins = self.rows.iter().flat_map(|row| &row.margins).map(|(_, margin)| *margin);
+        let margins = self
+            .rows
+            .iter()
+            .flat_map(|row| &row.margins)
+            .map(|(_, margin)| *margin);
         let scale = Scale::new(margins.chain([1.0]), left + 12.0, right - 12.0);
         let bottom = TOP + ROW * self.rows.len() as f64;
-        let (title, circumstances, aside) = (escaped(&self.title), escaped(&self.circumstances), escaped(&self.aside));
+        let (title, circumstances, aside) = (
+            escaped(&self.title),
+            escaped(&self.circumstances),
+            escaped(&self.aside),
+        );
         let top = if title.is_empty() { BARE } else { 0.0 };
         let height = bottom + FOOT - top;
         let mut svg = format!(
@@ -71,16 +81,31 @@ impl Margins {
                 "<text class=\"title\" x=\"20\" y=\"32\">{title}</text>\n<text class=\"soft\" x=\"20\" y=\"54\">{circumstances}</text>"
             );
         }
-        let _ = writeln!(svg, "<text class=\"soft\" x=\"{edge}\" y=\"{}\" text-anchor=\"end\">{aside}</text>", TOP - 22.0);
+        let _ = writeln!(
+            svg,
+            "<text class=\"soft\" x=\"{edge}\" y=\"{}\" text-anchor=\"end\">{aside}</text>",
+            TOP - 22.0
+        );
         self.legend(&mut svg);
         for exponent in scale.decades() {
             let x = scale.exponent(f64::from(exponent));
-            let (class, word) = if exponent == 0 { ("axis", "bound".to_owned()) } else { ("grid", power(exponent)) };
-            let _ = writeln!(svg, "<path class=\"{class}\" d=\"M{x:.1} {}V{bottom}\"/>", TOP - 12.0);
+            let (class, word) = if exponent == 0 {
+                ("axis", "bound".to_owned())
+            } else {
+                ("grid", power(exponent))
+            };
+            let _ = writeln!(
+                svg,
+                "<path class=\"{class}\" d=\"M{x:.1} {}V{bottom}\"/>",
+                TOP - 12.0
+            );
             // As many words as there is room for.
             if exponent % every(&scale) == 0 {
                 for y in [TOP - 22.0, bottom + 20.0] {
-                    let _ = writeln!(svg, "<text class=\"soft\" x=\"{x:.1}\" y=\"{y}\" text-anchor=\"middle\">{word}</text>");
+                    let _ = writeln!(
+                        svg,
+                        "<text class=\"soft\" x=\"{x:.1}\" y=\"{y}\" text-anchor=\"middle\">{word}</text>"
+                    );
                 }
             }
         }
@@ -95,8 +120,19 @@ impl Margins {
         let [mut x, ..] = COLUMNS;
         for (colour, words) in &self.legend {
             let y = TOP - 46.0;
-            let _ = writeln!(svg, "<circle class=\"dot {}\" cx=\"{}\" cy=\"{y}\" r=\"4\"/>", colour.class(), x + 4.0);
-            let _ = writeln!(svg, "<text class=\"soft\" x=\"{}\" y=\"{}\">{}</text>", x + 14.0, y + 4.0, escaped(words));
+            let _ = writeln!(
+                svg,
+                "<circle class=\"dot {}\" cx=\"{}\" cy=\"{y}\" r=\"4\"/>",
+                colour.class(),
+                x + 4.0
+            );
+            let _ = writeln!(
+                svg,
+                "<text class=\"soft\" x=\"{}\" y=\"{}\">{}</text>",
+                x + 14.0,
+                y + 4.0,
+                escaped(words)
+            );
             x += 40.0 + 7.5 * words.chars().count() as f64;
         }
     }
@@ -106,24 +142,49 @@ impl MarginRow {
     fn draw(&self, svg: &mut String, scale: &Scale, y: f64) {
         let [start, left, _, words, edge] = COLUMNS;
         let base = y + 4.5;
-        let (class, broken) = if self.is_broken { ("first", " — not held") } else { ("", "") };
+        let (class, broken) = if self.is_broken {
+            ("first", " — not held")
+        } else {
+            ("", "")
+        };
         let name = escaped(&self.name);
         let (sentence, told) = (escaped(&self.words), escaped(&self.told));
-        let _ = writeln!(svg, "<text class=\"name {class}\" x=\"{start}\" y=\"{base:.1}\">{name}</text>");
-        let _ = writeln!(svg, "<text class=\"name\" x=\"{words}\" y=\"{base:.1}\">{sentence}{broken}</text>");
+        let _ = writeln!(
+            svg,
+            "<text class=\"name {class}\" x=\"{start}\" y=\"{base:.1}\">{name}</text>"
+        );
+        let _ = writeln!(
+            svg,
+            "<text class=\"name\" x=\"{words}\" y=\"{base:.1}\">{sentence}{broken}</text>"
+        );
         let _ = writeln!(
             svg,
             "<text class=\"soft name\" x=\"{edge}\" y=\"{base:.1}\" text-anchor=\"end\">{}</text>",
             escaped(&self.aside)
         );
-        let places: Vec<f64> = self.margins.iter().map(|(_, margin)| scale.at(*margin)).collect();
-        let (first, last) = places.iter().fold((f64::INFINITY, left), |(first, last), &x| (x.min(first), x.max(last)));
+        let places: Vec<f64> = self
+            .margins
+            .iter()
+            .map(|(_, margin)| scale.at(*margin))
+            .collect();
+        let (first, last) = places
+            .iter()
+            .fold((f64::INFINITY, left), |(first, last), &x| {
+                (x.min(first), x.max(last))
+            });
         if places.len() > 1 {
-            let _ = writeln!(svg, "<path class=\"grid\" d=\"M{first:.1} {y:.1}H{last:.1}\"/>");
+            let _ = writeln!(
+                svg,
+                "<path class=\"grid\" d=\"M{first:.1} {y:.1}H{last:.1}\"/>"
+            );
         }
         for (x, (colour, margin)) in places.iter().zip(&self.margins) {
             // Of two colours one is above the other, so that both are seen.
-            let y = if *colour == Colour::First { y - 2.5 } else { y + 2.5 };
+            let y = if *colour == Colour::First {
+                y - 2.5
+            } else {
+                y + 2.5
+            };
             let label = format!("{name}: {} times", number(*margin));
             let _ = writeln!(
                 svg,
@@ -131,8 +192,15 @@ impl MarginRow {
                 colour.class()
             );
         }
-        let at = if places.is_empty() { left + 22.0 } else { last + 12.0 };
-        let _ = writeln!(svg, "<text class=\"soft name label\" x=\"{at:.1}\" y=\"{base:.1}\">{told}</text>");
+        let at = if places.is_empty() {
+            left + 22.0
+        } else {
+            last + 12.0
+        };
+        let _ = writeln!(
+            svg,
+            "<text class=\"soft name label\" x=\"{at:.1}\" y=\"{base:.1}\">{told}</text>"
+        );
     }
 }
 
@@ -144,15 +212,20 @@ fn every(scale: &Scale) -> i32 {
 
 /// A power of ten.
 fn power(exponent: i32) -> String {
-    if (-2..5).contains(&exponent) { 10_f64.powi(exponent).to_string() } else { format!("1e{exponent}") }
+    if (-2..5).contains(&exponent) {
+        10_f64.powi(exponent).to_string()
+    } else {
+        format!("1e{exponent}")
+    }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
 
-    /// Protects: each case has its line, a dot for each margin right of the bound, and words where it has none; what breaks its bound says so; colours
-    /// follow the reader's theme and text can't be taken for marks.
+    /// Protects: each case has its line, a dot for each margin right of the bound, and words where
+    /// it has none; what breaks its bound says so; colours follow the reader's theme and text can't
+    /// be taken for marks.
     #[test]
     fn cases_have_lines() {
         let row = |name: &str, margins: &[(Colour, f64)], is_broken: bool| MarginRow {
@@ -163,15 +236,32 @@ mod tests {
             is_broken,
             ..MarginRow::default()
         };
-        let rows = vec![row("P01", &[(Colour::First, 4.0), (Colour::Second, 1e6)], false), row("T01", &[], true)];
-        let svg = Margins { rows, legend: vec![(Colour::First, "robust".to_owned())], ..Margins::default() }.svg();
+        let rows = vec![
+            row("P01", &[(Colour::First, 4.0), (Colour::Second, 1e6)], false),
+            row("T01", &[], true),
+        ];
+        let svg = Margins {
+            rows,
+            legend: vec![(Colour::First, "robust".to_owned())],
+            ..Margins::default()
+        }
+        .svg();
         assert_eq!(svg.matches("<title>P01").count(), 2);
         assert_eq!(svg.matches("not held").count(), 1);
         assert_eq!(svg.matches("Rays &lt;that&gt; miss.").count(), 2);
-        let dots: Vec<f64> = svg.lines().filter(|line| line.contains("<title>")).filter_map(place).collect();
-        let bound =
-            svg.lines().find(|line| line.contains("class=\"axis\"")).and_then(|line| line.split(['M', ' ']).nth(3)?.parse().ok());
-        assert!(dots.iter().all(|&x| Some(x) > bound) && bound.is_some(), "{dots:?}, {bound:?}");
+        let dots: Vec<f64> = svg
+            .lines()
+            .filter(|line| line.contains("<title>"))
+            .filter_map(place)
+            .collect();
+        let bound = svg
+            .lines()
+            .find(|line| line.contains("class=\"axis\""))
+            .and_then(|line| line.split(['M', ' ']).nth(3)?.parse().ok());
+        assert!(
+            dots.iter().all(|&x| Some(x) > bound) && bound.is_some(),
+            "{dots:?}, {bound:?}"
+        );
         assert!(svg.contains("prefers-color-scheme:dark") && svg.contains(">bound<"));
     }
 

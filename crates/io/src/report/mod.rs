@@ -1,4 +1,5 @@
-//! What was measured, for people to look at: plots as SVG, and pages that need nothing but a browser.
+//! What was measured, for people to look at: plots as SVG, and pages that need nothing but a
+//! browser.
 
 mod labels;
 mod margins;

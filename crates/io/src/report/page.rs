@@ -1,5 +1,6 @@
-//! A measurement of ladders as one HTML file that opens anywhere: plot, tables, pictures beside each other, errors as heat maps, and
-//! what the scene calls for. Nothing is fetched, and what is not looked at by a script can be read without one.
+//! A measurement of ladders as one HTML file that opens anywhere: plot, tables, pictures beside
+//! each other, errors as heat maps, and what the scene calls for. Nothing is fetched, and what is
+//! not looked at by a script can be read without one.
 
 use std::fmt::Write;
 
@@ -39,28 +40,66 @@ pub struct Page<'a> {
 
 /// Error over time of every rung, and the frontier, whose points are numbered as `flags` are.
 pub fn accuracy_plot(scene: &str, circumstances: &str, report: &Report, flags: &[String]) -> Plot {
-    let point = |of: &Measured, label: String, name: String| Point { label: Some(label), name, ..place(of) };
+    let point = |of: &Measured, label: String, name: String| Point {
+        label: Some(label),
+        name,
+        ..place(of)
+    };
     let rungs = report.ladders.iter().map(|ladder| {
         let is_samples = ladder.ladder == "samples";
-        let others = ladder.rungs.iter().filter(|rung| is_samples || !rung.in_use && !ladder.beats(rung));
+        let others = ladder
+            .rungs
+            .iter()
+            .filter(|rung| is_samples || !rung.in_use && !ladder.beats(rung));
         let point = |rung: &RungReport| {
             let label = format!("{}={}", ladder.ladder, rung.rung);
-            let name = if is_samples { rung.rung.clone() } else { label.clone() };
+            let name = if is_samples {
+                rung.rung.clone()
+            } else {
+                label.clone()
+            };
             Some(point(rung.measured.as_ref()?, label, name))
         };
         Line {
-            name: if is_samples { "numbers of samples" } else { "one other rung" }.to_owned(),
-            colour: if is_samples { Colour::Second } else { Colour::Third },
+            name: if is_samples {
+                "numbers of samples"
+            } else {
+                "one other rung"
+            }
+            .to_owned(),
+            colour: if is_samples {
+                Colour::Second
+            } else {
+                Colour::Third
+            },
             dashed: true,
             apart: true,
             points: others.filter_map(point).collect(),
         }
     });
     // What the frontier or the scene's own point shows is not drawn twice.
-    let drawn: Vec<Point> = report.frontier.iter().map(|of| &of.measured).chain([&report.own]).map(place).collect();
-    let is_drawn = |point: &Point| drawn.iter().any(|other| (other.x, other.y) == (point.x, point.y));
-    let rungs = rungs.map(|line| Line { points: line.points.into_iter().filter(|point| !is_drawn(point)).collect(), ..line });
-    let (samples, others): (Vec<Line>, Vec<Line>) = rungs.partition(|line| line.colour == Colour::Second);
+    let drawn: Vec<Point> = report
+        .frontier
+        .iter()
+        .map(|of| &of.measured)
+        .chain([&report.own])
+        .map(place)
+        .collect();
+    let is_drawn = |point: &Point| {
+        drawn
+            .iter()
+            .any(|other| (other.x, other.y) == (point.x, point.y))
+    };
+    let rungs = rungs.map(|line| Line {
+        points: line
+            .points
+            .into_iter()
+            .filter(|point| !is_drawn(point))
+            .collect(),
+        ..line
+    });
+    let (samples, others): (Vec<Line>, Vec<Line>) =
+        rungs.partition(|line| line.colour == Colour::Second);
     let others = Line {
         points: others.iter().flat_map(|line| line.points.clone()).collect(),
         ..others.first().cloned().unwrap_or_default()
@@ -68,14 +107,20 @@ pub fn accuracy_plot(scene: &str, circumstances: &str, report: &Report, flags: &
     let named = (1..).zip(&report.frontier).zip(flags);
     let frontier = Line {
         name: "worth their time, together".to_owned(),
-        points: named.map(|((i, of), flags)| point(&of.measured, flags.clone(), format!("({i})"))).collect(),
+        points: named
+            .map(|((i, of), flags)| point(&of.measured, flags.clone(), format!("({i})")))
+            .collect(),
         ..Line::default()
     };
     let own = Line {
         name: "as it is".to_owned(),
         dashed: true,
         apart: true,
-        points: vec![point(&report.own, "as it is".to_owned(), "as it is".to_owned())],
+        points: vec![point(
+            &report.own,
+            "as it is".to_owned(),
+            "as it is".to_owned(),
+        )],
         ..Line::default()
     };
     let [width, height] = report.size;
@@ -83,12 +128,25 @@ pub fn accuracy_plot(scene: &str, circumstances: &str, report: &Report, flags: &
         title: format!("What accuracy costs in time: {scene}"),
         subtitle: "less time is to the left, less error below".to_owned(),
         circumstances: circumstances.to_owned(),
-        x: Axis { label: format!("CPU time of a render of {width}x{height} pixels"), tick: Some(seconds) },
-        y: Axis { label: "error (root relMSE)".to_owned(), tick: Some(power) },
-        lines: [frontier, own].into_iter().chain(samples).chain([others]).collect(),
+        x: Axis {
+            label: format!("CPU time of a render of {width}x{height} pixels"),
+            tick: Some(seconds),
+        },
+        y: Axis {
+            label: "error (root relMSE)".to_owned(),
+            tick: Some(power),
+        },
+        lines: [frontier, own]
+            .into_iter()
+            .chain(samples)
+            .chain([others])
+            .collect(),
         marks: Vec::new(),
         falling: true,
-        key: (1..).zip(flags).map(|(i, flags)| format!("({i})  {flags}")).collect(),
+        key: (1..)
+            .zip(flags)
+            .map(|(i, flags)| format!("({i})  {flags}"))
+            .collect(),
     }
 }
 
@@ -125,7 +183,11 @@ fn power(exponent: i32) -> String {
 /// Three significant digits.
 pub(super) fn number(value: f64) -> String {
     if value == 0.0 || (1e-3..1e4).contains(&value.abs()) {
-        let digits = if value == 0.0 { 0 } else { (2 - value.abs().log10().floor() as i32).max(0) as usize };
+        let digits = if value == 0.0 {
+            0
+        } else {
+            (2 - value.abs().log10().floor() as i32).max(0) as usize
+        };
         format!("{value:.digits$}")
     } else {
         format!("{value:.1e}")
@@ -135,7 +197,11 @@ pub(super) fn number(value: f64) -> String {
 /// A page by itself: a headline, marks below it, and a script that may be empty.
 pub fn document(title: &str, body: &str, script: &str) -> String {
     let (title, style) = (escaped(title), include_str!("page.css"));
-    let script = if script.is_empty() { String::new() } else { format!("<script>\n{script}</script>\n") };
+    let script = if script.is_empty() {
+        String::new()
+    } else {
+        format!("<script>\n{script}</script>\n")
+    };
     format!(
         "<!doctype html>\n<html lang=\"en\"><head><meta charset=\"utf-8\">\n\
          <meta name=\"viewport\" content=\"width=device-width,initial-scale=1\">\n<title>{title}</title>\n<style>\n{style}</style></head>\n\
@@ -146,14 +212,30 @@ pub fn document(title: &str, body: &str, script: &str) -> String {
 impl Page<'_> {
     /// The page.
     pub fn html(&self) -> String {
-        let circumstances: String =
-            self.circumstances.iter().map(|line| format!("<p class=\"soft\">{}</p>\n", escaped(line))).collect();
+        let circumstances: String = self
+            .circumstances
+            .iter()
+            .map(|line| format!("<p class=\"soft\">{}</p>\n", escaped(line)))
+            .collect();
         let plot = accuracy_plot(self.scene, "", self.report, self.flags);
         // What its numbers stand for is in the table below it.
-        let plot = Plot { title: String::new(), key: Vec::new(), ..plot }.svg();
+        let plot = Plot {
+            title: String::new(),
+            key: Vec::new(),
+            ..plot
+        }
+        .svg();
         // Every second part stands between back quotes.
         let parts = self.answer.split('`').map(escaped).enumerate();
-        let answer: String = parts.map(|(i, part)| if i % 2 == 1 { format!("<code>{part}</code>") } else { part }).collect();
+        let answer: String = parts
+            .map(|(i, part)| {
+                if i % 2 == 1 {
+                    format!("<code>{part}</code>")
+                } else {
+                    part
+                }
+            })
+            .collect();
         let body = format!(
             "<p class=\"answer\">{answer}</p>\n<figure><div class=\"wide\" tabindex=\"0\">{plot}</div>\n\
              <figcaption>Less time is to the left, less error below. <span id=\"told\" aria-live=\"polite\"></span></figcaption></figure>\n{}\
@@ -166,20 +248,29 @@ impl Page<'_> {
             self.outputs(),
             self.effects(),
         );
-        document(&format!("What accuracy costs in time: {}", self.scene), &body, include_str!("page.js"))
+        document(
+            &format!("What accuracy costs in time: {}", self.scene),
+            &body,
+            include_str!("page.js"),
+        )
     }
 
     /// Two pictures under a slider, the error of one, and all of them small.
     fn pictures(&self) -> String {
-        let Some(reference) = self.report.pictures.first() else { return String::new() };
+        let Some(reference) = self.report.pictures.first() else {
+            return String::new();
+        };
         let full = self.heat_scale(&reference.picture);
         let (mut options, mut thumbs) = (String::new(), String::new());
         for shown in &self.report.pictures {
             let name = escaped(&shown.name);
             let _ = write!(options, "<option>{name}</option>");
             let image = self.png(&shown.picture, self.display);
-            let error = differences(&shown.picture, &reference.picture).ok().filter(|_| shown.name != reference.name);
-            let map = error.map(|error| heat_map(shown.picture.width, shown.picture.height, &error, full));
+            let error = differences(&shown.picture, &reference.picture)
+                .ok()
+                .filter(|_| shown.name != reference.name);
+            let map = error
+                .map(|error| heat_map(shown.picture.width, shown.picture.height, &error, full));
             let map = map.map(|map| {
                 format!(
                     "<img hidden data-kind=\"error\" data-name=\"{name}\" alt=\"error of {name}\" src=\"{}\">",
@@ -193,7 +284,10 @@ impl Page<'_> {
             );
         }
         // A tile of few pixels is not blown up to the page's width.
-        let wide = format!(" style=\"max-width:{}px\"", MOST_SCALE * reference.picture.width);
+        let wide = format!(
+            " style=\"max-width:{}px\"",
+            MOST_SCALE * reference.picture.width
+        );
         let own = options.replace("<option>as it is<", "<option selected>as it is<");
         format!(
             "<h2>Beside each other</h2>\n{}<div class=\"pair\">\n<label>left<select id=\"one\">{own}</select></label>\n\
@@ -220,10 +314,17 @@ impl Page<'_> {
         )
     }
 
-    /// What is palest in all heat maps: an error that one in a hundred pixels of the scene's own setting exceeds.
+    /// What is palest in all heat maps: an error that one in a hundred pixels of the scene's own
+    /// setting exceeds.
     fn heat_scale(&self, reference: &Picture) -> f32 {
-        let own = self.report.pictures.iter().find(|shown| shown.name == "as it is");
-        let error = own.and_then(|own| differences(&own.picture, reference).ok()).unwrap_or_default();
+        let own = self
+            .report
+            .pictures
+            .iter()
+            .find(|shown| shown.name == "as it is");
+        let error = own
+            .and_then(|own| differences(&own.picture, reference).ok())
+            .unwrap_or_default();
         (statistics(&error).percentile_99 as f32).max(1e-6)
     }
 

@@ -1,5 +1,6 @@
-//! Double-logarithmic plots as SVG text: lines with their spread, marked places, a legend. Colours follow the reader's light
-//! or dark theme; a background of its own keeps it readable wherever it is embedded.
+//! Double-logarithmic plots as SVG text: lines with their spread, marked places, a legend. Colours
+//! follow the reader's light or dark theme; a background of its own keeps it readable wherever it
+//! is embedded.
 
 use std::fmt::Write;
 
@@ -106,12 +107,17 @@ const KEY_LINE: f64 = 19.0;
 const KEY_START: f64 = 14.0;
 
 impl Plot {
-    /// The plot as an SVG file. Lines without points are left out; without any point there is nothing but words.
+    /// The plot as an SVG file. Lines without points are left out; without any point there is
+    /// nothing but words.
     pub fn svg(&self) -> String {
         let points = || self.lines.iter().flat_map(|line| &line.points);
         let frame = Frame {
             x: Scale::new(points().map(|p| p.x), AREA[0], AREA[2]),
-            y: Scale::new(points().flat_map(|p| [p.y, p.spread[0], p.spread[1]]), AREA[3], AREA[1]),
+            y: Scale::new(
+                points().flat_map(|p| [p.y, p.spread[0], p.spread[1]]),
+                AREA[3],
+                AREA[1],
+            ),
         };
         let mut svg = String::new();
         self.head(&mut svg);
@@ -128,14 +134,24 @@ impl Plot {
     }
 
     fn height(&self) -> f64 {
-        HEIGHT + if self.key.is_empty() { 0.0 } else { KEY_START + KEY_LINE * self.key.len() as f64 }
+        HEIGHT
+            + if self.key.is_empty() {
+                0.0
+            } else {
+                KEY_START + KEY_LINE * self.key.len() as f64
+            }
     }
 
     fn head(&self, svg: &mut String) {
-        let [title, subtitle, circumstances] = [&self.title, &self.subtitle, &self.circumstances].map(|text| escaped(text));
+        let [title, subtitle, circumstances] =
+            [&self.title, &self.subtitle, &self.circumstances].map(|text| escaped(text));
         let top = if title.is_empty() { BARE_TOP } else { 0.0 };
         let height = self.height() - top;
-        let name = if title.is_empty() { escaped(&self.y.label) } else { title.clone() };
+        let name = if title.is_empty() {
+            escaped(&self.y.label)
+        } else {
+            title.clone()
+        };
         // Writing to a string can't fail.
         let _ = write!(
             svg,
@@ -155,37 +171,65 @@ impl Plot {
     /// Lines at powers of ten with their words, and the names of the axes.
     fn grid(&self, svg: &mut String, frame: &Frame) {
         let [left, top, right, bottom] = AREA;
-        let words = |axis: &Axis, e: i32| axis.tick.map(|tick| escaped(&tick(e))).unwrap_or_default();
+        let words =
+            |axis: &Axis, e: i32| axis.tick.map(|tick| escaped(&tick(e))).unwrap_or_default();
         for e in frame.x.decades() {
             let (x, word) = (frame.x.exponent(f64::from(e)), words(&self.x, e));
             let _ = writeln!(svg, "<path class=\"grid\" d=\"M{x:.1} {top}V{bottom}\"/>");
-            let _ =
-                writeln!(svg, "<text class=\"soft\" x=\"{x:.1}\" y=\"{}\" text-anchor=\"middle\">{word}</text>", bottom + 21.0);
+            let _ = writeln!(
+                svg,
+                "<text class=\"soft\" x=\"{x:.1}\" y=\"{}\" text-anchor=\"middle\">{word}</text>",
+                bottom + 21.0
+            );
         }
         for e in frame.y.decades() {
             let (y, word) = (frame.y.exponent(f64::from(e)), words(&self.y, e));
             let _ = writeln!(svg, "<path class=\"grid\" d=\"M{left} {y:.1}H{right}\"/>");
-            let _ =
-                writeln!(svg, "<text class=\"soft\" x=\"{}\" y=\"{:.1}\" text-anchor=\"end\">{word}</text>", left - 9.0, y + 5.0);
+            let _ = writeln!(
+                svg,
+                "<text class=\"soft\" x=\"{}\" y=\"{:.1}\" text-anchor=\"end\">{word}</text>",
+                left - 9.0,
+                y + 5.0
+            );
         }
         let (middle, centre) = ((left + right) / 2.0, (top + bottom) / 2.0);
         let (x, y) = (escaped(&self.x.label), escaped(&self.y.label));
-        let _ = writeln!(svg, "<path class=\"axis\" d=\"M{left} {top}V{bottom}H{right}\"/>");
-        let _ = writeln!(svg, "<text x=\"{middle}\" y=\"{}\" text-anchor=\"middle\">{x}</text>", bottom + 48.0);
-        let _ = writeln!(svg, "<text transform=\"translate(20 {centre}) rotate(-90)\" text-anchor=\"middle\">{y}</text>");
+        let _ = writeln!(
+            svg,
+            "<path class=\"axis\" d=\"M{left} {top}V{bottom}H{right}\"/>"
+        );
+        let _ = writeln!(
+            svg,
+            "<text x=\"{middle}\" y=\"{}\" text-anchor=\"middle\">{x}</text>",
+            bottom + 48.0
+        );
+        let _ = writeln!(
+            svg,
+            "<text transform=\"translate(20 {centre}) rotate(-90)\" text-anchor=\"middle\">{y}</text>"
+        );
     }
 
     fn marks(&self, svg: &mut String, frame: &Frame) {
         let [_, top, right, bottom] = AREA;
         for mark in &self.marks {
             let x = frame.x.at(mark.x);
-            let _ = writeln!(svg, "<path class=\"mark\" d=\"M{x:.1} {bottom}V{:.1}\"/>", top + (bottom - top) * 0.35);
+            let _ = writeln!(
+                svg,
+                "<path class=\"mark\" d=\"M{x:.1} {bottom}V{:.1}\"/>",
+                top + (bottom - top) * 0.35
+            );
         }
         // In the lower right corner, which rising lines leave free, one above the other.
         for (i, mark) in self.marks.iter().enumerate() {
-            let (x, y) = (right - 10.0, bottom - 12.0 - 22.0 * (self.marks.len() - 1 - i) as f64);
+            let (x, y) = (
+                right - 10.0,
+                bottom - 12.0 - 22.0 * (self.marks.len() - 1 - i) as f64,
+            );
             let label = escaped(&mark.label);
-            let _ = writeln!(svg, "<text class=\"soft label\" x=\"{x}\" y=\"{y:.1}\" text-anchor=\"end\">{label}</text>");
+            let _ = writeln!(
+                svg,
+                "<text class=\"soft label\" x=\"{x}\" y=\"{y:.1}\" text-anchor=\"end\">{label}</text>"
+            );
         }
     }
 
@@ -194,25 +238,49 @@ impl Plot {
     }
 
     fn has_bounds(&self) -> bool {
-        self.lines.iter().flat_map(|line| &line.points).any(|point| point.is_bound)
+        self.lines
+            .iter()
+            .flat_map(|line| &line.points)
+            .any(|point| point.is_bound)
     }
 
     /// The legend's left, top, right and bottom.
     fn legend_box(&self) -> [f64; 4] {
-        let left = if self.falling { AREA[2] - 300.0 } else { AREA[0] + 18.0 };
+        let left = if self.falling {
+            AREA[2] - 300.0
+        } else {
+            AREA[0] + 18.0
+        };
         let rows = self.shown().count() + usize::from(self.has_bounds());
-        [left, AREA[1] + 6.0, left + 300.0, AREA[1] + 10.0 + 23.0 * rows as f64]
+        [
+            left,
+            AREA[1] + 6.0,
+            left + 300.0,
+            AREA[1] + 10.0 + 23.0 * rows as f64,
+        ]
     }
 
     /// Beside each point that has a name, as far as there is room.
     fn names(&self, svg: &mut String, frame: &Frame) {
-        let places: Vec<(f64, f64)> =
-            self.lines.iter().flat_map(|line| &line.points).map(|p| (frame.x.at(p.x), frame.y.at(p.y))).collect();
+        let places: Vec<(f64, f64)> = self
+            .lines
+            .iter()
+            .flat_map(|line| &line.points)
+            .map(|p| (frame.x.at(p.x), frame.y.at(p.y)))
+            .collect();
         let mut labels = Labels::new(&places, self.legend_box());
         for line in &self.lines {
             for point in line.points.iter().filter(|point| !point.name.is_empty()) {
-                let Some((x, y)) = labels.place(&point.name, frame.x.at(point.x), frame.y.at(point.y)) else { continue };
-                let _ = writeln!(svg, "<text class=\"name label\" x=\"{x:.1}\" y=\"{y:.1}\">{}</text>", escaped(&point.name));
+                let Some((x, y)) =
+                    labels.place(&point.name, frame.x.at(point.x), frame.y.at(point.y))
+                else {
+                    continue;
+                };
+                let _ = writeln!(
+                    svg,
+                    "<text class=\"name label\" x=\"{x:.1}\" y=\"{y:.1}\">{}</text>",
+                    escaped(&point.name)
+                );
             }
         }
     }
@@ -221,7 +289,11 @@ impl Plot {
     fn notes(&self, svg: &mut String) {
         for (i, line) in self.key.iter().enumerate() {
             let y = HEIGHT + KEY_START + KEY_LINE * (i as f64 + 0.2);
-            let _ = writeln!(svg, "<text class=\"soft\" x=\"24\" y=\"{y:.1}\">{}</text>", escaped(line));
+            let _ = writeln!(
+                svg,
+                "<text class=\"soft\" x=\"24\" y=\"{y:.1}\">{}</text>",
+                escaped(line)
+            );
         }
     }
 
@@ -231,8 +303,17 @@ impl Plot {
         let row = |i: usize| AREA[1] + 20.0 + 23.0 * i as f64;
         if self.has_bounds() {
             let (x, y) = (left, row(self.shown().count()));
-            let _ = writeln!(svg, "<path class=\"spread mark\" d=\"{}\"/>", arrow(x + 20.0, y - 8.0));
-            let _ = writeln!(svg, "<text x=\"{}\" y=\"{}\">at most: lost in noise</text>", x + 50.0, y + 5.0);
+            let _ = writeln!(
+                svg,
+                "<path class=\"spread mark\" d=\"{}\"/>",
+                arrow(x + 20.0, y - 8.0)
+            );
+            let _ = writeln!(
+                svg,
+                "<text x=\"{}\" y=\"{}\">at most: lost in noise</text>",
+                x + 50.0,
+                y + 5.0
+            );
         }
         for (i, line) in self.shown().enumerate() {
             let (x, y) = (left, row(i));
@@ -240,7 +321,13 @@ impl Plot {
                 line.stroke(svg, &format!("M{x} {y}h40"));
             }
             line.marker(svg, x + 20.0, y);
-            let _ = writeln!(svg, "<text x=\"{}\" y=\"{}\">{}</text>", x + 50.0, y + 5.0, escaped(&line.name));
+            let _ = writeln!(
+                svg,
+                "<text x=\"{}\" y=\"{}\">{}</text>",
+                x + 50.0,
+                y + 5.0,
+                escaped(&line.name)
+            );
         }
     }
 }
@@ -262,24 +349,44 @@ impl Line {
     }
 
     fn stroke(&self, svg: &mut String, path: &str) {
-        let dashes = if self.dashed { " stroke-dasharray=\"7 5\"" } else { "" };
-        let _ = writeln!(svg, "<path class=\"line {}\"{dashes} d=\"{path}\"/>", self.class());
+        let dashes = if self.dashed {
+            " stroke-dasharray=\"7 5\""
+        } else {
+            ""
+        };
+        let _ = writeln!(
+            svg,
+            "<path class=\"line {}\"{dashes} d=\"{path}\"/>",
+            self.class()
+        );
     }
 
     fn marker(&self, svg: &mut String, x: f64, y: f64) {
         let class = self.class();
         let _ = if self.dashed {
             let (x, y) = (x - 3.5, y - 3.5);
-            writeln!(svg, "<rect class=\"open {class}\" x=\"{x:.1}\" y=\"{y:.1}\" width=\"7\" height=\"7\"/>")
+            writeln!(
+                svg,
+                "<rect class=\"open {class}\" x=\"{x:.1}\" y=\"{y:.1}\" width=\"7\" height=\"7\"/>"
+            )
         } else {
-            writeln!(svg, "<circle class=\"dot {class}\" cx=\"{x:.1}\" cy=\"{y:.1}\" r=\"3.5\"/>")
+            writeln!(
+                svg,
+                "<circle class=\"dot {class}\" cx=\"{x:.1}\" cy=\"{y:.1}\" r=\"3.5\"/>"
+            )
         };
     }
 
     fn draw(&self, svg: &mut String, frame: &Frame) {
         let mut path = String::new();
         for (i, point) in self.points.iter().enumerate() {
-            let _ = write!(path, "{}{:.1} {:.1}", if i == 0 { 'M' } else { 'L' }, frame.x.at(point.x), frame.y.at(point.y));
+            let _ = write!(
+                path,
+                "{}{:.1} {:.1}",
+                if i == 0 { 'M' } else { 'L' },
+                frame.x.at(point.x),
+                frame.y.at(point.y)
+            );
         }
         if path.is_empty() {
             return;
@@ -290,13 +397,24 @@ impl Line {
         for point in &self.points {
             let (x, [low, high]) = (frame.x.at(point.x), point.spread.map(|y| frame.y.at(y)));
             let y = frame.y.at(point.y);
-            let spread = if point.is_bound { arrow(x, y) } else { format!("M{x:.1} {low:.1}V{high:.1}") };
-            let _ = writeln!(svg, "<path class=\"spread {}\" fill=\"none\" d=\"{spread}\"/>", self.class());
+            let spread = if point.is_bound {
+                arrow(x, y)
+            } else {
+                format!("M{x:.1} {low:.1}V{high:.1}")
+            };
+            let _ = writeln!(
+                svg,
+                "<path class=\"spread {}\" fill=\"none\" d=\"{spread}\"/>",
+                self.class()
+            );
             match &point.label {
                 None => self.marker(svg, x, y),
                 Some(label) => {
                     let label = escaped(label);
-                    let _ = write!(svg, "<g tabindex=\"0\" role=\"img\" aria-label=\"{label}\"><title>{label}</title>");
+                    let _ = write!(
+                        svg,
+                        "<g tabindex=\"0\" role=\"img\" aria-label=\"{label}\"><title>{label}</title>"
+                    );
                     self.marker(svg, x, y);
                     svg.push_str("</g>\n");
                 }
@@ -310,9 +428,14 @@ fn arrow(x: f64, y: f64) -> String {
     format!("M{x:.1} {y:.1}v18m-4 -6l4 6l4 -6")
 }
 
-/// Text as a page or a plot holds it: what steers is masked, and what means something to them escaped.
+/// Text as a page or a plot holds it: what steers is masked, and what means something to them
+/// escaped.
 pub fn escaped(text: &str) -> String {
-    masked(text).replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;").replace('"', "&quot;")
+    masked(text)
+        .replace('&', "&amp;")
+        .replace('<', "&lt;")
+        .replace('>', "&gt;")
+        .replace('"', "&quot;")
 }
 
 #[cfg(test)]

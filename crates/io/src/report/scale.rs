@@ -18,9 +18,18 @@ impl Scale {
     pub fn new(values: impl Iterator<Item = f64>, start: f64, end: f64) -> Self {
         let (low, high) = values
             .filter(|v| *v > 0.0 && v.is_finite())
-            .fold((f64::INFINITY, 0.0_f64), |(low, high), v| (low.min(v), high.max(v)));
-        let (first, last) = if low <= high { (low.log10().floor() as i32, high.log10().ceil() as i32) } else { (0, 1) };
-        Self { decades: [first, last.max(first + 1)], ends: [start, end] }
+            .fold((f64::INFINITY, 0.0_f64), |(low, high), v| {
+                (low.min(v), high.max(v))
+            });
+        let (first, last) = if low <= high {
+            (low.log10().floor() as i32, high.log10().ceil() as i32)
+        } else {
+            (0, 1)
+        };
+        Self {
+            decades: [first, last.max(first + 1)],
+            ends: [start, end],
+        }
     }
 
     pub fn decades(&self) -> impl Iterator<Item = i32> + use<> {

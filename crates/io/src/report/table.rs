@@ -14,7 +14,8 @@ pub enum Align {
     Right,
 }
 
-/// A row of a table. One with fewer cells than there are columns has its last one over those that are left.
+/// A row of a table. One with fewer cells than there are columns has its last one over those that
+/// are left.
 #[derive(Clone, Debug, Default)]
 pub struct TableRow {
     /// Its cells; one between back quotes is to be typed as it is.
@@ -28,13 +29,19 @@ pub struct TableRow {
 impl TableRow {
     /// A row of a kind.
     pub fn of_class(class: &'static str, cells: impl IntoIterator<Item = String>) -> Self {
-        Self { class, ..Self::from_iter(cells) }
+        Self {
+            class,
+            ..Self::from_iter(cells)
+        }
     }
 }
 
 impl FromIterator<String> for TableRow {
     fn from_iter<I: IntoIterator<Item = String>>(cells: I) -> Self {
-        Self { cells: cells.into_iter().collect(), ..Self::default() }
+        Self {
+            cells: cells.into_iter().collect(),
+            ..Self::default()
+        }
     }
 }
 
@@ -49,16 +56,27 @@ pub struct Table {
 
 impl Table {
     /// A table of names of columns and rows below them.
-    pub fn new<const N: usize>(columns: [Align; N], names: [&str; N], rows: impl IntoIterator<Item = TableRow>) -> Self {
+    pub fn new<const N: usize>(
+        columns: [Align; N],
+        names: [&str; N],
+        rows: impl IntoIterator<Item = TableRow>,
+    ) -> Self {
         let names = names.map(str::to_owned).into_iter().collect();
-        Self { columns: columns.to_vec(), rows: [names].into_iter().chain(rows).collect() }
+        Self {
+            columns: columns.to_vec(),
+            rows: [names].into_iter().chain(rows).collect(),
+        }
     }
 
-    /// The same without columns that are empty in every row, but for their names; the first column stays.
+    /// The same without columns that are empty in every row, but for their names; the first column
+    /// stays.
     #[must_use]
     pub fn without_empty_columns(mut self) -> Self {
-        let cell = |row: &TableRow, column: usize| row.cells.get(column).is_some_and(|cell| !cell.is_empty());
-        let is_kept = |column: usize| column == 0 || self.rows.iter().skip(1).any(|row| cell(row, column));
+        let cell = |row: &TableRow, column: usize| {
+            row.cells.get(column).is_some_and(|cell| !cell.is_empty())
+        };
+        let is_kept =
+            |column: usize| column == 0 || self.rows.iter().skip(1).any(|row| cell(row, column));
         let kept: Vec<bool> = (0..self.columns.len()).map(is_kept).collect();
         let mut of_columns = kept.iter();
         self.columns.retain(|_| of_columns.next() == Some(&true));
@@ -69,22 +87,35 @@ impl Table {
         self
     }
 
-    /// Plain text: columns padded to their widest cell, two spaces apart, within so many characters, and no spaces at the end of a line. A cell
-    /// with several lines would look like several rows, and is made one.
+    /// Plain text: columns padded to their widest cell, two spaces apart, within so many
+    /// characters, and no spaces at the end of a line. A cell with several lines would look like
+    /// several rows, and is made one.
     ///
-    /// Where it is too wide, text in its last column is broken, or the columns that have no room follow in a table of their own, after the
-    /// first one once more.
+    /// Where it is too wide, text in its last column is broken, or the columns that have no room
+    /// follow in a table of their own, after the first one once more.
     pub fn text(&self, room: Option<usize>) -> String {
-        let one_line = |row: &TableRow| -> Vec<String> { row.cells.iter().map(|cell| on_one_line(cell)).collect() };
+        let one_line = |row: &TableRow| -> Vec<String> {
+            row.cells.iter().map(|cell| on_one_line(cell)).collect()
+        };
         let rows: Vec<Vec<String>> = self.rows.iter().map(one_line).collect();
         let columns = &self.columns;
-        let width = |column: usize| rows.iter().filter_map(|row| Some(row.get(column)?.chars().count())).max().unwrap_or(0);
+        let width = |column: usize| {
+            rows.iter()
+                .filter_map(|row| Some(row.get(column)?.chars().count()))
+                .max()
+                .unwrap_or(0)
+        };
         let widths: Vec<usize> = (0..columns.len()).map(width).collect();
         let room = room.unwrap_or(usize::MAX);
         let all = Vec::from_iter(0..columns.len());
-        let before = widths.split_last().map_or(0, |(_, others)| others.iter().map(|width| width + GAP.len()).sum::<usize>());
+        let before = widths.split_last().map_or(0, |(_, others)| {
+            others.iter().map(|width| width + GAP.len()).sum::<usize>()
+        });
         if columns.last() == Some(&Align::Left) && before + LEAST_TEXT <= room {
-            return rows.iter().map(|row| line(row, &widths, columns, &all, room)).collect();
+            return rows
+                .iter()
+                .map(|row| line(row, &widths, columns, &all, room))
+                .collect();
         }
         let mut bands: Vec<Vec<usize>> = Vec::new();
         let mut used = usize::MAX;
@@ -92,22 +123,40 @@ impl Table {
             match bands.last_mut() {
                 Some(band) if used + GAP.len() + width <= room => band.push(column),
                 _ => {
-                    bands.push(if column == 0 { vec![0] } else { vec![0, column] });
-                    used = if column == 0 { 0 } else { widths[0] + GAP.len() };
+                    bands.push(if column == 0 {
+                        vec![0]
+                    } else {
+                        vec![0, column]
+                    });
+                    used = if column == 0 {
+                        0
+                    } else {
+                        widths[0] + GAP.len()
+                    };
                     used += width;
                     continue;
                 }
             }
             used += GAP.len() + width;
         }
-        let band = |band: &Vec<usize>| rows.iter().map(|row| line(row, &widths, columns, band, room)).collect::<String>();
+        let band = |band: &Vec<usize>| {
+            rows.iter()
+                .map(|row| line(row, &widths, columns, band, room))
+                .collect::<String>()
+        };
         bands.iter().map(band).collect::<Vec<_>>().join("\n")
     }
 
     /// Markdown.
     pub fn markdown(&self) -> String {
         let line = |cells: &[String]| format!("| {} |\n", cells.join(" | "));
-        let side = |column: &Align| if *column == Align::Left { ":--".to_owned() } else { "--:".to_owned() };
+        let side = |column: &Align| {
+            if *column == Align::Left {
+                ":--".to_owned()
+            } else {
+                "--:".to_owned()
+            }
+        };
         let rule = line(&self.columns.iter().map(side).collect::<Vec<_>>());
         let mut lines: Vec<String> = self.rows.iter().map(|row| line(&row.cells)).collect();
         lines.insert(lines.len().min(1), rule);
@@ -116,15 +165,28 @@ impl Table {
 
     /// Comma-separated values.
     pub fn csv(&self) -> String {
-        self.rows.iter().map(|row| row.cells.join(",") + "\n").collect()
+        self.rows
+            .iter()
+            .map(|row| row.cells.join(",") + "\n")
+            .collect()
     }
 
     /// A table of a page.
     pub fn html(&self) -> String {
-        let Some((names, rows)) = self.rows.split_first() else { return String::new() };
+        let Some((names, rows)) = self.rows.split_first() else {
+            return String::new();
+        };
         let name = |(i, name): (usize, &String)| {
             let is_text = self.columns.get(i) == Some(&Align::Left);
-            format!("<th{}>{}</th>", if is_text { attribute("class", "text") } else { String::new() }, escaped(name))
+            format!(
+                "<th{}>{}</th>",
+                if is_text {
+                    attribute("class", "text")
+                } else {
+                    String::new()
+                },
+                escaped(name)
+            )
         };
         let names: String = names.cells.iter().enumerate().map(name).collect();
         let rows: String = rows.iter().map(|row| self.html_row(row)).collect();
@@ -137,16 +199,37 @@ impl Table {
         let (count, columns) = (row.cells.len(), self.columns.len());
         let cell = |(i, cell): (usize, &String)| {
             let has_about = i == 0 && !row.about.is_empty();
-            let about = if has_about { attribute("title", &row.about) + " tabindex=\"0\"" } else { String::new() };
+            let about = if has_about {
+                attribute("title", &row.about) + " tabindex=\"0\""
+            } else {
+                String::new()
+            };
             let is_wide = i + 1 == count && count < columns;
-            let span = if is_wide { attribute("colspan", &(columns - i).to_string()) } else { String::new() };
+            let span = if is_wide {
+                attribute("colspan", &(columns - i).to_string())
+            } else {
+                String::new()
+            };
             let is_text = i > 0 && (is_wide || self.columns[i] == Align::Left);
-            let class = if is_text { attribute("class", "text") } else { String::new() };
-            let typed = cell.strip_prefix('`').and_then(|cell| cell.strip_suffix('`'));
-            let cell = typed.map_or_else(|| escaped(cell), |typed| format!("<code>{}</code>", escaped(typed)));
+            let class = if is_text {
+                attribute("class", "text")
+            } else {
+                String::new()
+            };
+            let typed = cell
+                .strip_prefix('`')
+                .and_then(|cell| cell.strip_suffix('`'));
+            let cell = typed.map_or_else(
+                || escaped(cell),
+                |typed| format!("<code>{}</code>", escaped(typed)),
+            );
             format!("<td{about}{span}{class}>{cell}</td>")
         };
-        let class = if row.class.is_empty() { String::new() } else { attribute("class", row.class) };
+        let class = if row.class.is_empty() {
+            String::new()
+        } else {
+            attribute("class", row.class)
+        };
         let cells: String = row.cells.iter().enumerate().map(cell).collect();
         format!("<tr{class}>{cells}</tr>\n")
     }
@@ -161,13 +244,23 @@ const GAP: &str = "  ";
 /// Characters of text that a line has at least, where it is broken.
 const LEAST_TEXT: usize = 20;
 
-/// Some of a row's cells in a line, of which the last one may go on in further lines below its beginning.
-fn line(row: &[String], widths: &[usize], columns: &[Align], shown: &[usize], room: usize) -> String {
+/// Some of a row's cells in a line, of which the last one may go on in further lines below its
+/// beginning.
+fn line(
+    row: &[String],
+    widths: &[usize],
+    columns: &[Align],
+    shown: &[usize],
+    room: usize,
+) -> String {
     let mut text = String::new();
     for (i, &column) in shown.iter().enumerate() {
         let (cell, width) = (row.get(column).map_or("", String::as_str), widths[column]);
         let is_last = i + 1 == shown.len();
-        if is_last && columns[column] == Align::Left && text.chars().count() + longest_word(cell) > room {
+        if is_last
+            && columns[column] == Align::Left
+            && text.chars().count() + longest_word(cell) > room
+        {
             // No room beside the figures: below them.
             return format!("{}\n  {}\n", text.trim_end(), wrapped(cell, 2, room));
         }
@@ -184,10 +277,14 @@ fn line(row: &[String], widths: &[usize], columns: &[Align], shown: &[usize], ro
 }
 
 fn longest_word(text: &str) -> usize {
-    text.split(' ').map(|word| word.chars().count()).max().unwrap_or(0)
+    text.split(' ')
+        .map(|word| word.chars().count())
+        .max()
+        .unwrap_or(0)
 }
 
-/// A text broken between words so that it fits beside so many characters, which further lines are indented by.
+/// A text broken between words so that it fits beside so many characters, which further lines are
+/// indented by.
 pub fn wrapped(text: &str, indent: usize, room: usize) -> String {
     let room = room.saturating_sub(indent).max(LEAST_TEXT);
     if text.chars().count() <= room {
@@ -212,8 +309,9 @@ pub fn wrapped(text: &str, indent: usize, room: usize) -> String {
     lines.join(&format!("\n{}", " ".repeat(indent)))
 }
 
-/// A number with what it may be off by: nothing where that is within the last digit that `number` writes, a share of it, or the ends of its
-/// interval where they are far from it. What can't be told from nothing is at most its upper end.
+/// A number with what it may be off by: nothing where that is within the last digit that `number`
+/// writes, a share of it, or the ends of its interval where they are far from it. What can't be
+/// told from nothing is at most its upper end.
 pub fn uncertain(of: &Interval, number: impl Fn(f64) -> String) -> String {
     let value = number(of.value);
     if of.is_lost_in_noise() && of.high > 0.0 {
@@ -224,7 +322,14 @@ pub fn uncertain(of: &Interval, number: impl Fn(f64) -> String) -> String {
     }
     match of.relative() {
         share if share < FAR => {
-            format!("{value} ±{} %", if share < 0.01 { "1".to_owned() } else { format!("{:.0}", 100.0 * share) })
+            format!(
+                "{value} ±{} %",
+                if share < 0.01 {
+                    "1".to_owned()
+                } else {
+                    format!("{:.0}", 100.0 * share)
+                }
+            )
         }
         _ => format!("{value} ({} to {})", number(of.low), number(of.high)),
     }
@@ -238,14 +343,25 @@ mod tests {
     use super::*;
 
     fn table<const N: usize>(columns: [Align; N], rows: &[[&str; N]]) -> Table {
-        Table { columns: columns.to_vec(), rows: rows.iter().map(|row| row.map(str::to_owned).into_iter().collect()).collect() }
+        Table {
+            columns: columns.to_vec(),
+            rows: rows
+                .iter()
+                .map(|row| row.map(str::to_owned).into_iter().collect())
+                .collect(),
+        }
     }
 
-    /// Protects: numbers say what they may be off by, where that is more than their last digit: as a share, or by ends that are far from them; what
-    /// can't be told from nothing is at most its upper end.
+    /// Protects: numbers say what they may be off by, where that is more than their last digit: as
+    /// a share, or by ends that are far from them; what can't be told from nothing is at most its
+    /// upper end.
     #[test]
     fn numbers_say_what_they_may_be_off_by() {
-        let told = |value, low, high| uncertain(&Interval { value, low, high }, |number| format!("{number:.2}"));
+        let told = |value, low, high| {
+            uncertain(&Interval { value, low, high }, |number| {
+                format!("{number:.2}")
+            })
+        };
         assert_eq!(told(0.5, 0.4951, 0.5049), "0.50");
         assert_eq!(told(0.5, 0.4949, 0.5049), "0.50 ±1 %");
         assert_eq!(told(0.5, 0.4, 0.6), "0.50 ±20 %");
@@ -258,48 +374,96 @@ mod tests {
     #[test]
     fn columns_line_up() {
         let rows = [["é", "1", "x"], ["abc", "100", ""]];
-        assert_eq!(table([Align::Left; 3], &rows).text(None), "é    1    x\nabc  100\n");
-        assert_eq!(table([Align::Left, Align::Right, Align::Left], &rows).text(None), "é      1  x\nabc  100\n");
+        assert_eq!(
+            table([Align::Left; 3], &rows).text(None),
+            "é    1    x\nabc  100\n"
+        );
+        assert_eq!(
+            table([Align::Left, Align::Right, Align::Left], &rows).text(None),
+            "é      1  x\nabc  100\n"
+        );
     }
 
-    /// Protects: a table that is too wide breaks the text of its last column below its beginning, or goes on below with the first column once
-    /// more; a word that has no room beside the others stands below them; nothing is lost.
+    /// Protects: a table that is too wide breaks the text of its last column below its beginning,
+    /// or goes on below with the first column once more; a word that has no room beside the others
+    /// stands below them; nothing is lost.
     #[test]
     fn tables_fit() {
-        let text = table([Align::Left; 2], &[["a", "one two three four five six seven eight"], ["b", "nine"]]).text(Some(24));
-        assert_eq!(text, "a  one two three four\n   five six seven eight\nb  nine\n");
-        let long = table([Align::Left; 3], &[["a", "eight ch", "x"], ["b", "c", "a-word-of-twenty-three"]]).text(Some(34));
+        let text = table(
+            [Align::Left; 2],
+            &[
+                ["a", "one two three four five six seven eight"],
+                ["b", "nine"],
+            ],
+        )
+        .text(Some(24));
+        assert_eq!(
+            text,
+            "a  one two three four\n   five six seven eight\nb  nine\n"
+        );
+        let long = table(
+            [Align::Left; 3],
+            &[["a", "eight ch", "x"], ["b", "c", "a-word-of-twenty-three"]],
+        )
+        .text(Some(34));
         assert_eq!(long, "a  eight ch  x\nb  c\n  a-word-of-twenty-three\n");
-        let numbers = table([Align::Right; 4], &[["N", "first one", "second", "third"], ["10", "1", "2", "3"]]);
-        assert_eq!(numbers.text(Some(22)), " N  first one  second\n10          1       2\n\n N  third\n10      3\n");
+        let numbers = table(
+            [Align::Right; 4],
+            &[["N", "first one", "second", "third"], ["10", "1", "2", "3"]],
+        );
+        assert_eq!(
+            numbers.text(Some(22)),
+            " N  first one  second\n10          1       2\n\n N  third\n10      3\n"
+        );
         assert_eq!(numbers.text(None).lines().count(), 2);
     }
 
     /// Protects: a column that no row has anything in is left out, and no other.
     #[test]
     fn empty_columns_are_left_out() {
-        let rows = [["rung", "time", "bias", "light"], ["a", "1", "", ""], ["b", "", "", "2"]];
-        let table = table([Align::Left, Align::Right, Align::Right, Align::Left], &rows).without_empty_columns();
+        let rows = [
+            ["rung", "time", "bias", "light"],
+            ["a", "1", "", ""],
+            ["b", "", "", "2"],
+        ];
+        let table = table(
+            [Align::Left, Align::Right, Align::Right, Align::Left],
+            &rows,
+        )
+        .without_empty_columns();
         assert_eq!(table.csv(), "rung,time,light\na,1,\nb,,2\n");
         assert_eq!(table.columns, [Align::Left, Align::Right, Align::Left]);
     }
 
-    /// Protects: one table is the same rows in every notation; a page marks rows and says what they are, what is typed is code, a short row's
-    /// last cell goes on to the edge, and nothing of a name is read as markup.
+    /// Protects: one table is the same rows in every notation; a page marks rows and says what they
+    /// are, what is typed is code, a short row's last cell goes on to the edge, and nothing of a
+    /// name is read as markup.
     #[test]
     fn every_notation_has_the_rows() {
-        let mut table = table([Align::Left, Align::Right, Align::Left], &[["rung", "x", "flags"], ["a<b", "1", "`--spp 4`"]]);
+        let mut table = table(
+            [Align::Left, Align::Right, Align::Left],
+            &[["rung", "x", "flags"], ["a<b", "1", "`--spp 4`"]],
+        );
         assert_eq!(table.csv(), "rung,x,flags\na<b,1,`--spp 4`\n");
-        assert_eq!(table.markdown(), "| rung | x | flags |\n| :-- | --: | :-- |\n| a<b | 1 | `--spp 4` |\n");
+        assert_eq!(
+            table.markdown(),
+            "| rung | x | flags |\n| :-- | --: | :-- |\n| a<b | 1 | `--spp 4` |\n"
+        );
         table.rows[1].about = "\"what\"".to_owned();
-        table.rows.push(TableRow::of_class("ladder", ["all".to_owned()]));
-        table.rows.push(TableRow::of_class("own", ["c".to_owned(), "no time".to_owned()]));
+        table
+            .rows
+            .push(TableRow::of_class("ladder", ["all".to_owned()]));
+        table.rows.push(TableRow::of_class(
+            "own",
+            ["c".to_owned(), "no time".to_owned()],
+        ));
         let rows = "<tr><td title=\"&quot;what&quot;\" tabindex=\"0\">a&lt;b</td><td>1</td><td class=\"text\"><code>--spp 4</code></td></tr>\n\
             <tr class=\"ladder\"><td colspan=\"3\">all</td></tr>\n\
             <tr class=\"own\"><td>c</td><td colspan=\"2\" class=\"text\">no time</td></tr>\n";
         let html = table.html();
         assert!(
-            html.contains("<th class=\"text\">rung</th><th>x</th><th class=\"text\">flags</th>") && html.contains(rows),
+            html.contains("<th class=\"text\">rung</th><th>x</th><th class=\"text\">flags</th>")
+                && html.contains(rows),
             "{html}"
         );
     }

@@ -1,6 +1,8 @@
 //! The tables of the page: settings worth their time, rungs, prices, effects.
 
-use raywright_core::accuracy::{EffectCost, EffectCosts, Interval, LadderReport, Measured, OutputReport, RungCost, RungReport};
+use raywright_core::accuracy::{
+    EffectCost, EffectCosts, Interval, LadderReport, Measured, OutputReport, RungCost, RungReport,
+};
 use raywright_core::bench::Spread;
 use raywright_core::effects::Status;
 
@@ -24,8 +26,16 @@ fn heading(ladder: &str) -> TableRow {
 }
 
 /// A rung with what a page says of it, and what is to be told in its row.
-fn rung(name: &str, about: &str, in_use: bool, cells: impl IntoIterator<Item = String>) -> TableRow {
-    TableRow { about: about.to_owned(), ..TableRow::of_class(own(in_use), [name.to_owned()].into_iter().chain(cells)) }
+fn rung(
+    name: &str,
+    about: &str,
+    in_use: bool,
+    cells: impl IntoIterator<Item = String>,
+) -> TableRow {
+    TableRow {
+        about: about.to_owned(),
+        ..TableRow::of_class(own(in_use), [name.to_owned()].into_iter().chain(cells))
+    }
 }
 
 impl Page<'_> {
@@ -38,7 +48,14 @@ impl Page<'_> {
         let rows = named.map(|(i, (candidate, flags))| {
             // What else is known of them stands in the table of rungs.
             let [time, ratio, error, _, _, light, ..] = self.cells(&candidate.measured, None);
-            let cells = [format!("({i})"), format!("`{flags}`"), time, ratio, error, light];
+            let cells = [
+                format!("({i})"),
+                format!("`{flags}`"),
+                time,
+                ratio,
+                error,
+                light,
+            ];
             TableRow::of_class(own(candidate.flags.is_empty()), cells)
         });
         let mut columns = [Align::Right; 6];
@@ -50,26 +67,50 @@ impl Page<'_> {
              error is small enough is the cheapest setting for that error; the last one within a time is the best for that time. The flags \
              stand behind <code>{}</code></p>\n{}",
             escaped(self.own_command),
-            Table::new(columns, names, rows).without_empty_columns().html(),
+            Table::new(columns, names, rows)
+                .without_empty_columns()
+                .html(),
         )
     }
 
     pub(super) fn rungs(&self) -> String {
         let named = |name: String, of: &Measured| [name].into_iter().chain(self.cells(of, None));
-        let mut rows = vec![TableRow::of_class("own", named("as it is".to_owned(), &self.report.own))];
-        let (samples, others): (Vec<_>, Vec<_>) = self.report.ladders.iter().partition(|ladder| ladder.ladder == "samples");
+        let mut rows = vec![TableRow::of_class(
+            "own",
+            named("as it is".to_owned(), &self.report.own),
+        )];
+        let (samples, others): (Vec<_>, Vec<_>) = self
+            .report
+            .ladders
+            .iter()
+            .partition(|ladder| ladder.ladder == "samples");
         rows.extend(samples.into_iter().flat_map(|ladder| self.rows_of(ladder)));
         let base = self.report.base.as_ref();
-        rows.extend(
-            base.map(|base| TableRow::of_class("ladder", named(format!("all below: {} samples", base.samples), &base.measured))),
-        );
+        rows.extend(base.map(|base| {
+            TableRow::of_class(
+                "ladder",
+                named(
+                    format!("all below: {} samples", base.samples),
+                    &base.measured,
+                ),
+            )
+        }));
         rows.extend(others.into_iter().flat_map(|ladder| self.rows_of(ladder)));
         if !self.report.combinations.is_empty() {
             rows.push(heading("together, beside the scene as it is"));
-            rows.extend(self.report.combinations.iter().map(|of| TableRow::of_class("", named(of.name(), &of.measured))));
+            rows.extend(
+                self.report
+                    .combinations
+                    .iter()
+                    .map(|of| TableRow::of_class("", named(of.name(), &of.measured))),
+            );
         }
         let named = |which: &dyn Fn(&LadderReport, &RungReport) -> bool| -> Vec<String> {
-            let all = self.report.ladders.iter().flat_map(|ladder| ladder.rungs.iter().map(move |rung| (ladder, rung)));
+            let all = self
+                .report
+                .ladders
+                .iter()
+                .flat_map(|ladder| ladder.rungs.iter().map(move |rung| (ladder, rung)));
             all.filter(|(ladder, rung)| which(ladder, rung))
                 .map(|(ladder, rung)| format!("{}={}", ladder.ladder, rung.rung))
                 .collect()
@@ -78,11 +119,17 @@ impl Page<'_> {
             [] => String::new(),
             names => format!("<p>{words}: {}.</p>\n", escaped(&names.join(", "))),
         };
-        let beaten = line("Slower and worse than what is in use", named(&|ladder, rung| ladder.beats(rung)));
+        let beaten = line(
+            "Slower and worse than what is in use",
+            named(&|ladder, rung| ladder.beats(rung)),
+        );
         let late = line("No time for", named(&|_, rung| rung.measured.is_none()));
         let absent = match self.report.not_called_for.as_slice() {
             [] => String::new(),
-            names => format!("<p class=\"soft\">Not called for by this scene, and not measured: {}.</p>\n", names.join(", ")),
+            names => format!(
+                "<p class=\"soft\">Not called for by this scene, and not measured: {}.</p>\n",
+                names.join(", ")
+            ),
         };
         let [time, ratio, error, rmse, bias, light, flip, alone] = HEADS;
         let names = ["rung", time, ratio, error, rmse, bias, light, flip, alone];
@@ -91,18 +138,35 @@ impl Page<'_> {
              own size. Error: root relMSE, the root of the mean of (I − R)² / (R² + 0.01). Bias: the part of it that more samples leave. Light: what is gone of it, or added. Alone: root mean square difference to the ladder's most exact rung with \
              the same random numbers. &lt;: too small to be told from the reference's noise.</p>\n\
              {}{beaten}{late}{absent}",
-            Table::new([Align::Right; 9], names, rows).without_empty_columns().html()
+            Table::new([Align::Right; 9], names, rows)
+                .without_empty_columns()
+                .html()
         )
     }
 
-    /// A ladder with the rungs that have something to say: measured, and not slower and worse than the one in use.
+    /// A ladder with the rungs that have something to say: measured, and not slower and worse than
+    /// the one in use.
     fn rows_of(&self, ladder: &LadderReport) -> Vec<TableRow> {
-        let shown: Vec<&RungReport> = ladder.rungs.iter().filter(|rung| !ladder.beats(rung) && rung.measured.is_some()).collect();
+        let shown: Vec<&RungReport> = ladder
+            .rungs
+            .iter()
+            .filter(|rung| !ladder.beats(rung) && rung.measured.is_some())
+            .collect();
         if shown.iter().all(|rung| rung.in_use) {
             return Vec::new();
         }
-        let row = |of: &RungReport| Some(rung(&of.rung, of.about, of.in_use, self.cells(of.measured.as_ref()?, of.own_error)));
-        [heading(ladder.ladder)].into_iter().chain(shown.into_iter().filter_map(row)).collect()
+        let row = |of: &RungReport| {
+            Some(rung(
+                &of.rung,
+                of.about,
+                of.in_use,
+                self.cells(of.measured.as_ref()?, of.own_error),
+            ))
+        };
+        [heading(ladder.ladder)]
+            .into_iter()
+            .chain(shown.into_iter().filter_map(row))
+            .collect()
     }
 
     fn cells(&self, of: &Measured, own_error: Option<Interval>) -> [String; 8] {
@@ -112,7 +176,10 @@ impl Page<'_> {
             interval(of.ratio),
             interval(errors.relmse.map(f64::sqrt)),
             interval(errors.rmse),
-            errors.bias.map(|bias| interval(bias.map(f64::sqrt))).unwrap_or_default(),
+            errors
+                .bias
+                .map(|bias| interval(bias.map(f64::sqrt)))
+                .unwrap_or_default(),
             light_change(&errors.light),
             interval(of.flip),
             own_error.map(interval).unwrap_or_default(),
@@ -125,9 +192,18 @@ impl Page<'_> {
     }
 
     fn paid(&self, of: &RungCost) -> Vec<String> {
-        let bits = if of.same_bits { "" } else { ", ANOTHER PICTURE" };
+        let bits = if of.same_bits {
+            ""
+        } else {
+            ", ANOTHER PICTURE"
+        };
         let memory = human_bytes(of.geometry) + bits;
-        vec![self.time(&of.seconds), number(of.ratio.median), spoken(of.preparing.median), memory]
+        vec![
+            self.time(&of.seconds),
+            number(of.ratio.median),
+            spoken(of.preparing.median),
+            memory,
+        ]
     }
 
     /// Rungs that no picture depends on.
@@ -136,7 +212,10 @@ impl Page<'_> {
         for ladder in &self.report.prices {
             rows.push(heading(ladder.ladder));
             rows.extend(ladder.rungs.iter().map(|price| {
-                let cells = price.paid.as_ref().map_or_else(|| vec!["no time".to_owned()], |of| self.paid(of));
+                let cells = price
+                    .paid
+                    .as_ref()
+                    .map_or_else(|| vec!["no time".to_owned()], |of| self.paid(of));
                 rung(&price.rung, price.about, price.in_use, cells)
             }));
         }
@@ -153,37 +232,94 @@ impl Page<'_> {
     /// What files keep of the picture.
     pub(super) fn outputs(&self) -> String {
         let row = |of: &OutputReport| {
-            let coding = of.seconds.map(|seconds| number(seconds.median * 1e3)).unwrap_or_default();
+            let coding = of
+                .seconds
+                .map(|seconds| number(seconds.median * 1e3))
+                .unwrap_or_default();
             let [rmse, greatest, flip] = [of.rmse, of.greatest, of.flip].map(number);
-            let cells = [of.bytes_per_pixel.to_string(), coding, rmse, greatest, flip, format!("{:.1} %", 100.0 * of.clipped)];
+            let cells = [
+                of.bytes_per_pixel.to_string(),
+                coding,
+                rmse,
+                greatest,
+                flip,
+                format!("{:.1} %", 100.0 * of.clipped),
+            ];
             rung(of.rung, of.about, of.in_use, cells)
         };
-        let names = ["rung", "bytes a pixel", "coding, CPU ms", "RMSE", "greatest", "FLIP", "clipped"];
+        let names = [
+            "rung",
+            "bytes a pixel",
+            "coding, CPU ms",
+            "RMSE",
+            "greatest",
+            "FLIP",
+            "clipped",
+        ];
         format!(
             "<h2>What a file keeps</h2>\n<p class=\"soft\">Differences of display values, 0 to 1, from those that were computed. Clipped: \
              pixels with a channel as bright as can be, which is lost where the picture is exposed again.</p>\n{}",
-            Table::new([Align::Right; 7], names, self.report.outputs.iter().map(row)).html()
+            Table::new(
+                [Align::Right; 7],
+                names,
+                self.report.outputs.iter().map(row)
+            )
+            .html()
         )
     }
 
     /// What the scene calls for, and what each effect that can be switched off adds.
     pub(super) fn effects(&self) -> String {
         let costs = self.report.costs.as_ref();
-        let present = self.effects.effects.iter().filter(|finding| finding.status != Status::Absent);
+        let present = self
+            .effects
+            .effects
+            .iter()
+            .filter(|finding| finding.status != Status::Absent);
         let rows = present.map(|finding| {
-            let status = if finding.status == Status::Simulated { "simulated" } else { "left out" };
-            let cost = costs.and_then(|costs| costs.effects.iter().find(|cost| cost.effect == finding.effect.name()));
+            let status = if finding.status == Status::Simulated {
+                "simulated"
+            } else {
+                "left out"
+            };
+            let cost = costs.and_then(|costs| {
+                costs
+                    .effects
+                    .iter()
+                    .find(|cost| cost.effect == finding.effect.name())
+            });
             let [time, rays, rmse, flip] = cost.map(added).unwrap_or_default();
             let told = format!("{status}: {}", finding.because);
-            [finding.effect.name().to_owned(), time, rays, rmse, flip, told].into_iter().collect()
+            [
+                finding.effect.name().to_owned(),
+                time,
+                rays,
+                rmse,
+                flip,
+                told,
+            ]
+            .into_iter()
+            .collect()
         });
         let mut columns = [Align::Right; 6];
         columns[5] = Align::Left;
-        let names = ["effect", "adds to time", "to rays", "changes, RMSE", "FLIP", "status"];
+        let names = [
+            "effect",
+            "adds to time",
+            "to rays",
+            "changes, RMSE",
+            "FLIP",
+            "status",
+        ];
         format!(
             "<h2>What the scene calls for</h2>\n<p class=\"soft\">{}</p>\n{}",
-            costs.map_or_else(|| "There was no time to measure what each costs.".to_owned(), how_measured),
-            Table::new(columns, names, rows).without_empty_columns().html()
+            costs.map_or_else(
+                || "There was no time to measure what each costs.".to_owned(),
+                how_measured
+            ),
+            Table::new(columns, names, rows)
+                .without_empty_columns()
+                .html()
         )
     }
 }
@@ -191,13 +327,22 @@ impl Page<'_> {
 /// What an effect adds: median and range of its rounds.
 fn added(of: &EffectCost) -> [String; 4] {
     let percent = |ratio: f64| format!("{:+.0} %", 100.0 * (ratio - 1.0));
-    let time = format!("{} ({} to {})", percent(of.ratio.median), percent(of.ratio.min), percent(of.ratio.max));
+    let time = format!(
+        "{} ({} to {})",
+        percent(of.ratio.median),
+        percent(of.ratio.min),
+        percent(of.ratio.max)
+    );
     [time, percent(of.rays), number(of.rmse), number(of.flip)]
 }
 
 fn how_measured(costs: &EffectCosts) -> String {
     let [width, height] = costs.size;
-    let late = if costs.late.is_empty() { String::new() } else { format!("; no time for {}", costs.late.join(", ")) };
+    let late = if costs.late.is_empty() {
+        String::new()
+    } else {
+        format!("; no time for {}", costs.late.join(", "))
+    };
     format!(
         "Rendered with and without each effect that can be switched off, in turns and with the same random numbers, at \
          {width}×{height}: what the effect adds{late}."
@@ -205,16 +350,34 @@ fn how_measured(costs: &EffectCosts) -> String {
 }
 
 /// The columns of every measured setting.
-const HEADS: [&str; 8] = ["CPU time", "× in use", "error", "RMSE", "bias", "light", "FLIP", "alone"];
+const HEADS: [&str; 8] = [
+    "CPU time",
+    "× in use",
+    "error",
+    "RMSE",
+    "bias",
+    "light",
+    "FLIP",
+    "alone",
+];
 
-/// What a setting does to the picture's light, in per cent; nothing where that can't be told from nothing.
+/// What a setting does to the picture's light, in per cent; nothing where that can't be told from
+/// nothing.
 pub fn light_change(of: &Interval) -> String {
     let is_known = of.low > 1.0 || of.high < 1.0;
     let change = format!("{:+.1} %", 100.0 * (of.value - 1.0));
-    if is_known && !change.ends_with("0.0 %") { change } else { String::new() }
+    if is_known && !change.ends_with("0.0 %") {
+        change
+    } else {
+        String::new()
+    }
 }
 
 /// A time with three digits.
 fn spoken(seconds: f64) -> String {
-    if seconds < 0.9995 { format!("{} ms", number(1e3 * seconds)) } else { format!("{} s", number(seconds)) }
+    if seconds < 0.9995 {
+        format!("{} ms", number(1e3 * seconds))
+    } else {
+        format!("{} s", number(seconds))
+    }
 }

@@ -1,5 +1,6 @@
-//! The area inside an outline in a plane, as triangles: trapezoids between the edges that a line sweeps over, from vertex to vertex. What winds around
-//! a point any way but not at all is inside, so that bodies that overlap are one, and an inner wall bounds a hole.
+//! The area inside an outline in a plane, as triangles: trapezoids between the edges that a line
+//! sweeps over, from vertex to vertex. What winds around a point any way but not at all is inside,
+//! so that bodies that overlap are one, and an inner wall bounds a hole.
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -40,7 +41,11 @@ impl Rising {
             at if at == self.to[1] => self.to,
             at => [self.across(at), at],
         };
-        CapCorner { vertices: self.vertices, share: self.share(height), place }
+        CapCorner {
+            vertices: self.vertices,
+            share: self.share(height),
+            place,
+        }
     }
 }
 
@@ -57,22 +62,39 @@ impl Cap {
             let [v, w] = vertices;
             match a[1].total_cmp(&b[1]) {
                 _ if a[1] == b[1] => None,
-                core::cmp::Ordering::Less => Some(Rising { vertices, from: a, to: b, winding: 1 }),
-                _ => Some(Rising { vertices: [w, v], from: b, to: a, winding: -1 }),
+                core::cmp::Ordering::Less => Some(Rising {
+                    vertices,
+                    from: a,
+                    to: b,
+                    winding: 1,
+                }),
+                _ => Some(Rising {
+                    vertices: [w, v],
+                    from: b,
+                    to: a,
+                    winding: -1,
+                }),
             }
         };
         let mut edges: Vec<Rising> = outline.edges.iter().filter_map(rising).collect();
         edges.sort_by(|a, b| a.from[1].total_cmp(&b.from[1]));
-        let mut heights: Vec<f64> = edges.iter().flat_map(|edge| [edge.from[1], edge.to[1]]).collect();
+        let mut heights: Vec<f64> = edges
+            .iter()
+            .flat_map(|edge| [edge.from[1], edge.to[1]])
+            .collect();
         heights.sort_by(f64::total_cmp);
         heights.dedup();
-        let mut cap = Self { edges, trapezoids: Vec::new() };
+        let mut cap = Self {
+            edges,
+            trapezoids: Vec::new(),
+        };
         cap.sweep(&heights);
         cap
     }
 
-    /// From height to height: trapezoids between two edges go on as long as these are neighbours. It takes time by the edges times those beside each
-    /// other at a height: of n edges of a body that is the root of n, and n where all of them are side by side, as a comb's teeth.
+    /// From height to height: trapezoids between two edges go on as long as these are neighbours.
+    /// It takes time by the edges times those beside each other at a height: of n edges of a body
+    /// that is the root of n, and n where all of them are side by side, as a comb's teeth.
     fn sweep(&mut self, heights: &[f64]) {
         let (mut next, mut active) = (0, Vec::new());
         let mut begun: BTreeMap<[usize; 2], f64> = BTreeMap::new();
@@ -84,18 +106,28 @@ impl Cap {
             }
             active.retain(|&edge| self.edges[edge].to[1] > low);
             let middle = f64::midpoint(low, high);
-            active.sort_by(|&a, &b| self.edges[a].across(middle).total_cmp(&self.edges[b].across(middle)));
+            active.sort_by(|&a, &b| {
+                self.edges[a]
+                    .across(middle)
+                    .total_cmp(&self.edges[b].across(middle))
+            });
             let spans = self.spans(&active);
-            let ended: Vec<_> =
-                begun.iter().filter(|(edges, _)| !spans.contains(*edges)).map(|(edges, from)| (*edges, *from)).collect();
+            let ended: Vec<_> = begun
+                .iter()
+                .filter(|(edges, _)| !spans.contains(*edges))
+                .map(|(edges, from)| (*edges, *from))
+                .collect();
             for (edges, from) in ended {
                 begun.remove(&edges);
                 self.trapezoids.push((edges, [from, low]));
             }
-            spans.into_iter().for_each(|edges| _ = begun.entry(edges).or_insert(low));
+            spans
+                .into_iter()
+                .for_each(|edges| _ = begun.entry(edges).or_insert(low));
         }
         let end = heights.last().copied().unwrap_or(0.0);
-        self.trapezoids.extend(begun.into_iter().map(|(edges, from)| (edges, [from, end])));
+        self.trapezoids
+            .extend(begun.into_iter().map(|(edges, from)| (edges, [from, end])));
     }
 
     /// Pairs of edges between which all is inside, from the left.
@@ -117,10 +149,17 @@ impl Cap {
     pub fn triangles(&self) -> impl Iterator<Item = [CapCorner; 3]> + '_ {
         let two = |&([left, right], [low, high]): &([usize; 2], [f64; 2])| {
             let [left, right] = [left, right].map(|edge| &self.edges[edge]);
-            let [a, b, c, d] = [left.corner(low), right.corner(low), right.corner(high), left.corner(high)];
+            let [a, b, c, d] = [
+                left.corner(low),
+                right.corner(low),
+                right.corner(high),
+                left.corner(high),
+            ];
             [[a, b, c], [a, c, d]]
         };
-        let has_area = |corners: &[CapCorner; 3]| (0..3).all(|i| corners[i].place != corners[(i + 1) % 3].place);
+        let has_area = |corners: &[CapCorner; 3]| {
+            (0..3).all(|i| corners[i].place != corners[(i + 1) % 3].place)
+        };
         self.trapezoids.iter().flat_map(two).filter(has_area)
     }
 }
@@ -131,11 +170,16 @@ mod tests {
 
     /// The area of what an outline of closed rings caps.
     fn area(rings: &[&[[f64; 2]]]) -> f64 {
-        let edges =
-            rings.iter().flat_map(|ring| (0..ring.len()).map(|i| ([0, 1], [ring[i], ring[(i + 1) % ring.len()]]))).collect();
+        let edges = rings
+            .iter()
+            .flat_map(|ring| {
+                (0..ring.len()).map(|i| ([0, 1], [ring[i], ring[(i + 1) % ring.len()]]))
+            })
+            .collect();
         let cap = Cap::of(&Outline { edges });
         let area = |[a, b, c]: [CapCorner; 3]| {
-            let [p, q] = [b, c].map(|corner| [corner.place[0] - a.place[0], corner.place[1] - a.place[1]]);
+            let [p, q] =
+                [b, c].map(|corner| [corner.place[0] - a.place[0], corner.place[1] - a.place[1]]);
             let area = 0.5 * (p[0] * q[1] - p[1] * q[0]);
             assert!(area >= 0.0, "it turns the right way: {area}");
             area
@@ -143,8 +187,8 @@ mod tests {
         cap.triangles().map(area).sum()
     }
 
-    /// Protects: areas of what is convex and what is not, with a hole, of two that overlap and two that touch, whichever way they turn; and that nothing
-    /// is inside of nothing.
+    /// Protects: areas of what is convex and what is not, with a hole, of two that overlap and two
+    /// that touch, whichever way they turn; and that nothing is inside of nothing.
     #[test]
     fn areas_are_those_of_their_outlines() {
         let square: &[[f64; 2]] = &[[0.0, 0.0], [2.0, 0.0], [2.0, 2.0], [0.0, 2.0]];
@@ -169,7 +213,11 @@ mod tests {
             (&[], 0.0),
             (&[&[[0.0, 0.0], [1.0, 1.0]]], 0.0),
         ] {
-            assert!((area(rings) - expected).abs() < 1e-12, "{rings:?}: {} instead of {expected}", area(rings));
+            assert!(
+                (area(rings) - expected).abs() < 1e-12,
+                "{rings:?}: {} instead of {expected}",
+                area(rings)
+            );
         }
     }
 }

@@ -1,4 +1,5 @@
-//! A mesh is cut by a plane, triangle by triangle (Sutherland and Hodgman, "Reentrant Polygon Clipping", 1974), and what the cut leaves open is found.
+//! A mesh is cut by a plane, triangle by triangle (Sutherland and Hodgman, "Reentrant Polygon
+//! Clipping", 1974), and what the cut leaves open is found.
 
 use std::collections::HashMap;
 
@@ -33,7 +34,8 @@ pub(super) struct MeshCutter<'a> {
     section: &'a Section,
     out: MeshData,
     positions: Vec<DVec3>,
-    /// Which point each new vertex is at, whatever else it carries, and whether that lies in the plane.
+    /// Which point each new vertex is at, whatever else it carries, and whether that lies in the
+    /// plane.
     points: Vec<(u32, bool)>,
     /// New vertices of old ones, and of edges that cross the plane.
     kept: HashMap<u32, u32>,
@@ -46,7 +48,12 @@ pub(super) struct MeshCutter<'a> {
 }
 
 impl<'a> MeshCutter<'a> {
-    pub fn new(data: &'a MeshData, heights: &'a [f64], map: DAffine3, section: &'a Section) -> Self {
+    pub fn new(
+        data: &'a MeshData,
+        heights: &'a [f64],
+        map: DAffine3,
+        section: &'a Section,
+    ) -> Self {
         let mut places = HashMap::new();
         let welded: Vec<u32> = data
             .positions
@@ -55,7 +62,9 @@ impl<'a> MeshCutter<'a> {
             .map(|offset| {
                 let next = places.len() as u32;
                 // Zero has two signs.
-                *places.entry(offset.map(|x| (x + 0.0).to_bits())).or_insert(next)
+                *places
+                    .entry(offset.map(|x| (x + 0.0).to_bits()))
+                    .or_insert(next)
             })
             .collect();
         let uvs = vec![Vec::new(); data.uvs.len()];
@@ -64,7 +73,10 @@ impl<'a> MeshCutter<'a> {
             heights,
             map,
             section,
-            out: MeshData { uvs, ..MeshData::default() },
+            out: MeshData {
+                uvs,
+                ..MeshData::default()
+            },
             positions: Vec::new(),
             points: Vec::new(),
             kept: HashMap::new(),
@@ -77,7 +89,11 @@ impl<'a> MeshCutter<'a> {
 
     /// What is left.
     pub fn cut(mut self) -> Cut {
-        let most = self.heights.iter().copied().fold(f64::NEG_INFINITY, f64::max);
+        let most = self
+            .heights
+            .iter()
+            .copied()
+            .fold(f64::NEG_INFINITY, f64::max);
         let least = self.heights.iter().copied().fold(f64::INFINITY, f64::min);
         if most <= 0.0 && (least < 0.0 || self.data.indices.is_empty()) {
             return Cut::Kept;
@@ -91,21 +107,38 @@ impl<'a> MeshCutter<'a> {
         let (outline, is_open) = self.outline();
         let cap = self.cap(&outline);
         self.out.positions = self.stored(self.positions.iter().copied());
-        Cut::Through(Box::new(CutMesh { mesh: self.out, cap, is_open }))
+        Cut::Through(Box::new(CutMesh {
+            mesh: self.out,
+            cap,
+            is_open,
+        }))
     }
 
     /// The triangles of the cap, each with corners of its own.
     fn cap(&self, outline: &Outline) -> MeshData {
         let at = |corner: CapCorner| {
-            let [a, b] = corner.vertices.map(|vertex| self.positions[vertex as usize]);
+            let [a, b] = corner
+                .vertices
+                .map(|vertex| self.positions[vertex as usize]);
             a.lerp(b, corner.share)
         };
         let corners: Vec<DVec3> = Cap::of(outline).triangles().flatten().map(at).collect();
         // Triangles turn the other way where the other side is kept, or the map mirrors.
         let is_reversed = self.section.keeps_above != (self.map.matrix3.determinant() < 0.0);
-        let triangle = |k: u32| if is_reversed { [3 * k, 3 * k + 2, 3 * k + 1] } else { [3 * k, 3 * k + 1, 3 * k + 2] };
+        let triangle = |k: u32| {
+            if is_reversed {
+                [3 * k, 3 * k + 2, 3 * k + 1]
+            } else {
+                [3 * k, 3 * k + 1, 3 * k + 2]
+            }
+        };
         let indices = (0..corners.len() as u32 / 3).map(triangle).collect();
-        MeshData { positions: self.stored(corners.into_iter()), indices, is_cap: true, ..MeshData::default() }
+        MeshData {
+            positions: self.stored(corners.into_iter()),
+            indices,
+            is_cap: true,
+            ..MeshData::default()
+        }
     }
 
     /// Positions as they are stored, about the origin of the mesh.
@@ -125,7 +158,10 @@ impl<'a> MeshCutter<'a> {
         }
         let mut corners = Vec::with_capacity(4);
         for i in 0..3 {
-            let ([from, to], [a, b]) = ([triangle[i], triangle[(i + 1) % 3]], [heights[i], heights[(i + 1) % 3]]);
+            let ([from, to], [a, b]) = (
+                [triangle[i], triangle[(i + 1) % 3]],
+                [heights[i], heights[(i + 1) % 3]],
+            );
             if a <= 0.0 {
                 corners.push(self.keep(from));
             }
@@ -136,7 +172,9 @@ impl<'a> MeshCutter<'a> {
         if corners.len() < 3 {
             return;
         }
-        self.out.indices.extend((2..corners.len()).map(|i| [corners[0], corners[i - 1], corners[i]]));
+        self.out
+            .indices
+            .extend((2..corners.len()).map(|i| [corners[0], corners[i - 1], corners[i]]));
         for i in 0..corners.len() {
             let edge = [corners[i], corners[(i + 1) % corners.len()]];
             let [(from, a), (to, b)] = edge.map(|vertex| self.points[vertex as usize]);
@@ -158,20 +196,33 @@ impl<'a> MeshCutter<'a> {
         if let Some(&known) = self.kept.get(&vertex) {
             return known;
         }
-        let new = self.push_between([vertex; 2], 0.0, self.welded[vertex as usize], self.heights[vertex as usize] == 0.0);
+        let new = self.push_between(
+            [vertex; 2],
+            0.0,
+            self.welded[vertex as usize],
+            self.heights[vertex as usize] == 0.0,
+        );
         self.kept.insert(vertex, new);
         new
     }
 
-    /// The vertex where an edge crosses the plane: one for both directions, at a point that is one for all edges between its ends.
+    /// The vertex where an edge crosses the plane: one for both directions, at a point that is one
+    /// for all edges between its ends.
     fn cross(&mut self, from: u32, to: u32) -> u32 {
         // In one order, so that the point has the same bits from both sides.
-        let [a, b] = if self.welded[from as usize] < self.welded[to as usize] { [from, to] } else { [to, from] };
+        let [a, b] = if self.welded[from as usize] < self.welded[to as usize] {
+            [from, to]
+        } else {
+            [to, from]
+        };
         if let Some(&known) = self.crossings.get(&[a, b]) {
             return known;
         }
         let next = (self.welded.len() + self.crossed.len()) as u32;
-        let point = *self.crossed.entry([a, b].map(|vertex| self.welded[vertex as usize])).or_insert(next);
+        let point = *self
+            .crossed
+            .entry([a, b].map(|vertex| self.welded[vertex as usize]))
+            .or_insert(next);
         let [low, high] = [a, b].map(|vertex| self.heights[vertex as usize]);
         let new = self.push_between([a, b], low / (low - high), point, true);
         self.crossings.insert([a, b], new);
@@ -181,11 +232,25 @@ impl<'a> MeshCutter<'a> {
     /// Adds a vertex between two old ones.
     fn push_between(&mut self, [a, b]: [u32; 2], share: f64, point: u32, in_plane: bool) -> u32 {
         let [a, b] = [a, b].map(|vertex| vertex as usize);
-        let MeshData { positions, normals, tangents, uvs, colours, .. } = self.data;
-        self.positions.push(positions.at(a).lerp(positions.at(b), share));
-        self.out.normals.extend((!normals.is_empty()).then(|| between(normals[a], normals[b], share)));
-        self.out.tangents.extend((!tangents.is_empty()).then(|| tangent_between(tangents[a], tangents[b], share)));
-        self.out.colours.extend((!colours.is_empty()).then(|| between(colours[a], colours[b], share)));
+        let MeshData {
+            positions,
+            normals,
+            tangents,
+            uvs,
+            colours,
+            ..
+        } = self.data;
+        self.positions
+            .push(positions.at(a).lerp(positions.at(b), share));
+        self.out
+            .normals
+            .extend((!normals.is_empty()).then(|| between(normals[a], normals[b], share)));
+        self.out.tangents.extend(
+            (!tangents.is_empty()).then(|| tangent_between(tangents[a], tangents[b], share)),
+        );
+        self.out
+            .colours
+            .extend((!colours.is_empty()).then(|| between(colours[a], colours[b], share)));
         for (out, set) in self.out.uvs.iter_mut().zip(uvs) {
             out.extend((!set.is_empty()).then(|| between(set[a], set[b], share)));
         }
@@ -193,12 +258,17 @@ impl<'a> MeshCutter<'a> {
         self.points.len() as u32 - 1
     }
 
-    /// The edges of what the cut leaves open, as they bound the cap, and whether some of them don't close.
+    /// The edges of what the cut leaves open, as they bound the cap, and whether some of them don't
+    /// close.
     fn outline(&self) -> (Outline, bool) {
         let mut edges: Vec<([u32; 2], [u32; 2])> = Vec::new();
         for (points, of) in &self.border {
             let opposite = self.border.get(&[points[1], points[0]]).map_or(0, Vec::len);
-            edges.extend(of.iter().skip(opposite).map(|&[from, to]| ([points[1], points[0]], [to, from])));
+            edges.extend(
+                of.iter()
+                    .skip(opposite)
+                    .map(|&[from, to]| ([points[1], points[0]], [to, from])),
+            );
         }
         // The order of a table is not that of another run.
         edges.sort_unstable();
@@ -209,14 +279,18 @@ impl<'a> MeshCutter<'a> {
             let point = self.map.transform_point3(self.positions[vertex as usize]);
             axes.map(|axis| point[axis])
         };
-        let edges: Vec<_> =
-            edges.iter().filter(|(points, _)| closed(points[0])).map(|&(_, edge)| (edge, edge.map(flat))).collect();
+        let edges: Vec<_> = edges
+            .iter()
+            .filter(|(points, _)| closed(points[0]))
+            .map(|&(_, edge)| (edge, edge.map(flat)))
+            .collect();
         let is_open = edges.len() < all;
         (Outline { edges }, is_open)
     }
 }
 
-/// Tells of points whether the part of the directed edges that they lie on leaves each of its points as often as it comes there.
+/// Tells of points whether the part of the directed edges that they lie on leaves each of its
+/// points as often as it comes there.
 fn closed_parts(edges: impl Iterator<Item = [u32; 2]> + Clone) -> impl Fn(u32) -> bool {
     let mut parents: HashMap<u32, u32> = HashMap::new();
     fn root(parents: &mut HashMap<u32, u32>, point: u32) -> u32 {
@@ -238,9 +312,15 @@ fn closed_parts(edges: impl Iterator<Item = [u32; 2]> + Clone) -> impl Fn(u32) -
         *balance.entry(from).or_default() += 1;
         *balance.entry(to).or_default() -= 1;
     }
-    let roots: HashMap<u32, u32> = balance.keys().map(|&point| (point, root(&mut parents, point))).collect();
-    let open: std::collections::HashSet<u32> =
-        balance.iter().filter(|(_, balance)| **balance != 0).filter_map(|(point, _)| roots.get(point).copied()).collect();
+    let roots: HashMap<u32, u32> = balance
+        .keys()
+        .map(|&point| (point, root(&mut parents, point)))
+        .collect();
+    let open: std::collections::HashSet<u32> = balance
+        .iter()
+        .filter(|(_, balance)| **balance != 0)
+        .filter_map(|(point, _)| roots.get(point).copied())
+        .collect();
     move |point| roots.get(&point).is_some_and(|root| !open.contains(root))
 }
 

@@ -8,20 +8,36 @@ type Triangles = (Vec<[f64; 3]>, Vec<[u32; 3]>);
 /// The corners and the triangles of a cube that faces out, or in.
 fn cube(least: f64, most: f64, inwards: bool) -> Triangles {
     let at = |bit: u32| if bit == 0 { least } else { most };
-    let corners = (0..8_u32).map(|i| [at(i & 1), at(i >> 1 & 1), at(i >> 2 & 1)]).collect();
-    let quads = [[0, 4, 6, 2], [1, 3, 7, 5], [0, 1, 5, 4], [2, 6, 7, 3], [0, 2, 3, 1], [4, 5, 7, 6]];
-    let mut triangles: Vec<[u32; 3]> = quads.iter().flat_map(|&[a, b, c, d]| [[a, b, c], [a, c, d]]).collect();
+    let corners = (0..8_u32)
+        .map(|i| [at(i & 1), at(i >> 1 & 1), at(i >> 2 & 1)])
+        .collect();
+    let quads = [
+        [0, 4, 6, 2],
+        [1, 3, 7, 5],
+        [0, 1, 5, 4],
+        [2, 6, 7, 3],
+        [0, 2, 3, 1],
+        [4, 5, 7, 6],
+    ];
+    let mut triangles: Vec<[u32; 3]> = quads
+        .iter()
+        .flat_map(|&[a, b, c, d]| [[a, b, c], [a, c, d]])
+        .collect();
     if inwards {
-        triangles.iter_mut().for_each(|[_, b, c]| core::mem::swap(b, c));
+        triangles
+            .iter_mut()
+            .for_each(|[_, b, c]| core::mem::swap(b, c));
     }
     (corners, triangles)
 }
 
 /// A scene of meshes with objects that show them.
 fn scene(meshes: &[(&str, Value)], objects: Value) -> Scene {
-    let meshes: Vec<Value> = meshes.iter().map(|(name, data)| json!({ "name": name, "source": { "inline": data } })).collect();
-    let scene =
-        json!({ "format": 1, "materials": [{ "name": "m", "model": { "physical": {} } }], "meshes": meshes, "objects": objects });
+    let meshes: Vec<Value> = meshes
+        .iter()
+        .map(|(name, data)| json!({ "name": name, "source": { "inline": data } }))
+        .collect();
+    let scene = json!({ "format": 1, "materials": [{ "name": "m", "model": { "physical": {} } }], "meshes": meshes, "objects": objects });
     serde_json::from_value(scene).expect("a scene")
 }
 
@@ -33,7 +49,8 @@ fn object(mesh: &str, transform: Value) -> Value {
     json!({ "shape": { "mesh": mesh }, "material": "m", "transform": transform })
 }
 
-/// What is left of a scene: the volumes in the world of what its objects show, and the codes of warnings.
+/// What is left of a scene: the volumes in the world of what its objects show, and the codes of
+/// warnings.
 fn left(scene: &Scene, section: &str) -> (Vec<f64>, Vec<WarningCode>) {
     let mut scene = scene.clone();
     let warnings = cut(&mut scene, &section.parse().expect("a section"), "s");
@@ -42,31 +59,48 @@ fn left(scene: &Scene, section: &str) -> (Vec<f64>, Vec<WarningCode>) {
     for (object, data) in scene.objects.iter().zip(meshes_of(&scene)) {
         let Some(data) = data else { continue };
         let (map, n) = (affine(&object.transform), data.positions.len());
-        let sets = [data.normals.len(), data.colours.len()].into_iter().chain(data.uvs.iter().map(Vec::len));
-        assert!(sets.into_iter().all(|len| len == 0 || len == n), "{section}: each vertex carries all");
+        let sets = [data.normals.len(), data.colours.len()]
+            .into_iter()
+            .chain(data.uvs.iter().map(Vec::len));
+        assert!(
+            sets.into_iter().all(|len| len == 0 || len == n),
+            "{section}: each vertex carries all"
+        );
         let volume = data.indices.iter().map(|triangle| {
             let [a, b, c] = triangle.map(|vertex| data.positions.at(vertex as usize));
             a.dot(b.cross(c)) / 6.0
         });
         let volume = volume.sum::<f64>() * map.matrix3.determinant().abs();
         // A cap comes before its body.
-        if data.is_cap { capped = volume } else { volumes.push(volume + core::mem::take(&mut capped)) }
+        if data.is_cap {
+            capped = volume
+        } else {
+            volumes.push(volume + core::mem::take(&mut capped))
+        }
     }
-    (volumes, warnings.iter().map(|warning| warning.code).collect())
+    (
+        volumes,
+        warnings.iter().map(|warning| warning.code).collect(),
+    )
 }
 
 #[track_caller]
 fn leaves(scene: &Scene, section: &str, expected: &[f64]) {
     let (found, warnings) = left(scene, section);
-    let is_near = found.len() == expected.len() && found.iter().zip(expected).all(|(a, b)| (a - b).abs() < 1e-5);
+    let is_near = found.len() == expected.len()
+        && found
+            .iter()
+            .zip(expected)
+            .all(|(a, b)| (a - b).abs() < 1e-5);
     assert!(
         is_near && warnings.iter().all(|_| expected.is_empty()),
         "{section}: {found:?} instead of {expected:?}, {warnings:?}"
     );
 }
 
-/// Protects: what is left of a closed body is closed, of the right volume and faces out, on either side, along each axis, turned, scaled and mirrored; of
-/// one that is shown twice each is cut where it lies.
+/// Protects: what is left of a closed body is closed, of the right volume and faces out, on either
+/// side, along each axis, turned, scaled and mirrored; of one that is shown twice each is cut where
+/// it lies.
 #[test]
 fn closed_bodies_stay_closed() {
     let bodies = [("cube", data(cube(0.0, 1.0, false)))];
@@ -76,64 +110,110 @@ fn closed_bodies_stay_closed() {
         leaves(&alone, &format!("-{axis}=0.3"), &[0.7]);
         leaves(&alone, &format!("{axis}=25%"), &[0.25]);
     }
-    let turned =
-        json!([object("cube", json!([{ "translate": [-0.5, -0.5, -0.5] }, { "rotate": { "axis": [0, 0, 1], "degrees": 45 } }]))]);
+    let turned = json!([object(
+        "cube",
+        json!([{ "translate": [-0.5, -0.5, -0.5] }, { "rotate": { "axis": [0, 0, 1], "degrees": 45 } }])
+    )]);
     leaves(&scene(&bodies, turned), "x=0", &[0.5]);
     let mirrored = json!([object("cube", json!([{ "scale": [-2, 1, 3] }]))]);
     leaves(&scene(&bodies, mirrored.clone()), "x=-0.5", &[4.5]);
     leaves(&scene(&bodies, mirrored), "-x=-0.5", &[1.5]);
-    let twice = json!([object("cube", json!([])), object("cube", json!([{ "translate": [0.5, 0, 0] }]))]);
+    let twice = json!([
+        object("cube", json!([])),
+        object("cube", json!([{ "translate": [0.5, 0, 0] }]))
+    ]);
     leaves(&scene(&bodies, twice), "x=0.75", &[0.75, 0.25]);
 }
 
-/// Protects: a plane through faces takes a body whole or leaves it whole, without a film; a plane beyond leaves all or nothing, which is told.
+/// Protects: a plane through faces takes a body whole or leaves it whole, without a film; a plane
+/// beyond leaves all or nothing, which is told.
 #[test]
 fn planes_through_faces_leave_no_film() {
-    let body = scene(&[("cube", data(cube(0.1, 0.3, false)))], json!([object("cube", json!([]))]));
+    let body = scene(
+        &[("cube", data(cube(0.1, 0.3, false)))],
+        json!([object("cube", json!([]))]),
+    );
     let whole = 0.2_f64.powi(3);
     // Neither of these numbers is one of single precision.
     leaves(&body, "x=0.3", &[whole]);
     leaves(&body, "-x=0.1", &[whole]);
     leaves(&body, "x=7", &[whole]);
     for nothing in ["x=0.1", "-x=0.3", "y=-1", "z=0%", "-z=100%"] {
-        assert_eq!(left(&body, nothing), (vec![], vec![WarningCode::Section]), "{nothing}");
+        assert_eq!(
+            left(&body, nothing),
+            (vec![], vec![WarningCode::Section]),
+            "{nothing}"
+        );
     }
 }
 
-/// Protects: inner walls bound holes, so that a hollow body shows its wall, bodies of one mesh that overlap are one cap, and what touches the plane with a
-/// face from beyond leaves nothing of itself.
+/// Protects: inner walls bound holes, so that a hollow body shows its wall, bodies of one mesh that
+/// overlap are one cap, and what touches the plane with a face from beyond leaves nothing of
+/// itself.
 #[test]
 fn caps_have_holes() {
     let join = |parts: Vec<Triangles>| {
-        parts.into_iter().fold((Vec::new(), Vec::new()), |(mut corners, mut triangles), (more, of)| {
-            let first = corners.len() as u32;
-            corners.extend(more);
-            triangles.extend(of.into_iter().map(|triangle: [u32; 3]| triangle.map(|vertex| vertex + first)));
-            (corners, triangles)
-        })
+        parts.into_iter().fold(
+            (Vec::new(), Vec::new()),
+            |(mut corners, mut triangles), (more, of)| {
+                let first = corners.len() as u32;
+                corners.extend(more);
+                triangles.extend(
+                    of.into_iter()
+                        .map(|triangle: [u32; 3]| triangle.map(|vertex| vertex + first)),
+                );
+                (corners, triangles)
+            },
+        )
     };
     let hollow = data(join(vec![cube(0.0, 4.0, false), cube(1.0, 3.0, true)]));
-    leaves(&scene(&[("hollow", hollow)], json!([object("hollow", json!([]))])), "y=2", &[32.0 - 4.0]);
+    leaves(
+        &scene(&[("hollow", hollow)], json!([object("hollow", json!([]))])),
+        "y=2",
+        &[32.0 - 4.0],
+    );
     let beside = data(join(vec![cube(0.0, 1.0, false), cube(1.0, 2.0, false)]));
-    leaves(&scene(&[("two", beside)], json!([object("two", json!([]))])), "x=1", &[1.0]);
+    leaves(
+        &scene(&[("two", beside)], json!([object("two", json!([]))])),
+        "x=1",
+        &[1.0],
+    );
 }
 
-/// Protects: a mesh that is open where it is cut has no cap there and is named, its closed neighbours in the same mesh have theirs; spheres and what moves
-/// stay whole and are counted; vertices between carry what lies between.
+/// Protects: a mesh that is open where it is cut has no cap there and is named, its closed
+/// neighbours in the same mesh have theirs; spheres and what moves stay whole and are counted;
+/// vertices between carry what lies between.
 #[test]
 fn open_meshes_and_other_shapes_are_told() {
     let (corners, triangles) = cube(0.0, 1.0, false);
     let lidless: Vec<[u32; 3]> = triangles.iter().copied().skip(2).collect();
-    let (found, warnings) = left(&scene(&[("open", data((corners, lidless)))], json!([object("open", json!([]))])), "y=0.5");
+    let (found, warnings) = left(
+        &scene(
+            &[("open", data((corners, lidless)))],
+            json!([object("open", json!([]))]),
+        ),
+        "y=0.5",
+    );
     assert_eq!((found.len(), warnings), (1, vec![WarningCode::Section]));
-    let mut open =
-        scene(&[("open", data((cube(0.0, 1.0, false).0, vec![[0, 1, 2], [1, 3, 2]])))], json!([object("open", json!([]))]));
+    let mut open = scene(
+        &[(
+            "open",
+            data((cube(0.0, 1.0, false).0, vec![[0, 1, 2], [1, 3, 2]])),
+        )],
+        json!([object("open", json!([]))]),
+    );
     open.objects[0].side = SideRule::Culled;
     cut(&mut open, &"x=0.5".parse().expect("a section"), "s");
-    assert_eq!((open.objects.len(), open.objects[0].side), (1, SideRule::Both), "its inside is seen, and it has no cap");
-    let others =
-        json!([object("cube", json!([])), { "shape": { "sphere": { "centre": [9, 0, 0], "radius": 1 } }, "material": "m" }]);
-    let (found, warnings) = left(&scene(&[("cube", data(cube(0.0, 1.0, false)))], others), "x=0.5");
+    assert_eq!(
+        (open.objects.len(), open.objects[0].side),
+        (1, SideRule::Both),
+        "its inside is seen, and it has no cap"
+    );
+    let others = json!([object("cube", json!([])), { "shape": { "sphere": { "centre": [9, 0, 0], "radius": 1 } }, "material": "m" }]);
+    let (found, warnings) = left(
+        &scene(&[("cube", data(cube(0.0, 1.0, false)))], others),
+        "x=0.5",
+    );
     assert_eq!((found.len(), warnings), (1, vec![WarningCode::Section]));
     let leaf = json!({ "positions": [[0, 0, 0], [2, 0, 0], [0, 2, 0]], "indices": [[0, 1, 2]], "uvs": [[[0, 0], [1, 0], [0, 1]]],
         "colours": [[0, 0, 0, 1], [1, 0, 0, 1], [0, 0, 1, 1]], "normals": [[0, 0, 1], [0, 0, 1], [0, 0, 1]] });
@@ -147,26 +227,59 @@ fn open_meshes_and_other_shapes_are_told() {
     assert_eq!(between, [([0.5, 0.0], 0.5), ([0.5, 0.5], 0.5)]);
 }
 
-/// Protects: a cap is of its body's material, unless images or vertices colour that, and of one new one for all bodies of such.
+/// Protects: a cap is of its body's material, unless images or vertices colour that, and of one new
+/// one for all bodies of such.
 #[test]
 fn caps_are_of_their_bodies() {
-    let two = json!([object("cube", json!([])), object("cube", json!([{ "translate": [0, 3, 0] }]))]);
+    let two = json!([
+        object("cube", json!([])),
+        object("cube", json!([{ "translate": [0, 3, 0] }]))
+    ]);
     for (varies, expected) in [(false, "m"), (true, "m (cap)")] {
         let mut scene = scene(&[("cube", data(cube(0.0, 1.0, false)))], two.clone());
-        let Model::Physical(model) = &mut scene.materials[0].model else { panic!("a physical material") };
+        let Model::Physical(model) = &mut scene.materials[0].model else {
+            panic!("a physical material")
+        };
         model.vertex_colours = varies;
         cut(&mut scene, &"x=0.5".parse().expect("a section"), "s");
-        let of: Vec<&str> = scene.objects.iter().map(|object| object.material.as_str()).collect();
-        assert_eq!((of, scene.materials.len()), (vec![expected, "m", expected, "m"], 1 + usize::from(varies)));
+        let of: Vec<&str> = scene
+            .objects
+            .iter()
+            .map(|object| object.material.as_str())
+            .collect();
+        assert_eq!(
+            (of, scene.materials.len()),
+            (vec![expected, "m", expected, "m"], 1 + usize::from(varies))
+        );
     }
 }
 
 /// Protects: what names no section is refused with an example.
 #[test]
 fn sections_are_read() {
-    assert_eq!("-Y = 2.5".parse(), Ok(Section { axis: 1, keeps_above: true, position: Position::Coordinate(2.5) }));
-    assert_eq!("z=30 %".parse(), Ok(Section { axis: 2, keeps_above: false, position: Position::Share(0.3) }));
-    for text in ["", "x", "x=", "w=1", "x=a", "x=inf", "x=NaN%", "=1", "--x=1"] {
-        assert!(text.parse::<Section>().is_err_and(|why| why.contains("x=0.3")), "{text}");
+    assert_eq!(
+        "-Y = 2.5".parse(),
+        Ok(Section {
+            axis: 1,
+            keeps_above: true,
+            position: Position::Coordinate(2.5)
+        })
+    );
+    assert_eq!(
+        "z=30 %".parse(),
+        Ok(Section {
+            axis: 2,
+            keeps_above: false,
+            position: Position::Share(0.3)
+        })
+    );
+    for text in [
+        "", "x", "x=", "w=1", "x=a", "x=inf", "x=NaN%", "=1", "--x=1",
+    ] {
+        assert!(
+            text.parse::<Section>()
+                .is_err_and(|why| why.contains("x=0.3")),
+            "{text}"
+        );
     }
 }

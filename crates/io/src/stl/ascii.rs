@@ -1,5 +1,5 @@
-//! STL as text: `solid`, facets, each with a loop of corners, `endsolid`; in any case of letters, with any line ends, perhaps several
-//! solids one after the other.
+//! STL as text: `solid`, facets, each with a loop of corners, `endsolid`; in any case of letters,
+//! with any line ends, perhaps several solids one after the other.
 
 use glam::DVec3;
 use raywright_core::scene::MeshData;
@@ -15,7 +15,8 @@ enum Wanted {
     /// A word of the format.
     #[default]
     Word,
-    /// So many numbers of a normal, which mean nothing here, or a word where a writer has left them out.
+    /// So many numbers of a normal, which mean nothing here, or a word where a writer has left them
+    /// out.
     Normal(usize),
     /// The numbers of a corner, of which these are known.
     Vertex(Vec<f64>),
@@ -40,24 +41,37 @@ struct AsciiReader {
 ///
 /// # Errors
 /// A fault of kind input naming line and cause, of kind limit for more than is allowed.
-pub(super) fn read(bytes: &[u8], budget: &mut Budget, warnings: &mut Warnings) -> Outcome<MeshData> {
-    // A corner takes at least 13 characters, and 36 bytes in memory, of which a list that grows needs three times as many.
+pub(super) fn read(
+    bytes: &[u8],
+    budget: &mut Budget,
+    warnings: &mut Warnings,
+) -> Outcome<MeshData> {
+    // A corner takes at least 13 characters, and 36 bytes in memory, of which a list that grows
+    // needs three times as many.
     budget.memory(bytes.len(), 9)?;
     let mut reader = AsciiReader::default();
     let mut last = 0;
     for (i, line) in lines(bytes).enumerate() {
         let line = String::from_utf8_lossy(without_mark(line));
-        reader.line(&line, budget, warnings).map_err(|fault| fault.at(format_args!("line {}", i + 1)))?;
+        reader
+            .line(&line, budget, warnings)
+            .map_err(|fault| fault.at(format_args!("line {}", i + 1)))?;
         last = i + 1;
     }
     if reader.open {
-        return Err(Fault::input(format!("line {last}: the file ends inside a facet")));
+        return Err(Fault::input(format!(
+            "line {last}: the file ends inside a facet"
+        )));
     }
-    Ok(MeshData { positions: reader.positions.into(), ..reader.mesh })
+    Ok(MeshData {
+        positions: reader.positions.into(),
+        ..reader.mesh
+    })
 }
 
 impl AsciiReader {
-    /// Reads one line, which may hold several of the format's words, or a part of what belongs together.
+    /// Reads one line, which may hold several of the format's words, or a part of what belongs
+    /// together.
     fn line(&mut self, line: &str, budget: &mut Budget, warnings: &mut Warnings) -> Outcome<()> {
         for word in line.split_whitespace() {
             match &mut self.wanted {
@@ -82,7 +96,9 @@ impl AsciiReader {
             match word.to_ascii_lowercase().as_str() {
                 // What follows is a name.
                 "solid" | "endsolid" => return Ok(()),
-                "facet" if self.open => return Err(Fault::input("facet: the one before has no endfacet")),
+                "facet" if self.open => {
+                    return Err(Fault::input("facet: the one before has no endfacet"));
+                }
                 "facet" => self.open = true,
                 "normal" => self.wanted = Wanted::Normal(3),
                 "outer" | "loop" => {}
@@ -90,7 +106,12 @@ impl AsciiReader {
                 "vertex" => self.wanted = Wanted::Vertex(Vec::with_capacity(3)),
                 "endloop" => self.end_loop(budget, warnings)?,
                 "endfacet" => self.open = false,
-                other => return Err(Fault::input(format!("`{}` is no word of STL", shown(other)))),
+                other => {
+                    return Err(Fault::input(format!(
+                        "`{}` is no word of STL",
+                        shown(other)
+                    )));
+                }
             }
         }
         Ok(())
@@ -100,7 +121,10 @@ impl AsciiReader {
     fn end_loop(&mut self, budget: &mut Budget, warnings: &mut Warnings) -> Outcome<()> {
         let before = self.positions.len();
         if self.corners.len() < 3 {
-            warnings.add(WarningCode::Geometry, "facets with fewer than three corners are ignored");
+            warnings.add(
+                WarningCode::Geometry,
+                "facets with fewer than three corners are ignored",
+            );
         } else {
             self.clipper.claim(self.corners.len(), budget)?;
             budget.triangles(self.corners.len() - 2)?;
@@ -110,7 +134,11 @@ impl AsciiReader {
             if u32::try_from(before + points.len()).is_err() {
                 return Err(Fault::limit("has more than 4294967295 corners"));
             }
-            self.mesh.indices.extend(self.triangles.iter().map(|corners| corners.map(|corner| (before + corner) as u32)));
+            self.mesh.indices.extend(
+                self.triangles
+                    .iter()
+                    .map(|corners| corners.map(|corner| (before + corner) as u32)),
+            );
             self.positions.append(&mut self.corners);
         }
         self.corners.clear();

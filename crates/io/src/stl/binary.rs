@@ -1,5 +1,5 @@
-//! Binary STL: 80 bytes of anything, the number of facets, and 50 bytes each: normal, corners, and two bytes that were meant as a length
-//! and serve as a colour.
+//! Binary STL: 80 bytes of anything, the number of facets, and 50 bytes each: normal, corners, and
+//! two bytes that were meant as a length and serve as a colour.
 
 use raywright_core::scene::MeshData;
 
@@ -15,7 +15,8 @@ const FACET: usize = 50;
 /// The dialects of colours.
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum Dialect {
-    /// Materialise Magics: the header names a colour for all, which a facet's own replaces where its top bit is clear; red in the low bits.
+    /// Materialise Magics: the header names a colour for all, which a facet's own replaces where
+    /// its top bit is clear; red in the low bits.
     Magics([f32; 3]),
     /// VisCAM and SolidView: a facet has a colour where its top bit is set; blue in the low bits.
     VisCam,
@@ -23,7 +24,12 @@ enum Dialect {
 
 /// Whether a file is as long as its number of facets makes it.
 pub(super) fn has_its_length(bytes: &[u8]) -> bool {
-    count(bytes).is_some_and(|count| count.checked_mul(FACET).and_then(|facets| facets.checked_add(HEAD)) == Some(bytes.len()))
+    count(bytes).is_some_and(|count| {
+        count
+            .checked_mul(FACET)
+            .and_then(|facets| facets.checked_add(HEAD))
+            == Some(bytes.len())
+    })
 }
 
 fn count(bytes: &[u8]) -> Option<usize> {
@@ -33,20 +39,31 @@ fn count(bytes: &[u8]) -> Option<usize> {
 /// The mesh of a file.
 ///
 /// # Errors
-/// A fault of kind input for a file that ends too early, of kind limit for more facets than are allowed.
-pub(super) fn read(bytes: &[u8], budget: &mut Budget, warnings: &mut Warnings) -> Outcome<MeshData> {
+/// A fault of kind input for a file that ends too early, of kind limit for more facets than are
+/// allowed.
+pub(super) fn read(
+    bytes: &[u8],
+    budget: &mut Budget,
+    warnings: &mut Warnings,
+) -> Outcome<MeshData> {
     let head = "is no STL file: neither `solid` and facets in words nor a header of 84 bytes";
-    let (count, rest) = count(bytes).zip(bytes.get(HEAD..)).ok_or_else(|| Fault::input(head))?;
+    let (count, rest) = count(bytes)
+        .zip(bytes.get(HEAD..))
+        .ok_or_else(|| Fault::input(head))?;
     let (facets, _) = rest.as_chunks::<FACET>();
     let there = facets.len();
     if there < count {
-        return Err(Fault::input(format!("is a binary STL file cut off: {there} of {count} facets are there")));
+        return Err(Fault::input(format!(
+            "is a binary STL file cut off: {there} of {count} facets are there"
+        )));
     }
     let beyond = rest.len() - count * FACET;
     if beyond > 0 {
         warnings.add(
             WarningCode::Format,
-            format!("the file says that it has {count} facets; {beyond} bytes after them were ignored"),
+            format!(
+                "the file says that it has {count} facets; {beyond} bytes after them were ignored"
+            ),
         );
     }
     let facets = facets.get(..count).unwrap_or_default();
@@ -56,14 +73,30 @@ pub(super) fn read(bytes: &[u8], budget: &mut Budget, warnings: &mut Warnings) -
     if dialect.is_some() {
         budget.memory(count, 3 * size_of::<[f32; 4]>())?;
     }
-    let number = |facet: &[u8; FACET], at: usize| facet[at..].first_chunk().map_or(0.0, |bytes| f32::from_le_bytes(*bytes));
-    let corner = |facet: &[u8; FACET], at: usize| [0, 4, 8].map(|axis| number(facet, 12 + 12 * at + axis));
-    let colour = |facet: &[u8; FACET]| dialect.map(|dialect| painted(dialect.colour(attribute(facet))));
+    let number = |facet: &[u8; FACET], at: usize| {
+        facet[at..]
+            .first_chunk()
+            .map_or(0.0, |bytes| f32::from_le_bytes(*bytes))
+    };
+    let corner =
+        |facet: &[u8; FACET], at: usize| [0, 4, 8].map(|axis| number(facet, 12 + 12 * at + axis));
+    let colour =
+        |facet: &[u8; FACET]| dialect.map(|dialect| painted(dialect.colour(attribute(facet))));
     Ok(MeshData {
-        positions: facets.iter().flat_map(|facet| [0, 1, 2].map(|at| corner(facet, at))).collect::<Vec<_>>().into(),
+        positions: facets
+            .iter()
+            .flat_map(|facet| [0, 1, 2].map(|at| corner(facet, at)))
+            .collect::<Vec<_>>()
+            .into(),
         // As many as were claimed, each of three vertices of its own.
-        indices: (0..count as u32).map(|i| [3 * i, 3 * i + 1, 3 * i + 2]).collect(),
-        colours: facets.iter().flat_map(|facet| colour(facet).map(|colour| [colour; 3])).flatten().collect(),
+        indices: (0..count as u32)
+            .map(|i| [3 * i, 3 * i + 1, 3 * i + 2])
+            .collect(),
+        colours: facets
+            .iter()
+            .flat_map(|facet| colour(facet).map(|colour| [colour; 3]))
+            .flatten()
+            .collect(),
         ..MeshData::default()
     })
 }
@@ -72,14 +105,22 @@ fn attribute(facet: &[u8; FACET]) -> u16 {
     u16::from_le_bytes([facet[48], facet[49]])
 }
 
-/// The dialect that a header or, where it says nothing, the facets speak; none: the two bytes of facets are no colours.
+/// The dialect that a header or, where it says nothing, the facets speak; none: the two bytes of
+/// facets are no colours.
 fn dialect(header: &[u8], facets: &[[u8; FACET]]) -> Option<Dialect> {
     const KEY: &[u8] = b"COLOR=";
-    let colour =
-        header.windows(KEY.len()).position(|word| word == KEY).and_then(|at| header.get(at + KEY.len()..)?.first_chunk());
+    let colour = header
+        .windows(KEY.len())
+        .position(|word| word == KEY)
+        .and_then(|at| header.get(at + KEY.len()..)?.first_chunk());
     match colour {
-        Some(&[r, g, b, _]) => Some(Dialect::Magics([r, g, b].map(|code: u8| f32::from(code) / 255.0))),
-        None => facets.iter().any(|facet| attribute(facet) & 0x8000 != 0).then_some(Dialect::VisCam),
+        Some(&[r, g, b, _]) => Some(Dialect::Magics(
+            [r, g, b].map(|code: u8| f32::from(code) / 255.0),
+        )),
+        None => facets
+            .iter()
+            .any(|facet| attribute(facet) & 0x8000 != 0)
+            .then_some(Dialect::VisCam),
     }
 }
 

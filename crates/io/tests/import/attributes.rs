@@ -1,13 +1,24 @@
-//! What vertices of imported meshes carry, by hand: colours of every kind, and normals that a file lacks in part.
+//! What vertices of imported meshes carry, by hand: colours of every kind, and normals that a file
+//! lacks in part.
 
 use raywright_core::scene::MeshData;
 
 use crate::shared::{check_sound, load, mesh_of};
 
 /// A glTF file of the triangle 0, x, y, whose outside is +z, with one more attribute.
-fn triangle(attribute: &str, component: u32, kind: &str, normalised: bool, values: &[u8]) -> MeshData {
+fn triangle(
+    attribute: &str,
+    component: u32,
+    kind: &str,
+    normalised: bool,
+    values: &[u8],
+) -> MeshData {
     let corners = [[0.0_f32; 3], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]];
-    let mut bytes: Vec<u8> = corners.as_flattened().iter().flat_map(|x| x.to_le_bytes()).collect();
+    let mut bytes: Vec<u8> = corners
+        .as_flattened()
+        .iter()
+        .flat_map(|x| x.to_le_bytes())
+        .collect();
     bytes.extend(values);
     // The elements lie at multiples of four bytes.
     let stride = values.len() / 3;
@@ -36,17 +47,28 @@ fn written(name: &str, text: &str, buffer: &[u8]) -> MeshData {
     mesh_of(&file, &file.scene.objects[0]).clone()
 }
 
-/// Protects: colours of three numbers are opaque and those of four have their own alpha, in each of the three kinds of number that
-/// glTF 2.0 allows (section 3.7.2.1). What lies where a fourth number would be is none.
+/// Protects: colours of three numbers are opaque and those of four have their own alpha, in each of
+/// the three kinds of number that glTF 2.0 allows (section 3.7.2.1). What lies where a fourth
+/// number would be is none.
 #[test]
 fn colours_of_three_numbers_are_opaque() {
-    let covering = [[1.0_f32, 0.0, 0.0, 0.0], [0.0, 1.0, 0.0, 1.0], [0.0, 0.0, 1.0, 0.6]];
+    let covering = [
+        [1.0_f32, 0.0, 0.0, 0.0],
+        [0.0, 1.0, 0.0, 1.0],
+        [0.0, 0.0, 1.0, 0.6],
+    ];
     let opaque = covering.map(|[r, g, b, _]| [r, g, b, 1.0]);
     let numbers = covering.as_flattened();
     let kinds: [(u32, Vec<u8>); 3] = [
         (5126, numbers.iter().flat_map(|x| x.to_le_bytes()).collect()),
         (5121, numbers.iter().map(|x| (x * 255.0) as u8).collect()),
-        (5123, numbers.iter().flat_map(|x| ((x * 65535.0) as u16).to_le_bytes()).collect()),
+        (
+            5123,
+            numbers
+                .iter()
+                .flat_map(|x| ((x * 65535.0) as u16).to_le_bytes())
+                .collect(),
+        ),
     ];
     for (component, values) in kinds {
         for (kind, wanted) in [("VEC3", opaque), ("VEC4", covering)] {
@@ -56,21 +78,29 @@ fn colours_of_three_numbers_are_opaque() {
     }
 }
 
-/// Protects: normals that a file has too short or not at all become those of the facets around, outward; the others are its own,
-/// also where they point inward.
+/// Protects: normals that a file has too short or not at all become those of the facets around,
+/// outward; the others are its own, also where they point inward.
 #[test]
 fn missing_normals_point_outward() {
     let given = [[0.0_f32; 3], [0.0, 0.0, -2.0], [f32::NAN, 1.0, 0.0]];
     let wanted = [[0.0, 0.0, 1.0], [0.0, 0.0, -1.0], [0.0, 0.0, 1.0]];
-    let bytes: Vec<u8> = given.as_flattened().iter().flat_map(|x| x.to_le_bytes()).collect();
-    assert_eq!(triangle("NORMAL", 5126, "VEC3", false, &bytes).normals, wanted);
+    let bytes: Vec<u8> = given
+        .as_flattened()
+        .iter()
+        .flat_map(|x| x.to_le_bytes())
+        .collect();
+    assert_eq!(
+        triangle("NORMAL", 5126, "VEC3", false, &bytes).normals,
+        wanted
+    );
     let text = "v 0 0 0\nv 1 0 0\nv 0 1 0\nvn 0 0 0\nvn 0 0 -2\nf 1//1 2//2 3//1\n";
     let model = written("a.obj", text, &[]);
     assert_eq!(model.normals, wanted);
 }
 
-/// Protects: the normals of a smoothing group are outward and weigh each facet by its area: a floor of area 2 (two triangles) and a
-/// wall of area 1/2 meet at x = 0 in (1/2, 0, 2)/√(17/4), and beyond that edge each has its own.
+/// Protects: the normals of a smoothing group are outward and weigh each facet by its area: a floor
+/// of area 2 (two triangles) and a wall of area 1/2 meet at x = 0 in (1/2, 0, 2)/√(17/4), and
+/// beyond that edge each has its own.
 #[test]
 fn smooth_normals_point_outward() {
     let text = "s 1\nv 0 0 0\nv 2 0 0\nv 2 1 0\nv 0 1 0\nv 0 0 1\nf 1 2 3 4\nf 1 4 5\n";
@@ -89,22 +119,37 @@ fn smooth_normals_point_outward() {
     assert_eq!(model.normals.len(), model.positions.len());
 }
 
-/// Protects: smoothing groups that meet share no normal: a floor in one and a wall in the other each keep their own, and in one
-/// group the edge leans.
+/// Protects: smoothing groups that meet share no normal: a floor in one and a wall in the other
+/// each keep their own, and in one group the edge leans.
 #[test]
 fn smoothing_groups_keep_their_normals() {
     let model = |wall: &str| {
-        let text = format!("v 0 0 0\nv 2 0 0\nv 2 1 0\nv 0 1 0\nv 0 0 1\nv 0 1 1\ns 1\nf 1 2 3 4\ns {wall}\nf 1 4 6 5\n");
+        let text = format!(
+            "v 0 0 0\nv 2 0 0\nv 2 1 0\nv 0 1 0\nv 0 0 1\nv 0 1 1\ns 1\nf 1 2 3 4\ns {wall}\nf 1 4 6 5\n"
+        );
         written("a.obj", &text, &[])
     };
     let apart = model("2");
-    assert!(apart.normals.iter().all(|n| *n == [0.0, 0.0, 1.0] || *n == [1.0, 0.0, 0.0]), "{:?}", apart.normals);
-    let edge = |data: &MeshData| data.positions.offsets().iter().filter(|p| p[0] == 0.0 && p[2] == 0.0).count();
+    assert!(
+        apart
+            .normals
+            .iter()
+            .all(|n| *n == [0.0, 0.0, 1.0] || *n == [1.0, 0.0, 0.0]),
+        "{:?}",
+        apart.normals
+    );
+    let edge = |data: &MeshData| {
+        data.positions
+            .offsets()
+            .iter()
+            .filter(|p| p[0] == 0.0 && p[2] == 0.0)
+            .count()
+    };
     assert_eq!((edge(&apart), edge(&model("1"))), (4, 2));
 }
 
-/// Protects: a mesh has every set of coordinates up to the one that its material reads, each at its own place: of a file with the
-/// second set alone the first is zeros.
+/// Protects: a mesh has every set of coordinates up to the one that its material reads, each at its
+/// own place: of a file with the second set alone the first is zeros.
 #[test]
 fn sets_of_coordinates_keep_their_places() {
     const DOT: &str = "iVBORw0KGgoAAAANSUhEUgAAAAEAAAABCAYAAAAfFcSJAAAADUlEQVR42mNk+M9QDwADhgGAWjR9awAAAABJRU5ErkJggg==";

@@ -1,4 +1,5 @@
-//! Vertices that move: morph targets, skins and instances of the graphics processor, against places worked out by hand.
+//! Vertices that move: morph targets, skins and instances of the graphics processor, against places
+//! worked out by hand.
 
 use glam::{DAffine3, DMat3, DQuat, DVec3};
 use raywright_io::{Error, ErrorKind, Input, LoadOptions, Loaded, ModelOptions, Overrides, load};
@@ -22,11 +23,16 @@ fn triangle(loaded: &Loaded) -> ([DVec3; 3], Option<[DVec3; 3]>) {
 
 #[track_caller]
 fn near(found: [DVec3; 3], expected: [DVec3; 3]) {
-    let apart = found.iter().zip(expected).map(|(a, b)| a.distance(b)).fold(0.0, f64::max);
+    let apart = found
+        .iter()
+        .zip(expected)
+        .map(|(a, b)| a.distance(b))
+        .fold(0.0, f64::max);
     assert!(apart < 1e-6, "{found:?}, not {expected:?}");
 }
 
-/// Two targets: one lifts the corners by 1, 2 and 3 and turns normals to x, the other moves the first corner along y.
+/// Two targets: one lifts the corners by 1, 2 and 3 and turns normals to x, the other moves the
+/// first corner along y.
 fn morphing() -> Made {
     let mut made = Made::new();
     let lift = made.accessor("VEC3", &[0.0, 0.0, 1.0, 0.0, 0.0, 2.0, 0.0, 0.0, 3.0]);
@@ -43,11 +49,15 @@ fn morphing() -> Made {
 /// What two weights make of the triangle, whose node is at (0, 0, 5).
 fn morphed(a: f64, b: f64) -> ([DVec3; 3], DVec3) {
     let lifted = |i: usize| CORNERS[i] + DVec3::Z * (a * (i as f64 + 1.0) + 5.0);
-    ([lifted(0) + DVec3::Y * (4.0 * b), lifted(1), lifted(2)], DVec3::new(a, 0.0, 1.0 - a).normalize())
+    (
+        [lifted(0) + DVec3::Y * (4.0 * b), lifted(1), lifted(2)],
+        DVec3::new(a, 0.0, 1.0 - a).normalize(),
+    )
 }
 
-/// Protects: targets add up by their weights, the mesh's, in their place the node's, in theirs the animation's: straight, by
-/// steps and by splines, each weight for itself; normals are brought back to unit length.
+/// Protects: targets add up by their weights, the mesh's, in their place the node's, in theirs the
+/// animation's: straight, by steps and by splines, each weight for itself; normals are brought back
+/// to unit length.
 #[test]
 fn targets_move_by_their_weights() {
     let weighs = |made: &Made, at: Option<f64>, [a, b]: [f64; 2]| {
@@ -63,17 +73,35 @@ fn targets_move_by_their_weights() {
     weighs(&node(), None, [0.25, -1.0]);
     let line = node().animated("", 1, "weights", "LINEAR", &[0.0, 1.0, 0.5, 3.0]);
     weighs(&line, None, [0.25, -1.0]);
-    for (time, weights) in [(0.0, [0.0, 1.0]), (1.5, [0.125, 1.5]), (2.0, [0.25, 2.0]), (9.0, [0.5, 3.0])] {
+    for (time, weights) in [
+        (0.0, [0.0, 1.0]),
+        (1.5, [0.125, 1.5]),
+        (2.0, [0.25, 2.0]),
+        (9.0, [0.5, 3.0]),
+    ] {
         weighs(&line, Some(time), weights);
     }
-    weighs(&node().animated("", 1, "weights", "STEP", &[0.0, 1.0, 0.5, 3.0]), Some(2.9), [0.0, 1.0]);
+    weighs(
+        &node().animated("", 1, "weights", "STEP", &[0.0, 1.0, 0.5, 3.0]),
+        Some(2.9),
+        [0.0, 1.0],
+    );
     // Before, value and after each key, two weights each; the keys are two seconds apart.
     let spline = [9.0, 9.0, 0.0, 1.0, 0.25, 0.0, 0.5, 0.0, 0.5, 3.0, 9.0, 9.0];
-    weighs(&node().animated("", 1, "weights", "CUBICSPLINE", &spline), Some(2.0), [0.25 + 0.25 * (0.25 - 0.5), 2.0]);
-    weighs(&node().animated("", 1, "weights", "CUBICSPLINE", &spline), Some(3.0), [0.5, 3.0]);
+    weighs(
+        &node().animated("", 1, "weights", "CUBICSPLINE", &spline),
+        Some(2.0),
+        [0.25 + 0.25 * (0.25 - 0.5), 2.0],
+    );
+    weighs(
+        &node().animated("", 1, "weights", "CUBICSPLINE", &spline),
+        Some(3.0),
+        [0.5, 3.0],
+    );
 }
 
-/// Protects: one mesh under several nodes with weights of their own is as many shapes; with equal ones, one.
+/// Protects: one mesh under several nodes with weights of their own is as many shapes; with equal
+/// ones, one.
 #[test]
 fn shapes_are_told_apart() {
     let made = |weights: [f64; 2]| {
@@ -85,19 +113,30 @@ fn shapes_are_told_apart() {
     assert_eq!(shown(&made([1.0, 0.0]), None).scene.meshes.len(), 1);
     let loaded = shown(&made([0.0, 1.0]), None);
     assert_eq!(loaded.scene.meshes.len(), 2);
-    let z = |i: usize| world_triangles(&loaded, &loaded.scene.objects[i]).0[0].map(|corner| corner.z);
+    let z =
+        |i: usize| world_triangles(&loaded, &loaded.scene.objects[i]).0[0].map(|corner| corner.z);
     assert_eq!([z(0), z(1)], [[6.0, 7.0, 8.0], [0.0; 3]]);
 }
 
 fn matrix(map: &DAffine3) -> Vec<f32> {
-    let [x, y, z] = [map.matrix3.x_axis, map.matrix3.y_axis, map.matrix3.z_axis].map(|axis| axis.extend(0.0));
-    [x, y, z, map.translation.extend(1.0)].iter().flat_map(|column| column.to_array()).map(|c| c as f32).collect()
+    let [x, y, z] =
+        [map.matrix3.x_axis, map.matrix3.y_axis, map.matrix3.z_axis].map(|axis| axis.extend(0.0));
+    [x, y, z, map.translation.extend(1.0)]
+        .iter()
+        .flat_map(|column| column.to_array())
+        .map(|c| c as f32)
+        .collect()
 }
 
-/// Places of two joints, bound at the origin and at (0, 1, 0), and the model's triangle, hanging by these weights in 255ths.
+/// Places of two joints, bound at the origin and at (0, 1, 0), and the model's triangle, hanging by
+/// these weights in 255ths.
 fn skinned(joints: [DAffine3; 2], weights: [[u8; 4]; 3]) -> Made {
     let mut made = Made::new();
-    let binds = [matrix(&DAffine3::IDENTITY), matrix(&DAffine3::from_translation(-DVec3::Y))].concat();
+    let binds = [
+        matrix(&DAffine3::IDENTITY),
+        matrix(&DAffine3::from_translation(-DVec3::Y)),
+    ]
+    .concat();
     let binds = made.accessor("MAT4", &binds);
     let up = made.accessor("VEC3", &[0.0, 0.0, 1.0, 0.0, 0.0, 1.0, 0.0, 0.0, 1.0]);
     let hang = made.bytes(false, &[[0, 1, 0, 0]; 3]);
@@ -117,28 +156,46 @@ fn skinned(joints: [DAffine3; 2], weights: [[u8; 4]; 3]) -> Made {
     })
 }
 
-/// Protects: a vertex goes with its joints by its weights and not with its node; weights that are not one in sum count by their
-/// shares, and without any the first joint has the vertex; normals turn along.
+/// Protects: a vertex goes with its joints by its weights and not with its node; weights that are
+/// not one in sum count by their shares, and without any the first joint has the vertex; normals
+/// turn along.
 #[test]
 fn skins_go_with_their_joints() {
     let quarter = DQuat::from_rotation_x(std::f64::consts::FRAC_PI_2);
     let tall = DVec3::new(1.0, 3.0, 1.0);
     let second = DAffine3::from_scale_rotation_translation(tall, quarter, DVec3::Y);
     let joints = [DAffine3::from_translation(DVec3::X * 3.0), second];
-    let loaded = shown(&skinned(joints, [[255, 0, 0, 0], [0, 0, 0, 0], [100, 100, 0, 0]]), None);
+    let loaded = shown(
+        &skinned(joints, [[255, 0, 0, 0], [0, 0, 0, 0], [100, 100, 0, 0]]),
+        None,
+    );
     let (corners, normals) = triangle(&loaded);
     // The third stays at (0, 1, 0) for the second joint, and goes to (3, 1, 0) with the first.
-    near(corners, [DVec3::X * 3.0, DVec3::X * 4.0, DVec3::new(1.5, 1.0, 0.0)]);
+    near(
+        corners,
+        [DVec3::X * 3.0, DVec3::X * 4.0, DVec3::new(1.5, 1.0, 0.0)],
+    );
     let half = second.matrix3 * 0.5 + DMat3::IDENTITY * 0.5;
-    near(normals.expect("it has normals"), [DVec3::Z, DVec3::Z, (half.inverse().transpose() * DVec3::Z).normalize()]);
+    near(
+        normals.expect("it has normals"),
+        [
+            DVec3::Z,
+            DVec3::Z,
+            (half.inverse().transpose() * DVec3::Z).normalize(),
+        ],
+    );
     // All with the second joint: the model turned about (0, 1, 0).
     let (corners, normals) = triangle(&shown(&skinned(joints, [[0, 255, 0, 0]; 3]), None));
-    near(corners, CORNERS.map(|corner| quarter * (tall * (corner - DVec3::Y)) + DVec3::Y));
+    near(
+        corners,
+        CORNERS.map(|corner| quarter * (tall * (corner - DVec3::Y)) + DVec3::Y),
+    );
     near(normals.expect("it has normals"), [quarter * DVec3::Z; 3]);
 }
 
-/// Protects: a skinned mesh below a mirror is seen from the side that its file calls its front: corners go with the joints, their
-/// order and the normals are those of the mirrored triangle. Another node's handedness makes another shape.
+/// Protects: a skinned mesh below a mirror is seen from the side that its file calls its front:
+/// corners go with the joints, their order and the normals are those of the mirrored triangle.
+/// Another node's handedness makes another shape.
 #[test]
 fn skins_below_mirrors_keep_their_front() {
     let made = skinned([DAffine3::IDENTITY; 2], [[255, 0, 0, 0]; 3]);
@@ -150,27 +207,46 @@ fn skins_below_mirrors_keep_their_front() {
         d["scenes"][0]["nodes"] = json!([6, 5]);
     });
     let loaded = shown(&made, None);
-    assert_eq!((loaded.scene.meshes.len(), loaded.scene.objects.len()), (2, 2));
+    assert_eq!(
+        (loaded.scene.meshes.len(), loaded.scene.objects.len()),
+        (2, 2)
+    );
     for object in &loaded.scene.objects {
         let (corners, normals) = world_triangles(&loaded, object);
         let [a, b, c] = corners[0];
         let geometric = (b - a).cross(c - a);
-        let faces = if std::ptr::eq(object, &loaded.scene.objects[0]) { 1.0 } else { -1.0 };
-        near([a, a.min(b).min(c), a.max(b).max(c)], [DVec3::ZERO, DVec3::NEG_X, DVec3::Y]);
-        near([geometric, normals[0][0], normals[0][2]], [DVec3::Z * faces; 3]);
+        let faces = if std::ptr::eq(object, &loaded.scene.objects[0]) {
+            1.0
+        } else {
+            -1.0
+        };
+        near(
+            [a, a.min(b).min(c), a.max(b).max(c)],
+            [DVec3::ZERO, DVec3::NEG_X, DVec3::Y],
+        );
+        near(
+            [geometric, normals[0][0], normals[0][2]],
+            [DVec3::Z * faces; 3],
+        );
     }
 }
 
-/// Protects: a model that stands a million kilometres away keeps its shape, which single precision has no room for there; and
-/// joints that no scene shows stand somewhere all the same.
+/// Protects: a model that stands a million kilometres away keeps its shape, which single precision
+/// has no room for there; and joints that no scene shows stand somewhere all the same.
 #[test]
 fn skins_far_away_keep_their_shape() {
     let far = DVec3::new(1e9, -1e9, 0.25);
-    let joints = [DAffine3::from_translation(far), DAffine3::from_translation(far + DVec3::Y)];
+    let joints = [
+        DAffine3::from_translation(far),
+        DAffine3::from_translation(far + DVec3::Y),
+    ];
     let weights = [[255, 0, 0, 0], [0, 255, 0, 0], [9, 9, 0, 0]];
     for nodes in [json!([0, 3, 4]), json!([0])] {
         let made = skinned(joints, weights).with(|d| d["scenes"][0]["nodes"] = nodes);
-        near(triangle(&shown(&made, None)).0, CORNERS.map(|corner| corner + far));
+        near(
+            triangle(&shown(&made, None)).0,
+            CORNERS.map(|corner| corner + far),
+        );
     }
 }
 
@@ -180,9 +256,16 @@ fn skins_and_targets_play_together() {
     let joints = [DAffine3::IDENTITY, DAffine3::from_translation(DVec3::Y)];
     let mut made = skinned(joints, [[255, 0, 0, 0]; 3]);
     let lift = made.accessor("VEC3", &[0.0, 0.0, 1.0, 0.0, 0.0, 2.0, 0.0, 0.0, 3.0]);
-    let made = made.with(|d| d["meshes"][0]["primitives"][0]["targets"] = json!([{ "POSITION": lift }]));
+    let made =
+        made.with(|d| d["meshes"][0]["primitives"][0]["targets"] = json!([{ "POSITION": lift }]));
     let made = made.animated("", 1, "weights", "LINEAR", &[0.0, 1.0]);
-    let made = made.animated("", 3, "translation", "LINEAR", &[0.0, 0.0, 0.0, 4.0, 0.0, 0.0]);
+    let made = made.animated(
+        "",
+        3,
+        "translation",
+        "LINEAR",
+        &[0.0, 0.0, 0.0, 4.0, 0.0, 0.0],
+    );
     let moved = |t: f64| [1.0, 2.0, 3.0].map(|n| DVec3::new(4.0 * t, 0.0, n * t));
     for (time, t) in [(1.0, 0.0), (2.0, 0.5), (3.0, 1.0)] {
         let expected = [0, 1, 2].map(|i| CORNERS[i] + moved(t)[i]);
@@ -193,69 +276,131 @@ fn skins_and_targets_play_together() {
 /// What is wrong with a file's JSON.
 type Change = fn(&mut Value);
 
-/// Protects: what skins and targets say that can't be is an error with its place, whatever is played.
+/// Protects: what skins and targets say that can't be is an error with its place, whatever is
+/// played.
 #[test]
 fn broken_skins_and_targets_are_refused() {
     let joints = [DAffine3::IDENTITY; 2];
-    let attributes = |d: &mut Value| d["meshes"][0]["primitives"][0]["attributes"].as_object_mut().expect("a table").clone();
+    let attributes = |d: &mut Value| {
+        d["meshes"][0]["primitives"][0]["attributes"]
+            .as_object_mut()
+            .expect("a table")
+            .clone()
+    };
     let skins: [(Change, &str); 6] = [
         (|d| d["skins"][0]["joints"] = json!([3]), "joint 1 of 1"),
         (|d| d["skins"][0]["joints"] = json!([3, 99]), "nodes[99]"),
-        (|d| d["skins"][0]["joints"] = json!([3, 4, 3]), "3 joints and 2 inverseBindMatrices"),
-        (|d| d["skins"][0]["inverseBindMatrices"] = json!(0), "of 3 numbers"),
+        (
+            |d| d["skins"][0]["joints"] = json!([3, 4, 3]),
+            "3 joints and 2 inverseBindMatrices",
+        ),
+        (
+            |d| d["skins"][0]["inverseBindMatrices"] = json!(0),
+            "of 3 numbers",
+        ),
         (|d| d["nodes"][1]["skin"] = json!(7), "skins[7]"),
-        (|d| d["meshes"][0]["primitives"][0]["attributes"]["JOINTS_0"] = json!(1), "JOINTS_0: has 16 components"),
+        (
+            |d| d["meshes"][0]["primitives"][0]["attributes"]["JOINTS_0"] = json!(1),
+            "JOINTS_0: has 16 components",
+        ),
     ];
     for (change, word) in skins {
         let made = skinned(joints, [[255, 255, 0, 0]; 3]).with(change);
         let error = made.asked(None, None, None).expect_err(word);
-        assert!(error.kind() == ErrorKind::Input && error.to_string().contains(word), "{word}: {error}");
+        assert!(
+            error.kind() == ErrorKind::Input && error.to_string().contains(word),
+            "{word}: {error}"
+        );
     }
     let bare = skinned(joints, [[255, 0, 0, 0]; 3]).with(|d| {
-        let kept: serde_json::Map<_, _> = attributes(d).into_iter().filter(|(name, _)| name != "JOINTS_0").collect();
+        let kept: serde_json::Map<_, _> = attributes(d)
+            .into_iter()
+            .filter(|(name, _)| name != "JOINTS_0")
+            .collect();
         d["meshes"][0]["primitives"][0]["attributes"] = kept.into();
     });
-    assert!(bare.asked(None, None, None).expect_err("no joints").to_string().contains("no JOINTS_0"));
+    assert!(
+        bare.asked(None, None, None)
+            .expect_err("no joints")
+            .to_string()
+            .contains("no JOINTS_0")
+    );
     let targets: [(Change, &str); 3] = [
-        (|d| d["meshes"][0]["primitives"][0]["targets"][0]["POSITION"] = json!(99), "accessors[99]"),
-        (|d| d["accessors"][1]["count"] = json!(2), "has 2 elements of 3 numbers"),
+        (
+            |d| d["meshes"][0]["primitives"][0]["targets"][0]["POSITION"] = json!(99),
+            "accessors[99]",
+        ),
+        (
+            |d| d["accessors"][1]["count"] = json!(2),
+            "has 2 elements of 3 numbers",
+        ),
         (|d| d["accessors"][2]["type"] = json!("SCALAR"), "NORMAL"),
     ];
     for (change, word) in targets {
-        let made = morphing().with(|d| d["meshes"][0]["weights"] = json!([1, 1])).with(change);
+        let made = morphing()
+            .with(|d| d["meshes"][0]["weights"] = json!([1, 1]))
+            .with(change);
         let error = made.asked(None, None, None).expect_err(word);
-        assert!(error.kind() == ErrorKind::Input && error.to_string().contains("targets[0]"), "{word}: {error}");
+        assert!(
+            error.kind() == ErrorKind::Input && error.to_string().contains("targets[0]"),
+            "{word}: {error}"
+        );
         assert!(error.to_string().contains(word), "{word}: {error}");
     }
 }
 
-/// Protects: EXT_mesh_gpu_instancing shows the mesh at each place in its node's space, turned and scaled, stored once.
+/// Protects: EXT_mesh_gpu_instancing shows the mesh at each place in its node's space, turned and
+/// scaled, stored once.
 #[test]
 fn instances_of_the_graphics_processor() {
     let (turn, place) = (DQuat::from_rotation_z(0.7), DVec3::new(1.0, 2.0, 3.0));
     let mut made = Made::new();
     let lists = [
         made.accessor("VEC3", &[0.0, 0.0, 0.0, 1.0, 2.0, 3.0]),
-        made.accessor("VEC4", &[[0.0, 0.0, 0.0, 1.0], turn.to_array().map(|c| 2.0 * c as f32)].concat()),
+        made.accessor(
+            "VEC4",
+            &[
+                [0.0, 0.0, 0.0, 1.0],
+                turn.to_array().map(|c| 2.0 * c as f32),
+            ]
+            .concat(),
+        ),
         made.accessor("VEC3", &[1.0, 1.0, 1.0, 2.0, -3.0, 4.0]),
     ];
     let made = made.with(|d| {
-        let attributes = json!({ "TRANSLATION": lists[0], "ROTATION": lists[1], "SCALE": lists[2] });
-        d["nodes"][1]["extensions"] = json!({ "EXT_mesh_gpu_instancing": { "attributes": attributes } });
+        let attributes =
+            json!({ "TRANSLATION": lists[0], "ROTATION": lists[1], "SCALE": lists[2] });
+        d["nodes"][1]["extensions"] =
+            json!({ "EXT_mesh_gpu_instancing": { "attributes": attributes } });
         d["extensionsRequired"] = json!(["EXT_mesh_gpu_instancing"]);
     });
     let loaded = shown(&made, None);
-    assert_eq!((loaded.scene.objects.len(), loaded.scene.meshes.len()), (2, 1));
-    near(triangle(&loaded).0, CORNERS.map(|corner| corner + DVec3::Z * 5.0));
+    assert_eq!(
+        (loaded.scene.objects.len(), loaded.scene.meshes.len()),
+        (2, 1)
+    );
+    near(
+        triangle(&loaded).0,
+        CORNERS.map(|corner| corner + DVec3::Z * 5.0),
+    );
     let second = world_triangles(&loaded, &loaded.scene.objects[1]).0[0];
-    near(second, CORNERS.map(|corner| turn * (corner * DVec3::new(2.0, -3.0, 4.0)) + place + DVec3::Z * 5.0));
+    near(
+        second,
+        CORNERS.map(|corner| turn * (corner * DVec3::new(2.0, -3.0, 4.0)) + place + DVec3::Z * 5.0),
+    );
     let broken = made.with(|d| d["accessors"][lists[2]]["count"] = json!(1));
-    let error = broken.asked(None, None, None).expect_err("fewer scales than places").to_string();
-    assert!(error.contains("nodes[1]: EXT_mesh_gpu_instancing: has [2, 2, 1]"), "{error}");
+    let error = broken
+        .asked(None, None, None)
+        .expect_err("fewer scales than places")
+        .to_string();
+    assert!(
+        error.contains("nodes[1]: EXT_mesh_gpu_instancing: has [2, 2, 1]"),
+        "{error}"
+    );
 }
 
-/// Protects: a node under two parents is shown under each, with a warning; doubled again and again it is refused, and so is a
-/// cycle, wherever it begins.
+/// Protects: a node under two parents is shown under each, with a warning; doubled again and again
+/// it is refused, and so is a cycle, wherever it begins.
 #[test]
 fn nodes_of_several_parents() {
     let shared = Made::new().with(|d| {
@@ -263,23 +408,48 @@ fn nodes_of_several_parents() {
         d["scenes"][0]["nodes"] = json!([0, 2]);
     });
     let loaded = shown(&shared, None);
-    let places: Vec<DVec3> = loaded.scene.objects.iter().map(|object| transform(object).1).collect();
+    let places: Vec<DVec3> = loaded
+        .scene
+        .objects
+        .iter()
+        .map(|object| transform(object).1)
+        .collect();
     assert_eq!(places, [DVec3::Z * 5.0, DVec3::X * 7.0]);
-    assert!(loaded.warnings.iter().any(|w| w.message.contains("nodes[1]: has more than one parent")), "{:?}", loaded.warnings);
+    assert!(
+        loaded
+            .warnings
+            .iter()
+            .any(|w| w.message.contains("nodes[1]: has more than one parent")),
+        "{:?}",
+        loaded.warnings
+    );
     let doubled = Made::new().with(|d| {
         let pairs = (0..64).map(|i| json!({ "children": [i + 1, i + 1] }));
         let chain: Vec<Value> = pairs.chain([json!({ "mesh": 0 })]).collect();
         (d["nodes"], d["scenes"]) = (chain.into(), json!([{ "nodes": [0] }]));
     });
-    assert_eq!(doubled.asked(None, None, None).expect_err("two to the power of 64").kind(), ErrorKind::Limit);
+    assert_eq!(
+        doubled
+            .asked(None, None, None)
+            .expect_err("two to the power of 64")
+            .kind(),
+        ErrorKind::Limit
+    );
     for child in [0, 1] {
         let cycle = Made::new().with(|d| d["nodes"][1]["children"] = json!([child]));
-        assert!(cycle.asked(None, None, None).expect_err("a cycle").to_string().contains("form a cycle"));
+        assert!(
+            cycle
+                .asked(None, None, None)
+                .expect_err("a cycle")
+                .to_string()
+                .contains("form a cycle")
+        );
     }
 }
 
-/// Protects: what is listed 100,000 times, as a root, as a child or as an instance, is shown once in each place, with what is below it and a
-/// warning; listed where it stands elsewhere it is shown there too, and a camera or lamp counts once.
+/// Protects: what is listed 100,000 times, as a root, as a child or as an instance, is shown once
+/// in each place, with what is below it and a warning; listed where it stands elsewhere it is shown
+/// there too, and a camera or lamp counts once.
 #[test]
 fn what_is_listed_again_and_again_is_shown_once() {
     const MANY: usize = 100_000;
@@ -289,22 +459,48 @@ fn what_is_listed_again_and_again_is_shown_once() {
         d["nodes"][2] = json!({ "children": vec![1; MANY], "translation": [7, 0, 0] });
         d["scenes"][0]["nodes"] = json!([0, 2, 0]);
     });
-    for (made, places) in
-        [(as_roots, &[DVec3::Z * 5.0][..]), (as_children, &[DVec3::Z * 5.0]), (below, &[DVec3::Z * 5.0, DVec3::X * 7.0])]
-    {
+    for (made, places) in [
+        (as_roots, &[DVec3::Z * 5.0][..]),
+        (as_children, &[DVec3::Z * 5.0]),
+        (below, &[DVec3::Z * 5.0, DVec3::X * 7.0]),
+    ] {
         let loaded = shown(&made, None);
-        assert_eq!(loaded.scene.objects.iter().map(|object| transform(object).1).collect::<Vec<_>>(), places);
-        assert!(loaded.warnings.iter().any(|w| w.message.contains("is listed again where it is shown already")));
+        assert_eq!(
+            loaded
+                .scene
+                .objects
+                .iter()
+                .map(|object| transform(object).1)
+                .collect::<Vec<_>>(),
+            places
+        );
+        assert!(loaded.warnings.iter().any(|w| {
+            w.message
+                .contains("is listed again where it is shown already")
+        }));
     }
     let mut made = Made::new();
-    let list = made.accessor("VEC3", &[[0.0_f32, 0.0, 0.0], [1.0, 0.0, 0.0]].concat().repeat(MANY / 2));
+    let list = made.accessor(
+        "VEC3",
+        &[[0.0_f32, 0.0, 0.0], [1.0, 0.0, 0.0]]
+            .concat()
+            .repeat(MANY / 2),
+    );
     let made = made.with(|d| {
-        d["nodes"][1]["extensions"] = json!({ "EXT_mesh_gpu_instancing": { "attributes": { "TRANSLATION": list } } });
+        d["nodes"][1]["extensions"] =
+            json!({ "EXT_mesh_gpu_instancing": { "attributes": { "TRANSLATION": list } } });
     });
     let loaded = shown(&made, None);
     assert_eq!(loaded.scene.objects.len(), 2);
     let left_out = format!("{} of the instances lie where others lie", MANY - 2);
-    assert!(loaded.warnings.iter().any(|w| w.message.contains(&left_out)), "{:?}", loaded.warnings);
+    assert!(
+        loaded
+            .warnings
+            .iter()
+            .any(|w| w.message.contains(&left_out)),
+        "{:?}",
+        loaded.warnings
+    );
     let lit = Made::new().with(|d| {
         d["extensions"]["KHR_lights_punctual"] = json!({ "lights": [{ "type": "point" }] });
         d["nodes"][1]["extensions"] = json!({ "KHR_lights_punctual": { "light": 0 } });
@@ -313,48 +509,106 @@ fn what_is_listed_again_and_again_is_shown_once() {
     assert_eq!(shown(&lit, None).scene.lights.len(), 1);
 }
 
-/// Protects: each animation of a file is shown by its name or index, from its beginning where no moment is asked for; without a choice they are
-/// together, the first first; and one that is not there is an error that lists them.
+/// Protects: each animation of a file is shown by its name or index, from its beginning where no
+/// moment is asked for; without a choice they are together, the first first; and one that is not
+/// there is an error that lists them.
 #[test]
 fn animations_are_chosen() {
     let Some(folder) = assets("gltf") else { return };
     let file = Input::Path(folder.join("Fox/Fox.glb"));
     let corners = |animation: Option<&str>, at: Option<f64>| {
-        let model = ModelOptions { animation: animation.map(str::to_owned), ..ModelOptions::default() };
-        let overrides = Overrides { at, set: Vec::new() };
-        let loaded = load(&file, &LoadOptions { overrides, model, ..LoadOptions::default() })?;
-        let triangles = loaded.scene.objects.iter().flat_map(|object| world_triangles(&loaded, object).0);
+        let model = ModelOptions {
+            animation: animation.map(str::to_owned),
+            ..ModelOptions::default()
+        };
+        let overrides = Overrides {
+            at,
+            set: Vec::new(),
+        };
+        let loaded = load(
+            &file,
+            &LoadOptions {
+                overrides,
+                model,
+                ..LoadOptions::default()
+            },
+        )?;
+        let triangles = loaded
+            .scene
+            .objects
+            .iter()
+            .flat_map(|object| world_triangles(&loaded, object).0);
         Ok::<_, Error>(triangles.flatten().collect::<Vec<DVec3>>())
     };
     let at = |animation, time| corners(animation, Some(time)).expect("a moment");
     let [survey, walk, run] = [Some("Survey"), Some("Walk"), Some("Run")].map(|name| at(name, 0.3));
     assert!(survey != walk && walk != run && run != survey);
-    assert_eq!((at(None, 0.3), at(Some("1"), 0.3), at(Some("2"), 0.3)), (survey, walk, run));
-    assert_eq!(corners(Some("Run"), None).expect("its beginning"), at(Some("Run"), 0.0));
+    assert_eq!(
+        (at(None, 0.3), at(Some("1"), 0.3), at(Some("2"), 0.3)),
+        (survey, walk, run)
+    );
+    assert_eq!(
+        corners(Some("Run"), None).expect("its beginning"),
+        at(Some("Run"), 0.0)
+    );
     let error = corners(Some("Runn"), None).expect_err("none of that name");
     assert_eq!(error.kind(), ErrorKind::Usage);
-    assert!(error.to_string().contains("did you mean `Run`? Its animations: 0 `Survey`, 1 `Walk`, 2 `Run`"), "{error}");
+    assert!(
+        error
+            .to_string()
+            .contains("did you mean `Run`? Its animations: 0 `Survey`, 1 `Walk`, 2 `Run`"),
+        "{error}"
+    );
 }
 
-/// Protects: real rigs stand and walk where another program's skinning (in double precision, by matrices) has them: the least and
-/// the greatest corner, to a millionth of their size.
+/// Protects: real rigs stand and walk where another program's skinning (in double precision, by
+/// matrices) has them: the least and the greatest corner, to a millionth of their size.
 #[test]
 fn real_rigs() {
     let Some(folder) = assets("gltf") else { return };
     let cases: [(&str, Option<f64>, [f64; 6]); 4] = [
-        ("RiggedFigure/RiggedFigure.glb", None, [-0.5894609, 0.0, -0.1309178, 0.5894610, 1.4499199, 0.1949773]),
-        ("RiggedFigure/RiggedFigure.glb", Some(0.6), [-0.4501144, 0.0, -0.1223676, 0.4405977, 1.4676080, 0.2183717]),
-        ("Fox/Fox.glb", None, [-12.592719, -0.121744, -88.095006, 12.592717, 78.907198, 66.624860]),
-        ("Fox/Fox.glb", Some(0.3), [-24.657729, -0.130841, -85.623348, 11.595314, 74.921086, 60.891673]),
+        (
+            "RiggedFigure/RiggedFigure.glb",
+            None,
+            [-0.5894609, 0.0, -0.1309178, 0.5894610, 1.4499199, 0.1949773],
+        ),
+        (
+            "RiggedFigure/RiggedFigure.glb",
+            Some(0.6),
+            [-0.4501144, 0.0, -0.1223676, 0.4405977, 1.4676080, 0.2183717],
+        ),
+        (
+            "Fox/Fox.glb",
+            None,
+            [
+                -12.592719, -0.121744, -88.095006, 12.592717, 78.907198, 66.624860,
+            ],
+        ),
+        (
+            "Fox/Fox.glb",
+            Some(0.3),
+            [
+                -24.657729, -0.130841, -85.623348, 11.595314, 74.921086, 60.891673,
+            ],
+        ),
     ];
     for (file, time, expected) in cases {
         let loaded = asked(folder.join(file), None, None, time).unwrap_or_else(|e| panic!("{e}"));
         let objects = loaded.scene.objects.iter();
-        let corners = objects.flat_map(|object| world_triangles(&loaded, object).0.into_iter().flatten());
-        let (low, high) = corners.fold((DVec3::INFINITY, DVec3::NEG_INFINITY), |(low, high), p| (low.min(p), high.max(p)));
-        let expected = [DVec3::from_slice(&expected[..3]), DVec3::from_slice(&expected[3..])];
+        let corners =
+            objects.flat_map(|object| world_triangles(&loaded, object).0.into_iter().flatten());
+        let (low, high) = corners.fold((DVec3::INFINITY, DVec3::NEG_INFINITY), |(low, high), p| {
+            (low.min(p), high.max(p))
+        });
+        let expected = [
+            DVec3::from_slice(&expected[..3]),
+            DVec3::from_slice(&expected[3..]),
+        ];
         let size = expected[0].distance(expected[1]);
         let apart = low.distance(expected[0]).max(high.distance(expected[1]));
-        assert!(apart < 1e-6 * size, "{file} at {time:?}: {low:?} {high:?}, not {expected:?}");
+        assert!(
+            apart < 1e-6 * size,
+            "{file} at {time:?}: {low:?} {high:?}, not {expected:?}"
+        );
     }
 }

@@ -1,5 +1,5 @@
-//! Damaged files by the thousand: every truncation of small files, random flips, and numbers that lie. None may panic, and
-//! whatever still loads must be a sound scene.
+//! Damaged files by the thousand: every truncation of small files, random flips, and numbers that
+//! lie. None may panic, and whatever still loads must be a sound scene.
 
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::path::{Path, PathBuf};
@@ -7,7 +7,8 @@ use std::path::{Path, PathBuf};
 use crate::made;
 use crate::shared::{assets, check_sound, try_load};
 
-/// A small generator of pseudo-random numbers (xorshift; Marsaglia 2003): the same damage in every run.
+/// A small generator of pseudo-random numbers (xorshift; Marsaglia 2003): the same damage in every
+/// run.
 struct Random(u64);
 
 impl Random {
@@ -36,7 +37,11 @@ impl Victim {
             }
         }
         let path = folder.path().join(source.file_name().unwrap());
-        Self { _folder: folder, path, bytes: std::fs::read(source).unwrap() }
+        Self {
+            _folder: folder,
+            path,
+            bytes: std::fs::read(source).unwrap(),
+        }
     }
 
     /// Loads the file with other bytes; says whether it still loads.
@@ -56,13 +61,15 @@ impl Victim {
     }
 }
 
-/// Writes a file anew. Removed first: file systems flush a file that is cut and rewritten, which takes milliseconds.
+/// Writes a file anew. Removed first: file systems flush a file that is cut and rewritten, which
+/// takes milliseconds.
 fn replace(path: &Path, bytes: &[u8]) {
     std::fs::remove_file(path).unwrap();
     std::fs::write(path, bytes).unwrap();
 }
 
-/// Makes the lengths in a GLB's headers fit a file that was cut, so that the damage gets past the container.
+/// Makes the lengths in a GLB's headers fit a file that was cut, so that the damage gets past the
+/// container.
 fn with_fitting_lengths(mut bytes: Vec<u8>) -> Vec<u8> {
     let length = bytes.len() as u32;
     if bytes.starts_with(b"glTF") && length >= 20 {
@@ -90,9 +97,13 @@ const SMALL: [&str; 6] = [
 /// Models made here, and those of the shared ones with these names where they are.
 fn victims(endings: &[&str], names: &[&str]) -> Vec<Victim> {
     let folder = tempfile::tempdir().unwrap();
-    let made =
-        made::models(folder.path()).into_iter().filter(|path| path.extension().is_some_and(|e| endings.iter().any(|&k| e == k)));
-    made.chain(names.iter().filter_map(|name| assets(name))).map(|path| Victim::of(&path)).collect()
+    let made = made::models(folder.path()).into_iter().filter(|path| {
+        path.extension()
+            .is_some_and(|e| endings.iter().any(|&k| e == k))
+    });
+    made.chain(names.iter().filter_map(|name| assets(name)))
+        .map(|path| Victim::of(&path))
+        .collect()
 }
 
 /// Protects: every length from nothing to all but one byte.
@@ -101,7 +112,10 @@ fn truncated_models_do_no_harm() {
     for victim in victims(&["gltf", "glb"], &SMALL) {
         for end in 0..victim.bytes.len() {
             victim.survives(&victim.bytes[..end], &format!("{end} bytes"));
-            victim.survives(&with_fitting_lengths(victim.bytes[..end].to_vec()), &format!("{end} bytes, lengths fitted"));
+            victim.survives(
+                &with_fitting_lengths(victim.bytes[..end].to_vec()),
+                &format!("{end} bytes, lengths fitted"),
+            );
         }
         assert!(victim.survives(&victim.bytes, "whole"));
     }
@@ -111,7 +125,14 @@ fn truncated_models_do_no_harm() {
 #[test]
 fn flipped_models_do_no_harm() {
     let (mut survivors, mut tried) = (0, 0);
-    let names = [&SMALL[..], &["gltf/crafted/image_formats.glb", "gltf/crafted/index_types.glb"]].concat();
+    let names = [
+        &SMALL[..],
+        &[
+            "gltf/crafted/image_formats.glb",
+            "gltf/crafted/index_types.glb",
+        ],
+    ]
+    .concat();
     for victim in victims(&["gltf", "glb"], &names) {
         let mut random = Random(0x9e37_79b9_7f4a_7c15);
         for round in 0..1500 {
@@ -124,17 +145,36 @@ fn flipped_models_do_no_harm() {
             tried += 1;
         }
     }
-    assert!(100 * survivors > tried, "damage that nothing survives tests nothing: {survivors} of {tried}");
+    assert!(
+        100 * survivors > tried,
+        "damage that nothing survives tests nothing: {survivors} of {tried}"
+    );
 }
 
-/// Protects: numbers in the JSON replaced by others that fit the grammar: huge, negative, fractional, off by one.
+/// Protects: numbers in the JSON replaced by others that fit the grammar: huge, negative,
+/// fractional, off by one.
 #[test]
 fn lying_numbers_do_no_harm() {
-    const LIES: [&str; 12] =
-        ["0", "1", "-1", "2", "255", "65535", "4294967295", "4294967296", "18446744073709551615", "1e30", "0.5", "-1e-30"];
+    const LIES: [&str; 12] = [
+        "0",
+        "1",
+        "-1",
+        "2",
+        "255",
+        "65535",
+        "4294967295",
+        "4294967296",
+        "18446744073709551615",
+        "1e30",
+        "0.5",
+        "-1e-30",
+    ];
     for victim in victims(&["gltf", "glb"], &SMALL) {
         let (start, end) = match victim.bytes.starts_with(b"glTF") {
-            true => (20, 20 + u32::from_le_bytes(victim.bytes[12..16].try_into().unwrap()) as usize),
+            true => (
+                20,
+                20 + u32::from_le_bytes(victim.bytes[12..16].try_into().unwrap()) as usize,
+            ),
             false => (0, victim.bytes.len()),
         };
         let json = std::str::from_utf8(&victim.bytes[start..end]).unwrap();
@@ -144,8 +184,13 @@ fn lying_numbers_do_no_harm() {
                 let bytes = match start {
                     0 => text.clone().into_bytes(),
                     _ => {
-                        let mut bytes =
-                            [&victim.bytes[..12], &(text.len() as u32).to_le_bytes(), b"JSON", text.as_bytes()].concat();
+                        let mut bytes = [
+                            &victim.bytes[..12],
+                            &(text.len() as u32).to_le_bytes(),
+                            b"JSON",
+                            text.as_bytes(),
+                        ]
+                        .concat();
                         bytes.extend(&victim.bytes[end..]);
                         let length = bytes.len() as u32;
                         bytes[8..12].copy_from_slice(&length.to_le_bytes());
@@ -163,7 +208,9 @@ fn numbers(json: &str) -> Vec<(usize, &str)> {
     let mut out = Vec::new();
     let (mut quoted, mut begun) = (false, None);
     for (i, c) in json.char_indices() {
-        let part = !quoted && (c.is_ascii_digit() || "+-.eE".contains(c)) && (begun.is_some() || c.is_ascii_digit() || c == '-');
+        let part = !quoted
+            && (c.is_ascii_digit() || "+-.eE".contains(c))
+            && (begun.is_some() || c.is_ascii_digit() || c == '-');
         match (part, begun) {
             (true, None) => begun = Some(i),
             (false, Some(start)) => {
@@ -177,12 +224,16 @@ fn numbers(json: &str) -> Vec<(usize, &str)> {
     out
 }
 
-/// Protects: STL and PLY of all kinds: every truncation, and bytes changed, most of them where there is text.
+/// Protects: STL and PLY of all kinds: every truncation, and bytes changed, most of them where
+/// there is text.
 #[test]
 fn damaged_meshes_do_no_harm() {
     let folder = tempfile::tempdir().unwrap();
     let (mut survivors, mut tried) = (0, 0);
-    for victim in crate::written::models(folder.path()).iter().map(|path| Victim::of(path)) {
+    for victim in crate::written::models(folder.path())
+        .iter()
+        .map(|path| Victim::of(path))
+    {
         for end in 0..victim.bytes.len() {
             victim.survives(&victim.bytes[..end], &format!("{end} bytes"));
         }
@@ -192,19 +243,30 @@ fn damaged_meshes_do_no_harm() {
             let mut bytes = victim.bytes.clone();
             for _ in 0..=random.below(4) {
                 let at = random.below(bytes.len());
-                bytes[at] = if random.below(2) == 0 { random.below(256) as u8 } else { b"0123456789-. \nfe"[random.below(16)] };
+                bytes[at] = if random.below(2) == 0 {
+                    random.below(256) as u8
+                } else {
+                    b"0123456789-. \nfe"[random.below(16)]
+                };
             }
             survivors += usize::from(victim.survives(&bytes, &format!("round {round}")));
             tried += 1;
         }
     }
-    assert!(100 * survivors > tried, "damage that nothing survives tests nothing: {survivors} of {tried}");
+    assert!(
+        100 * survivors > tried,
+        "damage that nothing survives tests nothing: {survivors} of {tried}"
+    );
 }
 
 /// Protects: OBJ and MTL text cut and changed in every way that the models are.
 #[test]
 fn damaged_text_does_no_harm() {
-    let names = ["obj/crafted/glass_and_mirror.obj", "obj/crafted/negative_indices.obj", "obj/tinyobj/cube-vertexcol.obj"];
+    let names = [
+        "obj/crafted/glass_and_mirror.obj",
+        "obj/crafted/negative_indices.obj",
+        "obj/tinyobj/cube-vertexcol.obj",
+    ];
     for victim in victims(&["obj"], &names) {
         for end in 0..victim.bytes.len() {
             victim.survives(&victim.bytes[..end], &format!("{end} bytes"));
@@ -219,7 +281,11 @@ fn damaged_text_does_no_harm() {
             victim.survives(&bytes, &format!("round {round}"));
         }
     }
-    for name in ["obj/crafted/glass_and_mirror.mtl", "obj/tinyobj/texture-options-issue-85.mtl", "obj/tinyobj/pbr-mat-ext.mtl"] {
+    for name in [
+        "obj/crafted/glass_and_mirror.mtl",
+        "obj/tinyobj/texture-options-issue-85.mtl",
+        "obj/tinyobj/pbr-mat-ext.mtl",
+    ] {
         let Some(path) = assets(name) else { return };
         let library = Victim::of(&path);
         let model = library.path.with_extension("obj");

@@ -31,7 +31,11 @@ impl Made {
             "extensions": { "KHR_materials_variants": { "variants": [{ "name": "red" }, { "name": "blue" }, { "name": "sea" }] } },
             "accessors": [], "bufferViews": [], "animations": [],
         });
-        let mut made = Self { document, bytes: Vec::new(), folder: tempfile::tempdir().expect("a folder") };
+        let mut made = Self {
+            document,
+            bytes: Vec::new(),
+            folder: tempfile::tempdir().expect("a folder"),
+        };
         made.accessor("VEC3", &[0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0, 0.0]);
         made
     }
@@ -45,19 +49,30 @@ impl Made {
             "VEC4" => 4,
             _ => 16,
         };
-        let view = json!({ "buffer": 0, "byteOffset": self.bytes.len(), "byteLength": 4 * numbers.len() });
-        self.bytes.extend(numbers.iter().flat_map(|n| n.to_le_bytes()));
+        let view =
+            json!({ "buffer": 0, "byteOffset": self.bytes.len(), "byteLength": 4 * numbers.len() });
+        self.bytes
+            .extend(numbers.iter().flat_map(|n| n.to_le_bytes()));
         let accessors = self.document["accessors"].as_array_mut().expect("a list");
-        let accessor =
-            json!({ "bufferView": accessors.len(), "componentType": 5126, "count": numbers.len() / arity, "type": kind });
+        let accessor = json!({ "bufferView": accessors.len(), "componentType": 5126, "count": numbers.len() / arity, "type": kind });
         accessors.push(accessor);
         let place = accessors.len() - 1;
-        self.document["bufferViews"].as_array_mut().expect("a list").push(view);
+        self.document["bufferViews"]
+            .as_array_mut()
+            .expect("a list")
+            .push(view);
         place
     }
 
     /// An animation of one channel with keys at 1 and 3 seconds.
-    pub fn animated(mut self, name: &str, node: u32, path: &str, interpolation: &str, values: &[f32]) -> Self {
+    pub fn animated(
+        mut self,
+        name: &str,
+        node: u32,
+        path: &str,
+        interpolation: &str,
+        values: &[f32],
+    ) -> Self {
         let input = self.accessor("SCALAR", &[1.0, 3.0]);
         let kind = match path {
             "rotation" => "VEC4",
@@ -65,7 +80,10 @@ impl Made {
             _ => "VEC3",
         };
         let output = self.accessor(kind, values);
-        self.document["animations"].as_array_mut().expect("a list").push(json!({
+        self.document["animations"]
+            .as_array_mut()
+            .expect("a list")
+            .push(json!({
             "name": name, "channels": [{ "sampler": 0, "target": { "node": node, "path": path } }],
             "samplers": [{ "input": input, "output": output, "interpolation": interpolation }] }));
         self
@@ -76,7 +94,11 @@ impl Made {
         let floats: Vec<f32> = values.iter().map(|v| f32::from_le_bytes(*v)).collect();
         let place = self.accessor("SCALAR", &floats);
         let accessor = &mut self.document["accessors"][place];
-        (accessor["componentType"], accessor["type"], accessor["normalized"]) = (json!(5121), json!("VEC4"), json!(fractions));
+        (
+            accessor["componentType"],
+            accessor["type"],
+            accessor["normalized"],
+        ) = (json!(5121), json!("VEC4"), json!(fractions));
         place
     }
 
@@ -89,7 +111,10 @@ impl Made {
     /// The file.
     pub fn write(&self) -> PathBuf {
         let mut document = self.document.clone();
-        let uri = format!("data:application/octet-stream;base64,{}", STANDARD.encode(&self.bytes));
+        let uri = format!(
+            "data:application/octet-stream;base64,{}",
+            STANDARD.encode(&self.bytes)
+        );
         document["buffers"] = json!([{ "byteLength": self.bytes.len(), "uri": uri }]);
         let path = self.folder.path().join("made.gltf");
         std::fs::write(&path, document.to_string()).expect("a file");
@@ -97,21 +122,49 @@ impl Made {
     }
 
     /// Loads what is meant of it.
-    pub fn asked(&self, scene: Option<&str>, variant: Option<&str>, at: Option<f64>) -> Result<Loaded, Error> {
+    pub fn asked(
+        &self,
+        scene: Option<&str>,
+        variant: Option<&str>,
+        at: Option<f64>,
+    ) -> Result<Loaded, Error> {
         asked(self.write(), scene, variant, at)
     }
 
     /// Where the one object that is shown stands at a time.
     pub fn at(&self, time: f64) -> DAffine3 {
-        let loaded = self.asked(None, None, Some(time)).unwrap_or_else(|e| panic!("{e}"));
-        let [object] = &loaded.scene.objects[..] else { panic!("one object") };
+        let loaded = self
+            .asked(None, None, Some(time))
+            .unwrap_or_else(|e| panic!("{e}"));
+        let [object] = &loaded.scene.objects[..] else {
+            panic!("one object")
+        };
         affine(&object.transform)
     }
 }
 
 /// Loads what is meant of a file.
-pub fn asked(path: PathBuf, scene: Option<&str>, variant: Option<&str>, at: Option<f64>) -> Result<Loaded, Error> {
-    let model = ModelOptions { scene: scene.map(str::to_owned), variant: variant.map(str::to_owned), ..ModelOptions::default() };
-    let overrides = Overrides { at, set: Vec::new() };
-    raywright_io::load(&Input::Path(path), &LoadOptions { overrides, model, ..LoadOptions::default() })
+pub fn asked(
+    path: PathBuf,
+    scene: Option<&str>,
+    variant: Option<&str>,
+    at: Option<f64>,
+) -> Result<Loaded, Error> {
+    let model = ModelOptions {
+        scene: scene.map(str::to_owned),
+        variant: variant.map(str::to_owned),
+        ..ModelOptions::default()
+    };
+    let overrides = Overrides {
+        at,
+        set: Vec::new(),
+    };
+    raywright_io::load(
+        &Input::Path(path),
+        &LoadOptions {
+            overrides,
+            model,
+            ..LoadOptions::default()
+        },
+    )
 }

@@ -1,4 +1,5 @@
-//! Files that are read on several threads: what comes out does not depend on it, and whoever looks on is told.
+//! Files that are read on several threads: what comes out does not depend on it, and whoever looks
+//! on is told.
 
 use std::path::{Path, PathBuf};
 use std::sync::Mutex;
@@ -24,8 +25,16 @@ fn corner(index: u32) -> u32 {
 /// Writes a model of one mesh whose triangles have no order that reading could make by chance.
 fn write(folder: &Path, changed: impl Fn(u32) -> u32) -> PathBuf {
     let count = 3 * TRIANGLES;
-    let mut bytes: Vec<u8> = (0..count).flat_map(place).flat_map(f32::to_le_bytes).collect();
-    bytes.extend((0..count).map(corner).map(changed).flat_map(u32::to_le_bytes));
+    let mut bytes: Vec<u8> = (0..count)
+        .flat_map(place)
+        .flat_map(f32::to_le_bytes)
+        .collect();
+    bytes.extend(
+        (0..count)
+            .map(corner)
+            .map(changed)
+            .flat_map(u32::to_le_bytes),
+    );
     std::fs::write(folder.join("large.bin"), &bytes).unwrap();
     let json = serde_json::json!({
         "asset": { "version": "2.0" }, "scene": 0, "scenes": [{ "nodes": [0] }], "nodes": [{ "mesh": 0 }],
@@ -39,23 +48,53 @@ fn write(folder: &Path, changed: impl Fn(u32) -> u32) -> PathBuf {
     path
 }
 
-/// Protects: of a mesh that several threads read, every vertex and every triangle is in its place; of several wrong indices the first
-/// is named; triangles that use a vertex twice are gone, and no other.
+/// Protects: of a mesh that several threads read, every vertex and every triangle is in its place;
+/// of several wrong indices the first is named; triangles that use a vertex twice are gone, and no
+/// other.
 #[test]
 fn large_meshes_are_read_in_order() {
     let folder = tempfile::tempdir().unwrap();
     let loaded = load(&write(folder.path(), |index| index));
     let mesh = crate::shared::mesh_of(&loaded, &loaded.scene.objects[0]);
-    assert!(mesh.positions.offsets().iter().zip(0..).all(|(position, vertex)| *position == place(vertex)));
+    assert!(
+        mesh.positions
+            .offsets()
+            .iter()
+            .zip(0..)
+            .all(|(position, vertex)| *position == place(vertex))
+    );
     let expected = |triangle: u32| [0, 1, 2].map(|k| corner(3 * triangle + k));
-    assert!(mesh.indices.iter().zip(0..).all(|(corners, triangle)| *corners == expected(triangle)));
-    assert_eq!((mesh.positions.len(), mesh.indices.len()), (3 * TRIANGLES as usize, TRIANGLES as usize));
+    assert!(
+        mesh.indices
+            .iter()
+            .zip(0..)
+            .all(|(corners, triangle)| *corners == expected(triangle))
+    );
+    assert_eq!(
+        (mesh.positions.len(), mesh.indices.len()),
+        (3 * TRIANGLES as usize, TRIANGLES as usize)
+    );
     // The vertices 7 and 4 come late, as the corners before the last few.
-    let wrong = |index: u32| if index == 7 || index == 4 { 900_000 + index } else { index };
-    let error = try_load(&write(folder.path(), wrong)).expect_err("no such vertices").to_string();
+    let wrong = |index: u32| {
+        if index == 7 || index == 4 {
+            900_000 + index
+        } else {
+            index
+        }
+    };
+    let error = try_load(&write(folder.path(), wrong))
+        .expect_err("no such vertices")
+        .to_string();
     assert!(error.contains("vertex 900007 of 120000"), "{error}");
-    let loaded = load(&write(folder.path(), |index| if index % 300 == 0 { index + 1 } else { index }));
-    assert_eq!(crate::shared::mesh_of(&loaded, &loaded.scene.objects[0]).indices.len(), TRIANGLES as usize * 99 / 100);
+    let loaded = load(&write(folder.path(), |index| {
+        if index % 300 == 0 { index + 1 } else { index }
+    }));
+    assert_eq!(
+        crate::shared::mesh_of(&loaded, &loaded.scene.objects[0])
+            .indices
+            .len(),
+        TRIANGLES as usize * 99 / 100
+    );
 }
 
 /// Keeps what it hears.
@@ -68,12 +107,17 @@ impl Observer for Listener {
     }
 }
 
-/// Protects: whoever looks on hears of the indices and of the vertices of a mesh when they are read, up to all of them.
+/// Protects: whoever looks on hears of the indices and of the vertices of a mesh when they are
+/// read, up to all of them.
 #[test]
 fn loading_is_told() {
     let folder = tempfile::tempdir().unwrap();
     let (path, listener) = (write(folder.path(), |index| index), Listener::default());
-    load_observed(&Input::Path(path), &LoadOptions::default(), &listener).unwrap_or_else(|e| panic!("{e}"));
+    load_observed(&Input::Path(path), &LoadOptions::default(), &listener)
+        .unwrap_or_else(|e| panic!("{e}"));
     let all = u64::from(6 * TRIANGLES);
-    assert_eq!(listener.0.into_inner().unwrap(), [[all / 2, all], [all, all]]);
+    assert_eq!(
+        listener.0.into_inner().unwrap(),
+        [[all / 2, all], [all, all]]
+    );
 }

@@ -1,4 +1,5 @@
-//! What glTF files say beyond what can be worked with, or in other words than usual: none of it refuses a model.
+//! What glTF files say beyond what can be worked with, or in other words than usual: none of it
+//! refuses a model.
 
 use raywright_core::scene::{Colour, LightKind, Model, Physical, Projection};
 use raywright_io::Loaded;
@@ -32,13 +33,20 @@ fn with(path: &str, value: &Value) -> Loaded {
         }
         *slot = value.clone();
     });
-    let loaded = made.asked(None, None, None).unwrap_or_else(|e| panic!("{path} {value}: {e}"));
+    let loaded = made
+        .asked(None, None, None)
+        .unwrap_or_else(|e| panic!("{path} {value}: {e}"));
     check_sound(&loaded, &made.write());
     loaded
 }
 
 fn model(loaded: &Loaded) -> &Physical {
-    match loaded.scene.materials.first().map(|material| &material.model) {
+    match loaded
+        .scene
+        .materials
+        .first()
+        .map(|material| &material.model)
+    {
         Some(Model::Physical(model)) => model,
         other => panic!("{other:?}"),
     }
@@ -85,12 +93,27 @@ const NUMBERS: [&str; 37] = [
     "materials/0/extensions/KHR_materials_volume/attenuationDistance",
 ];
 
-/// Protects: no number of any size in any one place refuses a model, and at most one warning tells it.
+/// Protects: no number of any size in any one place refuses a model, and at most one warning tells
+/// it.
 #[test]
 fn no_number_refuses_a_model() {
     let usual = with("asset/generator", &json!("a test")).warnings.len();
     for path in NUMBERS {
-        for number in [0.0, -0.0, 1e-45, 1e-18, -1.0, 1.0, 7.5, 1001.0, 1e16, 3.402_823_466e38, -1e39, 1e300, -1e300] {
+        for number in [
+            0.0,
+            -0.0,
+            1e-45,
+            1e-18,
+            -1.0,
+            1.0,
+            7.5,
+            1001.0,
+            1e16,
+            3.402_823_466e38,
+            -1e39,
+            1e300,
+            -1e300,
+        ] {
             let slots = [
                 "color",
                 "translation",
@@ -120,18 +143,23 @@ fn no_number_refuses_a_model() {
                 _ => with(path, &json!(number)),
             };
             let more = loaded.warnings.len().saturating_sub(usual);
-            // A node that leads nowhere takes its child along, and a rotation without length is told by itself.
+            // A node that leads nowhere takes its child along, and a rotation without length is
+            // told by itself.
             let most = if path.starts_with("nodes") { 3 } else { 1 };
             assert!(more <= most, "{path} {number:e}: {:?}", loaded.warnings);
         }
     }
 }
 
-/// Protects: what is taken in place of what is beyond measure, and that it is told where it is not what was meant.
+/// Protects: what is taken in place of what is beyond measure, and that it is told where it is not
+/// what was meant.
 #[test]
 fn the_nearest_number_is_taken() {
     let light = |key: &str, number: f64| {
-        let loaded = with(&format!("extensions/KHR_lights_punctual/lights/0/{key}"), &json!(number));
+        let loaded = with(
+            &format!("extensions/KHR_lights_punctual/lights/0/{key}"),
+            &json!(number),
+        );
         let told: Vec<String> = loaded
             .warnings
             .iter()
@@ -140,44 +168,120 @@ fn the_nearest_number_is_taken() {
             .collect();
         (loaded.scene.lights.first().cloned(), told)
     };
-    for (number, expected, warned) in [(3.402_823e38, None, 0), (4.0, Some(4.0), 0), (-1.0, None, 1), (1e-20, Some(1e-15), 1)] {
+    for (number, expected, warned) in [
+        (3.402_823e38, None, 0),
+        (4.0, Some(4.0), 0),
+        (-1.0, None, 1),
+        (1e-20, Some(1e-15), 1),
+    ] {
         let (found, told) = light("range", number);
-        let Some(LightKind::Spot { range, .. }) = found.map(|light| light.kind) else { panic!("a spot") };
-        assert_eq!((range, told.len()), (expected, warned), "{number}: {told:?}");
+        let Some(LightKind::Spot { range, .. }) = found.map(|light| light.kind) else {
+            panic!("a spot")
+        };
+        assert_eq!(
+            (range, told.len()),
+            (expected, warned),
+            "{number}: {told:?}"
+        );
     }
     let (found, told) = light("intensity", 3e38);
-    assert_eq!((found.map(|light| light.colour.0), told.len()), (Some([1e37; 3]), 1));
+    assert_eq!(
+        (found.map(|light| light.colour.0), told.len()),
+        (Some([1e37; 3]), 1)
+    );
     let quarter = f64::from(core::f32::consts::FRAC_PI_4).to_degrees();
     for (key, number, expected, warned) in [
-        ("spot/innerConeAngle", f64::from(core::f32::consts::FRAC_PI_4), [quarter, quarter], 0),
+        (
+            "spot/innerConeAngle",
+            f64::from(core::f32::consts::FRAC_PI_4),
+            [quarter, quarter],
+            0,
+        ),
         ("spot/innerConeAngle", 1.2, [quarter, quarter], 1),
         ("spot/innerConeAngle", -1.0, [0.0, quarter], 1),
         ("spot/outerConeAngle", 2.0, [0.0, 90.0], 1),
     ] {
         let (found, told) = light(key, number);
-        let Some(LightKind::Spot { inner_angle, outer_angle, .. }) = found.map(|light| light.kind) else { panic!("a spot") };
-        assert_eq!(([inner_angle, outer_angle], told.len()), (expected, warned), "{key} {number}: {told:?}");
+        let Some(LightKind::Spot {
+            inner_angle,
+            outer_angle,
+            ..
+        }) = found.map(|light| light.kind)
+        else {
+            panic!("a spot")
+        };
+        assert_eq!(
+            ([inner_angle, outer_angle], told.len()),
+            (expected, warned),
+            "{key} {number}: {told:?}"
+        );
     }
     let (found, told) = light("spot/outerConeAngle", 0.0);
-    assert!(found.is_none() && told.len() == 1 && told[0].contains("shut"), "{told:?}");
-    let of = |path: &str, number: f64| with(&format!("materials/0/extensions/KHR_materials_{path}"), &json!(number));
+    assert!(
+        found.is_none() && told.len() == 1 && told[0].contains("shut"),
+        "{told:?}"
+    );
+    let of = |path: &str, number: f64| {
+        with(
+            &format!("materials/0/extensions/KHR_materials_{path}"),
+            &json!(number),
+        )
+    };
     for (number, expected) in [(0.0, 0.0), (0.5, 1.5), (1001.0, 1000.0), (3e38, 1000.0)] {
-        assert_eq!(model(&of("ior/ior", number)).ior, expected.into(), "{number}");
+        assert_eq!(
+            model(&of("ior/ior", number)).ior,
+            expected.into(),
+            "{number}"
+        );
     }
-    for (number, expected) in [(1e16, None), (2.0, Some(2.0)), (1e-18, Some(1e-15)), (0.0, None)] {
-        assert_eq!(model(&of("volume/attenuationDistance", number)).attenuation_distance, expected, "{number}");
+    for (number, expected) in [
+        (1e16, None),
+        (2.0, Some(2.0)),
+        (1e-18, Some(1e-15)),
+        (0.0, None),
+    ] {
+        assert_eq!(
+            model(&of("volume/attenuationDistance", number)).attenuation_distance,
+            expected,
+            "{number}"
+        );
     }
-    assert_eq!(model(&of("emissive_strength/emissiveStrength", 3e38)).emission, Colour([1e30; 3]).into());
-    let camera = |key: &str, number: f64| with(&format!("cameras/0/{key}"), &json!(number)).scene.cameras.len();
-    assert_eq!((camera("perspective/zfar", 3e38), camera("perspective/yfov", 4.0)), (1, 0));
+    assert_eq!(
+        model(&of("emissive_strength/emissiveStrength", 3e38)).emission,
+        Colour([1e30; 3]).into()
+    );
+    let camera = |key: &str, number: f64| {
+        with(&format!("cameras/0/{key}"), &json!(number))
+            .scene
+            .cameras
+            .len()
+    };
+    assert_eq!(
+        (
+            camera("perspective/zfar", 3e38),
+            camera("perspective/yfov", 4.0)
+        ),
+        (1, 0)
+    );
     let view = with("cameras/0/type", &json!("orthographic"));
-    assert!(matches!(view.scene.cameras[0].projection, Projection::Orthographic { height: 2.0 }));
+    assert!(matches!(
+        view.scene.cameras[0].projection,
+        Projection::Orthographic { height: 2.0 }
+    ));
     let far = with("nodes/0/translation", &json!([0.0, 1e16, 0.0]));
-    assert_eq!((far.scene.objects.len(), far.scene.cameras.len(), far.scene.lights.len()), (0, 0, 0));
+    assert_eq!(
+        (
+            far.scene.objects.len(),
+            far.scene.cameras.len(),
+            far.scene.lights.len()
+        ),
+        (0, 0, 0)
+    );
 }
 
-/// Protects: whole numbers that are written with a point or an exponent are whole numbers, and of a key that is twice in an object the later
-/// value counts, at any depth, with one warning; a text of neither kind is refused where it is wrong.
+/// Protects: whole numbers that are written with a point or an exponent are whole numbers, and of a
+/// key that is twice in an object the later value counts, at any depth, with one warning; a text of
+/// neither kind is refused where it is wrong.
 #[test]
 fn numbers_and_names_in_other_words() {
     let made = Made::new();
@@ -186,28 +290,47 @@ fn numbers_and_names_in_other_words() {
     let count = |text: &str| {
         std::fs::write(&path, text).expect("a file");
         let loaded = load(&path);
-        (loaded.scene.objects.len(), loaded.scene.materials.len(), loaded.warnings.len())
+        (
+            loaded.scene.objects.len(),
+            loaded.scene.materials.len(),
+            loaded.warnings.len(),
+        )
     };
     let usual = count(&text);
     assert_eq!(usual.0, 1);
-    for (from, to) in
-        [("5126", "5126.0"), ("5126", "5.126e3"), (r#""scene":0"#, r#""scene":0e0"#), (r#""count":3"#, r#""count":3.0"#)]
-    {
+    for (from, to) in [
+        ("5126", "5126.0"),
+        ("5126", "5.126e3"),
+        (r#""scene":0"#, r#""scene":0e0"#),
+        (r#""count":3"#, r#""count":3.0"#),
+    ] {
         assert!(text.contains(from), "{from}");
         assert_eq!(count(&text.replace(from, to)), usual, "{to}");
     }
     let warned = (usual.0, usual.1, usual.2 + 1);
     for (from, to) in [
         (r#""scene":0"#, r#""scene":7,"scene":0"#),
-        (r#""baseColorFactor":["#, r#""baseColorFactor":"none","baseColorFactor":["#),
+        (
+            r#""baseColorFactor":["#,
+            r#""baseColorFactor":"none","baseColorFactor":["#,
+        ),
         (r#""POSITION":0"#, r#""POSITION":9,"POSITION":0"#),
-        (r#""pbrMetallicRoughness":"#, r#""pbrMetallicRoughness":{"metallicFactor":{"a":[1,{}]}},"pbrMetallicRoughness":"#),
+        (
+            r#""pbrMetallicRoughness":"#,
+            r#""pbrMetallicRoughness":{"metallicFactor":{"a":[1,{}]}},"pbrMetallicRoughness":"#,
+        ),
     ] {
         assert!(text.contains(from), "{from}");
-        let expected = if to.contains("POSITION") { usual } else { warned };
+        let expected = if to.contains("POSITION") {
+            usual
+        } else {
+            warned
+        };
         assert_eq!(count(&text.replace(from, to)), expected, "{to}");
     }
     std::fs::write(&path, text.replace(r#""count":3"#, r#""count":3.5"#)).expect("a file");
-    let refused = crate::shared::try_load(&path).expect_err("a count of 3.5").to_string();
+    let refused = crate::shared::try_load(&path)
+        .expect_err("a count of 3.5")
+        .to_string();
     assert!(refused.contains("accessors[0].count"), "{refused}");
 }

@@ -11,7 +11,12 @@ use crate::shared::{assets, check_sound, files_below, try_load};
 fn verdict(path: &Path) -> Result<(), String> {
     let start = Instant::now();
     let result = try_load(path);
-    assert!(start.elapsed() < Duration::from_secs(10), "{}: {:?}", path.display(), start.elapsed());
+    assert!(
+        start.elapsed() < Duration::from_secs(10),
+        "{}: {:?}",
+        path.display(),
+        start.elapsed()
+    );
     match result {
         Ok(loaded) => {
             check_sound(&loaded, path);
@@ -36,7 +41,9 @@ fn expectations(folder: &Path) -> serde_json::Map<String, serde_json::Value> {
 /// Protects: the verdicts that the collection prescribes.
 #[test]
 fn malformed_files_get_their_verdict() {
-    let Some(folder) = assets("malformed") else { return };
+    let Some(folder) = assets("malformed") else {
+        return;
+    };
     for (file, expected) in expectations(&folder) {
         if file.ends_with(".mtl") || file.ends_with(".obj") {
             continue;
@@ -55,9 +62,14 @@ fn malformed_files_get_their_verdict() {
 /// Protects: messages say what is wrong, not just that something is.
 #[test]
 fn messages_name_the_cause() {
-    let Some(folder) = assets("malformed") else { return };
+    let Some(folder) = assets("malformed") else {
+        return;
+    };
     for (file, words) in [
-        ("accessors/accessor_past_view.gltf", "300 elements reach beyond bufferViews[0]"),
+        (
+            "accessors/accessor_past_view.gltf",
+            "300 elements reach beyond bufferViews[0]",
+        ),
         ("accessors/huge_count_no_view.gltf", "2000000000 elements"),
         ("accessors/index_out_of_range.gltf", "vertex 60000 of 3"),
         ("glb/missing_bin_chunk.glb", "the file no binary chunk"),
@@ -65,27 +77,46 @@ fn messages_name_the_cause() {
         ("glb/version_1.glb", "version 1"),
         ("images/png_60000x60000_header.glb", "60000 x 60000"),
         ("json/invalid_json.gltf", "line 1"),
-        ("json/mesh_index_out_of_range.gltf", "meshes[99] does not exist"),
+        (
+            "json/mesh_index_out_of_range.gltf",
+            "meshes[99] does not exist",
+        ),
         ("nodes/child_out_of_range.gltf", "nodes[50] does not exist"),
         ("nodes/cycle_two_nodes.gltf", "form a cycle"),
         ("uris/bad_base64.gltf", "base64"),
         ("uris/missing_file.gltf", "does_not_exist.bin"),
         ("uris/percent_not_utf8.gltf", "UTF-8"),
-        ("uris/traversal_etc_passwd.gltf", "leads out of the scene's folder"),
+        (
+            "uris/traversal_etc_passwd.gltf",
+            "leads out of the scene's folder",
+        ),
     ] {
         let message = verdict(&folder.join(file)).expect_err(file);
-        assert!(message.contains(words), "{file}: no \"{words}\" in {message}");
+        assert!(
+            message.contains(words),
+            "{file}: no \"{words}\" in {message}"
+        );
     }
 }
 
-/// Protects: the validator's own test files: whatever the verdict, no panic; files that it finds no fault with are not refused.
+/// Protects: the validator's own test files: whatever the verdict, no panic; files that it finds no
+/// fault with are not refused.
 #[test]
 fn validator_files_do_no_harm() {
-    let Some(folder) = assets("malformed/khronos-validator") else { return };
+    let Some(folder) = assets("malformed/khronos-validator") else {
+        return;
+    };
     let expected = expectations(&folder);
     for path in files_below(&folder) {
-        let name = path.strip_prefix(&folder).unwrap().to_str().unwrap().to_owned();
-        let Some(entry) = expected.get(&name) else { continue };
+        let name = path
+            .strip_prefix(&folder)
+            .unwrap()
+            .to_str()
+            .unwrap()
+            .to_owned();
+        let Some(entry) = expected.get(&name) else {
+            continue;
+        };
         let got = verdict(&path);
         // Its buffer is a placeholder that it uses all the same.
         if entry["errors"] == 0 && name != "root/unused_objects.gltf" {

@@ -2,14 +2,23 @@
 
 use glam::DVec3;
 use raywright_core::scene::{
-    AlphaMode, Channel, Colour, ColourInput, ColourSpace, MeshData, Model, NumberInput, Physical, SideRule,
+    AlphaMode, Channel, Colour, ColourInput, ColourSpace, MeshData, Model, NumberInput, Physical,
+    SideRule,
 };
 use raywright_io::Loaded;
 
-use crate::shared::{assets, check_sound, files_below, load, mesh, mesh_of, triangle_count, try_load};
+use crate::shared::{
+    assets, check_sound, files_below, load, mesh, mesh_of, triangle_count, try_load,
+};
 
 fn physical<'a>(loaded: &'a Loaded, name: &str) -> &'a Physical {
-    match loaded.scene.materials.iter().find(|m| m.name == name).map(|m| &m.model) {
+    match loaded
+        .scene
+        .materials
+        .iter()
+        .find(|m| m.name == name)
+        .map(|m| &m.model)
+    {
         Some(Model::Physical(physical)) => physical,
         other => panic!("{name}: {other:?}"),
     }
@@ -21,8 +30,15 @@ fn corner(data: &MeshData, i: u32) -> DVec3 {
 
 /// Sum of the triangles' areas, as vectors and as numbers.
 fn areas(data: &MeshData) -> (DVec3, f64) {
-    let area = |[a, b, c]: &[u32; 3]| (corner(data, *b) - corner(data, *a)).cross(corner(data, *c) - corner(data, *a)) / 2.0;
-    data.indices.iter().map(area).fold((DVec3::ZERO, 0.0), |(v, s), area| (v + area, s + area.length()))
+    let area = |[a, b, c]: &[u32; 3]| {
+        (corner(data, *b) - corner(data, *a)).cross(corner(data, *c) - corner(data, *a)) / 2.0
+    };
+    data.indices
+        .iter()
+        .map(area)
+        .fold((DVec3::ZERO, 0.0), |(v, s), area| {
+            (v + area, s + area.length())
+        })
 }
 
 fn write(text: &str) -> (tempfile::TempDir, std::path::PathBuf) {
@@ -35,35 +51,57 @@ fn write(text: &str) -> (tempfile::TempDir, std::path::PathBuf) {
 /// Protects: quads, hexagons and a concave L by material; the lamp shines.
 #[test]
 fn cornell_room() {
-    let Some(path) = assets("obj/crafted/cornell_quads_ngons.obj") else { return };
+    let Some(path) = assets("obj/crafted/cornell_quads_ngons.obj") else {
+        return;
+    };
     let room = load(&path);
     let names: Vec<_> = room.scene.meshes.iter().map(|m| m.name.as_str()).collect();
     assert_eq!(names, ["white", "red", "green", "lamp", "blue"]);
-    assert_eq!(physical(&room, "lamp").emission, Colour([15.0, 12.0, 9.0]).into());
+    assert_eq!(
+        physical(&room, "lamp").emission,
+        Colour([15.0, 12.0, 9.0]).into()
+    );
     // Floor, ceiling and back wall of 2 x 2, and the L: 0.6 x 0.4 and 0.2 x 0.7.
     let (_, white) = areas(mesh(&room, "white"));
     assert!((white - (12.0 + 0.24 + 0.14)).abs() < 1e-6, "{white}");
     assert_eq!(mesh(&room, "blue").indices.len(), 4 + 6 * 2);
-    assert_eq!(physical(&room, "red").base_colour, ColourInput::Constant(Colour([0.65_f32, 0.05, 0.05].map(f64::from))));
+    assert_eq!(
+        physical(&room, "red").base_colour,
+        ColourInput::Constant(Colour([0.65_f32, 0.05, 0.05].map(f64::from)))
+    );
     assert!(room.scene.objects.iter().all(|o| o.side == SideRule::Both));
 }
 
 /// Protects: glass is glass and a mirror is a mirror.
 #[test]
 fn glass_and_mirror() {
-    let Some(path) = assets("obj/crafted/glass_and_mirror.obj") else { return };
+    let Some(path) = assets("obj/crafted/glass_and_mirror.obj") else {
+        return;
+    };
     let file = load(&path);
     let glass = physical(&file, "glass");
-    assert_eq!((&glass.transmission, &glass.ior, &glass.roughness), (&1.0.into(), &1.5.into(), &0.0.into()));
-    assert_eq!((glass.alpha, &glass.opacity), (AlphaMode::Opaque, &1.0.into()), "what is refracted is not also faded");
+    assert_eq!(
+        (&glass.transmission, &glass.ior, &glass.roughness),
+        (&1.0.into(), &1.5.into(), &0.0.into())
+    );
+    assert_eq!(
+        (glass.alpha, &glass.opacity),
+        (AlphaMode::Opaque, &1.0.into()),
+        "what is refracted is not also faded"
+    );
     let mirror = physical(&file, "mirror");
-    assert_eq!((&mirror.metallic, &mirror.roughness, &mirror.transmission), (&1.0.into(), &0.0.into(), &0.0.into()));
+    assert_eq!(
+        (&mirror.metallic, &mirror.roughness, &mirror.transmission),
+        (&1.0.into(), &0.0.into(), &0.0.into())
+    );
 }
 
 /// Protects: a smoothing group shares a normal along its edge; without one, facets stay flat.
 #[test]
 fn smoothing_groups() {
-    let Some(path) = assets("obj/crafted/no_normals_smooth.obj") else { return };
+    let Some(path) = assets("obj/crafted/no_normals_smooth.obj") else {
+        return;
+    };
     let file = load(&path);
     let [smooth, flat] = [0, 1].map(|i| mesh_of(&file, &file.scene.objects[i]));
     assert_eq!((smooth.indices.len(), flat.indices.len()), (2, 2));
@@ -79,7 +117,9 @@ fn smoothing_groups() {
 /// Protects: indices from the end count from where they stand.
 #[test]
 fn negative_indices() {
-    let Some(path) = assets("obj/crafted/negative_indices.obj") else { return };
+    let Some(path) = assets("obj/crafted/negative_indices.obj") else {
+        return;
+    };
     let file = load(&path);
     let data = mesh_of(&file, &file.scene.objects[0]);
     assert_eq!(data.indices.len(), 3);
@@ -87,16 +127,37 @@ fn negative_indices() {
     assert!((area - 1.5).abs() < 1e-9, "{area}");
     assert_eq!(data.normals, vec![[0.0, 0.0, 1.0]; data.positions.len()]);
     // v = 0 is the top row in a scene, the bottom row in the file.
-    let at = |p: [f32; 3]| data.uvs[0][data.positions.offsets().iter().position(|q| *q == p).unwrap()];
-    assert_eq!((at([0.0, 0.0, 0.0]), at([1.0, 1.0, 0.0])), ([0.0, 1.0], [1.0, 0.0]));
+    let at = |p: [f32; 3]| {
+        data.uvs[0][data
+            .positions
+            .offsets()
+            .iter()
+            .position(|q| *q == p)
+            .unwrap()]
+    };
+    assert_eq!(
+        (at([0.0, 0.0, 0.0]), at([1.0, 1.0, 0.0])),
+        ([0.0, 1.0], [1.0, 0.0])
+    );
 }
 
 /// Protects: the counts of well-known models.
 #[test]
 fn well_known_models() {
-    let Some(folder) = assets("obj/common") else { return };
-    for (file, triangles) in [("fandisk.obj", 12946), ("spot.obj", 5856), ("teapot.obj", 6320), ("suzanne.obj", 968)] {
-        assert_eq!(triangle_count(&load(&folder.join(file))), triangles, "{file}");
+    let Some(folder) = assets("obj/common") else {
+        return;
+    };
+    for (file, triangles) in [
+        ("fandisk.obj", 12946),
+        ("spot.obj", 5856),
+        ("teapot.obj", 6320),
+        ("suzanne.obj", 968),
+    ] {
+        assert_eq!(
+            triangle_count(&load(&folder.join(file))),
+            triangles,
+            "{file}"
+        );
     }
 }
 
@@ -104,10 +165,18 @@ fn well_known_models() {
 #[test]
 fn all_files_load() {
     let Some(folder) = assets("obj") else { return };
-    for path in files_below(&folder).into_iter().filter(|p| p.extension().is_some_and(|e| e == "obj")) {
+    for path in files_below(&folder)
+        .into_iter()
+        .filter(|p| p.extension().is_some_and(|e| e == "obj"))
+    {
         let loaded = load(&path);
         check_sound(&loaded, &path);
-        assert!(triangle_count(&loaded) > 0 || path.ends_with("line-prim.obj"), "{}: {:?}", path.display(), loaded.warnings);
+        assert!(
+            triangle_count(&loaded) > 0 || path.ends_with("line-prim.obj"),
+            "{}: {:?}",
+            path.display(),
+            loaded.warnings
+        );
     }
 }
 
@@ -116,19 +185,48 @@ fn all_files_load() {
 fn libraries_are_found() {
     let Some(folder) = assets("obj") else { return };
     let several = load(&folder.join("tinyobj/mtllib-multiple-files-issue-112.obj"));
-    assert_eq!(physical(&several, "default").base_colour, ColourInput::Constant(Colour::BLACK));
-    assert!(several.warnings.iter().any(|w| w.message.contains("invalid-file-aaa.mtl")), "{:?}", several.warnings);
+    assert_eq!(
+        physical(&several, "default").base_colour,
+        ColourInput::Constant(Colour::BLACK)
+    );
+    assert!(
+        several
+            .warnings
+            .iter()
+            .any(|w| w.message.contains("invalid-file-aaa.mtl")),
+        "{:?}",
+        several.warnings
+    );
     let blanks = load(&folder.join("assimp/space_in_material_name.obj"));
-    assert!(blanks.scene.materials.iter().any(|m| m.name == "Hard Shiny Plastic White"), "{:?}", blanks.scene.materials);
+    assert!(
+        blanks
+            .scene
+            .materials
+            .iter()
+            .any(|m| m.name == "Hard Shiny Plastic White"),
+        "{:?}",
+        blanks.scene.materials
+    );
 }
 
-/// Protects: the Cornell box of Embree: every name of a material keeps its colour, whichever face uses it first.
+/// Protects: the Cornell box of Embree: every name of a material keeps its colour, whichever face
+/// uses it first.
 #[test]
 fn materials_go_with_their_faces() {
-    let Some(path) = assets("obj/tinyobj/cornell_box.obj") else { return };
+    let Some(path) = assets("obj/tinyobj/cornell_box.obj") else {
+        return;
+    };
     let file = load(&path);
-    for (name, colour) in [("red", [1.0, 0.0, 0.0]), ("green", [0.0, 1.0, 0.0]), ("white", [1.0; 3])] {
-        assert_eq!(physical(&file, name).base_colour, ColourInput::Constant(Colour(colour)), "{name}");
+    for (name, colour) in [
+        ("red", [1.0, 0.0, 0.0]),
+        ("green", [0.0, 1.0, 0.0]),
+        ("white", [1.0; 3]),
+    ] {
+        assert_eq!(
+            physical(&file, name).base_colour,
+            ColourInput::Constant(Colour(colour)),
+            "{name}"
+        );
     }
 }
 
@@ -138,106 +236,197 @@ fn vertex_colours() {
     let (_folder, path) = write("v 0 0 0 1 0.5 0\nv 1 0 0\nv 0 1 0 0 0 0\nf 1 2 3\n");
     let file = load(&path);
     let data = mesh_of(&file, &file.scene.objects[0]);
-    assert!((data.colours[0][1] - 0.214_041_14).abs() < 1e-6, "{:?}", data.colours);
-    assert_eq!(data.colours[1], [1.0; 4], "a vertex without colour is white");
+    assert!(
+        (data.colours[0][1] - 0.214_041_14).abs() < 1e-6,
+        "{:?}",
+        data.colours
+    );
+    assert_eq!(
+        data.colours[1], [1.0; 4],
+        "a vertex without colour is white"
+    );
     assert!(physical(&file, &file.scene.objects[0].material).vertex_colours);
 }
 
-/// Protects: colours that count to 255 are told by one that is above 1, and all of the file are such then, the dark ones too; a vertex
-/// without one is white all the same. sRGB's codes 128 and 1 are 0.215861 and 0.000303527.
+/// Protects: colours that count to 255 are told by one that is above 1, and all of the file are
+/// such then, the dark ones too; a vertex without one is white all the same. sRGB's codes 128 and 1
+/// are 0.215861 and 0.000303527.
 #[test]
 fn vertex_colours_in_bytes() {
     let (_folder, path) = write("v 0 0 0 255 128 1\nv 1 0 0 0 0 0\nv 0 1 0\nf 1 2 3\n");
     let file = load(&path);
     let colours = &mesh_of(&file, &file.scene.objects[0]).colours;
-    for (found, expected) in colours[0].iter().zip([1.0, 0.215_860_5, 0.000_303_527, 1.0]) {
+    for (found, expected) in colours[0]
+        .iter()
+        .zip([1.0, 0.215_860_5, 0.000_303_527, 1.0])
+    {
         assert!((found - expected).abs() < 1e-6, "{colours:?}");
     }
     assert_eq!(colours[1..], [[0.0, 0.0, 0.0, 1.0], [1.0; 4]]);
 }
 
-/// Protects: normals that a face is given stay its own in a smoothing group, and the group's other faces, which have none, are smoothed
-/// among themselves: here both stand on the x axis, one lies in the plane of z, one in that of y, and the given ones point along x.
+/// Protects: normals that a face is given stay its own in a smoothing group, and the group's other
+/// faces, which have none, are smoothed among themselves: here both stand on the x axis, one lies
+/// in the plane of z, one in that of y, and the given ones point along x.
 #[test]
 fn given_normals_stay_out_of_smoothing() {
     let vertices = "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nvn 1 0 0\n";
     let (_folder, path) = write(&format!("{vertices}s 1\nf 1//1 2//1 3//1\nf 1 4 2\n"));
     let file = load(&path);
-    let data: Vec<&MeshData> = file.scene.objects.iter().map(|object| mesh_of(&file, object)).collect();
+    let data: Vec<&MeshData> = file
+        .scene
+        .objects
+        .iter()
+        .map(|object| mesh_of(&file, object))
+        .collect();
     let normals_of = |triangle: [[f32; 3]; 3]| {
         let found = data.iter().flat_map(|data| {
             let corners = |t: &[u32; 3]| t.map(|i| data.positions.offsets()[i as usize]);
-            data.indices.iter().filter(move |&t| corners(t) == triangle).map(|t| t.map(|i| data.normals[i as usize]))
+            data.indices
+                .iter()
+                .filter(move |&t| corners(t) == triangle)
+                .map(|t| t.map(|i| data.normals[i as usize]))
         });
         found.collect::<Vec<_>>()
     };
     let [o, x, y, z] = [[0.0; 3], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
     assert_eq!(normals_of([o, x, y]), [[x; 3]]);
-    assert_eq!(normals_of([o, z, x]), [[y; 3]], "nothing of the other face is in it");
+    assert_eq!(
+        normals_of([o, z, x]),
+        [[y; 3]],
+        "nothing of the other face is in it"
+    );
 }
 
 /// Protects: what is wrong is refused with its line.
 #[test]
 fn errors_name_line_and_cause() {
     for (text, words) in [
-        ("v 0 0 0\nv 1 0 0\nv 0 1 0\nf 0 1 2\n", "line 4: f: `0`: indices start at 1"),
-        ("v 0 0 0\nv 1 0 0\nv 0 1 0\n\nf 1 2 99999\n", "line 5: f: `99999`: vertex 99999 of 3"),
+        (
+            "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 0 1 2\n",
+            "line 4: f: `0`: indices start at 1",
+        ),
+        (
+            "v 0 0 0\nv 1 0 0\nv 0 1 0\n\nf 1 2 99999\n",
+            "line 5: f: `99999`: vertex 99999 of 3",
+        ),
         ("v 0 0 0\nf -2 1 1\n", "vertex -2 of 1"),
         ("v 0 0 0\nf -9223372036854775808 1 1\n", "of 1"),
         ("v 0 0 0\nf 99999999999999999999 1 1\n", "no whole number"),
         ("v 0 zero 0\n", "line 1: v: `zero` is no number"),
-        ("v 0 0 0\nv 1,0 0 0\n", "line 2: v: `1,0` is no number; decimals have a point"),
-        ("vt 0,5 0,5\n", "line 1: vt: `0,5` is no number; decimals have a point"),
+        (
+            "v 0 0 0\nv 1,0 0 0\n",
+            "line 2: v: `1,0` is no number; decimals have a point",
+        ),
+        (
+            "vt 0,5 0,5\n",
+            "line 1: vt: `0,5` is no number; decimals have a point",
+        ),
         ("v 0 0\n", "line 1: v: 2 numbers"),
         ("vn 1 2\n", "vn: 2 numbers"),
         ("v 0 0 0\nf 1/1/1/1 1 1\n", "more than three parts"),
-        ("v 0 0 0\nv 1 0 0\nv 0 1 0\nvt 0 0\nf 1/1 2/1 3/1\nf 1/1 2/1 0/1\n", "line 6: f: `0/1`: indices start at 1"),
+        (
+            "v 0 0 0\nv 1 0 0\nv 0 1 0\nvt 0 0\nf 1/1 2/1 3/1\nf 1/1 2/1 0/1\n",
+            "line 6: f: `0/1`: indices start at 1",
+        ),
     ] {
         let (_folder, path) = write(text);
         let error = try_load(&path).expect_err(text).to_string();
-        assert!(error.contains(words) && error.contains("test.obj"), "{text:?}: {error}");
+        assert!(
+            error.contains(words) && error.contains("test.obj"),
+            "{text:?}: {error}"
+        );
     }
 }
 
-/// Protects: texture coordinates and normals that a file does not have are a warning with the first line, its corner and how many faces;
-/// these faces do without them, smoothed where a group says so, and all others keep theirs.
+/// Protects: texture coordinates and normals that a file does not have are a warning with the first
+/// line, its corner and how many faces; these faces do without them, smoothed where a group says
+/// so, and all others keep theirs.
 #[test]
 fn references_to_nothing_are_warnings() {
     let corners = "v 0 0 0\nv 1 0 0\nv 0 1 0\n";
     for (rest, words) in [
-        ("vt 0 0\nf 1/1 2/2 3/1\n", "line 5: f: `2/2`: texture coordinate 2 of 1; 1 face refers to texture coordinates"),
-        ("vt 0 0\nf 1/1 2/1 3/1\nf 1/-2 2/1 3/1\nf 1/9 2 3/1\n", "line 6: f: `1/-2`: texture coordinate -2 of 1; 2 faces refer"),
-        ("f 1/1 2/2 3/3\n", "line 4: f: `1/1`: texture coordinate 1 of 0"),
+        (
+            "vt 0 0\nf 1/1 2/2 3/1\n",
+            "line 5: f: `2/2`: texture coordinate 2 of 1; 1 face refers to texture coordinates",
+        ),
+        (
+            "vt 0 0\nf 1/1 2/1 3/1\nf 1/-2 2/1 3/1\nf 1/9 2 3/1\n",
+            "line 6: f: `1/-2`: texture coordinate -2 of 1; 2 faces refer",
+        ),
+        (
+            "f 1/1 2/2 3/3\n",
+            "line 4: f: `1/1`: texture coordinate 1 of 0",
+        ),
         (
             "vn 0 0 1\nf 1//7 2//1 3//8\n",
             "line 5: f: `1//7`: normal 7 of 1; 1 face refers to normals that the file does not have",
         ),
-        ("f 1//99999999999 2//1 3//1\n", "line 4: f: `1//99999999999`: normal 99999999999 of 0"),
-        ("vn 0 0 1\nf 1//0 2//1 3//1\nf 1//0 2//0 3//0\n", "line 5: f: `1//0`: normal 0 of 1; 2 faces refer to normals"),
-        ("vt 0 0\nf 1/0 2/1 3/1\n", "line 5: f: `1/0`: texture coordinate 0 of 1; 1 face refers to texture coordinates"),
+        (
+            "f 1//99999999999 2//1 3//1\n",
+            "line 4: f: `1//99999999999`: normal 99999999999 of 0",
+        ),
+        (
+            "vn 0 0 1\nf 1//0 2//1 3//1\nf 1//0 2//0 3//0\n",
+            "line 5: f: `1//0`: normal 0 of 1; 2 faces refer to normals",
+        ),
+        (
+            "vt 0 0\nf 1/0 2/1 3/1\n",
+            "line 5: f: `1/0`: texture coordinate 0 of 1; 1 face refers to texture coordinates",
+        ),
     ] {
         let (_folder, path) = write(&format!("{corners}{rest}"));
         let file = load(&path);
         check_sound(&file, &path);
-        let [warning] = file.warnings.as_slice() else { panic!("{rest}: {:?}", file.warnings) };
+        let [warning] = file.warnings.as_slice() else {
+            panic!("{rest}: {:?}", file.warnings)
+        };
         assert!(warning.message.contains(words), "{rest}: {warning}");
     }
-    let (_folder, path) =
-        write(&format!("{corners}vt 0.5 0.25\nvn 0 1 0\nf 1/1/1 2/1/1 3/1/1\ns 1\nf 1/2/3 2/1/1 3/1/1\nf 1/1/1 2/1/2 3/1/1\n"));
+    let (_folder, path) = write(&format!(
+        "{corners}vt 0.5 0.25\nvn 0 1 0\nf 1/1/1 2/1/1 3/1/1\ns 1\nf 1/2/3 2/1/1 3/1/1\nf 1/1/1 2/1/2 3/1/1\n"
+    ));
     let file = load(&path);
-    let [warning] = file.warnings.as_slice() else { panic!("{:?}", file.warnings) };
-    assert!(warning.message.contains("to texture coordinates") && warning.message.contains("to normals"), "{warning}");
-    let all: Vec<_> = file.scene.objects.iter().map(|object| mesh_of(&file, object)).collect();
-    let corners = all
+    let [warning] = file.warnings.as_slice() else {
+        panic!("{:?}", file.warnings)
+    };
+    assert!(
+        warning.message.contains("to texture coordinates")
+            && warning.message.contains("to normals"),
+        "{warning}"
+    );
+    let all: Vec<_> = file
+        .scene
+        .objects
         .iter()
-        .flat_map(|mesh| mesh.indices.as_flattened().iter().map(|&i| (mesh.normals[i as usize], mesh.uvs[0][i as usize])));
-    let count = |normal, uv| corners.clone().filter(|&corner| corner == (normal, uv)).count();
+        .map(|object| mesh_of(&file, object))
+        .collect();
+    let corners = all.iter().flat_map(|mesh| {
+        mesh.indices
+            .as_flattened()
+            .iter()
+            .map(|&i| (mesh.normals[i as usize], mesh.uvs[0][i as usize]))
+    });
+    let count = |normal, uv| {
+        corners
+            .clone()
+            .filter(|&corner| corner == (normal, uv))
+            .count()
+    };
     let (own, made, mapped) = ([0.0, 1.0, 0.0], [0.0, 0.0, 1.0], [0.5, 0.75]);
-    assert_eq!([count(own, mapped), count(made, [0.0; 2]), count(made, mapped)], [3; 3]);
+    assert_eq!(
+        [
+            count(own, mapped),
+            count(made, [0.0; 2]),
+            count(made, mapped)
+        ],
+        [3; 3]
+    );
 }
 
-/// Protects: carriage returns alone end lines of models and of their libraries, and so do line feeds and pairs, each file in its own way or in
-/// several: the faces are there, the material is the library's, and nothing is said.
+/// Protects: carriage returns alone end lines of models and of their libraries, and so do line
+/// feeds and pairs, each file in its own way or in several: the faces are there, the material is
+/// the library's, and nothing is said.
 #[test]
 fn lines_end_as_they_like() {
     let model = "# a model\nmtllib red.mtl\nv 0 0 0\nv 1 0 0\nv 0 1 0\nusemtl red\nf 1 2 3\n";
@@ -252,31 +441,50 @@ fn lines_end_as_they_like() {
             std::fs::write(folder.path().join("red.mtl"), &library).expect("a library");
             let file = load(&path);
             check_sound(&file, &path);
-            assert_eq!((triangle_count(&file), file.warnings.len()), (1, 0), "{model:?}, {library:?}: {:?}", file.warnings);
-            assert_eq!(physical(&file, "red").base_colour, ColourInput::Constant(Colour([0.5, 0.0, 0.0])), "{library:?}");
+            assert_eq!(
+                (triangle_count(&file), file.warnings.len()),
+                (1, 0),
+                "{model:?}, {library:?}: {:?}",
+                file.warnings
+            );
+            assert_eq!(
+                physical(&file, "red").base_colour,
+                ColourInput::Constant(Colour([0.5, 0.0, 0.0])),
+                "{library:?}"
+            );
         }
     }
 }
 
-/// Protects: an image that is broken, of a format that is not read or no picture is as one that is missing: a warning, and the material's
-/// numbers as they are without it, be they the library's or what is taken where it says nothing.
+/// Protects: an image that is broken, of a format that is not read or no picture is as one that is
+/// missing: a warning, and the material's numbers as they are without it, be they the library's or
+/// what is taken where it says nothing.
 #[test]
 fn broken_images_are_as_missing_ones() {
     let statements = "map_Kd x.png\nmap_Ke x.png\nmap_Pr x.png\nmap_Pm x.png\nmap_d x.png\nnorm x.png\nNs 30\nKs 0.5 0.5 0.5\n";
     let mut png = std::io::Cursor::new(Vec::new());
-    image::RgbaImage::from_fn(9, 9, |x, y| image::Rgba([x as u8 * 17, y as u8 * 29, (x * y) as u8, 255]))
-        .write_to(&mut png, image::ImageFormat::Png)
-        .unwrap();
+    image::RgbaImage::from_fn(9, 9, |x, y| {
+        image::Rgba([x as u8 * 17, y as u8 * 29, (x * y) as u8, 255])
+    })
+    .write_to(&mut png, image::ImageFormat::Png)
+    .unwrap();
     let png = png.into_inner();
     let of = |picture: Option<&[u8]>| {
         let (folder, path) = write("mtllib m.mtl\nv 0 0 0\nv 1 0 0\nv 0 1 0\nusemtl m\nf 1 2 3\n");
-        std::fs::write(folder.path().join("m.mtl"), format!("newmtl m\n{statements}")).unwrap();
-        picture.into_iter().for_each(|bytes| std::fs::write(folder.path().join("x.png"), bytes).unwrap());
+        std::fs::write(
+            folder.path().join("m.mtl"),
+            format!("newmtl m\n{statements}"),
+        )
+        .unwrap();
+        picture
+            .into_iter()
+            .for_each(|bytes| std::fs::write(folder.path().join("x.png"), bytes).unwrap());
         let file = load(&path);
         check_sound(&file, &path);
         assert_eq!(file.warnings.len(), 1, "{:?}", file.warnings);
         assert!(
-            file.warnings[0].message.contains("x.png") && file.warnings[0].message.contains("factor alone"),
+            file.warnings[0].message.contains("x.png")
+                && file.warnings[0].message.contains("factor alone"),
             "{:?}",
             file.warnings
         );
@@ -284,84 +492,158 @@ fn broken_images_are_as_missing_ones() {
         physical(&file, "m").clone()
     };
     let missing = of(None);
-    assert_eq!((&missing.emission, missing.base_colour_texture.is_none()), (&Colour::BLACK.into(), true));
-    for broken in [&png[..20], &png[..png.len() / 2], b"GIF89a", b"text", b"", b"\xabKTX 20\xbb\r\n\x1a\n"] {
+    assert_eq!(
+        (&missing.emission, missing.base_colour_texture.is_none()),
+        (&Colour::BLACK.into(), true)
+    );
+    for broken in [
+        &png[..20],
+        &png[..png.len() / 2],
+        b"GIF89a",
+        b"text",
+        b"",
+        b"\xabKTX 20\xbb\r\n\x1a\n",
+    ] {
         assert_eq!(of(Some(broken)), missing, "{broken:?}");
     }
 }
 
-/// Protects: texts of two bytes a character, with a mark or without, and files that are no text are refused for what they are.
+/// Protects: texts of two bytes a character, with a mark or without, and files that are no text are
+/// refused for what they are.
 #[test]
 fn foreign_texts_are_named() {
     let text = "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n";
     let units = || text.encode_utf16();
     let files: [(Vec<u8>, &str); 5] = [
-        ([0xfeff].into_iter().chain(units()).flat_map(u16::to_le_bytes).collect(), "UTF-16"),
-        ([0xfeff].into_iter().chain(units()).flat_map(u16::to_be_bytes).collect(), "UTF-16"),
+        (
+            [0xfeff]
+                .into_iter()
+                .chain(units())
+                .flat_map(u16::to_le_bytes)
+                .collect(),
+            "UTF-16",
+        ),
+        (
+            [0xfeff]
+                .into_iter()
+                .chain(units())
+                .flat_map(u16::to_be_bytes)
+                .collect(),
+            "UTF-16",
+        ),
         (units().flat_map(u16::to_le_bytes).collect(), "UTF-16"),
         (units().flat_map(u16::to_be_bytes).collect(), "UTF-16"),
-        ([&b"Kaydara FBX Binary  \0\x1a\0"[..], text.as_bytes()].concat(), "binary"),
+        (
+            [&b"Kaydara FBX Binary  \0\x1a\0"[..], text.as_bytes()].concat(),
+            "binary",
+        ),
     ];
     for (bytes, word) in files {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("test.obj");
         std::fs::write(&path, bytes).unwrap();
         let error = try_load(&path).expect_err(word).to_string();
-        assert!(error.contains(word) && error.contains("test.obj") && error.lines().count() == 1, "{error}");
+        assert!(
+            error.contains(word) && error.contains("test.obj") && error.lines().count() == 1,
+            "{error}"
+        );
     }
 }
 
-/// Protects: images of roughness, metalness and coverage multiply their numbers, `norm` bends normals by `-bm`, and what has no
-/// words is left out by its key, unless its number says that there is none of it.
+/// Protects: images of roughness, metalness and coverage multiply their numbers, `norm` bends
+/// normals by `-bm`, and what has no words is left out by its key, unless its number says that
+/// there is none of it.
 #[test]
 fn images_of_the_pbr_keys() {
-    let (folder, path) = write("mtllib m.mtl\nv 0 0 0\nv 1 0 0\nv 0 1 0\nvt 0 0\nusemtl m\nf 1/1 2/1 3/1\n");
-    let lines =
-        "Pr 0.5\nmap_Pr a.png\nmap_Pm b.png\nnorm -bm 0.25 c.png\nmap_d a.png\nd 0.75\nPs 0\nPc 0.5\nPcr 0.1\nmap_Bump c.png\n";
-    std::fs::write(folder.path().join("m.mtl"), format!("newmtl m\nKd 1 0 0\n{lines}")).unwrap();
+    let (folder, path) =
+        write("mtllib m.mtl\nv 0 0 0\nv 1 0 0\nv 0 1 0\nvt 0 0\nusemtl m\nf 1/1 2/1 3/1\n");
+    let lines = "Pr 0.5\nmap_Pr a.png\nmap_Pm b.png\nnorm -bm 0.25 c.png\nmap_d a.png\nd 0.75\nPs 0\nPc 0.5\nPcr 0.1\nmap_Bump c.png\n";
+    std::fs::write(
+        folder.path().join("m.mtl"),
+        format!("newmtl m\nKd 1 0 0\n{lines}"),
+    )
+    .unwrap();
     for name in ["a.png", "b.png", "c.png"] {
-        image::RgbaImage::from_raw(1, 1, vec![128; 4]).expect("a pixel").save(folder.path().join(name)).unwrap();
+        image::RgbaImage::from_raw(1, 1, vec![128; 4])
+            .expect("a pixel")
+            .save(folder.path().join(name))
+            .unwrap();
     }
     let file = load(&path);
     let material = physical(&file, "m");
     let image = |input: &NumberInput| match input {
         NumberInput::Texture(input) => {
             let texture = &input.texture;
-            let image = file.scene.textures.iter().find(|t| t.name == texture.name).expect("a texture");
-            assert_eq!((image.colour_space, texture.channel), (ColourSpace::Linear, Some(Channel::Red)));
+            let image = file
+                .scene
+                .textures
+                .iter()
+                .find(|t| t.name == texture.name)
+                .expect("a texture");
+            assert_eq!(
+                (image.colour_space, texture.channel),
+                (ColourSpace::Linear, Some(Channel::Red))
+            );
             (image.image.clone(), texture.factor.0[0])
         }
         other => panic!("{other:?}"),
     };
     assert_eq!(image(&material.roughness), ("a.png".to_owned(), 0.5));
     assert_eq!(image(&material.metallic), ("b.png".to_owned(), 1.0));
-    assert_eq!((image(&material.opacity), material.alpha), (("a.png".to_owned(), 0.75), AlphaMode::Blend));
+    assert_eq!(
+        (image(&material.opacity), material.alpha),
+        (("a.png".to_owned(), 0.75), AlphaMode::Blend)
+    );
     assert!(material.normal_texture.is_some() && material.normal_scale == 0.25);
-    let left_out: Vec<&str> = file.scene.unread.iter().map(|part| part.what.as_str()).collect();
+    let left_out: Vec<&str> = file
+        .scene
+        .unread
+        .iter()
+        .map(|part| part.what.as_str())
+        .collect();
     assert_eq!(left_out, ["MTL map_bump"]);
     let coat = material.clearcoat.as_ref().expect("a coat");
-    assert_eq!((&coat.factor, &coat.roughness, material.sheen.is_none()), (&0.5.into(), &0.1.into(), true));
+    assert_eq!(
+        (&coat.factor, &coat.roughness, material.sheen.is_none()),
+        (&0.5.into(), &0.1.into(), true)
+    );
 }
 
-/// Protects: `d` is how much there is of a surface, `Tr` how much is not, `d` counts where both are there, and `Tr 1` alone, which old
-/// exporters wrote for opaque, is said to have been taken as that.
+/// Protects: `d` is how much there is of a surface, `Tr` how much is not, `d` counts where both are
+/// there, and `Tr 1` alone, which old exporters wrote for opaque, is said to have been taken as
+/// that.
 #[test]
 fn opacity_is_told_both_ways() {
-    for (lines, opacity, words) in
-        [("d 0.25", 0.25, ""), ("Tr 0.75", 0.25, ""), ("Tr 0.75\nd 0.5", 0.5, ""), ("Tr 0", 1.0, ""), ("Tr 1", 1.0, "Tr 1 alone")]
-    {
+    for (lines, opacity, words) in [
+        ("d 0.25", 0.25, ""),
+        ("Tr 0.75", 0.25, ""),
+        ("Tr 0.75\nd 0.5", 0.5, ""),
+        ("Tr 0", 1.0, ""),
+        ("Tr 1", 1.0, "Tr 1 alone"),
+    ] {
         let (folder, path) = write("mtllib m.mtl\nv 0 0 0\nv 1 0 0\nv 0 1 0\nusemtl m\nf 1 2 3\n");
-        std::fs::write(folder.path().join("m.mtl"), format!("newmtl m\nKd 1 0 0\n{lines}\n")).unwrap();
+        std::fs::write(
+            folder.path().join("m.mtl"),
+            format!("newmtl m\nKd 1 0 0\n{lines}\n"),
+        )
+        .unwrap();
         let file = load(&path);
         assert_eq!(physical(&file, "m").opacity, opacity.into(), "{lines}");
-        assert_eq!(format!("{:?}", file.warnings).contains("Tr 1 alone"), !words.is_empty(), "{lines}: {:?}", file.warnings);
+        assert_eq!(
+            format!("{:?}", file.warnings).contains("Tr 1 alone"),
+            !words.is_empty(),
+            "{lines}: {:?}",
+            file.warnings
+        );
     }
 }
 
-/// Protects: a missing texture, a missing library and a reference out of the folder are warnings; nothing outside is read.
+/// Protects: a missing texture, a missing library and a reference out of the folder are warnings;
+/// nothing outside is read.
 #[test]
 fn missing_things_are_warnings() {
-    let (folder, path) = write("mtllib ../x.mtl\nmtllib m.mtl\nv 0 0 0\nv 1 0 0\nv 0 1 0\nusemtl m\nf 1 2 3\n");
+    let (folder, path) =
+        write("mtllib ../x.mtl\nmtllib m.mtl\nv 0 0 0\nv 1 0 0\nv 0 1 0\nusemtl m\nf 1 2 3\n");
     std::fs::write(
         folder.path().join("m.mtl"),
         "newmtl m\nKd 1 0 0\nKd 0.5 0,5 0,5\nmap_Kd /etc/passwd\nmap_Ke gone.png\nmap_Pr C:\\x.png\n",
@@ -371,9 +653,18 @@ fn missing_things_are_warnings() {
     let material = physical(&file, "m");
     assert!(material.base_colour_texture.is_none() && material.emission_texture.is_none());
     assert_eq!(material.emission, Colour::BLACK.into());
-    assert_eq!(material.base_colour, ColourInput::Constant(Colour([1.0, 0.0, 0.0])));
+    assert_eq!(
+        material.base_colour,
+        ColourInput::Constant(Colour([1.0, 0.0, 0.0]))
+    );
     let text = format!("{:?}", file.warnings);
-    for words in ["../x.mtl", "/etc/passwd", "gone.png", "`C:/x.png` leads out", "line 3: `Kd 0.5 0,5 0,5`"] {
+    for words in [
+        "../x.mtl",
+        "/etc/passwd",
+        "gone.png",
+        "`C:/x.png` leads out",
+        "line 3: `Kd 0.5 0,5 0,5`",
+    ] {
         assert!(text.contains(words), "nothing about {words} in {text}");
     }
 }
@@ -381,7 +672,9 @@ fn missing_things_are_warnings() {
 /// Protects: the verdicts that the collection of malformed files prescribes.
 #[test]
 fn malformed_files_get_their_verdict() {
-    let Some(folder) = assets("malformed/obj") else { return };
+    let Some(folder) = assets("malformed/obj") else {
+        return;
+    };
     assert!(try_load(&folder.join("index_out_of_range.obj")).is_err());
     assert!(try_load(&folder.join("index_zero.obj")).is_err());
     for file in ["huge_coordinates.obj", "mtl_missing_texture.obj"] {
@@ -392,17 +685,25 @@ fn malformed_files_get_their_verdict() {
     }
 }
 
-/// Protects: where only the later faces of a material have texture coordinates, these stay with their own corners, v counted from
-/// the top, and the corners before them have (0, 0).
+/// Protects: where only the later faces of a material have texture coordinates, these stay with
+/// their own corners, v counted from the top, and the corners before them have (0, 0).
 #[test]
 fn coordinates_stay_with_their_corners() {
-    let (_folder, path) = write("v 0 0 0\nv 1 0 0\nv 0 1 0\nvt 0.25 0.125\nvt 1 0\nvt 0 1\nf 1 2 3\nf 1/1 2/2 3/3\n");
+    let (_folder, path) =
+        write("v 0 0 0\nv 1 0 0\nv 0 1 0\nvt 0.25 0.125\nvt 1 0\nvt 0 1\nf 1 2 3\nf 1/1 2/2 3/3\n");
     let loaded = load(&path);
     let mut found = Vec::new();
     for object in &loaded.scene.objects {
         let data = mesh_of(&loaded, object);
-        let uv = |corner: u32| data.uvs.first().map_or([0.0; 2], |set| set[corner as usize]);
+        let uv = |corner: u32| {
+            data.uvs
+                .first()
+                .map_or([0.0; 2], |set| set[corner as usize])
+        };
         found.extend(data.indices.iter().map(|face| face.map(uv)));
     }
-    assert_eq!(found, [[[0.0; 2]; 3], [[0.25, 0.875], [1.0, 1.0], [0.0, 0.0]]]);
+    assert_eq!(
+        found,
+        [[[0.0; 2]; 3], [[0.25, 0.875], [1.0, 1.0], [0.0, 0.0]]]
+    );
 }

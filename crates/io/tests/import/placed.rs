@@ -1,5 +1,5 @@
-//! Models that a scene file places with all that they bring: names, transforms, lights, materials in place of theirs, and what is
-//! shared.
+//! Models that a scene file places with all that they bring: names, transforms, lights, materials
+//! in place of theirs, and what is shared.
 
 use glam::DVec3;
 use raywright_core::prepare;
@@ -27,8 +27,9 @@ fn origin(loaded: &Loaded, object: usize) -> DVec3 {
     affine(&loaded.scene.objects[object].transform).translation
 }
 
-/// Protects: a model brings its objects where its own hierarchy and then the scene's transform put them, its lights likewise and no
-/// brighter, its material with its texture under names of its own; the camera stays behind.
+/// Protects: a model brings its objects where its own hierarchy and then the scene's transform put
+/// them, its lights likewise and no brighter, its material with its texture under names of its own;
+/// the camera stays behind.
 #[test]
 fn models_bring_what_they_have() {
     let folder = tempfile::tempdir().expect("a folder");
@@ -37,24 +38,69 @@ fn models_bring_what_they_have() {
         file = "square.glb"
         transform = [{ scale = [2, 2, 2] }, { rotate = { axis = [0, 1, 0], degrees = 90 } }, { translate = [0, 0, 100] }]"#;
     let loaded = scene(folder.path(), placed).unwrap_or_else(|e| panic!("{e}"));
-    let Scene { objects, lights, cameras, models, images, textures, materials, .. } = &loaded.scene;
-    assert_eq!((objects.len(), lights.len(), cameras.len(), models.len()), (2, 1, 0, 0));
+    let Scene {
+        objects,
+        lights,
+        cameras,
+        models,
+        images,
+        textures,
+        materials,
+        ..
+    } = &loaded.scene;
+    assert_eq!(
+        (objects.len(), lights.len(), cameras.len(), models.len()),
+        (2, 1, 0, 0)
+    );
     // Alone the root is at (1, 2, 3); doubled and turned, x goes to −z and z to x.
     let place = DVec3::new(6.0, 4.0, 98.0);
-    assert!(origin(&loaded, 0).distance(place) < 1e-9, "{:?}", origin(&loaded, 0));
-    let LightKind::Spot { position, direction, .. } = lights[0].kind else { panic!("{:?}", lights[0]) };
-    assert!(DVec3::from(position).distance(place + DVec3::Y * 4.0) < 1e-6, "{position:?}");
-    assert!(DVec3::from(direction).distance(DVec3::NEG_X) < 1e-6, "{direction:?}");
+    assert!(
+        origin(&loaded, 0).distance(place) < 1e-9,
+        "{:?}",
+        origin(&loaded, 0)
+    );
+    let LightKind::Spot {
+        position,
+        direction,
+        ..
+    } = lights[0].kind
+    else {
+        panic!("{:?}", lights[0])
+    };
+    assert!(
+        DVec3::from(position).distance(place + DVec3::Y * 4.0) < 1e-6,
+        "{position:?}"
+    );
+    assert!(
+        DVec3::from(direction).distance(DVec3::NEG_X) < 1e-6,
+        "{direction:?}"
+    );
     assert_eq!(lights[0].colour, Colour([100.0, 50.0, 25.0]));
-    let names = [&images[0].name, &textures[0].name, &materials[0].name, &lights[0].name];
-    assert!(names.iter().all(|name| name.starts_with("square/")), "{names:?}");
-    let Model::Physical(paint) = &materials[0].model else { panic!("{materials:?}") };
-    assert_eq!(paint.base_colour_texture.as_ref().map(|texture| &texture.name), Some(&textures[0].name));
+    let names = [
+        &images[0].name,
+        &textures[0].name,
+        &materials[0].name,
+        &lights[0].name,
+    ];
+    assert!(
+        names.iter().all(|name| name.starts_with("square/")),
+        "{names:?}"
+    );
+    let Model::Physical(paint) = &materials[0].model else {
+        panic!("{materials:?}")
+    };
+    assert_eq!(
+        paint
+            .base_colour_texture
+            .as_ref()
+            .map(|texture| &texture.name),
+        Some(&textures[0].name)
+    );
     assert!(prepare(&loaded.scene, &Settings::of(&loaded.scene), &()).is_ok());
 }
 
-/// Protects: placed again, a model shares meshes and images and may look otherwise; things of the scene and of other models keep
-/// their names beside it; an OBJ file is a model, too.
+/// Protects: placed again, a model shares meshes and images and may look otherwise; things of the
+/// scene and of other models keep their names beside it; an OBJ file is a model, too.
 #[test]
 fn models_are_shared_and_told_apart() {
     let folder = tempfile::tempdir().expect("a folder");
@@ -64,20 +110,46 @@ fn models_are_shared_and_told_apart() {
         models = [{ file = "square.glb" }, { file = "square.glb", transform = [{ translate = [9, 0, 0] }], materials = { default = "gold" } },
             { file = "square.obj", name = "square" }]"#;
     let loaded = scene(folder.path(), lines).unwrap_or_else(|e| panic!("{e}"));
-    let materials: Vec<&str> = loaded.scene.objects.iter().map(|object| object.material.as_str()).collect();
-    assert_eq!(materials[..4], ["square/default (1)", "square/default (1)", "gold", "gold"]);
-    assert!(materials[4..].iter().all(|name| name.starts_with("square/")) && materials.len() == 6, "{materials:?}");
-    let meshes: Vec<*const _> = loaded.scene.objects.iter().map(|object| std::ptr::from_ref(mesh_of(&loaded, object))).collect();
+    let materials: Vec<&str> = loaded
+        .scene
+        .objects
+        .iter()
+        .map(|object| object.material.as_str())
+        .collect();
+    assert_eq!(
+        materials[..4],
+        ["square/default (1)", "square/default (1)", "gold", "gold"]
+    );
+    assert!(
+        materials[4..]
+            .iter()
+            .all(|name| name.starts_with("square/"))
+            && materials.len() == 6,
+        "{materials:?}"
+    );
+    let meshes: Vec<*const _> = loaded
+        .scene
+        .objects
+        .iter()
+        .map(|object| std::ptr::from_ref(mesh_of(&loaded, object)))
+        .collect();
     assert!(meshes[..4].iter().all(|mesh| *mesh == meshes[0]) && meshes[4] != meshes[0]);
     assert_eq!(origin(&loaded, 2) - origin(&loaded, 0), DVec3::X * 9.0);
     // One picture of the GLB file, one of the OBJ file.
     assert_eq!(loaded.scene.images.len(), 2);
 }
 
-/// Protects: each placed model has its own scene, look and moment; what it has not is an error at its key that lists what there is.
+/// Protects: each placed model has its own scene, look and moment; what it has not is an error at
+/// its key that lists what there is.
 #[test]
 fn models_are_chosen_from() {
-    let made = Made::new().animated("", 0, "translation", "LINEAR", &[0.0, 0.0, 5.0, 4.0, 8.0, 5.0]);
+    let made = Made::new().animated(
+        "",
+        0,
+        "translation",
+        "LINEAR",
+        &[0.0, 0.0, 5.0, 4.0, 8.0, 5.0],
+    );
     let path = made.write();
     let folder = path.parent().expect("a folder");
     let lines = r#"
@@ -86,22 +158,38 @@ fn models_are_chosen_from() {
     let loaded = scene(folder, lines).unwrap_or_else(|e| panic!("{e}"));
     let places: Vec<DVec3> = (0..4).map(|i| origin(&loaded, i)).collect();
     let five = DVec3::Z * 5.0;
-    assert_eq!(places, [five, five + DVec3::new(2.0, 4.0, 0.0), DVec3::X * 7.0, five]);
-    assert_ne!(loaded.scene.objects[0].material, loaded.scene.objects[3].material);
+    assert_eq!(
+        places,
+        [five, five + DVec3::new(2.0, 4.0, 0.0), DVec3::X * 7.0, five]
+    );
+    assert_ne!(
+        loaded.scene.objects[0].material,
+        loaded.scene.objects[3].material
+    );
     for (model, words) in [
         (r#"scene = "dya""#, "has no scene `dya`; did you mean `day`"),
         (r#"variant = "grey""#, "has no variant `grey`"),
-        (r#"materials = { paint = "gold" }"#, "`made.gltf` has no material `paint`"),
+        (
+            r#"materials = { paint = "gold" }"#,
+            "`made.gltf` has no material `paint`",
+        ),
         (r#"materials = { paint = "golt" }"#, "`golt`"),
-        (r#"transform = [{ translate = [1e15, 1e15, 1e15] }, { scale = [1e-3, 1e-3, 1e3] }]"#, "beyond every measure"),
+        (
+            r#"transform = [{ translate = [1e15, 1e15, 1e15] }, { scale = [1e-3, 1e-3, 1e3] }]"#,
+            "beyond every measure",
+        ),
         ("time = nan", "time"),
     ] {
-        let lines =
-            format!("materials = [{{ name = \"gold\", model.physical = {{}} }}]\n[[models]]\nfile = \"made.gltf\"\n{model}");
+        let lines = format!(
+            "materials = [{{ name = \"gold\", model.physical = {{}} }}]\n[[models]]\nfile = \"made.gltf\"\n{model}"
+        );
         let error = scene(folder, &lines).expect_err(model);
         let text = error.to_string();
         assert_eq!(error.kind(), ErrorKind::Input, "{text}");
-        assert!(text.contains(words) && text.contains("a.scene.toml:5:"), "{words}: {text}");
+        assert!(
+            text.contains(words) && text.contains("a.scene.toml:5:"),
+            "{words}: {text}"
+        );
     }
     for (file, kind, words) in [
         ("none.glb", ErrorKind::File, "no such file"),
@@ -109,20 +197,42 @@ fn models_are_chosen_from() {
         ("a.scene.toml", ErrorKind::Input, ".obj, .gltf and .glb"),
     ] {
         let error = scene(folder, &format!("[[models]]\nfile = \"{file}\"")).expect_err(file);
-        assert!(error.kind() == kind && error.to_string().contains(words), "{error}");
+        assert!(
+            error.kind() == kind && error.to_string().contains(words),
+            "{error}"
+        );
         assert!(error.to_string().contains("a.scene.toml:3:"), "{error}");
     }
     std::fs::write(folder.join("a.obj"), "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n").expect("a file");
-    let timed = scene(folder, "[[models]]\nfile = \"a.obj\"\ntime = 1").expect_err("an OBJ file does not move").to_string();
-    assert!(timed.contains("no time") && timed.contains(":4:"), "{timed}");
+    let timed = scene(folder, "[[models]]\nfile = \"a.obj\"\ntime = 1")
+        .expect_err("an OBJ file does not move")
+        .to_string();
+    assert!(
+        timed.contains("no time") && timed.contains(":4:"),
+        "{timed}"
+    );
 }
 
 /// Protects: who makes a scene without the loader is told that its models are not there.
 #[test]
 fn models_that_nobody_loads_are_missing() {
-    let scene = Scene { models: vec![ModelFile { file: "a.glb".to_owned(), ..ModelFile::default() }], ..Scene::default() };
-    let error = prepare(&scene, &Settings::of(&scene), &()).err().expect("nothing was loaded").to_string();
-    assert!(error.contains("models[0].file") && error.contains("a.glb"), "{error}");
-    let again: Scene = serde_json::from_value(json!({ "format": 1, "models": [{ "file": "a.glb" }] })).expect("a scene");
+    let scene = Scene {
+        models: vec![ModelFile {
+            file: "a.glb".to_owned(),
+            ..ModelFile::default()
+        }],
+        ..Scene::default()
+    };
+    let error = prepare(&scene, &Settings::of(&scene), &())
+        .err()
+        .expect("nothing was loaded")
+        .to_string();
+    assert!(
+        error.contains("models[0].file") && error.contains("a.glb"),
+        "{error}"
+    );
+    let again: Scene =
+        serde_json::from_value(json!({ "format": 1, "models": [{ "file": "a.glb" }] }))
+            .expect("a scene");
     assert_eq!(again, scene);
 }

@@ -1,4 +1,5 @@
-//! Which scene, which look and which moment of a glTF file is meant: places by hand, from keys that are given here.
+//! Which scene, which look and which moment of a glTF file is meant: places by hand, from keys that
+//! are given here.
 
 use glam::DVec3;
 use raywright_core::affine;
@@ -11,17 +12,30 @@ use crate::shared::assets;
 
 #[track_caller]
 fn near(found: DVec3, expected: [f64; 3]) {
-    assert!((found - DVec3::from(expected)).length() < 1e-6, "{found} instead of {expected:?}");
+    assert!(
+        (found - DVec3::from(expected)).length() < 1e-6,
+        "{found} instead of {expected:?}"
+    );
 }
 
-/// Protects: between keys translations and scales run along straight lines, before the first and after the last they stand, steps
-/// keep the earlier key, and what hangs below a node goes with it.
+/// Protects: between keys translations and scales run along straight lines, before the first and
+/// after the last they stand, steps keep the earlier key, and what hangs below a node goes with it.
 #[test]
 fn keys_and_straight_lines() {
-    let line = Made::new().animated("", 0, "translation", "LINEAR", &[0.0, 0.0, 5.0, 4.0, 8.0, 5.0]);
-    for (time, place) in
-        [(-2.0, [0.0, 0.0, 5.0]), (1.0, [0.0, 0.0, 5.0]), (1.5, [1.0, 2.0, 5.0]), (3.0, [4.0, 8.0, 5.0]), (9.0, [4.0, 8.0, 5.0])]
-    {
+    let line = Made::new().animated(
+        "",
+        0,
+        "translation",
+        "LINEAR",
+        &[0.0, 0.0, 5.0, 4.0, 8.0, 5.0],
+    );
+    for (time, place) in [
+        (-2.0, [0.0, 0.0, 5.0]),
+        (1.0, [0.0, 0.0, 5.0]),
+        (1.5, [1.0, 2.0, 5.0]),
+        (3.0, [4.0, 8.0, 5.0]),
+        (9.0, [4.0, 8.0, 5.0]),
+    ] {
         near(line.at(time).translation, place);
     }
     let step = Made::new().animated("", 1, "scale", "STEP", &[1.0, 1.0, 1.0, 2.0, 4.0, 8.0]);
@@ -30,51 +44,93 @@ fn keys_and_straight_lines() {
     near(step.at(3.0).translation, [0.0, 0.0, 5.0]);
 }
 
-/// Protects: a scale that is animated takes the place of the node's own, along lines and splines, and comes before its turn and its
-/// place, which stay as they are; what no channel moves has its own scale.
+/// Protects: a scale that is animated takes the place of the node's own, along lines and splines,
+/// and comes before its turn and its place, which stay as they are; what no channel moves has its
+/// own scale.
 #[test]
 fn scales_come_first() {
     let at_rest = |document: &mut Value| {
         let node = document["nodes"][1].as_object_mut().expect("a node");
         let s = std::f64::consts::FRAC_1_SQRT_2;
         // A quarter turn about z, which takes x to y.
-        node.extend([("scale".to_owned(), json!([7, 7, 7])), ("rotation".to_owned(), json!([0, 0, s, s]))]);
+        node.extend([
+            ("scale".to_owned(), json!([7, 7, 7])),
+            ("rotation".to_owned(), json!([0, 0, s, s])),
+        ]);
     };
-    let line = Made::new().animated("", 1, "scale", "LINEAR", &[1.0, 1.0, 1.0, 3.0, 5.0, 9.0]).with(at_rest);
+    let line = Made::new()
+        .animated("", 1, "scale", "LINEAR", &[1.0, 1.0, 1.0, 3.0, 5.0, 9.0])
+        .with(at_rest);
     let found = line.at(1.5);
     near(found.matrix3 * DVec3::X, [0.0, 1.5, 0.0]);
     near(found.matrix3 * DVec3::Y, [-2.0, 0.0, 0.0]);
     near(found.matrix3 * DVec3::Z, [0.0, 0.0, 3.0]);
     near(found.translation, [0.0, 0.0, 5.0]);
     // Hermite's with tangents of zero: a quarter of the way the second key weighs 5/32.
-    let flat = [[0.0_f32; 3], [1.0; 3], [0.0; 3], [0.0; 3], [33.0; 3], [0.0; 3]].concat();
-    let spline = Made::new().animated("", 1, "scale", "CUBICSPLINE", &flat).with(at_rest);
+    let flat = [
+        [0.0_f32; 3],
+        [1.0; 3],
+        [0.0; 3],
+        [0.0; 3],
+        [33.0; 3],
+        [0.0; 3],
+    ]
+    .concat();
+    let spline = Made::new()
+        .animated("", 1, "scale", "CUBICSPLINE", &flat)
+        .with(at_rest);
     near(spline.at(1.5).matrix3 * DVec3::Z, [0.0, 0.0, 6.0]);
-    let other = Made::new().animated("", 1, "translation", "LINEAR", &[0.0; 6]).with(at_rest);
+    let other = Made::new()
+        .animated("", 1, "translation", "LINEAR", &[0.0; 6])
+        .with(at_rest);
     near(other.at(2.0).matrix3 * DVec3::X, [0.0, 7.0, 0.0]);
 }
 
-/// Protects: rotations take the shorter turn, at a constant speed: a quarter of the way is a quarter of the angle, which the
-/// straight line between quaternions misses.
+/// Protects: rotations take the shorter turn, at a constant speed: a quarter of the way is a
+/// quarter of the angle, which the straight line between quaternions misses.
 #[test]
 fn rotations_take_the_shorter_turn() {
     let (s, c) = 60.0_f64.to_radians().sin_cos();
     // 120 degrees about z, by the quaternion that lies on the other side.
-    let turn = Made::new().animated("", 1, "rotation", "LINEAR", &[0.0, 0.0, 0.0, 1.0, 0.0, 0.0, -s as f32, -c as f32]);
-    for (time, degrees) in [(1.0, 0.0_f64), (1.5, 30.0), (2.0, 60.0), (2.5, 90.0), (3.0, 120.0)] {
+    let turn = Made::new().animated(
+        "",
+        1,
+        "rotation",
+        "LINEAR",
+        &[0.0, 0.0, 0.0, 1.0, 0.0, 0.0, -s as f32, -c as f32],
+    );
+    for (time, degrees) in [
+        (1.0, 0.0_f64),
+        (1.5, 30.0),
+        (2.0, 60.0),
+        (2.5, 90.0),
+        (3.0, 120.0),
+    ] {
         let (sine, cosine) = degrees.to_radians().sin_cos();
         near(turn.at(time).matrix3 * DVec3::X, [cosine, sine, 0.0]);
     }
-    let still = Made::new().animated("", 1, "rotation", "LINEAR", &[0.0, 0.0, s as f32, c as f32, 0.0, 0.0, s as f32, c as f32]);
-    near(still.at(1.7).matrix3 * DVec3::X, [-0.5, 3.0_f64.sqrt() / 2.0, 0.0]);
+    let still = Made::new().animated(
+        "",
+        1,
+        "rotation",
+        "LINEAR",
+        &[0.0, 0.0, s as f32, c as f32, 0.0, 0.0, s as f32, c as f32],
+    );
+    near(
+        still.at(1.7).matrix3 * DVec3::X,
+        [-0.5, 3.0_f64.sqrt() / 2.0, 0.0],
+    );
 }
 
-/// Protects: splines are Hermite's with tangents in units a second, those before a key and after it in the file's order, keys
-/// themselves exact; of rotations the four numbers are, and then brought to unit length.
+/// Protects: splines are Hermite's with tangents in units a second, those before a key and after it
+/// in the file's order, keys themselves exact; of rotations the four numbers are, and then brought
+/// to unit length.
 #[test]
 fn splines_follow_their_tangents() {
-    // Before, value and after each key; only x moves, from 0 to 2, leaving at 3 a second and arriving at −1.5.
-    let x = |before: f32, value: f32, after: f32| [before, 0.0, 0.0, value, 0.0, 5.0, after, 0.0, 0.0];
+    // Before, value and after each key; only x moves, from 0 to 2, leaving at 3 a second and
+    // arriving at −1.5.
+    let x =
+        |before: f32, value: f32, after: f32| [before, 0.0, 0.0, value, 0.0, 5.0, after, 0.0, 0.0];
     let keys = [x(9.0, 0.0, 3.0), x(-1.5, 2.0, 9.0)].concat();
     let spline = Made::new().animated("", 0, "translation", "CUBICSPLINE", &keys);
     for (time, x) in [(0.0, 0.0), (1.0, 0.0), (3.0, 2.0), (7.0, 2.0)] {
@@ -82,59 +138,122 @@ fn splines_follow_their_tangents() {
     }
     // Halfway ½·0 + 2·⅛·3 + ½·2 + 2·(−⅛)·(−1.5); at a quarter with 27/32, 9/64, 5/32 and −3/64.
     near(spline.at(2.0).translation, [2.125, 0.0, 5.0]);
-    near(spline.at(1.5).translation, [2.0 * 9.0 / 64.0 * 3.0 + 5.0 / 32.0 * 2.0 + 2.0 * 3.0 / 64.0 * 1.5, 0.0, 5.0]);
+    near(
+        spline.at(1.5).translation,
+        [
+            2.0 * 9.0 / 64.0 * 3.0 + 5.0 / 32.0 * 2.0 + 2.0 * 3.0 / 64.0 * 1.5,
+            0.0,
+            5.0,
+        ],
+    );
     let h = std::f32::consts::FRAC_1_SQRT_2;
     let zero = [0.0_f32; 4];
-    let keys = [zero, [0.0, 0.0, 0.0, 1.0], zero, zero, [0.0, 0.0, h, h], zero].concat();
+    let keys = [
+        zero,
+        [0.0, 0.0, 0.0, 1.0],
+        zero,
+        zero,
+        [0.0, 0.0, h, h],
+        zero,
+    ]
+    .concat();
     let turn = Made::new().animated("", 1, "rotation", "CUBICSPLINE", &keys);
     // A quarter of the way the second key weighs 5/32.
     let (w, h) = (5.0 / 32.0, std::f64::consts::FRAC_1_SQRT_2);
     let angle = 2.0 * (w * h).atan2(1.0 - w + w * h);
-    near(turn.at(1.5).matrix3 * DVec3::X, [angle.cos(), angle.sin(), 0.0]);
+    near(
+        turn.at(1.5).matrix3 * DVec3::X,
+        [angle.cos(), angle.sin(), 0.0],
+    );
     near(turn.at(1.5).matrix3 * DVec3::Z, [0.0, 0.0, 1.0]);
 }
 
-/// Protects: without a time a file is at rest and says so; where two animations move one thing the first does; what none can move
-/// stands still with a warning.
+/// Protects: without a time a file is at rest and says so; where two animations move one thing the
+/// first does; what none can move stands still with a warning.
 #[test]
 fn what_is_played() {
     let up = [0.0, 0.0, 0.0, 0.0, 8.0, 0.0];
-    let made =
-        Made::new().animated("walk", 0, "translation", "LINEAR", &up).animated("run", 0, "translation", "LINEAR", &[9.0; 6]);
-    let warned = |loaded: &Loaded, word: &str| loaded.warnings.iter().any(|w| w.message.contains(word));
-    let rest = made.asked(None, None, None).unwrap_or_else(|e| panic!("{e}"));
-    near(affine(&rest.scene.objects[0].transform).translation, [0.0, 0.0, 5.0]);
+    let made = Made::new()
+        .animated("walk", 0, "translation", "LINEAR", &up)
+        .animated("run", 0, "translation", "LINEAR", &[9.0; 6]);
+    let warned =
+        |loaded: &Loaded, word: &str| loaded.warnings.iter().any(|w| w.message.contains(word));
+    let rest = made
+        .asked(None, None, None)
+        .unwrap_or_else(|e| panic!("{e}"));
+    near(
+        affine(&rest.scene.objects[0].transform).translation,
+        [0.0, 0.0, 5.0],
+    );
     assert!(warned(&rest, "at rest") && !warned(&rest, "several"));
-    let played = made.asked(None, None, Some(2.0)).unwrap_or_else(|e| panic!("{e}"));
-    near(affine(&played.scene.objects[0].transform).translation, [0.0, 4.0, 0.0]);
+    let played = made
+        .asked(None, None, Some(2.0))
+        .unwrap_or_else(|e| panic!("{e}"));
+    near(
+        affine(&played.scene.objects[0].transform).translation,
+        [0.0, 4.0, 0.0],
+    );
     assert!(warned(&played, "several animations") && !warned(&played, "at rest"));
     let seconds = Some(3.0);
-    let info = |name: &str| AnimationInfo { name: name.to_owned(), seconds };
+    let info = |name: &str| AnimationInfo {
+        name: name.to_owned(),
+        seconds,
+    };
     assert_eq!(played.contents.animations, [info("walk"), info("run")]);
     let matrix = json!([1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 1, 2, 3, 1]);
     let fixed = Made::new()
         .animated("", 0, "translation", "LINEAR", &up)
         .with(|d| d["nodes"][0] = json!({ "children": [1], "matrix": matrix }));
-    let fixed = fixed.asked(None, None, Some(2.0)).unwrap_or_else(|e| panic!("{e}"));
-    near(affine(&fixed.scene.objects[0].transform).translation, [1.0, 2.0, 3.0]);
+    let fixed = fixed
+        .asked(None, None, Some(2.0))
+        .unwrap_or_else(|e| panic!("{e}"));
+    near(
+        affine(&fixed.scene.objects[0].transform).translation,
+        [1.0, 2.0, 3.0],
+    );
     assert!(warned(&fixed, "has a matrix"));
-    assert!(warned(&Made::new().asked(None, None, Some(1.0)).unwrap_or_else(|e| panic!("{e}")), "no animation"));
+    assert!(warned(
+        &Made::new()
+            .asked(None, None, Some(1.0))
+            .unwrap_or_else(|e| panic!("{e}")),
+        "no animation"
+    ));
     assert_ne!(rest.hash, played.hash, "other pictures");
 }
 
 /// What is wrong with a file's JSON.
 type Change = fn(&mut Value);
 
-/// Protects: broken animations are errors with a place where they are played, and nothing where the file is shown at rest.
+/// Protects: broken animations are errors with a place where they are played, and nothing where the
+/// file is shown at rest.
 #[test]
 fn broken_animations_are_refused_when_played() {
-    let made = |change: Change| Made::new().animated("", 0, "translation", "LINEAR", &[0.0; 6]).with(change);
+    let made = |change: Change| {
+        Made::new()
+            .animated("", 0, "translation", "LINEAR", &[0.0; 6])
+            .with(change)
+    };
     let breaks: [(Change, &str); 6] = [
-        (|d| d["animations"][0]["channels"][0]["sampler"] = json!(7), "samplers"),
-        (|d| d["animations"][0]["channels"][0]["target"]["node"] = json!(99), "nodes"),
-        (|d| d["animations"][0]["samplers"][0]["input"] = json!(99), "accessors"),
-        (|d| d["animations"][0]["samplers"][0]["interpolation"] = json!("CUBICSPLINE"), "not 6 of 3"),
-        (|d| d["animations"][0]["channels"][0]["target"]["path"] = json!("rotation"), "not 2 of 4"),
+        (
+            |d| d["animations"][0]["channels"][0]["sampler"] = json!(7),
+            "samplers",
+        ),
+        (
+            |d| d["animations"][0]["channels"][0]["target"]["node"] = json!(99),
+            "nodes",
+        ),
+        (
+            |d| d["animations"][0]["samplers"][0]["input"] = json!(99),
+            "accessors",
+        ),
+        (
+            |d| d["animations"][0]["samplers"][0]["interpolation"] = json!("CUBICSPLINE"),
+            "not 6 of 3",
+        ),
+        (
+            |d| d["animations"][0]["channels"][0]["target"]["path"] = json!("rotation"),
+            "not 2 of 4",
+        ),
         (|d| d["accessors"][1]["count"] = json!(0), "0 times"),
     ];
     for (change, word) in breaks {
@@ -142,57 +261,108 @@ fn broken_animations_are_refused_when_played() {
         assert!(made.asked(None, None, None).is_ok(), "{word}");
         let error = made.asked(None, None, Some(2.0)).expect_err(word);
         assert_eq!(error.kind(), ErrorKind::Input);
-        assert!(error.to_string().contains("animations[0].channels[0]") && error.to_string().contains(word), "{error}");
+        assert!(
+            error.to_string().contains("animations[0].channels[0]")
+                && error.to_string().contains(word),
+            "{error}"
+        );
     }
 }
 
-/// Protects: a scene is chosen by name or index, whatever the file's default; one that is not there is one error that lists them.
+/// Protects: a scene is chosen by name or index, whatever the file's default; one that is not there
+/// is one error that lists them.
 #[test]
 fn scenes_are_chosen() {
     let made = Made::new();
     let z = |scene: Option<&str>| {
-        let loaded = made.asked(scene, None, None).unwrap_or_else(|e| panic!("{e}"));
-        affine(&loaded.scene.objects[0].transform).translation.to_array()
+        let loaded = made
+            .asked(scene, None, None)
+            .unwrap_or_else(|e| panic!("{e}"));
+        affine(&loaded.scene.objects[0].transform)
+            .translation
+            .to_array()
     };
     assert_eq!(
         [z(None), z(Some("day")), z(Some("0")), z(Some("1"))],
-        [[0.0, 0.0, 5.0], [0.0, 0.0, 5.0], [0.0, 0.0, 5.0], [7.0, 0.0, 0.0]]
+        [
+            [0.0, 0.0, 5.0],
+            [0.0, 0.0, 5.0],
+            [0.0, 0.0, 5.0],
+            [7.0, 0.0, 0.0]
+        ]
     );
     for (wish, said) in [
-        ("dya", "has no scene `dya`; did you mean `day`? Its scenes: 0 `day`, 1"),
+        (
+            "dya",
+            "has no scene `dya`; did you mean `day`? Its scenes: 0 `day`, 1",
+        ),
         ("2", "has no scene `2`; its scenes: 0 `day`, 1"),
     ] {
         let error = made.asked(Some(wish), None, None).expect_err("none");
         assert_eq!(error.kind(), ErrorKind::Usage);
         assert!(error.to_string().contains(said), "{error}");
     }
-    assert_eq!(made.asked(None, None, None).unwrap_or_else(|e| panic!("{e}")).contents.scenes, ["day", ""]);
+    assert_eq!(
+        made.asked(None, None, None)
+            .unwrap_or_else(|e| panic!("{e}"))
+            .contents
+            .scenes,
+        ["day", ""]
+    );
 }
 
-/// Protects: a variant's materials are shown where a primitive has any for it, and its own elsewhere.
+/// Protects: a variant's materials are shown where a primitive has any for it, and its own
+/// elsewhere.
 #[test]
 fn variants_are_chosen() {
     let made = Made::new();
     let colour = |variant: Option<&str>| {
-        let loaded = made.asked(None, variant, None).unwrap_or_else(|e| panic!("{e}"));
-        let [material] = &loaded.scene.materials[..] else { panic!("only what is shown is converted") };
-        let Model::Physical(model) = &material.model else { panic!("a physical material") };
+        let loaded = made
+            .asked(None, variant, None)
+            .unwrap_or_else(|e| panic!("{e}"));
+        let [material] = &loaded.scene.materials[..] else {
+            panic!("only what is shown is converted")
+        };
+        let Model::Physical(model) = &material.model else {
+            panic!("a physical material")
+        };
         model.base_colour.clone()
     };
     let (red, blue) = (Colour([1.0, 0.0, 0.0]), Colour([0.0, 0.0, 1.0]));
-    assert_eq!([None, Some("red"), Some("blue"), Some("sea")].map(colour), [&red, &red, &blue, &blue].map(|c| (*c).into()));
+    assert_eq!(
+        [None, Some("red"), Some("blue"), Some("sea")].map(colour),
+        [&red, &red, &blue, &blue].map(|c| (*c).into())
+    );
     let error = made.asked(None, Some("green"), None).expect_err("none");
     assert_eq!(error.kind(), ErrorKind::Usage);
-    assert!(error.to_string().contains("has no variant `green`; its variants: `red`, `blue`, `sea`"), "{error}");
-    let none = made.with(|d| d["extensions"] = json!({})).asked(None, Some("red"), None).expect_err("none");
-    assert!(none.to_string().contains("has no variants to choose from"), "{none}");
+    assert!(
+        error
+            .to_string()
+            .contains("has no variant `green`; its variants: `red`, `blue`, `sea`"),
+        "{error}"
+    );
+    let none = made
+        .with(|d| d["extensions"] = json!({}))
+        .asked(None, Some("red"), None)
+        .expect_err("none");
+    assert!(
+        none.to_string().contains("has no variants to choose from"),
+        "{none}"
+    );
 }
 
-/// Protects: a mesh of a scene file is a part and a moment of its model, by an expression of `t`; what its file has not stands as
-/// an error at its key, and inline arrays have nothing to choose from.
+/// Protects: a mesh of a scene file is a part and a moment of its model, by an expression of `t`;
+/// what its file has not stands as an error at its key, and inline arrays have nothing to choose
+/// from.
 #[test]
 fn scene_files_name_part_and_moment() {
-    let made = Made::new().animated("", 2, "translation", "LINEAR", &[0.0, 0.0, 0.0, 4.0, 8.0, 0.0]);
+    let made = Made::new().animated(
+        "",
+        2,
+        "translation",
+        "LINEAR",
+        &[0.0, 0.0, 0.0, 4.0, 8.0, 0.0],
+    );
     let folder = made.write().parent().expect("a folder").to_owned();
     let scene = |mesh: &str, at: Option<f64>| {
         let path = folder.join("a.scene.toml");
@@ -205,16 +375,39 @@ fn scene_files_name_part_and_moment() {
         MeshSource::File(path) => panic!("{path} was not read"),
     };
     let moment = "source.file = \"made.gltf\"\nmodel = { scene = \"1\", time = \"2*t\" }";
-    assert_eq!(first(scene(moment, None).unwrap_or_else(|e| panic!("{e}"))), [2.0, 4.0, 0.0]);
-    assert_eq!(first(scene(moment, Some(1.5)).unwrap_or_else(|e| panic!("{e}"))), [4.0, 8.0, 0.0]);
-    assert_eq!(first(scene("source.file = \"made.gltf\"", None).unwrap_or_else(|e| panic!("{e}"))), [0.0, 0.0, 5.0]);
-    let error = scene("source.file = \"made.gltf\"\nmodel.scene = \"night\"", None).expect_err("no such scene");
+    assert_eq!(
+        first(scene(moment, None).unwrap_or_else(|e| panic!("{e}"))),
+        [2.0, 4.0, 0.0]
+    );
+    assert_eq!(
+        first(scene(moment, Some(1.5)).unwrap_or_else(|e| panic!("{e}"))),
+        [4.0, 8.0, 0.0]
+    );
+    assert_eq!(
+        first(scene("source.file = \"made.gltf\"", None).unwrap_or_else(|e| panic!("{e}"))),
+        [0.0, 0.0, 5.0]
+    );
+    let error = scene("source.file = \"made.gltf\"\nmodel.scene = \"night\"", None)
+        .expect_err("no such scene");
     assert_eq!(error.kind(), ErrorKind::Input);
-    assert!(error.to_string().contains("its scenes: 0 `day`, 1") && error.to_string().contains(":6:"), "{error}");
+    assert!(
+        error.to_string().contains("its scenes: 0 `day`, 1") && error.to_string().contains(":6:"),
+        "{error}"
+    );
     let inline = "source.inline = {}\nmodel.time = 1";
-    assert!(scene(inline, None).expect_err("nothing to choose").to_string().contains("chooses from a file"));
+    assert!(
+        scene(inline, None)
+            .expect_err("nothing to choose")
+            .to_string()
+            .contains("chooses from a file")
+    );
     std::fs::write(folder.join("a.obj"), "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n").expect("a file");
-    assert!(scene("source.file = \"a.obj\"\nmodel.time = 1", None).expect_err("no time").to_string().contains("no time"));
+    assert!(
+        scene("source.file = \"a.obj\"\nmodel.time = 1", None)
+            .expect_err("no time")
+            .to_string()
+            .contains("no time")
+    );
     let native = asked(folder.join("a.scene.toml"), Some("1"), None, None).expect_err("no scenes");
     assert_eq!(native.kind(), ErrorKind::Usage);
 }
@@ -223,15 +416,37 @@ fn scene_files_name_part_and_moment() {
 #[test]
 fn real_files() {
     let Some(folder) = assets("gltf") else { return };
-    let load = |file: &str, scene, variant, at| asked(folder.join(file), scene, variant, at).unwrap_or_else(|e| panic!("{e}"));
+    let load = |file: &str, scene, variant, at| {
+        asked(folder.join(file), scene, variant, at).unwrap_or_else(|e| panic!("{e}"))
+    };
     // A full turn about y in two seconds, which way round only rounding says.
-    let cube = |at| affine(&load("AnimatedCube/AnimatedCube.gltf", None, None, Some(at)).scene.objects[0].transform).matrix3;
-    assert!((cube(0.5) * DVec3::X).x.abs() < 1e-6 && (cube(0.5) * DVec3::Y - DVec3::Y).length() < 1e-6);
+    let cube = |at| {
+        affine(
+            &load("AnimatedCube/AnimatedCube.gltf", None, None, Some(at))
+                .scene
+                .objects[0]
+                .transform,
+        )
+        .matrix3
+    };
+    assert!(
+        (cube(0.5) * DVec3::X).x.abs() < 1e-6 && (cube(0.5) * DVec3::Y - DVec3::Y).length() < 1e-6
+    );
     near(cube(1.0) * DVec3::X, [-1.0, 0.0, 0.0]);
     let variants = |name| load("bio-18_variants/18_variants.gltf", None, name, None);
-    assert_eq!(variants(None).contents.variants, ["Variant_Red", "Variant_Blue"]);
+    assert_eq!(
+        variants(None).contents.variants,
+        ["Variant_Red", "Variant_Blue"]
+    );
     let looks = [None, Some("Variant_Red"), Some("Variant_Blue")];
-    let names = |loaded: Loaded| loaded.scene.materials.into_iter().map(|material| material.name).collect::<Vec<_>>();
+    let names = |loaded: Loaded| {
+        loaded
+            .scene
+            .materials
+            .into_iter()
+            .map(|material| material.name)
+            .collect::<Vec<_>>()
+    };
     let [own, red, blue] = looks.map(|name| names(variants(name)));
     assert_eq!(
         (own, red, blue),
@@ -241,8 +456,25 @@ fn real_files() {
             vec!["Blue".into(), "Green".to_owned(), "White".into()]
         )
     );
-    let boxes = |scene| load("crafted/two_scenes_default_1.glb", scene, None, None).scene.objects.len();
+    let boxes = |scene| {
+        load("crafted/two_scenes_default_1.glb", scene, None, None)
+            .scene
+            .objects
+            .len()
+    };
     assert_eq!([boxes(None), boxes(Some("0")), boxes(Some("1"))], [2, 1, 2]);
-    let tests = load("InterpolationTest/InterpolationTest.gltf", None, None, Some(0.5));
-    assert!(tests.contents.animations.len() == 9 && tests.contents.animations.iter().all(|info| info.seconds.is_some()));
+    let tests = load(
+        "InterpolationTest/InterpolationTest.gltf",
+        None,
+        None,
+        Some(0.5),
+    );
+    assert!(
+        tests.contents.animations.len() == 9
+            && tests
+                .contents
+                .animations
+                .iter()
+                .all(|info| info.seconds.is_some())
+    );
 }

@@ -10,7 +10,13 @@ fn with(bytes: &[u8], limits: Limits) -> Result<Loaded, Error> {
     let folder = tempfile::tempdir().expect("a folder");
     let path = folder.path().join("test.ply");
     std::fs::write(&path, bytes).expect("a file");
-    let loaded = raywright_io::load(&Input::Path(path.clone()), &LoadOptions { limits, ..LoadOptions::default() })?;
+    let loaded = raywright_io::load(
+        &Input::Path(path.clone()),
+        &LoadOptions {
+            limits,
+            ..LoadOptions::default()
+        },
+    )?;
     check_sound(&loaded, &path);
     Ok(loaded)
 }
@@ -26,7 +32,10 @@ fn mesh(text: &str) -> MeshData {
 
 /// A text of a triangle with more lines, words and numbers.
 fn triangle(header: &str, vertices: [&str; 3], faces: &str) -> String {
-    format!("ply\nformat ascii 1.0\n{header}end_header\n{}\n{faces}\n", vertices.join("\n"))
+    format!(
+        "ply\nformat ascii 1.0\n{header}end_header\n{}\n{faces}\n",
+        vertices.join("\n")
+    )
 }
 
 const XYZ: &str = "element vertex 3\nproperty float x\nproperty float y\nproperty float z\n";
@@ -41,21 +50,39 @@ fn faces_are_triangles() {
         for encoding in ENCODINGS {
             let loaded = read(&sheet.ply(encoding, "")).unwrap_or_else(|e| panic!("{e}"));
             assert_eq!(triangle_count(&loaded), triangles);
-            let data = loaded.scene.objects.first().map(|object| mesh_of(&loaded, object));
+            let data = loaded
+                .scene
+                .objects
+                .first()
+                .map(|object| mesh_of(&loaded, object));
             if let Some(data) = data {
                 assert!(*data.positions.offsets() == sheet.positions && data.normals.is_empty());
-                assert!(data.indices.as_flattened().iter().eq(sheet.faces.iter().flatten()));
+                assert!(
+                    data.indices
+                        .as_flattened()
+                        .iter()
+                        .eq(sheet.faces.iter().flatten())
+                );
             }
         }
     }
     let nothing = read(b"ply\nformat ascii 1.0\nend_header\n").expect("a file");
-    assert!(nothing.warnings[0].message.contains("nothing to see"), "{:?}", nothing.warnings);
+    assert!(
+        nothing.warnings[0].message.contains("nothing to see"),
+        "{:?}",
+        nothing.warnings
+    );
     let points = read(triangle(XYZ, PLACES, "").as_bytes()).expect("a file");
-    assert!(points.warnings[0].message.contains("points and no faces"), "{:?}", points.warnings);
+    assert!(
+        points.warnings[0].message.contains("points and no faces"),
+        "{:?}",
+        points.warnings
+    );
 }
 
-/// Protects: properties of every type, in any order, between lists and others that mean nothing here, faces before vertices, elements that
-/// nobody knows; the same in ASCII and in both byte orders.
+/// Protects: properties of every type, in any order, between lists and others that mean nothing
+/// here, faces before vertices, elements that nobody knows; the same in ASCII and in both byte
+/// orders.
 #[test]
 fn properties_in_any_order_and_type() {
     let header = "comment made by hand\nelement face 2\nproperty uchar flags\nproperty list short uint vertex_index\nproperty list uint double \
@@ -65,7 +92,16 @@ fn properties_in_any_order_and_type() {
     type Row<'a> = &'a [(&'a str, f64)];
     let face = |corners: [u32; 3]| {
         let [a, b, c] = corners.map(f64::from);
-        [("u8", 7.0), ("i16", 3.0), ("u32", a), ("u32", b), ("u32", c), ("u32", 2.0), ("f64", 0.5), ("f64", -0.5)]
+        [
+            ("u8", 7.0),
+            ("i16", 3.0),
+            ("u32", a),
+            ("u32", b),
+            ("u32", c),
+            ("u32", 2.0),
+            ("f64", 0.5),
+            ("f64", -0.5),
+        ]
     };
     let vertex = |z: f64, x: f64, y: f64, code: f64| {
         [
@@ -93,7 +129,10 @@ fn properties_in_any_order_and_type() {
         vertex(-2.0, 5.0, 5.0, 0.0),
     ];
     let camera: Row = &[("u8", 2.0), ("f32", 1.0), ("f32", 2.0)];
-    let rows: Vec<Row> = [&faces[0][..], &faces[1], camera].into_iter().chain(vertices.iter().map(|row| &row[..])).collect();
+    let rows: Vec<Row> = [&faces[0][..], &faces[1], camera]
+        .into_iter()
+        .chain(vertices.iter().map(|row| &row[..]))
+        .collect();
     let mut found = Vec::new();
     for encoding in ENCODINGS {
         let mut out = format!("ply\nformat {encoding} 1.0\n{header}end_header\n").into_bytes();
@@ -125,16 +164,28 @@ fn properties_in_any_order_and_type() {
         found.push(mesh_of(&loaded, &loaded.scene.objects[0]).clone());
     }
     let first = &found[0];
-    assert_eq!(*first.positions.offsets(), [[0.0, 0.0, 0.5], [300.0, 0.0, 0.25], [0.0, -128.0, 0.125], [5.0, 5.0, -2.0]]);
+    assert_eq!(
+        *first.positions.offsets(),
+        [
+            [0.0, 0.0, 0.5],
+            [300.0, 0.0, 0.25],
+            [0.0, -128.0, 0.125],
+            [5.0, 5.0, -2.0]
+        ]
+    );
     assert_eq!(first.indices, [[0, 1, 2], [2, 1, 3]]);
-    assert_eq!((first.colours[0], first.colours[1]), ([0.0, 1.0, 1.0, 1.0], [0.0, 1.0, 0.0, 1.0]));
+    assert_eq!(
+        (first.colours[0], first.colours[1]),
+        ([0.0, 1.0, 1.0, 1.0], [0.0, 1.0, 0.0, 1.0])
+    );
     // v counts from the top in a scene.
     assert_eq!(first.uvs, [vec![[-2.0, -2.0]; 4]]);
     assert!((first.normals[2][1] - 0.6).abs() < 1e-6 && (first.normals[2][2] - 0.8).abs() < 1e-6);
     assert!(found.iter().all(|mesh| mesh == first));
 }
 
-/// Protects: line ends of all three kinds, comments where they may stand, whole numbers written as fractions, a body on one line.
+/// Protects: line ends of all three kinds, comments where they may stand, whole numbers written as
+/// fractions, a body on one line.
 #[test]
 fn texts_are_read_as_they_are_written() {
     let text = triangle(
@@ -143,7 +194,10 @@ fn texts_are_read_as_they_are_written() {
         "3 0 1.0 2",
     );
     let plain = mesh(&text);
-    assert_eq!((plain.positions.len(), plain.indices.as_slice()), (3, &[[0, 1, 2]][..]));
+    assert_eq!(
+        (plain.positions.len(), plain.indices.as_slice()),
+        (3, &[[0, 1, 2]][..])
+    );
     assert_eq!(plain.positions.offsets()[1], [1.0, 0.0, 0.0]);
     for ends in ["\r\n", "\r"] {
         assert!(mesh(&text.replace('\n', ends)) == plain, "{ends:?}");
@@ -152,62 +206,116 @@ fn texts_are_read_as_they_are_written() {
     assert!(mesh(&format!("{head}end_header\n{}", body.replace('\n', " "))) == plain);
 }
 
-/// Protects: polygons are cut as those of OBJ are, large ones too; strips have all their triangles, facing one way; what has fewer than three
-/// corners is none.
+/// Protects: polygons are cut as those of OBJ are, large ones too; strips have all their triangles,
+/// facing one way; what has fewer than three corners is none.
 #[test]
 fn polygons_and_strips() {
-    let corner = |i: u8| [(f32::from(i) / 10.0).cos(), (f32::from(i) / 10.0).sin(), 0.0];
+    let corner = |i: u8| {
+        [
+            (f32::from(i) / 10.0).cos(),
+            (f32::from(i) / 10.0).sin(),
+            0.0,
+        ]
+    };
     let faces = vec![(0..63).collect(), vec![0, 9, 30], vec![4, 5], vec![]];
-    let ring = Written { positions: (0..200).map(corner).collect(), faces, ..Written::default() };
+    let ring = Written {
+        positions: (0..200).map(corner).collect(),
+        faces,
+        ..Written::default()
+    };
     for encoding in ENCODINGS {
         let loaded = read(&ring.ply(encoding, "")).expect("a mesh");
         assert_eq!(triangle_count(&loaded), 61 + 1);
-        assert!(loaded.warnings[0].message.contains("fewer than three corners"), "{:?}", loaded.warnings);
+        assert!(
+            loaded.warnings[0]
+                .message
+                .contains("fewer than three corners"),
+            "{:?}",
+            loaded.warnings
+        );
     }
     let strips = "element vertex 4\nproperty float x\nproperty float y\nproperty float z\nelement tristrips 1\nproperty list int int vertex_indices\n";
-    let text = format!("ply\nformat ascii 1.0\n{strips}end_header\n0 0 0\n1 0 0\n0 1 0\n1 1 0\n9 0 1 2 3 -1 3 1 1 0 \n");
+    let text = format!(
+        "ply\nformat ascii 1.0\n{strips}end_header\n0 0 0\n1 0 0\n0 1 0\n1 1 0\n9 0 1 2 3 -1 3 1 1 0 \n"
+    );
     assert_eq!(mesh(&text).indices, [[0, 1, 2], [2, 1, 3]]);
 }
 
-/// Protects: texture coordinates and colours that a face has for itself go with its corners, and replace what vertices have.
+/// Protects: texture coordinates and colours that a face has for itself go with its corners, and
+/// replace what vertices have.
 #[test]
 fn faces_have_their_own() {
     let header = format!(
         "{XYZ}property float u\nproperty float v\nelement face 2\nproperty list uchar float texcoord\nproperty float red\n\
         property list uchar int vertex_indices\nproperty float green\nproperty float blue\n"
     );
-    let text =
-        triangle(&header, ["0 0 0 9 9", "1 0 0 9 9", "0 1 0 9 9"], "6 0 0 1 0 0.5 0.25 1 3 0 1 2 0 0\n2 7 7 0 3 2 1 0 0 1");
+    let text = triangle(
+        &header,
+        ["0 0 0 9 9", "1 0 0 9 9", "0 1 0 9 9"],
+        "6 0 0 1 0 0.5 0.25 1 3 0 1 2 0 0\n2 7 7 0 3 2 1 0 0 1",
+    );
     let data = mesh(&text);
     assert_eq!(data.indices, [[0, 1, 2], [3, 4, 5]]);
     assert_eq!(
         *data.positions.offsets(),
-        [[0.0; 3], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 1.0, 0.0], [1.0, 0.0, 0.0], [0.0; 3]]
+        [
+            [0.0; 3],
+            [1.0, 0.0, 0.0],
+            [0.0, 1.0, 0.0],
+            [0.0, 1.0, 0.0],
+            [1.0, 0.0, 0.0],
+            [0.0; 3]
+        ]
     );
     assert_eq!(
         data.uvs,
-        [vec![[0.0, 1.0], [1.0, 1.0], [0.5, 0.75], [0.0; 2], [0.0; 2], [0.0; 2]]],
+        [vec![
+            [0.0, 1.0],
+            [1.0, 1.0],
+            [0.5, 0.75],
+            [0.0; 2],
+            [0.0; 2],
+            [0.0; 2]
+        ]],
         "a list of another length is none"
     );
-    assert_eq!((data.colours[1], data.colours[4]), ([1.0, 0.0, 0.0, 1.0], [0.0, 0.0, 1.0, 1.0]));
+    assert_eq!(
+        (data.colours[1], data.colours[4]),
+        ([1.0, 0.0, 0.0, 1.0], [0.0, 0.0, 1.0, 1.0])
+    );
 }
 
-/// Protects: strips beside faces that have colours and coordinates of their own are white and at (0, 0), before and after them.
+/// Protects: strips beside faces that have colours and coordinates of their own are white and at
+/// (0, 0), before and after them.
 #[test]
 fn strips_beside_faces() {
     let faces = "element face 1\nproperty list uchar int vertex_indices\nproperty list uchar float texcoord\nproperty uchar red\n\
         property uchar green\nproperty uchar blue\n";
     let strips = "element tristrips 1\nproperty list uchar int vertex_indices\n";
     let (face, strip) = ("3 0 1 2 6 0.5 0.5 0.5 0.5 0.5 0.5 255 0 0\n", "3 0 1 2\n");
-    for (headers, bodies, at) in [([faces, strips], [face, strip], 0), ([strips, faces], [strip, face], 3)] {
-        let data = mesh(&triangle(&format!("{XYZ}{}", headers.concat()), PLACES, &bodies.concat()));
+    for (headers, bodies, at) in [
+        ([faces, strips], [face, strip], 0),
+        ([strips, faces], [strip, face], 3),
+    ] {
+        let data = mesh(&triangle(
+            &format!("{XYZ}{}", headers.concat()),
+            PLACES,
+            &bodies.concat(),
+        ));
         assert_eq!((data.positions.len(), data.indices.len()), (6, 2));
-        assert_eq!((data.colours[at], data.uvs[0][at]), ([1.0, 0.0, 0.0, 1.0], [0.5; 2]));
-        assert_eq!((data.colours[3 - at], data.uvs[0][3 - at]), ([1.0; 4], [0.0; 2]));
+        assert_eq!(
+            (data.colours[at], data.uvs[0][at]),
+            ([1.0, 0.0, 0.0, 1.0], [0.5; 2])
+        );
+        assert_eq!(
+            (data.colours[3 - at], data.uvs[0][3 - at]),
+            ([1.0; 4], [0.0; 2])
+        );
     }
 }
 
-/// Protects: fractions that count to 255 are told by one above 1, and codes of sixteen bits by their type.
+/// Protects: fractions that count to 255 are told by one above 1, and codes of sixteen bits by
+/// their type.
 #[test]
 fn colours_of_every_type() {
     for (kind, values) in [
@@ -215,11 +323,22 @@ fn colours_of_every_type() {
         ("float", ["0 255 127.5", "0 0 0", "255 255 255"]),
         ("ushort", ["0 65535 32767.0", "0 0 0", "1 1 1"]),
     ] {
-        let properties = ["red", "green", "blue"].map(|name| format!("property {kind} {name}\n")).concat();
-        let vertices: [String; 3] = core::array::from_fn(|i| format!("{} {}", PLACES[i], values[i]));
-        let data = mesh(&triangle(&format!("{XYZ}{properties}{FACES}"), [&vertices[0], &vertices[1], &vertices[2]], "3 0 1 2"));
+        let properties = ["red", "green", "blue"]
+            .map(|name| format!("property {kind} {name}\n"))
+            .concat();
+        let vertices: [String; 3] =
+            core::array::from_fn(|i| format!("{} {}", PLACES[i], values[i]));
+        let data = mesh(&triangle(
+            &format!("{XYZ}{properties}{FACES}"),
+            [&vertices[0], &vertices[1], &vertices[2]],
+            "3 0 1 2",
+        ));
         let [r, g, b, a] = data.colours[0];
-        assert!((r, g, a) == (0.0, 1.0, 1.0) && (b - 0.214_04).abs() < 1e-4, "{kind}: {:?}", data.colours[0]);
+        assert!(
+            (r, g, a) == (0.0, 1.0, 1.0) && (b - 0.214_04).abs() < 1e-4,
+            "{kind}: {:?}",
+            data.colours[0]
+        );
     }
 }
 
@@ -227,41 +346,88 @@ fn colours_of_every_type() {
 #[test]
 fn errors_name_place_and_cause() {
     let ply = |lines: &str| format!("ply\nformat ascii 1.0\n{lines}end_header\n");
-    let body = |vertices: [&str; 3], faces: &str| triangle(&format!("{XYZ}{FACES}"), vertices, faces);
+    let body =
+        |vertices: [&str; 3], faces: &str| triangle(&format!("{XYZ}{FACES}"), vertices, faces);
     let cases: [(String, &str); 21] = [
         ("plx\n".to_owned(), "does not begin with `ply`"),
-        ("ply\nformat ascii 1.0\n".to_owned(), "line 3: the header has no end_header"),
+        (
+            "ply\nformat ascii 1.0\n".to_owned(),
+            "line 3: the header has no end_header",
+        ),
         ("ply\nend_header\n".to_owned(), "no `format` line"),
-        ("ply\nformat ascii 2.0\nend_header\n".to_owned(), "line 2: is PLY 2.0"),
-        ("ply\nformat binary 1.0\nend_header\n".to_owned(), "line 2: the format `binary`"),
-        (ply("element vertex three\n"), "line 3: `three` is no number of elements"),
+        (
+            "ply\nformat ascii 2.0\nend_header\n".to_owned(),
+            "line 2: is PLY 2.0",
+        ),
+        (
+            "ply\nformat binary 1.0\nend_header\n".to_owned(),
+            "line 2: the format `binary`",
+        ),
+        (
+            ply("element vertex three\n"),
+            "line 3: `three` is no number of elements",
+        ),
         (ply("element vertex -3\n"), "`-3` is no number of elements"),
-        (ply("property float x\n"), "line 3: a property of no element"),
-        (ply("element vertex 3\nproperty real x\n"), "line 4: `real` is no type"),
-        (ply("element vertex 3\nproperty float x\nproperty float x\n"), "line 5: the element `vertex` has two properties `x`"),
-        (ply("element vertex 0\nelement vertex 3\n"), "line 4: there are two elements `vertex`"),
+        (
+            ply("property float x\n"),
+            "line 3: a property of no element",
+        ),
+        (
+            ply("element vertex 3\nproperty real x\n"),
+            "line 4: `real` is no type",
+        ),
+        (
+            ply("element vertex 3\nproperty float x\nproperty float x\n"),
+            "line 5: the element `vertex` has two properties `x`",
+        ),
+        (
+            ply("element vertex 0\nelement vertex 3\n"),
+            "line 4: there are two elements `vertex`",
+        ),
         (
             ply("element face 1\nproperty list float int vertex_indices\n"),
             "line 4: the list `vertex_indices` is counted in fractions",
         ),
-        (ply("nonsense here\n"), "line 3: `nonsense here` is no line of a PLY header"),
-        (format!("{}1 2 3\n", ply("element vertex 1\nproperty float x\n")), "its vertices have no x, y and z"),
-        (body(["0 0 0", "1 zero 0", "0 1 0"], "3 0 1 2"), "line 11: vertex 1: y: `zero` is no number"),
-        (body(["0 0 0", "1 0,5 0", "0 1 0"], "3 0 1 2"), "`0,5` is no number; decimals have a point"),
+        (
+            ply("nonsense here\n"),
+            "line 3: `nonsense here` is no line of a PLY header",
+        ),
+        (
+            format!("{}1 2 3\n", ply("element vertex 1\nproperty float x\n")),
+            "its vertices have no x, y and z",
+        ),
+        (
+            body(["0 0 0", "1 zero 0", "0 1 0"], "3 0 1 2"),
+            "line 11: vertex 1: y: `zero` is no number",
+        ),
+        (
+            body(["0 0 0", "1 0,5 0", "0 1 0"], "3 0 1 2"),
+            "`0,5` is no number; decimals have a point",
+        ),
         (body(PLACES, "3 0 1 3"), "a face has vertex 3 of 3"),
         (body(PLACES, "3 0 1 -1"), "line 13: face 0: vertex -1"),
-        (body(PLACES, "3 0 1 1.5"), "vertex_indices: `1.5` is no number"),
+        (
+            body(PLACES, "3 0 1 1.5"),
+            "vertex_indices: `1.5` is no number",
+        ),
         (body(PLACES, "4 0 1 2"), "face 0: the file ends here"),
-        (body(PLACES, "99 0 1 2"), "line 13: face 0: vertex_indices: 99 items, which are not there"),
+        (
+            body(PLACES, "99 0 1 2"),
+            "line 13: face 0: vertex_indices: 99 items, which are not there",
+        ),
     ];
     for (text, words) in cases {
         let error = read(text.as_bytes()).expect_err(words);
-        assert!(error.to_string().contains(words) && error.to_string().contains("test.ply"), "{words}: {error}");
+        assert!(
+            error.to_string().contains(words) && error.to_string().contains("test.ply"),
+            "{words}: {error}"
+        );
         assert_eq!(error.kind(), ErrorKind::Input);
     }
 }
 
-/// Protects: counts that lie take neither memory nor time, in every encoding, also where what is counted takes no bytes; limits hold.
+/// Protects: counts that lie take neither memory nor time, in every encoding, also where what is
+/// counted takes no bytes; limits hold.
 #[test]
 fn counts_that_lie() {
     let sheet = Written::sheet(2);
@@ -279,17 +445,44 @@ fn counts_that_lie() {
             assert!(read(&bytes).is_err(), "{encoding}: {wrong}");
         }
         let fewer = read(&[&good[..], b" 7 7"].concat()).expect("a mesh");
-        assert!(fewer.warnings[0].message.contains("bytes after the last element were ignored"), "{:?}", fewer.warnings);
+        assert!(
+            fewer.warnings[0]
+                .message
+                .contains("bytes after the last element were ignored"),
+            "{:?}",
+            fewer.warnings
+        );
         let more = text.find("end_header").expect("it is there");
-        let bytes = [&good[..more], b"element nothing 18446744073709551615\n", &good[more..]].concat();
-        assert_eq!(triangle_count(&read(&bytes).expect("elements of nothing")), 8);
-        for limits in [Limits { triangles: 7, ..Limits::default() }, Limits { memory_bytes: 200, ..Limits::default() }] {
-            assert_eq!(with(&good, limits).expect_err("too many").kind(), ErrorKind::Limit);
+        let bytes = [
+            &good[..more],
+            b"element nothing 18446744073709551615\n",
+            &good[more..],
+        ]
+        .concat();
+        assert_eq!(
+            triangle_count(&read(&bytes).expect("elements of nothing")),
+            8
+        );
+        for limits in [
+            Limits {
+                triangles: 7,
+                ..Limits::default()
+            },
+            Limits {
+                memory_bytes: 200,
+                ..Limits::default()
+            },
+        ] {
+            assert_eq!(
+                with(&good, limits).expect_err("too many").kind(),
+                ErrorKind::Limit
+            );
         }
     }
 }
 
-/// Protects: triangles without area stay and do no harm; those of what is no number go with a warning.
+/// Protects: triangles without area stay and do no harm; those of what is no number go with a
+/// warning.
 #[test]
 fn odd_faces() {
     let mut sheet = Written::sheet(2);
@@ -298,26 +491,51 @@ fn odd_faces() {
         sheet.positions[0][1] = bad;
         for encoding in ENCODINGS {
             let loaded = read(&sheet.ply(encoding, "")).expect("a mesh");
-            assert_eq!(triangle_count(&loaded), if bad == 0.0 { 10 } else { 7 }, "{bad}");
-            assert_eq!(loaded.warnings.is_empty(), bad == 0.0, "{:?}", loaded.warnings);
+            assert_eq!(
+                triangle_count(&loaded),
+                if bad == 0.0 { 10 } else { 7 },
+                "{bad}"
+            );
+            assert_eq!(
+                loaded.warnings.is_empty(),
+                bad == 0.0,
+                "{:?}",
+                loaded.warnings
+            );
         }
     }
 }
 
-/// A text of two triangles with coordinates, whose faces say these texture numbers, with three small images beside it.
+/// A text of two triangles with coordinates, whose faces say these texture numbers, with three
+/// small images beside it.
 fn textured(comments: &str, numbers: Option<[i32; 2]>) -> Loaded {
-    let [a, b] = numbers.map_or([String::new(), String::new()], |numbers| numbers.map(|number| format!(" {number}")));
-    textured_faces(comments, numbers.is_some(), &[format!("3 0 1 2{a}"), format!("3 0 2 3{b}")])
+    let [a, b] = numbers.map_or([String::new(), String::new()], |numbers| {
+        numbers.map(|number| format!(" {number}"))
+    });
+    textured_faces(
+        comments,
+        numbers.is_some(),
+        &[format!("3 0 1 2{a}"), format!("3 0 2 3{b}")],
+    )
 }
 
 /// The same of faces as they are written.
 fn textured_faces(comments: &str, numbered: bool, faces: &[String]) -> Loaded {
     let folder = tempfile::tempdir().expect("a folder");
     for name in ["red.png", "green hue.png"] {
-        image::RgbImage::from_pixel(1, 1, image::Rgb([9, 9, 9])).save(folder.path().join(name)).expect("an image");
+        image::RgbImage::from_pixel(1, 1, image::Rgb([9, 9, 9]))
+            .save(folder.path().join(name))
+            .expect("an image");
     }
     let vertices = "element vertex 4\nproperty float x\nproperty float y\nproperty float z\nproperty float u\nproperty float v\n";
-    let (count, property) = (faces.len(), if numbered { "property int texnumber\n" } else { "" });
+    let (count, property) = (
+        faces.len(),
+        if numbered {
+            "property int texnumber\n"
+        } else {
+            ""
+        },
+    );
     let text = format!(
         "ply\nformat ascii 1.0\n{comments}{vertices}element face {count}\nproperty list uchar int vertex_indices\n{property}end_header\n\
          0 0 0 0 0\n1 0 0 1 0\n1 1 0 1 1\n0 1 0 0 1\n{}\n",
@@ -325,7 +543,8 @@ fn textured_faces(comments: &str, numbered: bool, faces: &[String]) -> Loaded {
     );
     let path = folder.path().join("test.ply");
     std::fs::write(&path, text).expect("a file");
-    let loaded = raywright_io::load(&Input::Path(path.clone()), &LoadOptions::default()).unwrap_or_else(|e| panic!("{e}"));
+    let loaded = raywright_io::load(&Input::Path(path.clone()), &LoadOptions::default())
+        .unwrap_or_else(|e| panic!("{e}"));
     check_sound(&loaded, &path);
     loaded
 }
@@ -334,42 +553,110 @@ fn textured_faces(comments: &str, numbered: bool, faces: &[String]) -> Loaded {
 fn shown(loaded: &Loaded) -> Vec<(&str, usize, usize)> {
     let one = |object| {
         let (mesh, scene) = (mesh_of(loaded, object), &loaded.scene);
-        let model = scene.materials.iter().find(|material| material.name == object.material).map(|material| &material.model);
-        let Some(Model::Physical(model)) = model else { panic!("{model:?}") };
-        let used = model.base_colour_texture.as_ref().map_or("", |texture| &texture.name);
-        let image = scene.textures.iter().find(|texture| texture.name == used).map_or("", |texture| &texture.image);
+        let model = scene
+            .materials
+            .iter()
+            .find(|material| material.name == object.material)
+            .map(|material| &material.model);
+        let Some(Model::Physical(model)) = model else {
+            panic!("{model:?}")
+        };
+        let used = model
+            .base_colour_texture
+            .as_ref()
+            .map_or("", |texture| &texture.name);
+        let image = scene
+            .textures
+            .iter()
+            .find(|texture| texture.name == used)
+            .map_or("", |texture| &texture.image);
         (image, mesh.indices.len(), mesh.positions.len())
     };
     loaded.scene.objects.iter().map(one).collect()
 }
 
-/// Protects: each face shows the texture that its `texnumber` is the place of, `TextureFile` in any case of letters and names with blanks; the
-/// number of none and one beyond all show none; and textures that no face shows are said.
+/// Protects: each face shows the texture that its `texnumber` is the place of, `TextureFile` in any
+/// case of letters and names with blanks; the number of none and one beyond all show none; and
+/// textures that no face shows are said.
 #[test]
 fn faces_show_their_own_textures() {
     let comments = "comment TextureFile red.png\ncomment TEXTUREFILE green hue.png\n";
     type Meshes<'a> = &'a [(&'a str, usize, usize)];
     type Case<'a> = (&'a str, Option<[i32; 2]>, Meshes<'a>, &'a [&'a str]);
     let cases: [Case<'_>; 8] = [
-        (comments, Some([0, 1]), &[("red.png", 1, 3), ("green hue.png", 1, 3)], &[]),
-        (comments, Some([1, 1]), &[("green hue.png", 2, 4)], &["no face shows the texture 0, `red.png`"]),
-        (comments, Some([-1, 7]), &[("", 2, 4)], &["1 triangles have a texnumber beyond its 2 images", "texture 0", "texture 1"]),
-        (comments, None, &[("red.png", 2, 4)], &["all show the first, none the texture `green hue.png`"]),
-        ("comment texturefile red.png\n", None, &[("red.png", 2, 4)], &[]),
-        ("comment TextureFile red.png\n", Some([0, 0]), &[("red.png", 2, 4)], &[]),
-        ("comment TextureFile red.png\n", Some([0, -1]), &[("", 1, 3), ("red.png", 1, 3)], &[]),
+        (
+            comments,
+            Some([0, 1]),
+            &[("red.png", 1, 3), ("green hue.png", 1, 3)],
+            &[],
+        ),
+        (
+            comments,
+            Some([1, 1]),
+            &[("green hue.png", 2, 4)],
+            &["no face shows the texture 0, `red.png`"],
+        ),
+        (
+            comments,
+            Some([-1, 7]),
+            &[("", 2, 4)],
+            &[
+                "1 triangles have a texnumber beyond its 2 images",
+                "texture 0",
+                "texture 1",
+            ],
+        ),
+        (
+            comments,
+            None,
+            &[("red.png", 2, 4)],
+            &["all show the first, none the texture `green hue.png`"],
+        ),
+        (
+            "comment texturefile red.png\n",
+            None,
+            &[("red.png", 2, 4)],
+            &[],
+        ),
+        (
+            "comment TextureFile red.png\n",
+            Some([0, 0]),
+            &[("red.png", 2, 4)],
+            &[],
+        ),
+        (
+            "comment TextureFile red.png\n",
+            Some([0, -1]),
+            &[("", 1, 3), ("red.png", 1, 3)],
+            &[],
+        ),
         ("", Some([0, 1]), &[("", 2, 4)], &[]),
     ];
     // Each triangle of a polygon has the number of its face.
-    let polygons = textured_faces(comments, true, &["4 0 1 2 3 0".to_owned(), "3 0 1 2 1".to_owned()]);
-    assert_eq!(shown(&polygons), [("red.png", 2, 4), ("green hue.png", 1, 3)]);
+    let polygons = textured_faces(
+        comments,
+        true,
+        &["4 0 1 2 3 0".to_owned(), "3 0 1 2 1".to_owned()],
+    );
+    assert_eq!(
+        shown(&polygons),
+        [("red.png", 2, 4), ("green hue.png", 1, 3)]
+    );
     // A face of two corners is left out, and its number with it.
     let faces = ["2 0 1 0", "3 0 1 2 1", "3 0 2 3 1"].map(str::to_owned);
-    assert_eq!(shown(&textured_faces(comments, true, &faces)), [("green hue.png", 2, 4)]);
+    assert_eq!(
+        shown(&textured_faces(comments, true, &faces)),
+        [("green hue.png", 2, 4)]
+    );
     for (comments, numbers, expected, warnings) in cases {
         let loaded = textured(comments, numbers);
         assert_eq!(shown(&loaded), expected, "{comments}, {numbers:?}");
-        assert_eq!(loaded.warnings.len(), warnings.len(), "{:?}", loaded.warnings);
+        assert_eq!(
+            loaded.warnings.len(),
+            warnings.len(),
+            "{:?}",
+            loaded.warnings
+        );
         for (warning, words) in loaded.warnings.iter().zip(warnings) {
             assert!(warning.message.contains(words), "{warning}, not {words}");
         }
@@ -379,8 +666,20 @@ fn faces_show_their_own_textures() {
 /// Protects: a texture that is named where nothing has coordinates is said.
 #[test]
 fn textures_without_coordinates_are_said() {
-    let loaded =
-        read(triangle(&format!("comment TextureFile a.png\n{XYZ}{FACES}"), PLACES, "3 0 1 2").as_bytes()).expect("a mesh");
-    let [warning] = loaded.warnings.as_slice() else { panic!("{:?}", loaded.warnings) };
-    assert!(warning.message.contains("`a.png`") && warning.message.contains("no texture coordinates"), "{warning}");
+    let loaded = read(
+        triangle(
+            &format!("comment TextureFile a.png\n{XYZ}{FACES}"),
+            PLACES,
+            "3 0 1 2",
+        )
+        .as_bytes(),
+    )
+    .expect("a mesh");
+    let [warning] = loaded.warnings.as_slice() else {
+        panic!("{:?}", loaded.warnings)
+    };
+    assert!(
+        warning.message.contains("`a.png`") && warning.message.contains("no texture coordinates"),
+        "{warning}"
+    );
 }

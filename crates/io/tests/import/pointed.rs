@@ -1,4 +1,5 @@
-//! What is not seen (KHR_node_visibility), and what animations point at (KHR_animation_pointer), each at a time.
+//! What is not seen (KHR_node_visibility), and what animations point at (KHR_animation_pointer),
+//! each at a time.
 
 use raywright_core::scene::{Colour, ColourInput, LightKind, Model, Physical, Projection};
 use raywright_io::{ErrorKind, Loaded};
@@ -7,12 +8,21 @@ use serde_json::json;
 use crate::keyed::Made;
 
 /// An animation of one channel with keys at 1 and 3 seconds that points at something.
-fn pointing(mut made: Made, pointer: &str, kind: &str, interpolation: &str, values: &[f32]) -> Made {
+fn pointing(
+    mut made: Made,
+    pointer: &str,
+    kind: &str,
+    interpolation: &str,
+    values: &[f32],
+) -> Made {
     let input = made.accessor("SCALAR", &[1.0, 3.0]);
     let output = made.accessor(kind, values);
     let target = json!({ "path": "pointer", "extensions": { "KHR_animation_pointer": { "pointer": pointer } } });
     made.with(|d| {
-        d["animations"].as_array_mut().expect("a list").push(json!({ "channels": [{ "sampler": 0, "target": target }],
+        d["animations"]
+            .as_array_mut()
+            .expect("a list")
+            .push(json!({ "channels": [{ "sampler": 0, "target": target }],
             "samplers": [{ "input": input, "output": output, "interpolation": interpolation }] }));
     })
 }
@@ -22,11 +32,14 @@ fn loaded(made: &Made, at: Option<f64>) -> Loaded {
 }
 
 fn material(loaded: &Loaded) -> &Physical {
-    let Model::Physical(model) = &loaded.scene.materials[0].model else { panic!("physical") };
+    let Model::Physical(model) = &loaded.scene.materials[0].model else {
+        panic!("physical")
+    };
     model
 }
 
-/// The small model with a light and a camera on the node that carries its mesh, below one that may hide them.
+/// The small model with a light and a camera on the node that carries its mesh, below one that may
+/// hide them.
 fn carried(visible: [bool; 2]) -> Made {
     Made::new().with(|d| {
         d["extensions"]["KHR_lights_punctual"] =
@@ -42,28 +55,56 @@ fn carried(visible: [bool; 2]) -> Made {
     })
 }
 
-/// Protects: a node that is not visible takes the meshes and lights of all below it out of the picture, whatever they say; cameras stay.
+/// Protects: a node that is not visible takes the meshes and lights of all below it out of the
+/// picture, whatever they say; cameras stay.
 #[test]
 fn hidden_nodes_hide_what_hangs_on_them() {
-    for (visible, shown) in [([true, true], 1), ([false, true], 0), ([true, false], 0), ([false, false], 0)] {
+    for (visible, shown) in [
+        ([true, true], 1),
+        ([false, true], 0),
+        ([true, false], 0),
+        ([false, false], 0),
+    ] {
         let scene = loaded(&carried(visible), None).scene;
-        assert_eq!([scene.objects.len(), scene.lights.len(), scene.cameras.len()], [shown, shown, 1], "{visible:?}");
+        assert_eq!(
+            [scene.objects.len(), scene.lights.len(), scene.cameras.len()],
+            [shown, shown, 1],
+            "{visible:?}"
+        );
     }
-    let silent = Made::new().with(|d| d["nodes"][0]["extensions"] = json!({ "KHR_node_visibility": {} }));
-    assert_eq!(loaded(&silent, None).scene.objects.len(), 1, "visible where nothing is said");
+    let silent =
+        Made::new().with(|d| d["nodes"][0]["extensions"] = json!({ "KHR_node_visibility": {} }));
+    assert_eq!(
+        loaded(&silent, None).scene.objects.len(),
+        1,
+        "visible where nothing is said"
+    );
 }
 
 /// Protects: visibility has the value of its last key, at rest the file's own.
 #[test]
 fn visibility_is_moved() {
-    let made = pointing(carried([false, true]), "/nodes/0/extensions/KHR_node_visibility/visible", "SCALAR", "STEP", &[1.0, 0.0]);
-    for (at, shown) in [(None, 0), (Some(0.0), 1), (Some(2.9), 1), (Some(3.0), 0), (Some(9.0), 0)] {
+    let made = pointing(
+        carried([false, true]),
+        "/nodes/0/extensions/KHR_node_visibility/visible",
+        "SCALAR",
+        "STEP",
+        &[1.0, 0.0],
+    );
+    for (at, shown) in [
+        (None, 0),
+        (Some(0.0), 1),
+        (Some(2.9), 1),
+        (Some(3.0), 0),
+        (Some(9.0), 0),
+    ] {
         assert_eq!(loaded(&made, at).scene.objects.len(), shown, "{at:?}");
     }
 }
 
-/// Protects: pointers move nodes as channels of their own do, and materials, textures' places, lights, cameras and weights to the straight
-/// mean half way between two keys, by a spline where the file says so; what is at rest is the file's.
+/// Protects: pointers move nodes as channels of their own do, and materials, textures' places,
+/// lights, cameras and weights to the straight mean half way between two keys, by a spline where
+/// the file says so; what is at rest is the file's.
 #[test]
 fn properties_have_their_value_at_a_time() {
     let number = |pointer: &str, values: [f32; 2], read: &dyn Fn(&Loaded) -> f64| {
@@ -71,81 +112,192 @@ fn properties_have_their_value_at_a_time() {
         let rest = read(&loaded(&carried([true; 2]), None));
         assert_eq!(read(&loaded(&made, None)), rest, "{pointer} at rest");
         let found = loaded(&made, Some(2.0));
-        assert!(found.warnings.iter().all(|warning| !warning.message.contains("ignored")), "{:?}", found.warnings);
+        assert!(
+            found
+                .warnings
+                .iter()
+                .all(|warning| !warning.message.contains("ignored")),
+            "{:?}",
+            found.warnings
+        );
         let [first, mean] = [values[0], 0.5 * (values[0] + values[1])].map(f64::from);
-        assert!((read(&found) - mean).abs() < 1e-6 && (read(&loaded(&made, Some(0.0))) - first).abs() < 1e-6, "{pointer}");
+        assert!(
+            (read(&found) - mean).abs() < 1e-6
+                && (read(&loaded(&made, Some(0.0))) - first).abs() < 1e-6,
+            "{pointer}"
+        );
     };
     let constant = |input: &raywright_core::scene::NumberInput| input.constant().expect("a number");
-    number("/materials/0/pbrMetallicRoughness/metallicFactor", [0.25, 0.75], &|l| constant(&material(l).metallic));
-    number("/materials/0/pbrMetallicRoughness/roughnessFactor", [0.5, 0.25], &|l| constant(&material(l).roughness));
-    number("/extensions/KHR_lights_punctual/lights/0/intensity", [2.0, 4.0], &|l| l.scene.lights[0].colour.0[0]);
-    number("/extensions/KHR_lights_punctual/lights/0/spot/outerConeAngle", [0.25, 0.75], &|l| match l.scene.lights[0].kind {
-        LightKind::Spot { outer_angle, .. } => outer_angle.to_radians(),
-        _ => panic!("a spot"),
-    });
-    number("/cameras/0/perspective/yfov", [1.0, 0.5], &|l| match &l.scene.cameras[0].projection {
-        Projection::Pinhole(pinhole) => pinhole.vertical_fov.expect("told").to_radians(),
-        _ => panic!("a pinhole"),
-    });
+    number(
+        "/materials/0/pbrMetallicRoughness/metallicFactor",
+        [0.25, 0.75],
+        &|l| constant(&material(l).metallic),
+    );
+    number(
+        "/materials/0/pbrMetallicRoughness/roughnessFactor",
+        [0.5, 0.25],
+        &|l| constant(&material(l).roughness),
+    );
+    number(
+        "/extensions/KHR_lights_punctual/lights/0/intensity",
+        [2.0, 4.0],
+        &|l| l.scene.lights[0].colour.0[0],
+    );
+    number(
+        "/extensions/KHR_lights_punctual/lights/0/spot/outerConeAngle",
+        [0.25, 0.75],
+        &|l| match l.scene.lights[0].kind {
+            LightKind::Spot { outer_angle, .. } => outer_angle.to_radians(),
+            _ => panic!("a spot"),
+        },
+    );
+    number(
+        "/cameras/0/perspective/yfov",
+        [1.0, 0.5],
+        &|l| match &l.scene.cameras[0].projection {
+            Projection::Pinhole(pinhole) => pinhole.vertical_fov.expect("told").to_radians(),
+            _ => panic!("a pinhole"),
+        },
+    );
     let colours = [1.0, 0.5, 0.25, 1.0, 0.0, 0.5, 0.75, 1.0];
-    let painted = pointing(Made::new(), "/materials/0/pbrMetallicRoughness/baseColorFactor", "VEC4", "LINEAR", &colours);
-    assert_eq!(material(&loaded(&painted, Some(2.0))).base_colour, ColourInput::Constant(Colour([0.5; 3])));
-    // Without tangents the spline's middle is the mean, with them an eighth of the seconds between keys times their difference beside it.
+    let painted = pointing(
+        Made::new(),
+        "/materials/0/pbrMetallicRoughness/baseColorFactor",
+        "VEC4",
+        "LINEAR",
+        &colours,
+    );
+    assert_eq!(
+        material(&loaded(&painted, Some(2.0))).base_colour,
+        ColourInput::Constant(Colour([0.5; 3]))
+    );
+    // Without tangents the spline's middle is the mean, with them an eighth of the seconds between
+    // keys times their difference beside it.
     let spline = [0.0, 0.25, 0.5, 0.0, 0.75, 0.0].map(|x| [x; 3]).concat();
-    let glowing = pointing(Made::new(), "/materials/0/emissiveFactor", "VEC3", "CUBICSPLINE", &spline);
-    assert_eq!(material(&loaded(&glowing, Some(2.0))).emission, Colour([0.5 + 2.0 / 8.0 * 0.5; 3]).into());
-    let moved = pointing(Made::new(), "/nodes/1/translation", "VEC3", "LINEAR", &[2.0, 0.0, 0.0, 4.0, 0.0, 0.0]);
+    let glowing = pointing(
+        Made::new(),
+        "/materials/0/emissiveFactor",
+        "VEC3",
+        "CUBICSPLINE",
+        &spline,
+    );
+    assert_eq!(
+        material(&loaded(&glowing, Some(2.0))).emission,
+        Colour([0.5 + 2.0 / 8.0 * 0.5; 3]).into()
+    );
+    let moved = pointing(
+        Made::new(),
+        "/nodes/1/translation",
+        "VEC3",
+        "LINEAR",
+        &[2.0, 0.0, 0.0, 4.0, 0.0, 0.0],
+    );
     assert_eq!(moved.at(2.0).translation.to_array(), [3.0, 0.0, 5.0]);
     let offset = "/materials/0/pbrMetallicRoughness/baseColorTexture/extensions/KHR_texture_transform/offset";
-    let dot =
-        "data:image/png;base64,iVBORw0KGgoAAAANSUhEUgAAAAEAAAABCAAAAAA6fptVAAAACklEQVR4nGNoAAAAggCBd81ytgAAAABJRU5ErkJggg==";
+    let dot = "data:image/png;base64,iVBORw0KGgoAAAANSUhEUgAAAAEAAAABCAAAAAA6fptVAAAACklEQVR4nGNoAAAAggCBd81ytgAAAABJRU5ErkJggg==";
     let slid = pointing(Made::new(), offset, "VEC2", "LINEAR", &[0.0, 0.5, 1.0, 0.0]).with(|d| {
         d["images"] = json!([{ "uri": dot }]);
         d["textures"] = json!([{ "source": 0 }]);
         d["materials"][0]["pbrMetallicRoughness"]["baseColorTexture"] =
             json!({ "index": 0, "extensions": { "KHR_texture_transform": { "scale": [2, 3] } } });
     });
-    let texture = material(&loaded(&slid, Some(2.0))).base_colour_texture.clone().expect("a texture");
-    assert_eq!(texture.uv_transform, Some([[2.0, 0.0, 0.5], [0.0, 3.0, 0.25]]));
+    let texture = material(&loaded(&slid, Some(2.0)))
+        .base_colour_texture
+        .clone()
+        .expect("a texture");
+    assert_eq!(
+        texture.uv_transform,
+        Some([[2.0, 0.0, 0.5], [0.0, 3.0, 0.25]])
+    );
 }
 
-/// Protects: what is not read, changes nothing or is not there is named and passed over, the first of two counts, and keys that make no
-/// sense are refused with their channel.
+/// Protects: what is not read, changes nothing or is not there is named and passed over, the first
+/// of two counts, and keys that make no sense are refused with their channel.
 #[test]
 fn other_pointers_are_named() {
     for (pointer, words) in [
-        ("/cameras/0/perspective/znear", "animations of `/cameras/0/perspective/znear` are ignored"),
+        (
+            "/cameras/0/perspective/znear",
+            "animations of `/cameras/0/perspective/znear` are ignored",
+        ),
         ("/nodes/0/name", "animations of `/nodes/0/name` are ignored"),
         ("", "animations of `` are ignored"),
         ("nodes", "animations of `nodes` are ignored"),
-        ("/materials/7/emissiveFactor", "`/materials/7/emissiveFactor` are ignored: there is no such property"),
-        ("/materials/0/extensions/KHR_materials_sheen/sheenColorFactor", "are ignored: there is no such property"),
-        ("/materials/0/normalTexture/scale", "are ignored: there is no such property"),
+        (
+            "/materials/7/emissiveFactor",
+            "`/materials/7/emissiveFactor` are ignored: there is no such property",
+        ),
+        (
+            "/materials/0/extensions/KHR_materials_sheen/sheenColorFactor",
+            "are ignored: there is no such property",
+        ),
+        (
+            "/materials/0/normalTexture/scale",
+            "are ignored: there is no such property",
+        ),
     ] {
-        let kind = if pointer.ends_with("Factor") { "VEC3" } else { "SCALAR" };
-        let values = if kind == "VEC3" { vec![0.0; 6] } else { vec![0.0; 2] };
-        let found = loaded(&pointing(carried([true; 2]), pointer, kind, "LINEAR", &values), Some(2.0));
-        assert!(found.warnings.iter().any(|warning| warning.message.contains(words)), "{words}: {:?}", found.warnings);
-        assert_eq!((found.scene.objects.len(), found.scene.lights.len()), (1, 1));
+        let kind = if pointer.ends_with("Factor") {
+            "VEC3"
+        } else {
+            "SCALAR"
+        };
+        let values = if kind == "VEC3" {
+            vec![0.0; 6]
+        } else {
+            vec![0.0; 2]
+        };
+        let found = loaded(
+            &pointing(carried([true; 2]), pointer, kind, "LINEAR", &values),
+            Some(2.0),
+        );
+        assert!(
+            found
+                .warnings
+                .iter()
+                .any(|warning| warning.message.contains(words)),
+            "{words}: {:?}",
+            found.warnings
+        );
+        assert_eq!(
+            (found.scene.objects.len(), found.scene.lights.len()),
+            (1, 1)
+        );
     }
     let metallic = "/materials/0/pbrMetallicRoughness/metallicFactor";
-    let twice =
-        pointing(pointing(Made::new(), metallic, "SCALAR", "LINEAR", &[0.5, 0.5]), metallic, "SCALAR", "LINEAR", &[0.0, 0.0]);
+    let twice = pointing(
+        pointing(Made::new(), metallic, "SCALAR", "LINEAR", &[0.5, 0.5]),
+        metallic,
+        "SCALAR",
+        "LINEAR",
+        &[0.0, 0.0],
+    );
     let found = loaded(&twice, Some(2.0));
     assert_eq!(material(&found).metallic, 0.5.into());
     assert!(
-        found.warnings.iter().any(|warning| warning.message.contains("several animations move `/materials")),
+        found.warnings.iter().any(|warning| warning
+            .message
+            .contains("several animations move `/materials")),
         "{:?}",
         found.warnings
     );
-    for (values, kind) in [(vec![0.0; 3], "SCALAR"), (vec![0.0; 6], "VEC3"), (vec![0.0, f32::NAN], "SCALAR")] {
-        let error =
-            pointing(Made::new(), metallic, kind, "LINEAR", &values).asked(None, None, Some(2.0)).expect_err("no such keys");
-        assert!(error.kind() == ErrorKind::Input && error.to_string().contains("animations[0].channels[0]"), "{error}");
+    for (values, kind) in [
+        (vec![0.0; 3], "SCALAR"),
+        (vec![0.0; 6], "VEC3"),
+        (vec![0.0, f32::NAN], "SCALAR"),
+    ] {
+        let error = pointing(Made::new(), metallic, kind, "LINEAR", &values)
+            .asked(None, None, Some(2.0))
+            .expect_err("no such keys");
+        assert!(
+            error.kind() == ErrorKind::Input
+                && error.to_string().contains("animations[0].channels[0]"),
+            "{error}"
+        );
     }
 }
 
-/// Protects: a node that is listed below one that is hidden and, in the same place, below one that is seen is shown once, whichever comes first.
+/// Protects: a node that is listed below one that is hidden and, in the same place, below one that
+/// is seen is shown once, whichever comes first.
 #[test]
 fn hidden_and_seen_in_one_place() {
     for order in [json!([0, 2]), json!([2, 0])] {

@@ -18,21 +18,29 @@ fn textured(sampler: &str) -> String {
     )
 }
 
-/// Protects: each direction of a texture has a wrap mode of its own (glTF 2.0: 33071 clamps, 33648 mirrors, 10497 repeats), and
-/// repeats where the file is silent.
+/// Protects: each direction of a texture has a wrap mode of its own (glTF 2.0: 33071 clamps, 33648
+/// mirrors, 10497 repeats), and repeats where the file is silent.
 #[test]
 fn directions_wrap_each_in_its_way() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("a.gltf");
     for (sampler, expected) in [
-        (r#""wrapS": 33071, "wrapT": 33648"#, [Wrap::Clamp, Wrap::MirroredRepeat]),
-        (r#""wrapS": 10497, "wrapT": 33071"#, [Wrap::Repeat, Wrap::Clamp]),
+        (
+            r#""wrapS": 33071, "wrapT": 33648"#,
+            [Wrap::Clamp, Wrap::MirroredRepeat],
+        ),
+        (
+            r#""wrapS": 10497, "wrapT": 33071"#,
+            [Wrap::Repeat, Wrap::Clamp],
+        ),
         (r#""wrapS": 33648"#, [Wrap::MirroredRepeat, Wrap::Repeat]),
         (r#""wrapT": 33648"#, [Wrap::Repeat, Wrap::MirroredRepeat]),
     ] {
         std::fs::write(&path, textured(sampler)).unwrap();
         let loaded = load(&path);
-        let [texture] = loaded.scene.textures.as_slice() else { panic!("{:?}", loaded.scene.textures) };
+        let [texture] = loaded.scene.textures.as_slice() else {
+            panic!("{:?}", loaded.scene.textures)
+        };
         assert_eq!([texture.wrap_u, texture.wrap_v], expected, "{sampler}");
     }
 }
@@ -45,13 +53,19 @@ fn a_texture_may_play_two_parts() {
     let one = r#""baseColorTexture": { "index": 0 }"#;
     let both = r#""baseColorTexture": { "index": 0 }, "metallicRoughnessTexture": { "index": 0 }"#;
     std::fs::write(&path, textured("").replace(one, both)).unwrap();
-    let mut spaces: Vec<_> = load(&path).scene.textures.iter().map(|texture| texture.colour_space).collect();
+    let mut spaces: Vec<_> = load(&path)
+        .scene
+        .textures
+        .iter()
+        .map(|texture| texture.colour_space)
+        .collect();
     spaces.sort_by_key(|space| *space != ColourSpace::Srgb);
     assert_eq!(spaces, [ColourSpace::Srgb, ColourSpace::Linear]);
 }
 
-/// Protects: the image of KHR_materials_transmission multiplies its factor by red, is read as numbers and not by the sRGB curve, with
-/// the map of its coordinates and without a warning; without a factor nothing passes, and the specification's factor is none.
+/// Protects: the image of KHR_materials_transmission multiplies its factor by red, is read as
+/// numbers and not by the sRGB curve, with the map of its coordinates and without a warning;
+/// without a factor nothing passes, and the specification's factor is none.
 #[test]
 fn transmission_has_an_image() {
     let folder = tempfile::tempdir().unwrap();
@@ -61,27 +75,58 @@ fn transmission_has_an_image() {
         let glass = format!(
             r#""extensions": {{ "KHR_materials_transmission": {{ {factor} "transmissionTexture": {texture} }} }}, "pbrMetallicRoughness""#
         );
-        std::fs::write(&path, textured("").replace(r#""pbrMetallicRoughness""#, &glass)).unwrap();
+        std::fs::write(
+            &path,
+            textured("").replace(r#""pbrMetallicRoughness""#, &glass),
+        )
+        .unwrap();
         let loaded = load(&path);
-        assert!(loaded.warnings.iter().all(|w| !w.message.contains("transmission")), "{:?}", loaded.warnings);
-        let Model::Physical(model) = &loaded.scene.materials[0].model else { panic!("physical") };
+        assert!(
+            loaded
+                .warnings
+                .iter()
+                .all(|w| !w.message.contains("transmission")),
+            "{:?}",
+            loaded.warnings
+        );
+        let Model::Physical(model) = &loaded.scene.materials[0].model else {
+            panic!("physical")
+        };
         let image = model.transmission_texture.clone().expect("an image");
-        let texture = loaded.scene.textures.iter().find(|texture| texture.name == image.name).expect("named");
-        assert_eq!((texture.colour_space, image.channel), (ColourSpace::Linear, None));
-        assert_eq!(image.uv_transform, Some([[1.0, 0.0, 0.5], [0.0, 1.0, 0.25]]));
+        let texture = loaded
+            .scene
+            .textures
+            .iter()
+            .find(|texture| texture.name == image.name)
+            .expect("named");
+        assert_eq!(
+            (texture.colour_space, image.channel),
+            (ColourSpace::Linear, None)
+        );
+        assert_eq!(
+            image.uv_transform,
+            Some([[1.0, 0.0, 0.5], [0.0, 1.0, 0.25]])
+        );
         (model.transmission.clone(), loaded.scene.objects[0].side)
     };
-    assert_eq!(read(r#""transmissionFactor": 0.5,"#), (0.5.into(), SideRule::Both));
+    assert_eq!(
+        read(r#""transmissionFactor": 0.5,"#),
+        (0.5.into(), SideRule::Both)
+    );
     assert_eq!(read(""), (0.0.into(), SideRule::Culled));
 }
 
-/// Protects: a surface is seen from outside, glass and what the file calls double-sided from both sides.
+/// Protects: a surface is seen from outside, glass and what the file calls double-sided from both
+/// sides.
 #[test]
 fn glass_has_two_sides() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("a.gltf");
-    let glass =
-        |factor: f64| format!(r#""extensions": {{ "KHR_materials_transmission": {{ "transmissionFactor": {factor} }} }}, "#);
+    let glass = |factor: f64| {
+        format!(
+            r#""extensions": {{ "KHR_materials_transmission": {{ "transmissionFactor": {factor} }} }}, "#
+        )
+    };
     for (more, side) in [
         (String::new(), SideRule::Culled),
         (r#""doubleSided": true, "#.to_owned(), SideRule::Both),
@@ -89,7 +134,11 @@ fn glass_has_two_sides() {
         (glass(0.0), SideRule::Culled),
     ] {
         let material = r#""materials": [{ "#;
-        std::fs::write(&path, textured("").replace(material, &format!("{material}{more}"))).unwrap();
+        std::fs::write(
+            &path,
+            textured("").replace(material, &format!("{material}{more}")),
+        )
+        .unwrap();
         assert_eq!(load(&path).scene.objects[0].side, side, "{more}");
     }
 }

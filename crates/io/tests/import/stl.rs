@@ -10,7 +10,13 @@ fn with(bytes: &[u8], limits: Limits) -> Result<Loaded, Error> {
     let folder = tempfile::tempdir().expect("a folder");
     let path = folder.path().join("test.STL");
     std::fs::write(&path, bytes).expect("a file");
-    let loaded = raywright_io::load(&Input::Path(path.clone()), &LoadOptions { limits, ..LoadOptions::default() })?;
+    let loaded = raywright_io::load(
+        &Input::Path(path.clone()),
+        &LoadOptions {
+            limits,
+            ..LoadOptions::default()
+        },
+    )?;
     check_sound(&loaded, &path);
     Ok(loaded)
 }
@@ -23,37 +29,61 @@ fn mesh(loaded: &Loaded) -> &MeshData {
     mesh_of(loaded, &loaded.scene.objects[0])
 }
 
-/// Protects: of both kinds, nothing, one facet and 10⁵ of them are as many triangles, flat, in the order and with the corners of the file,
-/// without colours where the file has none.
+/// Protects: of both kinds, nothing, one facet and 10⁵ of them are as many triangles, flat, in the
+/// order and with the corners of the file, without colours where the file has none.
 #[test]
 fn facets_are_triangles() {
     for (n, triangles) in [(0, 0), (1, 2), (224, 100_352)] {
         let sheet = Written::sheet(n);
-        let solid = sheet.stl(&format!("{:80}", "solid of words, and binary all the same"), |_| 0);
+        let solid = sheet.stl(
+            &format!("{:80}", "solid of words, and binary all the same"),
+            |_| 0,
+        );
         for bytes in [sheet.stl("", |_| 0), solid, sheet.stl_text()] {
             let loaded = read(&bytes).unwrap_or_else(|e| panic!("{e}"));
             assert_eq!(triangle_count(&loaded), triangles);
             if triangles == 0 {
-                assert!(loaded.warnings[0].message.contains("no triangles: nothing to see"), "{:?}", loaded.warnings);
+                assert!(
+                    loaded.warnings[0]
+                        .message
+                        .contains("no triangles: nothing to see"),
+                    "{:?}",
+                    loaded.warnings
+                );
                 continue;
             }
             assert!(loaded.warnings.is_empty(), "{:?}", loaded.warnings);
             let data = mesh(&loaded);
-            let corners: Vec<[f32; 3]> =
-                data.indices.as_flattened().iter().map(|&i| data.positions.offsets()[i as usize]).collect();
-            let expected: Vec<[f32; 3]> = sheet.faces.iter().flatten().map(|&i| sheet.positions[i as usize]).collect();
+            let corners: Vec<[f32; 3]> = data
+                .indices
+                .as_flattened()
+                .iter()
+                .map(|&i| data.positions.offsets()[i as usize])
+                .collect();
+            let expected: Vec<[f32; 3]> = sheet
+                .faces
+                .iter()
+                .flatten()
+                .map(|&i| sheet.positions[i as usize])
+                .collect();
             assert!(corners == expected && data.normals.is_empty() && data.colours.is_empty());
-            let Model::Physical(material) = &loaded.scene.materials[0].model else { panic!("physical") };
+            let Model::Physical(material) = &loaded.scene.materials[0].model else {
+                panic!("physical")
+            };
             assert!(!material.vertex_colours);
         }
     }
 }
 
-/// Protects: words in any case, on any number of lines, with any line ends, several solids, exponents, loops of four corners and of none,
-/// and names that are words of the format.
+/// Protects: words in any case, on any number of lines, with any line ends, several solids,
+/// exponents, loops of four corners and of none, and names that are words of the format.
 #[test]
 fn words_are_read_as_they_are_written() {
-    let facet = |z: &str| format!("facet normal 0 0 1 outer loop vertex 0 0 {z} vertex 1 0 {z} vertex 0 1 {z} endloop endfacet");
+    let facet = |z: &str| {
+        format!(
+            "facet normal 0 0 1 outer loop vertex 0 0 {z} vertex 1 0 {z} vertex 0 1 {z} endloop endfacet"
+        )
+    };
     for (text, triangles) in [
         (format!("solid\n{}\nendsolid\n", facet("0")), 1),
         (
@@ -84,60 +114,120 @@ fn words_are_read_as_they_are_written() {
 fn errors_name_place_and_cause() {
     let cut = Written::sheet(2).stl("", |_| 0);
     let cases: [(&[u8], &str); 10] = [
-        (b"solid\nfacet normal 0 0 1\nouter loop\nvertex 0 zero 0\n", "line 4: vertex: `zero` is no number"),
-        (b"solid\nfacet normal 0 0 1\nouter loop\nvertex 0,5 0 0\n", "`0,5` is no number; decimals have a point"),
-        (b"solid\nfacet normal 0 0 1\nouter loop\nvertex 0 0\n", "line 5: the file ends inside a facet"),
-        (b"solid\nfacet\nouter loop\nvertex 0 0\nvertex 1 1 1\n", "line 5: vertex: `vertex` is no number"),
+        (
+            b"solid\nfacet normal 0 0 1\nouter loop\nvertex 0 zero 0\n",
+            "line 4: vertex: `zero` is no number",
+        ),
+        (
+            b"solid\nfacet normal 0 0 1\nouter loop\nvertex 0,5 0 0\n",
+            "`0,5` is no number; decimals have a point",
+        ),
+        (
+            b"solid\nfacet normal 0 0 1\nouter loop\nvertex 0 0\n",
+            "line 5: the file ends inside a facet",
+        ),
+        (
+            b"solid\nfacet\nouter loop\nvertex 0 0\nvertex 1 1 1\n",
+            "line 5: vertex: `vertex` is no number",
+        ),
         (b"solid\nvertex 0 0 0\n", "line 2: vertex: is in no facet"),
-        (b"solid\nfacet normal 0 0 1\nouter loop\nvertex 0 0 0", "line 4: the file ends inside a facet"),
-        (b"solid\nfacet\nfacet\n", "line 3: facet: the one before has no endfacet"),
+        (
+            b"solid\nfacet normal 0 0 1\nouter loop\nvertex 0 0 0",
+            "line 4: the file ends inside a facet",
+        ),
+        (
+            b"solid\nfacet\nfacet\n",
+            "line 3: facet: the one before has no endfacet",
+        ),
         (b"solid\nfect\n", "line 2: `fect` is no word of STL"),
         (&cut[..133], "is a binary STL file cut off: 0 of 8 facets"),
         (b"nothing", "is no STL file"),
     ];
     for (bytes, words) in cases {
         let error = read(bytes).expect_err(words);
-        assert!(error.to_string().contains(words) && error.to_string().contains("test.STL"), "{words}: {error}");
+        assert!(
+            error.to_string().contains(words) && error.to_string().contains("test.STL"),
+            "{words}: {error}"
+        );
         assert_eq!(error.kind(), ErrorKind::Input);
     }
 }
 
-/// Protects: a count of facets that lies takes no memory and is told: too many are a file cut off, too few leave bytes over.
+/// Protects: a count of facets that lies takes no memory and is told: too many are a file cut off,
+/// too few leave bytes over.
 #[test]
 fn counts_that_lie() {
     let mut bytes = Written::sheet(2).stl("", |_| 0);
-    for (count, refused) in [(u32::MAX, true), (9, true), (8, false), (7, false), (0, false)] {
+    for (count, refused) in [
+        (u32::MAX, true),
+        (9, true),
+        (8, false),
+        (7, false),
+        (0, false),
+    ] {
         bytes[80..84].copy_from_slice(&count.to_le_bytes());
         match read(&bytes) {
-            Err(error) => assert!(refused && error.to_string().contains("cut off: 8 of"), "{error}"),
+            Err(error) => assert!(
+                refused && error.to_string().contains("cut off: 8 of"),
+                "{error}"
+            ),
             Ok(loaded) => {
                 assert!(!refused && triangle_count(&loaded) == count as usize);
-                let told = loaded
-                    .warnings
-                    .iter()
-                    .any(|warning| warning.message.contains(&format!("{} bytes after them", 50 * (8 - count))));
+                let told = loaded.warnings.iter().any(|warning| {
+                    warning
+                        .message
+                        .contains(&format!("{} bytes after them", 50 * (8 - count)))
+                });
                 assert_eq!(told, count < 8, "{:?}", loaded.warnings);
             }
         }
     }
     let whole = Written::sheet(2).stl("", |_| 0);
-    for limits in [Limits { triangles: 7, ..Limits::default() }, Limits { memory_bytes: 300, ..Limits::default() }] {
+    for limits in [
+        Limits {
+            triangles: 7,
+            ..Limits::default()
+        },
+        Limits {
+            memory_bytes: 300,
+            ..Limits::default()
+        },
+    ] {
         for bytes in [&whole, &Written::sheet(2).stl_text()] {
-            assert_eq!(with(bytes, limits).expect_err("too many").kind(), ErrorKind::Limit);
+            assert_eq!(
+                with(bytes, limits).expect_err("too many").kind(),
+                ErrorKind::Limit
+            );
         }
     }
 }
 
-/// Protects: a loop of very many corners takes no more memory than is allowed, on its way to triangles, too.
+/// Protects: a loop of very many corners takes no more memory than is allowed, on its way to
+/// triangles, too.
 #[test]
 fn huge_loops_are_counted() {
-    let text = format!("solid\nfacet\nouter loop\n{}endloop\nendfacet\n", "vertex 0 0 0\n".repeat(10_000));
-    let limits = |memory_bytes| Limits { memory_bytes, ..Limits::default() };
-    assert_eq!(with(text.as_bytes(), limits(1_500_000)).expect_err("too large").kind(), ErrorKind::Limit);
-    assert_eq!(triangle_count(&with(text.as_bytes(), limits(3_000_000)).expect("a mesh")), 9_998);
+    let text = format!(
+        "solid\nfacet\nouter loop\n{}endloop\nendfacet\n",
+        "vertex 0 0 0\n".repeat(10_000)
+    );
+    let limits = |memory_bytes| Limits {
+        memory_bytes,
+        ..Limits::default()
+    };
+    assert_eq!(
+        with(text.as_bytes(), limits(1_500_000))
+            .expect_err("too large")
+            .kind(),
+        ErrorKind::Limit
+    );
+    assert_eq!(
+        triangle_count(&with(text.as_bytes(), limits(3_000_000)).expect("a mesh")),
+        9_998
+    );
 }
 
-/// Protects: facets without area stay and do no harm, facets of what is no number go with a warning, in both kinds.
+/// Protects: facets without area stay and do no harm, facets of what is no number go with a
+/// warning, in both kinds.
 #[test]
 fn odd_facets() {
     let mut sheet = Written::sheet(2);
@@ -152,7 +242,9 @@ fn odd_facets() {
             let loaded = read(&bytes).expect("a mesh");
             assert_eq!(triangle_count(&loaded), 7, "{bad}");
             assert!(
-                loaded.warnings[0].message.contains("3 triangles with vertices that are not finite"),
+                loaded.warnings[0]
+                    .message
+                    .contains("3 triangles with vertices that are not finite"),
                 "{:?}",
                 loaded.warnings
             );
@@ -160,20 +252,46 @@ fn odd_facets() {
     }
 }
 
-/// Protects: five bits a channel are the codes of the sRGB curve, read in the order of each dialect; Magics' facets without a colour have
-/// their part's, VisCAM's are white; two bytes that mark no facet are no colours.
+/// Protects: five bits a channel are the codes of the sRGB curve, read in the order of each
+/// dialect; Magics' facets without a colour have their part's, VisCAM's are white; two bytes that
+/// mark no facet are no colours.
 #[test]
 fn colours_of_both_dialects() {
     let facets = vec![[31, 0, 8], [0, 31, 0]];
-    let sheet = Written { facets, ..Written::sheet(1) };
+    let sheet = Written {
+        facets,
+        ..Written::sheet(1)
+    };
     let red = |colour: [u16; 3]| colour[0] == 31;
     let of = |header: &str, attribute: &dyn Fn([u16; 3]) -> u16| {
         let loaded = read(&sheet.stl(header, attribute)).expect("a mesh");
-        mesh(&loaded).colours.iter().step_by(3).map(|c| c.map(|c| (c * 1e4).round() as i32)).collect::<Vec<_>>()
+        mesh(&loaded)
+            .colours
+            .iter()
+            .step_by(3)
+            .map(|c| c.map(|c| (c * 1e4).round() as i32))
+            .collect::<Vec<_>>()
     };
     // 8/31 by the sRGB curve is 0.0542; codes 64 and 255 are 0.0513 and 1.
-    assert_eq!(of("", &|c| if red(c) { 0x8000 | 31 << 10 | 8 } else { 77 }), [[10_000, 0, 542, 10_000], [10_000; 4]]);
-    assert_eq!(of("COLOR=\u{0}@\u{7f}\u{0}", &|c| if red(c) { 8 << 10 | 31 } else { 0x8000 })[0], [10_000, 0, 542, 10_000]);
-    assert_eq!(of("x COLOR=\u{0}@\u{0}\u{0}", &|c| if red(c) { 0 } else { 0x8000 })[1], [0, 513, 0, 10_000]);
+    assert_eq!(
+        of("", &|c| if red(c) { 0x8000 | 31 << 10 | 8 } else { 77 }),
+        [[10_000, 0, 542, 10_000], [10_000; 4]]
+    );
+    assert_eq!(
+        of("COLOR=\u{0}@\u{7f}\u{0}", &|c| if red(c) {
+            8 << 10 | 31
+        } else {
+            0x8000
+        })[0],
+        [10_000, 0, 542, 10_000]
+    );
+    assert_eq!(
+        of("x COLOR=\u{0}@\u{0}\u{0}", &|c| if red(c) {
+            0
+        } else {
+            0x8000
+        })[1],
+        [0, 513, 0, 10_000]
+    );
     assert!(of("", &|_| 0x7fff).is_empty());
 }

@@ -1,5 +1,6 @@
-//! The page of `view` in a real browser, which is told what to do through a pipe (Chrome DevTools Protocol). Skipped where there is no
-//! Chromium; `.ci/run` brings one. With `SCREENSHOTS=FOLDER` it leaves pictures of the page there, to be looked at.
+//! The page of `view` in a real browser, which is told what to do through a pipe (Chrome DevTools
+//! Protocol). Skipped where there is no Chromium; `.ci/run` brings one. With `SCREENSHOTS=FOLDER`
+//! it leaves pictures of the page there, to be looked at.
 
 use std::io::{BufRead, BufReader, Write};
 use std::path::Path;
@@ -32,18 +33,38 @@ impl Browser {
                      --disable-component-update --remote-debugging-pipe";
         let profile = desk.path("profile");
         // The browser reads what it is told from its third file and answers on its fourth.
-        let line = format!("exec \"$0\" {flags} \"--user-data-dir=$1\" 3<&0 4>&1 </dev/null >/dev/null 2>&1");
+        let line = format!(
+            "exec \"$0\" {flags} \"--user-data-dir=$1\" 3<&0 4>&1 </dev/null >/dev/null 2>&1"
+        );
         let mut child = Command::new("sh")
-            .args(["-c".as_ref(), line.as_ref(), program.as_os_str(), profile.as_os_str()])
+            .args([
+                "-c".as_ref(),
+                line.as_ref(),
+                program.as_os_str(),
+                profile.as_os_str(),
+            ])
             .stdin(Stdio::piped())
             .stdout(Stdio::piped())
             .spawn()
             .expect("a shell");
-        let (input, output) = (child.stdin.take().expect("a pipe"), BufReader::new(child.stdout.take().expect("a pipe")));
-        let mut browser = Self { child, input, output, session: Value::Null, asked: 0 };
-        let target = browser.call("Target.createTarget", json!({ "url": address }))["targetId"].clone();
-        browser.session =
-            browser.call("Target.attachToTarget", json!({ "targetId": target, "flatten": true }))["sessionId"].clone();
+        let (input, output) = (
+            child.stdin.take().expect("a pipe"),
+            BufReader::new(child.stdout.take().expect("a pipe")),
+        );
+        let mut browser = Self {
+            child,
+            input,
+            output,
+            session: Value::Null,
+            asked: 0,
+        };
+        let target =
+            browser.call("Target.createTarget", json!({ "url": address }))["targetId"].clone();
+        browser.session = browser.call(
+            "Target.attachToTarget",
+            json!({ "targetId": target, "flatten": true }),
+        )["sessionId"]
+            .clone();
         browser.width(1280, 900);
         Some(browser)
     }
@@ -62,11 +83,17 @@ impl Browser {
         if self.session != Value::Null {
             message["sessionId"] = self.session.clone();
         }
-        self.input.write_all(format!("{message}\0").as_bytes()).expect("the browser listens");
+        self.input
+            .write_all(format!("{message}\0").as_bytes())
+            .expect("the browser listens");
         loop {
             let mut answer = Vec::new();
-            self.output.read_until(0, &mut answer).expect("the browser answers");
-            let answer: Value = serde_json::from_slice(answer.strip_suffix(b"\0").unwrap_or(&answer)).expect("JSON");
+            self.output
+                .read_until(0, &mut answer)
+                .expect("the browser answers");
+            let answer: Value =
+                serde_json::from_slice(answer.strip_suffix(b"\0").unwrap_or(&answer))
+                    .expect("JSON");
             if answer["id"] == self.asked {
                 return answer;
             }
@@ -75,7 +102,8 @@ impl Browser {
 
     /// What an expression of the page's is.
     fn eval(&mut self, expression: &str) -> Value {
-        let asked = json!({ "expression": expression, "awaitPromise": true, "returnByValue": true });
+        let asked =
+            json!({ "expression": expression, "awaitPromise": true, "returnByValue": true });
         let answer = self.call("Runtime.evaluate", asked);
         assert_eq!(answer["exceptionDetails"], Value::Null, "{expression}");
         answer["result"]["value"].clone()
@@ -84,16 +112,25 @@ impl Browser {
     /// Waits until an expression of the page's is true, and until there is a page at all.
     fn until(&mut self, expression: &str) {
         let began = Instant::now();
-        while self.ask("Runtime.evaluate", json!({ "expression": expression }))["result"]["result"]["value"] != true {
+        while self.ask("Runtime.evaluate", json!({ "expression": expression }))["result"]["result"]
+            ["value"]
+            != true
+        {
             let state = "JSON.stringify([document.body?.dataset, document.getElementById('failure')?.textContent])";
-            assert!(began.elapsed() < PATIENCE, "{expression}: {}", self.eval(state));
+            assert!(
+                began.elapsed() < PATIENCE,
+                "{expression}: {}",
+                self.eval(state)
+            );
             std::thread::sleep(std::time::Duration::from_millis(20));
         }
     }
 
     /// The picture's pixels, in a word.
     fn picture(&mut self) -> Value {
-        self.eval("(() => { const c = document.getElementById('picture'); return c.toDataURL(); })()")
+        self.eval(
+            "(() => { const c = document.getElementById('picture'); return c.toDataURL(); })()",
+        )
     }
 
     fn mouse(&mut self, kind: &str, [x, y]: [f64; 2]) {
@@ -104,25 +141,38 @@ impl Browser {
 
     fn key(&mut self, key: &str) {
         for kind in ["keyDown", "keyUp"] {
-            self.call("Input.dispatchKeyEvent", json!({ "type": kind, "key": key }));
+            self.call(
+                "Input.dispatchKeyEvent",
+                json!({ "type": kind, "key": key }),
+            );
         }
     }
 
     fn colours(&mut self, scheme: &str) {
-        self.call("Emulation.setEmulatedMedia", json!({ "features": [{ "name": "prefers-color-scheme", "value": scheme }] }));
+        self.call(
+            "Emulation.setEmulatedMedia",
+            json!({ "features": [{ "name": "prefers-color-scheme", "value": scheme }] }),
+        );
     }
 
     fn width(&mut self, width: u32, height: u32) {
-        let size = json!({ "width": width, "height": height, "deviceScaleFactor": 1, "mobile": false });
+        let size =
+            json!({ "width": width, "height": height, "deviceScaleFactor": 1, "mobile": false });
         self.call("Emulation.setDeviceMetricsOverride", size);
     }
 
     /// Leaves a picture of the page where they are asked for.
     fn shoot(&mut self, name: &str) {
-        let Some(folder) = std::env::var_os("SCREENSHOTS") else { return };
+        let Some(folder) = std::env::var_os("SCREENSHOTS") else {
+            return;
+        };
         self.eval("scrollTo(0, 0)");
         let data = self.call("Page.captureScreenshot", json!({ "format": "png" }))["data"].clone();
-        let decode = Command::new("base64").arg("-d").stdin(Stdio::piped()).stdout(Stdio::piped()).spawn();
+        let decode = Command::new("base64")
+            .arg("-d")
+            .stdin(Stdio::piped())
+            .stdout(Stdio::piped())
+            .spawn();
         let mut decode = decode.expect("base64");
         let text = data.as_str().expect("base64").to_owned();
         let mut input = decode.stdin.take().expect("a pipe");
@@ -141,15 +191,25 @@ impl Drop for Browser {
     }
 }
 
-/// Protects: the page shows the picture as it comes, its error at four stages and more, turns it by mouse and by key, and its command renders
-/// what stands still; closing the page ends the program.
+/// Protects: the page shows the picture as it comes, its error at four stages and more, turns it by
+/// mouse and by key, and its command renders what stands still; closing the page ends the program.
 #[test]
 fn the_page_shows_and_turns() {
     let desk = Desk::new();
     desk.write("room.scene.toml", SCENE);
-    let words = ["room.scene.toml", "--spp", "1024", "--size", "96x72", "--linger", "1s"];
+    let words = [
+        "room.scene.toml",
+        "--spp",
+        "1024",
+        "--size",
+        "96x72",
+        "--linger",
+        "1s",
+    ];
     let mut viewer = Viewer::start(&desk, &words);
-    let Some(mut page) = Browser::open(&desk, &viewer.address()) else { return };
+    let Some(mut page) = Browser::open(&desk, &viewer.address()) else {
+        return;
+    };
     page.until("document.body?.dataset.picture > 0");
     page.shoot("start");
     let first = page.picture();
@@ -164,15 +224,30 @@ fn the_page_shows_and_turns() {
                   return [at(0)[1] - at(0)[0], at(n - 1)[1] - at(n - 1)[0]]; })()";
     let widths: Vec<f64> = serde_json::from_value(page.eval(widths)).expect("two widths");
     assert!(widths[1] < widths[0], "the band closes: {widths:?}");
-    let command =
-        |page: &mut Browser| page.eval("document.getElementById('command').textContent").as_str().expect("text").to_owned();
-    let hash = |page: &mut Browser| page.eval("document.body.dataset.hash").as_str().expect("text").to_owned();
+    let command = |page: &mut Browser| {
+        page.eval("document.getElementById('command').textContent")
+            .as_str()
+            .expect("text")
+            .to_owned()
+    };
+    let hash = |page: &mut Browser| {
+        page.eval("document.body.dataset.hash")
+            .as_str()
+            .expect("text")
+            .to_owned()
+    };
     let own = command(&mut page);
     assert_eq!(hash(&mut page), hash_of(&desk, &own));
 
     page.mouse("mousePressed", [300.0, 300.0]);
     for step in 1..=8 {
-        page.mouse("mouseMoved", [300.0 + 10.0 * f64::from(step), 300.0 + 4.0 * f64::from(step)]);
+        page.mouse(
+            "mouseMoved",
+            [
+                300.0 + 10.0 * f64::from(step),
+                300.0 + 4.0 * f64::from(step),
+            ],
+        );
     }
     page.mouse("mouseReleased", [380.0, 332.0]);
     page.until("document.getElementById('command').textContent.includes('--eye')");
@@ -180,13 +255,23 @@ fn the_page_shows_and_turns() {
     let turned = command(&mut page);
     assert_eq!(hash(&mut page), hash_of(&desk, &turned));
     page.key("ArrowLeft");
-    let command_is_not = |other: &str| format!("document.getElementById('command').textContent !== {}", json!(other));
+    let command_is_not = |other: &str| {
+        format!(
+            "document.getElementById('command').textContent !== {}",
+            json!(other)
+        )
+    };
     page.until(&command_is_not(&turned));
     page.key("Home");
-    page.until(&format!("document.getElementById('command').textContent === {}", json!(own)));
+    page.until(&format!(
+        "document.getElementById('command').textContent === {}",
+        json!(own)
+    ));
     page.until("document.body.dataset.phase === 'done'");
     page.key(" ");
-    page.until("document.body.dataset.phase !== 'done' || Number(document.body.dataset.samples) < 1024");
+    page.until(
+        "document.body.dataset.phase !== 'done' || Number(document.body.dataset.samples) < 1024",
+    );
     page.call("Browser.close", json!({}));
     assert!(viewer.end().success(), "the last page was closed");
 }
@@ -210,60 +295,109 @@ const QUESTIONS: &str = r"(() => {
   return wrong;
 })()";
 
-/// Protects: in light and in dark, on a desk and on a phone, nothing sticks out, every control has a name and takes the keyboard, and every text
-/// stands out from its paper by 4.5 (WCAG 2.2); a mistake of the file stands over the picture, as text and as nothing else.
+/// Protects: in light and in dark, on a desk and on a phone, nothing sticks out, every control has
+/// a name and takes the keyboard, and every text stands out from its paper by 4.5 (WCAG 2.2); a
+/// mistake of the file stands over the picture, as text and as nothing else.
 #[test]
 fn the_page_fits_everyone() {
     let desk = Desk::new();
     desk.write("room.scene.toml", SCENE);
     let viewer = Viewer::start(&desk, &["room.scene.toml", "--spp", "64", "--watch"]);
-    let Some(mut page) = Browser::open(&desk, &viewer.address()) else { return };
+    let Some(mut page) = Browser::open(&desk, &viewer.address()) else {
+        return;
+    };
     page.until("document.body?.dataset.phase === 'done'");
     page.eval("document.getElementById('effects-box').open = true");
-    for (width, scheme) in [(360, "light"), (1280, "light"), (360, "dark"), (1280, "dark")] {
+    for (width, scheme) in [
+        (360, "light"),
+        (1280, "light"),
+        (360, "dark"),
+        (1280, "dark"),
+    ] {
         page.width(width, 900);
         page.colours(scheme);
-        assert_eq!(page.eval(&QUESTIONS.replace("CONTRAST", CONTRAST)), json!([]), "{scheme} colours at {width} pixels");
+        assert_eq!(
+            page.eval(&QUESTIONS.replace("CONTRAST", CONTRAST)),
+            json!([]),
+            "{scheme} colours at {width} pixels"
+        );
         page.shoot(&format!("{scheme}-{width}"));
     }
-    desk.write("room.scene.toml", SCENE.replace("name = \"own\"", "name = \"<img src=x onerror=alert(1)>\"\nfoo = 1"));
+    desk.write(
+        "room.scene.toml",
+        SCENE.replace(
+            "name = \"own\"",
+            "name = \"<img src=x onerror=alert(1)>\"\nfoo = 1",
+        ),
+    );
     page.until("!document.getElementById('failure').hidden");
     page.width(1280, 900);
     page.shoot("error");
     assert_eq!(page.eval("document.querySelectorAll('img').length"), 0);
     let message = page.eval("document.getElementById('failure').textContent");
-    assert!(message.as_str().is_some_and(|text| text.contains("unknown key `foo`")), "{message}");
+    assert!(
+        message
+            .as_str()
+            .is_some_and(|text| text.contains("unknown key `foo`")),
+        "{message}"
+    );
 }
 
-/// Protects: a new view's first picture comes though the last one is not finished, and so does each of many; how long they took is told.
+/// Protects: a new view's first picture comes though the last one is not finished, and so does each
+/// of many; how long they took is told.
 #[test]
 fn each_view_has_a_picture() {
-    let Some(duck) = shared("assets/gltf/Duck/Duck.glb") else { return };
+    let Some(duck) = shared("assets/gltf/Duck/Duck.glb") else {
+        return;
+    };
     let desk = Desk::new();
     let name = duck.to_string_lossy().into_owned();
-    for (scene, size) in [(name.as_str(), "1280x720"), (name.as_str(), "640x360"), ("preset:whitted", "640x360")] {
+    for (scene, size) in [
+        (name.as_str(), "1280x720"),
+        (name.as_str(), "640x360"),
+        ("preset:whitted", "640x360"),
+    ] {
         if scene == "preset:whitted" && !crate::support::carried("whitted") {
             continue;
         }
         let began = Instant::now();
         let viewer = Viewer::start(&desk, &[scene, "--size", size]);
         let sketched = began.elapsed().as_millis();
-        let Some(mut page) = Browser::open(&desk, &viewer.address()) else { return };
+        let Some(mut page) = Browser::open(&desk, &viewer.address()) else {
+            return;
+        };
         page.until("document.body?.dataset.picture > 0");
         let first = page.eval("document.body.dataset.first");
-        eprintln!("{scene} {size}: sketched {sketched} ms after the program began, shown {first} ms after its page did");
+        eprintln!(
+            "{scene} {size}: sketched {sketched} ms after the program began, shown {first} ms after its page did"
+        );
         let mut times: Vec<f64> = Vec::new();
         for turn in 0..20 {
             page.eval("delete document.body.dataset.latency");
             page.eval("document.getElementById('picture').focus()");
-            page.key(if turn % 2 == 0 { "ArrowLeft" } else { "ArrowUp" });
+            page.key(if turn % 2 == 0 {
+                "ArrowLeft"
+            } else {
+                "ArrowUp"
+            });
             page.until("document.body.dataset.latency !== undefined");
-            times.push(page.eval("Number(document.body.dataset.latency)").as_f64().expect("milliseconds"));
+            times.push(
+                page.eval("Number(document.body.dataset.latency)")
+                    .as_f64()
+                    .expect("milliseconds"),
+            );
         }
         let edge = page.eval("Number(document.body.dataset.edge)");
         times.sort_by(f64::total_cmp);
-        eprintln!("{scene} {size}: a new view in {:.0} ms, at most {:.0} (pixels of {edge})", times[10], times[19]);
-        assert!(times[0] > 0.0 && page.eval("document.getElementById('command').textContent.includes('--eye')") == true);
+        eprintln!(
+            "{scene} {size}: a new view in {:.0} ms, at most {:.0} (pixels of {edge})",
+            times[10], times[19]
+        );
+        assert!(
+            times[0] > 0.0
+                && page.eval("document.getElementById('command').textContent.includes('--eye')")
+                    == true
+        );
         if size == "1280x720" {
             page.width(1280, 900);
             page.until("document.body.dataset.samples > 3");

@@ -5,81 +5,149 @@ use serde_json::{Value, json};
 use super::{SCENE, Viewer, hash_of};
 use crate::support::Desk;
 
-/// Protects: what stands still is the picture of the command that the page shows, to the bit, whatever was turned, switched or set to come
-/// there; another view is another picture, and the way back gives the first one.
+/// Protects: what stands still is the picture of the command that the page shows, to the bit,
+/// whatever was turned, switched or set to come there; another view is another picture, and the way
+/// back gives the first one.
 #[test]
 fn what_is_seen_is_a_command() {
     let desk = Desk::new();
     desk.write("a room.scene.toml", SCENE);
-    let viewer = Viewer::start(&desk, &["a room.scene.toml", "--spp", "32", "--set", "height=0.1"]);
-    let of = |status: &Value| status["progress"]["hash"].as_str().unwrap_or_else(|| panic!("{status}")).to_owned();
+    let viewer = Viewer::start(
+        &desk,
+        &["a room.scene.toml", "--spp", "32", "--set", "height=0.1"],
+    );
+    let of = |status: &Value| {
+        status["progress"]["hash"]
+            .as_str()
+            .unwrap_or_else(|| panic!("{status}"))
+            .to_owned()
+    };
     let own = json!([["spp", "32"], ["set", "height=0.1"]]);
     let first = viewer.finished(&own);
-    assert_eq!(first["command"], "raywright render 'a room.scene.toml' --spp 32 --set height=0.1");
+    assert_eq!(
+        first["command"],
+        "raywright render 'a room.scene.toml' --spp 32 --set height=0.1"
+    );
     let mut hashes = vec![of(&first)];
     let turned = json!(["eye", "-2,1.5,2.5"]);
     for (added, said) in [
-        (json!([["eye", "-2,1.5,2.5"], ["target", "0,0.4,0"]]), "turned"),
+        (
+            json!([["eye", "-2,1.5,2.5"], ["target", "0,0.4,0"]]),
+            "turned",
+        ),
         (json!([["view", "iso"], ["zoom", "1.3"]]), "turned"),
         (json!([["camera", "other"]]), "turned"),
         (json!([["denoise", null], turned]), "prepared"),
-        (json!([["without", "soft-shadows,shadows"], turned]), "prepared"),
+        (
+            json!([["without", "soft-shadows,shadows"], turned]),
+            "prepared",
+        ),
         (json!([["max-depth", "2"]]), "prepared"),
         (json!([["at", "1.5"]]), "read"),
         (json!([["set", "height=0.7"]]), "read"),
         (json!([["max-error", "0.3"], ["spp", "64"]]), "read"),
     ] {
-        let flags = [own.as_array().expect("flags").clone(), added.as_array().expect("flags").clone()].concat();
+        let flags = [
+            own.as_array().expect("flags").clone(),
+            added.as_array().expect("flags").clone(),
+        ]
+        .concat();
         let status = viewer.finished(&Value::from(flags));
         assert_eq!(status["failure"], Value::Null, "{status}");
-        assert!(status["said"].as_str().is_some_and(|text| text.contains(said)), "{said}: {}", status["said"]);
-        assert_eq!(of(&status), hash_of(&desk, status["command"].as_str().expect("a command")), "{}", status["command"]);
+        assert!(
+            status["said"]
+                .as_str()
+                .is_some_and(|text| text.contains(said)),
+            "{said}: {}",
+            status["said"]
+        );
+        assert_eq!(
+            of(&status),
+            hash_of(&desk, status["command"].as_str().expect("a command")),
+            "{}",
+            status["command"]
+        );
         hashes.push(of(&status));
     }
     let back = viewer.finished(&own);
     assert_eq!(of(&back), hashes[0]);
-    assert_eq!(of(&back), hash_of(&desk, back["command"].as_str().expect("a command")));
+    assert_eq!(
+        of(&back),
+        hash_of(&desk, back["command"].as_str().expect("a command"))
+    );
     let count = hashes.len();
     hashes.sort();
     hashes.dedup();
     assert_eq!(hashes.len(), count, "each is another picture");
 }
 
-/// Protects: a first picture is there before the render's own, in larger pixels; the error's interval is told at each doubling of the samples
-/// and closes on it; exposure and layers are shown anew without a sample more.
+/// Protects: a first picture is there before the render's own, in larger pixels; the error's
+/// interval is told at each doubling of the samples and closes on it; exposure and layers are shown
+/// anew without a sample more.
 #[test]
 fn the_interval_closes() {
     let desk = Desk::new();
     desk.write("room.scene.toml", SCENE);
     let viewer = Viewer::start(&desk, &["room.scene.toml", "--spp", "1024"]);
     let status = viewer.until("the end", |status| status["phase"] == "done");
-    let history: Vec<Vec<f64>> = serde_json::from_value(status["progress"]["history"].clone()).expect("stages");
+    let history: Vec<Vec<f64>> =
+        serde_json::from_value(status["progress"]["history"].clone()).expect("stages");
     assert!(history.len() >= 4, "{history:?}");
     let width = |stage: &Vec<f64>| stage[4] - stage[3];
-    assert!(history.iter().all(|stage| stage[3] <= stage[2] && stage[2] <= stage[4]), "{history:?}");
-    assert!(history.windows(2).all(|pair| pair[0][0] <= pair[1][0] && pair[0][1] < pair[1][1]), "{history:?}");
+    assert!(
+        history
+            .iter()
+            .all(|stage| stage[3] <= stage[2] && stage[2] <= stage[4]),
+        "{history:?}"
+    );
+    assert!(
+        history
+            .windows(2)
+            .all(|pair| pair[0][0] <= pair[1][0] && pair[0][1] < pair[1][1]),
+        "{history:?}"
+    );
     let last: Vec<f64> = history[history.len() - 4..].iter().map(width).collect();
-    assert!(last[3] < last[1] && last[2] < last[0] && 2.0 * last[3] < width(&history[0]), "{last:?}");
+    assert!(
+        last[3] < last[1] && last[2] < last[0] && 2.0 * last[3] < width(&history[0]),
+        "{last:?}"
+    );
     let hash = &status["progress"]["hash"];
-    let pictures: Vec<Vec<u8>> = [("", "0"), ("", "2"), ("normal", "0"), ("stderr", "0"), ("object", "0")]
-        .into_iter()
-        .map(|(layer, stops)| {
-            let wish = viewer.post("wish", &json!({ "flags": [["spp", "1024"], ["exposure", stops]], "layer": layer })).json();
-            let shown = viewer.until("the layer", |status| status["wish"] == wish["wish"] && status["phase"] == "done");
-            assert_eq!(&shown["progress"]["hash"], hash, "it is not rendered anew");
-            assert_eq!(shown["progress"]["history"], status["progress"]["history"]);
-            std::thread::sleep(std::time::Duration::from_millis(700));
-            viewer.get("picture").body
-        })
-        .collect();
+    let pictures: Vec<Vec<u8>> = [
+        ("", "0"),
+        ("", "2"),
+        ("normal", "0"),
+        ("stderr", "0"),
+        ("object", "0"),
+    ]
+    .into_iter()
+    .map(|(layer, stops)| {
+        let wish = viewer
+            .post(
+                "wish",
+                &json!({ "flags": [["spp", "1024"], ["exposure", stops]], "layer": layer }),
+            )
+            .json();
+        let shown = viewer.until("the layer", |status| {
+            status["wish"] == wish["wish"] && status["phase"] == "done"
+        });
+        assert_eq!(&shown["progress"]["hash"], hash, "it is not rendered anew");
+        assert_eq!(shown["progress"]["history"], status["progress"]["history"]);
+        std::thread::sleep(std::time::Duration::from_millis(700));
+        viewer.get("picture").body
+    })
+    .collect();
     for (i, picture) in pictures.iter().enumerate() {
         assert_eq!(picture.len(), 64 * 48 * 4, "picture {i}");
-        assert!(pictures[..i].iter().all(|other| other != picture), "picture {i} is one of those before");
+        assert!(
+            pictures[..i].iter().all(|other| other != picture),
+            "picture {i} is one of those before"
+        );
     }
 }
 
-/// Protects: a scene that is changed on disk is rendered anew from where the camera stands; what is wrong with the file is said with its place
-/// over the last picture, and goes when the file is right again.
+/// Protects: a scene that is changed on disk is rendered anew from where the camera stands; what is
+/// wrong with the file is said with its place over the last picture, and goes when the file is
+/// right again.
 #[test]
 fn changes_on_disk_are_seen() {
     let desk = Desk::new();
@@ -87,32 +155,52 @@ fn changes_on_disk_are_seen() {
     let viewer = Viewer::start(&desk, &["room.scene.toml", "--watch", "--spp", "8"]);
     let flags = json!([["spp", "8"], ["eye", "1,2,3"], ["target", "0,0,0"]]);
     let first = viewer.finished(&flags);
-    desk.write("room.scene.toml", SCENE.replace("radius = 0.5", "radius = 0.55"));
+    desk.write(
+        "room.scene.toml",
+        SCENE.replace("radius = 0.5", "radius = 0.55"),
+    );
     let second = viewer.until("the change", |status| {
         status["phase"] == "done"
             && status["progress"]["hash"] != first["progress"]["hash"]
             && status["progress"]["hash"] != Value::Null
     });
     assert_eq!(second["flags"], flags);
-    assert_eq!(second["progress"]["hash"], hash_of(&desk, second["command"].as_str().expect("a command")));
-    desk.write("room.scene.toml", SCENE.replace("radius = 0.5", "radios = 0.5"));
+    assert_eq!(
+        second["progress"]["hash"],
+        hash_of(&desk, second["command"].as_str().expect("a command"))
+    );
+    desk.write(
+        "room.scene.toml",
+        SCENE.replace("radius = 0.5", "radios = 0.5"),
+    );
     let wrong = viewer.until("the mistake", |status| status["failure"] != Value::Null);
     let message = wrong["failure"].as_str().expect("a message");
-    assert!(message.contains("radios") && message.contains("room.scene.toml:25"), "{message}");
-    assert_eq!(viewer.get("picture").body.len(), 64 * 48 * 4, "the last picture stays");
+    assert!(
+        message.contains("radios") && message.contains("room.scene.toml:25"),
+        "{message}"
+    );
+    assert_eq!(
+        viewer.get("picture").body.len(),
+        64 * 48 * 4,
+        "the last picture stays"
+    );
     desk.write("room.scene.toml", SCENE);
     let right = viewer.until("the first picture", |status| status["phase"] == "done");
     assert_eq!(right["progress"]["hash"], first["progress"]["hash"]);
 }
 
-/// Protects: a program whose last page has been closed ends by itself, in order; one that is asked for no page waits.
+/// Protects: a program whose last page has been closed ends by itself, in order; one that is asked
+/// for no page waits.
 #[test]
 fn closing_ends_the_program() {
     let desk = Desk::new();
     desk.write("room.scene.toml", SCENE);
     let mut viewer = Viewer::start(&desk, &["room.scene.toml", "--spp", "4", "--linger", "1s"]);
     std::thread::sleep(std::time::Duration::from_millis(1500));
-    assert!(viewer.child.try_wait().expect("a child").is_none(), "no page was open yet");
+    assert!(
+        viewer.child.try_wait().expect("a child").is_none(),
+        "no page was open yet"
+    );
     assert_eq!(viewer.get("status?after=0").status, 200);
     assert!(viewer.end().success());
     assert_eq!(desk.names(), ["room.scene.toml"]);

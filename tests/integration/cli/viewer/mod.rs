@@ -1,4 +1,5 @@
-//! `view`: the page's server, asked as a page would ask it, and as no page would. What a browser makes of the page is tried in `browser`.
+//! `view`: the page's server, asked as a page would ask it, and as no page would. What a browser
+//! makes of the page is tried in `browser`.
 
 mod browser;
 mod live;
@@ -13,7 +14,8 @@ use serde_json::{Value, json};
 
 use crate::support::Desk;
 
-/// A room with a lamp, whose light is found by chance, and a ball that a parameter lifts and time turns.
+/// A room with a lamp, whose light is found by chance, and a ball that a parameter lifts and time
+/// turns.
 const SCENE: &str = r#"
 format = 1
 [parameters]
@@ -70,7 +72,8 @@ impl Answer {
     }
 
     fn json(&self) -> Value {
-        serde_json::from_slice(&self.body).unwrap_or_else(|error| panic!("{error}: {}", self.text()))
+        serde_json::from_slice(&self.body)
+            .unwrap_or_else(|error| panic!("{error}: {}", self.text()))
     }
 }
 
@@ -78,15 +81,35 @@ impl Viewer {
     /// The program with these words, once it has told its address.
     fn start(desk: &Desk, words: &[&str]) -> Self {
         let words = [&["view", "--no-open", "-q"], words].concat();
-        let mut child = desk.command(&words).stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().expect("the program starts");
+        let mut child = desk
+            .command(&words)
+            .stdout(Stdio::piped())
+            .stderr(Stdio::piped())
+            .spawn()
+            .expect("the program starts");
         let mut address = String::new();
-        BufReader::new(child.stdout.take().expect("a pipe")).read_line(&mut address).expect("an address");
-        let Some((host, token)) = address.trim().strip_prefix("http://").and_then(|rest| rest.split_once('/')) else {
+        BufReader::new(child.stdout.take().expect("a pipe"))
+            .read_line(&mut address)
+            .expect("an address");
+        let Some((host, token)) = address
+            .trim()
+            .strip_prefix("http://")
+            .and_then(|rest| rest.split_once('/'))
+        else {
             let mut said = String::new();
-            child.stderr.take().expect("a pipe").read_to_string(&mut said).expect("text");
+            child
+                .stderr
+                .take()
+                .expect("a pipe")
+                .read_to_string(&mut said)
+                .expect("text");
             panic!("no address: {address:?}\n{said}")
         };
-        Self { host: host.to_owned(), token: token.trim_end_matches('/').to_owned(), child }
+        Self {
+            host: host.to_owned(),
+            token: token.trim_end_matches('/').to_owned(),
+            child,
+        }
     }
 
     fn address(&self) -> String {
@@ -98,21 +121,38 @@ impl Viewer {
         let mut stream = TcpStream::connect(&self.host).expect("the program listens");
         stream.set_read_timeout(Some(PATIENCE)).expect("a time");
         // Whoever refuses a request may close before it has all arrived.
-        let _ = stream.write_all(bytes).and_then(|()| stream.shutdown(Shutdown::Write));
+        let _ = stream
+            .write_all(bytes)
+            .and_then(|()| stream.shutdown(Shutdown::Write));
         let mut answer = Vec::new();
         let _ = stream.read_to_end(&mut answer);
         let end = answer.windows(4).position(|four| four == b"\r\n\r\n")?;
         let head = String::from_utf8_lossy(&answer[..end]).into_owned();
         let status = head.split_whitespace().nth(1)?.parse().ok()?;
-        Some(Answer { status, head, body: answer[end + 4..].to_vec() })
+        Some(Answer {
+            status,
+            head,
+            body: answer[end + 4..].to_vec(),
+        })
     }
 
     /// The answer to a request with these headers.
     fn ask(&self, method: &str, path: &str, headers: &[(&str, &str)], body: &str) -> Answer {
         let host = ("Host", self.host.as_str());
-        let own = if headers.iter().any(|(name, _)| *name == "Host") { None } else { Some(host) };
-        let headers: String = own.iter().chain(headers).map(|(name, value)| format!("{name}: {value}\r\n")).collect();
-        let request = format!("{method} {path} HTTP/1.1\r\n{headers}Content-Length: {}\r\n\r\n{body}", body.len());
+        let own = if headers.iter().any(|(name, _)| *name == "Host") {
+            None
+        } else {
+            Some(host)
+        };
+        let headers: String = own
+            .iter()
+            .chain(headers)
+            .map(|(name, value)| format!("{name}: {value}\r\n"))
+            .collect();
+        let request = format!(
+            "{method} {path} HTTP/1.1\r\n{headers}Content-Length: {}\r\n\r\n{body}",
+            body.len()
+        );
         self.send(request.as_bytes()).expect("an answer")
     }
 
@@ -122,7 +162,12 @@ impl Viewer {
 
     fn post(&self, what: &str, body: &Value) -> Answer {
         let origin = format!("http://{}", self.host);
-        self.ask("POST", &format!("/{}/{what}", self.token), &[("Origin", &origin)], &body.to_string())
+        self.ask(
+            "POST",
+            &format!("/{}/{what}", self.token),
+            &[("Origin", &origin)],
+            &body.to_string(),
+        )
     }
 
     /// The first status that is as wanted.
@@ -143,7 +188,9 @@ impl Viewer {
         let answer = self.post("wish", &json!({ "flags": flags }));
         assert_eq!(answer.status, 200, "{}", answer.text());
         let wish = answer.json()["wish"].clone();
-        self.until("the picture", |status| status["wish"] == wish && status["phase"] != "rendering")
+        self.until("the picture", |status| {
+            status["wish"] == wish && status["phase"] != "rendering"
+        })
     }
 
     /// The program's end, which has to come by itself.
@@ -170,8 +217,18 @@ impl Drop for Viewer {
 /// What `--hash` prints of the picture that a command makes, run by a shell as it was copied.
 fn hash_of(desk: &Desk, command: &str) -> String {
     let rest = command.strip_prefix("raywright ").expect("a command");
-    let line = format!("'{}' {rest} --hash -q -o copied.exr", env!("CARGO_BIN_EXE_raywright"));
-    let run = Command::new("sh").args(["-c", &line]).current_dir(desk.path("")).output().expect("a shell");
+    let line = format!(
+        "'{}' {rest} --hash -q -o copied.exr",
+        env!("CARGO_BIN_EXE_raywright")
+    );
+    let run = Command::new("sh")
+        .args(["-c", &line])
+        .current_dir(desk.path(""))
+        .output()
+        .expect("a shell");
     let text = String::from_utf8_lossy(&run.stdout);
-    text.split_whitespace().next().unwrap_or_else(|| panic!("{line}: {}", String::from_utf8_lossy(&run.stderr))).to_owned()
+    text.split_whitespace()
+        .next()
+        .unwrap_or_else(|| panic!("{line}: {}", String::from_utf8_lossy(&run.stderr)))
+        .to_owned()
 }

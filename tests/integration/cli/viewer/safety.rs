@@ -7,8 +7,9 @@ use serde_json::json;
 use super::{SCENE, Viewer};
 use crate::support::Desk;
 
-/// Protects: the page is for whoever has its address on this machine: another token, another host and pages of other sites get nothing, and
-/// what is sent is a page that loads nothing from elsewhere.
+/// Protects: the page is for whoever has its address on this machine: another token, another host
+/// and pages of other sites get nothing, and what is sent is a page that loads nothing from
+/// elsewhere.
 #[test]
 fn only_the_page_is_answered() {
     let desk = Desk::new();
@@ -18,38 +19,115 @@ fn only_the_page_is_answered() {
     assert!(host.starts_with("127.0.0.1:"), "{host}");
     let port = host.split_once(':').expect("a port").1;
     let path = |what: &str| format!("/{token}/{what}");
-    let ask = |method: &str, path: &str, headers: &[(&str, &str)], body: &str| viewer.ask(method, path, headers, body).status;
+    let ask = |method: &str, path: &str, headers: &[(&str, &str)], body: &str| {
+        viewer.ask(method, path, headers, body).status
+    };
     let page = viewer.get("");
     assert_eq!(page.status, 200);
-    for part in ["Content-Security-Policy: default-src 'none'", "frame-ancestors 'none'", "nosniff", "no-store"] {
+    for part in [
+        "Content-Security-Policy: default-src 'none'",
+        "frame-ancestors 'none'",
+        "nosniff",
+        "no-store",
+    ] {
         assert!(page.head.contains(part), "{part}: {}", page.head);
     }
-    for text in [page.text(), viewer.get("page.js").text(), viewer.get("page.css").text()] {
-        assert!(!text.replace("http://www.w3.org/2000/svg", "").contains("//www"), "nothing is fetched from elsewhere");
-        assert!(!text.replace("http://www.w3.org/2000/svg", "").contains("http"), "nothing is fetched from elsewhere");
+    for text in [
+        page.text(),
+        viewer.get("page.js").text(),
+        viewer.get("page.css").text(),
+    ] {
+        assert!(
+            !text
+                .replace("http://www.w3.org/2000/svg", "")
+                .contains("//www"),
+            "nothing is fetched from elsewhere"
+        );
+        assert!(
+            !text
+                .replace("http://www.w3.org/2000/svg", "")
+                .contains("http"),
+            "nothing is fetched from elsewhere"
+        );
     }
     let other = "0".repeat(32);
-    for wrong in ["/".to_owned(), "/status".to_owned(), format!("/{other}/"), format!("/{}/", &token[1..]), format!("/{token}0/")]
-    {
+    for wrong in [
+        "/".to_owned(),
+        "/status".to_owned(),
+        format!("/{other}/"),
+        format!("/{}/", &token[1..]),
+        format!("/{token}0/"),
+    ] {
         assert_eq!(ask("GET", &wrong, &[], ""), 403, "{wrong}");
     }
-    assert_eq!(ask("GET", &path(""), &[("Host", &format!("localhost:{port}"))], ""), 200);
-    for name in
-        ["evil.example", &format!("evil.example:{port}"), "127.0.0.1", "localhost", &format!("127.0.0.1.evil.example:{port}")]
-    {
-        assert_eq!(ask("GET", &path("status?after=0"), &[("Host", name)], ""), 403, "{name}");
+    assert_eq!(
+        ask(
+            "GET",
+            &path(""),
+            &[("Host", &format!("localhost:{port}"))],
+            ""
+        ),
+        200
+    );
+    for name in [
+        "evil.example",
+        &format!("evil.example:{port}"),
+        "127.0.0.1",
+        "localhost",
+        &format!("127.0.0.1.evil.example:{port}"),
+    ] {
+        assert_eq!(
+            ask("GET", &path("status?after=0"), &[("Host", name)], ""),
+            403,
+            "{name}"
+        );
     }
     let own = format!("http://{host}");
     let body = r#"{ "flags": [] }"#;
     assert_eq!(ask("POST", &path("wish"), &[("Origin", &own)], body), 200);
-    for origin in ["http://evil.example", "null", "https://127.0.0.1", &format!("http://127.0.0.1.evil.example:{port}")] {
-        assert_eq!(ask("POST", &path("wish"), &[("Origin", origin)], body), 403, "{origin}");
-        assert_eq!(ask("GET", &path("picture"), &[("Origin", origin)], ""), 403, "{origin}");
+    for origin in [
+        "http://evil.example",
+        "null",
+        "https://127.0.0.1",
+        &format!("http://127.0.0.1.evil.example:{port}"),
+    ] {
+        assert_eq!(
+            ask("POST", &path("wish"), &[("Origin", origin)], body),
+            403,
+            "{origin}"
+        );
+        assert_eq!(
+            ask("GET", &path("picture"), &[("Origin", origin)], ""),
+            403,
+            "{origin}"
+        );
     }
     assert_eq!(ask("POST", &path("wish"), &[], body), 403);
-    assert_eq!(ask("POST", &path("wish"), &[("Origin", &own), ("Sec-Fetch-Site", "cross-site")], body), 403);
-    assert_eq!(ask("GET", &path("picture"), &[("Sec-Fetch-Site", "same-site")], ""), 403);
-    for path in ["../room.scene.toml", "%2e%2e/room.scene.toml", "/etc/passwd", "room.scene.toml", "page.js/../../x"] {
+    assert_eq!(
+        ask(
+            "POST",
+            &path("wish"),
+            &[("Origin", &own), ("Sec-Fetch-Site", "cross-site")],
+            body
+        ),
+        403
+    );
+    assert_eq!(
+        ask(
+            "GET",
+            &path("picture"),
+            &[("Sec-Fetch-Site", "same-site")],
+            ""
+        ),
+        403
+    );
+    for path in [
+        "../room.scene.toml",
+        "%2e%2e/room.scene.toml",
+        "/etc/passwd",
+        "room.scene.toml",
+        "page.js/../../x",
+    ] {
         assert_eq!(viewer.get(path).status, 404, "{path}");
     }
     let wish = |flags| viewer.post("wish", &json!({ "flags": flags })).status;
@@ -59,8 +137,9 @@ fn only_the_page_is_answered() {
     assert_eq!(desk.names(), ["room.scene.toml"]);
 }
 
-/// Protects: what is saved is the picture of the command, says so, and takes the place of nothing that nobody gave up: neither another file
-/// unasked, nor the scene, nor anything in another folder.
+/// Protects: what is saved is the picture of the command, says so, and takes the place of nothing
+/// that nobody gave up: neither another file unasked, nor the scene, nor anything in another
+/// folder.
 #[test]
 fn saving_replaces_nothing() {
     let desk = Desk::new();
@@ -68,23 +147,56 @@ fn saving_replaces_nothing() {
     desk.write("mine.png", "mine");
     let viewer = Viewer::start(&desk, &["room.scene.toml", "--spp", "16"]);
     let status = viewer.until("the end", |status| status["phase"] == "done");
-    let save = |name: &str, replace: bool| viewer.post("save", &json!({ "name": name, "replace": replace }));
+    let save = |name: &str, replace: bool| {
+        viewer.post("save", &json!({ "name": name, "replace": replace }))
+    };
     let refused = save("mine.png", false);
-    assert_eq!((refused.status, refused.text().as_str()), (409, "mine.png is there already\n"));
-    for name in
-        ["../out.png", "/tmp/out.png", "a/b.png", ".hidden.png", "", "-", "a", "a.gif", "a.txt", "room.scene.toml", "a\0.png"]
-    {
+    assert_eq!(
+        (refused.status, refused.text().as_str()),
+        (409, "mine.png is there already\n")
+    );
+    for name in [
+        "../out.png",
+        "/tmp/out.png",
+        "a/b.png",
+        ".hidden.png",
+        "",
+        "-",
+        "a",
+        "a.gif",
+        "a.txt",
+        "room.scene.toml",
+        "a\0.png",
+    ] {
         let refused = save(name, true);
         assert_eq!(refused.status, 400, "{name}: {}", refused.text());
     }
-    assert_eq!(std::fs::read(desk.path("mine.png")).expect("a file"), b"mine");
+    assert_eq!(
+        std::fs::read(desk.path("mine.png")).expect("a file"),
+        b"mine"
+    );
     assert_eq!(desk.names(), ["mine.png", "room.scene.toml"]);
     assert_eq!(save("own.png", false).status, 200);
     assert_eq!(save("own.png", false).status, 409);
     assert_eq!(save("mine.png", true).status, 200);
     assert_eq!(save("own.exr", false).status, 200);
-    desk.run(&["render", "room.scene.toml", "--spp", "16", "-o", "r.png", "-o", "r.exr", "-q"]).exits_with(0);
-    for (own, other) in [("own.png", "r.png"), ("mine.png", "r.png"), ("own.exr", "r.exr")] {
+    desk.run(&[
+        "render",
+        "room.scene.toml",
+        "--spp",
+        "16",
+        "-o",
+        "r.png",
+        "-o",
+        "r.exr",
+        "-q",
+    ])
+    .exits_with(0);
+    for (own, other) in [
+        ("own.png", "r.png"),
+        ("mine.png", "r.png"),
+        ("own.exr", "r.exr"),
+    ] {
         assert_eq!(desk.picture(own), desk.picture(other), "{own}");
     }
     let command = status["command"].as_str().expect("a command");
@@ -96,8 +208,9 @@ fn saving_replaces_nothing() {
     }
 }
 
-/// Protects: whatever bytes come, the program goes on, says nothing and writes nothing; 200 requests, half of them noise and half a right one
-/// with something changed, cut off, doubled or put in.
+/// Protects: whatever bytes come, the program goes on, says nothing and writes nothing; 200
+/// requests, half of them noise and half a right one with something changed, cut off, doubled or
+/// put in.
 #[test]
 fn what_is_no_request_does_nothing() {
     let desk = Desk::new();
@@ -106,7 +219,9 @@ fn what_is_no_request_does_nothing() {
     viewer.until("the end", |status| status["phase"] == "done");
     let mut state = 7_u64;
     let mut draw = |most: usize| {
-        state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+        state = state
+            .wrapping_mul(6_364_136_223_846_793_005)
+            .wrapping_add(1_442_695_040_888_963_407);
         (state >> 33) as usize % most
     };
     let body = r#"{ "name": "x.png", "replace": true }"#;
@@ -121,7 +236,9 @@ fn what_is_no_request_does_nothing() {
         let mut bytes: Vec<u8> = match i % 2 {
             0 => (0..draw(300)).map(|_| draw(256) as u8).collect(),
             // Without the origin no change makes it a right one.
-            _ => right.replacen(&format!("Origin: http://{}\r\n", viewer.host), "", 1).into_bytes(),
+            _ => right
+                .replacen(&format!("Origin: http://{}\r\n", viewer.host), "", 1)
+                .into_bytes(),
         };
         if i % 2 == 1 {
             for _ in 0..=draw(4) {
@@ -130,7 +247,8 @@ fn what_is_no_request_does_nothing() {
                     0 => bytes[at] = draw(256) as u8,
                     1 => bytes.truncate(at.max(1)),
                     2 => bytes.extend_from_slice(&right.as_bytes()[..head].repeat(1 + draw(80))),
-                    _ => (0..draw(3000)).for_each(|_| bytes.insert(at, b"\r\n :{}[]\0\xff/%0"[draw(13)])),
+                    _ => (0..draw(3000))
+                        .for_each(|_| bytes.insert(at, b"\r\n :{}[]\0\xff/%0"[draw(13)])),
                 }
             }
         }
@@ -138,13 +256,24 @@ fn what_is_no_request_does_nothing() {
         let mut whole = bytes.clone();
         whole.extend_from_slice(b"\r\n\r\n");
         if let Some(answer) = viewer.send(&whole) {
-            assert!(answer.status >= 400, "{}: {:?}", answer.status, String::from_utf8_lossy(&bytes));
+            assert!(
+                answer.status >= 400,
+                "{}: {:?}",
+                answer.status,
+                String::from_utf8_lossy(&bytes)
+            );
         }
     }
     assert_eq!(viewer.get("page.js").status, 200);
     assert_eq!(desk.names(), ["room.scene.toml"]);
     viewer.child.kill().expect("it runs");
     let mut said = String::new();
-    viewer.child.stderr.take().expect("a pipe").read_to_string(&mut said).expect("text");
+    viewer
+        .child
+        .stderr
+        .take()
+        .expect("a pipe")
+        .read_to_string(&mut said)
+        .expect("text");
     assert_eq!(said, "");
 }

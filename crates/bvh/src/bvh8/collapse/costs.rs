@@ -1,6 +1,7 @@
-//! What a ray is expected to spend in what becomes of a binary tree. For each node of that: what its subtree costs a ray that meets it as a
-//! child of one wide node, and as two children to eight of them side by side ("Efficient Incoherent Ray Traversal on GPUs Through
-//! Compressed Wide BVHs", Ylitie, Karras, Laine 2017, section 3.1).
+//! What a ray is expected to spend in what becomes of a binary tree. For each node of that: what
+//! its subtree costs a ray that meets it as a child of one wide node, and as two children to eight
+//! of them side by side ("Efficient Incoherent Ray Traversal on GPUs Through Compressed Wide BVHs",
+//! Ylitie, Karras, Laine 2017, section 3.1).
 
 use rayon::prelude::*;
 
@@ -31,34 +32,69 @@ pub(super) struct Costs {
     pub pick: [u8; WIDTH],
     /// How many leaves it has, up to `WIDTH`: it fills no more lanes than that.
     pub leaves: u8,
-    /// How many primitives of one company it is, up to `WIDTH`; more where there are more or others among them.
+    /// How many primitives of one company it is, up to `WIDTH`; more where there are more or others
+    /// among them.
     pub alike: u8,
     pub company: LeafKind,
 }
 
 impl Costs {
-    const NONE: Self = Self { cost: [0.0; WIDTH], pick: [AS_LEAF; WIDTH], leaves: 1, alike: u8::MAX, company: LeafKind::None };
+    const NONE: Self = Self {
+        cost: [0.0; WIDTH],
+        pick: [AS_LEAF; WIDTH],
+        leaves: 1,
+        alike: u8::MAX,
+        company: LeafKind::None,
+    };
 }
 
-/// What the left one of two subtrees may get of so many lanes, where neither gets more than it has leaves.
-pub(super) fn shares(left: &Costs, right: &Costs, lanes: usize) -> core::ops::RangeInclusive<usize> {
+/// What the left one of two subtrees may get of so many lanes, where neither gets more than it has
+/// leaves.
+pub(super) fn shares(
+    left: &Costs,
+    right: &Costs,
+    lanes: usize,
+) -> core::ops::RangeInclusive<usize> {
     lanes.saturating_sub(right.leaves.into()).max(1)..=(lanes - 1).min(left.leaves.into())
 }
 
 /// The costs of one node, those of its children below it.
-fn costs(binary: &Binary, node: &BinaryNode, company: LeafKindOf<'_>, below: impl Fn(usize) -> Costs) -> Costs {
+fn costs(
+    binary: &Binary,
+    node: &BinaryNode,
+    company: LeafKindOf<'_>,
+    below: impl Fn(usize) -> Costs,
+) -> Costs {
     let area = half_area(&node.bounds);
     if node.count == 0 {
-        return inner(&below(node.first as usize), &below(node.first as usize + 1), area);
+        return inner(
+            &below(node.first as usize),
+            &below(node.first as usize + 1),
+            area,
+        );
     }
     let company = company(binary.order[node.first as usize]);
-    leaf(area, company, if company == LeafKind::None { u8::MAX } else { node.count as u8 })
+    leaf(
+        area,
+        company,
+        if company == LeafKind::None {
+            u8::MAX
+        } else {
+            node.count as u8
+        },
+    )
 }
 
 fn leaf(area: f32, company: LeafKind, alike: u8) -> Costs {
     let mut pick = [FEWER; WIDTH];
     pick[0] = AS_LEAF;
-    Costs { cost: [area * weight(company, alike); WIDTH], pick, leaves: 1, alike, company }
+    Costs {
+        cost: [area * weight(company, alike); WIDTH],
+        pick,
+        leaves: 1,
+        alike,
+        company,
+    }
 }
 
 /// What the test of a leaf costs.
@@ -71,14 +107,23 @@ pub(super) fn weight(company: LeafKind, count: u8) -> f32 {
 }
 
 fn inner(l: &Costs, r: &Costs, area: f32) -> Costs {
-    let alike = if l.company == r.company { l.alike.saturating_add(r.alike) } else { u8::MAX };
+    let alike = if l.company == r.company {
+        l.alike.saturating_add(r.alike)
+    } else {
+        u8::MAX
+    };
     if usize::from(alike) <= l.company.shared() {
         return leaf(area, l.company, alike);
     }
     // The least cost of both children in so many lanes, and how many of these the left one gets.
     let mut both = [(f32::INFINITY, 1_u8); WIDTH + 1];
     let leaves = (l.leaves + r.leaves).min(WIDTH as u8);
-    for (lanes, best) in both.iter_mut().enumerate().take(usize::from(leaves) + 1).skip(2) {
+    for (lanes, best) in both
+        .iter_mut()
+        .enumerate()
+        .take(usize::from(leaves) + 1)
+        .skip(2)
+    {
         for to_left in shares(l, r, lanes) {
             let cost = l.cost[to_left - 1] + r.cost[lanes - to_left - 1];
             if cost < best.0 {
@@ -86,17 +131,31 @@ fn inner(l: &Costs, r: &Costs, area: f32) -> Costs {
             }
         }
     }
-    let (leaf, inner) = (area * weight(l.company, alike), area + both[usize::from(leaves)].0);
+    let (leaf, inner) = (
+        area * weight(l.company, alike),
+        area + both[usize::from(leaves)].0,
+    );
     let (mut cost, mut pick) = ([inner; WIDTH], [AS_INNER; WIDTH]);
-    // As many primitives as a block takes are one, in a lane alone: a node above it would be met as often.
+    // As many primitives as a block takes are one, in a lane alone: a node above it would be met as
+    // often.
     if usize::from(alike) <= WIDTH {
         (cost[0], pick[0]) = (leaf, AS_LEAF);
     }
     for lanes in 1..WIDTH {
         let (divided, to_left) = both[lanes + 1];
-        (cost[lanes], pick[lanes]) = if divided < cost[lanes - 1] { (divided, to_left + 1) } else { (cost[lanes - 1], FEWER) };
+        (cost[lanes], pick[lanes]) = if divided < cost[lanes - 1] {
+            (divided, to_left + 1)
+        } else {
+            (cost[lanes - 1], FEWER)
+        };
     }
-    Costs { cost, pick, leaves, alike, company: l.company }
+    Costs {
+        cost,
+        pick,
+        leaves,
+        alike,
+        company: l.company,
+    }
 }
 
 /// Costs from the leaves up: each part by a thread of its own, then what is above them.
@@ -111,7 +170,9 @@ pub(super) fn solve(binary: &Binary, company: LeafKindOf<'_>) -> Vec<Costs> {
     }
     parts.into_par_iter().for_each(|(base, own)| {
         for at in (0..own.len()).rev() {
-            own[at] = costs(binary, &binary.nodes[base + at], company, |node| own[node - base]);
+            own[at] = costs(binary, &binary.nodes[base + at], company, |node| {
+                own[node - base]
+            });
         }
     });
     for at in (0..binary.tops()).rev() {

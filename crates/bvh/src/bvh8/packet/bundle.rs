@@ -22,15 +22,21 @@ pub(super) struct Bundle<S: Simd> {
 
 #[inline(always)]
 fn both<S: Simd>(s: S, a: [f32; 3], b: [f32; 3]) -> [[S::Floats; 2]; 3] {
-    [[s.splat(a[0]), s.splat(b[0])], [s.splat(a[1]), s.splat(b[1])], [s.splat(a[2]), s.splat(b[2])]]
+    [
+        [s.splat(a[0]), s.splat(b[0])],
+        [s.splat(a[1]), s.splat(b[1])],
+        [s.splat(a[2]), s.splat(b[2])],
+    ]
 }
 
 impl<S: Simd> Bundle<S> {
     #[inline(always)]
     pub fn new(s: S, pencil: &PacketState) -> Option<Self> {
         let [least, most] = pencil.spans()?;
-        let (short, long) =
-            (TraversalRay::new(pencil.origin, least, pencil.near), TraversalRay::new(pencil.origin, most, pencil.near));
+        let (short, long) = (
+            TraversalRay::new(pencil.origin, least, pencil.near),
+            TraversalRay::new(pencil.origin, most, pencil.near),
+        );
         Some(Self {
             origin: spread(s, pencil.origin),
             inverse: both(s, short.slopes.inverse, long.slopes.inverse),
@@ -39,9 +45,13 @@ impl<S: Simd> Bundle<S> {
             near: s.splat(pencil.near),
             side: long.slopes.side,
             spans: both(s, least, most),
-            // The longest direction's e_T holds for all: 12 u E² R has no direction in it, and 14 u E² |d|² · 2R/|d| or, where |d| is below one,
-            // 14 u E² · 2R/|d| is twice as much whatever |d| is.
-            bounds: LeafRay { reach: short.aim.reach.max(long.aim.reach), ..long.aim },
+            // The longest direction's e_T holds for all: 12 u E² R has no direction in it, and 14 u
+            // E² |d|² · 2R/|d| or, where |d| is below one, 14 u E² · 2R/|d| is twice as much
+            // whatever |d| is.
+            bounds: LeafRay {
+                reach: short.aim.reach.max(long.aim.reach),
+                ..long.aim
+            },
         })
     }
 
@@ -52,10 +62,16 @@ impl<S: Simd> Bundle<S> {
         for axis in 0..3 {
             let (planes, side) = (&node.planes[axis], (self.side[axis] & 1) * WIDTH);
             let (near, far) = (s.load_from(planes, side), s.load_from(planes, WIDTH - side));
-            let (a, b) = (s.sub(near, self.origin[axis]), s.sub(far, self.origin[axis]));
+            let (a, b) = (
+                s.sub(near, self.origin[axis]),
+                s.sub(far, self.origin[axis]),
+            );
             let ([i, j], [k, l]) = (self.inverse[axis], self.widened[axis]);
             entry = s.max(s.min(s.mul(a, i), s.mul(a, j)), entry);
-            exit = s.min(s.max(s.mul_add(b, k, self.late), s.mul_add(b, l, self.late)), exit);
+            exit = s.min(
+                s.max(s.mul_add(b, k, self.late), s.mul_add(b, l, self.late)),
+                exit,
+            );
         }
         (s.at_most(entry, exit), entry)
     }
@@ -67,6 +83,9 @@ impl<S: Simd> Bundle<S> {
         let (xa, xb) = (s.mul(v[0], xa), s.mul(v[0], xb));
         let (ya, yb) = (s.mul(v[1], ya), s.mul(v[1], yb));
         let (za, zb) = (s.mul(v[2], za), s.mul(v[2], zb));
-        [s.add(s.add(s.min(xa, xb), s.min(ya, yb)), s.min(za, zb)), s.add(s.add(s.max(xa, xb), s.max(ya, yb)), s.max(za, zb))]
+        [
+            s.add(s.add(s.min(xa, xb), s.min(ya, yb)), s.min(za, zb)),
+            s.add(s.add(s.max(xa, xb), s.max(ya, yb)), s.max(za, zb)),
+        ]
     }
 }

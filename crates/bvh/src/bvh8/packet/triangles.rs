@@ -1,4 +1,5 @@
-//! The triangles of a block beside a pencil: which of its rays may hit them, by the filter, and the exact test of eight rays at once.
+//! The triangles of a block beside a pencil: which of its rays may hit them, by the filter, and the
+//! exact test of eight rays at once.
 
 use glam::{DVec3, Vec3};
 
@@ -49,8 +50,9 @@ fn load3_f64<S: Simd>(s: S, [x, y, z]: &[[f64; WIDTH]; 3]) -> [S::Doubles; 3] {
     [s.load_f64(x), s.load_f64(y), s.load_f64(z)]
 }
 
-/// The operations of [`crate::shapes::Triangle`]'s test in their order, for eight rays. Those for which rounding could have taken the
-/// sign of an edge function are to go through that test itself, and those that see it edge-on.
+/// The operations of [`crate::shapes::Triangle`]'s test in their order, for eight rays. Those for
+/// which rounding could have taken the sign of an edge function are to go through that test itself,
+/// and those that see it edge-on.
 #[inline(always)]
 fn crossed<S: Simd>(s: S, origin: DVec3, corners: &[Vec3; 3], rays: &Rays8) -> Crossed<S> {
     let zero = s.splat_f64(0.0);
@@ -63,7 +65,11 @@ fn crossed<S: Simd>(s: S, origin: DVec3, corners: &[Vec3; 3], rays: &Rays8) -> C
         y[corner] = dot_f64(s, offset, beside);
         z[corner] = dot_f64(s, offset, direction);
     }
-    let products = [s.mul_f64(x[2], y[1]), s.mul_f64(x[0], y[2]), s.mul_f64(x[1], y[0])];
+    let products = [
+        s.mul_f64(x[2], y[1]),
+        s.mul_f64(x[0], y[2]),
+        s.mul_f64(x[1], y[0]),
+    ];
     let u = s.sub_f64(products[0], s.mul_f64(y[2], x[1]));
     let v = s.sub_f64(products[1], s.mul_f64(y[0], x[2]));
     let w = s.sub_f64(products[2], s.mul_f64(y[1], x[0]));
@@ -78,12 +84,25 @@ fn crossed<S: Simd>(s: S, origin: DVec3, corners: &[Vec3; 3], rays: &Rays8) -> C
     for one in [y[0], x[1], y[1], x[2], y[2]] {
         sizes = s.add_f64(sizes, s.abs_f64(one));
     }
-    let depth = s.sub_f64(s.max_f64(s.max_f64(z[0], z[1]), z[2]), s.min_f64(s.min_f64(z[0], z[1]), z[2]));
-    let told = s.at_least_f64(s.abs_f64(determinant), s.mul_f64(s.mul_f64(sizes, depth), s.splat_f64(EDGE_ON)));
+    let depth = s.sub_f64(
+        s.max_f64(s.max_f64(z[0], z[1]), z[2]),
+        s.min_f64(s.min_f64(z[0], z[1]), z[2]),
+    );
+    let told = s.at_least_f64(
+        s.abs_f64(determinant),
+        s.mul_f64(s.mul_f64(sizes, depth), s.splat_f64(EDGE_ON)),
+    );
     let hits = s.greater_f64(s.abs_f64(determinant), zero) & !(below & above);
     let inverse = s.div_f64(s.splat_f64(1.0), determinant);
-    let (u, v, w) = (s.mul_f64(u, inverse), s.mul_f64(v, inverse), s.mul_f64(w, inverse));
-    let along = s.add_f64(s.add_f64(s.mul_f64(z[0], u), s.mul_f64(z[1], v)), s.mul_f64(z[2], w));
+    let (u, v, w) = (
+        s.mul_f64(u, inverse),
+        s.mul_f64(v, inverse),
+        s.mul_f64(w, inverse),
+    );
+    let along = s.add_f64(
+        s.add_f64(s.mul_f64(z[0], u), s.mul_f64(z[1], v)),
+        s.mul_f64(z[2], w),
+    );
     Crossed {
         hits,
         outside: s.greater_f64(determinant, zero),
@@ -120,12 +139,25 @@ impl TriangleOrigin8 {
     #[inline(always)]
     fn new<S: Simd>(s: S, bundle: &Bundle<S>, block: &Triangle8, far: f32) -> Self {
         let a = corner(s, block, 0);
-        let (ab, ac) = (sub3(s, corner(s, block, 1), a), sub3(s, corner(s, block, 2), a));
+        let (ab, ac) = (
+            sub3(s, corner(s, block, 1), a),
+            sub3(s, corner(s, block, 2), a),
+        );
         let from = sub3(s, a, bundle.origin);
         let (u, v, normal) = (cross(s, ac, from), cross(s, from, ab), cross(s, ab, ac));
         let w = sub3(s, sub3(s, normal, u), v);
-        let Bounds { weight, determinant, before, beyond, .. } = Bounds::new(s, &bundle.bounds, from, &block.longest, far);
-        let ([ul, ug], [vl, vg], [wl, wg]) = (bundle.products(s, u), bundle.products(s, v), bundle.products(s, w));
+        let Bounds {
+            weight,
+            determinant,
+            before,
+            beyond,
+            ..
+        } = Bounds::new(s, &bundle.bounds, from, &block.longest, far);
+        let ([ul, ug], [vl, vg], [wl, wg]) = (
+            bundle.products(s, u),
+            bundle.products(s, v),
+            bundle.products(s, w),
+        );
         let below = s.less(s.min(s.min(ug, vg), wg), s.negate(weight));
         let above = s.less(weight, s.max(s.max(ul, vl), wl));
         Self {
@@ -133,14 +165,25 @@ impl TriangleOrigin8 {
             v: rows(s, v),
             normal: rows(s, normal),
             distance: s.to_array(dot(s, normal, from)),
-            errors: [s.to_array(weight), s.to_array(determinant), s.to_array(before), s.to_array(beyond)],
+            errors: [
+                s.to_array(weight),
+                s.to_array(determinant),
+                s.to_array(before),
+                s.to_array(beyond),
+            ],
             lanes: !(below & above) & 0xff,
         }
     }
 
     /// The rays of a group that the exact test may say hit a triangle within the range.
     #[inline(always)]
-    fn undecided<S: Simd>(&self, s: S, lane: usize, directions: [S::Floats; 3], range: [S::Floats; 2]) -> u32 {
+    fn undecided<S: Simd>(
+        &self,
+        s: S,
+        lane: usize,
+        directions: [S::Floats; 3],
+        range: [S::Floats; 2],
+    ) -> u32 {
         let u = dot(s, directions, lane_of(s, &self.u, lane));
         let v = dot(s, directions, lane_of(s, &self.v, lane));
         let along = dot(s, directions, lane_of(s, &self.normal, lane));
@@ -153,7 +196,14 @@ impl TriangleOrigin8 {
             before: s.splat(before[lane]),
             beyond: s.splat(beyond[lane]),
         };
-        undecided(s, [u, v, along], s.splat(self.distance[lane]), range, bounds).lanes
+        undecided(
+            s,
+            [u, v, along],
+            s.splat(self.distance[lane]),
+            range,
+            bounds,
+        )
+        .lanes
     }
 }
 
@@ -172,12 +222,24 @@ pub(super) fn block<S: Simd>(
     for lane in Lanes(seen.lanes) {
         for group in 0..GROUPS {
             let (first, [x, y, z]) = (group * WIDTH, &pencil.directions);
-            let directions = [s.load_from(x, first), s.load_from(y, first), s.load_from(z, first)];
+            let directions = [
+                s.load_from(x, first),
+                s.load_from(y, first),
+                s.load_from(z, first),
+            ];
             let range = [bundle.near, s.load_from(&pencil.far, first)];
             let left = seen.undecided(s, lane, directions, range) & pencil.asked(group);
             if left != 0 {
                 let rays = exact.get_or_insert_with(|| rays(pencil));
-                settle(s, bvh, [number, lane, group], left, &rays[group], pencil, meets);
+                settle(
+                    s,
+                    bvh,
+                    [number, lane, group],
+                    left,
+                    &rays[group],
+                    pencil,
+                    meets,
+                );
             }
         }
     }
@@ -196,16 +258,30 @@ fn settle<S: Simd>(
 ) {
     let triangle: Triangle<f32> = bvh.blocks[number].triangle(lane);
     let facts = &bvh.facts[number];
-    let found = crossed(s, Vec3::from(pencil.origin).as_dvec3(), &triangle.vertices, rays);
+    let found = crossed(
+        s,
+        Vec3::from(pencil.origin).as_dvec3(),
+        &triangle.vertices,
+        rays,
+    );
     let (mut outside, mut hits) = (found.outside, found.hits & left);
-    let (mut t, [mut u, mut v]) = (s.to_array(found.t), [s.to_array(found.weights[0]), s.to_array(found.weights[1])]);
+    let (mut t, [mut u, mut v]) = (
+        s.to_array(found.t),
+        [s.to_array(found.weights[0]), s.to_array(found.weights[1])],
+    );
     for ray in Lanes(found.unsure & left) {
         let bit = 1 << ray;
         (hits, outside) = (hits & !bit, outside & !bit);
-        if let Some(crossing) = triangle.crossing(&PreparedRay::new(pencil.ray(group * WIDTH + ray))) {
+        if let Some(crossing) =
+            triangle.crossing(&PreparedRay::new(pencil.ray(group * WIDTH + ray)))
+        {
             hits |= bit;
             outside |= if crossing.from_outside { bit } else { 0 };
-            (t[ray], u[ray], v[ray]) = (crossing.t as f32, crossing.weights[0] as f32, crossing.weights[1] as f32);
+            (t[ray], u[ray], v[ray]) = (
+                crossing.t as f32,
+                crossing.weights[0] as f32,
+                crossing.weights[1] as f32,
+            );
         }
     }
     let bit = 1 << lane;
@@ -218,7 +294,12 @@ fn settle<S: Simd>(
     for ray in Lanes(hits) {
         if pencil.near < t[ray] {
             let slots = [facts.first + lane as u32, u32::MAX];
-            pencil.consider(group * WIDTH + ray, [t[ray], u[ray], v[ray]], slots, |a, b| meets.lower(a, b));
+            pencil.consider(
+                group * WIDTH + ray,
+                [t[ray], u[ray], v[ray]],
+                slots,
+                |a, b| meets.lower(a, b),
+            );
         }
     }
 }

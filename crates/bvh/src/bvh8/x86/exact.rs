@@ -24,7 +24,11 @@ unsafe fn numbers(v: __m256d) -> [f64; 3] {
     // SAFETY: the caller says that the processor has AVX.
     unsafe {
         let (low, high) = (_mm256_castpd256_pd128(v), _mm256_extractf128_pd::<1>(v));
-        [_mm_cvtsd_f64(low), _mm_cvtsd_f64(_mm_unpackhi_pd(low, low)), _mm_cvtsd_f64(high)]
+        [
+            _mm_cvtsd_f64(low),
+            _mm_cvtsd_f64(_mm_unpackhi_pd(low, low)),
+            _mm_cvtsd_f64(high),
+        ]
     }
 }
 
@@ -34,38 +38,66 @@ fn greatest([a, b, c]: [f64; 3]) -> f64 {
     if greater > c { greater } else { c }
 }
 
-/// The operations of [`crate::shapes::Triangle`]'s test, each with the same result: a coordinate's sum has its terms in another order and
-/// without the one that is zero, so that only the sign of a zero may differ, and where an edge function is zero that test decides
-/// itself. It also does where rounding could have taken the sign of one, and where the face is seen edge-on.
+/// The operations of [`crate::shapes::Triangle`]'s test, each with the same result: a coordinate's
+/// sum has its terms in another order and without the one that is zero, so that only the sign of a
+/// zero may differ, and where an edge function is zero that test decides itself. It also does where
+/// rounding could have taken the sign of one, and where the face is seen edge-on.
 ///
 /// # Safety
-/// The processor has AVX2. Not a function with that feature, so that it is inlined into one: handed back by a call, the answer would
-/// wait in memory.
+/// The processor has AVX2. Not a function with that feature, so that it is inlined into one: handed
+/// back by a call, the answer would wait in memory.
 #[inline(always)]
-pub(super) unsafe fn crossing(block: &Triangle8, lane: usize, sight: &ProjectedRay) -> Result<Option<TriangleHit>, Unsure> {
+pub(super) unsafe fn crossing(
+    block: &Triangle8,
+    lane: usize,
+    sight: &ProjectedRay,
+) -> Result<Option<TriangleHit>, Unsure> {
     let lane = lane & (WIDTH - 1);
     // SAFETY: the caller says that the processor has AVX2. Nothing is read through a pointer.
     unsafe {
         let mut offset = [_mm256_setzero_pd(); 3];
-        for ((offset, [a, b, c]), &origin) in offset.iter_mut().zip(&block.corners).zip(&sight.origin) {
+        for ((offset, [a, b, c]), &origin) in
+            offset.iter_mut().zip(&block.corners).zip(&sight.origin)
+        {
             let corners = _mm256_cvtps_pd(_mm_set_ps(0.0, c[lane], b[lane], a[lane]));
             *offset = _mm256_sub_pd(corners, _mm256_set1_pd(origin));
         }
         let [dx, dy, dz] = sight.direction;
         let z = _mm256_add_pd(
-            _mm256_add_pd(_mm256_mul_pd(offset[0], _mm256_set1_pd(dx)), _mm256_mul_pd(offset[1], _mm256_set1_pd(dy))),
+            _mm256_add_pd(
+                _mm256_mul_pd(offset[0], _mm256_set1_pd(dx)),
+                _mm256_mul_pd(offset[1], _mm256_set1_pd(dy)),
+            ),
             _mm256_mul_pd(offset[2], _mm256_set1_pd(dz)),
         );
         let (p, q, r) = rotated_axes(offset, sight.major);
         let [a, b, c, d] = sight.across;
-        let x = _mm256_add_pd(_mm256_mul_pd(q, _mm256_set1_pd(a)), _mm256_mul_pd(p, _mm256_set1_pd(b)));
-        let y = _mm256_add_pd(_mm256_mul_pd(r, _mm256_set1_pd(c)), _mm256_mul_pd(p, _mm256_set1_pd(d)));
-        let product = _mm256_mul_pd(_mm256_permute4x64_pd::<AFTER_NEXT>(x), _mm256_permute4x64_pd::<NEXT>(y));
-        let other = _mm256_mul_pd(_mm256_permute4x64_pd::<AFTER_NEXT>(y), _mm256_permute4x64_pd::<NEXT>(x));
+        let x = _mm256_add_pd(
+            _mm256_mul_pd(q, _mm256_set1_pd(a)),
+            _mm256_mul_pd(p, _mm256_set1_pd(b)),
+        );
+        let y = _mm256_add_pd(
+            _mm256_mul_pd(r, _mm256_set1_pd(c)),
+            _mm256_mul_pd(p, _mm256_set1_pd(d)),
+        );
+        let product = _mm256_mul_pd(
+            _mm256_permute4x64_pd::<AFTER_NEXT>(x),
+            _mm256_permute4x64_pd::<NEXT>(y),
+        );
+        let other = _mm256_mul_pd(
+            _mm256_permute4x64_pd::<AFTER_NEXT>(y),
+            _mm256_permute4x64_pd::<NEXT>(x),
+        );
         let edges = _mm256_sub_pd(product, other);
         let sign = _mm256_set1_pd(-0.0);
-        let enough = _mm256_mul_pd(_mm256_andnot_pd(sign, product), _mm256_set1_pd(f64::EPSILON * 0.5 * 8.0));
-        let sure = _mm256_movemask_pd(_mm256_cmp_pd::<_CMP_GT_OQ>(_mm256_andnot_pd(sign, edges), enough)) & CORNERS;
+        let enough = _mm256_mul_pd(
+            _mm256_andnot_pd(sign, product),
+            _mm256_set1_pd(f64::EPSILON * 0.5 * 8.0),
+        );
+        let sure = _mm256_movemask_pd(_mm256_cmp_pd::<_CMP_GT_OQ>(
+            _mm256_andnot_pd(sign, edges),
+            enough,
+        )) & CORNERS;
         let below = _mm256_movemask_pd(edges);
         if below & sure != 0 && !below & sure != 0 {
             return Ok(None);
@@ -73,7 +105,10 @@ pub(super) unsafe fn crossing(block: &Triangle8, lane: usize, sight: &ProjectedR
         let [u, v, w] = numbers(edges);
         let determinant = u + v + w;
         let [za, zb, zc] = numbers(z);
-        let [sa, sb, sc] = numbers(_mm256_add_pd(_mm256_andnot_pd(sign, x), _mm256_andnot_pd(sign, y)));
+        let [sa, sb, sc] = numbers(_mm256_add_pd(
+            _mm256_andnot_pd(sign, x),
+            _mm256_andnot_pd(sign, y),
+        ));
         let depth = greatest([za, zb, zc]) + greatest([-za, -zb, -zc]);
         let told = determinant.abs() > (sa + sb + sc) * depth * (EDGE_ON * SLACK);
         if sure != CORNERS || !told {
@@ -83,6 +118,10 @@ pub(super) unsafe fn crossing(block: &Triangle8, lane: usize, sight: &ProjectedR
         let (u, v, w) = (u * inverse, v * inverse, w * inverse);
         let along = za * u + zb * v + zc * w;
         let t = (along * sight.inverse_length_squared) as f32;
-        Ok(Some(TriangleHit { t, weights: [v as f32, w as f32], from_outside: determinant > 0.0 }))
+        Ok(Some(TriangleHit {
+            t,
+            weights: [v as f32, w as f32],
+            from_outside: determinant > 0.0,
+        }))
     }
 }

@@ -1,4 +1,5 @@
-//! The order in which the children of a node wait, which no hit depends on and every ray's time does.
+//! The order in which the children of a node wait, which no hit depends on and every ray's time
+//! does.
 #![expect(unsafe_code, reason = "the stack is read where it was written")]
 
 use super::*;
@@ -8,21 +9,34 @@ use crate::math::simd::Portable;
 fn waiting<S: TraversalSimd>(s: S, entries: [f32; WIDTH], mask: u32) -> Vec<(u32, f32)> {
     let children = core::array::from_fn(|lane| Child(100 + lane as u32));
     let mut stack = Stack::new();
-    [7, 8].into_iter().for_each(|place| stack.set(place - 7, Waiting::new(Child(place as u32), 0.5)));
+    [7, 8]
+        .into_iter()
+        .for_each(|place| stack.set(place - 7, Waiting::new(Child(place as u32), 0.5)));
     let top = s.push_sorted(&mut stack, 2, &children, s.load(&entries), mask);
     // SAFETY: all below the top was written.
-    (0..top).map(|place| unsafe { stack.eight(place)[0].assume_init() }).map(|one| (one.child().0, one.entry())).collect()
+    (0..top)
+        .map(|place| unsafe { stack.eight(place)[0].assume_init() })
+        .map(|one| (one.child().0, one.entry()))
+        .collect()
 }
 
-/// Protects: the nearest child is visited first, whichever and however many are entered, in the code of every processor: a wrong order
-/// would find the same hits, later. What waited before is left alone.
+/// Protects: the nearest child is visited first, whichever and however many are entered, in the
+/// code of every processor: a wrong order would find the same hits, later. What waited before is
+/// left alone.
 #[test]
 fn the_nearest_waits_on_top() {
-    let orders = [[0, 1, 2, 3, 4, 5, 6, 7], [7, 6, 5, 4, 3, 2, 1, 0], [3, 7, 0, 5, 1, 6, 2, 4], [4, 0, 6, 2, 7, 1, 5, 3]];
+    let orders = [
+        [0, 1, 2, 3, 4, 5, 6, 7],
+        [7, 6, 5, 4, 3, 2, 1, 0],
+        [3, 7, 0, 5, 1, 6, 2, 4],
+        [4, 0, 6, 2, 7, 1, 5, 3],
+    ];
     for entries in orders.map(|order: [u8; WIDTH]| order.map(|place| 1.0 + f32::from(place))) {
         for mask in (0_u32..256).filter(|mask| mask.count_ones() > 1) {
-            let mut expected: Vec<(u32, f32)> =
-                (0..WIDTH).filter(|lane| mask >> lane & 1 != 0).map(|lane| (100 + lane as u32, entries[lane])).collect();
+            let mut expected: Vec<(u32, f32)> = (0..WIDTH)
+                .filter(|lane| mask >> lane & 1 != 0)
+                .map(|lane| (100 + lane as u32, entries[lane]))
+                .collect();
             expected.sort_by(|a, b| b.1.total_cmp(&a.1));
             expected.splice(0..0, [(7, 0.5), (8, 0.5)]);
             assert_eq!(waiting(Portable, entries, mask), expected);
@@ -30,7 +44,11 @@ fn the_nearest_waits_on_top() {
                 assert_eq!(waiting(avx2, entries, mask), expected);
             }
             if let Some(avx512) = Avx512::detect() {
-                assert_eq!(waiting(avx512, entries, mask), expected, "{mask:08b} of {entries:?}");
+                assert_eq!(
+                    waiting(avx512, entries, mask),
+                    expected,
+                    "{mask:08b} of {entries:?}"
+                );
             }
         }
     }

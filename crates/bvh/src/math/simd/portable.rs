@@ -22,23 +22,36 @@ impl Portable {
 #[inline(always)]
 fn flipped(a: Vec4, b: Vec4) -> Vec4 {
     let flip = |a: f32, b: f32| f32::from_bits(a.to_bits() ^ (b.to_bits() & 1 << 31));
-    Vec4::new(flip(a.x, b.x), flip(a.y, b.y), flip(a.z, b.z), flip(a.w, b.w))
+    Vec4::new(
+        flip(a.x, b.x),
+        flip(a.y, b.y),
+        flip(a.z, b.z),
+        flip(a.w, b.w),
+    )
 }
 
-/// Where the platform has it, glam's maximum is one instruction that does just what is asked for: its second operand unless the first is greater.
-/// Elsewhere what is not a number may win.
+/// Where the platform has it, glam's maximum is one instruction that does just what is asked for:
+/// its second operand unless the first is greater. Elsewhere what is not a number may win.
 const SSE: bool = cfg!(target_feature = "sse2");
 
 /// The first where it is greater, the second elsewhere.
 #[inline(always)]
 fn greater(a: Vec4, b: Vec4) -> Vec4 {
-    if SSE { a.max(b) } else { Vec4::select(a.cmpgt(b), a, b) }
+    if SSE {
+        a.max(b)
+    } else {
+        Vec4::select(a.cmpgt(b), a, b)
+    }
 }
 
 /// The first where it is less, the second elsewhere.
 #[inline(always)]
 fn less(a: Vec4, b: Vec4) -> Vec4 {
-    if SSE { a.min(b) } else { Vec4::select(a.cmplt(b), a, b) }
+    if SSE {
+        a.min(b)
+    } else {
+        Vec4::select(a.cmplt(b), a, b)
+    }
 }
 
 /// A bit for each lane of which this is so.
@@ -109,6 +122,8 @@ impl Simd for Portable {
     #[inline(always)]
     fn select(self, mask: u32, unset: F, set: F) -> F {
         let (unset, set) = (self.to_array(unset), self.to_array(set));
-        self.load(&from_fn(|i| if mask >> i & 1 == 0 { unset[i] } else { set[i] }))
+        self.load(&from_fn(
+            |i| if mask >> i & 1 == 0 { unset[i] } else { set[i] },
+        ))
     }
 }

@@ -1,8 +1,12 @@
 //! Lanes of AVX2, f64 in two registers, and of AVX-512, f64 in one and f32 at 256 bits.
 //!
-//! Unsafe code is of two kinds here. *Instructions*: a value of type [`Avx2`] or [`Avx512`] exists only where the processor was seen to have them, and
-//! its methods use no others. *Memory*: it is read in arrays of just that many numbers.
-#![expect(unsafe_code, reason = "intrinsics of the processor; each block says why it may")]
+//! Unsafe code is of two kinds here. *Instructions*: a value of type [`Avx2`] or [`Avx512`] exists
+//! only where the processor was seen to have them, and its methods use no others. *Memory*: it is
+//! read in arrays of just that many numbers.
+#![expect(
+    unsafe_code,
+    reason = "intrinsics of the processor; each block says why it may"
+)]
 
 use core::arch::x86_64::*;
 
@@ -43,7 +47,8 @@ macro_rules! operations {
     ($(fn $name:ident($($argument:ident: $kind:ty),*) -> $out:ty { $body:expr })*) => { $(
         #[inline(always)]
         fn $name(self, $($argument: $kind),*) -> $out {
-            // SAFETY: `self` says that the processor has the instructions, and arrays have all numbers that are read.
+            // SAFETY: `self` says that the processor has the instructions, and arrays have all
+            // numbers that are read.
             unsafe { $body }
         }
     )* };
@@ -84,7 +89,8 @@ impl Simd for Avx2 {
     operations! {
         fn less(a: F, b: F) -> u32 { _mm256_movemask_ps(_mm256_cmp_ps::<_CMP_LT_OQ>(a, b)) as u32 }
         fn at_most(a: F, b: F) -> u32 { _mm256_movemask_ps(_mm256_cmp_ps::<_CMP_LE_OQ>(a, b)) as u32 }
-        // A lane whose bit is set in the mask has its sign bit set after the comparison, by which the blend chooses.
+        // A lane whose bit is set in the mask has its sign bit set after the comparison, by which
+        // the blend chooses.
         fn select(mask: u32, unset: F, set: F) -> F {{
             let bits = _mm256_setr_epi32(1, 2, 4, 8, 16, 32, 64, 128);
             let chosen = _mm256_cmpeq_epi32(_mm256_and_si256(_mm256_set1_epi32(mask as i32), bits), bits);

@@ -1,4 +1,5 @@
-//! The first lines of a measurement: what the scene costs and gets wrong as it is, and what to ask for instead.
+//! The first lines of a measurement: what the scene costs and gets wrong as it is, and what to ask
+//! for instead.
 
 use raywright_core::accuracy::{Advice, Measured, Report};
 use raywright_io::report::uncertain;
@@ -7,7 +8,8 @@ use crate::clock::spoken;
 use crate::origin::quoted;
 use crate::table::significant;
 
-/// The command that renders a scene, in two parts: what all settings have, and what one of them adds.
+/// The command that renders a scene, in two parts: what all settings have, and what one of them
+/// adds.
 pub struct RenderCommand {
     /// The scene with all flags that were asked for but rungs.
     pub own: String,
@@ -28,22 +30,46 @@ impl RenderCommand {
     /// Of a scene with flags that were asked for.
     pub fn new(scene: &str, asked: &[String]) -> Self {
         let others = asked.iter().filter(|flag| rung(flag).is_none()).cloned();
-        let words: Vec<String> = ["raywright render".to_owned(), quoted(scene)].into_iter().chain(others).collect();
-        Self { own: words.join(" "), rungs: asked.iter().filter_map(|flag| rung(flag)).map(str::to_owned).collect() }
+        let words: Vec<String> = ["raywright render".to_owned(), quoted(scene)]
+            .into_iter()
+            .chain(others)
+            .collect();
+        Self {
+            own: words.join(" "),
+            rungs: asked
+                .iter()
+                .filter_map(|flag| rung(flag))
+                .map(str::to_owned)
+                .collect(),
+        }
     }
 
-    /// What a setting adds, whose rungs come before those that were asked for: a flag each, so that a line can be broken between them.
+    /// What a setting adds, whose rungs come before those that were asked for: a flag each, so that
+    /// a line can be broken between them.
     pub fn flags(&self, setting: &[String]) -> String {
         let chosen: Vec<&str> = setting.iter().filter_map(|flag| rung(flag)).collect();
         let stays = |asked: &&str| !chosen.iter().any(|other| ladder(other) == ladder(asked));
-        let all: Vec<&str> = self.rungs.iter().map(String::as_str).filter(stays).chain(chosen.iter().copied()).collect();
+        let all: Vec<&str> = self
+            .rungs
+            .iter()
+            .map(String::as_str)
+            .filter(stays)
+            .chain(chosen.iter().copied())
+            .collect();
         let short = |rung: &str| match rung.split_once('=') {
             Some(("samples", samples)) => Some(format!("--spp {samples}")),
             Some(("reconstruction", "denoised")) => Some("--denoise".to_owned()),
             _ => None,
         };
-        let rest = all.iter().filter(|rung| short(rung).is_none()).map(|rung| format!("--rung {rung}"));
-        all.iter().filter_map(|rung| short(rung)).chain(rest).collect::<Vec<_>>().join(" ")
+        let rest = all
+            .iter()
+            .filter(|rung| short(rung).is_none())
+            .map(|rung| format!("--rung {rung}"));
+        all.iter()
+            .filter_map(|rung| short(rung))
+            .chain(rest)
+            .collect::<Vec<_>>()
+            .join(" ")
     }
 }
 
@@ -60,10 +86,18 @@ pub fn answer(report: &Report, command: &RenderCommand) -> String {
             "In use: {time}, and an error of at most {most}, which is too small to be told from the reference's own."
         );
     }
-    let about = |of: &Measured| uncertain(&of.errors.relmse.map(f64::sqrt), |value| significant(value, 2));
+    let about = |of: &Measured| {
+        uncertain(&of.errors.relmse.map(f64::sqrt), |value| {
+            significant(value, 2)
+        })
+    };
     let longer = |seconds: f64| format!("`--budget {}` may tell", budget(seconds));
     let times = |of: &Advice| uncertain(&of.time, |value| significant(value, 2));
-    let half = match (&report.answer.half_the_error, report.answer.half_needs, more_samples(report)) {
+    let half = match (
+        &report.answer.half_the_error,
+        report.answer.half_needs,
+        more_samples(report),
+    ) {
         (Some(advice), ..) => {
             format!(
                 "Half of it: `{}` has {} for {} x the time.",
@@ -72,7 +106,10 @@ pub fn answer(report: &Report, command: &RenderCommand) -> String {
                 times(advice)
             )
         }
-        (None, Some(seconds), _) => format!("No setting has half of it for certain: {}.", longer(seconds)),
+        (None, Some(seconds), _) => format!(
+            "No setting has half of it for certain: {}.",
+            longer(seconds)
+        ),
         (None, None, Some(samples)) => {
             format!("Half of it was not measured; `--spp {samples}` promises it for 4 x the time.")
         }
@@ -87,8 +124,13 @@ pub fn answer(report: &Report, command: &RenderCommand) -> String {
                 times(advice)
             )
         }
-        (None, Some(seconds)) => format!("None has the same error in less time for certain: {}.", longer(seconds)),
-        (None, None) => "Nothing that was measured has the same error in clearly less time.".to_owned(),
+        (None, Some(seconds)) => format!(
+            "None has the same error in less time for certain: {}.",
+            longer(seconds)
+        ),
+        (None, None) => {
+            "Nothing that was measured has the same error in clearly less time.".to_owned()
+        }
     };
     format!("In use: error {}, {time}. {half} {same}", about(own))
 }
@@ -97,15 +139,27 @@ pub fn answer(report: &Report, command: &RenderCommand) -> String {
 fn budget(seconds: f64) -> String {
     let step = if seconds < 60.0 { 10.0 } else { 60.0 };
     let rounded = (seconds / step).ceil() * step;
-    if rounded < 60.0 { format!("{rounded}s") } else { format!("{}min", (rounded / 60.0).ceil()) }
+    if rounded < 60.0 {
+        format!("{rounded}s")
+    } else {
+        format!("{}min", (rounded / 60.0).ceil())
+    }
 }
 
-/// Four times the samples in use, which halve an error that is noise, where there was no time to look.
+/// Four times the samples in use, which halve an error that is noise, where there was no time to
+/// look.
 fn more_samples(report: &Report) -> Option<u32> {
-    let samples = report.ladders.iter().find(|ladder| ladder.ladder == "samples")?;
+    let samples = report
+        .ladders
+        .iter()
+        .find(|ladder| ladder.ladder == "samples")?;
     let wanted = samples.in_use.parse::<u32>().ok()?.checked_mul(4)?;
     let was_measured = |rung: &raywright_core::accuracy::RungReport| {
-        rung.measured.is_some() && rung.rung.parse::<u32>().is_ok_and(|samples| samples >= wanted)
+        rung.measured.is_some()
+            && rung
+                .rung
+                .parse::<u32>()
+                .is_ok_and(|samples| samples >= wanted)
     };
     (!samples.rungs.iter().any(was_measured)).then_some(wanted)
 }
@@ -127,32 +181,54 @@ mod tests {
         list.iter().map(|&word| word.to_owned()).collect()
     }
 
-    /// Protects: a command asks for what the measured one asked for, but for the ladders that the setting moves; samples and denoising have
-    /// flags of their own, and no ladder is named twice.
+    /// Protects: a command asks for what the measured one asked for, but for the ladders that the
+    /// setting moves; samples and denoising have flags of their own, and no ladder is named twice.
     #[test]
     fn commands_ask_for_everything() {
-        let command = RenderCommand::new("a b.glb", &words(&["--integrator path", "--rung samples=16"]));
+        let command = RenderCommand::new(
+            "a b.glb",
+            &words(&["--integrator path", "--rung samples=16"]),
+        );
         assert_eq!(command.own, "raywright render 'a b.glb' --integrator path");
         let flags = |list: &[&str]| command.flags(&words(list));
-        assert_eq!(flags(&["--rung samples=64", "--rung precision=reference"]), "--spp 64 --rung precision=reference");
-        assert_eq!(flags(&["--rung clamp=10", "--rung reconstruction=denoised"]), "--spp 16 --denoise --rung clamp=10");
-        assert_eq!(flags(&["--rung clamp=10", "--rung roulette=off"]), "--spp 16 --rung clamp=10 --rung roulette=off");
+        assert_eq!(
+            flags(&["--rung samples=64", "--rung precision=reference"]),
+            "--spp 64 --rung precision=reference"
+        );
+        assert_eq!(
+            flags(&["--rung clamp=10", "--rung reconstruction=denoised"]),
+            "--spp 16 --denoise --rung clamp=10"
+        );
+        assert_eq!(
+            flags(&["--rung clamp=10", "--rung roulette=off"]),
+            "--spp 16 --rung clamp=10 --rung roulette=off"
+        );
         assert_eq!(flags(&[]), "--spp 16");
         assert_eq!(RenderCommand::new("preset:x", &[]).flags(&[]), "");
     }
 
-    /// Protects: the first lines have the error and the time in use, and of each setting that is named its own error, as the tables have it, and
-    /// its time; what nothing has is said so, more samples are named where they were not measured, and a budget where a setting is in doubt.
+    /// Protects: the first lines have the error and the time in use, and of each setting that is
+    /// named its own error, as the tables have it, and its time; what nothing has is said so, more
+    /// samples are named where they were not measured, and a budget where a setting is in doubt.
     #[test]
     fn the_answer_is_a_sentence() {
         let command = RenderCommand::new("x.glb", &[]);
         let mut report = report();
         let measured = report.own.clone();
-        let of = |value: f64| Interval { value, low: 0.9 * value, high: 1.1 * value };
+        let of = |value: f64| Interval {
+            value,
+            low: 0.9 * value,
+            high: 1.1 * value,
+        };
         let advice = |flag: &str, time: f64, square: f64| {
             let mut measured = measured.clone();
             measured.errors.relmse = of(square);
-            Some(Advice { flags: words(&[flag]), time: of(time), error: of(9.0), measured })
+            Some(Advice {
+                flags: words(&[flag]),
+                time: of(time),
+                error: of(9.0),
+                measured,
+            })
         };
         let own = "In use: error 0.3 (0.2 to 0.4), 25.0 s ±10 % of CPU time.";
         report.answer = Answer {
@@ -168,7 +244,11 @@ mod tests {
                  ±10 % x the time."
             )
         );
-        report.answer = Answer { half_needs: Some(41.0), same_needs: Some(61.0), ..Answer::default() };
+        report.answer = Answer {
+            half_needs: Some(41.0),
+            same_needs: Some(61.0),
+            ..Answer::default()
+        };
         assert_eq!(
             answer(&report, &command),
             format!(
@@ -185,7 +265,10 @@ mod tests {
         );
         report.ladders[0].ladder = "samples";
         report.ladders[0].in_use = "64".to_owned();
-        assert!(answer(&report, &command).contains("Half of it was not measured; `--spp 256` promises it for 4 x the time."));
+        assert!(
+            answer(&report, &command)
+                .contains("Half of it was not measured; `--spp 256` promises it for 4 x the time.")
+        );
         report.ladders[0].rungs[0].rung = "256".to_owned();
         assert!(answer(&report, &command).contains("Nothing that was measured has half of it."));
         report.own.errors.relmse.low = 0.0;
@@ -197,21 +280,43 @@ mod tests {
         assert!(answer(&report, &command).starts_with("There was no time"));
     }
 
-    /// Protects: what the sentence advises is what was measured: its words ask `render` for the rungs of the setting.
+    /// Protects: what the sentence advises is what was measured: its words ask `render` for the
+    /// rungs of the setting.
     #[test]
     fn what_is_advised_is_what_was_measured() {
-        let ladders = [Ladder::Samples, Ladder::Reconstruction, Ladder::Sampler, Ladder::Clamp];
+        let ladders = [
+            Ladder::Samples,
+            Ladder::Reconstruction,
+            Ladder::Sampler,
+            Ladder::Clamp,
+        ];
         for choice in ladders.into_iter().flat_map(Ladder::choices) {
-            let advised = RenderCommand::new("preset:cornell", &[]).flags(&Setting::one(choice).flags());
+            let advised =
+                RenderCommand::new("preset:cornell", &[]).flags(&Setting::one(choice).flags());
             let settings = |words: &str| {
-                let words = ["raywright", "render", "preset:cornell"].into_iter().chain(words.split_whitespace());
-                let Ok(Arguments { command: Some(Command::Render(args)), .. }) = Arguments::try_parse_from(words) else {
+                let words = ["raywright", "render", "preset:cornell"]
+                    .into_iter()
+                    .chain(words.split_whitespace());
+                let Ok(Arguments {
+                    command: Some(Command::Render(args)),
+                    ..
+                }) = Arguments::try_parse_from(words)
+                else {
                     panic!("{advised}")
                 };
-                let (mut scene, task) = (Scene::default(), Task::new(*args, Verbosity::Quiet).expect("right words"));
-                task.settle(&mut scene, None, |_, _, _, _| panic!("nothing is framed")).expect("a plan").settings
+                let (mut scene, task) = (
+                    Scene::default(),
+                    Task::new(*args, Verbosity::Quiet).expect("right words"),
+                );
+                task.settle(&mut scene, None, |_, _, _, _| panic!("nothing is framed"))
+                    .expect("a plan")
+                    .settings
             };
-            assert_eq!(settings(&advised), settings(&format!("--rung {choice}")), "{advised}");
+            assert_eq!(
+                settings(&advised),
+                settings(&format!("--rung {choice}")),
+                "{advised}"
+            );
         }
     }
 }

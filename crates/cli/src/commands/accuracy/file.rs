@@ -20,7 +20,8 @@ use crate::machine::processor;
 use crate::origin::command_line;
 use crate::table::significant;
 
-/// Version of [`Document`]. 3: all numbers are of the picture at its own size, as tiles tell it, with intervals.
+/// Version of [`Document`]. 3: all numbers are of the picture at its own size, as tiles tell it,
+/// with intervals.
 const FORMAT: u32 = 3;
 
 /// What a file is to hold, by its ending.
@@ -39,15 +40,20 @@ pub enum Kind {
 impl Kind {
     /// By the ending of a name.
     pub fn of(path: &Path) -> Result<Self, Failure> {
-        let ending = path.extension().map(|ending| ending.to_string_lossy().to_ascii_lowercase());
+        let ending = path
+            .extension()
+            .map(|ending| ending.to_string_lossy().to_ascii_lowercase());
         match ending.as_deref() {
             Some("json") => Ok(Self::Json),
             Some("csv") => Ok(Self::Csv),
             Some("html") => Ok(Self::Html),
             Some("svg") => Ok(Self::Svg),
-            _ => Err(Error::usage(format_args!("cannot tell from {} what to write", path.display()))
-                .with_hint("let it end in .html, .csv, .json or .svg")
-                .into()),
+            _ => Err(Error::usage(format_args!(
+                "cannot tell from {} what to write",
+                path.display()
+            ))
+            .with_hint("let it end in .html, .csv, .json or .svg")
+            .into()),
         }
     }
 }
@@ -95,15 +101,44 @@ pub struct Document<'a> {
 
 impl<'a> Document<'a> {
     /// Adds scene and machine to a report.
-    pub fn new(loaded: &'a Loaded, asked: &[String], settings: &Settings, threads: usize, report: &'a Report) -> Self {
-        let (processor, clock) = (processor(), if CLOCK == "thread CPU time" { "CPU time of all threads" } else { CLOCK });
+    pub fn new(
+        loaded: &'a Loaded,
+        asked: &[String],
+        settings: &Settings,
+        threads: usize,
+        report: &'a Report,
+    ) -> Self {
+        let (processor, clock) = (
+            processor(),
+            if CLOCK == "thread CPU time" {
+                "CPU time of all threads"
+            } else {
+                CLOCK
+            },
+        );
         let command = RenderCommand::new(&loaded.source.name, asked);
-        let flags: Vec<String> = report.frontier.iter().map(|candidate| command.flags(&candidate.flags)).collect();
+        let flags: Vec<String> = report
+            .frontier
+            .iter()
+            .map(|candidate| command.flags(&candidate.flags))
+            .collect();
         Self {
             circumstances: circumstances(processor.as_deref(), threads, clock, report),
             answer: answer(report, &command),
-            commands: flags.iter().map(|flags| format!("{} {flags}", command.own).trim_end().to_owned()).collect(),
-            flags: flags.into_iter().map(|flags| if flags.is_empty() { "as it is".to_owned() } else { flags }).collect(),
+            commands: flags
+                .iter()
+                .map(|flags| format!("{} {flags}", command.own).trim_end().to_owned())
+                .collect(),
+            flags: flags
+                .into_iter()
+                .map(|flags| {
+                    if flags.is_empty() {
+                        "as it is".to_owned()
+                    } else {
+                        flags
+                    }
+                })
+                .collect(),
             own_command: command.own,
             effects: detect(&loaded.scene, settings),
             display: Display::of(&loaded.scene.render),
@@ -120,8 +155,29 @@ impl<'a> Document<'a> {
     }
 
     fn page(&self) -> Page<'_> {
-        let Self { scene, circumstances, command, answer, own_command, flags, report, effects, display, .. } = self;
-        Page { scene, circumstances, command, answer, own_command, flags, report, effects, display: *display }
+        let Self {
+            scene,
+            circumstances,
+            command,
+            answer,
+            own_command,
+            flags,
+            report,
+            effects,
+            display,
+            ..
+        } = self;
+        Page {
+            scene,
+            circumstances,
+            command,
+            answer,
+            own_command,
+            flags,
+            report,
+            effects,
+            display: *display,
+        }
     }
 
     /// The text of a file of it.
@@ -130,29 +186,52 @@ impl<'a> Document<'a> {
             Kind::Json => console::json(self),
             Kind::Csv => csv(self.report),
             Kind::Html => self.page().html(),
-            Kind::Svg => accuracy_plot(self.scene, &self.circumstances[0], self.report, &self.flags).svg(),
+            Kind::Svg => {
+                accuracy_plot(self.scene, &self.circumstances[0], self.report, &self.flags).svg()
+            }
         }
     }
 }
 
 /// How it was measured: the machine, the size, the reference, and what is missing.
-fn circumstances(processor: Option<&str>, threads: usize, clock: &str, report: &Report) -> Vec<String> {
+fn circumstances(
+    processor: Option<&str>,
+    threads: usize,
+    clock: &str,
+    report: &Report,
+) -> Vec<String> {
     let ([width, height], tiles) = (report.size, &report.tiles);
-    let machine = processor.map(|name| format!("{name}, ")).unwrap_or_default();
+    let machine = processor
+        .map(|name| format!("{name}, "))
+        .unwrap_or_default();
     let reference = &report.reference;
     let measured = match (tiles.measured, reference.tiles) {
         (of, _) if of >= tiles.all => "all of it".to_owned(),
-        (of, _) => format!("{of} of {} tiles of {edge}x{edge} pixels, and some settings fewer", tiles.all, edge = tiles.edge),
+        (of, _) => format!(
+            "{of} of {} tiles of {edge}x{edge} pixels, and some settings fewer",
+            tiles.all,
+            edge = tiles.edge
+        ),
     };
     let plural = if threads == 1 { "thread" } else { "threads" };
-    let cut = if report.cut_short { "; time was out before all was measured: a larger --budget helps" } else { "" };
+    let cut = if report.cut_short {
+        "; time was out before all was measured: a larger --budget helps"
+    } else {
+        ""
+    };
     vec![
         format!("measured as it is rendered, at {width}x{height}: {measured}"),
-        format!("{machine}{threads} {plural}, {clock} without preparation; intervals hold in 95 of 100 cases"),
+        format!(
+            "{machine}{threads} {plural}, {clock} without preparation; intervals hold in 95 of 100 cases"
+        ),
         format!(
             "reference{}: f64, every ladder on its most exact rung that does not take too long, {} samples; its standard error {} is \
              subtracted",
-            if reference.kept { " (of an earlier run)" } else { "" },
+            if reference.kept {
+                " (of an earlier run)"
+            } else {
+                ""
+            },
             reference.samples,
             significant(reference.standard_error, 2),
         ),

@@ -1,4 +1,5 @@
-//! `accuracy`: what each rung of each ladder costs and gets wrong on one scene, and which combinations are worth their time.
+//! `accuracy`: what each rung of each ladder costs and gets wrong on one scene, and which
+//! combinations are worth their time.
 
 mod answer;
 mod csv;
@@ -8,7 +9,9 @@ mod text;
 
 use std::path::Path;
 
-use raywright_core::accuracy::{Effort, KeptReference, Listener, MeasureError, Report, Start, measure};
+use raywright_core::accuracy::{
+    Effort, KeptReference, Listener, MeasureError, Report, Start, measure,
+};
 use raywright_core::{Observer, Settings};
 use raywright_io::{EnvironmentSource, Error, GroundRule, LoadOptions, Loaded, output};
 
@@ -48,55 +51,109 @@ pub fn run(args: &AccuracyArgs, verbosity: Verbosity) -> Result<(), Failure> {
     scene_input::note_completed(&loaded, &mut notes);
     notes.finish();
     let settings = settled(args, &mut loaded, &options)?;
-    let kept = args.reference.as_deref().map(|path| reference::read(path, &limits)).transpose()?.flatten();
+    let kept = args
+        .reference
+        .as_deref()
+        .map(|path| reference::read(path, &limits))
+        .transpose()?
+        .flatten();
     let identity = origin::identity(&loaded, &options, &choices);
-    let start = Start { scene: &identity, reference: kept };
+    let start = Start {
+        scene: &identity,
+        reference: kept,
+    };
     let watch = Watch::until(interrupt::flag()?);
     let mut steps = Steps::start(verbosity);
-    let (report, kept) = threads.run(|| measured(args, (&loaded, &settings), start, &watch, &mut steps))?;
+    let (report, kept) =
+        threads.run(|| measured(args, (&loaded, &settings), start, &watch, &mut steps))?;
     drop(steps);
     // A reference that can't be kept is no reason to give up what was measured with it.
-    let wanted = args.reference.as_deref().filter(|_| !report.reference.kept && !watch.was_stopped());
+    let wanted = args
+        .reference
+        .as_deref()
+        .filter(|_| !report.reference.kept && !watch.was_stopped());
     let referred = wanted.map_or(Ok(()), |path| reference::write(path, kept, &loaded));
     if let Some(path) = wanted.filter(|_| referred.is_ok()) {
         verbosity.say(path.display());
     }
-    let document = Document::new(&loaded, &asked(args), &settings, threads.run(rayon::current_num_threads), &report);
+    let document = Document::new(
+        &loaded,
+        &asked(args),
+        &settings,
+        threads.run(rayon::current_num_threads),
+        &report,
+    );
     let is_free = |path: &Path| outputs.leave_free(path, &loaded.inputs);
     for (path, kind) in files {
         let text = document.text(kind);
         if watch.was_stopped() {
-            let name = output::write_unnamed(&output::partial_name(path), text.as_bytes(), is_free)?;
+            let name =
+                output::write_unnamed(&output::partial_name(path), text.as_bytes(), is_free)?;
             verbosity.say(name.display());
         } else {
             output::write_atomically(path, text.as_bytes())?;
             verbosity.say(path.display());
         }
     }
-    console::print(if args.json { console::json(&document) } else { text::table(&document) })?;
+    console::print(if args.json {
+        console::json(&document)
+    } else {
+        text::table(&document)
+    })?;
     if watch.was_stopped() {
-        return Err(Failure::new(Exit::Interrupted, "interrupted; the report has what was measured until then"));
+        return Err(Failure::new(
+            Exit::Interrupted,
+            "interrupted; the report has what was measured until then",
+        ));
     }
     referred
 }
 
 /// The figures as JSON, of a scene in memory, on the thread pool that this is called from.
-pub fn embedded(args: &AccuracyArgs, mut loaded: Loaded, command: String, observer: &dyn Observer) -> Result<String, Failure> {
+pub fn embedded(
+    args: &AccuracyArgs,
+    mut loaded: Loaded,
+    command: String,
+    observer: &dyn Observer,
+) -> Result<String, Failure> {
     if let Some(path) = args.output.iter().chain(&args.reference).next() {
-        return Err(Error::usage(format_args!("{}: figures are handed over here, and nothing is written", path.display())).into());
+        return Err(Error::usage(format_args!(
+            "{}: figures are handed over here, and nothing is written",
+            path.display()
+        ))
+        .into());
     }
     let options = plan::options(&args.changes, args.max_memory);
     let settings = settled(args, &mut loaded, &options)?;
     let identity = origin::identity(&loaded, &options, &Choices::from(&args.choices));
-    let start = Start { scene: &identity, reference: None };
-    let (report, _) = measured(args, (&loaded, &settings), start, observer, &mut Steps::start(Verbosity::Quiet))?;
-    let mut document = Document::new(&loaded, &asked(args), &settings, rayon::current_num_threads(), &report);
+    let start = Start {
+        scene: &identity,
+        reference: None,
+    };
+    let (report, _) = measured(
+        args,
+        (&loaded, &settings),
+        start,
+        observer,
+        &mut Steps::start(Verbosity::Quiet),
+    )?;
+    let mut document = Document::new(
+        &loaded,
+        &asked(args),
+        &settings,
+        rayon::current_num_threads(),
+        &report,
+    );
     document.command = command;
     Ok(console::json(&document))
 }
 
 /// How the scene is rendered that everything is compared with.
-fn settled(args: &AccuracyArgs, loaded: &mut Loaded, options: &LoadOptions) -> Result<Settings, Failure> {
+fn settled(
+    args: &AccuracyArgs,
+    loaded: &mut Loaded,
+    options: &LoadOptions,
+) -> Result<Settings, Failure> {
     let mut settings = Settings::of(&loaded.scene);
     settings.integrator = args.integrator.unwrap_or(settings.integrator);
     Choices::from(&args.choices).apply(&mut loaded.scene, &mut settings)?;
@@ -111,13 +168,22 @@ fn measured(
     observer: &dyn Observer,
     steps: &mut Steps,
 ) -> Result<(Report, KeptReference), Failure> {
-    let effort = Effort { budget: args.budget, size: args.size, rounds: args.rounds };
-    measure(&loaded.scene, settings, &effort, start, observer, steps).map_err(|error| match (error, &args.reference) {
-        (MeasureError::Reference(error), Some(path)) => reference::foreign(path, &error),
-        (MeasureError::Reference(error), None) => Error::usage(error).into(),
-        (MeasureError::Prepare(error), _) => failed(&loaded.source, error),
-        (error @ MeasureError::NoTime, _) => Failure::new(Exit::Failed, format_args!("{}: {error}", loaded.source.name))
+    let effort = Effort {
+        budget: args.budget,
+        size: args.size,
+        rounds: args.rounds,
+    };
+    measure(&loaded.scene, settings, &effort, start, observer, steps).map_err(|error| {
+        match (error, &args.reference) {
+            (MeasureError::Reference(error), Some(path)) => reference::foreign(path, &error),
+            (MeasureError::Reference(error), None) => Error::usage(error).into(),
+            (MeasureError::Prepare(error), _) => failed(&loaded.source, error),
+            (error @ MeasureError::NoTime, _) => Failure::new(
+                Exit::Failed,
+                format_args!("{}: {error}", loaded.source.name),
+            )
             .with_hint("a larger --budget, or a smaller --size"),
+        }
     })
 }
 
@@ -140,12 +206,32 @@ fn asked(args: &AccuracyArgs) -> Vec<String> {
         env_strength,
         allow_outside,
     } = &args.changes;
-    let integrator = args.integrator.map(|integrator| format!("--integrator {}", origin::name(&integrator)));
-    let mut flags: Vec<String> = integrator.into_iter().chain(at.map(|t| format!("--at {t}"))).collect();
-    flags.extend(set.iter().map(|(name, value)| format!("--set {name}={value}")));
-    flags.extend(model_scene.iter().map(|name| format!("--scene {}", quoted(name))));
-    flags.extend(variant.iter().map(|name| format!("--variant {}", quoted(name))));
-    flags.extend(animation.iter().map(|name| format!("--animation {}", quoted(name))));
+    let integrator = args
+        .integrator
+        .map(|integrator| format!("--integrator {}", origin::name(&integrator)));
+    let mut flags: Vec<String> = integrator
+        .into_iter()
+        .chain(at.map(|t| format!("--at {t}")))
+        .collect();
+    flags.extend(
+        set.iter()
+            .map(|(name, value)| format!("--set {name}={value}")),
+    );
+    flags.extend(
+        model_scene
+            .iter()
+            .map(|name| format!("--scene {}", quoted(name))),
+    );
+    flags.extend(
+        variant
+            .iter()
+            .map(|name| format!("--variant {}", quoted(name))),
+    );
+    flags.extend(
+        animation
+            .iter()
+            .map(|name| format!("--animation {}", quoted(name))),
+    );
     flags.extend(up.map(|up| match up {
         Up::Axis(axis) => format!("--up {}", axis.name()),
         Up::Direction([x, y, z]) => format!("--up {x},{y},{z}"),
@@ -164,7 +250,10 @@ fn asked(args: &AccuracyArgs) -> Vec<String> {
     flags.extend(env_rotation.map(|degrees| format!("--env-rotation {degrees}")));
     flags.extend(env_strength.map(|factor| format!("--env-strength {factor}")));
     flags.extend(allow_outside.then(|| "--allow-outside".to_owned()));
-    flags.extend(args.size.map(|[width, height]| format!("--size {width}x{height}")));
+    flags.extend(
+        args.size
+            .map(|[width, height]| format!("--size {width}x{height}")),
+    );
     flags.extend(Choices::from(&args.choices).words("--rung ", "--without "));
     flags
 }

@@ -1,4 +1,5 @@
-//! The reference of a measurement in a file: a film, whose settings say the rungs that it was rendered on.
+//! The reference of a measurement in a file: a film, whose settings say the rungs that it was
+//! rendered on.
 
 use std::path::Path;
 
@@ -24,16 +25,21 @@ pub fn read(path: &Path, limits: &Limits) -> Result<Option<KeptReference>, Failu
     let KeptFilm { film, metadata, .. } = read_film(path, limits)?;
     refuse_other_program(path, &metadata)?;
     let mut words = metadata.settings.split(' ');
-    let rungs = (words.next() == Some(MARK)).then(|| words.map(Choice::parse).collect::<Result<Vec<_>, _>>().ok()).flatten();
+    let rungs = (words.next() == Some(MARK))
+        .then(|| words.map(Choice::parse).collect::<Result<Vec<_>, _>>().ok())
+        .flatten();
     let rungs = rungs.ok_or_else(|| {
-        Error::input(path.display(), "it is no reference of `raywright accuracy`").with_hint("name a file that is not there yet")
+        Error::input(path.display(), "it is no reference of `raywright accuracy`")
+            .with_hint("name a file that is not there yet")
     })?;
     Ok(Some(KeptReference { rungs, film }))
 }
 
 /// Keeps one.
 pub fn write(path: &Path, reference: KeptReference, loaded: &Loaded) -> Result<(), Failure> {
-    let words = [MARK.to_owned()].into_iter().chain(reference.rungs.iter().map(Choice::to_string));
+    let words = [MARK.to_owned()]
+        .into_iter()
+        .chain(reference.rungs.iter().map(Choice::to_string));
     let metadata = Metadata {
         software: SOFTWARE.to_owned(),
         scene_hash: loaded.hash.to_string(),
@@ -42,14 +48,25 @@ pub fn write(path: &Path, reference: KeptReference, loaded: &Loaded) -> Result<(
         command: command_line(),
         error: String::new(),
     };
-    Ok(write_film(path, &mut KeptFilm { film: reference.film, metadata, display: Display::of(&loaded.scene.render) })?)
+    Ok(write_film(
+        path,
+        &mut KeptFilm {
+            film: reference.film,
+            metadata,
+            display: Display::of(&loaded.scene.render),
+        },
+    )?)
 }
 
 /// Why a kept one is none of this scene.
 pub fn foreign(path: &Path, error: &PartError) -> Failure {
     let what = match error {
-        PartError::Foreign { what, .. } => format!("it is the reference of something else: the {what} differs"),
+        PartError::Foreign { what, .. } => {
+            format!("it is the reference of something else: the {what} differs")
+        }
         other => other.to_string(),
     };
-    Error::input(path.display(), what).with_hint("give the scene and flags that it was made with, or name another file").into()
+    Error::input(path.display(), what)
+        .with_hint("give the scene and flags that it was made with, or name another file")
+        .into()
 }

@@ -1,7 +1,8 @@
 //! A measurement as a table for the terminal, with a small plot of the frontier.
 
 use raywright_core::accuracy::{
-    Candidate, Interval, LadderReport, Measured, OutputReport, Price, PriceReport, Report, RungReport,
+    Candidate, Interval, LadderReport, Measured, OutputReport, Price, PriceReport, Report,
+    RungReport,
 };
 use raywright_core::bench::Spread;
 use raywright_io::human_bytes;
@@ -22,12 +23,18 @@ pub fn table(document: &Document<'_>) -> String {
     let mut text = format!("{}\n{}\n", document.scene, paragraph(&document.answer));
     text += &frontier(document);
     text += "\n";
-    document.circumstances.iter().for_each(|line| text += &(paragraph(line) + "\n"));
+    document
+        .circumstances
+        .iter()
+        .for_each(|line| text += &(paragraph(line) + "\n"));
     text += &rungs(report);
     text += &prices(report);
     text += &files(report);
     text += &report.costs.as_ref().map(dear).unwrap_or_default();
-    text += &listed("not called for by this scene, and not measured", report.not_called_for.iter().copied());
+    text += &listed(
+        "not called for by this scene, and not measured",
+        report.not_called_for.iter().copied(),
+    );
     text
 }
 
@@ -35,17 +42,37 @@ pub fn table(document: &Document<'_>) -> String {
 fn listed<T: AsRef<str>>(words: &str, names: impl Iterator<Item = T>) -> String {
     let names: Vec<T> = names.collect();
     let names: Vec<&str> = names.iter().map(AsRef::as_ref).collect();
-    if names.is_empty() { String::new() } else { format!("\n{}\n", paragraph(&format!("{words}: {}", names.join(", ")))) }
+    if names.is_empty() {
+        String::new()
+    } else {
+        format!(
+            "\n{}\n",
+            paragraph(&format!("{words}: {}", names.join(", ")))
+        )
+    }
 }
 
-/// Every rung under its ladder, but those that are slower and worse than the one in use, and those that there was no time for.
+/// Every rung under its ladder, but those that are slower and worse than the one in use, and those
+/// that there was no time for.
 fn rungs(report: &Report) -> String {
-    let heads = ["", "time", "x in use", "error", "bias", "light", "FLIP", "alone"];
-    let mut rows = vec![heads.map(str::to_owned), row("as it is".to_owned(), &report.own, None)];
-    let (samples, others): (Vec<_>, Vec<_>) = report.ladders.iter().partition(|ladder| ladder.ladder == "samples");
+    let heads = [
+        "", "time", "x in use", "error", "bias", "light", "FLIP", "alone",
+    ];
+    let mut rows = vec![
+        heads.map(str::to_owned),
+        row("as it is".to_owned(), &report.own, None),
+    ];
+    let (samples, others): (Vec<_>, Vec<_>) = report
+        .ladders
+        .iter()
+        .partition(|ladder| ladder.ladder == "samples");
     rows.extend(samples.iter().flat_map(|ladder| rows_of(ladder)));
     if let Some(base) = &report.base {
-        rows.push(row(format!("below: {} samples", base.samples), &base.measured, None));
+        rows.push(row(
+            format!("below: {} samples", base.samples),
+            &base.measured,
+            None,
+        ));
     }
     rows.extend(others.iter().flat_map(|ladder| rows_of(ladder)));
     let notes = [
@@ -56,22 +83,36 @@ fn rungs(report: &Report) -> String {
         "RMSE and the ends of all intervals are in -o FILE.csv",
     ];
     let mut text = format!("\n{}", lay_out_aligned(COLUMNS, &rows));
-    notes.iter().for_each(|note| text += &(paragraph(note) + "\n"));
-    let all = report.ladders.iter().flat_map(|ladder| ladder.rungs.iter().map(move |rung| (ladder, rung)));
-    let beaten = all.filter(|(ladder, rung)| ladder.beats(rung)).map(|(ladder, rung)| format!("{}={}", ladder.ladder, rung.rung));
+    notes
+        .iter()
+        .for_each(|note| text += &(paragraph(note) + "\n"));
+    let all = report
+        .ladders
+        .iter()
+        .flat_map(|ladder| ladder.rungs.iter().map(move |rung| (ladder, rung)));
+    let beaten = all
+        .filter(|(ladder, rung)| ladder.beats(rung))
+        .map(|(ladder, rung)| format!("{}={}", ladder.ladder, rung.rung));
     text += &listed("slower and worse than what is in use", beaten);
     let late = report.ladders.iter().filter_map(|ladder| {
         let others = || ladder.rungs.iter().filter(|rung| !rung.in_use);
-        late(ladder.ladder, others().map(|rung| (rung.rung.as_str(), rung.measured.is_none())))
+        late(
+            ladder.ladder,
+            others().map(|rung| (rung.rung.as_str(), rung.measured.is_none())),
+        )
     });
     text += &listed("no time for", late);
     text + &together(&report.combinations)
 }
 
-/// Which rungs of a ladder there was no time for: the ladder's name alone where that is all of them.
+/// Which rungs of a ladder there was no time for: the ladder's name alone where that is all of
+/// them.
 fn late<'a>(ladder: &str, rungs: impl Iterator<Item = (&'a str, bool)>) -> Option<String> {
     let (late, there): (Vec<_>, Vec<_>) = rungs.partition(|(_, is_late)| *is_late);
-    let names: Vec<String> = late.iter().map(|(rung, _)| format!("{ladder}={rung}")).collect();
+    let names: Vec<String> = late
+        .iter()
+        .map(|(rung, _)| format!("{ladder}={rung}"))
+        .collect();
     match (names.is_empty(), there.is_empty()) {
         (true, _) => None,
         (false, true) => Some(ladder.to_owned()),
@@ -84,26 +125,47 @@ fn together(all: &[Candidate]) -> String {
     if all.is_empty() {
         return String::new();
     }
-    let heads = ["time", "x in use", "error", "bias", "light", "FLIP", "together"].map(str::to_owned);
+    let heads = [
+        "time", "x in use", "error", "bias", "light", "FLIP", "together",
+    ]
+    .map(str::to_owned);
     let figures = |of: &Candidate| {
         let [_, time, ratio, error, bias, light, flip, _] = row(String::new(), &of.measured, None);
         [time, ratio, error, bias, light, flip, of.flags.join(" ")]
     };
     let rows: Vec<[String; 7]> = [heads].into_iter().chain(all.iter().map(figures)).collect();
-    format!("\n{}", lay_out_aligned([RIGHT, RIGHT, RIGHT, RIGHT, RIGHT, RIGHT, Align::Left], &rows))
+    format!(
+        "\n{}",
+        lay_out_aligned(
+            [RIGHT, RIGHT, RIGHT, RIGHT, RIGHT, RIGHT, Align::Left],
+            &rows
+        )
+    )
 }
 
 /// A ladder's title and its rungs, if there is more to say than what is in use.
 fn rows_of(ladder: &LadderReport) -> Vec<[String; 8]> {
-    let shown: Vec<&RungReport> = ladder.rungs.iter().filter(|rung| rung.measured.is_some() && !ladder.beats(rung)).collect();
+    let shown: Vec<&RungReport> = ladder
+        .rungs
+        .iter()
+        .filter(|rung| rung.measured.is_some() && !ladder.beats(rung))
+        .collect();
     if shown.iter().all(|rung| rung.in_use) {
         return Vec::new();
     }
     let stands = ladder.rungs.iter().any(|rung| rung.in_use);
-    let title = if stands { ladder.ladder.to_owned() } else { format!("{} (in use: {})", ladder.ladder, ladder.in_use) };
+    let title = if stands {
+        ladder.ladder.to_owned()
+    } else {
+        format!("{} (in use: {})", ladder.ladder, ladder.in_use)
+    };
     let rows = shown.into_iter().filter_map(|of| {
         let mark = if of.in_use { " *" } else { "" };
-        Some(row(format!("  {}{mark}", of.rung), of.measured.as_ref()?, of.own_error.as_ref()))
+        Some(row(
+            format!("  {}{mark}", of.rung),
+            of.measured.as_ref()?,
+            of.own_error.as_ref(),
+        ))
     });
     [title_row(title)].into_iter().chain(rows).collect()
 }
@@ -135,7 +197,11 @@ fn short(of: &Interval) -> String {
 
 /// Times shorter than a second with three digits.
 fn spoken_finely(seconds: f64) -> String {
-    if seconds < 0.9995 { format!("{} ms", significant(seconds * 1e3, 3)) } else { spoken(seconds) }
+    if seconds < 0.9995 {
+        format!("{} ms", significant(seconds * 1e3, 3))
+    } else {
+        spoken(seconds)
+    }
 }
 
 fn spread(of: &Spread) -> String {
@@ -144,24 +210,60 @@ fn spread(of: &Spread) -> String {
 
 /// Ladders without error.
 fn prices(report: &Report) -> String {
-    let mut rows = vec![["no picture changes", "time", "", "x in use", "preparing", "memory"].map(str::to_owned)];
-    for PriceReport { ladder, rungs, in_use } in report.prices.iter().filter(|of| of.rungs.iter().any(|rung| rung.paid.is_some()))
+    let mut rows = vec![
+        [
+            "no picture changes",
+            "time",
+            "",
+            "x in use",
+            "preparing",
+            "memory",
+        ]
+        .map(str::to_owned),
+    ];
+    for PriceReport {
+        ladder,
+        rungs,
+        in_use,
+    } in report
+        .prices
+        .iter()
+        .filter(|of| of.rungs.iter().any(|rung| rung.paid.is_some()))
     {
         let stands = rungs.iter().any(|rung| rung.in_use);
-        let title = if stands { (*ladder).to_owned() } else { format!("{ladder} (in use: {in_use})") };
+        let title = if stands {
+            (*ladder).to_owned()
+        } else {
+            format!("{ladder} (in use: {in_use})")
+        };
         rows.push(title_row(title));
         rows.extend(rungs.iter().filter_map(price));
     }
     let columns = [Align::Left, RIGHT, RIGHT, RIGHT, RIGHT, RIGHT];
-    let table = if rows.len() > 1 { format!("\n{}", lay_out_aligned(columns, &rows)) } else { String::new() };
-    let rungs = |of: &PriceReport| late(of.ladder, of.rungs.iter().map(|rung| (rung.rung.as_str(), rung.paid.is_none())));
+    let table = if rows.len() > 1 {
+        format!("\n{}", lay_out_aligned(columns, &rows))
+    } else {
+        String::new()
+    };
+    let rungs = |of: &PriceReport| {
+        late(
+            of.ladder,
+            of.rungs
+                .iter()
+                .map(|rung| (rung.rung.as_str(), rung.paid.is_none())),
+        )
+    };
     table + &listed("no time for", report.prices.iter().filter_map(rungs))
 }
 
 fn price(of: &Price) -> Option<[String; 6]> {
     let paid = of.paid.as_ref()?;
     let name = format!("  {}{}", of.rung, if of.in_use { " *" } else { "" });
-    let bits = if paid.same_bits { "" } else { "; OTHER PICTURE" };
+    let bits = if paid.same_bits {
+        ""
+    } else {
+        "; OTHER PICTURE"
+    };
     Some([
         name,
         spoken_finely(paid.seconds.median),
@@ -174,15 +276,39 @@ fn price(of: &Price) -> Option<[String; 6]> {
 
 /// What files keep of the picture.
 fn files(report: &Report) -> String {
-    let heads = ["what a file keeps", "bytes a pixel", "coding", "RMSE", "greatest", "FLIP", "clipped"].map(str::to_owned);
+    let heads = [
+        "what a file keeps",
+        "bytes a pixel",
+        "coding",
+        "RMSE",
+        "greatest",
+        "FLIP",
+        "clipped",
+    ]
+    .map(str::to_owned);
     let row = |of: &OutputReport| {
         let name = format!("  {}{}", of.rung, if of.in_use { " *" } else { "" });
-        let coding = of.seconds.as_ref().map(|of| spoken_finely(of.median)).unwrap_or_default();
+        let coding = of
+            .seconds
+            .as_ref()
+            .map(|of| spoken_finely(of.median))
+            .unwrap_or_default();
         let errors = [of.rmse, of.greatest, of.flip].map(|error| significant(error, 2));
         let [rmse, greatest, flip] = errors;
-        [name, of.bytes_per_pixel.to_string(), coding, rmse, greatest, flip, format!("{:.1} %", 100.0 * of.clipped)]
+        [
+            name,
+            of.bytes_per_pixel.to_string(),
+            coding,
+            rmse,
+            greatest,
+            flip,
+            format!("{:.1} %", 100.0 * of.clipped),
+        ]
     };
-    let rows: Vec<[String; 7]> = [heads].into_iter().chain(report.outputs.iter().map(row)).collect();
+    let rows: Vec<[String; 7]> = [heads]
+        .into_iter()
+        .chain(report.outputs.iter().map(row))
+        .collect();
     let columns = [Align::Left, RIGHT, RIGHT, RIGHT, RIGHT, RIGHT, RIGHT];
     let note = "of display values, 0 to 1, against those that were computed; clipped: pixels with a channel as bright as can be";
     format!("\n{}{}\n", lay_out_aligned(columns, &rows), paragraph(note))
@@ -190,23 +316,50 @@ fn files(report: &Report) -> String {
 
 /// The settings worth their time, as commands, and as a plot.
 fn frontier(document: &Document<'_>) -> String {
-    let points: Vec<&Measured> = document.report.frontier.iter().map(|candidate| &candidate.measured).collect();
+    let points: Vec<&Measured> = document
+        .report
+        .frontier
+        .iter()
+        .map(|candidate| &candidate.measured)
+        .collect();
     if points.is_empty() {
         return String::new();
     }
-    let rows = document.report.frontier.iter().zip(&document.flags).map(|(candidate, flags)| {
-        let of = &candidate.measured;
-        let time = uncertain(&of.seconds, spoken_finely);
-        [time, uncertain(&of.ratio, |value| significant(value, 3)), root(&of.errors.relmse), flags.clone()]
-    });
+    let rows = document
+        .report
+        .frontier
+        .iter()
+        .zip(&document.flags)
+        .map(|(candidate, flags)| {
+            let of = &candidate.measured;
+            let time = uncertain(&of.seconds, spoken_finely);
+            [
+                time,
+                uncertain(&of.ratio, |value| significant(value, 3)),
+                root(&of.errors.relmse),
+                flags.clone(),
+            ]
+        });
     let heads = ["time", "x in use", "error", "flags"].map(str::to_owned);
     let rows: Vec<[String; 4]> = [heads].into_iter().chain(rows).collect();
     let place = |of: &&Measured| (of.seconds.value, of.errors.relmse.value.sqrt());
     let words = "worth their time: no setting measured is both faster and nearer to the reference; the flags stand behind";
     let table = lay_out_aligned([RIGHT, RIGHT, RIGHT, Align::Left], &rows);
-    let plot = scatter(&points.iter().map(place).collect::<Vec<_>>(), "error", "time");
-    let plot = if plot.is_empty() { plot } else { format!("\n{plot}") };
-    format!("\n{}\n  {}\n{table}{plot}", paragraph(words), document.own_command)
+    let plot = scatter(
+        &points.iter().map(place).collect::<Vec<_>>(),
+        "error",
+        "time",
+    );
+    let plot = if plot.is_empty() {
+        plot
+    } else {
+        format!("\n{plot}")
+    };
+    format!(
+        "\n{}\n  {}\n{table}{plot}",
+        paragraph(words),
+        document.own_command
+    )
 }
 
 /// The root of a mean square, or of the upper end of what it may be.

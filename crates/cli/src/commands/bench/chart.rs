@@ -8,15 +8,31 @@ use raywright_io::report::{Axis, Colour, Line, Mark, Plot, Point};
 
 /// Draws all series in one plot.
 pub fn draw(series: &[Series], report: &Report) -> String {
-    let scans = series.iter().map(|s| line(s, "scan", Colour::First, s.scan_growth, |row| row.scan));
-    let trees = series.iter().map(|s| line(s, "tree", Colour::Second, s.tree_growth, |row| Some(row.tree)));
-    let machine = report.processor.as_deref().map(|name| format!(" · {name}")).unwrap_or_default();
+    let scans = series
+        .iter()
+        .map(|s| line(s, "scan", Colour::First, s.scan_growth, |row| row.scan));
+    let trees = series.iter().map(|s| {
+        line(s, "tree", Colour::Second, s.tree_growth, |row| {
+            Some(row.tree)
+        })
+    });
+    let machine = report
+        .processor
+        .as_deref()
+        .map(|name| format!(" · {name}"))
+        .unwrap_or_default();
     Plot {
         title: "Time to find what a ray hits first".to_owned(),
         subtitle: "scan: every primitive tested · tree: a hierarchy of boxes".to_owned(),
         circumstances: format!("one thread, {}{machine}", report.clock),
-        x: Axis { label: "N, primitives of constant fill".to_owned(), tick: Some(count) },
-        y: Axis { label: "time a ray: median, and range of the repeats".to_owned(), tick: Some(duration) },
+        x: Axis {
+            label: "N, primitives of constant fill".to_owned(),
+            tick: Some(count),
+        },
+        y: Axis {
+            label: "time a ray: median, and range of the repeats".to_owned(),
+            tick: Some(duration),
+        },
         lines: scans.chain(trees).collect(),
         falling: false,
         marks: series.iter().filter_map(mark).collect(),
@@ -25,11 +41,24 @@ pub fn draw(series: &[Series], report: &Report) -> String {
     .svg()
 }
 
-fn line(series: &Series, name: &str, colour: Colour, growth: Option<PowerLaw>, cost: fn(&Row) -> Option<Cost>) -> Line {
-    let exponent = growth.map(|law| format!(": grows as N to the {:.2}", law.exponent)).unwrap_or_default();
+fn line(
+    series: &Series,
+    name: &str,
+    colour: Colour,
+    growth: Option<PowerLaw>,
+    cost: fn(&Row) -> Option<Cost>,
+) -> Line {
+    let exponent = growth
+        .map(|law| format!(": grows as N to the {:.2}", law.exponent))
+        .unwrap_or_default();
     let point = |row: &Row| {
         let time = cost(row)?.nanoseconds;
-        Some(Point { x: row.primitives as f64, y: time.median, spread: [time.min, time.max], ..Point::default() })
+        Some(Point {
+            x: row.primitives as f64,
+            y: time.median,
+            spread: [time.min, time.max],
+            ..Point::default()
+        })
     };
     Line {
         name: format!("{name}, {}{exponent}", series.kind.name()),
@@ -42,9 +71,14 @@ fn line(series: &Series, name: &str, colour: Colour, growth: Option<PowerLaw>, c
 
 fn mark(series: &Series) -> Option<Mark> {
     match series.crossover? {
-        Crossover::At(n) => {
-            Some(Mark { x: n, label: format!("dotted: {}, tree ahead of scan from N = {}", series.kind.name(), rounded(n)) })
-        }
+        Crossover::At(n) => Some(Mark {
+            x: n,
+            label: format!(
+                "dotted: {}, tree ahead of scan from N = {}",
+                series.kind.name(),
+                rounded(n)
+            ),
+        }),
         Crossover::Always | Crossover::Never => None,
     }
 }
@@ -53,7 +87,11 @@ fn mark(series: &Series) -> Option<Mark> {
 fn count(exponent: i32) -> String {
     let zeros = exponent.max(0) as usize;
     let digits: Vec<char> = format!("1{}", "0".repeat(zeros)).chars().collect();
-    let groups: Vec<String> = digits.rchunks(3).rev().map(|group| group.iter().collect()).collect();
+    let groups: Vec<String> = digits
+        .rchunks(3)
+        .rev()
+        .map(|group| group.iter().collect())
+        .collect();
     groups.join("\u{2009}")
 }
 
@@ -75,7 +113,13 @@ mod tests {
     /// Protects: what stands at the axes means what the lines mean.
     #[test]
     fn ticks_read_as_numbers_with_units() {
-        assert_eq!([0, 2, 3, 6].map(count), ["1", "100", "1\u{2009}000", "1\u{2009}000\u{2009}000"]);
-        assert_eq!([-1, 0, 2, 3, 7, 9].map(duration), ["0.1 ns", "1 ns", "100 ns", "1 µs", "10 ms", "1 s"]);
+        assert_eq!(
+            [0, 2, 3, 6].map(count),
+            ["1", "100", "1\u{2009}000", "1\u{2009}000\u{2009}000"]
+        );
+        assert_eq!(
+            [-1, 0, 2, 3, 7, 9].map(duration),
+            ["0.1 ns", "1 ns", "100 ns", "1 µs", "10 ms", "1 s"]
+        );
     }
 }

@@ -1,4 +1,5 @@
-//! `bench`: what a ray costs when every primitive or its box is tested, what it costs with a tree, and how each grows with N.
+//! `bench`: what a ray costs when every primitive or its box is tested, what it costs with a tree,
+//! and how each grows with N.
 
 mod chart;
 mod report;
@@ -49,13 +50,21 @@ pub fn run(args: &BenchArgs, verbosity: Verbosity) -> Result<(), Failure> {
 }
 
 fn refuse_other_formats(path: &Path) -> Result<(), Failure> {
-    if path.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("svg")) {
+    if path
+        .extension()
+        .is_some_and(|extension| extension.eq_ignore_ascii_case("svg"))
+    {
         return Ok(());
     }
-    Err(Error::usage(format_args!("{} does not end in .svg, and the plot is nothing else", path.display())).into())
+    Err(Error::usage(format_args!(
+        "{} does not end in .svg, and the plot is nothing else",
+        path.display()
+    ))
+    .into())
 }
 
-/// How long a sample may be so that `rows` of them, of both scans and the tree, keep within the time given.
+/// How long a sample may be so that `rows` of them, of both scans and the tree, keep within the
+/// time given.
 fn care(args: &BenchArgs, rows: usize) -> BenchOptions {
     let samples = f64::from(args.repeats) * 3.0 * rows as f64;
     BenchOptions {
@@ -76,7 +85,10 @@ fn of_generated(args: &BenchArgs, verbosity: Verbosity) -> Result<Report, Failur
             rows += 1.0;
             steps.show(&format!("{} {}", row.primitives, kind.name()), rows / all);
         };
-        series.push(generated(kind, &sizes, &care, &mut done).map_err(|error| failed(error, "generated scene"))?);
+        series.push(
+            generated(kind, &sizes, &care, &mut done)
+                .map_err(|error| failed(error, "generated scene"))?,
+        );
     }
     Ok(Report::new(care, Measured::Generated(series)))
 }
@@ -93,14 +105,24 @@ fn of_scene(args: &BenchArgs, verbosity: Verbosity) -> Result<Report, Failure> {
         rows += 1.0;
         steps.show("rays measured", rows / GIVEN_ROWS as f64);
     };
-    let rows = given(&loaded.scene, &settings, &care, &mut done).map_err(|error| failed(error, &loaded.source.name))?;
-    Ok(Report::new(care, Measured::Given { scene: loaded.source.name, hash: loaded.hash.to_string(), rows: Box::new(rows) }))
+    let rows = given(&loaded.scene, &settings, &care, &mut done)
+        .map_err(|error| failed(error, &loaded.source.name))?;
+    Ok(Report::new(
+        care,
+        Measured::Given {
+            scene: loaded.source.name,
+            hash: loaded.hash.to_string(),
+            rows: Box::new(rows),
+        },
+    ))
 }
 
 fn failed(error: BenchError, name: &str) -> Failure {
     match error {
         BenchError::Disagreement(_) => Failure::new(Exit::Failed, error),
-        BenchError::Geometry(_) | BenchError::Prepare(_) | BenchError::Empty => Error::input(name, error).into(),
+        BenchError::Geometry(_) | BenchError::Prepare(_) | BenchError::Empty => {
+            Error::input(name, error).into()
+        }
     }
 }
 
@@ -113,29 +135,56 @@ mod tests {
     use super::*;
     use crate::args::{Arguments, Command};
 
-    /// Protects: a row is three samples, of two scans and the tree, each as often as it is repeated: together they last as
-    /// long as was asked for, and no sample is longer than is worth its time.
+    /// Protects: a row is three samples, of two scans and the tree, each as often as it is
+    /// repeated: together they last as long as was asked for, and no sample is longer than is worth
+    /// its time.
     #[test]
     fn the_samples_share_the_time() {
         let care = |seconds: &str, rows| {
             let words = ["raywright", "bench", "--seconds", seconds, "--repeats", "4"];
-            let Ok(Arguments { command: Some(Command::Bench(args)), .. }) = Arguments::try_parse_from(words) else {
+            let Ok(Arguments {
+                command: Some(Command::Bench(args)),
+                ..
+            }) = Arguments::try_parse_from(words)
+            else {
                 panic!("a right command line")
             };
             care(&args, rows)
         };
         // 0.75 s / (4 repeats · 3 samples · 2 rows)
-        assert_eq!(care("0.75", 2), BenchOptions { repeats: 4, sample_seconds: 0.03125, build: BuildQuality::Fast });
-        assert_eq!(care("0.75", 5), BenchOptions { repeats: 4, sample_seconds: 0.0125, build: BuildQuality::Fast });
+        assert_eq!(
+            care("0.75", 2),
+            BenchOptions {
+                repeats: 4,
+                sample_seconds: 0.03125,
+                build: BuildQuality::Fast
+            }
+        );
+        assert_eq!(
+            care("0.75", 5),
+            BenchOptions {
+                repeats: 4,
+                sample_seconds: 0.0125,
+                build: BuildQuality::Fast
+            }
+        );
         assert_eq!(care("1000", 2).sample_seconds, 0.05);
     }
 
-    /// Protects: a disagreement of scan and tree is a failure of the program, with its own exit code; everything else is the file's.
+    /// Protects: a disagreement of scan and tree is a failure of the program, with its own exit
+    /// code; everything else is the file's.
     #[test]
     fn a_disagreement_is_not_the_files_fault() {
-        let disagreement =
-            raywright_core::bench::Disagreement { ray: 1, primitives: 2, scan: String::new(), tree: String::new() };
-        assert_eq!(failed(BenchError::Disagreement(disagreement), "a").exit, Exit::Failed);
+        let disagreement = raywright_core::bench::Disagreement {
+            ray: 1,
+            primitives: 2,
+            scan: String::new(),
+            tree: String::new(),
+        };
+        assert_eq!(
+            failed(BenchError::Disagreement(disagreement), "a").exit,
+            Exit::Failed
+        );
         assert_eq!(failed(BenchError::Empty, "a").exit, Exit::Input);
     }
 }

@@ -78,11 +78,20 @@ impl Report {
     pub fn preamble(&self) -> Vec<String> {
         let what = match &self.measured {
             Measured::Generated(_) => {
-                format!("Random rays through N primitives of constant fill ({} % of a unit cube, size ∝ N^(−1/3)).", FILL * 100.0)
+                format!(
+                    "Random rays through N primitives of constant fill ({} % of a unit cube, size ∝ N^(−1/3)).",
+                    FILL * 100.0
+                )
             }
-            Measured::Given { scene, .. } => format!("{scene}: rays of its camera, and one cosine-weighted bounce of each."),
+            Measured::Given { scene, .. } => {
+                format!("{scene}: rays of its camera, and one cosine-weighted bounce of each.")
+            }
         };
-        let machine = self.processor.as_deref().map(|name| format!("{name}, ")).unwrap_or_default();
+        let machine = self
+            .processor
+            .as_deref()
+            .map(|name| format!("{name}, "))
+            .unwrap_or_default();
         vec![
             what,
             "Closest hit: every primitive tested (scan), or a bounding-volume hierarchy (tree); the same hits, checked."

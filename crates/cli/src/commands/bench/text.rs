@@ -16,19 +16,29 @@ struct Sheet {
 
 /// The report for a terminal.
 pub fn plain(report: &Report) -> String {
-    let preamble = report.preamble().into_iter().map(|line| paragraph(&line) + "\n");
-    preamble.chain(sheets(report).iter().map(Sheet::plain)).collect()
+    let preamble = report
+        .preamble()
+        .into_iter()
+        .map(|line| paragraph(&line) + "\n");
+    preamble
+        .chain(sheets(report).iter().map(Sheet::plain))
+        .collect()
 }
 
 /// The report for a document.
 pub fn markdown(report: &Report) -> String {
     let preamble = report.preamble().into_iter().map(|line| line + "\n");
-    preamble.chain(sheets(report).iter().map(Sheet::markdown)).collect()
+    preamble
+        .chain(sheets(report).iter().map(Sheet::markdown))
+        .collect()
 }
 
 fn sheets(report: &Report) -> Vec<Sheet> {
     match &report.measured {
-        Measured::Generated(series) => series.iter().flat_map(|s| [of_series(s, report), upkeep_of_series(s)]).collect(),
+        Measured::Generated(series) => series
+            .iter()
+            .flat_map(|s| [of_series(s, report), upkeep_of_series(s)])
+            .collect(),
         Measured::Given { rows, .. } => vec![of_given(rows, report), upkeep_of_given(rows)],
     }
 }
@@ -38,11 +48,29 @@ const TIMES: [&str; 3] = ["scan, ns/ray", "tree, ns/ray", "scan : tree"];
 
 fn of_series(series: &Series, report: &Report) -> Sheet {
     let [scan, tree, ratio] = TIMES;
-    let names = ["N", "rays that hit", scan, tree, ratio, "nodes/ray", "tests/ray"];
+    let names = [
+        "N",
+        "rays that hit",
+        scan,
+        tree,
+        ratio,
+        "nodes/ray",
+        "tests/ray",
+    ];
     let cells = |row: &Row| {
         let [scan, tree, ratio] = times(row);
         let [hits, nodes, tests] = visits(row);
-        [row.primitives.to_string(), hits, scan, tree, ratio, nodes, tests].into_iter().collect()
+        [
+            row.primitives.to_string(),
+            hits,
+            scan,
+            tree,
+            ratio,
+            nodes,
+            tests,
+        ]
+        .into_iter()
+        .collect()
     };
     let mut notes = Vec::new();
     notes.push(lead(series.crossover));
@@ -63,18 +91,30 @@ fn lead(crossover: Option<Crossover>) -> String {
             "The tree is ahead of the scan from N = {} on (interpolated; before, the two are level or the scan is ahead).",
             rounded(n)
         ),
-        Some(Crossover::Never) => "The tree is not ahead of the scan at the largest N measured.".to_owned(),
+        Some(Crossover::Never) => {
+            "The tree is not ahead of the scan at the largest N measured.".to_owned()
+        }
         None => "The scan was not timed, so there is no crossover.".to_owned(),
     }
 }
 
 /// What it takes to have the structures.
 fn upkeep_of_series(series: &Series) -> Sheet {
-    let names = ["N", "scan: build, ms", "bytes/N", "tree: build, ms", "bytes/N"];
+    let names = [
+        "N",
+        "scan: build, ms",
+        "bytes/N",
+        "tree: build, ms",
+        "bytes/N",
+    ];
     let cells = |row: &Row| {
-        let per_primitive = |cost: Option<Cost>| upkeep(cost, |bytes| rounded(bytes as f64 / row.primitives as f64));
+        let per_primitive = |cost: Option<Cost>| {
+            upkeep(cost, |bytes| rounded(bytes as f64 / row.primitives as f64))
+        };
         let ([a, b], [c, d]) = (per_primitive(row.scan), per_primitive(Some(row.tree)));
-        [row.primitives.to_string(), a, b, c, d].into_iter().collect()
+        [row.primitives.to_string(), a, b, c, d]
+            .into_iter()
+            .collect()
     };
     Sheet {
         heading: format!("{}: build and memory", capitalised(series.kind.name())),
@@ -85,21 +125,52 @@ fn upkeep_of_series(series: &Series) -> Sheet {
 
 fn of_given(given: &Given, report: &Report) -> Sheet {
     let [scan, tree, ratio] = TIMES;
-    let names = ["rays", "how many", "that hit", scan, tree, ratio, "nodes/ray", "tests/ray"];
+    let names = [
+        "rays",
+        "how many",
+        "that hit",
+        scan,
+        tree,
+        ratio,
+        "nodes/ray",
+        "tests/ray",
+    ];
     let cells = |name: &str, row: &Row| {
         let [scan, tree, ratio] = times(row);
         let [hits, nodes, tests] = visits(row);
-        [name.to_owned(), row.tree.rays.to_string(), hits, scan, tree, ratio, nodes, tests].into_iter().collect()
+        [
+            name.to_owned(),
+            row.tree.rays.to_string(),
+            hits,
+            scan,
+            tree,
+            ratio,
+            nodes,
+            tests,
+        ]
+        .into_iter()
+        .collect()
     };
     let mut notes = vec![];
     if given.bounce.is_none() {
         notes.push("The camera sees nothing, so there are no bounces.".to_owned());
     }
-    notes.extend(left_out([Some(&given.camera), given.bounce.as_ref()].into_iter().flatten(), report));
+    notes.extend(left_out(
+        [Some(&given.camera), given.bounce.as_ref()]
+            .into_iter()
+            .flatten(),
+        report,
+    ));
     let mut columns = [Align::Right; 8];
     columns[0] = Align::Left;
-    let rows = [cells("camera", &given.camera)].into_iter().chain(given.bounce.iter().map(|row| cells("bounce", row)));
-    Sheet { heading: "Scan against tree".to_owned(), table: Table::new(columns, names, rows), notes }
+    let rows = [cells("camera", &given.camera)]
+        .into_iter()
+        .chain(given.bounce.iter().map(|row| cells("bounce", row)));
+    Sheet {
+        heading: "Scan against tree".to_owned(),
+        table: Table::new(columns, names, rows),
+        notes,
+    }
 }
 
 fn upkeep_of_given(given: &Given) -> Sheet {
@@ -112,7 +183,11 @@ fn upkeep_of_given(given: &Given) -> Sheet {
     let names = ["structure", "objects to structure, ms", "memory"];
     Sheet {
         heading: format!("Build and memory, {} primitives", row.primitives),
-        table: Table::new([Align::Left, Align::Right, Align::Right], names, structures.into_iter().map(cells)),
+        table: Table::new(
+            [Align::Left, Align::Right, Align::Right],
+            names,
+            structures.into_iter().map(cells),
+        ),
         notes: vec![],
     }
 }
@@ -122,11 +197,20 @@ fn times(row: &Row) -> [String; 3] {
     let time = |cost: Option<Cost>| {
         cost.map_or_else(
             || "not run".to_owned(),
-            |cost| format!("{}{}", rounded(cost.nanoseconds.median), spread(&cost.nanoseconds)),
+            |cost| {
+                format!(
+                    "{}{}",
+                    rounded(cost.nanoseconds.median),
+                    spread(&cost.nanoseconds)
+                )
+            },
         )
     };
     let ratio = |ratio: Option<Spread>| {
-        ratio.map_or_else(|| "-".to_owned(), |ratio| format!("{}{}", rounded(ratio.median), spread(&ratio)))
+        ratio.map_or_else(
+            || "-".to_owned(),
+            |ratio| format!("{}{}", rounded(ratio.median), spread(&ratio)),
+        )
     };
     [time(row.scan), time(Some(row.tree)), ratio(row.ratio)]
 }
@@ -146,7 +230,10 @@ fn upkeep(cost: Option<Cost>, memory: impl Fn(usize) -> String) -> [String; 2] {
         || ["not run".to_owned(), "-".to_owned()],
         |cost| {
             let build = cost.build_milliseconds;
-            [format!("{}{}", rounded(build.median), spread(&build)), memory(cost.bytes)]
+            [
+                format!("{}{}", rounded(build.median), spread(&build)),
+                memory(cost.bytes),
+            ]
         },
     )
 }
@@ -159,8 +246,12 @@ fn growth(what: &str, law: &PowerLaw) -> String {
 }
 
 fn left_out<'a>(mut rows: impl Iterator<Item = &'a Row>, report: &Report) -> Option<String> {
-    rows.any(|row| row.scan.is_none())
-        .then(|| format!("Not run: a sample of it would take much longer than {} ms.", rounded(report.sample_seconds * 1e3)))
+    rows.any(|row| row.scan.is_none()).then(|| {
+        format!(
+            "Not run: a sample of it would take much longer than {} ms.",
+            rounded(report.sample_seconds * 1e3)
+        )
+    })
 }
 
 /// Half the distance of the quartiles, in percent.
@@ -173,26 +264,57 @@ pub fn rounded(x: f64) -> String {
     if !x.is_finite() {
         return "-".to_owned();
     }
-    let whole = if x == 0.0 { 0 } else { x.abs().log10().floor() as i32 };
+    let whole = if x == 0.0 {
+        0
+    } else {
+        x.abs().log10().floor() as i32
+    };
     let step = 10_f64.powi(whole - 2);
-    format!("{:.*}", (2 - whole).clamp(0, 6) as usize, if whole > 2 { (x / step).round() * step } else { x })
+    format!(
+        "{:.*}",
+        (2 - whole).clamp(0, 6) as usize,
+        if whole > 2 {
+            (x / step).round() * step
+        } else {
+            x
+        }
+    )
 }
 
 fn capitalised(word: &str) -> String {
     let mut letters = word.chars();
-    letters.next().map(|first| first.to_uppercase().chain(letters).collect()).unwrap_or_default()
+    letters
+        .next()
+        .map(|first| first.to_uppercase().chain(letters).collect())
+        .unwrap_or_default()
 }
 
 impl Sheet {
     fn plain(&self) -> String {
-        let notes: String = self.notes.iter().map(|note| paragraph(note) + "\n").collect();
-        format!("\n{}\n{}{notes}", self.heading, self.table.text(console::width()))
+        let notes: String = self
+            .notes
+            .iter()
+            .map(|note| paragraph(note) + "\n")
+            .collect();
+        format!(
+            "\n{}\n{}{notes}",
+            self.heading,
+            self.table.text(console::width())
+        )
     }
 
     fn markdown(&self) -> String {
-        let notes: String = self.notes.iter().map(|note| format!("- {note}\n")).collect();
+        let notes: String = self
+            .notes
+            .iter()
+            .map(|note| format!("- {note}\n"))
+            .collect();
         let gap = if notes.is_empty() { "" } else { "\n" };
-        format!("\n### {}\n\n{}{gap}{notes}", self.heading, self.table.markdown())
+        format!(
+            "\n### {}\n\n{}{gap}{notes}",
+            self.heading,
+            self.table.markdown()
+        )
     }
 }
 
@@ -203,8 +325,14 @@ mod tests {
     /// Protects: three significant digits, whatever the size, and no digits that were not measured.
     #[test]
     fn numbers_are_rounded_to_three_digits() {
-        let cases =
-            [(0.0, "0.00"), (0.001_234, "0.00123"), (1.2345, "1.23"), (12.345, "12.3"), (123.45, "123"), (12_345.0, "12300")];
+        let cases = [
+            (0.0, "0.00"),
+            (0.001_234, "0.00123"),
+            (1.2345, "1.23"),
+            (12.345, "12.3"),
+            (123.45, "123"),
+            (12_345.0, "12300"),
+        ];
         for (x, text) in cases {
             assert_eq!(rounded(x), text);
         }
@@ -212,16 +340,29 @@ mod tests {
     }
 
     fn spread(median: f64) -> Spread {
-        Spread { median, lower_quartile: 0.95 * median, upper_quartile: 1.05 * median, min: 0.5 * median, max: 2.0 * median }
+        Spread {
+            median,
+            lower_quartile: 0.95 * median,
+            upper_quartile: 1.05 * median,
+            min: 0.5 * median,
+            max: 2.0 * median,
+        }
     }
 
     fn cost(nanoseconds: f64, build_milliseconds: f64, bytes: usize) -> Cost {
         let (nanoseconds, build_milliseconds) = (spread(nanoseconds), spread(build_milliseconds));
-        Cost { nanoseconds, rays: 400, nodes_per_ray: 7.25, tests_per_ray: 2.5, build_milliseconds, bytes }
+        Cost {
+            nanoseconds,
+            rays: 400,
+            nodes_per_ray: 7.25,
+            tests_per_ray: 2.5,
+            build_milliseconds,
+            bytes,
+        }
     }
 
-    /// Protects: each figure of a row in its column: scan and tree in this order, their ratio, shares in percent,
-    /// and of a whole scene's structures time and memory.
+    /// Protects: each figure of a row in its column: scan and tree in this order, their ratio,
+    /// shares in percent, and of a whole scene's structures time and memory.
     #[test]
     fn figures_are_in_their_columns() {
         let row = Row {
@@ -233,12 +374,27 @@ mod tests {
         };
         assert_eq!(times(&row), ["800 ± 5.0 %", "50.0 ± 5.0 %", "16.0 ± 5.0 %"]);
         assert_eq!(visits(&row), ["62.5 %", "7.2", "2.5"]);
-        let given = Given { camera: row, bounce: None };
+        let given = Given {
+            camera: row,
+            bounce: None,
+        };
         let sheet = upkeep_of_given(&given);
         assert_eq!(sheet.heading, "Build and memory, 1000 primitives");
-        let rows: Vec<String> = sheet.table.rows.iter().map(|row| row.cells.join(" | ")).collect();
-        assert_eq!(rows[1..], ["scan | 1.00 ± 5.0 % | 2 KiB", "tree | 5.00 ± 5.0 % | 6 MiB"]);
-        let untimed = Row { scan: None, ratio: None, ..row };
+        let rows: Vec<String> = sheet
+            .table
+            .rows
+            .iter()
+            .map(|row| row.cells.join(" | "))
+            .collect();
+        assert_eq!(
+            rows[1..],
+            ["scan | 1.00 ± 5.0 % | 2 KiB", "tree | 5.00 ± 5.0 % | 6 MiB"]
+        );
+        let untimed = Row {
+            scan: None,
+            ratio: None,
+            ..row
+        };
         assert_eq!(times(&untimed), ["not run", "50.0 ± 5.0 %", "-"]);
     }
 }

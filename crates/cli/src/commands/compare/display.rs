@@ -1,4 +1,5 @@
-//! How `compare` shows linear pictures where display values are needed: as flags say, else as the pictures' own files do.
+//! How `compare` shows linear pictures where display values are needed: as flags say, else as the
+//! pictures' own files do.
 
 use raywright_core::display::Display;
 use raywright_core::picture::Encoding;
@@ -38,29 +39,59 @@ pub struct DisplayReport {
 }
 
 impl ChosenDisplay {
-    /// The display for two pictures; none where both are of display values. Display values say how they were made, so theirs goes first.
-    /// `with_flags` puts what flags say in the place of what files do; they may say all of it.
+    /// The display for two pictures; none where both are of display values. Display values say how
+    /// they were made, so theirs goes first. `with_flags` puts what flags say in the place of what
+    /// files do; they may say all of it.
     pub fn of(
         (with_flags, all_given): (impl FnOnce(Display) -> Display, bool),
         picture: &Judged,
         reference: &Judged,
     ) -> Option<Self> {
-        let sides = [(reference, DisplaySource::Reference), (picture, DisplaySource::Picture)];
+        let sides = [
+            (reference, DisplaySource::Reference),
+            (picture, DisplaySource::Picture),
+        ];
         let is_linear = |judged: &Judged| judged.stored.encoding == Encoding::Linear;
         if !sides.iter().any(|(judged, _)| is_linear(judged)) {
             return None;
         }
-        let (linear, shown): (Vec<_>, Vec<_>) = sides.into_iter().partition(|(judged, _)| is_linear(judged));
-        let own = shown.into_iter().chain(linear).find_map(|(judged, source)| Some((judged.display?, source)));
+        let (linear, shown): (Vec<_>, Vec<_>) =
+            sides.into_iter().partition(|(judged, _)| is_linear(judged));
+        let own = shown
+            .into_iter()
+            .chain(linear)
+            .find_map(|(judged, source)| Some((judged.display?, source)));
         let (own, source) = own.unwrap_or((Display::default(), DisplaySource::Default));
-        let Display { tone_map, curve, exposure_stops, .. } = with_flags(own);
-        let display = Display { tone_map, curve, exposure_stops, ..Display::default() };
-        Some(Self { display, source: if all_given { DisplaySource::Flags } else { source } })
+        let Display {
+            tone_map,
+            curve,
+            exposure_stops,
+            ..
+        } = with_flags(own);
+        let display = Display {
+            tone_map,
+            curve,
+            exposure_stops,
+            ..Display::default()
+        };
+        Some(Self {
+            display,
+            source: if all_given {
+                DisplaySource::Flags
+            } else {
+                source
+            },
+        })
     }
 
     /// The display in a row of the table.
     pub fn described(&self, [picture, reference]: [&str; 2]) -> String {
-        let DisplayReport { tone_map, gamma, exposure, from } = self.report();
+        let DisplayReport {
+            tone_map,
+            gamma,
+            exposure,
+            from,
+        } = self.report();
         let from = match from {
             DisplaySource::Flags => String::new(),
             DisplaySource::Picture => format!(", as {picture} says"),
@@ -72,8 +103,18 @@ impl ChosenDisplay {
 
     /// The display in JSON.
     pub fn report(&self) -> DisplayReport {
-        let Display { tone_map, curve, exposure_stops, .. } = self.display;
+        let Display {
+            tone_map,
+            curve,
+            exposure_stops,
+            ..
+        } = self.display;
         let [tone_map, gamma] = [origin::name(&tone_map), origin::name(&curve)];
-        DisplayReport { tone_map, gamma, exposure: exposure_stops, from: self.source }
+        DisplayReport {
+            tone_map,
+            gamma,
+            exposure: exposure_stops,
+            from: self.source,
+        }
     }
 }

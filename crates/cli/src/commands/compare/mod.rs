@@ -1,4 +1,5 @@
-//! `compare`: how far two pictures are apart, judged by thresholds or by their noise, with a picture of where.
+//! `compare`: how far two pictures are apart, judged by thresholds or by their noise, with a
+//! picture of where.
 
 mod display;
 mod noise;
@@ -6,7 +7,9 @@ mod noise;
 use std::path::{Path, PathBuf};
 
 use raywright_core::display::Display;
-use raywright_core::metrics::{Comparison, CoverageErrors, Errors, NoiseVerdict, Side, compare, heat_map};
+use raywright_core::metrics::{
+    Comparison, CoverageErrors, Errors, NoiseVerdict, Side, compare, heat_map,
+};
 use raywright_core::picture::{DataWindow, Encoding, Picture};
 use raywright_io::output::{Format, Metadata, StoredPicture, write_png};
 use raywright_io::{Error, Inputs};
@@ -31,22 +34,43 @@ pub fn run(args: &CompareArgs) -> Result<(), Failure> {
     if let Some(path) = &args.diff {
         write_difference(path, &judgement.comparison)?;
     }
-    console::print(if args.json { judgement.json(&pair) } else { judgement.text(args, &pair) })?;
+    console::print(if args.json {
+        judgement.json(&pair)
+    } else {
+        judgement.text(args, &pair)
+    })?;
     match judgement.beyond.as_slice() {
         [] => Ok(()),
         beyond => Err(Failure::new(
             Exit::Failed,
-            format_args!("{} differs from {}: {}", args.picture.display(), args.reference.display(), beyond.join("; ")),
+            format_args!(
+                "{} differs from {}: {}",
+                args.picture.display(),
+                args.reference.display(),
+                beyond.join("; ")
+            ),
         )),
     }
 }
 
-/// The comparison as JSON, of pictures in memory with these names; what is beyond a threshold is in it, and no failure.
-pub fn embedded(args: &CompareArgs, [picture, reference]: [PathBuf; 2], pair: &[Judged; 2]) -> Result<String, Failure> {
+/// The comparison as JSON, of pictures in memory with these names; what is beyond a threshold is in
+/// it, and no failure.
+pub fn embedded(
+    args: &CompareArgs,
+    [picture, reference]: [PathBuf; 2],
+    pair: &[Judged; 2],
+) -> Result<String, Failure> {
     if args.diff.is_some() {
-        return Err(Error::usage("--diff writes a picture, and the comparison is handed over here").into());
+        return Err(Error::usage(
+            "--diff writes a picture, and the comparison is handed over here",
+        )
+        .into());
     }
-    let args = CompareArgs { picture, reference, ..args.clone() };
+    let args = CompareArgs {
+        picture,
+        reference,
+        ..args.clone()
+    };
     Ok(Judgement::of(&args, pair)?.json(pair))
 }
 
@@ -61,21 +85,47 @@ struct Judgement {
 
 impl Judgement {
     fn of(args: &CompareArgs, pair: &[Judged; 2]) -> Result<Self, Failure> {
-        let ([picture, reference], names) = (pair, [args.picture.as_path(), args.reference.as_path()]);
+        let ([picture, reference], names) =
+            (pair, [args.picture.as_path(), args.reference.as_path()]);
         refuse_other_places(&picture.stored.picture, &reference.stored.picture, names)?;
         let exposure = args.exposure.map(Exposure::Stops);
-        let flags = DisplayArgs { exposure, tonemap: args.tonemap, gamma: args.gamma, quality: None };
+        let flags = DisplayArgs {
+            exposure,
+            tonemap: args.tonemap,
+            gamma: args.gamma,
+            quality: None,
+        };
         let all_given = args.exposure.is_some() && args.tonemap.is_some() && args.gamma.is_some();
-        let shown = ChosenDisplay::of((|own| plan::shown(&flags, own), all_given), picture, reference);
+        let shown = ChosenDisplay::of(
+            (|own| plan::shown(&flags, own), all_given),
+            picture,
+            reference,
+        );
         let display = shown.map(|shown| shown.display).unwrap_or_default();
-        let verdict = args.noise.then(|| noise::judge(picture, reference, names, args.level)).transpose()?;
-        let comparison = compare(side(&picture.stored), side(&reference.stored), display)
-            .map_err(|cause| Error::input(format_args!("{} and {}", names[0].display(), names[1].display()), cause))?;
+        let verdict = args
+            .noise
+            .then(|| noise::judge(picture, reference, names, args.level))
+            .transpose()?;
+        let comparison =
+            compare(side(&picture.stored), side(&reference.stored), display).map_err(|cause| {
+                Error::input(
+                    format_args!("{} and {}", names[0].display(), names[1].display()),
+                    cause,
+                )
+            })?;
         let mut beyond = beyond(args, &comparison);
         beyond.extend(
-            verdict.as_ref().filter(|verdict| verdict.beyond > 0).map(|verdict| format!("noise: {}", noise::described(verdict))),
+            verdict
+                .as_ref()
+                .filter(|verdict| verdict.beyond > 0)
+                .map(|verdict| format!("noise: {}", noise::described(verdict))),
         );
-        Ok(Self { comparison, shown, verdict, beyond })
+        Ok(Self {
+            comparison,
+            shown,
+            verdict,
+            beyond,
+        })
     }
 
     fn json(&self, pair: &[Judged; 2]) -> String {
@@ -91,8 +141,14 @@ impl Judgement {
 
     fn text(&self, args: &CompareArgs, pair: &[Judged; 2]) -> String {
         let names = [&args.picture, &args.reference].map(|name| name.display().to_string());
-        let shown = self.shown.map(|shown| shown.described(names.each_ref().map(String::as_str)));
-        let parts = [place(windows(pair)), shown, self.verdict.as_ref().map(noise::described)];
+        let shown = self
+            .shown
+            .map(|shown| shown.described(names.each_ref().map(String::as_str)));
+        let parts = [
+            place(windows(pair)),
+            shown,
+            self.verdict.as_ref().map(noise::described),
+        ];
         text(&self.comparison, parts.map(Option::unwrap_or_default))
     }
 }
@@ -103,7 +159,11 @@ fn windows(pair: &[Judged; 2]) -> [Option<DataWindow>; 2] {
 
 fn check_difference_target(path: &Path, args: &CompareArgs) -> Result<(), Failure> {
     if Format::of(path)? != Format::Png {
-        return Err(Error::usage(format_args!("{}: the difference picture is a .png", path.display())).into());
+        return Err(Error::usage(format_args!(
+            "{}: the difference picture is a .png",
+            path.display()
+        ))
+        .into());
     }
     let (mut outputs, mut inputs) = (Outputs::default(), Inputs::default());
     outputs.add(path, "--diff")?;
@@ -113,14 +173,23 @@ fn check_difference_target(path: &Path, args: &CompareArgs) -> Result<(), Failur
 }
 
 /// Pixel beside pixel, two parts of a picture that lie elsewhere in it say nothing.
-fn refuse_other_places(picture: &Picture, reference: &Picture, names: [&Path; 2]) -> Result<(), Failure> {
-    let (Some(one), Some(other)) = (picture.window, reference.window) else { return Ok(()) };
+fn refuse_other_places(
+    picture: &Picture,
+    reference: &Picture,
+    names: [&Path; 2],
+) -> Result<(), Failure> {
+    let (Some(one), Some(other)) = (picture.window, reference.window) else {
+        return Ok(());
+    };
     if one == other {
         return Ok(());
     }
     let [one, other] = [one, other].map(located);
     let names = names.map(|name| name.display().to_string());
-    let error = Error::input(names.join(" and "), format_args!("the pictures are parts of other places: {one} and {other}"));
+    let error = Error::input(
+        names.join(" and "),
+        format_args!("the pictures are parts of other places: {one} and {other}"),
+    );
     Err(error.with_hint("compare pictures of one --crop").into())
 }
 
@@ -134,27 +203,64 @@ fn place(windows: [Option<DataWindow>; 2]) -> Option<String> {
     }
 }
 
-fn located(DataWindow { origin: [x, y], full: [width, height] }: DataWindow) -> String {
+fn located(
+    DataWindow {
+        origin: [x, y],
+        full: [width, height],
+    }: DataWindow,
+) -> String {
     format!("{x}, {y} of {width}x{height}")
 }
 
 fn side(stored: &StoredPicture) -> Side<'_> {
-    Side { picture: &stored.picture, encoding: stored.encoding }
+    Side {
+        picture: &stored.picture,
+        encoding: stored.encoding,
+    }
 }
 
 /// FLIP by pixel, from black (alike) to pale yellow (as different as can be).
 fn write_difference(path: &Path, comparison: &Comparison) -> Result<(), Failure> {
-    let picture = heat_map(comparison.width, comparison.height, &comparison.flip_map, 1.0);
-    let metadata = Metadata { software: origin::SOFTWARE.to_owned(), command: origin::command_line(), ..Metadata::default() };
+    let picture = heat_map(
+        comparison.width,
+        comparison.height,
+        &comparison.flip_map,
+        1.0,
+    );
+    let metadata = Metadata {
+        software: origin::SOFTWARE.to_owned(),
+        command: origin::command_line(),
+        ..Metadata::default()
+    };
     Ok(write_png(path, &picture, Display::PLAIN, &metadata)?)
 }
 
 /// What lies beyond the thresholds given, in words. A figure that is not a number is beyond any.
 fn beyond(args: &CompareArgs, comparison: &Comparison) -> Vec<String> {
-    let Errors { non_finite, rmse, relmse, relmse_trimmed, psnr, .. } = comparison.errors;
-    let colours = CoverageErrors { non_finite, rmse, relmse, relmse_trimmed, psnr, flip: comparison.flip.mean };
-    let of_coverage = comparison.coverage_errors.iter().flat_map(|coverage| beyond_in(args, "coverage: ", coverage));
-    beyond_in(args, "", &colours).into_iter().chain(of_coverage).collect()
+    let Errors {
+        non_finite,
+        rmse,
+        relmse,
+        relmse_trimmed,
+        psnr,
+        ..
+    } = comparison.errors;
+    let colours = CoverageErrors {
+        non_finite,
+        rmse,
+        relmse,
+        relmse_trimmed,
+        psnr,
+        flip: comparison.flip.mean,
+    };
+    let of_coverage = comparison
+        .coverage_errors
+        .iter()
+        .flat_map(|coverage| beyond_in(args, "coverage: ", coverage));
+    beyond_in(args, "", &colours)
+        .into_iter()
+        .chain(of_coverage)
+        .collect()
 }
 
 /// The same of colours or coverage, with a word for which.
@@ -162,7 +268,11 @@ fn beyond_in(args: &CompareArgs, of: &str, figures: &CoverageErrors) -> Vec<Stri
     let above = [
         ("RMSE", figures.rmse, args.max_rmse),
         ("relMSE", figures.relmse, args.max_relmse),
-        ("trimmed relMSE", figures.relmse_trimmed, args.max_relmse_trimmed),
+        (
+            "trimmed relMSE",
+            figures.relmse_trimmed,
+            args.max_relmse_trimmed,
+        ),
         ("mean FLIP", figures.flip, args.max_flip),
     ];
     let above = above.into_iter().filter_map(|(name, value, limit)| {
@@ -174,7 +284,8 @@ fn beyond_in(args: &CompareArgs, of: &str, figures: &CoverageErrors) -> Vec<Stri
     let below = args.min_psnr.filter(|&limit| psnr < limit || psnr.is_nan());
     let below = below.map(|limit| format!("{of}PSNR {} dB is below {limit} dB", short(psnr)));
     let lost = figures.non_finite;
-    let lost = (lost > 0 && args.has_threshold()).then(|| format!("{of}{lost} pixels are not finite numbers"));
+    let lost = (lost > 0 && args.has_threshold())
+        .then(|| format!("{of}{lost} pixels are not finite numbers"));
     above.chain(below).chain(lost).collect()
 }
 
@@ -198,8 +309,16 @@ struct ComparisonReport<'a> {
 }
 
 fn coverage(comparison: &Comparison) -> Option<String> {
-    let (largest, errors) = (comparison.coverage.filter(|&largest| largest != 0.0)?, comparison.coverage_errors?);
-    Some(format!("differs by up to {}, RMSE {}, mean FLIP {}", short(largest), short(errors.rmse), short(errors.flip)))
+    let (largest, errors) = (
+        comparison.coverage.filter(|&largest| largest != 0.0)?,
+        comparison.coverage_errors?,
+    );
+    Some(format!(
+        "differs by up to {}, RMSE {}, mean FLIP {}",
+        short(largest),
+        short(errors.rmse),
+        short(errors.flip)
+    ))
 }
 
 fn text(comparison: &Comparison, [place, shown, noise]: [String; 3]) -> String {
@@ -210,7 +329,13 @@ fn text(comparison: &Comparison, [place, shown, noise]: [String; 3]) -> String {
     };
     let colour = |rgb: [f32; 3]| rgb.map(|v| short(f64::from(v))).join(" ");
     let worst = match &errors.worst {
-        Some(w) => format!("{}, {}: {} against {}", w.x, w.y, colour(w.picture), colour(w.reference)),
+        Some(w) => format!(
+            "{}, {}: {} against {}",
+            w.x,
+            w.y,
+            colour(w.picture),
+            colour(w.reference)
+        ),
         None => String::new(),
     };
     let beyond = comparison.beyond.iter().filter(|beyond| beyond.share > 0.0);
@@ -220,21 +345,61 @@ fn text(comparison: &Comparison, [place, shown, noise]: [String; 3]) -> String {
     });
     let beyond: Vec<String> = beyond.collect();
     let rows = [
-        ("pixels", format!("{}x{}, {numbers}", comparison.width, comparison.height)),
+        (
+            "pixels",
+            format!("{}x{}, {numbers}", comparison.width, comparison.height),
+        ),
         ("place", place),
         ("shown by", shown),
-        ("identical", if comparison.identical { "yes, bit for bit" } else { "no" }.to_owned()),
+        (
+            "identical",
+            if comparison.identical {
+                "yes, bit for bit"
+            } else {
+                "no"
+            }
+            .to_owned(),
+        ),
         ("RMSE", short(errors.rmse)),
-        ("relMSE", format!("{} ({} without the worst 0.1 %)", short(errors.relmse), short(errors.relmse_trimmed))),
-        ("PSNR", errors.psnr.map_or("infinite".to_owned(), |psnr| format!("{} dB", short(psnr)))),
-        ("FLIP", format!("mean {}, largest {}", short(comparison.flip.mean), short(comparison.flip.maximum))),
+        (
+            "relMSE",
+            format!(
+                "{} ({} without the worst 0.1 %)",
+                short(errors.relmse),
+                short(errors.relmse_trimmed)
+            ),
+        ),
+        (
+            "PSNR",
+            errors
+                .psnr
+                .map_or("infinite".to_owned(), |psnr| format!("{} dB", short(psnr))),
+        ),
+        (
+            "FLIP",
+            format!(
+                "mean {}, largest {}",
+                short(comparison.flip.mean),
+                short(comparison.flip.maximum)
+            ),
+        ),
         ("differ", beyond.join(", ")),
         ("worst", worst),
         ("coverage", coverage(comparison).unwrap_or_default()),
         ("noise", noise),
-        ("not finite", if errors.non_finite == 0 { String::new() } else { format!("{} pixels, left out", errors.non_finite) }),
+        (
+            "not finite",
+            if errors.non_finite == 0 {
+                String::new()
+            } else {
+                format!("{} pixels, left out", errors.non_finite)
+            },
+        ),
     ];
-    let rows: Vec<[String; 2]> =
-        rows.into_iter().filter(|(_, text)| !text.is_empty()).map(|(name, text)| [name.to_owned(), text]).collect();
+    let rows: Vec<[String; 2]> = rows
+        .into_iter()
+        .filter(|(_, text)| !text.is_empty())
+        .map(|(name, text)| [name.to_owned(), text])
+        .collect();
     lay_out(&rows)
 }

@@ -25,12 +25,18 @@ pub struct Judged {
 /// What a file name ends in that holds a film.
 const FILM: &str = "film";
 
-/// Reads a picture, or the film of one. Its standard errors are the film's, or those of its layer `stderr`.
+/// Reads a picture, or the film of one. Its standard errors are the film's, or those of its layer
+/// `stderr`.
 pub fn read(path: &Path) -> Result<Judged, Failure> {
     let limits = Limits::default();
-    if path.extension().is_some_and(|ending| ending.eq_ignore_ascii_case(FILM)) {
+    if path
+        .extension()
+        .is_some_and(|ending| ending.eq_ignore_ascii_case(FILM))
+    {
         let KeptFilm { film, display, .. } = read_film(path, &limits)?;
-        let errors = film.standard_errors().map(|(errors, freedom)| (errors, f64::from(freedom)));
+        let errors = film
+            .standard_errors()
+            .map(|(errors, freedom)| (errors, f64::from(freedom)));
         let stored = StoredPicture {
             notation: "film",
             picture: film.picture(),
@@ -38,17 +44,31 @@ pub fn read(path: &Path) -> Result<Judged, Failure> {
             has_colour: true,
             texts: Default::default(),
         };
-        return Ok(Judged { stored, display: Some(display), errors });
+        return Ok(Judged {
+            stored,
+            display: Some(display),
+            errors,
+        });
     }
     let stored = read_picture(path, &limits)?;
     if !stored.has_colour {
-        let channels = stored.picture.layers.iter().map(|layer| layer.name.as_str()).collect::<Vec<_>>().join(", ");
+        let channels = stored
+            .picture
+            .layers
+            .iter()
+            .map(|layer| layer.name.as_str())
+            .collect::<Vec<_>>()
+            .join(", ");
         let error = Error::input(path.display(), "it has no colour channels R, G, B");
         return Err(error.with_hint(format!("its channels: {channels}")).into());
     }
     let metadata = stored.metadata();
     let errors = errors(&stored.picture, &metadata);
-    Ok(Judged { display: told(&metadata), stored, errors })
+    Ok(Judged {
+        display: told(&metadata),
+        stored,
+        errors,
+    })
 }
 
 /// The standard errors that a picture brings.
@@ -57,16 +77,31 @@ fn errors(picture: &Picture, metadata: &Metadata) -> Option<(Vec<[f32; 3]>, f64)
 }
 
 fn layer(picture: &Picture) -> Option<Vec<[f32; 3]>> {
-    let [red, green, blue] = ["stderr.R", "stderr.G", "stderr.B"].map(|name| picture.layer(name).map(|layer| &layer.samples));
+    let [red, green, blue] = ["stderr.R", "stderr.G", "stderr.B"]
+        .map(|name| picture.layer(name).map(|layer| &layer.samples));
     let (red, green, blue) = (red?, green?, blue?);
-    Some(red.iter().zip(green).zip(blue).map(|((&red, &green), &blue)| [red, green, blue]).collect())
+    Some(
+        red.iter()
+            .zip(green)
+            .zip(blue)
+            .map(|((&red, &green), &blue)| [red, green, blue])
+            .collect(),
+    )
 }
 
-/// Degrees of freedom of a picture's standard errors, by the samples that it says it has: from 64 on, and where it was denoised, there are four
-/// replicates, below two. Of another program's nothing is known, and the least is taken.
+/// Degrees of freedom of a picture's standard errors, by the samples that it says it has: from 64
+/// on, and where it was denoised, there are four replicates, below two. Of another program's
+/// nothing is known, and the least is taken.
 fn freedom(metadata: &Metadata) -> f64 {
-    let many = metadata.setting("samples").and_then(|samples| samples.parse::<u32>().ok()).is_some_and(|samples| samples >= 64);
-    if many || metadata.setting("reconstruction").is_some() { 3.0 } else { 1.0 }
+    let many = metadata
+        .setting("samples")
+        .and_then(|samples| samples.parse::<u32>().ok())
+        .is_some_and(|samples| samples >= 64);
+    if many || metadata.setting("reconstruction").is_some() {
+        3.0
+    } else {
+        1.0
+    }
 }
 
 /// The display that a picture's file says it is shown by, or was.
@@ -94,25 +129,47 @@ impl Judged {
             has_colour: true,
             texts: Default::default(),
         };
-        Self { errors: errors(picture, metadata), display: Some(display), stored }
+        Self {
+            errors: errors(picture, metadata),
+            display: Some(display),
+            stored,
+        }
     }
 
     fn noisy(&self) -> NoisyPicture<'_> {
-        let Picture { width, height, rgb, .. } = &self.stored.picture;
+        let Picture {
+            width, height, rgb, ..
+        } = &self.stored.picture;
         let (standard_errors, freedom) = match &self.errors {
             Some((errors, freedom)) => (Some(errors.clone()), *freedom),
             None => (None, 1.0),
         };
-        NoisyPicture { width: *width, height: *height, rgb, standard_errors, freedom }
+        NoisyPicture {
+            width: *width,
+            height: *height,
+            rgb,
+            standard_errors,
+            freedom,
+        }
     }
 }
 
 /// Whether the two differ by more than noise.
-pub fn judge(picture: &Judged, reference: &Judged, names: [&Path; 2], level: f64) -> Result<NoiseVerdict, Failure> {
+pub fn judge(
+    picture: &Judged,
+    reference: &Judged,
+    names: [&Path; 2],
+    level: f64,
+) -> Result<NoiseVerdict, Failure> {
     for (judged, path) in [picture, reference].into_iter().zip(names) {
         if judged.stored.encoding != Encoding::Linear {
-            let error = Error::input(path.display(), "--noise is about radiance, and this has codes of display values");
-            return Err(error.with_hint("compare .exr pictures, or films as --checkpoint writes them").into());
+            let error = Error::input(
+                path.display(),
+                "--noise is about radiance, and this has codes of display values",
+            );
+            return Err(error
+                .with_hint("compare .exr pictures, or films as --checkpoint writes them")
+                .into());
         }
     }
     if picture.errors.is_none() && reference.errors.is_none() {
@@ -123,25 +180,50 @@ pub fn judge(picture: &Judged, reference: &Judged, names: [&Path; 2], level: f64
             .into());
     }
     let verdict = raywright_core::metrics::judge_noise(&picture.noisy(), &reference.noisy(), level);
-    Ok(verdict.map_err(|cause| Error::input(format!("{} and {}", names[0].display(), names[1].display()), cause))?)
+    Ok(verdict.map_err(|cause| {
+        Error::input(
+            format!("{} and {}", names[0].display(), names[1].display()),
+            cause,
+        )
+    })?)
 }
 
 /// The verdict in a row.
 pub fn described(verdict: &NoiseVerdict) -> String {
-    let NoiseVerdict { level, blocks, beyond, clearest, untested } = verdict;
-    let found = if *beyond == 0 { "nothing beyond it".to_owned() } else { format!("{beyond} of {blocks} blocks are beyond it") };
+    let NoiseVerdict {
+        level,
+        blocks,
+        beyond,
+        clearest,
+        untested,
+    } = verdict;
+    let found = if *beyond == 0 {
+        "nothing beyond it".to_owned()
+    } else {
+        format!("{beyond} of {blocks} blocks are beyond it")
+    };
     let clearest = clearest.as_ref().filter(|_| *beyond > 0).map(|block| {
         let channel = ["red", "green", "blue"][block.channel.min(2)];
-        let share = block.share.map(|share| format!(", {:+.2} %", 100.0 * share)).unwrap_or_default();
+        let share = block
+            .share
+            .map(|share| format!(", {:+.2} %", 100.0 * share))
+            .unwrap_or_default();
         let deviation = if block.deviation.is_finite() {
             format!("{} standard errors", significant(block.deviation.abs(), 2))
         } else {
             "where there is no noise".to_owned()
         };
         let (x, y, edge) = (block.x, block.y, block.edge);
-        format!("; the clearest at {x}, {y}, {edge} pixels wide: {channel} by {}{share}, {deviation}", short(block.difference))
+        format!(
+            "; the clearest at {x}, {y}, {edge} pixels wide: {channel} by {}{share}, {deviation}",
+            short(block.difference)
+        )
     });
-    let left = if *untested == 0 { String::new() } else { format!("; {untested} pixels left out") };
+    let left = if *untested == 0 {
+        String::new()
+    } else {
+        format!("; {untested} pixels left out")
+    };
     format!(
         "{found} (a false alarm in {} of 100 comparisons){}{left}",
         significant(100.0 * level, 2),

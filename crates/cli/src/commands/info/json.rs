@@ -1,4 +1,5 @@
-//! What `info` tells as JSON: the same facts as its table, as numbers and lists that a script can use.
+//! What `info` tells as JSON: the same facts as its table, as numbers and lists that a script can
+//! use.
 
 use raywright_core::scene::{Image, Shape};
 use raywright_core::{Lookup, Scene, Settings, estimate, extent};
@@ -53,19 +54,36 @@ impl Facts {
         let settings = Settings::of(scene);
         let bounds = extent(scene, settings.precision).bounds;
         let animation = |info: &raywright_io::AnimationInfo| json!({ "name": info.name, "seconds": info.seconds });
-        let extension =
-            |info: &raywright_io::ExtensionInfo| json!({ "name": info.name, "required": info.required, "read": info.read });
+        let extension = |info: &raywright_io::ExtensionInfo| json!({ "name": info.name, "required": info.required, "read": info.read });
         Self {
             format: 1,
             file: loaded.source.name.clone(),
             notation: super::format(loaded.source.format),
             title: scene.title.clone(),
             size: scene.render.size,
-            cameras: scene.cameras.iter().map(|camera| camera.name.clone()).collect(),
-            lights: counted(scene.lights.iter().map(|light| super::light_kind(&light.kind))),
-            objects: counted(scene.objects.iter().map(|object| super::shape_kind(&object.shape))),
+            cameras: scene
+                .cameras
+                .iter()
+                .map(|camera| camera.name.clone())
+                .collect(),
+            lights: counted(
+                scene
+                    .lights
+                    .iter()
+                    .map(|light| super::light_kind(&light.kind)),
+            ),
+            objects: counted(
+                scene
+                    .objects
+                    .iter()
+                    .map(|object| super::shape_kind(&object.shape)),
+            ),
             triangles: triangles(scene),
-            materials: scene.materials.iter().map(|material| material.name.clone()).collect(),
+            materials: scene
+                .materials
+                .iter()
+                .map(|material| material.name.clone())
+                .collect(),
             textures: scene.textures.len(),
             images: scene.images.iter().map(image).collect(),
             scenes: contents.scenes.clone(),
@@ -73,7 +91,11 @@ impl Facts {
             animations: contents.animations.iter().map(animation).collect(),
             extensions: contents.extensions.iter().map(extension).collect(),
             bounds: (!bounds.is_empty()).then(|| [bounds.min.to_array(), bounds.max.to_array()]),
-            memory: estimate(scene, &settings).parts().into_iter().map(|(name, bytes)| (name.to_owned(), bytes.into())).collect(),
+            memory: estimate(scene, &settings)
+                .parts()
+                .into_iter()
+                .map(|(name, bytes)| (name.to_owned(), bytes.into()))
+                .collect(),
             hash: loaded.hash.to_string(),
         }
     }
@@ -91,14 +113,26 @@ fn counted<'a>(kinds: impl Iterator<Item = &'a str>) -> Map<String, Value> {
 fn triangles(scene: &Scene) -> Triangles {
     let lookup = Lookup::new(scene);
     let of = |name: &str| lookup.mesh_data(name).map_or(0, |data| data.indices.len());
-    let shown = scene.objects.iter().map(|object| if let Shape::Mesh(name) = &object.shape { of(name) } else { 0 });
+    let shown = scene.objects.iter().map(|object| {
+        if let Shape::Mesh(name) = &object.shape {
+            of(name)
+        } else {
+            0
+        }
+    });
     let stored = scene.meshes.iter().map(|mesh| of(&mesh.name)).sum();
-    Triangles { stored, shown: shown.sum(), meshes: scene.meshes.len() }
+    Triangles {
+        stored,
+        shown: shown.sum(),
+        meshes: scene.meshes.len(),
+    }
 }
 
 fn image(image: &Image) -> Value {
     match &image.data {
-        Some(data) => json!({ "name": image.name, "width": data.width, "height": data.height, "bytes": data.bytes() }),
+        Some(data) => {
+            json!({ "name": image.name, "width": data.width, "height": data.height, "bytes": data.bytes() })
+        }
         None => json!({ "name": image.name, "missing": true }),
     }
 }

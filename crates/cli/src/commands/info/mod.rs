@@ -29,7 +29,11 @@ pub fn run(args: &InfoArgs, verbosity: Verbosity) -> Result<(), Failure> {
     let mut notes = Notes::new(verbosity);
     let loaded = scene_input::read(&args.scene, &plan::options(&args.changes, None), &mut notes)?;
     notes.finish();
-    console::print(if args.json { console::json(&json::Facts::of(&loaded)) } else { lay_out(&rows(&loaded)) })
+    console::print(if args.json {
+        console::json(&json::Facts::of(&loaded))
+    } else {
+        lay_out(&rows(&loaded))
+    })
 }
 
 fn rows(loaded: &Loaded) -> Vec<[String; 2]> {
@@ -39,38 +43,86 @@ fn rows(loaded: &Loaded) -> Vec<[String; 2]> {
         ("format", format(loaded.source.format).to_owned()),
         ("title", scene.title.clone()),
         ("picture", render_size(scene)),
-        ("parameters", listed(scene.parameters.iter().map(|(name, value)| format!("{name} = {value}")))),
-        ("cameras", named(scene.cameras.iter().map(|camera| camera.name.as_str()))),
-        ("lights", kinds(scene.lights.iter().map(|light| light_kind(&light.kind)))),
+        (
+            "parameters",
+            listed(
+                scene
+                    .parameters
+                    .iter()
+                    .map(|(name, value)| format!("{name} = {value}")),
+            ),
+        ),
+        (
+            "cameras",
+            named(scene.cameras.iter().map(|camera| camera.name.as_str())),
+        ),
+        (
+            "lights",
+            kinds(scene.lights.iter().map(|light| light_kind(&light.kind))),
+        ),
         ("sky", sky(loaded)),
-        ("objects", kinds(scene.objects.iter().map(|object| shape_kind(&object.shape)))),
+        (
+            "objects",
+            kinds(scene.objects.iter().map(|object| shape_kind(&object.shape))),
+        ),
         ("generated", generated(scene)),
         ("triangles", triangles(scene)),
-        ("materials", kinds(scene.materials.iter().map(|material| model_kind(&material.model)))),
+        (
+            "materials",
+            kinds(
+                scene
+                    .materials
+                    .iter()
+                    .map(|material| model_kind(&material.model)),
+            ),
+        ),
         ("textures", count(scene.textures.len())),
         ("images", images(scene)),
         ("scenes", numbered(&loaded.contents.scenes)),
         ("variants", listed(loaded.contents.variants.iter().cloned())),
-        ("animations", listed(loaded.contents.animations.iter().map(animation))),
-        ("extensions", listed(loaded.contents.extensions.iter().map(extension))),
+        (
+            "animations",
+            listed(loaded.contents.animations.iter().map(animation)),
+        ),
+        (
+            "extensions",
+            listed(loaded.contents.extensions.iter().map(extension)),
+        ),
     ];
-    let rows = rows.into_iter().chain(whole(scene)).chain([("hash", loaded.hash.to_string())]);
-    rows.filter(|(_, text)| !text.is_empty()).map(|(name, text)| [name.to_owned(), text]).collect()
+    let rows = rows
+        .into_iter()
+        .chain(whole(scene))
+        .chain([("hash", loaded.hash.to_string())]);
+    rows.filter(|(_, text)| !text.is_empty())
+        .map(|(name, text)| [name.to_owned(), text])
+        .collect()
 }
 
-/// The extent of everything together, and the memory that a picture would take at the most. Both come from the data: a model of
-/// millions of triangles is not built to be told about.
+/// The extent of everything together, and the memory that a picture would take at the most. Both
+/// come from the data: a model of millions of triangles is not built to be told about.
 fn whole(scene: &Scene) -> [(&'static str, String); 2] {
     let settings = Settings::of(scene);
     let Extent { bounds, unbounded } = extent(scene, settings.precision);
     let corner = |point: DVec3| point.to_array().map(short).join(", ");
-    let box_around =
-        if bounds.is_empty() { String::new() } else { format!("{}  to  {}", corner(bounds.min), corner(bounds.max)) };
+    let box_around = if bounds.is_empty() {
+        String::new()
+    } else {
+        format!("{}  to  {}", corner(bounds.min), corner(bounds.max))
+    };
     let endless = match unbounded {
         0 => String::new(),
-        n => format!("{}{n} without end", if box_around.is_empty() { "" } else { ", and " }),
+        n => format!(
+            "{}{n} without end",
+            if box_around.is_empty() { "" } else { ", and " }
+        ),
     };
-    [("bounds", box_around + &endless), ("memory", memory::listed(&estimate(scene, &settings).parts()))]
+    [
+        ("bounds", box_around + &endless),
+        (
+            "memory",
+            memory::listed(&estimate(scene, &settings).parts()),
+        ),
+    ]
 }
 
 fn format(format: Format) -> &'static str {
@@ -92,7 +144,10 @@ fn render_size(scene: &Scene) -> String {
         Some(Pattern::Centre) => "1 sample (centre)".to_owned(),
         Some(Pattern::Corners) => "4 samples (corners)".to_owned(),
     };
-    format!("{width}x{height} pixels, {samples}, at most {} ray segments", scene.render.max_depth)
+    format!(
+        "{width}x{height} pixels, {samples}, at most {} ray segments",
+        scene.render.max_depth
+    )
 }
 
 /// A count, empty for none, so that the row is left out.
@@ -106,29 +161,55 @@ fn listed(items: impl Iterator<Item = String>) -> String {
 
 /// The scenes of a file that has several, each by its index and its name.
 fn numbered(names: &[String]) -> String {
-    let numbered = |(index, name): (usize, &String)| format!("{index} {name}").trim_end().to_owned();
-    if names.len() > 1 { listed(names.iter().enumerate().map(numbered)) } else { String::new() }
+    let numbered =
+        |(index, name): (usize, &String)| format!("{index} {name}").trim_end().to_owned();
+    if names.len() > 1 {
+        listed(names.iter().enumerate().map(numbered))
+    } else {
+        String::new()
+    }
 }
 
 /// `walk (0.71 s)`.
 fn animation(info: &AnimationInfo) -> String {
-    let name = if info.name.is_empty() { "unnamed" } else { &info.name };
-    info.seconds.map_or_else(|| name.to_owned(), |seconds| format!("{name} ({} s)", short(seconds)))
+    let name = if info.name.is_empty() {
+        "unnamed"
+    } else {
+        &info.name
+    };
+    info.seconds.map_or_else(
+        || name.to_owned(),
+        |seconds| format!("{name} ({} s)", short(seconds)),
+    )
 }
 
 /// `KHR_texture_transform`, or `VENDOR_thing (not read)`.
 fn extension(info: &ExtensionInfo) -> String {
-    format!("{}{}", info.name, if info.read { "" } else { " (not read)" })
+    format!(
+        "{}{}",
+        info.name,
+        if info.read { "" } else { " (not read)" }
+    )
 }
 
 /// How many, and the names of those that have one.
 fn named<'a>(names: impl Iterator<Item = &'a str>) -> String {
     let names: Vec<&str> = names.collect();
-    let given = listed(names.iter().filter(|name| !name.is_empty()).map(|&name| name.to_owned()));
-    if given.is_empty() { count(names.len()) } else { format!("{}: {given}", names.len()) }
+    let given = listed(
+        names
+            .iter()
+            .filter(|name| !name.is_empty())
+            .map(|&name| name.to_owned()),
+    );
+    if given.is_empty() {
+        count(names.len())
+    } else {
+        format!("{}: {given}", names.len())
+    }
 }
 
-/// How many in all and of each kind: `6: 5 sphere, 1 plane`; `6 sphere` where there is one kind only.
+/// How many in all and of each kind: `6: 5 sphere, 1 plane`; `6 sphere` where there is one kind
+/// only.
 fn kinds<'a>(kinds: impl Iterator<Item = &'a str>) -> String {
     let mut counts = BTreeMap::<&str, usize>::new();
     kinds.for_each(|kind| *counts.entry(kind).or_default() += 1);
@@ -137,7 +218,11 @@ fn kinds<'a>(kinds: impl Iterator<Item = &'a str>) -> String {
     counts.sort_by_key(|&(_, n)| std::cmp::Reverse(n));
     let several = counts.len() > 1;
     let list = listed(counts.into_iter().map(|(kind, n)| format!("{n} {kind}")));
-    if several { format!("{total}: {list}") } else { list }
+    if several {
+        format!("{total}: {list}")
+    } else {
+        list
+    }
 }
 
 fn shape_kind(shape: &Shape) -> &'static str {
@@ -168,7 +253,11 @@ fn light_kind(kind: &LightKind) -> &'static str {
 
 /// What kind of sky the file has; one that was added is none of it.
 fn sky(loaded: &Loaded) -> String {
-    let own = loaded.scene.sky.as_ref().filter(|_| loaded.added_sky.is_none());
+    let own = loaded
+        .scene
+        .sky
+        .as_ref()
+        .filter(|_| loaded.added_sky.is_none());
     own.map(sky_kind).unwrap_or_default().to_owned()
 }
 
@@ -193,26 +282,44 @@ fn model_kind(model: &Model) -> &'static str {
 fn generated(scene: &Scene) -> String {
     let mut counts = BTreeMap::<&str, u64>::new();
     for generator in &scene.generators {
-        let alone = Scene { generators: vec![generator.clone()], ..Scene::default() };
-        *counts.entry(shape_kind(&generator.object.shape)).or_default() += generate::count(&alone);
+        let alone = Scene {
+            generators: vec![generator.clone()],
+            ..Scene::default()
+        };
+        *counts
+            .entry(shape_kind(&generator.object.shape))
+            .or_default() += generate::count(&alone);
     }
     listed(counts.into_iter().map(|(kind, n)| format!("{n} {kind}")))
 }
 
-/// Triangles of the meshes, each counted once, and as often as objects show them where that differs.
+/// Triangles of the meshes, each counted once, and as often as objects show them where that
+/// differs.
 fn triangles(scene: &Scene) -> String {
     let lookup = Lookup::new(scene);
     let of = |name: &str| lookup.mesh_data(name).map(|data| data.indices.len());
-    let meshes: Vec<usize> = scene.meshes.iter().filter_map(|mesh| of(&mesh.name)).collect();
+    let meshes: Vec<usize> = scene
+        .meshes
+        .iter()
+        .filter_map(|mesh| of(&mesh.name))
+        .collect();
     let stored: usize = meshes.iter().sum();
-    let shown = scene.objects.iter().filter_map(|object| match &object.shape {
-        Shape::Mesh(name) => of(name),
-        _ => None,
-    });
+    let shown = scene
+        .objects
+        .iter()
+        .filter_map(|object| match &object.shape {
+            Shape::Mesh(name) => of(name),
+            _ => None,
+        });
     match (meshes.len(), shown.sum::<usize>()) {
         (0, _) => String::new(),
-        (n, shown) if shown == stored => format!("{stored} in {n} {}", if n == 1 { "mesh" } else { "meshes" }),
-        (n, shown) => format!("{stored} in {n} {}, shown as {shown}", if n == 1 { "mesh" } else { "meshes" }),
+        (n, shown) if shown == stored => {
+            format!("{stored} in {n} {}", if n == 1 { "mesh" } else { "meshes" })
+        }
+        (n, shown) => format!(
+            "{stored} in {n} {}, shown as {shown}",
+            if n == 1 { "mesh" } else { "meshes" }
+        ),
     }
 }
 
@@ -253,8 +360,12 @@ mod tests {
             json!({ "triangle": { "vertices": [o, o, o] } }),
             json!({ "mesh": "leaf" }),
         ];
-        let key =
-            |value: &serde_json::Value| value.as_object().and_then(|table| table.keys().next().cloned()).unwrap_or_default();
+        let key = |value: &serde_json::Value| {
+            value
+                .as_object()
+                .and_then(|table| table.keys().next().cloned())
+                .unwrap_or_default()
+        };
         for value in shapes {
             let shape: Shape = serde_json::from_value(value.clone()).expect("a shape");
             assert_eq!(shape_kind(&shape), key(&value));
@@ -273,26 +384,36 @@ mod tests {
         }
         for (value, name) in [
             (json!({ "constant": 1.0 }), "constant"),
-            (json!({ "gradient": { "bottom": 0.0, "top": 1.0 } }), "gradient"),
+            (
+                json!({ "gradient": { "bottom": 0.0, "top": 1.0 } }),
+                "gradient",
+            ),
             (json!({ "expression": "d" }), "expression"),
             (json!({ "map": { "image": "a" } }), "environment picture"),
         ] {
-            assert_eq!(sky_kind(&serde_json::from_value(value).expect("a sky")), name);
+            assert_eq!(
+                sky_kind(&serde_json::from_value(value).expect("a sky")),
+                name
+            );
         }
     }
 
-    /// Protects: what a table says of pictures, triangles and images of a scene: fixed patterns by name, what is stored against what is
-    /// shown, and images that are missing.
+    /// Protects: what a table says of pictures, triangles and images of a scene: fixed patterns by
+    /// name, what is stored against what is shown, and images that are missing.
     #[test]
     fn sums_of_a_scene() {
         let with = |parts: serde_json::Value| {
             let mut whole = json!({ "format": 1 });
-            whole.as_object_mut().expect("a table").extend(parts.as_object().expect("a table").clone());
+            whole
+                .as_object_mut()
+                .expect("a table")
+                .extend(parts.as_object().expect("a table").clone());
             serde_json::from_value::<Scene>(whole).expect("a scene")
         };
         let told = |render: serde_json::Value| render_size(&with(json!({ "render": render })));
         assert!(
-            told(json!({ "samples": 9, "size": [4, 3], "max_depth": 5 })).eq("4x3 pixels, 9 samples, at most 5 ray segments")
+            told(json!({ "samples": 9, "size": [4, 3], "max_depth": 5 }))
+                .eq("4x3 pixels, 9 samples, at most 5 ray segments")
         );
         assert!(told(json!({ "pattern": "centre" })).contains(", 1 sample (centre), "));
         assert!(told(json!({ "pattern": "corners" })).contains(", 4 samples (corners), "));
@@ -304,13 +425,31 @@ mod tests {
         for (meshes, objects, expected) in [
             (vec![], vec![], ""),
             (vec![mesh("a")], vec![shows("a")], "2 in 1 mesh"),
-            (vec![mesh("a")], vec![shows("a"), shows("a")], "2 in 1 mesh, shown as 4"),
-            (vec![mesh("a"), mesh("b")], vec![shows("a"), shows("b")], "4 in 2 meshes"),
-            (vec![mesh("a"), mesh("b")], vec![shows("a")], "4 in 2 meshes, shown as 2"),
+            (
+                vec![mesh("a")],
+                vec![shows("a"), shows("a")],
+                "2 in 1 mesh, shown as 4",
+            ),
+            (
+                vec![mesh("a"), mesh("b")],
+                vec![shows("a"), shows("b")],
+                "4 in 2 meshes",
+            ),
+            (
+                vec![mesh("a"), mesh("b")],
+                vec![shows("a")],
+                "4 in 2 meshes, shown as 2",
+            ),
         ] {
-            assert_eq!(triangles(&with(json!({ "meshes": meshes, "objects": objects }))), expected);
+            assert_eq!(
+                triangles(&with(json!({ "meshes": meshes, "objects": objects }))),
+                expected
+            );
         }
         let missing = with(json!({ "images": [{ "name": "a", "path": "a.png" }] }));
-        assert_eq!((images(&missing), images(&Scene::default())), ("1: a (missing)".to_owned(), String::new()));
+        assert_eq!(
+            (images(&missing), images(&Scene::default())),
+            ("1: a (missing)".to_owned(), String::new())
+        );
     }
 }

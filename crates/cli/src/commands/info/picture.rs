@@ -1,4 +1,5 @@
-//! What is in a picture, and what its file says of it: how far it probably is from the true one, and what made it.
+//! What is in a picture, and what its file says of it: how far it probably is from the true one,
+//! and what made it.
 
 use std::path::Path;
 
@@ -42,7 +43,11 @@ pub fn is_picture(path: &Path) -> bool {
 pub fn run(path: &Path, as_json: bool) -> Result<(), Failure> {
     let stored = read_picture(path, &plan::limits(None))?;
     let facts = PictureFacts::of(path, &stored);
-    console::print(if as_json { console::json(&facts) } else { lay_out(&facts.rows()) })
+    console::print(if as_json {
+        console::json(&facts)
+    } else {
+        lay_out(&facts.rows())
+    })
 }
 
 impl PictureFacts {
@@ -50,14 +55,28 @@ impl PictureFacts {
         let picture = &stored.picture;
         let metadata = stored.metadata();
         let error = error(&metadata);
-        let Metadata { software, scene_hash, settings, seed, command, .. } = metadata;
+        let Metadata {
+            software,
+            scene_hash,
+            settings,
+            seed,
+            command,
+            ..
+        } = metadata;
         Self {
             format: FORMAT,
             file: path.display().to_string(),
             notation: stored.notation,
             size: [picture.width, picture.height],
-            window: picture.window.as_ref().map(|window| json!({ "origin": window.origin, "full": window.full })),
-            layers: picture.layers.iter().map(|layer| layer.name.clone()).collect(),
+            window: picture
+                .window
+                .as_ref()
+                .map(|window| json!({ "origin": window.origin, "full": window.full })),
+            layers: picture
+                .layers
+                .iter()
+                .map(|layer| layer.name.clone())
+                .collect(),
             software,
             error,
             scene_hash,
@@ -72,28 +91,50 @@ impl PictureFacts {
         let rows = [
             ("file", self.file.clone()),
             ("format", self.notation.to_owned()),
-            ("picture", format!("{width}x{height} pixels{}", self.window.as_ref().map(place).unwrap_or_default())),
+            (
+                "picture",
+                format!(
+                    "{width}x{height} pixels{}",
+                    self.window.as_ref().map(place).unwrap_or_default()
+                ),
+            ),
             ("layers", self.layers.join(", ")),
             ("software", self.software.clone()),
             ("error", self.error.as_ref().map(told).unwrap_or_default()),
-            ("seed", self.seed.map(|seed| seed.to_string()).unwrap_or_default()),
+            (
+                "seed",
+                self.seed.map(|seed| seed.to_string()).unwrap_or_default(),
+            ),
             ("settings", self.settings.clone()),
             ("command", self.command.clone()),
             ("scene hash", self.scene_hash.clone()),
         ];
-        rows.into_iter().filter(|(_, text)| !text.is_empty()).map(|(name, text)| [name.to_owned(), text]).collect()
+        rows.into_iter()
+            .filter(|(_, text)| !text.is_empty())
+            .map(|(name, text)| [name.to_owned(), text])
+            .collect()
     }
 }
 
 /// ` at 16, 8 of 320x180`.
 fn place(window: &Value) -> String {
     let number = |list: &str, i: usize| &window[list][i];
-    format!(" at {}, {} of {}x{}", number("origin", 0), number("origin", 1), number("full", 0), number("full", 1))
+    format!(
+        " at {}, {} of {}x{}",
+        number("origin", 0),
+        number("origin", 1),
+        number("full", 0),
+        number("full", 1)
+    )
 }
 
 /// What a file says of its picture's error, numbers as numbers; none where it says nothing.
 fn error(metadata: &Metadata) -> Option<Value> {
-    let number = |name: &str| metadata.error_value(name).and_then(|text| text.parse::<f64>().ok());
+    let number = |name: &str| {
+        metadata
+            .error_value(name)
+            .and_then(|text| text.parse::<f64>().ok())
+    };
     let estimate = |name: &str| {
         let [low, high] = ["low", "high"].map(|end| number(&format!("{name}_{end}")));
         json!({ "value": number(name), "low": low, "high": high })
@@ -113,13 +154,25 @@ fn error(metadata: &Metadata) -> Option<Value> {
 fn told(error: &Value) -> String {
     let of = |name: &str| {
         let estimate = &error[name];
-        format!("{} ({} to {})", estimate["value"], estimate["low"], estimate["high"])
+        format!(
+            "{} ({} to {})",
+            estimate["value"], estimate["low"], estimate["high"]
+        )
     };
     let text = |name: &str| error[name].as_str().unwrap_or_default();
     let doubt = match text("doubt") {
         "" => String::new(),
         doubt => format!(", in doubt ({doubt})"),
     };
-    let denoised = if text("reconstruction") == "denoised" { ", denoised (biased)" } else { "" };
-    format!("root relMSE {}, RMSE {}; {} samples{denoised}{doubt}", of("root_relmse"), of("rmse"), text("samples"))
+    let denoised = if text("reconstruction") == "denoised" {
+        ", denoised (biased)"
+    } else {
+        ""
+    };
+    format!(
+        "root relMSE {}, RMSE {}; {} samples{denoised}{doubt}",
+        of("root_relmse"),
+        of("rmse"),
+        text("samples")
+    )
 }

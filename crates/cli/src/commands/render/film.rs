@@ -1,4 +1,5 @@
-//! Renders that are more than one run: kept in a file, gone on with, divided among machines, or as good as a time allows.
+//! Renders that are more than one run: kept in a file, gone on with, divided among machines, or as
+//! good as a time allows.
 
 use std::path::Path;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -24,14 +25,15 @@ use crate::progress::Progress;
 use crate::targets::{Outputs, Target};
 use crate::watch::{Patience, Watch};
 
-/// A long render is kept this often, and less often where keeping takes more than a twentieth of the time.
+/// A long render is kept this often, and less often where keeping takes more than a twentieth of
+/// the time.
 const KEEP_EVERY: Duration = Duration::from_secs(60);
 
 /// How often a line of progress is told as JSON.
 const TELL_EVERY: Duration = Duration::from_secs(1);
 
-/// An error is estimated again when this many times as long has passed as the last estimate took: on large pictures it takes longer than a
-/// line of progress may cost.
+/// An error is estimated again when this many times as long has passed as the last estimate took:
+/// on large pictures it takes longer than a line of progress may cost.
 const ESTIMATE_EVERY: u32 = 50;
 
 /// The last estimate of a picture's error while it is rendered.
@@ -45,7 +47,11 @@ struct LatestError {
 impl LatestError {
     /// The error by now, estimated anew where that is due.
     fn update(&mut self, film: &Film, is_last: bool) -> Option<Uncertainty> {
-        if is_last || self.made.is_none_or(|(at, took)| is_due(at.elapsed(), took)) {
+        if is_last
+            || self
+                .made
+                .is_none_or(|(at, took)| is_due(at.elapsed(), took))
+        {
             let began = Instant::now();
             self.error = film.uncertainty();
             self.made = Some((Instant::now(), began.elapsed()));
@@ -75,7 +81,8 @@ struct Pass {
     of: Option<u32>,
     /// As in the statistics, by the latest estimate; null where nothing can be told.
     error: Option<Uncertainty>,
-    /// Since the first picture began, and until the last one is finished; null where that is not known.
+    /// Since the first picture began, and until the last one is finished; null where that is not
+    /// known.
     seconds: f64,
     seconds_left: Option<f64>,
 }
@@ -84,26 +91,39 @@ struct Pass {
 pub fn check(task: &Task, targets: &[Target], outputs: &mut Outputs) -> Result<(), Failure> {
     if task.part.is_some() {
         if task.max_error.is_some() {
-            let error =
-                Error::usage("--max-error decides by the whole picture where samples go, and --part renders a share of it");
-            return Err(error.with_hint("give --spp instead, or leave --part away").into());
+            let error = Error::usage(
+                "--max-error decides by the whole picture where samples go, and --part renders a share of it",
+            );
+            return Err(error
+                .with_hint("give --spp instead, or leave --part away")
+                .into());
         }
         if task.checkpoint.is_none() {
-            let error = Error::usage("--part renders a share of a picture, which needs a file of its own");
+            let error =
+                Error::usage("--part renders a share of a picture, which needs a file of its own");
             return Err(error
                 .with_hint("name it: --checkpoint part.film; raywright merge makes the picture of all parts")
                 .into());
         }
         if !targets.is_empty() {
-            let error = Error::usage("a part of a picture is no picture: -o and --part cannot both be given");
-            return Err(error.with_hint("leave -o away; raywright merge makes the picture of all parts").into());
+            let error = Error::usage(
+                "a part of a picture is no picture: -o and --part cannot both be given",
+            );
+            return Err(error
+                .with_hint("leave -o away; raywright merge makes the picture of all parts")
+                .into());
         }
     }
-    let Some(path) = &task.checkpoint else { return Ok(()) };
+    let Some(path) = &task.checkpoint else {
+        return Ok(());
+    };
     outputs.add(path, "--checkpoint")?;
     // What is gone on with may be what is kept, since nothing in it is lost.
     let mut inputs = Inputs::default();
-    task.resume.iter().filter(|earlier| *earlier != path).for_each(|earlier| inputs.read(earlier));
+    task.resume
+        .iter()
+        .filter(|earlier| *earlier != path)
+        .for_each(|earlier| inputs.read(earlier));
     task.replay.iter().for_each(|map| inputs.read(map));
     outputs.keep_clear_of(&inputs)
 }
@@ -123,18 +143,26 @@ pub struct Session<'a> {
 
 impl<'a> Session<'a> {
     /// An empty film, or the one that is gone on with.
-    pub fn start(task: &'a Task, ready: &Ready, identity: String, metadata: Metadata, display: Display) -> Result<Self, Failure> {
+    pub fn start(
+        task: &'a Task,
+        ready: &Ready,
+        identity: String,
+        metadata: Metadata,
+        display: Display,
+    ) -> Result<Self, Failure> {
         let limits = task.options.limits;
         let mut film = ready.film(&identity);
         if let Some(path) = &task.resume {
             let earlier = read_film(path, &limits)?;
             refuse_other_program(path, &earlier.metadata)?;
-            film.adopt(earlier.film).map_err(|error| foreign(path, error))?;
+            film.adopt(earlier.film)
+                .map_err(|error| foreign(path, error))?;
         }
         if let Some(path) = &task.replay {
             let map = read_film(path, &limits)?;
             refuse_other_program(path, &map.metadata)?;
-            film.replay(&map.film).map_err(|error| foreign(path, error))?;
+            film.replay(&map.film)
+                .map_err(|error| foreign(path, error))?;
         }
         let whole = film.whole();
         let part = match task.part {
@@ -148,8 +176,19 @@ impl<'a> Session<'a> {
             Some(Share { number, of }) => whole.share(number - 1, of),
             None => whole,
         };
-        let kept = KeptFilm { film, metadata, display };
-        Ok(Self { kept, part, task, is_done: false, unkept: None, onlookers: Onlookers::default() })
+        let kept = KeptFilm {
+            film,
+            metadata,
+            display,
+        };
+        Ok(Self {
+            kept,
+            part,
+            task,
+            is_done: false,
+            unkept: None,
+            onlookers: Onlookers::default(),
+        })
     }
 
     /// The same, shown to these while it is rendered.
@@ -157,10 +196,17 @@ impl<'a> Session<'a> {
         Self { onlookers, ..self }
     }
 
-    /// Renders what is lacking, and keeps it now and then and in the end. A film that can't be kept is no reason to give up the picture.
-    pub fn render(&mut self, ready: &Ready, progress: &Progress, (clock, stop): (&Clock, &AtomicBool)) -> Result<(), Failure> {
+    /// Renders what is lacking, and keeps it now and then and in the end. A film that can't be kept
+    /// is no reason to give up the picture.
+    pub fn render(
+        &mut self,
+        ready: &Ready,
+        progress: &Progress,
+        (clock, stop): (&Clock, &AtomicBool),
+    ) -> Result<(), Failure> {
         let deadline = self.task.budget.map(|budget| clock.began() + budget);
-        let tells = self.task.progress == ProgressStyle::Json && self.task.verbosity > Verbosity::Quiet;
+        let tells =
+            self.task.progress == ProgressStyle::Json && self.task.verbosity > Verbosity::Quiet;
         let (mut keep_every, mut kept, mut told) = (KEEP_EVERY, Instant::now(), Instant::now());
         let mut error = LatestError::default();
         loop {
@@ -168,8 +214,17 @@ impl<'a> Session<'a> {
             let tell_at = tells.then(|| told + TELL_EVERY);
             let pause_at = keep_at.into_iter().chain(tell_at).min();
             let pause_with = self.onlookers.next(&self.kept.film);
-            let patience = Patience { deadline, pause_at, pause_with };
-            let watch = Watch { progress: Some(progress), patience, began: clock.began(), ..Watch::until(stop) };
+            let patience = Patience {
+                deadline,
+                pause_at,
+                pause_with,
+            };
+            let watch = Watch {
+                progress: Some(progress),
+                patience,
+                began: clock.began(),
+                ..Watch::until(stop)
+            };
             let rendered = ready.render_part(&mut self.kept.film, &self.part, &watch);
             rendered.map_err(Error::usage)?;
             self.is_done = !watch.was_stopped() && (self.lacks() == 0 || watch.is_late());
@@ -192,17 +247,35 @@ impl<'a> Session<'a> {
         }
     }
 
-    /// Shows whoever looks on what there is, where that is due. That nobody can be shown anything is no reason to give up the picture.
+    /// Shows whoever looks on what there is, where that is due. That nobody can be shown anything
+    /// is no reason to give up the picture.
     fn show_stage(&mut self, watch: &Watch<'_>, ends: bool) {
-        let KeptFilm { film, metadata, display } = &self.kept;
+        let KeptFilm {
+            film,
+            metadata,
+            display,
+        } = &self.kept;
         let done = watch.done.load(Ordering::Relaxed);
-        if !self.onlookers.next(film).is_some_and(|next| ends || done >= next) {
+        if !self
+            .onlookers
+            .next(film)
+            .is_some_and(|next| ends || done >= next)
+        {
             return;
         }
         let nothing = Metadata::default();
-        let metadata = if self.task.has_metadata { metadata } else { &nothing };
-        if let Some(failed) = self.onlookers.show(film, (done, watch), (*display, metadata)) {
-            self.task.verbosity.warn(format_args!("{failed}; rendering goes on"));
+        let metadata = if self.task.has_metadata {
+            metadata
+        } else {
+            &nothing
+        };
+        if let Some(failed) = self
+            .onlookers
+            .show(film, (done, watch), (*display, metadata))
+        {
+            self.task
+                .verbosity
+                .warn(format_args!("{failed}; rendering goes on"));
         }
     }
 
@@ -218,18 +291,31 @@ impl<'a> Session<'a> {
             of: self.kept.film.asked(),
             error,
             seconds,
-            seconds_left: if self.is_done && picture + 1 == pictures { Some(0.0) } else { left },
+            seconds_left: if self.is_done && picture + 1 == pictures {
+                Some(0.0)
+            } else {
+                left
+            },
         };
         serde_json::to_string(&pass).unwrap_or_default()
     }
 
     /// Writes the film where it is to be kept. A disk may have room again by the next time.
     fn keep(&mut self) {
-        let Some(path) = &self.task.checkpoint else { return };
-        self.kept.metadata.settings = origin::with_samples(&self.kept.metadata.settings, &self.samples());
+        let Some(path) = &self.task.checkpoint else {
+            return;
+        };
+        self.kept.metadata.settings =
+            origin::with_samples(&self.kept.metadata.settings, &self.samples());
         let failed = write_film(path, &mut self.kept).err();
-        if let Some(error) = failed.as_ref().filter(|_| !self.is_done && self.unkept.is_none()) {
-            self.task.verbosity.warn(format_args!("the film is not kept, and rendering goes on: {}", error.message()));
+        if let Some(error) = failed
+            .as_ref()
+            .filter(|_| !self.is_done && self.unkept.is_none())
+        {
+            self.task.verbosity.warn(format_args!(
+                "the film is not kept, and rendering goes on: {}",
+                error.message()
+            ));
         }
         self.unkept = failed;
     }
@@ -284,7 +370,11 @@ impl<'a> Session<'a> {
 
     /// Files that were written, this run's film among them.
     pub fn with_own(&self, mut written: Vec<String>) -> Vec<String> {
-        let kept = self.task.checkpoint.as_ref().filter(|_| self.unkept.is_none());
+        let kept = self
+            .task
+            .checkpoint
+            .as_ref()
+            .filter(|_| self.unkept.is_none());
         written.extend(kept.map(|path| shown(path)));
         written
     }
@@ -292,10 +382,14 @@ impl<'a> Session<'a> {
     /// The end of an interrupted run, with how to go on where it was kept.
     pub fn explained(&self, failure: Failure) -> Failure {
         match (&self.task.checkpoint, &self.unkept) {
-            (Some(_), Some(error)) => failure.with_hint(format_args!("it can't be gone on with: {}", error.message())),
-            (Some(path), None) => {
-                failure.with_hint(format_args!("go on with --resume {}", origin::quoted(&path.to_string_lossy())))
-            }
+            (Some(_), Some(error)) => failure.with_hint(format_args!(
+                "it can't be gone on with: {}",
+                error.message()
+            )),
+            (Some(path), None) => failure.with_hint(format_args!(
+                "go on with --resume {}",
+                origin::quoted(&path.to_string_lossy())
+            )),
             (None, _) => failure,
         }
     }
@@ -306,7 +400,11 @@ pub fn samples(film: &Film, part: &Part) -> String {
     let (there, all) = (film.samples(part), film.asked());
     let (least, most) = (*there.start(), *there.end());
     let Some(all) = all else {
-        return if least == most { format!("{most} samples") } else { format!("{least} to {most} samples") };
+        return if least == most {
+            format!("{most} samples")
+        } else {
+            format!("{least} to {most} samples")
+        };
     };
     match (least == most, most == all) {
         (true, true) if all == 1 => "1 sample".to_owned(),
@@ -321,21 +419,39 @@ pub fn refuse_other_program(path: &Path, metadata: &Metadata) -> Result<(), Fail
     if metadata.software == origin::SOFTWARE {
         return Ok(());
     }
-    let error =
-        Error::input(path.display(), format_args!("it was made by {}, and this is {}", metadata.software, origin::SOFTWARE));
-    Err(error.with_hint("go on with the program that made it, or render it again").into())
+    let error = Error::input(
+        path.display(),
+        format_args!(
+            "it was made by {}, and this is {}",
+            metadata.software,
+            origin::SOFTWARE
+        ),
+    );
+    Err(error
+        .with_hint("go on with the program that made it, or render it again")
+        .into())
 }
 
 /// Why a film cannot be gone on with.
 fn foreign(path: &Path, error: PartError) -> Failure {
     match error {
         PartError::Foreign { what, .. } => {
-            let error = Error::input(path.display(), format_args!("it is of another picture: the {what} differs"));
-            error.with_hint("give the scene and flags that it was made with; only --spp may grow").into()
+            let error = Error::input(
+                path.display(),
+                format_args!("it is of another picture: the {what} differs"),
+            );
+            error
+                .with_hint("give the scene and flags that it was made with; only --spp may grow")
+                .into()
         }
         PartError::Samples { has, asked, least } => {
-            let message = format!("{}: its {has} samples a pixel cannot become {asked}", path.display());
-            Error::usage(message).with_hint(format!("--spp {least}, or more")).into()
+            let message = format!(
+                "{}: its {has} samples a pixel cannot become {asked}",
+                path.display()
+            );
+            Error::usage(message)
+                .with_hint(format!("--spp {least}, or more"))
+                .into()
         }
         other => Error::input(path.display(), other).into(),
     }
@@ -349,24 +465,52 @@ mod tests {
 
     use super::*;
 
-    /// Protects: estimating the error for lines of progress takes at most a fiftieth of a render's time, however large the picture.
+    /// Protects: estimating the error for lines of progress takes at most a fiftieth of a render's
+    /// time, however large the picture.
     #[test]
     fn estimates_have_a_bounded_share() {
         let [millisecond, second] = [Duration::from_millis(1), Duration::from_secs(1)];
-        assert!(is_due(second, millisecond) && is_due(second, second / 50) && is_due(Duration::ZERO, Duration::ZERO));
+        assert!(
+            is_due(second, millisecond)
+                && is_due(second, second / 50)
+                && is_due(Duration::ZERO, Duration::ZERO)
+        );
         assert!(!is_due(second, second / 49) && !is_due(40 * second, second));
     }
 
-    /// Protects: samples are told as they are: one is not several, and what differs from pixel to pixel is a range.
+    /// Protects: samples are told as they are: one is not several, and what differs from pixel to
+    /// pixel is a range.
     #[test]
     fn samples_are_told_in_words() {
         let film = |sampling, tiles: u32| {
-            let crop = Some(Crop { x: 0, y: 0, width: 64, height: 32 });
-            let ready =
-                prepare(&Scene::default(), &Settings { crop, sampling, ..Settings::of(&Scene::default()) }, &()).expect("empty");
+            let crop = Some(Crop {
+                x: 0,
+                y: 0,
+                width: 64,
+                height: 32,
+            });
+            let ready = prepare(
+                &Scene::default(),
+                &Settings {
+                    crop,
+                    sampling,
+                    ..Settings::of(&Scene::default())
+                },
+                &(),
+            )
+            .expect("empty");
             let mut film = ready.film("");
             let whole = film.whole();
-            ready.render_part(&mut film, &Part { tiles: 0..tiles, ..whole.clone() }, &()).expect("its own");
+            ready
+                .render_part(
+                    &mut film,
+                    &Part {
+                        tiles: 0..tiles,
+                        ..whole.clone()
+                    },
+                    &(),
+                )
+                .expect("its own");
             samples(&film, &whole)
         };
         assert_eq!(film(Sampling::Pattern(Pattern::Centre), 2), "1 sample");

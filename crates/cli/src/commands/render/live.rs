@@ -1,4 +1,5 @@
-//! Whoever looks on while a picture is rendered, shown each time that it has about twice as many samples as before: a file, and a viewer.
+//! Whoever looks on while a picture is rendered, shown each time that it has about twice as many
+//! samples as before: a file, and a viewer.
 
 use std::path::PathBuf;
 
@@ -28,21 +29,36 @@ impl Onlookers {
     /// Those whom a task has, of a picture with that name.
     pub fn of(task: &Task, name: &str, is_exposed: bool) -> Result<Self, Failure> {
         let refused = |cause: std::io::Error, host: &str, port: u16| {
-            let failure = Failure::new(Exit::File, format_args!("cannot reach tev at {host}:{port}: {cause}"));
+            let failure = Failure::new(
+                Exit::File,
+                format_args!("cannot reach tev at {host}:{port}: {cause}"),
+            );
             failure.with_hint("start it first; --display tev:HOST:PORT says where it is")
         };
-        let connect = |address| Tev::connect(address, name).map_err(|cause| refused(cause, &address.host, address.port));
-        let (preview, tev) = (task.preview.clone(), task.display.as_ref().map(connect).transpose()?);
-        Ok(Self { preview, tev, is_exposed, next: None })
+        let connect = |address| {
+            Tev::connect(address, name).map_err(|cause| refused(cause, &address.host, address.port))
+        };
+        let (preview, tev) = (
+            task.preview.clone(),
+            task.display.as_ref().map(connect).transpose()?,
+        );
+        Ok(Self {
+            preview,
+            tev,
+            is_exposed,
+            next: None,
+        })
     }
 
-    /// Samples of all pixels at which they are shown the picture, first one of each pixel; none where nobody looks on.
+    /// Samples of all pixels at which they are shown the picture, first one of each pixel; none
+    /// where nobody looks on.
     pub fn next(&self, film: &Film) -> Option<u64> {
         let pixels = || film.size().into_iter().map(u64::from).product();
         (self.preview.is_some() || self.tev.is_some()).then(|| self.next.unwrap_or_else(pixels))
     }
 
-    /// Shows what there is; what went wrong, which is no reason to give up the picture. Whoever has gone is not shown anything again.
+    /// Shows what there is; what went wrong, which is no reason to give up the picture. Whoever has
+    /// gone is not shown anything again.
     pub fn show(
         &mut self,
         film: &Film,
@@ -54,11 +70,19 @@ impl Onlookers {
         if rendered.counters.samples == 0 {
             return None;
         }
-        let display = if self.is_exposed { display.suited_to(rendered.shown()) } else { display };
+        let display = if self.is_exposed {
+            display.suited_to(rendered.shown())
+        } else {
+            display
+        };
         let mut failed = None;
         if let Some(path) = &self.preview {
-            let bytes = png_bytes(rendered.shown(), display, metadata).map_err(|cause| Error::write(path, &cause));
-            failed = bytes.and_then(|bytes| write_atomically(path, &bytes)).err().map(|error| error.message().to_owned());
+            let bytes = png_bytes(rendered.shown(), display, metadata)
+                .map_err(|cause| Error::write(path, &cause));
+            failed = bytes
+                .and_then(|bytes| write_atomically(path, &bytes))
+                .err()
+                .map(|error| error.message().to_owned());
         }
         if let Some(tev) = &mut self.tev
             && let Err(cause) = tev.show(&with_errors(film, &rendered))
@@ -73,12 +97,20 @@ impl Onlookers {
 /// The picture with all its layers, and with the standard errors of its pixels.
 fn with_errors(film: &Film, rendered: &Rendered) -> Picture {
     let mut picture = rendered.all_layers().into_owned();
-    if let Some((errors, _)) = film.standard_errors().filter(|_| picture.layer("stderr.R").is_none()) {
+    if let Some((errors, _)) = film
+        .standard_errors()
+        .filter(|_| picture.layer("stderr.R").is_none())
+    {
         let layer = |(channel, name): (usize, &str)| Layer {
             name: name.to_owned(),
             samples: errors.iter().map(|e| e[channel]).collect(),
         };
-        picture.layers.extend(["stderr.R", "stderr.G", "stderr.B"].into_iter().enumerate().map(layer));
+        picture.layers.extend(
+            ["stderr.R", "stderr.G", "stderr.B"]
+                .into_iter()
+                .enumerate()
+                .map(layer),
+        );
     }
     picture
 }

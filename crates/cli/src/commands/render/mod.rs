@@ -35,21 +35,42 @@ pub use series::run;
 /// What to do where nothing is to be seen.
 const ALLOW_EMPTY: &str = "--allow-empty makes a picture all the same";
 
-/// The error of the noise, where a picture's line and its file tell it: of paths, of what is denoised, and where it was asked for.
-fn claimed<'a>(task: &Task, (ready, rendered): (&Ready, &Rendered), noisy: Option<&'a Uncertainty>) -> Option<&'a Uncertainty> {
-    noisy.filter(|_| ready.follows_paths() || task.max_error.is_some() || rendered.denoised().is_some())
+/// The error of the noise, where a picture's line and its file tell it: of paths, of what is
+/// denoised, and where it was asked for.
+fn claimed<'a>(
+    task: &Task,
+    (ready, rendered): (&Ready, &Rendered),
+    noisy: Option<&'a Uncertainty>,
+) -> Option<&'a Uncertainty> {
+    noisy.filter(|_| {
+        ready.follows_paths() || task.max_error.is_some() || rendered.denoised().is_some()
+    })
 }
 
 /// What a picture's file says of where it comes from, and of its error.
-fn metadata(task: &Task, session: &Session, rendered: &Rendered, noisy: Option<&Uncertainty>) -> Metadata {
+fn metadata(
+    task: &Task,
+    session: &Session,
+    rendered: &Rendered,
+    noisy: Option<&Uncertainty>,
+) -> Metadata {
     match task.has_metadata {
-        true => Metadata { error: origin::error(noisy, rendered, session.film()), ..session.metadata().clone() },
+        true => Metadata {
+            error: origin::error(noisy, rendered, session.film()),
+            ..session.metadata().clone()
+        },
         false => Metadata::default(),
     }
 }
 
-/// The hash of a picture's pixels, where it is asked for, beside each file that has them; beside a name where none has.
-fn print_hash(task: &Task, (rendered, display): (&Rendered, Display), files: &[String], name: &str) -> Result<(), Failure> {
+/// The hash of a picture's pixels, where it is asked for, beside each file that has them; beside a
+/// name where none has.
+fn print_hash(
+    task: &Task,
+    (rendered, display): (&Rendered, Display),
+    files: &[String],
+    name: &str,
+) -> Result<(), Failure> {
     if !task.hash {
         return Ok(());
     }
@@ -59,12 +80,21 @@ fn print_hash(task: &Task, (rendered, display): (&Rendered, Display), files: &[S
     };
     let (hash, name) = (pixel_hash(&shown), [name.to_owned()]);
     let names = if files.is_empty() { &name } else { files };
-    console::print(names.iter().map(|name| format!("{hash}  {}\n", console::on_one_line(name))).collect::<String>())
+    console::print(
+        names
+            .iter()
+            .map(|name| format!("{hash}  {}\n", console::on_one_line(name)))
+            .collect::<String>(),
+    )
 }
 
 /// What a picture is written in where its name is not the user's.
 fn default_format(task: &Task) -> Format {
-    if wants_floats(task) { Format::Exr } else { Format::Png }
+    if wants_floats(task) {
+        Format::Exr
+    } else {
+        Format::Png
+    }
 }
 
 /// A session for one picture of a scene.
@@ -75,7 +105,11 @@ fn start<'a>(
     (plan, label): (&Plan, &str),
 ) -> Result<Session<'a>, Failure> {
     let stem = &loaded.source.stem;
-    let name = if label.is_empty() { stem.clone() } else { format!("{stem}-{label}") };
+    let name = if label.is_empty() {
+        stem.clone()
+    } else {
+        format!("{stem}-{label}")
+    };
     let identity = origin::identity(loaded, options, &task.choices);
     let metadata = origin::metadata(loaded, plan, &task.choices);
     let onlookers = Onlookers::of(task, &name, plan.is_exposed)?;
@@ -94,7 +128,13 @@ fn note_prepared(loaded: &mut Loaded, ready: &Ready, settings: &Settings, notes:
 }
 
 /// What a picture itself tells.
-fn note_rendered(loaded: &Loaded, rendered: &Rendered, plan: &Plan, targets: &[Target], notes: &mut Notes) {
+fn note_rendered(
+    loaded: &Loaded,
+    rendered: &Rendered,
+    plan: &Plan,
+    targets: &[Target],
+    notes: &mut Notes,
+) {
     if let Some(why) = scene_input::nothing_met(loaded, rendered, &plan.settings) {
         notes.warn(why);
     }
@@ -117,13 +157,20 @@ fn refuse_terminal(task: &Task, targets: &[Target]) -> Result<(), Failure> {
     }
     if targets.contains(&Target::Stdout) && io::stdout().is_terminal() {
         let error = Error::usage("standard output is a terminal, which cannot show a PNG");
-        return Err(error.with_hint("send it to a file or a program: raywright render -o - > picture.png").into());
+        return Err(error
+            .with_hint("send it to a file or a program: raywright render -o - > picture.png")
+            .into());
     }
     Ok(())
 }
 
 /// Denoising was asked for by name where it can't be. A first look is one without, too.
-fn refuse_to_denoise(task: &Task, settings: &Settings, ready: &Ready, notes: &mut Notes) -> Result<(), Failure> {
+fn refuse_to_denoise(
+    task: &Task,
+    settings: &Settings,
+    ready: &Ready,
+    notes: &mut Notes,
+) -> Result<(), Failure> {
     if !settings.denoise || task.is_quick {
         return Ok(());
     }
@@ -131,17 +178,24 @@ fn refuse_to_denoise(task: &Task, settings: &Settings, ready: &Ready, notes: &mu
         notes.hint("nothing in this picture is by chance, so that there is no noise to take out");
     } else if settings.sampling.is_fixed() {
         let error = Error::usage("samples of a fixed pattern do not tell noise from what is seen");
-        return Err(error.with_hint("--spp 16, or any other number of its own, gives up the pattern").into());
+        return Err(error
+            .with_hint("--spp 16, or any other number of its own, gives up the pattern")
+            .into());
     } else if settings.sampling.count() < FEWEST_SAMPLES {
-        let error = Error::usage(format_args!("fewer than {FEWEST_SAMPLES} samples do not tell noise from what is seen"));
-        return Err(error.with_hint(format!("--spp {FEWEST_SAMPLES}, or more")).into());
+        let error = Error::usage(format_args!(
+            "fewer than {FEWEST_SAMPLES} samples do not tell noise from what is seen"
+        ));
+        return Err(error
+            .with_hint(format!("--spp {FEWEST_SAMPLES}, or more"))
+            .into());
     }
     Ok(())
 }
 
 /// Layers fit into an EXR or a film only.
 fn refuse_layers_without_place(task: &Task, targets: &[Target]) -> Result<(), Failure> {
-    if task.layers.is_empty() || task.checkpoint.is_some() || targets.iter().any(Target::has_layers) {
+    if task.layers.is_empty() || task.checkpoint.is_some() || targets.iter().any(Target::has_layers)
+    {
         return Ok(());
     }
     let error = Error::usage("--aov adds layers to an .exr picture, and none is written");
@@ -150,7 +204,10 @@ fn refuse_layers_without_place(task: &Task, targets: &[Target]) -> Result<(), Fa
 
 /// Whether pictures are to keep linear numbers alone.
 fn wants_floats(task: &Task) -> bool {
-    task.choices.rungs.iter().any(|choice| choice.value() == RungValue::Output(Output::Float))
+    task.choices
+        .rungs
+        .iter()
+        .any(|choice| choice.value() == RungValue::Output(Output::Float))
 }
 
 /// A JPEG has no transparency.
@@ -159,7 +216,11 @@ fn refuse_transparent_jpegs(task: &Task, targets: &[Target]) -> Result<(), Failu
         return Ok(());
     }
     let error = Error::usage("--background transparent: a JPEG has no transparency");
-    Err(error.with_hint("name a picture that ends in .png or .webp, or take a colour: --background white").into())
+    Err(error
+        .with_hint(
+            "name a picture that ends in .png or .webp, or take a colour: --background white",
+        )
+        .into())
 }
 
 /// All but OpenEXR hold codes.
@@ -167,35 +228,63 @@ fn refuse_codes_for_floats(task: &Task, targets: &[Target]) -> Result<(), Failur
     if !wants_floats(task) || targets.iter().all(Target::has_layers) {
         return Ok(());
     }
-    let error =
-        Error::usage("--rung output=float keeps linear numbers, and all formats but OpenEXR have codes of display values");
-    Err(error.with_hint("name pictures that end in .exr, or leave the rung away").into())
+    let error = Error::usage(
+        "--rung output=float keeps linear numbers, and all formats but OpenEXR have codes of display values",
+    );
+    Err(error
+        .with_hint("name pictures that end in .exr, or leave the rung away")
+        .into())
 }
 
 /// What shows the picture on its way is a PNG in a file of its own.
 fn check_preview_target(task: &Task, outputs: &mut Outputs) -> Result<(), Failure> {
-    let Some(path) = &task.preview else { return Ok(()) };
+    let Some(path) = &task.preview else {
+        return Ok(());
+    };
     if Format::of(path)? != Format::Png {
-        let error = Error::usage(format_args!("--preview {}: the name does not end in .png", path.display()));
-        return Err(error.with_hint(format!("--preview {}", path.with_extension("png").display())).into());
+        let error = Error::usage(format_args!(
+            "--preview {}: the name does not end in .png",
+            path.display()
+        ));
+        return Err(error
+            .with_hint(format!(
+                "--preview {}",
+                path.with_extension("png").display()
+            ))
+            .into());
     }
     outputs.add(path, "--preview")
 }
 
 /// The report is JSON in a file of its own.
 fn check_stats_target(task: &Task, outputs: &mut Outputs) -> Result<(), Failure> {
-    let Some(path) = &task.stats else { return Ok(()) };
-    if path.extension().is_none_or(|extension| !extension.eq_ignore_ascii_case("json")) {
-        let error = Error::usage(format_args!("--stats {}: the name does not end in .json", path.display()));
-        return Err(error.with_hint(format!("--stats {}", path.with_extension("json").display())).into());
+    let Some(path) = &task.stats else {
+        return Ok(());
+    };
+    if path
+        .extension()
+        .is_none_or(|extension| !extension.eq_ignore_ascii_case("json"))
+    {
+        let error = Error::usage(format_args!(
+            "--stats {}: the name does not end in .json",
+            path.display()
+        ));
+        return Err(error
+            .with_hint(format!("--stats {}", path.with_extension("json").display()))
+            .into());
     }
     outputs.add(path, "--stats")
 }
 
-/// The beginning of a render: until there is something to keep. A scene of several that takes too much does not keep the others away.
+/// The beginning of a render: until there is something to keep. A scene of several that takes too
+/// much does not keep the others away.
 fn begin(task: &Task, clock: &Clock) -> Result<Beginning, Failure> {
     let time = task.budget.map(|budget| (clock.began(), budget));
-    let memory = if task.scenes.len() > 1 { u64::MAX } else { task.options.limits.memory_bytes };
+    let memory = if task.scenes.len() > 1 {
+        u64::MAX
+    } else {
+        task.options.limits.memory_bytes
+    };
     Beginning::of(&task.scenes[0], memory, time)
 }
 
@@ -214,6 +303,8 @@ fn described(
 }
 
 fn size_and_samples(settings: &Settings, session: &Session) -> String {
-    let [width, height] = settings.crop.map_or(settings.size, |crop| [crop.width, crop.height]);
+    let [width, height] = settings
+        .crop
+        .map_or(settings.size, |crop| [crop.width, crop.height]);
     format!("{width}x{height}, {}", session.samples())
 }

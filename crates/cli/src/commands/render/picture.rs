@@ -40,8 +40,14 @@ pub struct FinishedPicture {
     pub notes: Vec<String>,
 }
 
-/// Renders the one picture of a task on the thread pool that this is called from. `command` is what the program would have been given.
-pub fn render(mut loaded: Loaded, task: &Task, command: String, observer: &dyn Observer) -> Result<FinishedPicture, Failure> {
+/// Renders the one picture of a task on the thread pool that this is called from. `command` is what
+/// the program would have been given.
+pub fn render(
+    mut loaded: Loaded,
+    task: &Task,
+    command: String,
+    observer: &dyn Observer,
+) -> Result<FinishedPicture, Failure> {
     refuse_files(task)?;
     let mut notes = Notes::new(Verbosity::Quiet);
     notes.warn_of(&loaded);
@@ -49,19 +55,26 @@ pub fn render(mut loaded: Loaded, task: &Task, command: String, observer: &dyn O
     if let Some(failure) = scene_input::nothing_to_see(&loaded).filter(|_| task.refuses_empty()) {
         return Err(failure.with_hint(ALLOW_EMPTY));
     }
-    let watch = Budgeted { observer, deadline: task.budget.map(|budget| Instant::now() + budget) };
+    let watch = Budgeted {
+        observer,
+        deadline: task.budget.map(|budget| Instant::now() + budget),
+    };
     let mut plan = task.settle_shot(&mut loaded.scene, &task.shots[0], &OnceCell::new())?;
     let ready = prepared(&loaded, &plan.settings, &watch)?;
     super::note_prepared(&mut loaded, &ready, &plan.settings, &mut notes);
     super::refuse_to_denoise(task, &plan.settings, &ready, &mut notes)?;
     let mut film = ready.film("");
     let whole = film.whole();
-    ready.render_part(&mut film, &whole, &watch).map_err(Error::usage)?;
+    ready
+        .render_part(&mut film, &whole, &watch)
+        .map_err(Error::usage)?;
     let rendered = Rendered::of(&film, observer);
     if observer.cancelled() {
         return Err(Failure::new(Exit::Interrupted, NOTHING_KEPT));
     }
-    if let Some(why) = scene_input::nothing_met(&loaded, &rendered, &plan.settings).filter(|_| task.refuses_empty()) {
+    if let Some(why) = scene_input::nothing_met(&loaded, &rendered, &plan.settings)
+        .filter(|_| task.refuses_empty())
+    {
         return Err(scene_input::empty(&loaded.source.name, why).with_hint(ALLOW_EMPTY));
     }
     if plan.is_exposed {
@@ -73,19 +86,30 @@ pub fn render(mut loaded: Loaded, task: &Task, command: String, observer: &dyn O
     let noisy = film.uncertainty();
     let noisy = super::claimed(task, (&ready, &rendered), noisy.as_ref());
     tell::error(noisy, &film, &rendered, task.max_error, &mut notes);
-    let shortfall = task.max_error.map(|asked| tell::shortfall(asked, noisy, &film, &rendered));
+    let shortfall = task
+        .max_error
+        .map(|asked| tell::shortfall(asked, noisy, &film, &rendered));
     let error = origin::error(noisy, &rendered, &film);
     let background = plan.display.linear_background();
     Ok(FinishedPicture {
-        error: rendered.denoised().map(|denoised| denoised.error).or(noisy.copied()),
+        error: rendered
+            .denoised()
+            .map(|denoised| denoised.error)
+            .or(noisy.copied()),
         converged: shortfall.map(|shortfall| shortfall.is_none()),
         samples: film::samples(&film, &whole),
         metadata: match task.has_metadata {
-            true => Metadata { command, error, ..origin::metadata(&loaded, &plan, &task.choices) },
+            true => Metadata {
+                command,
+                error,
+                ..origin::metadata(&loaded, &plan, &task.choices)
+            },
             false => Metadata::default(),
         },
         covered: background.map(|_| rendered.clone()),
-        rendered: background.map(|colour| rendered.over(colour)).unwrap_or(rendered),
+        rendered: background
+            .map(|colour| rendered.over(colour))
+            .unwrap_or(rendered),
         display: plan.display,
         notes: notes.into_texts(),
     })
@@ -101,7 +125,12 @@ impl FinishedPicture {
     /// Writes it as its name says, as `render -o` does.
     pub fn save(&self, path: &Path) -> Result<(), Failure> {
         let picture = write::picture(self.covered(), Format::of(path)?, self.display);
-        Ok(output::write_picture(path, &picture, self.display, &self.metadata)?)
+        Ok(output::write_picture(
+            path,
+            &picture,
+            self.display,
+            &self.metadata,
+        )?)
     }
 
     /// Why the interval of its error may not hold, in a word; none where it does.
@@ -135,9 +164,15 @@ pub fn refuse_files(task: &Task) -> Result<(), Failure> {
         ("--hash", task.hash),
         ("--views, --turntable or --frames", !task.is_single),
     ];
-    let Some((flag, _)) = flags.iter().find(|(_, given)| *given) else { return Ok(()) };
-    let error = Error::usage(format_args!("{flag} is of the command line: here one picture is made, and handed over"));
-    Err(error.with_hint("render each picture by a call of its own, and save it").into())
+    let Some((flag, _)) = flags.iter().find(|(_, given)| *given) else {
+        return Ok(());
+    };
+    let error = Error::usage(format_args!(
+        "{flag} is of the command line: here one picture is made, and handed over"
+    ));
+    Err(error
+        .with_hint("render each picture by a call of its own, and save it")
+        .into())
 }
 
 /// Looks on, and ends a render when its time is over.
@@ -156,6 +191,7 @@ impl Observer for Budgeted<'_> {
     }
 
     fn has_enough(&self, everywhere: bool) -> bool {
-        self.observer.has_enough(everywhere) || everywhere && self.deadline.is_some_and(|end| Instant::now() >= end)
+        self.observer.has_enough(everywhere)
+            || everywhere && self.deadline.is_some_and(|end| Instant::now() >= end)
     }
 }

@@ -1,4 +1,5 @@
-//! What `render` says besides its result: what is left out, lost or not met, and with `-v` where the time went.
+//! What `render` says besides its result: what is left out, lost or not met, and with `-v` where
+//! the time went.
 
 use raywright_core::counters::{Counters, SampleLoss};
 use raywright_core::denoise::FEWEST_SAMPLES;
@@ -23,15 +24,26 @@ use crate::{memory, origin};
 /// What the scene has and the picture will not show; all effects where the user asks for more.
 pub(super) fn note_effects(loaded: &Loaded, report: &EffectReport, notes: &mut Notes) {
     notes.detail(explain::text(&loaded.source, report, false));
-    let names: Vec<&str> = report.left_out().map(|finding| finding.effect.name()).collect();
+    let names: Vec<&str> = report
+        .left_out()
+        .map(|finding| finding.effect.name())
+        .collect();
     if !names.is_empty() {
         let name = &loaded.source.name;
-        notes.warn(format!("left out: {} (why, and what to do: raywright explain {name})", names.join(", ")));
+        notes.warn(format!(
+            "left out: {} (why, and what to do: raywright explain {name})",
+            names.join(", ")
+        ));
     }
 }
 
 /// What a clamp does to the picture, also for the list of warnings in the statistics.
-pub(super) fn note_clamp(loaded: &mut Loaded, ready: &Ready, settings: &Settings, notes: &mut Notes) {
+pub(super) fn note_clamp(
+    loaded: &mut Loaded,
+    ready: &Ready,
+    settings: &Settings,
+    notes: &mut Notes,
+) {
     let Some(most) = settings.clamp else { return };
     let message = if ready.follows_paths() {
         format!(
@@ -41,14 +53,23 @@ pub(super) fn note_clamp(loaded: &mut Loaded, ready: &Ready, settings: &Settings
         "--clamp dims samples of paths alone, and none are followed".to_owned()
     };
     notes.warn(&message);
-    loaded.warnings.push(Warning { code: WarningCode::Samples, message });
+    loaded.warnings.push(Warning {
+        code: WarningCode::Samples,
+        message,
+    });
 }
 
 /// Objects that vanish without being left out.
 pub(super) fn note_lost(loaded: &Loaded, ready: &Ready, notes: &mut Notes) {
-    let [first, others @ ..] = ready.lost() else { return };
+    let [first, others @ ..] = ready.lost() else {
+        return;
+    };
     let object = object_name(loaded, *first as usize);
-    let more = if others.is_empty() { String::new() } else { format!(" and {} more", others.len()) };
+    let more = if others.is_empty() {
+        String::new()
+    } else {
+        format!(" and {} more", others.len())
+    };
     notes.warn(format!(
         "nothing is seen of {object}{more}: so far from the origin, single precision takes the corners of such small triangles for \
          one; move the mesh nearer, or add --precision reference"
@@ -57,7 +78,12 @@ pub(super) fn note_lost(loaded: &Loaded, ready: &Ready, notes: &mut Notes) {
 
 /// Objects too far from the others for their shape to be stored.
 pub(super) fn note_unresolved(loaded: &Loaded, ready: &Ready, notes: &mut Notes) {
-    let Some(first) = ready.unresolved().filter(|first| !ready.lost().contains(first)) else { return };
+    let Some(first) = ready
+        .unresolved()
+        .filter(|first| !ready.lost().contains(first))
+    else {
+        return;
+    };
     let object = object_name(loaded, first as usize);
     notes.warn(format!(
         "{object} is so far from the rest of the scene that single precision can't tell points a thousandth of its size apart; move them \
@@ -67,41 +93,103 @@ pub(super) fn note_unresolved(loaded: &Loaded, ready: &Ready, notes: &mut Notes)
 
 /// Edges that are asked for where shapes have none.
 pub(super) fn note_edges(loaded: &Loaded, settings: &Settings, notes: &mut Notes) {
-    let objects = loaded.scene.objects.iter().chain(loaded.scene.generators.iter().map(|generator| &generator.object));
-    let (meshes, others): (Vec<_>, Vec<_>) = objects.partition(|object| matches!(object.shape, Shape::Mesh(_)));
+    let objects = loaded.scene.objects.iter().chain(
+        loaded
+            .scene
+            .generators
+            .iter()
+            .map(|generator| &generator.object),
+    );
+    let (meshes, others): (Vec<_>, Vec<_>) =
+        objects.partition(|object| matches!(object.shape, Shape::Mesh(_)));
     if !settings.wireframe || others.is_empty() {
         return;
     }
-    let which = if meshes.is_empty() { "the scene has none but shapes" } else { "some of what is shown are shapes" };
-    notes.hint(format!("--wireframe draws the edges of triangles, and {which}, such as spheres, that have no edges"));
+    let which = if meshes.is_empty() {
+        "the scene has none but shapes"
+    } else {
+        "some of what is shown are shapes"
+    };
+    notes.hint(format!(
+        "--wireframe draws the edges of triangles, and {which}, such as spheres, that have no edges"
+    ));
 }
 
 /// Bodies so near to each other that light passes from the one to beyond the other.
-pub(super) fn note_closed_gaps(loaded: &mut Loaded, ready: &Ready, settings: &Settings, notes: &mut Notes) {
+pub(super) fn note_closed_gaps(
+    loaded: &mut Loaded,
+    ready: &Ready,
+    settings: &Settings,
+    notes: &mut Notes,
+) {
     let gaps = ready.closed_gaps();
-    let [ClosedGap { object, other, resolved }, others @ ..] = gaps.as_slice() else { return };
+    let [
+        ClosedGap {
+            object,
+            other,
+            resolved,
+        },
+        others @ ..,
+    ] = gaps.as_slice()
+    else {
+        return;
+    };
     let [object, other] = [object, other].map(|&index| object_name(loaded, index));
-    let more = if others.is_empty() { String::new() } else { format!(" (and {} more such pairs)", others.len()) };
-    let exact = if settings.precision == PrecisionChoice::Reference { "" } else { ", or add --precision reference" };
+    let more = if others.is_empty() {
+        String::new()
+    } else {
+        format!(" (and {} more such pairs)", others.len())
+    };
+    let exact = if settings.precision == PrecisionChoice::Reference {
+        ""
+    } else {
+        ", or add --precision reference"
+    };
     let message = format!(
         "the gap between {object} and {other}{more} is closed: light that passes the one starts beyond the other, since they touch or are \
          nearer than rounding tells apart; leave {} metres or more between them{exact}",
         significant(*resolved, 2)
     );
     notes.warn(&message);
-    loaded.warnings.push(Warning { code: WarningCode::Precision, message });
+    loaded.warnings.push(Warning {
+        code: WarningCode::Precision,
+        message,
+    });
 }
 
 /// Lamps so near behind an opaque object that their light shines through it.
-pub(super) fn note_light_leaks(loaded: &mut Loaded, ready: &Ready, settings: &Settings, notes: &mut Notes) {
+pub(super) fn note_light_leaks(
+    loaded: &mut Loaded,
+    ready: &Ready,
+    settings: &Settings,
+    notes: &mut Notes,
+) {
     let leaks = ready.light_leaks();
-    let [LightLeak { lamp, cover, resolved }, others @ ..] = leaks.as_slice() else { return };
+    let [
+        LightLeak {
+            lamp,
+            cover,
+            resolved,
+        },
+        others @ ..,
+    ] = leaks.as_slice()
+    else {
+        return;
+    };
     let lamp = match *lamp {
         Lamp::Light(index) => light_name(loaded, index),
         Lamp::Object(index) => object_name(loaded, index),
     };
-    let more = if others.is_empty() { String::new() } else { format!(" (and {} more such pairs)", others.len()) };
-    let exact = if settings.precision == PrecisionChoice::Reference { "" } else { ", or add --precision reference" };
+    let more = if others.is_empty() {
+        String::new()
+    } else {
+        format!(" (and {} more such pairs)", others.len())
+    };
+    let exact = if settings.precision == PrecisionChoice::Reference {
+        ""
+    } else {
+        ", or add --precision reference"
+    };
     let message = format!(
         "{lamp} shines through {}{more}, which is opaque but nearer before it than rounding tells apart; leave {} metres or more between \
          them{exact}",
@@ -109,7 +197,10 @@ pub(super) fn note_light_leaks(loaded: &mut Loaded, ready: &Ready, settings: &Se
         significant(*resolved, 2)
     );
     notes.warn(&message);
-    loaded.warnings.push(Warning { code: WarningCode::Precision, message });
+    loaded.warnings.push(Warning {
+        code: WarningCode::Precision,
+        message,
+    });
 }
 
 /// A light without size by its name, or by its place in the scene's list.
@@ -120,10 +211,13 @@ fn light_name(loaded: &Loaded, index: usize) -> String {
     }
 }
 
-/// An object by its name, or by its place in the scene's list, of which the generated ones are the last.
+/// An object by its name, or by its place in the scene's list, of which the generated ones are the
+/// last.
 fn object_name(loaded: &Loaded, index: usize) -> String {
     match loaded.scene.objects.get(index) {
-        Some(object) if !object.name.is_empty() => format!("object `{}`", on_one_line(&object.name)),
+        Some(object) if !object.name.is_empty() => {
+            format!("object `{}`", on_one_line(&object.name))
+        }
         _ => format!("object {}", index + 1),
     }
 }
@@ -141,21 +235,38 @@ pub fn note_losses(counters: &Counters, notes: &mut Notes) -> Vec<Warning> {
              behind is missing; leave fewer such surfaces one behind the other"
         ),
     };
-    let warnings: Vec<Warning> =
-        counters.losses().map(|loss| Warning { code: WarningCode::Samples, message: message(loss) }).collect();
-    warnings.iter().for_each(|warning| notes.warn(&warning.message));
+    let warnings: Vec<Warning> = counters
+        .losses()
+        .map(|loss| Warning {
+            code: WarningCode::Samples,
+            message: message(loss),
+        })
+        .collect();
+    warnings
+        .iter()
+        .for_each(|warning| notes.warn(&warning.message));
     warnings
 }
 
-/// What to try where more than a tenth of the pixels of a display picture is clipped, or black that is not so in the scene: the exposure
-/// that changes it, in whole stops. A fifth clipped is a picture that shows too little.
-pub(super) fn note_exposure(rendered: &Rendered, plan: &Plan, targets: &[Target], notes: &mut Notes) {
+/// What to try where more than a tenth of the pixels of a display picture is clipped, or black that
+/// is not so in the scene: the exposure that changes it, in whole stops. A fifth clipped is a
+/// picture that shows too little.
+pub(super) fn note_exposure(
+    rendered: &Rendered,
+    plan: &Plan,
+    targets: &[Target],
+    notes: &mut Notes,
+) {
     const BAD: f64 = 0.2;
     if plan.is_exposed || (!targets.is_empty() && targets.iter().all(Target::has_layers)) {
         return;
     }
     let Clipping { clipped, black } = plan.display.clipping(rendered.shown());
-    let (what, share) = if clipped > MOST_CLIPPED { ("clipped", clipped) } else { ("black", black) };
+    let (what, share) = if clipped > MOST_CLIPPED {
+        ("clipped", clipped)
+    } else {
+        ("black", black)
+    };
     if share <= MOST_CLIPPED {
         return;
     }
@@ -165,7 +276,11 @@ pub(super) fn note_exposure(rendered: &Rendered, plan: &Plan, targets: &[Target]
         None => return,
     };
     let message = format!("{:.0} % of the pixels are {what}; {advice}", 100.0 * share);
-    if clipped > BAD { notes.warn(message) } else { notes.hint(message) }
+    if clipped > BAD {
+        notes.warn(message)
+    } else {
+        notes.hint(message)
+    }
 }
 
 /// Lights of which nothing was seen; no warning, since who puts a lamp into a box may mean it.
@@ -175,20 +290,31 @@ pub(super) fn note_shut_away(loaded: &Loaded, ready: &Ready, film: &Film, notes:
         ShutAway::Light { index, .. } => light_name(loaded, index),
         ShutAway::Object { index, .. } => object_name(loaded, index),
     };
-    let rays: u64 = shut.iter().map(|&(ShutAway::Light { rays, .. } | ShutAway::Object { rays, .. })| rays).sum();
+    let rays: u64 = shut
+        .iter()
+        .map(|&(ShutAway::Light { rays, .. } | ShutAway::Object { rays, .. })| rays)
+        .sum();
     let stopped = format!("all {rays} rays there were stopped");
     match shut.as_slice() {
         [] => {}
         [one] => notes.hint(format!("nothing is lit by {}: {stopped}", light(one))),
         [first, .., last] => {
-            let others = if shut.len() > 2 { format!(", {} more", shut.len() - 2) } else { String::new() };
-            notes.hint(format!("nothing is lit by {}{others} and {}: {stopped}", light(first), light(last)));
+            let others = if shut.len() > 2 {
+                format!(", {} more", shut.len() - 2)
+            } else {
+                String::new()
+            };
+            notes.hint(format!(
+                "nothing is lit by {}{others} and {}: {stopped}",
+                light(first),
+                light(last)
+            ));
         }
     }
 }
 
-/// How far the picture probably is from the true one, in the few words that follow its samples; notes say what is wrong with it, and all
-/// figures where the user asks for more.
+/// How far the picture probably is from the true one, in the few words that follow its samples;
+/// notes say what is wrong with it, and all figures where the user asks for more.
 pub fn error(
     noisy: Option<&Uncertainty>,
     film: &Film,
@@ -198,17 +324,25 @@ pub fn error(
 ) -> Option<String> {
     let noisy = noisy?;
     let is_met = |asked| reaches(asked, noisy, rendered);
-    if let Some(doubted) = asked.filter(|&asked| is_met(asked)).and_then(|asked| doubted(film, asked)) {
+    if let Some(doubted) = asked
+        .filter(|&asked| is_met(asked))
+        .and_then(|asked| doubted(film, asked))
+    {
         notes.hint(format!("{doubted}; so more were taken"));
     }
     let noise = told(noisy);
     notes.detail(format_args!("noise: {noise}"));
     let about = significant(noisy.root_relmse.value, 2);
-    let met = asked.filter(|&asked| is_met(asked)).map(|asked| format!(", below the {asked} asked for")).unwrap_or_default();
+    let met = asked
+        .filter(|&asked| is_met(asked))
+        .map(|asked| format!(", below the {asked} asked for"))
+        .unwrap_or_default();
     let phrase = match noisy.doubt {
         None => format!("error {}", with_interval(noisy.root_relmse)),
         Some(Doubt::FewSamples) => format!("error about {about}"),
-        Some(Doubt::FewPixels | Doubt::WideInterval | Doubt::LightByChance) => format!("not converged, error about {about}"),
+        Some(Doubt::FewPixels | Doubt::WideInterval | Doubt::LightByChance) => {
+            format!("not converged, error about {about}")
+        }
     };
     match noisy.doubt {
         None | Some(Doubt::FewSamples) => {}
@@ -230,17 +364,28 @@ pub fn error(
 
 /// Whether what is shown of a render has an error, denoised where it was.
 fn reaches(asked: f64, noisy: &Uncertainty, rendered: &Rendered) -> bool {
-    rendered.denoised().map_or(noisy.reaches(asked), |denoised| denoised.reaches(asked, noisy))
+    rendered
+        .denoised()
+        .map_or(noisy.reaches(asked), |denoised| {
+            denoised.reaches(asked, noisy)
+        })
 }
 
 /// Why the error that was asked for is not reached; none where it is.
-pub fn shortfall(asked: f64, noisy: Option<&Uncertainty>, film: &Film, rendered: &Rendered) -> Option<String> {
+pub fn shortfall(
+    asked: f64,
+    noisy: Option<&Uncertainty>,
+    film: &Film,
+    rendered: &Rendered,
+) -> Option<String> {
     if noisy.is_some_and(|noisy| reaches(asked, noisy, rendered)) {
         return None;
     }
     Some(match doubted(film, asked) {
         Some(doubted) => format!("whether the error of {asked} is reached is not sure: {doubted}"),
-        None => format!("the error of {asked} that was asked for is not reached; more --spp or a longer --budget comes nearer"),
+        None => format!(
+            "the error of {asked} that was asked for is not reached; more --spp or a longer --budget comes nearer"
+        ),
     })
 }
 
@@ -248,38 +393,60 @@ pub fn shortfall(asked: f64, noisy: Option<&Uncertainty>, film: &Film, rendered:
 fn doubted(film: &Film, asked: f64) -> Option<String> {
     let first = film.doubted_aim()?;
     let [least, most] = first.samples;
-    let samples = if least == most { most.to_string() } else { format!("{least} to {most}") };
+    let samples = if least == most {
+        most.to_string()
+    } else {
+        format!("{least} to {most}")
+    };
     let why = match first.doubt {
         Doubt::FewSamples => "there were too few samples to tell",
-        Doubt::LightByChance => "lamps and suns that are met by chance alone had been met too seldom",
+        Doubt::LightByChance => {
+            "lamps and suns that are met by chance alone had been met too seldom"
+        }
         Doubt::FewPixels => "a few pixels carried most of it",
         Doubt::WideInterval => "it was too unsure",
     };
-    Some(format!("{samples} samples seemed to reach {asked}, with {}, but {why}", significant(first.error, 2)))
+    Some(format!(
+        "{samples} samples seemed to reach {asked}, with {}, but {why}",
+        significant(first.error, 2)
+    ))
 }
 
 /// An error from which on denoising is named.
 const NOTICEABLE: f64 = 0.05;
 
-/// What denoising brings, where a picture that nothing was asked of has noise that is seen. The shares are those of docs/accuracy.md with 64
-/// samples.
+/// What denoising brings, where a picture that nothing was asked of has noise that is seen. The
+/// shares are those of docs/accuracy.md with 64 samples.
 pub(super) fn note_denoising(noisy: &Uncertainty, settings: &Settings, notes: &mut Notes) {
-    let can = !settings.sampling.is_fixed() && settings.sampling.count() >= FEWEST_SAMPLES && settings.max_error.is_none();
+    let can = !settings.sampling.is_fixed()
+        && settings.sampling.count() >= FEWEST_SAMPLES
+        && settings.max_error.is_none();
     if can && !settings.denoise && noisy.root_relmse.value > NOTICEABLE {
-        notes.hint("--denoise leaves 0.2 to 0.9 of such an error, half of it as a rule (docs/accuracy.md)");
+        notes.hint(
+            "--denoise leaves 0.2 to 0.9 of such an error, half of it as a rule (docs/accuracy.md)",
+        );
     }
 }
 
 /// Both errors with their intervals.
 fn told(of: &Uncertainty) -> String {
-    format!("root relMSE {}, RMSE {}", with_interval(of.root_relmse), with_interval(of.rmse))
+    format!(
+        "root relMSE {}, RMSE {}",
+        with_interval(of.root_relmse),
+        with_interval(of.rmse)
+    )
 }
 
 fn with_interval(of: Estimate) -> String {
     if of.value == 0.0 && of.high > 0.0 {
         return format!("at most {}", significant(of.high, 3));
     }
-    format!("{} ({} to {})", significant(of.value, 3), significant(of.low, 3), significant(of.high, 3))
+    format!(
+        "{} ({} to {})",
+        significant(of.value, 3),
+        significant(of.low, 3),
+        significant(of.high, 3)
+    )
 }
 
 /// Why nothing is claimed of a denoised picture.
@@ -301,18 +468,30 @@ fn denoised(rendered: &Rendered, notes: &mut Notes) -> Option<String> {
             return None;
         }
     };
-    let light =
-        format!("{}{} % light", if denoised.brightened < 0.0 { "" } else { "+" }, significant(100.0 * denoised.brightened, 2));
+    let light = format!(
+        "{}{} % light",
+        if denoised.brightened < 0.0 { "" } else { "+" },
+        significant(100.0 * denoised.brightened, 2)
+    );
     let root_relmse = denoised.error.root_relmse;
     let (error, figures) = match denoised.error.doubt {
-        None => (format!("error {}", with_interval(root_relmse)), told(&denoised.error)),
+        None => (
+            format!("error {}", with_interval(root_relmse)),
+            told(&denoised.error),
+        ),
         Some(Doubt::WideInterval) if root_relmse.high.is_finite() => {
             let most = format!("at most about {}", significant(root_relmse.high, 2));
-            (format!("error {most}"), format!("root relMSE not known, {most}"))
+            (
+                format!("error {most}"),
+                format!("root relMSE not known, {most}"),
+            )
         }
         Some(doubt) => {
             let why = unknown(doubt);
-            (format!("error not known, since {why}"), format!("root relMSE not known, since {why}"))
+            (
+                format!("error not known, since {why}"),
+                format!("root relMSE not known, since {why}"),
+            )
         }
     };
     notes.detail(format_args!("denoised (biased): {figures}; {light}"));
@@ -322,7 +501,12 @@ fn denoised(rendered: &Rendered, notes: &mut Notes) -> Option<String> {
 /// What `-v` adds: where the time went, what was traced, what was held in memory.
 pub(super) fn details(ready: &Ready, rendered: &Rendered, seconds: &Seconds) -> String {
     let rays = &rendered.counters;
-    let stages = [("load", seconds.load), ("prepare", seconds.prepare), ("render", seconds.render), ("write", seconds.write)];
+    let stages = [
+        ("load", seconds.load),
+        ("prepare", seconds.prepare),
+        ("render", seconds.render),
+        ("write", seconds.write),
+    ];
     let kinds = [
         ("camera", rays.camera),
         ("reflection", rays.reflection),
@@ -332,8 +516,21 @@ pub(super) fn details(ready: &Ready, rendered: &Rendered, seconds: &Seconds) -> 
     ];
     let settings = ready.settings();
     let rows = [
-        ("time", stages.map(|(name, seconds)| format!("{name} {}", spoken(seconds))).join(", ")),
-        ("rays", kinds.iter().filter(|(_, n)| *n > 0).map(|(name, n)| format!("{n} {name}")).collect::<Vec<_>>().join(", ")),
+        (
+            "time",
+            stages
+                .map(|(name, seconds)| format!("{name} {}", spoken(seconds)))
+                .join(", "),
+        ),
+        (
+            "rays",
+            kinds
+                .iter()
+                .filter(|(_, n)| *n > 0)
+                .map(|(name, n)| format!("{n} {name}"))
+                .collect::<Vec<_>>()
+                .join(", "),
+        ),
         ("memory", memory::listed(&ready.memory().parts())),
         (
             "method",
@@ -352,10 +549,18 @@ pub(super) fn details(ready: &Ready, rendered: &Rendered, seconds: &Seconds) -> 
 mod tests {
     use super::*;
 
-    /// Protects: a squared error that was estimated below zero is no error of nothing: its upper bound is what is known.
+    /// Protects: a squared error that was estimated below zero is no error of nothing: its upper
+    /// bound is what is known.
     #[test]
     fn an_error_of_nothing_is_a_bound() {
-        let of = |value: f64, low: f64, high: f64| with_interval(Estimate { value, low, high, carriers: 100.0 });
+        let of = |value: f64, low: f64, high: f64| {
+            with_interval(Estimate {
+                value,
+                low,
+                high,
+                carriers: 100.0,
+            })
+        };
         assert_eq!(of(0.05, 0.01, 0.0712), "0.05 (0.01 to 0.0712)");
         assert_eq!(of(0.0, 0.0, 0.0712), "at most 0.0712");
         assert_eq!(of(0.0, 0.0, 0.0), "0 (0 to 0)");

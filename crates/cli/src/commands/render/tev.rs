@@ -1,5 +1,6 @@
-//! Pictures for tev, a viewer of pictures (<https://github.com/Tom94/tev>), by its protocol: packets over TCP, each its length, its kind and what
-//! belongs to it, all little-endian, with texts that end in a zero.
+//! Pictures for tev, a viewer of pictures (<https://github.com/Tom94/tev>), by its protocol:
+//! packets over TCP, each its length, its kind and what belongs to it, all little-endian, with
+//! texts that end in a zero.
 
 use std::io::{self, Write};
 use std::net::{TcpStream, ToSocketAddrs};
@@ -34,7 +35,11 @@ impl Tev {
             match TcpStream::connect_timeout(&place, MOST_TIME) {
                 Ok(stream) => {
                     stream.set_write_timeout(Some(MOST_TIME))?;
-                    return Ok(Self { stream, name: name.replace('\0', " "), shown: None });
+                    return Ok(Self {
+                        stream,
+                        name: name.replace('\0', " "),
+                        shown: None,
+                    });
                 }
                 Err(cause) => last = cause,
             }
@@ -42,20 +47,23 @@ impl Tev {
         Err(last)
     }
 
-    /// Shows a picture with its layers. One with other channels than before, or of another size, takes the place of that.
+    /// Shows a picture with its layers. One with other channels than before, or of another size,
+    /// takes the place of that.
     pub fn show(&mut self, picture: &Picture) -> io::Result<()> {
         let channels = channels(picture);
         let names: Vec<String> = channels.iter().map(|(name, _)| name.clone()).collect();
         let shown = Some(([picture.width, picture.height], names));
         if self.shown != shown {
-            self.stream.write_all(&create(&self.name, picture, &channels))?;
+            self.stream
+                .write_all(&create(&self.name, picture, &channels))?;
             self.shown = shown;
         }
         let width = picture.width.max(1) as usize;
         let rows = (MOST_VALUES / (width * channels.len())).max(1);
         for top in (0..picture.height as usize).step_by(rows) {
             let rows = rows.min(picture.height as usize - top);
-            self.stream.write_all(&update(&self.name, &channels, width, top..top + rows))?;
+            self.stream
+                .write_all(&update(&self.name, &channels, width, top..top + rows))?;
         }
         self.stream.flush()
     }
@@ -65,36 +73,55 @@ impl Tev {
 type Channel<'a> = (String, Box<dyn Fn(usize) -> f32 + 'a>);
 
 fn channels(picture: &Picture) -> Vec<Channel<'_>> {
-    let colour =
-        |(channel, name): (usize, &str)| -> Channel<'_> { (name.to_owned(), Box::new(move |pixel| picture.rgb[pixel][channel])) };
-    let mut channels: Vec<Channel<'_>> = ["R", "G", "B"].into_iter().enumerate().map(colour).collect();
+    let colour = |(channel, name): (usize, &str)| -> Channel<'_> {
+        (
+            name.to_owned(),
+            Box::new(move |pixel| picture.rgb[pixel][channel]),
+        )
+    };
+    let mut channels: Vec<Channel<'_>> = ["R", "G", "B"]
+        .into_iter()
+        .enumerate()
+        .map(colour)
+        .collect();
     if let Some(alpha) = &picture.alpha {
         channels.push(("A".to_owned(), Box::new(|pixel| alpha[pixel])));
     }
-    channels.extend(
-        picture.layers.iter().map(|layer| -> Channel<'_> { (layer.name.clone(), Box::new(|pixel| layer.samples[pixel])) }),
-    );
+    channels.extend(picture.layers.iter().map(|layer| -> Channel<'_> {
+        (layer.name.clone(), Box::new(|pixel| layer.samples[pixel]))
+    }));
     channels
 }
 
 fn create(name: &str, picture: &Picture, channels: &[Channel<'_>]) -> Vec<u8> {
     let mut packet = Packet::new(CREATE_IMAGE, name);
-    [picture.width, picture.height, channels.len() as u32].iter().for_each(|number| packet.number(*number));
+    [picture.width, picture.height, channels.len() as u32]
+        .iter()
+        .for_each(|number| packet.number(*number));
     channels.iter().for_each(|(name, _)| packet.text(name));
     packet.finish()
 }
 
 /// New values of rows of a picture, channel after channel.
-fn update(name: &str, channels: &[Channel<'_>], width: usize, rows: std::ops::Range<usize>) -> Vec<u8> {
+fn update(
+    name: &str,
+    channels: &[Channel<'_>],
+    width: usize,
+    rows: std::ops::Range<usize>,
+) -> Vec<u8> {
     let mut packet = Packet::new(UPDATE_IMAGE, name);
     packet.number(channels.len() as u32);
     channels.iter().for_each(|(name, _)| packet.text(name));
-    [0, rows.start as u32, width as u32, rows.len() as u32].iter().for_each(|number| packet.number(*number));
+    [0, rows.start as u32, width as u32, rows.len() as u32]
+        .iter()
+        .for_each(|number| packet.number(*number));
     let pixels = rows.start * width..rows.end * width;
     (0..channels.len()).for_each(|channel| packet.long((channel * pixels.len()) as u64));
     channels.iter().for_each(|_| packet.long(1));
     for (_, value) in channels {
-        packet.0.extend(pixels.clone().flat_map(|pixel| value(pixel).to_le_bytes()));
+        packet
+            .0
+            .extend(pixels.clone().flat_map(|pixel| value(pixel).to_le_bytes()));
     }
     packet.finish()
 }
@@ -136,23 +163,39 @@ mod tests {
 
     use super::*;
 
-    /// Protects: packets have the bytes that tev reads: length, kind, focus, name, numbers, names of channels, and values channel after channel.
+    /// Protects: packets have the bytes that tev reads: length, kind, focus, name, numbers, names
+    /// of channels, and values channel after channel.
     #[test]
     fn packets_have_their_bytes() {
-        let layers = vec![Layer { name: "stderr.R".to_owned(), samples: vec![0.5, 0.25] }];
-        let picture = Picture { rgb: vec![[1.0, 2.0, 3.0], [4.0, 5.0, 6.0]], layers, ..Picture::new(1, 2) };
+        let layers = vec![Layer {
+            name: "stderr.R".to_owned(),
+            samples: vec![0.5, 0.25],
+        }];
+        let picture = Picture {
+            rgb: vec![[1.0, 2.0, 3.0], [4.0, 5.0, 6.0]],
+            layers,
+            ..Picture::new(1, 2)
+        };
         let channels = channels(&picture);
         let created = create("a", &picture, &channels);
-        let mut expected = vec![0, 0, 0, 0, 4, 0, b'a', 0, 1, 0, 0, 0, 2, 0, 0, 0, 4, 0, 0, 0];
+        let mut expected = vec![
+            0, 0, 0, 0, 4, 0, b'a', 0, 1, 0, 0, 0, 2, 0, 0, 0, 4, 0, 0, 0,
+        ];
         expected.extend_from_slice(b"R\0G\0B\0stderr.R\0");
         expected[0] = expected.len() as u8;
         assert_eq!(created, expected);
         let updated = update("a", &channels, 1, 1..2);
         let mut expected = vec![0, 0, 0, 0, 6, 0, b'a', 0, 4, 0, 0, 0];
         expected.extend_from_slice(b"R\0G\0B\0stderr.R\0");
-        [0_u32, 1, 1, 1].iter().for_each(|number| expected.extend_from_slice(&number.to_le_bytes()));
-        [0_u64, 1, 2, 3, 1, 1, 1, 1].iter().for_each(|number| expected.extend_from_slice(&number.to_le_bytes()));
-        [4.0_f32, 5.0, 6.0, 0.25].iter().for_each(|number| expected.extend_from_slice(&number.to_le_bytes()));
+        [0_u32, 1, 1, 1]
+            .iter()
+            .for_each(|number| expected.extend_from_slice(&number.to_le_bytes()));
+        [0_u64, 1, 2, 3, 1, 1, 1, 1]
+            .iter()
+            .for_each(|number| expected.extend_from_slice(&number.to_le_bytes()));
+        [4.0_f32, 5.0, 6.0, 0.25]
+            .iter()
+            .for_each(|number| expected.extend_from_slice(&number.to_le_bytes()));
         expected[0] = expected.len() as u8;
         assert_eq!(updated, expected);
     }

@@ -14,8 +14,9 @@ use crate::failure::{Exit, Failure};
 use crate::ready::NOTHING_KEPT;
 use crate::targets::Target;
 
-/// Writes the picture everywhere it should go; the files that were written. One that can't be written does not keep the others away, and is kept
-/// beside the input or in the temporary folder, which the failure tells.
+/// Writes the picture everywhere it should go; the files that were written. One that can't be
+/// written does not keep the others away, and is kept beside the input or in the temporary folder,
+/// which the failure tells.
 pub fn write(
     rendered: &Rendered,
     targets: &[Target],
@@ -28,9 +29,13 @@ pub fn write(
         match write_to(target, rendered, display, metadata, &is_free) {
             Ok(name) => written.extend(name),
             Err(failure) => {
-                let kept = target.path().and_then(|path| keep_elsewhere(path, rendered, display, metadata, (inputs, &is_free)));
+                let kept = target.path().and_then(|path| {
+                    keep_elsewhere(path, rendered, display, metadata, (inputs, &is_free))
+                });
                 let failure = match kept {
-                    Some(kept) => failure.with_hint(format_args!("the picture is kept in {}", shown(&kept))),
+                    Some(kept) => {
+                        failure.with_hint(format_args!("the picture is kept in {}", shown(&kept)))
+                    }
                     None => failure,
                 };
                 failed = failed.or(Some(failure));
@@ -40,7 +45,8 @@ pub fn write(
     failed.map_or(Ok(written), Err)
 }
 
-/// Writes a picture for which there was no place under its own name, where it replaces nothing: its file, where there is a place for it.
+/// Writes a picture for which there was no place under its own name, where it replaces nothing: its
+/// file, where there is a place for it.
 fn keep_elsewhere(
     path: &Path,
     rendered: &Rendered,
@@ -48,11 +54,23 @@ fn keep_elsewhere(
     metadata: &Metadata,
     (inputs, is_free): (&Inputs, impl Fn(&Path) -> bool),
 ) -> Option<PathBuf> {
-    let (name, picture) = (path.file_name()?, picture(rendered, Format::of(path).ok()?, display));
-    let beside = inputs.files().next().and_then(Path::parent).map(Path::to_owned);
+    let (name, picture) = (
+        path.file_name()?,
+        picture(rendered, Format::of(path).ok()?, display),
+    );
+    let beside = inputs
+        .files()
+        .next()
+        .and_then(Path::parent)
+        .map(Path::to_owned);
     let is_new = |other: &Path| other.symlink_metadata().is_err() && is_free(other);
-    let keep = |folder: PathBuf| output::write_unnamed_picture(&folder.join(name), &picture, display, metadata, is_new).ok();
-    beside.into_iter().chain([std::env::temp_dir()]).find_map(keep)
+    let keep = |folder: PathBuf| {
+        output::write_unnamed_picture(&folder.join(name), &picture, display, metadata, is_new).ok()
+    };
+    beside
+        .into_iter()
+        .chain([std::env::temp_dir()])
+        .find_map(keep)
 }
 
 /// Writes the picture to one target; the file's name, where it is one.
@@ -65,19 +83,28 @@ fn write_to(
 ) -> Result<Option<String>, Failure> {
     Ok(match target {
         Target::Stdout => {
-            let bytes = output::png_bytes(rendered.shown(), display, metadata).map_err(|error| Failure::stdout(&error))?;
+            let bytes = output::png_bytes(rendered.shown(), display, metadata)
+                .map_err(|error| Failure::stdout(&error))?;
             console::print_picture(&bytes)?;
             None
         }
         Target::File(path, format) => {
-            output::write_picture_as(path, *format, &picture(rendered, *format, display), display, metadata)?;
+            output::write_picture_as(
+                path,
+                *format,
+                &picture(rendered, *format, display),
+                display,
+                metadata,
+            )?;
             Some(shown(path))
         }
         // Something else may lie there by now; a picture that took an hour is not given up for it.
         Target::Unnamed(path, format) => {
             let is_free = |other: &Path| other == path || is_free(other);
             let picture = picture(rendered, *format, display);
-            Some(shown(&output::write_unnamed_picture(path, &picture, display, metadata, is_free)?))
+            Some(shown(&output::write_unnamed_picture(
+                path, &picture, display, metadata, is_free,
+            )?))
         }
     })
 }
@@ -87,7 +114,8 @@ pub fn shown(path: &Path) -> String {
     console::on_one_line(&path.display().to_string())
 }
 
-/// What a format keeps: of display values those that are to be looked at, of linear numbers all there are, before the linear value of a background.
+/// What a format keeps: of display values those that are to be looked at, of linear numbers all
+/// there are, before the linear value of a background.
 pub fn picture(rendered: &Rendered, format: Format, display: Display) -> Cow<'_, Picture> {
     match (format, display.linear_background()) {
         (Format::Exr, None) => rendered.all_layers(),
@@ -96,25 +124,35 @@ pub fn picture(rendered: &Rendered, format: Format, display: Display) -> Cow<'_,
     }
 }
 
-/// The end of a run that was stopped, with the files of what there is; of a series with how many pictures of how many are finished.
+/// The end of a run that was stopped, with the files of what there is; of a series with how many
+/// pictures of how many are finished.
 pub fn interrupted(kept: Result<Vec<String>, Error>, series: Option<[usize; 2]>) -> Failure {
     let kept = match kept {
-        Err(error) => return Failure { exit: Exit::Interrupted, message: error.to_string() },
+        Err(error) => {
+            return Failure {
+                exit: Exit::Interrupted,
+                message: error.to_string(),
+            };
+        }
         Ok(kept) => kept.join(", "),
     };
     let message = match (series, kept.as_str()) {
         (None, "") => NOTHING_KEPT.to_owned(),
         (None, kept) => format!("interrupted; what was finished is in {kept}"),
-        (Some([finished, of]), "") => format!("interrupted; {finished} of {of} pictures are finished"),
+        (Some([finished, of]), "") => {
+            format!("interrupted; {finished} of {of} pictures are finished")
+        }
         (Some([finished, of]), kept) => {
-            format!("interrupted; {finished} of {of} pictures are finished; what there is besides is in {kept}")
+            format!(
+                "interrupted; {finished} of {of} pictures are finished; what there is besides is in {kept}"
+            )
         }
     };
     Failure::new(Exit::Interrupted, message)
 }
 
-/// Writes what there is of a picture that was stopped, if there is anything, under names that nobody chose and that replace nobody's
-/// files; these names.
+/// Writes what there is of a picture that was stopped, if there is anything, under names that
+/// nobody chose and that replace nobody's files; these names.
 pub fn keep(
     rendered: &Rendered,
     targets: &[Target],
@@ -123,8 +161,15 @@ pub fn keep(
     is_free: impl Fn(&Path) -> bool,
 ) -> Result<Vec<String>, Error> {
     let something = rendered.counters.samples > 0;
-    let noisy = Rendered { denoised: None, ..rendered.clone() };
-    let paths = targets.iter().filter_map(Target::path).filter(|_| something).map(output::partial_name);
+    let noisy = Rendered {
+        denoised: None,
+        ..rendered.clone()
+    };
+    let paths = targets
+        .iter()
+        .filter_map(Target::path)
+        .filter(|_| something)
+        .map(output::partial_name);
     paths
         .map(|partial| {
             let picture = picture(&noisy, Format::of(&partial)?, display);
@@ -155,26 +200,51 @@ mod tests {
         assert_eq!(shown(Path::new("a\nb.png")), "a\u{fffd}b.png");
     }
 
-    /// Protects: a render that was stopped before its first tile leaves no picture, which would be black; one that was not keeps
-    /// what it has, beside whatever lies under that name.
+    /// Protects: a render that was stopped before its first tile leaves no picture, which would be
+    /// black; one that was not keeps what it has, beside whatever lies under that name.
     #[test]
     fn only_what_was_made_is_kept() {
         let folder = tempfile::tempdir().expect("a temporary folder");
         let at = |name: &str| folder.path().join(name);
-        let settings = Settings { size: [8, 8], ..Settings::of(&Scene::default()) };
-        let ready = prepare(&Scene::default(), &settings, &()).expect("nothing is wrong with an empty scene");
-        let targets = [Target::File(at("a.png"), output::Format::Png), Target::Stdout];
+        let settings = Settings {
+            size: [8, 8],
+            ..Settings::of(&Scene::default())
+        };
+        let ready = prepare(&Scene::default(), &settings, &())
+            .expect("nothing is wrong with an empty scene");
+        let targets = [
+            Target::File(at("a.png"), output::Format::Png),
+            Target::Stdout,
+        ];
         let end = |rendered: &Rendered| {
-            let kept = keep(rendered, &targets, Display::default(), &Metadata::default(), |_| true);
+            let kept = keep(
+                rendered,
+                &targets,
+                Display::default(),
+                &Metadata::default(),
+                |_| true,
+            );
             let failure = interrupted(kept, None);
             assert_eq!(failure.exit, Exit::Interrupted);
             failure.message
         };
-        assert_eq!(end(&ready.render(&Stopped)), "error: interrupted; nothing was written");
-        assert_eq!(std::fs::read_dir(folder.path()).expect("a folder").count(), 0);
+        assert_eq!(
+            end(&ready.render(&Stopped)),
+            "error: interrupted; nothing was written"
+        );
+        assert_eq!(
+            std::fs::read_dir(folder.path()).expect("a folder").count(),
+            0
+        );
         std::fs::write(at("a.partial.png"), "mine").expect("a file");
         let kept = at("a.partial-2.png");
-        assert_eq!(end(&ready.render(&())), format!("error: interrupted; what was finished is in {}", kept.display()));
+        assert_eq!(
+            end(&ready.render(&())),
+            format!(
+                "error: interrupted; what was finished is in {}",
+                kept.display()
+            )
+        );
         assert_eq!(std::fs::read(at("a.partial.png")).expect("a file"), b"mine");
         assert!(kept.exists());
     }

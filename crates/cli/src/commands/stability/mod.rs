@@ -77,22 +77,31 @@ enum Kind {
 
 impl Kind {
     fn of(path: &Path) -> Result<Self, Failure> {
-        let ending = path.extension().map(|ending| ending.to_string_lossy().to_ascii_lowercase());
+        let ending = path
+            .extension()
+            .map(|ending| ending.to_string_lossy().to_ascii_lowercase());
         match ending.as_deref() {
             Some("md") => Ok(Self::Markdown),
             Some("html") => Ok(Self::Html),
             Some("svg") => Ok(Self::Svg),
             Some("json") => Ok(Self::Json),
-            _ => Err(Error::usage(format_args!("cannot tell from {} what to write", path.display()))
-                .with_hint("let it end in .html, .svg, .md or .json")
-                .into()),
+            _ => Err(Error::usage(format_args!(
+                "cannot tell from {} what to write",
+                path.display()
+            ))
+            .with_hint("let it end in .html, .svg, .md or .json")
+            .into()),
         }
     }
 }
 
 /// Measures, and prints a table or JSON; fails where a bound is broken.
 pub fn run(args: &StabilityArgs, verbosity: Verbosity) -> Result<(), Failure> {
-    let target = args.output.as_ref().map(|path| Ok::<_, Failure>((path, Kind::of(path)?))).transpose()?;
+    let target = args
+        .output
+        .as_ref()
+        .map(|path| Ok::<_, Failure>((path, Kind::of(path)?)))
+        .transpose()?;
     if let Some((path, _)) = target {
         Outputs::default().add(path, "-o")?;
     }
@@ -107,7 +116,11 @@ pub fn run(args: &StabilityArgs, verbosity: Verbosity) -> Result<(), Failure> {
         output::write_atomically(path, text.as_bytes())?;
         verbosity.say(path.display());
     }
-    console::print(if args.json { console::json(&report) } else { text::plain(&report) })?;
+    console::print(if args.json {
+        console::json(&report)
+    } else {
+        text::plain(&report)
+    })?;
     let broken: Vec<&Row> = report.rows.iter().filter(|row| row.wrong > 0).collect();
     match broken.first() {
         None => Ok(()),
@@ -121,7 +134,11 @@ pub fn run(args: &StabilityArgs, verbosity: Verbosity) -> Result<(), Failure> {
                 row.setting
             );
             let known = |row: &&Row| report.left_out.iter().any(|[case, _]| *case == row.case);
-            let known = if broken.iter().all(known) { " (known: the list says why)" } else { "" };
+            let known = if broken.iter().all(known) {
+                " (known: the list says why)"
+            } else {
+                ""
+            };
             Err(Failure::new(Exit::Failed, message + known))
         }
     }
@@ -129,13 +146,18 @@ pub fn run(args: &StabilityArgs, verbosity: Verbosity) -> Result<(), Failure> {
 
 /// The cases of these numbers; all where none is named.
 fn chosen(numbers: &[String]) -> Result<Vec<HardCase>, Failure> {
-    let known = |number: &String| hard_cases().find(|case| case.number.eq_ignore_ascii_case(number.trim()));
+    let known =
+        |number: &String| hard_cases().find(|case| case.number.eq_ignore_ascii_case(number.trim()));
     if numbers.is_empty() {
         return Ok(hard_cases().collect());
     }
     let of = |number: &String| {
-        known(number)
-            .ok_or_else(|| Error::usage(format_args!("there is no hard case {number}; they are named as T01 or P21 are")).into())
+        known(number).ok_or_else(|| {
+            Error::usage(format_args!(
+                "there is no hard case {number}; they are named as T01 or P21 are"
+            ))
+            .into()
+        })
     };
     numbers.iter().map(of).collect()
 }
@@ -156,25 +178,51 @@ fn measured(args: &StabilityArgs, cases: Vec<HardCase>, verbosity: Verbosity) ->
         match measure(case.number, args.rays.into()) {
             Some(measurements) => {
                 let price = price(case.number);
-                report.rows.extend(measurements.into_iter().map(|measurement| row(&case, measurement, price.as_ref())));
+                report.rows.extend(
+                    measurements
+                        .into_iter()
+                        .map(|measurement| row(&case, measurement, price.as_ref())),
+                );
             }
             None => report.tested_only.push(case.number),
         }
-        report.left_out.extend(case.left_out.map(|reason| [case.number, reason]));
+        report
+            .left_out
+            .extend(case.left_out.map(|reason| [case.number, reason]));
     }
     report.seconds = start.elapsed().as_secs_f64();
     report
 }
 
 fn row(
-    &HardCase { number, hard, bound, .. }: &HardCase,
-    Measurement { setting, outcome, textbook }: Measurement,
+    &HardCase {
+        number,
+        hard,
+        bound,
+        ..
+    }: &HardCase,
+    Measurement {
+        setting,
+        outcome,
+        textbook,
+    }: Measurement,
     price: Option<&Price>,
 ) -> Row {
-    let price = price.map(|&Price { what, textbook, more }| {
-        let more: Spread = more[usize::from(setting.starts_with("reference"))];
-        RowPrice { what, textbook: textbook.median, more: more.median, spread: 0.5 * (more.upper_quartile - more.lower_quartile) }
-    });
+    let price = price.map(
+        |&Price {
+             what,
+             textbook,
+             more,
+         }| {
+            let more: Spread = more[usize::from(setting.starts_with("reference"))];
+            RowPrice {
+                what,
+                textbook: textbook.median,
+                more: more.median,
+                spread: 0.5 * (more.upper_quartile - more.lower_quartile),
+            }
+        },
+    );
     Row {
         case: number,
         hard,
@@ -193,26 +241,46 @@ fn row(
 mod tests {
     use super::*;
 
-    /// Protects: numbers are found whatever their case is, and a wrong one is a usage error that says how they are named.
+    /// Protects: numbers are found whatever their case is, and a wrong one is a usage error that
+    /// says how they are named.
     #[test]
     fn cases_are_chosen_by_number() {
-        let numbers = |list: &[&str]| chosen(&list.iter().map(|&word| word.to_owned()).collect::<Vec<_>>());
-        let found: Vec<_> = numbers(&["t01", "P21"]).expect("two cases").iter().map(|case| case.number).collect();
+        let numbers =
+            |list: &[&str]| chosen(&list.iter().map(|&word| word.to_owned()).collect::<Vec<_>>());
+        let found: Vec<_> = numbers(&["t01", "P21"])
+            .expect("two cases")
+            .iter()
+            .map(|case| case.number)
+            .collect();
         assert_eq!(found, ["T01", "P21"]);
         assert_eq!(numbers(&[]).expect("all").len(), 89);
         let unknown = numbers(&["T99"]).expect_err("none");
-        assert!(unknown.exit == Exit::Usage && unknown.message.contains("T99"), "{}", unknown.message);
+        assert!(
+            unknown.exit == Exit::Usage && unknown.message.contains("T99"),
+            "{}",
+            unknown.message
+        );
     }
 
-    /// Protects: a file's ending says what it holds, and another one is a mistake of usage that names those.
+    /// Protects: a file's ending says what it holds, and another one is a mistake of usage that
+    /// names those.
     #[test]
     fn endings_say_what_is_written() {
         let kind = |name: &str| Kind::of(Path::new(name));
         assert_eq!(
             ["a.md", "b.HTML", "c.svg", "d.json"].map(|name| kind(name).ok()),
-            [Some(Kind::Markdown), Some(Kind::Html), Some(Kind::Svg), Some(Kind::Json)]
+            [
+                Some(Kind::Markdown),
+                Some(Kind::Html),
+                Some(Kind::Svg),
+                Some(Kind::Json)
+            ]
         );
         let unknown = kind("page.txt").expect_err("no such kind");
-        assert!(unknown.exit == Exit::Usage && unknown.message.contains("page.txt"), "{}", unknown.message);
+        assert!(
+            unknown.exit == Exit::Usage && unknown.message.contains("page.txt"),
+            "{}",
+            unknown.message
+        );
     }
 }

@@ -13,24 +13,41 @@ const PRECISIONS: [(&str, Colour); 2] = [("robust", Colour::First), ("reference"
 
 /// The plot: a line for each case.
 pub(super) fn margins(report: &StabilityReport) -> Margins {
-    let machine = report.processor.as_ref().map(|name| format!(" · {name}")).unwrap_or_default();
+    let machine = report
+        .processor
+        .as_ref()
+        .map(|name| format!(" · {name}"))
+        .unwrap_or_default();
     Margins {
         title: TITLE.to_owned(),
-        circumstances: format!("how many times its worst error each bound is: all that is right of it is held{machine}"),
+        circumstances: format!(
+            "how many times its worst error each bound is: all that is right of it is held{machine}"
+        ),
         aside: "textbook wrong".to_owned(),
-        legend: PRECISIONS.map(|(name, colour)| (colour, name.to_owned())).to_vec(),
+        legend: PRECISIONS
+            .map(|(name, colour)| (colour, name.to_owned()))
+            .to_vec(),
         rows: cases(report).map(line).collect(),
     }
 }
 
-/// A case's line, by the least margin of its kernels and parts; none where something is beyond the bound.
+/// A case's line, by the least margin of its kernels and parts; none where something is beyond the
+/// bound.
 fn line(rows: &[Row]) -> MarginRow {
     let least = |precision: &str| {
         let is_held = of(rows, precision).all(|row| row.wrong == 0);
-        of(rows, precision).filter_map(|row| row.margin).reduce(f64::min).filter(|_| is_held)
+        of(rows, precision)
+            .filter_map(|row| row.margin)
+            .reduce(f64::min)
+            .filter(|_| is_held)
     };
-    let margins: Vec<(Colour, f64)> = PRECISIONS.into_iter().filter_map(|(name, colour)| Some((colour, least(name)?))).collect();
-    let (wrong, judged) = rows.iter().fold((0, 0), |(wrong, judged), row| (wrong + row.wrong, judged + row.judged));
+    let margins: Vec<(Colour, f64)> = PRECISIONS
+        .into_iter()
+        .filter_map(|(name, colour)| Some((colour, least(name)?)))
+        .collect();
+    let (wrong, judged) = rows.iter().fold((0, 0), |(wrong, judged), row| {
+        (wrong + row.wrong, judged + row.judged)
+    });
     let told = match wrong {
         0 if margins.is_empty() => format!("none of {judged} wrong"),
         0 => String::new(),
@@ -48,10 +65,21 @@ fn line(rows: &[Row]) -> MarginRow {
 
 /// A page of plot and table.
 pub(super) fn html(report: &StabilityReport) -> String {
-    let plot = Margins { title: String::new(), ..margins(report) }.svg();
-    let machine = report.processor.as_ref().map(|name| format!("<p class=\"soft\">{}</p>\n", masked(name))).unwrap_or_default();
-    let rest: String =
-        rest(report).lines().filter(|line| !line.is_empty()).map(|line| format!("<p>{}</p>\n", masked(line))).collect();
+    let plot = Margins {
+        title: String::new(),
+        ..margins(report)
+    }
+    .svg();
+    let machine = report
+        .processor
+        .as_ref()
+        .map(|name| format!("<p class=\"soft\">{}</p>\n", masked(name)))
+        .unwrap_or_default();
+    let rest: String = rest(report)
+        .lines()
+        .filter(|line| !line.is_empty())
+        .map(|line| format!("<p>{}</p>\n", masked(line)))
+        .collect();
     let body = format!(
         "<p class=\"answer\">How many times its worst error each bound is: what is right of the bound is held.</p>\n\
          <figure><div class=\"wide\" tabindex=\"0\">{plot}</div></figure>\n<h2>In figures</h2>\n{}<p class=\"soft\">{}</p>\n<h2>What is not in it</h2>\n{rest}\
@@ -73,20 +101,33 @@ mod tests {
     use super::*;
     use crate::commands::stability::text::tests::report;
 
-    /// Protects: a case is one line by its least margin in each precision, and says what is beyond its bound; the page has plot, table and notes.
+    /// Protects: a case is one line by its least margin in each precision, and says what is beyond
+    /// its bound; the page has plot, table and notes.
     #[test]
     fn margins_are_the_least() {
         let mut report = report();
         let plot = margins(&report);
-        assert_eq!(plot.rows[0].margins, [(Colour::First, 2.5), (Colour::Second, 50.0)]);
-        assert!(!plot.rows[0].is_broken && plot.rows[0].told.is_empty() && plot.rows[0].aside == "25 %");
+        assert_eq!(
+            plot.rows[0].margins,
+            [(Colour::First, 2.5), (Colour::Second, 50.0)]
+        );
+        assert!(
+            !plot.rows[0].is_broken && plot.rows[0].told.is_empty() && plot.rows[0].aside == "25 %"
+        );
         report.rows[1].wrong = 3;
         let broken = line(&report.rows);
-        assert!(broken.is_broken && broken.told == "3 of 3000 beyond the bound", "{}", broken.told);
+        assert!(
+            broken.is_broken && broken.told == "3 of 3000 beyond the bound",
+            "{}",
+            broken.told
+        );
         assert_eq!(broken.margins, [(Colour::Second, 50.0)]);
         let page = html(&report);
         assert!(
-            page.contains("<svg") && page.contains("4u/|n·d|") && page.contains("S21: No fog.") && page.contains("not held"),
+            page.contains("<svg")
+                && page.contains("4u/|n·d|")
+                && page.contains("S21: No fog.")
+                && page.contains("not held"),
             "{page}"
         );
     }

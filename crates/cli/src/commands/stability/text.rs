@@ -5,7 +5,8 @@ use crate::table::{Align, Table, TableRow, lay_out_aligned, significant};
 
 /// The cells of a row but for what is hard and its bound.
 fn cells(row: &Row) -> [String; 7] {
-    let number = |value: Option<f64>, of: &dyn Fn(f64) -> String| value.map_or_else(|| "-".to_owned(), of);
+    let number =
+        |value: Option<f64>, of: &dyn Fn(f64) -> String| value.map_or_else(|| "-".to_owned(), of);
     [
         row.case.to_owned(),
         row.setting.clone(),
@@ -13,7 +14,9 @@ fn cells(row: &Row) -> [String; 7] {
         row.wrong.to_string(),
         number(row.margin, &|margin| significant(margin, 3)),
         number(row.textbook_wrong, &percent),
-        row.price.as_ref().map_or_else(|| "-".to_owned(), |price| format!("{} ns", more(price))),
+        row.price
+            .as_ref()
+            .map_or_else(|| "-".to_owned(), |price| format!("{} ns", more(price))),
     ]
 }
 
@@ -26,12 +29,30 @@ fn more(price: &RowPrice) -> String {
     format!("{:+.1} ± {:.1}", price.more, price.spread)
 }
 
-const HEADS: [&str; 7] = ["case", "setting", "judged", "wrong", "margin", "textbook wrong", "costs more"];
+const HEADS: [&str; 7] = [
+    "case",
+    "setting",
+    "judged",
+    "wrong",
+    "margin",
+    "textbook wrong",
+    "costs more",
+];
 
 /// A line for each case in each setting.
 pub(super) fn plain(report: &StabilityReport) -> String {
-    let rows: Vec<[String; 7]> = core::iter::once(HEADS.map(str::to_owned)).chain(report.rows.iter().map(cells)).collect();
-    let columns = [Align::Left, Align::Left, Align::Right, Align::Right, Align::Right, Align::Right, Align::Right];
+    let rows: Vec<[String; 7]> = core::iter::once(HEADS.map(str::to_owned))
+        .chain(report.rows.iter().map(cells))
+        .collect();
+    let columns = [
+        Align::Left,
+        Align::Left,
+        Align::Right,
+        Align::Right,
+        Align::Right,
+        Align::Right,
+        Align::Right,
+    ];
     format!("{}{}", lay_out_aligned(columns, &rows), rest(report))
 }
 
@@ -39,7 +60,10 @@ pub(super) fn plain(report: &StabilityReport) -> String {
 pub(super) fn rest(report: &StabilityReport) -> String {
     let mut text = String::new();
     if !report.tested_only.is_empty() {
-        text += &format!("\nHeld to their bounds by tests alone: {}.\n", report.tested_only.join(", "));
+        text += &format!(
+            "\nHeld to their bounds by tests alone: {}.\n",
+            report.tested_only.join(", ")
+        );
     }
     for [number, reason] in &report.left_out {
         text += &format!("\n{number}: {reason}\n");
@@ -54,7 +78,8 @@ pub(super) fn cases(report: &StabilityReport) -> impl Iterator<Item = &[Row]> {
 
 /// The rows of a case that are of a precision.
 pub(super) fn of<'a>(rows: &'a [Row], precision: &'a str) -> impl Iterator<Item = &'a Row> + Clone {
-    rows.iter().filter(move |row| row.setting.starts_with(precision))
+    rows.iter()
+        .filter(move |row| row.setting.starts_with(precision))
 }
 
 /// How many are wrong in a precision, and the least margin.
@@ -63,26 +88,61 @@ fn told(rows: &[Row], precision: &str) -> String {
     let wrong: u64 = of.clone().map(|row| row.wrong).sum();
     let judged: u64 = of.clone().map(|row| row.judged).sum();
     let margin = of.filter_map(|row| row.margin).reduce(f64::min);
-    format!("{wrong} of {judged}{}", margin.map(|margin| format!(", {}", significant(margin, 3))).unwrap_or_default())
+    format!(
+        "{wrong} of {judged}{}",
+        margin
+            .map(|margin| format!(", {}", significant(margin, 3)))
+            .unwrap_or_default()
+    )
 }
 
 /// What being right costs in both precisions.
 fn costs(rows: &[Row]) -> String {
     let price = |precision| of(rows, precision).find_map(|row| row.price);
-    let (Some(robust), Some(reference)) = (price("robust"), price("reference")) else { return String::new() };
-    format!("{:.1}, {}, {}", robust.textbook, more(&robust), more(&reference))
+    let (Some(robust), Some(reference)) = (price("robust"), price("reference")) else {
+        return String::new();
+    };
+    format!(
+        "{:.1}, {}, {}",
+        robust.textbook,
+        more(&robust),
+        more(&reference)
+    )
 }
 
 /// A line for each case.
 pub(super) fn table(report: &StabilityReport) -> Table {
-    let columns = [Align::Left, Align::Left, Align::Right, Align::Right, Align::Right, Align::Right];
-    let heads = ["case", "what is hard, and the bound", "robust", "reference", "textbook", "ns"];
+    let columns = [
+        Align::Left,
+        Align::Left,
+        Align::Right,
+        Align::Right,
+        Align::Right,
+        Align::Right,
+    ];
+    let heads = [
+        "case",
+        "what is hard, and the bound",
+        "robust",
+        "reference",
+        "textbook",
+        "ns",
+    ];
     let rows = cases(report).map(|rows| -> TableRow {
         let first = &rows[0];
         let textbook = first.textbook_wrong.map(percent).unwrap_or_default();
         let [robust, reference] = ["robust", "reference"].map(|precision| told(rows, precision));
         let words = format!("{} Bound: {}", first.hard, first.bound);
-        [first.case.to_owned(), words, robust, reference, textbook, costs(rows)].into_iter().collect()
+        [
+            first.case.to_owned(),
+            words,
+            robust,
+            reference,
+            textbook,
+            costs(rows),
+        ]
+        .into_iter()
+        .collect()
     });
     Table::new(columns, heads, rows)
 }
@@ -95,7 +155,11 @@ pub(super) const COLUMNS: &str = "For each precision: how many are wrong of thos
 /// The same as Markdown.
 pub(super) fn markdown(report: &StabilityReport) -> String {
     let mut table = table(report);
-    table.rows.iter_mut().flat_map(|row| &mut row.cells).for_each(|cell| *cell = cell.replace('|', "\\|"));
+    table
+        .rows
+        .iter_mut()
+        .flat_map(|row| &mut row.cells)
+        .for_each(|cell| *cell = cell.replace('|', "\\|"));
     format!("{}\n{COLUMNS}\n{}", table.markdown(), rest(report))
 }
 
@@ -105,7 +169,12 @@ pub(super) mod tests {
 
     /// A report of one case in both precisions.
     pub(crate) fn report() -> StabilityReport {
-        let price = RowPrice { what: "a test", textbook: 4.0, more: 1.25, spread: 0.5 };
+        let price = RowPrice {
+            what: "a test",
+            textbook: 4.0,
+            more: 1.25,
+            spread: 0.5,
+        };
         let row = |setting: &str, margin| Row {
             case: "P07",
             hard: "Planes.",
@@ -121,22 +190,39 @@ pub(super) mod tests {
         StabilityReport {
             version: "1",
             processor: None,
-            rows: vec![row("robust, avx2", 2.5), row("robust, portable", 3.0), row("reference", 50.0)],
+            rows: vec![
+                row("robust, avx2", 2.5),
+                row("robust, portable", 3.0),
+                row("reference", 50.0),
+            ],
             tested_only: vec!["S07"],
             left_out: vec![["S21", "No fog."]],
             seconds: 1.0,
         }
     }
 
-    /// Protects: tables say what was measured, what it costs, what tests alone hold and what is left out; a bar in a bound ends no cell.
+    /// Protects: tables say what was measured, what it costs, what tests alone hold and what is
+    /// left out; a bar in a bound ends no cell.
     #[test]
     fn tables_say_everything() {
         let report = report();
         for text in [plain(&report), markdown(&report)] {
-            let words = ["P07", "robust", "1000", "2.5", "25 %", "+1.2 ± 0.5", "S07", "S21: No fog."];
+            let words = [
+                "P07",
+                "robust",
+                "1000",
+                "2.5",
+                "25 %",
+                "+1.2 ± 0.5",
+                "S07",
+                "S21: No fog.",
+            ];
             assert!(words.iter().all(|word| text.contains(word)), "{text}");
         }
         let page = markdown(&report);
-        assert!(page.contains("4u/\\|n·d\\|") && page.contains("| 0 of 2000, 2.5 | 0 of 1000, 50 |"), "{page}");
+        assert!(
+            page.contains("4u/\\|n·d\\|") && page.contains("| 0 of 2000, 2.5 | 0 of 1000, 50 |"),
+            "{page}"
+        );
     }
 }

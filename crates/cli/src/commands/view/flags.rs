@@ -1,4 +1,5 @@
-//! What is seen as a command: the flags of `render` that the page began with, and those that it changes.
+//! What is seen as a command: the flags of `render` that the page began with, and those that it
+//! changes.
 
 use std::ffi::{OsStr, OsString};
 
@@ -13,7 +14,8 @@ use crate::origin;
 /// A flag by its long name, with its value where it takes one.
 pub type Flag = (String, Option<String>);
 
-/// Flags that the page may give and take. None of them names a file, lifts a limit or allows anything.
+/// Flags that the page may give and take. None of them names a file, lifts a limit or allows
+/// anything.
 const OF_PAGE: [&str; 31] = [
     "animation",
     "at",
@@ -61,11 +63,18 @@ pub struct CommandLine {
 }
 
 impl CommandLine {
-    /// The flags of `render` among the words of the program, apart into those that are fixed and those that a page may change.
+    /// The flags of `render` among the words of the program, apart into those that are fixed and
+    /// those that a page may change.
     pub fn of_program(scene: OsString, words: Vec<OsString>) -> (Self, Vec<Flag>) {
         let matches = Arguments::command().try_get_matches_from(words).ok();
-        let typed = matches.as_ref().and_then(ArgMatches::subcommand).map(|(_, matches)| typed(matches)).unwrap_or_default();
-        let (own, fixed) = typed.into_iter().partition(|(name, _)| OF_PAGE.contains(&name.as_str()));
+        let typed = matches
+            .as_ref()
+            .and_then(ArgMatches::subcommand)
+            .map(|(_, matches)| typed(matches))
+            .unwrap_or_default();
+        let (own, fixed) = typed
+            .into_iter()
+            .partition(|(name, _)| OF_PAGE.contains(&name.as_str()));
         (Self { scene, fixed }, own)
     }
 
@@ -101,7 +110,9 @@ impl CommandLine {
         let mut words = vec![OsString::from("render"), self.scene.clone()];
         for (name, value) in self.fixed.iter().chain(flags) {
             match value.as_deref() {
-                Some(value) if value.starts_with('-') || value.is_empty() => words.push(format!("--{name}={value}").into()),
+                Some(value) if value.starts_with('-') || value.is_empty() => {
+                    words.push(format!("--{name}={value}").into())
+                }
                 Some(value) => words.extend([format!("--{name}").into(), value.into()]),
                 None => words.push(format!("--{name}").into()),
             }
@@ -113,11 +124,17 @@ impl CommandLine {
 /// The flags of `render` that were typed, by their long names.
 fn typed(matches: &ArgMatches) -> Vec<Flag> {
     let program = Arguments::command();
-    let Some(render) = program.find_subcommand("render") else { return Vec::new() };
+    let Some(render) = program.find_subcommand("render") else {
+        return Vec::new();
+    };
     let mut flags = Vec::new();
     for arg in render.get_arguments() {
-        let (id, Some(name)) = (arg.get_id().as_str(), arg.get_long()) else { continue };
-        if matches.try_contains_id(id).is_err() || matches.value_source(id) != Some(ValueSource::CommandLine) {
+        let (id, Some(name)) = (arg.get_id().as_str(), arg.get_long()) else {
+            continue;
+        };
+        if matches.try_contains_id(id).is_err()
+            || matches.value_source(id) != Some(ValueSource::CommandLine)
+        {
             continue;
         }
         if matches!(arg.get_action(), ArgAction::SetTrue) {
@@ -125,7 +142,10 @@ fn typed(matches: &ArgMatches) -> Vec<Flag> {
             continue;
         }
         for occurrence in matches.get_raw_occurrences(id).into_iter().flatten() {
-            let value = occurrence.map(OsStr::to_string_lossy).collect::<Vec<_>>().join(",");
+            let value = occurrence
+                .map(OsStr::to_string_lossy)
+                .collect::<Vec<_>>()
+                .join(",");
             flags.push((name.to_owned(), Some(value)));
         }
     }
@@ -137,12 +157,17 @@ mod tests {
     use super::*;
 
     fn command(words: &str) -> (CommandLine, Vec<Flag>) {
-        let words = ["raywright", "view", "a b.glb"].into_iter().chain(words.split_whitespace()).map(OsString::from).collect();
+        let words = ["raywright", "view", "a b.glb"]
+            .into_iter()
+            .chain(words.split_whitespace())
+            .map(OsString::from)
+            .collect();
         CommandLine::of_program("a b.glb".into(), words)
     }
 
-    /// Protects: what was typed is what the page begins with and what its command says, lists and switches too; the viewer's own flags are none
-    /// of `render`'s; and what names files or lifts limits stays as it was typed.
+    /// Protects: what was typed is what the page begins with and what its command says, lists and
+    /// switches too; the viewer's own flags are none of `render`'s; and what names files or lifts
+    /// limits stays as it was typed.
     #[test]
     fn a_command_is_what_was_typed() {
         let (line, flags) = command(
@@ -167,7 +192,8 @@ mod tests {
         assert!(line.request(&flags).is_ok());
     }
 
-    /// Protects: no page gives a flag that opens a file, writes one, lifts a limit or lets a scene read elsewhere.
+    /// Protects: no page gives a flag that opens a file, writes one, lifts a limit or lets a scene
+    /// read elsewhere.
     #[test]
     fn a_page_has_no_files() {
         for name in [
@@ -183,13 +209,24 @@ mod tests {
             "aov",
             "no-such",
         ] {
-            assert!(CommandLine::check(&[(name.to_owned(), Some("x".to_owned()))]).is_err(), "{name}");
+            assert!(
+                CommandLine::check(&[(name.to_owned(), Some("x".to_owned()))]).is_err(),
+                "{name}"
+            );
         }
         let known = Arguments::command();
         let render = known.find_subcommand("render").expect("a command");
         for name in OF_PAGE {
-            assert!(render.get_arguments().any(|arg| arg.get_long() == Some(name)), "{name}");
-            assert!(CommandLine::check(&[(name.to_owned(), Some("x".to_owned()))]).is_ok(), "{name}");
+            assert!(
+                render
+                    .get_arguments()
+                    .any(|arg| arg.get_long() == Some(name)),
+                "{name}"
+            );
+            assert!(
+                CommandLine::check(&[(name.to_owned(), Some("x".to_owned()))]).is_ok(),
+                "{name}"
+            );
         }
         let long = "x".repeat(MOST_BYTES + 1);
         assert!(CommandLine::check(&[("set".to_owned(), Some(long))]).is_err());

@@ -1,4 +1,5 @@
-//! HTTP/1.1 as one page on the loopback needs it: a request a connection, each with a bound on its size and its time.
+//! HTTP/1.1 as one page on the loopback needs it: a request a connection, each with a bound on its
+//! size and its time.
 
 use std::io::{self, ErrorKind, Read, Write};
 use std::net::TcpStream;
@@ -39,17 +40,30 @@ pub struct HttpResponse {
 impl HttpResponse {
     /// Something that was asked for.
     pub fn of(kind: &'static str, body: impl Into<Vec<u8>>) -> Self {
-        Self { status: 200, kind, headers: String::new(), body: body.into() }
+        Self {
+            status: 200,
+            kind,
+            headers: String::new(),
+            body: body.into(),
+        }
     }
 
     /// Why there is nothing.
     pub fn refusal(status: u16, why: &str) -> Self {
-        Self { status, ..Self::of("text/plain; charset=utf-8", format!("{why}\n")) }
+        Self {
+            status,
+            ..Self::of("text/plain; charset=utf-8", format!("{why}\n"))
+        }
     }
 
     /// Sends it, and ends the connection.
     pub fn send(&self, stream: &mut TcpStream) -> io::Result<()> {
-        let Self { status, kind, headers, body } = self;
+        let Self {
+            status,
+            kind,
+            headers,
+            body,
+        } = self;
         let head = format!(
             "HTTP/1.1 {status} {}\r\nContent-Type: {kind}\r\nContent-Length: {}\r\nConnection: close\r\nCache-Control: no-store\r\n\
             Content-Security-Policy: {POLICY}\r\nX-Content-Type-Options: nosniff\r\nReferrer-Policy: no-referrer\r\n\
@@ -107,11 +121,20 @@ pub fn read(stream: &mut TcpStream) -> Result<HttpRequest, HttpResponse> {
 }
 
 /// What comes next of a request.
-fn receive(stream: &mut TcpStream, deadline: Instant, bytes: &mut Vec<u8>) -> Result<(), HttpResponse> {
+fn receive(
+    stream: &mut TcpStream,
+    deadline: Instant,
+    bytes: &mut Vec<u8>,
+) -> Result<(), HttpResponse> {
     let late = || HttpResponse::refusal(408, "the request did not arrive in time");
-    let left = deadline.checked_duration_since(Instant::now()).filter(|left| !left.is_zero()).ok_or_else(late)?;
+    let left = deadline
+        .checked_duration_since(Instant::now())
+        .filter(|left| !left.is_zero())
+        .ok_or_else(late)?;
     let mut piece = [0; 4096];
-    let read = stream.set_read_timeout(Some(left)).and_then(|()| stream.read(&mut piece));
+    let read = stream
+        .set_read_timeout(Some(left))
+        .and_then(|()| stream.read(&mut piece));
     match read {
         Ok(0) => Err(HttpResponse::refusal(400, "the request is not whole")),
         Ok(count) => {
@@ -119,12 +142,15 @@ fn receive(stream: &mut TcpStream, deadline: Instant, bytes: &mut Vec<u8>) -> Re
             Ok(())
         }
         Err(error) if error.kind() == ErrorKind::Interrupted => Ok(()),
-        Err(error) if [ErrorKind::WouldBlock, ErrorKind::TimedOut].contains(&error.kind()) => Err(late()),
+        Err(error) if [ErrorKind::WouldBlock, ErrorKind::TimedOut].contains(&error.kind()) => {
+            Err(late())
+        }
         Err(_) => Err(HttpResponse::refusal(400, "the request is not whole")),
     }
 }
 
-/// The request without its body, bytes of its head, and how long its body is; none while the head is not whole.
+/// The request without its body, bytes of its head, and how long its body is; none while the head
+/// is not whole.
 fn parse(bytes: &[u8]) -> Result<Option<(HttpRequest, usize, usize)>, HttpResponse> {
     let wrong = |why: &str| HttpResponse::refusal(400, why);
     let mut headers = [EMPTY_HEADER; MOST_HEADERS];
@@ -132,7 +158,12 @@ fn parse(bytes: &[u8]) -> Result<Option<(HttpRequest, usize, usize)>, HttpRespon
     let head = match parsed.parse(bytes) {
         Ok(Status::Complete(head)) => head,
         Ok(Status::Partial) => return Ok(None),
-        Err(httparse::Error::TooManyHeaders) => return Err(HttpResponse::refusal(431, "the request has too many headers")),
+        Err(httparse::Error::TooManyHeaders) => {
+            return Err(HttpResponse::refusal(
+                431,
+                "the request has too many headers",
+            ));
+        }
         Err(error) => return Err(wrong(&format!("this is no request: {error}"))),
     };
     if head > MOST_HEAD {
@@ -150,15 +181,22 @@ fn parse(bytes: &[u8]) -> Result<Option<(HttpRequest, usize, usize)>, HttpRespon
     };
     let (mut hosts, mut length) = (0, None);
     for header in parsed.headers.iter() {
-        let text = || std::str::from_utf8(header.value).map(str::to_owned).map_err(|_| wrong("a header is no text"));
+        let text = || {
+            std::str::from_utf8(header.value)
+                .map(str::to_owned)
+                .map_err(|_| wrong("a header is no text"))
+        };
         match header.name.to_ascii_lowercase().as_str() {
             "host" => (request.host, hosts) = (text()?, hosts + 1),
             "origin" => request.origin = Some(text()?),
             "sec-fetch-site" => request.site = Some(text()?),
-            // How long a body is, is said once and in one way: two readers of a request must not differ on where it ends.
+            // How long a body is, is said once and in one way: two readers of a request must not
+            // differ on where it ends.
             "transfer-encoding" => return Err(wrong("a body of unknown length is not read")),
             "content-length" => {
-                let value = text()?.parse::<usize>().map_err(|_| wrong("the length of the body is no number"))?;
+                let value = text()?
+                    .parse::<usize>()
+                    .map_err(|_| wrong("the length of the body is no number"))?;
                 if length.replace(value).is_some() {
                     return Err(wrong("the length of the body is said twice"));
                 }
@@ -176,24 +214,60 @@ fn parse(bytes: &[u8]) -> Result<Option<(HttpRequest, usize, usize)>, HttpRespon
 mod tests {
     use super::*;
 
-    /// Protects: a request is read as it is written, and what could be read in two ways, or is larger than the page's own, is refused.
+    /// Protects: a request is read as it is written, and what could be read in two ways, or is
+    /// larger than the page's own, is refused.
     #[test]
     fn requests_are_read_or_refused() {
-        let status = |text: &str| parse(text.as_bytes()).map(|parsed| parsed.is_some()).map_err(|refusal| refusal.status);
-        let Ok(Some((request, head, length))) =
-            parse(b"POST /a/b?c=d HTTP/1.1\r\nhost: x:1\r\nOrigin: y\r\nContent-Length: 2\r\n\r\nok")
-        else {
+        let status = |text: &str| {
+            parse(text.as_bytes())
+                .map(|parsed| parsed.is_some())
+                .map_err(|refusal| refusal.status)
+        };
+        let Ok(Some((request, head, length))) = parse(
+            b"POST /a/b?c=d HTTP/1.1\r\nhost: x:1\r\nOrigin: y\r\nContent-Length: 2\r\n\r\nok",
+        ) else {
             panic!("a request")
         };
-        assert_eq!((request.method.as_str(), request.path.as_str(), request.query.as_str()), ("POST", "/a/b", "c=d"));
-        assert_eq!((request.host.as_str(), request.origin.as_deref(), head, length), ("x:1", Some("y"), 67, 2));
+        assert_eq!(
+            (
+                request.method.as_str(),
+                request.path.as_str(),
+                request.query.as_str()
+            ),
+            ("POST", "/a/b", "c=d")
+        );
+        assert_eq!(
+            (
+                request.host.as_str(),
+                request.origin.as_deref(),
+                head,
+                length
+            ),
+            ("x:1", Some("y"), 67, 2)
+        );
         assert_eq!(status("GET / HTTP/1.1\r\nHost: a\r\n"), Ok(false));
-        for twice in ["Host: a\r\nHost: b", "Content-Length: 1\r\nContent-Length: 1", "Transfer-Encoding: chunked", "X: y"] {
-            let host = if twice.starts_with("Host") || twice.starts_with('X') { "" } else { "Host: a\r\n" };
-            assert_eq!(status(&format!("GET / HTTP/1.1\r\n{host}{twice}\r\n\r\n")), Err(400), "{twice}");
+        for twice in [
+            "Host: a\r\nHost: b",
+            "Content-Length: 1\r\nContent-Length: 1",
+            "Transfer-Encoding: chunked",
+            "X: y",
+        ] {
+            let host = if twice.starts_with("Host") || twice.starts_with('X') {
+                ""
+            } else {
+                "Host: a\r\n"
+            };
+            assert_eq!(
+                status(&format!("GET / HTTP/1.1\r\n{host}{twice}\r\n\r\n")),
+                Err(400),
+                "{twice}"
+            );
         }
         let many: String = (0..MOST_HEADERS).map(|i| format!("X-{i}: a\r\n")).collect();
-        assert_eq!(status(&format!("GET / HTTP/1.1\r\nHost: a\r\n{many}\r\n")), Err(431));
+        assert_eq!(
+            status(&format!("GET / HTTP/1.1\r\nHost: a\r\n{many}\r\n")),
+            Err(431)
+        );
         assert_eq!(status("\0\0\0\0"), Err(400));
     }
 }

@@ -1,4 +1,5 @@
-//! Pictures as a screen shows them, and layers as colours: directions as red, green and blue, objects by hue, errors as heat.
+//! Pictures as a screen shows them, and layers as colours: directions as red, green and blue,
+//! objects by hue, errors as heat.
 
 use raywright_core::display::{Display, Output};
 use raywright_core::film::Film;
@@ -7,9 +8,20 @@ use raywright_core::settings::Aov;
 
 /// Red, green, blue and coverage of each pixel of a picture.
 pub fn colours(picture: &Picture, display: Display) -> Vec<u8> {
-    let output = if matches!(display.output, Output::Dithered) { Output::Dithered } else { Output::Eight };
+    let output = if matches!(display.output, Output::Dithered) {
+        Output::Dithered
+    } else {
+        Output::Eight
+    };
     let codes = Display { output, ..display }.to_codes(picture);
-    if display.has_alpha(picture) { codes } else { codes.chunks_exact(3).flat_map(|rgb| [rgb[0], rgb[1], rgb[2], 255]).collect() }
+    if display.has_alpha(picture) {
+        codes
+    } else {
+        codes
+            .chunks_exact(3)
+            .flat_map(|rgb| [rgb[0], rgb[1], rgb[2], 255])
+            .collect()
+    }
 }
 
 /// The layer of a name that first hits tell of; none: it is no such layer.
@@ -20,25 +32,56 @@ pub fn of_hits(name: &str) -> Option<Aov> {
 
 /// Codes of a layer that a picture has; black where it has none.
 pub fn hits(picture: &Picture, layer: Aov) -> Vec<u8> {
-    let of = |name: &str| picture.layer(name).map(|layer: &Layer| layer.samples.as_slice()).unwrap_or_default();
+    let of = |name: &str| {
+        picture
+            .layer(name)
+            .map(|layer: &Layer| layer.samples.as_slice())
+            .unwrap_or_default()
+    };
     let three = |names: [&str; 3]| {
         let [a, b, c] = names.map(of);
-        a.iter().zip(b).zip(c).map(|((&a, &b), &c)| [a, b, c]).collect::<Vec<_>>()
+        a.iter()
+            .zip(b)
+            .zip(c)
+            .map(|((&a, &b), &c)| [a, b, c])
+            .collect::<Vec<_>>()
     };
-    let plain = |rgb: Vec<[f32; 3]>| colours(&Picture { rgb, ..Picture::new(picture.width, picture.height) }, Display::PLAIN);
+    let plain = |rgb: Vec<[f32; 3]>| {
+        colours(
+            &Picture {
+                rgb,
+                ..Picture::new(picture.width, picture.height)
+            },
+            Display::PLAIN,
+        )
+    };
     match layer {
         Aov::Albedo => plain(three(["albedo.R", "albedo.G", "albedo.B"])),
         Aov::Emission => plain(three(["emission.R", "emission.G", "emission.B"])),
-        Aov::Normal => codes(three(["normal.X", "normal.Y", "normal.Z"]).into_iter().map(|n| n.map(|x| 0.5 + 0.5 * x))),
+        Aov::Normal => codes(
+            three(["normal.X", "normal.Y", "normal.Z"])
+                .into_iter()
+                .map(|n| n.map(|x| 0.5 + 0.5 * x)),
+        ),
         Aov::Position => {
             let places = three(["position.X", "position.Y", "position.Z"]);
             let ranges = [0, 1, 2].map(|axis| range(places.iter().map(|place| place[axis])));
-            codes(places.iter().map(|place| std::array::from_fn(|axis| share(place[axis], ranges[axis]))))
+            codes(
+                places
+                    .iter()
+                    .map(|place| std::array::from_fn(|axis| share(place[axis], ranges[axis]))),
+            )
         }
         Aov::Depth => {
             let depth = of("depth.Z");
             let seen = range(depth.iter().copied().filter(|&distance| distance >= 0.0));
-            let near = |&distance: &f32| if distance < 0.0 { 0.0 } else { 1.0 - 0.9 * share(distance, seen) };
+            let near = |&distance: &f32| {
+                if distance < 0.0 {
+                    0.0
+                } else {
+                    1.0 - 0.9 * share(distance, seen)
+                }
+            };
             codes(depth.iter().map(|distance| [near(distance); 3]))
         }
         Aov::Object => codes(of("object.id").iter().map(|&id| hue(id))),
@@ -47,24 +90,38 @@ pub fn hits(picture: &Picture, layer: Aov) -> Vec<u8> {
     }
 }
 
-/// Standard errors of a film's pixels as heat, brightest at a fifth of what the picture has there; grey where nothing is known.
+/// Standard errors of a film's pixels as heat, brightest at a fifth of what the picture has there;
+/// grey where nothing is known.
 pub fn errors(film: &Film, picture: &Picture) -> Vec<u8> {
-    let Some((errors, _)) = film.standard_errors() else { return codes(picture.rgb.iter().map(|_| [0.3; 3])) };
+    let Some((errors, _)) = film.standard_errors() else {
+        return codes(picture.rgb.iter().map(|_| [0.3; 3]));
+    };
     let luminance = |rgb: &[f32; 3]| 0.2126 * rgb[0] + 0.7152 * rgb[1] + 0.0722 * rgb[2];
-    codes(errors.iter().zip(&picture.rgb).map(|(error, rgb)| match luminance(error) {
-        error if error < 0.0 => [0.3; 3],
-        error => heat(5.0 * error / (luminance(rgb).max(0.0) + 0.1)),
-    }))
+    codes(
+        errors
+            .iter()
+            .zip(&picture.rgb)
+            .map(|(error, rgb)| match luminance(error) {
+                error if error < 0.0 => [0.3; 3],
+                error => heat(5.0 * error / (luminance(rgb).max(0.0) + 0.1)),
+            }),
+    )
 }
 
 /// Black, red, yellow, white.
 fn heat(share: f32) -> [f32; 3] {
     let share = share.clamp(0.0, 1.0);
-    [(3.0 * share).min(1.0), (3.0 * share - 1.0).clamp(0.0, 1.0), (3.0 * share - 2.0).clamp(0.0, 1.0)]
+    [
+        (3.0 * share).min(1.0),
+        (3.0 * share - 1.0).clamp(0.0, 1.0),
+        (3.0 * share - 2.0).clamp(0.0, 1.0),
+    ]
 }
 
 fn codes(pixels: impl Iterator<Item = [f32; 3]>) -> Vec<u8> {
-    pixels.flat_map(|[r, g, b]| [code(r), code(g), code(b), 255]).collect()
+    pixels
+        .flat_map(|[r, g, b]| [code(r), code(g), code(b), 255])
+        .collect()
 }
 
 fn code(value: f32) -> u8 {
@@ -74,11 +131,18 @@ fn code(value: f32) -> u8 {
 /// Least and greatest of finite numbers.
 fn range(numbers: impl Iterator<Item = f32>) -> [f32; 2] {
     let finite = numbers.filter(|number| number.is_finite());
-    finite.fold([f32::INFINITY, f32::NEG_INFINITY], |[least, most], number| [least.min(number), most.max(number)])
+    finite.fold(
+        [f32::INFINITY, f32::NEG_INFINITY],
+        |[least, most], number| [least.min(number), most.max(number)],
+    )
 }
 
 fn share(number: f32, [least, most]: [f32; 2]) -> f32 {
-    if most > least { (number - least) / (most - least) } else { 0.0 }
+    if most > least {
+        (number - least) / (most - least)
+    } else {
+        0.0
+    }
 }
 
 /// A colour for each identifier, far from those of its neighbours; black for none.
@@ -98,18 +162,35 @@ fn hue(id: f32) -> [f32; 3] {
 mod tests {
     use super::*;
 
-    /// Protects: each layer has four bytes a pixel, neighbours among objects differ, nothing hit is black, and what is nearer is brighter.
+    /// Protects: each layer has four bytes a pixel, neighbours among objects differ, nothing hit is
+    /// black, and what is nearer is brighter.
     #[test]
     fn layers_have_colours() {
-        let layer = |name: &str, samples: [f32; 3]| Layer { name: name.to_owned(), samples: samples.to_vec() };
-        let layers = vec![layer("object.id", [-1.0, 0.0, 1.0]), layer("depth.Z", [-1.0, 2.0, 5.0])];
-        let picture = Picture { layers, ..Picture::new(3, 1) };
+        let layer = |name: &str, samples: [f32; 3]| Layer {
+            name: name.to_owned(),
+            samples: samples.to_vec(),
+        };
+        let layers = vec![
+            layer("object.id", [-1.0, 0.0, 1.0]),
+            layer("depth.Z", [-1.0, 2.0, 5.0]),
+        ];
+        let picture = Picture {
+            layers,
+            ..Picture::new(3, 1)
+        };
         let objects = hits(&picture, Aov::Object);
         assert_eq!((objects.len(), &objects[..4]), (12, &[0, 0, 0, 255][..]));
-        let apart = |a: usize, b: usize| (0..3).map(|i| objects[a + i].abs_diff(objects[b + i])).max();
+        let apart = |a: usize, b: usize| {
+            (0..3)
+                .map(|i| objects[a + i].abs_diff(objects[b + i]))
+                .max()
+        };
         assert!(apart(4, 8) > Some(60), "{objects:?}");
         let depth = hits(&picture, Aov::Depth);
-        assert!(depth[0] == 0 && depth[4] > depth[8] && depth[8] > 0, "{depth:?}");
+        assert!(
+            depth[0] == 0 && depth[4] > depth[8] && depth[8] > 0,
+            "{depth:?}"
+        );
         assert_eq!(of_hits("stderr"), None);
         assert_eq!(of_hits("normal"), Some(Aov::Normal));
         assert_eq!(colours(&picture, Display::PLAIN).len(), 12);

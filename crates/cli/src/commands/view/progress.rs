@@ -1,4 +1,5 @@
-//! A picture in the making: a sketch at once, finer ones, and the render, in pieces that leave room for other wishes.
+//! A picture in the making: a sketch at once, finer ones, and the render, in pieces that leave room
+//! for other wishes.
 
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::time::{Duration, Instant};
@@ -41,7 +42,13 @@ pub struct WishWatch<'a> {
 impl<'a> WishWatch<'a> {
     /// Stops where the program does, and for another wish than this one.
     pub fn new(shared: &'a Shared, stop: &'a AtomicBool, wish: Option<u64>) -> Self {
-        Self { watch: Watch::until(stop), shared, wish, total: AtomicU64::new(0), has_paused: AtomicBool::new(false) }
+        Self {
+            watch: Watch::until(stop),
+            shared,
+            wish,
+            total: AtomicU64::new(0),
+            has_paused: AtomicBool::new(false),
+        }
     }
 
     /// Samples of all pixels that there are.
@@ -57,7 +64,10 @@ impl Observer for WishWatch<'_> {
     }
 
     fn cancelled(&self) -> bool {
-        self.watch.cancelled() || self.wish.is_some_and(|wish| self.shared.is_interrupted(wish))
+        self.watch.cancelled()
+            || self
+                .wish
+                .is_some_and(|wish| self.shared.is_interrupted(wish))
     }
 
     fn has_enough(&self, everywhere: bool) -> bool {
@@ -96,7 +106,8 @@ pub struct LiveRender {
     next_edge: Option<u32>,
     spent: Duration,
     piece: Duration,
-    /// Samples of all pixels that the next stage has at most: each has about twice those of the one before, or is as long as a piece may be.
+    /// Samples of all pixels that the next stage has at most: each has about twice those of the one
+    /// before, or is as long as a piece may be.
     next_stage: u64,
     estimated: Option<(Duration, Duration)>,
     denoised: Option<(Duration, Duration)>,
@@ -119,7 +130,9 @@ impl LiveRender {
         let pixels = film.size().into_iter().map(u64::from).product::<u64>();
         Self {
             // Where the error decides, nobody knows how many there will be.
-            next_stage: film.asked().map_or(u64::MAX, |samples| (pixels * u64::from(samples)).div_ceil(FIRST_STAGE)),
+            next_stage: film.asked().map_or(u64::MAX, |samples| {
+                (pixels * u64::from(samples)).div_ceil(FIRST_STAGE)
+            }),
             film,
             next_edge: None,
             spent: Duration::ZERO,
@@ -133,7 +146,13 @@ impl LiveRender {
     }
 
     /// A look at once: nothing but the end of the program interrupts it.
-    pub fn first_sketch(&mut self, ready: &Ready, layers: &[Aov], speed: &mut Speed, watch: &WishWatch<'_>) -> (Rendered, u32) {
+    pub fn first_sketch(
+        &mut self,
+        ready: &Ready,
+        layers: &[Aov],
+        speed: &mut Speed,
+        watch: &WishWatch<'_>,
+    ) -> (Rendered, u32) {
         let edge = speed.edge(ready.settings().size);
         let began = Instant::now();
         let sketch = ready.sketch(edge, 1, layers, watch);
@@ -142,8 +161,14 @@ impl LiveRender {
         (sketch, edge)
     }
 
-    /// A finer watch, until that would take as long as the render's own first pass; none where there is no further one or it was interrupted.
-    pub fn next_sketch(&mut self, ready: &Ready, layers: &[Aov], watch: &WishWatch<'_>) -> Option<(Rendered, u32)> {
+    /// A finer watch, until that would take as long as the render's own first pass; none where
+    /// there is no further one or it was interrupted.
+    pub fn next_sketch(
+        &mut self,
+        ready: &Ready,
+        layers: &[Aov],
+        watch: &WishWatch<'_>,
+    ) -> Option<(Rendered, u32)> {
         let edge = self.next_edge.take()?;
         let sketch = ready.sketch(edge, 1, layers, watch);
         self.next_edge = (edge > 1).then_some(edge / 2);
@@ -158,8 +183,11 @@ impl LiveRender {
     /// Renders a piece of the picture; whether there is something new to show.
     pub fn step(&mut self, ready: &Ready, mut watch: WishWatch<'_>) -> bool {
         let began = Instant::now();
-        watch.watch.patience =
-            Patience { pause_at: Some(began + self.piece), pause_with: Some(self.next_stage), ..Patience::default() };
+        watch.watch.patience = Patience {
+            pause_at: Some(began + self.piece),
+            pause_with: Some(self.next_stage),
+            ..Patience::default()
+        };
         let whole = self.film.whole();
         // The film is this picture's own.
         let _ = ready.render_part(&mut self.film, &whole, &watch);
@@ -177,14 +205,17 @@ impl LiveRender {
         }
         let shown = Instant::now();
         let is_new = self.develop(&watch);
-        self.piece = (4 * shown.elapsed()).max(self.piece * 3 / 2).clamp(PIECES[0], PIECES[1]);
+        self.piece = (4 * shown.elapsed())
+            .max(self.piece * 3 / 2)
+            .clamp(PIECES[0], PIECES[1]);
         is_new
     }
 
     /// What the render took so far.
     fn account(&mut self, watch: &WishWatch<'_>) {
         let samples = self.film.samples(&self.film.whole());
-        let [done, total] = [watch.done(), watch.total.load(Ordering::Relaxed)].map(|count| count as f64);
+        let [done, total] =
+            [watch.done(), watch.total.load(Ordering::Relaxed)].map(|count| count as f64);
         let seconds = self.spent.as_secs_f64();
         let progress = &mut self.progress;
         progress.samples = [*samples.start(), *samples.end()];
@@ -192,11 +223,13 @@ impl LiveRender {
         progress.rays_per_second = self.film.counters().rays() as f64 / seconds.max(1e-6);
         progress.seconds_left = match self.is_done {
             true => Some(0.0),
-            false => (done > 0.0 && progress.max_error.is_none()).then(|| seconds * (total - done).max(0.0) / done),
+            false => (done > 0.0 && progress.max_error.is_none())
+                .then(|| seconds * (total - done).max(0.0) / done),
         };
     }
 
-    /// Makes the picture and its error of the samples that there are, as far as that takes little of the time.
+    /// Makes the picture and its error of the samples that there are, as far as that takes little
+    /// of the time.
     fn develop(&mut self, watch: &WishWatch<'_>) -> bool {
         let is_due = |last: Option<(Duration, Duration)>, share: u32, spent: Duration| {
             last.is_none_or(|(at, took)| spent.saturating_sub(at) >= took * share)
@@ -206,7 +239,10 @@ impl LiveRender {
             let began = Instant::now();
             self.progress.error = stage.error();
             self.estimated = Some((self.spent, began.elapsed()));
-            self.progress.error.iter().for_each(|error| remember(&mut self.progress.history, self.spent, &stage, error));
+            self.progress
+                .error
+                .iter()
+                .for_each(|error| remember(&mut self.progress.history, self.spent, &stage, error));
         }
         if !self.film.is_to_be_denoised() {
             self.rendered = Some(stage.rendered(watch));
@@ -229,7 +265,12 @@ impl LiveRender {
 }
 
 /// Adds an estimate to those before it; of very many, every other one is given up.
-fn remember(history: &mut Vec<[f64; 5]>, spent: Duration, stage: &RenderStage<'_>, error: &Uncertainty) {
+fn remember(
+    history: &mut Vec<[f64; 5]>,
+    spent: Duration,
+    stage: &RenderStage<'_>,
+    error: &Uncertainty,
+) {
     let of = error.root_relmse;
     let samples = f64::from(*stage.samples().start());
     if history.last().is_some_and(|last| last[1] == samples) {
@@ -249,7 +290,8 @@ fn remember(history: &mut Vec<[f64; 5]>, spent: Duration, stage: &RenderStage<'_
 mod tests {
     use super::*;
 
-    /// Protects: a first sketch has pixels so large that it takes its time, whatever the size of the picture and the speed.
+    /// Protects: a first sketch has pixels so large that it takes its time, whatever the size of
+    /// the picture and the speed.
     #[test]
     fn sketches_take_their_time() {
         assert_eq!(Speed(1e9).edge([640, 360]), 1);

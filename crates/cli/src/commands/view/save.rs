@@ -1,4 +1,5 @@
-//! Writing the picture under a name that the page asks for: beside the working folder's files, by the rules of every other output.
+//! Writing the picture under a name that the page asks for: beside the working folder's files, by
+//! the rules of every other output.
 
 use std::path::{Component, Path, PathBuf};
 
@@ -13,9 +14,18 @@ use crate::failure::Failure;
 use crate::targets::Outputs;
 
 /// Writes it; a status of HTTP with what there is to say.
-pub fn save(wish: &SaveWish, rendered: &Rendered, display: Display, metadata: &Metadata, inputs: &Inputs) -> (u16, String) {
+pub fn save(
+    wish: &SaveWish,
+    rendered: &Rendered,
+    display: Display,
+    metadata: &Metadata,
+    inputs: &Inputs,
+) -> (u16, String) {
     let Some(path) = plain_name(&wish.name) else {
-        return (400, "a name is wanted without a folder, such as picture.png".to_owned());
+        return (
+            400,
+            "a name is wanted without a folder, such as picture.png".to_owned(),
+        );
     };
     let refused = |failure: Failure| (400, failure.message);
     let format = match Format::of(&path) {
@@ -23,12 +33,20 @@ pub fn save(wish: &SaveWish, rendered: &Rendered, display: Display, metadata: &M
         Err(error) => return refused(error.into()),
     };
     let mut outputs = Outputs::default();
-    if let Err(failure) = outputs.add(&path, "another name").and_then(|()| outputs.keep_clear_of(inputs)) {
+    if let Err(failure) = outputs
+        .add(&path, "another name")
+        .and_then(|()| outputs.keep_clear_of(inputs))
+    {
         return refused(failure);
     }
     let name = wish.name.as_str();
     match path.symlink_metadata() {
-        Ok(there) if !there.is_file() => return (400, format!("{name} is there, and it is no file that could be replaced")),
+        Ok(there) if !there.is_file() => {
+            return (
+                400,
+                format!("{name} is there, and it is no file that could be replaced"),
+            );
+        }
         Ok(_) if !wish.replace => return (409, format!("{name} is there already")),
         _ => {}
     }
@@ -55,7 +73,10 @@ fn plain_name(name: &str) -> Option<PathBuf> {
     }
     let path = PathBuf::from(name);
     let mut parts = path.components();
-    let is_plain = matches!((parts.next(), parts.next()), (Some(Component::Normal(_)), None));
+    let is_plain = matches!(
+        (parts.next(), parts.next()),
+        (Some(Component::Normal(_)), None)
+    );
     is_plain.then_some(path)
 }
 
@@ -66,9 +87,10 @@ mod tests {
     /// Protects: no name leads out of the working folder, to a hidden file or to a device.
     #[test]
     fn names_have_no_folder() {
-        for name in
-            ["", ".", "..", "../a.png", "/a.png", "a/b.png", r"a\b.png", "c:a.png", ".a.png", "-a.png", "a\n.png", "~a.png"]
-        {
+        for name in [
+            "", ".", "..", "../a.png", "/a.png", "a/b.png", r"a\b.png", "c:a.png", ".a.png",
+            "-a.png", "a\n.png", "~a.png",
+        ] {
             assert_eq!(plain_name(name), None, "{name}");
         }
         assert_eq!(plain_name("a b-1.png"), Some(PathBuf::from("a b-1.png")));

@@ -37,11 +37,13 @@ pub struct Server {
     shared: Arc<Shared>,
 }
 
-/// 128 bits that nobody can guess: the standard library keys its hash function by random numbers of the system, and its values of different
-/// numbers tell nothing of each other.
+/// 128 bits that nobody can guess: the standard library keys its hash function by random numbers of
+/// the system, and its values of different numbers tell nothing of each other.
 fn token() -> String {
     let keyed = RandomState::new();
-    (0..2).map(|half: u8| format!("{:016x}", keyed.hash_one(half))).collect()
+    (0..2)
+        .map(|half: u8| format!("{:016x}", keyed.hash_one(half)))
+        .collect()
 }
 
 impl Server {
@@ -49,7 +51,12 @@ impl Server {
     pub fn start(port: u16, shared: Arc<Shared>) -> io::Result<Self> {
         let listener = TcpListener::bind((Ipv4Addr::LOCALHOST, port))?;
         let port = listener.local_addr()?.port();
-        Ok(Self { listener, hosts: ["127.0.0.1", "localhost"].map(|name| format!("{name}:{port}")), token: token(), shared })
+        Ok(Self {
+            listener,
+            hosts: ["127.0.0.1", "localhost"].map(|name| format!("{name}:{port}")),
+            token: token(),
+            shared,
+        })
     }
 
     /// Where the page is.
@@ -92,24 +99,41 @@ impl Server {
         let _ = response.send(stream);
     }
 
-    /// The answer to a request. Pages of other sites can send requests here, through a name that they let point to this machine too; so the host
-    /// that is meant, the page that asks and the token are looked at first.
+    /// The answer to a request. Pages of other sites can send requests here, through a name that
+    /// they let point to this machine too; so the host that is meant, the page that asks and the
+    /// token are looked at first.
     fn respond(&self, request: &HttpRequest) -> HttpResponse {
-        let is_own = |origin: &str| self.hosts.iter().any(|host| origin.strip_prefix("http://") == Some(host));
+        let is_own = |origin: &str| {
+            self.hosts
+                .iter()
+                .any(|host| origin.strip_prefix("http://") == Some(host))
+        };
         let is_read = request.method == "GET";
         if !self.hosts.contains(&request.host) {
             return HttpResponse::refusal(403, "this is not the host that is meant");
         }
-        if request.origin.as_deref().is_some_and(|origin| !is_own(origin)) || !is_read && request.origin.is_none() {
+        if request
+            .origin
+            .as_deref()
+            .is_some_and(|origin| !is_own(origin))
+            || !is_read && request.origin.is_none()
+        {
             return HttpResponse::refusal(403, "pages of other sites are not answered");
         }
         let site = request.site.as_deref().unwrap_or("none");
-        let Some(path) =
-            request.path.strip_prefix('/').and_then(|path| path.split_once('/')).filter(|(token, _)| self.is_token(token))
+        let Some(path) = request
+            .path
+            .strip_prefix('/')
+            .and_then(|path| path.split_once('/'))
+            .filter(|(token, _)| self.is_token(token))
         else {
-            return HttpResponse::refusal(403, "the address is not that of the page: take the one that the program printed");
+            return HttpResponse::refusal(
+                403,
+                "the address is not that of the page: take the one that the program printed",
+            );
         };
-        // A link from elsewhere may lead to the page, by whoever has its address; all else is the page's.
+        // A link from elsewhere may lead to the page, by whoever has its address; all else is the
+        // page's.
         if !(["same-origin", "none"].contains(&site) || is_read && path.1.is_empty()) {
             return HttpResponse::refusal(403, "pages of other sites are not answered");
         }
@@ -129,23 +153,38 @@ impl Server {
 
     /// Whether that is the token, in a time that does not tell how much of it is.
     fn is_token(&self, word: &str) -> bool {
-        let differs = word.bytes().zip(self.token.bytes()).fold(0, |differs, (a, b)| differs | (a ^ b));
+        let differs = word
+            .bytes()
+            .zip(self.token.bytes())
+            .fold(0, |differs, (a, b)| differs | (a ^ b));
         word.len() == self.token.len() && differs == 0
     }
 
     /// What there is to say, once it is not what the page was told before.
     fn status(&self, query: &str) -> HttpResponse {
-        let told = query.strip_prefix("after=").and_then(|number| number.parse().ok()).unwrap_or(0);
+        let told = query
+            .strip_prefix("after=")
+            .and_then(|number| number.parse().ok())
+            .unwrap_or(0);
         self.shared.hear();
-        HttpResponse::of("application/json", self.shared.status_after(told, NEWS).as_bytes())
+        HttpResponse::of(
+            "application/json",
+            self.shared.status_after(told, NEWS).as_bytes(),
+        )
     }
 
     /// The picture as bytes, with its number, its size and how large its pixels are.
     fn picture(&self) -> HttpResponse {
         let frame = self.shared.frame();
         let [width, height] = frame.size;
-        let headers = format!("X-Picture: {} {width} {height} {}\r\n", frame.number, frame.edge);
-        HttpResponse { headers, ..HttpResponse::of("application/octet-stream", frame.codes.clone()) }
+        let headers = format!(
+            "X-Picture: {} {width} {height} {}\r\n",
+            frame.number, frame.edge
+        );
+        HttpResponse {
+            headers,
+            ..HttpResponse::of("application/octet-stream", frame.codes.clone())
+        }
     }
 
     fn wish(&self, body: &[u8]) -> HttpResponse {
@@ -154,7 +193,10 @@ impl Server {
             Err(refusal) => return refusal,
         };
         match CommandLine::check(&wish.flags) {
-            Ok(()) => HttpResponse::of("application/json", json!({ "wish": self.shared.wish(wish) }).to_string()),
+            Ok(()) => HttpResponse::of(
+                "application/json",
+                json!({ "wish": self.shared.wish(wish) }).to_string(),
+            ),
             Err(failure) => HttpResponse::refusal(400, &failure.message),
         }
     }
@@ -183,7 +225,8 @@ impl Server {
 }
 
 fn parsed<'a, T: Deserialize<'a>>(body: &'a [u8]) -> Result<T, HttpResponse> {
-    serde_json::from_slice(body).map_err(|error| HttpResponse::refusal(400, &format!("this is not understood: {error}")))
+    serde_json::from_slice(body)
+        .map_err(|error| HttpResponse::refusal(400, &format!("this is not understood: {error}")))
 }
 
 #[cfg(test)]
@@ -194,29 +237,48 @@ mod tests {
     #[test]
     fn tokens_differ() {
         let [one, other] = [token(), token()];
-        assert!(one != other && one.len() == 32 && one[..16] != one[16..], "{one} {other}");
+        assert!(
+            one != other && one.len() == 32 && one[..16] != one[16..],
+            "{one} {other}"
+        );
     }
 
-    /// Protects: only requests that mean this machine, know the token and come from the page itself are answered; the page alone may be
-    /// reached by a link.
+    /// Protects: only requests that mean this machine, know the token and come from the page itself
+    /// are answered; the page alone may be reached by a link.
     #[test]
     fn others_are_refused() {
         let server = Server::start(0, Arc::default()).expect("a port that is free");
         let (host, path) = (server.hosts[0].clone(), format!("/{}/", server.token));
         let asked = |change: &dyn Fn(&mut HttpRequest)| {
-            let mut request =
-                HttpRequest { method: "GET".into(), path: path.clone(), host: host.clone(), ..HttpRequest::default() };
+            let mut request = HttpRequest {
+                method: "GET".into(),
+                path: path.clone(),
+                host: host.clone(),
+                ..HttpRequest::default()
+            };
             change(&mut request);
             server.respond(&request).status
         };
         assert_eq!(asked(&|_| ()), 200);
-        assert_eq!(asked(&|request| request.host = request.host.replace("127.0.0.1", "localhost")), 200);
+        assert_eq!(
+            asked(&|request| request.host = request.host.replace("127.0.0.1", "localhost")),
+            200
+        );
         assert_eq!(asked(&|request| request.host = "evil.example".into()), 403);
         assert_eq!(asked(&|request| request.host = "127.0.0.1".into()), 403);
-        assert_eq!(asked(&|request| request.origin = Some("http://evil.example".into())), 403);
+        assert_eq!(
+            asked(&|request| request.origin = Some("http://evil.example".into())),
+            403
+        );
         assert_eq!(asked(&|request| request.origin = Some("null".into())), 403);
-        assert_eq!(asked(&|request| request.origin = Some(format!("http://{}", request.host))), 200);
-        assert_eq!(asked(&|request| request.site = Some("cross-site".into())), 200);
+        assert_eq!(
+            asked(&|request| request.origin = Some(format!("http://{}", request.host))),
+            200
+        );
+        assert_eq!(
+            asked(&|request| request.site = Some("cross-site".into())),
+            200
+        );
         for word in ["page.js", "picture"] {
             assert_eq!(asked(&|request| request.path.push_str(word)), 200);
             let elsewhere = |request: &mut HttpRequest| {
@@ -226,12 +288,22 @@ mod tests {
             assert_eq!(asked(&elsewhere), 403);
         }
         assert_eq!(asked(&|request| request.path = "/".into()), 403);
-        assert_eq!(asked(&|request| request.path = format!("/{}/", "0".repeat(32))), 403);
-        assert_eq!(asked(&|request| request.path = format!("/{}/", &server.token[1..])), 403);
-        assert_eq!(asked(&|request| request.path.push_str("../../etc/passwd")), 404);
+        assert_eq!(
+            asked(&|request| request.path = format!("/{}/", "0".repeat(32))),
+            403
+        );
+        assert_eq!(
+            asked(&|request| request.path = format!("/{}/", &server.token[1..])),
+            403
+        );
+        assert_eq!(
+            asked(&|request| request.path.push_str("../../etc/passwd")),
+            404
+        );
         assert_eq!(asked(&|request| request.method = "PUT".into()), 403);
         let post = |request: &mut HttpRequest| {
-            (request.method, request.origin) = ("POST".into(), Some(format!("http://{}", request.host)));
+            (request.method, request.origin) =
+                ("POST".into(), Some(format!("http://{}", request.host)));
             request.path.push_str("wish");
         };
         let wish = |body: &str| {
@@ -241,7 +313,13 @@ mod tests {
             })
         };
         assert_eq!(wish(r#"{ "flags": [["spp", "4"]] }"#), 200);
-        for wrong in ["", "{}", "[", r#"{ "flags": [["output", "x.png"]] }"#, r#"{ "flags": [], "more": 1 }"#] {
+        for wrong in [
+            "",
+            "{}",
+            "[",
+            r#"{ "flags": [["output", "x.png"]] }"#,
+            r#"{ "flags": [], "more": 1 }"#,
+        ] {
             assert_eq!(wish(wrong), 400, "{wrong}");
         }
         let without_origin = |request: &mut HttpRequest| {

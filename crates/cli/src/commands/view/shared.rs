@@ -1,4 +1,5 @@
-//! What the threads of the viewer have in common: what is wished for, what is shown, and who looks on.
+//! What the threads of the viewer have in common: what is wished for, what is shown, and who looks
+//! on.
 
 use std::collections::VecDeque;
 use std::sync::mpsc::SyncSender;
@@ -81,7 +82,9 @@ const MOST_JOBS: usize = 4;
 
 impl Shared {
     fn state(&self) -> MutexGuard<'_, State> {
-        self.state.lock().unwrap_or_else(|poisoned| poisoned.into_inner())
+        self.state
+            .lock()
+            .unwrap_or_else(|poisoned| poisoned.into_inner())
     }
 
     /// Takes the place of what was wished for; the wish's number.
@@ -148,7 +151,9 @@ impl Shared {
     pub fn status_after(&self, told: u64, time: Duration) -> Arc<String> {
         let mut state = self.state();
         state.waiting += 1;
-        let waited = self.changed.wait_timeout_while(state, time, |state| state.told == told);
+        let waited = self
+            .changed
+            .wait_timeout_while(state, time, |state| state.told == told);
         let (mut state, _) = waited.unwrap_or_else(|poisoned| poisoned.into_inner());
         state.waiting -= 1;
         state.heard = Some(Instant::now());
@@ -171,21 +176,28 @@ impl Shared {
 mod tests {
     use super::*;
 
-    /// Protects: a program without a page waits for one, and ends a while after the last one was heard of.
+    /// Protects: a program without a page waits for one, and ends a while after the last one was
+    /// heard of.
     #[test]
     fn a_viewer_ends_after_its_pages() {
         let shared = Shared::default();
         assert!(!shared.is_abandoned(Duration::ZERO));
         shared.hear();
-        assert!(shared.is_abandoned(Duration::ZERO) && !shared.is_abandoned(Duration::from_secs(60)));
+        assert!(
+            shared.is_abandoned(Duration::ZERO) && !shared.is_abandoned(Duration::from_secs(60))
+        );
     }
 
-    /// Protects: what has not been told comes at once, and each wish has a number of its own though it is the same.
+    /// Protects: what has not been told comes at once, and each wish has a number of its own though
+    /// it is the same.
     #[test]
     fn news_come_at_once() {
         let shared = Shared::default();
         shared.show(None, |told, _| format!("told {told}"));
-        assert_eq!(shared.status_after(0, Duration::from_secs(3600)).as_str(), "told 1");
+        assert_eq!(
+            shared.status_after(0, Duration::from_secs(3600)).as_str(),
+            "told 1"
+        );
         let [first, second] = [(); 2].map(|()| shared.wish(Wish::default()));
         assert!(first != second && shared.is_interrupted(first) && !shared.is_interrupted(second));
         assert!(shared.wish_after(first).is_some() && shared.wish_after(second).is_none());

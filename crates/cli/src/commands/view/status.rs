@@ -42,7 +42,8 @@ pub struct Status {
 /// How far a render has come.
 #[derive(Clone, Default, Serialize)]
 pub struct RenderProgress {
-    /// Fewest and most samples of a pixel, and how many there are to be; null where the error decides.
+    /// Fewest and most samples of a pixel, and how many there are to be; null where the error
+    /// decides.
     pub samples: [u32; 2],
     pub of: Option<u32>,
     pub error: Option<Uncertainty>,
@@ -112,15 +113,31 @@ impl SceneStatus {
         let Subject { loaded, plan, .. } = subject;
         let contents = &loaded.contents;
         let moves = match loaded.source.format {
-            Format::Native(_) => loaded.source.text.as_deref().is_some_and(mentions_time).then_some(SECONDS),
-            _ => contents.seconds(subject.options().model.animation.as_deref()).filter(|seconds| *seconds > 0.0),
+            Format::Native(_) => loaded
+                .source
+                .text
+                .as_deref()
+                .is_some_and(mentions_time)
+                .then_some(SECONDS),
+            _ => contents
+                .seconds(subject.options().model.animation.as_deref())
+                .filter(|seconds| *seconds > 0.0),
         };
         Self {
             name: loaded.source.name.clone(),
-            cameras: loaded.scene.cameras.iter().map(|camera| camera.name.clone()).collect(),
+            cameras: loaded
+                .scene
+                .cameras
+                .iter()
+                .map(|camera| camera.name.clone())
+                .collect(),
             scenes: contents.scenes.clone(),
             variants: contents.variants.clone(),
-            animations: contents.animations.iter().map(|animation| animation.name.clone()).collect(),
+            animations: contents
+                .animations
+                .iter()
+                .map(|animation| animation.name.clone())
+                .collect(),
             parameters: loaded.scene.parameters.clone(),
             at: subject.options().overrides.at.unwrap_or(loaded.scene.t),
             seconds: moves,
@@ -128,15 +145,21 @@ impl SceneStatus {
             exposure: plan.display.exposure_stops,
             tonemap: origin::name(&plan.display.tone_map),
             denoise: plan.settings.denoise,
-            notes: loaded.warnings.iter().map(|warning| warning.message.clone()).collect(),
+            notes: loaded
+                .warnings
+                .iter()
+                .map(|warning| warning.message.clone())
+                .collect(),
         }
     }
 }
 
 /// Whether the text of a scene has `t` among the words of a formula.
 fn mentions_time(text: &str) -> bool {
-    let formulas =
-        text.lines().filter(|line| !line.trim_start().starts_with('#')).flat_map(|line| line.split('"').skip(1).step_by(2));
+    let formulas = text
+        .lines()
+        .filter(|line| !line.trim_start().starts_with('#'))
+        .flat_map(|line| line.split('"').skip(1).step_by(2));
     formulas.filter(|formula| formula.len() > 1).any(|formula| {
         let is_part = |c: char| c.is_alphanumeric() || c == '_' || c == '.';
         formula.split(|c| !is_part(c)).any(|word| word == "t")
@@ -144,38 +167,83 @@ fn mentions_time(text: &str) -> bool {
 }
 
 impl CameraStatus {
-    /// Eye, target and up of a camera; one that is given by its axes looks at what is as far away as the middle of everything.
+    /// Eye, target and up of a camera; one that is given by its axes looks at what is as far away
+    /// as the middle of everything.
     fn of(camera: Option<&Camera>, (middle, radius): ([f64; 3], f64)) -> Self {
-        let Some(camera) = camera else { return Self { eye: [0.0, 0.0, 1.0], target: [0.0; 3], up: [0.0, 1.0, 0.0], fov: None } };
+        let Some(camera) = camera else {
+            return Self {
+                eye: [0.0, 0.0, 1.0],
+                target: [0.0; 3],
+                up: [0.0, 1.0, 0.0],
+                fov: None,
+            };
+        };
         let (eye, target, up) = match camera.pose {
             Pose::LookAt { eye, target, up } => (eye, target, up),
-            Pose::Orbit { target, distance, azimuth, elevation } => {
+            Pose::Orbit {
+                target,
+                distance,
+                azimuth,
+                elevation,
+            } => {
                 let (a, e) = (azimuth.to_radians(), elevation.to_radians());
-                let back = DVec3::new(libm::cos(e) * libm::sin(a), libm::sin(e), libm::cos(e) * libm::cos(a));
-                ((DVec3::from(target) + distance * back).into(), target, [0.0, 1.0, 0.0])
+                let back = DVec3::new(
+                    libm::cos(e) * libm::sin(a),
+                    libm::sin(e),
+                    libm::cos(e) * libm::cos(a),
+                );
+                (
+                    (DVec3::from(target) + distance * back).into(),
+                    target,
+                    [0.0, 1.0, 0.0],
+                )
             }
             Pose::Axes { eye, back, .. } => {
                 let ahead = -DVec3::from(back);
                 let distance = (DVec3::from(middle) - DVec3::from(eye)).dot(ahead);
-                let distance = if distance > 0.01 * radius { distance } else { radius };
-                (eye, (DVec3::from(eye) + distance * ahead).into(), [0.0, 1.0, 0.0])
+                let distance = if distance > 0.01 * radius {
+                    distance
+                } else {
+                    radius
+                };
+                (
+                    eye,
+                    (DVec3::from(eye) + distance * ahead).into(),
+                    [0.0, 1.0, 0.0],
+                )
             }
         };
         let fov = match &camera.projection {
             Projection::Orthographic { .. } => None,
-            Projection::Pinhole(pinhole) | Projection::ThinLens { pinhole, .. } => Some(match *pinhole {
-                Pinhole { vertical_fov: Some(fov), .. } => fov,
-                Pinhole { focal_length: Some(length), .. } => 2.0 * libm::atan(0.5 / length).to_degrees(),
-                Pinhole { horizontal_fov, .. } => horizontal_fov.unwrap_or(40.0) * 9.0 / 16.0,
-            }),
+            Projection::Pinhole(pinhole) | Projection::ThinLens { pinhole, .. } => {
+                Some(match *pinhole {
+                    Pinhole {
+                        vertical_fov: Some(fov),
+                        ..
+                    } => fov,
+                    Pinhole {
+                        focal_length: Some(length),
+                        ..
+                    } => 2.0 * libm::atan(0.5 / length).to_degrees(),
+                    Pinhole { horizontal_fov, .. } => horizontal_fov.unwrap_or(40.0) * 9.0 / 16.0,
+                })
+            }
         };
-        Self { eye, target, up, fov }
+        Self {
+            eye,
+            target,
+            up,
+            fov,
+        }
     }
 }
 
 /// The effects that a scene calls for, and those that are switched off.
 pub fn switches(report: &EffectReport, costs: &BTreeMap<String, f64>) -> Vec<EffectSwitch> {
-    let shown = report.effects.iter().filter(|finding| finding.status != EffectStatus::Absent || SWITCHABLE.has(finding.effect));
+    let shown = report
+        .effects
+        .iter()
+        .filter(|finding| finding.status != EffectStatus::Absent || SWITCHABLE.has(finding.effect));
     shown
         .map(|finding| EffectSwitch {
             name: finding.effect.name().to_owned(),
@@ -196,7 +264,8 @@ pub fn switches(report: &EffectReport, costs: &BTreeMap<String, f64>) -> Vec<Eff
 mod tests {
     use super::*;
 
-    /// Protects: a scene moves where a formula has the time in it, and not where a name or a comment has a t.
+    /// Protects: a scene moves where a formula has the time in it, and not where a name or a
+    /// comment has a t.
     #[test]
     fn scenes_that_move_are_told() {
         for text in ["a = \"0.15*sin(0.8*t)\"", "a = [0, \"t+1\", 0]"] {

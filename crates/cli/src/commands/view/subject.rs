@@ -1,4 +1,5 @@
-//! What is looked at: a scene that was read and prepared once, for as long as what is wished for allows.
+//! What is looked at: a scene that was read and prepared once, for as long as what is wished for
+//! allows.
 
 use std::cell::OnceCell;
 use std::collections::BTreeMap;
@@ -52,27 +53,48 @@ impl Subject {
         let limits = &task.options.limits;
         let _beginning = Beginning::of(name, limits.memory_bytes, None)?;
         let watch = Watch::until(stop);
-        let mut loaded = scene_input::load_watched(&scene_input::input(name, limits)?, &task.options, &watch)?;
-        if let Some(failure) = scene_input::nothing_to_see(&loaded).filter(|_| task.refuses_empty()) {
+        let mut loaded =
+            scene_input::load_watched(&scene_input::input(name, limits)?, &task.options, &watch)?;
+        if let Some(failure) = scene_input::nothing_to_see(&loaded).filter(|_| task.refuses_empty())
+        {
             return Err(failure);
         }
         let silhouette = OnceCell::new();
         let plan = settle(&task, &mut loaded, &silhouette)?;
         let ready = prepared(&loaded, &plan.settings, &watch)?;
         let bounds = extent(&loaded.scene, plan.settings.precision).bounds;
-        let reach = if bounds.is_empty() { ([0.0; 3], 1.0) } else { (bounds.centre().into(), 0.5 * bounds.extent().length()) };
-        Ok(Self { loaded, ready, plan, task, silhouette, reach })
+        let reach = if bounds.is_empty() {
+            ([0.0; 3], 1.0)
+        } else {
+            (bounds.centre().into(), 0.5 * bounds.extent().length())
+        };
+        Ok(Self {
+            loaded,
+            ready,
+            plan,
+            task,
+            silhouette,
+            reach,
+        })
     }
 
     /// Does no more than a wish asks for; where that fails, what there is stays.
-    pub fn change(&mut self, name: &OsStr, task: Task, stop: &AtomicBool) -> Result<Change, Failure> {
+    pub fn change(
+        &mut self,
+        name: &OsStr,
+        task: Task,
+        stop: &AtomicBool,
+    ) -> Result<Change, Failure> {
         refuse_files(&task)?;
         if task.options != self.task.options || rungs(&task) != rungs(&self.task) {
             *self = Self::read(name, task, stop)?;
             return Ok(Change::Reading);
         }
         let plan = settle(&task, &mut self.loaded, &self.silhouette)?;
-        let of_scene = |settings: &Settings| Settings { camera: None, ..settings.clone() };
+        let of_scene = |settings: &Settings| Settings {
+            camera: None,
+            ..settings.clone()
+        };
         let change = match &plan.settings.camera {
             _ if plan.settings == self.plan.settings => Change::Display,
             Some(camera)
@@ -99,10 +121,17 @@ impl Subject {
     /// Every file that it was read from, as it is now.
     pub fn files(&self) -> Files {
         let of = |path: PathBuf| {
-            let stamp = path.metadata().ok().and_then(|there| Some((there.modified().ok()?, there.len())));
+            let stamp = path
+                .metadata()
+                .ok()
+                .and_then(|there| Some((there.modified().ok()?, there.len())));
             (path, stamp)
         };
-        self.loaded.inputs.files().map(|path| of(path.to_owned())).collect()
+        self.loaded
+            .inputs
+            .files()
+            .map(|path| of(path.to_owned()))
+            .collect()
     }
 }
 
@@ -113,8 +142,13 @@ fn rungs(task: &Task) -> &[Choice] {
     &task.choices.rungs
 }
 
-/// How the picture is made. A scene without a camera gets the one that preparation would frame, so that it can be turned away and back.
-fn settle(task: &Task, loaded: &mut Loaded, silhouette: &OnceCell<Silhouette>) -> Result<Plan, Failure> {
+/// How the picture is made. A scene without a camera gets the one that preparation would frame, so
+/// that it can be turned away and back.
+fn settle(
+    task: &Task,
+    loaded: &mut Loaded,
+    silhouette: &OnceCell<Silhouette>,
+) -> Result<Plan, Failure> {
     let mut plan = task.settle_shot(&mut loaded.scene, &task.shots[0], silhouette)?;
     let [width, height] = plan.settings.size.map(f64::from);
     plan.settings.camera.get_or_insert_with(|| {

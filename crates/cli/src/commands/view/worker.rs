@@ -1,5 +1,5 @@
-//! The one thread that computes: takes a wish, shows a sketch, goes on until the picture is finished, and does what else is asked for
-//! between two pieces of it.
+//! The one thread that computes: takes a wish, shows a sketch, goes on until the picture is
+//! finished, and does what else is asked for between two pieces of it.
 
 use std::collections::BTreeMap;
 use std::ffi::OsString;
@@ -55,7 +55,13 @@ pub struct Worker {
 
 impl Worker {
     /// Nothing is read yet.
-    pub fn new(scene: OsString, line: CommandLine, shared: Arc<Shared>, threads: Threads, stop: &'static AtomicBool) -> Self {
+    pub fn new(
+        scene: OsString,
+        line: CommandLine,
+        shared: Arc<Shared>,
+        threads: Threads,
+        stop: &'static AtomicBool,
+    ) -> Self {
         Self {
             scene,
             line,
@@ -86,7 +92,11 @@ impl Worker {
 
     /// Works until the program is asked to end, or nobody looks on any more.
     pub fn work(mut self) {
-        while !self.stop.load(Ordering::Relaxed) && !self.linger.is_some_and(|linger| self.shared.is_abandoned(linger)) {
+        while !self.stop.load(Ordering::Relaxed)
+            && !self
+                .linger
+                .is_some_and(|linger| self.shared.is_abandoned(linger))
+        {
             if let Some(wish) = self.shared.wish_after(self.wish.0) {
                 self.try_to(|worker| worker.fulfil(wish, false));
             } else if let Some(job) = self.shared.take_job() {
@@ -108,7 +118,8 @@ impl Worker {
         }
     }
 
-    /// Does what a wish asks for, and shows a sketch of it; files are read anew where they have changed.
+    /// Does what a wish asks for, and shows a sketch of it; files are read anew where they have
+    /// changed.
     fn fulfil(&mut self, (number, wish): (u64, Wish), anew: bool) -> Result<(), Failure> {
         let began = Instant::now();
         self.wish = (number, wish);
@@ -123,7 +134,11 @@ impl Worker {
         };
         self.failure = None;
         if change == Change::Reading {
-            self.files = self.subject.as_ref().map(Subject::files).unwrap_or_default();
+            self.files = self
+                .subject
+                .as_ref()
+                .map(Subject::files)
+                .unwrap_or_default();
         }
         let took = spoken(began.elapsed().as_secs_f64());
         let is_same = change == Change::Display && !self.wish.1.anew && self.render.is_some();
@@ -134,10 +149,15 @@ impl Worker {
             Change::Preparation => format!("prepared anew in {took}"),
             Change::Reading => format!("read and prepared in {took}"),
         };
-        let Some(subject) = &self.subject else { return Ok(()) };
+        let Some(subject) = &self.subject else {
+            return Ok(());
+        };
         if is_same
             && self.layer().is_none()
-            && let Some(rendered) = self.render.as_mut().and_then(|render| render.rendered.take())
+            && let Some(rendered) = self
+                .render
+                .as_mut()
+                .and_then(|render| render.rendered.take())
         {
             self.show_rendered(rendered);
             return Ok(());
@@ -167,7 +187,9 @@ impl Worker {
     /// Goes on with the picture; false where there is nothing left to do.
     fn step(&mut self) -> bool {
         let layers: Vec<Aov> = self.layer().into_iter().collect();
-        let (Some(subject), Some(mut render)) = (&self.subject, self.render.take()) else { return false };
+        let (Some(subject), Some(mut render)) = (&self.subject, self.render.take()) else {
+            return false;
+        };
         let (ready, wish, threads) = (&subject.ready, self.wish.0, &self.threads);
         let (shared, stop) = (&self.shared, self.stop);
         let watch = || WishWatch::new(shared, stop, Some(wish));
@@ -207,11 +229,19 @@ impl Worker {
         if let Some(render) = self.render.as_mut().filter(|_| is_done) {
             render.progress.hash = Some(pixel_hash(rendered.shown()));
         }
-        if let Some(subject) = self.subject.as_mut().filter(|subject| subject.plan.is_exposed) {
+        if let Some(subject) = self
+            .subject
+            .as_mut()
+            .filter(|subject| subject.plan.is_exposed)
+        {
             subject.plan.display = subject.plan.display.suited_to(rendered.shown());
         }
         // The layers of first hits are finished by then.
-        let frame = if self.layer().is_some() { None } else { Some(self.frame(&rendered, 1)) };
+        let frame = if self.layer().is_some() {
+            None
+        } else {
+            Some(self.frame(&rendered, 1))
+        };
         self.keep(Some(rendered));
         self.show(frame);
     }
@@ -221,15 +251,26 @@ impl Worker {
         let (picture, noisy) = (rendered.shown(), &rendered.picture);
         let film = self.render.as_ref().map(|render| &render.film);
         // Of a sketch no error is known.
-        let film = film.filter(|film| self.wish.1.layer == "stderr" && edge == 1 && film.size() == [noisy.width, noisy.height]);
-        let display = self.subject.as_ref().map(|subject| subject.plan.display).unwrap_or_default();
+        let film = film.filter(|film| {
+            self.wish.1.layer == "stderr" && edge == 1 && film.size() == [noisy.width, noisy.height]
+        });
+        let display = self
+            .subject
+            .as_ref()
+            .map(|subject| subject.plan.display)
+            .unwrap_or_default();
         let layer = self.layer();
         let codes = self.threads.run(|| match (layer, film) {
             (Some(layer), _) => layers::hits(picture, layer),
             (None, Some(film)) => layers::errors(film, noisy),
             (None, None) => layers::colours(picture, display),
         });
-        Frame { number: 0, size: [picture.width, picture.height], edge, codes }
+        Frame {
+            number: 0,
+            size: [picture.width, picture.height],
+            edge,
+            codes,
+        }
     }
 
     /// Tells the page what there is, with a picture or without.
@@ -251,12 +292,25 @@ impl Worker {
             command: self.line.text(&wish.flags),
             flags: wish.flags.clone(),
             layer: wish.layer.clone(),
-            size: self.render.as_ref().map(|render| render.film.size()).unwrap_or_default(),
+            size: self
+                .render
+                .as_ref()
+                .map(|render| render.film.size())
+                .unwrap_or_default(),
             progress: self.render.as_ref().map(|render| render.progress.clone()),
             scene: self.subject.as_ref().map(SceneStatus::of),
-            effects: report.map(|report| switches(report, &self.costs)).unwrap_or_default(),
+            effects: report
+                .map(|report| switches(report, &self.costs))
+                .unwrap_or_default(),
         };
-        self.shared.show(frame, |told, picture| serde_json::to_string(&Status { told, picture, ..status }).unwrap_or_default());
+        self.shared.show(frame, |told, picture| {
+            serde_json::to_string(&Status {
+                told,
+                picture,
+                ..status
+            })
+            .unwrap_or_default()
+        });
     }
 
     fn perform(&mut self, job: Job) {
@@ -283,7 +337,11 @@ impl Worker {
         if rendered.counters.samples == 0 {
             return (503, "there is no picture yet".to_owned());
         }
-        let error = render.progress.error.as_ref().filter(|_| subject.ready.follows_paths());
+        let error = render
+            .progress
+            .error
+            .as_ref()
+            .filter(|_| subject.ready.follows_paths());
         let mut metadata = Metadata {
             command: self.line.text(&self.wish.1.flags),
             error: origin::error(error, rendered, &render.film),
@@ -291,13 +349,15 @@ impl Worker {
         };
         if !render.is_done {
             let [least, most] = render.progress.samples;
-            metadata.settings = origin::with_samples(&metadata.settings, &format!("{least} to {most} samples"));
+            metadata.settings =
+                origin::with_samples(&metadata.settings, &format!("{least} to {most} samples"));
         }
         if !subject.task.has_metadata {
             metadata = Metadata::default();
         }
         let (display, inputs) = (subject.plan.display, &subject.loaded.inputs);
-        self.threads.run(|| save::save(wish, rendered, display, &metadata, inputs))
+        self.threads
+            .run(|| save::save(wish, rendered, display, &metadata, inputs))
     }
 
     /// Measures what effects cost, until there is another wish.
@@ -308,10 +368,16 @@ impl Worker {
         let watch = WishWatch::new(&self.shared, self.stop, Some(self.wish.0));
         let mut steps = Steps::start(Verbosity::Quiet);
         let (scene, settings) = (&subject.loaded.scene, &subject.plan.settings);
-        let measured = self.threads.run(|| measure_effects(scene, settings, MEASURING, &watch, &mut steps));
+        let measured = self
+            .threads
+            .run(|| measure_effects(scene, settings, MEASURING, &watch, &mut steps));
         self.said = match measured {
             Ok(costs) => {
-                self.costs = costs.effects.iter().map(|cost| (cost.effect.to_owned(), cost.ratio.median - 1.0)).collect();
+                self.costs = costs
+                    .effects
+                    .iter()
+                    .map(|cost| (cost.effect.to_owned(), cost.ratio.median - 1.0))
+                    .collect();
                 "measured what effects cost".to_owned()
             }
             Err(_) => "measuring was interrupted".to_owned(),
@@ -325,7 +391,9 @@ impl Worker {
             return false;
         }
         self.looked = Instant::now();
-        let Some(subject) = &self.subject else { return false };
+        let Some(subject) = &self.subject else {
+            return false;
+        };
         let now = subject.files();
         let before = mem::replace(&mut self.files, now);
         before != self.files

@@ -6,7 +6,11 @@ use crate::ladder::Choice;
 
 /// A value with an interval of a factor.
 fn about(value: f64, factor: f64) -> Interval {
-    Interval { value, low: value / factor, high: value * factor }
+    Interval {
+        value,
+        low: value / factor,
+        high: value * factor,
+    }
 }
 
 fn measured(bias: f64, light: f64) -> Measured {
@@ -16,30 +20,59 @@ fn measured(bias: f64, light: f64) -> Measured {
         bias: Some(about(bias * 0.01, 1.05)),
         light: about(light, 1.001),
     };
-    Measured { tiles: 9, renders: 2, seconds: about(1.0, 1.1), ratio: about(1.0, 1.1), rays: 1, errors, flip: about(0.1, 1.1) }
+    Measured {
+        tiles: 9,
+        renders: 2,
+        seconds: about(1.0, 1.1),
+        ratio: about(1.0, 1.1),
+        rays: 1,
+        errors,
+        flip: about(0.1, 1.1),
+    }
 }
 
 fn setting(rungs: &str) -> Setting {
-    Setting::of(&rungs.split(' ').map(|rung| Choice::parse(rung).expect("a rung")).collect::<Vec<_>>())
+    Setting::of(
+        &rungs
+            .split(' ')
+            .map(|rung| Choice::parse(rung).expect("a rung"))
+            .collect::<Vec<_>>(),
+    )
 }
 
-/// A setting with its time and root error over those in use, and the factor of the error's interval.
+/// A setting with its time and root error over those in use, and the factor of the error's
+/// interval.
 fn candidate(rungs: &str, time: f64, root: f64, factor: f64) -> AdviceCandidate {
-    let cost = RelativeCost { time: about(time, 1.05), error: about(root * root, factor) };
-    AdviceCandidate { setting: setting(rungs), measured: measured(0.0, 1.0), cost, is_sound: true }
+    let cost = RelativeCost {
+        time: about(time, 1.05),
+        error: about(root * root, factor),
+    };
+    AdviceCandidate {
+        setting: setting(rungs),
+        measured: measured(0.0, 1.0),
+        cost,
+        is_sound: true,
+    }
 }
 
 fn told(advice: Option<Advice>) -> Option<(String, f64)> {
     advice.map(|advice| (advice.flags.concat(), advice.time.value))
 }
 
-/// Protects: half of the error is named by the fastest setting that has it, the same error by the fastest that is sooner; what may be slower,
-/// the scene's own setting and what is not sound are no advice, and where nothing will do there is none. Where a simpler one takes hardly longer it is
+/// Protects: half of the error is named by the fastest setting that has it, the same error by the
+/// fastest that is sooner; what may be slower, the scene's own setting and what is not sound are no
+/// advice, and where nothing will do there is none. Where a simpler one takes hardly longer it is
 /// named.
 #[test]
 fn the_fastest_that_will_do_is_named() {
-    let own = AdviceCandidate { setting: Setting::default(), ..candidate("samples=16", 0.1, 0.1, 1.1) };
-    let unsound = AdviceCandidate { is_sound: false, ..candidate("clamp=1", 0.1, 0.3, 1.1) };
+    let own = AdviceCandidate {
+        setting: Setting::default(),
+        ..candidate("samples=16", 0.1, 0.1, 1.1)
+    };
+    let unsound = AdviceCandidate {
+        is_sound: false,
+        ..candidate("clamp=1", 0.1, 0.3, 1.1)
+    };
     let all = vec![
         own.clone(),
         unsound.clone(),
@@ -49,51 +82,122 @@ fn the_fastest_that_will_do_is_named() {
         candidate("sampler=stratified", 0.78, 0.9, 1.1),
         candidate("light-sampling=lights", 0.3, 1.04, 1.1),
     ];
-    let with =
-        |other: AdviceCandidate| answer([&all[..], &[other]].concat(), 20.0).half_the_error.map(|advice| advice.time.value);
-    assert_eq!(with(candidate("samples=256 light-sampling=lights", 3.8, 0.5, 1.1)), Some(4.1));
-    assert_eq!(with(candidate("samples=256 light-sampling=lights", 3.6, 0.5, 1.1)), Some(3.6));
+    let with = |other: AdviceCandidate| {
+        answer([&all[..], &[other]].concat(), 20.0)
+            .half_the_error
+            .map(|advice| advice.time.value)
+    };
+    assert_eq!(
+        with(candidate(
+            "samples=256 light-sampling=lights",
+            3.8,
+            0.5,
+            1.1
+        )),
+        Some(4.1)
+    );
+    assert_eq!(
+        with(candidate(
+            "samples=256 light-sampling=lights",
+            3.6,
+            0.5,
+            1.1
+        )),
+        Some(3.6)
+    );
     let found = answer(all, 20.0);
-    assert_eq!(told(found.half_the_error), Some(("--rung samples=256".to_owned(), 4.1)));
-    assert_eq!(told(found.same_error), Some(("--rung samples=16--rung reconstruction=denoised".to_owned(), 0.5)));
-    assert_eq!(answer(vec![own, unsound, candidate("clamp=10", 0.7, 1.2, 1.1)], 20.0), Answer::default());
+    assert_eq!(
+        told(found.half_the_error),
+        Some(("--rung samples=256".to_owned(), 4.1))
+    );
+    assert_eq!(
+        told(found.same_error),
+        Some((
+            "--rung samples=16--rung reconstruction=denoised".to_owned(),
+            0.5
+        ))
+    );
+    assert_eq!(
+        answer(
+            vec![own, unsound, candidate("clamp=10", 0.7, 1.2, 1.1)],
+            20.0
+        ),
+        Answer::default()
+    );
     // A denoised setting may have half of the error, too.
     let denoised = answer(
-        vec![candidate("samples=256", 4.0, 0.5, 1.1), candidate("samples=16 reconstruction=denoised", 0.4, 0.5, 1.1)],
+        vec![
+            candidate("samples=256", 4.0, 0.5, 1.1),
+            candidate("samples=16 reconstruction=denoised", 0.4, 0.5, 1.1),
+        ],
         20.0,
     );
     assert_eq!(told(denoised.half_the_error).map(|of| of.1), Some(0.4));
 }
 
-/// Protects: what its interval does not say is no advice, and a budget is named with which it might: of an interval that is twice as wide as it
-/// may be, as a factor, four times the time.
+/// Protects: what its interval does not say is no advice, and a budget is named with which it
+/// might: of an interval that is twice as wide as it may be, as a factor, four times the time.
 #[test]
 fn a_doubtful_setting_is_no_advice() {
     let wide = (0.6_f64 / 0.5).powi(2);
     let found = answer(vec![candidate("samples=256", 4.0, 0.5, wide * wide)], 20.0);
-    assert!(found.half_the_error.is_none() && found.half_needs.is_some_and(|needs| (needs - 80.0).abs() < 1e-6), "{found:?}");
-    assert!(answer(vec![candidate("samples=256", 4.0, 0.5, 0.99 * wide)], 20.0).half_the_error.is_some());
+    assert!(
+        found.half_the_error.is_none()
+            && found
+                .half_needs
+                .is_some_and(|needs| (needs - 80.0).abs() < 1e-6),
+        "{found:?}"
+    );
+    assert!(
+        answer(vec![candidate("samples=256", 4.0, 0.5, 0.99 * wide)], 20.0)
+            .half_the_error
+            .is_some()
+    );
     let hopeless = answer(vec![candidate("samples=256", 4.0, 0.5, 100.0)], 20.0);
     assert_eq!((hopeless.half_the_error, hopeless.half_needs), (None, None));
     let lost = candidate("samples=256", 4.0, 0.5, f64::INFINITY);
     assert_eq!(answer(vec![lost], 20.0).half_needs, None);
 }
 
-/// Protects: a setting with more bias than a quarter of its squared error, or perhaps half, or with more than half a per cent of light gone or
-/// added, is not sound, however little its error is; one that differs in noise alone always is, and one that is denoised where it keeps the
-/// light; so is one with surely less of both than is in use: longer paths are better than short ones, and still too short.
+/// Protects: a setting with more bias than a quarter of its squared error, or perhaps half, or with
+/// more than half a per cent of light gone or added, is not sound, however little its error is; one
+/// that differs in noise alone always is, and one that is denoised where it keeps the light; so is
+/// one with surely less of both than is in use: longer paths are better than short ones, and still
+/// too short.
 #[test]
 fn what_loses_light_is_not_sound() {
     let (clamp, own) = (setting("clamp=1"), measured(0.0, 1.0));
     let sound = |of: &Measured| is_sound(&clamp, of, &own);
     assert!(sound(&measured(0.2, 1.0)) && sound(&measured(0.1, 0.997)));
-    assert!(!sound(&measured(0.26, 1.0)) && !sound(&measured(0.0, 0.994)) && !sound(&measured(0.0, 1.006)));
-    let with = |bias: Option<Interval>| Measured { errors: Errors { bias, ..own.errors }, ..own.clone() };
-    assert!(!sound(&with(None)) && !sound(&with(Some(about(0.002, 3.0)))) && sound(&with(Some(about(0.002, 2.0)))));
-    assert!(is_sound(&setting("samples=256 sampler=stratified"), &measured(0.9, 0.9), &own));
+    assert!(
+        !sound(&measured(0.26, 1.0))
+            && !sound(&measured(0.0, 0.994))
+            && !sound(&measured(0.0, 1.006))
+    );
+    let with = |bias: Option<Interval>| Measured {
+        errors: Errors { bias, ..own.errors },
+        ..own.clone()
+    };
+    assert!(
+        !sound(&with(None))
+            && !sound(&with(Some(about(0.002, 3.0))))
+            && sound(&with(Some(about(0.002, 2.0))))
+    );
+    assert!(is_sound(
+        &setting("samples=256 sampler=stratified"),
+        &measured(0.9, 0.9),
+        &own
+    ));
     let filtered = setting("samples=16 reconstruction=denoised");
-    assert!(is_sound(&filtered, &measured(0.9, 1.0), &own) && !is_sound(&filtered, &measured(0.0, 0.994), &own));
-    assert!(!is_sound(&clamp.with(filtered.choices()[1]), &measured(0.9, 1.0), &own));
+    assert!(
+        is_sound(&filtered, &measured(0.9, 1.0), &own)
+            && !is_sound(&filtered, &measured(0.0, 0.994), &own)
+    );
+    assert!(!is_sound(
+        &clamp.with(filtered.choices()[1]),
+        &measured(0.9, 1.0),
+        &own
+    ));
     let (short, longer) = (measured(1.0, 0.95), measured(0.5, 0.98));
     assert!(is_sound(&clamp, &longer, &short) && !is_sound(&clamp, &short, &longer));
 }

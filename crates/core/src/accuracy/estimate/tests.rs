@@ -23,7 +23,11 @@ fn display() -> Display {
 }
 
 fn truth(sigma: f64) -> TruthTile {
-    let means: Vec<MeanVariance> = noisy(99, sigma, 0.0).rgb.iter().map(|rgb| [rgb.map(f64::from), [sigma * sigma; 3]]).collect();
+    let means: Vec<MeanVariance> = noisy(99, sigma, 0.0)
+        .rgb
+        .iter()
+        .map(|rgb| [rgb.map(f64::from), [sigma * sigma; 3]])
+        .collect();
     TruthTile::new(SIZE, &means, display())
 }
 
@@ -37,41 +41,71 @@ fn root(of: &[f64]) -> f64 {
 }
 
 fn near(value: f64, expected: f64, share: f64) {
-    assert!((value - expected).abs() <= share * expected, "{value}, not {expected}");
+    assert!(
+        (value - expected).abs() <= share * expected,
+        "{value}, not {expected}"
+    );
 }
 
-/// Protects: the reference's own noise is not counted, and what is left is parted into bias and noise: an offset of 0.03 with
-/// noise of 0.04 is an error of 0.05, seen from a reference that is itself 0.05 off.
+/// Protects: the reference's own noise is not counted, and what is left is parted into bias and
+/// noise: an offset of 0.03 with noise of 0.04 is an error of 0.05, seen from a reference that is
+/// itself 0.05 off.
 #[test]
 fn a_noisy_reference_is_seen_through() {
     let renders: Vec<Picture> = (1..=8).map(|seed| noisy(seed, 0.04, 0.03)).collect();
     near(root(&judged(0.05, &renders, true).squared), 0.05, 0.03);
-    // A reference that noisy decides by its own noise how much a pixel weighs; one of a hundredth does not.
+    // A reference that noisy decides by its own noise how much a pixel weighs; one of a hundredth
+    // does not.
     let errors = judged(0.005, &renders, true);
     near(root(&errors.relative), 0.05 / 0.26_f64.sqrt(), 0.02);
     near(root(&errors.bias), 0.03 / 0.26_f64.sqrt(), 0.02);
     near((truth(0.05).variance() / 4096.0).sqrt(), 0.05, 1e-6);
-    assert_eq!((errors.squared.len(), truth(0.0).blocks()), (64, vec![64.0; 64]));
+    assert_eq!(
+        (errors.squared.len(), truth(0.0).blocks()),
+        (64, vec![64.0; 64])
+    );
 }
 
-/// Protects: what has no error is within what the reference's noise may do, and an offset is beyond it; one render leaves bias unknown, unless
-/// there is no chance.
+/// Protects: what has no error is within what the reference's noise may do, and an offset is beyond
+/// it; one render leaves bias unknown, unless there is no chance.
 #[test]
 fn no_error_is_lost_in_noise() {
-    let sum = |offset: f64| judged(0.05, &[noisy(1, 0.0, offset)], false).relative.iter().sum::<f64>();
+    let sum = |offset: f64| {
+        judged(0.05, &[noisy(1, 0.0, offset)], false)
+            .relative
+            .iter()
+            .sum::<f64>()
+    };
     let doubt = truth(0.05).doubt.sqrt();
-    assert!(sum(0.0).abs() < 2.0 * doubt && sum(0.02) > 4.0 * doubt, "{} and {} of {doubt}", sum(0.0), sum(0.02));
-    near(root(&judged(0.0, &[noisy(1, 0.0, 0.02)], false).bias), 0.02 / 0.26_f64.sqrt(), 1e-3);
+    assert!(
+        sum(0.0).abs() < 2.0 * doubt && sum(0.02) > 4.0 * doubt,
+        "{} and {} of {doubt}",
+        sum(0.0),
+        sum(0.02)
+    );
+    near(
+        root(&judged(0.0, &[noisy(1, 0.0, 0.02)], false).bias),
+        0.02 / 0.26_f64.sqrt(),
+        1e-3,
+    );
     assert!(judged(0.0, &[noisy(1, 0.1, 0.0)], true).bias.is_empty());
 }
 
-/// Protects: a difference of pairs is free of the noise that both have, and light is counted as it is.
+/// Protects: a difference of pairs is free of the noise that both have, and light is counted as it
+/// is.
 #[test]
 fn pairs_share_their_noise() {
-    let [own, other] = [0.0, 0.01].map(|offset| (1..4).map(|seed| noisy(seed, 0.5, offset)).collect::<Vec<_>>());
+    let [own, other] = [0.0, 0.01].map(|offset| {
+        (1..4)
+            .map(|seed| noisy(seed, 0.5, offset))
+            .collect::<Vec<_>>()
+    });
     let errors = truth(0.0).judge(&other, true, &own, display());
     near((errors.alone[0] / 4096.0).sqrt(), 0.01, 1e-4);
     near(errors.alone[1] / 4096.0, 1e-4 / 0.26, 1e-3);
     near(errors.light, truth(0.0).light() * 1.02, 0.02);
-    assert_eq!(truth(0.0).judge(&own, true, &own, display()).alone, [0.0; 2]);
+    assert_eq!(
+        truth(0.0).judge(&own, true, &own, display()).alone,
+        [0.0; 2]
+    );
 }

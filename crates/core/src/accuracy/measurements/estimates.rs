@@ -1,4 +1,5 @@
-//! What tiles and pilots say of the whole picture: time, errors, light, and what one setting is over another.
+//! What tiles and pilots say of the whole picture: time, errors, light, and what one setting is
+//! over another.
 
 use super::super::estimate::{Errors, Interval};
 use super::super::report::Measured;
@@ -7,7 +8,8 @@ use super::super::tiles::{Share, ratio};
 use super::{Figures, Measurements, TileFigures};
 use crate::ladder::Ladder;
 
-/// The share of a squared error that the bias of the scene's own rungs may have where pilots tell it.
+/// The share of a squared error that the bias of the scene's own rungs may have where pilots tell
+/// it.
 const MOST_BIAS: f64 = 0.1;
 
 /// Two settings in the tiles that both have.
@@ -21,13 +23,29 @@ pub(in super::super) struct RelativeCost {
 
 impl Measurements<'_> {
     /// A ratio of totals of the whole picture, from the first tiles.
-    fn total<'b>(&'b self, count: usize, doubtful: bool, of: impl Fn(usize) -> (&'b [f64], &'b [f64])) -> Interval {
+    fn total<'b>(
+        &'b self,
+        count: usize,
+        doubtful: bool,
+        of: impl Fn(usize) -> (&'b [f64], &'b [f64]),
+    ) -> Interval {
         let chances = self.sample.chances(count);
         let share = |(at, chance): (usize, f64)| {
             let (above, below) = of(at);
-            Share { chance, above, below, doubt: if doubtful { self.truths[at].doubt } else { 0.0 } }
+            Share {
+                chance,
+                above,
+                below,
+                doubt: if doubtful { self.truths[at].doubt } else { 0.0 },
+            }
         };
-        ratio(&chances.into_iter().enumerate().map(share).collect::<Vec<_>>())
+        ratio(
+            &chances
+                .into_iter()
+                .enumerate()
+                .map(share)
+                .collect::<Vec<_>>(),
+        )
     }
 
     /// A mean over pixels of what tiles have in one number, or block by block.
@@ -37,16 +55,28 @@ impl Measurements<'_> {
 
     /// The same of an error, which goes with the noise of a tile.
     fn error(&self, count: usize, of: impl Fn(usize) -> Vec<f64>) -> Interval {
-        let weight = |at: usize| self.sample.weight(at) / self.sample.grid.pixels(self.sample.order[at].tile);
+        let weight = |at: usize| {
+            self.sample.weight(at) / self.sample.grid.pixels(self.sample.order[at].tile)
+        };
         self.weighted(count, true, of, weight)
     }
 
     /// A mean over pixels, each of which counts so much.
-    fn weighted(&self, count: usize, doubtful: bool, of: impl Fn(usize) -> Vec<f64>, weight: impl Fn(usize) -> f64) -> Interval {
+    fn weighted(
+        &self,
+        count: usize,
+        doubtful: bool,
+        of: impl Fn(usize) -> Vec<f64>,
+        weight: impl Fn(usize) -> f64,
+    ) -> Interval {
         let sums: Vec<Vec<f64>> = (0..count).map(of).collect();
         let pixels = |at: usize| match sums[at].len() {
             1 => vec![weight(at) * self.sample.grid.pixels(self.sample.order[at].tile)],
-            _ => self.truths[at].blocks().iter().map(|pixels| weight(at) * pixels).collect(),
+            _ => self.truths[at]
+                .blocks()
+                .iter()
+                .map(|pixels| weight(at) * pixels)
+                .collect(),
         };
         let pixels: Vec<Vec<f64>> = (0..count).map(pixels).collect();
         self.total(count, doubtful, |at| (&sums[at], &pixels[at]))
@@ -58,10 +88,21 @@ impl Measurements<'_> {
         let count = of.tiles.len();
         let errors = |at: usize| &of.tiles[at].errors;
         let has_bias = (0..count).all(|at| !errors(at).bias.is_empty());
-        let looked = self.sample.order.iter().map(|look| look.seconds).sum::<f64>() * self.sample.grid.count() as f64;
+        let looked = self
+            .sample
+            .order
+            .iter()
+            .map(|look| look.seconds)
+            .sum::<f64>()
+            * self.sample.grid.count() as f64;
         // A look counts for each round alike, so that what rounds are apart is told.
         let rounds = of.tiles.first().map_or(1, |tile| tile.seconds.len());
-        let looks: Vec<Vec<f64>> = self.sample.order.iter().map(|look| vec![look.seconds / rounds as f64; rounds]).collect();
+        let looks: Vec<Vec<f64>> = self
+            .sample
+            .order
+            .iter()
+            .map(|look| vec![look.seconds / rounds as f64; rounds])
+            .collect();
         let looks = |at: usize| -> &[f64] { &looks[at] };
         let seconds = self.total(count, false, |at| (&of.tiles[at].seconds, looks(at)));
         let [relmse, mse] = self.errors(of);
@@ -70,8 +111,12 @@ impl Measurements<'_> {
         Some(Measured {
             tiles: count,
             renders: of.rounds as usize,
-            seconds: seconds.map(|ratio| ratio * looked / self.sample.most() as f64).times(&self.own_drift(of)),
-            ratio: self.relative(setting, beside).map_or(Interval::exact(f64::NAN), |cost| cost.time),
+            seconds: seconds
+                .map(|ratio| ratio * looked / self.sample.most() as f64)
+                .times(&self.own_drift(of)),
+            ratio: self
+                .relative(setting, beside)
+                .map_or(Interval::exact(f64::NAN), |cost| cost.time),
             rays: rays.round() as u64,
             errors: Errors {
                 rmse: mse.map(f64::sqrt),
@@ -83,7 +128,8 @@ impl Measurements<'_> {
         })
     }
 
-    /// Mean squared errors, relative and absolute: by its tiles, or by pilots where they tell more and the scene's rungs have no bias that counts.
+    /// Mean squared errors, relative and absolute: by its tiles, or by pilots where they tell more
+    /// and the scene's rungs have no bias that counts.
     fn errors(&self, of: &Figures) -> [Interval; 2] {
         let count = of.tiles.len();
         let by_tiles = [
@@ -96,57 +142,95 @@ impl Measurements<'_> {
         }
     }
 
-    /// What pilots say, which have the bias of the scene's own rungs; none where that is more than a tenth of it, or where there are none.
+    /// What pilots say, which have the bias of the scene's own rungs; none where that is more than
+    /// a tenth of it, or where there are none.
     fn by_pilots(&self, of: &Figures) -> Option<[Interval; 2]> {
         let whole = of.whole_errors.as_ref()?;
-        let noisy = self.of(&Setting::default()).filter(|own| !self.is_denoised(&own.setting))?;
+        let noisy = self
+            .of(&Setting::default())
+            .filter(|own| !self.is_denoised(&own.setting))?;
         let bias = |at: usize| &noisy.tiles[at].errors.bias;
         let count = noisy.tiles.len();
-        let bias = (0..count).all(|at| !bias(at).is_empty()).then(|| self.error(count, |at| bias(at).clone()))?;
+        let bias = (0..count)
+            .all(|at| !bias(at).is_empty())
+            .then(|| self.error(count, |at| bias(at).clone()))?;
         let relmse = whole.relmse();
         let has_bias = !bias.is_lost_in_noise() && bias.value > MOST_BIAS * relmse.value;
         (!has_bias).then(|| [relmse, whole.mse()])
     }
 
-    /// Light over the reference's; over that of the noisy picture where denoising alone may have changed it.
+    /// Light over the reference's; over that of the noisy picture where denoising alone may have
+    /// changed it.
     pub fn light(&self, setting: &Setting) -> Option<Interval> {
         let of = self.of(setting)?;
-        let is_alone = self.is_denoised(setting) && setting.without(Ladder::Reconstruction).is_free_of_bias();
+        let is_alone =
+            self.is_denoised(setting) && setting.without(Ladder::Reconstruction).is_free_of_bias();
         if is_alone && !of.whole.is_empty() {
             let brightened = of.whole.iter().map(|render| render.brightened);
-            return Some(Interval::exact(brightened.sum::<f64>() / of.whole.len() as f64));
+            return Some(Interval::exact(
+                brightened.sum::<f64>() / of.whole.len() as f64,
+            ));
         }
         let lights: Vec<[[f64; 1]; 2]> = (of.tiles.iter().zip(&self.truths))
-            .map(|(tile, truth)| [[tile.errors.light], [if is_alone { tile.noisy_light } else { truth.light() }]])
+            .map(|(tile, truth)| {
+                [
+                    [tile.errors.light],
+                    [if is_alone {
+                        tile.noisy_light
+                    } else {
+                        truth.light()
+                    }],
+                ]
+            })
             .collect();
         Some(self.total(of.tiles.len(), false, |at| (&lights[at][0], &lights[at][1])))
     }
 
-    /// Time and error over those of another setting, from the tiles that both have; none where there are none.
+    /// Time and error over those of another setting, from the tiles that both have; none where
+    /// there are none.
     pub fn relative(&self, setting: &Setting, beside: &Setting) -> Option<RelativeCost> {
         let (of, other) = (self.of(setting)?, self.of(beside)?);
         if setting == beside {
-            return Some(RelativeCost { time: Interval::exact(1.0), error: Interval::exact(1.0) });
+            return Some(RelativeCost {
+                time: Interval::exact(1.0),
+                error: Interval::exact(1.0),
+            });
         }
         let count = of.tiles.len().min(other.tiles.len());
         let rounds = of.rounds.min(other.rounds) as usize;
         let times = |figures: &Figures| -> Vec<Vec<f64>> {
             let factor = figures.rounds as f64 / rounds as f64;
-            let of_tile = |tile: &TileFigures| tile.seconds.iter().take(rounds).map(|seconds| factor * seconds).collect();
+            let of_tile = |tile: &TileFigures| {
+                tile.seconds
+                    .iter()
+                    .take(rounds)
+                    .map(|seconds| factor * seconds)
+                    .collect()
+            };
             figures.tiles.iter().map(of_tile).collect()
         };
         let (own, others) = (times(of), times(other));
-        let time = self.total(count, false, |at| (&own[at], &others[at])).times(&self.relative_drift(of, other));
-        let by_pilots = |of: &Figures| self.by_pilots(of).is_some_and(|by_pilots| by_pilots[0] == self.errors(of)[0]);
+        let time = self
+            .total(count, false, |at| (&own[at], &others[at]))
+            .times(&self.relative_drift(of, other));
+        let by_pilots = |of: &Figures| {
+            self.by_pilots(of)
+                .is_some_and(|by_pilots| by_pilots[0] == self.errors(of)[0])
+        };
         let error = match by_pilots(of) || by_pilots(other) {
             true => self.errors(of)[0].over(&self.errors(other)[0]),
-            false => self.total(count, true, |at| (&of.tiles[at].errors.relative, &other.tiles[at].errors.relative)),
+            false => self.total(count, true, |at| {
+                (
+                    &of.tiles[at].errors.relative,
+                    &other.tiles[at].errors.relative,
+                )
+            }),
         };
         Some(RelativeCost { time, error })
     }
 
-    /// What a choice alone changes: root of the mean squared difference to the pictures that it was held beside, and the mean squared
-    /// relative difference.
+    /// What a choice alone changes: root of the mean squared difference to the pictures that it was
+    /// held beside, and the mean squared relative difference.
     pub fn alone(&self, setting: &Setting) -> Option<[Interval; 2]> {
         let of = self.of(setting)?;
         let sum = |i: usize| self.mean(of.tiles.len(), |at| vec![of.tiles[at].errors.alone[i]]);
@@ -155,6 +239,8 @@ impl Measurements<'_> {
 
     /// Standard error of the reference: root of the mean square.
     pub fn standard_error(&self) -> f64 {
-        self.mean(self.known(), |at| vec![self.truths[at].variance()]).value.sqrt()
+        self.mean(self.known(), |at| vec![self.truths[at].variance()])
+            .value
+            .sqrt()
     }
 }

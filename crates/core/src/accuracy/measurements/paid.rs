@@ -18,28 +18,58 @@ const PATIENCE: f64 = 20.0;
 const LEAST_PATIENCE: Duration = Duration::from_secs(1);
 
 impl Measurements<'_> {
-    /// Time and memory of a setting that gives the same picture as another one, beside that in the same rounds, on the first tiles; none where
-    /// it takes too long.
-    pub fn paid(&self, setting: &Setting, beside: &Setting, end: Instant) -> Result<Option<RungCost>, PrepareError> {
-        let tiles = self.sample.order.iter().take(PRICE_TILES.min(self.tiles(beside)));
+    /// Time and memory of a setting that gives the same picture as another one, beside that in the
+    /// same rounds, on the first tiles; none where it takes too long.
+    pub fn paid(
+        &self,
+        setting: &Setting,
+        beside: &Setting,
+        end: Instant,
+    ) -> Result<Option<RungCost>, PrepareError> {
+        let tiles = self
+            .sample
+            .order
+            .iter()
+            .take(PRICE_TILES.min(self.tiles(beside)));
         let crops: Vec<Crop> = tiles.map(|look| self.sample.grid.tile(look.tile)).collect();
         let now = self.renderer.now;
-        let own_seconds = self.measured(beside, beside).map_or(0.0, |of| of.seconds.value);
-        let (mut preparing, mut ratios, mut geometry, mut same_bits) = (Vec::new(), Vec::new(), 0, true);
+        let own_seconds = self
+            .measured(beside, beside)
+            .map_or(0.0, |of| of.seconds.value);
+        let (mut preparing, mut ratios, mut geometry, mut same_bits) =
+            (Vec::new(), Vec::new(), 0, true);
         for round in 0..PRICE_ROUNDS {
             let before = now();
-            let Some(own) = Unfinished::allow(self.renderer.render_parts(beside, &crops, round, end))? else { break };
+            let Some(own) =
+                Unfinished::allow(self.renderer.render_parts(beside, &crops, round, end))?
+            else {
+                break;
+            };
             let patience = (now() - before).mul_f64(PATIENCE).max(LEAST_PATIENCE);
             let end = end.min(now() + patience);
-            let Some(others) = Unfinished::allow(self.renderer.render_parts(setting, &crops, round, end))? else { break };
+            let Some(others) =
+                Unfinished::allow(self.renderer.render_parts(setting, &crops, round, end))?
+            else {
+                break;
+            };
             let seconds = |of: &[TimedRender]| of.iter().map(|render| render.seconds).sum::<f64>();
             preparing.extend(others.first().map(|render| render.preparing));
             ratios.push(seconds(&others) / seconds(&own).max(1e-9));
             geometry = others.first().map_or(0, |render| render.geometry);
-            same_bits &= own.iter().zip(&others).all(|(own, other)| own.picture == other.picture);
+            same_bits &= own
+                .iter()
+                .zip(&others)
+                .all(|(own, other)| own.picture == other.picture);
         }
-        let [preparing, ratio] = [preparing, ratios].map(|list| (!list.is_empty()).then(|| Spread::of(&list)));
+        let [preparing, ratio] =
+            [preparing, ratios].map(|list| (!list.is_empty()).then(|| Spread::of(&list)));
         let paid = preparing.zip(ratio);
-        Ok(paid.map(|(preparing, ratio)| RungCost { preparing, seconds: ratio.scaled(own_seconds), ratio, geometry, same_bits }))
+        Ok(paid.map(|(preparing, ratio)| RungCost {
+            preparing,
+            seconds: ratio.scaled(own_seconds),
+            ratio,
+            geometry,
+            same_bits,
+        }))
     }
 }

@@ -1,5 +1,6 @@
-//! Times taken once more, in turns: a machine's speed changes within a minute, so that the time of one setting over that of another one can
-//! only be relied on where both were rendered side by side.
+//! Times taken once more, in turns: a machine's speed changes within a minute, so that the time of
+//! one setting over that of another one can only be relied on where both were rendered side by
+//! side.
 
 use std::time::Instant;
 
@@ -13,40 +14,65 @@ use crate::settings::Crop;
 /// Turns at most, and those that say anything.
 const MOST_TURNS: usize = 5;
 const FEWEST_TURNS: usize = 3;
-/// Half the width of an interval of 95 % over half the range of three, four and five turns, about: Student's factor for the mean of as many, whose
-/// standard deviation is known from their range.
+/// Half the width of an interval of 95 % over half the range of three, four and five turns, about:
+/// Student's factor for the mean of as many, whose standard deviation is known from their range.
 const WIDENING: [f64; 3] = [2.9, 1.54, 1.07];
-/// How far a time may be off that was not taken in turns where there was no time for any, as a factor.
+/// How far a time may be off that was not taken in turns where there was no time for any, as a
+/// factor.
 const UNSURE: f64 = 1.5;
 
 impl Measurements<'_> {
-    /// Times settings again, one after the other and all over again, with the random numbers of their first round: on so many of their first
-    /// tiles, or on the whole picture where they were rendered so. The first one is what the others are held beside; where it was timed in turns
-    /// before, the others are as if they had been timed then. Where there is no time for three turns, nothing is learned but that times are unsure.
-    pub fn time_in_turns(&mut self, settings: &[Setting], tiles: usize, end: Instant) -> Result<(), PrepareError> {
+    /// Times settings again, one after the other and all over again, with the random numbers of
+    /// their first round: on so many of their first tiles, or on the whole picture where they were
+    /// rendered so. The first one is what the others are held beside; where it was timed in turns
+    /// before, the others are as if they had been timed then. Where there is no time for three
+    /// turns, nothing is learned but that times are unsure.
+    pub fn time_in_turns(
+        &mut self,
+        settings: &[Setting],
+        tiles: usize,
+        end: Instant,
+    ) -> Result<(), PrepareError> {
         self.has_turned = true;
         let mut turns: Vec<Vec<f64>> = Vec::new();
         while turns.len() < MOST_TURNS {
-            let turn = settings.iter().map(|setting| self.drift(setting, tiles, end));
-            let Some(turn) = turn.collect::<Result<Option<Vec<f64>>, PrepareError>>()? else { break };
+            let turn = settings
+                .iter()
+                .map(|setting| self.drift(setting, tiles, end));
+            let Some(turn) = turn.collect::<Result<Option<Vec<f64>>, PrepareError>>()? else {
+                break;
+            };
             turns.push(turn);
         }
         if turns.len() < FEWEST_TURNS {
             return Ok(());
         }
-        let Some(first) = settings.first().and_then(|first| self.of(first)) else { return Ok(()) };
-        let (earlier, has_more) = (first.turns.clone(), first.whole_seconds.is_none() && first.tiles.len() > tiles);
+        let Some(first) = settings.first().and_then(|first| self.of(first)) else {
+            return Ok(());
+        };
+        let (earlier, has_more) = (
+            first.turns.clone(),
+            first.whole_seconds.is_none() && first.tiles.len() > tiles,
+        );
         let mut scale = 1.0;
         if has_more && earlier.is_empty() {
             // What few tiles took was told from their rays. All of them together were timed.
-            let all = self.drift(&settings[0], first.tiles.len(), end)?.unwrap_or(1.0);
+            let all = self
+                .drift(&settings[0], first.tiles.len(), end)?
+                .unwrap_or(1.0);
             scale = all / spread(turns.iter().map(|turn| turn[0]).collect()).value;
         }
         for (i, setting) in settings.iter().enumerate() {
-            let Some(of) = self.all.iter_mut().find(|of| of.setting == *setting) else { continue };
+            let Some(of) = self.all.iter_mut().find(|of| of.setting == *setting) else {
+                continue;
+            };
             of.turns = match &earlier[..] {
                 [] => turns.iter().map(|turn| scale * turn[i]).collect(),
-                earlier => turns.iter().zip(earlier).map(|(turn, first)| first * turn[i] / turn[0]).collect(),
+                earlier => turns
+                    .iter()
+                    .zip(earlier)
+                    .map(|(turn, first)| first * turn[i] / turn[0])
+                    .collect(),
             };
         }
         Ok(())
@@ -59,21 +85,38 @@ impl Measurements<'_> {
 
     /// Whether a setting was rendered whole.
     pub fn is_rendered_whole(&self, setting: &Setting) -> bool {
-        self.of(setting).is_some_and(|of| of.whole_seconds.is_some())
+        self.of(setting)
+            .is_some_and(|of| of.whole_seconds.is_some())
     }
 
-    /// Time of a setting over what its first round took on the same part of the picture; none where time is out.
-    fn drift(&self, setting: &Setting, tiles: usize, end: Instant) -> Result<Option<f64>, PrepareError> {
-        let Some(of) = self.of(setting) else { return Ok(None) };
+    /// Time of a setting over what its first round took on the same part of the picture; none where
+    /// time is out.
+    fn drift(
+        &self,
+        setting: &Setting,
+        tiles: usize,
+        end: Instant,
+    ) -> Result<Option<f64>, PrepareError> {
+        let Some(of) = self.of(setting) else {
+            return Ok(None);
+        };
         let (parts, before) = match of.whole_seconds {
             Some(seconds) => (Vec::new(), seconds),
             None => {
                 let tiles = tiles.min(of.tiles.len());
                 let parts: Vec<Crop> = (0..tiles).map(|at| self.part(setting, at)).collect();
-                (parts, of.tiles[..tiles].iter().map(|tile| tile.first_seconds).sum())
+                (
+                    parts,
+                    of.tiles[..tiles]
+                        .iter()
+                        .map(|tile| tile.first_seconds)
+                        .sum(),
+                )
             }
         };
-        let Some(renders) = Unfinished::allow(self.renderer.take(setting, &parts, 0, end))? else { return Ok(None) };
+        let Some(renders) = Unfinished::allow(self.renderer.take(setting, &parts, 0, end))? else {
+            return Ok(None);
+        };
         let share = |at: usize| match parts.get(at) {
             Some(part) => self.share(at, *part),
             None => 1.0,
@@ -87,25 +130,45 @@ impl Measurements<'_> {
     /// What the time of a setting over that of another one is multiplied by.
     pub(super) fn relative_drift(&self, of: &Figures, other: &Figures) -> Interval {
         match (&of.turns[..], &other.turns[..]) {
-            ([], []) if self.has_turned => Interval { value: 1.0, low: 1.0 / UNSURE, high: UNSURE },
+            ([], []) if self.has_turned => Interval {
+                value: 1.0,
+                low: 1.0 / UNSURE,
+                high: UNSURE,
+            },
             ([], []) => Interval::exact(1.0),
             ([], turns) => unknown(turns.iter().map(|drift| 1.0 / drift)),
             (turns, []) => unknown(turns.iter().copied()),
-            (turns, others) => spread(turns.iter().zip(others).map(|(of, other)| of / other).collect()),
+            (turns, others) => spread(
+                turns
+                    .iter()
+                    .zip(others)
+                    .map(|(of, other)| of / other)
+                    .collect(),
+            ),
         }
     }
 
-    /// What the time of a setting is multiplied by. One that was not timed again has drifted as the one in use did.
+    /// What the time of a setting is multiplied by. One that was not timed again has drifted as the
+    /// one in use did.
     pub(super) fn own_drift(&self, of: &Figures) -> Interval {
         if !of.turns.is_empty() {
             return spread(of.turns.clone());
         }
-        let own = self.of(&Setting::default()).map_or(&[][..], |own| &own.turns[..]);
+        let own = self
+            .of(&Setting::default())
+            .map_or(&[][..], |own| &own.turns[..]);
         if own.is_empty() {
             return Interval::exact(1.0);
         }
         let drift = unknown(own.iter().copied());
-        Interval { value: if drift.low < 1.0 { drift.low } else { drift.high }, ..drift }
+        Interval {
+            value: if drift.low < 1.0 {
+                drift.low
+            } else {
+                drift.high
+            },
+            ..drift
+        }
     }
 }
 
@@ -113,47 +176,85 @@ impl Measurements<'_> {
 fn spread(mut turns: Vec<f64>) -> Interval {
     turns.sort_by(f64::total_cmp);
     let (middle, last) = (turns.len() / 2, turns.len() - 1);
-    let value = if turns.len() % 2 == 1 { turns[middle] } else { 0.5 * (turns[middle - 1] + turns[middle]) };
+    let value = if turns.len() % 2 == 1 {
+        turns[middle]
+    } else {
+        0.5 * (turns[middle - 1] + turns[middle])
+    };
     let widening = WIDENING[(turns.len() - FEWEST_TURNS).min(WIDENING.len() - 1)];
     let factor = libm::exp(0.5 * widening * libm::log(turns[last] / turns[0]));
-    Interval { value, low: value / factor, high: value * factor }
+    Interval {
+        value,
+        low: value / factor,
+        high: value * factor,
+    }
 }
 
-/// What is known of a setting that was not timed again, where another one drifted so: that it may have drifted as far, or not at all.
+/// What is known of a setting that was not timed again, where another one drifted so: that it may
+/// have drifted as far, or not at all.
 fn unknown(turns: impl Iterator<Item = f64>) -> Interval {
     let drift = spread(turns.collect()).value;
-    Interval { value: 1.0, low: drift.min(1.0), high: drift.max(1.0) }
+    Interval {
+        value: 1.0,
+        low: drift.min(1.0),
+        high: drift.max(1.0),
+    }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
 
-    /// Protects: turns say their median and an interval that is wide where they are few, and a setting that was not timed again may have drifted as
-    /// far as another one.
+    /// Protects: turns say their median and an interval that is wide where they are few, and a
+    /// setting that was not timed again may have drifted as far as another one.
     #[test]
     fn few_turns_say_little() {
         let three = spread(vec![1.2, 0.9, 1.0]);
         let five = spread(vec![1.2, 0.9, 1.0, 1.0, 1.1]);
         assert_eq!((three.value, five.value), (1.0, 1.0));
-        assert!(three.low < 0.7 && three.high > 1.5 && five.low > 0.8 && five.high < 1.2, "{three:?} {five:?}");
+        assert!(
+            three.low < 0.7 && three.high > 1.5 && five.low > 0.8 && five.high < 1.2,
+            "{three:?} {five:?}"
+        );
         assert_eq!(spread(vec![0.5; 4]), Interval::exact(0.5));
-        assert_eq!(unknown([1.5, 1.25, 2.0].into_iter()), Interval { value: 1.0, low: 1.0, high: 1.5 });
-        assert_eq!(unknown([0.5; 3].into_iter()), Interval { value: 1.0, low: 0.5, high: 1.0 });
+        assert_eq!(
+            unknown([1.5, 1.25, 2.0].into_iter()),
+            Interval {
+                value: 1.0,
+                low: 1.0,
+                high: 1.5
+            }
+        );
+        assert_eq!(
+            unknown([0.5; 3].into_iter()),
+            Interval {
+                value: 1.0,
+                low: 0.5,
+                high: 1.0
+            }
+        );
     }
 
-    /// Protects: the interval of turns holds the truth in nine of ten cases and more, whose times are off by a tenth by chance.
+    /// Protects: the interval of turns holds the truth in nine of ten cases and more, whose times
+    /// are off by a tenth by chance.
     #[test]
     fn intervals_of_turns_hold() {
         let uniform = |index: u64| (crate::hash::mix(index) >> 11) as f64 / 2_f64.powi(53);
         for turns in 3..=5_u64 {
             let held = |case: &u64| {
-                let time = |turn: u64| 1.0 + 0.2 * (uniform(100 * case + 2 * turn) + uniform(100 * case + 2 * turn + 1) - 1.0);
+                let time = |turn: u64| {
+                    1.0 + 0.2
+                        * (uniform(100 * case + 2 * turn) + uniform(100 * case + 2 * turn + 1)
+                            - 1.0)
+                };
                 let of = spread((0..turns).map(time).collect());
                 of.low <= 1.0 && 1.0 <= of.high
             };
             let count = (0..1000).filter(held).count();
-            assert!((900..=995).contains(&count), "{count} of 1000 by {turns} turns");
+            assert!(
+                (900..=995).contains(&count),
+                "{count} of 1000 by {turns} turns"
+            );
         }
     }
 }

@@ -1,8 +1,9 @@
-//! What will be measured, decided once by how fast the first look was: how many samples the reference has, and on how many tiles all
-//! settings are measured before any has more.
+//! What will be measured, decided once by how fast the first look was: how many samples the
+//! reference has, and on how many tiles all settings are measured before any has more.
 //!
-//! Every plan has the same settings in the same order, and reserves twice the time that they are expected to take, so that a machine that
-//! gets slower drops none. What is left goes to more tiles for those that are worth naming.
+//! Every plan has the same settings in the same order, and reserves twice the time that they are
+//! expected to take, so that a machine that gets slower drops none. What is left goes to more tiles
+//! for those that are worth naming.
 
 use super::super::Listener;
 use super::super::measurements::Measurements;
@@ -28,7 +29,8 @@ const SPARE: f64 = 0.1;
 const MOST_OF_REST: f64 = 0.35;
 /// Rounds of most settings. One says nothing of bias.
 pub(super) const ROUNDS: u64 = 2;
-/// The share of the tiles that rungs are measured on which few people need, where there is no time for more.
+/// The share of the tiles that rungs are measured on which few people need, where there is no time
+/// for more.
 const REST: f64 = 1.0 / 3.0;
 /// The share of all time that one denoised picture of the whole may take.
 const WHOLE: f64 = 0.1;
@@ -54,8 +56,18 @@ pub(super) struct MeasurementPlan {
 impl MeasurementPlan {
     /// In words.
     pub(super) fn told(&self, sample: &TileSample) -> String {
-        let Self { reference_samples, tiles, settings, rest, .. } = self;
-        let rest = if rest < tiles { format!("{rest} or ") } else { String::new() };
+        let Self {
+            reference_samples,
+            tiles,
+            settings,
+            rest,
+            ..
+        } = self;
+        let rest = if rest < tiles {
+            format!("{rest} or ")
+        } else {
+            String::new()
+        };
         format!(
             "plan: {settings} settings on {rest}{tiles} of {} tiles, reference of {reference_samples} samples",
             sample.grid.count()
@@ -74,7 +86,10 @@ struct Item {
 impl Item {
     /// Whether most people need it.
     fn is_telling(&self) -> bool {
-        matches!(self.ladder, Ladder::Samples | Ladder::Reconstruction | Ladder::Integrator)
+        matches!(
+            self.ladder,
+            Ladder::Samples | Ladder::Reconstruction | Ladder::Integrator
+        )
     }
 }
 
@@ -87,33 +102,63 @@ impl Session<'_> {
         // A few tiles more than what is there are not worth leaving out.
         let is_all = fitting + fitting / 4 >= sample.most();
         let enough = |tiles: usize| tiles.max(FEWEST).min(sample.most());
-        let tiles = if is_all { sample.most() } else { enough(self.fitting(grid, REST)) };
-        let rest = if is_all { tiles } else { enough((tiles as f64 * REST) as usize) };
+        let tiles = if is_all {
+            sample.most()
+        } else {
+            enough(self.fitting(grid, REST))
+        };
+        let rest = if is_all {
+            tiles
+        } else {
+            enough((tiles as f64 * REST) as usize)
+        };
         if sample.is_whole(tiles) {
             let whole = tile_sample * self.exact_cost * tiles as f64;
-            while reference_samples < MOST_REFERENCE && 4.0 * f64::from(reference_samples) * whole < SPARE * budget {
+            while reference_samples < MOST_REFERENCE
+                && 4.0 * f64::from(reference_samples) * whole < SPARE * budget
+            {
                 reference_samples *= 4;
             }
         }
-        MeasurementPlan { reference_samples, tiles, rest, settings: self.items().len() }
+        MeasurementPlan {
+            reference_samples,
+            tiles,
+            rest,
+            settings: self.items().len(),
+        }
     }
 
-    /// Renders the pilots with as many samples as there is time for, where something is denoised and not all of the picture is measured.
-    pub(super) fn pilots(&self, plan: &MeasurementPlan, measurements: &mut Measurements<'_>) -> Result<(), PrepareError> {
-        let is_needed = self.items().iter().any(|item| measurements.is_denoised(&item.setting));
+    /// Renders the pilots with as many samples as there is time for, where something is denoised
+    /// and not all of the picture is measured.
+    pub(super) fn pilots(
+        &self,
+        plan: &MeasurementPlan,
+        measurements: &mut Measurements<'_>,
+    ) -> Result<(), PrepareError> {
+        let is_needed = self
+            .items()
+            .iter()
+            .any(|item| measurements.is_denoised(&item.setting));
         if !is_needed || measurements.sample.is_whole(plan.tiles) {
             return Ok(());
         }
         measurements.whole_samples = self.whole_samples();
         let own = self.settings.sampling.count();
         let cost = 2.0 * self.whole_cost(1) / FILTER;
-        let most = ((BOTH_PILOTS * self.effort.budget.as_secs_f64() / cost.max(1e-12)) as u32).min(own);
+        let most =
+            ((BOTH_PILOTS * self.effort.budget.as_secs_f64() / cost.max(1e-12)) as u32).min(own);
         if most < 2 {
             return Ok(());
         }
         // Powers of two are what low-discrepancy sequences are even with.
         let samples = 1 << most.ilog2();
-        let render = |round| Unfinished::allow(measurements.renderer.pilot(samples, round, self.at(REFERENCE)));
+        let render = |round| {
+            Unfinished::allow(
+                measurements
+                    .renderer
+                    .pilot(samples, round, self.at(REFERENCE)),
+            )
+        };
         if let (Some(one), Some(other)) = (render(0)?, render(1)?) {
             measurements.pilots = Some(PilotPair([one, other]));
         }
@@ -138,7 +183,11 @@ impl Session<'_> {
     }
 
     fn least_reference(&self) -> u32 {
-        self.settings.sampling.count().saturating_mul(BETTER).clamp(LEAST_REFERENCE, u32::from(u16::MAX) * 4)
+        self.settings
+            .sampling
+            .count()
+            .saturating_mul(BETTER)
+            .clamp(LEAST_REFERENCE, u32::from(u16::MAX) * 4)
     }
 
     /// Wall-clock seconds of a sample of all pixels of a tile.
@@ -149,32 +198,49 @@ impl Session<'_> {
     /// Tiles that there is time for, where all but the most telling settings have a share of them.
     pub(super) fn fitting(&self, grid: &Grid, rest: f64) -> usize {
         let (items, most) = (self.items(), self.most(grid));
-        let cost = |item: &Item| self.cost(&item.setting, grid).min(most) * if item.is_telling() { 1.0 } else { rest };
+        let cost = |item: &Item| {
+            self.cost(&item.setting, grid).min(most) * if item.is_telling() { 1.0 } else { rest }
+        };
         let costs: f64 = items.iter().map(cost).sum();
-        let whole = items.iter().filter(|item| self.is_by_the_whole(&item.setting));
-        let whole: f64 = whole.map(|item| self.expected(&item.setting, 0, grid)).sum();
-        let a_tile = self.tile_sample(grid) * (self.exact_cost * f64::from(self.least_reference()) + costs);
+        let whole = items
+            .iter()
+            .filter(|item| self.is_by_the_whole(&item.setting));
+        let whole: f64 = whole
+            .map(|item| self.expected(&item.setting, 0, grid))
+            .sum();
+        let a_tile =
+            self.tile_sample(grid) * (self.exact_cost * f64::from(self.least_reference()) + costs);
         let time = (self.effort.budget.as_secs_f64() * (RUNGS - PILOTS) - whole).max(0.0) * CAREFUL;
         (time / a_tile.max(1e-12)) as usize
     }
 
-    /// Samples that a tile of a setting takes in all its rounds, what is around it for the denoiser included; nothing where all of the picture
-    /// is rendered.
+    /// Samples that a tile of a setting takes in all its rounds, what is around it for the denoiser
+    /// included; nothing where all of the picture is rendered.
     pub(super) fn cost(&self, setting: &Setting, grid: &Grid) -> f64 {
         if self.is_by_the_whole(setting) {
             return 0.0;
         }
         let is_denoised = setting.applied(self.scene, &self.settings).1.denoise;
         let edge = f64::from(grid.edge);
-        let wide = if is_denoised { (edge + 2.0 * f64::from(MARGIN)) / edge } else { 1.0 };
+        let wide = if is_denoised {
+            (edge + 2.0 * f64::from(MARGIN)) / edge
+        } else {
+            1.0
+        };
         self.rounds(setting) as f64 * f64::from(self.samples(setting)) * wide * wide
     }
 
-    /// Those of many samples are rendered once: they have the bias of those of few. So are denoised pictures of the whole that take long.
+    /// Those of many samples are rendered once: they have the bias of those of few. So are denoised
+    /// pictures of the whole that take long.
     pub(super) fn rounds(&self, setting: &Setting) -> u64 {
         let samples = self.samples(setting);
-        let is_long = self.is_by_the_whole(setting) && self.whole_samples() / samples < ROUNDS as u32;
-        if samples > self.settings.sampling.count() || is_long { 1 } else { ROUNDS }
+        let is_long =
+            self.is_by_the_whole(setting) && self.whole_samples() / samples < ROUNDS as u32;
+        if samples > self.settings.sampling.count() || is_long {
+            1
+        } else {
+            ROUNDS
+        }
     }
 
     /// Wall-clock seconds that a setting is expected to take.
@@ -198,42 +264,92 @@ impl Session<'_> {
 
     /// Numbers of samples up to those that halve the error, and what of it denoised takes little.
     pub(super) fn numbers_of_samples(&self) -> Vec<Setting> {
-        let is_near = |setting: &Setting| self.samples(setting) <= HALVES.saturating_mul(self.settings.sampling.count());
-        let is_one = |setting: &Setting| setting.choices().iter().all(|choice| NUMBERS.contains(&choice.ladder()));
-        let is_cheap = |setting: &Setting| setting.rung(Ladder::Reconstruction).is_none() || self.is_by_the_whole(setting);
+        let is_near = |setting: &Setting| {
+            self.samples(setting) <= HALVES.saturating_mul(self.settings.sampling.count())
+        };
+        let is_one = |setting: &Setting| {
+            setting
+                .choices()
+                .iter()
+                .all(|choice| NUMBERS.contains(&choice.ladder()))
+        };
+        let is_cheap = |setting: &Setting| {
+            setting.rung(Ladder::Reconstruction).is_none() || self.is_by_the_whole(setting)
+        };
         let all = self.items().into_iter().map(|item| item.setting);
-        all.filter(|setting| is_one(setting) && is_near(setting) && is_cheap(setting)).collect()
+        all.filter(|setting| is_one(setting) && is_near(setting) && is_cheap(setting))
+            .collect()
     }
 
-    /// Every setting of a plan, the most telling first: the scene as it is, numbers of samples that may be worth their time, with and without
-    /// denoising, what the other rungs are put on, these, each ladder's most exact one first, and more samples than anyone needs who has so many.
+    /// Every setting of a plan, the most telling first: the scene as it is, numbers of samples that
+    /// may be worth their time, with and without denoising, what the other rungs are put on, these,
+    /// each ladder's most exact one first, and more samples than anyone needs who has so many.
     fn items(&self) -> Vec<Item> {
-        let item = |setting: Setting, ladder: Ladder| Item { setting, ladder, beside: None, is_kept: false };
-        let own = Item { is_kept: true, ..item(Setting::default(), Ladder::Samples) };
-        let near =
-            |choice: &Choice| samples_of(*choice).is_some_and(|n| n <= HALVES.saturating_mul(self.settings.sampling.count()));
-        let all = self.choices_of(Ladder::Samples).filter(|_| self.pictured.contains(&Ladder::Samples));
+        let item = |setting: Setting, ladder: Ladder| Item {
+            setting,
+            ladder,
+            beside: None,
+            is_kept: false,
+        };
+        let own = Item {
+            is_kept: true,
+            ..item(Setting::default(), Ladder::Samples)
+        };
+        let near = |choice: &Choice| {
+            samples_of(*choice)
+                .is_some_and(|n| n <= HALVES.saturating_mul(self.settings.sampling.count()))
+        };
+        let all = self
+            .choices_of(Ladder::Samples)
+            .filter(|_| self.pictured.contains(&Ladder::Samples));
         let (samples, far): (Vec<Choice>, Vec<Choice>) = all.partition(near);
-        let denoised = Ladder::Reconstruction
-            .choices()
-            .find(|choice| self.pictured.contains(&Ladder::Reconstruction) && !self.is_in_use(*choice));
-        let base = Item { is_kept: true, ..item(self.base.clone(), Ladder::Samples) };
+        let denoised = Ladder::Reconstruction.choices().find(|choice| {
+            self.pictured.contains(&Ladder::Reconstruction) && !self.is_in_use(*choice)
+        });
+        let base = Item {
+            is_kept: true,
+            ..item(self.base.clone(), Ladder::Samples)
+        };
         let mut all = vec![own, base];
-        for setting in samples.into_iter().map(|choice| self.setting(choice)).chain([Setting::default()]) {
+        for setting in samples
+            .into_iter()
+            .map(|choice| self.setting(choice))
+            .chain([Setting::default()])
+        {
             all.push(item(setting.clone(), Ladder::Samples));
             let other = denoised.map(|choice| setting.with(choice));
-            all.extend(other.filter(|other| self.is_possible(other)).map(|other| item(other, Ladder::Reconstruction)));
+            all.extend(
+                other
+                    .filter(|other| self.is_possible(other))
+                    .map(|other| item(other, Ladder::Reconstruction)),
+            );
         }
-        for &ladder in self.pictured.iter().filter(|&&ladder| ladder != Ladder::Samples) {
+        for &ladder in self
+            .pictured
+            .iter()
+            .filter(|&&ladder| ladder != Ladder::Samples)
+        {
             let (exact, beside) = (self.most_exact(ladder), self.beside(ladder));
             let is_paired = ladder.shares_random_numbers();
             let pair = |setting: &Setting| is_paired.then(|| setting.clone());
-            let others =
-                self.choices_of(ladder).filter(|choice| !self.beyond.contains(choice)).map(|choice| self.setting(choice));
-            all.push(Item { beside: pair(&beside), is_kept: true, ..item(exact.clone(), ladder) });
-            all.extend(others.map(|other| Item { beside: pair(&exact), ..item(other, ladder) }));
+            let others = self
+                .choices_of(ladder)
+                .filter(|choice| !self.beyond.contains(choice))
+                .map(|choice| self.setting(choice));
+            all.push(Item {
+                beside: pair(&beside),
+                is_kept: true,
+                ..item(exact.clone(), ladder)
+            });
+            all.extend(others.map(|other| Item {
+                beside: pair(&exact),
+                ..item(other, ladder)
+            }));
         }
-        all.extend(far.into_iter().map(|choice| item(self.setting(choice), Ladder::Samples)));
+        all.extend(
+            far.into_iter()
+                .map(|choice| item(self.setting(choice), Ladder::Samples)),
+        );
         let mut known: Vec<Setting> = Vec::new();
         all.retain(|item| {
             let is_new = !known.contains(&item.setting) && self.is_possible(&item.setting);
@@ -243,7 +359,8 @@ impl Session<'_> {
         all
     }
 
-    /// Measures every setting of the plan in turn. Gives those that were held beside others, with the ladders that they were held on.
+    /// Measures every setting of the plan in turn. Gives those that were held beside others, with
+    /// the ladders that they were held on.
     pub(super) fn rungs(
         &mut self,
         plan: &MeasurementPlan,
@@ -253,11 +370,21 @@ impl Session<'_> {
         let mut pairs = Vec::new();
         if measurements.sample.is_whole(plan.tiles) {
             // The first picture of a size also takes the time for its memory.
-            let first = measurements.renderer.take(&Setting::default(), &[], 0, self.at(RUNGS));
+            let first = measurements
+                .renderer
+                .take(&Setting::default(), &[], 0, self.at(RUNGS));
             Unfinished::allow(first)?;
         }
         for (i, item) in self.items().into_iter().enumerate() {
-            let (is_telling, Item { setting, ladder, beside, is_kept }) = (item.is_telling(), item);
+            let (
+                is_telling,
+                Item {
+                    setting,
+                    ladder,
+                    beside,
+                    is_kept,
+                },
+            ) = (item.is_telling(), item);
             listener.step(&setting.to_string(), self.spent());
             let tiles = if is_telling { plan.tiles } else { plan.rest };
             let tiles = self.tiles_of(&setting, tiles, measurements.sample);
@@ -268,10 +395,12 @@ impl Session<'_> {
                 self.cut_short = true;
                 continue;
             }
-            // Without the scene's own picture there is nothing to tell, so that one may take what there is.
+            // Without the scene's own picture there is nothing to tell, so that one may take what
+            // there is.
             let end = self.at(if i == 0 { 1.0 } else { RUNGS });
             let rounds = self.rounds(&setting);
-            self.cut_short |= !measurements.measure(&setting, (tiles, rounds), beside.as_ref(), is_kept, end)?;
+            self.cut_short |=
+                !measurements.measure(&setting, (tiles, rounds), beside.as_ref(), is_kept, end)?;
             if beside.is_some() {
                 pairs.push((setting, ladder));
             }

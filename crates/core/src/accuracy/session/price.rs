@@ -1,4 +1,5 @@
-//! What costs time and memory apart from errors: rungs that no picture depends on, and the effects of the scene.
+//! What costs time and memory apart from errors: rungs that no picture depends on, and the effects
+//! of the scene.
 
 use super::super::Listener;
 use super::super::effects::{Bench, EffectCosts};
@@ -16,7 +17,8 @@ struct ProgressRange<'a> {
 
 impl Listener for ProgressRange<'_> {
     fn step(&mut self, what: &str, share: f64) {
-        self.listener.step(what, self.from + share * (self.to - self.from));
+        self.listener
+            .step(what, self.from + share * (self.to - self.from));
     }
 }
 
@@ -35,21 +37,52 @@ impl Session<'_> {
                 let in_use = setting == self.base;
                 listener.step(&format!("time of {choice}"), self.spent());
                 let paid = measurements.paid(&setting, &self.base, self.at(PRICES))?;
-                rungs.push(Price { rung: rung.name.to_owned(), about: rung.about, in_use, paid });
+                rungs.push(Price {
+                    rung: rung.name.to_owned(),
+                    about: rung.about,
+                    in_use,
+                    paid,
+                });
             }
-            reports.push(PriceReport { ladder: ladder.name(), in_use, rungs });
+            reports.push(PriceReport {
+                ladder: ladder.name(),
+                in_use,
+                rungs,
+            });
         }
         Ok(reports)
     }
 
     /// What each effect costs; none where there is no time for any.
-    pub fn costs(&mut self, listener: &mut dyn Listener) -> Result<Option<EffectCosts>, PrepareError> {
-        let Self { observer, stopwatch, now, .. } = *self;
+    pub fn costs(
+        &mut self,
+        listener: &mut dyn Listener,
+    ) -> Result<Option<EffectCosts>, PrepareError> {
+        let Self {
+            observer,
+            stopwatch,
+            now,
+            ..
+        } = *self;
         let (scene, settings) = self.base.applied(self.scene, &self.settings);
         let (start, from) = (now(), self.spent());
         let budget = self.at(COSTS).saturating_duration_since(start);
-        let bench = Bench { scene: &scene, observer, stopwatch, now, start, budget };
-        match bench.run(&settings, &mut ProgressRange { listener, from, to: 1.0 }) {
+        let bench = Bench {
+            scene: &scene,
+            observer,
+            stopwatch,
+            now,
+            start,
+            budget,
+        };
+        match bench.run(
+            &settings,
+            &mut ProgressRange {
+                listener,
+                from,
+                to: 1.0,
+            },
+        ) {
             Ok(costs) => {
                 self.cut_short |= !costs.late.is_empty();
                 Ok(Some(costs))

@@ -1,4 +1,5 @@
-//! What a measurement looks at first: how fast and how noisy the picture is where, and how exact the reference may be.
+//! What a measurement looks at first: how fast and how noisy the picture is where, and how exact
+//! the reference may be.
 
 use std::time::Duration;
 
@@ -22,33 +23,63 @@ const FIRST_LOOK: usize = 8;
 const FEWEST_TILES: f64 = 48.0;
 
 impl Session<'_> {
-    /// How the picture is divided, by what a tile takes; `edge` is that of a reference that is there.
-    pub(super) fn grid(&mut self, renderer: &Renderer<'_>, edge: Option<u32>) -> Result<Grid, PrepareError> {
+    /// How the picture is divided, by what a tile takes; `edge` is that of a reference that is
+    /// there.
+    pub(super) fn grid(
+        &mut self,
+        renderer: &Renderer<'_>,
+        edge: Option<u32>,
+    ) -> Result<Grid, PrepareError> {
         let [width, height] = self.settings.size.map(f64::from);
-        let fitting = ((width * height / FEWEST_TILES).sqrt() / 8.0).floor().max(1.0) as u32 * 8;
-        let of = |edge: u32| Grid { size: self.settings.size, edge, seed: self.settings.seed };
+        let fitting = ((width * height / FEWEST_TILES).sqrt() / 8.0)
+            .floor()
+            .max(1.0) as u32
+            * 8;
+        let of = |edge: u32| Grid {
+            size: self.settings.size,
+            edge,
+            seed: self.settings.seed,
+        };
         let grid = of(edge.unwrap_or(fitting.min(EDGES[0])));
         // The first picture of a scene also takes the time for preparing it and for its memory.
         let order = grid.spread();
         let tiles = &order[..FIRST_LOOK.min(order.len())];
-        renderer.look(grid, tiles, self.at(1.0)).map_err(Unfinished::into_error)?;
+        renderer
+            .look(grid, tiles, self.at(1.0))
+            .map_err(Unfinished::into_error)?;
         let before = (self.now)();
-        renderer.look(grid, tiles, self.at(1.0)).map_err(Unfinished::into_error)?;
+        renderer
+            .look(grid, tiles, self.at(1.0))
+            .map_err(Unfinished::into_error)?;
         let pixels: f64 = tiles.iter().map(|&tile| grid.pixels(tile)).sum();
-        self.pace = ((self.now)() - before).as_secs_f64() / (pixels * f64::from(renderer.look_samples()));
-        let is_long = |edge: &u32| *edge <= grid.edge && self.fitting(&of(*edge), 1.0) >= ENOUGH_TILES;
-        let shorter = EDGES.into_iter().find(is_long).unwrap_or(EDGES[EDGES.len() - 1]).min(grid.edge);
+        self.pace =
+            ((self.now)() - before).as_secs_f64() / (pixels * f64::from(renderer.look_samples()));
+        let is_long =
+            |edge: &u32| *edge <= grid.edge && self.fitting(&of(*edge), 1.0) >= ENOUGH_TILES;
+        let shorter = EDGES
+            .into_iter()
+            .find(is_long)
+            .unwrap_or(EDGES[EDGES.len() - 1])
+            .min(grid.edge);
         Ok(if edge.is_some() { grid } else { of(shorter) })
     }
 
     /// Looks at more and more tiles while there is time.
-    pub fn look(&mut self, renderer: &Renderer<'_>, grid: Grid) -> Result<Vec<PilotPass>, PrepareError> {
+    pub fn look(
+        &mut self,
+        renderer: &Renderer<'_>,
+        grid: Grid,
+    ) -> Result<Vec<PilotPass>, PrepareError> {
         let order = grid.spread();
         let begun = (self.now)();
         let mut looks: Vec<PilotPass> = Vec::new();
         while looks.len() < order.len() && (looks.is_empty() || (self.now)() < self.at(LOOK)) {
             let next = &order[looks.len()..(2 * looks.len()).max(ENOUGH_TILES).min(order.len())];
-            looks.extend(renderer.look(grid, next, self.at(1.0)).map_err(Unfinished::into_error)?);
+            looks.extend(
+                renderer
+                    .look(grid, next, self.at(1.0))
+                    .map_err(Unfinished::into_error)?,
+            );
         }
         let pixels: f64 = looks.iter().map(|look| grid.pixels(look.tile)).sum();
         let samples = f64::from(renderer.look_samples());
@@ -56,25 +87,45 @@ impl Session<'_> {
         Ok(looks)
     }
 
-    /// The most exact rung of each ladder that does not take too long, samples apart, as the tile shows that took longest. Paths that divide at
-    /// glass and mirrors have twice as many ends with each segment. What is not known when the time for this is over stays as it is. What they take
-    /// together is remembered.
-    pub fn within_reach(&mut self, renderer: &Renderer<'_>, grid: Grid, looks: &[PilotPass]) -> Result<Setting, PrepareError> {
-        let longest = looks.iter().max_by(|a, b| a.seconds.total_cmp(&b.seconds)).map_or(0, |look| look.tile);
+    /// The most exact rung of each ladder that does not take too long, samples apart, as the tile
+    /// shows that took longest. Paths that divide at glass and mirrors have twice as many ends with
+    /// each segment. What is not known when the time for this is over stays as it is. What they
+    /// take together is remembered.
+    pub fn within_reach(
+        &mut self,
+        renderer: &Renderer<'_>,
+        grid: Grid,
+        looks: &[PilotPass],
+    ) -> Result<Setting, PrepareError> {
+        let longest = looks
+            .iter()
+            .max_by(|a, b| a.seconds.total_cmp(&b.seconds))
+            .map_or(0, |look| look.tile);
         let (part, before, end) = ([grid.tile(longest)], (self.now)(), self.at(REACH));
         let own = renderer.take(&self.base, &part, 0, self.at(1.0));
-        let patience = ((self.now)() - before).mul_f64(PATIENCE).max(LEAST_PATIENCE);
+        let patience = ((self.now)() - before)
+            .mul_f64(PATIENCE)
+            .max(LEAST_PATIENCE);
         let own = own.map_err(Unfinished::into_error)?;
         let mut exact = Setting::default();
-        for ladder in self.pictured.iter().copied().filter(|&ladder| ladder != Ladder::Samples && !ladder.is_a_matter_of_taste())
+        for ladder in self
+            .pictured
+            .iter()
+            .copied()
+            .filter(|&ladder| ladder != Ladder::Samples && !ladder.is_a_matter_of_taste())
         {
-            for choice in self.choices_of(ladder).rev().filter(Choice::can_be_reference) {
+            for choice in self
+                .choices_of(ladder)
+                .rev()
+                .filter(Choice::can_be_reference)
+            {
                 if (self.now)() >= end {
                     return Ok(exact);
                 }
                 let end = end.min((self.now)() + patience);
                 match Unfinished::allow(renderer.take(&self.setting(choice), &part, 0, end))? {
-                    // Ladders without bias stay where they are: their slower rungs bring less than samples do.
+                    // Ladders without bias stay where they are: their slower rungs bring less than
+                    // samples do.
                     Some(_) if ladder.is_free_of_bias() => break,
                     Some(_) => {
                         exact = exact.with(choice);
@@ -84,11 +135,18 @@ impl Session<'_> {
                 }
             }
         }
-        let all = exact.choices().iter().fold(self.base.clone(), |setting, &choice| setting.with(choice));
+        let all = exact
+            .choices()
+            .iter()
+            .fold(self.base.clone(), |setting, &choice| setting.with(choice));
         if let Some(reference) = Unfinished::allow(renderer.take(&all, &part, 0, end))? {
             let seconds = |of: &[TimedRender]| of.iter().map(|render| render.seconds).sum::<f64>();
             let cost = seconds(&reference) / seconds(&own);
-            self.exact_cost = if cost.is_finite() { cost.max(1.0) } else { self.exact_cost };
+            self.exact_cost = if cost.is_finite() {
+                cost.max(1.0)
+            } else {
+                self.exact_cost
+            };
         }
         Ok(exact)
     }

@@ -1,4 +1,5 @@
-//! What a report has of each setting: rows of ladders, combinations, and pictures beside each other.
+//! What a report has of each setting: rows of ladders, combinations, and pictures beside each
+//! other.
 
 use super::super::Interval;
 use super::super::measurements::Measurements;
@@ -26,47 +27,92 @@ impl Session<'_> {
             let is_paired = own_errors.contains(&(pair.clone(), ladder));
             let own_error = match setting == exact {
                 true => (ladder.shares_random_numbers()).then(|| Interval::exact(0.0)),
-                false => is_paired.then(|| measurements.alone(pair)).flatten().map(|[alone, _]| alone),
+                false => is_paired
+                    .then(|| measurements.alone(pair))
+                    .flatten()
+                    .map(|[alone, _]| alone),
             };
             RungReport {
                 rung: choice.rung().to_owned(),
                 about: choice.about(),
                 in_use: is_in_use,
-                flag: (!is_in_use).then(|| Setting::one(choice).flags().pop()).flatten(),
+                flag: (!is_in_use)
+                    .then(|| Setting::one(choice).flags().pop())
+                    .flatten(),
                 measured: measurements.measured(&setting, &beside),
                 own_error,
             }
         };
-        LadderReport { ladder: ladder.name(), rungs: self.choices_of(ladder).map(rung).collect(), in_use }
+        LadderReport {
+            ladder: ladder.name(),
+            rungs: self.choices_of(ladder).map(rung).collect(),
+            in_use,
+        }
     }
 
     /// What rungs other than numbers of samples were put on, where that is not the scene as it is.
     pub(super) fn base_report(&self, measurements: &Measurements<'_>) -> Option<Base> {
         self.base.rung(Ladder::Samples)?;
-        Some(Base { samples: BASE_SAMPLES, measured: measurements.measured(&self.base, &Setting::default())? })
+        Some(Base {
+            samples: BASE_SAMPLES,
+            measured: measurements.measured(&self.base, &Setting::default())?,
+        })
     }
 
     /// Settings of several rungs, as far as they are no rows of a ladder.
-    pub(super) fn combinations(&self, known: &[Setting], measurements: &Measurements<'_>) -> Vec<Candidate> {
-        let rows: Vec<Setting> =
-            self.pictured.iter().flat_map(|&ladder| self.choices_of(ladder)).map(|choice| self.setting(choice)).collect();
-        let others = known.iter().filter(|setting| !rows.contains(setting) && **setting != self.base);
+    pub(super) fn combinations(
+        &self,
+        known: &[Setting],
+        measurements: &Measurements<'_>,
+    ) -> Vec<Candidate> {
+        let rows: Vec<Setting> = self
+            .pictured
+            .iter()
+            .flat_map(|&ladder| self.choices_of(ladder))
+            .map(|choice| self.setting(choice))
+            .collect();
+        let others = known
+            .iter()
+            .filter(|setting| !rows.contains(setting) && **setting != self.base);
         let candidate = |setting: &Setting| self.candidate(setting, measurements);
-        others.filter(|setting| **setting != Setting::default()).filter_map(candidate).collect()
+        others
+            .filter(|setting| **setting != Setting::default())
+            .filter_map(candidate)
+            .collect()
     }
 
-    pub(super) fn candidate(&self, setting: &Setting, measurements: &Measurements<'_>) -> Option<Candidate> {
+    pub(super) fn candidate(
+        &self,
+        setting: &Setting,
+        measurements: &Measurements<'_>,
+    ) -> Option<Candidate> {
         let measured: Measured = measurements.measured(setting, &Setting::default())?;
-        Some(Candidate { flags: setting.flags(), measured })
+        Some(Candidate {
+            flags: setting.flags(),
+            measured,
+        })
     }
 
-    /// The tile that was drawn first, or the whole picture where that was measured: the reference, and what was measured alike.
+    /// The tile that was drawn first, or the whole picture where that was measured: the reference,
+    /// and what was measured alike.
     pub(super) fn pictures(&self, measurements: &Measurements<'_>, film: &Film) -> Vec<Shown> {
         let whole = film.picture();
         let is_whole = measurements.sample.is_whole(measurements.known());
-        let Some(reference) = (if is_whole { Some(&whole) } else { measurements.truth() }) else { return Vec::new() };
-        let reference = Picture { layers: Vec::new(), ..reference.clone() };
-        let choices = self.pictured.iter().flat_map(|&ladder| self.choices_of(ladder));
+        let Some(reference) = (if is_whole {
+            Some(&whole)
+        } else {
+            measurements.truth()
+        }) else {
+            return Vec::new();
+        };
+        let reference = Picture {
+            layers: Vec::new(),
+            ..reference.clone()
+        };
+        let choices = self
+            .pictured
+            .iter()
+            .flat_map(|&ladder| self.choices_of(ladder));
         let mut all = vec![Setting::default()];
         for setting in choices.map(|choice| self.setting(choice)) {
             if !all.contains(&setting) {
@@ -75,10 +121,21 @@ impl Session<'_> {
         }
         let size = (reference.width, reference.height);
         let render = |setting: &Setting| {
-            let picture = measurements.first(setting).filter(|first| (first.width, first.height) == size)?;
-            Some(Shown { name: setting.to_string(), picture: picture.clone() })
+            let picture = measurements
+                .first(setting)
+                .filter(|first| (first.width, first.height) == size)?;
+            Some(Shown {
+                name: setting.to_string(),
+                picture: picture.clone(),
+            })
         };
         let renders = all.iter().filter_map(render).collect::<Vec<_>>();
-        [Shown { name: "reference".to_owned(), picture: reference }].into_iter().chain(renders).collect()
+        [Shown {
+            name: "reference".to_owned(),
+            picture: reference,
+        }]
+        .into_iter()
+        .chain(renders)
+        .collect()
     }
 }

@@ -39,38 +39,74 @@ fn measured(size: Option<[u32; 2]>, heard: &mut Heard) -> Report {
     measured_by(|work| work() as f64 * 1e-6, size, heard)
 }
 
-fn measured_by(stopwatch: Stopwatch, size: Option<[u32; 2]>, listener: &mut dyn Listener) -> Report {
+fn measured_by(
+    stopwatch: Stopwatch,
+    size: Option<[u32; 2]>,
+    listener: &mut dyn Listener,
+) -> Report {
     let scene = corridor();
-    let effort = Effort { budget: Duration::from_secs(600), size, rounds: 3 };
-    let session =
-        Session::new(&scene, &Settings::of(&scene), Display::of(&scene.render), effort, &(), (stopwatch, &Instant::now));
+    let effort = Effort {
+        budget: Duration::from_secs(600),
+        size,
+        rounds: 3,
+    };
+    let session = Session::new(
+        &scene,
+        &Settings::of(&scene),
+        Display::of(&scene.render),
+        effort,
+        &(),
+        (stopwatch, &Instant::now),
+    );
     session.run(Start::default(), listener).expect("a report").0
 }
 
-/// Protects: times are those of rendering alone, and ratios are a setting's time over the scene's own: n segments take n/4 of what
-/// four take, trees and scans the same; and who listens hears of every rung.
+/// Protects: times are those of rendering alone, and ratios are a setting's time over the scene's
+/// own: n segments take n/4 of what four take, trees and scans the same; and who listens hears of
+/// every rung.
 #[test]
 fn times_are_what_the_clock_says() {
     let mut heard = Heard::default();
     let report = measured(Some([4, 2]), &mut heard);
-    let near = |value: f64, expected: f64| assert!((value / expected - 1.0).abs() < 1e-9, "{value}, not {expected}");
+    let near = |value: f64, expected: f64| {
+        assert!(
+            (value / expected - 1.0).abs() < 1e-9,
+            "{value}, not {expected}"
+        )
+    };
     assert_eq!(report.own.rays, 32);
     near(report.own.seconds.value, 32e-6);
-    let lengths = report.ladders.iter().find(|ladder| ladder.ladder == "path-length").expect("mirrors");
+    let lengths = report
+        .ladders
+        .iter()
+        .find(|ladder| ladder.ladder == "path-length")
+        .expect("mirrors");
     for rung in &lengths.rungs {
-        let (n, of) = (rung.rung.parse::<f64>().expect("a number"), rung.measured.as_ref().expect("time"));
+        let (n, of) = (
+            rung.rung.parse::<f64>().expect("a number"),
+            rung.measured.as_ref().expect("time"),
+        );
         near(of.seconds.value, n * 8.0 * 1e-6);
         near(of.ratio.value, n / 4.0);
         near(of.ratio.high, n / 4.0);
     }
     for price in report.prices.iter().flat_map(|ladder| &ladder.rungs) {
         let paid = price.paid.as_ref().expect("time");
-        assert_eq!((paid.preparing.median, paid.ratio.median, paid.same_bits), (0.0, 1.0, true));
+        assert_eq!(
+            (paid.preparing.median, paid.ratio.median, paid.same_bits),
+            (0.0, 1.0, true)
+        );
         near(paid.seconds.median, 32e-6);
     }
     let reference = &report.reference;
-    near(reference.seconds, f64::from(reference.samples) * 64.0 * 8.0 * 1e-6);
-    let plan = format!("plan: 13 settings on 1 of 1 tiles, reference of {} samples", reference.samples);
+    near(
+        reference.seconds,
+        f64::from(reference.samples) * 64.0 * 8.0 * 1e-6,
+    );
+    let plan = format!(
+        "plan: 13 settings on 1 of 1 tiles, reference of {} samples",
+        reference.samples
+    );
     assert!(
         [&plan[..], "path-length=64", "time of accelerator=linear"]
             .iter()
@@ -78,7 +114,10 @@ fn times_are_what_the_clock_says() {
         "{:?}",
         heard.0
     );
-    assert!(heard.0.is_sorted_by(|a, b| a.1 <= b.1) && heard.0.iter().all(|(_, share)| (0.0..=1.0).contains(share)));
+    assert!(
+        heard.0.is_sorted_by(|a, b| a.1 <= b.1)
+            && heard.0.iter().all(|(_, share)| (0.0..=1.0).contains(share))
+    );
 }
 
 /// Whether the machine is busy with something else too.
@@ -93,115 +132,258 @@ impl Listener for Disturber {
     }
 }
 
-/// Protects: a machine that takes twice the time while the setting in use is measured makes no other one twice as fast: settings of the frontier
-/// take n/4 of what four segments take, and intervals of all others hold that.
+/// Protects: a machine that takes twice the time while the setting in use is measured makes no
+/// other one twice as fast: settings of the frontier take n/4 of what four segments take, and
+/// intervals of all others hold that.
 #[test]
 fn what_slows_one_setting_makes_no_other_fast() {
-    let stopwatch: Stopwatch = |work| work() as f64 * if IS_BUSY.load(Ordering::Relaxed) { 2e-6 } else { 1e-6 };
+    let stopwatch: Stopwatch = |work| {
+        work() as f64
+            * if IS_BUSY.load(Ordering::Relaxed) {
+                2e-6
+            } else {
+                1e-6
+            }
+    };
     let report = measured_by(stopwatch, Some([4, 2]), &mut Disturber);
-    let near = |value: f64, expected: f64| assert!((value / expected - 1.0).abs() < 1e-9, "{value}, not {expected}");
+    let near = |value: f64, expected: f64| {
+        assert!(
+            (value / expected - 1.0).abs() < 1e-9,
+            "{value}, not {expected}"
+        )
+    };
     near(report.own.seconds.value, 32e-6);
-    let lengths = report.ladders.iter().find(|ladder| ladder.ladder == "path-length").expect("mirrors");
+    let lengths = report
+        .ladders
+        .iter()
+        .find(|ladder| ladder.ladder == "path-length")
+        .expect("mirrors");
     let mut timed_in_turns = 0;
     for rung in &lengths.rungs {
-        let (share, of) = (rung.rung.parse::<f64>().expect("a number") / 4.0, rung.measured.as_ref().expect("time"));
-        assert!(of.ratio.low <= share * (1.0 + 1e-9) && share <= of.ratio.high * (1.0 + 1e-9), "{rung:?}, not {share}");
+        let (share, of) = (
+            rung.rung.parse::<f64>().expect("a number") / 4.0,
+            rung.measured.as_ref().expect("time"),
+        );
+        assert!(
+            of.ratio.low <= share * (1.0 + 1e-9) && share <= of.ratio.high * (1.0 + 1e-9),
+            "{rung:?}, not {share}"
+        );
         let flag = rung.flag.iter().cloned().collect::<Vec<_>>();
-        if report.frontier.iter().any(|candidate| candidate.flags == flag) {
+        if report
+            .frontier
+            .iter()
+            .any(|candidate| candidate.flags == flag)
+        {
             timed_in_turns += 1;
             near(of.ratio.value, share);
         }
     }
-    assert!(timed_in_turns > 2, "{timed_in_turns} settings of the frontier");
+    assert!(
+        timed_in_turns > 2,
+        "{timed_in_turns} settings of the frontier"
+    );
 }
 
-/// Protects: effects are priced by the same clock: what mirrors add to one ray of camera is three more.
+/// Protects: effects are priced by the same clock: what mirrors add to one ray of camera is three
+/// more.
 #[test]
 fn effects_are_priced_too() {
     let report = measured(Some([4, 2]), &mut Heard::default());
     let costs = report.costs.expect("time");
-    let mirror = costs.effects.iter().find(|cost| cost.effect == "mirror reflection").expect("a mirror");
-    assert_eq!((costs.size, mirror.rays, mirror.ratio.median, costs.late.len()), ([4, 2], 4.0, 4.0, 0));
+    let mirror = costs
+        .effects
+        .iter()
+        .find(|cost| cost.effect == "mirror reflection")
+        .expect("a mirror");
+    assert_eq!(
+        (
+            costs.size,
+            mirror.rays,
+            mirror.ratio.median,
+            costs.late.len()
+        ),
+        ([4, 2], 4.0, 4.0, 0)
+    );
 }
 
-/// Protects: each setting of the frontier is slower and better than the one before it, and none measured is better in both; shorter paths than in
-/// use, which are all bias, are none of it, and longer ones are, though what they lack is bias too.
+/// Protects: each setting of the frontier is slower and better than the one before it, and none
+/// measured is better in both; shorter paths than in use, which are all bias, are none of it, and
+/// longer ones are, though what they lack is bias too.
 #[test]
 fn the_frontier_is_what_nobody_beats() {
     let report = measured(Some([4, 2]), &mut Heard::default());
     let point = |of: &crate::accuracy::Measured| (of.seconds.value, of.errors.relmse.value);
-    let front: Vec<(f64, f64)> = report.frontier.iter().map(|candidate| point(&candidate.measured)).collect();
-    assert!(front.is_sorted_by(|a, b| a.0 < b.0 && a.1 > b.1) && front.len() >= 3, "{front:?}");
-    assert!(report.frontier[0].flags.is_empty() && report.frontier.last().expect("some").flags == ["--rung path-length=64"]);
+    let front: Vec<(f64, f64)> = report
+        .frontier
+        .iter()
+        .map(|candidate| point(&candidate.measured))
+        .collect();
+    assert!(
+        front.is_sorted_by(|a, b| a.0 < b.0 && a.1 > b.1) && front.len() >= 3,
+        "{front:?}"
+    );
+    assert!(
+        report.frontier[0].flags.is_empty()
+            && report.frontier.last().expect("some").flags == ["--rung path-length=64"]
+    );
     for rung in report.ladders.iter().flat_map(|ladder| &ladder.rungs) {
         let (time, error) = point(rung.measured.as_ref().expect("time"));
         let is_short = rung.rung == "1" || rung.rung == "2";
-        assert!(is_short || !front.iter().any(|f| time < 0.95 * f.0 && error < 0.95 * f.1), "{} beats {front:?}", rung.rung);
+        assert!(
+            is_short
+                || !front
+                    .iter()
+                    .any(|f| time < 0.95 * f.0 && error < 0.95 * f.1),
+            "{} beats {front:?}",
+            rung.rung
+        );
     }
 }
 
-/// Protects: where no size is asked for, a scene that is rendered in no time is measured at its own, with its own pictures beside
-/// the reference's, as many as there are settings.
+/// Protects: where no size is asked for, a scene that is rendered in no time is measured at its
+/// own, with its own pictures beside the reference's, as many as there are settings.
 #[test]
 fn small_scenes_are_measured_as_they_are() {
     let report = measured(None, &mut Heard::default());
-    assert_eq!((report.size, report.tiles.measured, report.tiles.all), ([4, 2], 1, 1));
-    assert!(report.own.seconds.low == report.own.seconds.high && report.own.errors.relmse.low == report.own.errors.relmse.high);
-    let names: Vec<&str> = report.pictures.iter().map(|shown| shown.name.as_str()).collect();
+    assert_eq!(
+        (report.size, report.tiles.measured, report.tiles.all),
+        ([4, 2], 1, 1)
+    );
+    assert!(
+        report.own.seconds.low == report.own.seconds.high
+            && report.own.errors.relmse.low == report.own.errors.relmse.high
+    );
+    let names: Vec<&str> = report
+        .pictures
+        .iter()
+        .map(|shown| shown.name.as_str())
+        .collect();
     assert_eq!(names[..3], ["reference", "as it is", "samples=4"]);
     let rungs = report.ladders.iter().flat_map(|ladder| &ladder.rungs);
     assert_eq!(names.len(), 2 + rungs.filter(|rung| !rung.in_use).count());
-    assert!(report.pictures.iter().all(|shown| (shown.picture.width, shown.picture.height) == (4, 2)));
+    assert!(
+        report
+            .pictures
+            .iter()
+            .all(|shown| (shown.picture.width, shown.picture.height) == (4, 2))
+    );
 }
 
-/// Protects: rungs that are no other picture to a scene are not measured: without a light or a lamp there is neither a shadow to leave out
-/// nor one to harden.
+/// Protects: rungs that are no other picture to a scene are not measured: without a light or a lamp
+/// there is neither a shadow to leave out nor one to harden.
 #[test]
 fn rungs_without_a_difference_are_left_out() {
     let scene = corridor();
-    let effort = Effort { budget: Duration::from_secs(600), size: Some([4, 2]), rounds: 2 };
+    let effort = Effort {
+        budget: Duration::from_secs(600),
+        size: Some([4, 2]),
+        rounds: 2,
+    };
     let stopwatch: Stopwatch = |work| work() as f64;
-    let session =
-        Session::new(&scene, &Settings::of(&scene), Display::of(&scene.render), effort, &(), (stopwatch, &Instant::now));
-    assert_eq!(session.choices_of(Ladder::Shadows).map(|choice| choice.rung()).collect::<Vec<_>>(), ["on"]);
+    let session = Session::new(
+        &scene,
+        &Settings::of(&scene),
+        Display::of(&scene.render),
+        effort,
+        &(),
+        (stopwatch, &Instant::now),
+    );
+    assert_eq!(
+        session
+            .choices_of(Ladder::Shadows)
+            .map(|choice| choice.rung())
+            .collect::<Vec<_>>(),
+        ["on"]
+    );
     assert_eq!(session.choices_of(Ladder::Precision).count(), 2);
 }
 
-/// Protects: rungs whose numbers can't store the scene are left out, also of what is worth its time, so that doubles that can are measured.
+/// Protects: rungs whose numbers can't store the scene are left out, also of what is worth its
+/// time, so that doubles that can are measured.
 #[test]
 fn rungs_that_cannot_show_the_scene_are_left_out() {
     let mut scene = corridor();
     // Wherever the origin of storage is, one of both is far from it.
-    for [min, max] in [["[3e5, 0, 3e5]", "[300001, 2, 300000.01]"], ["[-300001, 0, -300000.01]", "[-3e5, 2, -3e5]"]] {
-        let thin = format!(r#"{{"shape": {{"box": {{"min": {min}, "max": {max}}}}}, "material": "m"}}"#);
-        scene.objects.push(serde_json::from_str(&thin).expect("an object"));
+    for [min, max] in [
+        ["[3e5, 0, 3e5]", "[300001, 2, 300000.01]"],
+        ["[-300001, 0, -300000.01]", "[-3e5, 2, -3e5]"],
+    ] {
+        let thin =
+            format!(r#"{{"shape": {{"box": {{"min": {min}, "max": {max}}}}}, "material": "m"}}"#);
+        scene
+            .objects
+            .push(serde_json::from_str(&thin).expect("an object"));
     }
-    let settings = Settings { precision: crate::settings::PrecisionChoice::Reference, ..Settings::of(&scene) };
-    let effort = Effort { budget: Duration::from_secs(600), size: Some([4, 2]), rounds: 2 };
+    let settings = Settings {
+        precision: crate::settings::PrecisionChoice::Reference,
+        ..Settings::of(&scene)
+    };
+    let effort = Effort {
+        budget: Duration::from_secs(600),
+        size: Some([4, 2]),
+        rounds: 2,
+    };
     let stopwatch: Stopwatch = |work| work() as f64 * 1e-6;
-    let session = Session::new(&scene, &settings, Display::of(&scene.render), effort, &(), (stopwatch, &Instant::now));
+    let session = Session::new(
+        &scene,
+        &settings,
+        Display::of(&scene.render),
+        effort,
+        &(),
+        (stopwatch, &Instant::now),
+    );
     let report = session.run(Start::default(), &mut ()).expect("a report").0;
-    let precision = report.ladders.iter().find(|ladder| ladder.ladder == "precision").expect("a ladder");
-    assert_eq!(precision.rungs.iter().map(|rung| rung.rung.as_str()).collect::<Vec<_>>(), ["reference"]);
-    assert!(report.frontier.iter().all(|candidate| candidate.flags.iter().all(|flag| !flag.contains("precision"))));
+    let precision = report
+        .ladders
+        .iter()
+        .find(|ladder| ladder.ladder == "precision")
+        .expect("a ladder");
+    assert_eq!(
+        precision
+            .rungs
+            .iter()
+            .map(|rung| rung.rung.as_str())
+            .collect::<Vec<_>>(),
+        ["reference"]
+    );
+    assert!(report.frontier.iter().all(|candidate| {
+        candidate
+            .flags
+            .iter()
+            .all(|flag| !flag.contains("precision"))
+    }));
 }
 
-/// Protects: a rung that takes too long to be looked at is not what others are held against: the most exact one is the next.
+/// Protects: a rung that takes too long to be looked at is not what others are held against: the
+/// most exact one is the next.
 #[test]
 fn what_is_beyond_reach_is_not_the_most_exact() {
     let scene = corridor();
-    let effort = Effort { budget: Duration::from_secs(600), size: Some([4, 2]), rounds: 2 };
+    let effort = Effort {
+        budget: Duration::from_secs(600),
+        size: Some([4, 2]),
+        rounds: 2,
+    };
     let stopwatch: Stopwatch = |work| work() as f64;
-    let mut session =
-        Session::new(&scene, &Settings::of(&scene), Display::of(&scene.render), effort, &(), (stopwatch, &Instant::now));
+    let mut session = Session::new(
+        &scene,
+        &Settings::of(&scene),
+        Display::of(&scene.render),
+        effort,
+        &(),
+        (stopwatch, &Instant::now),
+    );
     let lengths: Vec<Choice> = session.choices_of(Ladder::PathLength).collect();
-    let [.., second, first] = lengths[..] else { panic!("{lengths:?}") };
+    let [.., second, first] = lengths[..] else {
+        panic!("{lengths:?}")
+    };
     assert_eq!(session.most_exact(Ladder::PathLength), Setting::one(first));
     session.beyond.push(first);
     assert_eq!(session.most_exact(Ladder::PathLength), Setting::one(second));
 }
 
-/// A scene of many samples with a lamp, so that most ladders are reached and rungs differ in what they take.
+/// A scene of many samples with a lamp, so that most ladders are reached and rungs differ in what
+/// they take.
 fn lamp() -> Scene {
     serde_json::from_str(
         r#"{"format": 1, "render": {"size": [16, 12], "samples": 16, "max_depth": 4}, "sky": {"constant": 0.2},
@@ -222,7 +404,10 @@ struct Asked {
 
 impl Asked {
     fn new() -> Self {
-        Self { start: Instant::now(), questions: AtomicU64::new(0) }
+        Self {
+            start: Instant::now(),
+            questions: AtomicU64::new(0),
+        }
     }
 
     fn seconds(&self) -> f64 {
@@ -234,123 +419,269 @@ impl Asked {
     }
 }
 
-/// Protects: the time is asked within every render, and all of it ends when it is over, whatever is under way, with what was measured by
-/// then: the scene's own picture, without which there is nothing to tell, and of the ladders the samples first.
+/// Protects: the time is asked within every render, and all of it ends when it is over, whatever is
+/// under way, with what was measured by then: the scene's own picture, without which there is
+/// nothing to tell, and of the ladders the samples first.
 #[test]
 fn all_ends_with_the_time() {
     let scene = lamp();
-    let settings = Settings { integrator: crate::scene::Integrator::Path, ..Settings::of(&scene) };
+    let settings = Settings {
+        integrator: crate::scene::Integrator::Path,
+        ..Settings::of(&scene)
+    };
     let measured = |seconds: f64| {
         let clock = Asked::new();
         let now = || clock.now();
-        let effort = Effort { budget: Duration::from_secs_f64(seconds), size: Some([16, 12]), rounds: 3 };
+        let effort = Effort {
+            budget: Duration::from_secs_f64(seconds),
+            size: Some([16, 12]),
+            rounds: 3,
+        };
         let stopwatch: Stopwatch = |work| work() as f64 * 1e-6;
-        let session = Session::new(&scene, &settings, Display::of(&scene.render), effort, &(), (stopwatch, &now));
-        (session.run(Start::default(), &mut ()).map(|(report, _)| report), clock.seconds())
+        let session = Session::new(
+            &scene,
+            &settings,
+            Display::of(&scene.render),
+            effort,
+            &(),
+            (stopwatch, &now),
+        );
+        (
+            session
+                .run(Start::default(), &mut ())
+                .map(|(report, _)| report),
+            clock.seconds(),
+        )
     };
     for (budget, least) in [(1.0, 1), (2.0, 2), (4.0, 2)] {
         let (report, took) = measured(budget);
         let report = report.unwrap_or_else(|error| panic!("{budget}: {error}"));
-        assert!(took <= 1.1 * budget && report.cut_short, "{took} of {budget}");
-        assert_eq!(report.ladders[..2].iter().map(|ladder| ladder.ladder).collect::<Vec<_>>(), ["samples", "reconstruction"]);
-        let known = report.ladders[0].rungs.iter().filter(|rung| rung.measured.is_some()).count();
-        assert!(known >= least && report.reference.samples >= 2, "{known} rungs in {budget}");
+        assert!(
+            took <= 1.1 * budget && report.cut_short,
+            "{took} of {budget}"
+        );
+        assert_eq!(
+            report.ladders[..2]
+                .iter()
+                .map(|ladder| ladder.ladder)
+                .collect::<Vec<_>>(),
+            ["samples", "reconstruction"]
+        );
+        let known = report.ladders[0]
+            .rungs
+            .iter()
+            .filter(|rung| rung.measured.is_some())
+            .count();
+        assert!(
+            known >= least && report.reference.samples >= 2,
+            "{known} rungs in {budget}"
+        );
     }
     let (report, took) = measured(0.01);
-    assert!(matches!(report, Err(MeasureError::NoTime)) && took < 0.1, "{took}: {:?}", report.err());
+    assert!(
+        matches!(report, Err(MeasureError::NoTime)) && took < 0.1,
+        "{took}: {:?}",
+        report.err()
+    );
 }
 
-/// Protects: more time never shows fewer settings, nor fewer tiles of any, from one that is hardly enough to one that is enough for all.
+/// Protects: more time never shows fewer settings, nor fewer tiles of any, from one that is hardly
+/// enough to one that is enough for all.
 #[test]
 fn more_time_shows_no_less() {
     let scene = lamp();
-    let settings = Settings { integrator: crate::scene::Integrator::Path, size: [64, 48], ..Settings::of(&scene) };
+    let settings = Settings {
+        integrator: crate::scene::Integrator::Path,
+        size: [64, 48],
+        ..Settings::of(&scene)
+    };
     let mut before: Vec<(String, usize)> = Vec::new();
     for budget in [6.0, 18.0, 54.0, 162.0] {
         let clock = Asked::new();
         let now = || clock.now();
-        let effort = Effort { budget: Duration::from_secs_f64(budget), size: None, rounds: 2 };
-        let stopwatch: Stopwatch = |work| work() as f64 * 1e-6;
-        let session = Session::new(&scene, &settings, Display::of(&scene.render), effort, &(), (stopwatch, &now));
-        let (report, _) = session.run(Start::default(), &mut ()).unwrap_or_else(|error| panic!("{budget}: {error}"));
-        assert!(clock.seconds() <= 1.03 * budget, "{} of {budget}", clock.seconds());
-        let rung = |ladder: &LadderReport, rung: &RungReport| {
-            Some((format!("{}={}", ladder.ladder, rung.rung), rung.measured.as_ref()?.tiles))
+        let effort = Effort {
+            budget: Duration::from_secs_f64(budget),
+            size: None,
+            rounds: 2,
         };
-        let all: Vec<(String, usize)> =
-            report.ladders.iter().flat_map(|ladder| ladder.rungs.iter().filter_map(move |of| rung(ladder, of))).collect();
+        let stopwatch: Stopwatch = |work| work() as f64 * 1e-6;
+        let session = Session::new(
+            &scene,
+            &settings,
+            Display::of(&scene.render),
+            effort,
+            &(),
+            (stopwatch, &now),
+        );
+        let (report, _) = session
+            .run(Start::default(), &mut ())
+            .unwrap_or_else(|error| panic!("{budget}: {error}"));
+        assert!(
+            clock.seconds() <= 1.03 * budget,
+            "{} of {budget}",
+            clock.seconds()
+        );
+        let rung = |ladder: &LadderReport, rung: &RungReport| {
+            Some((
+                format!("{}={}", ladder.ladder, rung.rung),
+                rung.measured.as_ref()?.tiles,
+            ))
+        };
+        let all: Vec<(String, usize)> = report
+            .ladders
+            .iter()
+            .flat_map(|ladder| ladder.rungs.iter().filter_map(move |of| rung(ladder, of)))
+            .collect();
         for (name, tiles) in &before {
-            let now = all.iter().find(|(other, _)| other == name).map_or(0, |of| of.1);
-            assert!(now >= *tiles, "{name}: {now} tiles in {budget}, {tiles} before");
+            let now = all
+                .iter()
+                .find(|(other, _)| other == name)
+                .map_or(0, |of| of.1);
+            assert!(
+                now >= *tiles,
+                "{name}: {now} tiles in {budget}, {tiles} before"
+            );
         }
         before = all;
     }
     assert!(before.len() >= 20, "{before:?}");
 }
 
-/// Protects: a tile has the bits of the whole picture, by chance and by a fixed pattern. A denoised one with its margin is not far from it: less
-/// than a hundredth of what the filter does, as squares.
+/// Protects: a tile has the bits of the whole picture, by chance and by a fixed pattern. A denoised
+/// one with its margin is not far from it: less than a hundredth of what the filter does, as
+/// squares.
 #[test]
 fn a_tile_is_a_part_of_the_picture() {
     let scene = lamp();
-    let own = Settings { integrator: crate::scene::Integrator::Path, size: [160, 120], ..Settings::of(&scene) };
-    let grid = Grid { size: own.size, edge: 32, seed: 3 };
+    let own = Settings {
+        integrator: crate::scene::Integrator::Path,
+        size: [160, 120],
+        ..Settings::of(&scene)
+    };
+    let grid = Grid {
+        size: own.size,
+        edge: 32,
+        seed: 3,
+    };
     let end = Instant::now() + Duration::from_secs(600);
     let stopwatch: Stopwatch = |work| work() as f64;
-    for sampling in [own.sampling, crate::settings::Sampling::Pattern(crate::scene::Pattern::Corners)] {
-        let settings = Settings { sampling, ..own.clone() };
+    for sampling in [
+        own.sampling,
+        crate::settings::Sampling::Pattern(crate::scene::Pattern::Corners),
+    ] {
+        let settings = Settings {
+            sampling,
+            ..own.clone()
+        };
         let renderer = Renderer::new(&scene, &settings, &(), (stopwatch, &Instant::now));
-        let take = |setting: &Setting, parts: &[Crop]| renderer.take(setting, parts, 1, end).expect("time").remove(0).picture;
-        let whole = Crop { x: 0, y: 0, width: 160, height: 120 };
+        let take = |setting: &Setting, parts: &[Crop]| {
+            renderer
+                .take(setting, parts, 1, end)
+                .expect("time")
+                .remove(0)
+                .picture
+        };
+        let whole = Crop {
+            x: 0,
+            y: 0,
+            width: 160,
+            height: 120,
+        };
         let noisy = take(&Setting::default(), &[]);
         let denoised = Setting::one(Choice::parse("reconstruction=denoised").expect("a rung"));
         let filtered = take(&denoised, &[]);
         for tile in [7, 8, 12] {
             let part = grid.tile(tile);
-            assert!(take(&Setting::default(), &[part]).rgb == cut(&noisy, whole, part).rgb, "tile {tile}");
+            assert!(
+                take(&Setting::default(), &[part]).rgb == cut(&noisy, whole, part).rgb,
+                "tile {tile}"
+            );
             if sampling.is_fixed() {
                 continue;
             }
             let around = grid.around(tile, MARGIN);
-            let (here, there, before) =
-                (cut(&take(&denoised, &[around]), around, part), cut(&filtered, whole, part), cut(&noisy, whole, part));
+            let (here, there, before) = (
+                cut(&take(&denoised, &[around]), around, part),
+                cut(&filtered, whole, part),
+                cut(&noisy, whole, part),
+            );
             let apart = |a: &Picture, b: &Picture| {
-                a.rgb.iter().flatten().zip(b.rgb.iter().flatten()).map(|(a, b)| f64::from(a - b).powi(2)).sum::<f64>()
+                a.rgb
+                    .iter()
+                    .flatten()
+                    .zip(b.rgb.iter().flatten())
+                    .map(|(a, b)| f64::from(a - b).powi(2))
+                    .sum::<f64>()
             };
             let (off, change) = (apart(&here, &there), apart(&there, &before));
-            assert!(off < 0.01 * change && change > 0.0, "tile {tile}: {off} of {change}");
+            assert!(
+                off < 0.01 * change && change > 0.0,
+                "tile {tile}: {off} of {change}"
+            );
         }
     }
 }
 
-/// Protects: by a clock of rays, to which a filter is nothing, a denoised tile takes what the noisy one takes, though what is around it is rendered
-/// too and takes another time.
+/// Protects: by a clock of rays, to which a filter is nothing, a denoised tile takes what the noisy
+/// one takes, though what is around it is rendered too and takes another time.
 #[test]
 fn denoised_tiles_take_what_noisy_ones_take() {
     let scene = lamp();
-    let settings = Settings { integrator: crate::scene::Integrator::Path, size: [160, 120], ..Settings::of(&scene) };
-    let (grid, end) = (Grid { size: settings.size, edge: 32, seed: 3 }, Instant::now() + Duration::from_secs(600));
+    let settings = Settings {
+        integrator: crate::scene::Integrator::Path,
+        size: [160, 120],
+        ..Settings::of(&scene)
+    };
+    let (grid, end) = (
+        Grid {
+            size: settings.size,
+            edge: 32,
+            seed: 3,
+        },
+        Instant::now() + Duration::from_secs(600),
+    );
     let stopwatch: Stopwatch = |work| work() as f64 * 1e-6;
-    let (renderer, display) = (Renderer::new(&scene, &settings, &(), (stopwatch, &Instant::now)), Display::of(&scene.render));
+    let (renderer, display) = (
+        Renderer::new(&scene, &settings, &(), (stopwatch, &Instant::now)),
+        Display::of(&scene.render),
+    );
     let looks = renderer.look(grid, &[7, 8, 12], end).expect("time");
     let sample = TileSample::new(grid, &looks);
     let tiles: Vec<u32> = sample.order.iter().map(|look| look.tile).collect();
-    let mut exposure = renderer.reference(&Setting::default(), 64, grid, Start::default(), end).expect("time");
+    let mut exposure = renderer
+        .reference(&Setting::default(), 64, grid, Start::default(), end)
+        .expect("time");
     assert!(exposure.expose(&tiles, end));
     let mut measurements = Measurements::new(&renderer, &sample, display);
     measurements.learn(tiles.iter().map(|&tile| {
         let crop = grid.tile(tile);
-        TruthTile::new([crop.width, crop.height], &exposure.film.means_of(tile).expect("rendered"), display)
+        TruthTile::new(
+            [crop.width, crop.height],
+            &exposure.film.means_of(tile).expect("rendered"),
+            display,
+        )
     }));
-    let (noisy, denoised) = (Setting::default(), Setting::one(Choice::parse("reconstruction=denoised").expect("a rung")));
+    let (noisy, denoised) = (
+        Setting::default(),
+        Setting::one(Choice::parse("reconstruction=denoised").expect("a rung")),
+    );
     for setting in [&noisy, &denoised] {
-        assert!(measurements.measure(setting, (2, 2), None, false, end).expect("a scene"));
+        assert!(
+            measurements
+                .measure(setting, (2, 2), None, false, end)
+                .expect("a scene")
+        );
     }
-    let time = measurements.relative(&denoised, &noisy).expect("both").time.value;
+    let time = measurements
+        .relative(&denoised, &noisy)
+        .expect("both")
+        .time
+        .value;
     assert!((time - 1.0).abs() < 1e-9, "{time}");
 }
 
-/// Protects: who stops a measurement gets what was measured by then; before there is a picture, that is nothing.
+/// Protects: who stops a measurement gets what was measured by then; before there is a picture,
+/// that is nothing.
 #[test]
 fn what_was_measured_is_kept_when_it_is_stopped() {
     struct StopsAt<'a> {
@@ -363,17 +694,48 @@ fn what_was_measured_is_kept_when_it_is_stopped() {
         }
     }
     let scene = lamp();
-    let settings = Settings { integrator: crate::scene::Integrator::Path, ..Settings::of(&scene) };
+    let settings = Settings {
+        integrator: crate::scene::Integrator::Path,
+        ..Settings::of(&scene)
+    };
     let measured = |seconds: f64| {
         let clock = Asked::new();
-        let (now, observer) = (|| clock.now(), StopsAt { clock: &clock, seconds });
-        let effort = Effort { budget: Duration::from_secs(4), size: Some([16, 12]), rounds: 2 };
+        let (now, observer) = (
+            || clock.now(),
+            StopsAt {
+                clock: &clock,
+                seconds,
+            },
+        );
+        let effort = Effort {
+            budget: Duration::from_secs(4),
+            size: Some([16, 12]),
+            rounds: 2,
+        };
         let stopwatch: Stopwatch = |work| work() as f64 * 1e-6;
-        let session = Session::new(&scene, &settings, Display::of(&scene.render), effort, &observer, (stopwatch, &now));
-        (session.run(Start::default(), &mut ()).map(|(report, _)| report), clock.seconds())
+        let session = Session::new(
+            &scene,
+            &settings,
+            Display::of(&scene.render),
+            effort,
+            &observer,
+            (stopwatch, &now),
+        );
+        (
+            session
+                .run(Start::default(), &mut ())
+                .map(|(report, _)| report),
+            clock.seconds(),
+        )
     };
-    assert_eq!(measured(0.02).0.err(), Some(MeasureError::Prepare(PrepareError::Cancelled)));
+    assert_eq!(
+        measured(0.02).0.err(),
+        Some(MeasureError::Prepare(PrepareError::Cancelled))
+    );
     let (report, took) = measured(2.6);
     let report = report.expect("what there is");
-    assert!(report.cut_short && report.own.renders >= 1 && took < 3.0, "{took}");
+    assert!(
+        report.cut_short && report.own.renders >= 1 && took < 3.0,
+        "{took}"
+    );
 }

@@ -1,8 +1,13 @@
-//! Tests of the sample: that tiles are the picture, that chances are those with which tiles are drawn, and that intervals hold.
+//! Tests of the sample: that tiles are the picture, that chances are those with which tiles are
+//! drawn, and that intervals hold.
 
 use super::*;
 
-const GRID: Grid = Grid { size: [320, 184], edge: 16, seed: 0 };
+const GRID: Grid = Grid {
+    size: [320, 184],
+    edge: 16,
+    seed: 0,
+};
 
 fn uniform(seed: u64, index: u64) -> f64 {
     (mix(seed ^ mix(index)) >> 11) as f64 / 2_f64.powi(53)
@@ -13,21 +18,39 @@ fn exponential(seed: u64, index: u64) -> f64 {
     -libm::log(1.0 - uniform(seed, index))
 }
 
-/// Protects: tiles cover each pixel of a picture once, with their margins they stay in it, and every beginning of the order in which they are
-/// looked at reaches all of the picture.
+/// Protects: tiles cover each pixel of a picture once, with their margins they stay in it, and
+/// every beginning of the order in which they are looked at reaches all of the picture.
 #[test]
 fn tiles_are_the_picture() {
     let mut covered = vec![0; 320 * 184];
     for index in 0..GRID.count() as u32 {
-        let Crop { x, y, width, height } = GRID.tile(index);
-        (y..y + height).for_each(|y| (x..x + width).for_each(|x| covered[(y * 320 + x) as usize] += 1));
+        let Crop {
+            x,
+            y,
+            width,
+            height,
+        } = GRID.tile(index);
+        (y..y + height)
+            .for_each(|y| (x..x + width).for_each(|x| covered[(y * 320 + x) as usize] += 1));
         let around = GRID.around(index, 20);
-        assert!(around.x + around.width <= 320 && around.y + around.height <= 184 && around.x <= x && around.y <= y);
+        assert!(
+            around.x + around.width <= 320
+                && around.y + around.height <= 184
+                && around.x <= x
+                && around.y <= y
+        );
     }
     assert!(covered.iter().all(|&times| times == 1));
-    let first: Vec<Crop> = GRID.spread().into_iter().take(24).map(|index| GRID.tile(index)).collect();
+    let first: Vec<Crop> = GRID
+        .spread()
+        .into_iter()
+        .take(24)
+        .map(|index| GRID.tile(index))
+        .collect();
     for (left, top) in [(0, 0), (160, 0), (0, 92), (160, 92)] {
-        let here = first.iter().filter(|tile| (left..left + 160).contains(&tile.x) && (top..top + 92).contains(&tile.y));
+        let here = first.iter().filter(|tile| {
+            (left..left + 160).contains(&tile.x) && (top..top + 92).contains(&tile.y)
+        });
         assert!((4..=8).contains(&here.count()), "{first:?}");
     }
 }
@@ -35,11 +58,17 @@ fn tiles_are_the_picture() {
 /// Looks of a noise that some tiles have much more of.
 fn looks(grid: Grid) -> Vec<PilotPass> {
     let noise = |tile: u32| if tile.is_multiple_of(9) { 8.0 } else { 1.0 };
-    (0..grid.count() as u32).map(|tile| PilotPass { tile, seconds: 1.0, noise: noise(tile) }).collect()
+    (0..grid.count() as u32)
+        .map(|tile| PilotPass {
+            tile,
+            seconds: 1.0,
+            noise: noise(tile),
+        })
+        .collect()
 }
 
-/// Protects: a tile is drawn as often as its chance says, noisy ones more often; all together are as many as were asked for, and more tiles are
-/// those before and others.
+/// Protects: a tile is drawn as often as its chance says, noisy ones more often; all together are
+/// as many as were asked for, and more tiles are those before and others.
 #[test]
 fn chances_are_those_with_which_tiles_are_drawn() {
     let (mut drawn, mut expected) = (vec![0.0; GRID.count()], vec![0.0; GRID.count()]);
@@ -54,45 +83,89 @@ fn chances_are_those_with_which_tiles_are_drawn() {
     }
     for (drawn, expected) in drawn.iter().zip(&expected) {
         let share = drawn / seeds as f64;
-        assert!((share - expected).abs() < 0.2 * expected, "{share}, not {expected}");
+        assert!(
+            (share - expected).abs() < 0.2 * expected,
+            "{share}, not {expected}"
+        );
     }
     assert!(expected[9] > 2.0 * expected[10] && (expected.iter().sum::<f64>() - 40.0).abs() < 2.0);
     let all = TileSample::new(GRID, &looks(GRID)).chances(GRID.count());
     assert!(all.len() == GRID.count() && all.iter().all(|&chance| chance == 1.0));
 }
 
-/// The share of intervals that hold the true mean of errors, where tiles have a mean each and blocks noise of their own.
+/// The share of intervals that hold the true mean of errors, where tiles have a mean each and
+/// blocks noise of their own.
 fn held(count: usize, mean: impl Fn(u64, u32) -> f64, has_looks: bool) -> f64 {
     let runs = 3000;
     let holds = |seed: &u64| {
         let mean = |tile: u32| mean(*seed, tile);
-        let truth = (0..GRID.count() as u32).map(|tile| mean(tile) * GRID.pixels(tile)).sum::<f64>() / (320.0 * 184.0);
-        let grid = Grid { seed: *seed, ..GRID };
-        let look =
-            |tile: u32| PilotPass { tile, seconds: 1.0, noise: if has_looks { mean(tile) * GRID.pixels(tile) } else { 0.0 } };
-        let sample = TileSample::new(grid, &(0..GRID.count() as u32).map(look).collect::<Vec<_>>());
+        let truth = (0..GRID.count() as u32)
+            .map(|tile| mean(tile) * GRID.pixels(tile))
+            .sum::<f64>()
+            / (320.0 * 184.0);
+        let grid = Grid {
+            seed: *seed,
+            ..GRID
+        };
+        let look = |tile: u32| PilotPass {
+            tile,
+            seconds: 1.0,
+            noise: if has_looks {
+                mean(tile) * GRID.pixels(tile)
+            } else {
+                0.0
+            },
+        };
+        let sample = TileSample::new(
+            grid,
+            &(0..GRID.count() as u32).map(look).collect::<Vec<_>>(),
+        );
         let blocks: Vec<[Vec<f64>; 2]> = (sample.order.iter().take(count))
             .map(|look| {
                 let pixels = grid.pixels(look.tile) / 4.0;
                 // Sixteen squares make a block.
                 let noise = |block: u64| {
-                    (0..16).map(|i| exponential(*seed + 77, u64::from(look.tile) << 8 | block << 4 | i)).sum::<f64>() / 16.0
+                    (0..16)
+                        .map(|i| {
+                            exponential(*seed + 77, u64::from(look.tile) << 8 | block << 4 | i)
+                        })
+                        .sum::<f64>()
+                        / 16.0
                 };
-                [(0..4).map(|block| mean(look.tile) * pixels * noise(block)).collect(), vec![pixels; 4]]
+                [
+                    (0..4)
+                        .map(|block| mean(look.tile) * pixels * noise(block))
+                        .collect(),
+                    vec![pixels; 4],
+                ]
             })
             .collect();
-        let share = |(chance, [above, below]): (f64, &'_ [Vec<f64>; 2])| (chance, above.clone(), below.clone());
-        let parts: Vec<_> = sample.chances(count).into_iter().zip(&blocks).map(share).collect();
-        let shares: Vec<Share<'_>> =
-            parts.iter().map(|(chance, above, below)| Share { chance: *chance, above, below, doubt: 0.0 }).collect();
+        let share = |(chance, [above, below]): (f64, &'_ [Vec<f64>; 2])| {
+            (chance, above.clone(), below.clone())
+        };
+        let parts: Vec<_> = sample
+            .chances(count)
+            .into_iter()
+            .zip(&blocks)
+            .map(share)
+            .collect();
+        let shares: Vec<Share<'_>> = parts
+            .iter()
+            .map(|(chance, above, below)| Share {
+                chance: *chance,
+                above,
+                below,
+                doubt: 0.0,
+            })
+            .collect();
         let of = ratio(&shares);
         of.low <= truth && truth <= of.high
     };
     (0..runs).filter(holds).count() as f64 / runs as f64
 }
 
-/// Protects: intervals of what tiles say hold the true mean in 93 to 97 of 100 pictures of even noise, from a few tiles, from many and from the
-/// whole picture.
+/// Protects: intervals of what tiles say hold the true mean in 93 to 97 of 100 pictures of even
+/// noise, from a few tiles, from many and from the whole picture.
 #[test]
 fn intervals_hold_even_noise() {
     for count in [12, 60, 240] {
@@ -101,38 +174,70 @@ fn intervals_hold_even_noise() {
     }
 }
 
-/// Protects: they hold as well where tiles differ at random by a factor of several, and are rather too wide where a look told which have most of
-/// it; so they are where a twentieth of the picture has most of the error.
+/// Protects: they hold as well where tiles differ at random by a factor of several, and are rather
+/// too wide where a look told which have most of it; so they are where a twentieth of the picture
+/// has most of the error.
 #[test]
 fn intervals_hold_uneven_noise() {
     let uneven = |seed: u64, tile: u32| 0.1 * (0.2 + 2.0 * exponential(seed + 5, u64::from(tile)));
-    for (count, has_looks, most) in [(20, false, 0.97), (60, false, 0.97), (20, true, 0.99), (60, true, 0.99)] {
+    for (count, has_looks, most) in [
+        (20, false, 0.97),
+        (60, false, 0.97),
+        (20, true, 0.99),
+        (60, true, 0.99),
+    ] {
         let share = held(count, uneven, has_looks);
-        assert!((0.93..=most).contains(&share), "{share} with {count} tiles, {has_looks}");
+        assert!(
+            (0.93..=most).contains(&share),
+            "{share} with {count} tiles, {has_looks}"
+        );
     }
-    let rare = |seed: u64, tile: u32| if uniform(seed + 6, u64::from(tile)) < 1.0 / 19.0 { 4.0 } else { 0.1 };
+    let rare = |seed: u64, tile: u32| {
+        if uniform(seed + 6, u64::from(tile)) < 1.0 / 19.0 {
+            4.0
+        } else {
+            0.1
+        }
+    };
     let share = held(40, rare, true);
     assert!(share >= 0.93, "{share}");
 }
 
-/// Protects: what is less than the reference's own noise may say begins at zero, and one tile of many says nothing.
+/// Protects: what is less than the reference's own noise may say begins at zero, and one tile of
+/// many says nothing.
 #[test]
 fn what_is_lost_in_noise_begins_at_zero() {
-    let share = |chance: f64, doubt: f64| Share { chance, above: &[1.0, 1.2], below: &[10.0, 10.0], doubt };
+    let share = |chance: f64, doubt: f64| Share {
+        chance,
+        above: &[1.0, 1.2],
+        below: &[10.0, 10.0],
+        doubt,
+    };
     let known = ratio(&[share(0.5, 0.01), share(0.5, 0.01)]);
-    assert!(known.low > 0.0 && (known.value - 0.11).abs() < 1e-12, "{known:?}");
+    assert!(
+        known.low > 0.0 && (known.value - 0.11).abs() < 1e-12,
+        "{known:?}"
+    );
     let lost = ratio(&[share(0.5, 40.0), share(0.5, 40.0)]);
     assert!(lost.is_lost_in_noise() && lost.high > 0.2, "{lost:?}");
     assert_eq!(ratio(&[share(0.5, 0.0)]).high, f64::INFINITY);
 }
 
-/// Protects: all tiles of a small picture, whose errors are of one piece each, have an interval, though none was left out: of 1 and 3 in turns the sum of ten is known to
-/// the noise of ten.
+/// Protects: all tiles of a small picture, whose errors are of one piece each, have an interval,
+/// though none was left out: of 1 and 3 in turns the sum of ten is known to the noise of ten.
 #[test]
 fn all_tiles_of_a_small_picture_have_noise() {
     let above: [&[f64]; 2] = [&[1.0], &[3.0]];
     // A black tile has no doubt.
-    let share = |i: usize| Share { chance: 1.0, above: above[i % 2], below: &[1.0], doubt: if i == 4 { 0.0 } else { 1e-9 } };
+    let share = |i: usize| Share {
+        chance: 1.0,
+        above: above[i % 2],
+        below: &[1.0],
+        doubt: if i == 4 { 0.0 } else { 1e-9 },
+    };
     let (ratio, error, factor) = estimate(&(0..10).map(share).collect::<Vec<_>>()).expect("tiles");
-    assert!((ratio - 2.0).abs() < 1e-12 && (error - 20_f64.sqrt() / 10.0).abs() < 1e-12 && factor < 2.0, "{error} {factor}");
+    assert!(
+        (ratio - 2.0).abs() < 1e-12 && (error - 20_f64.sqrt() / 10.0).abs() < 1e-12 && factor < 2.0,
+        "{error} {factor}"
+    );
 }

@@ -3,15 +3,24 @@
 use super::*;
 use crate::bench::{Kind, group};
 
-/// Protects: the ratio says how many times as long the scan takes as the tree, sample by sample: of 6 and 2, 5 and 2, and
-/// 8 and 4 seconds, the median is 2.5. Where the scan was not timed there is none.
+/// Protects: the ratio says how many times as long the scan takes as the tree, sample by sample: of
+/// 6 and 2, 5 and 2, and 8 and 4 seconds, the median is 2.5. Where the scan was not timed there is
+/// none.
 #[test]
 fn a_ratio_is_scan_over_tree() {
     let geometry = Geometry::new(group(Kind::Spheres, 3, 1).unwrap(), AcceleratorKind::Linear);
-    let who = Contestant { geometry: &geometry, build: Spread::of(&[1.0]), bytes: 0 };
+    let who = Contestant {
+        geometry: &geometry,
+        build: Spread::of(&[1.0]),
+        bytes: 0,
+    };
     let rays = crate::bench::rays(16, 1);
     let method = Method {
-        care: BenchOptions { repeats: 1, sample_seconds: 1e-4, build: BuildQuality::Fast },
+        care: BenchOptions {
+            repeats: 1,
+            sample_seconds: 1e-4,
+            build: BuildQuality::Fast,
+        },
         stopwatch: crate::bench::clock::steady,
     };
     let mut scan = Challenger::new(&who, &rays, &method);
@@ -20,19 +29,28 @@ fn a_ratio_is_scan_over_tree() {
     }
     let ratio = scan.ratio().expect("it was timed");
     assert_eq!((ratio.min, ratio.median, ratio.max), (2.0, 2.5, 3.0));
-    let mut slow = Challenger { sample: None, ..Challenger::new(&who, &rays, &method) };
+    let mut slow = Challenger {
+        sample: None,
+        ..Challenger::new(&who, &rays, &method)
+    };
     slow.record(None, 2.0);
     assert_eq!((slow.ratio(), slow.cost()), (None, None));
 }
 
-/// Protects: a sample takes the time that it was given: at ten nanoseconds a test and three primitives, 30 ns a ray, 3333
-/// rays fill 0.1 ms. Of many rays every so many are taken, of few each is taken again, and never fewer than sixteen.
+/// Protects: a sample takes the time that it was given: at ten nanoseconds a test and three
+/// primitives, 30 ns a ray, 3333 rays fill 0.1 ms. Of many rays every so many are taken, of few
+/// each is taken again, and never fewer than sixteen.
 #[test]
 fn samples_fill_their_time() {
-    let geometry = Geometry::<f32>::new(group(Kind::Spheres, 3, 1).unwrap(), AcceleratorKind::Linear);
+    let geometry =
+        Geometry::<f32>::new(group(Kind::Spheres, 3, 1).unwrap(), AcceleratorKind::Linear);
     let sized = |rays: u32, sample_seconds| {
         let method = Method {
-            care: BenchOptions { repeats: 1, sample_seconds, build: BuildQuality::Fast },
+            care: BenchOptions {
+                repeats: 1,
+                sample_seconds,
+                build: BuildQuality::Fast,
+            },
             stopwatch: crate::bench::clock::steady,
         };
         let rays = crate::bench::rays(rays, 1);

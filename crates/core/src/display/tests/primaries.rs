@@ -1,4 +1,5 @@
-//! Colour matrices from what they mean: the chromaticities of primaries and whites, and how whites are adapted.
+//! Colour matrices from what they mean: the chromaticities of primaries and whites, and how whites
+//! are adapted.
 
 use glam::{DMat3, DVec3};
 
@@ -12,7 +13,12 @@ pub(in crate::display) const REC709: Space = [[0.64, 0.33], [0.30, 0.60], [0.15,
 /// Rec. 2020 (ITU-R BT.2020-2).
 pub(in crate::display) const REC2020: Space = [[0.708, 0.292], [0.170, 0.797], [0.131, 0.046], D65];
 /// The working space of ACES (Academy S-2014-004).
-const AP1: Space = [[0.713, 0.293], [0.165, 0.830], [0.128, 0.044], [0.32168, 0.33767]];
+const AP1: Space = [
+    [0.713, 0.293],
+    [0.165, 0.830],
+    [0.128, 0.044],
+    [0.32168, 0.33767],
+];
 const D65: [f64; 2] = [0.3127, 0.3290];
 
 fn xyz([x, y]: [f64; 2]) -> DVec3 {
@@ -27,7 +33,11 @@ fn to_xyz([r, g, b, white]: Space) -> DMat3 {
 
 /// Bradford's adaptation of one white to another.
 fn adapted(from: [f64; 2], to: [f64; 2]) -> DMat3 {
-    let rows = [[0.8951, 0.2664, -0.1614], [-0.7502, 1.7135, 0.0367], [0.0389, -0.0685, 1.0296]];
+    let rows = [
+        [0.8951, 0.2664, -0.1614],
+        [-0.7502, 1.7135, 0.0367],
+        [0.0389, -0.0685, 1.0296],
+    ];
     let cones = DMat3::from_cols_array_2d(&rows).transpose();
     cones.inverse() * DMat3::from_diagonal((cones * xyz(to)) / (cones * xyz(from))) * cones
 }
@@ -40,20 +50,30 @@ pub(in crate::display) fn between(from: Space, to: Space) -> DMat3 {
 /// Mixes colours of a space with their own luminance, of which `share` is left.
 fn desaturated(space: Space, share: f64) -> DMat3 {
     let luminance = to_xyz(space).row(1);
-    DMat3::from_cols_array_2d(&[luminance.to_array(); 3]).transpose() * (1.0 - share) + DMat3::IDENTITY * share
+    DMat3::from_cols_array_2d(&[luminance.to_array(); 3]).transpose() * (1.0 - share)
+        + DMat3::IDENTITY * share
 }
 
-/// Protects: every entry of both matrices of Hill's fit. They are the way into ACES' working space with the 96 % saturation of its
-/// reference rendering, and the way back to sRGB with the 93 % of its output for a dim surround.
+/// Protects: every entry of both matrices of Hill's fit. They are the way into ACES' working space
+/// with the 96 % saturation of its reference rendering, and the way back to sRGB with the 93 % of
+/// its output for a dim surround.
 #[test]
 fn hills_matrices_are_those_of_aces() {
     let into = desaturated(AP1, 0.96) * between(REC709, AP1);
     let out = between(AP1, REC709) * desaturated(AP1, 0.93);
-    let curve = |v: f64| (v * (v + 0.024_578_6) - 0.000_090_537) / (v * (0.983_729 * v + 0.432_951_0) + 0.238_081);
+    let curve = |v: f64| {
+        (v * (v + 0.024_578_6) - 0.000_090_537) / (v * (0.983_729 * v + 0.432_951_0) + 0.238_081)
+    };
     let operator = Operator::new(ToneMap::AcesHill);
     for primary in [DVec3::X, DVec3::Y, DVec3::Z, DVec3::new(0.2, 3.0, 0.7)] {
         let shaped = (into * primary).to_array().map(curve);
-        let (found, expected) = (DVec3::from(operator.apply((primary * 0.6).to_array())), out * DVec3::from(shaped));
-        assert!((found - expected).abs().max_element() < 4e-5, "{primary}: {found} {expected}");
+        let (found, expected) = (
+            DVec3::from(operator.apply((primary * 0.6).to_array())),
+            out * DVec3::from(shaped),
+        );
+        assert!(
+            (found - expected).abs().max_element() < 4e-5,
+            "{primary}: {found} {expected}"
+        );
     }
 }

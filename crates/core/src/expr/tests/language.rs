@@ -15,11 +15,16 @@ fn value(source: &str) -> f64 {
 fn refused(source: &str) -> (String, String, String) {
     match evaluate(source, &names()) {
         Ok(value) => panic!("{source} is {value}"),
-        Err(e) => (e.message, source[e.span].to_owned(), e.hint.unwrap_or_default()),
+        Err(e) => (
+            e.message,
+            source[e.span].to_owned(),
+            e.hint.unwrap_or_default(),
+        ),
     }
 }
 
-/// Protects: arithmetic follows the usual precedence: power over sign over product over sum over comparison over choice.
+/// Protects: arithmetic follows the usual precedence: power over sign over product over sum over
+/// comparison over choice.
 #[test]
 fn precedence() {
     for (source, expected) in [
@@ -95,7 +100,8 @@ fn functions() {
     }
 }
 
-/// Protects: vectors act componentwise with vectors and with numbers, and geometry has its own functions.
+/// Protects: vectors act componentwise with vectors and with numbers, and geometry has its own
+/// functions.
 #[test]
 fn vectors() {
     for (source, expected) in [
@@ -148,46 +154,145 @@ fn only_the_taken_branch_matters() {
 #[test]
 fn values_must_be_finite() {
     assert_eq!(value("1/(1/0)"), 0.0);
-    assert_eq!(refused("1/(t - 2)").0, "the value of this expression is inf");
+    assert_eq!(
+        refused("1/(t - 2)").0,
+        "the value of this expression is inf"
+    );
     assert_eq!(refused("0/0").0, "the value of this expression is NaN");
-    assert_eq!(refused("[1, 2, 3]").0, "the value must be a number, and this is a vector");
+    assert_eq!(
+        refused("[1, 2, 3]").0,
+        "the value must be a number, and this is a vector"
+    );
 }
 
 /// Protects: errors point at the place and say what to do.
 #[test]
 fn errors_point_at_the_place() {
     for (source, message, place, hint) in [
-        ("1 + sise", "unknown name `sise`", "sise", "did you mean `size`? names that exist here: e, pi, tau, long_name, size, t"),
-        ("1 + sine(2)", "unknown function `sine`", "sine", "did you mean `sin`?"),
-        ("1 + p.x", "`p` does not exist in a number of the scene, which is evaluated once while loading", "p", "names that"),
-        ("size(2)", "unknown function `size`", "size", "to multiply, write `size * (…)`"),
-        ("2 sin", "an operator is missing before `sin`", "sin", "multiplication is written `*`"),
+        (
+            "1 + sise",
+            "unknown name `sise`",
+            "sise",
+            "did you mean `size`? names that exist here: e, pi, tau, long_name, size, t",
+        ),
+        (
+            "1 + sine(2)",
+            "unknown function `sine`",
+            "sine",
+            "did you mean `sin`?",
+        ),
+        (
+            "1 + p.x",
+            "`p` does not exist in a number of the scene, which is evaluated once while loading",
+            "p",
+            "names that",
+        ),
+        (
+            "size(2)",
+            "unknown function `size`",
+            "size",
+            "to multiply, write `size * (…)`",
+        ),
+        (
+            "2 sin",
+            "an operator is missing before `sin`",
+            "sin",
+            "multiplication is written `*`",
+        ),
         ("sin", "`sin` is a function", "sin", "write `sin(…)`"),
-        ("sin()", "`sin` does not take 0 arguments", "sin()", "write `sin(x)`"),
-        ("atan(1, 2, 3)", "`atan` does not take 3 arguments", "atan(1, 2, 3)", "write `atan(x)` or `atan(y, x)`"),
-        ("min(1)", "`min` does not take 1 argument", "min(1)", "write `min(a, b, …)`"),
-        ("dot(1, [1, 2, 3])", "an argument of `dot` must be a vector, and this is a number", "1", "a vector is written"),
-        ("[1, 2, [1, 2, 3]].x", "a component of a vector must be a number, and this is a vector", "[1, 2, 3]", ""),
-        ("[1, 2]", "a vector has three components, and this has 2", "[1, 2]", ""),
-        ("1 < [1, 2, 3]", "a number is needed here, and this is a vector", "[1, 2, 3]", "take a component"),
-        ("1 < 2 < 3", "comparisons cannot be chained", "<", "write `a < b && b < c`"),
+        (
+            "sin()",
+            "`sin` does not take 0 arguments",
+            "sin()",
+            "write `sin(x)`",
+        ),
+        (
+            "atan(1, 2, 3)",
+            "`atan` does not take 3 arguments",
+            "atan(1, 2, 3)",
+            "write `atan(x)` or `atan(y, x)`",
+        ),
+        (
+            "min(1)",
+            "`min` does not take 1 argument",
+            "min(1)",
+            "write `min(a, b, …)`",
+        ),
+        (
+            "dot(1, [1, 2, 3])",
+            "an argument of `dot` must be a vector, and this is a number",
+            "1",
+            "a vector is written",
+        ),
+        (
+            "[1, 2, [1, 2, 3]].x",
+            "a component of a vector must be a number, and this is a vector",
+            "[1, 2, 3]",
+            "",
+        ),
+        (
+            "[1, 2]",
+            "a vector has three components, and this has 2",
+            "[1, 2]",
+            "",
+        ),
+        (
+            "1 < [1, 2, 3]",
+            "a number is needed here, and this is a vector",
+            "[1, 2, 3]",
+            "take a component",
+        ),
+        (
+            "1 < 2 < 3",
+            "comparisons cannot be chained",
+            "<",
+            "write `a < b && b < c`",
+        ),
         ("(1 + 2", "`(` is never closed", "(", "add `)`"),
         ("1 + 2)", "`)` closes nothing here", ")", ""),
-        ("1, 5", "a comma belongs between the arguments of a function or the parts of a vector", ",", ""),
-        ("1 +", "the expression ends where a value is expected", "", "a value is"),
+        (
+            "1, 5",
+            "a comma belongs between the arguments of a function or the parts of a vector",
+            ",",
+            "",
+        ),
+        (
+            "1 +",
+            "the expression ends where a value is expected",
+            "",
+            "a value is",
+        ),
         ("1 + * 2", "expected a value, found `*`", "*", ""),
         ("t ? 1", "`?` without `:`", "?", "a choice is written"),
-        ("[1, 2, 3].w", "unknown component `.w`", "w", "the components of a vector are"),
+        (
+            "[1, 2, 3].w",
+            "unknown component `.w`",
+            "w",
+            "the components of a vector are",
+        ),
         ("(1).x", "a number has no component `.x`", "(1).x", ""),
-        ("2**3", "`**` is not an operator", "**", "a power is written `^`"),
+        (
+            "2**3",
+            "`**` is not an operator",
+            "**",
+            "a power is written `^`",
+        ),
         ("t = 3", "unexpected character `=`", "=", "`==` compares"),
-        ("1 − 2", "unexpected character `−`", "−", "write the minus sign as `-`"),
+        (
+            "1 − 2",
+            "unexpected character `−`",
+            "−",
+            "write the minus sign as `-`",
+        ),
         ("1e999", "this number is too large", "1e999", ""),
         ("  ", "this expression is empty", "  ", ""),
     ] {
         let (got, text, help) = refused(source);
         assert_eq!((got.as_str(), text.as_str()), (message, place), "{source}");
-        assert!(help.starts_with(hint) && hint.is_empty() == help.is_empty(), "{source}: hint {help:?}");
+        assert!(
+            help.starts_with(hint) && hint.is_empty() == help.is_empty(),
+            "{source}: hint {help:?}"
+        );
     }
 }
 
@@ -202,31 +307,62 @@ fn an_ambiguous_name_is_refused() {
 /// Protects: hostile sources are refused in bounded time and stack, however they nest or go on.
 #[test]
 fn hostile_sources_are_refused() {
-    for (open, close) in [("(", ")"), ("-", ""), ("sin(", ")"), ("2^", ""), ("1 ? ", ": 0"), ("[0, 0, ", "].x"), ("1+(", ")")] {
-        let deep = format!("{}1{}", open.repeat(MAX_DEPTH + 1), close.repeat(MAX_DEPTH + 1));
+    for (open, close) in [
+        ("(", ")"),
+        ("-", ""),
+        ("sin(", ")"),
+        ("2^", ""),
+        ("1 ? ", ": 0"),
+        ("[0, 0, ", "].x"),
+        ("1+(", ")"),
+    ] {
+        let deep = format!(
+            "{}1{}",
+            open.repeat(MAX_DEPTH + 1),
+            close.repeat(MAX_DEPTH + 1)
+        );
         assert!(refused(&deep).0.contains("nested more than"), "{open}");
         let endless = open.repeat(100_000);
         assert!(refused(&endless).0.contains("limit is"), "{open}");
     }
-    assert_eq!(value(&format!("{}1{}", "(".repeat(MAX_DEPTH), ")".repeat(MAX_DEPTH))), 1.0);
+    assert_eq!(
+        value(&format!(
+            "{}1{}",
+            "(".repeat(MAX_DEPTH),
+            ")".repeat(MAX_DEPTH)
+        )),
+        1.0
+    );
     let long_sum = vec!["1"; MAX_SOURCE / 2].join("+");
     assert_eq!(value(&long_sum), (MAX_SOURCE / 2) as f64);
-    assert!(refused(&"1+".repeat(MAX_SOURCE / 2)).0.contains("ends where a value is expected"));
+    assert!(
+        refused(&"1+".repeat(MAX_SOURCE / 2))
+            .0
+            .contains("ends where a value is expected")
+    );
 }
 
 /// Protects: no text at all makes the parser panic, and every span lies on character boundaries.
 #[test]
 fn any_text_is_survived() {
-    let pieces = ["1", "t", "sin", "(", ")", "[", "]", ",", ".", "x", "+", "-", "^", "?", ":", "é", "∞", "1e", "&&", "&", " "];
+    let pieces = [
+        "1", "t", "sin", "(", ")", "[", "]", ",", ".", "x", "+", "-", "^", "?", ":", "é", "∞",
+        "1e", "&&", "&", " ",
+    ];
     let mut state = 1_u64;
     for _ in 0..20_000 {
         let mut source = String::new();
         for _ in 0..12 {
-            state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+            state = state
+                .wrapping_mul(6_364_136_223_846_793_005)
+                .wrapping_add(1_442_695_040_888_963_407);
             source.push_str(pieces[(state >> 33) as usize % pieces.len()]);
         }
         if let Err(error) = evaluate(&source, &names()) {
-            assert!(source.get(error.span.clone()).is_some(), "{source}: {error:?}");
+            assert!(
+                source.get(error.span.clone()).is_some(),
+                "{source}: {error:?}"
+            );
         }
     }
 }
@@ -241,7 +377,8 @@ fn parameter_names() {
     assert!(parameter_name_problem("t").is_some());
 }
 
-/// Protects: noise functions are those of [`crate::noise`], in space for a vector or three numbers, in the plane for two.
+/// Protects: noise functions are those of [`crate::noise`], in space for a vector or three numbers,
+/// in the plane for two.
 #[test]
 fn noise_functions() {
     use crate::noise::{fbm2, fbm3, noise2, noise3, turbulence2, turbulence3};
@@ -259,12 +396,24 @@ fn noise_functions() {
     ] {
         assert_eq!(value(source), expected, "{source}");
     }
-    assert_eq!(refused("fbm([1, 2, 3], 0.5)").0, "the octaves of `fbm` must be a constant whole number from 1 to 24");
+    assert_eq!(
+        refused("fbm([1, 2, 3], 0.5)").0,
+        "the octaves of `fbm` must be a constant whole number from 1 to 24"
+    );
     assert_eq!(refused("fbm([1, 2, 3], 25)").1, "25");
     assert_eq!(refused("fbm([1, 2, 3], 0)").1, "0");
-    assert_eq!(refused("noise(1)").0, "a point of noise must be a vector, and this is a number");
-    assert_eq!(refused("noise2([1, 2, 3])").0, "`noise2` does not take 1 argument");
-    assert_eq!(refused("fbm2(1, 2, 3, 4)").0, "`fbm2` does not take 4 arguments");
+    assert_eq!(
+        refused("noise(1)").0,
+        "a point of noise must be a vector, and this is a number"
+    );
+    assert_eq!(
+        refused("noise2([1, 2, 3])").0,
+        "`noise2` does not take 1 argument"
+    );
+    assert_eq!(
+        refused("fbm2(1, 2, 3, 4)").0,
+        "`fbm2` does not take 4 arguments"
+    );
     let error = compile("fbm(p, 1 + u)", &names(), Scope::Surface).expect_err("octaves vary");
     assert_eq!(error.span, 7..12);
 }

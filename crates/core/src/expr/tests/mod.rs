@@ -11,7 +11,11 @@ use glam::DVec3;
 use super::Inputs;
 
 fn names() -> BTreeMap<String, f64> {
-    BTreeMap::from([("t".to_owned(), 2.0), ("size".to_owned(), 0.5), ("long_name".to_owned(), 7.0)])
+    BTreeMap::from([
+        ("t".to_owned(), 2.0),
+        ("size".to_owned(), 0.5),
+        ("long_name".to_owned(), 7.0),
+    ])
 }
 
 fn hit() -> Inputs<f64> {

@@ -1,4 +1,5 @@
-//! Compiled programs against a walk over random trees: the meaning of an expression in as few words as possible.
+//! Compiled programs against a walk over random trees: the meaning of an expression in as few words
+//! as possible.
 
 use glam::DVec3;
 use raywright_bvh::scalar::{Real, Vector};
@@ -43,15 +44,18 @@ impl Tree {
         }
     }
 
-    /// The part of the tree that decides: the branch of a choice that is always taken, or either of two that are equal.
+    /// The part of the tree that decides: the branch of a choice that is always taken, or either of
+    /// two that are equal.
     fn settled(&self) -> &Self {
         match self {
             Of("?", parts) if parts[1] == parts[2] => parts[1].settled(),
             Of("mix", parts) if parts[0] == parts[1] && parts[2].chooses() => parts[0].settled(),
-            Of("?", parts) if parts[0].is_constant() => match parts[0].value(&Inputs::<f64>::default()).1[0] {
-                c if c.abs() > 0.0 => parts[1].settled(),
-                _ => parts[2].settled(),
-            },
+            Of("?", parts) if parts[0].is_constant() => {
+                match parts[0].value(&Inputs::<f64>::default()).1[0] {
+                    c if c.abs() > 0.0 => parts[1].settled(),
+                    _ => parts[2].settled(),
+                }
+            }
             _ => self,
         }
     }
@@ -82,7 +86,16 @@ impl Tree {
             Name("o") => return vector(hit.o),
             Name("u") => return (false, [hit.u; 3]),
             Name("v") => return (false, [hit.v; 3]),
-            Name(name) => return (false, [if *name == "shadow" { hit.shadow } else { hit.occluder_distance }; 3]),
+            Name(name) => {
+                return (
+                    false,
+                    [if *name == "shadow" {
+                        hit.shadow
+                    } else {
+                        hit.occluder_distance
+                    }; 3],
+                );
+            }
             Of(name, parts) => (*name, parts),
         };
         let values: Vec<Value<R>> = parts.iter().map(|part| part.value(hit)).collect();
@@ -91,11 +104,26 @@ impl Tree {
         let truth = |value: bool| if value { R::ONE } else { R::ZERO };
         match name {
             "[]" => (true, [number(0), number(1), number(2)]),
-            ".x" | ".y" | ".z" => (false, [values[0].1[(name.as_bytes()[1] - b'x') as usize]; 3]),
-            "?" => (values[1].0 || values[2].0, if number(0).abs() > R::ZERO { values[1].1 } else { values[2].1 }),
-            "mix" if parts[2].chooses() => {
-                (values[0].0 || values[1].0, if number(2) == R::ONE { values[1].1 } else { values[0].1 })
-            }
+            ".x" | ".y" | ".z" => (
+                false,
+                [values[0].1[(name.as_bytes()[1] - b'x') as usize]; 3],
+            ),
+            "?" => (
+                values[1].0 || values[2].0,
+                if number(0).abs() > R::ZERO {
+                    values[1].1
+                } else {
+                    values[2].1
+                },
+            ),
+            "mix" if parts[2].chooses() => (
+                values[0].0 || values[1].0,
+                if number(2) == R::ONE {
+                    values[1].1
+                } else {
+                    values[0].1
+                },
+            ),
             "dot" => (false, [point(0).dot(point(1)); 3]),
             "length" => (false, [point(0).dot(point(0)).sqrt(); 3]),
             "normalize" => vector(point(0) * (R::ONE / point(0).dot(point(0)).sqrt())),
@@ -116,8 +144,13 @@ impl Tree {
                         ("sin", &[a]) => a.sin(),
                         ("floor", &[a]) => a.floor() + R::ZERO,
                         ("fract", &[a]) => {
-                            let (below_one, fraction) = (R::ONE - R::ROUNDOFF, a - (a.floor() + R::ZERO));
-                            if fraction > below_one { below_one } else { fraction }
+                            let (below_one, fraction) =
+                                (R::ONE - R::ROUNDOFF, a - (a.floor() + R::ZERO));
+                            if fraction > below_one {
+                                below_one
+                            } else {
+                                fraction
+                            }
                         }
                         ("+", &[a, b]) => a + b,
                         ("-", &[a, b]) => a - b,
@@ -158,7 +191,11 @@ impl Tree {
                         ("mix", &[a, b, t]) => a * (R::ONE - t) + b * t,
                         ("clamp", &[a, low, high]) => {
                             let raised = if low > a || a.is_nan() { low } else { a };
-                            if high < raised || raised.is_nan() { high } else { raised }
+                            if high < raised || raised.is_nan() {
+                                high
+                            } else {
+                                raised
+                            }
                         }
                         ("smoothstep", &[low, high, a]) => {
                             let t = (a - low) / (high - low);
@@ -174,7 +211,10 @@ impl Tree {
                         (name, x) => panic!("{name} of {x:?}"),
                     }
                 };
-                (values.iter().any(|value| value.0), [component(0), component(1), component(2)])
+                (
+                    values.iter().any(|value| value.0),
+                    [component(0), component(1), component(2)],
+                )
             }
         }
     }
@@ -183,13 +223,17 @@ impl Tree {
 /// Grows trees of at most a given depth.
 struct Random {
     state: u64,
-    /// With constants in them, which are computed beforehand, in f64 whatever the renderer's scalar.
+    /// With constants in them, which are computed beforehand, in f64 whatever the renderer's
+    /// scalar.
     constants: bool,
 }
 
 impl Random {
     fn below(&mut self, n: usize) -> usize {
-        self.state = self.state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+        self.state = self
+            .state
+            .wrapping_mul(6_364_136_223_846_793_005)
+            .wrapping_add(1_442_695_040_888_963_407);
         (self.state >> 33) as usize % n
     }
 
@@ -206,26 +250,58 @@ impl Random {
             let constants = [0.0, 0.1, 0.5, 1.0, 2.0, 3.7];
             return match self.below(if self.constants { 4 } else { 2 }) {
                 0 => Name(self.one_of(&["u", "v", "shadow", "occluder_distance"])),
-                1 => Of(self.one_of(&[".x", ".y", ".z"]), vec![Name(self.one_of(&["p", "n", "d", "o"]))]),
+                1 => Of(
+                    self.one_of(&[".x", ".y", ".z"]),
+                    vec![Name(self.one_of(&["p", "n", "d", "o"]))],
+                ),
                 2 => Name("t"),
                 _ => Number(constants[self.below(constants.len())]),
             };
         }
         let depth = self.below(depth);
         match self.below(13) {
-            0..5 => Of(self.one_of(&["+", "-", "*", "/", "%"]), self.numbers(depth, 2)),
-            5 => Of(self.one_of(&["-", "!", "abs", "sqrt", "sin", "floor", "fract"]), self.numbers(depth, 1)),
+            0..5 => Of(
+                self.one_of(&["+", "-", "*", "/", "%"]),
+                self.numbers(depth, 2),
+            ),
+            5 => Of(
+                self.one_of(&["-", "!", "abs", "sqrt", "sin", "floor", "fract"]),
+                self.numbers(depth, 1),
+            ),
             6 => {
                 let exponents = [0.0, 1.0, 2.0, 3.0, 50.0, 500.0, 0.5, -1.0, -4.0];
                 let exponent = Number(exponents[self.below(exponents.len())]);
                 Of("^", vec![self.number(depth), exponent])
             }
-            7 => Of(self.one_of(&["mix", "clamp", "smoothstep", "?"]), self.numbers(depth, 3)),
-            8 => Of(self.one_of(&["min", "max", "step", "checker", "atan2", "noise"]), self.numbers(depth, 2)),
+            7 => Of(
+                self.one_of(&["mix", "clamp", "smoothstep", "?"]),
+                self.numbers(depth, 3),
+            ),
+            8 => Of(
+                self.one_of(&["min", "max", "step", "checker", "atan2", "noise"]),
+                self.numbers(depth, 2),
+            ),
             9 => Of("dot", vec![self.vector(depth), self.vector(depth)]),
-            10 => Of(self.one_of(&[".x", ".y", ".z", "length", "noise"]), vec![self.vector(depth)]),
-            11 => Of("mix", vec![self.number(depth), self.number(depth), self.comparison(depth)]),
-            _ => Of("?", vec![self.comparison(depth), self.number(depth), self.number(depth)]),
+            10 => Of(
+                self.one_of(&[".x", ".y", ".z", "length", "noise"]),
+                vec![self.vector(depth)],
+            ),
+            11 => Of(
+                "mix",
+                vec![
+                    self.number(depth),
+                    self.number(depth),
+                    self.comparison(depth),
+                ],
+            ),
+            _ => Of(
+                "?",
+                vec![
+                    self.comparison(depth),
+                    self.number(depth),
+                    self.number(depth),
+                ],
+            ),
         }
     }
 
@@ -243,15 +319,42 @@ impl Random {
                 let operator = self.one_of(&["+", "-", "*", "/", "%", "min", "max"]);
                 Of(operator, vec![self.vector(depth), self.vector(depth)])
             }
-            3 => Of(self.one_of(&["+", "-", "*", "/", "%", "min"]), vec![self.vector(depth), self.number(depth)]),
-            4 => Of(self.one_of(&["+", "-", "*", "/", "%", "max"]), vec![self.number(depth), self.vector(depth)]),
-            5 => Of("mix", vec![self.vector(depth), self.number(depth), self.comparison(depth)]),
-            6 => Of(self.one_of(&["mix", "smoothstep"]), vec![self.vector(depth), self.vector(depth), self.number(depth)]),
-            7 => Of("?", vec![self.comparison(depth), self.vector(depth), self.number(depth)]),
+            3 => Of(
+                self.one_of(&["+", "-", "*", "/", "%", "min"]),
+                vec![self.vector(depth), self.number(depth)],
+            ),
+            4 => Of(
+                self.one_of(&["+", "-", "*", "/", "%", "max"]),
+                vec![self.number(depth), self.vector(depth)],
+            ),
+            5 => Of(
+                "mix",
+                vec![
+                    self.vector(depth),
+                    self.number(depth),
+                    self.comparison(depth),
+                ],
+            ),
+            6 => Of(
+                self.one_of(&["mix", "smoothstep"]),
+                vec![self.vector(depth), self.vector(depth), self.number(depth)],
+            ),
+            7 => Of(
+                "?",
+                vec![
+                    self.comparison(depth),
+                    self.vector(depth),
+                    self.number(depth),
+                ],
+            ),
             8 => Of("[]", self.numbers(depth, 3)),
             _ => {
                 let function = self.one_of(&["-", "normalize", "abs", "floor", "cross", "reflect"]);
-                let count = if ["cross", "reflect"].contains(&function) { 2 } else { 1 };
+                let count = if ["cross", "reflect"].contains(&function) {
+                    2
+                } else {
+                    1
+                };
                 Of(function, (0..count).map(|_| self.vector(depth)).collect())
             }
         }
@@ -268,32 +371,65 @@ fn same<R: Real>(program: R::Vec3, walk: [R; 3]) -> bool {
 
 fn check<R: Real>(tree: &Tree, hits: &[Inputs<R>]) {
     let source = tree.source();
-    let program = compile(&source, &names(), Scope::Light).unwrap_or_else(|e| panic!("{source}: {e}"));
+    let program =
+        compile(&source, &names(), Scope::Light).unwrap_or_else(|e| panic!("{source}: {e}"));
     let programs = Programs::of(&program);
     for hit in hits {
         let (is_vector, walk) = tree.value(hit);
         let (vector, scalar) = (programs.vector(0, hit), programs.scalar(0, hit));
-        assert!(same::<R>(vector, walk), "{source}\n{vector:?} is not {walk:?}\n{program:?}");
-        assert_eq!((program.is_vector(), scalar.to_f64().to_bits()), (is_vector, vector.x().to_f64().to_bits()), "{source}");
+        assert!(
+            same::<R>(vector, walk),
+            "{source}\n{vector:?} is not {walk:?}\n{program:?}"
+        );
+        assert_eq!(
+            (program.is_vector(), scalar.to_f64().to_bits()),
+            (is_vector, vector.x().to_f64().to_bits()),
+            "{source}"
+        );
     }
 }
 
-/// Hits with numbers of every kind that a formula may meet: whole, negative, zero of both signs, infinite.
+/// Hits with numbers of every kind that a formula may meet: whole, negative, zero of both signs,
+/// infinite.
 fn hits() -> Vec<Inputs<f64>> {
     let v = DVec3::new;
-    let zeros = Inputs { p: v(0.0, -0.0, 1.0), n: v(-0.0, 0.0, -1.0), d: v(1.0, 0.0, 0.0), u: -0.0, ..Inputs::default() };
-    vec![hit(), zeros, Inputs { p: v(-7.25, 0.3, 1e-3), o: v(2.0, -2.0, 0.1), u: -1.5, v: 3.0, occluder_distance: 0.7, ..hit() }]
+    let zeros = Inputs {
+        p: v(0.0, -0.0, 1.0),
+        n: v(-0.0, 0.0, -1.0),
+        d: v(1.0, 0.0, 0.0),
+        u: -0.0,
+        ..Inputs::default()
+    };
+    vec![
+        hit(),
+        zeros,
+        Inputs {
+            p: v(-7.25, 0.3, 1e-3),
+            o: v(2.0, -2.0, 0.1),
+            u: -1.5,
+            v: 3.0,
+            occluder_distance: 0.7,
+            ..hit()
+        },
+    ]
 }
 
-/// Protects: what is computed beforehand, shared, taken into one step or kept in a register changes no bit of a value, be it
-/// the sign of a zero.
+/// Protects: what is computed beforehand, shared, taken into one step or kept in a register changes
+/// no bit of a value, be it the sign of a zero.
 #[test]
 fn programs_mean_what_their_trees_mean() {
     let hits = hits();
-    let mut random = Random { state: 7, constants: true };
+    let mut random = Random {
+        state: 7,
+        constants: true,
+    };
     for i in 0..20_000 {
         let depth = 1 + i % 7;
-        let tree = if i % 2 == 0 { random.number(depth) } else { random.vector(depth) };
+        let tree = if i % 2 == 0 {
+            random.number(depth)
+        } else {
+            random.vector(depth)
+        };
         check::<f64>(&tree, &hits);
     }
 }
@@ -302,10 +438,17 @@ fn programs_mean_what_their_trees_mean() {
 #[test]
 fn programs_mean_what_their_trees_mean_in_single_precision() {
     let hits: Vec<Inputs<f32>> = hits().iter().map(narrow).collect();
-    let mut random = Random { state: 11, constants: false };
+    let mut random = Random {
+        state: 11,
+        constants: false,
+    };
     for i in 0..20_000 {
         let depth = 1 + i % 7;
-        let tree = if i % 2 == 0 { random.number(depth) } else { random.vector(depth) };
+        let tree = if i % 2 == 0 {
+            random.number(depth)
+        } else {
+            random.vector(depth)
+        };
         check::<f32>(&tree, &hits);
     }
 }

@@ -11,56 +11,120 @@ use crate::expr::{Constant, MAX_OPERATIONS, Programs, Scope, Variable, compile, 
 #[test]
 fn variables_belong_to_scopes() {
     for (source, scope, expected) in [
-        ("p.x + 10*n.y + 100*d.x + r.y + o.z", Scope::Surface, 1.5 + 10.0 + 60.0 + 0.8 + 2.0),
+        (
+            "p.x + 10*n.y + 100*d.x + r.y + o.z",
+            Scope::Surface,
+            1.5 + 10.0 + 60.0 + 0.8 + 2.0,
+        ),
         ("u + v + distance", Scope::Surface, 6.0),
         ("l.z + shadow", Scope::Light, 1.5),
         ("1/occluder_distance", Scope::Light, 0.0),
         ("d.y + o.z", Scope::Sky, 1.2),
         ("t*size", Scope::Sky, 1.0),
     ] {
-        let program = compile_number(source, &names(), scope).unwrap_or_else(|e| panic!("{source}: {e}"));
-        assert!((Programs::of(&program).scalar(0, &hit()) - expected).abs() < 1e-14, "{source}");
+        let program =
+            compile_number(source, &names(), scope).unwrap_or_else(|e| panic!("{source}: {e}"));
+        assert!(
+            (Programs::of(&program).scalar(0, &hit()) - expected).abs() < 1e-14,
+            "{source}"
+        );
     }
-    for (source, scope) in [("l.x", Scope::Surface), ("shadow", Scope::Surface), ("p.x", Scope::Sky), ("d.x", Scope::Load)] {
+    for (source, scope) in [
+        ("l.x", Scope::Surface),
+        ("shadow", Scope::Surface),
+        ("p.x", Scope::Sky),
+        ("d.x", Scope::Load),
+    ] {
         let error = compile(source, &names(), scope).expect_err(source);
-        assert!(error.message.contains("does not exist"), "{source}: {error}");
+        assert!(
+            error.message.contains("does not exist"),
+            "{source}: {error}"
+        );
     }
-    assert!(compile_number("p", &names(), Scope::Surface).is_err_and(|e| e.message.contains("a weight must be a number")));
+    assert!(
+        compile_number("p", &names(), Scope::Surface)
+            .is_err_and(|e| e.message.contains("a weight must be a number"))
+    );
 }
 
 /// Protects: what the preparation asks a program: constant or not, which variables, which kind.
 #[test]
 fn programs_describe_themselves() {
     let surface = |source| compile(source, &names(), Scope::Surface).expect("compiles");
-    assert_eq!(surface("size*[1, 2, t]").is_constant(), Some(Constant::Vector([0.5, 1.0, 1.0])));
-    assert_eq!(surface("t > 1 ? 3 : p.x").is_constant(), Some(Constant::Number(3.0)));
+    assert_eq!(
+        surface("size*[1, 2, t]").is_constant(),
+        Some(Constant::Vector([0.5, 1.0, 1.0]))
+    );
+    assert_eq!(
+        surface("t > 1 ? 3 : p.x").is_constant(),
+        Some(Constant::Number(3.0))
+    );
     let program = surface("mix([1, 0, 0], [0, 1, 0], n.y)");
     assert_eq!(program.is_constant(), None);
-    assert!(program.is_vector() && program.uses(Variable::Normal) && !program.uses(Variable::Position));
+    assert!(
+        program.is_vector() && program.uses(Variable::Normal) && !program.uses(Variable::Position)
+    );
     assert_eq!(Programs::of(&program).vector(0, &hit()), DVec3::Y);
-    assert_eq!(Programs::of(&surface("u")).vector(0, &hit()), DVec3::splat(0.25));
+    assert_eq!(
+        Programs::of(&surface("u")).vector(0, &hit()),
+        DVec3::splat(0.25)
+    );
 }
 
-/// Protects: programs that lie in one table keep their own steps, constants, rows and variables, whatever their sizes and order.
+/// Protects: programs that lie in one table keep their own steps, constants, rows and variables,
+/// whatever their sizes and order.
 #[test]
 fn programs_lie_side_by_side() {
-    let sum = |count: usize| (0..count).map(|i| format!("({i}.25 + sin({i}*u))*p.y")).collect::<Vec<_>>().join(" + ");
-    let sources =
-        ["u".to_owned(), sum(12), "mix([1, 0, 0], [0, 1, 0], n.y)".to_owned(), sum(100), "7".to_owned(), sum(3), "d".to_owned()];
-    let compiled = sources.map(|source| compile(&source, &names(), Scope::Surface).unwrap_or_else(|e| panic!("{source}: {e}")));
+    let sum = |count: usize| {
+        (0..count)
+            .map(|i| format!("({i}.25 + sin({i}*u))*p.y"))
+            .collect::<Vec<_>>()
+            .join(" + ")
+    };
+    let sources = [
+        "u".to_owned(),
+        sum(12),
+        "mix([1, 0, 0], [0, 1, 0], n.y)".to_owned(),
+        sum(100),
+        "7".to_owned(),
+        sum(3),
+        "d".to_owned(),
+    ];
+    let compiled = sources.map(|source| {
+        compile(&source, &names(), Scope::Surface).unwrap_or_else(|e| panic!("{source}: {e}"))
+    });
     let mut together = Programs::<f64>::default();
     let indices = compiled.each_ref().map(|program| together.add(program));
     assert_eq!(indices, [0, 1, 2, 3, 4, 5, 6]);
     for (index, program) in indices.into_iter().zip(&compiled) {
         let alone = Programs::of(program);
-        assert_eq!(together.vector(index, &hit()), alone.vector(0, &hit()), "program {index}");
-        assert_eq!(together.scalar(index, &hit()), alone.scalar(0, &hit()), "program {index}");
+        assert_eq!(
+            together.vector(index, &hit()),
+            alone.vector(0, &hit()),
+            "program {index}"
+        );
+        assert_eq!(
+            together.scalar(index, &hit()),
+            alone.scalar(0, &hit()),
+            "program {index}"
+        );
         for variable in Variable::ALL {
-            assert_eq!(together.uses(index, variable), program.uses(variable), "program {index}, {variable:?}");
+            assert_eq!(
+                together.uses(index, variable),
+                program.uses(variable),
+                "program {index}, {variable:?}"
+            );
         }
     }
-    assert_eq!((together.scalar(4, &hit()), together.vector(2, &hit())), (7.0, DVec3::Y));
-    assert!(together.uses(6, Variable::Direction) && !together.uses(6, Variable::U) && together.uses(0, Variable::U));
+    assert_eq!(
+        (together.scalar(4, &hit()), together.vector(2, &hit())),
+        (7.0, DVec3::Y)
+    );
+    assert!(
+        together.uses(6, Variable::Direction)
+            && !together.uses(6, Variable::U)
+            && together.uses(0, Variable::U)
+    );
 }
 
 /// Protects: a program larger than the limit is an error, not a slow picture.
@@ -71,16 +135,31 @@ fn oversized_programs_are_refused() {
     assert!(error.message.contains("the limit is"), "{error}");
 }
 
-/// Protects: a power that is known to be zero before it is multiplied out is what multiplying out gives, bit for bit.
+/// Protects: a power that is known to be zero before it is multiplied out is what multiplying out
+/// gives, bit for bit.
 #[test]
 fn powers_vanish_where_their_squares_do() {
     for exponent in (0..600).chain([1023, 1024, 1025, 4095, 32_769, 65_535, 65_536]) {
         let limit = vanishing(exponent) as f32;
-        let below = (0..200).map(|i| limit * (1.0 - 0.000_5 * i as f32)).chain([limit.next_down(), limit * 1e-3, 0.0, f32::NAN]);
-        for base in below.chain([limit, limit * 1.001, 0.999, 1.5]).flat_map(|x| [x, -x]) {
+        let below = (0..200).map(|i| limit * (1.0 - 0.000_5 * i as f32)).chain([
+            limit.next_down(),
+            limit * 1e-3,
+            0.0,
+            f32::NAN,
+        ]);
+        for base in below
+            .chain([limit, limit * 1.001, 0.999, 1.5])
+            .flat_map(|x| [x, -x])
+        {
             let (got, wanted) = (power(base, exponent, limit), Real::powi(base, exponent));
-            assert!(got.to_bits() == wanted.to_bits() || wanted.is_nan(), "{base}^{exponent} is {wanted}, not {got}");
+            assert!(
+                got.to_bits() == wanted.to_bits() || wanted.is_nan(),
+                "{base}^{exponent} is {wanted}, not {got}"
+            );
         }
     }
-    assert!((0.5..1.0).contains(&vanishing(500)) && vanishing(1) as f32 == 0.0, "a limit that never holds is of no use");
+    assert!(
+        (0.5..1.0).contains(&vanishing(500)) && vanishing(1) as f32 == 0.0,
+        "a limit that never holds is of no use"
+    );
 }

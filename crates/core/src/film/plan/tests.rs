@@ -12,25 +12,65 @@ impl Plan {
 }
 
 fn plan(sampling: Sampling) -> Plan {
-    Plan::new(&Settings { sampling, ..Settings::of(&Scene::default()) }, true, false)
+    Plan::new(
+        &Settings {
+            sampling,
+            ..Settings::of(&Scene::default())
+        },
+        true,
+        false,
+    )
 }
 
-/// Protects: every sample belongs to one replicate, none is larger than the first or smaller by more than one, no
-/// replicate outgrows its count, and there are never more replicates than samples.
+/// Protects: every sample belongs to one replicate, none is larger than the first or smaller by
+/// more than one, no replicate outgrows its count, and there are never more replicates than
+/// samples.
 #[test]
 fn samples_are_spread_evenly_over_replicates() {
-    for n in [1, 7, 8, 9, 16, 63, 64, 1023, 65_536, 262_140, 262_141, 1_000_000, u32::MAX] {
+    for n in [
+        1,
+        7,
+        8,
+        9,
+        16,
+        63,
+        64,
+        1023,
+        65_536,
+        262_140,
+        262_141,
+        1_000_000,
+        u32::MAX,
+    ] {
         let plan = plan(Sampling::General(n));
         let each: Vec<u32> = (0..plan.replicates).map(|r| plan.samples_of(r)).collect();
         assert_eq!(each.iter().sum::<u32>(), n);
-        assert!(each.is_sorted_by(|a, b| a >= b) && each[0] - each[each.len() - 1] <= 1, "{n}: {each:?}");
+        assert!(
+            each.is_sorted_by(|a, b| a >= b) && each[0] - each[each.len() - 1] <= 1,
+            "{n}: {each:?}"
+        );
         assert!((1..=MOST).contains(&each[0]), "{n}: {}", each[0]);
-        assert_eq!(plan.replicates, if n <= 262_140 { replicates(n) } else { n.div_ceil(MOST) });
+        assert_eq!(
+            plan.replicates,
+            if n <= 262_140 {
+                replicates(n)
+            } else {
+                n.div_ceil(MOST)
+            }
+        );
     }
     for (asked, samples, given) in [(4, 3, 3), (4, 4, 4), (0, 4, 1), (5, 7, 5)] {
         let sampling = Sampling::General(samples);
-        let settings = Settings { sampling, replicates: Some(asked), ..Settings::of(&Scene::default()) };
-        assert_eq!(Plan::new(&settings, true, false).replicates, given, "{asked} asked for of {samples} samples");
+        let settings = Settings {
+            sampling,
+            replicates: Some(asked),
+            ..Settings::of(&Scene::default())
+        };
+        assert_eq!(
+            Plan::new(&settings, true, false).replicates,
+            given,
+            "{asked} asked for of {samples} samples"
+        );
     }
     for pattern in [Pattern::Centre, Pattern::Corners] {
         let plan = plan(Sampling::Pattern(pattern));
@@ -38,18 +78,25 @@ fn samples_are_spread_evenly_over_replicates() {
     }
 }
 
-/// Protects: tiles cover each pixel of the film once, whether or not their edge divides the picture's, which may be a pixel, a row, or of primes.
+/// Protects: tiles cover each pixel of the film once, whether or not their edge divides the
+/// picture's, which may be a pixel, a row, or of primes.
 #[test]
 fn f09_tiles_cover_the_film_once() {
-    for (picture, size) in
-        [[65, 33], [1, 1], [1, 97], [101, 1], [61, 53]].into_iter().flat_map(|p| [1, 7, 32, 1000].map(|s| (p, s)))
+    for (picture, size) in [[65, 33], [1, 1], [1, 97], [101, 1], [61, 53]]
+        .into_iter()
+        .flat_map(|p| [1, 7, 32, 1000].map(|s| (p, s)))
     {
-        let settings = Settings { size: picture, tile_size: size, ..Settings::of(&Scene::default()) };
+        let settings = Settings {
+            size: picture,
+            tile_size: size,
+            ..Settings::of(&Scene::default())
+        };
         let plan = Plan::new(&settings, false, false);
         let mut covered = vec![0; plan.pixels()];
         for tile in (0..plan.tiles()).map(|index| plan.tile(index)) {
             for y in tile.y..tile.y + tile.height {
-                (tile.x..tile.x + tile.width).for_each(|x| covered[(y * picture[0] + x) as usize] += 1);
+                (tile.x..tile.x + tile.width)
+                    .for_each(|x| covered[(y * picture[0] + x) as usize] += 1);
             }
         }
         assert!(
@@ -59,8 +106,8 @@ fn f09_tiles_cover_the_film_once() {
     }
 }
 
-/// Protects: passes follow each other without a gap, are few samples at first, and end at full blocks from the second on; a
-/// pattern is one pass.
+/// Protects: passes follow each other without a gap, are few samples at first, and end at full
+/// blocks from the second on; a pattern is one pass.
 #[test]
 fn passes_take_all_samples_in_order() {
     let passes = |plan: &Plan| {
@@ -72,28 +119,53 @@ fn passes_take_all_samples_in_order() {
         }
         ends
     };
-    let general = |n| passes(&Plan { replicates: 1, ..plan(Sampling::General(n)) });
+    let general = |n| {
+        passes(&Plan {
+            replicates: 1,
+            ..plan(Sampling::General(n))
+        })
+    };
     assert_eq!(general(1), [1]);
     assert_eq!(general(20), [4, 16, 20]);
     assert_eq!(general(200), [4, 16, 32, 64, 128, 192, 200]);
     assert_eq!(passes(&plan(Sampling::Pattern(Pattern::Corners))), [4]);
     // From in between, to where the others end.
-    assert_eq!(plan(Sampling::General(400)).pass(100, 70), Some((4, 70..100)));
+    assert_eq!(
+        plan(Sampling::General(400)).pass(100, 70),
+        Some((4, 70..100))
+    );
 }
 
-/// Protects: the fewest samples that go on with a film are those that a search one by one finds, for any division, and are found where the
-/// films have more samples than a search could go through.
+/// Protects: the fewest samples that go on with a film are those that a search one by one finds,
+/// for any division, and are found where the films have more samples than a search could go
+/// through.
 #[test]
 fn the_fewest_samples_that_go_on() {
     for asked in [None, Some(1), Some(2), Some(3), Some(5), Some(16)] {
-        let of = |n| plan(Sampling::General(1)).with_division(asked).with_samples(n);
+        let of = |n| {
+            plan(Sampling::General(1))
+                .with_division(asked)
+                .with_samples(n)
+        };
         for (fewer, more) in (1..90).flat_map(|fewer| (1..90).map(move |more| (fewer, more))) {
             let found = (fewer.max(more)..).find(|&n| of(n).continues(&of(fewer)));
-            assert_eq!(of(more).least_continuing(&of(fewer)), found, "{asked:?}, {fewer}, {more}");
+            assert_eq!(
+                of(more).least_continuing(&of(fewer)),
+                found,
+                "{asked:?}, {fewer}, {more}"
+            );
         }
     }
-    let of = |n, replicates| Plan { samples: n, replicates, asked: Some(replicates), ..plan(Sampling::General(1)) };
+    let of = |n, replicates| Plan {
+        samples: n,
+        replicates,
+        asked: Some(replicates),
+        ..plan(Sampling::General(1))
+    };
     // Its replicates hold 60,000 samples each.
-    assert_eq!(of(70_000, 60_000).least_continuing(&of(60_000, 1)), Some(59_999 * 60_000 + 1));
+    assert_eq!(
+        of(70_000, 60_000).least_continuing(&of(60_000, 1)),
+        Some(59_999 * 60_000 + 1)
+    );
     assert_eq!(of(80_000, 80_000).least_continuing(&of(60_000, 1)), None);
 }

@@ -1,4 +1,5 @@
-//! Samples that go where the error is: where to, how many, when it ends, and that nobody who looks on changes it.
+//! Samples that go where the error is: where to, how many, when it ends, and that nobody who looks
+//! on changes it.
 
 use core::sync::atomic::{AtomicU32, Ordering};
 
@@ -14,25 +15,41 @@ use crate::{Ready, prepare};
 /// A film of so many tiles in a row, each 16 × 16 pixels.
 pub(super) fn row(tiles: u32, most: u32) -> Film {
     let size = [16 * tiles, 16];
-    let settings = Settings { size, sampling: Sampling::General(most), max_error: Some(0.1), ..Settings::of(&Scene::default()) };
-    prepare(&Scene::default(), &settings, &()).expect("an empty scene").film("")
+    let settings = Settings {
+        size,
+        sampling: Sampling::General(most),
+        max_error: Some(0.1),
+        ..Settings::of(&Scene::default())
+    };
+    prepare(&Scene::default(), &settings, &())
+        .expect("an empty scene")
+        .film("")
 }
 
-/// Takes the samples that are to be taken: replicate r of each pixel has this mean by its tile and number of samples.
+/// Takes the samples that are to be taken: replicate r of each pixel has this mean by its tile and
+/// number of samples.
 pub(super) fn take(film: &mut Film, mean: impl Fn(u32, u32, f64) -> f64) {
     let plan = film.plan.clone();
     for replicate in 0..4 {
         let tile_of = |pixel: usize| plan.tile_of(pixel);
-        let samples: Vec<u16> = (0..plan.pixels()).map(|p| film.goal(tile_of(p), replicate) as u16).collect();
-        let of = |(pixel, &n): (usize, &u16)| [mean(replicate, tile_of(pixel), f64::from(n)) * f64::from(n); 3];
+        let samples: Vec<u16> = (0..plan.pixels())
+            .map(|p| film.goal(tile_of(p), replicate) as u16)
+            .collect();
+        let of = |(pixel, &n): (usize, &u16)| {
+            [mean(replicate, tile_of(pixel), f64::from(n)) * f64::from(n); 3]
+        };
         let sums = samples.iter().enumerate().map(of).collect();
-        film.planes[replicate as usize] = Some(ReplicateBuffer { sums, samples, ..ReplicateBuffer::default() });
+        film.planes[replicate as usize] = Some(ReplicateBuffer {
+            sums,
+            samples,
+            ..ReplicateBuffer::default()
+        });
     }
     film.drawn.copy_from_slice(&film.goals.clone());
 }
 
-/// Means about 1 whose samples deviate by `sigma`: up in the first two replicates, down in the other two, so that each half of the
-/// replicates knows it exactly.
+/// Means about 1 whose samples deviate by `sigma`: up in the first two replicates, down in the
+/// other two, so that each half of the replicates knows it exactly.
 fn known(sigma: impl Fn(u32) -> f64) -> impl Fn(u32, u32, f64) -> f64 {
     move |replicate, tile, n| 1.0 + if replicate < 2 { 1.0 } else { -1.0 } * sigma(tile) / n.sqrt()
 }
@@ -41,8 +58,9 @@ fn total(film: &Film) -> u64 {
     film.progress(&film.whole()).0
 }
 
-/// Protects: tiles whose samples deviate four times as much get four times as many, up to the grid of numbers; a round adds at most a
-/// quarter; what is asked for is reached, by the upper end of the interval, and no later than a sixteenth and a step too many.
+/// Protects: tiles whose samples deviate four times as much get four times as many, up to the grid
+/// of numbers; a round adds at most a quarter; what is asked for is reached, by the upper end of
+/// the interval, and no later than a sixteenth and a step too many.
 #[test]
 fn samples_go_where_the_error_is() {
     let sigma = |tile: u32| if tile < 5 { 0.5 } else { 2.0 };
@@ -52,8 +70,15 @@ fn samples_go_where_the_error_is() {
     loop {
         take(&mut film, known(sigma));
         let now = total(&film);
-        assert!(before == 0 || now as f64 <= 1.25 * before as f64, "{before} to {now}");
-        let high = film.uncertainty().expect("four replicates").root_relmse.high;
+        assert!(
+            before == 0 || now as f64 <= 1.25 * before as f64,
+            "{before} to {now}"
+        );
+        let high = film
+            .uncertainty()
+            .expect("four replicates")
+            .root_relmse
+            .high;
         match film.aim(0.05, &()) {
             Aim::Further => assert!(high > 0.05 && now > before),
             Aim::Reached => {
@@ -69,11 +94,15 @@ fn samples_go_where_the_error_is() {
     let ratio = f64::from(noisy) / f64::from(quiet);
     assert!((3.5..=4.6).contains(&ratio), "{quiet} and {noisy}");
     for tile in 0..10 {
-        assert!((0..4).all(|r| film.drawn(tile, r) == film.drawn(tile, 0)), "both halves know the same");
+        assert!(
+            (0..4).all(|r| film.drawn(tile, r) == film.drawn(tile, 0)),
+            "both halves know the same"
+        );
     }
 }
 
-/// Protects: a tile that looks quiet gets its share all the same, a quarter of what the mean variance asks for.
+/// Protects: a tile that looks quiet gets its share all the same, a quarter of what the mean
+/// variance asks for.
 #[test]
 fn nothing_is_left_behind() {
     let mut film = row(12, 65_536);
@@ -94,17 +123,25 @@ fn halves_decide_for_each_other() {
     for _ in 0..12 {
         // The even replicates differ in the first tiles, the odd ones in the last.
         take(&mut film, |replicate, tile, n| {
-            let loud = if replicate % 2 == 0 { tile < 3 } else { tile >= 9 };
+            let loud = if replicate % 2 == 0 {
+                tile < 3
+            } else {
+                tile >= 9
+            };
             1.0 + if replicate < 2 { 1.0 } else { -1.0 } * if loud { 2.0 } else { 0.2 } / n.sqrt()
         });
         assert_eq!(film.aim(0.005, &()), Aim::Further);
     }
     for (replicate, more, fewer) in [(0, 11, 0), (2, 11, 0), (1, 0, 11), (3, 0, 11)] {
-        assert!(film.goal(more, replicate) > 3 * film.goal(fewer, replicate), "replicate {replicate}");
+        assert!(
+            film.goal(more, replicate) > 3 * film.goal(fewer, replicate),
+            "replicate {replicate}"
+        );
     }
 }
 
-/// Protects: no pixel gets more samples than it may have, and then it is said; few to begin with are few to end with.
+/// Protects: no pixel gets more samples than it may have, and then it is said; few to begin with
+/// are few to end with.
 #[test]
 fn there_is_an_end() {
     for most in [4, 10, 100, 1000] {
@@ -119,43 +156,88 @@ fn there_is_an_end() {
             }
         }
         let all: Vec<u32> = (0..4).map(|replicate| film.drawn(1, replicate)).collect();
-        assert!(all.iter().sum::<u32>() <= most && all.iter().all(|&n| n >= most / 4), "{most}: {all:?}");
+        assert!(
+            all.iter().sum::<u32>() <= most && all.iter().all(|&n| n >= most / 4),
+            "{most}: {all:?}"
+        );
     }
 }
 
-/// Protects: replicates count the same however many samples they have: of the means 1, 2, 3 and 6 with 4, 8, 4 and 8 samples the mean is 3,
-/// and by samples it would be 10/3. Its variance is (4 + 1 + 0 + 9)/12.
+/// Protects: replicates count the same however many samples they have: of the means 1, 2, 3 and 6
+/// with 4, 8, 4 and 8 samples the mean is 3, and by samples it would be 10/3. Its variance is (4 +
+/// 1 + 0 + 9)/12.
 #[test]
 fn replicates_count_the_same() {
     let mut film = row(1, 4096);
-    for (replicate, (mean, n)) in [(1.0, 4), (2.0, 8), (3.0, 4), (6.0, 8)].into_iter().enumerate() {
+    for (replicate, (mean, n)) in [(1.0, 4), (2.0, 8), (3.0, 4), (6.0, 8)]
+        .into_iter()
+        .enumerate()
+    {
         let pixels = film.plan.pixels();
         let sums = vec![[mean * f64::from(n); 3]; pixels];
-        film.planes[replicate] = Some(ReplicateBuffer { sums, samples: vec![n; pixels], ..ReplicateBuffer::default() });
+        film.planes[replicate] = Some(ReplicateBuffer {
+            sums,
+            samples: vec![n; pixels],
+            ..ReplicateBuffer::default()
+        });
     }
-    assert!(film.picture().rgb.iter().all(|colour| colour.iter().all(|c| (c - 3.0).abs() < 1e-6)));
+    assert!(
+        film.picture()
+            .rgb
+            .iter()
+            .all(|colour| colour.iter().all(|c| (c - 3.0).abs() < 1e-6))
+    );
     let rmse = film.uncertainty().expect("four replicates").rmse.value;
     assert!((rmse - (14.0_f64 / 12.0).sqrt()).abs() < 1e-12, "{rmse}");
 }
 
-/// Protects: coverage counts replicates the same too: of 4, 8, 4 and 8 samples those of the first are covered, which is a quarter.
+/// Protects: coverage counts replicates the same too: of 4, 8, 4 and 8 samples those of the first
+/// are covered, which is a quarter.
 #[test]
 fn coverage_counts_replicates_the_same() {
     let background = crate::settings::Background::Transparent;
     let size = [16, 16];
-    let settings = Settings { size, max_error: Some(0.1), background, ..Settings::of(&Scene::default()) };
-    let settings = Settings { sampling: Sampling::General(4096), ..settings };
-    let mut film = prepare(&Scene::default(), &settings, &()).expect("an empty scene").film("");
+    let settings = Settings {
+        size,
+        max_error: Some(0.1),
+        background,
+        ..Settings::of(&Scene::default())
+    };
+    let settings = Settings {
+        sampling: Sampling::General(4096),
+        ..settings
+    };
+    let mut film = prepare(&Scene::default(), &settings, &())
+        .expect("an empty scene")
+        .film("");
     for (replicate, n) in [4_u16, 8, 4, 8].into_iter().enumerate() {
-        let covered = vec![if replicate == 0 { 4 * crate::film::sums::WHOLE } else { 0 }; 256];
-        let plane = ReplicateBuffer { sums: vec![[0.0; 3]; 256], samples: vec![n; 256], covered, ..ReplicateBuffer::default() };
+        let covered = vec![
+            if replicate == 0 {
+                4 * crate::film::sums::WHOLE
+            } else {
+                0
+            };
+            256
+        ];
+        let plane = ReplicateBuffer {
+            sums: vec![[0.0; 3]; 256],
+            samples: vec![n; 256],
+            covered,
+            ..ReplicateBuffer::default()
+        };
         film.planes[replicate] = Some(plane);
     }
-    assert!(film.picture().alpha.expect("it was asked for").iter().all(|&alpha| alpha == 0.25));
+    assert!(
+        film.picture()
+            .alpha
+            .expect("it was asked for")
+            .iter()
+            .all(|&alpha| alpha == 0.25)
+    );
 }
 
-/// Protects: how many samples there will be is told by the claimed error, by a claim in doubt too: a picture that needs a hundred times as many
-/// is not told to be nearly finished.
+/// Protects: how many samples there will be is told by the claimed error, by a claim in doubt too:
+/// a picture that needs a hundred times as many is not told to be nearly finished.
 #[test]
 fn the_end_is_told_by_the_claim() {
     for found in [1000, 39] {
@@ -171,22 +253,37 @@ fn the_end_is_told_by_the_claim() {
     }
 }
 
-/// Protects: an error that is in doubt is not reached, however small it is claimed to be; where that was first, and why, is remembered, and
-/// nothing is where the claim itself is too large.
+/// Protects: an error that is in doubt is not reached, however small it is claimed to be; where
+/// that was first, and why, is remembered, and nothing is where the claim itself is too large.
 #[test]
 fn doubt_goes_on() {
     let mut film = row(3, 65_536);
     take(&mut film, known(|_| 0.01));
     (film.counters.unaided, film.counters.found) = (1000, 39);
-    assert_eq!((film.aim(1e-9, &()), film.doubted_aim()), (Aim::Further, None));
+    assert_eq!(
+        (film.aim(1e-9, &()), film.doubted_aim()),
+        (Aim::Further, None)
+    );
     take(&mut film, known(|_| 0.01));
     assert_eq!(film.aim(0.5, &()), Aim::Further);
     let first = film.doubted_aim().expect("a claim below");
     let samples = film.samples(&film.whole());
-    assert_eq!((first.samples, first.doubt), ([*samples.start(), *samples.end()], Doubt::LightByChance));
-    assert_eq!(first.error, film.uncertainty().expect("four replicates").root_relmse.value);
+    assert_eq!(
+        (first.samples, first.doubt),
+        ([*samples.start(), *samples.end()], Doubt::LightByChance)
+    );
+    assert_eq!(
+        first.error,
+        film.uncertainty()
+            .expect("four replicates")
+            .root_relmse
+            .value
+    );
     take(&mut film, known(|_| 0.01));
-    assert_eq!((film.aim(0.5, &()), film.doubted_aim()), (Aim::Further, Some(first)));
+    assert_eq!(
+        (film.aim(0.5, &()), film.doubted_aim()),
+        (Aim::Further, Some(first))
+    );
     film.counters.found = 40;
     assert_eq!(film.aim(0.5, &()), Aim::Reached);
 }
@@ -199,28 +296,44 @@ fn tiles_grow_by_two_at_most() {
         take(&mut film, known(|tile| if tile == 5 { 50.0 } else { 0.01 }));
         let before = film.drawn(5, 0);
         assert_eq!(film.aim(1e-6, &()), Aim::Further);
-        assert!(film.goal(5, 0) <= 2 * before, "{before} to {}", film.goal(5, 0));
+        assert!(
+            film.goal(5, 0) <= 2 * before,
+            "{before} to {}",
+            film.goal(5, 0)
+        );
     }
 }
 
-/// Protects: black tiles beside others that vary are not given up. One alone is sampled by the variance of its neighbours, √½ of what they take; one
-/// that has none but black ones around it takes a quarter of what the mean variance asks for.
+/// Protects: black tiles beside others that vary are not given up. One alone is sampled by the
+/// variance of its neighbours, √½ of what they take; one that has none but black ones around it
+/// takes a quarter of what the mean variance asks for.
 #[test]
 fn m14_black_tiles_are_not_given_up() {
-    // Black tiles of eight, and the share of the last tile's samples that the first black one takes.
+    // Black tiles of eight, and the share of the last tile's samples that the first black one
+    // takes.
     for (black, share) in [(2..3, 0.5_f64.sqrt()), (0..4, 0.25 * 0.5_f64.sqrt())] {
         let mut film = row(8, 65_536);
         let loud = known(|_| 2.0);
         for _ in 0..30 {
-            take(&mut film, |replicate, tile, n| if black.contains(&tile) { 0.0 } else { loud(replicate, tile, n) });
+            take(&mut film, |replicate, tile, n| {
+                if black.contains(&tile) {
+                    0.0
+                } else {
+                    loud(replicate, tile, n)
+                }
+            });
             assert_eq!(film.aim(1e-3, &()), Aim::Further);
         }
         let [still, other] = [black.start, 7].map(|tile| f64::from(film.goal(tile, 0)));
-        assert!((still / (share * other) - 1.0).abs() < 0.15, "{black:?}: {still} and {other}");
+        assert!(
+            (still / (share * other) - 1.0).abs() < 0.15,
+            "{black:?}: {still} and {other}"
+        );
     }
 }
 
-/// Protects: pictures of rare bright samples are as bright as the truth on average, to a fifth of their standard error and a hundredth of the truth.
+/// Protects: pictures of rare bright samples are as bright as the truth on average, to a fifth of
+/// their standard error and a hundredth of the truth.
 #[test]
 fn m14_rare_light_is_not_lost() {
     const RUNS: u64 = 300;
@@ -233,13 +346,23 @@ fn m14_rare_light_is_not_lost() {
             for replicate in 0..4_u32 {
                 let goal = |pixel: usize| film.goal(plan.tile_of(pixel), replicate);
                 let met = |pixel: usize, index: u32| {
-                    let address = run << 48 | u64::from(replicate) << 44 | (pixel as u64) << 20 | u64::from(index);
+                    let address = run << 48
+                        | u64::from(replicate) << 44
+                        | (pixel as u64) << 20
+                        | u64::from(index);
                     (mix(mix(address) ^ 77) >> 11) as f64 / (1_u64 << 53) as f64 > 1.0 - chance
                 };
-                let count = |pixel: usize| (0..goal(pixel)).filter(|&index| met(pixel, index)).count();
-                let sums = (0..plan.pixels()).map(|pixel| [bright * count(pixel) as f64; 3]).collect();
+                let count =
+                    |pixel: usize| (0..goal(pixel)).filter(|&index| met(pixel, index)).count();
+                let sums = (0..plan.pixels())
+                    .map(|pixel| [bright * count(pixel) as f64; 3])
+                    .collect();
                 let samples = (0..plan.pixels()).map(|pixel| goal(pixel) as u16).collect();
-                film.planes[replicate as usize] = Some(ReplicateBuffer { sums, samples, ..ReplicateBuffer::default() });
+                film.planes[replicate as usize] = Some(ReplicateBuffer {
+                    sums,
+                    samples,
+                    ..ReplicateBuffer::default()
+                });
             }
             film.drawn.copy_from_slice(&film.goals.clone());
             if film.aim(0.9, &()) != Aim::Further {
@@ -253,7 +376,10 @@ fn m14_rare_light_is_not_lost() {
     let spread = (means.iter().map(|m| (m - mean) * (m - mean)).sum::<f64>() / RUNS as f64).sqrt();
     let bias = (mean - bright * chance) / spread;
     let share = mean / (bright * chance) - 1.0;
-    assert!(bias.abs() < 0.2 && share.abs() <= 0.01, "{bias} standard errors, {share} of the truth");
+    assert!(
+        bias.abs() < 0.2 && share.abs() <= 0.01,
+        "{bias} standard errors, {share} of the truth"
+    );
 }
 
 fn settings() -> Settings {
@@ -274,14 +400,22 @@ fn of(settings: &Settings) -> Ready {
 fn rendered(ready: &Ready) -> Film {
     let mut film = ready.film("scene");
     let whole = film.whole();
-    ready.render_part(&mut film, &whole, &()).unwrap_or_else(|e| panic!("{e}"));
+    ready
+        .render_part(&mut film, &whole, &())
+        .unwrap_or_else(|e| panic!("{e}"));
     film
 }
 
 fn bits(film: &Film) -> Vec<u32> {
     let picture = film.picture();
     let layers = picture.layers.iter().flat_map(|layer| &layer.samples);
-    picture.rgb.iter().flatten().chain(layers).map(|x| x.to_bits()).collect()
+    picture
+        .rgb
+        .iter()
+        .flatten()
+        .chain(layers)
+        .map(|x| x.to_bits())
+        .collect()
 }
 
 /// Has enough after so many tiles.
@@ -297,44 +431,85 @@ impl Observer for EnoughAfter {
     }
 }
 
-/// Protects: where samples go is decided by the picture alone: any threads, any size of tiles that is asked for, stopped anywhere, in
-/// the middle of a round and between rounds, and gone on with.
+/// Protects: where samples go is decided by the picture alone: any threads, any size of tiles that
+/// is asked for, stopped anywhere, in the middle of a round and between rounds, and gone on with.
 #[test]
 fn only_the_picture_decides() {
     let ready = of(&settings());
     let whole = rendered(&ready);
     let samples = whole.samples(&whole.whole());
-    assert!(samples.start() < samples.end() && *samples.start() >= 16, "{samples:?}");
-    assert!(whole.uncertainty().expect("four replicates").root_relmse.high <= 0.03);
-    assert!(bits(&in_order(|| rendered(&ready))) == bits(&whole), "threads");
-    assert!(bits(&rendered(&of(&Settings { tile_size: 7, ..settings() }))) == bits(&whole), "tiles");
+    assert!(
+        samples.start() < samples.end() && *samples.start() >= 16,
+        "{samples:?}"
+    );
+    assert!(
+        whole
+            .uncertainty()
+            .expect("four replicates")
+            .root_relmse
+            .high
+            <= 0.03
+    );
+    assert!(
+        bits(&in_order(|| rendered(&ready))) == bits(&whole),
+        "threads"
+    );
+    assert!(
+        bits(&rendered(&of(&Settings {
+            tile_size: 7,
+            ..settings()
+        }))) == bits(&whole),
+        "tiles"
+    );
     for step in [1, 5, 24] {
         let mut film = ready.film("scene");
         let mut pauses = 0;
         loop {
-            in_order(|| ready.render_part(&mut film, &whole.whole(), &EnoughAfter(AtomicU32::new(step)))).expect("its own film");
+            in_order(|| {
+                ready.render_part(
+                    &mut film,
+                    &whole.whole(),
+                    &EnoughAfter(AtomicU32::new(step)),
+                )
+            })
+            .expect("its own film");
             if film.lacking(&whole.whole()) == 0 {
                 break;
             }
             pauses += 1;
         }
-        assert!(pauses > 2 && bits(&film) == bits(&whole), "stopped every {step} tiles");
+        assert!(
+            pauses > 2 && bits(&film) == bits(&whole),
+            "stopped every {step} tiles"
+        );
     }
 }
 
-/// Protects: a film that was stopped anywhere is a map of samples, and rendering by it gives its bits; another picture's is refused.
+/// Protects: a film that was stopped anywhere is a map of samples, and rendering by it gives its
+/// bits; another picture's is refused.
 #[test]
 fn maps_are_replayed() {
     let ready = of(&settings());
     let mut film = ready.film("scene");
     let whole = film.whole();
-    in_order(|| ready.render_part(&mut film, &whole, &EnoughAfter(AtomicU32::new(70)))).expect("its own film");
+    in_order(|| ready.render_part(&mut film, &whole, &EnoughAfter(AtomicU32::new(70))))
+        .expect("its own film");
     assert!(film.lacking(&whole) > 0);
     let mut again = ready.film("scene");
     again.replay(&film).expect("a map of the same picture");
-    ready.render_part(&mut again, &whole, &()).expect("its own film");
+    ready
+        .render_part(&mut again, &whole, &())
+        .expect("its own film");
     assert!(bits(&again) == bits(&film));
     assert_eq!(again.lacking(&whole), 0);
-    assert!(of(&Settings { seed: 9, ..settings() }).film("scene").replay(&film).is_err());
+    assert!(
+        of(&Settings {
+            seed: 9,
+            ..settings()
+        })
+        .film("scene")
+        .replay(&film)
+        .is_err()
+    );
     assert!(ready.film("another scene").replay(&film).is_err());
 }

@@ -1,4 +1,5 @@
-//! Light that one replicate alone saw: when others vouch for it, what errors are relative to then, and that rare light stays in doubt.
+//! Light that one replicate alone saw: when others vouch for it, what errors are relative to then,
+//! and that rare light stays in doubt.
 
 use super::adaptive::{row, take};
 use super::uncertainty::film;
@@ -17,37 +18,59 @@ fn vouch(pixels: &[(usize, [f64; 4])]) -> bool {
     again.is_enough()
 }
 
-/// Protects: a pixel that one replicate lit says three times that the held out has nothing, one that two lit says twice that it has three
-/// times the mean of the others. Of 100 and 60 pixels that is 360/420 = 0.86, known to 2/√420 = 0.10; of 100 and 40 pixels 0.63, known to 0.10.
-/// 33 of each are enough to say anything, and 30 are not, which are 150 held out of 160; nor is any number of pixels that all replicates lit.
+/// Protects: a pixel that one replicate lit says three times that the held out has nothing, one
+/// that two lit says twice that it has three times the mean of the others. Of 100 and 60 pixels
+/// that is 360/420 = 0.86, known to 2/√420 = 0.10; of 100 and 40 pixels 0.63, known to 0.10. 33 of
+/// each are enough to say anything, and 30 are not, which are 150 held out of 160; nor is any
+/// number of pixels that all replicates lit.
 #[test]
 fn light_is_vouched_for_where_it_is_seen_again() {
     let (once, twice) = ([0.0, 0.0, 2.0, 0.0], [2.0, 0.0, 0.0, 2.0]);
     let of = |lit_once, lit_twice| vouch(&[(lit_once, once), (lit_twice, twice), (1000, [2.0; 4])]);
-    assert_eq!([of(100, 60), of(100, 40), of(33, 33), of(30, 30), of(0, 0)], [true, false, true, false, false]);
+    assert_eq!(
+        [of(100, 60), of(100, 40), of(33, 33), of(30, 30), of(0, 0)],
+        [true, false, true, false, false]
+    );
 }
 
-/// Protects: brighter light needs more to vouch for it: 600 dim replicates with three times what was expected, and 300 of a hundredfold
-/// brightness with nothing, are 2 on average, but by the root of brightness 1/2. One replicate that is far brighter than its pixel's
-/// others does not vouch for a hundred others: it counts four times what was expected, not 270 times. Black pixels say nothing.
+/// Protects: brighter light needs more to vouch for it: 600 dim replicates with three times what
+/// was expected, and 300 of a hundredfold brightness with nothing, are 2 on average, but by the
+/// root of brightness 1/2. One replicate that is far brighter than its pixel's others does not
+/// vouch for a hundred others: it counts four times what was expected, not 270 times. Black pixels
+/// say nothing.
 #[test]
 fn bright_light_needs_more_to_vouch_for_it() {
     let dim = (300, [1.0, 1.0, 0.0, 0.0]);
     assert!(vouch(&[dim, (100, [0.0, 1.0, 0.0, 0.0])]));
     assert!(!vouch(&[dim, (100, [0.0, 100.0, 0.0, 0.0])]));
-    assert!(!vouch(&[(100, [0.0, 1.0, 0.0, 0.0]), (8, [1.0, 0.0, 0.0, 90.0])]));
+    assert!(!vouch(&[
+        (100, [0.0, 1.0, 0.0, 0.0]),
+        (8, [1.0, 0.0, 0.0, 90.0])
+    ]));
     assert!(!vouch(&[(300, [0.25, 0.25, 0.0, 0.0])]) && vouch(&[(300, [0.35, 0.35, 0.0, 0.0])]));
 }
 
-/// Protects: a pixel that was lit once is weighed by the geometric mean of what 1/(T² + δ²) is on average if T has gamma distributions of
-/// shapes 3/2 and 2 and its mean m for a scale. With x = m/δ the first is 1/m² times √(2πx) − 4 + … where x is large (the second term is
-/// Γ(−1/2)/Γ(3/2)), for which √(2πx) + 1 is taken. So the geometric mean is too large by the root of the ratio of the two, the distance of both
-/// distributions by its logarithm, and the mean square over the squared mean too small by (1 − 4/√(2πx))². For an x of 1 to 10 the first is
-/// at most two fifths. Where x is small 1/(1 + 2x) is taken for the second, which is 1 − 6x² + …: too little by a share of
-/// x for the geometric mean. The integrals are sums over steps of a thousandth in log T.
+/// Protects: a pixel that was lit once is weighed by the geometric mean of what 1/(T² + δ²) is on
+/// average if T has gamma distributions of shapes 3/2 and 2 and its mean m for a scale. With x =
+/// m/δ the first is 1/m² times √(2πx) − 4 + … where x is large (the second term is Γ(−1/2)/Γ(3/2)),
+/// for which √(2πx) + 1 is taken. So the geometric mean is too large by the root of the ratio of
+/// the two, the distance of both distributions by its logarithm, and the mean square over the
+/// squared mean too small by (1 − 4/√(2πx))². For an x of 1 to 10 the first is at most two fifths.
+/// Where x is small 1/(1 + 2x) is taken for the second, which is 1 − 6x² + …: too little by a share
+/// of x for the geometric mean. The integrals are sums over steps of a thousandth in log T.
 #[test]
 fn what_was_seen_once_has_a_gamma_distribution() {
-    for mean in [0.001, 0.01, 0.1, 0.3, 1.0, 10.0, 100.0, 1000.0, 10_000.0_f64] {
+    for mean in [
+        0.001,
+        0.01,
+        0.1,
+        0.3,
+        1.0,
+        10.0,
+        100.0,
+        1000.0,
+        10_000.0_f64,
+    ] {
         let moments = |shape: f64, norm: f64| {
             let (mut first, mut second) = (0.0, 0.0);
             for step in -30_000..5_000 {
@@ -59,20 +82,30 @@ fn what_was_seen_once_has_a_gamma_distribution() {
             }
             [first, second]
         };
-        let [jeffreys, even] = [moments(1.5, core::f64::consts::PI.sqrt() / 2.0), moments(2.0, 1.0)];
+        let [jeffreys, even] = [
+            moments(1.5, core::f64::consts::PI.sqrt() / 2.0),
+            moments(2.0, 1.0),
+        ];
         // Of four replicates one has all of the light.
         let once = SingleReplicateBound::of([[0.0; 3], [4.0 * mean; 3], [0.0; 3], [0.0; 3]]);
         let over = mean / 0.1;
         let root = (core::f64::consts::TAU * over).sqrt();
         let ratio = (once.most[0] / (jeffreys[0] * even[0]).sqrt()).ln();
-        let above = if root > 4.0 { ((root + 1.0) / (root - 4.0)).ln() } else { f64::INFINITY };
+        let above = if root > 4.0 {
+            ((root + 1.0) / (root - 4.0)).ln()
+        } else {
+            f64::INFINITY
+        };
         let most = (above / 2.0).min(1.4_f64.ln());
         assert!((-over.min(0.06)..=most).contains(&ratio), "{mean}: {ratio}");
         let apart = once.prior[0] * 12.0_f64.sqrt() - (jeffreys[0] / even[0]).ln();
         assert!((0.0..=above.min(0.8)).contains(&apart), "{mean}: {apart}");
         if mean >= 100.0 {
             let ratio = once.deviation[0].powi(2) / (jeffreys[1] / (jeffreys[0] * jeffreys[0]));
-            assert!((ratio - (1.0 - 4.0 / root).powi(2)).abs() < 0.004, "{mean}: {ratio}");
+            assert!(
+                (ratio - (1.0 - 4.0 / root).powi(2)).abs() < 0.004,
+                "{mean}: {ratio}"
+            );
         }
     }
 }
@@ -80,13 +113,19 @@ fn what_was_seen_once_has_a_gamma_distribution() {
 /// Protects: what is black was lit never, and has a weight that is a number.
 #[test]
 fn what_is_black_is_weighed_as_black() {
-    let SingleReplicateBound { most, deviation, prior } = SingleReplicateBound::of([[0.0; 3]; 4]);
+    let SingleReplicateBound {
+        most,
+        deviation,
+        prior,
+    } = SingleReplicateBound::of([[0.0; 3]; 4]);
     assert_eq!((most, deviation, prior), ([100.0; 3], [0.0; 3], [0.0; 3]));
 }
 
-/// Protects: where others vouch for it, pixels that were lit once are relative to no less than a gamma distribution says, and those that were
-/// lit twice to products as ever; what all pixels alike may be off by is added up, and its square to those of what each may be. Of 100 pixels with one replicate
-/// of 2 and 100 with two, the first have a variance of 4/16 in each channel, the second of 4/12.
+/// Protects: where others vouch for it, pixels that were lit once are relative to no less than a
+/// gamma distribution says, and those that were lit twice to products as ever; what all pixels
+/// alike may be off by is added up, and its square to those of what each may be. Of 100 pixels with
+/// one replicate of 2 and 100 with two, the first have a variance of 4/16 in each channel, the
+/// second of 4/12.
 #[test]
 fn errors_of_light_that_is_vouched_for_by_hand() {
     let mut pixels = [[0.0, 2.0, 0.0, 0.0]; 200];
@@ -94,17 +133,24 @@ fn errors_of_light_that_is_vouched_for_by_hand() {
     let found = film(&pixels).uncertainty().expect("four replicates");
     assert_eq!(found.doubt, None);
     // A mean of 1/2, which is five times 0.1.
-    let factors =
-        [1.0 + (core::f64::consts::TAU * 5.0).sqrt(), (6.0 + 25.0 * (-2.0 * 0.577_215_664_901_532_9_f64).exp()).ln() / 2.0];
+    let factors = [
+        1.0 + (core::f64::consts::TAU * 5.0).sqrt(),
+        (6.0 + 25.0 * (-2.0 * 0.577_215_664_901_532_9_f64).exp()).ln() / 2.0,
+    ];
     let [jeffreys, even] = factors.map(|factor| 1.0 / (0.25 / factor + 0.01));
     let lit_once = 3.0 * 0.25 * (jeffreys * even).sqrt();
     let unsure = lit_once * (5.0_f64.powf(1.5) / (4.0 * core::f64::consts::TAU.sqrt())).sqrt();
     let prior = lit_once * (jeffreys / even).ln() / 12.0_f64.sqrt();
     // Across: 0.01/(0.01² + 2²). Among: 4/6 and 0.01.
-    let twice = [0.01 / (0.01 * 0.01 + 4.0), 1.0 / (4.0 / 6.0 + 0.01)].map(|weight| 3.0 * weight / 3.0);
+    let twice =
+        [0.01 / (0.01 * 0.01 + 4.0), 1.0 / (4.0 / 6.0 + 0.01)].map(|weight| 3.0 * weight / 3.0);
     let [across, among] = twice.map(|twice| 100.0 * (lit_once + twice));
     let expected = ((across * among).sqrt() / 600.0).sqrt();
-    assert!((found.root_relmse.value / expected - 1.0).abs() < 1e-12, "{} and {expected}", found.root_relmse.value);
+    assert!(
+        (found.root_relmse.value / expected - 1.0).abs() < 1e-12,
+        "{} and {expected}",
+        found.root_relmse.value
+    );
     // In two pairings of three both differences are 2, in each of three channels.
     let product = 100.0 * 2.0 / 3.0 * (3.0 * twice[1] * 4.0_f64).powi(2);
     let weights = 100.0 * (twice[0] - twice[1]).powi(2) / (across * across);
@@ -113,13 +159,15 @@ fn errors_of_light_that_is_vouched_for_by_hand() {
     // No less than two hundred equal variances would say.
     let products = (product / 24.0 / (among * among)).max(8.0 / 9.0 / 200.0);
     let width = student_95(200) * (products + weights + once + alike * alike).sqrt();
-    // Two hundred degrees of freedom may come out as a rounding less, and one less is taken then: a factor of 1.97196 in place of 1.97190.
+    // Two hundred degrees of freedom may come out as a rounding less, and one less is taken then: a
+    // factor of 1.97196 in place of 1.97190.
     let found = (found.root_relmse.high / expected).ln() * 2.0;
     assert!((found / width - 1.0).abs() < 5e-5, "{found} and {width}");
 }
 
-/// Protects: where light is not rare, an error is relative to means of replicates, even if others would vouch for light that was seen once. Dim
-/// pixels as above, of 0.31 in place of 2, have weights by two ways to pair replicates that are less than four apart.
+/// Protects: where light is not rare, an error is relative to means of replicates, even if others
+/// would vouch for light that was seen once. Dim pixels as above, of 0.31 in place of 2, have
+/// weights by two ways to pair replicates that are less than four apart.
 #[test]
 fn light_that_is_not_rare_needs_no_voucher() {
     let mut pixels = [[0.0, 0.31, 0.0, 0.0]; 200];
@@ -130,7 +178,11 @@ fn light_that_is_not_rare_needs_no_voucher() {
     let [of_four, of_two] = [0.0775, 0.155].map(|mean| 1.0 / (mean * mean + 0.01));
     let own: f64 = variances[0] * of_four + variances[1] * of_two;
     let seen = (variances[0] + variances[1]) * of_two;
-    assert!((found.root_relmse.value - ((2.0 * own - seen) / 2.0).sqrt()).abs() < 1e-12, "{:?}", found.root_relmse);
+    assert!(
+        (found.root_relmse.value - ((2.0 * own - seen) / 2.0).sqrt()).abs() < 1e-12,
+        "{:?}",
+        found.root_relmse
+    );
     assert_eq!(found.doubt, None);
 }
 
@@ -139,9 +191,10 @@ fn share(address: u64) -> f64 {
     (mix(mix(address) ^ 0xA5A5) >> 11) as f64 / (1_u64 << 53) as f64
 }
 
-/// Protects: small lamps that cover any share of a pixel are not doubted, and the error is below the upper end in 95 of 100 pictures and no
-/// more than twice nor less than half what is claimed. Where each pixel meets a lamp with one sample of a thousand, all of them or all
-/// but a fifth that have lamps of any share, every picture is doubted.
+/// Protects: small lamps that cover any share of a pixel are not doubted, and the error is below
+/// the upper end in 95 of 100 pictures and no more than twice nor less than half what is claimed.
+/// Where each pixel meets a lamp with one sample of a thousand, all of them or all but a fifth that
+/// have lamps of any share, every picture is doubted.
 #[test]
 fn small_lamps_are_told_from_rare_light() {
     /// Share of a pixel that a lamp covers.
@@ -153,7 +206,13 @@ fn small_lamps_are_told_from_rare_light() {
         ("any share", true, share),
         ("small shares", true, |pixel| share(pixel).powi(2) / 2.0),
         ("rare", false, |_| 0.001),
-        ("both", false, |pixel| if pixel.is_multiple_of(5) { share(pixel) } else { 0.001 }),
+        ("both", false, |pixel| {
+            if pixel.is_multiple_of(5) {
+                share(pixel)
+            } else {
+                0.001
+            }
+        }),
     ];
     for (name, is_sure, covered) in covered {
         let mut below = 0;
@@ -162,21 +221,33 @@ fn small_lamps_are_told_from_rare_light() {
             let colour = |lit: f64| 10.0 * lit + 0.003;
             for replicate in 0..4 {
                 let sum = |pixel: u64| {
-                    let address = |index| ((run * 4 + replicate) * PIXELS + pixel) * SAMPLES + index + (1 << 40);
-                    let lit = (0..SAMPLES).filter(|&index| share(address(index)) < covered(run * PIXELS + pixel)).count();
+                    let address = |index| {
+                        ((run * 4 + replicate) * PIXELS + pixel) * SAMPLES + index + (1 << 40)
+                    };
+                    let lit = (0..SAMPLES)
+                        .filter(|&index| share(address(index)) < covered(run * PIXELS + pixel))
+                        .count();
                     [2.0 * colour(lit as f64 / SAMPLES as f64); 3]
                 };
                 let sums = (0..PIXELS).map(sum).collect();
-                film.planes[replicate as usize] =
-                    Some(ReplicateBuffer { sums, samples: vec![2; PIXELS as usize], ..ReplicateBuffer::default() });
+                film.planes[replicate as usize] = Some(ReplicateBuffer {
+                    sums,
+                    samples: vec![2; PIXELS as usize],
+                    ..ReplicateBuffer::default()
+                });
             }
             let found = film.uncertainty().expect("four replicates");
-            assert_eq!(found.doubt, (!is_sure).then_some(Doubt::FewPixels), "{name}");
+            assert_eq!(
+                found.doubt,
+                (!is_sure).then_some(Doubt::FewPixels),
+                "{name}"
+            );
             let square = |(pixel, rgb): (u64, &[f32; 3])| {
                 let truth = colour(covered(run * PIXELS + pixel));
                 (f64::from(rgb[0]) - truth).powi(2) / (truth * truth + 0.01)
             };
-            let error = ((0..).zip(&film.picture().rgb).map(square).sum::<f64>() / PIXELS as f64).sqrt();
+            let error =
+                ((0..).zip(&film.picture().rgb).map(square).sum::<f64>() / PIXELS as f64).sqrt();
             below += u64::from(error <= found.root_relmse.high);
             let ratio = error / found.root_relmse.value;
             assert!(!is_sure || (0.5..=2.0).contains(&ratio), "{name}: {ratio}");
@@ -185,14 +256,19 @@ fn small_lamps_are_told_from_rare_light() {
     }
 }
 
-/// Protects: an error that is asked for is reached where lamps are small, and not where each of as many pixels was lit once.
+/// Protects: an error that is asked for is reached where lamps are small, and not where each of as
+/// many pixels was lit once.
 #[test]
 fn small_lamps_do_not_go_on() {
     let aim = |is_seen_again: bool| {
         let mut film = row(8, 65_536);
         take(&mut film, |replicate, tile, _| {
             let lit = if tile >= 4 && is_seen_again { 2 } else { 1 };
-            if (replicate + tile) % 4 < lit { 1.0 } else { 0.0 }
+            if (replicate + tile) % 4 < lit {
+                1.0
+            } else {
+                0.0
+            }
         });
         film.aim(2.0, &())
     };

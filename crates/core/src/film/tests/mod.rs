@@ -11,8 +11,8 @@ use crate::film::Film;
 use crate::settings::{Aov, Sampling, Settings};
 use crate::{Ready, Scene, prepare};
 
-/// A lens, a lamp with a penumbra, a half-transparent sheet, glass and a sky in part of the picture: everything that draws
-/// numbers, and paths that divide.
+/// A lens, a lamp with a penumbra, a half-transparent sheet, glass and a sky in part of the
+/// picture: everything that draws numbers, and paths that divide.
 pub(super) fn scene() -> Scene {
     let text = r#"{ "format": 1,
         "cameras": [{ "pose": { "look_at": { "eye": [0, 1, 4], "target": [0, 0.6, 0] } },
@@ -31,7 +31,13 @@ pub(super) fn scene() -> Scene {
 /// The scene in 11 × 7 pixels, 4 × 3 tiles and so many samples in four replicates.
 pub(super) fn settings(samples: u32) -> Settings {
     let sampling = Sampling::General(samples);
-    Settings { size: [11, 7], tile_size: 3, sampling, replicates: Some(4), ..Settings::of(&scene()) }
+    Settings {
+        size: [11, 7],
+        tile_size: 3,
+        sampling,
+        replicates: Some(4),
+        ..Settings::of(&scene())
+    }
 }
 
 pub(super) fn ready(settings: &Settings) -> Ready {
@@ -40,7 +46,11 @@ pub(super) fn ready(settings: &Settings) -> Ready {
 
 /// Runs something on a pool of one thread: there, tiles are finished in order.
 pub(super) fn in_order<T: Send>(work: impl FnOnce() -> T + Send) -> T {
-    rayon::ThreadPoolBuilder::new().num_threads(1).build().expect("one thread").install(work)
+    rayon::ThreadPoolBuilder::new()
+        .num_threads(1)
+        .build()
+        .expect("one thread")
+        .install(work)
 }
 
 /// Every layer there is.
@@ -56,9 +66,15 @@ pub(crate) struct ReplicateSample {
     pub albedo: [f64; 3],
 }
 
-/// A film of four replicates with two samples each that saw this, all of it facing the camera at the same distance.
+/// A film of four replicates with two samples each that saw this, all of it facing the camera at
+/// the same distance.
 pub(crate) fn film_of(size: [u32; 2], seen: impl Fn(usize, usize) -> ReplicateSample) -> Film {
-    let settings = Settings { size, sampling: Sampling::General(8), denoise: true, ..Settings::of(&Scene::default()) };
+    let settings = Settings {
+        size,
+        sampling: Sampling::General(8),
+        denoise: true,
+        ..Settings::of(&Scene::default())
+    };
     let ready = prepare(&Scene::default(), &settings, &()).unwrap_or_else(|e| panic!("{e}"));
     let mut film = ready.film("");
     let count = film.plan.pixels();
@@ -75,8 +91,12 @@ pub(crate) fn film_of(size: [u32; 2], seen: impl Fn(usize, usize) -> ReplicateSa
         };
         let layers = film.plan.layers.mean.iter().map(layer).collect();
         let sums = all.iter().map(|seen| twice(seen.radiance)).collect();
-        film.planes[replicate] =
-            Some(crate::film::ReplicateBuffer { sums, samples: vec![2; count], layers, ..Default::default() });
+        film.planes[replicate] = Some(crate::film::ReplicateBuffer {
+            sums,
+            samples: vec![2; count],
+            layers,
+            ..Default::default()
+        });
     }
     film.drawn.fill(2);
     film.centre = vec![vec![3.0; count]];
@@ -87,6 +107,8 @@ pub(crate) fn film_of(size: [u32; 2], seen: impl Fn(usize, usize) -> ReplicateSa
 pub(super) fn rendered(ready: &Ready) -> Film {
     let mut film = ready.film("scene");
     let whole = film.whole();
-    ready.render_part(&mut film, &whole, &()).unwrap_or_else(|e| panic!("{e}"));
+    ready
+        .render_part(&mut film, &whole, &())
+        .unwrap_or_else(|e| panic!("{e}"));
     film
 }

@@ -1,4 +1,5 @@
-//! Parts of a picture: rendered in any order, stopped and gone on with, merged to the bits of one run.
+//! Parts of a picture: rendered in any order, stopped and gone on with, merged to the bits of one
+//! run.
 
 use core::sync::atomic::{AtomicU32, Ordering};
 use std::collections::HashMap;
@@ -16,32 +17,54 @@ use crate::material::FresnelRule;
 use crate::picture::Picture;
 use crate::scene::{Integrator, Pattern};
 use crate::settings::{
-    AreaShadows, Background, Crop, LightSampling, Microfacets, PrecisionChoice, Roulette, SamplerKind, Sampling, Settings,
+    AreaShadows, Background, Crop, LightSampling, Microfacets, PrecisionChoice, Roulette,
+    SamplerKind, Sampling, Settings,
 };
 use crate::{Observer, Ready};
 
 fn part(ready: &Ready, tile: u32, replicate: u32) -> Film {
     let mut film = ready.film("scene");
-    let part = Part { tiles: tile..tile + 1, step: 1, replicates: replicate..replicate + 1, among: None };
-    ready.render_part(&mut film, &part, &()).unwrap_or_else(|e| panic!("{e}"));
+    let part = Part {
+        tiles: tile..tile + 1,
+        step: 1,
+        replicates: replicate..replicate + 1,
+        among: None,
+    };
+    ready
+        .render_part(&mut film, &part, &())
+        .unwrap_or_else(|e| panic!("{e}"));
     film
 }
 
 fn bits(picture: &Picture) -> Vec<u32> {
-    let layers = picture.alpha.iter().chain(picture.layers.iter().map(|layer| &layer.samples));
-    picture.rgb.iter().flatten().chain(layers.flatten()).map(|x| x.to_bits()).collect()
+    let layers = picture
+        .alpha
+        .iter()
+        .chain(picture.layers.iter().map(|layer| &layer.samples));
+    picture
+        .rgb
+        .iter()
+        .flatten()
+        .chain(layers.flatten())
+        .map(|x| x.to_bits())
+        .collect()
 }
 
 /// Everything a film can hold.
 fn full() -> Settings {
-    Settings { aovs: layers(), background: Background::Transparent, ..settings(6) }
+    Settings {
+        aovs: layers(),
+        background: Background::Transparent,
+        ..settings(6)
+    }
 }
 
 proptest! {
     #![proptest_config(ProptestConfig::with_cases(48))]
 
-    /// Protects: the union of parts has the bits of one run, layers, errors and counters included, however tiles and
-    /// replicates are divided among the parts, in whatever order they come, and also where parts are unions themselves.
+    /// Protects: the union of parts has the bits of one run, layers, errors and counters included,
+    /// however tiles and replicates are divided among the parts, in whatever order they come, and
+    /// also where parts are unions themselves.
     #[test]
     fn any_parts_make_the_picture_of_one_run(
         owners in proptest::collection::vec(0_usize..5, 48),
@@ -83,8 +106,9 @@ impl Observer for StopAfter {
     }
 }
 
-/// Protects: a render that is stopped again and again ends with the bits of one run; what lacks samples is reported, has the
-/// mean of those it has, and after the first replicate no pixel is left out.
+/// Protects: a render that is stopped again and again ends with the bits of one run; what lacks
+/// samples is reported, has the mean of those it has, and after the first replicate no pixel is
+/// left out.
 #[test]
 fn a_stopped_render_goes_on() {
     let ready = ready(&full());
@@ -97,14 +121,27 @@ fn a_stopped_render_goes_on() {
         in_order(|| ready.render_part(&mut film, &whole.whole(), &patience)).expect("its own film");
         assert!(film.counters().samples > before);
         steps += 1;
-        let empty = film.picture().layer("samples.N").expect("asked for").samples.iter().filter(|&&n| n == 0.0).count();
-        assert_eq!(empty == 0, 5 * steps >= 12, "after {steps} steps {empty} pixels have no samples");
+        let empty = film
+            .picture()
+            .layer("samples.N")
+            .expect("asked for")
+            .samples
+            .iter()
+            .filter(|&&n| n == 0.0)
+            .count();
+        assert_eq!(
+            empty == 0,
+            5 * steps >= 12,
+            "after {steps} steps {empty} pixels have no samples"
+        );
     }
     assert_eq!(steps, 48_u32.div_ceil(5));
     assert_eq!(film.counters(), whole.counters());
     assert_eq!(bits(&film.picture()), bits(&whole.picture()));
     // Nothing is left to do, and nothing is done twice.
-    ready.render_part(&mut film, &whole.whole(), &()).expect("its own film");
+    ready
+        .render_part(&mut film, &whole.whole(), &())
+        .expect("its own film");
     assert_eq!(film.counters(), whole.counters());
 }
 
@@ -113,36 +150,88 @@ fn a_stopped_render_goes_on() {
 fn a_stopped_picture_says_how_much_is_missing() {
     let rendered = in_order(|| ready(&settings(6)).render(&StopAfter(AtomicU32::new(13))));
     // One tile, of 9 pixels, has two of its replicates, and the others one.
-    assert_eq!((rendered.finished, rendered.unfinished, rendered.counters.samples), (false, 77, 77 * 2 + 9 * 2));
+    assert_eq!(
+        (
+            rendered.finished,
+            rendered.unfinished,
+            rendered.counters.samples
+        ),
+        (false, 77, 77 * 2 + 9 * 2)
+    );
     let finished = ready(&settings(6)).render(&());
-    assert_eq!((finished.finished, finished.unfinished, finished.counters.samples), (true, 0, 77 * 6));
+    assert_eq!(
+        (
+            finished.finished,
+            finished.unfinished,
+            finished.counters.samples
+        ),
+        (true, 0, 77 * 6)
+    );
 }
 
-/// Protects: where one tile is ahead of another, layers are means over the samples that each pixel has.
+/// Protects: where one tile is ahead of another, layers are means over the samples that each pixel
+/// has.
 #[test]
 fn tiles_may_be_ahead_of_others() {
-    let ready = ready(&Settings { aovs: layers(), ..settings(6) });
-    let first = Part { replicates: 0..1, ..ready.film("scene").whole() };
+    let ready = ready(&Settings {
+        aovs: layers(),
+        ..settings(6)
+    });
+    let first = Part {
+        replicates: 0..1,
+        ..ready.film("scene").whole()
+    };
     let mut film = ready.film("scene");
-    ready.render_part(&mut film, &first, &()).expect("its own film");
+    ready
+        .render_part(&mut film, &first, &())
+        .expect("its own film");
     let before = film.picture();
-    ready.render_part(&mut film, &Part { tiles: 0..1, step: 1, replicates: 1..2, among: None }, &()).expect("its own film");
+    ready
+        .render_part(
+            &mut film,
+            &Part {
+                tiles: 0..1,
+                step: 1,
+                replicates: 1..2,
+                among: None,
+            },
+            &(),
+        )
+        .expect("its own film");
     for (ahead, before) in film.picture().layers.iter().zip(&before.layers) {
         // The first tile has the first three pixels of a row; the last row belongs to another one.
-        assert_eq!(ahead.samples[3..11], before.samples[3..11], "{}", ahead.name);
+        assert_eq!(
+            ahead.samples[3..11],
+            before.samples[3..11],
+            "{}",
+            ahead.name
+        );
         assert_eq!(ahead.samples[66..], before.samples[66..], "{}", ahead.name);
-        assert_eq!(ahead.name == "samples.N", ahead.samples[..3] == [4.0; 3], "{}", ahead.name);
+        assert_eq!(
+            ahead.name == "samples.N",
+            ahead.samples[..3] == [4.0; 3],
+            "{}",
+            ahead.name
+        );
     }
 }
 
-/// Protects: samples never count twice, and a film of another picture or scene is refused, with what tells them apart.
+/// Protects: samples never count twice, and a film of another picture or scene is refused, with
+/// what tells them apart.
 #[test]
 fn what_does_not_belong_together_is_refused() {
     let own = ready(&settings(6));
     let [a, b] = [part(&own, 1, 2), part(&own, 3, 2)];
     assert_eq!(Film::merge(&[]).map(|_| ()), Err(PartError::Nothing));
-    let overlap = PartError::Overlap { part: 2, tile: 1, replicate: 2 };
-    assert_eq!(Film::merge(&[a.clone(), b.clone(), a.clone()]).map(|_| ()), Err(overlap));
+    let overlap = PartError::Overlap {
+        part: 2,
+        tile: 1,
+        replicate: 2,
+    };
+    assert_eq!(
+        Film::merge(&[a.clone(), b.clone(), a.clone()]).map(|_| ()),
+        Err(overlap)
+    );
     let other = |change: fn(&mut Settings)| {
         let mut settings = settings(6);
         change(&mut settings);
@@ -154,83 +243,195 @@ fn what_does_not_belong_together_is_refused() {
     };
     assert_eq!(foreign(other(|s| s.seed = 1)), "seed");
     assert_eq!(foreign(other(|s| s.frame = 1)), "frame");
-    assert_eq!(foreign(other(|s| s.sampling = Sampling::General(7))), "number of samples");
-    assert_eq!(foreign(other(|s| s.replicates = Some(3))), "number of replicates");
+    assert_eq!(
+        foreign(other(|s| s.sampling = Sampling::General(7))),
+        "number of samples"
+    );
+    assert_eq!(
+        foreign(other(|s| s.replicates = Some(3))),
+        "number of replicates"
+    );
     assert_eq!(foreign(other(|s| s.tile_size = 4)), "size of tiles");
     assert_eq!(foreign(other(|s| s.size[0] = 12)), "size");
-    assert_eq!(foreign(other(|s| s.crop = Some(Crop { x: 0, y: 0, width: 10, height: 7 }))), "crop");
+    assert_eq!(
+        foreign(other(|s| s.crop = Some(Crop {
+            x: 0,
+            y: 0,
+            width: 10,
+            height: 7
+        }))),
+        "crop"
+    );
     assert_eq!(foreign(other(|s| s.camera = None)), "camera");
-    assert_eq!(foreign(other(|s| s.filter = PixelFilter::Tent)), "pixel filter");
+    assert_eq!(
+        foreign(other(|s| s.filter = PixelFilter::Tent)),
+        "pixel filter"
+    );
     assert_eq!(foreign(other(|s| s.max_depth += 1)), "maximum depth");
     assert_eq!(foreign(other(|s| s.clamp = Some(1.0))), "clamp");
-    assert_eq!(foreign(other(|s| s.integrator = Integrator::Whitted)), "integrator");
-    assert_eq!(foreign(other(|s| s.precision = PrecisionChoice::Reference)), "precision");
-    assert_eq!(foreign(other(|s| s.background = Background::Transparent)), "background");
+    assert_eq!(
+        foreign(other(|s| s.integrator = Integrator::Whitted)),
+        "integrator"
+    );
+    assert_eq!(
+        foreign(other(|s| s.precision = PrecisionChoice::Reference)),
+        "precision"
+    );
+    assert_eq!(
+        foreign(other(|s| s.background = Background::Transparent)),
+        "background"
+    );
     assert_eq!(foreign(other(|s| s.wireframe = true)), "wireframe");
     assert_eq!(foreign(other(|s| s.aovs = layers())), "list of layers");
-    assert_eq!(foreign(other(|s| s.light_sampling = LightSampling::Lights)), "light sampling");
-    assert_eq!(foreign(other(|s| s.fresnel = FresnelRule::Exact)), "Fresnel rule");
-    assert_eq!(foreign(other(|s| s.microfacets = Microfacets::Single)), "rule of microfacets");
-    assert_eq!(foreign(other(|s| s.area_shadows = AreaShadows::Hard)), "shadows of lamps");
-    assert_eq!(foreign(other(|s| s.roulette = Roulette::Off)), "Russian roulette");
-    assert_eq!(foreign(other(|s| s.sampler = SamplerKind::Independent)), "sampler");
-    assert_eq!(foreign(other(|s| s.without = [Effect::Shadows].into_iter().collect())), "list of effects switched off");
-    assert_eq!(foreign(other(|s| s.sampling = Sampling::Pattern(Pattern::Corners))), "pattern of samples");
+    assert_eq!(
+        foreign(other(|s| s.light_sampling = LightSampling::Lights)),
+        "light sampling"
+    );
+    assert_eq!(
+        foreign(other(|s| s.fresnel = FresnelRule::Exact)),
+        "Fresnel rule"
+    );
+    assert_eq!(
+        foreign(other(|s| s.microfacets = Microfacets::Single)),
+        "rule of microfacets"
+    );
+    assert_eq!(
+        foreign(other(|s| s.area_shadows = AreaShadows::Hard)),
+        "shadows of lamps"
+    );
+    assert_eq!(
+        foreign(other(|s| s.roulette = Roulette::Off)),
+        "Russian roulette"
+    );
+    assert_eq!(
+        foreign(other(|s| s.sampler = SamplerKind::Independent)),
+        "sampler"
+    );
+    assert_eq!(
+        foreign(other(
+            |s| s.without = [Effect::Shadows].into_iter().collect()
+        )),
+        "list of effects switched off"
+    );
+    assert_eq!(
+        foreign(other(|s| s.sampling = Sampling::Pattern(Pattern::Corners))),
+        "pattern of samples"
+    );
     assert_eq!(foreign(own.film("another scene")), "scene");
     // How a part is computed does not matter.
-    let alike = other(|s| (s.accelerator, s.output) = (raywright_bvh::AcceleratorKind::Linear, crate::display::Output::Sixteen));
+    let alike = other(|s| {
+        (s.accelerator, s.output) = (
+            raywright_bvh::AcceleratorKind::Linear,
+            crate::display::Output::Sixteen,
+        )
+    });
     assert!(Film::merge(&[a, alike]).is_ok());
-    let mut strange = ready(&Settings { seed: 1, ..settings(6) }).film("scene");
-    let refused = own.render_part(&mut strange, &Part { tiles: 0..1, step: 1, replicates: 0..1, among: None }, &());
-    assert_eq!(refused, Err(PartError::Foreign { part: 0, what: "seed".to_owned() }));
+    let mut strange = ready(&Settings {
+        seed: 1,
+        ..settings(6)
+    })
+    .film("scene");
+    let refused = own.render_part(
+        &mut strange,
+        &Part {
+            tiles: 0..1,
+            step: 1,
+            replicates: 0..1,
+            among: None,
+        },
+        &(),
+    );
+    assert_eq!(
+        refused,
+        Err(PartError::Foreign {
+            part: 0,
+            what: "seed".to_owned()
+        })
+    );
 }
 
-/// Protects: a film holds no tile and no replicate that its picture does not have, next to those that it has.
+/// Protects: a film holds no tile and no replicate that its picture does not have, next to those
+/// that it has.
 #[test]
 fn nothing_is_held_beyond_the_picture() {
     let film = rendered(&ready(&settings(6)));
-    let Part { tiles, replicates, .. } = film.whole();
+    let Part {
+        tiles, replicates, ..
+    } = film.whole();
     for tile in 0..tiles.end + 2 {
         for replicate in 0..replicates.end + 2 {
-            let expected = if tiles.contains(&tile) && replicates.contains(&replicate) { 2 - replicate / 2 } else { 0 };
+            let expected = if tiles.contains(&tile) && replicates.contains(&replicate) {
+                2 - replicate / 2
+            } else {
+                0
+            };
             assert_eq!(film.drawn(tile, replicate), expected, "{tile} {replicate}");
         }
     }
 }
 
-/// Protects: a header that says what can't be is refused before anything is made for it, and it is said what makes no sense.
+/// Protects: a header that says what can't be is refused before anything is made for it, and it is
+/// said what makes no sense.
 #[test]
 fn headers_that_make_no_sense_are_refused() {
     let header = serde_json::to_value(rendered(&ready(&settings(6))).header()).expect("JSON");
     let refused = |place: &str, value: serde_json::Value| {
         let mut changed = header.clone();
-        *changed.pointer_mut(place).unwrap_or_else(|| panic!("no {place}")) = value;
+        *changed
+            .pointer_mut(place)
+            .unwrap_or_else(|| panic!("no {place}")) = value;
         let header: FilmHeader = serde_json::from_value(changed).expect("a header");
-        header.bytes().map(|_| ()).map_err(|error| error.to_string())
+        header
+            .bytes()
+            .map(|_| ())
+            .map_err(|error| error.to_string())
     };
     // Of six samples the first two of four replicates have two, the others one.
-    assert_eq!([refused("/drawn/0", 2.into()), refused("/drawn/47", 1.into())], [Ok(()), Ok(())]);
+    assert_eq!(
+        [
+            refused("/drawn/0", 2.into()),
+            refused("/drawn/47", 1.into())
+        ],
+        [Ok(()), Ok(())]
+    );
     let wrong = |what: &str| Err(format!("its {what} makes no sense"));
     assert_eq!(refused("/drawn/0", 3.into()), wrong("number of samples"));
     assert_eq!(refused("/drawn/47", 2.into()), wrong("number of samples"));
-    assert_eq!(refused("/drawn", vec![0; 47].into()), wrong("list of tiles"));
-    assert_eq!(refused("/plan/samples", 0.into()), wrong("number of samples"));
-    assert_eq!(refused("/plan/replicates", 5.into()), wrong("number of samples"));
+    assert_eq!(
+        refused("/drawn", vec![0; 47].into()),
+        wrong("list of tiles")
+    );
+    assert_eq!(
+        refused("/plan/samples", 0.into()),
+        wrong("number of samples")
+    );
+    assert_eq!(
+        refused("/plan/replicates", 5.into()),
+        wrong("number of samples")
+    );
     assert_eq!(refused("/plan/tile_size", 0.into()), wrong("size of tiles"));
     assert_eq!(refused("/plan/crop/width", 0.into()), wrong("size"));
     assert_eq!(refused("/plan/crop/x", u32::MAX.into()), wrong("size"));
 }
 
-/// Protects: shares of a picture are its tiles, each in one of them, and spread over it; what is taken of a share are shares.
+/// Protects: shares of a picture are its tiles, each in one of them, and spread over it; what is
+/// taken of a share are shares.
 #[test]
 fn shares_are_the_whole() {
     let whole = ready(&settings(6)).film("scene").whole();
-    let tiles = |part: &Part| part.tiles.clone().step_by(part.step as usize).collect::<Vec<u32>>();
+    let tiles = |part: &Part| {
+        part.tiles
+            .clone()
+            .step_by(part.step as usize)
+            .collect::<Vec<u32>>()
+    };
     assert_eq!(tiles(&whole.clone().share(1, 5)), [1, 6, 11]);
     assert_eq!(tiles(&whole.clone().share(1, 5).share(1, 2)), [6]);
     assert_eq!(tiles(&whole.clone().share(0, 1)), tiles(&whole));
     for of in [1, 2, 5, 12, 30] {
-        let mut all: Vec<u32> = (0..of).flat_map(|index| tiles(&whole.clone().share(index, of))).collect();
+        let mut all: Vec<u32> = (0..of)
+            .flat_map(|index| tiles(&whole.clone().share(index, of)))
+            .collect();
         all.sort_unstable();
         assert_eq!(all, tiles(&whole), "{of} shares");
     }
@@ -238,7 +439,15 @@ fn shares_are_the_whole() {
 
 /// The film of a picture with so many samples, made from those with fewer, one after the other.
 fn grown(counts: &[u32], replicates: Option<u32>) -> Result<Film, PartError> {
-    let of = |samples| ready(&Settings { replicates, ..Settings { sampling: Sampling::General(samples), ..full() } });
+    let of = |samples| {
+        ready(&Settings {
+            replicates,
+            ..Settings {
+                sampling: Sampling::General(samples),
+                ..full()
+            }
+        })
+    };
     let mut film = of(counts[0]).film("scene");
     for &samples in counts {
         let ready = of(samples);
@@ -251,37 +460,91 @@ fn grown(counts: &[u32], replicates: Option<u32>) -> Result<Film, PartError> {
     Ok(film)
 }
 
-/// Protects: a picture that gets more samples later has the bits of one that had them at once, layers and errors included,
-/// whether or not blocks of sums are full in between, and whether there are one, two or four replicates.
+/// Protects: a picture that gets more samples later has the bits of one that had them at once,
+/// layers and errors included, whether or not blocks of sums are full in between, and whether there
+/// are one, two or four replicates.
 #[test]
 fn more_samples_later_are_more_samples_at_once() {
-    let series: [&[u32]; 6] = [&[1, 2, 3, 7], &[1, 5, 17, 40, 41], &[3, 16, 33], &[9, 63], &[16, 32, 160], &[30, 70, 75, 300]];
-    for (counts, replicates) in series.iter().flat_map(|counts| [Some(1), None].map(|replicates| (*counts, replicates))) {
+    let series: [&[u32]; 6] = [
+        &[1, 2, 3, 7],
+        &[1, 5, 17, 40, 41],
+        &[3, 16, 33],
+        &[9, 63],
+        &[16, 32, 160],
+        &[30, 70, 75, 300],
+    ];
+    for (counts, replicates) in series
+        .iter()
+        .flat_map(|counts| [Some(1), None].map(|replicates| (*counts, replicates)))
+    {
         let all = counts[counts.len() - 1];
-        let (step, once) = (grown(counts, replicates).expect("more"), grown(&[all], replicates).expect("a picture"));
+        let (step, once) = (
+            grown(counts, replicates).expect("more"),
+            grown(&[all], replicates).expect("a picture"),
+        );
         assert_eq!(step.counters(), once.counters(), "{counts:?}");
-        assert!(bits(&step.picture()) == bits(&once.picture()), "{counts:?} in {replicates:?} replicates");
+        assert!(
+            bits(&step.picture()) == bits(&once.picture()),
+            "{counts:?} in {replicates:?} replicates"
+        );
         for (x, y) in (0..7).flat_map(|y| (0..11).map(move |x| (x, y))) {
-            let (found, expected) = (step.variance(x, y).expect("samples"), once.variance(x, y).expect("samples"));
+            let (found, expected) = (
+                step.variance(x, y).expect("samples"),
+                once.variance(x, y).expect("samples"),
+            );
             (0..3).for_each(|i| {
-                assert!((found[i] - expected[i]).abs() <= 1e-5 * expected[i], "{counts:?}: {found:?} {expected:?}")
+                assert!(
+                    (found[i] - expected[i]).abs() <= 1e-5 * expected[i],
+                    "{counts:?}: {found:?} {expected:?}"
+                )
             });
         }
     }
 }
 
-/// Protects: where a replicate would have to give samples back it is said, with the least number that goes on from there: 63
-/// samples are 32 and 31, and 64 are four times 16.
+/// Protects: where a replicate would have to give samples back it is said, with the least number
+/// that goes on from there: 63 samples are 32 and 31, and 64 are four times 16.
 #[test]
 fn fewer_samples_are_refused() {
     let refused = |counts: &[u32]| grown(counts, None).map(|_| ());
-    assert_eq!(refused(&[63, 64]), Err(PartError::Samples { has: 63, asked: 64, least: 125 }));
-    assert_eq!(refused(&[40, 20]), Err(PartError::Samples { has: 40, asked: 20, least: 40 }));
-    assert_eq!(refused(&[5, 8]), Err(PartError::Samples { has: 5, asked: 8, least: 9 }));
+    assert_eq!(
+        refused(&[63, 64]),
+        Err(PartError::Samples {
+            has: 63,
+            asked: 64,
+            least: 125
+        })
+    );
+    assert_eq!(
+        refused(&[40, 20]),
+        Err(PartError::Samples {
+            has: 40,
+            asked: 20,
+            least: 40
+        })
+    );
+    assert_eq!(
+        refused(&[5, 8]),
+        Err(PartError::Samples {
+            has: 5,
+            asked: 8,
+            least: 9
+        })
+    );
     assert_eq!(refused(&[40, 80]), Ok(()));
-    let mut film = ready(&Settings { seed: 1, ..settings(6) }).film("scene");
+    let mut film = ready(&Settings {
+        seed: 1,
+        ..settings(6)
+    })
+    .film("scene");
     let foreign = film.adopt(ready(&settings(6)).film("scene"));
-    assert_eq!(foreign, Err(PartError::Foreign { part: 0, what: "seed".to_owned() }));
+    assert_eq!(
+        foreign,
+        Err(PartError::Foreign {
+            part: 0,
+            what: "seed".to_owned()
+        })
+    );
 }
 
 /// Has enough as soon as there is something everywhere.
@@ -293,18 +556,31 @@ impl Observer for Modest {
     }
 }
 
-/// Protects: whoever asks for little gets one whole pass, the first four samples of one replicate, and then the render ends.
+/// Protects: whoever asks for little gets one whole pass, the first four samples of one replicate,
+/// and then the render ends.
 #[test]
 fn a_pass_comes_before_enough() {
     let ready = ready(&settings(200));
     let mut film = ready.film("scene");
     let whole = film.whole();
     in_order(|| ready.render_part(&mut film, &whole, &Modest)).expect("its own film");
-    assert_eq!((film.samples(&whole), film.counters().samples, film.unfinished()), (4..=4, 77 * 4, 77));
+    assert_eq!(
+        (
+            film.samples(&whole),
+            film.counters().samples,
+            film.unfinished()
+        ),
+        (4..=4, 77 * 4, 77)
+    );
     let before = bits(&film.picture());
     in_order(|| ready.render_part(&mut film, &whole, &Modest)).expect("its own film");
-    assert!(bits(&film.picture()) == before, "everywhere is something already");
-    ready.render_part(&mut film, &whole, &()).expect("its own film");
+    assert!(
+        bits(&film.picture()) == before,
+        "everywhere is something already"
+    );
+    ready
+        .render_part(&mut film, &whole, &())
+        .expect("its own film");
     assert!(bits(&film.picture()) == bits(&rendered(&ready).picture()));
 }
 
@@ -315,13 +591,23 @@ struct Company(Mutex<HashMap<ThreadId, u32>>);
 impl Company {
     /// Threads that were asked more than once: before a tile, and then within it.
     fn at_work(&self) -> usize {
-        self.0.lock().expect("no panic").values().filter(|&&asked| asked > 1).count()
+        self.0
+            .lock()
+            .expect("no panic")
+            .values()
+            .filter(|&&asked| asked > 1)
+            .count()
     }
 }
 
 impl Observer for Company {
     fn cancelled(&self) -> bool {
-        *self.0.lock().expect("no panic").entry(current().id()).or_default() += 1;
+        *self
+            .0
+            .lock()
+            .expect("no panic")
+            .entry(current().id())
+            .or_default() += 1;
         let start = Instant::now();
         while self.at_work() == 1 && start.elapsed() < Duration::from_secs(20) {
             yield_now();
@@ -330,11 +616,15 @@ impl Observer for Company {
     }
 }
 
-/// Protects: tiles are rendered side by side, and no thread holds what another needs while it is at work on one.
+/// Protects: tiles are rendered side by side, and no thread holds what another needs while it is at
+/// work on one.
 #[test]
 fn tiles_are_rendered_side_by_side() {
     let company = Company::default();
-    let pool = rayon::ThreadPoolBuilder::new().num_threads(2).build().expect("two threads");
+    let pool = rayon::ThreadPoolBuilder::new()
+        .num_threads(2)
+        .build()
+        .expect("two threads");
     pool.install(|| ready(&settings(6)).render(&company));
     assert_eq!(company.at_work(), 2);
 }

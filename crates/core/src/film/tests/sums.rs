@@ -21,13 +21,17 @@ fn moment(samples: &[f32]) -> f64 {
 
 /// Samples spread about 10⁴ by 10⁻² at most, as f32 has them: in steps of 2⁻¹⁰.
 fn close_together(count: u32) -> Vec<f32> {
-    (0..count).map(|i| 1e4 + 1e-2 * ((i.wrapping_mul(2_654_435_761) >> 8) as f32 / 8_388_608.0 - 1.0)).collect()
+    (0..count)
+        .map(|i| 1e4 + 1e-2 * ((i.wrapping_mul(2_654_435_761) >> 8) as f32 / 8_388_608.0 - 1.0))
+        .collect()
 }
 
-/// Protects: a long sum agrees with the f64 sum of the same samples to six digits, where a plain f32 sum has two.
+/// Protects: a long sum agrees with the f64 sum of the same samples to six digits, where a plain
+/// f32 sum has two.
 #[test]
 fn m12_long_sums_keep_their_digits() {
-    let sample = |i: u32| 0.7 + 0.2 * ((i.wrapping_mul(2_654_435_761) >> 8) as f32 / 16_777_216.0 - 0.5);
+    let sample =
+        |i: u32| 0.7 + 0.2 * ((i.wrapping_mul(2_654_435_761) >> 8) as f32 / 16_777_216.0 - 0.5);
     let (mut plain, mut exact, mut expected) = (0.0, 0.0, 0.0);
     const EACH: u32 = 62_500;
     for replicate in 0..160 {
@@ -36,19 +40,33 @@ fn m12_long_sums_keep_their_digits() {
         exact += gathered::<Moments>(samples()).total()[0];
         expected += samples().map(f64::from).sum::<f64>();
     }
-    assert!((plain / expected - 1.0).abs() < 1e-6, "{plain} instead of {expected}");
-    assert!((exact / expected - 1.0).abs() < 1e-13, "{exact} instead of {expected}");
+    assert!(
+        (plain / expected - 1.0).abs() < 1e-6,
+        "{plain} instead of {expected}"
+    );
+    assert!(
+        (exact / expected - 1.0).abs() < 1e-13,
+        "{exact} instead of {expected}"
+    );
 }
 
-/// Protects: the moment of samples that differ in their last digits only, in any number, agrees with two passes in f64.
+/// Protects: the moment of samples that differ in their last digits only, in any number, agrees
+/// with two passes in f64.
 #[test]
 fn m13_moments_of_nearly_equal_samples() {
     for count in [2, 15, 16, 17, 250, 65_535] {
         let samples = close_together(count);
-        let (found, expected) = (f64::from(gathered::<Moments>(samples.clone()).spread[1]).powi(2), moment(&samples));
-        assert!((found / expected - 1.0).abs() < 1e-6, "{count} samples: {found} instead of {expected}");
+        let (found, expected) = (
+            f64::from(gathered::<Moments>(samples.clone()).spread[1]).powi(2),
+            moment(&samples),
+        );
+        assert!(
+            (found / expected - 1.0).abs() < 1e-6,
+            "{count} samples: {found} instead of {expected}"
+        );
     }
-    // Their variance per sample, as one number that can be checked by hand: of a uniform spread of ±10⁻², 10⁻⁴/3.
+    // Their variance per sample, as one number that can be checked by hand: of a uniform spread of
+    // ±10⁻², 10⁻⁴/3.
     let variance = moment(&close_together(65_535)) / 65_534.0;
     assert!((variance / (1e-4 / 3.0) - 1.0).abs() < 0.02, "{variance}");
 }
@@ -58,13 +76,17 @@ fn m13_moments_of_nearly_equal_samples() {
 fn m13_equal_samples_do_not_vary() {
     for value in [0.0, 0.1, 1e4, 3e38] {
         for count in [1, 16, 40] {
-            assert_eq!(gathered::<Moments>(vec![value; count]).spread, [0.0; 3], "{count} of {value}");
+            assert_eq!(
+                gathered::<Moments>(vec![value; count]).spread,
+                [0.0; 3],
+                "{count} of {value}"
+            );
         }
     }
 }
 
-/// Protects: a sample that is not finite is dropped and reported, its neighbours in the block stay, and nothing is left
-/// for the next pixel.
+/// Protects: a sample that is not finite is dropped and reported, its neighbours in the block stay,
+/// and nothing is left for the next pixel.
 #[test]
 fn f04_not_finite_samples_are_dropped() {
     fn check<B: Block<f32>>(spread: f32) {
@@ -76,7 +98,14 @@ fn f04_not_finite_samples_are_dropped() {
             assert!(pixel.add(Vec3::splat(3.0), [0, 5]));
             assert_eq!(
                 pixel.finish(),
-                Sums { open: [4.0; 3], sum: [0.0; 3], spread: [spread; 3], samples: 2, covered: WHOLE, shadowed: 6 }
+                Sums {
+                    open: [4.0; 3],
+                    sum: [0.0; 3],
+                    spread: [spread; 3],
+                    samples: 2,
+                    covered: WHOLE,
+                    shadowed: 6
+                }
             );
         }
     }
@@ -85,8 +114,8 @@ fn f04_not_finite_samples_are_dropped() {
 }
 
 proptest! {
-    /// Protects: moments of any samples, of any size, with any number of them dropped, agree with two passes in f64 over
-    /// those that entered and are never negative.
+    /// Protects: moments of any samples, of any size, with any number of them dropped, agree with
+    /// two passes in f64 over those that entered and are never negative.
     #[test]
     fn m13_moments_agree_with_two_passes(
         samples in proptest::collection::vec((-1e3_f32..1e3, any::<bool>()), 1..100),
@@ -112,12 +141,19 @@ proptest! {
     }
 }
 
-/// Protects: coverage is counted to the nearest part, all and nothing exactly, and a sum of as many samples as there can be fits; what
-/// is covered in the least part has met something, what is not covered or is no number has not.
+/// Protects: coverage is counted to the nearest part, all and nothing exactly, and a sum of as many
+/// samples as there can be fits; what is covered in the least part has met something, what is not
+/// covered or is no number has not.
 #[test]
 fn coverage_is_counted_in_parts() {
-    assert_eq!([0.0, 0.25, 1.0, 1.0 + f32::EPSILON, f32::NAN].map(parts), [0, WHOLE / 4, WHOLE, WHOLE, 0]);
-    assert_eq!([1.0 / 3.0, 2.0 / 3.0].map(|share: f64| parts(share)), [21_845, 43_691]);
+    assert_eq!(
+        [0.0, 0.25, 1.0, 1.0 + f32::EPSILON, f32::NAN].map(parts),
+        [0, WHOLE / 4, WHOLE, WHOLE, 0]
+    );
+    assert_eq!(
+        [1.0 / 3.0, 2.0 / 3.0].map(|share: f64| parts(share)),
+        [21_845, 43_691]
+    );
     assert!(WHOLE.checked_mul(u32::from(u16::MAX)).is_some());
     let mut pixel = Gather::<f32, Plain<f32>>::default();
     for covered in [0, 1, WHOLE] {
@@ -126,24 +162,43 @@ fn coverage_is_counted_in_parts() {
     assert_eq!((pixel.finish().covered, pixel.met), (WHOLE + 1, 2));
 }
 
-/// Protects: sums that are gone on with, from wherever they had come, end with the bits of one run, where rounding tells orders
-/// apart: in f32 the block of 16 samples of 1/3 is not sixteen times one of them.
+/// Protects: sums that are gone on with, from wherever they had come, end with the bits of one run,
+/// where rounding tells orders apart: in f32 the block of 16 samples of 1/3 is not sixteen times
+/// one of them.
 #[test]
 fn sums_go_on_where_they_were() {
     fn check<B: Block<f32>>() {
         let sample = |i: u32| Vec3::splat(1.0 / (3.0 + i as f32));
         let once = |n: u32| {
             let mut pixel = Gather::<f32, B>::default();
-            (0..n).for_each(|i| _ = pixel.add(sample(i), [1.0, 2.0].map(|k| parts(k * i as f32 / 3.0 % 1.0))));
+            (0..n).for_each(|i| {
+                _ = pixel.add(
+                    sample(i),
+                    [1.0, 2.0].map(|k| parts(k * i as f32 / 3.0 % 1.0)),
+                )
+            });
             pixel.finish()
         };
         for (n, m) in (0..40).flat_map(|n| (n..70).map(move |m| (n, m))) {
             let mut pixel = Gather::<f32, B>::default();
             // As a film keeps it: in one number where no block is open.
             let kept = once(n);
-            let kept = if n > 0 && n % 16 == 0 { Sums { sum: kept.total(), open: [0.0; 3], ..kept } } else { kept };
+            let kept = if n > 0 && n % 16 == 0 {
+                Sums {
+                    sum: kept.total(),
+                    open: [0.0; 3],
+                    ..kept
+                }
+            } else {
+                kept
+            };
             pixel.resume(kept, n);
-            (n..m).for_each(|i| _ = pixel.add(sample(i), [1.0, 2.0].map(|k| parts(k * i as f32 / 3.0 % 1.0))));
+            (n..m).for_each(|i| {
+                _ = pixel.add(
+                    sample(i),
+                    [1.0, 2.0].map(|k| parts(k * i as f32 / 3.0 % 1.0)),
+                )
+            });
             let (found, expected) = (pixel.finish(), once(m));
             assert_eq!(
                 (found.total(), found.samples, found.covered),

@@ -1,4 +1,5 @@
-//! Errors of whole pictures against closed forms, and against the truth of a scene whose pixels are known.
+//! Errors of whole pictures against closed forms, and against the truth of a scene whose pixels are
+//! known.
 
 use super::{layers, ready, rendered, settings};
 use crate::film::{Counters, Doubt, Film, ReplicateBuffer};
@@ -19,16 +20,24 @@ pub(super) fn film(pixels: &[[f64; 4]]) -> Film {
     let ready = prepare(&Scene::default(), &all, &()).expect("an empty scene");
     let mut film = ready.film("");
     for replicate in 0..4 {
-        let sums = pixels.iter().map(|means| [2.0 * means[replicate]; 3]).collect();
-        film.planes[replicate] = Some(ReplicateBuffer { sums, samples: vec![2; pixels.len()], ..ReplicateBuffer::default() });
+        let sums = pixels
+            .iter()
+            .map(|means| [2.0 * means[replicate]; 3])
+            .collect();
+        film.planes[replicate] = Some(ReplicateBuffer {
+            sums,
+            samples: vec![2; pixels.len()],
+            ..ReplicateBuffer::default()
+        });
     }
     film
 }
 
-/// Protects: of replicates with the means 1, 2, 3, 4 the mean has a variance of 5/12, whose root is the error. Differences of pairs are
-/// (−1, −1), (−2, −2) and (−3, 1) in each of three channels that go together, so that their squared products are 9 times 1, 16 and 9: a
-/// mean of 78 over 24 = 2R(R − 1), relative to (3 · 5/12)² in each of fifty pixels of a hundred. Fifty equal products have a hundred degrees
-/// of freedom, for which tables have 1.98397.
+/// Protects: of replicates with the means 1, 2, 3, 4 the mean has a variance of 5/12, whose root is
+/// the error. Differences of pairs are (−1, −1), (−2, −2) and (−3, 1) in each of three channels
+/// that go together, so that their squared products are 9 times 1, 16 and 9: a mean of 78 over 24 =
+/// 2R(R − 1), relative to (3 · 5/12)² in each of fifty pixels of a hundred. Fifty equal products
+/// have a hundred degrees of freedom, for which tables have 1.98397.
 #[test]
 fn errors_of_pictures_by_hand() {
     let mut pixels = [[2.5; 4]; 100];
@@ -42,14 +51,20 @@ fn errors_of_pictures_by_hand() {
     assert_eq!((found.doubt, found.replicates), (None, 4));
 }
 
-/// Protects: a squared difference is relative to the product of the two replicates that are not in it, and 0.01, to that of all pairs, and
-/// to the squared means of the pair and of all: with the means 1, 1, 1 and 2 the three differences that are not 0 are relative to 1 · 1, to
-/// (3 · 1 + 3 · 2)/6, to 1.5² and to 1.25², each 3/48 of the variance of the mean. The value is twice what means of four say less what those
-/// of two do. The interval is as wide as three hundred equal variances would say, since products of two independent differences are 0, as
-/// the two ways by products differ in a hundred pixels, and as half of what they differ in all, or their middle from the value if that is more.
+/// Protects: a squared difference is relative to the product of the two replicates that are not in
+/// it, and 0.01, to that of all pairs, and to the squared means of the pair and of all: with the
+/// means 1, 1, 1 and 2 the three differences that are not 0 are relative to 1 · 1, to (3 · 1 + 3 ·
+/// 2)/6, to 1.5² and to 1.25², each 3/48 of the variance of the mean. The value is twice what means
+/// of four say less what those of two do. The interval is as wide as three hundred equal variances
+/// would say, since products of two independent differences are 0, as the two ways by products
+/// differ in a hundred pixels, and as half of what they differ in all, or their middle from the
+/// value if that is more.
 #[test]
 fn relative_errors_by_hand() {
-    let found = film(&[[1.0, 1.0, 1.0, 2.0]; 100]).uncertainty().expect("four replicates").root_relmse;
+    let found = film(&[[1.0, 1.0, 1.0, 2.0]; 100])
+        .uncertainty()
+        .expect("four replicates")
+        .root_relmse;
     let of_means: f64 = 2.0 / 1.5725 - 1.0 / 2.26;
     assert!((found.value - (3.0 / 48.0 * of_means).sqrt()).abs() < 1e-12);
     let (in_pixels, in_all) = (1.0 - 1.01 / 1.51, (1.51_f64 / 1.01).ln());
@@ -57,21 +72,42 @@ fn relative_errors_by_hand() {
     let (least, weights): (f64, f64) = (8.0 / 9.0 / 100.0, in_pixels * in_pixels / 100.0);
     let spread: f64 = least + weights + in_all * in_all / 4.0;
     assert!(((found.high / found.low).ln() - 1.959_963_984_540_054 * spread.sqrt()).abs() < 1e-6);
-    // Pairs that differ themselves count for less, by the noise of their product: four of six, with 1 and 2. That shows in the width alone.
-    let found = film(&[[1.0, 2.0, 1.0, 2.0]; 100]).uncertainty().expect("four replicates").root_relmse;
+    // Pairs that differ themselves count for less, by the noise of their product: four of six, with
+    // 1 and 2. That shows in the width alone.
+    let found = film(&[[1.0, 2.0, 1.0, 2.0]; 100])
+        .uncertainty()
+        .expect("four replicates")
+        .root_relmse;
     let of_means: f64 = 2.0 / 2.26 - 1.0 / 2.26;
-    assert!((found.value - (4.0 / 48.0 * of_means).sqrt()).abs() < 1e-12, "{found:?}");
-    let (across, among) = (2.01 / (2.01 * 2.01 + 1.5 * 1.5), 1.0 / (13.0 / 6.0 + 0.01_f64));
-    let apart = [(across / among).ln().abs(), ((across * among).sqrt() / of_means).ln().abs()];
-    // In two pairings of three both differences are 1, in three channels of a weight that falls out: 6 · 100 over 24 · 25².
-    let (relative_to, weights) = (apart[0].max(apart[1]) / 2.0, (1.0 - among / across).powi(2) / 100.0);
+    assert!(
+        (found.value - (4.0 / 48.0 * of_means).sqrt()).abs() < 1e-12,
+        "{found:?}"
+    );
+    let (across, among) = (
+        2.01 / (2.01 * 2.01 + 1.5 * 1.5),
+        1.0 / (13.0 / 6.0 + 0.01_f64),
+    );
+    let apart = [
+        (across / among).ln().abs(),
+        ((across * among).sqrt() / of_means).ln().abs(),
+    ];
+    // In two pairings of three both differences are 1, in three channels of a weight that falls
+    // out: 6 · 100 over 24 · 25².
+    let (relative_to, weights) = (
+        apart[0].max(apart[1]) / 2.0,
+        (1.0 - among / across).powi(2) / 100.0,
+    );
     let width = student_95(200) * (0.04 + weights + relative_to * relative_to).sqrt();
     // Two hundred degrees of freedom may come out as a rounding less.
-    assert!(((found.high / found.low).ln() / width - 1.0).abs() < 5e-5, "{found:?} and {width}");
+    assert!(
+        ((found.high / found.low).ln() / width - 1.0).abs() < 5e-5,
+        "{found:?} and {width}"
+    );
 }
 
-/// Protects: a bright sample that few pixels met is in the error and in what is known of it, and so makes no interval wider; what does is
-/// that replicates differ in pairs. Nothing makes it narrower than as many normal numbers would.
+/// Protects: a bright sample that few pixels met is in the error and in what is known of it, and so
+/// makes no interval wider; what does is that replicates differ in pairs. Nothing makes it narrower
+/// than as many normal numbers would.
 #[test]
 fn rare_bright_samples_are_in_both() {
     let width = |pixels: &[[f64; 4]]| {
@@ -83,9 +119,9 @@ fn rare_bright_samples_are_in_both() {
     assert!(width(&[[0.0, 5.0, 0.0, 5.0]; 100]) > 1.15 * least);
 }
 
-/// Protects: intervals of pictures with known noise hold their distance to the truth in 93 to 97 of 100: where noise is even, where a
-/// tenth of the pixels has nearly all of it, where channels go each its own way, and where it is skewed as that of 36 exponential
-/// numbers is.
+/// Protects: intervals of pictures with known noise hold their distance to the truth in 93 to 97 of
+/// 100: where noise is even, where a tenth of the pixels has nearly all of it, where channels go
+/// each its own way, and where it is skewed as that of 36 exponential numbers is.
 #[test]
 fn intervals_hold_known_errors() {
     /// Noise of one channel of a pixel by an address of its own.
@@ -94,8 +130,10 @@ fn intervals_hold_known_errors() {
     const PIXELS: usize = 300;
     let uniform = |address: u64| ((mix(address) >> 11) as f64 + 0.5) / (1_u64 << 53) as f64;
     let exponential = move |address: u64| -uniform(address).ln();
-    let normal =
-        move |address: u64| (2.0 * exponential(2 * address)).sqrt() * (core::f64::consts::TAU * uniform(2 * address + 1)).cos();
+    let normal = move |address: u64| {
+        (2.0 * exponential(2 * address)).sqrt()
+            * (core::f64::consts::TAU * uniform(2 * address + 1)).cos()
+    };
     let truth = |pixel: usize| 0.2 + 0.1 * (pixel % 9) as f64;
     let noises: [(&str, Noise<'_>); 4] = [
         ("even", &|_, address, _| 0.15 * normal(address)),
@@ -110,16 +148,31 @@ fn intervals_hold_known_errors() {
             for replicate in 0..4_usize {
                 let sum = |pixel: usize| {
                     let address = (run * PIXELS as u64 + pixel as u64) * 4 + replicate as u64;
-                    [0, 1, 2].map(|channel| 2.0 * truth(pixel) * (1.0 + noise(pixel, address, channel)))
+                    [0, 1, 2]
+                        .map(|channel| 2.0 * truth(pixel) * (1.0 + noise(pixel, address, channel)))
                 };
                 let sums = (0..PIXELS).map(sum).collect();
-                film.planes[replicate] = Some(ReplicateBuffer { sums, samples: vec![2; PIXELS], ..ReplicateBuffer::default() });
+                film.planes[replicate] = Some(ReplicateBuffer {
+                    sums,
+                    samples: vec![2; PIXELS],
+                    ..ReplicateBuffer::default()
+                });
             }
             let square = |(pixel, colour): (usize, &[f32; 3])| {
-                let of = |&c: &f32| (f64::from(c) - truth(pixel)).powi(2) / (truth(pixel).powi(2) + 0.01);
+                let of = |&c: &f32| {
+                    (f64::from(c) - truth(pixel)).powi(2) / (truth(pixel).powi(2) + 0.01)
+                };
                 colour.iter().map(of).sum::<f64>()
             };
-            let error = (film.picture().rgb.iter().enumerate().map(square).sum::<f64>() / (3 * PIXELS) as f64).sqrt();
+            let error = (film
+                .picture()
+                .rgb
+                .iter()
+                .enumerate()
+                .map(square)
+                .sum::<f64>()
+                / (3 * PIXELS) as f64)
+                .sqrt();
             let claimed = film.uncertainty().expect("four replicates").root_relmse;
             held += u64::from((claimed.low..=claimed.high).contains(&error));
         }
@@ -128,46 +181,82 @@ fn intervals_hold_known_errors() {
     }
 }
 
-/// Protects: of two replicates, a pixel is held against the next one, and the last of a row against the one before; no interval is
-/// claimed to hold.
+/// Protects: of two replicates, a pixel is held against the next one, and the last of a row against
+/// the one before; no interval is claimed to hold.
 #[test]
 fn two_replicates_are_held_against_neighbours() {
     let of = |pixels: &[[f64; 2]], width: u32| {
         let size = [width, pixels.len() as u32 / width];
-        let all = Settings { size, sampling: Sampling::General(8), replicates: Some(2), ..Settings::of(&Scene::default()) };
-        let mut film = prepare(&Scene::default(), &all, &()).expect("an empty scene").film("");
+        let all = Settings {
+            size,
+            sampling: Sampling::General(8),
+            replicates: Some(2),
+            ..Settings::of(&Scene::default())
+        };
+        let mut film = prepare(&Scene::default(), &all, &())
+            .expect("an empty scene")
+            .film("");
         for replicate in 0..2 {
-            let sums = pixels.iter().map(|means| [4.0 * means[replicate]; 3]).collect();
-            film.planes[replicate] = Some(ReplicateBuffer { sums, samples: vec![4; pixels.len()], ..ReplicateBuffer::default() });
+            let sums = pixels
+                .iter()
+                .map(|means| [4.0 * means[replicate]; 3])
+                .collect();
+            film.planes[replicate] = Some(ReplicateBuffer {
+                sums,
+                samples: vec![4; pixels.len()],
+                ..ReplicateBuffer::default()
+            });
         }
         let found = film.uncertainty().expect("two replicates");
-        assert_eq!((found.doubt, found.replicates), (Some(Doubt::FewSamples), 2));
+        assert_eq!(
+            (found.doubt, found.replicates),
+            (Some(Doubt::FewSamples), 2)
+        );
         found.rmse
     };
-    // Variances of 3/4 in the upper row, and products of 9 there alone, over 4 = 2R(R − 1); two have four degrees of freedom.
+    // Variances of 3/4 in the upper row, and products of 9 there alone, over 4 = 2R(R − 1); two
+    // have four degrees of freedom.
     let found = of(&[[0.0, 1.0], [0.0, 1.0], [0.0, 0.0], [0.0, 0.0]], 2);
     assert!((found.value - (1.5_f64 / 12.0).sqrt()).abs() < 1e-12);
     let expected = 2.776_445 * (18.0_f64 / 4.0 / (1.5 * 1.5)).sqrt();
     assert!(((found.high / found.low).ln() - expected).abs() < 1e-5);
 }
 
-/// Protects: of three replicates the difference of the first two is known, whose square over six is the variance of the mean of three: ½ of a
-/// squared difference is that of a replicate. In three channels of difference 1 it is a half, over three channels again a sixth.
+/// Protects: of three replicates the difference of the first two is known, whose square over six is
+/// the variance of the mean of three: ½ of a squared difference is that of a replicate. In three
+/// channels of difference 1 it is a half, over three channels again a sixth.
 #[test]
 fn three_replicates_are_surer_than_two() {
-    let all = Settings { size: [10, 1], sampling: Sampling::General(6), replicates: Some(3), ..Settings::of(&Scene::default()) };
-    let mut film = prepare(&Scene::default(), &all, &()).expect("an empty scene").film("");
+    let all = Settings {
+        size: [10, 1],
+        sampling: Sampling::General(6),
+        replicates: Some(3),
+        ..Settings::of(&Scene::default())
+    };
+    let mut film = prepare(&Scene::default(), &all, &())
+        .expect("an empty scene")
+        .film("");
     for (replicate, mean) in [0.0, 1.0, 0.5].into_iter().enumerate() {
-        film.planes[replicate] =
-            Some(ReplicateBuffer { sums: vec![[2.0 * mean; 3]; 10], samples: vec![2; 10], ..ReplicateBuffer::default() });
+        film.planes[replicate] = Some(ReplicateBuffer {
+            sums: vec![[2.0 * mean; 3]; 10],
+            samples: vec![2; 10],
+            ..ReplicateBuffer::default()
+        });
     }
     let found = film.uncertainty().expect("three replicates");
-    assert_eq!((found.doubt, found.replicates), (Some(Doubt::FewSamples), 3));
-    assert!((found.rmse.value - (1.0_f64 / 6.0).sqrt()).abs() < 1e-12, "{found:?}");
+    assert_eq!(
+        (found.doubt, found.replicates),
+        (Some(Doubt::FewSamples), 3)
+    );
+    assert!(
+        (found.rmse.value - (1.0_f64 / 6.0).sqrt()).abs() < 1e-12,
+        "{found:?}"
+    );
 }
 
-/// Protects: where replicates count the same whatever their samples are, so do their deviations: means of 0, 0 and 3 of 1, 1 and 4 samples lie
-/// about 1, with a variance of (1 + 1 + 4)/2 of which the mean of three has a third; by samples they lie about 2, 4·(1 + 1 + 1)/(6·2) = 1.
+/// Protects: where replicates count the same whatever their samples are, so do their deviations:
+/// means of 0, 0 and 3 of 1, 1 and 4 samples lie about 1, with a variance of (1 + 1 + 4)/2 of which
+/// the mean of three has a third; by samples they lie about 2, 4·(1 + 1 + 1)/(6·2) = 1.
 #[test]
 fn deviations_count_as_their_means_do() {
     let plane = |mean: f64, n: u16| ReplicateBuffer {
@@ -178,46 +267,76 @@ fn deviations_count_as_their_means_do() {
     let planes = [plane(0.0, 1), plane(0.0, 1), plane(3.0, 4)];
     for (even, mean) in [(true, 1.0), (false, 2.0)] {
         let there = crate::film::estimate::ReplicateStats::new(planes.iter(), even);
-        assert_eq!((there.mean(0).0, there.means(0).variance()), ([mean; 3], [1.0; 3]), "{even}");
+        assert_eq!(
+            (there.mean(0).0, there.means(0).variance()),
+            ([mean; 3], [1.0; 3]),
+            "{even}"
+        );
     }
 }
 
-/// Protects: where one pixel of many carries the error it is said, and where nothing varies the error is zero and sure.
+/// Protects: where one pixel of many carries the error it is said, and where nothing varies the
+/// error is zero and sure.
 #[test]
 fn few_pixels_say_little() {
     let mut pixels = [[1.0, 1.01, 0.99, 1.0]; 100];
     pixels[40] = [1.0, 1.0, 1.0, 90.0];
     let found = film(&pixels).uncertainty().expect("four replicates");
-    assert!(found.doubt == Some(Doubt::FewPixels) && found.rmse.carriers < 2.0, "{found:?}");
-    let still = film(&[[0.5; 4]; 10]).uncertainty().expect("four replicates");
-    assert_eq!((still.rmse.value, still.rmse.high, still.doubt), (0.0, 0.0, None));
+    assert!(
+        found.doubt == Some(Doubt::FewPixels) && found.rmse.carriers < 2.0,
+        "{found:?}"
+    );
+    let still = film(&[[0.5; 4]; 10])
+        .uncertainty()
+        .expect("four replicates");
+    assert_eq!(
+        (still.rmse.value, still.rmse.high, still.doubt),
+        (0.0, 0.0, None)
+    );
 }
 
-/// Protects: where each of many pixels has a bright sample in one replicate alone, what the error is relative to is not known: the three
-/// others have black, so that 25 is relative to 0.01, and what the pair itself has is 2.5.
+/// Protects: where each of many pixels has a bright sample in one replicate alone, what the error
+/// is relative to is not known: the three others have black, so that 25 is relative to 0.01, and
+/// what the pair itself has is 2.5.
 #[test]
 fn light_that_others_miss_is_doubted() {
     let of = |means| film(&[means; 100]).uncertainty().expect("four replicates");
     let rare = of([0.0, 0.0, 0.0, 5.0]);
-    assert!(rare.root_relmse.carriers > 99.0 && rare.doubt == Some(Doubt::FewPixels), "{rare:?}");
+    assert!(
+        rare.root_relmse.carriers > 99.0 && rare.doubt == Some(Doubt::FewPixels),
+        "{rare:?}"
+    );
     // Of 1 and 0.8 each is relative to what the other has, nearly.
     assert_eq!(of([1.0, 1.0, 1.0, 0.8]).doubt, None);
 }
 
-/// Protects: where paths went on by mirrors or through glass and met no lamp, or few, it is said that such light may be unseen; where
-/// they met many, and where no path did that, nothing is.
+/// Protects: where paths went on by mirrors or through glass and met no lamp, or few, it is said
+/// that such light may be unseen; where they met many, and where no path did that, nothing is.
 #[test]
 fn light_by_chance_is_doubted() {
     let of = |unaided, found| {
         let mut film = film(&[[1.0, 2.0, 3.0, 4.0]; 100]);
-        film.counters = Counters { unaided, found, ..film.counters };
+        film.counters = Counters {
+            unaided,
+            found,
+            ..film.counters
+        };
         film.uncertainty().expect("four replicates").doubt
     };
-    assert_eq!([of(0, 0), of(1, 0), of(9, 39), of(9, 40)], [None, Some(Doubt::LightByChance), Some(Doubt::LightByChance), None]);
+    assert_eq!(
+        [of(0, 0), of(1, 0), of(9, 39), of(9, 40)],
+        [
+            None,
+            Some(Doubt::LightByChance),
+            Some(Doubt::LightByChance),
+            None
+        ]
+    );
 }
 
-/// Protects: a small sun that scattered paths meet in chrome is light by chance, as a lamp in a mirror is, and is doubted in a picture that met
-/// it never; no sun that is wide, and none in metal so rough that directions drawn towards the sun serve it.
+/// Protects: a small sun that scattered paths meet in chrome is light by chance, as a lamp in a
+/// mirror is, and is doubted in a picture that met it never; no sun that is wide, and none in metal
+/// so rough that directions drawn towards the sun serve it.
 #[test]
 fn a_small_sun_in_chrome_is_met_by_chance() {
     let of = |exponent: f64, roughness: f64| {
@@ -232,40 +351,71 @@ fn a_small_sun_in_chrome_is_met_by_chance() {
                         {{ "shape": {{ "sphere": {{ "centre": [0, 0.5, 0], "radius": 0.5 }} }}, "material": "metal" }}] }}"#
         );
         let scene: Scene = serde_json::from_str(&text).expect("a scene");
-        let settings = Settings { size: [12, 8], sampling: Sampling::General(64), ..Settings::of(&scene) };
+        let settings = Settings {
+            size: [12, 8],
+            sampling: Sampling::General(64),
+            ..Settings::of(&scene)
+        };
         let ready = prepare(&scene, &settings, &()).expect("a scene");
         let film = rendered(&ready);
-        (film.counters.unaided > 0, film.uncertainty().expect("four replicates").doubt == Some(Doubt::LightByChance))
+        (
+            film.counters.unaided > 0,
+            film.uncertainty().expect("four replicates").doubt == Some(Doubt::LightByChance),
+        )
     };
-    assert_eq!([of(4000.0, 0.02), of(20.0, 0.02), of(4000.0, 0.4)], [(true, true), (false, false), (false, false)]);
+    assert_eq!(
+        [of(4000.0, 0.02), of(20.0, 0.02), of(4000.0, 0.4)],
+        [(true, true), (false, false), (false, false)]
+    );
 }
 
-/// Protects: nothing is said where nothing is known: of one replicate, of a pixel without samples, of a pattern.
+/// Protects: nothing is said where nothing is known: of one replicate, of a pixel without samples,
+/// of a pattern.
 #[test]
 fn nothing_is_said_of_nothing() {
     let of = |settings: Settings| rendered(&ready(&settings)).uncertainty();
-    assert!(of(Settings { replicates: Some(1), ..settings(6) }).is_none());
+    assert!(
+        of(Settings {
+            replicates: Some(1),
+            ..settings(6)
+        })
+        .is_none()
+    );
     assert!(of(settings(6)).is_some());
     assert!(
-        of(Settings { sampling: Sampling::Pattern(crate::scene::Pattern::Corners), aovs: layers(), ..settings(4) }).is_none()
+        of(Settings {
+            sampling: Sampling::Pattern(crate::scene::Pattern::Corners),
+            aovs: layers(),
+            ..settings(4)
+        })
+        .is_none()
     );
     let ready: Ready = ready(&settings(6));
     let mut film = ready.film("scene");
-    let first = crate::film::Part { tiles: 0..1, ..film.whole() };
-    ready.render_part(&mut film, &first, &()).expect("its own film");
+    let first = crate::film::Part {
+        tiles: 0..1,
+        ..film.whole()
+    };
+    ready
+        .render_part(&mut film, &first, &())
+        .expect("its own film");
     assert!(film.uncertainty().is_none());
 }
 
-/// Protects: small pictures, and small things before nothing, are not doubted for being small: of even noise in one pixel or ten among a
-/// thousand without any, errors are known as well as the interval says. Where few of many with noise have most of it, and where what ten
-/// saw is hardly seen again, they are doubted.
+/// Protects: small pictures, and small things before nothing, are not doubted for being small: of
+/// even noise in one pixel or ten among a thousand without any, errors are known as well as the
+/// interval says. Where few of many with noise have most of it, and where what ten saw is hardly
+/// seen again, they are doubted.
 #[test]
 fn pixels_without_noise_do_not_count() {
     let noisy = [1.0, 1.1, 0.9, 1.05];
     let doubt = |pixels: &[[f64; 4]]| film(pixels).uncertainty().expect("four replicates").doubt;
     let mut small = [[0.5; 4]; 1000];
     small[300..310].fill(noisy);
-    assert_eq!([doubt(&[noisy]), doubt(&[noisy; 16]), doubt(&small)], [None; 3]);
+    assert_eq!(
+        [doubt(&[noisy]), doubt(&[noisy; 16]), doubt(&small)],
+        [None; 3]
+    );
     let mut quiet = [[1.0, 1.01, 0.99, 1.0]; 1000];
     quiet[300..310].fill([1.0, 1.9, 0.6, 1.4]);
     assert_eq!(doubt(&quiet), Some(Doubt::FewPixels));
@@ -273,8 +423,8 @@ fn pixels_without_noise_do_not_count() {
     assert_eq!(doubt(&small), Some(Doubt::FewPixels));
 }
 
-/// Protects: where few pixels carry the error, one that is ten times what the upper end says is reached, and no smaller one; where too few
-/// lamps were met, none is.
+/// Protects: where few pixels carry the error, one that is ten times what the upper end says is
+/// reached, and no smaller one; where too few lamps were met, none is.
 #[test]
 fn doubts_of_few_pixels_fall_silent_far_below() {
     let mut pixels = [[1.0, 1.01, 0.99, 1.0]; 100];
@@ -282,20 +432,30 @@ fn doubts_of_few_pixels_fall_silent_far_below() {
     let found = film(&pixels).uncertainty().expect("four replicates");
     let high = found.root_relmse.high;
     assert_eq!(found.doubt, Some(Doubt::FewPixels));
-    assert_eq!([9.99, 10.01].map(|times| found.reaches(times * high)), [false, true]);
-    let by_chance = crate::film::Uncertainty { doubt: Some(Doubt::LightByChance), ..found };
+    assert_eq!(
+        [9.99, 10.01].map(|times| found.reaches(times * high)),
+        [false, true]
+    );
+    let by_chance = crate::film::Uncertainty {
+        doubt: Some(Doubt::LightByChance),
+        ..found
+    };
     assert!(!by_chance.reaches(100.0 * high));
 }
 
-/// Protects: a black picture is no right one where rays went to lamps: it is doubted, reaches no error, and of its pixels nothing is known. Where
-/// none did, nothing is wrong with it.
+/// Protects: a black picture is no right one where rays went to lamps: it is doubted, reaches no
+/// error, and of its pixels nothing is known. Where none did, nothing is wrong with it.
 #[test]
 fn a_black_picture_is_doubted_where_there_are_lamps() {
     let of = |shadow| {
         let mut film = film(&[[0.0; 4]; 10]);
         film.counters.shadow = shadow;
         let found = film.uncertainty().expect("four replicates");
-        (found.doubt, found.reaches(1.0), film.standard_errors().expect("four replicates").0[0])
+        (
+            found.doubt,
+            found.reaches(1.0),
+            film.standard_errors().expect("four replicates").0[0],
+        )
     };
     assert_eq!(of(0), (None, true, [0.0; 3]));
     assert_eq!(of(100), (Some(Doubt::FewPixels), false, [-1.0; 3]));

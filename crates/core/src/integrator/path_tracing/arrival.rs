@@ -8,7 +8,9 @@ use super::shade::ShadedLanes;
 use super::vertices::{Bounce, VertexLanes};
 use super::{PathState, PathTracer};
 use crate::interaction::Interaction;
-use crate::light::{ChosenLight, Density, LightId, LightLanes, LightSample, Target, TargetKind, vector};
+use crate::light::{
+    ChosenLight, Density, LightId, LightLanes, LightSample, Target, TargetKind, vector,
+};
 use crate::prepare::{Material, Spawn};
 use crate::scene::AlphaMode;
 
@@ -23,23 +25,48 @@ impl<R: Real> PathTracer<'_, R> {
         shaded: &ShadedLanes<R>,
     ) {
         let place = vertices.place[lane] as usize;
-        let (path, at) = (&mut bounce.paths[bounce.going[place] as usize], &bounce.met[place]);
+        let (path, at) = (
+            &mut bounce.paths[bounce.going[place] as usize],
+            &bounce.met[place],
+        );
         let sent = vector::<R>(&shaded.lit.sent, lane);
         let sent = if self.straight_to_lights(light) && lights.aim[lane] != TargetKind::Target {
             let length = shaded.shadow.length[lane];
             // Where the light is where the ray would start, nothing is in between.
-            let arrives = if length > R::ZERO && (length < R::INFINITY || lights.aim[lane] == TargetKind::Infinity) {
-                let ray =
-                    Ray::new(vector::<R>(&shaded.shadow.start, lane), vector::<R>(&shaded.shadow.towards, lane)).at_time(at.time);
-                self.passes(&ray, Interval { min: R::ZERO, max: length }, None, lights.is_sizeless(lane))
+            let arrives = if length > R::ZERO
+                && (length < R::INFINITY || lights.aim[lane] == TargetKind::Infinity)
+            {
+                let ray = Ray::new(
+                    vector::<R>(&shaded.shadow.start, lane),
+                    vector::<R>(&shaded.shadow.towards, lane),
+                )
+                .at_time(at.time);
+                self.passes(
+                    &ray,
+                    Interval {
+                        min: R::ZERO,
+                        max: length,
+                    },
+                    None,
+                    lights.is_sizeless(lane),
+                )
             } else {
                 R::ONE
             };
-            let sent = if arrives > R::ZERO { sent * arrives } else { Vector::ZERO };
+            let sent = if arrives > R::ZERO {
+                sent * arrives
+            } else {
+                Vector::ZERO
+            };
             self.usage.count(light, sent != Vector::ZERO);
             sent
         } else {
-            self.arriving(path, at, (light, lights.lane(lane), shaded.lit.is_through[lane]), sent)
+            self.arriving(
+                path,
+                at,
+                (light, lights.lane(lane), shaded.lit.is_through[lane]),
+                sent,
+            )
         };
         path.radiance += path.throughput * sent;
     }
@@ -50,10 +77,15 @@ impl<R: Real> PathTracer<'_, R> {
         let (scene, lights) = (self.scene, &self.scene.lights);
         let shadows = !matches!(light, LightId::Delta(i) if !lights.delta[i as usize].shadows);
         let even = !matches!(light, LightId::Emitter(i) if lights.emitters.varies(i) || scene.casts_hard(i));
-        shadows && even && !scene.lets_straight && !scene.absorbs && matches!(scene.rules.spawn, Spawn::ErrorBound)
+        shadows
+            && even
+            && !scene.lets_straight
+            && !scene.absorbs
+            && matches!(scene.rules.spawn, Spawn::ErrorBound)
     }
 
-    /// What arrives of what a surface would send back of a light, `through` itself or not, if nothing were in between.
+    /// What arrives of what a surface would send back of a light, `through` itself or not, if
+    /// nothing were in between.
     #[inline(always)]
     fn arriving(
         &mut self,
@@ -64,10 +96,18 @@ impl<R: Real> PathTracer<'_, R> {
     ) -> R::Vec3 {
         let scene = self.scene;
         let lights = &scene.lights;
-        let Some(seen) = scene.aimed(light, seen, at.surface.point) else { return Vector::ZERO };
+        let Some(seen) = scene.aimed(light, seen, at.surface.point) else {
+            return Vector::ZERO;
+        };
         let varies = matches!(light, LightId::Emitter(i) if lights.emitters.varies(i));
         let shadows = !matches!(light, LightId::Delta(i) if !lights.delta[i as usize].shadows);
-        let media = || if through { self.beyond(&path.media, at) } else { path.media };
+        let media = || {
+            if through {
+                self.beyond(&path.media, at)
+            } else {
+                path.media
+            }
+        };
         if varies || shadows && scene.lets_straight {
             let emitter = match light {
                 LightId::Emitter(i) => Some(i),
@@ -76,14 +116,22 @@ impl<R: Real> PathTracer<'_, R> {
             let media = media();
             let arrives = self.arrives_straight(path, media, (&seen, emitter), at);
             // Also of what is no number.
-            sent = if arrives == Vector::ZERO { Vector::ZERO } else { sent * arrives };
+            sent = if arrives == Vector::ZERO {
+                Vector::ZERO
+            } else {
+                sent * arrives
+            };
         } else {
             if scene.absorbs {
                 sent *= self.passes_media(&media(), at.distance_to(&seen.target));
             }
             if shadows {
                 let arrives = self.arrives(&seen, at);
-                sent = if arrives > R::ZERO { sent * arrives } else { Vector::ZERO };
+                sent = if arrives > R::ZERO {
+                    sent * arrives
+                } else {
+                    Vector::ZERO
+                };
             }
         }
         self.usage.count(light, sent != Vector::ZERO);
@@ -94,18 +142,30 @@ impl<R: Real> PathTracer<'_, R> {
     #[inline]
     fn arrives(&mut self, light: &LightSample<R>, at: &Interaction<R>) -> R {
         // Where the light is where the ray would start, nothing is in between.
-        let Some((ray, mut range)) = self.scene.towards(light, at) else { return R::ONE };
+        let Some((ray, mut range)) = self.scene.towards(light, at) else {
+            return R::ONE;
+        };
         let sizeless = light.density == Density::Delta;
         if matches!(light.target, Target::Infinity) && !sizeless {
             // The scene's limit on shadows is that of its lights, not of its sky.
-            range = Interval { max: R::INFINITY, ..range };
+            range = Interval {
+                max: R::INFINITY,
+                ..range
+            };
         }
         self.passes(&ray.at_time(at.time), range, Some(&light.target), sizeless)
     }
 
-    /// Share of light that passes the way of a shadow ray. What it aims at is told where that may be its own occluder.
+    /// Share of light that passes the way of a shadow ray. What it aims at is told where that may
+    /// be its own occluder.
     #[inline(always)]
-    fn passes(&mut self, ray: &Ray<R>, range: Interval<R>, target: Option<&Target<R>>, sizeless: bool) -> R {
+    fn passes(
+        &mut self,
+        ray: &Ray<R>,
+        range: Interval<R>,
+        target: Option<&Target<R>>,
+        sizeless: bool,
+    ) -> R {
         self.counters.shadow += 1;
         let mut product = Transmittance::default();
         let blocked = self.scene.geometry.any(
@@ -119,11 +179,16 @@ impl<R: Real> PathTracer<'_, R> {
             },
             &mut (),
         );
-        if blocked { R::ZERO } else { R::from_f64(product.value()) }
+        if blocked {
+            R::ZERO
+        } else {
+            R::from_f64(product.value())
+        }
     }
 
-    /// Share of light that passes an occluder straight: where it is absent, and the light of a light without size where it casts no
-    /// shadow. Light with a size is found by paths too, which meet everything.
+    /// Share of light that passes an occluder straight: where it is absent, and the light of a
+    /// light without size where it casts no shadow. Light with a size is found by paths too, which
+    /// meet everything.
     fn lets_through(&self, ray: &Ray<R>, hit: &Hit<R>, sizeless: bool) -> R {
         let record = &self.scene.objects[hit.outermost() as usize];
         if sizeless && !record.casts_shadow {

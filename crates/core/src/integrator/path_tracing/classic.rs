@@ -8,9 +8,10 @@ use crate::prepare::{ClassicInputs, SpecularInputs};
 use crate::scene::SpecularModel;
 use crate::texture::ShadingContext;
 
-/// The lobes of a classic surface: `local`·`colour`·`diffuse` is Lambert's albedo, `specular` microfacets as sharp as its exponent,
-/// `reflection` a mirror of its weight at every angle, `transmission` a smooth dielectric, whose glass is handed on with the index that
-/// it has there. What all of them together would send back beyond one is taken from the diffuse one.
+/// The lobes of a classic surface: `local`·`colour`·`diffuse` is Lambert's albedo, `specular`
+/// microfacets as sharp as its exponent, `reflection` a mirror of its weight at every angle,
+/// `transmission` a smooth dielectric, whose glass is handed on with the index that it has there.
+/// What all of them together would send back beyond one is taken from the diffuse one.
 #[inline(always)]
 pub(super) fn lobes<R: Real>(
     (m, glass): (&ClassicInputs<R>, Option<&Glass<R>>),
@@ -27,31 +28,69 @@ pub(super) fn lobes<R: Real>(
         taken = R::Vec3::ONE;
     } else if let Some(reflection) = &m.reflection {
         let weight = R::Vec3::splat(unit(reflection.weight.number(here)));
-        let mirror = unit_colour::<R>(if reflection.tinted { weight * colour } else { weight });
-        bsdf = bsdf.with(Lobe::Mirror { f0: mirror, f90: mirror });
+        let mirror = unit_colour::<R>(if reflection.tinted {
+            weight * colour
+        } else {
+            weight
+        });
+        bsdf = bsdf.with(Lobe::Mirror {
+            f0: mirror,
+            f90: mirror,
+        });
         taken = mirror;
     }
-    if let Some(specular) = m.specular.as_ref().filter(|specular| specular.model != SpecularModel::Grazing) {
-        let scale = if specular.on_reflection { taken } else { R::Vec3::splat(local) };
-        let f0 = unit_colour::<R>(scale * unit(specular.strength.number(here))).min(R::Vec3::ONE - taken);
+    if let Some(specular) = m
+        .specular
+        .as_ref()
+        .filter(|specular| specular.model != SpecularModel::Grazing)
+    {
+        let scale = if specular.on_reflection {
+            taken
+        } else {
+            R::Vec3::splat(local)
+        };
+        let f0 = unit_colour::<R>(scale * unit(specular.strength.number(here)))
+            .min(R::Vec3::ONE - taken);
         if f0 != R::Vec3::ZERO {
-            bsdf = bsdf.with(Lobe::Rough { f0, f90: f0, roughness: roughness(specular) });
+            bsdf = bsdf.with(Lobe::Rough {
+                f0,
+                f90: f0,
+                roughness: roughness(specular),
+            });
             taken += f0;
         }
     }
-    let albedo = unit_colour::<R>(colour * (local * m.diffuse.number(here))).min(R::Vec3::ONE - taken);
-    if albedo == R::Vec3::ZERO { bsdf } else { bsdf.with(Lobe::Lambert(Lambert { albedo })) }
+    let albedo =
+        unit_colour::<R>(colour * (local * m.diffuse.number(here))).min(R::Vec3::ONE - taken);
+    if albedo == R::Vec3::ZERO {
+        bsdf
+    } else {
+        bsdf.with(Lobe::Lambert(Lambert { albedo }))
+    }
 }
 
 /// A matte surface as a physical one that reflects nothing: the same numbers as its one lobe.
 #[inline(always)]
-pub(super) fn matte<R: Real>(m: &ClassicInputs<R>, here: &ShadingContext<'_, R>) -> MetallicRoughness<R> {
-    let base = unit_colour::<R>(m.colour.colour(here) * (unit(m.local.number(here)) * m.diffuse.number(here)));
-    MetallicRoughness { base, metallic: R::ZERO, roughness: R::ONE, dielectric: R::ZERO, grazing: R::ZERO, glass: None }
+pub(super) fn matte<R: Real>(
+    m: &ClassicInputs<R>,
+    here: &ShadingContext<'_, R>,
+) -> MetallicRoughness<R> {
+    let base = unit_colour::<R>(
+        m.colour.colour(here) * (unit(m.local.number(here)) * m.diffuse.number(here)),
+    );
+    MetallicRoughness {
+        base,
+        metallic: R::ZERO,
+        roughness: R::ONE,
+        dielectric: R::ZERO,
+        grazing: R::ZERO,
+        glass: None,
+    }
 }
 
-/// The perceptual roughness √α of a highlight's exponent: α = √(2/(n + 2)) about the half vector ("Microfacet Models for Refraction
-/// through Rough Surfaces", Walter et al. 2007); about the mirrored view a highlight is as wide at a quarter of the exponent.
+/// The perceptual roughness √α of a highlight's exponent: α = √(2/(n + 2)) about the half vector
+/// ("Microfacet Models for Refraction through Rough Surfaces", Walter et al. 2007); about the
+/// mirrored view a highlight is as wide at a quarter of the exponent.
 fn roughness<R: Real>(specular: &SpecularInputs<R>) -> R {
     let exponent = f64::from(specular.exponent);
     let about_half = match specular.model {

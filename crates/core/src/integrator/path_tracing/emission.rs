@@ -1,4 +1,5 @@
-//! What a path finds by itself: light that a surface gives off where it comes to it, or the sky; in the share that its ray has in finding it.
+//! What a path finds by itself: light that a surface gives off where it comes to it, or the sky; in
+//! the share that its ray has in finding it.
 
 use raywright_bvh::{Hit, Real, Vector};
 
@@ -11,7 +12,13 @@ use crate::settings::LightSampling;
 impl<R: Real> PathTracer<'_, R> {
     /// Adds what a surface gives off, in the share that a ray has in finding it.
     #[inline]
-    pub(super) fn emits(&mut self, path: &mut PathState<R>, hit: &Hit<R>, at: &Interaction<R>, emission: R::Vec3) {
+    pub(super) fn emits(
+        &mut self,
+        path: &mut PathState<R>,
+        hit: &Hit<R>,
+        at: &Interaction<R>,
+        emission: R::Vec3,
+    ) {
         // What glows in parts is dark mostly; no share of nothing is worth asking for.
         if emission == Vector::ZERO || !self.scene.shines(at) {
             return;
@@ -20,9 +27,19 @@ impl<R: Real> PathTracer<'_, R> {
             Some(emitter) => {
                 let light = LightId::Emitter(emitter);
                 self.usage.count(light, true);
-                let (lights, from, direction) = (&self.scene.lights, path.previous.from, path.leg.ray.direction);
+                let (lights, from, direction) = (
+                    &self.scene.lights,
+                    path.previous.from,
+                    path.leg.ray.direction,
+                );
                 self.found(path, light, |probability| {
-                    lights.density(light, from, direction, &Target::Surface(at.surface), probability)
+                    lights.density(
+                        light,
+                        from,
+                        direction,
+                        &Target::Surface(at.surface),
+                        probability,
+                    )
                 })
             }
             None => R::ONE,
@@ -33,7 +50,8 @@ impl<R: Real> PathTracer<'_, R> {
         self.see(path.traced == 1, emitted);
     }
 
-    /// Adds what a path saw of what its surface gives off by itself, where that is kept of camera rays.
+    /// Adds what a path saw of what its surface gives off by itself, where that is kept of camera
+    /// rays.
     #[inline(always)]
     pub(super) fn see(&mut self, camera: bool, radiance: R::Vec3) {
         if camera && self.keeps_first {
@@ -41,12 +59,15 @@ impl<R: Real> PathTracer<'_, R> {
         }
     }
 
-    /// Ends the path of a camera ray on an edge, which is seen as it is: its base is black, so that denoising keeps it.
+    /// Ends the path of a camera ray on an edge, which is seen as it is: its base is black, so that
+    /// denoising keeps it.
     pub(super) fn draw_edge(&mut self, path: &mut PathState<R>, edge: R::Vec3) {
         let shown = path.throughput * edge;
         path.radiance += shown;
         self.see(true, shown);
-        self.first.iter_mut().for_each(|first| first.albedo = [0.0; 3]);
+        self.first
+            .iter_mut()
+            .for_each(|first| first.albedo = [0.0; 3]);
     }
 
     /// What a ray brings that hit nothing and sees this of the sky, in its share.
@@ -58,21 +79,31 @@ impl<R: Real> PathTracer<'_, R> {
             && let Some(density) = lights.sky_sampler().and_then(|sampler| sampler.small())
         {
             self.counters.unaided += 1;
-            self.counters.found += u64::from(lights.density_of_sky(direction, seen.place, 1.0) >= density);
+            self.counters.found +=
+                u64::from(lights.density_of_sky(direction, seen.place, 1.0) >= density);
         }
-        seen.radiance * self.found(path, LightId::Sky, |probability| lights.density_of_sky(direction, seen.place, probability))
+        seen.radiance
+            * self.found(path, LightId::Sky, |probability| {
+                lights.density_of_sky(direction, seen.place, probability)
+            })
     }
 
-    /// Whether a path was scattered and then went on as by a mirror: what it meets then, it meets by chance alone.
+    /// Whether a path was scattered and then went on as by a mirror: what it meets then, it meets
+    /// by chance alone.
     #[inline(always)]
     pub(super) fn is_unaided(&self, path: &PathState<R>) -> bool {
         path.spread < NARROW && path.previous.density >= NARROW
     }
 
-    /// Share that a ray has in finding the light that it met, which is drawn with a density by the probability of being asked.
+    /// Share that a ray has in finding the light that it met, which is drawn with a density by the
+    /// probability of being asked.
     #[inline(always)]
     fn found(&self, path: &PathState<R>, light: LightId, drawn: impl FnOnce(f64) -> f64) -> R {
-        let PreviousVertex { from, normal, density } = path.previous;
+        let PreviousVertex {
+            from,
+            normal,
+            density,
+        } = path.previous;
         if density == f64::INFINITY {
             return R::ONE;
         }
@@ -82,7 +113,11 @@ impl<R: Real> PathTracer<'_, R> {
             return R::ONE;
         }
         let probability = lights.choice().probability::<R>(light, from, normal);
-        let other = if probability > 0.0 { drawn(probability) } else { 0.0 };
+        let other = if probability > 0.0 {
+            drawn(probability)
+        } else {
+            0.0
+        };
         match sampling {
             LightSampling::Lights if other > 0.0 => R::ZERO,
             LightSampling::Lights => R::ONE,

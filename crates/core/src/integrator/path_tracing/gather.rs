@@ -1,5 +1,6 @@
-//! What surfaces are made of where paths met them: those vertices are put into queues by kind, done with what only needs the point itself. Common
-//! surfaces, rough and opaque without layers, are by far the most of real models.
+//! What surfaces are made of where paths met them: those vertices are put into queues by kind, done
+//! with what only needs the point itself. Common surfaces, rough and opaque without layers, are by
+//! far the most of real models.
 
 use core::f64::consts::PI;
 
@@ -18,8 +19,8 @@ use crate::sampler::{Purpose, pair};
 use crate::scene::AlphaMode;
 use crate::texture::Bump;
 
-/// Vertices by what answers at them: common surfaces that reflect nothing, other common ones, and all others. Kept, so that its lists are made
-/// once.
+/// Vertices by what answers at them: common surfaces that reflect nothing, other common ones, and
+/// all others. Kept, so that its lists are made once.
 #[derive(Default)]
 pub(super) struct VertexQueues<R: Real> {
     pub matte: VertexList<R>,
@@ -53,11 +54,13 @@ impl<R: Real> VertexQueues<R> {
     }
 }
 
-/// A common surface where a path met it: what it is made of, its factor on lights without size, and what bends its normal.
+/// A common surface where a path met it: what it is made of, its factor on lights without size, and
+/// what bends its normal.
 type CommonSurface<'a, R> = (MetallicRoughness<R>, R, Option<&'a Bump<R>>);
 
 impl<R: Real> PathTracer<'_, R> {
-    /// Puts what a path met among the vertices. Whether the path has another ray, now or from there.
+    /// Puts what a path met among the vertices. Whether the path has another ray, now or from
+    /// there.
     #[inline(always)]
     pub(super) fn gather(
         &mut self,
@@ -67,7 +70,11 @@ impl<R: Real> PathTracer<'_, R> {
     ) -> bool {
         let scene = self.scene;
         let material = &scene.materials[at.material as usize];
-        let common = if path.traced - path.matched + 1 < self.max_depth { self.common(material, at) } else { None };
+        let common = if path.traced - path.matched + 1 < self.max_depth {
+            self.common(material, at)
+        } else {
+            None
+        };
         if common.is_none() {
             at.perturb_where_bumpy(scene, &path.leg, hit);
         }
@@ -89,36 +96,55 @@ impl<R: Real> PathTracer<'_, R> {
         if material.glows() {
             self.emits(path, hit, at, material.emission_at(&scene.sources.at(at)));
         }
-        let Some((mut model, gain, bump)) = common else { return self.gather_other(place, (path, hit, at), vertices) };
+        let Some((mut model, gain, bump)) = common else {
+            return self.gather_other(place, (path, hit, at), vertices);
+        };
         // What a matte surface diffuses knows no index.
         if self.nests() && matches!(material, Material::Physical(_)) {
             self.immersed(path, at, &scene.sources.at(at), &mut model);
         }
         // Normals are bent among the glossy ones.
-        let list = if model.is_matte() && bump.is_none() { &mut vertices.matte } else { &mut vertices.glossy };
+        let list = if model.is_matte() && bump.is_none() {
+            &mut vertices.matte
+        } else {
+            &mut vertices.glossy
+        };
         if let Some(bump) = bump {
-            vertices.bent.push((list.len(), at.normal_map(bump, scene, &path.leg, hit)));
+            vertices
+                .bent
+                .push((list.len(), at.normal_map(bump, scene, &path.leg, hit)));
         }
         let lanes = list.open();
-        let lane = lanes.push(place, (path, at), (at.normal, LitSides::One, gain), scene.roulette);
+        let lane = lanes.push(
+            place,
+            (path, at),
+            (at.normal, LitSides::One, gain),
+            scene.roulette,
+        );
         lanes.put_model(lane, &model);
         true
     }
 
     /// The common surface of a material; none where it is another.
     #[inline(always)]
-    fn common<'a>(&self, material: &'a Material<R>, at: &Interaction<R>) -> Option<CommonSurface<'a, R>> {
+    fn common<'a>(
+        &self,
+        material: &'a Material<R>,
+        at: &Interaction<R>,
+    ) -> Option<CommonSurface<'a, R>> {
         let here = self.scene.sources.at(at);
         let surface = match material {
             Material::Physical(m) if m.plain => (m.model_at(&here), R::ONE, m.bump.as_ref()),
-            // A light without size says how bright it makes a white classic surface that faces it, not what falls on it.
+            // A light without size says how bright it makes a white classic surface that faces it,
+            // not what falls on it.
             Material::Classic(m) if m.matte => (matte(m, &here), R::from_f64(PI), None),
             _ => return None,
         };
         surface.0.is_rough().then_some(surface)
     }
 
-    /// Takes a path on through a surface that is none where it met it, or that it passes unchanged. Whether it goes on; none where it met a surface.
+    /// Takes a path on through a surface that is none where it met it, or that it passes unchanged.
+    /// Whether it goes on; none where it met a surface.
     #[inline]
     fn pass_by(&mut self, path: &mut PathState<R>, at: &Interaction<R>) -> Option<bool> {
         if let Material::Physical(m) = &self.scene.materials[at.material as usize]
@@ -126,7 +152,9 @@ impl<R: Real> PathTracer<'_, R> {
         {
             let alpha = m.alpha_at(&self.scene.sources.at(at));
             // A surface that covers a share of what is behind it is there as often.
-            let absent = alpha < R::ONE && (alpha <= R::ZERO || R::from_f32(pair(path.address, Purpose::Coverage)[0]) >= alpha);
+            let absent = alpha < R::ONE
+                && (alpha <= R::ZERO
+                    || R::from_f32(pair(path.address, Purpose::Coverage)[0]) >= alpha);
             if absent {
                 return Some(self.pass(path, at));
             }
@@ -156,6 +184,11 @@ impl<R: Real> PathTracer<'_, R> {
             self.see(path.traced == 1, shown);
             return false;
         }
-        !self.is_at_limit(path) && self.gather_general(place, (path, hit, at), (&mut vertices.general, &mut vertices.surfaces))
+        !self.is_at_limit(path)
+            && self.gather_general(
+                place,
+                (path, hit, at),
+                (&mut vertices.general, &mut vertices.surfaces),
+            )
     }
 }

@@ -1,5 +1,5 @@
-//! Vertices on surfaces that are not common, each with lobes of its own: what they are made of, and what they answer. What follows from that is
-//! the same as of common ones.
+//! Vertices on surfaces that are not common, each with lobes of its own: what they are made of, and
+//! what they answer. What follows from that is the same as of common ones.
 
 use core::f64::consts::PI;
 
@@ -71,18 +71,30 @@ impl<R: Real> PathTracer<'_, R> {
         let here = scene.sources.at(at);
         let (lobes, glass, (normal, sides, gain)) = match &scene.materials[at.material as usize] {
             Material::Classic(m) => {
-                // A light without size says how bright it makes a white classic surface that faces it, not what falls on it.
+                // A light without size says how bright it makes a white classic surface that faces
+                // it, not what falls on it.
                 let gain = R::from_f64(PI);
                 if let Some(mixture) = &m.mixture {
                     let surface = MixtureSurface::new(mixture, at, m.colour.colour(&here));
                     let sides = surface.sides(mixture);
-                    (SurfaceLobes::Mixture(surface), None, (at.facing_normal(), sides, gain))
+                    (
+                        SurfaceLobes::Mixture(surface),
+                        None,
+                        (at.facing_normal(), sides, gain),
+                    )
                 } else {
-                    let mut glass = m.transmission.as_ref().map(|transmission| transmission.glass);
+                    let mut glass = m
+                        .transmission
+                        .as_ref()
+                        .map(|transmission| transmission.glass);
                     if let Some(glass) = glass.as_mut().filter(|_| self.nests()) {
                         glass.ior = self.relative_index(path, at, &here);
                     }
-                    let normal = if glass.is_some() { at.facing_normal() } else { at.normal };
+                    let normal = if glass.is_some() {
+                        at.facing_normal()
+                    } else {
+                        at.normal
+                    };
                     let bsdf = classic::lobes((m, glass.as_ref()), &here, at, normal);
                     let answers = (normal, sides(&bsdf), gain);
                     (SurfaceLobes::Plain(bsdf), glass, answers)
@@ -91,22 +103,34 @@ impl<R: Real> PathTracer<'_, R> {
             Material::Physical(m) => {
                 if let Some(layers) = m.layered {
                     let (bsdf, index) = surfaces.open_layered();
-                    let glass = self.layers_at(path, hit, at, (m, &scene.layers[layers as usize]), bsdf);
-                    (SurfaceLobes::Layered(index), glass, (bsdf.normal(), sides(bsdf), R::ONE))
+                    let glass =
+                        self.layers_at(path, hit, at, (m, &scene.layers[layers as usize]), bsdf);
+                    (
+                        SurfaceLobes::Layered(index),
+                        glass,
+                        (bsdf.normal(), sides(bsdf), R::ONE),
+                    )
                 } else {
                     let mut model = m.model_at(&here);
                     if self.nests() {
                         self.immersed(path, at, &here, &mut model);
                     }
-                    let normal = if model.glass.is_some() { at.facing_normal() } else { at.normal };
-                    let bsdf = model.transport(normal, -at.direction, at.outside, scene.compensates);
+                    let normal = if model.glass.is_some() {
+                        at.facing_normal()
+                    } else {
+                        at.normal
+                    };
+                    let bsdf =
+                        model.transport(normal, -at.direction, at.outside, scene.compensates);
                     let answers = (normal, sides(&bsdf), R::ONE);
                     (SurfaceLobes::Plain(bsdf), model.glass, answers)
                 }
             }
             Material::Unused => return false,
         };
-        vertices.open().push(place, (path, at), (normal, sides, gain), scene.roulette);
+        vertices
+            .open()
+            .push(place, (path, at), (normal, sides, gain), scene.roulette);
         surfaces.each.push((lobes, glass));
         true
     }
@@ -120,11 +144,26 @@ impl<R: Real> PathTracer<'_, R> {
         onward: &mut Column<Onward<R>>,
     ) -> Answers<R> {
         let mut answers = Answers::NONE;
-        for (lane, (onward, (lobes, glass))) in onward.iter_mut().zip(&surfaces.each[before..][..vertices.len]).enumerate() {
-            let here = LaneVertex { bounce, vertices, lights, lane };
+        for (lane, (onward, (lobes, glass))) in onward
+            .iter_mut()
+            .zip(&surfaces.each[before..][..vertices.len])
+            .enumerate()
+        {
+            let here = LaneVertex {
+                bounce,
+                vertices,
+                lights,
+                lane,
+            };
             *onward = match lobes {
-                SurfaceLobes::Plain(bsdf) => self.answer(&here, (bsdf, glass.as_ref()), &mut answers),
-                SurfaceLobes::Layered(place) => self.answer(&here, (&surfaces.layered[*place], glass.as_ref()), &mut answers),
+                SurfaceLobes::Plain(bsdf) => {
+                    self.answer(&here, (bsdf, glass.as_ref()), &mut answers)
+                }
+                SurfaceLobes::Layered(place) => self.answer(
+                    &here,
+                    (&surfaces.layered[*place], glass.as_ref()),
+                    &mut answers,
+                ),
                 SurfaceLobes::Mixture(surface) => self.answer_mixture(&here, surface, &mut answers),
             };
         }
@@ -145,7 +184,8 @@ impl<R: Real> PathTracer<'_, R> {
         let [lobe, u, v, _] = here.numbers();
         let mut drawn = bsdf.sample(&Frame::about(normal), view, [lobe, u, v]);
         let through = drawn.direction.dot(normal) < R::ZERO;
-        // A shading normal must not take a reflection below the surface, nor what goes through it above.
+        // A shading normal must not take a reflection below the surface, nor what goes through it
+        // above.
         let geometric = vector::<R>(&here.vertices.geometric, here.lane);
         if !drawn.some || (geometric.dot(drawn.direction) < R::ZERO) != through {
             return Onward::REFLECTED;
@@ -158,13 +198,24 @@ impl<R: Real> PathTracer<'_, R> {
         {
             // With the digits that storing takes from the direction.
             let interface = self.scene.interface(&path.leg, hit, at, glass);
-            let exact = if through { interface.refracted } else { Some(interface.reflected) };
+            let exact = if through {
+                interface.refracted
+            } else {
+                Some(interface.reflected)
+            };
             (drawn.direction, rest) = exact.map_or((drawn.direction, rest), stored::<R>);
         }
         let material = &self.scene.materials[at.material as usize];
-        // Of delta lobes only walls send light on without an index, straight where all of them is there.
-        let straight = L::COATED && drawn.delta && through && material.is_wall() && material.covers();
+        // Of delta lobes only walls send light on without an index, straight where all of them is
+        // there.
+        let straight =
+            L::COATED && drawn.delta && through && material.is_wall() && material.covers();
         answers.put_sample(here.lane, &drawn);
-        Onward { rest, smooth: drawn.delta, through, straight }
+        Onward {
+            rest,
+            smooth: drawn.delta,
+            through,
+            straight,
+        }
     }
 }

@@ -1,5 +1,5 @@
-//! The studio's ground, which is no surface: camera rays that come to it see the backdrop, dimmed by the share of the studio's light that
-//! the scene keeps from it there.
+//! The studio's ground, which is no surface: camera rays that come to it see the backdrop, dimmed
+//! by the share of the studio's light that the scene keeps from it there.
 
 use raywright_bvh::{Interval, Ray, Real, Vector};
 
@@ -8,13 +8,22 @@ use crate::light::Target;
 use crate::sampler::{Purpose, Sequence, fours};
 
 impl<R: Real> PathTracer<'_, R> {
-    /// Share of the studio's light that arrives where camera rays that hit nothing come to the ground, one after the other: one direction is
-    /// asked of each, drawn by what comes from there. One where there is no ground, or where it lies too far from everything.
-    pub(super) fn light_on_ground<'a>(&mut self, paths: impl Iterator<Item = &'a PathState<R>>) -> Vec<R> {
+    /// Share of the studio's light that arrives where camera rays that hit nothing come to the
+    /// ground, one after the other: one direction is asked of each, drawn by what comes from there.
+    /// One where there is no ground, or where it lies too far from everything.
+    pub(super) fn light_on_ground<'a>(
+        &mut self,
+        paths: impl Iterator<Item = &'a PathState<R>>,
+    ) -> Vec<R> {
         let (scene, zero) = (self.scene, R::ZERO);
-        let Some(ground) = &scene.ground else { return paths.map(|_| R::ONE).collect() };
+        let Some(ground) = &scene.ground else {
+            return paths.map(|_| R::ONE).collect();
+        };
         let (mut shares, mut met, mut sequences) = (Vec::new(), Vec::new(), Vec::new());
-        for PathState { leg, way, address, .. } in paths {
+        for PathState {
+            leg, way, address, ..
+        } in paths
+        {
             let ray = &leg.ray;
             let t = (ground.height - ray.origin.y()) / ray.direction.y();
             // Seen from below, it is not there.
@@ -30,12 +39,22 @@ impl<R: Real> PathTracer<'_, R> {
         }
         let mut numbers = Vec::new();
         fours(sequences.iter().copied(), &mut numbers);
-        let directions: Vec<R::Vec3> =
-            numbers.iter().map(|&[u, v, ..]| Vector::from_f64(ground.light.direction([u.into(), v.into()]))).collect();
+        let directions: Vec<R::Vec3> = numbers
+            .iter()
+            .map(|&[u, v, ..]| Vector::from_f64(ground.light.direction([u.into(), v.into()])))
+            .collect();
         for (&(place, point, time), &direction) in met.iter().zip(&directions) {
-            let (towards, range) = (Ray::new(point, direction).at_time(time), Interval { min: zero, max: R::INFINITY });
+            let (towards, range) = (
+                Ray::new(point, direction).at_time(time),
+                Interval {
+                    min: zero,
+                    max: R::INFINITY,
+                },
+            );
             self.counters.shadow += 1;
-            shares[place] = scene.between((&towards, range), &Target::Infinity, false).share;
+            shares[place] = scene
+                .between((&towards, range), &Target::Infinity, false)
+                .share;
         }
         shares
     }

@@ -1,4 +1,5 @@
-//! Vertices on layered surfaces. Out of line, with all that only they ask: surfaces without layers have one question more.
+//! Vertices on layered surfaces. Out of line, with all that only they ask: surfaces without layers
+//! have one question more.
 
 use raywright_bvh::{Hit, Real, Vector};
 
@@ -6,12 +7,15 @@ use super::super::PathSegment;
 use super::{PathState, PathTracer};
 use crate::interaction::Interaction;
 use crate::material::{Frame, Glass, Hero, LayeredBsdf, MetallicRoughness, ReadAt, index_at};
-use crate::prepare::{Boundary, Directions, InputStage, LayeredInputs, PhysicalInputs, Prepared, Thickness};
+use crate::prepare::{
+    Boundary, Directions, InputStage, LayeredInputs, PhysicalInputs, Prepared, Thickness,
+};
 use crate::sampler::{Address, Purpose, pair};
 use crate::texture::{Bump, Input, Product, ShadingContext};
 
 impl<R: Real> PathTracer<'_, R> {
-    /// Makes the lobes of a layered surface where a path meets it, and returns the boundary that bends it.
+    /// Makes the lobes of a layered surface where a path meets it, and returns the boundary that
+    /// bends it.
     #[inline(never)]
     pub(super) fn layers_at(
         &self,
@@ -34,10 +38,29 @@ impl<R: Real> PathTracer<'_, R> {
             glass.ior = ior;
         }
         let two_sided = base.glass.is_some() || layered.diffused.is_some();
-        let normal = if two_sided { at.facing_normal() } else { at.normal };
-        let base = MetallicRoughness { dielectric: boundary.f0, ..base };
+        let normal = if two_sided {
+            at.facing_normal()
+        } else {
+            at.normal
+        };
+        let base = MetallicRoughness {
+            dielectric: boundary.f0,
+            ..base
+        };
         let bumpy = m.bump.is_some();
-        let model = layered.at(&PointReader { scene: self.scene, leg: &path.leg, hit, at, here, normal, bumpy }, base, ior);
+        let model = layered.at(
+            &PointReader {
+                scene: self.scene,
+                leg: &path.leg,
+                hit,
+                at,
+                here,
+                normal,
+                bumpy,
+            },
+            base,
+            ior,
+        );
         bsdf.renew(normal);
         model.add_to(bsdf, -at.direction, at.outside);
         model.base.glass.filter(|_| !m.thin)
@@ -72,7 +95,9 @@ impl<R: Real> ReadAt<InputStage<R>, R> for PointReader<'_, R> {
 
     fn thickness(&self, input: &Thickness<R>) -> R {
         let thickest = input.thickest.number(&self.here).max(R::ZERO);
-        let between = |image: &Input<R>| input.thinnest + (thickest - input.thinnest) * image.number(&self.here);
+        let between = |image: &Input<R>| {
+            input.thinnest + (thickest - input.thinnest) * image.number(&self.here)
+        };
         input.image.as_ref().map_or(thickest, between)
     }
 
@@ -89,9 +114,11 @@ impl<R: Real> ReadAt<InputStage<R>, R> for PointReader<'_, R> {
         let (at, normal) = (self.at, self.normal);
         let own = if self.bumpy || input.is_some() {
             let smooth = Interaction::smooth(self.scene, self.leg, self.hit);
-            input
-                .as_ref()
-                .map_or(smooth.normal, |bump| smooth.normal_map(bump, self.scene, self.leg, self.hit).perturbed_normal())
+            input.as_ref().map_or(smooth.normal, |bump| {
+                smooth
+                    .normal_map(bump, self.scene, self.leg, self.hit)
+                    .perturbed_normal()
+            })
         } else {
             at.normal
         };
@@ -114,7 +141,13 @@ impl<R: Real> ReadAt<InputStage<R>, R> for PointReader<'_, R> {
 /// The path's one wavelength; white ones become one here.
 pub(super) fn wavelength<R: Real>(path: &mut PathState<R>) -> f64 {
     *path.wavelength.get_or_insert_with(|| {
-        let [u, _] = pair(Address { bounce: 0, ..path.address }, Purpose::Wavelength);
+        let [u, _] = pair(
+            Address {
+                bounce: 0,
+                ..path.address
+            },
+            Purpose::Wavelength,
+        );
         let hero = Hero::drawn(f64::from(u));
         path.throughput *= R::Vec3::from_f64(hero.weight.into());
         hero.nanometres

@@ -1,4 +1,5 @@
-//! Which lights vertices ask, where on them, and what of a surface's answer they ask for: a share of it where the surface finds the light too.
+//! Which lights vertices ask, where on them, and what of a surface's answer they ask for: a share
+//! of it where the surface finds the light too.
 
 use core::array::from_fn;
 
@@ -6,11 +7,13 @@ use raywright_bvh::{Real, Vector};
 
 use super::PathTracer;
 use super::vertices::{Bounce, LitSides, MisStrategy, VertexLanes};
-use crate::light::{ChoiceQuery, ChosenLight, Density, LANES, LightId, LightLanes, TargetKind, vector};
+use crate::light::{
+    ChoiceQuery, ChosenLight, Density, LANES, LightId, LightLanes, TargetKind, vector,
+};
 use crate::settings::LightSampling;
 
-/// Share of a technique in what two techniques find, by the densities of both, squared (Veach, Guibas 1995, "power heuristic"). No
-/// density is squared by itself, so that none overflows.
+/// Share of a technique in what two techniques find, by the densities of both, squared (Veach,
+/// Guibas 1995, "power heuristic"). No density is squared by itself, so that none overflows.
 #[inline(always)]
 pub(super) fn weight(own: f64, other: f64) -> f64 {
     if own == other {
@@ -46,25 +49,47 @@ impl<R: Real> PathTracer<'_, R> {
         for vertices in &*vertices {
             let numbers = |lane: usize| bounce.of(vertices.place[lane]).0.draws.light;
             let point = |lane: usize| vertices.surface.lane(lane).point;
-            let drawn = self.scene.lights.choice().draw_each::<R, LANES>(from_fn(|lane| {
-                let normal = match vertices.sides[lane] {
-                    LitSides::None => return None,
-                    LitSides::One => vector::<R>(&vertices.normal, lane),
-                    LitSides::Both => Vector::ZERO,
-                };
-                let [coarse, fine, ..] = if lane < vertices.len { numbers(lane) } else { return None };
-                Some(ChoiceQuery { from: point(lane), normal, numbers: [coarse, fine] })
-            }));
+            let drawn = self
+                .scene
+                .lights
+                .choice()
+                .draw_each::<R, LANES>(from_fn(|lane| {
+                    let normal = match vertices.sides[lane] {
+                        LitSides::None => return None,
+                        LitSides::One => vector::<R>(&vertices.normal, lane),
+                        LitSides::Both => Vector::ZERO,
+                    };
+                    let [coarse, fine, ..] = if lane < vertices.len {
+                        numbers(lane)
+                    } else {
+                        return None;
+                    };
+                    Some(ChoiceQuery {
+                        from: point(lane),
+                        normal,
+                        numbers: [coarse, fine],
+                    })
+                }));
             chosen.extend((0..vertices.len).map(|lane| {
                 let ([.., u, v], (light, probability)) = (numbers(lane), drawn[lane]?);
-                Some(ChosenLight { light, probability, from: point(lane), position: [u, v] })
+                Some(ChosenLight {
+                    light,
+                    probability,
+                    from: point(lane),
+                    position: [u, v],
+                })
             }));
         }
         self.scene.lights.sample_each(chosen, lights);
-        for ((vertices, chosen), lights) in vertices.iter_mut().zip(chosen.chunks(LANES)).zip(lights) {
+        for ((vertices, chosen), lights) in
+            vertices.iter_mut().zip(chosen.chunks(LANES)).zip(lights)
+        {
             for (lane, chosen) in chosen.iter().enumerate() {
-                let asked = chosen.as_ref().filter(|_| lights.aim[lane] != TargetKind::Nothing);
-                match asked.and_then(|chosen| self.strategy(chosen.light, lights.density_of(lane))) {
+                let asked = chosen
+                    .as_ref()
+                    .filter(|_| lights.aim[lane] != TargetKind::Nothing);
+                match asked.and_then(|chosen| self.strategy(chosen.light, lights.density_of(lane)))
+                {
                     Some(strategy) => vertices.strategy[lane] = strategy,
                     None => lights.aim[lane] = TargetKind::Nothing,
                 }
@@ -72,11 +97,14 @@ impl<R: Real> PathTracer<'_, R> {
         }
     }
 
-    /// What a light asks of a surface that would be drawn with a density; none: it is found by scattering alone.
+    /// What a light asks of a surface that would be drawn with a density; none: it is found by
+    /// scattering alone.
     #[inline(always)]
     fn strategy(&self, light: LightId, density: Density) -> Option<MisStrategy> {
         Some(match (density, light) {
-            (Density::Delta, LightId::Delta(i)) => MisStrategy::Delta { shines: self.scene.lights.delta[i as usize].specular },
+            (Density::Delta, LightId::Delta(i)) => MisStrategy::Delta {
+                shines: self.scene.lights.delta[i as usize].specular,
+            },
             (Density::Delta, _) => MisStrategy::Delta { shines: false },
             (Density::SolidAngle(_), _) => match self.scene.sampling_of(light) {
                 LightSampling::Scattering => return None,
@@ -92,23 +120,41 @@ mod tests {
     use super::weight;
     use raywright_bvh::stability::judge::Random;
 
-    /// Protects: the shares of two techniques are numbers from 0 to 1 that sum to one whatever their densities are, none, infinite or with squares that
-    /// no f64 holds, and where f64 holds everything, those of the definition.
+    /// Protects: the shares of two techniques are numbers from 0 to 1 that sum to one whatever
+    /// their densities are, none, infinite or with squares that no f64 holds, and where f64 holds
+    /// everything, those of the definition.
     #[test]
     fn m05_shares_of_extreme_densities() {
         let extremes = [0.0, 1e-300, 1e-30, 1.0, 1e25, 1e300, f64::INFINITY];
-        for (own, other) in extremes.into_iter().flat_map(|own| extremes.map(|other| (own, other))) {
+        for (own, other) in extremes
+            .into_iter()
+            .flat_map(|own| extremes.map(|other| (own, other)))
+        {
             let shares = [weight(own, other), weight(other, own)];
-            assert!(shares.iter().all(|share| (0.0..=1.0).contains(share)), "{own:e}, {other:e}: {shares:?}");
-            assert!((shares[0] + shares[1] - 1.0).abs() <= 2.0 * f64::EPSILON, "{own:e}, {other:e}: {shares:?}");
+            assert!(
+                shares.iter().all(|share| (0.0..=1.0).contains(share)),
+                "{own:e}, {other:e}: {shares:?}"
+            );
+            assert!(
+                (shares[0] + shares[1] - 1.0).abs() <= 2.0 * f64::EPSILON,
+                "{own:e}, {other:e}: {shares:?}"
+            );
         }
         for index in 0..10_000 {
             let random = &mut Random::new(1, index);
             let exponent = random.between(-140.0, 140.0);
-            let (own, other) = (10_f64.powf(exponent), 10_f64.powf(exponent + random.between(-10.0, 10.0)));
+            let (own, other) = (
+                10_f64.powf(exponent),
+                10_f64.powf(exponent + random.between(-10.0, 10.0)),
+            );
             // The one square that might be lost is lost beside the other.
             let wanted = own * own / (own * own + other * other);
-            assert!((weight(own, other) - wanted).abs() <= 1e-14 * wanted, "{:016x}, {:016x}", own.to_bits(), other.to_bits());
+            assert!(
+                (weight(own, other) - wanted).abs() <= 1e-14 * wanted,
+                "{:016x}, {:016x}",
+                own.to_bits(),
+                other.to_bits()
+            );
         }
     }
 }

@@ -12,7 +12,8 @@ const DEEPEST: usize = 7;
 /// Surfaces that are looked through for the bodies that a camera is in.
 const MOST_CROSSINGS: u32 = 64;
 
-/// Materials of the bodies that a path has entered and not left, the last one last. Bodies are told by their materials.
+/// Materials of the bodies that a path has entered and not left, the last one last. Bodies are told
+/// by their materials.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Media {
     inside: [u32; DEEPEST],
@@ -35,7 +36,8 @@ impl Media {
     /// Adds a body before those from a place on, which are within it.
     fn insert(&mut self, place: usize, material: u32) {
         if (self.count as usize) < DEEPEST {
-            self.inside.copy_within(place..self.count as usize, place + 1);
+            self.inside
+                .copy_within(place..self.count as usize, place + 1);
             self.inside[place] = material;
             self.count += 1;
         }
@@ -47,18 +49,25 @@ impl Media {
     }
 
     fn last_of(&self, material: u32) -> Option<usize> {
-        self.inside[..self.count as usize].iter().rposition(|&m| m == material)
+        self.inside[..self.count as usize]
+            .iter()
+            .rposition(|&m| m == material)
     }
 
     /// The body of the greatest priority, of equal ones the last; without priorities all are equal.
     fn first_by(&self, priorities: &[u32]) -> Option<u32> {
         let inside = self.inside[..self.count as usize].iter().copied();
-        if priorities.is_empty() { inside.last() } else { inside.max_by_key(|&material| priorities[material as usize]) }
+        if priorities.is_empty() {
+            inside.last()
+        } else {
+            inside.max_by_key(|&material| priorities[material as usize])
+        }
     }
 }
 
 impl<R: Real> PathTracer<'_, R> {
-    /// The bodies that the camera is in: those that a ray leaves more often than it enters them, the innermost one first.
+    /// The bodies that the camera is in: those that a ray leaves more often than it enters them,
+    /// the innermost one first.
     pub(super) fn media_of_camera(&self) -> Media {
         let (scene, mut entered, mut around) = (self.scene, Media::default(), Media::default());
         let mut leg = PathSegment::of(scene.camera.ray(R::ZERO, R::ZERO, [0.5; 2]));
@@ -66,10 +75,17 @@ impl<R: Real> PathTracer<'_, R> {
             return around;
         }
         for _ in 0..MOST_CROSSINGS {
-            let range = Interval { min: self.least.secondary, max: R::INFINITY };
-            let Some(hit) = scene.geometry.closest(&leg.ray, range, &mut ()) else { break };
+            let range = Interval {
+                min: self.least.secondary,
+                max: R::INFINITY,
+            };
+            let Some(hit) = scene.geometry.closest(&leg.ray, range, &mut ()) else {
+                break;
+            };
             let at = Interaction::of(scene, &leg, &hit);
-            if scene.materials[at.material as usize].absorption().is_some() || self.nests() && self.bounds_glass(at.material) {
+            if scene.materials[at.material as usize].absorption().is_some()
+                || self.nests() && self.bounds_glass(at.material)
+            {
                 if at.outside || entered.has(at.material) {
                     entered = entered.beyond(at.material, at.outside);
                 } else {
@@ -85,7 +101,11 @@ impl<R: Real> PathTracer<'_, R> {
     #[inline]
     pub(super) fn beyond(&self, media: &Media, at: &Interaction<R>) -> Media {
         let bounds = self.scene.materials[at.material as usize].bounds_body();
-        if bounds { media.beyond(at.material, at.outside) } else { *media }
+        if bounds {
+            media.beyond(at.material, at.outside)
+        } else {
+            *media
+        }
     }
 
     /// The body that light is in where several may be around it.
@@ -99,7 +119,9 @@ impl<R: Real> PathTracer<'_, R> {
     pub(super) fn pass_media(&self, path: &mut PathState<R>, at: &Interaction<R>) {
         if self.scene.absorbs {
             // Also where a path got in by a way that it was not seen to take.
-            let around = self.around(&path.media).or((!at.outside).then_some(at.material));
+            let around = self
+                .around(&path.media)
+                .or((!at.outside).then_some(at.material));
             path.throughput *= self.passes_body(around, at.distance);
         }
     }
@@ -111,16 +133,30 @@ impl<R: Real> PathTracer<'_, R> {
 
     /// What passes of light on its way through a body; all where it is in none.
     fn passes_body(&self, body: Option<u32>, distance: R) -> R::Vec3 {
-        let absorption = body.and_then(|material| self.scene.materials[material as usize].absorption());
-        absorption.map_or(Vector::ONE, |absorption| absorbed::<R>(absorption, distance))
+        let absorption =
+            body.and_then(|material| self.scene.materials[material as usize].absorption());
+        absorption.map_or(Vector::ONE, |absorption| {
+            absorbed::<R>(absorption, distance)
+        })
     }
 }
 
 /// What passes of light on its way through what absorbs so much a metre (Beer and Lambert).
 fn absorbed<R: Real>(absorption: R::Vec3, distance: R) -> R::Vec3 {
-    // Nothing is lost on no way, also where infinitely much would be, nor of what is not absorbed, also on a way without end.
-    let share = |a: R| if distance > R::ZERO && a > R::ZERO { Real::exp(-(a * distance)) } else { R::ONE };
-    R::Vec3::new(share(absorption.x()), share(absorption.y()), share(absorption.z()))
+    // Nothing is lost on no way, also where infinitely much would be, nor of what is not absorbed,
+    // also on a way without end.
+    let share = |a: R| {
+        if distance > R::ZERO && a > R::ZERO {
+            Real::exp(-(a * distance))
+        } else {
+            R::ONE
+        }
+    };
+    R::Vec3::new(
+        share(absorption.x()),
+        share(absorption.y()),
+        share(absorption.z()),
+    )
 }
 
 #[cfg(test)]
@@ -128,15 +164,30 @@ mod tests {
     use super::*;
     use glam::{DVec3, Vec3};
 
-    /// Protects: transmittance lies in [0, 1] from nothing to everything, and is exact to a few units of rounding.
+    /// Protects: transmittance lies in [0, 1] from nothing to everything, and is exact to a few
+    /// units of rounding.
     #[test]
     fn s21_transmittance() {
         let endless = f64::INFINITY;
         let finite = [(0.0, 5.0), (1e-8, 1.0), (1e3, 1.0), (3.0, 0.25), (0.0, 1e9)];
-        let infinite = [(endless, 0.0), (endless, 1.0), (0.0, endless), (-0.0, endless), (1e-8, endless), (endless, endless)];
+        let infinite = [
+            (endless, 0.0),
+            (endless, 1.0),
+            (0.0, endless),
+            (-0.0, endless),
+            (1e-8, endless),
+            (endless, endless),
+        ];
         for (a, d) in finite.into_iter().chain(infinite) {
-            let (single, double) = (absorbed::<f32>(Vec3::splat(a as f32), d as f32).x, absorbed::<f64>(DVec3::splat(a), d).x);
-            let expected = if d == 0.0 || a == 0.0 { 1.0 } else { (-a * d).exp() };
+            let (single, double) = (
+                absorbed::<f32>(Vec3::splat(a as f32), d as f32).x,
+                absorbed::<f64>(DVec3::splat(a), d).x,
+            );
+            let expected = if d == 0.0 || a == 0.0 {
+                1.0
+            } else {
+                (-a * d).exp()
+            };
             assert!(
                 (double - expected).abs() <= 1e-15 && (f64::from(single) - expected).abs() <= 1e-6,
                 "{a} · {d}: {single} {double}"
@@ -147,14 +198,35 @@ mod tests {
     /// Protects: bodies are left in any order, and one that was never entered changes nothing.
     #[test]
     fn bodies_in_bodies() {
-        let media = Media::default().beyond(7, true).beyond(3, true).beyond(9, true);
+        let media = Media::default()
+            .beyond(7, true)
+            .beyond(3, true)
+            .beyond(9, true);
         assert_eq!(
-            (media.first_by(&[]), media.beyond(3, false).first_by(&[]), media.beyond(9, false).first_by(&[])),
+            (
+                media.first_by(&[]),
+                media.beyond(3, false).first_by(&[]),
+                media.beyond(9, false).first_by(&[])
+            ),
             (Some(9), Some(9), Some(3))
         );
-        assert_eq!(media.beyond(3, false).beyond(9, false).first_by(&[]), Some(7));
+        assert_eq!(
+            media.beyond(3, false).beyond(9, false).first_by(&[]),
+            Some(7)
+        );
         assert_eq!(media.beyond(4, false).first_by(&[]), Some(9));
-        assert_eq!((Media::default().beyond(1, false).first_by(&[]), Media::default().first_by(&[])), (None, None));
-        assert_eq!((0..9).fold(Media::default(), |media, m| media.beyond(m, true)).first_by(&[]), Some(6));
+        assert_eq!(
+            (
+                Media::default().beyond(1, false).first_by(&[]),
+                Media::default().first_by(&[])
+            ),
+            (None, None)
+        );
+        assert_eq!(
+            (0..9)
+                .fold(Media::default(), |media, m| media.beyond(m, true))
+                .first_by(&[]),
+            Some(6)
+        );
     }
 }

@@ -1,4 +1,5 @@
-//! Surfaces that send each ray one of three ways by chance, as a family of shaders has them ([`crate::scene::Mixture`]).
+//! Surfaces that send each ray one of three ways by chance, as a family of shaders has them
+//! ([`crate::scene::Mixture`]).
 
 use core::f64::consts::PI;
 
@@ -29,7 +30,9 @@ pub(super) struct MixtureSurface<R: Real> {
 impl<R: Real> MixtureSurface<R> {
     pub fn new(m: &Mixture, at: &Interaction<R>, albedo: R::Vec3) -> Self {
         let normal = at.facing_normal();
-        let eta = m.ior.map_or(1.0, |ior| if at.outside { 1.0 / ior } else { ior });
+        let eta = m
+            .ior
+            .map_or(1.0, |ior| if at.outside { 1.0 / ior } else { ior });
         let interface = Interface::new(at.direction.to_f64(), normal.to_f64(), eta);
         let s = m.specular_chance;
         let (mut mirrored, mut through) = (s, m.refraction_chance);
@@ -38,17 +41,30 @@ impl<R: Real> MixtureSurface<R> {
             let fresnel = match interface.refracted {
                 None => 1.0,
                 Some(refracted) => {
-                    let cosine = if eta > 1.0 { -refracted.dot(normal.to_f64()) } else { interface.cos_incident };
+                    let cosine = if eta > 1.0 {
+                        -refracted.dot(normal.to_f64())
+                    } else {
+                        interface.cos_incident
+                    };
                     interface.schlick(cosine.max(0.0))
                 }
             };
             mirrored = s + (1.0 - s) * fresnel;
-            through = if s < 1.0 { through * (1.0 - mirrored) / (1.0 - s) } else { 0.0 };
+            through = if s < 1.0 {
+                through * (1.0 - mirrored) / (1.0 - s)
+            } else {
+                0.0
+            };
         }
         if interface.refracted.is_none() {
             through = 0.0;
         }
-        Self { albedo, mirrored, through, interface }
+        Self {
+            albedo,
+            mirrored,
+            through,
+            interface,
+        }
     }
 
     /// Chance of being diffused.
@@ -58,7 +74,11 @@ impl<R: Real> MixtureSurface<R> {
 
     /// To which lights it answers: what its own roulette weighs is met by chance alone.
     pub fn sides(&self, m: &Mixture) -> LitSides {
-        if !m.published_roulette && self.diffused() > 0.0 { LitSides::One } else { LitSides::None }
+        if !m.published_roulette && self.diffused() > 0.0 {
+            LitSides::One
+        } else {
+            LitSides::None
+        }
     }
 }
 
@@ -78,8 +98,12 @@ impl<R: Real> PathTracer<'_, R> {
             let matte = Bsdf::<R, Lambert<R>, 1>::new(normal).with(Lambert { albedo });
             answers.put_response(here.lane, &respond(&matte, here.view(), light));
         }
-        let Material::Classic(classic) = &self.scene.materials[here.met().material as usize] else { return Onward::REFLECTED };
-        let Some(m) = &classic.mixture else { return Onward::REFLECTED };
+        let Material::Classic(classic) = &self.scene.materials[here.met().material as usize] else {
+            return Onward::REFLECTED;
+        };
+        let Some(m) = &classic.mixture else {
+            return Onward::REFLECTED;
+        };
         let [way, u, v, luck] = here.numbers();
         let way = way.to_f64();
         // The normal and an even point of the unit sphere together are drawn by the cosine.
@@ -89,29 +113,58 @@ impl<R: Real> PathTracer<'_, R> {
             R::Vec3::from_f64((smooth * (1.0 - share) + about.to_f64() * share).normalize())
         };
         let (one, is_mirrored) = (R::ONE, way < surface.mirrored);
-        let refracted = surface.interface.refracted.filter(|_| !is_mirrored && way < surface.mirrored + surface.through);
+        let refracted = surface
+            .interface
+            .refracted
+            .filter(|_| !is_mirrored && way < surface.mirrored + surface.through);
         let (direction, mut weight, chance) = if is_mirrored {
             let colour = R::Vec3::from_f64(m.specular_colour.0.into());
-            (blend(surface.interface.reflected, h, m.specular_roughness), colour, surface.mirrored)
+            (
+                blend(surface.interface.reflected, h, m.specular_roughness),
+                colour,
+                surface.mirrored,
+            )
         } else if let Some(refracted) = refracted {
             let about = h - normal * (one + one) * h.dot(normal);
-            (blend(refracted, about, m.refraction_roughness), Vector::ONE, surface.through)
+            (
+                blend(refracted, about, m.refraction_roughness),
+                Vector::ONE,
+                surface.through,
+            )
         } else {
             (h, surface.albedo, diffused)
         };
         let priced = refracted.is_none() && !is_mirrored && !m.published_roulette;
-        let density = if priced { R::from_f64(diffused / PI) * normal.dot(h) } else { R::ZERO };
+        let density = if priced {
+            R::from_f64(diffused / PI) * normal.dot(h)
+        } else {
+            R::ZERO
+        };
         let mut some = true;
         if m.published_roulette {
             weight *= R::from_f64(1.0 / chance.max(LEAST_CHANCE));
-            let largest = (vector::<R>(&here.vertices.throughput, here.lane) * weight).max_element();
+            let largest =
+                (vector::<R>(&here.vertices.throughput, here.lane) * weight).max_element();
             // What is no number goes on as it is, and ends so that its sample is dropped.
             if largest.is_finite() {
                 some = luck < largest;
                 weight *= one / largest;
             }
         }
-        answers.put_sample(here.lane, &BsdfSample { some, direction, weight, density, delta: !priced });
-        Onward { smooth: is_mirrored, through: refracted.is_some(), ..Onward::REFLECTED }
+        answers.put_sample(
+            here.lane,
+            &BsdfSample {
+                some,
+                direction,
+                weight,
+                density,
+                delta: !priced,
+            },
+        );
+        Onward {
+            smooth: is_mirrored,
+            through: refracted.is_some(),
+            ..Onward::REFLECTED
+        }
     }
 }

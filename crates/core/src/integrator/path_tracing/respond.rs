@@ -1,5 +1,6 @@
-//! What surfaces answer to the lights that are asked, and the directions that they draw: one source for one vertex of any surface and for several
-//! on common ones. Here numbers go from columns into lanes and back.
+//! What surfaces answer to the lights that are asked, and the directions that they draw: one source
+//! for one vertex of any surface and for several on common ones. Here numbers go from columns into
+//! lanes and back.
 
 use core::array::from_fn;
 
@@ -21,7 +22,8 @@ pub(super) struct LightResponse<N: Number> {
     pub density: N,
 }
 
-/// What surfaces send back of a light in a direction to where they are seen from. `dull`: whether it makes no highlights, of several some.
+/// What surfaces send back of a light in a direction to where they are seen from. `dull`: whether
+/// it makes no highlights, of several some.
 #[inline(always)]
 pub(super) fn respond<N: Number, L: LobeFamily<N>, const MOST: usize>(
     bsdf: &Bsdf<N, L, MOST>,
@@ -29,8 +31,16 @@ pub(super) fn respond<N: Number, L: LobeFamily<N>, const MOST: usize>(
     (direction, dull): (N::Vec3, bool),
 ) -> LightResponse<N> {
     let (value, density) = bsdf.eval_and_pdf(view, direction);
-    let diffuse = if dull { bsdf.eval_diffuse(view, direction) } else { N::Vec3::ZERO };
-    LightResponse { value, diffuse, density }
+    let diffuse = if dull {
+        bsdf.eval_diffuse(view, direction)
+    } else {
+        N::Vec3::ZERO
+    };
+    LightResponse {
+        value,
+        diffuse,
+        density,
+    }
 }
 
 /// How surfaces answer, in columns.
@@ -40,15 +50,16 @@ pub(super) struct Answers<R: Real> {
     pub diffuse: Vec3Column<R>,
     /// How densely the directions to lights would have been drawn.
     pub light_density: Column<R>,
-    /// Whether a direction was drawn that light may take, what light from there counts, and how densely it is drawn: infinitely so by mirrors
-    /// and clear glass.
+    /// Whether a direction was drawn that light may take, what light from there counts, and how
+    /// densely it is drawn: infinitely so by mirrors and clear glass.
     pub some: Column<bool>,
     pub direction: Vec3Column<R>,
     pub weight: Vec3Column<R>,
     pub density: Column<R>,
 }
 
-/// Finds what common surfaces answer. `MATTE`: that reflect nothing, of which one lobe is left with the same numbers.
+/// Finds what common surfaces answer. `MATTE`: that reflect nothing, of which one lobe is left with
+/// the same numbers.
 pub(super) struct Respond<'a, R: Real, const MATTE: bool> {
     pub vertices: &'a VertexLanes<R>,
     pub lights: &'a LightLanes<R>,
@@ -68,7 +79,10 @@ impl<R: Real, const MATTE: bool> Loops for Respond<'_, R, MATTE> {
         }
         for lane in 0..LANES {
             // A shading normal must not take a reflection below the surface.
-            let (geometric, direction) = (vector::<R>(&v.geometric, lane), vector::<R>(&answers.direction, lane));
+            let (geometric, direction) = (
+                vector::<R>(&v.geometric, lane),
+                vector::<R>(&answers.direction, lane),
+            );
             let below = Vector::dot(geometric, direction) < R::ZERO;
             answers.some[lane] &= !below;
         }
@@ -99,18 +113,38 @@ impl<R: Real> Answers<R> {
         self.some[lane] = drawn.some;
         put::<R>(&mut self.direction, lane, drawn.direction);
         put::<R>(&mut self.weight, lane, drawn.weight);
-        self.density[lane] = if drawn.delta { R::INFINITY } else { drawn.density };
+        self.density[lane] = if drawn.delta {
+            R::INFINITY
+        } else {
+            drawn.density
+        };
     }
 
     /// Adds those of as many vertices as a number has lanes.
     #[inline(always)]
-    fn add<N: Number, const MATTE: bool>(&mut self, from: usize, v: &VertexLanes<R>, lights: &Vec3Column<R>, compensated: bool) {
+    fn add<N: Number, const MATTE: bool>(
+        &mut self,
+        from: usize,
+        v: &VertexLanes<R>,
+        lights: &Vec3Column<R>,
+        compensated: bool,
+    ) {
         let out = self;
-        let dull = v.strategy.iter().fold(false, |some, strategy| some | strategy.is_dull());
-        let (normal, view, base) =
-            (load3::<N, R>(&v.normal, from), -load3::<N, R>(&v.direction, from), load3::<N, R>(&v.base, from));
+        let dull = v
+            .strategy
+            .iter()
+            .fold(false, |some, strategy| some | strategy.is_dull());
+        let (normal, view, base) = (
+            load3::<N, R>(&v.normal, from),
+            -load3::<N, R>(&v.direction, from),
+            load3::<N, R>(&v.base, from),
+        );
         let light = (load3::<N, R>(lights, from), dull);
-        let numbers = [load::<N, R>(&v.numbers[0], from), load::<N, R>(&v.numbers[1], from), load::<N, R>(&v.numbers[2], from)];
+        let numbers = [
+            load::<N, R>(&v.numbers[0], from),
+            load::<N, R>(&v.numbers[1], from),
+            load::<N, R>(&v.numbers[2], from),
+        ];
         let (response, sampled) = if MATTE {
             let bsdf = Bsdf::<N, Lambert<N>, 1>::new(normal).with(Lambert { albedo: base });
             both(&bsdf, view, light, numbers)
@@ -124,7 +158,12 @@ impl<R: Real> Answers<R> {
                 grazing: load::<N, R>(grazing, from),
                 glass: None,
             };
-            both(&model.rough(normal, view, compensated), view, light, numbers)
+            both(
+                &model.rough(normal, view, compensated),
+                view,
+                light,
+                numbers,
+            )
         };
         store3::<N, R>(&mut out.value, from, response.value);
         store3::<N, R>(&mut out.diffuse, from, response.diffuse);
@@ -152,10 +191,16 @@ impl<R: Real> LaneVertex<'_, R> {
         -vector::<R>(&self.vertices.direction, self.lane)
     }
 
-    /// Unit direction to the light that it asks, where there is one, and whether that makes no highlights.
+    /// Unit direction to the light that it asks, where there is one, and whether that makes no
+    /// highlights.
     pub fn light(&self) -> Option<(R::Vec3, bool)> {
         let is_seen = self.lights.aim[self.lane] != TargetKind::Nothing;
-        is_seen.then(|| (vector::<R>(&self.lights.direction, self.lane), self.vertices.strategy[self.lane].is_dull()))
+        is_seen.then(|| {
+            (
+                vector::<R>(&self.lights.direction, self.lane),
+                self.vertices.strategy[self.lane].is_dull(),
+            )
+        })
     }
 
     /// Numbers in [0, 1) for the lobe, the direction, and whether the path goes on.
@@ -177,7 +222,11 @@ fn load<N: Number, R: Real>(column: &Column<R>, from: usize) -> N {
 
 #[inline(always)]
 fn load3<N: Number, R: Real>([x, y, z]: &Vec3Column<R>, from: usize) -> N::Vec3 {
-    N::Vec3::new(load::<N, R>(x, from), load::<N, R>(y, from), load::<N, R>(z, from))
+    N::Vec3::new(
+        load::<N, R>(x, from),
+        load::<N, R>(y, from),
+        load::<N, R>(z, from),
+    )
 }
 
 #[inline(always)]
@@ -201,7 +250,10 @@ fn both<N: Number, L: LobeFamily<N>, const MOST: usize>(
     light: (N::Vec3, bool),
     numbers: [N; 3],
 ) -> (LightResponse<N>, BsdfSample<N>) {
-    (respond(bsdf, view, light), bsdf.sample(&Frame::about(bsdf.normal()), view, numbers))
+    (
+        respond(bsdf, view, light),
+        bsdf.sample(&Frame::about(bsdf.normal()), view, numbers),
+    )
 }
 
 struct PerturbNormals<'a, N: Number>(&'a NormalMap<N>);
@@ -218,18 +270,24 @@ impl<N: Number> Loops for PerturbNormals<'_, N> {
 #[inline(always)]
 fn mask<N: Number>(yes: impl Fn(usize) -> bool) -> N::Mask {
     let mut mask = N::Mask::default();
-    (0..N::LANES).filter(|&lane| yes(lane)).for_each(|lane| mask.set(lane));
+    (0..N::LANES)
+        .filter(|&lane| yes(lane))
+        .for_each(|lane| mask.set(lane));
     mask
 }
 
 /// Normals that images bend, of at most so many vertices as there are lanes.
 #[inline(always)]
-pub(super) fn perturbed_normals<'a, R: Real>(these: impl Fn(usize) -> &'a NormalMap<R>) -> [R::Vec3; LANES] {
+pub(super) fn perturbed_normals<'a, R: Real>(
+    these: impl Fn(usize) -> &'a NormalMap<R>,
+) -> [R::Vec3; LANES] {
     type N = Lanes<LANES>;
     if !R::IS_SINGLE {
         return from_fn(|lane| these(lane).perturbed_normal());
     }
-    let vectors = |part: fn(&NormalMap<R>) -> R::Vec3| <N as Number>::Vec3::of_lanes(|lane| part(these(lane)).to_f64());
+    let vectors = |part: fn(&NormalMap<R>) -> R::Vec3| {
+        <N as Number>::Vec3::of_lanes(|lane| part(these(lane)).to_f64())
+    };
     let normals = widest(PerturbNormals(&NormalMap::<N> {
         normal: vectors(|bent| bent.normal),
         along: vectors(|bent| bent.along),

@@ -5,8 +5,9 @@ use raywright_bvh::{Real, Vector};
 use super::PathState;
 use crate::settings::Roulette;
 
-/// From so many segments on a path ends by chance however bright it is, so that one in a white room, of which nothing is ever lost, has an end
-/// too: twenty more on average. Paths that are limited end before.
+/// From so many segments on a path ends by chance however bright it is, so that one in a white
+/// room, of which nothing is ever lost, has an end too: twenty more on average. Paths that are
+/// limited end before.
 const ENDS_FROM: u32 = 64;
 
 /// Chance to go on from there.
@@ -38,8 +39,8 @@ fn most_survival<R: Real>(traced: u32, roulette: Roulette) -> R {
     }
 }
 
-/// What a path counts that goes on by a chance of at most so much, and whether it does; chance has no say where that is infinite. Without a
-/// branch, for several side by side.
+/// What a path counts that goes on by a chance of at most so much, and whether it does; chance has
+/// no say where that is infinite. Without a branch, for several side by side.
 #[inline(always)]
 pub(super) fn survive<R: Real>(throughput: R::Vec3, most: R, u_roulette: R) -> (R::Vec3, bool) {
     // Also ends what is no number.
@@ -47,7 +48,12 @@ pub(super) fn survive<R: Real>(throughput: R::Vec3, most: R, u_roulette: R) -> (
     let may_end = most < R::INFINITY;
     let divided = throughput * (R::ONE / survival);
     let throughput = if may_end { divided } else { throughput };
-    (throughput, (!may_end | (u_roulette < survival)) & is_some::<R>(throughput) & is_number::<R>(throughput))
+    (
+        throughput,
+        (!may_end | (u_roulette < survival))
+            & is_some::<R>(throughput)
+            & is_number::<R>(throughput),
+    )
 }
 
 /// Whether something is left of what light brings, a number or not.
@@ -56,7 +62,8 @@ pub(super) fn is_some<R: Real>(v: R::Vec3) -> bool {
     (v.x() != R::ZERO) | (v.y() != R::ZERO) | (v.z() != R::ZERO)
 }
 
-/// Whether it is a number. A path that carries none makes its sample none, which is then dropped and counted.
+/// Whether it is a number. A path that carries none makes its sample none, which is then dropped
+/// and counted.
 #[inline(always)]
 pub(super) fn is_number<R: Real>(v: R::Vec3) -> bool {
     let (x, y, z) = (Real::abs(v.x()), Real::abs(v.y()), Real::abs(v.z()));
@@ -68,8 +75,8 @@ mod tests {
     use super::*;
     use glam::DVec3;
 
-    /// Protects: of what chance ends, the rest counts for it: the mean over all numbers is what came, whatever the colour; what carries
-    /// nothing, or is no number, ends without it too.
+    /// Protects: of what chance ends, the rest counts for it: the mean over all numbers is what
+    /// came, whatever the colour; what carries nothing, or is no number, ends without it too.
     #[test]
     fn m07_survivors_count_for_what_ends() {
         const COUNT: u32 = 10_000;
@@ -79,49 +86,85 @@ mod tests {
             (DVec3::new(3.0, 1.0, 0.5), 1.0),
             (DVec3::new(0.3, 0.1, 0.0), f64::INFINITY),
         ] {
-            let each = (0..COUNT).map(|i| survive::<f64>(throughput, most, (f64::from(i) + 0.5) / f64::from(COUNT)));
+            let each = (0..COUNT)
+                .map(|i| survive::<f64>(throughput, most, (f64::from(i) + 0.5) / f64::from(COUNT)));
             let (mut sum, mut ended) = (DVec3::ZERO, 0);
             for (throughput, goes_on) in each {
                 sum += if goes_on { throughput } else { DVec3::ZERO };
                 ended += u32::from(!goes_on);
             }
             let off = (sum / f64::from(COUNT) - throughput).abs().max_element();
-            assert!(off < 1e-3 * throughput.max_element(), "{throughput} at {most}: {off} off");
-            let wanted = if most == f64::INFINITY { 0.0 } else { 1.0 - throughput.x.min(most) };
-            assert!((f64::from(ended) / f64::from(COUNT) - wanted).abs() < 1e-3, "{throughput} at {most}: {ended} ended");
+            assert!(
+                off < 1e-3 * throughput.max_element(),
+                "{throughput} at {most}: {off} off"
+            );
+            let wanted = if most == f64::INFINITY {
+                0.0
+            } else {
+                1.0 - throughput.x.min(most)
+            };
+            assert!(
+                (f64::from(ended) / f64::from(COUNT) - wanted).abs() < 1e-3,
+                "{throughput} at {most}: {ended} ended"
+            );
         }
-        for nothing in [DVec3::ZERO, DVec3::NAN, DVec3::new(1.0, f64::NAN, 0.0), DVec3::INFINITY] {
-            assert!([1.0, f64::INFINITY].iter().all(|&most| !survive::<f64>(nothing, most, 0.0).1), "{nothing}");
+        for nothing in [
+            DVec3::ZERO,
+            DVec3::NAN,
+            DVec3::new(1.0, f64::NAN, 0.0),
+            DVec3::INFINITY,
+        ] {
+            assert!(
+                [1.0, f64::INFINITY]
+                    .iter()
+                    .all(|&most| !survive::<f64>(nothing, most, 0.0).1),
+                "{nothing}"
+            );
         }
     }
 
-    /// Paths that carry from a thousandth to 1e-30 of what came, or nearly all of it: the chance is above zero and at most one, and what goes on counts for
-    /// what ends, as exactly as numbers are.
+    /// Paths that carry from a thousandth to 1e-30 of what came, or nearly all of it: the chance is
+    /// above zero and at most one, and what goes on counts for what ends, as exactly as numbers
+    /// are.
     fn is_unbiased<R: Real>() {
-        for (share, most) in
-            [1e-3, 1e-10, 1e-20, 1e-30, 0.999_999, 1.0, 7.0].into_iter().flat_map(|share| [(share, 1.0), (share, GOES_ON)])
+        for (share, most) in [1e-3, 1e-10, 1e-20, 1e-30, 0.999_999, 1.0, 7.0]
+            .into_iter()
+            .flat_map(|share| [(share, 1.0), (share, GOES_ON)])
         {
             let throughput = R::Vec3::from_f64(DVec3::new(share, 0.5 * share, 0.0));
             let survival = R::from_f64(share).min(R::from_f64(most));
             let below = R::from_f64(survival.to_f64() * (1.0 - 1e-6));
             let (left, goes_on) = survive::<R>(throughput, R::from_f64(most), below);
-            assert!(goes_on && survival > R::ZERO && survival <= R::ONE, "{share:e} at {most}");
+            assert!(
+                goes_on && survival > R::ZERO && survival <= R::ONE,
+                "{share:e} at {most}"
+            );
             let mean = left.to_f64() * survival.to_f64();
             let off = (mean - throughput.to_f64()).abs().max_element() / share;
-            assert!(off <= 4.0 * R::ROUNDOFF.to_f64(), "{share:e} at {most}: {off:e} off");
-            assert!(!survive::<R>(throughput, R::from_f64(most), survival).1, "{share:e} at {most} never ends");
+            assert!(
+                off <= 4.0 * R::ROUNDOFF.to_f64(),
+                "{share:e} at {most}: {off:e} off"
+            );
+            assert!(
+                !survive::<R>(throughput, R::from_f64(most), survival).1,
+                "{share:e} at {most} never ends"
+            );
         }
     }
 
-    /// Protects: whatever little or much a path carries, what chance takes of it is made good by what it leaves, in both precisions; and however bright it stays, from
-    /// the 64th segment on it may end, by every rule.
+    /// Protects: whatever little or much a path carries, what chance takes of it is made good by
+    /// what it leaves, in both precisions; and however bright it stays, from the 64th segment on it
+    /// may end, by every rule.
     #[test]
     fn m07_next_to_nothing_and_all() {
         is_unbiased::<f32>();
         is_unbiased::<f64>();
         for rule in [Roulette::Early, Roulette::Late, Roulette::Off] {
             let may_end = |most: f64| most > 0.0 && most < 1.0;
-            assert!((ENDS_FROM..200).all(|traced| may_end(most_survival(traced, rule))), "{rule:?}");
+            assert!(
+                (ENDS_FROM..200).all(|traced| may_end(most_survival(traced, rule))),
+                "{rule:?}"
+            );
         }
     }
 }

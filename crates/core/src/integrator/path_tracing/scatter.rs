@@ -24,7 +24,12 @@ pub(super) struct Onward<R: Real> {
 
 impl<R: Real> Onward<R> {
     /// As what is rough and opaque does.
-    pub const REFLECTED: Self = Self { rest: <R::Vec3 as Vector<R>>::ZERO, smooth: false, through: false, straight: false };
+    pub const REFLECTED: Self = Self {
+        rest: <R::Vec3 as Vector<R>>::ZERO,
+        smooth: false,
+        through: false,
+        straight: false,
+    };
 }
 
 impl<R: Real> PathTracer<'_, R> {
@@ -38,21 +43,38 @@ impl<R: Real> PathTracer<'_, R> {
         onward: &Onward<R>,
     ) {
         let place = vertices.place[lane] as usize;
-        let (path, at) = (&mut bounce.paths[bounce.going[place] as usize], &bounce.met[place]);
-        let mut ray = Ray::new(vector::<R>(&next.origin, lane), vector::<R>(&answers.direction, lane));
+        let (path, at) = (
+            &mut bounce.paths[bounce.going[place] as usize],
+            &bounce.met[place],
+        );
+        let mut ray = Ray::new(
+            vector::<R>(&next.origin, lane),
+            vector::<R>(&answers.direction, lane),
+        );
         let normal = vector::<R>(&vertices.normal, lane);
         if !matches!(self.scene.rules.spawn, Spawn::ErrorBound) {
             // Starts of rays count from the normal that the object has.
-            let side = if onward.through == (normal == at.normal) { -R::ONE } else { R::ONE };
+            let side = if onward.through == (normal == at.normal) {
+                -R::ONE
+            } else {
+                R::ONE
+            };
             ray = self.scene.spawn(at, ray.direction, side);
         }
-        let lit = if vertices.sides[lane] == LitSides::Both { Vector::ZERO } else { normal };
-        let leaves = (vector::<R>(&next.throughput, lane), answers.density[lane].to_f64());
+        let lit = if vertices.sides[lane] == LitSides::Both {
+            Vector::ZERO
+        } else {
+            normal
+        };
+        let leaves = (
+            vector::<R>(&next.throughput, lane),
+            answers.density[lane].to_f64(),
+        );
         self.leave(path, at, leaves, (&ray, lit), onward);
     }
 
-    /// Sends a path on along a ray, with what it then counts and the density of its direction. `lit`: normal of the side that lights were
-    /// asked for; zero for both.
+    /// Sends a path on along a ray, with what it then counts and the density of its direction.
+    /// `lit`: normal of the side that lights were asked for; zero for both.
     #[inline(always)]
     pub(super) fn leave(
         &mut self,
@@ -73,8 +95,13 @@ impl<R: Real> PathTracer<'_, R> {
         // What goes straight on through a wall is still found by lights that were asked before it.
         if !onward.straight {
             path.spread = path.spread.min(path.previous.density);
-            path.previous = PreviousVertex { from: at.surface.point, normal: lit, density };
-            self.counters.unaided += u64::from(self.is_unaided(path) && !self.scene.lights.emitters.is_empty());
+            path.previous = PreviousVertex {
+                from: at.surface.point,
+                normal: lit,
+                density,
+            };
+            self.counters.unaided +=
+                u64::from(self.is_unaided(path) && !self.scene.lights.emitters.is_empty());
         }
         if self.scene.tracks_media && onward.through {
             path.media = self.beyond(&path.media, at);

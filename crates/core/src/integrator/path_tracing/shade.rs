@@ -1,5 +1,6 @@
-//! What becomes of several vertices: what they send back of the lights that they ask, and the rays that leave them, step by
-//! step, each step of all of them. Each has the bits that it would have alone.
+//! What becomes of several vertices: what they send back of the lights that they ask, and the rays
+//! that leave them, step by step, each step of all of them. Each has the bits that it would have
+//! alone.
 
 use raywright_bvh::{Loops, Real, Vector, widest};
 
@@ -9,7 +10,8 @@ use super::roulette::{is_number, is_some, survive};
 use super::vertices::{LitSides, MisStrategy, VertexLanes};
 use crate::light::{Column, LANES, LightLanes, TargetKind, Vec3Column, put, vector};
 
-/// What becomes of vertices. Each step is a function of its own, in which a compiler sees that what is written lies apart from what is read.
+/// What becomes of vertices. Each step is a function of its own, in which a compiler sees that what
+/// is written lies apart from what is read.
 #[derive(Clone, Copy)]
 pub(super) struct ShadedLanes<R: Real> {
     pub lit: LitLanes<R>,
@@ -18,13 +20,26 @@ pub(super) struct ShadedLanes<R: Real> {
 }
 
 impl<R: Real> ShadedLanes<R> {
-    /// Of vertices that answer this to the lights that they ask. `reach`: as far as a shadow of a light without size that is infinitely far
-    /// reaches.
+    /// Of vertices that answer this to the lights that they ask. `reach`: as far as a shadow of a
+    /// light without size that is infinitely far reaches.
     #[inline]
-    pub fn of(vertices: &VertexLanes<R>, lights: &LightLanes<R>, answers: &Answers<R>, reach: R) -> Self {
+    pub fn of(
+        vertices: &VertexLanes<R>,
+        lights: &LightLanes<R>,
+        answers: &Answers<R>,
+        reach: R,
+    ) -> Self {
         Self {
-            lit: widest(LightTask { vertices, lights, answers }),
-            shadow: widest(ShadowTask { vertices, lights, reach }),
+            lit: widest(LightTask {
+                vertices,
+                lights,
+                answers,
+            }),
+            shadow: widest(ShadowTask {
+                vertices,
+                lights,
+                reach,
+            }),
             next: widest(ScatterTask { vertices, answers }),
         }
     }
@@ -33,7 +48,8 @@ impl<R: Real> ShadedLanes<R> {
 /// What vertices send back of lights.
 #[derive(Clone, Copy)]
 pub(super) struct LitLanes<R: Real> {
-    /// Whether anything is sent back where nothing is in between, and whether the light shines through the surface.
+    /// Whether anything is sent back where nothing is in between, and whether the light shines
+    /// through the surface.
     pub is_lit: Column<bool>,
     pub is_through: Column<bool>,
     pub sent: Vec3Column<R>,
@@ -49,8 +65,16 @@ impl<R: Real> Loops for LightTask<'_, R> {
     type Output = LitLanes<R>;
     #[inline(always)]
     fn run(self) -> LitLanes<R> {
-        let Self { vertices: v, lights, answers } = self;
-        let mut out = LitLanes { is_lit: [false; LANES], is_through: [false; LANES], sent: [[R::ZERO; LANES]; 3] };
+        let Self {
+            vertices: v,
+            lights,
+            answers,
+        } = self;
+        let mut out = LitLanes {
+            is_lit: [false; LANES],
+            is_through: [false; LANES],
+            sent: [[R::ZERO; LANES]; 3],
+        };
         let mut weighed = [false; LANES];
         let mut dull = [false; LANES];
         let mut sizeless = [false; LANES];
@@ -64,14 +88,20 @@ impl<R: Real> Loops for LightTask<'_, R> {
         for lane in 0..LANES {
             let (towards, zero) = (vector::<R>(&lights.direction, lane), R::ZERO);
             let facing = vector::<R>(&v.normal, lane).dot(towards);
-            // Above the shading normal's horizon and the surface's own, or below both of what lets light through. Only what is given back answers
-            // to lights that make no highlights.
+            // Above the shading normal's horizon and the surface's own, or below both of what lets
+            // light through. Only what is given back answers to lights that make no highlights.
             let below = vector::<R>(&v.geometric, lane).dot(towards) < zero;
             let above = (facing > zero) & !below;
             let through = (v.sides[lane] == LitSides::Both) & (facing < zero) & below & !dull[lane];
-            let (value, diffuse) = (vector::<R>(&answers.value, lane), vector::<R>(&answers.diffuse, lane));
+            let (value, diffuse) = (
+                vector::<R>(&answers.value, lane),
+                vector::<R>(&answers.diffuse, lane),
+            );
             let value = if dull[lane] { diffuse } else { value };
-            let both = R::from_f64(weight(lights.density[lane], answers.light_density[lane].to_f64()));
+            let both = R::from_f64(weight(
+                lights.density[lane],
+                answers.light_density[lane].to_f64(),
+            ));
             let share = if sizeless[lane] { v.gain[lane] } else { R::ONE };
             let share = if weighed[lane] { both } else { share };
             let sent = vector::<R>(&lights.arriving, lane) * value * (Real::abs(facing) * share);
@@ -103,24 +133,44 @@ impl<R: Real> Loops for ShadowTask<'_, R> {
     #[inline(always)]
     fn run(self) -> ShadowRays<R> {
         let (v, lights, none) = (self.vertices, self.lights, [[R::ZERO; LANES]; 3]);
-        let mut out = ShadowRays { start: none, towards: none, length: none[0] };
-        if (0..LANES).fold(false, |some, lane| some | (lights.aim[lane] == TargetKind::Surface)) {
+        let mut out = ShadowRays {
+            start: none,
+            towards: none,
+            length: none[0],
+        };
+        if (0..LANES).fold(false, |some, lane| {
+            some | (lights.aim[lane] == TargetKind::Surface)
+        }) {
             for lane in 0..LANES {
-                let (ray, length) = v.surface.lane(lane).way_to_surface(&lights.surface.lane(lane));
+                let (ray, length) = v
+                    .surface
+                    .lane(lane)
+                    .way_to_surface(&lights.surface.lane(lane));
                 put::<R>(&mut out.start, lane, ray.origin);
                 put::<R>(&mut out.towards, lane, ray.direction);
                 out.length[lane] = length;
             }
         }
-        if (0..LANES).fold(false, |some, lane| some | (lights.aim[lane] == TargetKind::Infinity)) {
+        if (0..LANES).fold(false, |some, lane| {
+            some | (lights.aim[lane] == TargetKind::Infinity)
+        }) {
             for lane in 0..LANES {
                 let far = lights.aim[lane] == TargetKind::Infinity;
                 let direction = vector::<R>(&lights.direction, lane);
                 let start = v.surface.lane(lane).spawn(direction);
-                let length = if lights.density[lane] == 0.0 { self.reach } else { R::INFINITY };
-                let [before, towards] = [&out.start, &out.towards].map(|column| vector::<R>(column, lane));
+                let length = if lights.density[lane] == 0.0 {
+                    self.reach
+                } else {
+                    R::INFINITY
+                };
+                let [before, towards] =
+                    [&out.start, &out.towards].map(|column| vector::<R>(column, lane));
                 put::<R>(&mut out.start, lane, if far { start } else { before });
-                put::<R>(&mut out.towards, lane, if far { direction } else { towards });
+                put::<R>(
+                    &mut out.towards,
+                    lane,
+                    if far { direction } else { towards },
+                );
                 out.length[lane] = if far { length } else { out.length[lane] };
             }
         }
@@ -148,12 +198,18 @@ impl<R: Real> Loops for ScatterTask<'_, R> {
     #[inline(always)]
     fn run(self) -> NextRays<R> {
         let (v, answers, none) = (self.vertices, self.answers, [[R::ZERO; LANES]; 3]);
-        let mut out = NextRays { goes_on: [false; LANES], overflows: [false; LANES], origin: none, throughput: none };
+        let mut out = NextRays {
+            goes_on: [false; LANES],
+            overflows: [false; LANES],
+            origin: none,
+            throughput: none,
+        };
         for lane in 0..LANES {
             let direction = vector::<R>(&answers.direction, lane);
             let throughput = vector::<R>(&v.throughput, lane) * vector::<R>(&answers.weight, lane);
             out.overflows[lane] = answers.some[lane] & !is_number::<R>(throughput);
-            let (throughput, goes_on) = survive(throughput, v.most_survival[lane], v.numbers[3][lane]);
+            let (throughput, goes_on) =
+                survive(throughput, v.most_survival[lane], v.numbers[3][lane]);
             out.goes_on[lane] = answers.some[lane] & goes_on;
             put::<R>(&mut out.throughput, lane, throughput);
             put::<R>(&mut out.origin, lane, v.surface.lane(lane).spawn(direction));

@@ -1,4 +1,5 @@
-//! Vertices in columns: what is a number of one vertex stands beside that of the next, as lanes take them.
+//! Vertices in columns: what is a number of one vertex stands beside that of the next, as lanes
+//! take them.
 
 use raywright_bvh::{Hit, Real};
 
@@ -22,7 +23,10 @@ impl<R: Real> Bounce<'_, R> {
     /// The path that comes to a vertex, and what it met there.
     #[inline(always)]
     pub fn of(&self, place: u32) -> (&PathState<R>, &Interaction<R>) {
-        (&self.paths[self.going[place as usize] as usize], &self.met[place as usize])
+        (
+            &self.paths[self.going[place as usize] as usize],
+            &self.met[place as usize],
+        )
     }
 }
 
@@ -69,8 +73,8 @@ pub(super) struct VertexLanes<R: Real> {
     /// Unit direction towards the surface.
     pub direction: Vec3Column<R>,
     pub sides: Column<LitSides>,
-    /// Of common surfaces: what they reflect, and metallic, roughness, and the dielectric's reflectance at normal and at grazing incidence, these not
-    /// of matte ones.
+    /// Of common surfaces: what they reflect, and metallic, roughness, and the dielectric's
+    /// reflectance at normal and at grazing incidence, these not of matte ones.
     pub base: Vec3Column<R>,
     pub terms: [Column<R>; 4],
     /// Factor on lights without size, whose unit is not the same to both families of materials.
@@ -118,7 +122,15 @@ impl<R: Real> VertexLanes<R> {
         self.len += 1;
         self.place[lane] = place;
         self.surface.put(lane, &at.surface);
-        put::<R>(&mut self.geometric, lane, if at.outside { at.surface.normal } else { -at.surface.normal });
+        put::<R>(
+            &mut self.geometric,
+            lane,
+            if at.outside {
+                at.surface.normal
+            } else {
+                -at.surface.normal
+            },
+        );
         put::<R>(&mut self.normal, lane, normal);
         put::<R>(&mut self.direction, lane, at.direction);
         self.sides[lane] = sides;
@@ -135,7 +147,12 @@ impl<R: Real> VertexLanes<R> {
     #[inline(always)]
     pub fn put_model(&mut self, lane: usize, model: &MetallicRoughness<R>) {
         put::<R>(&mut self.base, lane, model.base);
-        let terms = [model.metallic, model.roughness, model.dielectric, model.grazing];
+        let terms = [
+            model.metallic,
+            model.roughness,
+            model.dielectric,
+            model.grazing,
+        ];
         for (column, term) in self.terms.iter_mut().zip(terms) {
             column[lane] = term;
         }
@@ -161,7 +178,9 @@ impl<R: Real> VertexList<R> {
 
     /// How many there are.
     pub fn len(&self) -> usize {
-        self.used.checked_sub(1).map_or(0, |last| last * LANES + self.lanes[last].len)
+        self.used
+            .checked_sub(1)
+            .map_or(0, |last| last * LANES + self.lanes[last].len)
     }
 
     /// Lanes with room for a vertex.

@@ -1,5 +1,6 @@
-//! Many paths at a time, stage by stage, each segment of all of them before the next one of any: what one asks of memory is on its way while
-//! others compute, and rays, sky and surfaces each have the caches to themselves. No path's bits depend on which others it goes with.
+//! Many paths at a time, stage by stage, each segment of all of them before the next one of any:
+//! what one asks of memory is on its way while others compute, and rays, sky and surfaces each have
+//! the caches to themselves. No path's bits depend on which others it goes with.
 
 use raywright_bvh::{Hit, Interval, Real, Vector, widest};
 
@@ -39,7 +40,12 @@ pub(super) struct Wavefront<R: Real> {
 
 impl<R: Real> PathTracer<'_, R> {
     /// Follows the paths of camera rays to their ends.
-    pub(super) fn follow(&mut self, rays: CameraRays<'_, R>, wave: &mut Wavefront<R>, results: &mut PathResults<R>) {
+    pub(super) fn follow(
+        &mut self,
+        rays: CameraRays<'_, R>,
+        wave: &mut Wavefront<R>,
+        results: &mut PathResults<R>,
+    ) {
         self.start(rays, wave);
         if self.keeps_first {
             results.first_hits.resize(rays.rays.len(), None);
@@ -57,23 +63,48 @@ impl<R: Real> PathTracer<'_, R> {
         self.finish(wave, results);
     }
 
-    /// The paths of camera rays, with what those hit: as many as leave one point are intersected together.
-    fn start(&mut self, CameraRays { rays, addresses }: CameraRays<'_, R>, wave: &mut Wavefront<R>) {
-        let Wavefront { paths, going, hits, first_hits, .. } = wave;
+    /// The paths of camera rays, with what those hit: as many as leave one point are intersected
+    /// together.
+    fn start(
+        &mut self,
+        CameraRays { rays, addresses }: CameraRays<'_, R>,
+        wave: &mut Wavefront<R>,
+    ) {
+        let Wavefront {
+            paths,
+            going,
+            hits,
+            first_hits,
+            ..
+        } = wave;
         self.counters.camera += rays.len() as u64;
         paths.clear();
-        paths.extend(rays.iter().zip(addresses).map(|(&ray, &address)| self.camera_path(ray, address)));
+        paths.extend(
+            rays.iter()
+                .zip(addresses)
+                .map(|(&ray, &address)| self.camera_path(ray, address)),
+        );
         going.clear();
         going.extend(0..rays.len() as u32);
         hits.clear();
         for (rays, paths) in rays.chunks(PACKET).zip(paths.chunks(PACKET)) {
             first_hits.intersect(self.scene, rays);
-            hits.extend(paths.iter().enumerate().map(|(i, path)| first_hits.get(i).copied().unwrap_or_else(|| self.hit(path))));
+            hits.extend(
+                paths
+                    .iter()
+                    .enumerate()
+                    .map(|(i, path)| first_hits.get(i).copied().unwrap_or_else(|| self.hit(path))),
+            );
         }
     }
 
     /// Traces the rays of the paths that go on.
-    fn intersect(&self, Wavefront { paths, going, hits, .. }: &mut Wavefront<R>) {
+    fn intersect(
+        &self,
+        Wavefront {
+            paths, going, hits, ..
+        }: &mut Wavefront<R>,
+    ) {
         hits.clear();
         hits.extend(going.iter().map(|&place| self.hit(&paths[place as usize])));
     }
@@ -81,20 +112,57 @@ impl<R: Real> PathTracer<'_, R> {
     /// The hit of a path's ray.
     #[inline(always)]
     fn hit(&self, path: &PathState<R>) -> Option<Hit<R>> {
-        let min = if path.traced == 0 { self.least.camera - path.leg.ahead } else { self.least.secondary };
-        self.scene.geometry.closest(&path.leg.ray, Interval { min, max: R::INFINITY }, &mut ())
+        let min = if path.traced == 0 {
+            self.least.camera - path.leg.ahead
+        } else {
+            self.least.secondary
+        };
+        self.scene.geometry.closest(
+            &path.leg.ray,
+            Interval {
+                min,
+                max: R::INFINITY,
+            },
+            &mut (),
+        )
     }
 
     /// Ends the paths that hit nothing, with what they see of the sky or of the backdrop before it.
-    fn escape(&mut self, Wavefront { paths, going, hits, seen, .. }: &mut Wavefront<R>, directs: &mut [R::Vec3]) {
-        let escaped = || going.iter().zip(&*hits).filter(|(_, hit)| hit.is_none()).map(|(&place, _)| place as usize);
+    fn escape(
+        &mut self,
+        Wavefront {
+            paths,
+            going,
+            hits,
+            seen,
+            ..
+        }: &mut Wavefront<R>,
+        directs: &mut [R::Vec3],
+    ) {
+        let escaped = || {
+            going
+                .iter()
+                .zip(&*hits)
+                .filter(|(_, hit)| hit.is_none())
+                .map(|(&place, _)| place as usize)
+        };
         let backdrop = self.scene.backdrop;
         let backdrop_of = |path: &PathState<R>| backdrop.filter(|_| path.traced == 0);
         seen.clear();
-        let under_sky = escaped().map(|place| &paths[place]).filter(|path| backdrop_of(path).is_none());
-        self.scene.lights.sky.look(under_sky.map(|path| (path.leg.start(), path.leg.ray.direction)), seen);
-        let before_backdrop = escaped().map(|place| &paths[place]).filter(|path| backdrop_of(path).is_some());
-        let (mut seen, mut on_ground) = (seen.iter(), self.light_on_ground(before_backdrop).into_iter());
+        let under_sky = escaped()
+            .map(|place| &paths[place])
+            .filter(|path| backdrop_of(path).is_none());
+        self.scene.lights.sky.look(
+            under_sky.map(|path| (path.leg.start(), path.leg.ray.direction)),
+            seen,
+        );
+        let before_backdrop = escaped()
+            .map(|place| &paths[place])
+            .filter(|path| backdrop_of(path).is_some());
+        let (mut seen, mut on_ground) = (
+            seen.iter(),
+            self.light_on_ground(before_backdrop).into_iter(),
+        );
         for place in escaped() {
             let path = &mut paths[place];
             let radiance = match backdrop_of(path) {
@@ -103,7 +171,9 @@ impl<R: Real> PathTracer<'_, R> {
                     path.shadow = R::ONE - light;
                     backdrop.seen(path.leg.ray.direction) * light
                 }
-                None => seen.next().map_or(Vector::ZERO, |seen| self.escaped(path, seen)),
+                None => seen
+                    .next()
+                    .map_or(Vector::ZERO, |seen| self.escaped(path, seen)),
             };
             let brought = path.throughput * radiance;
             path.radiance += brought;
@@ -118,14 +188,28 @@ impl<R: Real> PathTracer<'_, R> {
         hits.retain(Option::is_some);
     }
 
-    /// Finds points, frames and coordinates of the surfaces that were met; their texels are asked for before any is waited for.
-    fn locate(&self, Wavefront { paths, going, hits, met, .. }: &mut Wavefront<R>) {
+    /// Finds points, frames and coordinates of the surfaces that were met; their texels are asked
+    /// for before any is waited for.
+    fn locate(
+        &self,
+        Wavefront {
+            paths,
+            going,
+            hits,
+            met,
+            ..
+        }: &mut Wavefront<R>,
+    ) {
         if met.len() < going.len() {
             met.resize(going.len(), Interaction::NOWHERE);
         }
         let hits = hits.iter().flatten();
         let rays = going.iter().map(|&place| &paths[place as usize].leg.ray);
-        self.scene.geometry.surfaces(rays.zip(hits.clone()), |k, surface| met[k].surface = surface);
+        self.scene
+            .geometry
+            .surfaces(rays.zip(hits.clone()), |k, surface| {
+                met[k].surface = surface
+            });
         for ((&place, hit), at) in going.iter().zip(hits).zip(met) {
             let leg = &paths[place as usize].leg;
             at.begin_located(self.scene, &leg.ray, hit);
@@ -135,36 +219,68 @@ impl<R: Real> PathTracer<'_, R> {
     }
 
     /// Makes the random numbers that nearly every vertex asks for.
-    fn draw(&self, Wavefront { paths, going, sequences, draws, .. }: &mut Wavefront<R>) {
+    fn draw(
+        &self,
+        Wavefront {
+            paths,
+            going,
+            sequences,
+            draws,
+            ..
+        }: &mut Wavefront<R>,
+    ) {
         let asks_lights = !self.scene.lights.choice().is_empty();
         sequences.clear();
         draws.clear();
         for &place in &*going {
             let PathState { address, way, .. } = &paths[place as usize];
-            sequences.push((Sequence::on(*way, *address, Purpose::Scatter), address.index));
+            sequences.push((
+                Sequence::on(*way, *address, Purpose::Scatter),
+                address.index,
+            ));
             if asks_lights {
                 sequences.push((Sequence::on(*way, *address, Purpose::Light), address.index));
             }
         }
         fours(sequences.iter().copied(), draws);
-        for (&place, draws) in going.iter().zip(draws.chunks_exact(if asks_lights { 2 } else { 1 })) {
-            // Directions are what matters most: they have the first two dimensions of a point, which are the evenest together.
+        for (&place, draws) in going
+            .iter()
+            .zip(draws.chunks_exact(if asks_lights { 2 } else { 1 }))
+        {
+            // Directions are what matters most: they have the first two dimensions of a point,
+            // which are the evenest together.
             let [u, v, luck, lobe] = draws[0];
-            paths[place as usize].draws =
-                VertexSamples { scatter: [lobe, u, v, luck], light: draws.get(1).copied().unwrap_or_default() };
+            paths[place as usize].draws = VertexSamples {
+                scatter: [lobe, u, v, luck],
+                light: draws.get(1).copied().unwrap_or_default(),
+            };
         }
     }
 
-    /// Reads what surfaces are made of, adds what they give off, and puts their vertices into queues by kind.
+    /// Reads what surfaces are made of, adds what they give off, and puts their vertices into
+    /// queues by kind.
     fn evaluate(&mut self, wave: &mut Wavefront<R>, results: &mut PathResults<R>) {
-        let Wavefront { paths, going, hits, met, vertices, goes, .. } = wave;
+        let Wavefront {
+            paths,
+            going,
+            hits,
+            met,
+            vertices,
+            goes,
+            ..
+        } = wave;
         vertices.clear();
         goes.clear();
         for (k, (&place, at)) in going.iter().zip(&mut *met).enumerate() {
-            let (path, Some(hit)) = (&mut paths[place as usize], &hits[k]) else { continue };
+            let (path, Some(hit)) = (&mut paths[place as usize], &hits[k]) else {
+                continue;
+            };
             goes.push(self.gather(k as u32, (path, hit, at), vertices));
             if self.keeps_first {
-                let (first, direct) = (&mut results.first_hits[place as usize], &mut results.direct[place as usize]);
+                let (first, direct) = (
+                    &mut results.first_hits[place as usize],
+                    &mut results.direct[place as usize],
+                );
                 *first = self.first.take().or(*first);
                 *direct += core::mem::replace(&mut self.direct, Vector::ZERO);
             }
@@ -172,45 +288,113 @@ impl<R: Real> PathTracer<'_, R> {
     }
 
     /// Shades the vertices, kind by kind.
-    fn shade(&mut self, Wavefront { paths, going, hits, met, vertices, asked, goes, .. }: &mut Wavefront<R>) {
+    fn shade(
+        &mut self,
+        Wavefront {
+            paths,
+            going,
+            hits,
+            met,
+            vertices,
+            asked,
+            goes,
+            ..
+        }: &mut Wavefront<R>,
+    ) {
         vertices.bend_normals(met);
-        let (mut bounce, compensated) = (Bounce { paths, going, met, hits }, self.scene.compensates);
-        let VertexQueues { matte, glossy, general, surfaces, .. } = vertices;
-        self.shade_each(&mut bounce, (matte.lanes(), asked), goes, |_, _, _, (vertices, lights), _| {
-            widest(Respond::<R, true> { vertices, lights, compensated })
-        });
-        self.shade_each(&mut bounce, (glossy.lanes(), asked), goes, |_, _, _, (vertices, lights), _| {
-            widest(Respond::<R, false> { vertices, lights, compensated })
-        });
-        self.shade_each(&mut bounce, (general.lanes(), asked), goes, |tracer, bounce, before, lanes, onward| {
-            tracer.answer_general(bounce, (surfaces, before), lanes, onward)
-        });
+        let (mut bounce, compensated) = (
+            Bounce {
+                paths,
+                going,
+                met,
+                hits,
+            },
+            self.scene.compensates,
+        );
+        let VertexQueues {
+            matte,
+            glossy,
+            general,
+            surfaces,
+            ..
+        } = vertices;
+        self.shade_each(
+            &mut bounce,
+            (matte.lanes(), asked),
+            goes,
+            |_, _, _, (vertices, lights), _| {
+                widest(Respond::<R, true> {
+                    vertices,
+                    lights,
+                    compensated,
+                })
+            },
+        );
+        self.shade_each(
+            &mut bounce,
+            (glossy.lanes(), asked),
+            goes,
+            |_, _, _, (vertices, lights), _| {
+                widest(Respond::<R, false> {
+                    vertices,
+                    lights,
+                    compensated,
+                })
+            },
+        );
+        self.shade_each(
+            &mut bounce,
+            (general.lanes(), asked),
+            goes,
+            |tracer, bounce, before, lanes, onward| {
+                tracer.answer_general(bounce, (surfaces, before), lanes, onward)
+            },
+        );
     }
 
-    /// Shades vertices of a kind and sends their paths on. `answer`: what so many lanes of them answer to the lights that they ask, after so many
-    /// vertices; it says how they send paths on where that is not as what is rough and opaque does.
+    /// Shades vertices of a kind and sends their paths on. `answer`: what so many lanes of them
+    /// answer to the lights that they ask, after so many vertices; it says how they send paths on
+    /// where that is not as what is rough and opaque does.
     fn shade_each(
         &mut self,
         bounce: &mut Bounce<'_, R>,
         (vertices, asked): (&mut [VertexLanes<R>], &mut AskedLights<R>),
         goes: &mut [bool],
-        answer: impl Fn(&Self, &Bounce<'_, R>, usize, (&VertexLanes<R>, &LightLanes<R>), &mut Column<Onward<R>>) -> Answers<R>,
+        answer: impl Fn(
+            &Self,
+            &Bounce<'_, R>,
+            usize,
+            (&VertexLanes<R>, &LightLanes<R>),
+            &mut Column<Onward<R>>,
+        ) -> Answers<R>,
     ) {
         self.sample_lights(bounce, vertices, asked);
         let mut onward = [Onward::REFLECTED; LANES];
-        for (group, (vertices, (chosen, lights))) in vertices.iter().zip(asked.lanes()).enumerate() {
+        for (group, (vertices, (chosen, lights))) in vertices.iter().zip(asked.lanes()).enumerate()
+        {
             let answers = answer(self, bounce, group * LANES, (vertices, lights), &mut onward);
-            let shaded = ShadedLanes::of(vertices, lights, &answers, self.scene.rules.shadow_max_distance);
+            let shaded = ShadedLanes::of(
+                vertices,
+                lights,
+                &answers,
+                self.scene.rules.shadow_max_distance,
+            );
             for lane in 0..vertices.len {
                 let place = vertices.place[lane] as usize;
                 if let Some(chosen) = chosen[lane].as_ref().filter(|_| shaded.lit.is_lit[lane]) {
                     self.add_light(bounce, (vertices, lane), (chosen, lights), &shaded);
                 }
                 if shaded.next.goes_on[lane] {
-                    self.send_on(bounce, (vertices, lane), (&answers, &shaded.next), &onward[lane]);
+                    self.send_on(
+                        bounce,
+                        (vertices, lane),
+                        (&answers, &shaded.next),
+                        &onward[lane],
+                    );
                 } else {
                     if shaded.next.overflows[lane] {
-                        bounce.paths[bounce.going[place] as usize].radiance = Vector::splat(R::INFINITY);
+                        bounce.paths[bounce.going[place] as usize].radiance =
+                            Vector::splat(R::INFINITY);
                     }
                     goes[place] = false;
                 }
@@ -219,15 +403,36 @@ impl<R: Real> PathTracer<'_, R> {
     }
 
     /// What the paths brought, limited and seen through a veil as the scene says.
-    fn finish(&self, wave: &Wavefront<R>, PathResults { paths: results, direct: directs, .. }: &mut PathResults<R>) {
-        let share = |path: &PathState<R>| self.scene.clamp.map(|most| clamping::<R>(path.radiance, most));
+    fn finish(
+        &self,
+        wave: &Wavefront<R>,
+        PathResults {
+            paths: results,
+            direct: directs,
+            ..
+        }: &mut PathResults<R>,
+    ) {
+        let share = |path: &PathState<R>| {
+            self.scene
+                .clamp
+                .map(|most| clamping::<R>(path.radiance, most))
+        };
         for (direct, path) in directs.iter_mut().zip(&wave.paths) {
             *direct = *direct * share(path).unwrap_or(R::ONE) + self.scene.veil;
         }
         results.extend(wave.paths.iter().map(|path| {
-            let radiance = share(path).map_or(path.radiance, |share| path.radiance * share) + self.scene.veil;
-            let (coverage, shadow) = if path.hit { (R::ONE, R::ZERO) } else { (R::ZERO, path.shadow) };
-            PathResult { radiance, coverage, shadow }
+            let radiance =
+                share(path).map_or(path.radiance, |share| path.radiance * share) + self.scene.veil;
+            let (coverage, shadow) = if path.hit {
+                (R::ONE, R::ZERO)
+            } else {
+                (R::ZERO, path.shadow)
+            };
+            PathResult {
+                radiance,
+                coverage,
+                shadow,
+            }
         }));
     }
 }
@@ -241,7 +446,11 @@ fn compact<R: Real>(Wavefront { going, goes, .. }: &mut Wavefront<R>) {
 /// The share of a radiance whose brightest channel is not above a limit.
 fn clamping<R: Real>(radiance: R::Vec3, most: R) -> R {
     let brightest = radiance.max_element();
-    if brightest > most { most / brightest } else { R::ONE }
+    if brightest > most {
+        most / brightest
+    } else {
+        R::ONE
+    }
 }
 
 #[cfg(test)]

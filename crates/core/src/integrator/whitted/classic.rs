@@ -14,7 +14,8 @@ use crate::scene::{SpecularModel, TransmissionChoice};
 use crate::texture::ShadingContext;
 
 impl<R: Real> WhittedTracer<'_, R> {
-    /// Adds the local term of a classic surface to what the path brings, which then goes on with the rays that leave.
+    /// Adds the local term of a classic surface to what the path brings, which then goes on with
+    /// the rays that leave.
     #[inline(always)]
     pub(super) fn classic(
         &mut self,
@@ -23,11 +24,18 @@ impl<R: Real> WhittedTracer<'_, R> {
         hit: &Hit<R>,
         at: &Interaction<R>,
     ) -> Option<WhittedState<R>> {
-        let WhittedState { throughput, segments, address, .. } = *path;
+        let WhittedState {
+            throughput,
+            segments,
+            address,
+            ..
+        } = *path;
         let radiance = &mut path.radiance;
         let mut here = self.scene.sources.at(at);
         let reflects = m.reflection.is_some() || m.transmission.is_some();
-        let matched = m.transmission.is_some_and(|transmission| transmission.glass.ior == 1.0);
+        let matched = m
+            .transmission
+            .is_some_and(|transmission| transmission.glass.ior == 1.0);
         let alone = reflects && !matched && segments == 1 && self.scene.rules.local_only_at_limit;
         let colour = m.colour.colour(&here);
         if alone || !m.local.is_zero() {
@@ -48,10 +56,18 @@ impl<R: Real> WhittedTracer<'_, R> {
                 self.pass_border(path, at, throughput * transmission.glass.transmitted);
                 return None;
             }
-            let leaving = self.refract((&transmission.glass, transmission.choice), path, hit, at, throughput);
+            let leaving = self.refract(
+                (&transmission.glass, transmission.choice),
+                path,
+                hit,
+                at,
+                throughput,
+            );
             return path.leave(leaving);
         }
-        let Some(reflection) = &m.reflection else { return path.leave([None; 2]) };
+        let Some(reflection) = &m.reflection else {
+            return path.leave([None; 2]);
+        };
         let mut throughput = throughput * reflection.weight.number(&here);
         if reflection.tinted {
             throughput *= colour;
@@ -59,7 +75,11 @@ impl<R: Real> WhittedTracer<'_, R> {
         let mut direction = at.mirrored();
         if let Some((amount, rows)) = &reflection.fuzz {
             let p = R::Vec3::from_f64(self.scene.in_world(at.surface.point));
-            let wave = R::Vec3::new(rows[0].dot(p).sin(), rows[1].dot(p).sin(), rows[2].dot(p).sin());
+            let wave = R::Vec3::new(
+                rows[0].dot(p).sin(),
+                rows[1].dot(p).sin(),
+                rows[2].dot(p).sin(),
+            );
             direction = (direction + wave * *amount).normalize();
         }
         if let Some(specular) = m.specular.as_ref().filter(|s| s.on_reflection) {
@@ -69,13 +89,26 @@ impl<R: Real> WhittedTracer<'_, R> {
         if segments > 1 {
             self.counters.reflection += 1;
         }
-        path.leave([Some(NextRay { ray: self.scene.spawn(at, direction, R::ONE), throughput, rest: Vector::ZERO }), None])
+        path.leave([
+            Some(NextRay {
+                ray: self.scene.spawn(at, direction, R::ONE),
+                throughput,
+                rest: Vector::ZERO,
+            }),
+            None,
+        ])
     }
 
-    /// colour·(ambient + Σ diffuse·light) + Σ specular + rim. Leaves the first light's direction and shadow `here`, where the
-    /// expressions of reflection weights find them.
+    /// colour·(ambient + Σ diffuse·light) + Σ specular + rim. Leaves the first light's direction
+    /// and shadow `here`, where the expressions of reflection weights find them.
     #[inline(always)]
-    fn local(&mut self, m: &ClassicInputs<R>, here: &mut ShadingContext<'_, R>, colour: R::Vec3, address: Address) -> R::Vec3 {
+    fn local(
+        &mut self,
+        m: &ClassicInputs<R>,
+        here: &mut ShadingContext<'_, R>,
+        colour: R::Vec3,
+        address: Address,
+    ) -> R::Vec3 {
         let (scene, at) = (self.scene, here.at);
         let zero = R::ZERO;
         let n = at.normal;
@@ -84,7 +117,9 @@ impl<R: Real> WhittedTracer<'_, R> {
         let specular = m.specular.as_ref().filter(|s| !s.on_reflection);
         let mut first = None;
         for light in &scene.lights.delta {
-            let Some(seen) = light.sample(at.surface.point) else { continue };
+            let Some(seen) = light.sample(at.surface.point) else {
+                continue;
+            };
             here.beam.direction = seen.direction;
             let facing = n.dot(seen.direction).max(zero);
             let highlight = match specular {
@@ -97,7 +132,10 @@ impl<R: Real> WhittedTracer<'_, R> {
                     let between = self.before(&seen, at, m.asks_how_far);
                     (here.beam.occluder, here.beam.share) = (between.distance, between.share);
                 }
-                share = m.shadow.as_ref().map_or(here.beam.share, |s| s.number(here));
+                share = m
+                    .shadow
+                    .as_ref()
+                    .map_or(here.beam.share, |s| s.number(here));
                 here.beam.share = share;
             }
             lit += seen.arriving * (m.diffuse.number(here) * facing * share);
@@ -115,7 +153,8 @@ impl<R: Real> WhittedTracer<'_, R> {
             && let Some((drawn, share)) = self.emitter(at, address)
         {
             (here.beam.direction, here.beam.share) = (drawn.direction, share);
-            // Emissive surfaces have a radiance, so here the classic surface answers as Lambert's: its colour over π.
+            // Emissive surfaces have a radiance, so here the classic surface answers as Lambert's:
+            // its colour over π.
             let facing = n.dot(drawn.direction) * share * R::from_f64(core::f64::consts::FRAC_1_PI);
             lit += drawn.arriving * (m.diffuse.number(here) * facing);
         }
@@ -128,16 +167,27 @@ impl<R: Real> WhittedTracer<'_, R> {
         local
     }
 
-    /// Highlights that belong to the reflection: no shadow ray, as the documented preset's mirror has it.
-    fn highlights(&mut self, specular: &SpecularInputs<R>, here: &ShadingContext<'_, R>) -> R::Vec3 {
+    /// Highlights that belong to the reflection: no shadow ray, as the documented preset's mirror
+    /// has it.
+    fn highlights(
+        &mut self,
+        specular: &SpecularInputs<R>,
+        here: &ShadingContext<'_, R>,
+    ) -> R::Vec3 {
         let mut sum = R::Vec3::ZERO;
         for light in self.scene.lights.delta.iter().filter(|l| l.specular) {
-            let Some(seen) = light.sample(here.at.surface.point) else { continue };
+            let Some(seen) = light.sample(here.at.surface.point) else {
+                continue;
+            };
             let mut highlight = lobe(specular, here.at, seen.direction);
             if highlight > R::ZERO && specular.shadowed && light.shadows {
                 highlight *= self.before(&seen, here.at, false).share;
             }
-            let tint = if specular.lit { seen.arriving } else { R::Vec3::ONE };
+            let tint = if specular.lit {
+                seen.arriving
+            } else {
+                R::Vec3::ONE
+            };
             sum += tint * (highlight * specular.strength.number(here));
         }
         sum
@@ -160,7 +210,11 @@ impl<R: Real> WhittedTracer<'_, R> {
         let (side, interface) = (at.side(), self.scene.interface(&path.leg, hit, at, glass));
         let leaves = |this: &Self, direction: DVec3, side, throughput| {
             let (direction, rest) = stored::<R>(direction);
-            NextRay { ray: this.scene.spawn(at, direction, side), throughput, rest }
+            NextRay {
+                ray: this.scene.spawn(at, direction, side),
+                throughput,
+                rest,
+            }
         };
         let reflected = |this: &mut Self, throughput| {
             this.counters.reflection += 1;
@@ -175,7 +229,9 @@ impl<R: Real> WhittedTracer<'_, R> {
         };
         if let TransmissionChoice::Switch { threshold } = choice {
             // Schlick's reflectance at the *incident* angle, whichever side that is.
-            return if R::from_f64(interface.schlick(interface.cos_incident)) > R::from_f64(threshold) {
+            return if R::from_f64(interface.schlick(interface.cos_incident))
+                > R::from_f64(threshold)
+            {
                 [Some(reflected(self, throughput * glass.reflected)), None]
             } else {
                 [Some(onward(self, throughput * glass.transmitted)), None]
@@ -185,7 +241,10 @@ impl<R: Real> WhittedTracer<'_, R> {
         let mirrored = throughput * glass.reflected * fresnel;
         let through = throughput * glass.transmitted * (R::ONE - fresnel);
         let aside = (mirrored != R::Vec3::ZERO).then(|| reflected(self, mirrored));
-        [(through != R::Vec3::ZERO).then(|| onward(self, through)), aside]
+        [
+            (through != R::Vec3::ZERO).then(|| onward(self, through)),
+            aside,
+        ]
     }
 }
 

@@ -1,5 +1,6 @@
-//! Whitted shading of a physical material: base colour lit by the lights and by the sky's cosine-weighted average, smooth
-//! reflection and refraction traced, rough lobes as local highlights.
+//! Whitted shading of a physical material: base colour lit by the lights and by the sky's
+//! cosine-weighted average, smooth reflection and refraction traced, rough lobes as local
+//! highlights.
 
 use raywright_bvh::{Hit, Real, Vector};
 
@@ -13,8 +14,9 @@ use crate::sampler::{Address, Branch};
 use crate::scene::TransmissionChoice;
 
 impl<R: Real> WhittedTracer<'_, R> {
-    /// Where the surface does not cover all of what is behind it: the path goes on there, or, where it covers some, waits for
-    /// the path that shows the rest. None where it covers everything, and where the path has waited.
+    /// Where the surface does not cover all of what is behind it: the path goes on there, or, where
+    /// it covers some, waits for the path that shows the rest. None where it covers everything, and
+    /// where the path has waited.
     pub(super) fn cutout(
         &mut self,
         m: &PhysicalInputs<R>,
@@ -34,10 +36,19 @@ impl<R: Real> WhittedTracer<'_, R> {
             return Some(None);
         }
         let ray = self.behind(path, at);
-        let next = NextRay { ray, throughput: path.throughput * (R::ONE - alpha), rest: path.leg.rest };
+        let next = NextRay {
+            ray,
+            throughput: path.throughput * (R::ONE - alpha),
+            rest: path.leg.rest,
+        };
         let (camera, segments, share) = (path.camera, path.segments, path.share * (R::ONE - alpha));
         // What a camera ray sees through a surface it sees as if nothing were before it.
-        let mut behind = WhittedState { camera, segments, share, ..path.branch(&next, Branch::Behind) };
+        let mut behind = WhittedState {
+            camera,
+            segments,
+            share,
+            ..path.branch(&next, Branch::Behind)
+        };
         self.count_passage(&mut behind);
         path.throughput *= alpha;
         path.share *= alpha;
@@ -45,7 +56,8 @@ impl<R: Real> WhittedTracer<'_, R> {
         Some(Some(behind))
     }
 
-    /// Adds what a physical surface sends back by itself to what the path brings, which then goes on with the rays that leave.
+    /// Adds what a physical surface sends back by itself to what the path brings, which then goes
+    /// on with the rays that leave.
     #[inline(always)]
     pub(super) fn physical(
         &mut self,
@@ -54,7 +66,12 @@ impl<R: Real> WhittedTracer<'_, R> {
         hit: &Hit<R>,
         at: &Interaction<R>,
     ) -> Option<WhittedState<R>> {
-        let WhittedState { throughput, segments, address, .. } = *path;
+        let WhittedState {
+            throughput,
+            segments,
+            address,
+            ..
+        } = *path;
         let radiance = &mut path.radiance;
         let here = self.scene.sources.at(at);
         if let Some(emission) = m.emission.as_ref().filter(|_| self.scene.shines(at)) {
@@ -75,38 +92,68 @@ impl<R: Real> WhittedTracer<'_, R> {
         if let Some(glass) = model.glass.filter(|_| dielectric > R::ZERO) {
             // Paint reflects as glass does, from outside alone.
             let mirrored = if at.outside { R::ONE } else { glass.share };
-            let glass = Glass { reflected: glass.reflected * mirrored, transmitted: glass.transmitted * glass.share, ..glass };
+            let glass = Glass {
+                reflected: glass.reflected * mirrored,
+                transmitted: glass.transmitted * glass.share,
+                ..glass
+            };
             if glass.ior == 1.0 {
                 self.pass_border(path, at, throughput * dielectric * glass.transmitted);
                 return None;
             }
-            let leaving = self.refract((&glass, TransmissionChoice::Split), path, hit, at, throughput * dielectric);
+            let leaving = self.refract(
+                (&glass, TransmissionChoice::Split),
+                path,
+                hit,
+                at,
+                throughput * dielectric,
+            );
             return path.leave(leaving);
         }
         let weight = throughput * model.mirror().reflectance(-at.direction.dot(at.normal));
         let onward = (mirror && segments > 1).then(|| {
             self.counters.reflection += 1;
-            NextRay { ray: self.scene.spawn(at, at.mirrored(), R::ONE), throughput: weight, rest: Vector::ZERO }
+            NextRay {
+                ray: self.scene.spawn(at, at.mirrored(), R::ONE),
+                throughput: weight,
+                rest: Vector::ZERO,
+            }
         });
         path.leave([onward, None])
     }
 
     /// Light of the lights and of the sky's average, diffused and as rough highlights.
-    fn lit(&mut self, model: &MetallicRoughness<R>, at: &Interaction<R>, mirror: bool, address: Address) -> R::Vec3 {
+    fn lit(
+        &mut self,
+        model: &MetallicRoughness<R>,
+        at: &Interaction<R>,
+        mirror: bool,
+        address: Address,
+    ) -> R::Vec3 {
         let (scene, normal, view) = (self.scene, at.normal, -at.direction);
         let bsdf = model.local_bsdf(normal, view);
         let zero = R::ZERO;
         let mut sum = R::Vec3::ZERO;
         for light in &scene.lights.delta {
-            let Some(seen) = light.sample(at.surface.point) else { continue };
+            let Some(seen) = light.sample(at.surface.point) else {
+                continue;
+            };
             let facing = normal.dot(seen.direction);
             if facing <= zero {
                 continue;
             }
-            let share = if light.shadows { self.before(&seen, at, false).share } else { R::ONE };
+            let share = if light.shadows {
+                self.before(&seen, at, false).share
+            } else {
+                R::ONE
+            };
             if share > zero {
                 let wi = seen.direction;
-                let answer = if light.specular { bsdf.eval(view, wi) } else { bsdf.eval_diffuse(view, wi) };
+                let answer = if light.specular {
+                    bsdf.eval(view, wi)
+                } else {
+                    bsdf.eval_diffuse(view, wi)
+                };
                 sum += seen.arriving * answer * (facing * share);
             }
         }

@@ -1,12 +1,14 @@
-//! A path on its way. What one more segment makes of it is apart from who asks for it, so that paths may be followed one by one
-//! or many at a time, in any order: their bits depend on nothing else.
+//! A path on its way. What one more segment makes of it is apart from who asks for it, so that
+//! paths may be followed one by one or many at a time, in any order: their bits depend on nothing
+//! else.
 
 use raywright_bvh::{Hit, Ray, Real, Vector};
 
 use super::super::PathSegment;
 use crate::sampler::{Address, Branch};
 
-/// Where a path is: all that its next segment depends on, in numbers alone, so that paths can lie side by side.
+/// Where a path is: all that its next segment depends on, in numbers alone, so that paths can lie
+/// side by side.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct WhittedState<R: Real> {
     /// The ray to be traced.
@@ -19,11 +21,13 @@ pub(crate) struct WhittedState<R: Real> {
     pub address: Address,
     /// Segments that it may still have, the one to be traced included; none: it has ended.
     pub segments: u32,
-    /// Surfaces that the rays of its sample passed unchanged, with those of the paths that it waited for.
+    /// Surfaces that the rays of its sample passed unchanged, with those of the paths that it
+    /// waited for.
     pub passages: u32,
     /// Whether it still is what the camera sees first.
     pub camera: bool,
-    /// Share of the camera ray that goes this way, while it is what the camera sees: less than one behind what is there in part.
+    /// Share of the camera ray that goes this way, while it is what the camera sees: less than one
+    /// behind what is there in part.
     pub share: R,
     /// What of the camera ray it has found covered, with the paths that it waited for.
     pub covered: R,
@@ -36,12 +40,14 @@ pub(crate) struct WhittedState<R: Real> {
 pub(crate) struct NextRay<R: Real> {
     pub ray: Ray<R>,
     pub throughput: R::Vec3,
-    /// What storing took from the direction. Only the next interface asks for it: leaving glass near the critical angle
-    /// magnifies it thousands of times, and a slab then turns a ray that it should only move.
+    /// What storing took from the direction. Only the next interface asks for it: leaving glass
+    /// near the critical angle magnifies it thousands of times, and a slab then turns a ray that it
+    /// should only move.
     pub rest: R::Vec3,
 }
 
-/// The rays that leave a surface: the path's own, and another one, whose path comes first and brings its radiance to this one.
+/// The rays that leave a surface: the path's own, and another one, whose path comes first and
+/// brings its radiance to this one.
 pub(crate) type ScatteredRays<R> = [Option<NextRay<R>>; 2];
 
 impl<R: Real> WhittedState<R> {
@@ -63,7 +69,8 @@ impl<R: Real> WhittedState<R> {
         }
     }
 
-    /// Ends the vertex and takes up what leaves it. Returns the path that is to be followed to its end first, if there is one.
+    /// Ends the vertex and takes up what leaves it. Returns the path that is to be followed to its
+    /// end first, if there is one.
     #[inline(always)]
     pub fn leave(&mut self, [onward, aside]: ScatteredRays<R>) -> Option<Self> {
         let aside = aside.map(|next| self.branch(&next, Branch::Reflected));

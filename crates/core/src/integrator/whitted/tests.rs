@@ -11,11 +11,13 @@ use crate::prepare::Prepared;
 use crate::scene::Scene;
 use crate::settings::Settings;
 
-/// Glass that sends two rays from every hit, a half-transparent sheet, a mask, mirrors, and a lamp whose points are drawn.
+/// Glass that sends two rays from every hit, a half-transparent sheet, a mask, mirrors, and a lamp
+/// whose points are drawn.
 fn everything() -> Scene {
     let ball = |x: f64, z: f64, material: &str| json!({ "shape": { "sphere": { "centre": [x, 0, z], "radius": 0.9 } }, "material": material });
     let quad = |z: f64, material: &str| {
-        let shape = json!({ "quad": { "corner": [-3, -2, z], "edge_u": [6, 0, 0], "edge_v": [0, 4, 0] } });
+        let shape =
+            json!({ "quad": { "corner": [-3, -2, z], "edge_u": [6, 0, 0], "edge_v": [0, 4, 0] } });
         json!({ "shape": shape, "material": material })
     };
     let physical = |name: &str, terms: serde_json::Value| json!({ "name": name, "model": { "physical": terms } });
@@ -45,18 +47,32 @@ struct PixelState {
     ended: bool,
 }
 
-/// Protects: paths that are advanced together, one segment each, in another order at every turn and with their rays asked as
-/// one slice, bring the bits and trace the rays of paths that are followed one by one.
+/// Protects: paths that are advanced together, one segment each, in another order at every turn and
+/// with their rays asked as one slice, bring the bits and trace the rays of paths that are followed
+/// one by one.
 #[test]
 fn together_or_one_by_one() {
     let scene = everything();
-    let settings = Settings { max_depth: 7, size: [24, 16], ..Settings::of(&scene) };
-    let prepared = Prepared::<f32>::new(&scene, &settings, EffectSet::ALL, &()).expect("it can be prepared");
+    let settings = Settings {
+        max_depth: 7,
+        size: [24, 16],
+        ..Settings::of(&scene)
+    };
+    let prepared =
+        Prepared::<f32>::new(&scene, &settings, EffectSet::ALL, &()).expect("it can be prepared");
     let mut tracer = WhittedTracer::<f32>::new(&prepared, settings.max_depth, false, &());
     let pixels = || (0..24 * 16).map(|i| [i % 24, i / 24]);
     let begin = |tracer: &mut WhittedTracer<'_, f32>, pixel: [u32; 2]| {
-        let ray = prepared.camera.ray(pixel[0] as f32 + 0.5, pixel[1] as f32 + 0.5, [0.5; 2]);
-        tracer.camera_path(&ray, &Address { pixel, ..Address::default() })
+        let ray = prepared
+            .camera
+            .ray(pixel[0] as f32 + 0.5, pixel[1] as f32 + 0.5, [0.5; 2]);
+        tracer.camera_path(
+            &ray,
+            &Address {
+                pixel,
+                ..Address::default()
+            },
+        )
     };
     let single: Vec<_> = pixels()
         .map(|pixel| {
@@ -66,7 +82,11 @@ fn together_or_one_by_one() {
         })
         .collect();
     let alone = core::mem::take(&mut tracer.counters);
-    let start = |pixel| PixelState { path: begin(&mut tracer, pixel), waiting: Vec::new(), ended: false };
+    let start = |pixel| PixelState {
+        path: begin(&mut tracer, pixel),
+        waiting: Vec::new(),
+        ended: false,
+    };
     let mut ways: Vec<PixelState> = pixels().map(start).collect();
     let (mut turns, mut hits): (usize, Vec<Option<Hit<f32>>>) = (0, Vec::new());
     loop {
@@ -99,25 +119,58 @@ fn together_or_one_by_one() {
         }
         turns += 1;
     }
-    let together: Vec<_> = ways.iter().map(|way| (way.path.radiance, way.path.covered)).collect();
+    let together: Vec<_> = ways
+        .iter()
+        .map(|way| (way.path.radiance, way.path.covered))
+        .collect();
     assert_eq!(together, single);
     assert_eq!(tracer.counters, alone);
-    assert!(alone.refraction > 100 && alone.reflection > 300 && alone.shadow > 300 && turns > 10, "{alone:?} {turns}");
+    assert!(
+        alone.refraction > 100 && alone.reflection > 300 && alone.shadow > 300 && turns > 10,
+        "{alone:?} {turns}"
+    );
 }
 
-/// The objects of [`everything`] as instances that move, each its own way, or that stand where they are at a time.
+/// The objects of [`everything`] as instances that move, each its own way, or that stand where they
+/// are at a time.
 fn on_the_way(standing: Option<f64>) -> Geometry<f32> {
-    let ball = |x: f32, y: f32, z: f32, radius: f32| AnyShape::from(Sphere { centre: Vec3::new(x, y, z), radius });
-    let quad = |z: f64| AnyShape::from(Quad::new(DVec3::new(-3.0, -2.0, z), DVec3::X * 6.0, DVec3::Y * 4.0));
-    let shapes =
-        [ball(-1.0, 0.0, 0.0, 0.9), ball(1.0, 0.0, 0.0, 0.9), quad(1.5), quad(2.5), quad(-3.0), ball(0.0, 3.0, 3.0, 0.5)];
-    let asked = Visibility { occlusion: Occlusion::Ask, ..Visibility::default() };
+    let ball = |x: f32, y: f32, z: f32, radius: f32| {
+        AnyShape::from(Sphere {
+            centre: Vec3::new(x, y, z),
+            radius,
+        })
+    };
+    let quad = |z: f64| {
+        AnyShape::from(Quad::new(
+            DVec3::new(-3.0, -2.0, z),
+            DVec3::X * 6.0,
+            DVec3::Y * 4.0,
+        ))
+    };
+    let shapes = [
+        ball(-1.0, 0.0, 0.0, 0.9),
+        ball(1.0, 0.0, 0.0, 0.9),
+        quad(1.5),
+        quad(2.5),
+        quad(-3.0),
+        ball(0.0, 3.0, 3.0, 0.5),
+    ];
+    let asked = Visibility {
+        occlusion: Occlusion::Ask,
+        ..Visibility::default()
+    };
     let mut group = PrimitiveSet::default();
     for (way, shape) in (0_i32..).zip(shapes) {
         let mut own = PrimitiveSet::default();
         own.shape(shape, asked).expect("a shape");
-        let part = group.part(Geometry::new(own, AcceleratorKind::default())).expect("no instances");
-        let to = |time: f64| DAffine3::from_translation(DVec3::new(f64::from(way % 3 - 1), 0.25, -0.25 * f64::from(way)) * time);
+        let part = group
+            .part(Geometry::new(own, AcceleratorKind::default()))
+            .expect("no instances");
+        let to = |time: f64| {
+            DAffine3::from_translation(
+                DVec3::new(f64::from(way % 3 - 1), 0.25, -0.25 * f64::from(way)) * time,
+            )
+        };
         let added = match standing {
             None => group.moving(part, [to(0.0), to(1.0)], asked),
             Some(time) => group.instance(part, to(time), asked),
@@ -127,27 +180,51 @@ fn on_the_way(standing: Option<f64>) -> Geometry<f32> {
     Geometry::new(group, AcceleratorKind::default())
 }
 
-/// Protects: every ray that comes of a camera ray has its time: mirrored, refracted, passing where nothing covers what is behind,
-/// and on its way to a light. So what moves gives the picture of what stands there at that time, bit for bit.
+/// Protects: every ray that comes of a camera ray has its time: mirrored, refracted, passing where
+/// nothing covers what is behind, and on its way to a light. So what moves gives the picture of
+/// what stands there at that time, bit for bit.
 #[test]
 fn rays_keep_their_time() {
     let scene = everything();
-    let settings = Settings { max_depth: 7, size: [24, 16], ..Settings::of(&scene) };
+    let settings = Settings {
+        max_depth: 7,
+        size: [24, 16],
+        ..Settings::of(&scene)
+    };
     let picture = |geometry: Geometry<f32>, time: f32| {
-        let mut prepared = Prepared::<f32>::new(&scene, &settings, EffectSet::ALL, &()).expect("it can be prepared");
+        let mut prepared = Prepared::<f32>::new(&scene, &settings, EffectSet::ALL, &())
+            .expect("it can be prepared");
         prepared.geometry = geometry;
         let mut tracer = WhittedTracer::<f32>::new(&prepared, settings.max_depth, false, &());
         let mut results = PathResults::default();
         let mut pixel = |i: u32| {
-            let ray = prepared.camera.ray((i % 24) as f32 + 0.5, (i / 24) as f32 + 0.5, [0.5; 2]).at_time(time);
-            let address = Address { pixel: [i % 24, i / 24], ..Address::default() };
-            tracer.trace(CameraRays { rays: &[ray], addresses: &[address] }, &mut results);
+            let ray = prepared
+                .camera
+                .ray((i % 24) as f32 + 0.5, (i / 24) as f32 + 0.5, [0.5; 2])
+                .at_time(time);
+            let address = Address {
+                pixel: [i % 24, i / 24],
+                ..Address::default()
+            };
+            tracer.trace(
+                CameraRays {
+                    rays: &[ray],
+                    addresses: &[address],
+                },
+                &mut results,
+            );
             results.paths[0].radiance
         };
-        ((0..24 * 16).map(&mut pixel).collect::<Vec<_>>(), tracer.counters)
+        (
+            (0..24 * 16).map(&mut pixel).collect::<Vec<_>>(),
+            tracer.counters,
+        )
     };
     let (there, counters) = picture(on_the_way(Some(0.5)), 0.0);
-    assert!(counters.refraction > 100 && counters.reflection > 300 && counters.shadow > 300, "{counters:?}");
+    assert!(
+        counters.refraction > 100 && counters.reflection > 300 && counters.shadow > 300,
+        "{counters:?}"
+    );
     assert_eq!(picture(on_the_way(None), 0.5), (there.clone(), counters));
     assert_ne!(picture(on_the_way(None), 0.0).0, there);
 }

@@ -5,10 +5,10 @@ use crate::scene::{Integrator, Projection};
 use crate::settings::{Aov, Sampling, Settings};
 use crate::{Scene, prepare};
 
-/// A square of two triangles that an orthographic camera sees, `edge` wide in a picture of two units and 64 pixels, beside a ball.
+/// A square of two triangles that an orthographic camera sees, `edge` wide in a picture of two
+/// units and 64 pixels, beside a ball.
 fn scene(edge: f64, colour: f64, more: Value) -> Scene {
-    let mesh =
-        json!({ "positions": [[0, 0, 0], [edge, 0, 0], [edge, edge, 0], [0, edge, 0]], "indices": [[0, 1, 2], [0, 2, 3]] });
+    let mesh = json!({ "positions": [[0, 0, 0], [edge, 0, 0], [edge, edge, 0], [0, edge, 0]], "indices": [[0, 1, 2], [0, 2, 3]] });
     let model = json!({ "base_colour": colour, "roughness": 1 });
     let mut objects = vec![json!({ "shape": { "mesh": "square" }, "material": "m" })];
     objects.extend(more.as_array().cloned().unwrap_or_default());
@@ -19,70 +19,121 @@ fn scene(edge: f64, colour: f64, more: Value) -> Scene {
 }
 
 fn picture(scene: &Scene, change: impl FnOnce(&mut Settings)) -> Picture {
-    let mut settings =
-        Settings { size: [64, 64], sampling: Sampling::General(64), max_depth: 3, wireframe: true, ..Settings::of(scene) };
+    let mut settings = Settings {
+        size: [64, 64],
+        sampling: Sampling::General(64),
+        max_depth: 3,
+        wireframe: true,
+        ..Settings::of(scene)
+    };
     change(&mut settings);
-    prepare(scene, &settings, &()).expect("a small scene").render(&()).picture
+    prepare(scene, &settings, &())
+        .expect("a small scene")
+        .render(&())
+        .picture
 }
 
 /// Columns of dark light in a row, summed: how many pixels wide lines are there, beside white.
 fn width(picture: &Picture, row: u32, columns: core::ops::Range<u32>) -> f64 {
-    columns.map(|x| 1.0 - f64::from(picture.pixel(x, row).expect("a pixel")[0]) / 0.8).sum()
+    columns
+        .map(|x| 1.0 - f64::from(picture.pixel(x, row).expect("a pixel")[0]) / 0.8)
+        .sum()
 }
 
-/// Protects: an edge of one triangle is half a pixel wide, one between two is a pixel wide, whatever the direction, by either integrator, by camera
-/// rays of a pinhole too; nothing else of a triangle changes, and lines on what is dark are bright.
+/// Protects: an edge of one triangle is half a pixel wide, one between two is a pixel wide,
+/// whatever the direction, by either integrator, by camera rays of a pinhole too; nothing else of a
+/// triangle changes, and lines on what is dark are bright.
 #[test]
 fn edges_are_a_pixel_wide() {
     let scene = scene(0.9, 0.8, json!([]));
     for integrator in [Integrator::Path, Integrator::Whitted] {
         for size in [64, 128] {
-            let of =
-                |wireframe: bool| picture(&scene, |s| (s.integrator, s.size, s.wireframe) = (integrator, [size; 2], wireframe));
+            let of = |wireframe: bool| {
+                picture(&scene, |s| {
+                    (s.integrator, s.size, s.wireframe) = (integrator, [size; 2], wireframe)
+                })
+            };
             let [lines, plain] = [true, false].map(of);
             let row = size / 2 - size / 5;
-            let across: f64 =
-                (0..size).map(|x| f64::from(plain.pixel(x, row).unwrap()[0] - lines.pixel(x, row).unwrap()[0])).sum();
-            // Half a pixel at the left and at the right, and a diagonal one, which a row crosses at half a right angle.
+            let across: f64 = (0..size)
+                .map(|x| {
+                    f64::from(plain.pixel(x, row).unwrap()[0] - lines.pixel(x, row).unwrap()[0])
+                })
+                .sum();
+            // Half a pixel at the left and at the right, and a diagonal one, which a row crosses at
+            // half a right angle.
             let expected = (1.0 + 2.0_f64.sqrt()) * 0.79;
-            assert!((across - expected).abs() < 0.12, "{integrator:?} {size}: {across}, not {expected}");
-            let inside = lines.pixel(size / 2 + size / 20, size / 2 - size / 5).expect("a pixel");
-            assert_eq!(Some(inside), plain.pixel(size / 2 + size / 20, size / 2 - size / 5));
+            assert!(
+                (across - expected).abs() < 0.12,
+                "{integrator:?} {size}: {across}, not {expected}"
+            );
+            let inside = lines
+                .pixel(size / 2 + size / 20, size / 2 - size / 5)
+                .expect("a pixel");
+            assert_eq!(
+                Some(inside),
+                plain.pixel(size / 2 + size / 20, size / 2 - size / 5)
+            );
         }
     }
     let mut perspective = scene.clone();
-    perspective.cameras[0].projection =
-        Projection::Pinhole(crate::scene::Pinhole { vertical_fov: Some(22.6), ..Default::default() });
+    perspective.cameras[0].projection = Projection::Pinhole(crate::scene::Pinhole {
+        vertical_fov: Some(22.6),
+        ..Default::default()
+    });
     let lines = picture(&perspective, |_| {});
-    assert!((width(&lines, 20, 34..58) - (0.5 + 2.0_f64.sqrt()) * 0.99).abs() < 0.6, "{}", width(&lines, 20, 34..58));
+    assert!(
+        (width(&lines, 20, 34..58) - (0.5 + 2.0_f64.sqrt()) * 0.99).abs() < 0.6,
+        "{}",
+        width(&lines, 20, 34..58)
+    );
     let dark = picture(&super::tests::scene(0.9, 0.0, json!([])), |_| {});
-    assert!(dark.rgb.iter().any(|rgb| rgb[0] > 0.4 && rgb[0] < 0.7), "lines are bright on black");
+    assert!(
+        dark.rgb.iter().any(|rgb| rgb[0] > 0.4 && rgb[0] < 0.7),
+        "lines are bright on black"
+    );
 }
 
-/// Protects: a mesh of triangles smaller than pixels becomes grey, not black; spheres have no edges; what mirrors and lights see has none; layers show
-/// the surface, but that lines are black in `albedo`; samples are dropped nowhere.
+/// Protects: a mesh of triangles smaller than pixels becomes grey, not black; spheres have no
+/// edges; what mirrors and lights see has none; layers show the surface, but that lines are black
+/// in `albedo`; samples are dropped nowhere.
 #[test]
 fn dense_meshes_and_other_shapes() {
     let grid = 200;
     let mut mesh = scene(0.9, 0.8, json!([]));
     let at = |i: usize| (i as f32) / grid as f32 * 0.9;
-    let positions: Vec<[f32; 3]> = (0..=grid).flat_map(|y| (0..=grid).map(move |x| [at(x), at(y), 0.0])).collect();
+    let positions: Vec<[f32; 3]> = (0..=grid)
+        .flat_map(|y| (0..=grid).map(move |x| [at(x), at(y), 0.0]))
+        .collect();
     let corner = |x: usize, y: usize| (y * (grid + 1) + x) as u32;
     let cell = |x: usize, y: usize| {
-        let [a, b, c, d] = [corner(x, y), corner(x + 1, y), corner(x + 1, y + 1), corner(x, y + 1)];
+        let [a, b, c, d] = [
+            corner(x, y),
+            corner(x + 1, y),
+            corner(x + 1, y + 1),
+            corner(x, y + 1),
+        ];
         [[a, b, c], [a, c, d]]
     };
-    let indices: Vec<[u32; 3]> = (0..grid).flat_map(|y| (0..grid).flat_map(move |x| cell(x, y))).collect();
+    let indices: Vec<[u32; 3]> = (0..grid)
+        .flat_map(|y| (0..grid).flat_map(move |x| cell(x, y)))
+        .collect();
     let data = json!({ "positions": positions, "indices": indices });
-    mesh.meshes[0] = serde_json::from_value(json!({ "name": "square", "source": { "inline": data } })).expect("a mesh");
+    mesh.meshes[0] =
+        serde_json::from_value(json!({ "name": "square", "source": { "inline": data } }))
+            .expect("a mesh");
     let dense = picture(&mesh, |_| {});
     let middle = dense.pixel(46, 18).expect("a pixel")[0];
     assert!((0.35..0.6).contains(&middle), "{middle}");
     let ball = json!([{ "shape": { "sphere": { "centre": [-0.5, -0.5, 0], "radius": 0.3 } }, "material": "m" }]);
     let with_ball = scene(0.3, 0.8, ball);
-    let [lines, plain] = [true, false].map(|wireframe| picture(&with_ball, |s| s.wireframe = wireframe));
+    let [lines, plain] =
+        [true, false].map(|wireframe| picture(&with_ball, |s| s.wireframe = wireframe));
     let differs = |i: usize| lines.rgb[i] != plain.rgb[i];
-    assert!((32 * 64..64 * 64).all(|i| !differs(i)) && (0..32 * 64).any(differs), "the ball is below");
+    assert!(
+        (32 * 64..64 * 64).all(|i| !differs(i)) && (0..32 * 64).any(differs),
+        "the ball is below"
+    );
     let layers = picture(&with_ball, |s| s.aovs = vec![Aov::Albedo, Aov::Depth]);
     let albedo = &layers.layer("albedo.R").expect("a layer").samples;
     assert!(albedo.iter().any(|&a| a > 0.1 && a < 0.7) && albedo.contains(&0.8));

@@ -15,14 +15,22 @@ fn lights(balls: impl Iterator<Item = (DVec3, f64)>) -> Lights<f64> {
     for (centre, radiance) in balls {
         list.next_object();
         list.plain(
-            AnyShape::Sphere(Sphere { centre, radius: 0.01 }),
+            AnyShape::Sphere(Sphere {
+                centre,
+                radius: 0.01,
+            }),
             EmissionEstimate::even(DVec3::splat(radiance)),
             Side::Outside,
             None,
         );
     }
-    let scene = Aabb { min: DVec3::splat(-9.0), max: DVec3::splat(9.0) };
-    let sky = SkyRadiance { kind: SkyKind::Constant(DVec3::splat(0.1)) };
+    let scene = Aabb {
+        min: DVec3::splat(-9.0),
+        max: DVec3::splat(9.0),
+    };
+    let sky = SkyRadiance {
+        kind: SkyKind::Constant(DVec3::splat(0.1)),
+    };
     let mut lights = Lights::new(Vec::new(), Emitters::new(list), sky, &scene);
     lights.prepare_sky();
     lights.prepare_choice();
@@ -40,8 +48,8 @@ fn place(i: u64) -> DVec3 {
     DVec3::new(number(3 * i), number(3 * i + 1), number(3 * i + 2)) * 8.0 - 4.0
 }
 
-/// Protects: each light is drawn as often as its probability says, all of which sum to one, or to what is
-/// not drawn where no light of a part of the tree shines here; none without power is (M10).
+/// Protects: each light is drawn as often as its probability says, all of which sum to one, or to
+/// what is not drawn where no light of a part of the tree shines here; none without power is (M10).
 #[test]
 fn lights_are_drawn_by_their_probability() {
     const COUNT: u64 = 40_000;
@@ -49,12 +57,17 @@ fn lights_are_drawn_by_their_probability() {
     let mixed = lights((0..60).map(|i| (place(i), powers[(i % 4) as usize])));
     let wild = lights((0..20).map(|i| (place(i), powers[(i % 5) as usize])));
     for (name, lights) in [("mixed", &mixed), ("wild", &wild)] {
-        for (from, normal) in
-            [(DVec3::new(0.3, -4.5, 0.1), DVec3::Y), (DVec3::ZERO, DVec3::new(0.6, 0.0, 0.8)), (DVec3::ONE, DVec3::ZERO)]
-        {
+        for (from, normal) in [
+            (DVec3::new(0.3, -4.5, 0.1), DVec3::Y),
+            (DVec3::ZERO, DVec3::new(0.6, 0.0, 0.8)),
+            (DVec3::ONE, DVec3::ZERO),
+        ] {
             let probability = |id| lights.choice().probability::<f64>(id, from, normal);
             let total: f64 = lights.ids().map(probability).sum();
-            assert!(total > 0.2 && total < 1.0 + 1e-9, "{name} from {from}: {total}");
+            assert!(
+                total > 0.2 && total < 1.0 + 1e-9,
+                "{name} from {from}: {total}"
+            );
             let mut missed: f64 = 0.0;
             let mut found = vec![0.0; lights.emitters.len() + 1];
             for i in 0..COUNT {
@@ -63,30 +76,50 @@ fn lights_are_drawn_by_their_probability() {
                     missed += 1.0;
                     continue;
                 };
-                assert!((drawn / probability(light) - 1.0).abs() < 1e-9, "{name}: {drawn} and {}", probability(light));
-                let slot = if let LightId::Emitter(i) = light { i as usize } else { lights.emitters.len() };
+                assert!(
+                    (drawn / probability(light) - 1.0).abs() < 1e-9,
+                    "{name}: {drawn} and {}",
+                    probability(light)
+                );
+                let slot = if let LightId::Emitter(i) = light {
+                    i as usize
+                } else {
+                    lights.emitters.len()
+                };
                 found[slot] += 1.0;
             }
             let expected = (1.0 - total) * COUNT as f64;
-            assert!((missed - expected).abs() <= 5.0 * (expected + 1.0).sqrt(), "{name} from {from}: {missed}, not {expected}");
+            assert!(
+                (missed - expected).abs() <= 5.0 * (expected + 1.0).sqrt(),
+                "{name} from {from}: {missed}, not {expected}"
+            );
             for (id, found) in lights.ids().zip(&found) {
                 let expected = probability(id) * COUNT as f64;
                 let off: f64 = found - expected;
-                assert!(off.abs() <= 5.0 * (expected + 1.0).sqrt(), "{name} from {from}, {id:?}: {found}, not {expected}");
+                assert!(
+                    off.abs() <= 5.0 * (expected + 1.0).sqrt(),
+                    "{name} from {from}, {id:?}: {found}, not {expected}"
+                );
                 if id != LightId::Sky {
-                    assert!(lights.power(id) > 0.0 || probability(id) == 0.0, "{name}: {id:?} has no power");
+                    assert!(
+                        lights.power(id) > 0.0 || probability(id) == 0.0,
+                        "{name}: {id:?} has no power"
+                    );
                 }
             }
         }
     }
 }
 
-/// Protects: none, one, many lights, many at one place, in a row that grows by powers, and the same twice: a tree is made, is not deep,
-/// and reaches each of them.
+/// Protects: none, one, many lights, many at one place, in a row that grows by powers, and the same
+/// twice: a tree is made, is not deep, and reaches each of them.
 #[test]
 fn many_lights_anywhere() {
     let choose = |lights: &Lights<f64>, from: DVec3| {
-        let sum: f64 = lights.ids().map(|id| lights.choice().probability::<f64>(id, from, DVec3::ZERO)).sum();
+        let sum: f64 = lights
+            .ids()
+            .map(|id| lights.choice().probability::<f64>(id, from, DVec3::ZERO))
+            .sum();
         (sum, lights.choice().tree.depth())
     };
     let from = DVec3::new(0.1, 0.2, 30.0);
@@ -95,24 +128,42 @@ fn many_lights_anywhere() {
     let sets: [(&str, Place); 4] = [
         ("scattered", place),
         ("at one place", |_| DVec3::X),
-        ("in a row that grows", |i| DVec3::X * 1.005_f64.powi((i % 4000) as i32)),
+        ("in a row that grows", |i| {
+            DVec3::X * 1.005_f64.powi((i % 4000) as i32)
+        }),
         ("each twice", |i| place(i / 2)),
     ];
     for (name, at) in sets {
         let (sum, depth) = choose(&lights((0..20_000).map(|i| (at(i), 1.0 + number(i)))), from);
-        assert!((sum - 1.0).abs() < 1e-6 && depth <= 64, "{name}: {sum}, {depth} deep");
+        assert!(
+            (sum - 1.0).abs() < 1e-6 && depth <= 64,
+            "{name}: {sum}, {depth} deep"
+        );
     }
 }
 
-/// Protects: a point light is asked as often from below as from above, a spot as often at the edge of its cone as in the middle, and not
-/// at all beyond it; the nearer of two as often as its light is more.
+/// Protects: a point light is asked as often from below as from above, a spot as often at the edge
+/// of its cone as in the middle, and not at all beyond it; the nearer of two as often as its light
+/// is more.
 #[test]
 fn points_and_spots_shine_evenly() {
     let light = |kind| {
-        let data = LightData { name: String::new(), kind, colour: Colour([4.0; 3]), shadows: true, specular: true };
+        let data = LightData {
+            name: String::new(),
+            kind,
+            colour: Colour([4.0; 3]),
+            shadows: true,
+            specular: true,
+        };
         DeltaLight::<f64>::new(&data, true)
     };
-    let point = |at: DVec3| light(LightKind::Point { position: at.to_array(), falloff: Falloff::InverseSquare, range: None });
+    let point = |at: DVec3| {
+        light(LightKind::Point {
+            position: at.to_array(),
+            falloff: Falloff::InverseSquare,
+            range: None,
+        })
+    };
     let spot = |at: DVec3, towards: DVec3| {
         let (position, direction) = (at.to_array(), towards.to_array());
         light(LightKind::Spot {
@@ -126,23 +177,40 @@ fn points_and_spots_shine_evenly() {
     };
     // How often the first of them is asked from the origin, lit from everywhere.
     let share = |delta: Vec<DeltaLight<f64>>| {
-        let scene = Aabb { min: DVec3::splat(-9.0), max: DVec3::splat(9.0) };
-        let mut lights =
-            Lights::<f64>::new(delta, Emitters::new(EmitterList::default()), SkyRadiance { kind: SkyKind::None }, &scene);
+        let scene = Aabb {
+            min: DVec3::splat(-9.0),
+            max: DVec3::splat(9.0),
+        };
+        let mut lights = Lights::<f64>::new(
+            delta,
+            Emitters::new(EmitterList::default()),
+            SkyRadiance {
+                kind: SkyKind::None,
+            },
+            &scene,
+        );
         lights.prepare_choice();
         let first = (0..1000).filter(|i| {
-            let drawn = lights.choice().draw::<f64>(DVec3::ZERO, DVec3::ZERO, [*i as f32 / 1000.0, 0.0]);
+            let drawn =
+                lights
+                    .choice()
+                    .draw::<f64>(DVec3::ZERO, DVec3::ZERO, [*i as f32 / 1000.0, 0.0]);
             drawn.is_some_and(|(light, _)| light == LightId::Delta(0))
         });
         first.count() as f64 / 1000.0
     };
-    let is = |found: f64, expected: f64| assert!((found - expected).abs() <= 2e-3, "{found}, not {expected}");
+    let is = |found: f64, expected: f64| {
+        assert!((found - expected).abs() <= 2e-3, "{found}, not {expected}")
+    };
     is(share(vec![point(DVec3::Y), point(DVec3::NEG_Y)]), 0.5);
     is(share(vec![point(DVec3::Y), point(DVec3::X)]), 0.5);
     is(share(vec![point(DVec3::Y), point(DVec3::NEG_Y * 2.0)]), 0.8);
     let (sin, cos) = libm::sincos(f64::to_radians(38.0));
     let aside = spot(DVec3::Z, DVec3::new(sin, 0.0, -cos));
     is(share(vec![aside, spot(DVec3::NEG_Z, DVec3::Z)]), 0.5);
-    is(share(vec![spot(DVec3::Z, DVec3::Z), spot(DVec3::NEG_Z, DVec3::Z)]), 0.0);
+    is(
+        share(vec![spot(DVec3::Z, DVec3::Z), spot(DVec3::NEG_Z, DVec3::Z)]),
+        0.0,
+    );
     is(share(vec![aside, spot(DVec3::NEG_Z, DVec3::NEG_Z)]), 1.0);
 }

@@ -1,5 +1,6 @@
-//! Where on a triangle points are drawn whose emission varies: in cells of the square that [`sample_area`] folds onto it, each in the share
-//! of what it gives off. Images of lamps are dark mostly, and of points that are drawn evenly most would light nothing.
+//! Where on a triangle points are drawn whose emission varies: in cells of the square that
+//! [`sample_area`] folds onto it, each in the share of what it gives off. Images of lamps are dark
+//! mostly, and of points that are drawn evenly most would light nothing.
 //!
 //! [`sample_area`]: raywright_bvh::shapes::SampleArea::sample_area
 
@@ -8,9 +9,11 @@ use raywright_bvh::allocate_fallibly;
 
 use crate::light::cdf::{pick, push_shares, share};
 
-/// So much more than its darkest cell a triangle's brightest one gives off, or all of it is drawn from alike.
+/// So much more than its darkest cell a triangle's brightest one gives off, or all of it is drawn
+/// from alike.
 const EVEN: f64 = 1.25;
-/// Share of the mean that every cell is drawn for: one point of a cell does not say that all of it is dark.
+/// Share of the mean that every cell is drawn for: one point of a cell does not say that all of it
+/// is dark.
 const LEAST: f64 = 0.1;
 
 /// The cells of one triangle: where they begin in their table, and how many there are each way.
@@ -20,32 +23,46 @@ pub(in crate::light) struct Cells {
     across: u32,
 }
 
-/// The cells of all triangles that have any: of each the running sum of rows, and of the cells of each row.
+/// The cells of all triangles that have any: of each the running sum of rows, and of the cells of
+/// each row.
 #[derive(Clone, Debug, Default)]
 pub(super) struct CellTable {
     sums: Vec<f32>,
 }
 
 impl CellTable {
-    /// Makes room for so many triangles with so many cells each way: as much as is told before anything is built, whether they need it or not.
+    /// Makes room for so many triangles with so many cells each way: as much as is told before
+    /// anything is built, whether they need it or not.
     pub fn reserve(&mut self, triangles: u64, across: u64) {
-        let sums = usize::try_from(triangles.saturating_mul(across * (across + 1))).unwrap_or(usize::MAX);
-        // Where there is no room for all of them there is none for their triangles either, which say so.
+        let sums =
+            usize::try_from(triangles.saturating_mul(across * (across + 1))).unwrap_or(usize::MAX);
+        // Where there is no room for all of them there is none for their triangles either, which
+        // say so.
         let _ = allocate_fallibly(|| self.sums.try_reserve_exact(sums));
     }
 
-    /// Adds the cells of a triangle from what is given off in the middle of each, row by row; none where that is nearly the same everywhere.
+    /// Adds the cells of a triangle from what is given off in the middle of each, row by row; none
+    /// where that is nearly the same everywhere.
     pub fn push(&mut self, across: usize, found: &[f64]) -> Option<Cells> {
-        let [darkest, brightest] =
-            [found.iter().fold(f64::INFINITY, |a, &b| a.min(b)), found.iter().fold(0.0_f64, |a, &b| a.max(b))];
+        let [darkest, brightest] = [
+            found.iter().fold(f64::INFINITY, |a, &b| a.min(b)),
+            found.iter().fold(0.0_f64, |a, &b| a.max(b)),
+        ];
         // A table of more than 32 bits count is not gone on with.
-        let start = u32::try_from(self.sums.len()).ok().filter(|_| across > 1 && brightest > darkest * EVEN)?;
+        let start = u32::try_from(self.sums.len())
+            .ok()
+            .filter(|_| across > 1 && brightest > darkest * EVEN)?;
         let mean = found.iter().sum::<f64>() / found.len() as f64;
-        let cells: Vec<f64> = (0..found.len()).map(|cell| weight(found, across, cell) + LEAST * mean).collect();
+        let cells: Vec<f64> = (0..found.len())
+            .map(|cell| weight(found, across, cell) + LEAST * mean)
+            .collect();
         let rows: Vec<f64> = cells.chunks(across).map(|row| row.iter().sum()).collect();
         self.append(&rows);
         cells.chunks(across).for_each(|row| self.append(row));
-        Some(Cells { start, across: across as u32 })
+        Some(Cells {
+            start,
+            across: across as u32,
+        })
     }
 
     fn append(&mut self, weights: &[f64]) {
@@ -58,7 +75,10 @@ impl CellTable {
     /// The running sum of rows, and that of a row.
     fn row(&self, Cells { start, across }: Cells, row: usize) -> [&[f32]; 2] {
         let (start, across) = (start as usize, across as usize);
-        [&self.sums[start..][..across], &self.sums[start + across * (row + 1)..][..across]]
+        [
+            &self.sums[start..][..across],
+            &self.sums[start + across * (row + 1)..][..across],
+        ]
     }
 
     /// The place in the square for two numbers in [0, 1), and how densely it is drawn there.
@@ -66,7 +86,10 @@ impl CellTable {
         let across = f64::from(cells.across);
         let (y, of_row, down) = pick(self.row(cells, 0)[0], v);
         let (x, of_cell, along) = pick(self.row(cells, y)[1], u);
-        ([(x as f64 + along) / across, (y as f64 + down) / across], of_row * of_cell * across * across)
+        (
+            [(x as f64 + along) / across, (y as f64 + down) / across],
+            of_row * of_cell * across * across,
+        )
     }
 
     /// How densely a place in the square is drawn.
@@ -87,15 +110,19 @@ pub(super) fn bytes_of(triangles: u64, across: u64) -> u64 {
     triangles.saturating_mul(across * (across + 1) * size_of::<f32>() as u64)
 }
 
-/// What a cell counts: half of what was found in it, and half of the most in and beside it, where what was found there may begin.
+/// What a cell counts: half of what was found in it, and half of the most in and beside it, where
+/// what was found there may begin.
 fn weight(found: &[f64], across: usize, cell: usize) -> f64 {
     let (x, y) = (cell % across, cell / across);
     let beside = |at: usize| at.saturating_sub(1)..=(at + 1).min(across - 1);
-    let most = beside(y).flat_map(|y| beside(x).map(move |x| found[y * across + x])).fold(0.0_f64, f64::max);
+    let most = beside(y)
+        .flat_map(|y| beside(x).map(move |x| found[y * across + x]))
+        .fold(0.0_f64, f64::max);
     0.5 * (found[cell] + most)
 }
 
-/// Where a point of a triangle lies in the square that is folded onto it: the way back from `sample_area`.
+/// Where a point of a triangle lies in the square that is folded onto it: the way back from
+/// `sample_area`.
 pub(super) fn unfolded([a, b, c]: [DVec3; 3], point: DVec3) -> [f64; 2] {
     let normal = (b - a).cross(c - a);
     let over = 1.0 / normal.length_squared();
@@ -103,7 +130,11 @@ pub(super) fn unfolded([a, b, c]: [DVec3; 3], point: DVec3) -> [f64; 2] {
     let of_c = (a - point).cross(b - point).dot(normal) * over;
     let root = (1.0 - of_b).clamp(0.0, 1.0);
     // The second corner is a whole side of the square.
-    let along = if root > 0.0 { (of_c / root).clamp(0.0, 1.0) } else { 0.0 };
+    let along = if root > 0.0 {
+        (of_c / root).clamp(0.0, 1.0)
+    } else {
+        0.0
+    };
     [root * root, along]
 }
 
@@ -122,47 +153,81 @@ mod tests {
         (table, cells)
     }
 
-    /// Protects: what one bright cell of 64 and its neighbours are drawn for, by hand: 1 and eight times a half, and everywhere a tenth of the
-    /// mean of 1/64; in a corner, three neighbours. What is even has no cells.
+    /// Protects: what one bright cell of 64 and its neighbours are drawn for, by hand: 1 and eight
+    /// times a half, and everywhere a tenth of the mean of 1/64; in a corner, three neighbours.
+    /// What is even has no cells.
     #[test]
     fn bright_cells_are_drawn_most() {
-        for (bright, neighbours, beside, far) in
-            [(3 * 8 + 5, 8.0, (4, 4), (0, 0)), (0, 3.0, (1, 1), (6, 3)), (63, 3.0, (6, 7), (3, 0))]
-        {
+        for (bright, neighbours, beside, far) in [
+            (3 * 8 + 5, 8.0, (4, 4), (0, 0)),
+            (0, 3.0, (1, 1), (6, 3)),
+            (63, 3.0, (6, 7), (3, 0)),
+        ] {
             let mut found = [0.0; 64];
             found[bright] = 2.0;
             let (table, cells) = table(8, &found);
             let total = 1.0 + 0.5 * neighbours + 0.1;
-            let density = |(x, y): (usize, usize)| table.density(cells, [x, y].map(|i| (i as f64 + 0.4) / 8.0));
+            let density = |(x, y): (usize, usize)| {
+                table.density(cells, [x, y].map(|i| (i as f64 + 0.4) / 8.0))
+            };
             let by_hand = [1.0, 0.5, 0.0].map(|weight| 64.0 * (weight + 0.1 / 64.0) / total);
             let is = [(bright % 8, bright / 8), beside, far].map(density);
-            assert!(is.iter().zip(by_hand).all(|(is, hand)| (is / hand - 1.0).abs() < 1e-4), "{is:?}, by hand {by_hand:?}");
+            assert!(
+                is.iter()
+                    .zip(by_hand)
+                    .all(|(is, hand)| (is / hand - 1.0).abs() < 1e-4),
+                "{is:?}, by hand {by_hand:?}"
+            );
         }
         let mut table = CellTable::default();
         table.reserve(1, 2);
-        assert!(table.push(4, &[0.3; 16]).is_none() && table.push(4, &[0.0; 16]).is_none() && table.push(1, &[1.0]).is_none());
+        assert!(
+            table.push(4, &[0.3; 16]).is_none()
+                && table.push(4, &[0.0; 16]).is_none()
+                && table.push(1, &[1.0]).is_none()
+        );
         assert_eq!(table.bytes(), bytes_of(1, 2));
         assert!(table.push(2, &[1.0, 1.0, 1.0, 1.3]).is_some());
         assert_eq!(table.bytes(), bytes_of(1, 2));
     }
 
-    /// Protects: a place is drawn as densely as is said of it when it is drawn, and as is said of it when it is found again; over all
-    /// numbers one over the density is the square's area; and a triangle's point leads back to its place.
+    /// Protects: a place is drawn as densely as is said of it when it is drawn, and as is said of
+    /// it when it is found again; over all numbers one over the density is the square's area; and a
+    /// triangle's point leads back to its place.
     #[test]
     fn places_are_drawn_as_densely_as_is_said() {
-        let triangle = Triangle { vertices: [DVec3::new(0.2, 1.0, -0.3), DVec3::new(2.0, 0.5, 0.1), DVec3::new(-1.0, 0.7, 3.0)] };
+        let triangle = Triangle {
+            vertices: [
+                DVec3::new(0.2, 1.0, -0.3),
+                DVec3::new(2.0, 0.5, 0.1),
+                DVec3::new(-1.0, 0.7, 3.0),
+            ],
+        };
         for across in [2, 3, 8, 32] {
-            let spots: Vec<f64> = (0..across * across).map(|cell| if cell % 7 == 3 { (1 + cell) as f64 } else { 0.0 }).collect();
+            let spots: Vec<f64> = (0..across * across)
+                .map(|cell| {
+                    if cell % 7 == 3 {
+                        (1 + cell) as f64
+                    } else {
+                        0.0
+                    }
+                })
+                .collect();
             let (table, cells) = table(across, &spots);
             let (mut area, count) = (0.0, 400);
             for i in 0..count * count {
-                let numbers = [i % count, i / count].map(|i| (f64::from(i) + 0.5) / f64::from(count));
+                let numbers =
+                    [i % count, i / count].map(|i| (f64::from(i) + 0.5) / f64::from(count));
                 let (place, density) = table.place(cells, numbers);
                 let (point, _) = triangle.sample_area(place[0], place[1]);
                 let found = unfolded(triangle.vertices, point.stored::<f64>().point.to_f64());
                 let apart = (found[0] - place[0]).abs().max((found[1] - place[1]).abs());
                 assert!(apart < 1e-9, "{found:?} for {place:?}");
-                assert_eq!(table.density(cells, place), density, "{place:?} of {across}");
+                assert_eq!(
+                    table.density(cells, place),
+                    density,
+                    "{place:?} of {across}"
+                );
                 area += 1.0 / density / f64::from(count * count);
             }
             // The middles of bars miss the borders of cells by at most half a bar.

@@ -42,7 +42,12 @@ impl<R: Real> EmitterLanes<R> {
         position: [f32; 2],
         probability: f64,
     ) {
-        self.polygons.put(lane, polygon, from.to_f64(), [f64::from(position[0]), f64::from(position[1])]);
+        self.polygons.put(
+            lane,
+            polygon,
+            from.to_f64(),
+            [f64::from(position[0]), f64::from(position[1])],
+        );
         put::<R>(&mut self.from, lane, from);
         if let Some(plane) = &emitter.plane {
             put::<f64>(&mut self.normal, lane, plane.normal);
@@ -53,11 +58,17 @@ impl<R: Real> EmitterLanes<R> {
         self.probability[lane] = probability;
     }
 
-    /// Draws a point of each and shows it. What comes of it: whether it sends something; none: it is seen as too small.
+    /// Draws a point of each and shows it. What comes of it: whether it sends something; none: it
+    /// is seen as too small.
     #[inline]
     pub fn draw(&self, out: &mut LightLanes<R>) -> Column<Option<bool>> {
         let drawn = widest(DrawEmitters(self));
-        (out.surface, out.direction, out.arriving, out.density) = (drawn.surface, drawn.direction, drawn.arriving, drawn.density);
+        (out.surface, out.direction, out.arriving, out.density) = (
+            drawn.surface,
+            drawn.direction,
+            drawn.arriving,
+            drawn.density,
+        );
         drawn.sends
     }
 }
@@ -80,20 +91,49 @@ impl<R: Real> Loops for DrawEmitters<'_, R> {
         let Self(emitters) = self;
         let drawn = emitters.polygons.draw();
         // Lists of their own, which the compiler knows to lie apart from what is read.
-        let (mut surface, mut direction, mut arriving) = (SurfaceLanes::new(), [[R::ZERO; LANES]; 3], [[R::ZERO; LANES]; 3]);
+        let (mut surface, mut direction, mut arriving) = (
+            SurfaceLanes::new(),
+            [[R::ZERO; LANES]; 3],
+            [[R::ZERO; LANES]; 3],
+        );
         let (mut density, mut weight) = ([0.0; LANES], [0.0; LANES]);
         for lane in 0..LANES {
-            let located = SurfacePoint::new(drawn.at(lane), vector::<f64>(&emitters.normal, lane), emitters.error[lane]);
-            let (from, even) = (vector::<R>(&emitters.from, lane), PointDensity::Even(drawn.solid_angle[lane]));
-            let shown = EmitterPoint::<R>::new(&located, emitters.outwards[lane], from, emitters.probability[lane], even);
+            let located = SurfacePoint::new(
+                drawn.at(lane),
+                vector::<f64>(&emitters.normal, lane),
+                emitters.error[lane],
+            );
+            let (from, even) = (
+                vector::<R>(&emitters.from, lane),
+                PointDensity::Even(drawn.solid_angle[lane]),
+            );
+            let shown = EmitterPoint::<R>::new(
+                &located,
+                emitters.outwards[lane],
+                from,
+                emitters.probability[lane],
+                even,
+            );
             surface.put(lane, &shown.surface);
             put::<R>(&mut direction, lane, Vector::from_f64(shown.direction));
-            put::<R>(&mut arriving, lane, vector::<R>(&emitters.radiance, lane) * R::from_f64(shown.weight));
+            put::<R>(
+                &mut arriving,
+                lane,
+                vector::<R>(&emitters.radiance, lane) * R::from_f64(shown.weight),
+            );
             density[lane] = shown.density;
             weight[lane] = shown.weight;
         }
-        let is_some = |lane: usize| (weight[lane] > 0.0) & (weight[lane] < f64::INFINITY) & drawn.is_some(lane);
+        let is_some = |lane: usize| {
+            (weight[lane] > 0.0) & (weight[lane] < f64::INFINITY) & drawn.is_some(lane)
+        };
         let sends = core::array::from_fn(|lane| drawn.is_wide(lane).then(|| is_some(lane)));
-        ShownEmitters { surface, direction, arriving, density, sends }
+        ShownEmitters {
+            surface,
+            direction,
+            arriving,
+            density,
+            sends,
+        }
     }
 }

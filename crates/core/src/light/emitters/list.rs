@@ -30,7 +30,10 @@ impl EmitterPlane {
         let half = R::from_f64(0.5);
         let flat = matches!(shape, AnyShape::Triangle(_) | AnyShape::Quad(_));
         let (anywhere, _) = flat.then(|| shape.sample_area(half, half))??;
-        Some(Self { normal: anywhere.normal, error: anywhere.error })
+        Some(Self {
+            normal: anywhere.normal,
+            error: anywhere.error,
+        })
     }
 }
 
@@ -60,15 +63,22 @@ impl<R: Real> Emitter<R> {
     /// Sum of what it gives off in all directions, up to a factor that all emitters share.
     pub fn power(&self) -> f64 {
         let radiance = self.radiance.to_f64();
-        (radiance.x + radiance.y + radiance.z) * self.area * if self.side == Side::Both { 2.0 } else { 1.0 }
+        (radiance.x + radiance.y + radiance.z)
+            * self.area
+            * if self.side == Side::Both { 2.0 } else { 1.0 }
     }
 }
 
 impl<R: Real> Emitter<R> {
-    /// What its points are shown with: what it gives off, or one where that is known only when a ray meets it.
+    /// What its points are shown with: what it gives off, or one where that is known only when a
+    /// ray meets it.
     #[inline(always)]
     pub fn shown_radiance(&self) -> R::Vec3 {
-        if self.varies { R::Vec3::ONE } else { self.radiance }
+        if self.varies {
+            R::Vec3::ONE
+        } else {
+            self.radiance
+        }
     }
 
     /// The polygon that it is, if it is one and has a plane.
@@ -77,12 +87,17 @@ impl<R: Real> Emitter<R> {
         self.plane?;
         // One by one: an array's map is not always inlined.
         match &self.form {
-            EmitterShape::Plain(AnyShape::Triangle(Triangle { vertices: [a, b, c] })) => {
-                Some(Polygon::triangle([a.to_f64(), b.to_f64(), c.to_f64()]))
-            }
-            EmitterShape::Plain(AnyShape::Quad(Quad { corners: [a, b, c, d] })) => {
-                Some(Polygon::quad([a.to_f64(), b.to_f64(), c.to_f64(), d.to_f64()]))
-            }
+            EmitterShape::Plain(AnyShape::Triangle(Triangle {
+                vertices: [a, b, c],
+            })) => Some(Polygon::triangle([a.to_f64(), b.to_f64(), c.to_f64()])),
+            EmitterShape::Plain(AnyShape::Quad(Quad {
+                corners: [a, b, c, d],
+            })) => Some(Polygon::quad([
+                a.to_f64(),
+                b.to_f64(),
+                c.to_f64(),
+                d.to_f64(),
+            ])),
             _ => None,
         }
     }
@@ -102,13 +117,24 @@ pub struct EmissionEstimate<R: Real> {
 impl<R: Real> EmissionEstimate<R> {
     /// The same radiance everywhere.
     pub fn even(radiance: R::Vec3) -> Self {
-        Self { radiance, varies: false, passable: false }
+        Self {
+            radiance,
+            varies: false,
+            passable: false,
+        }
     }
 
-    /// The mean of what was found in places that are even over a surface; `passable`: whether a ray may pass it.
+    /// The mean of what was found in places that are even over a surface; `passable`: whether a ray
+    /// may pass it.
     pub fn varied(found: &[R::Vec3], passable: bool) -> Self {
-        let sum = found.iter().fold(R::Vec3::ZERO, |sum, &radiance| sum + radiance);
-        Self { radiance: sum * R::from_f64(1.0 / found.len() as f64), varies: true, passable }
+        let sum = found
+            .iter()
+            .fold(R::Vec3::ZERO, |sum, &radiance| sum + radiance);
+        Self {
+            radiance: sum * R::from_f64(1.0 / found.len() as f64),
+            varies: true,
+            passable,
+        }
     }
 }
 
@@ -132,9 +158,14 @@ impl<R: Real> EmitterList<R> {
         self.first.push(self.emitters.len() as u32);
     }
 
-    /// Bytes of so many emitters, some of them under maps and some triangles with so many cells each way, of a scene of so many objects,
-    /// with the sums by which they are drawn.
-    pub(crate) fn bytes_of(emitters: u64, placed: u64, objects: u64, [triangles, across]: [u64; 2]) -> u64 {
+    /// Bytes of so many emitters, some of them under maps and some triangles with so many cells
+    /// each way, of a scene of so many objects, with the sums by which they are drawn.
+    pub(crate) fn bytes_of(
+        emitters: u64,
+        placed: u64,
+        objects: u64,
+        [triangles, across]: [u64; 2],
+    ) -> u64 {
         if emitters == 0 {
             return 0;
         }
@@ -143,13 +174,25 @@ impl<R: Real> EmitterList<R> {
             (placed, size_of::<TransformedShape<R>>()),
             (objects, size_of::<u32>()),
         ];
-        let tables = each.into_iter().fold(0_u64, |sum, (count, bytes)| sum.saturating_add(count.saturating_mul(bytes as u64)));
+        let tables = each.into_iter().fold(0_u64, |sum, (count, bytes)| {
+            sum.saturating_add(count.saturating_mul(bytes as u64))
+        });
         tables.saturating_add(bytes_of(triangles, across))
     }
 
     /// Adds a shape, or the next triangle of a mesh. `area`: where the caller knows it.
-    pub fn plain(&mut self, shape: AnyShape<R>, glow: EmissionEstimate<R>, side: Side, area: Option<f64>) -> f64 {
-        let EmissionEstimate { radiance, varies, passable } = glow;
+    pub fn plain(
+        &mut self,
+        shape: AnyShape<R>,
+        glow: EmissionEstimate<R>,
+        side: Side,
+        area: Option<f64>,
+    ) -> f64 {
+        let EmissionEstimate {
+            radiance,
+            varies,
+            passable,
+        } = glow;
         let area = area.unwrap_or_else(|| finite(shape.area()));
         let plane = EmitterPlane::of(&shape);
         self.emitters.push(Emitter {
@@ -166,32 +209,76 @@ impl<R: Real> EmitterList<R> {
         area
     }
 
-    /// Adds the next two triangles of a mesh, which are the halves of a quad and give off the same everywhere: one light, drawn from as a whole.
+    /// Adds the next two triangles of a mesh, which are the halves of a quad and give off the same
+    /// everywhere: one light, drawn from as a whole.
     pub fn halves(&mut self, quad: Quad<R>, radiance: R::Vec3, side: Side) {
-        self.plain(AnyShape::Quad(quad), EmissionEstimate::even(radiance), side, None);
+        self.plain(
+            AnyShape::Quad(quad),
+            EmissionEstimate::even(radiance),
+            side,
+            None,
+        );
         if let Some(&first) = self.emitters.last() {
-            self.emitters.push(Emitter { area: 0.0, is_second: true, ..first });
+            self.emitters.push(Emitter {
+                area: 0.0,
+                is_second: true,
+                ..first
+            });
         }
     }
 
-    /// Adds the next triangle of a mesh whose emission varies, from what it gives off in the middles of cells of the square that is folded onto
-    /// it, row by row, so many each way.
-    pub fn varied(&mut self, triangle: Triangle<R>, found: &[R::Vec3], passable: bool, side: Side, across: usize) {
-        self.plain(AnyShape::Triangle(triangle), EmissionEstimate::varied(found, passable), side, None);
+    /// Adds the next triangle of a mesh whose emission varies, from what it gives off in the
+    /// middles of cells of the square that is folded onto it, row by row, so many each way.
+    pub fn varied(
+        &mut self,
+        triangle: Triangle<R>,
+        found: &[R::Vec3],
+        passable: bool,
+        side: Side,
+        across: usize,
+    ) {
+        self.plain(
+            AnyShape::Triangle(triangle),
+            EmissionEstimate::varied(found, passable),
+            side,
+            None,
+        );
         let brightness = |radiance: &R::Vec3| radiance.to_f64().element_sum();
-        let cells = self.cells.push(across, &found.iter().map(brightness).collect::<Vec<_>>());
+        let cells = self
+            .cells
+            .push(across, &found.iter().map(brightness).collect::<Vec<_>>());
         if let Some(emitter) = self.emitters.last_mut() {
             emitter.cells = cells;
         }
     }
 
     /// Adds a shape under a map.
-    pub fn placed(&mut self, placed: TransformedShape<R>, glow: EmissionEstimate<R>, side: Side, area: Option<f64>) -> f64 {
-        let EmissionEstimate { radiance, varies, passable } = glow;
+    pub fn placed(
+        &mut self,
+        placed: TransformedShape<R>,
+        glow: EmissionEstimate<R>,
+        side: Side,
+        area: Option<f64>,
+    ) -> f64 {
+        let EmissionEstimate {
+            radiance,
+            varies,
+            passable,
+        } = glow;
         let area = area.unwrap_or_else(|| finite(placed.area()));
         let form = EmitterShape::Placed(self.placed.len() as u32);
         self.placed.push(placed);
-        self.emitters.push(Emitter { form, radiance, varies, passable, side, area, cells: None, plane: None, is_second: false });
+        self.emitters.push(Emitter {
+            form,
+            radiance,
+            varies,
+            passable,
+            side,
+            area,
+            cells: None,
+            plane: None,
+            is_second: false,
+        });
         area
     }
 }

@@ -7,15 +7,24 @@ use super::{EmitterShape, Emitters};
 use crate::light::{LightSample, Target};
 
 impl<R: Real> Emitters<R> {
-    /// What was drawn of an emitter, aimed at its middle: that of its bounds, or a point of a triangle, whose bounds' middle it need not hold.
-    /// As it was drawn to who is within the bounds of a closed shape; none where such a shape itself hides what was drawn, because rays to
-    /// its middle pass it. What else of its own light a torus hides is not noticed.
-    pub fn by_middle(&self, index: u32, drawn: LightSample<R>, from: R::Vec3) -> Option<LightSample<R>> {
+    /// What was drawn of an emitter, aimed at its middle: that of its bounds, or a point of a
+    /// triangle, whose bounds' middle it need not hold. As it was drawn to who is within the bounds
+    /// of a closed shape; none where such a shape itself hides what was drawn, because rays to its
+    /// middle pass it. What else of its own light a torus hides is not noticed.
+    pub fn by_middle(
+        &self,
+        index: u32,
+        drawn: LightSample<R>,
+        from: R::Vec3,
+    ) -> Option<LightSample<R>> {
         let (shape, plain) = match &self.list.emitters[index as usize].form {
             EmitterShape::Plain(shape) => (shape, true),
             EmitterShape::Placed(placed) => (self.list.placed[*placed as usize].shape(), false),
         };
-        let (Some(space), eye) = (self.bounds(index).map(|bounds| bounds.space), from.to_f64()) else { return Some(drawn) };
+        let (Some(space), eye) = (self.bounds(index).map(|bounds| bounds.space), from.to_f64())
+        else {
+            return Some(drawn);
+        };
         if is_closed(shape) {
             if eye.cmpge(space.min).all() && eye.cmple(space.max).all() {
                 return Some(drawn);
@@ -28,13 +37,22 @@ impl<R: Real> Emitters<R> {
         }
         let half = R::from_f64(0.5);
         let middle = match shape {
-            AnyShape::Triangle(_) if plain => shape.sample_area(half, half).map(|(at, _)| at.stored::<R>().point.to_f64()),
+            AnyShape::Triangle(_) if plain => shape
+                .sample_area(half, half)
+                .map(|(at, _)| at.stored::<R>().point.to_f64()),
             _ => None,
         };
         let middle = middle.unwrap_or_else(|| space.centre());
         let direction = (middle - eye).try_normalize()?;
-        let target = Target::Middle { point: Vector::from_f64(middle), emitter: index };
-        Some(LightSample { direction: Vector::from_f64(direction), target, ..drawn })
+        let target = Target::Middle {
+            point: Vector::from_f64(middle),
+            emitter: index,
+        };
+        Some(LightSample {
+            direction: Vector::from_f64(direction),
+            target,
+            ..drawn
+        })
     }
 }
 
@@ -44,7 +62,10 @@ fn is_closed<R: Real>(shape: &AnyShape<R>) -> bool {
         shape,
         AnyShape::Sphere(_)
             | AnyShape::Cuboid(_)
-            | AnyShape::Cylinder(Cylinder { ends: Ends::Capped, .. })
+            | AnyShape::Cylinder(Cylinder {
+                ends: Ends::Capped,
+                ..
+            })
             | AnyShape::Cone(_)
             | AnyShape::Ellipsoid(_)
             | AnyShape::Torus(_)

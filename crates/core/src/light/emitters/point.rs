@@ -19,7 +19,15 @@ impl Facing {
         let squared = offset.length_squared();
         let direction = offset / squared.sqrt();
         let cosine = -direction.dot(surface.normal.to_f64());
-        Self { direction, squared, cosine: if outwards == 0.0 { cosine.abs() } else { cosine * outwards } }
+        Self {
+            direction,
+            squared,
+            cosine: if outwards == 0.0 {
+                cosine.abs()
+            } else {
+                cosine * outwards
+            },
+        }
     }
 }
 
@@ -43,9 +51,19 @@ pub(super) struct EmitterPoint<R: Real> {
 
 impl<R: Real> EmitterPoint<R> {
     #[inline(always)]
-    pub fn new(located: &SurfacePoint, outwards: f64, from: R::Vec3, probability: f64, drawn: PointDensity) -> Self {
+    pub fn new(
+        located: &SurfacePoint,
+        outwards: f64,
+        from: R::Vec3,
+        probability: f64,
+        drawn: PointDensity,
+    ) -> Self {
         let surface = located.stored::<R>();
-        let Facing { direction, squared, cosine } = Facing::new(outwards, from.to_f64(), &surface);
+        let Facing {
+            direction,
+            squared,
+            cosine,
+        } = Facing::new(outwards, from.to_f64(), &surface);
         let (density, weight) = match drawn {
             PointDensity::Even(solid_angle) => {
                 let density = probability / solid_angle;
@@ -57,7 +75,12 @@ impl<R: Real> EmitterPoint<R> {
                 (over / cosine, cosine / over)
             }
         };
-        Self { surface, direction, density, weight }
+        Self {
+            surface,
+            direction,
+            density,
+            weight,
+        }
     }
 
     /// Also false for NaN, where the points coincide.

@@ -1,4 +1,5 @@
-//! Points of emitters: drawn, shown to the points that they light, and how densely they are drawn where a ray meets them.
+//! Points of emitters: drawn, shown to the points that they light, and how densely they are drawn
+//! where a ray meets them.
 
 use glam::DVec3;
 use raywright_bvh::shapes::{AnyShape, Sphere};
@@ -13,7 +14,8 @@ use crate::light::lanes::{LANES, LightLanes, TargetKind};
 use crate::light::polygon::PolygonSample;
 use crate::light::{ChosenLight, Density, DirectionCone, LightId, LightSample, Target};
 
-/// An emitter that was chosen with a probability, the point that is lit, and two numbers in [0, 1) by which a point of it is drawn.
+/// An emitter that was chosen with a probability, the point that is lit, and two numbers in [0, 1)
+/// by which a point of it is drawn.
 #[derive(Clone, Copy, Debug)]
 struct EmitterQuery<R: Real> {
     pub emitter: u32,
@@ -26,18 +28,35 @@ struct EmitterQuery<R: Real> {
 fn ball<R: Real>(emitter: &Emitter<R>, from: DVec3) -> Option<(Sphere<R>, DirectionCone)> {
     match &emitter.form {
         // A ball that only shines inwards is seen through its near side.
-        EmitterShape::Plain(AnyShape::Sphere(ball)) if emitter.side != Side::Inside => {
-            Some((*ball, DirectionCone::new(ball.centre.to_f64(), ball.radius.to_f64(), from)?))
-        }
+        EmitterShape::Plain(AnyShape::Sphere(ball)) if emitter.side != Side::Inside => Some((
+            *ball,
+            DirectionCone::new(ball.centre.to_f64(), ball.radius.to_f64(), from)?,
+        )),
         _ => None,
     }
 }
 
 impl<R: Real> Emitters<R> {
-    /// Draws a point of an emitter that was chosen with a probability and shows it to `from`; none where it sends nothing there.
-    pub fn sample(&self, index: u32, from: R::Vec3, position: [f32; 2], probability: f64) -> Option<LightSample<R>> {
-        let query = EmitterQuery { emitter: index, from, position, probability };
-        let (emitter, from, position) = (&self.list.emitters[index as usize], from.to_f64(), position.map(f64::from));
+    /// Draws a point of an emitter that was chosen with a probability and shows it to `from`; none
+    /// where it sends nothing there.
+    pub fn sample(
+        &self,
+        index: u32,
+        from: R::Vec3,
+        position: [f32; 2],
+        probability: f64,
+    ) -> Option<LightSample<R>> {
+        let query = EmitterQuery {
+            emitter: index,
+            from,
+            position,
+            probability,
+        };
+        let (emitter, from, position) = (
+            &self.list.emitters[index as usize],
+            from.to_f64(),
+            position.map(f64::from),
+        );
         if !self.is_even(emitter) {
             return self.by_area(&query);
         }
@@ -45,13 +64,17 @@ impl<R: Real> Emitters<R> {
             return self.on_polygon(&query, polygon.draw(from, position));
         }
         match ball(emitter, from) {
-            Some((ball, cone)) => self.shown(&query, &ball.at(cone.normal(position)), PointDensity::Even(cone.solid_angle())),
+            Some((ball, cone)) => self.shown(
+                &query,
+                &ball.at(cone.normal(position)),
+                PointDensity::Even(cone.solid_angle()),
+            ),
             None => self.by_area(&query),
         }
     }
 
-    /// [`Self::sample`] of those emitters that are among the lights that points chose: polygons together, and before what else is put into
-    /// lanes. `waiting`: a place for them.
+    /// [`Self::sample`] of those emitters that are among the lights that points chose: polygons
+    /// together, and before what else is put into lanes. `waiting`: a place for them.
     pub(in crate::light) fn sample_lanes(
         &self,
         chosen: &[Option<ChosenLight<R>>],
@@ -60,7 +83,13 @@ impl<R: Real> Emitters<R> {
     ) {
         let (mut flat, mut any) = ([false; LANES], false);
         for (lane, chosen) in chosen.iter().enumerate().take(LANES) {
-            if let Some(ChosenLight { light: LightId::Emitter(emitter), probability, from, position }) = chosen {
+            if let Some(ChosenLight {
+                light: LightId::Emitter(emitter),
+                probability,
+                from,
+                position,
+            }) = chosen
+            {
                 let emitter = &self.list.emitters[*emitter as usize];
                 if self.is_even(emitter)
                     && let Some(polygon) = emitter.polygon()
@@ -70,9 +99,21 @@ impl<R: Real> Emitters<R> {
                 }
             }
         }
-        let sends = if any { waiting.draw(out) } else { [None; LANES] };
+        let sends = if any {
+            waiting.draw(out)
+        } else {
+            [None; LANES]
+        };
         for (lane, chosen) in chosen.iter().enumerate().take(LANES) {
-            let &Some(ChosenLight { light: LightId::Emitter(emitter), probability, from, position }) = chosen else { continue };
+            let &Some(ChosenLight {
+                light: LightId::Emitter(emitter),
+                probability,
+                from,
+                position,
+            }) = chosen
+            else {
+                continue;
+            };
             let sample = match sends[lane].filter(|_| flat[lane]) {
                 Some(true) => {
                     out.aim[lane] = TargetKind::Surface;
@@ -80,19 +121,35 @@ impl<R: Real> Emitters<R> {
                 }
                 Some(false) => None,
                 // Small ones are drawn by area.
-                None if flat[lane] => self.by_area(&EmitterQuery { emitter, from, position, probability }),
+                None if flat[lane] => self.by_area(&EmitterQuery {
+                    emitter,
+                    from,
+                    position,
+                    probability,
+                }),
                 None => self.sample(emitter, from, position, probability),
             };
             sample.iter().for_each(|sample| out.put(lane, sample));
         }
     }
 
-    /// Shows a point of a polygon that was drawn over its solid angle; drawn by area where there is none.
+    /// Shows a point of a polygon that was drawn over its solid angle; drawn by area where there is
+    /// none.
     #[inline]
-    fn on_polygon(&self, query: &EmitterQuery<R>, sample: Option<PolygonSample>) -> Option<LightSample<R>> {
-        let Some(PolygonSample { solid_angle, point }) = sample else { return self.by_area(query) };
+    fn on_polygon(
+        &self,
+        query: &EmitterQuery<R>,
+        sample: Option<PolygonSample>,
+    ) -> Option<LightSample<R>> {
+        let Some(PolygonSample { solid_angle, point }) = sample else {
+            return self.by_area(query);
+        };
         let plane = self.list.emitters[query.emitter as usize].plane?;
-        self.shown(query, &SurfacePoint::new(point?, plane.normal, plane.error), PointDensity::Even(solid_angle))
+        self.shown(
+            query,
+            &SurfacePoint::new(point?, plane.normal, plane.error),
+            PointDensity::Even(solid_angle),
+        )
     }
 
     /// Draws a point by area, or where the emitter is bright.
@@ -108,13 +165,27 @@ impl<R: Real> Emitters<R> {
             EmitterShape::Plain(shape) => shape.sample_area(u, v)?,
             EmitterShape::Placed(placed) => self.list.placed[*placed as usize].sample_area(u, v)?,
         };
-        self.shown(query, &located, PointDensity::Area(by_area.to_f64() * denser))
+        self.shown(
+            query,
+            &located,
+            PointDensity::Area(by_area.to_f64() * denser),
+        )
     }
 
     /// What a point receives of an emitter from where it was drawn.
     #[inline(always)]
-    fn shown(&self, query: &EmitterQuery<R>, located: &SurfacePoint, drawn: PointDensity) -> Option<LightSample<R>> {
-        let &EmitterQuery { emitter, from, probability, .. } = query;
+    fn shown(
+        &self,
+        query: &EmitterQuery<R>,
+        located: &SurfacePoint,
+        drawn: PointDensity,
+    ) -> Option<LightSample<R>> {
+        let &EmitterQuery {
+            emitter,
+            from,
+            probability,
+            ..
+        } = query;
         let emitter = &self.list.emitters[emitter as usize];
         let shown = EmitterPoint::new(located, outwards(emitter.side), from, probability, drawn);
         shown.is_some().then(|| LightSample {
@@ -125,8 +196,15 @@ impl<R: Real> Emitters<R> {
         })
     }
 
-    /// The density over solid angle with which [`Emitters::sample`] draws a point of an emitter that a ray from `from` met.
-    pub fn density(&self, index: u32, from: R::Vec3, surface: &Surface<R>, probability: f64) -> f64 {
+    /// The density over solid angle with which [`Emitters::sample`] draws a point of an emitter
+    /// that a ray from `from` met.
+    pub fn density(
+        &self,
+        index: u32,
+        from: R::Vec3,
+        surface: &Surface<R>,
+        probability: f64,
+    ) -> f64 {
         let (emitter, from) = (&self.list.emitters[index as usize], from.to_f64());
         let facing = Facing::new(outwards(emitter.side), from, surface);
         // Also false for NaN, where the points coincide.
@@ -137,28 +215,42 @@ impl<R: Real> Emitters<R> {
         if let Some(solid_angle) = self.solid_angle(emitter, from) {
             return probability / solid_angle;
         }
-        let point = SurfacePoint::new(surface.point.to_f64(), surface.normal.to_f64(), surface.error.to_f64());
+        let point = SurfacePoint::new(
+            surface.point.to_f64(),
+            surface.normal.to_f64(),
+            surface.error.to_f64(),
+        );
         let by_area = match &emitter.form {
             EmitterShape::Plain(shape) => shape.density(&point),
             EmitterShape::Placed(placed) => self.list.placed[*placed as usize].density_at(&point),
         };
         let denser = match (&emitter.form, emitter.cells) {
             (EmitterShape::Plain(AnyShape::Triangle(triangle)), Some(cells)) => {
-                self.list.cells.density(cells, unfolded(triangle.vertices.map(Vector::to_f64), surface.point.to_f64()))
+                self.list.cells.density(
+                    cells,
+                    unfolded(
+                        triangle.vertices.map(Vector::to_f64),
+                        surface.point.to_f64(),
+                    ),
+                )
             }
             _ => 1.0,
         };
-        by_area.map_or(0.0, |by_area| facing.squared * (by_area.to_f64() * denser) * probability / facing.cosine)
+        by_area.map_or(0.0, |by_area| {
+            facing.squared * (by_area.to_f64() * denser) * probability / facing.cosine
+        })
     }
 
     /// Whether directions are drawn evenly over an emitter's solid angle, where that is known.
     #[inline(always)]
     fn is_even(&self, emitter: &Emitter<R>) -> bool {
-        // Of what a ray may pass, points on the far side are drawn too; what is bright in parts is drawn there.
+        // Of what a ray may pass, points on the far side are drawn too; what is bright in parts is
+        // drawn there.
         self.strategy == Strategy::SolidAngle && !emitter.passable && emitter.cells.is_none()
     }
 
-    /// The steradians over which directions to an emitter are drawn evenly; none where they are not.
+    /// The steradians over which directions to an emitter are drawn evenly; none where they are
+    /// not.
     #[inline]
     fn solid_angle(&self, emitter: &Emitter<R>, from: DVec3) -> Option<f64> {
         if !self.is_even(emitter) {

@@ -6,31 +6,52 @@ use raywright_bvh::shapes::{Quad, Sphere};
 
 /// Balls of area one whose power is as given.
 fn lights(powers: &[f64]) -> Emitters<f32> {
-    let ball = Sphere { centre: Vec3::ZERO, radius: 1.0 };
+    let ball = Sphere {
+        centre: Vec3::ZERO,
+        radius: 1.0,
+    };
     let mut list = EmitterList::default();
     for &power in powers {
-        list.plain(ball.into(), EmissionEstimate::even(Vec3::new(power as f32, 0.0, 0.0)), Side::Outside, Some(1.0));
+        list.plain(
+            ball.into(),
+            EmissionEstimate::even(Vec3::new(power as f32, 0.0, 0.0)),
+            Side::Outside,
+            Some(1.0),
+        );
     }
     Emitters::new(list)
 }
 
-/// How often each of so many evenly spread picks from the first `share` of [0, 1) draws the emitter of a power.
+/// How often each of so many evenly spread picks from the first `share` of [0, 1) draws the emitter
+/// of a power.
 fn drawn(lights: &Emitters<f32>, power: f32, share: f64, picks: u32) -> u32 {
     let pick = |i: u32| {
         let cells = share * f64::from(i) / f64::from(picks) * f64::from(1 << 23);
-        [(cells.floor() / f64::from(1 << 23)) as f32, cells.fract() as f32]
+        [
+            (cells.floor() / f64::from(1 << 23)) as f32,
+            cells.fract() as f32,
+        ]
     };
     let radiance = |lights: &Emitters<f32>, pick| {
-        lights.choose(pick).map(|(index, _)| lights.list.emitters[index as usize].radiance.x).expect("there are emitters")
+        lights
+            .choose(pick)
+            .map(|(index, _)| lights.list.emitters[index as usize].radiance.x)
+            .expect("there are emitters")
     };
-    (0..picks).filter(|&i| radiance(lights, pick(i)) == power).count() as u32
+    (0..picks)
+        .filter(|&i| radiance(lights, pick(i)) == power)
+        .count() as u32
 }
 
-/// Protects: what has no power is never drawn, what has next to none does not upset the others, and where nothing
-/// has power there is no emitter rather than a NaN.
+/// Protects: what has no power is never drawn, what has next to none does not upset the others, and
+/// where nothing has power there is no emitter rather than a NaN.
 #[test]
 fn m10_powers_of_any_size_are_drawn_in_their_share() {
-    assert!([lights(&[]), lights(&[0.0, 0.0])].iter().all(|none| none.is_empty() && none.choose([0.5; 2]).is_none()));
+    assert!(
+        [lights(&[]), lights(&[0.0, 0.0])]
+            .iter()
+            .all(|none| none.is_empty() && none.choose([0.5; 2]).is_none())
+    );
     let all = [0.0, 1e-30, 1.0, 1e30];
     for turn in 0..4 {
         let mut powers = all;
@@ -39,42 +60,87 @@ fn m10_powers_of_any_size_are_drawn_in_their_share() {
         assert_eq!((lights.len(), lights.lit()), (4, 3));
         assert_eq!(drawn(&lights, 0.0, 1.0, 10_000), 0);
         assert!(drawn(&lights, 1e30, 1.0, 10_000) >= 9_999);
-        let pick =
-            [[0.0; 2], [0.5; 2], [1.0_f32.next_down(); 2]].map(|pick| lights.choose(pick).expect("three give off light").1);
+        let pick = [[0.0; 2], [0.5; 2], [1.0_f32.next_down(); 2]]
+            .map(|pick| lights.choose(pick).expect("three give off light").1);
         assert!(pick.iter().all(|p| *p > 0.0 && *p <= 1.0), "{pick:?}");
     }
 }
 
-/// Protects: an emitter is drawn as often as its probability says, also where that is less than a step of an f32.
+/// Protects: an emitter is drawn as often as its probability says, also where that is less than a
+/// step of an f32.
 #[test]
 fn faint_emitters_are_drawn_as_often_as_they_should() {
     let lights = lights(&[f64::from(2.0_f32.powi(-30)), 1.0]);
     let (_, probability) = lights.choose([0.0; 2]).expect("both give off light");
     let share = 2.0_f64.powi(-30) / (1.0 + 2.0_f64.powi(-30));
-    assert!((probability / share - 1.0).abs() < 1e-9, "{probability} instead of {share}");
+    assert!(
+        (probability / share - 1.0).abs() < 1e-9,
+        "{probability} instead of {share}"
+    );
     // One of 128 picks within the first step.
     let found = drawn(&lights, 2.0_f32.powi(-30), 1.0 / f64::from(1 << 23), 12_800);
     assert!((99..=101).contains(&found), "{found} instead of 100");
 }
 
-/// Protects: what a flat emitter says of its sides: seen from the front and from the back, its radiance, the density of drawing
-/// it and the cone of its bounds are there where light leaves and nowhere else, and its power is π · area for each such side.
+/// Protects: what a flat emitter says of its sides: seen from the front and from the back, its
+/// radiance, the density of drawing it and the cone of its bounds are there where light leaves and
+/// nowhere else, and its power is π · area for each such side.
 #[test]
 fn each_side_shines_or_does_not() {
-    let quad: AnyShape<f32> = Quad::new(DVec3::new(-1.0, -1.0, 0.0), DVec3::X * 2.0, DVec3::Y * 2.0).into();
-    for (side, shines) in [(Side::Outside, [true, false]), (Side::Inside, [false, true]), (Side::Both, [true, true])] {
+    let quad: AnyShape<f32> =
+        Quad::new(DVec3::new(-1.0, -1.0, 0.0), DVec3::X * 2.0, DVec3::Y * 2.0).into();
+    for (side, shines) in [
+        (Side::Outside, [true, false]),
+        (Side::Inside, [false, true]),
+        (Side::Both, [true, true]),
+    ] {
         let mut list = EmitterList::<f32>::default();
         list.plain(quad, EmissionEstimate::even(Vec3::X), side, None);
         let lamp = Emitters::new(list);
         let sides = f64::from(u8::from(shines[0]) + u8::from(shines[1]));
-        assert!((lamp.power(0) - sides * PI * 4.0).abs() < 1e-9, "{side:?}: {}", lamp.power(0));
-        let surface = Surface { point: Vec3::ZERO, above: Vec3::ZERO, below: Vec3::ZERO, error: 0.0, normal: Vec3::Z };
+        assert!(
+            (lamp.power(0) - sides * PI * 4.0).abs() < 1e-9,
+            "{side:?}: {}",
+            lamp.power(0)
+        );
+        let surface = Surface {
+            point: Vec3::ZERO,
+            above: Vec3::ZERO,
+            below: Vec3::ZERO,
+            error: 0.0,
+            normal: Vec3::Z,
+        };
         for (from, shines) in [Vec3::Z, Vec3::NEG_Z].into_iter().zip(shines) {
-            let radiance = lamp.radiance(0, &Exit { surface, uv: [0.0; 2], direction: -from });
-            assert_eq!(radiance, if shines { Vec3::X } else { Vec3::ZERO }, "{side:?} from {from}");
-            assert_eq!(lamp.sample(0, from, [0.5; 2], 1.0).is_some(), shines, "{side:?} from {from}");
-            assert_eq!(lamp.density(0, from, &surface, 1.0) > 0.0, shines, "{side:?} from {from}");
-            assert_eq!(lamp.bounds(0).expect("it has an end").shines(from.as_dvec3()), shines, "{side:?} from {from}");
+            let radiance = lamp.radiance(
+                0,
+                &Exit {
+                    surface,
+                    uv: [0.0; 2],
+                    direction: -from,
+                },
+            );
+            assert_eq!(
+                radiance,
+                if shines { Vec3::X } else { Vec3::ZERO },
+                "{side:?} from {from}"
+            );
+            assert_eq!(
+                lamp.sample(0, from, [0.5; 2], 1.0).is_some(),
+                shines,
+                "{side:?} from {from}"
+            );
+            assert_eq!(
+                lamp.density(0, from, &surface, 1.0) > 0.0,
+                shines,
+                "{side:?} from {from}"
+            );
+            assert_eq!(
+                lamp.bounds(0)
+                    .expect("it has an end")
+                    .shines(from.as_dvec3()),
+                shines,
+                "{side:?} from {from}"
+            );
         }
     }
 }

@@ -15,7 +15,8 @@ fn density(grid: &SphereGrid, direction: DVec3) -> f64 {
     grid.density(equirectangular::<f64>(direction))
 }
 
-/// The integral of the density, one point a cell, with the solid angle as the difference of cosines.
+/// The integral of the density, one point a cell, with the solid angle as the difference of
+/// cosines.
 fn integral(grid: &SphereGrid, width: usize, height: usize) -> f64 {
     let row = |row: usize| {
         let at = |edge: f64| PI * edge / height as f64;
@@ -30,59 +31,95 @@ fn integral(grid: &SphereGrid, width: usize, height: usize) -> f64 {
     (0..height).map(row).sum()
 }
 
-/// Protects: the density of a picture with rows of nothing and one texel like a sun integrates to one, what is drawn lies
-/// where the picture is not black, and running sums end at exactly one.
+/// Protects: the density of a picture with rows of nothing and one texel like a sun integrates to
+/// one, what is drawn lies where the picture is not black, and running sums end at exactly one.
 #[test]
 fn m09_one_bright_texel_among_black_rows() {
-    for (width, height, sun) in
-        [(4, 2, (1, 0)), (4, 2, (3, 1)), (2048, 1024, (700, 300)), (2048, 1024, (0, 0)), (2048, 1024, (2047, 1023))]
-    {
+    for (width, height, sun) in [
+        (4, 2, (1, 0)),
+        (4, 2, (3, 1)),
+        (2048, 1024, (700, 300)),
+        (2048, 1024, (0, 0)),
+        (2048, 1024, (2047, 1023)),
+    ] {
         // Nothing but the sun, and a faint sky in a quarter of the rows.
         for faint in [0.0, 1.0] {
             let radiance = |x: usize, y: usize| {
-                let sky = if y * 4 >= height && y * 2 < height { faint } else { 0.0 };
+                let sky = if y * 4 >= height && y * 2 < height {
+                    faint
+                } else {
+                    0.0
+                };
                 if (x, y) == sun { 1e5 } else { sky }
             };
             let grid = SphereGrid::new(width, height, 0.25, radiance).expect("it is not black");
             let name = format!("{width}×{height}, sun at {sun:?}, sky {faint}");
             assert_eq!(grid.rows.last(), Some(&1.0), "{name}");
             let blocks = width.div_ceil(grid.block[0]);
-            assert!(grid.columns.chunks(blocks).all(|row| row.last() == Some(&1.0)), "{name}");
+            assert!(
+                grid.columns
+                    .chunks(blocks)
+                    .all(|row| row.last() == Some(&1.0)),
+                "{name}"
+            );
             let whole = integral(&grid, width, height);
-            assert!((whole - 1.0).abs() <= 1e-5, "{name}: the density integrates to {whole}");
+            assert!(
+                (whole - 1.0).abs() <= 1e-5,
+                "{name}: the density integrates to {whole}"
+            );
             for i in 0..2_000 {
                 let d = grid.direction(numbers(i));
                 assert!((d.length() - 1.0).abs() < 1e-12, "{name}: {d}");
                 let [u, v] = equirectangular::<f64>(d);
                 let u = u - 0.25;
-                let (x, y) = (((u - u.floor()) * width as f64) as usize, (v * height as f64) as usize);
-                assert!(radiance(x.min(width - 1), y.min(height - 1)) > 0.0, "{name}: drew ({x}, {y})");
+                let (x, y) = (
+                    ((u - u.floor()) * width as f64) as usize,
+                    (v * height as f64) as usize,
+                );
+                assert!(
+                    radiance(x.min(width - 1), y.min(height - 1)) > 0.0,
+                    "{name}: drew ({x}, {y})"
+                );
                 assert!(density(&grid, d) > 0.0, "{name}: {d}");
             }
         }
     }
-    assert!(SphereGrid::new(4, 2, 0.0, |_, _| 0.0).is_none() && SphereGrid::new(4, 2, 0.0, |_, _| f64::NAN).is_none());
+    assert!(
+        SphereGrid::new(4, 2, 0.0, |_, _| 0.0).is_none()
+            && SphereGrid::new(4, 2, 0.0, |_, _| f64::NAN).is_none()
+    );
 }
 
-/// Protects: rows at the poles of a tall picture, whose cosines differ from one by less than their rounding, are drawn evenly
-/// over their solid angle, within the row.
+/// Protects: rows at the poles of a tall picture, whose cosines differ from one by less than their
+/// rounding, are drawn evenly over their solid angle, within the row.
 #[test]
 fn m09_poles_keep_their_digits() {
     const HEIGHT: usize = 1 << 20;
     for (row, pole) in [(0, 1.0), (HEIGHT - 1, -1.0)] {
-        let grid = SphereGrid::new(1, HEIGHT, 0.0, |_, y| if y == row { 1.0 } else { 0.0 }).expect("it is not black");
+        let grid = SphereGrid::new(1, HEIGHT, 0.0, |_, y| if y == row { 1.0 } else { 0.0 })
+            .expect("it is not black");
         let widest = PI / HEIGHT as f64;
         let mut inner = 0;
         for i in 0..4_000 {
             let d = grid.direction(numbers(i));
             let angle = f64::atan2(d.x.hypot(d.z), d.y * pole);
-            assert!(angle <= widest * (1.0 + 1e-9) && angle > 0.0, "{angle:e} from the pole");
+            assert!(
+                angle <= widest * (1.0 + 1e-9) && angle > 0.0,
+                "{angle:e} from the pole"
+            );
             inner += u32::from(angle < widest * 0.5_f64.sqrt());
         }
-        // Half of the solid angle lies within √½ of the angle: 2000 of 4000, whose standard deviation is 32.
-        assert!((1_905..=2_095).contains(&inner), "{inner} of 4000 in the inner half");
+        // Half of the solid angle lies within √½ of the angle: 2000 of 4000, whose standard
+        // deviation is 32.
+        assert!(
+            (1_905..=2_095).contains(&inner),
+            "{inner} of 4000 in the inner half"
+        );
         let density = density(&grid, DVec3::new(0.5 * widest, pole, 0.0).normalize());
-        assert!((density * PI * widest * widest - 1.0).abs() < 1e-6, "density {density:e}");
+        assert!(
+            (density * PI * widest * widest - 1.0).abs() < 1e-6,
+            "density {density:e}"
+        );
     }
 }
 
@@ -98,34 +135,61 @@ fn m02_corner_numbers_are_directions() {
     }
 }
 
-/// Protects: over a picture whose blocks are even here, uneven there and cut at its right and lower ends, cells are drawn as often as
-/// the density says, by χ² over cells, and it is near what the picture asks for.
+/// Protects: over a picture whose blocks are even here, uneven there and cut at its right and lower
+/// ends, cells are drawn as often as the density says, by χ² over cells, and it is near what the
+/// picture asks for.
 #[test]
 fn blocks_are_drawn_by_their_density() {
     let (width, height) = (301, 133);
-    let speckle = |x: usize, y: usize| if x < 150 { 1.0 } else { 0.2 + (mix((x * 1000 + y) as u64) % 97) as f64 / 20.0 };
-    let radiance = |x: usize, y: usize| speckle(x, y) * (1.0 + y as f64 / 40.0) * if (x, y) == (40, 70) { 3e3 } else { 1.0 };
+    let speckle = |x: usize, y: usize| {
+        if x < 150 {
+            1.0
+        } else {
+            0.2 + (mix((x * 1000 + y) as u64) % 97) as f64 / 20.0
+        }
+    };
+    let radiance = |x: usize, y: usize| {
+        speckle(x, y) * (1.0 + y as f64 / 40.0) * if (x, y) == (40, 70) { 3e3 } else { 1.0 }
+    };
     let grid = SphereGrid::new(width, height, 0.0, radiance).expect("it is not black");
     assert!(grid.parts.contains(&WHOLE) && grid.parts.iter().any(|&place| place != WHOLE));
-    let middle = |x: usize, y: usize| [(x as f64 + 0.5) / width as f64, (y as f64 + 0.5) / height as f64];
+    let middle = |x: usize, y: usize| {
+        [
+            (x as f64 + 0.5) / width as f64,
+            (y as f64 + 0.5) / height as f64,
+        ]
+    };
     let share = |x: usize, y: usize| grid.density(middle(x, y)) * solid_angle(width, height, y);
-    let total: f64 = (0..height).flat_map(|y| (0..width).map(move |x| (x, y))).map(|(x, y)| share(x, y)).sum();
-    assert!((total - 1.0).abs() < 1e-9, "the density integrates to {total}");
+    let total: f64 = (0..height)
+        .flat_map(|y| (0..width).map(move |x| (x, y)))
+        .map(|(x, y)| share(x, y))
+        .sum();
+    assert!(
+        (total - 1.0).abs() < 1e-9,
+        "the density integrates to {total}"
+    );
     let mut counts = vec![0_u32; width * height];
     const DRAWN: u64 = 2_000_000;
     for i in 0..DRAWN {
         let [u, v] = equirectangular::<f64>(grid.direction(numbers(i)));
-        counts[((v * height as f64) as usize).min(height - 1) * width + ((u * width as f64) as usize).min(width - 1)] += 1;
+        counts[((v * height as f64) as usize).min(height - 1) * width
+            + ((u * width as f64) as usize).min(width - 1)] += 1;
     }
     let (mut chi2, mut degrees) = (0.0, 0.0);
     for (x, y) in (0..height).flat_map(|y| (0..width).map(move |x| (x, y))) {
         let (expected, wanted) = (share(x, y) * DRAWN as f64, radiance(x, y) / grid.flux());
-        assert!((0.75..1.34).contains(&(grid.density(middle(x, y)) / wanted)), "({x}, {y})");
+        assert!(
+            (0.75..1.34).contains(&(grid.density(middle(x, y)) / wanted)),
+            "({x}, {y})"
+        );
         if expected > 5.0 {
             chi2 += (f64::from(counts[y * width + x]) - expected).powi(2) / expected;
             degrees += 1.0;
         }
     }
     // Its standard deviation is √(2·degrees).
-    assert!((chi2 - degrees).abs() < 4.0 * f64::sqrt(2.0 * degrees), "χ² of {chi2} over {degrees} cells");
+    assert!(
+        (chi2 - degrees).abs() < 4.0 * f64::sqrt(2.0 * degrees),
+        "χ² of {chi2} over {degrees} cells"
+    );
 }

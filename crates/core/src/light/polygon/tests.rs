@@ -1,4 +1,5 @@
-//! Points on polygons: several together against one alone, and solid angles and means in closed form.
+//! Points on polygons: several together against one alone, and solid angles and means in closed
+//! form.
 
 use raywright_bvh::{Loops, widest};
 
@@ -21,20 +22,28 @@ fn query(i: u64) -> (Polygon, DVec3, [f64; 2]) {
     let number = |k: u64| (mix(i * 32 + k) >> 11) as f64 / (1_u64 << 53) as f64;
     let place = |k: u64| DVec3::new(number(k), number(k + 1), number(k + 2)) * 4.0;
     let (a, u, v) = (place(0), place(3) - place(6), place(9) - place(12));
-    let polygon =
-        if i.is_multiple_of(3) { Polygon::triangle([a, a + u, a + v]) } else { Polygon::quad([a, a + u, a + u + v, a + v]) };
+    let polygon = if i.is_multiple_of(3) {
+        Polygon::triangle([a, a + u, a + v])
+    } else {
+        Polygon::quad([a, a + u, a + u + v, a + v])
+    };
     let from = match i % 16 {
         // A corner, and a place in its plane.
         0 => a,
         1 => a + u * 3.0,
         _ => place(15),
     };
-    let position = if i.is_multiple_of(7) { [0.0; 2] } else { [number(18), number(19)] };
+    let position = if i.is_multiple_of(7) {
+        [0.0; 2]
+    } else {
+        [number(18), number(19)]
+    };
     (polygon, from, position)
 }
 
-/// Protects: several polygons together give each the point and solid angle that it has alone, to the bit, whichever lanes are used; the solid
-/// angle is the one that is told of a polygon by itself; and points lie on their polygons.
+/// Protects: several polygons together give each the point and solid angle that it has alone, to
+/// the bit, whichever lanes are used; the solid angle is the one that is told of a polygon by
+/// itself; and points lie on their polygons.
 #[test]
 fn lanes_have_the_points_of_one() {
     let queries: Vec<_> = (0..4_000).map(query).collect();
@@ -47,22 +56,43 @@ fn lanes_have_the_points_of_one() {
         };
         queries.iter().enumerate().for_each(put);
         let points = widest(Together(&lanes));
-        let sample = |lane| PolygonSample { solid_angle: points.solid_angle[lane], point: points.point(lane) };
-        let together: Vec<_> = (0..queries.len()).map(|lane| points.is_wide(lane).then(|| sample(lane))).collect();
+        let sample = |lane| PolygonSample {
+            solid_angle: points.solid_angle[lane],
+            point: points.point(lane),
+        };
+        let together: Vec<_> = (0..queries.len())
+            .map(|lane| points.is_wide(lane).then(|| sample(lane)))
+            .collect();
         for (sample, (polygon, from, position)) in together.into_iter().zip(queries) {
-            assert_eq!(sample, polygon.draw(*from, *position), "{polygon:?} from {from}");
-            assert_eq!(sample.map(|sample| sample.solid_angle), polygon.solid_angle(*from), "{polygon:?} from {from}");
+            assert_eq!(
+                sample,
+                polygon.draw(*from, *position),
+                "{polygon:?} from {from}"
+            );
+            assert_eq!(
+                sample.map(|sample| sample.solid_angle),
+                polygon.solid_angle(*from),
+                "{polygon:?} from {from}"
+            );
             small += usize::from(sample.is_none());
-            let Some(point) = sample.and_then(|sample| sample.point) else { continue };
+            let Some(point) = sample.and_then(|sample| sample.point) else {
+                continue;
+            };
             drawn += 1;
             let Polygon([a, b, c, d]) = *polygon;
             let normal = (b - a).cross(c - a).normalize();
             let size = (c - a).length() + (d - b).length();
-            assert!((point - a).dot(normal).abs() < 1e-9 * size, "{polygon:?}: {point} off the plane");
+            assert!(
+                (point - a).dot(normal).abs() < 1e-9 * size,
+                "{polygon:?}: {point} off the plane"
+            );
             let corners = [a, b, c, d];
             for (first, second) in corners.iter().zip(corners.iter().cycle().skip(1)) {
                 let inwards = normal.cross(second - first).dot(point - first);
-                assert!(inwards > -1e-6 * size * size, "{polygon:?}: {point} outside");
+                assert!(
+                    inwards > -1e-6 * size * size,
+                    "{polygon:?}: {point} outside"
+                );
             }
         }
     }
@@ -74,7 +104,8 @@ fn mean(polygon: &Polygon, from: DVec3) -> DVec3 {
     // The first number chooses the triangle, where the mean has a step.
     const STEPS: [u32; 2] = [2048, 16];
     let at = |i: u32, steps: u32| (f64::from(i) + 0.5) / f64::from(steps);
-    let numbers = (0..STEPS[0] * STEPS[1]).map(|i| [at(i / STEPS[1], STEPS[0]), at(i % STEPS[1], STEPS[1])]);
+    let numbers =
+        (0..STEPS[0] * STEPS[1]).map(|i| [at(i / STEPS[1], STEPS[0]), at(i % STEPS[1], STEPS[1])]);
     let direction = |numbers| {
         let sample = polygon.draw(from, numbers).expect("it is wide");
         (sample.point.expect("a point") - from).normalize()
@@ -82,25 +113,37 @@ fn mean(polygon: &Polygon, from: DVec3) -> DVec3 {
     numbers.map(direction).sum::<DVec3>() / f64::from(STEPS[0] * STEPS[1])
 }
 
-/// Lambert's formula for the integral of directions over a polygon's solid angle: half the angle of each side along the normal of its plane.
+/// Lambert's formula for the integral of directions over a polygon's solid angle: half the angle of
+/// each side along the normal of its plane.
 fn lambert(corners: &[DVec3], from: DVec3) -> DVec3 {
-    let directions: Vec<DVec3> = corners.iter().map(|corner| (corner - from).normalize()).collect();
+    let directions: Vec<DVec3> = corners
+        .iter()
+        .map(|corner| (corner - from).normalize())
+        .collect();
     let sides = directions.iter().zip(directions.iter().cycle().skip(1));
-    sides.map(|(a, b)| a.cross(*b).normalize() * (0.5 * a.angle_between(*b))).sum()
+    sides
+        .map(|(a, b)| a.cross(*b).normalize() * (0.5 * a.angle_between(*b)))
+        .sum()
 }
 
-/// Protects: solid angles in closed form: an eighth of the sphere, a sixth of it, a rectangle before its middle, and a triangle that is half of
-/// one; and that points are drawn evenly over them: the mean of directions is Lambert's integral over the solid angle, with parts of
-/// a quad that are as different as they can be.
+/// Protects: solid angles in closed form: an eighth of the sphere, a sixth of it, a rectangle
+/// before its middle, and a triangle that is half of one; and that points are drawn evenly over
+/// them: the mean of directions is Lambert's integral over the solid angle, with parts of a quad
+/// that are as different as they can be.
 #[test]
 fn solid_angles_and_means_in_closed_form() {
     use core::f64::consts::PI;
-    let rectangle = |x: f64, y: f64| [[-x, -y], [x, -y], [x, y], [-x, y]].map(|[x, y]| DVec3::new(x, y, 1.0));
+    let rectangle =
+        |x: f64, y: f64| [[-x, -y], [x, -y], [x, y], [-x, y]].map(|[x, y]| DVec3::new(x, y, 1.0));
     let octant = [DVec3::X, DVec3::Y, DVec3::Z];
     let [a, b, c, _] = rectangle(0.4, 1.5);
     let of_rectangle = 4.0 * libm::atan(0.4 * 1.5 / (1.0 + 0.16_f64 + 2.25).sqrt());
-    let slanted =
-        [DVec3::new(-1.0, -0.5, 1.0), DVec3::new(2.0, -0.5, 0.5), DVec3::new(2.0, 0.7, 0.5), DVec3::new(-1.0, 0.7, 1.0)];
+    let slanted = [
+        DVec3::new(-1.0, -0.5, 1.0),
+        DVec3::new(2.0, -0.5, 0.5),
+        DVec3::new(2.0, 0.7, 0.5),
+        DVec3::new(-1.0, 0.7, 1.0),
+    ];
     for (corners, wanted) in [
         (&octant[..], Some(0.5 * PI)),
         (&rectangle(1.0, 1.0)[..], Some(4.0 * PI / 6.0)),
@@ -115,12 +158,17 @@ fn solid_angles_and_means_in_closed_form() {
         for from in [DVec3::ZERO, DVec3::new(0.1, 0.2, 0.3)] {
             let found = polygon.solid_angle(from).expect("it is wide");
             if let Some(wanted) = wanted.filter(|_| from == DVec3::ZERO) {
-                assert!((found - wanted).abs() < 1e-12, "{corners:?}: {found}, not {wanted}");
+                assert!(
+                    (found - wanted).abs() < 1e-12,
+                    "{corners:?}: {found}, not {wanted}"
+                );
             }
             let off = mean(&polygon, from).distance(lambert(corners, from) / found);
             assert!(off < 2e-3, "{corners:?} from {from}: {off} off");
         }
     }
     let small = Polygon::triangle(octant.map(|corner| DVec3::ONE * 20.0 + corner));
-    assert!(small.solid_angle(DVec3::ZERO).is_none() && small.draw(DVec3::ZERO, [0.5; 2]).is_none());
+    assert!(
+        small.solid_angle(DVec3::ZERO).is_none() && small.draw(DVec3::ZERO, [0.5; 2]).is_none()
+    );
 }

@@ -1,4 +1,5 @@
-//! A sky in closed form: a gradient from nadir to zenith, and lobes about directions. Written once, for one ray or many.
+//! A sky in closed form: a gradient from nadir to zenith, and lobes about directions. Written once,
+//! for one ray or many.
 
 use raywright_bvh::{Loops, Real, Vector, widest};
 
@@ -45,8 +46,14 @@ impl<R: Real> Gradient<R> {
     /// Radiance along many directions, one after the other, in lanes of single precision.
     pub fn look(&self, directions: impl Iterator<Item = R::Vec3>, out: &mut Vec<SkySample<R>>) {
         side_by_side::<R>(directions, |directions, count| {
-            let seen = widest(GradientRadiance { gradient: self, directions });
-            out.extend((0..count).map(|i| SkySample { place: [R::ZERO; 2], radiance: R::Vec3::from_f64(seen.lane(i)) }));
+            let seen = widest(GradientRadiance {
+                gradient: self,
+                directions,
+            });
+            out.extend((0..count).map(|i| SkySample {
+                place: [R::ZERO; 2],
+                radiance: R::Vec3::from_f64(seen.lane(i)),
+            }));
         });
     }
 }
@@ -62,7 +69,10 @@ impl<R: Real> Loops for GradientRadiance<'_, R> {
     #[inline(always)]
     fn run(self) -> Self::Output {
         type N = Lanes<LANES>;
-        let [x, y, z] = self.directions.map(|column| N::of_lanes(|lane| column[lane].to_f64()));
-        self.gradient.radiance::<N>(<N as Number>::Vec3::new(x, y, z))
+        let [x, y, z] = self
+            .directions
+            .map(|column| N::of_lanes(|lane| column[lane].to_f64()));
+        self.gradient
+            .radiance::<N>(<N as Number>::Vec3::new(x, y, z))
     }
 }

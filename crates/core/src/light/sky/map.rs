@@ -13,8 +13,9 @@ use crate::texture::decoded;
 #[derive(Clone, Debug)]
 pub struct Map<R: Real> {
     pub image: Arc<ImageData>,
-    /// Its texels in a quarter of the bytes, where all of them are the same then, as those of an .hdr file are; empty otherwise. Sky
-    /// lookups go anywhere, and what they cost is reaching memory.
+    /// Its texels in a quarter of the bytes, where all of them are the same then, as those of an
+    /// .hdr file are; empty otherwise. Sky lookups go anywhere, and what they cost is reaching
+    /// memory.
     pub packed: Vec<u32>,
     /// Share of a whole turn by which the picture is turned about +y.
     pub turn: R,
@@ -25,10 +26,18 @@ impl<R: Real> Map<R> {
     /// Of a picture, turned and weighed.
     pub fn new(image: Arc<ImageData>, turn: R, strength: R) -> Self {
         let packed = match &image.pixels {
-            Pixels::Linear(pixels) => pixels.iter().map(|&[r, g, b, _]| packed([r, g, b])).collect(),
+            Pixels::Linear(pixels) => pixels
+                .iter()
+                .map(|&[r, g, b, _]| packed([r, g, b]))
+                .collect(),
             Pixels::Codes(_) => None,
         };
-        Self { packed: packed.unwrap_or_default(), image, turn, strength }
+        Self {
+            packed: packed.unwrap_or_default(),
+            image,
+            turn,
+            strength,
+        }
     }
 
     /// What the picture holds, before its strength.
@@ -57,7 +66,10 @@ impl<R: Real> Map<R> {
     fn radiances<const N: usize>(&self, [u, v]: [&[R; N]; 2]) -> [[R; N]; 3] {
         let half = R::from_f64(0.5);
         let (width, height) = (self.image.width as i32, self.image.height as i32);
-        let (across, down) = (R::from_f64(f64::from(width)), R::from_f64(f64::from(height)));
+        let (across, down) = (
+            R::from_f64(f64::from(width)),
+            R::from_f64(f64::from(height)),
+        );
         let (mut fx, mut fy, mut corners) = ([R::ZERO; N], [R::ZERO; N], [[0; N]; 4]);
         for i in 0..N {
             let u = u[i] - self.turn;
@@ -66,9 +78,16 @@ impl<R: Real> Map<R> {
             (fx[i], fy[i]) = (x - x0, y - y0);
             let (left, top) = (x0.to_f64() as i32, y0.to_f64() as i32);
             // At most one turn away, so no division is needed.
-            let column = |x: i32| (if x < 0 { x + width } else { x } - if x >= width { width } else { 0 }) as u32;
+            let column = |x: i32| {
+                (if x < 0 { x + width } else { x } - if x >= width { width } else { 0 }) as u32
+            };
             let row = |y: i32| y.clamp(0, height - 1) as u32 * width as u32;
-            let (left, right, top, bottom) = (column(left), column(left + 1), row(top), row(top.saturating_add(1)));
+            let (left, right, top, bottom) = (
+                column(left),
+                column(left + 1),
+                row(top),
+                row(top.saturating_add(1)),
+            );
             [corners[0][i], corners[1][i], corners[2][i], corners[3][i]] =
                 [top + left, top + right, bottom + left, bottom + right];
         }
@@ -91,8 +110,14 @@ impl<R: Real> Map<R> {
     /// What it holds along many directions, one after the other.
     pub fn look(&self, directions: impl Iterator<Item = R::Vec3>, out: &mut Vec<SkySample<R>>) {
         side_by_side::<R>(directions, |directions, count| {
-            let [u, v, r, g, b] = widest(Look { map: self, directions });
-            out.extend((0..count).map(|i| SkySample { place: [u[i], v[i]], radiance: R::Vec3::new(r[i], g[i], b[i]) }));
+            let [u, v, r, g, b] = widest(Look {
+                map: self,
+                directions,
+            });
+            out.extend((0..count).map(|i| SkySample {
+                place: [u[i], v[i]],
+                radiance: R::Vec3::new(r[i], g[i], b[i]),
+            }));
         });
     }
 
@@ -137,7 +162,8 @@ impl<R: Real> Loops for Look<'_, R> {
     }
 }
 
-/// Three mantissas of a byte and their common exponent, where that is what a colour is exactly (Ward, "Real Pixels", 1991).
+/// Three mantissas of a byte and their common exponent, where that is what a colour is exactly
+/// (Ward, "Real Pixels", 1991).
 pub fn packed(colour: [f32; 3]) -> Option<u32> {
     let largest = colour.into_iter().fold(0.0_f32, f32::max);
     // Below this, the exponent has no room.

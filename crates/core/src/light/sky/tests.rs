@@ -7,10 +7,19 @@ use glam::{DVec3, Vec3};
 /// A picture of one column whose rows hold their own number.
 fn rows<R: Real>(height: u32) -> Map<R> {
     let pixels = Pixels::Linear((0..height).map(|row| [row as f32; 4]).collect());
-    Map::new(Arc::new(ImageData { width: 1, height, pixels }), R::ZERO, R::ONE)
+    Map::new(
+        Arc::new(ImageData {
+            width: 1,
+            height,
+            pixels,
+        }),
+        R::ZERO,
+        R::ONE,
+    )
 }
 
-/// Protects: the height in the picture close to the poles, where an arc cosine of f32 moves in steps of 3.5e-4.
+/// Protects: the height in the picture close to the poles, where an arc cosine of f32 moves in
+/// steps of 3.5e-4.
 #[test]
 fn s19_directions_near_the_poles_find_their_row() {
     const ROWS: u32 = 1 << 20;
@@ -19,21 +28,28 @@ fn s19_directions_near_the_poles_find_their_row() {
         for turn in [0.3_f64, 2.0, 4.0] {
             for pole in [1.0, -1.0] {
                 let ring = f64::sin(angle);
-                let d = DVec3::new(ring * turn.cos(), pole * f64::cos(angle), ring * turn.sin()).as_vec3();
+                let d = DVec3::new(ring * turn.cos(), pole * f64::cos(angle), ring * turn.sin())
+                    .as_vec3();
                 let exact = d.as_dvec3().normalize();
                 let v = f64::atan2(exact.x.hypot(exact.z), exact.y) / core::f64::consts::PI;
                 let row = (v * f64::from(ROWS) - 0.5).clamp(0.0, f64::from(ROWS - 1));
                 let found = f64::from(narrow.radiance(equirectangular::<f32>(d)).x);
                 // Some roundings of v in f32.
                 let allowed = 4.0 * f64::from(ROWS) * v * f64::from(f32::EPSILON) + 1e-6 * row;
-                assert!((found - row).abs() <= allowed, "{angle:e} from {pole}: row {found}, not {row}");
+                assert!(
+                    (found - row).abs() <= allowed,
+                    "{angle:e} from {pole}: row {found}, not {row}"
+                );
                 assert!((wide.radiance(equirectangular::<f64>(exact)).x - row).abs() <= 1e-6);
             }
         }
     }
     for pole in [Vec3::Y, Vec3::NEG_Y] {
         let edge = if pole.y > 0.0 { 0.0 } else { (ROWS - 1) as f32 };
-        assert_eq!(narrow.radiance(equirectangular::<f32>(pole)), Vec3::splat(edge));
+        assert_eq!(
+            narrow.radiance(equirectangular::<f32>(pole)),
+            Vec3::splat(edge)
+        );
     }
 }
 
@@ -41,46 +57,99 @@ fn s19_directions_near_the_poles_find_their_row() {
 #[test]
 fn codes_are_decoded_in_the_precision_that_reads_them() {
     for code in 1..=255_u8 {
-        let image = Arc::new(ImageData { width: 1, height: 1, pixels: Pixels::Codes(vec![[code; 4]]) });
+        let image = Arc::new(ImageData {
+            width: 1,
+            height: 1,
+            pixels: Pixels::Codes(vec![[code; 4]]),
+        });
         let c = f64::from(code) / 255.0;
-        let linear = if c <= 0.04045 { c / 12.92 } else { ((c + 0.055) / 1.055).powf(2.4) };
-        let found = Map::<f64>::new(image, 0.0, 1.0).radiance(equirectangular::<f64>(DVec3::Z)).y;
-        assert!((found - linear).abs() < 1e-15, "{code}: {found}, not {linear}");
+        let linear = if c <= 0.04045 {
+            c / 12.92
+        } else {
+            ((c + 0.055) / 1.055).powf(2.4)
+        };
+        let found = Map::<f64>::new(image, 0.0, 1.0)
+            .radiance(equirectangular::<f64>(DVec3::Z))
+            .y;
+        assert!(
+            (found - linear).abs() < 1e-15,
+            "{code}: {found}, not {linear}"
+        );
     }
 }
 
-/// Protects: which way a picture is turned. Its columns hold their own number, and a quarter turn shows along +z what was
-/// along +x: the column in the middle.
+/// Protects: which way a picture is turned. Its columns hold their own number, and a quarter turn
+/// shows along +z what was along +x: the column in the middle.
 #[test]
 fn a_quarter_turn_brings_what_was_along_x_to_z() {
     const COLUMNS: u32 = 64;
     let pixels = Pixels::Linear((0..COLUMNS).map(|column| [column as f32; 4]).collect());
-    let data = ImageData { width: COLUMNS, height: 1, pixels };
-    let image = crate::scene::Image { name: "stars".to_owned(), path: String::new(), data: Some(Arc::new(data)), mended: 0 };
+    let data = ImageData {
+        width: COLUMNS,
+        height: 1,
+        pixels,
+    };
+    let image = crate::scene::Image {
+        name: "stars".to_owned(),
+        path: String::new(),
+        data: Some(Arc::new(data)),
+        mended: 0,
+    };
     let along = |rotation: f64, d: DVec3| {
-        let map = crate::scene::SkyMap { image: "stars".to_owned(), rotation, strength: 1.0 };
-        let scene = crate::Scene { images: vec![image.clone()], ..crate::Scene::default() };
-        let sky = prepare::<f64>((Some(&SkyData::Map(map)), DVec3::ZERO), &Lookup::new(&scene), &BTreeMap::new());
+        let map = crate::scene::SkyMap {
+            image: "stars".to_owned(),
+            rotation,
+            strength: 1.0,
+        };
+        let scene = crate::Scene {
+            images: vec![image.clone()],
+            ..crate::Scene::default()
+        };
+        let sky = prepare::<f64>(
+            (Some(&SkyData::Map(map)), DVec3::ZERO),
+            &Lookup::new(&scene),
+            &BTreeMap::new(),
+        );
         sky.expect("the image is there").radiance(DVec3::ZERO, d).x
     };
     // A direction lies between two columns, whose numbers are blended.
     let middle = f64::from(COLUMNS) / 2.0 - 0.5;
-    assert!((along(0.0, DVec3::X) - middle).abs() < 1e-9 && (along(90.0, DVec3::Z) - middle).abs() < 1e-9);
+    assert!(
+        (along(0.0, DVec3::X) - middle).abs() < 1e-9
+            && (along(90.0, DVec3::Z) - middle).abs() < 1e-9
+    );
     assert!((along(-90.0, DVec3::NEG_Z) - middle).abs() < 1e-9);
-    assert!((along(0.0, DVec3::Z) - middle - 16.0).abs() < 1e-9, "{}", along(0.0, DVec3::Z));
+    assert!(
+        (along(0.0, DVec3::Z) - middle - 16.0).abs() < 1e-9,
+        "{}",
+        along(0.0, DVec3::Z)
+    );
 }
 
 /// Protects: a picture's strength counts in its power as in its radiance, whatever its pixels are.
 #[test]
 fn strength_is_part_of_the_power() {
-    for pixels in [Pixels::Linear(vec![[0.5, 1.0, 2.0, 1.0]; 8]), Pixels::Codes(vec![[20, 120, 250, 255]; 8])] {
-        let image = Arc::new(ImageData { width: 4, height: 2, pixels });
+    for pixels in [
+        Pixels::Linear(vec![[0.5, 1.0, 2.0, 1.0]; 8]),
+        Pixels::Codes(vec![[20, 120, 250, 255]; 8]),
+    ] {
+        let image = Arc::new(ImageData {
+            width: 4,
+            height: 2,
+            pixels,
+        });
         let power = |strength: f64| {
-            let sky = SkyRadiance { kind: SkyKind::Map(Map::new(Arc::clone(&image), 0.0, strength)) };
+            let sky = SkyRadiance {
+                kind: SkyKind::Map(Map::new(Arc::clone(&image), 0.0, strength)),
+            };
             let seen = sky.radiance(DVec3::ZERO, DVec3::X);
             let sampler = crate::light::SkySampler::new(&sky).expect("it shines");
             // The same from everywhere, so the power is the radiance over the sphere.
-            assert!((sampler.flux() / (4.0 * core::f64::consts::PI * (seen.x + seen.y + seen.z)) - 1.0).abs() < 1e-9);
+            assert!(
+                (sampler.flux() / (4.0 * core::f64::consts::PI * (seen.x + seen.y + seen.z)) - 1.0)
+                    .abs()
+                    < 1e-9
+            );
             sampler.flux()
         };
         assert!((power(3.0) / power(1.0) - 3.0).abs() < 1e-12);
@@ -90,7 +159,9 @@ fn strength_is_part_of_the_power() {
 /// Protects: texels are packed only where they come back with the same bits, whatever they are.
 #[test]
 fn packed_texels_keep_their_bits() {
-    let whole = |mantissas: [u8; 3], exponent: i32| mantissas.map(|m| f32::from(m) * 2.0_f32.powi(exponent));
+    let whole = |mantissas: [u8; 3], exponent: i32| {
+        mantissas.map(|m| f32::from(m) * 2.0_f32.powi(exponent))
+    };
     for exponent in -110..=119 {
         for mantissas in [[255, 0, 1], [128, 255, 64], [1, 1, 1], [0, 3, 0], [0, 0, 0]] {
             let colour = whole(mantissas, exponent);
@@ -100,9 +171,15 @@ fn packed_texels_keep_their_bits() {
     }
     let odd = [1.0, 0.1, 0.0];
     let more = [1.0, 1.0 / 512.0, 0.0];
-    for colour in
-        [odd, more, [-1.0, 1.0, 1.0], [-0.0, 1.0, 1.0], [f32::NAN, 1.0, 1.0], [f32::INFINITY, 1.0, 1.0], [1e-45, 0.0, 0.0]]
-    {
+    for colour in [
+        odd,
+        more,
+        [-1.0, 1.0, 1.0],
+        [-0.0, 1.0, 1.0],
+        [f32::NAN, 1.0, 1.0],
+        [f32::INFINITY, 1.0, 1.0],
+        [1e-45, 0.0, 0.0],
+    ] {
         assert_eq!(packed(colour), None, "{colour:?}");
     }
 }
@@ -110,12 +187,27 @@ fn packed_texels_keep_their_bits() {
 /// Protects: a sky of packed texels shows the same bits as one of texels as they are.
 #[test]
 fn packed_skies_are_the_same() {
-    let texel = |i: u32| [(i * 37 % 256) as f32 / 64.0, (i * 91 % 256) as f32 / 64.0, (i % 4) as f32, 1.0];
+    let texel = |i: u32| {
+        [
+            (i * 37 % 256) as f32 / 64.0,
+            (i * 91 % 256) as f32 / 64.0,
+            (i % 4) as f32,
+            1.0,
+        ]
+    };
     let map = |alpha: bool, odd: f32| {
         let mut pixels: Vec<[f32; 4]> = (0..32).map(texel).collect();
         pixels[31][3] = if alpha { 0.3 } else { 1.0 };
         pixels.extend(vec![[odd; 4]; 32]);
-        Map::<f32>::new(Arc::new(ImageData { width: 8, height: 8, pixels: Pixels::Linear(pixels) }), 0.1, 1.3)
+        Map::<f32>::new(
+            Arc::new(ImageData {
+                width: 8,
+                height: 8,
+                pixels: Pixels::Linear(pixels),
+            }),
+            0.1,
+            1.3,
+        )
     };
     // One texel that can't be packed, in the lower half, keeps all of them as they are.
     let (narrow, wide) = (map(true, 1.0), map(true, 0.1));
@@ -126,14 +218,23 @@ fn packed_skies_are_the_same() {
     }
 }
 
-/// Protects: looking along many directions shows what each shows alone, to the bit, of pictures that are packed and of others, and of
-/// skies that are none.
+/// Protects: looking along many directions shows what each shows alone, to the bit, of pictures
+/// that are packed and of others, and of skies that are none.
 #[test]
 fn many_looks_show_what_one_shows() {
-    let pixels =
-        |unit: f32| Pixels::Linear((0..15 * 8).map(|i| [i as f32 * unit, 7.0 * unit, (i % 5) as f32 * unit, 1.0]).collect());
+    let pixels = |unit: f32| {
+        Pixels::Linear(
+            (0..15 * 8)
+                .map(|i| [i as f32 * unit, 7.0 * unit, (i % 5) as f32 * unit, 1.0])
+                .collect(),
+        )
+    };
     let map = |unit: f32, turn: f32| {
-        let image = ImageData { width: 15, height: 8, pixels: pixels(unit) };
+        let image = ImageData {
+            width: 15,
+            height: 8,
+            pixels: pixels(unit),
+        };
         Map::new(Arc::new(image), turn, 1.5)
     };
     assert!(!map(0.25, 0.0).packed.is_empty() && map(0.1, 0.0).packed.is_empty());
@@ -143,8 +244,19 @@ fn many_looks_show_what_one_shows() {
         exponent: [0, 1, 4, 12, 30][usize::from(i)],
     };
     let [bottom, top] = [Vec3::new(0.15, 0.3, 1.7), Vec3::new(0.45, 0.1, 0.9)];
-    let gradients = [0, 1, 5].map(|suns| SkyKind::Gradient(Gradient { bottom, top, suns: (0..suns).map(sun).collect() }));
-    let others = [SkyKind::None, SkyKind::Constant(Vec3::splat(0.3)), SkyKind::Map(map(0.25, 0.0)), SkyKind::Map(map(0.1, 0.7))];
+    let gradients = [0, 1, 5].map(|suns| {
+        SkyKind::Gradient(Gradient {
+            bottom,
+            top,
+            suns: (0..suns).map(sun).collect(),
+        })
+    });
+    let others = [
+        SkyKind::None,
+        SkyKind::Constant(Vec3::splat(0.3)),
+        SkyKind::Map(map(0.25, 0.0)),
+        SkyKind::Map(map(0.1, 0.7)),
+    ];
     for kind in others.into_iter().chain(gradients) {
         let sky = SkyRadiance::<f32> { kind };
         for count in [0, 1, 15, 16, 17, 333] {
@@ -157,8 +269,15 @@ fn many_looks_show_what_one_shows() {
             sky.look((0..count).map(|i| (Vec3::ONE, direction(i))), &mut seen);
             assert_eq!(seen.len(), count);
             for (i, seen) in seen.into_iter().enumerate() {
-                let (place, radiance) = (sky.place(direction(i)), sky.radiance(Vec3::ONE, direction(i)));
-                assert_eq!((seen.place.map(f32::to_bits), seen.radiance), (place.map(f32::to_bits), radiance), "{i} of {count}");
+                let (place, radiance) = (
+                    sky.place(direction(i)),
+                    sky.radiance(Vec3::ONE, direction(i)),
+                );
+                assert_eq!(
+                    (seen.place.map(f32::to_bits), seen.radiance),
+                    (place.map(f32::to_bits), radiance),
+                    "{i} of {count}"
+                );
             }
         }
     }

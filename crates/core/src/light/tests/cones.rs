@@ -4,14 +4,15 @@ use core::f64::consts::PI;
 
 use super::*;
 
-/// Protects: the solid angle of a ball up to 10⁷ radii away, against the series of 1 − √(1 − s²), and points that lie on the
-/// ball, on the side that is seen.
+/// Protects: the solid angle of a ball up to 10⁷ radii away, against the series of 1 − √(1 − s²),
+/// and points that lie on the ball, on the side that is seen.
 #[test]
 fn m04_far_balls_keep_their_solid_angle() {
     let centre = DVec3::new(3.0, -2.0, 1.0);
     for ratio in [1.000_001, 1.5, 10.0, 1e2, 1e3, 1e4, 1e5, 1e6, 1e7] {
         let towards = DVec3::new(0.48, 0.6, 0.64);
-        let cone = DirectionCone::new(centre, 0.25, centre + towards * (0.25 * ratio)).expect("outside");
+        let cone =
+            DirectionCone::new(centre, 0.25, centre + towards * (0.25 * ratio)).expect("outside");
         let s2 = 1.0 / (ratio * ratio);
         let height = if ratio < 10.0 {
             1.0 - (1.0 - s2).sqrt()
@@ -19,24 +20,36 @@ fn m04_far_balls_keep_their_solid_angle() {
             s2 * (0.5 + s2 * (0.125 + s2 * (0.0625 + s2 * (5.0 / 128.0 + s2 * 7.0 / 256.0))))
         };
         let error = cone.solid_angle() / (TAU * height) - 1.0;
-        assert!(error.abs() <= 1e-9, "{ratio:e} radii away: off by {error:e}");
+        assert!(
+            error.abs() <= 1e-9,
+            "{ratio:e} radii away: off by {error:e}"
+        );
         for i in 0..500 {
             let normal = cone.normal(numbers(i).map(f64::from));
             assert!((normal.length() - 1.0).abs() < 1e-9, "{normal}");
             // Seen: on the near side of the circle where rays touch it.
-            assert!(normal.dot(towards) >= 1.0 / ratio - 1e-9, "{ratio:e} radii away: {normal}");
+            assert!(
+                normal.dot(towards) >= 1.0 / ratio - 1e-9,
+                "{ratio:e} radii away: {normal}"
+            );
         }
     }
 }
 
-/// Protects: from far away a ball sends π·(r/d)², every sample of it the same up to its place in the narrow cone.
+/// Protects: from far away a ball sends π·(r/d)², every sample of it the same up to its place in
+/// the narrow cone.
 #[test]
 fn m04_far_balls_send_their_light_without_noise() {
     for ratio in [10.0, 1e3, 1e5, 1e7] {
-        let ball = Sphere { centre: DVec3::new(0.0, 0.25 * ratio, 0.0), radius: 0.25 };
+        let ball = Sphere {
+            centre: DVec3::new(0.0, 0.25 * ratio, 0.0),
+            radius: 0.25,
+        };
         let (lights, _) = surface::<f64>(ball.into(), None, Strategy::SolidAngle);
         for i in 0..200 {
-            let sample = lights.sample(LightId::Emitter(0), DVec3::ZERO, numbers(i), 1.0).expect("all of it is seen");
+            let sample = lights
+                .sample(LightId::Emitter(0), DVec3::ZERO, numbers(i), 1.0)
+                .expect("all of it is seen");
             let expected = PI / (ratio * ratio);
             assert!(
                 (sample.arriving.x / expected - 1.0).abs() <= 0.3 / (ratio * ratio) + 1e-5,
@@ -47,23 +60,42 @@ fn m04_far_balls_send_their_light_without_noise() {
     }
 }
 
-/// Protects: within a ball and on it there is no cone; a room that is lit by its walls sends π from anywhere.
+/// Protects: within a ball and on it there is no cone; a room that is lit by its walls sends π from
+/// anywhere.
 #[test]
 fn m04_within_a_ball_points_are_drawn_by_area() {
     let centre = DVec3::new(1.0, 2.0, 3.0);
-    assert!([DVec3::ZERO, DVec3::X, DVec3::Y * 0.5].iter().all(|&d| DirectionCone::new(centre, 1.0, centre + d).is_none()));
+    assert!(
+        [DVec3::ZERO, DVec3::X, DVec3::Y * 0.5]
+            .iter()
+            .all(|&d| DirectionCone::new(centre, 1.0, centre + d).is_none())
+    );
     assert!(DirectionCone::new(centre, 1.0, DVec3::NAN).is_none());
     let mut list = EmitterList::<f64>::default();
-    list.plain(Sphere { centre, radius: 1.0 }.into(), EmissionEstimate::even(DVec3::ONE), Side::Inside, None);
+    list.plain(
+        Sphere {
+            centre,
+            radius: 1.0,
+        }
+        .into(),
+        EmissionEstimate::even(DVec3::ONE),
+        Side::Inside,
+        None,
+    );
     let lights = alone(list, Strategy::SolidAngle);
     let (mut sum, mut squares, count) = (0.0, 0.0, 40_000_u32);
     for i in 0..count {
         let from = centre + DVec3::new(0.3, 0.1, -0.2);
-        let sample = lights.sample(LightId::Emitter(0), from, numbers(i.into()), 1.0).expect("walls all around");
+        let sample = lights
+            .sample(LightId::Emitter(0), from, numbers(i.into()), 1.0)
+            .expect("walls all around");
         let x = sample.arriving.x * sample.direction.y.max(0.0);
         (sum, squares) = (sum + x, squares + x * x);
     }
     let mean = sum / f64::from(count);
     let error = ((squares / f64::from(count) - mean * mean) / f64::from(count)).sqrt();
-    assert!((mean - PI).abs() <= 3.0 * error && error < 0.03, "{mean} ± {error}");
+    assert!(
+        (mean - PI).abs() <= 3.0 * error && error < 0.03,
+        "{mean} ± {error}"
+    );
 }

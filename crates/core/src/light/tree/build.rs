@@ -1,5 +1,6 @@
-//! How lights are divided among the groups of a node: in two by what asking each of them would cost, and the dearest of those again ("Importance Sampling of Many Lights
-//! with Adaptive Tree Splitting", Conty Estevez, Kulla 2018).
+//! How lights are divided among the groups of a node: in two by what asking each of them would
+//! cost, and the dearest of those again ("Importance Sampling of Many Lights with Adaptive Tree
+//! Splitting", Conty Estevez, Kulla 2018).
 
 use core::f64::consts::PI;
 use core::ops::Range;
@@ -33,7 +34,12 @@ impl Group {
     }
 
     fn of(leaves: &[Leaf], range: Range<usize>, depth: u32) -> Self {
-        Self { start: range.start, end: range.end, depth, sum: Cluster::of(&leaves[range]) }
+        Self {
+            start: range.start,
+            end: range.end,
+            depth,
+            sum: Cluster::of(&leaves[range]),
+        }
     }
 
     pub fn range(&self) -> Range<usize> {
@@ -41,10 +47,12 @@ impl Group {
     }
 }
 
-/// The groups of a node over two leaves or more: up to [`WIDTH`], those of one leaf among them. Group after group is divided, the one that
-/// costs most first, but for those that are so small in the node that it would not tell their halves' places apart.
+/// The groups of a node over two leaves or more: up to [`WIDTH`], those of one leaf among them.
+/// Group after group is divided, the one that costs most first, but for those that are so small in
+/// the node that it would not tell their halves' places apart.
 pub(super) fn divide(leaves: &mut [Leaf], whole: Group) -> Vec<Group> {
-    /// Size of a group that is divided, in the node: some hundreds of times what its places are rounded to.
+    /// Size of a group that is divided, in the node: some hundreds of times what its places are
+    /// rounded to.
     const SMALLEST: f64 = 1e-4;
     let size = |group: &Group| group.sum.bounds.space.extent().length();
     let smallest = SMALLEST * size(&whole);
@@ -53,11 +61,21 @@ pub(super) fn divide(leaves: &mut [Leaf], whole: Group) -> Vec<Group> {
     while groups.len() < WIDTH {
         // The first one always, also where its size is no number.
         let whole = groups.len() == 1;
-        let open = groups.iter().enumerate().filter(|(_, group)| group.range().len() > 1 && (whole || size(group) >= smallest));
-        let dearest =
-            open.max_by(|(_, a), (_, b)| a.sum.cost().total_cmp(&b.sum.cost()).then(a.range().len().cmp(&b.range().len())));
-        let Some((index, &group)) = dearest else { break };
-        let middle = group.start + split(&mut leaves[group.range()], &group.sum.bounds, group.depth);
+        let open = groups
+            .iter()
+            .enumerate()
+            .filter(|(_, group)| group.range().len() > 1 && (whole || size(group) >= smallest));
+        let dearest = open.max_by(|(_, a), (_, b)| {
+            a.sum
+                .cost()
+                .total_cmp(&b.sum.cost())
+                .then(a.range().len().cmp(&b.range().len()))
+        });
+        let Some((index, &group)) = dearest else {
+            break;
+        };
+        let middle =
+            group.start + split(&mut leaves[group.range()], &group.sum.bounds, group.depth);
         groups[index] = Group::of(leaves, group.start..middle, group.depth + 1);
         groups.push(Group::of(leaves, middle..group.end, group.depth + 1));
     }
@@ -66,8 +84,16 @@ pub(super) fn divide(leaves: &mut [Leaf], whole: Group) -> Vec<Group> {
 
 impl Cluster {
     fn of(leaves: &[Leaf]) -> Self {
-        let first = Self { bounds: leaves[0].bounds, power: leaves[0].power };
-        leaves[1..].iter().fold(first, |sum, leaf| sum.and(&Self { bounds: leaf.bounds, power: leaf.power }))
+        let first = Self {
+            bounds: leaves[0].bounds,
+            power: leaves[0].power,
+        };
+        leaves[1..].iter().fold(first, |sum, leaf| {
+            sum.and(&Self {
+                bounds: leaf.bounds,
+                power: leaf.power,
+            })
+        })
     }
 
     fn and(&self, other: &Self) -> Self {
@@ -78,17 +104,29 @@ impl Cluster {
             normals,
             emission: self.bounds.emission.max(other.bounds.emission),
         };
-        Self { bounds, power: self.power + other.power }
+        Self {
+            bounds,
+            power: self.power + other.power,
+        }
     }
 
-    /// What a node of these costs: power · solid angle into which it shines · surface of its box (there, equation 1).
+    /// What a node of these costs: power · solid angle into which it shines · surface of its box
+    /// (there, equation 1).
     fn cost(&self) -> f64 {
-        let LightBounds { space, normals, emission, .. } = self.bounds;
+        let LightBounds {
+            space,
+            normals,
+            emission,
+            ..
+        } = self.bounds;
         let widest = (normals + emission).min(PI);
         let beyond = widest - normals;
         let (sin_n, cos_n) = (libm::sin(normals), libm::cos(normals));
         let cap = 2.0 * PI * (1.0 - cos_n);
-        let rim = 0.5 * PI * (2.0 * widest * sin_n - libm::cos(normals - 2.0 * widest) - 2.0 * beyond * sin_n + cos_n);
+        let rim = 0.5
+            * PI
+            * (2.0 * widest * sin_n - libm::cos(normals - 2.0 * widest) - 2.0 * beyond * sin_n
+                + cos_n);
         let e = space.extent();
         // A scale of lengths keeps points apart, whose boxes have no surface.
         let surface = e.x * e.y + e.y * e.z + e.z * e.x + e.length_squared() * 1e-3;
@@ -98,7 +136,11 @@ impl Cluster {
 
 /// The least cone around the cones of two lights' normals, near enough.
 fn around([a, b]: [&LightBounds; 2]) -> (DVec3, f64) {
-    let (wide, narrow) = if a.normals >= b.normals { (a, b) } else { (b, a) };
+    let (wide, narrow) = if a.normals >= b.normals {
+        (a, b)
+    } else {
+        (b, a)
+    };
     let between = libm::acos(wide.axis.dot(narrow.axis).clamp(-1.0, 1.0));
     if (between + narrow.normals).min(PI) <= wide.normals {
         return (wide.axis, wide.normals);
@@ -109,27 +151,38 @@ fn around([a, b]: [&LightBounds; 2]) -> (DVec3, f64) {
         return (wide.axis, PI);
     }
     let turn = half - wide.normals;
-    ((wide.axis * libm::cos(turn) + across * libm::sin(turn)).normalize(), half)
+    (
+        (wide.axis * libm::cos(turn) + across * libm::sin(turn)).normalize(),
+        half,
+    )
 }
 
 /// Boxes along an axis by which a split is looked for.
 const BINS: usize = 12;
 
-/// Depth from which lights are divided in the middle: however they lie, a tree is not deeper than 64 levels.
+/// Depth from which lights are divided in the middle: however they lie, a tree is not deeper than
+/// 64 levels.
 const DEEP: u32 = 32;
 
-/// Brings the leaves of the first of two groups to the front and says how many they are: at least one, and one is left.
+/// Brings the leaves of the first of two groups to the front and says how many they are: at least
+/// one, and one is left.
 fn split(leaves: &mut [Leaf], whole: &LightBounds, depth: u32) -> usize {
     let middle = leaves.len() / 2;
     let centres = leaves.iter().map(|leaf| leaf.bounds.space.centre());
-    let (least, most) = centres.fold((DVec3::INFINITY, DVec3::NEG_INFINITY), |(a, b), c| (a.min(c), b.max(c)));
+    let (least, most) = centres.fold((DVec3::INFINITY, DVec3::NEG_INFINITY), |(a, b), c| {
+        (a.min(c), b.max(c))
+    });
     let extent = most - least;
     let longest = extent.max_element();
-    let along = (0..3).max_by(|&a, &b| extent[a].total_cmp(&extent[b])).unwrap_or(0);
+    let along = (0..3)
+        .max_by(|&a, &b| extent[a].total_cmp(&extent[b]))
+        .unwrap_or(0);
     let by_place = |leaves: &mut [Leaf]| {
         leaves.select_nth_unstable_by(middle, |a, b| {
             let at = |leaf: &Leaf| leaf.bounds.space.centre()[along];
-            at(a).total_cmp(&at(b)).then(order(a.light).cmp(&order(b.light)))
+            at(a)
+                .total_cmp(&at(b))
+                .then(order(a.light).cmp(&order(b.light)))
         });
         middle
     };
@@ -146,7 +199,10 @@ fn split(leaves: &mut [Leaf], whole: &LightBounds, depth: u32) -> usize {
     for axis in (0..3).filter(|&axis| extent[axis] > 0.0) {
         let mut bins: [Option<Cluster>; BINS] = [None; BINS];
         for leaf in leaves.iter() {
-            let one = Cluster { bounds: leaf.bounds, power: leaf.power };
+            let one = Cluster {
+                bounds: leaf.bounds,
+                power: leaf.power,
+            };
             let slot = &mut bins[bin(leaf, axis)];
             *slot = Some(slot.map_or(one, |sum| sum.and(&one)));
         }
@@ -159,7 +215,9 @@ fn split(leaves: &mut [Leaf], whole: &LightBounds, depth: u32) -> usize {
             }
         }
     }
-    let Some((_, axis, k)) = best else { return by_place(leaves) };
+    let Some((_, axis, k)) = best else {
+        return by_place(leaves);
+    };
     let mut front = 0;
     for i in 0..leaves.len() {
         if bin(&leaves[i], axis) <= k {
@@ -167,7 +225,11 @@ fn split(leaves: &mut [Leaf], whole: &LightBounds, depth: u32) -> usize {
             front += 1;
         }
     }
-    if front == 0 || front == leaves.len() { by_place(leaves) } else { front }
+    if front == 0 || front == leaves.len() {
+        by_place(leaves)
+    } else {
+        front
+    }
 }
 
 /// For each place between two bins what both sides cost; none where one is empty.

@@ -1,4 +1,5 @@
-//! The tree against what it says of itself and against f64, for lights of any number, size and distance.
+//! The tree against what it says of itself and against f64, for lights of any number, size and
+//! distance.
 
 use core::f64::consts::PI;
 
@@ -22,7 +23,11 @@ fn unit(i: u64) -> DVec3 {
 
 /// A tree and the place of each of its lights.
 fn tree(bounds: impl Iterator<Item = (LightBounds, f64)>) -> (LightTree, Vec<u32>) {
-    let leaf = |(i, (bounds, power))| Leaf { light: LightId::Emitter(i as u32), bounds, power };
+    let leaf = |(i, (bounds, power))| Leaf {
+        light: LightId::Emitter(i as u32),
+        bounds,
+        power,
+    };
     let leaves: Vec<Leaf> = bounds.enumerate().map(leaf).collect();
     let mut places = vec![LightTree::NONE; leaves.len()];
     let tree = LightTree::new(leaves, |light, place| places[index(light)] = place);
@@ -30,19 +35,27 @@ fn tree(bounds: impl Iterator<Item = (LightBounds, f64)>) -> (LightTree, Vec<u32
 }
 
 fn index(light: LightId) -> usize {
-    let LightId::Emitter(i) = light else { panic!("{light:?} is no emitter") };
+    let LightId::Emitter(i) = light else {
+        panic!("{light:?} is no emitter")
+    };
     i as usize
 }
 
 /// A light without an edge to what it shines on.
 fn round(at: DVec3, size: f64) -> LightBounds {
-    LightBounds::round(Aabb { min: at, max: at + DVec3::splat(size) })
+    LightBounds::round(Aabb {
+        min: at,
+        max: at + DVec3::splat(size),
+    })
 }
 
 /// Flat, round and narrow ones in turn.
 fn mixed(i: u64) -> (LightBounds, f64) {
     let (at, axis) = (place(i) * 3.0, unit(i + 1_000_000));
-    let space = Aabb { min: at, max: at + DVec3::splat(0.05 * number(i + 2_000_000)) };
+    let space = Aabb {
+        min: at,
+        max: at + DVec3::splat(0.05 * number(i + 2_000_000)),
+    };
     let bounds = match i % 3 {
         0 => LightBounds::flat(space, axis),
         1 => LightBounds::round(space),
@@ -52,39 +65,77 @@ fn mixed(i: u64) -> (LightBounds, f64) {
 }
 
 fn receiver(i: u64) -> Receiver {
-    let normal = if i.is_multiple_of(4) { DVec3::ZERO } else { unit(i + 5_000_000) };
-    Receiver { at: place(i + 4_000_000) * 4.0, normal }
+    let normal = if i.is_multiple_of(4) {
+        DVec3::ZERO
+    } else {
+        unit(i + 5_000_000)
+    };
+    Receiver {
+        at: place(i + 4_000_000) * 4.0,
+        normal,
+    }
 }
 
-/// Protects: what [`LightTree::draw`] says of the light that it drew is to the bit what [`LightTree::probability`] says of that light, for
-/// numbers of lights around those that fill nodes and numbers at both ends; levels are few and memory is not more than was said before;
-/// a light that is alone is always drawn, and lights that are nowhere end in a tree too.
+/// Protects: what [`LightTree::draw`] says of the light that it drew is to the bit what
+/// [`LightTree::probability`] says of that light, for numbers of lights around those that fill
+/// nodes and numbers at both ends; levels are few and memory is not more than was said before; a
+/// light that is alone is always drawn, and lights that are nowhere end in a tree too.
 #[test]
 fn both_ways_say_the_same_bits() {
     for count in [1, 2, 3, 7, 8, 9, 63, 64, 65, 511, 513, 100_000] {
         let (tree, places) = tree((0..count).map(mixed));
-        assert!(tree.bytes() <= LightTree::bytes_of(count), "{count}: {} bytes", tree.bytes());
+        assert!(
+            tree.bytes() <= LightTree::bytes_of(count),
+            "{count}: {} bytes",
+            tree.bytes()
+        );
         assert!(tree.depth() <= 10, "{count}: {} deep", tree.depth());
         let mut drawn = 0;
         for i in 0..4_000 {
             let receiver = receiver(i);
-            let u = [0.0, number(i + 9_000_000), number(i + 9_000_000), 1.0_f64.next_down()][(i / 4 % 4) as usize];
-            let [Some((light, probability))] = tree.draw(&[Some((receiver, u))]) else { continue };
+            let u = [
+                0.0,
+                number(i + 9_000_000),
+                number(i + 9_000_000),
+                1.0_f64.next_down(),
+            ][(i / 4 % 4) as usize];
+            let [Some((light, probability))] = tree.draw(&[Some((receiver, u))]) else {
+                continue;
+            };
             let said = tree.probability(places[index(light)], &receiver);
-            assert_eq!(probability.to_bits(), said.to_bits(), "{count}: {probability} and {said}");
-            assert!(probability > 0.0 && probability <= 1.0, "{count}: {probability}");
+            assert_eq!(
+                probability.to_bits(),
+                said.to_bits(),
+                "{count}: {probability} and {said}"
+            );
+            assert!(
+                probability > 0.0 && probability <= 1.0,
+                "{count}: {probability}"
+            );
             drawn += 1;
         }
-        assert!(drawn > 1_000 && (count > 1 || drawn == 4_000), "{count}: drew {drawn}");
+        assert!(
+            drawn > 1_000 && (count > 1 || drawn == 4_000),
+            "{count}: drew {drawn}"
+        );
     }
     let (nowhere, places) = tree((0..20).map(|_| (round(DVec3::NAN, 0.0), 1.0)));
-    assert!(nowhere.depth() <= 64 && nowhere.draw(&[Some((receiver(0), 0.5))]) == [None] && !places.contains(&LightTree::NONE));
+    assert!(
+        nowhere.depth() <= 64
+            && nowhere.draw(&[Some((receiver(0), 0.5))]) == [None]
+            && !places.contains(&LightTree::NONE)
+    );
     assert_eq!((LightTree::bytes_of(0), LightTree::bytes_of(1)), (0, 0));
-    assert_eq!(tree(core::iter::empty()).0.probability(LightTree::NONE, &receiver(0)), 0.0);
+    assert_eq!(
+        tree(core::iter::empty())
+            .0
+            .probability(LightTree::NONE, &receiver(0)),
+        0.0
+    );
 }
 
-/// Protects: points that draw together draw what each draws alone, to the bit, whichever of them are there, also where some are done levels
-/// before others, and where one finds nothing.
+/// Protects: points that draw together draw what each draws alone, to the bit, whichever of them
+/// are there, also where some are done levels before others, and where one finds nothing.
 #[test]
 fn points_together_draw_as_each_alone() {
     const N: u64 = 8;
@@ -98,7 +149,9 @@ fn points_together_draw_as_each_alone() {
             });
             for (point, together) in points.iter().zip(tree.draw(&points)) {
                 let [alone] = tree.draw(&[*point]);
-                let bits = |drawn: Option<(LightId, f64)>| drawn.map(|(light, probability)| (light, probability.to_bits()));
+                let bits = |drawn: Option<(LightId, f64)>| {
+                    drawn.map(|(light, probability)| (light, probability.to_bits()))
+                };
                 assert_eq!(bits(together), bits(alone), "{count}: {point:?}");
                 assert!(point.is_some() || together.is_none());
                 found += usize::from(together.is_some());
@@ -106,12 +159,16 @@ fn points_together_draw_as_each_alone() {
             }
         }
         assert!(count == 0 || found > 1_000, "{count}: {found}");
-        assert!(!(2..=100).contains(&count) || nothing > 0, "{count}: each finds a light");
+        assert!(
+            !(2..=100).contains(&count) || nothing > 0,
+            "{count}: each finds a light"
+        );
     }
 }
 
-/// Protects: where all lights can be drawn, their probabilities sum to one: however many, at one place, so near and so far that f32 holds
-/// neither their squares nor their differences, of powers whose shares it does not hold, and far from the origin.
+/// Protects: where all lights can be drawn, their probabilities sum to one: however many, at one
+/// place, so near and so far that f32 holds neither their squares nor their differences, of powers
+/// whose shares it does not hold, and far from the origin.
 #[test]
 fn probabilities_sum_to_one_at_any_scale() {
     /// Where the light of a number is.
@@ -122,27 +179,52 @@ fn probabilities_sum_to_one_at_any_scale() {
         ("at the origin", |_| DVec3::ZERO),
         ("10⁻⁶ m apart", |i| place(i) * 1e-6),
         ("10⁹ m apart", |i| place(i) * 1e9),
-        ("pairs of 10⁻⁶ m that are 10⁹ m apart", |i| place(i / 2) * 1e9 + place(i) * 1e-6),
+        ("pairs of 10⁻⁶ m that are 10⁹ m apart", |i| {
+            place(i / 2) * 1e9 + place(i) * 1e-6
+        }),
         ("10⁻³⁰ m apart", |i| place(i) * 1e-30),
-        ("10⁻³ m apart and 10⁹ m from the origin", |i| DVec3::new(1e9, -1e9, 1e9) + place(i) * 1e-3),
+        ("10⁻³ m apart and 10⁹ m from the origin", |i| {
+            DVec3::new(1e9, -1e9, 1e9) + place(i) * 1e-3
+        }),
     ];
-    let powers: [fn(u64) -> f64; 2] = [|i| 0.5 + number(i), |i| [1e-100, 1e-30, 1.0, 1e30, 1e300][(i % 5) as usize]];
-    for ((name, at), power) in spreads.iter().flat_map(|spread| powers.map(|power| (*spread, power))) {
+    let powers: [fn(u64) -> f64; 2] = [
+        |i| 0.5 + number(i),
+        |i| [1e-100, 1e-30, 1.0, 1e30, 1e300][(i % 5) as usize],
+    ];
+    for ((name, at), power) in spreads
+        .iter()
+        .flat_map(|spread| powers.map(|power| (*spread, power)))
+    {
         for count in [1, 2, 7, 8, 9, 65, 700] {
             let (tree, places) = tree((0..count).map(|i| (round(at(i), 0.0), power(i))));
-            let away = [0.0, 1e-12, 1e-6, 1e-3, 1.0, 1e3, 1e9, 1e15].map(|distance| at(0) + unit(7) * distance);
+            let away = [0.0, 1e-12, 1e-6, 1e-3, 1.0, 1e3, 1e9, 1e15]
+                .map(|distance| at(0) + unit(7) * distance);
             for from in away {
-                let receiver = Receiver { at: from, normal: DVec3::ZERO };
-                let each = places.iter().map(|&place| tree.probability(place, &receiver));
-                let (sum, least) = each.fold((0.0, f64::INFINITY), |(sum, least), p| (sum + p, p.min(least)));
-                assert!((sum - 1.0_f64).abs() < 1e-9, "{count} {name}, from {from}: {sum}");
-                assert!(least > 0.0, "{count} {name}, from {from}: one is never drawn");
+                let receiver = Receiver {
+                    at: from,
+                    normal: DVec3::ZERO,
+                };
+                let each = places
+                    .iter()
+                    .map(|&place| tree.probability(place, &receiver));
+                let (sum, least) = each.fold((0.0, f64::INFINITY), |(sum, least), p| {
+                    (sum + p, p.min(least))
+                });
+                assert!(
+                    (sum - 1.0_f64).abs() < 1e-9,
+                    "{count} {name}, from {from}: {sum}"
+                );
+                assert!(
+                    least > 0.0,
+                    "{count} {name}, from {from}: one is never drawn"
+                );
             }
         }
     }
 }
 
-/// Protects: lights are drawn as often as is said, by χ² below its mean by five standard deviations, also what is never drawn.
+/// Protects: lights are drawn as often as is said, by χ² below its mean by five standard
+/// deviations, also what is never drawn.
 #[test]
 fn draws_follow_the_probabilities() {
     const DRAWN: u64 = 200_000;
@@ -154,7 +236,10 @@ fn draws_follow_the_probabilities() {
                 let [drawn] = tree.draw(&[Some((from, number(i + 11_000_000)))]);
                 found[drawn.map_or(places.len(), |(light, _)| index(light))] += 1.0;
             }
-            let mut said: Vec<f64> = places.iter().map(|&place| tree.probability(place, &from)).collect();
+            let mut said: Vec<f64> = places
+                .iter()
+                .map(|&place| tree.probability(place, &from))
+                .collect();
             said.push(1.0 - said.iter().sum::<f64>());
             let (mut chi2, mut degrees, mut rare) = (0.0, 0.0, [0.0; 2]);
             for (&found, said) in found.iter().zip(said) {
@@ -163,59 +248,99 @@ fn draws_follow_the_probabilities() {
                     chi2 += (found - expected) * (found - expected) / expected;
                     degrees += 1.0;
                 } else {
-                    assert!(said > 0.0 || found == 0.0 || found < 1e-6 * DRAWN as f64, "{count}: drew what has no probability");
+                    assert!(
+                        said > 0.0 || found == 0.0 || found < 1e-6 * DRAWN as f64,
+                        "{count}: drew what has no probability"
+                    );
                     rare = [rare[0] + found, rare[1] + expected];
                 }
             }
-            assert!(chi2 < degrees + 5.0 * f64::sqrt(2.0 * degrees) + 5.0, "{count} from {from:?}: χ² {chi2} of {degrees}");
+            assert!(
+                chi2 < degrees + 5.0 * f64::sqrt(2.0 * degrees) + 5.0,
+                "{count} from {from:?}: χ² {chi2} of {degrees}"
+            );
             let [found, expected] = rare;
-            assert!(f64::abs(found - expected) <= 5.0 * (expected + 1.0).sqrt(), "{count}: {found} of the rare, not {expected}");
+            assert!(
+                f64::abs(found - expected) <= 5.0 * (expected + 1.0).sqrt(),
+                "{count}: {found} of the rare, not {expected}"
+            );
         }
     }
 }
 
-/// Protects: against f64, every light that can light a point can be drawn there, so near the horizon and the rim of its cone as
-/// its angle is told from it, among lights of one kind and of all, at any scale and far from the origin; and one that is alone in its
-/// place is not drawn where it cannot.
+/// Protects: against f64, every light that can light a point can be drawn there, so near the
+/// horizon and the rim of its cone as its angle is told from it, among lights of one kind and of
+/// all, at any scale and far from the origin; and one that is alone in its place is not drawn where
+/// it cannot.
 #[test]
 fn what_can_light_can_be_drawn() {
     /// Angles of normals and of emission.
-    const CONES: [[f64; 2]; 6] = [[0.0, 0.3], [0.0, 1e-3], [0.0, 0.5 * PI], [0.0, 2.5], [1.57, 1.57], [0.2, 0.7]];
+    const CONES: [[f64; 2]; 6] = [
+        [0.0, 0.3],
+        [0.0, 1e-3],
+        [0.0, 0.5 * PI],
+        [0.0, 2.5],
+        [1.57, 1.57],
+        [0.2, 0.7],
+    ];
     let mut counts = [0_u32; 3];
     for (scale, origin) in [(1.0, 0.0), (1e-6, 0.0), (1e9, 0.0), (1.0, 1e6), (1e-6, 1e9)] {
-        for (count, alike) in [2, 8, 20, 300].into_iter().flat_map(|count: u64| [(count, false), (count, true)]) {
+        for (count, alike) in [2, 8, 20, 300]
+            .into_iter()
+            .flat_map(|count: u64| [(count, false), (count, true)])
+        {
             // Whether f64 tells directions there well.
             let told = origin * 1e-12 < scale;
             let origin = DVec3::new(1.0, -0.7, 0.3) * origin;
             let light = |i: u64| {
                 let [normals, emission] = CONES[if alike { 0 } else { (i % 6) as usize }];
-                (origin + place(i) * scale, unit(i + count * 1000), normals, emission)
+                (
+                    origin + place(i) * scale,
+                    unit(i + count * 1000),
+                    normals,
+                    emission,
+                )
             };
             let (tree, places) = tree((0..count).map(|i| {
                 let (at, axis, normals, emission) = light(i);
-                (LightBounds { space: Aabb { min: at, max: at }, axis, normals, emission }, 1.0)
+                (
+                    LightBounds {
+                        space: Aabb { min: at, max: at },
+                        axis,
+                        normals,
+                        emission,
+                    },
+                    1.0,
+                )
             }));
             for k in 0..1_500 {
                 // One light's rim passes there, or nearly, as does the horizon.
                 let (at, axis, normals, emission) = light(k % count);
                 let off = [0.0, 1e-9, 1e-6, 1e-5, 1e-4, 1e-2, -1e-3][(k % 7) as usize];
-                let towards =
-                    axis * (normals + emission - off).cos() + axis.any_orthonormal_vector() * (normals + emission - off).sin();
+                let towards = axis * (normals + emission - off).cos()
+                    + axis.any_orthonormal_vector() * (normals + emission - off).sin();
                 let from = at + towards * (scale * [1e-3, 0.1, 1.0, 1e3, 1e6][(k % 5) as usize]);
                 let flat = towards.any_orthonormal_vector();
-                let normal = [DVec3::ZERO, (flat - towards * off).normalize(), unit(k)][(k % 3) as usize];
+                let normal =
+                    [DVec3::ZERO, (flat - towards * off).normalize(), unit(k)][(k % 3) as usize];
                 for i in 0..count {
                     let (at, axis, normals, emission) = light(i);
                     let direction = (from - at).normalize_or_zero();
                     let facing = -normal.dot(direction);
                     let leaves = axis.dot(direction) - (normals + emission).cos();
                     let arrives = if normal == DVec3::ZERO { 1.0 } else { facing };
-                    let probability = tree.probability(places[i as usize], &Receiver { at: from, normal });
-                    let name = format!("{i} of {count} at {scale:e}: off by {leaves:e} and {arrives:e}");
+                    let probability =
+                        tree.probability(places[i as usize], &Receiver { at: from, normal });
+                    let name =
+                        format!("{i} of {count} at {scale:e}: off by {leaves:e} and {arrives:e}");
                     if leaves > 0.0 && arrives > 0.0 {
                         assert!(probability > 0.0, "{name}");
                         counts[usize::from(leaves.min(arrives) < 1e-7)] += 1;
-                    } else if count == 2 && told && at.distance(from) > 1e-2 * scale && leaves.min(arrives) < -1e-4 {
+                    } else if count == 2
+                        && told
+                        && at.distance(from) > 1e-2 * scale
+                        && leaves.min(arrives) < -1e-4
+                    {
                         assert_eq!(probability, 0.0, "{name}");
                         counts[2] += 1;
                     }
@@ -226,24 +351,50 @@ fn what_can_light_can_be_drawn() {
     assert!(counts.iter().all(|&count| count > 1_000), "{counts:?}");
 }
 
-/// Protects: a point that is lit on both sides has no horizon, so that a lamp's size changes nothing at one distance, and from the point
-/// right below one of two lamps the other, three times as far, is drawn as seldom as it lights it.
+/// Protects: a point that is lit on both sides has no horizon, so that a lamp's size changes
+/// nothing at one distance, and from the point right below one of two lamps the other, three times
+/// as far, is drawn as seldom as it lights it.
 #[test]
 fn importance_is_about_what_arrives() {
     let ball = |middle: DVec3, half: f64| round(middle - DVec3::splat(half), 2.0 * half);
-    let (either, places) = tree([(ball(DVec3::X * 3.0, 0.0), 1.0), (ball(DVec3::X * -3.0, 0.1), 1.0)].into_iter());
-    let share = either.probability(places[0], &Receiver { at: DVec3::ZERO, normal: DVec3::ZERO });
+    let (either, places) = tree(
+        [
+            (ball(DVec3::X * 3.0, 0.0), 1.0),
+            (ball(DVec3::X * -3.0, 0.1), 1.0),
+        ]
+        .into_iter(),
+    );
+    let share = either.probability(
+        places[0],
+        &Receiver {
+            at: DVec3::ZERO,
+            normal: DVec3::ZERO,
+        },
+    );
     assert!((share - 0.5).abs() < 1e-6, "{share}");
     let at = [DVec3::Y, DVec3::new(8.0_f64.sqrt(), 1.0, 0.0)];
-    let (lamps, places) = tree(at.map(|at| (LightBounds::point(at, DVec3::NEG_Y, 1.5), 1.0)).into_iter());
-    let share = lamps.probability(places[1], &Receiver { at: DVec3::ZERO, normal: DVec3::Y });
+    let (lamps, places) = tree(
+        at.map(|at| (LightBounds::point(at, DVec3::NEG_Y, 1.5), 1.0))
+            .into_iter(),
+    );
+    let share = lamps.probability(
+        places[1],
+        &Receiver {
+            at: DVec3::ZERO,
+            normal: DVec3::Y,
+        },
+    );
     // 1/d² and the cosine on the surface; cones of light are of full strength within their angle.
     let arrives = 1.0 / 9.0 / 3.0;
-    assert!((share - arrives / (1.0 + arrives)).abs() < 0.03 && share < 0.1, "{share}");
+    assert!(
+        (share - arrives / (1.0 + arrives)).abs() < 0.03 && share < 0.1,
+        "{share}"
+    );
 }
 
-/// Protects: the running sum grows by about what each importance is and not at all where one is zero, whatever rounding does to sums of
-/// numbers of any size: no number below one, times the last, lies where nothing is.
+/// Protects: the running sum grows by about what each importance is and not at all where one is
+/// zero, whatever rounding does to sums of numbers of any size: no number below one, times the
+/// last, lies where nothing is.
 #[test]
 fn what_has_no_importance_takes_no_room() {
     for i in 0..200_000 {
@@ -259,8 +410,14 @@ fn what_has_no_importance_takes_no_room() {
         let sums = running(&importances);
         for (k, &importance) in importances.iter().enumerate() {
             let grown = sums[k + 1] - sums[k];
-            assert!((importance == 0.0) == (grown == 0.0) || (importance > 0.0 && grown >= 0.0), "{importances:?}: {sums:?}");
-            assert!((grown - f64::from(importance)).abs() <= sums[WIDTH] * 1e-15, "{importances:?}: {sums:?}");
+            assert!(
+                (importance == 0.0) == (grown == 0.0) || (importance > 0.0 && grown >= 0.0),
+                "{importances:?}: {sums:?}"
+            );
+            assert!(
+                (grown - f64::from(importance)).abs() <= sums[WIDTH] * 1e-15,
+                "{importances:?}: {sums:?}"
+            );
         }
         assert!(sums[WIDTH] == 0.0 || 1.0_f64.next_down() * sums[WIDTH] < sums[WIDTH]);
     }

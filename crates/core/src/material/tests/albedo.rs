@@ -1,16 +1,19 @@
-//! The table of directional albedos against the integrals that it is made of, and those against a Monte Carlo estimate that shares nothing
-//! with them.
+//! The table of directional albedos against the integrals that it is made of, and those against a
+//! Monte Carlo estimate that shares nothing with them.
 
 use core::f64::consts::{FRAC_PI_2, TAU};
 
-use super::super::albedo::{ANISOTROPIC, ANISOTROPIC_MEANS, Entry, STEPS, TABLE, Table, UNIT, look_up, look_up_anisotropic};
+use super::super::albedo::{
+    ANISOTROPIC, ANISOTROPIC_MEANS, Entry, STEPS, TABLE, Table, UNIT, look_up, look_up_anisotropic,
+};
 use super::super::fresnel::schlick_weight;
 use super::super::ggx::{LEAST_ROUGHNESS, sample_wm};
 use super::super::lobe_kind::on_disk;
 use super::numbers;
 use glam::DVec3;
 
-/// Points of the disk by which an entry is summed: outwards, and around one half, since the other one is alike where facets are isotropic.
+/// Points of the disk by which an entry is summed: outwards, and around one half, since the other
+/// one is alike where facets are isotropic.
 const OUTWARDS: usize = 40;
 const AROUND: usize = 8;
 /// Points around all of it where they are not.
@@ -18,8 +21,9 @@ const ALL_AROUND: usize = 24;
 /// Cosines and azimuths by which a mean over the hemisphere is summed.
 const HEMISPHERE: [usize; 2] = [96, 32];
 
-/// The mean over the hemisphere of what is interpolated between a row's entries: 8·∫E·s⁷ ds by the fourth root s of the cosine, in closed form
-/// over each step, so that what is looked up and its mean are one function's.
+/// The mean over the hemisphere of what is interpolated between a row's entries: 8·∫E·s⁷ ds by the
+/// fourth root s of the cosine, in closed form over each step, so that what is looked up and its
+/// mean are one function's.
 fn mean(row: &[Entry]) -> Entry {
     let step = 1.0 / (STEPS - 1) as f64;
     let mut sum = [0.0; 2];
@@ -40,12 +44,16 @@ fn smith(a2: f64, cosine: f64) -> f64 {
     (a2 + (1.0 - a2) * cosine * cosine).sqrt()
 }
 
-/// The directional albedo of GGX facets of reflectance one, and of one that goes from none to all by Schlick, by the cosine of incidence:
-/// the mean of its product with G₂/G₁ over the facets that are seen, by the midpoint rule over their probability, finer towards those
-/// that lie flattest against the view, where much of the loss is.
+/// The directional albedo of GGX facets of reflectance one, and of one that goes from none to all
+/// by Schlick, by the cosine of incidence: the mean of its product with G₂/G₁ over the facets that
+/// are seen, by the midpoint rule over their probability, finer towards those that lie flattest
+/// against the view, where much of the loss is.
 fn single_scattering(cosine: f64, roughness: f64) -> [f64; 2] {
     let alpha = roughness.max(LEAST_ROUGHNESS).powi(2);
-    let (a2, wo) = (alpha * alpha, DVec3::new((1.0 - cosine * cosine).max(0.0).sqrt(), 0.0, cosine));
+    let (a2, wo) = (
+        alpha * alpha,
+        DVec3::new((1.0 - cosine * cosine).max(0.0).sqrt(), 0.0, cosine),
+    );
     let (own, mut sum) = (smith(a2, cosine), [0.0; 2]);
     for k in 0..OUTWARDS * AROUND {
         let rest = 1.0 - ((k / AROUND) as f64 + 0.5) / OUTWARDS as f64;
@@ -111,18 +119,29 @@ fn difference(table: &Table, index: usize) -> [i16; 2] {
     // Head-on, too, by the azimuth's own roughness, which the direction does not tell.
     let isotropic = look_up(table, wo.z, shown.sqrt());
     let stored = |exact: f64, isotropic: f64| ((exact - isotropic) * UNIT).round() as i16;
-    [stored(1.0 - sent, isotropic[0]), stored(grazing, isotropic[1])]
+    [
+        stored(1.0 - sent, isotropic[0]),
+        stored(grazing, isotropic[1]),
+    ]
 }
 
-/// The mean over the hemisphere of what is looked up, by the midpoint rule over azimuths and the fourth root of the cosine.
+/// The mean over the hemisphere of what is looked up, by the midpoint rule over azimuths and the
+/// fourth root of the cosine.
 fn anisotropic_mean(table: &Table, index: usize) -> Entry {
     let share = |k: usize| k as f64 / (ANISOTROPIC_MEANS - 1) as f64;
-    let alpha = alpha(share(index / ANISOTROPIC_MEANS), share(index % ANISOTROPIC_MEANS));
+    let alpha = alpha(
+        share(index / ANISOTROPIC_MEANS),
+        share(index % ANISOTROPIC_MEANS),
+    );
     let ([heights, turns], mut sum) = (HEMISPHERE, [0.0; 2]);
     for i in 0..heights * turns {
         let root = ((i / turns) as f64 + 0.5) / heights as f64;
         let azimuth = FRAC_PI_2 * ((i % turns) as f64 + 0.5) / turns as f64;
-        let entry = look_up_anisotropic(table, towards(root.powi(4), [libm::cos(azimuth), libm::sin(azimuth)]), alpha);
+        let entry = look_up_anisotropic(
+            table,
+            towards(root.powi(4), [libm::cos(azimuth), libm::sin(azimuth)]),
+            alpha,
+        );
         let cell = 8.0 * root.powi(7) / (heights * turns) as f64;
         sum = [sum[0] + cell * entry[0], sum[1] + cell * entry[1]];
     }
@@ -151,19 +170,36 @@ fn computed() -> Box<Table> {
 }
 
 fn bytes(table: &Table) -> Vec<u8> {
-    let pairs = table.entries.iter().chain(&table.means).chain(&table.anisotropic_means);
-    let differences = table.anisotropic.iter().flatten().flat_map(|x| x.to_le_bytes());
-    pairs.flatten().flat_map(|x| x.to_le_bytes()).chain(differences).collect()
+    let pairs = table
+        .entries
+        .iter()
+        .chain(&table.means)
+        .chain(&table.anisotropic_means);
+    let differences = table
+        .anisotropic
+        .iter()
+        .flatten()
+        .flat_map(|x| x.to_le_bytes());
+    pairs
+        .flatten()
+        .flat_map(|x| x.to_le_bytes())
+        .chain(differences)
+        .collect()
 }
 
 /// Protects: what stands in the table is what its integrals give.
 #[test]
 fn the_table_is_its_integrals() {
-    super::hold_table("albedo.table", include_bytes!("../albedo.table"), &bytes(&computed()));
+    super::hold_table(
+        "albedo.table",
+        include_bytes!("../albedo.table"),
+        &bytes(&computed()),
+    );
 }
 
-/// Protects: directional albedos of single scattering against brute force: facets drawn by their slopes, seen or not, each weighed by Smith's
-/// height-correlated masking and shadowing through Λ. Over roughness, strength, height and azimuth, between the entries.
+/// Protects: directional albedos of single scattering against brute force: facets drawn by their
+/// slopes, seen or not, each weighed by Smith's height-correlated masking and shadowing through Λ.
+/// Over roughness, strength, height and azimuth, between the entries.
 #[test]
 fn albedos_are_those_of_the_microsurface() {
     const COUNT: u64 = 40_000;
@@ -172,13 +208,23 @@ fn albedos_are_those_of_the_microsurface() {
         let ([a, b, c], [turn, ..]) = (numbers(9000 + 2 * point), numbers(9001 + 2 * point));
         let strength = if point % 5 == 0 { 0.0 } else { b };
         let [wide, fine] = alpha(a, strength);
-        let wo = towards(0.05 + 0.95 * c, [libm::cos(TAU * turn), libm::sin(TAU * turn)]);
-        let lambda = |v: DVec3| 0.5 * ((1.0 + ((wide * v.x).powi(2) + (fine * v.y).powi(2)) / (v.z * v.z)).sqrt() - 1.0);
+        let wo = towards(
+            0.05 + 0.95 * c,
+            [libm::cos(TAU * turn), libm::sin(TAU * turn)],
+        );
+        let lambda = |v: DVec3| {
+            0.5 * ((1.0 + ((wide * v.x).powi(2) + (fine * v.y).powi(2)) / (v.z * v.z)).sqrt() - 1.0)
+        };
         let (mut sum, mut squares) = (0.0, 0.0);
         for i in 0..COUNT {
             let [u, v, _] = numbers(1_000_000 * (point + 1) + i);
             let slope = (u / (1.0 - u)).sqrt();
-            let facet = DVec3::new(wide * slope * libm::cos(TAU * v), fine * slope * libm::sin(TAU * v), 1.0).normalize();
+            let facet = DVec3::new(
+                wide * slope * libm::cos(TAU * v),
+                fine * slope * libm::sin(TAU * v),
+                1.0,
+            )
+            .normalize();
             let wi = facet * (2.0 * wo.dot(facet)) - wo;
             if wo.dot(facet) > 0.0 && wi.z > 0.0 {
                 let weight = wo.dot(facet) / (wo.z * facet.z) / (1.0 + lambda(wo) + lambda(wi));
@@ -187,9 +233,16 @@ fn albedos_are_those_of_the_microsurface() {
         }
         let mean = sum / COUNT as f64;
         let deviation = ((squares / COUNT as f64 - mean * mean) / COUNT as f64).sqrt();
-        let found =
-            if strength == 0.0 { look_up(table, wo.z, fine.sqrt()) } else { look_up_anisotropic(table, wo, [wide, fine]) };
+        let found = if strength == 0.0 {
+            look_up(table, wo.z, fine.sqrt())
+        } else {
+            look_up_anisotropic(table, wo, [wide, fine])
+        };
         let off = (1.0 - found[0] - mean).abs();
-        assert!(off <= 0.008 + 4.0 * deviation, "α {wide}, {fine}, towards {wo}: {} and {mean} ± {deviation}", 1.0 - found[0]);
+        assert!(
+            off <= 0.008 + 4.0 * deviation,
+            "α {wide}, {fine}, towards {wo}: {} and {mean} ± {deviation}",
+            1.0 - found[0]
+        );
     }
 }

@@ -1,8 +1,11 @@
-//! The table of what rough boundaries reflect and lose against the integrals that it is made of, and white glass against all that comes.
+//! The table of what rough boundaries reflect and lose against the integrals that it is made of,
+//! and white glass against all that comes.
 
 use core::f64::consts::TAU;
 
-use super::super::boundary::{BoundaryTable, LOST, MOST_INDEX, REFLECTED, UNIT, lost, mean_reflectance, reflected};
+use super::super::boundary::{
+    BoundaryTable, LOST, MOST_INDEX, REFLECTED, UNIT, lost, mean_reflectance, reflected,
+};
 use super::super::fresnel::dielectric_in_air;
 use super::super::ggx::{LEAST_ROUGHNESS, sample_wm};
 use super::super::lobe_kind::on_disk;
@@ -13,11 +16,15 @@ use glam::DVec3;
 /// Points of the disk by which an entry is summed: outwards, and around one half.
 const POINTS: [usize; 2] = [48, 12];
 
-/// Shares of light at a cosine: reflected by Fresnel's equations, lost then, and lost where facets let through all that they can. By the midpoint rule
-/// over the probability of the facets that are seen, finer towards those that lie flattest against the view.
+/// Shares of light at a cosine: reflected by Fresnel's equations, lost then, and lost where facets
+/// let through all that they can. By the midpoint rule over the probability of the facets that are
+/// seen, finer towards those that lie flattest against the view.
 fn scattering(cosine: f64, roughness: f64, eta: f64, [outwards, around]: [usize; 2]) -> [f64; 3] {
     let alpha = roughness.max(LEAST_ROUGHNESS).powi(2);
-    let (a2, wo) = (alpha * alpha, DVec3::new((1.0 - cosine * cosine).max(0.0).sqrt(), 0.0, cosine));
+    let (a2, wo) = (
+        alpha * alpha,
+        DVec3::new((1.0 - cosine * cosine).max(0.0).sqrt(), 0.0, cosine),
+    );
     let smith = |c: f64| (a2 + (1.0 - a2) * c * c).sqrt();
     let (own, mut sent, mut through, mut clear) = (smith(cosine), 0.0, 0.0, 0.0);
     for k in 0..outwards * around {
@@ -45,24 +52,33 @@ fn scattering(cosine: f64, roughness: f64, eta: f64, [outwards, around]: [usize;
     [sent, 1.0 - sent - through, 1.0 - clear]
 }
 
-/// Rows of one kind of entry over a table of such steps, each with the mean of what is interpolated between its entries: 8·∫E·s⁷ ds by the fourth root
-/// s of the cosine.
-fn rows([indices, roughnesses, cosines]: [usize; 3], of: impl Fn(f64, f64, f64) -> f64) -> Vec<u16> {
+/// Rows of one kind of entry over a table of such steps, each with the mean of what is interpolated
+/// between its entries: 8·∫E·s⁷ ds by the fourth root s of the cosine.
+fn rows(
+    [indices, roughnesses, cosines]: [usize; 3],
+    of: impl Fn(f64, f64, f64) -> f64,
+) -> Vec<u16> {
     let most = libm::sqrt(libm::sqrt(0.5 * (MOST_INDEX - 1.0)));
     let share = |i: usize, steps: usize| i as f64 / (steps - 1) as f64;
     let stored = |x: f64| (x.clamp(0.0, 1.0) * UNIT).round() as u16;
     let mut out = Vec::new();
     for i in 0..indices * roughnesses {
         let place = share(i / roughnesses, indices) * most / (1.0 + most);
-        let (index, least) = (1.0 + 2.0 * (place / (1.0 - place)).powi(4), LEAST_ROUGHNESS.sqrt());
+        let (index, least) = (
+            1.0 + 2.0 * (place / (1.0 - place)).powi(4),
+            LEAST_ROUGHNESS.sqrt(),
+        );
         let roughness = (least + share(i % roughnesses, roughnesses) * (1.0 - least)).powi(2);
-        let row: Vec<u16> = (0..cosines).map(|k| stored(of(share(k, cosines).powi(4).max(1e-4), roughness, index))).collect();
+        let row: Vec<u16> = (0..cosines)
+            .map(|k| stored(of(share(k, cosines).powi(4).max(1e-4), roughness, index)))
+            .collect();
         let (step, mut mean) = (1.0 / (cosines - 1) as f64, 0.0);
         for (k, pair) in row.windows(2).enumerate() {
             let [a, b] = [k, k + 1].map(|k| k as f64 * step);
             let [from, to] = [pair[0], pair[1]].map(|x| f64::from(x) / UNIT);
             let slope = (to - from) / step;
-            mean += (from - slope * a) * (b.powi(8) - a.powi(8)) + slope * 8.0 / 9.0 * (b.powi(9) - a.powi(9));
+            mean += (from - slope * a) * (b.powi(8) - a.powi(8))
+                + slope * 8.0 / 9.0 * (b.powi(9) - a.powi(9));
         }
         out.extend(row);
         out.push(stored(mean));
@@ -71,11 +87,15 @@ fn rows([indices, roughnesses, cosines]: [usize; 3], of: impl Fn(f64, f64, f64) 
 }
 
 fn bytes() -> Vec<u8> {
-    let mut all = rows(REFLECTED, |cosine, roughness, index| scattering(cosine, roughness, 1.0 / index, POINTS)[0]);
+    let mut all = rows(REFLECTED, |cosine, roughness, index| {
+        scattering(cosine, roughness, 1.0 / index, POINTS)[0]
+    });
     for side in [0, 1] {
         let eta = |index: f64| if side == 0 { 1.0 / index } else { index };
         for which in [1, 2] {
-            all.extend(rows(LOST, |cosine, roughness, index| scattering(cosine, roughness, eta(index), POINTS)[which]));
+            all.extend(rows(LOST, |cosine, roughness, index| {
+                scattering(cosine, roughness, eta(index), POINTS)[which]
+            }));
         }
     }
     all.into_iter().flat_map(u16::to_le_bytes).collect()
@@ -86,7 +106,11 @@ fn bytes() -> Vec<u8> {
 fn the_table_of_boundaries_is_its_integrals() {
     let found = bytes();
     assert_eq!(found.len(), BoundaryTable::BYTES);
-    super::hold_table("boundary.table", include_bytes!("../boundary.table"), &found);
+    super::hold_table(
+        "boundary.table",
+        include_bytes!("../boundary.table"),
+        &found,
+    );
 }
 
 /// Protects: what is interpolated, between the entries too, against finer sums, from both sides.
@@ -95,33 +119,63 @@ fn boundaries_reflect_and_lose_what_is_looked_up() {
     let mut worst = [0.0_f64; 3];
     for point in 0..400 {
         let ([a, b, c], [d, ..]) = (numbers(500_000 + 2 * point), numbers(500_001 + 2 * point));
-        let index = if d < 0.3 { 1.0 + 0.2 * a } else { 1.1 + 2.0 * a };
+        let index = if d < 0.3 {
+            1.0 + 0.2 * a
+        } else {
+            1.1 + 2.0 * a
+        };
         let (roughness, cosine) = (0.04 + 0.96 * b, 0.02 + 0.98 * c);
         let [sent, ..] = scattering(cosine, roughness, 1.0 / index, [96, 32]);
         worst[0] = worst[0].max((reflected(index, roughness, Some(cosine)) - sent).abs());
         for (side, eta) in [(1, 1.0 / index), (2, index)] {
             let [_, whole, clear] = scattering(cosine, roughness, eta, [96, 32]);
             let found = lost(eta, roughness, Some(cosine));
-            worst[side] = worst[side].max((found[0] - whole).abs()).max((found[1] - clear).abs());
+            worst[side] = worst[side]
+                .max((found[0] - whole).abs())
+                .max((found[1] - clear).abs());
         }
     }
-    assert!(worst[0] < 0.01 && worst[1] < 0.015 && worst[2] < 0.03, "{worst:?}");
+    assert!(
+        worst[0] < 0.01 && worst[1] < 0.015 && worst[2] < 0.03,
+        "{worst:?}"
+    );
     for index in [1.001, 1.01, 1.33, 1.5, 10.0, 1000.0] {
         let cell = |k: u32| (f64::from(k) + 0.5) / 1e5;
-        let sum = (0..100_000).map(|k| dielectric_in_air(cell(k), index) * 2.0 * cell(k) / 1e5).sum::<f64>();
-        assert!((mean_reflectance(index) - sum).abs() < 1e-6, "{index}: {} not {sum}", mean_reflectance(index));
+        let sum = (0..100_000)
+            .map(|k| dielectric_in_air(cell(k), index) * 2.0 * cell(k) / 1e5)
+            .sum::<f64>();
+        assert!(
+            (mean_reflectance(index) - sum).abs() < 1e-6,
+            "{index}: {} not {sum}",
+            mean_reflectance(index)
+        );
     }
 }
 
 fn clear(ior: f64, roughness: f64, thin: bool) -> Layered<f64> {
-    let glass = Some(Glass { share: 1.0, ior, reflected: WHITE, transmitted: WHITE });
+    let glass = Some(Glass {
+        share: 1.0,
+        ior,
+        reflected: WHITE,
+        transmitted: WHITE,
+    });
     let dielectric = ((ior - 1.0) / (ior + 1.0)).powi(2);
-    let base = MetallicRoughness { base: WHITE, metallic: 0.0, roughness, dielectric, grazing: 1.0, glass };
-    Layered { thin, ..Layered::of(base, ior) }
+    let base = MetallicRoughness {
+        base: WHITE,
+        metallic: 0.0,
+        roughness,
+        dielectric,
+        grazing: 1.0,
+        glass,
+    };
+    Layered {
+        thin,
+        ..Layered::of(base, ior)
+    }
 }
 
-/// Protects: rough glass returns and transmits all that comes, walls and bodies, seen from both sides, tinted by what it reflects or not. Walls lost
-/// up to .69, boundaries up to .62 of it.
+/// Protects: rough glass returns and transmits all that comes, walls and bodies, seen from both
+/// sides, tinted by what it reflects or not. Walls lost up to .69, boundaries up to .62 of it.
 #[test]
 fn rough_glass_keeps_all() {
     let mut worst = [(0.0_f64, String::new()), (0.0, String::new())];
@@ -130,15 +184,30 @@ fn rough_glass_keeps_all() {
             for height in [1.0, 0.7, 0.4, 0.15, 0.04] {
                 for (thin, outside) in [(true, true), (false, true), (false, false)] {
                     for (specular, strength) in [(1.0, 0.0), (0.4, 0.0), (1.0, 0.7)] {
-                        let combed = (strength > 0.0).then(|| Anisotropy { strength, frame: Frame::about(NORMAL) });
-                        let model = Layered { specular, combed, ..clear(ior, roughness, thin) };
+                        let combed = (strength > 0.0).then(|| Anisotropy {
+                            strength,
+                            frame: Frame::about(NORMAL),
+                        });
+                        let model = Layered {
+                            specular,
+                            combed,
+                            ..clear(ior, roughness, thin)
+                        };
                         let wo = towards(NORMAL, height, 0.4);
-                        let (sent, deviation) = super::furnace_of(&model.transport(NORMAL, wo, outside), wo, 1_500);
+                        let (sent, deviation) =
+                            super::furnace_of(&model.transport(NORMAL, wo, outside), wo, 1_500);
                         let off = (sent.x - 1.0).abs() - 3.5 * deviation;
                         let worst = &mut worst[usize::from(!outside)];
                         if off > worst.0 {
-                            let name = format!("index {ior}, {roughness} at {height}, thin {thin}, outside {outside}");
-                            *worst = (off, format!("{name}, {specular}, combed {strength}: {sent} ± {deviation}"));
+                            let name = format!(
+                                "index {ior}, {roughness} at {height}, thin {thin}, outside {outside}"
+                            );
+                            *worst = (
+                                off,
+                                format!(
+                                    "{name}, {specular}, combed {strength}: {sent} ± {deviation}"
+                                ),
+                            );
                         }
                     }
                 }
@@ -149,18 +218,37 @@ fn rough_glass_keeps_all() {
     // The common boundary is the layered one's.
     let own = clear(1.5, 0.8, false).base;
     let (sent, deviation) = furnace(&own.transport(NORMAL, NORMAL, true, true), NORMAL);
-    assert!((sent.x - 1.0).abs() <= 0.006 + 3.0 * deviation, "{sent} ± {deviation}");
+    assert!(
+        (sent.x - 1.0).abs() <= 0.006 + 3.0 * deviation,
+        "{sent} ± {deviation}"
+    );
 }
 
-/// Protects: rough glass is drawn by its density and gives the same both ways, but for the square of the index, with what facets send to each other.
+/// Protects: rough glass is drawn by its density and gives the same both ways, but for the square
+/// of the index, with what facets send to each other.
 #[test]
 fn whole_boundaries_are_reciprocal() {
     for (ior, roughness, specular) in [(1.5, 0.9, 1.0), (1.33, 0.5, 0.3), (2.42, 1.0, 1.0)] {
-        let model = Layered { specular, ..clear(ior, roughness, false) };
+        let model = Layered {
+            specular,
+            ..clear(ior, roughness, false)
+        };
         for height in [0.9, 0.3] {
             let wo = towards(NORMAL, height, 0.4);
-            chi_squared("glass, from outside", &model.transport(NORMAL, wo, true), wo);
-            chi_squared("wall", &Layered { thin: true, ..model }.transport(NORMAL, wo, true), wo);
+            chi_squared(
+                "glass, from outside",
+                &model.transport(NORMAL, wo, true),
+                wo,
+            );
+            chi_squared(
+                "wall",
+                &Layered {
+                    thin: true,
+                    ..model
+                }
+                .transport(NORMAL, wo, true),
+                wo,
+            );
         }
         for i in 0..400 {
             let ([a, b, c], [d, ..]) = (numbers(2 * i), numbers(2 * i + 1));
@@ -168,13 +256,17 @@ fn whole_boundaries_are_reciprocal() {
             let wi = towards(NORMAL, -0.02 - 0.98 * c, TAU * d);
             let there = model.transport(NORMAL, wo, true).eval_and_pdf(wo, wi).0.x;
             let back = model.transport(-NORMAL, wi, false).eval_and_pdf(wi, wo).0.x;
-            assert!((back * ior * ior - there).abs() <= 1e-6 * there.abs(), "index {ior}: {there} and {back}");
+            assert!(
+                (back * ior * ior - there).abs() <= 1e-6 * there.abs(),
+                "index {ior}: {there} and {back}"
+            );
             assert!(there > 0.0);
         }
     }
 }
 
-/// Protects: white paint of any index by Fresnel's equations sends back all, from head-on to 89.9°, smooth or rough, tinted and not.
+/// Protects: white paint of any index by Fresnel's equations sends back all, from head-on to 89.9°,
+/// smooth or rough, tinted and not.
 #[test]
 fn exact_paint_sends_back_all() {
     let mut worst = (0.0_f64, String::new());
@@ -183,14 +275,28 @@ fn exact_paint_sends_back_all() {
             for height in [1.0, 0.6, 0.25, 0.07, 0.02, 0.001_745] {
                 for (specular, colour) in [(1.0, 1.0), (0.5, 1.0), (1.0, 0.3), (1.0, 4.0)] {
                     let dielectric = ((ior - 1.0) / (ior + 1.0_f64)).powi(2);
-                    let base = MetallicRoughness { base: WHITE, metallic: 0.0, roughness, dielectric, grazing: 1.0, glass: None };
-                    let model =
-                        Layered { rule: FresnelRule::Exact, specular, specular_colour: WHITE * colour, ..Layered::of(base, ior) };
+                    let base = MetallicRoughness {
+                        base: WHITE,
+                        metallic: 0.0,
+                        roughness,
+                        dielectric,
+                        grazing: 1.0,
+                        glass: None,
+                    };
+                    let model = Layered {
+                        rule: FresnelRule::Exact,
+                        specular,
+                        specular_colour: WHITE * colour,
+                        ..Layered::of(base, ior)
+                    };
                     let wo = towards(NORMAL, height, 0.4);
-                    let (sent, deviation) = super::furnace_of(&model.transport(NORMAL, wo, true), wo, 1_000);
+                    let (sent, deviation) =
+                        super::furnace_of(&model.transport(NORMAL, wo, true), wo, 1_000);
                     let off = (sent.x - 1.0).abs() - 3.5 * deviation;
                     if off > worst.0 {
-                        let name = format!("index {ior}, roughness {roughness} at {height}, {specular} of {colour}");
+                        let name = format!(
+                            "index {ior}, roughness {roughness} at {height}, {specular} of {colour}"
+                        );
                         worst = (off, format!("{name}: {sent} ± {deviation}"));
                     }
                 }

@@ -1,48 +1,91 @@
-//! What whole surfaces send back and on of white light, by products of what they may be made of: never more than all.
+//! What whole surfaces send back and on of white light, by products of what they may be made of:
+//! never more than all.
 
 use super::super::*;
 use super::{NORMAL, WHITE, furnace, towards};
 use glam::DVec3;
 
 fn body(base: DVec3, share: f64, roughness: f64) -> MetallicRoughness<f64> {
-    let glass = (share > 0.0).then_some(Glass { share, ior: 1.5, reflected: WHITE, transmitted: base });
-    MetallicRoughness { base, metallic: 0.0, roughness, dielectric: 0.04, grazing: 1.0, glass }
-}
-
-/// Protects: what facets of any reflectance send to each other is the sum of its bounces: of light that they lost once, each next bounce
-/// reflects the mean share, sends on what facets do not lose, and keeps the rest for another one.
-#[test]
-fn interreflection_is_the_sum_of_its_bounces() {
-    for (f0, f90, lost) in [(0.04_f64, 1.0_f64, 0.3_f64), (0.5, 1.0, 0.1), (0.9, 1.0, 0.45), (0.02, 0.5, 0.2), (1.0, 1.0, 0.4)] {
-        // Schlick's formula in the mean over the hemisphere, by the cosine.
-        let cell = |k: u32| (f64::from(k) + 0.5) / 1e4;
-        let mean = (0..10_000).map(|k| (f0 + (f90 - f0) * (1.0 - cell(k)).powi(5)) * 2.0 * cell(k) / 1e4).sum::<f64>();
-        let sum = (1..200).map(|k| mean.powi(k + 1) * lost.powi(k - 1) * (1.0 - lost)).sum::<f64>();
-        let found = super::super::energy::interreflected_of(f0, f90, lost);
-        assert!((found - sum).abs() < 1e-6, "{f0} to {f90}, {lost} lost: {found}, not {sum}");
+    let glass = (share > 0.0).then_some(Glass {
+        share,
+        ior: 1.5,
+        reflected: WHITE,
+        transmitted: base,
+    });
+    MetallicRoughness {
+        base,
+        metallic: 0.0,
+        roughness,
+        dielectric: 0.04,
+        grazing: 1.0,
+        glass,
     }
 }
 
-/// Protects: a body that lets through a part of its light gives back at most what falls on it from within, where all is reflected beyond
-/// the critical angle, so that no depth of paths makes light; smooth white ones all of it, in closed form.
+/// Protects: what facets of any reflectance send to each other is the sum of its bounces: of light
+/// that they lost once, each next bounce reflects the mean share, sends on what facets do not lose,
+/// and keeps the rest for another one.
+#[test]
+fn interreflection_is_the_sum_of_its_bounces() {
+    for (f0, f90, lost) in [
+        (0.04_f64, 1.0_f64, 0.3_f64),
+        (0.5, 1.0, 0.1),
+        (0.9, 1.0, 0.45),
+        (0.02, 0.5, 0.2),
+        (1.0, 1.0, 0.4),
+    ] {
+        // Schlick's formula in the mean over the hemisphere, by the cosine.
+        let cell = |k: u32| (f64::from(k) + 0.5) / 1e4;
+        let mean = (0..10_000)
+            .map(|k| (f0 + (f90 - f0) * (1.0 - cell(k)).powi(5)) * 2.0 * cell(k) / 1e4)
+            .sum::<f64>();
+        let sum = (1..200)
+            .map(|k| mean.powi(k + 1) * lost.powi(k - 1) * (1.0 - lost))
+            .sum::<f64>();
+        let found = super::super::energy::interreflected_of(f0, f90, lost);
+        assert!(
+            (found - sum).abs() < 1e-6,
+            "{f0} to {f90}, {lost} lost: {found}, not {sum}"
+        );
+    }
+}
+
+/// Protects: a body that lets through a part of its light gives back at most what falls on it from
+/// within, where all is reflected beyond the critical angle, so that no depth of paths makes light;
+/// smooth white ones all of it, in closed form.
 #[test]
 fn bodies_keep_their_light_within() {
-    for (base, share) in [(1.0, 0.25), (1.0, 0.5), (1.0, 1.0), (0.8, 0.5), (0.8, 1.0), (0.2, 0.75)] {
+    for (base, share) in [
+        (1.0, 0.25),
+        (1.0, 0.5),
+        (1.0, 1.0),
+        (0.8, 0.5),
+        (0.8, 1.0),
+        (0.2, 0.75),
+    ] {
         for roughness in [0.0, 0.2, 0.6, 1.0] {
             for height in [1.0, 0.76, 0.73, 0.5, 0.1] {
                 let wo = towards(NORMAL, height, 0.4);
                 let own = body(WHITE * base, share, roughness);
                 let layered = Layered::of(own, 1.5);
-                let both =
-                    [furnace(&own.transport(NORMAL, wo, false, true), wo), furnace(&layered.transport(NORMAL, wo, false), wo)];
+                let both = [
+                    furnace(&own.transport(NORMAL, wo, false, true), wo),
+                    furnace(&layered.transport(NORMAL, wo, false), wo),
+                ];
                 for (sent, deviation) in both {
-                    let name = format!("{base}, {share} of it clear, roughness {roughness} at {height}: {sent} ± {deviation}");
+                    let name = format!(
+                        "{base}, {share} of it clear, roughness {roughness} at {height}: {sent} ± {deviation}"
+                    );
                     assert!(sent.x <= 1.0 + 3.0 * deviation + 1e-9, "{name}");
-                    // Glass keeps Fresnel's share and lets the rest through; what comes at the paint is diffused.
+                    // Glass keeps Fresnel's share and lets the rest through; what comes at the
+                    // paint is diffused.
                     let beyond = 1.0 - 2.25 * (1.0 - height * height);
                     let kept = dielectric(height, (beyond > 0.0).then(|| f64::sqrt(beyond)), 1.5);
                     let wanted = share * (kept + (1.0 - kept) * base) + (1.0 - share) * base;
-                    assert!(roughness > 0.0 || (sent.x - wanted).abs() <= 4.0 * deviation + 1e-9, "{name}, not {wanted}");
+                    assert!(
+                        roughness > 0.0 || (sent.x - wanted).abs() <= 4.0 * deviation + 1e-9,
+                        "{name}, not {wanted}"
+                    );
                 }
             }
         }
@@ -53,41 +96,105 @@ fn bodies_keep_their_light_within() {
 type Variant = (&'static str, fn(Layered<f64>) -> Layered<f64>);
 
 fn combed(strength: f64) -> Option<Anisotropy<f64>> {
-    Some(Anisotropy { strength, frame: Frame::along(NORMAL, DVec3::new(0.3, 0.9, -0.2), false) })
+    Some(Anisotropy {
+        strength,
+        frame: Frame::along(NORMAL, DVec3::new(0.3, 0.9, -0.2), false),
+    })
 }
 
 fn coat(roughness: f64) -> Option<Coat<f64>> {
-    Some(Coat { weight: 1.0, roughness, normal: NORMAL })
+    Some(Coat {
+        weight: 1.0,
+        roughness,
+        normal: NORMAL,
+    })
 }
 
 fn film(ior: f64, thickness: f64) -> Option<Film<f64>> {
-    Some(Film { share: 1.0, ior, thickness })
+    Some(Film {
+        share: 1.0,
+        ior,
+        thickness,
+    })
 }
 
 const VARIANTS: [Variant; 15] = [
     ("bare", |model| model),
-    ("smooth coat", |model| Layered { coat: coat(0.0), ..model }),
-    ("rough coat", |model| Layered { coat: coat(0.4), ..model }),
-    ("velvet", |model| Layered { sheen: Some(Sheen { colour: WHITE, roughness: 0.5 }), ..model }),
-    ("silk", |model| Layered { sheen: Some(Sheen { colour: WHITE, roughness: 0.1 }), ..model }),
-    ("oil", |model| Layered { film: film(1.8, 420.0), ..model }),
-    ("soap", |model| Layered { film: film(1.33, 900.0), ..model }),
-    ("combed", |model| Layered { combed: combed(0.8), ..model }),
-    ("leaf", |model| Layered { diffused: Some(Diffused { share: 0.5, colour: WHITE }), ..model }),
-    ("exact", |model| Layered { rule: FresnelRule::Exact, ..model }),
-    ("Schlick", |model| Layered { rule: FresnelRule::Schlick, ..model }),
-    ("gold reflection", |model| Layered { specular_colour: DVec3::new(9.0, 5.0, 1.0), ..model }),
-    ("half a reflection", |model| Layered { specular: 0.5, ..model }),
-    ("oil under a coat", |model| Layered { coat: coat(0.2), film: film(1.5, 300.0), ..model }),
+    ("smooth coat", |model| Layered {
+        coat: coat(0.0),
+        ..model
+    }),
+    ("rough coat", |model| Layered {
+        coat: coat(0.4),
+        ..model
+    }),
+    ("velvet", |model| Layered {
+        sheen: Some(Sheen {
+            colour: WHITE,
+            roughness: 0.5,
+        }),
+        ..model
+    }),
+    ("silk", |model| Layered {
+        sheen: Some(Sheen {
+            colour: WHITE,
+            roughness: 0.1,
+        }),
+        ..model
+    }),
+    ("oil", |model| Layered {
+        film: film(1.8, 420.0),
+        ..model
+    }),
+    ("soap", |model| Layered {
+        film: film(1.33, 900.0),
+        ..model
+    }),
+    ("combed", |model| Layered {
+        combed: combed(0.8),
+        ..model
+    }),
+    ("leaf", |model| Layered {
+        diffused: Some(Diffused {
+            share: 0.5,
+            colour: WHITE,
+        }),
+        ..model
+    }),
+    ("exact", |model| Layered {
+        rule: FresnelRule::Exact,
+        ..model
+    }),
+    ("Schlick", |model| Layered {
+        rule: FresnelRule::Schlick,
+        ..model
+    }),
+    ("gold reflection", |model| Layered {
+        specular_colour: DVec3::new(9.0, 5.0, 1.0),
+        ..model
+    }),
+    ("half a reflection", |model| Layered {
+        specular: 0.5,
+        ..model
+    }),
+    ("oil under a coat", |model| Layered {
+        coat: coat(0.2),
+        film: film(1.5, 300.0),
+        ..model
+    }),
     ("combed leaf under a coat", |model| Layered {
         coat: coat(0.2),
         combed: combed(1.0),
-        diffused: Some(Diffused { share: 0.5, colour: WHITE }),
+        diffused: Some(Diffused {
+            share: 0.5,
+            colour: WHITE,
+        }),
         ..model
     }),
 ];
 
-/// Every kind of white surface: of which share is metal and which share of the rest is clear, thin or not.
+/// Every kind of white surface: of which share is metal and which share of the rest is clear, thin
+/// or not.
 fn surfaces() -> impl Iterator<Item = (String, Layered<f64>)> {
     VARIANTS.into_iter().flat_map(|(name, variant)| {
         [0.0, 0.05, 0.2, 0.5, 1.0].into_iter().flat_map(move |roughness| {
@@ -102,12 +209,17 @@ fn surfaces() -> impl Iterator<Item = (String, Layered<f64>)> {
     })
 }
 
-/// What a surface sends of white light in its strongest channel, from a few samples and from more where these say too much.
+/// What a surface sends of white light in its strongest channel, from a few samples and from more
+/// where these say too much.
 fn sent(model: &Layered<f64>, height: f64, outside: bool) -> (f64, f64) {
     let wo = towards(NORMAL, height, if height > 0.3 { 0.4 } else { 2.0 });
     let bsdf = model.transport(NORMAL, wo, outside);
     let (mean, deviation) = few(&bsdf, wo, 500);
-    if mean <= 1.005 + 3.0 * deviation { (mean, deviation) } else { few(&bsdf, wo, 60_000) }
+    if mean <= 1.005 + 3.0 * deviation {
+        (mean, deviation)
+    } else {
+        few(&bsdf, wo, 60_000)
+    }
 }
 
 fn few(bsdf: &LayeredBsdf<f64>, wo: DVec3, count: u64) -> (f64, f64) {
@@ -115,8 +227,9 @@ fn few(bsdf: &LayeredBsdf<f64>, wo: DVec3, count: u64) -> (f64, f64) {
     (mean.max_element(), deviation)
 }
 
-/// Protects: no surface sends back and on more light than falls on it, for the product of what it may be made of, seen from both sides and
-/// at every angle; glTF's own formula, which is a rung, does.
+/// Protects: no surface sends back and on more light than falls on it, for the product of what it
+/// may be made of, seen from both sides and at every angle; glTF's own formula, which is a rung,
+/// does.
 #[test]
 fn no_surface_makes_light() {
     let mut worst = (0.0, String::new());
@@ -128,41 +241,60 @@ fn no_surface_makes_light() {
                 }
                 let (sent, deviation) = sent(&model, height, outside);
                 if sent - 3.0 * deviation > worst.0 {
-                    worst = (sent - 3.0 * deviation, format!("{name}, outside {outside} at {height}: {sent} ± {deviation}"));
+                    worst = (
+                        sent - 3.0 * deviation,
+                        format!("{name}, outside {outside} at {height}: {sent} ± {deviation}"),
+                    );
                 }
             }
         }
     }
     assert!(worst.0 <= 1.005, "{}", worst.1);
-    let literal = Layered { rule: FresnelRule::Model, ..Layered::of(body(WHITE, 0.0, 0.0), 1.5) };
-    assert!(sent(&literal, 0.02, true).0 > 1.5, "the rung that makes light is no other than the default");
+    let literal = Layered {
+        rule: FresnelRule::Model,
+        ..Layered::of(body(WHITE, 0.0, 0.0), 1.5)
+    };
+    assert!(
+        sent(&literal, 0.02, true).0 > 1.5,
+        "the rung that makes light is no other than the default"
+    );
 }
 
-/// Protects: closed forms. White dielectrics, metals and mixtures of both send back all that comes, rough or smooth, at every angle; of a
-/// grey base all but what it absorbs of what the facets leave, which is what they leave of a white one.
+/// Protects: closed forms. White dielectrics, metals and mixtures of both send back all that comes,
+/// rough or smooth, at every angle; of a grey base all but what it absorbs of what the facets
+/// leave, which is what they leave of a white one.
 #[test]
 fn white_surfaces_send_back_all() {
     for metallic in [0.0, 0.5, 1.0] {
         for roughness in [0.0, 0.1, 0.3, 0.6, 1.0] {
             for height in [1.0, 0.6, 0.25, 0.1, 0.03] {
                 let wo = towards(NORMAL, height, 0.4);
-                let own = |base: f64| MetallicRoughness { metallic, ..body(WHITE * base, 0.0, roughness) };
+                let own = |base: f64| MetallicRoughness {
+                    metallic,
+                    ..body(WHITE * base, 0.0, roughness)
+                };
                 let (all, deviation) = furnace(&own(1.0).transport(NORMAL, wo, true, true), wo);
-                let name = format!("metal {metallic}, roughness {roughness} at {height}: {all} ± {deviation}");
+                let name = format!(
+                    "metal {metallic}, roughness {roughness} at {height}: {all} ± {deviation}"
+                );
                 assert!((all.x - 1.0).abs() <= 0.003 + 3.0 * deviation, "{name}");
                 if metallic == 0.0 {
                     let (some, spread) = furnace(&own(0.5).transport(NORMAL, wo, true, true), wo);
                     let (none, rest) = furnace(&own(0.0).transport(NORMAL, wo, true, true), wo);
                     let off = (some.x - 0.5 * (1.0 + none.x)).abs();
-                    assert!(off <= 0.003 + 3.0 * (spread + rest), "{name}: grey {some}, black {none}");
+                    assert!(
+                        off <= 0.003 + 3.0 * (spread + rest),
+                        "{name}: grey {some}, black {none}"
+                    );
                 }
             }
         }
     }
 }
 
-/// Protects: closed forms of combed facets. White metal of any roughness and strength sends back all that comes, along the combing, across it and
-/// between, and so do white dielectrics and mixtures.
+/// Protects: closed forms of combed facets. White metal of any roughness and strength sends back
+/// all that comes, along the combing, across it and between, and so do white dielectrics and
+/// mixtures.
 #[test]
 fn white_combed_surfaces_send_back_all() {
     let mut worst = (0.0_f64, String::new());
@@ -171,17 +303,28 @@ fn white_combed_surfaces_send_back_all() {
             for strength in [0.1, 0.35, 0.7, 1.0] {
                 for height in [1.0, 0.6, 0.25, 0.08] {
                     for turn in [0.0, 0.15, 0.25] {
-                        let base = MetallicRoughness { metallic, ..body(WHITE, 0.0, roughness) };
-                        let model = Layered { combed: combed(strength), ..Layered::of(base, 1.5) };
+                        let base = MetallicRoughness {
+                            metallic,
+                            ..body(WHITE, 0.0, roughness)
+                        };
+                        let model = Layered {
+                            combed: combed(strength),
+                            ..Layered::of(base, 1.5)
+                        };
                         let frame = model.combed.expect("it is combed").frame;
                         let across = f64::sqrt(1.0 - height * height);
-                        let [x, y] = [libm::cos(core::f64::consts::TAU * turn), libm::sin(core::f64::consts::TAU * turn)];
+                        let [x, y] = [
+                            libm::cos(core::f64::consts::TAU * turn),
+                            libm::sin(core::f64::consts::TAU * turn),
+                        ];
                         let wo = frame.to_world(DVec3::new(across * x, across * y, height));
-                        let (sent, deviation) = super::furnace_of(&model.transport(NORMAL, wo, true), wo, 3_000);
+                        let (sent, deviation) =
+                            super::furnace_of(&model.transport(NORMAL, wo, true), wo, 3_000);
                         let off = (sent.x - 1.0).abs() - 3.5 * deviation;
                         if off > worst.0 {
-                            let name =
-                                format!("metal {metallic}, roughness {roughness}, strength {strength} at {height}, {turn}");
+                            let name = format!(
+                                "metal {metallic}, roughness {roughness}, strength {strength} at {height}, {turn}"
+                            );
                             worst = (off, format!("{name}: {sent} ± {deviation}"));
                         }
                     }
@@ -192,19 +335,26 @@ fn white_combed_surfaces_send_back_all() {
     assert!(worst.0 <= 0.005, "{}", worst.1);
 }
 
-/// Protects: light and view swapped give the same, of rough metal too, whose facets give back what they send to each other.
+/// Protects: light and view swapped give the same, of rough metal too, whose facets give back what
+/// they send to each other.
 #[test]
 fn surfaces_are_reciprocal() {
     for metallic in [0.0, 0.5, 1.0] {
         for roughness in [0.1, 0.3, 0.8, 1.0] {
-            let model = MetallicRoughness { metallic, ..body(DVec3::new(0.9, 0.6, 0.2), 0.0, roughness) };
+            let model = MetallicRoughness {
+                metallic,
+                ..body(DVec3::new(0.9, 0.6, 0.2), 0.0, roughness)
+            };
             for i in 0..300 {
                 let ([a, b, c], [d, ..]) = (super::numbers(2 * i), super::numbers(2 * i + 1));
                 let wo = towards(NORMAL, 0.01 + 0.99 * a, core::f64::consts::TAU * b);
                 let wi = towards(NORMAL, 0.01 + 0.99 * c, core::f64::consts::TAU * d);
                 let there = model.transport(NORMAL, wo, true, true).eval(wo, wi);
                 let back = model.transport(NORMAL, wi, true, true).eval(wi, wo);
-                assert!((there - back).length() <= 1e-9 * there.length(), "{metallic} {roughness}: {there} and {back}");
+                assert!(
+                    (there - back).length() <= 1e-9 * there.length(),
+                    "{metallic} {roughness}: {there} and {back}"
+                );
             }
         }
     }

@@ -1,4 +1,5 @@
-//! Shading in lanes against the one-lane version, to the bit: whatever the neighbours of a lane are.
+//! Shading in lanes against the one-lane version, to the bit: whatever the neighbours of a lane
+//! are.
 
 use super::super::albedo::Albedo;
 use super::super::energy::Remainder;
@@ -31,7 +32,11 @@ struct Case {
 fn towards(n: DVec3, height: f64, turn: f64) -> DVec3 {
     let across = (1.0 - height * height).max(0.0).sqrt();
     let turn = core::f64::consts::TAU * turn;
-    let v = Frame::<f64>::about(n).to_world(DVec3::new(across * libm::cos(turn), across * libm::sin(turn), height));
+    let v = Frame::<f64>::about(n).to_world(DVec3::new(
+        across * libm::cos(turn),
+        across * libm::sin(turn),
+        height,
+    ));
     v.as_vec3().as_dvec3()
 }
 
@@ -62,12 +67,29 @@ impl Case {
         let end = |[how, x, _]: [f64; 3]| [0.0, 1.0, x, x, x, x][(how * 6.0) as usize];
         let colours = [0; 4].map(|_| {
             let [r, g, b] = [end(next()), end(next()), end(next())];
-            if kind < 0.1 { DVec3::ZERO } else { DVec3::new(r, g, b) }
+            if kind < 0.1 {
+                DVec3::ZERO
+            } else {
+                DVec3::new(r, g, b)
+            }
         });
         let ior = f64::from(1.0 + next()[0] as f32);
-        let drawn = [0; 3].map(|_| [0.0, next()[0], next()[0], next()[0]][(next()[1] * 4.0) as usize]);
+        let drawn =
+            [0; 3].map(|_| [0.0, next()[0], next()[0], next()[0]][(next()[1] * 4.0) as usize]);
         let [metallic, roughness, share] = [0; 3].map(|_| end(next()));
-        Self { normal, wo, wi, colours, metallic, roughness, dielectric: 0.04, share, ior, outside: next()[0] < 0.5, drawn }
+        Self {
+            normal,
+            wo,
+            wi,
+            colours,
+            metallic,
+            roughness,
+            dielectric: 0.04,
+            share,
+            ior,
+            outside: next()[0] < 0.5,
+            drawn,
+        }
     }
 }
 
@@ -81,11 +103,25 @@ struct Outcome<N: Number> {
 impl<N: Number> Outcome<N> {
     /// Lane after lane: bits, and all that is not a number is one.
     fn lanes(&self) -> Vec<Vec<u32>> {
-        let bits = |x: f64| if x.is_nan() { u32::MAX } else { (x as f32).to_bits() };
+        let bits = |x: f64| {
+            if x.is_nan() {
+                u32::MAX
+            } else {
+                (x as f32).to_bits()
+            }
+        };
         let lane = |lane: usize| {
-            let vectors = self.vectors.iter().flat_map(|v| v.lane(lane).to_array().map(bits));
+            let vectors = self
+                .vectors
+                .iter()
+                .flat_map(|v| v.lane(lane).to_array().map(bits));
             let masks = self.masks.iter().map(|mask| mask.lane(lane).into());
-            self.numbers.iter().map(|x| bits(x.lane(lane))).chain(vectors).chain(masks).collect()
+            self.numbers
+                .iter()
+                .map(|x| bits(x.lane(lane)))
+                .chain(vectors)
+                .chain(masks)
+                .collect()
         };
         (0..N::LANES).map(lane).collect()
     }
@@ -103,12 +139,23 @@ impl<N: Number> Outcome<N> {
     }
 
     #[inline(never)]
-    fn rough(&mut self, model: &MetallicRoughness<N>, normal: N::Vec3, [wo, wi]: [N::Vec3; 2], drawn: [N; 3]) {
+    fn rough(
+        &mut self,
+        model: &MetallicRoughness<N>,
+        normal: N::Vec3,
+        [wo, wi]: [N::Vec3; 2],
+        drawn: [N; 3],
+    ) {
         let bsdf = model.rough(normal, wo, true);
         let (value, density) = bsdf.eval_and_pdf(wo, wi);
         let sampled = bsdf.sample(&Frame::about(normal), wo, drawn);
         self.numbers.extend([density, sampled.density]);
-        self.vectors.extend([value, bsdf.eval_diffuse(wo, wi), sampled.direction, sampled.weight]);
+        self.vectors.extend([
+            value,
+            bsdf.eval_diffuse(wo, wi),
+            sampled.direction,
+            sampled.weight,
+        ]);
         self.masks.push(model.is_rough());
     }
 
@@ -129,42 +176,90 @@ impl<N: Number> Outcome<N> {
     #[inline(never)]
     fn frames(&mut self, normal: N::Vec3, wi: N::Vec3, outside: N::Mask) -> Frame<N> {
         let (frame, along) = (Frame::about(normal), Frame::<N>::along(normal, wi, outside));
-        self.vectors.extend([frame.tangent, frame.bitangent, along.tangent, along.bitangent]);
+        self.vectors.extend([
+            frame.tangent,
+            frame.bitangent,
+            along.tangent,
+            along.bitangent,
+        ]);
         frame
     }
 
     #[inline(never)]
     fn reflectances(&mut self, model: &MetallicRoughness<N>, colour: N::Vec3, cosine: N) {
-        self.numbers.extend([model.through(), schlick_weight(cosine)]);
-        self.vectors.extend([model.albedo(), model.f0(), model.mirror().reflectance(cosine), schlick(colour, cosine)]);
-        self.vectors.push(environment_reflectance(colour, model.roughness, cosine.max(N::ZERO)));
+        self.numbers
+            .extend([model.through(), schlick_weight(cosine)]);
+        self.vectors.extend([
+            model.albedo(),
+            model.f0(),
+            model.mirror().reflectance(cosine),
+            schlick(colour, cosine),
+        ]);
+        self.vectors.push(environment_reflectance(
+            colour,
+            model.roughness,
+            cosine.max(N::ZERO),
+        ));
     }
 }
 
-/// What comes out of every function, lane after lane. The first mask is whether the list of the set's lobes sends light.
+/// What comes out of every function, lane after lane. The first mask is whether the list of the
+/// set's lobes sends light.
 fn outcome<N: Number>(set: u32, first: usize) -> Vec<Vec<u32>> {
     let at = |lane: usize| Case::of((first + lane) % CASES);
     let number = |of: fn(&Case) -> f64| N::of_lanes(|lane| of(&at(lane)));
     let vector = |of: fn(&Case) -> DVec3| <N::Vec3 as Vector3<N>>::of_lanes(|lane| of(&at(lane)));
     let (normal, wo, wi) = (vector(|c| c.normal), vector(|c| c.wo), vector(|c| c.wi));
-    let [first_colour, second, third, fourth] =
-        [vector(|c| c.colours[0]), vector(|c| c.colours[1]), vector(|c| c.colours[2]), vector(|c| c.colours[3])];
+    let [first_colour, second, third, fourth] = [
+        vector(|c| c.colours[0]),
+        vector(|c| c.colours[1]),
+        vector(|c| c.colours[2]),
+        vector(|c| c.colours[3]),
+    ];
     let (roughness, share) = (number(|c| c.roughness), number(|c| c.share));
-    let drawn = [number(|c| c.drawn[0]), number(|c| c.drawn[1]), number(|c| c.drawn[2])];
+    let drawn = [
+        number(|c| c.drawn[0]),
+        number(|c| c.drawn[1]),
+        number(|c| c.drawn[2]),
+    ];
     let mut outside = N::Mask::default();
-    (0..N::LANES).filter(|&lane| at(lane).outside).for_each(|lane| outside.set(lane));
-    let glass =
-        Glass { share: number(|c| c.drawn[2]), ior: N::exact(|lane| at(lane).ior), reflected: third, transmitted: fourth };
+    (0..N::LANES)
+        .filter(|&lane| at(lane).outside)
+        .for_each(|lane| outside.set(lane));
+    let glass = Glass {
+        share: number(|c| c.drawn[2]),
+        ior: N::exact(|lane| at(lane).ior),
+        reflected: third,
+        transmitted: fourth,
+    };
     let dielectric = Lobe::Dielectric(glass.boundary(outside, share, None));
-    let layer = [number(|c| c.dielectric * c.drawn[0]), number(|c| c.drawn[1]), number(|c| c.drawn[2])];
-    let remainder = Remainder::new(layer, roughness).seen_at(normal.dot(wo), Albedo::mean(roughness));
+    let layer = [
+        number(|c| c.dielectric * c.drawn[0]),
+        number(|c| c.drawn[1]),
+        number(|c| c.drawn[2]),
+    ];
+    let remainder =
+        Remainder::new(layer, roughness).seen_at(normal.dot(wo), Albedo::mean(roughness));
     let kinds = [
-        Lobe::Diffuse { albedo: first_colour, interreflected: second, remainder },
-        Lobe::Rough { f0: second, f90: Vector3::ONE, roughness },
-        Lobe::Mirror { f0: third, f90: fourth },
+        Lobe::Diffuse {
+            albedo: first_colour,
+            interreflected: second,
+            remainder,
+        },
+        Lobe::Rough {
+            f0: second,
+            f90: Vector3::ONE,
+            roughness,
+        },
+        Lobe::Mirror {
+            f0: third,
+            f90: fourth,
+        },
         dielectric,
     ];
-    let chosen = (0..KINDS).filter(|kind| set >> kind & 1 == 1).map(|kind| kinds[kind as usize]);
+    let chosen = (0..KINDS)
+        .filter(|kind| set >> kind & 1 == 1)
+        .map(|kind| kinds[kind as usize]);
     let list = chosen.fold(Bsdf::new(normal), Bsdf::with);
     let model = MetallicRoughness {
         base: first_colour,
@@ -174,20 +269,42 @@ fn outcome<N: Number>(set: u32, first: usize) -> Vec<Vec<u32>> {
         grazing: number(|c| c.drawn[1]),
         glass: (set & 1 == 1).then_some(glass),
     };
-    let mut found = Outcome { numbers: Vec::new(), vectors: Vec::new(), masks: Vec::new() };
+    let mut found = Outcome {
+        numbers: Vec::new(),
+        vectors: Vec::new(),
+        masks: Vec::new(),
+    };
     let frame = found.frames(normal, wi, outside);
     found.reflectances(&model, second, normal.dot(wo));
     let mut lists = vec![list, model.local_bsdf(normal, wo)];
     if set < 2 {
         // What does not depend on the set but for whether there is glass.
         let further = Bsdf::new(normal)
-            .with(Lobe::Lambert(Lambert { albedo: first_colour }))
-            .with(Lobe::Rough { f0: second, f90: third, roughness })
-            .with(Lobe::Dielectric(glass.boundary(outside, share, Some(roughness))));
+            .with(Lobe::Lambert(Lambert {
+                albedo: first_colour,
+            }))
+            .with(Lobe::Rough {
+                f0: second,
+                f90: third,
+                roughness,
+            })
+            .with(Lobe::Dielectric(glass.boundary(
+                outside,
+                share,
+                Some(roughness),
+            )));
         lists.extend([further, model.transport(normal, wo, outside, true)]);
         found.values_of_both_sides(&further, wo, wi);
         found.rough(&model, normal, [wo, wi], drawn);
-        let bent = NormalMap::<N> { normal, along: wi, mirrored: outside, code: second, geometric: wo, outside, direction: -wo };
+        let bent = NormalMap::<N> {
+            normal,
+            along: wi,
+            mirrored: outside,
+            code: second,
+            geometric: wo,
+            outside,
+            direction: -wo,
+        };
         found.vectors.push(bent.perturbed_normal());
     }
     for bsdf in lists {
@@ -198,8 +315,9 @@ fn outcome<N: Number>(set: u32, first: usize) -> Vec<Vec<u32>> {
     found.lanes()
 }
 
-/// Protects: 4 lanes give the bits of one, in every function of shading and for all combinations of lobes, among them what is
-/// grazing, below the surface or opposite, roughness 0 and 1 and colours without a part or without any.
+/// Protects: 4 lanes give the bits of one, in every function of shading and for all combinations of
+/// lobes, among them what is grazing, below the surface or opposite, roughness 0 and 1 and colours
+/// without a part or without any.
 #[test]
 fn lanes_have_the_bits_of_one() {
     const N: usize = 4;
@@ -207,21 +325,30 @@ fn lanes_have_the_bits_of_one() {
         for first in (0..CASES).step_by(N) {
             for (lane, found) in outcome::<Lanes<N>>(set, first).into_iter().enumerate() {
                 let alone = outcome::<f32>(set, first + lane).remove(0);
-                assert_eq!(found, alone, "lobes {set:04b}, lane {lane}: {:?}", Case::of(first + lane));
+                assert_eq!(
+                    found,
+                    alone,
+                    "lobes {set:04b}, lane {lane}: {:?}",
+                    Case::of(first + lane)
+                );
             }
         }
     }
 }
 
-/// Protects: a rough surface that lets nothing through has the same bits by the two lobes that are always there as by the list of those
-/// that it needs.
+/// Protects: a rough surface that lets nothing through has the same bits by the two lobes that are
+/// always there as by the list of those that it needs.
 #[test]
 fn rough_surfaces_are_what_they_are_by_all_lobes() {
     let mut rough = 0;
     for case in (0..CASES).map(Case::of) {
         let number = |x: f64| x as f32;
         let [normal, wo, wi] = [case.normal, case.wo, case.wi].map(|v| v.as_vec3());
-        let (base, metallic, roughness) = (case.colours[0].as_vec3(), number(case.metallic), number(case.roughness));
+        let (base, metallic, roughness) = (
+            case.colours[0].as_vec3(),
+            number(case.metallic),
+            number(case.roughness),
+        );
         let model = MetallicRoughness {
             base,
             metallic,
@@ -235,11 +362,32 @@ fn rough_surfaces_are_what_they_are_by_all_lobes() {
         }
         rough += 1;
         for compensated in [false, true] {
-            let (two, all) = (model.rough(normal, wo, compensated), model.transport(normal, wo, case.outside, compensated));
-            let bits = |v: glam::Vec3| v.to_array().map(|x| if x.is_nan() { u32::MAX } else { (x + 0.0).to_bits() });
-            let told = |(value, density): (glam::Vec3, f32)| (bits(value), bits(glam::Vec3::splat(density)));
-            assert_eq!(told(two.eval_and_pdf(wo, wi)), told(all.eval_and_pdf(wo, wi)), "{case:?}");
-            assert_eq!(bits(two.eval_diffuse(wo, wi)), bits(all.eval_diffuse(wo, wi)), "{case:?}");
+            let (two, all) = (
+                model.rough(normal, wo, compensated),
+                model.transport(normal, wo, case.outside, compensated),
+            );
+            let bits = |v: glam::Vec3| {
+                v.to_array().map(|x| {
+                    if x.is_nan() {
+                        u32::MAX
+                    } else {
+                        (x + 0.0).to_bits()
+                    }
+                })
+            };
+            let told = |(value, density): (glam::Vec3, f32)| {
+                (bits(value), bits(glam::Vec3::splat(density)))
+            };
+            assert_eq!(
+                told(two.eval_and_pdf(wo, wi)),
+                told(all.eval_and_pdf(wo, wi)),
+                "{case:?}"
+            );
+            assert_eq!(
+                bits(two.eval_diffuse(wo, wi)),
+                bits(all.eval_diffuse(wo, wi)),
+                "{case:?}"
+            );
             let (frame, drawn) = (Frame::about(normal), case.drawn.map(number));
             let [a, b] = [two.sample(&frame, wo, drawn), all.sample(&frame, wo, drawn)];
             assert_eq!(
@@ -255,7 +403,12 @@ fn rough_surfaces_are_what_they_are_by_all_lobes() {
 #[test]
 fn glass_is_not_rough() {
     use glam::DVec3;
-    let glass = Glass { share: 1.0, ior: 1.5, reflected: DVec3::ONE, transmitted: DVec3::ONE };
+    let glass = Glass {
+        share: 1.0,
+        ior: 1.5,
+        reflected: DVec3::ONE,
+        transmitted: DVec3::ONE,
+    };
     let model = |glass| MetallicRoughness::<f64> {
         base: DVec3::ONE,
         metallic: 0.0,
@@ -267,14 +420,18 @@ fn glass_is_not_rough() {
     assert!(model(None).is_rough() && !model(Some(glass)).is_rough());
 }
 
-/// Protects: the cases above are what they claim to be: something of each is there, many send light, and some send none.
+/// Protects: the cases above are what they claim to be: something of each is there, many send
+/// light, and some send none.
 #[test]
 fn cases_meet_what_may_differ() {
     let all: Vec<Case> = (0..CASES).map(Case::of).collect();
     let count = |of: &dyn Fn(&Case) -> bool| all.iter().filter(|case| of(case)).count();
     for (name, found) in [
         ("below the surface", count(&|c| c.normal.dot(c.wo) < -0.01)),
-        ("grazing", count(&|c| (1e-6..1e-3).contains(&c.normal.dot(c.wo)))),
+        (
+            "grazing",
+            count(&|c| (1e-6..1e-3).contains(&c.normal.dot(c.wo))),
+        ),
         ("opposite", count(&|c| c.wi == -c.wo)),
         ("back where it came from", count(&|c| c.wi == c.wo)),
         ("a mirror", count(&|c| c.roughness == 0.0)),
@@ -285,6 +442,14 @@ fn cases_meet_what_may_differ() {
     ] {
         assert!(found > CASES / 100, "{name}: {found} cases");
     }
-    let sent = |set| (0..CASES).filter(|&i| outcome::<f32>(set, i)[0].iter().rev().nth(3) == Some(&1)).count();
-    assert!((CASES / 4..CASES).contains(&sent(0b1111)), "{} send light", sent(0b1111));
+    let sent = |set| {
+        (0..CASES)
+            .filter(|&i| outcome::<f32>(set, i)[0].iter().rev().nth(3) == Some(&1))
+            .count()
+    };
+    assert!(
+        (CASES / 4..CASES).contains(&sent(0b1111)),
+        "{} send light",
+        sent(0b1111)
+    );
 }

@@ -1,4 +1,5 @@
-//! Layered surfaces: sampling against densities, values against reciprocity and the energy that came in, and closed forms.
+//! Layered surfaces: sampling against densities, values against reciprocity and the energy that
+//! came in, and closed forms.
 
 use super::super::film::reflectance;
 use super::super::*;
@@ -7,13 +8,32 @@ use crate::number::{Lanes, Mask, Number, Vector3};
 use glam::DVec3;
 
 fn matte(base: DVec3, roughness: f64) -> MetallicRoughness<f64> {
-    MetallicRoughness { base, metallic: 0.0, roughness, dielectric: 0.04, grazing: 1.0, glass: None }
+    MetallicRoughness {
+        base,
+        metallic: 0.0,
+        roughness,
+        dielectric: 0.04,
+        grazing: 1.0,
+        glass: None,
+    }
 }
 
 fn clear(roughness: f64, ior: f64) -> Layered<f64> {
-    let glass = Some(Glass { share: 1.0, ior, reflected: WHITE, transmitted: WHITE });
+    let glass = Some(Glass {
+        share: 1.0,
+        ior,
+        reflected: WHITE,
+        transmitted: WHITE,
+    });
     let dielectric = ((ior - 1.0) / (ior + 1.0)).powi(2);
-    Layered::of(MetallicRoughness { dielectric, glass, ..matte(WHITE, roughness) }, ior)
+    Layered::of(
+        MetallicRoughness {
+            dielectric,
+            glass,
+            ..matte(WHITE, roughness)
+        },
+        ior,
+    )
 }
 
 /// A frame that lies askew about the normal.
@@ -24,48 +44,198 @@ fn askew() -> Frame<f64> {
 /// Each layer alone, and all of them together.
 fn layers() -> Vec<(&'static str, Layered<f64>)> {
     let paint = Layered::of(matte(WHITE * 0.8, 0.6), 1.5);
-    let metal = |roughness: f64| Layered::of(MetallicRoughness { metallic: 1.0, ..matte(WHITE, roughness) }, 1.5);
-    let coat = |roughness: f64| Some(Coat { weight: 1.0, roughness, normal: NORMAL });
-    let sheen = |roughness: f64| Some(Sheen { colour: WHITE, roughness });
-    let combed = |strength: f64| Some(Anisotropy { strength, frame: askew() });
-    let film = Some(Film { share: 1.0, ior: 1.8, thickness: 420.0 });
-    let diffused = Some(Diffused { share: 0.4, colour: DVec3::new(0.9, 1.0, 0.2) });
-    let bent = Coat { weight: 0.7, roughness: 0.3, normal: towards(NORMAL, 0.93, 2.0) };
+    let metal = |roughness: f64| {
+        Layered::of(
+            MetallicRoughness {
+                metallic: 1.0,
+                ..matte(WHITE, roughness)
+            },
+            1.5,
+        )
+    };
+    let coat = |roughness: f64| {
+        Some(Coat {
+            weight: 1.0,
+            roughness,
+            normal: NORMAL,
+        })
+    };
+    let sheen = |roughness: f64| {
+        Some(Sheen {
+            colour: WHITE,
+            roughness,
+        })
+    };
+    let combed = |strength: f64| {
+        Some(Anisotropy {
+            strength,
+            frame: askew(),
+        })
+    };
+    let film = Some(Film {
+        share: 1.0,
+        ior: 1.8,
+        thickness: 420.0,
+    });
+    let diffused = Some(Diffused {
+        share: 0.4,
+        colour: DVec3::new(0.9, 1.0, 0.2),
+    });
+    let bent = Coat {
+        weight: 0.7,
+        roughness: 0.3,
+        normal: towards(NORMAL, 0.93, 2.0),
+    };
     vec![
-        ("rough coat", Layered { coat: coat(0.4), ..paint }),
-        ("smooth coat", Layered { coat: coat(0.0), ..paint }),
-        ("bent coat", Layered { coat: Some(bent), ..paint }),
-        ("coated metal", Layered { coat: coat(0.25), ..metal(0.5) }),
-        ("velvet", Layered { sheen: sheen(0.5), ..paint }),
-        ("rough velvet", Layered { sheen: sheen(1.0), ..paint }),
-        ("brushed metal", Layered { combed: combed(0.7), ..metal(0.3) }),
-        ("combed paint", Layered { combed: combed(1.0), ..paint }),
+        (
+            "rough coat",
+            Layered {
+                coat: coat(0.4),
+                ..paint
+            },
+        ),
+        (
+            "smooth coat",
+            Layered {
+                coat: coat(0.0),
+                ..paint
+            },
+        ),
+        (
+            "bent coat",
+            Layered {
+                coat: Some(bent),
+                ..paint
+            },
+        ),
+        (
+            "coated metal",
+            Layered {
+                coat: coat(0.25),
+                ..metal(0.5)
+            },
+        ),
+        (
+            "velvet",
+            Layered {
+                sheen: sheen(0.5),
+                ..paint
+            },
+        ),
+        (
+            "rough velvet",
+            Layered {
+                sheen: sheen(1.0),
+                ..paint
+            },
+        ),
+        (
+            "brushed metal",
+            Layered {
+                combed: combed(0.7),
+                ..metal(0.3)
+            },
+        ),
+        (
+            "combed paint",
+            Layered {
+                combed: combed(1.0),
+                ..paint
+            },
+        ),
         ("oil on paint", Layered { film, ..paint }),
         ("tempered steel", Layered { film, ..metal(0.4) }),
-        ("no reflection", Layered { specular: 0.0, ..paint }),
-        ("gold reflection", Layered { specular_colour: DVec3::new(9.0, 5.0, 1.0), ..paint }),
-        ("gold", Layered { conductor: Some([DVec3::new(0.143, 0.375, 1.44), DVec3::new(3.98, 2.39, 1.60)]), ..metal(0.4) }),
-        ("exact paint", Layered { rule: FresnelRule::Exact, ..paint }),
+        (
+            "no reflection",
+            Layered {
+                specular: 0.0,
+                ..paint
+            },
+        ),
+        (
+            "gold reflection",
+            Layered {
+                specular_colour: DVec3::new(9.0, 5.0, 1.0),
+                ..paint
+            },
+        ),
+        (
+            "gold",
+            Layered {
+                conductor: Some([DVec3::new(0.143, 0.375, 1.44), DVec3::new(3.98, 2.39, 1.60)]),
+                ..metal(0.4)
+            },
+        ),
+        (
+            "exact paint",
+            Layered {
+                rule: FresnelRule::Exact,
+                ..paint
+            },
+        ),
         ("leaf", Layered { diffused, ..paint }),
-        ("frosted wall", Layered { thin: true, ..clear(0.5, 1.5) }),
-        ("soapy wall", Layered { thin: true, film: Some(Film { share: 1.0, ior: 1.33, thickness: 300.0 }), ..clear(0.4, 1.5) }),
-        ("oil on glass", Layered { film, ..clear(0.6, 1.5) }),
-        ("Schlick's glass", Layered { rule: FresnelRule::Schlick, ..clear(0.6, 1.5) }),
+        (
+            "frosted wall",
+            Layered {
+                thin: true,
+                ..clear(0.5, 1.5)
+            },
+        ),
+        (
+            "soapy wall",
+            Layered {
+                thin: true,
+                film: Some(Film {
+                    share: 1.0,
+                    ior: 1.33,
+                    thickness: 300.0,
+                }),
+                ..clear(0.4, 1.5)
+            },
+        ),
+        (
+            "oil on glass",
+            Layered {
+                film,
+                ..clear(0.6, 1.5)
+            },
+        ),
+        (
+            "Schlick's glass",
+            Layered {
+                rule: FresnelRule::Schlick,
+                ..clear(0.6, 1.5)
+            },
+        ),
         (
             "all",
             Layered {
                 coat: coat(0.3),
-                sheen: Some(Sheen { colour: WHITE * 0.5, roughness: 0.6 }),
+                sheen: Some(Sheen {
+                    colour: WHITE * 0.5,
+                    roughness: 0.6,
+                }),
                 combed: combed(0.5),
-                film: Some(Film { share: 0.5, ior: 1.4, thickness: 350.0 }),
+                film: Some(Film {
+                    share: 0.5,
+                    ior: 1.4,
+                    thickness: 350.0,
+                }),
                 diffused,
-                ..Layered::of(MetallicRoughness { metallic: 0.3, ..matte(WHITE * 0.9, 0.5) }, 1.5)
+                ..Layered::of(
+                    MetallicRoughness {
+                        metallic: 0.3,
+                        ..matte(WHITE * 0.9, 0.5)
+                    },
+                    1.5,
+                )
             },
         ),
     ]
 }
 
-/// Protects: directions are drawn with the density that `pdf` states, which sums to at most one, for each layer and all together.
+/// Protects: directions are drawn with the density that `pdf` states, which sums to at most one,
+/// for each layer and all together.
 #[test]
 fn layers_are_drawn_by_their_density() {
     for (name, model) in layers() {
@@ -95,12 +265,21 @@ fn layers_are_reciprocal() {
             }
             let there = model.transport(NORMAL, wo, true).eval(wo, wi);
             let back = model.transport(NORMAL, wi, true).eval(wi, wo);
-            assert!((there - back).length() <= 1e-9 * there.length(), "{name}: {there} and {back}");
+            assert!(
+                (there - back).length() <= 1e-9 * there.length(),
+                "{name}: {there} and {back}"
+            );
             if model.thin || name == "leaf" {
                 let below = wi - NORMAL * (2.0 * wi.dot(NORMAL));
                 let there = model.transport(NORMAL, wo, true).eval_and_pdf(wo, below).0;
-                let back = model.transport(-NORMAL, below, true).eval_and_pdf(below, wo).0;
-                assert!((there - back).length() <= 1e-9 * there.length(), "{name} through: {there} and {back}");
+                let back = model
+                    .transport(-NORMAL, below, true)
+                    .eval_and_pdf(below, wo)
+                    .0;
+                assert!(
+                    (there - back).length() <= 1e-9 * there.length(),
+                    "{name} through: {there} and {back}"
+                );
                 through += usize::from(there.x > 0.0);
             }
         }
@@ -108,30 +287,73 @@ fn layers_are_reciprocal() {
     }
 }
 
-/// Protects: no layer makes light of white light, at any roughness and angle; smooth walls and coats over white metal keep all of
-/// it, to half a per cent.
+/// Protects: no layer makes light of white light, at any roughness and angle; smooth walls and
+/// coats over white metal keep all of it, to half a per cent.
 #[test]
 fn m08_layers_make_no_light() {
     for (name, model) in layers() {
         for roughness in [0.0, 0.1, 0.3, 0.6, 1.0] {
             for height in [1.0, 0.8, 0.5, 0.25, 0.08] {
                 let wo = towards(NORMAL, height, 0.4);
-                let model = Layered { base: MetallicRoughness { roughness, ..model.base }, ..model };
+                let model = Layered {
+                    base: MetallicRoughness {
+                        roughness,
+                        ..model.base
+                    },
+                    ..model
+                };
                 let (sent, deviation) = furnace(&model.transport(NORMAL, wo, true), wo);
                 let most = 1.005 + 3.0 * deviation;
-                assert!(sent.max_element() <= most, "{name}, roughness {roughness} at {height}: {sent} ± {deviation}");
+                assert!(
+                    sent.max_element() <= most,
+                    "{name}, roughness {roughness} at {height}: {sent} ± {deviation}"
+                );
                 assert!(sent.min_element() >= 0.0, "{name}: {sent}");
             }
         }
     }
     for height in [1.0, 0.6, 0.2, 0.05] {
         let wo = towards(NORMAL, height, 0.4);
-        let wall = Layered { thin: true, ..clear(0.0, 1.5) };
-        let metal = Layered::of(MetallicRoughness { metallic: 1.0, ..matte(WHITE, 0.0) }, 1.5);
-        let coated = Layered { coat: Some(Coat { weight: 1.0, roughness: 0.0, normal: NORMAL }), ..metal };
-        let combed = Layered { combed: Some(Anisotropy { strength: 0.3, frame: askew() }), ..metal };
-        let filmed = Layered { film: Some(Film { share: 1.0, ior: 1.4, thickness: 400.0 }), ..clear(0.0, 1.5) };
-        for (name, model) in [("wall", wall), ("coated mirror", coated), ("film on glass", filmed), ("combed", combed)] {
+        let wall = Layered {
+            thin: true,
+            ..clear(0.0, 1.5)
+        };
+        let metal = Layered::of(
+            MetallicRoughness {
+                metallic: 1.0,
+                ..matte(WHITE, 0.0)
+            },
+            1.5,
+        );
+        let coated = Layered {
+            coat: Some(Coat {
+                weight: 1.0,
+                roughness: 0.0,
+                normal: NORMAL,
+            }),
+            ..metal
+        };
+        let combed = Layered {
+            combed: Some(Anisotropy {
+                strength: 0.3,
+                frame: askew(),
+            }),
+            ..metal
+        };
+        let filmed = Layered {
+            film: Some(Film {
+                share: 1.0,
+                ior: 1.4,
+                thickness: 400.0,
+            }),
+            ..clear(0.0, 1.5)
+        };
+        for (name, model) in [
+            ("wall", wall),
+            ("coated mirror", coated),
+            ("film on glass", filmed),
+            ("combed", combed),
+        ] {
             let (sent, deviation) = furnace(&model.transport(NORMAL, wo, true), wo);
             let off = (sent - DVec3::ONE).abs().max_element();
             assert!(
@@ -142,100 +364,219 @@ fn m08_layers_make_no_light() {
     }
 }
 
-/// Protects: a factor of what the dielectric part reflects is the same in the metallic-roughness model as over it, by values and densities,
-/// rough and smooth; of a factor of nothing Lambert's diffusion is left, whatever the angle.
+/// Protects: a factor of what the dielectric part reflects is the same in the metallic-roughness
+/// model as over it, by values and densities, rough and smooth; of a factor of nothing Lambert's
+/// diffusion is left, whatever the angle.
 #[test]
 fn factors_of_reflections_are_those_of_layers() {
-    for (metallic, specular, roughness) in [(0.0, 0.0, 1.0), (0.0, 0.3, 0.4), (0.4, 0.5, 0.3), (1.0, 0.2, 0.5), (0.3, 0.6, 0.0)] {
-        let base = MetallicRoughness { metallic, ..matte(WHITE * 0.7, roughness) };
-        let layered = Layered { specular, ..Layered::of(base, 1.5) };
-        let own = MetallicRoughness { dielectric: base.dielectric * specular, grazing: specular, ..base };
+    for (metallic, specular, roughness) in [
+        (0.0, 0.0, 1.0),
+        (0.0, 0.3, 0.4),
+        (0.4, 0.5, 0.3),
+        (1.0, 0.2, 0.5),
+        (0.3, 0.6, 0.0),
+    ] {
+        let base = MetallicRoughness {
+            metallic,
+            ..matte(WHITE * 0.7, roughness)
+        };
+        let layered = Layered {
+            specular,
+            ..Layered::of(base, 1.5)
+        };
+        let own = MetallicRoughness {
+            dielectric: base.dielectric * specular,
+            grazing: specular,
+            ..base
+        };
         let wo = towards(NORMAL, 0.35, 0.3);
-        let [found, wanted] =
-            [layered.transport(NORMAL, wo, true).lobes().len(), own.transport(NORMAL, wo, true, true).lobes().len()];
+        let [found, wanted] = [
+            layered.transport(NORMAL, wo, true).lobes().len(),
+            own.transport(NORMAL, wo, true, true).lobes().len(),
+        ];
         assert!(found <= wanted, "{found} and {wanted}");
         for i in 0..200 {
             let [a, b, c] = numbers(i);
             let wi = towards(NORMAL, a, core::f64::consts::TAU * b);
-            let (wanted, found) = (layered.transport(NORMAL, wo, true), own.transport(NORMAL, wo, true, true));
-            let apart = (wanted.eval(wo, wi) - found.eval(wo, wi)).abs().max_element();
-            assert!(apart <= 1e-12 * wanted.eval(wo, wi).max_element(), "{metallic} {specular}: {apart:e}");
+            let (wanted, found) = (
+                layered.transport(NORMAL, wo, true),
+                own.transport(NORMAL, wo, true, true),
+            );
+            let apart = (wanted.eval(wo, wi) - found.eval(wo, wi))
+                .abs()
+                .max_element();
+            assert!(
+                apart <= 1e-12 * wanted.eval(wo, wi).max_element(),
+                "{metallic} {specular}: {apart:e}"
+            );
             assert!((wanted.pdf(wo, wi) - found.pdf(wo, wi)).abs() <= 1e-12 * wanted.pdf(wo, wi));
             let frame = Frame::about(NORMAL);
-            let [one, other] = [wanted.sample(&frame, wo, [a, b, c]), found.sample(&frame, wo, [a, b, c])];
+            let [one, other] = [
+                wanted.sample(&frame, wo, [a, b, c]),
+                found.sample(&frame, wo, [a, b, c]),
+            ];
             assert_eq!((one.some, one.delta), (other.some, other.delta));
-            assert!((one.direction - other.direction).length() < 1e-9 && (one.weight - other.weight).length() < 1e-9);
+            assert!(
+                (one.direction - other.direction).length() < 1e-9
+                    && (one.weight - other.weight).length() < 1e-9
+            );
             if specular == 0.0 {
                 let lambert = 0.7 / core::f64::consts::PI;
-                assert!((found.eval(wo, wi) - WHITE * lambert).abs().max_element() < 1e-15, "{:?}", found.eval(wo, wi));
-                assert!((wanted.eval(wo, wi) - WHITE * lambert).abs().max_element() < 1e-15, "{:?}", wanted.eval(wo, wi));
+                assert!(
+                    (found.eval(wo, wi) - WHITE * lambert).abs().max_element() < 1e-15,
+                    "{:?}",
+                    found.eval(wo, wi)
+                );
+                assert!(
+                    (wanted.eval(wo, wi) - WHITE * lambert).abs().max_element() < 1e-15,
+                    "{:?}",
+                    wanted.eval(wo, wi)
+                );
             }
         }
     }
 }
 
-/// Protects: a coat, fibres, a film, combing and tints whose factor is zero are none: the surface has the same values and the same ways.
+/// Protects: a coat, fibres, a film, combing and tints whose factor is zero are none: the surface
+/// has the same values and the same ways.
 #[test]
 fn factors_of_zero_are_absent() {
-    for base in [matte(WHITE * 0.7, 0.4), MetallicRoughness { metallic: 0.6, ..matte(WHITE * 0.7, 0.3) }] {
+    for base in [
+        matte(WHITE * 0.7, 0.4),
+        MetallicRoughness {
+            metallic: 0.6,
+            ..matte(WHITE * 0.7, 0.3)
+        },
+    ] {
         let plain = Layered::of(base, 1.5);
         let wo = towards(NORMAL, 0.5, 0.3);
         let absent = [
-            Layered { coat: Some(Coat { weight: 0.0, roughness: 0.3, normal: NORMAL }), ..plain },
-            Layered { sheen: Some(Sheen { colour: DVec3::ZERO, roughness: 0.3 }), ..plain },
-            Layered { film: Some(Film { share: 0.0, ior: 1.8, thickness: 400.0 }), ..plain },
-            Layered { combed: Some(Anisotropy { strength: 0.0, frame: Frame::about(NORMAL) }), ..plain },
-            Layered { diffused: Some(Diffused { share: 0.0, colour: WHITE }), ..plain },
+            Layered {
+                coat: Some(Coat {
+                    weight: 0.0,
+                    roughness: 0.3,
+                    normal: NORMAL,
+                }),
+                ..plain
+            },
+            Layered {
+                sheen: Some(Sheen {
+                    colour: DVec3::ZERO,
+                    roughness: 0.3,
+                }),
+                ..plain
+            },
+            Layered {
+                film: Some(Film {
+                    share: 0.0,
+                    ior: 1.8,
+                    thickness: 400.0,
+                }),
+                ..plain
+            },
+            Layered {
+                combed: Some(Anisotropy {
+                    strength: 0.0,
+                    frame: Frame::about(NORMAL),
+                }),
+                ..plain
+            },
+            Layered {
+                diffused: Some(Diffused {
+                    share: 0.0,
+                    colour: WHITE,
+                }),
+                ..plain
+            },
         ];
         let common = base.transport(NORMAL, wo, true, true);
         for i in 0..50 {
             let [a, b, _] = numbers(i);
             let wi = towards(NORMAL, a, core::f64::consts::TAU * b);
             let wanted = plain.transport(NORMAL, wo, true);
-            assert!((common.eval(wo, wi) - wanted.eval(wo, wi)).abs().max_element() <= 1e-9 * common.eval(wo, wi).x);
+            assert!(
+                (common.eval(wo, wi) - wanted.eval(wo, wi))
+                    .abs()
+                    .max_element()
+                    <= 1e-9 * common.eval(wo, wi).x
+            );
             assert!((common.pdf(wo, wi) - wanted.pdf(wo, wi)).abs() <= 1e-9 * common.pdf(wo, wi));
             for (k, model) in absent.iter().enumerate() {
                 let found = model.transport(NORMAL, wo, true);
-                assert_eq!((found.eval(wo, wi), found.pdf(wo, wi)), (wanted.eval(wo, wi), wanted.pdf(wo, wi)), "{k}");
+                assert_eq!(
+                    (found.eval(wo, wi), found.pdf(wo, wi)),
+                    (wanted.eval(wo, wi), wanted.pdf(wo, wi)),
+                    "{k}"
+                );
             }
         }
     }
 }
 
-/// Protects: closed forms head-on. A wall of index 1.5 reflects 2·0.04/1.04 and lets 0.96/1.04 through straight; a coat's highlight is
-/// 0.04·D/4 over 0.96 of what is below.
+/// Protects: closed forms head-on. A wall of index 1.5 reflects 2·0.04/1.04 and lets 0.96/1.04
+/// through straight; a coat's highlight is 0.04·D/4 over 0.96 of what is below.
 #[test]
 fn values_head_on() {
-    let wall = Layered { thin: true, ..clear(0.0, 1.5) }.transport(NORMAL, NORMAL, true);
+    let wall = Layered {
+        thin: true,
+        ..clear(0.0, 1.5)
+    }
+    .transport(NORMAL, NORMAL, true);
     let share = 2.0 * 0.04 / 1.04;
     for (u, direction) in [(share - 1e-9, NORMAL), (share + 1e-9, -NORMAL)] {
         let sampled = wall.sample(&Frame::about(NORMAL), NORMAL, [0.0, u, 0.0]);
-        assert!(sampled.some && sampled.delta && (sampled.weight - DVec3::ONE).abs().max_element() < 1e-12, "{sampled:?}");
+        assert!(
+            sampled.some
+                && sampled.delta
+                && (sampled.weight - DVec3::ONE).abs().max_element() < 1e-12,
+            "{sampled:?}"
+        );
         assert!(sampled.direction.distance(direction) < 1e-12);
     }
-    // At 60°, by Fresnel's equations: cosine inside √(2/3), R⊥ = ((½ − 1.5·c)/(½ + 1.5·c))², R∥ = ((0.75 − c)/(0.75 + c))².
+    // At 60°, by Fresnel's equations: cosine inside √(2/3), R⊥ = ((½ − 1.5·c)/(½ + 1.5·c))², R∥ =
+    // ((0.75 − c)/(0.75 + c))².
     let c = f64::sqrt(2.0 / 3.0);
     let r = 0.5 * (((0.5 - 1.5 * c) / (0.5 + 1.5 * c)).powi(2) + ((0.75 - c) / (0.75 + c)).powi(2));
     let wo = towards(NORMAL, 0.5, 1.0);
-    let wall = Layered { thin: true, ..clear(0.0, 1.5) }.transport(NORMAL, wo, true);
+    let wall = Layered {
+        thin: true,
+        ..clear(0.0, 1.5)
+    }
+    .transport(NORMAL, wo, true);
     let share = 2.0 * r / (1.0 + r);
     let (below, above) = (
         wall.sample(&Frame::about(NORMAL), wo, [0.0, share - 1e-9, 0.0]),
         wall.sample(&Frame::about(NORMAL), wo, [0.0, share + 1e-9, 0.0]),
     );
-    assert!(below.direction.dot(NORMAL) > 0.0 && above.direction.distance(-wo) < 1e-12, "{below:?} {above:?}");
+    assert!(
+        below.direction.dot(NORMAL) > 0.0 && above.direction.distance(-wo) < 1e-12,
+        "{below:?} {above:?}"
+    );
     let pi = core::f64::consts::PI;
-    let coat = Some(Coat { weight: 1.0, roughness: 0.5, normal: NORMAL });
-    let painted = Layered { specular: 0.0, coat, ..Layered::of(matte(WHITE, 1.0), 1.5) }.transport(NORMAL, NORMAL, true);
+    let coat = Some(Coat {
+        weight: 1.0,
+        roughness: 0.5,
+        normal: NORMAL,
+    });
+    let painted = Layered {
+        specular: 0.0,
+        coat,
+        ..Layered::of(matte(WHITE, 1.0), 1.5)
+    }
+    .transport(NORMAL, NORMAL, true);
     let sent = super::super::energy::directional_albedo(0.04, 0.5, 1.0);
     let wanted = 0.04 * 16.0 / (4.0 * pi) + (1.0 - sent) / pi;
-    assert!((painted.eval(NORMAL, NORMAL).x - wanted).abs() < 1e-9, "{} not {wanted}", painted.eval(NORMAL, NORMAL).x);
+    assert!(
+        (painted.eval(NORMAL, NORMAL).x - wanted).abs() < 1e-9,
+        "{} not {wanted}",
+        painted.eval(NORMAL, NORMAL).x
+    );
     // Facets of α = ¼ send a twelfth of it below the surface or into each other.
     assert!((sent - 0.0366).abs() < 2e-4, "{sent}");
 }
 
-/// Protects: a conductor's reflectance against complex arithmetic, with no and much absorption, indices below one, head-on to
-/// grazing; without absorption it is a dielectric's.
+/// Protects: a conductor's reflectance against complex arithmetic, with no and much absorption,
+/// indices below one, head-on to grazing; without absorption it is a dielectric's.
 #[test]
 fn s16_conductors_reflect_by_complex_indices() {
     // (a + bi)/(c + di), √(a + bi) with the root's real part above zero.
@@ -248,14 +589,28 @@ fn s16_conductors_reflect_by_complex_indices() {
         let angle = 0.5 * libm::atan2(b, a);
         [length * angle.cos(), length * angle.sin()]
     };
-    for [n, k] in [[0.143, 3.98], [1.44, 1.6], [2.9, 3.1], [0.05, 10.0], [1.5, 0.0], [0.2, 0.01]] {
+    for [n, k] in [
+        [0.143, 3.98],
+        [1.44, 1.6],
+        [2.9, 3.1],
+        [0.05, 10.0],
+        [1.5, 0.0],
+        [0.2, 0.01],
+    ] {
         for cosine in [1.0, 0.9, 0.5, 0.2, 0.05, 1e-3, 0.0] {
             let square = [n * n - k * k, 2.0 * n * k];
             let inner = root([square[0] - (1.0 - cosine * cosine), square[1]]);
-            let across = divided([cosine - inner[0], -inner[1]], [cosine + inner[0], inner[1]]);
+            let across = divided(
+                [cosine - inner[0], -inner[1]],
+                [cosine + inner[0], inner[1]],
+            );
             let scaled = [square[0] * cosine, square[1] * cosine];
-            let along = divided([scaled[0] - inner[0], scaled[1] - inner[1]], [scaled[0] + inner[0], scaled[1] + inner[1]]);
-            let wanted = 0.5 * (across[0].powi(2) + across[1].powi(2) + along[0].powi(2) + along[1].powi(2));
+            let along = divided(
+                [scaled[0] - inner[0], scaled[1] - inner[1]],
+                [scaled[0] + inner[0], scaled[1] + inner[1]],
+            );
+            let wanted =
+                0.5 * (across[0].powi(2) + across[1].powi(2) + along[0].powi(2) + along[1].powi(2));
             let found = conductor(cosine, [n, k]);
             assert!(
                 (found - wanted).abs() <= 1e-9 && (0.0..=1.0).contains(&found),
@@ -267,19 +622,31 @@ fn s16_conductors_reflect_by_complex_indices() {
     assert!((conductor(0.6, [1.5, 0.0]) - dielectric(0.6, Some(inside), 1.0 / 1.5)).abs() < 1e-12);
 }
 
-/// Protects: brushed metal's highlight is wider along the tangent, and as its formula says head-on: D(h) = 1/(π·αx·αy·(…)²).
+/// Protects: brushed metal's highlight is wider along the tangent, and as its formula says head-on:
+/// D(h) = 1/(π·αx·αy·(…)²).
 #[test]
 fn combed_facets_are_wider_one_way() {
     let frame = askew();
-    let metal = MetallicRoughness { metallic: 1.0, ..matte(WHITE, 0.3) };
-    let model = Layered { combed: Some(Anisotropy { strength: 0.8, frame }), compensated: false, ..Layered::of(metal, 1.5) };
+    let metal = MetallicRoughness {
+        metallic: 1.0,
+        ..matte(WHITE, 0.3)
+    };
+    let model = Layered {
+        combed: Some(Anisotropy {
+            strength: 0.8,
+            frame,
+        }),
+        compensated: false,
+        ..Layered::of(metal, 1.5)
+    };
     let [ax, ay] = [0.09 + 0.91 * 0.64, 0.09];
     let bsdf = model.transport(NORMAL, NORMAL, true);
     for (along, own) in [(frame.tangent, ax), (frame.bitangent, ay)] {
         let half = (NORMAL * 0.95 + along * (1.0 - 0.95_f64.powi(2)).sqrt()).normalize();
         let wi = half * (2.0 * half.dot(NORMAL)) - NORMAL;
         let (hz, hx) = (half.dot(NORMAL), half.dot(along));
-        let density = 1.0 / (core::f64::consts::PI * ax * ay * ((hx / own).powi(2) + hz * hz).powi(2));
+        let density =
+            1.0 / (core::f64::consts::PI * ax * ay * ((hx / own).powi(2) + hz * hz).powi(2));
         let (ix, iz) = (wi.dot(along), wi.dot(NORMAL));
         let wanted = density * 0.5 / (iz + ((own * ix).powi(2) + iz * iz).sqrt());
         let found = bsdf.eval(NORMAL, wi).x;
@@ -290,38 +657,79 @@ fn combed_facets_are_wider_one_way() {
 /// Protects: a mirror under a film shows its colours, and a film's thickness of zero shows none.
 #[test]
 fn films_colour_mirrors() {
-    let metal = MetallicRoughness { metallic: 1.0, ..matte(WHITE * 0.6, 0.0) };
+    let metal = MetallicRoughness {
+        metallic: 1.0,
+        ..matte(WHITE * 0.6, 0.0)
+    };
     let filmed = |thickness: f64| {
-        let film = Some(Film { share: 1.0, ior: 1.5, thickness });
-        let model: Layered<f64> = Layered { film, compensated: false, ..Layered::of(metal, 1.5) };
+        let film = Some(Film {
+            share: 1.0,
+            ior: 1.5,
+            thickness,
+        });
+        let model: Layered<f64> = Layered {
+            film,
+            compensated: false,
+            ..Layered::of(metal, 1.5)
+        };
         let bsdf = model.transport(NORMAL, NORMAL, true);
         bsdf.sample(&Frame::about(NORMAL), NORMAL, [0.0; 3]).weight
     };
-    assert!((filmed(0.0) - DVec3::splat(0.6)).abs().max_element() < 1e-3, "{}", filmed(0.0));
+    assert!(
+        (filmed(0.0) - DVec3::splat(0.6)).abs().max_element() < 1e-3,
+        "{}",
+        filmed(0.0)
+    );
     let wanted = DVec3::from(reflectance(1.0, 1.5, 420.0, [0.6; 3]));
     assert!((filmed(420.0) - wanted).abs().max_element() < 1e-9);
-    assert!(wanted.max_element() - wanted.min_element() > 0.1, "{wanted}");
+    assert!(
+        wanted.max_element() - wanted.min_element() > 0.1,
+        "{wanted}"
+    );
 }
 
 /// What comes out of a layered surface in lanes: bits, and all that is not a number is one.
 fn outcome<N: Number>(which: usize, first: usize) -> Vec<Vec<u32>> {
     let (_, model) = layers().swap_remove(which);
     let place = |lane: usize| numbers((first + lane) as u64);
-    let vector = |of: &dyn Fn(usize) -> DVec3| <N::Vec3 as Vector3<N>>::of_lanes(|lane| of(lane).as_vec3().as_dvec3());
+    let vector = |of: &dyn Fn(usize) -> DVec3| {
+        <N::Vec3 as Vector3<N>>::of_lanes(|lane| of(lane).as_vec3().as_dvec3())
+    };
     let number = |of: &dyn Fn(usize) -> f64| N::of_lanes(|lane| f64::from(of(lane) as f32));
     let normal = vector(&|_| NORMAL);
-    let direction = |lane: usize, at: usize| towards(NORMAL, 0.02 + 0.98 * place(lane + at)[0], 6.0 * place(lane + at)[1]);
+    let direction = |lane: usize, at: usize| {
+        towards(
+            NORMAL,
+            0.02 + 0.98 * place(lane + at)[0],
+            6.0 * place(lane + at)[1],
+        )
+    };
     let (wo, wi) = (
         vector(&|lane| direction(lane, 0)),
-        vector(&|lane| direction(lane, 7) * if (first + lane).is_multiple_of(3) { -1.0 } else { 1.0 }),
+        vector(&|lane| {
+            direction(lane, 7)
+                * if (first + lane).is_multiple_of(3) {
+                    -1.0
+                } else {
+                    1.0
+                }
+        }),
     );
     let mut outside = N::Mask::default();
-    (0..N::LANES).filter(|&lane| place(lane)[2] < 0.7).for_each(|lane| outside.set(lane));
+    (0..N::LANES)
+        .filter(|&lane| place(lane)[2] < 0.7)
+        .for_each(|lane| outside.set(lane));
     let colour = |c: DVec3| vector(&|lane| c * place(lane)[0]);
     let base = MetallicRoughness {
         base: colour(model.base.base),
         metallic: number(&|lane| model.base.metallic * place(lane)[2]),
-        roughness: number(&|lane| if place(lane)[1] < 0.2 { 0.0 } else { place(lane)[1] }),
+        roughness: number(&|lane| {
+            if place(lane)[1] < 0.2 {
+                0.0
+            } else {
+                place(lane)[1]
+            }
+        }),
         dielectric: number(&|_| model.base.dielectric),
         grazing: number(&|_| model.base.grazing),
         glass: model.base.glass.map(|glass| Glass {
@@ -332,22 +740,35 @@ fn outcome<N: Number>(which: usize, first: usize) -> Vec<Vec<u32>> {
         }),
     };
     let frame = askew();
-    let across = Frame { tangent: vector(&|_| frame.tangent), bitangent: vector(&|_| frame.bitangent), normal };
+    let across = Frame {
+        tangent: vector(&|_| frame.tangent),
+        bitangent: vector(&|_| frame.bitangent),
+        normal,
+    };
     let layered = Layered {
         specular: number(&|lane| model.specular * place(lane)[1]),
         specular_colour: vector(&|_| model.specular_colour),
-        conductor: model.conductor.map(|[n, k]| [vector(&|_| n), vector(&|_| k)]),
+        conductor: model
+            .conductor
+            .map(|[n, k]| [vector(&|_| n), vector(&|_| k)]),
         thin: model.thin,
-        diffused: model
-            .diffused
-            .map(|d| Diffused { share: number(&|lane| d.share * place(lane)[1]), colour: vector(&|_| d.colour) }),
-        combed: model.combed.map(|c| Anisotropy { strength: number(&|lane| c.strength * place(lane)[2]), frame: across }),
+        diffused: model.diffused.map(|d| Diffused {
+            share: number(&|lane| d.share * place(lane)[1]),
+            colour: vector(&|_| d.colour),
+        }),
+        combed: model.combed.map(|c| Anisotropy {
+            strength: number(&|lane| c.strength * place(lane)[2]),
+            frame: across,
+        }),
         film: model.film.map(|f| Film {
             share: number(&|lane| f.share * place(lane)[2]),
             ior: N::exact(|_| f.ior),
             thickness: number(&|lane| f.thickness * place(lane)[0]),
         }),
-        sheen: model.sheen.map(|s| Sheen { colour: colour(s.colour), roughness: number(&|lane| s.roughness * place(lane)[1]) }),
+        sheen: model.sheen.map(|s| Sheen {
+            colour: colour(s.colour),
+            roughness: number(&|lane| s.roughness * place(lane)[1]),
+        }),
         coat: model.coat.map(|c| Coat {
             weight: number(&|lane| c.weight * place(lane)[1]),
             roughness: number(&|lane| c.roughness * place(lane)[2]),
@@ -357,15 +778,35 @@ fn outcome<N: Number>(which: usize, first: usize) -> Vec<Vec<u32>> {
         ..Layered::of(base, N::exact(|_| model.ior))
     };
     let bsdf = lobes(&layered, normal, wo, outside);
-    let drawn = [number(&|lane| place(lane)[1]), number(&|lane| place(lane)[2]), number(&|lane| place(lane)[0])];
+    let drawn = [
+        number(&|lane| place(lane)[1]),
+        number(&|lane| place(lane)[2]),
+        number(&|lane| place(lane)[0]),
+    ];
     let (sampled, (value, diffuse)) = (drawn_by(&bsdf, normal, wo, drawn), values(&bsdf, wo, wi));
-    let (numbers, masks) = ([density(&bsdf, wo, wi), sampled.density], [sampled.some, sampled.delta]);
+    let (numbers, masks) = (
+        [density(&bsdf, wo, wi), sampled.density],
+        [sampled.some, sampled.delta],
+    );
     let vectors = [value, diffuse, sampled.direction, sampled.weight];
-    let bits = |x: f64| if x.is_nan() { u32::MAX } else { (x as f32 + 0.0).to_bits() };
+    let bits = |x: f64| {
+        if x.is_nan() {
+            u32::MAX
+        } else {
+            (x as f32 + 0.0).to_bits()
+        }
+    };
     let lane = |lane: usize| {
-        let vectors = vectors.iter().flat_map(|v| v.lane(lane).to_array().map(bits));
+        let vectors = vectors
+            .iter()
+            .flat_map(|v| v.lane(lane).to_array().map(bits));
         let masks = masks.iter().map(|mask| mask.lane(lane).into());
-        numbers.iter().map(|x| bits(x.lane(lane))).chain(vectors).chain(masks).collect()
+        numbers
+            .iter()
+            .map(|x| bits(x.lane(lane)))
+            .chain(vectors)
+            .chain(masks)
+            .collect()
     };
     (0..N::LANES).map(lane).collect()
 }
@@ -373,12 +814,22 @@ fn outcome<N: Number>(which: usize, first: usize) -> Vec<Vec<u32>> {
 // Each a function of its own: a compiler takes minutes over all of them in one.
 
 #[inline(never)]
-fn lobes<N: Number>(layered: &Layered<N>, normal: N::Vec3, wo: N::Vec3, outside: N::Mask) -> LayeredBsdf<N> {
+fn lobes<N: Number>(
+    layered: &Layered<N>,
+    normal: N::Vec3,
+    wo: N::Vec3,
+    outside: N::Mask,
+) -> LayeredBsdf<N> {
     layered.transport(normal, wo, outside)
 }
 
 #[inline(never)]
-fn drawn_by<N: Number>(bsdf: &LayeredBsdf<N>, normal: N::Vec3, wo: N::Vec3, drawn: [N; 3]) -> BsdfSample<N> {
+fn drawn_by<N: Number>(
+    bsdf: &LayeredBsdf<N>,
+    normal: N::Vec3,
+    wo: N::Vec3,
+    drawn: [N; 3],
+) -> BsdfSample<N> {
     bsdf.sample(&Frame::about(normal), wo, drawn)
 }
 
@@ -389,10 +840,18 @@ fn density<N: Number>(bsdf: &LayeredBsdf<N>, wo: N::Vec3, wi: N::Vec3) -> N {
 
 #[inline(never)]
 fn values<N: Number>(bsdf: &LayeredBsdf<N>, wo: N::Vec3, wi: N::Vec3) -> (N::Vec3, N::Vec3) {
-    // Below what lets nothing through, a value says nothing; a lane of it beside one that does has nothing there.
+    // Below what lets nothing through, a value says nothing; a lane of it beside one that does has
+    // nothing there.
     let value = bsdf.eval_and_pdf(wo, wi).0;
-    let told = if bsdf.lets_through() { !N::Mask::default() } else { bsdf.normal().dot(wi).above(N::ZERO) };
-    (N::Vec3::select(told, value, N::Vec3::ZERO), bsdf.eval_diffuse(wo, wi))
+    let told = if bsdf.lets_through() {
+        !N::Mask::default()
+    } else {
+        bsdf.normal().dot(wi).above(N::ZERO)
+    };
+    (
+        N::Vec3::select(told, value, N::Vec3::ZERO),
+        bsdf.eval_diffuse(wo, wi),
+    )
 }
 
 /// Protects: shading of layers in f32 is that in f64, but for rounding.
@@ -403,7 +862,8 @@ fn single_precision_agrees() {
     for which in 0..layers().len() {
         for first in 0..400 {
             let (single, double) = (outcome::<f32>(which, first), outcome::<f64>(which, first));
-            // Density and value in a given direction; drawn ones may fall on either side of a choice.
+            // Density and value in a given direction; drawn ones may fall on either side of a
+            // choice.
             for k in [0, 2, 3, 4] {
                 let (a, b) = (value(single[0][k]), value(double[0][k]));
                 worst = worst.max((a - b).abs() / (1e-3 + a.abs().max(b.abs())));
@@ -420,14 +880,23 @@ fn dependent() -> Vec<&'static str> {
     const CASES: usize = 960;
     const N: usize = 4;
     let differs = |which: usize| {
-        let alone: Vec<Vec<u32>> = (0..CASES).map(|first| outcome::<f32>(which, first).remove(0)).collect();
-        (0..CASES).step_by(N).any(|first| outcome::<Lanes<N>>(which, first) != alone[first..first + N])
+        let alone: Vec<Vec<u32>> = (0..CASES)
+            .map(|first| outcome::<f32>(which, first).remove(0))
+            .collect();
+        (0..CASES)
+            .step_by(N)
+            .any(|first| outcome::<Lanes<N>>(which, first) != alone[first..first + N])
     };
-    layers().iter().enumerate().filter(|&(which, _)| differs(which)).map(|(_, (name, _))| *name).collect()
+    layers()
+        .iter()
+        .enumerate()
+        .filter(|&(which, _)| differs(which))
+        .map(|(_, (name, _))| *name)
+        .collect()
 }
 
-/// Protects: 4 lanes give the bits of one for every layer, whatever the neighbours of a lane are: smooth or rough, seen from outside or
-/// inside, combed, filmed and coated more or less.
+/// Protects: 4 lanes give the bits of one for every layer, whatever the neighbours of a lane are:
+/// smooth or rough, seen from outside or inside, combed, filmed and coated more or less.
 #[test]
 fn lanes_have_the_bits_of_one() {
     assert_eq!(dependent(), [""; 0]);

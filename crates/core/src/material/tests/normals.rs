@@ -1,4 +1,5 @@
-//! Shading normals: what they mirror is above the surface, without a step, and those that need no bending are left alone.
+//! Shading normals: what they mirror is above the surface, without a step, and those that need no
+//! bending are left alone.
 
 use super::super::{Bsdf, Frame, Lobe, reflecting_above};
 use super::numbers;
@@ -9,7 +10,11 @@ const UP: DVec3 = DVec3::Z;
 /// A direction by its cosine to the surface's normal and its azimuth in turns.
 fn towards(height: f64, turn: f64) -> DVec3 {
     let across = (1.0 - height * height).max(0.0).sqrt();
-    DVec3::new(across * libm::cos(core::f64::consts::TAU * turn), across * libm::sin(core::f64::consts::TAU * turn), height)
+    DVec3::new(
+        across * libm::cos(core::f64::consts::TAU * turn),
+        across * libm::sin(core::f64::consts::TAU * turn),
+        height,
+    )
 }
 
 /// The normal as it is used, and the height of what it mirrors.
@@ -18,17 +23,24 @@ fn reflected(n: DVec3, wo: DVec3) -> (DVec3, f64) {
     (bent, (bent * (2.0 * bent.dot(wo)) - wo).dot(UP))
 }
 
-/// Protects: whatever the normal and the view, the normal used is unit, faces the viewer, and mirrors the viewer above the surface; where the
-/// normal did so by itself and not barely, it is the same to the bit, the surface's own always; from within it is alike.
+/// Protects: whatever the normal and the view, the normal used is unit, faces the viewer, and
+/// mirrors the viewer above the surface; where the normal did so by itself and not barely, it is
+/// the same to the bit, the surface's own always; from within it is alike.
 #[test]
 fn s08_what_is_mirrored_is_above_the_surface() {
     let (mut kept, mut bent) = (0, 0);
     for i in 0..20_000 {
         let ([a, b, c], [d, ..]) = (numbers(2 * i), numbers(2 * i + 1));
-        let (n, wo) = (towards(2.0 * a - 1.0, b), towards(1e-4 + (1.0 - 1e-4) * c * c, d));
+        let (n, wo) = (
+            towards(2.0 * a - 1.0, b),
+            towards(1e-4 + (1.0 - 1e-4) * c * c, d),
+        );
         let before = (n * (2.0 * n.dot(wo)) - wo).dot(UP);
         let (found, height) = reflected(n, wo);
-        assert!((found.length() - 1.0).abs() < 1e-12 && found.dot(wo) > 0.0 && found.dot(UP) > 0.0, "{n}, {wo}: {found}");
+        assert!(
+            (found.length() - 1.0).abs() < 1e-12 && found.dot(wo) > 0.0 && found.dot(UP) > 0.0,
+            "{n}, {wo}: {found}"
+        );
         assert!(height > 0.0, "{n}, {wo}: mirrored to {height}");
         if before >= 0.02 && n.dot(UP) > 0.0 {
             assert_eq!(found, n);
@@ -42,8 +54,8 @@ fn s08_what_is_mirrored_is_above_the_surface() {
     assert!(kept > 3_000 && bent > 3_000, "{kept} kept, {bent} bent");
 }
 
-/// Protects: normals that turn from the surface's own past the horizon to its back are bent without a step, and without a kink until they face
-/// away; the last are the surface's own.
+/// Protects: normals that turn from the surface's own past the horizon to its back are bent without
+/// a step, and without a kink until they face away; the last are the surface's own.
 #[test]
 fn normals_bend_smoothly() {
     const STEPS: usize = 40_000;
@@ -56,28 +68,45 @@ fn normals_bend_smoothly() {
         let path: Vec<DVec3> = (0..STEPS).map(at).collect();
         for k in 1..STEPS {
             let step = path[k].distance(path[k - 1]) * STEPS as f64;
-            assert!(step < 400.0, "a step of {step} at {k}, viewed at {height}, turn {turn}");
+            assert!(
+                step < 400.0,
+                "a step of {step} at {k}, viewed at {height}, turn {turn}"
+            );
         }
         for k in 1..STEPS / 2 - 1 {
             let kink = (path[k + 1] - path[k] * 2.0 + path[k - 1]).length() * STEPS as f64;
-            assert!(kink < 0.5, "a kink of {kink} at {k}, viewed at {height}, turn {turn}");
+            assert!(
+                kink < 0.5,
+                "a kink of {kink} at {k}, viewed at {height}, turn {turn}"
+            );
         }
         assert!(path[STEPS - 1].distance(UP) < 1e-3, "{}", path[STEPS - 1]);
     }
 }
 
-/// Protects: a mirror that is nearly smooth, whose normal would mirror the viewer far below the surface, sends nearly all of its light above it,
-/// so that it has no dark rings.
+/// Protects: a mirror that is nearly smooth, whose normal would mirror the viewer far below the
+/// surface, sends nearly all of its light above it, so that it has no dark rings.
 #[test]
 fn bent_mirrors_stay_bright() {
     const COUNT: u64 = 4_000;
     for (height, tilt) in [(1.0, 0.6), (0.8, 0.5), (0.6, 0.2), (0.3, 0.1)] {
         let wo = towards(height, 0.5);
         let n = reflecting_above::<f64>(towards(tilt, 0.03), UP, true, -wo);
-        let bsdf = Bsdf::<f64>::new(n).with(Lobe::Rough { f0: DVec3::ONE, f90: DVec3::ONE, roughness: 0.05 });
+        let bsdf = Bsdf::<f64>::new(n).with(Lobe::Rough {
+            f0: DVec3::ONE,
+            f90: DVec3::ONE,
+            roughness: 0.05,
+        });
         let frame = Frame::about(n);
         let drawn = (0..COUNT).map(|i| bsdf.sample(&frame, wo, numbers(i)));
-        let above: f64 = drawn.filter(|sampled| sampled.direction.dot(UP) > 0.0).map(|sampled| sampled.weight.x).sum();
-        assert!(above > 0.9 * COUNT as f64, "{} viewed at {height}, tilted to {tilt}", above / COUNT as f64);
+        let above: f64 = drawn
+            .filter(|sampled| sampled.direction.dot(UP) > 0.0)
+            .map(|sampled| sampled.weight.x)
+            .sum();
+        assert!(
+            above > 0.9 * COUNT as f64,
+            "{} viewed at {height}, tilted to {tilt}",
+            above / COUNT as f64
+        );
     }
 }

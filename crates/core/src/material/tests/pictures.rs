@@ -1,4 +1,5 @@
-//! White furnaces: pictures of white things under a white sky, in which whatever sends back what it gets cannot be seen.
+//! White furnaces: pictures of white things under a white sky, in which whatever sends back what it
+//! gets cannot be seen.
 
 use crate::scene::Integrator;
 use crate::settings::{Sampling, Settings};
@@ -13,17 +14,35 @@ const MATERIALS: [(&str, &str); 14] = [
     ("opaque", ""),
     ("half clear", r#", "transmission": 0.5"#),
     ("clear", r#", "transmission": 1"#),
-    ("half clear, thin", r#", "transmission": 0.5, "thin_walled": true"#),
+    (
+        "half clear, thin",
+        r#", "transmission": 0.5, "thin_walled": true"#,
+    ),
     ("half metal", r#", "metallic": 0.5"#),
-    ("half metal, half clear", r#", "metallic": 0.5, "transmission": 0.5"#),
+    (
+        "half metal, half clear",
+        r#", "metallic": 0.5, "transmission": 0.5"#,
+    ),
     ("coated", r#", "clearcoat": { "factor": 1 }"#),
-    ("coated, half clear", r#", "clearcoat": { "factor": 1, "roughness": 0.3 }, "transmission": 0.5"#),
+    (
+        "coated, half clear",
+        r#", "clearcoat": { "factor": 1, "roughness": 0.3 }, "transmission": 0.5"#,
+    ),
     ("velvet", r#", "sheen": { "roughness": 0.4 }"#),
-    ("oily", r#", "iridescence": { "ior": 1.8, "thickness": 420 }"#),
-    ("oily, half clear", r#", "iridescence": { "ior": 1.8, "thickness": 420 }, "transmission": 0.5"#),
+    (
+        "oily",
+        r#", "iridescence": { "ior": 1.8, "thickness": 420 }"#,
+    ),
+    (
+        "oily, half clear",
+        r#", "iridescence": { "ior": 1.8, "thickness": 420 }, "transmission": 0.5"#,
+    ),
     ("combed", r#", "anisotropy": { "strength": 0.8 }"#),
     ("leaf", r#", "diffuse_transmission": { "factor": 0.5 }"#),
-    ("leaf, half clear", r#", "diffuse_transmission": { "factor": 0.5 }, "transmission": 0.5"#),
+    (
+        "leaf, half clear",
+        r#", "diffuse_transmission": { "factor": 0.5 }, "transmission": 0.5"#,
+    ),
 ];
 
 /// The mean of a picture of a white thing under a white sky, seen at degrees from straight above.
@@ -40,25 +59,44 @@ fn mean(shape: &str, material: &str, degrees: f64, integrator: Integrator, depth
     );
     let scene: Scene = serde_json::from_str(&text).expect("a scene");
     let sampling = Sampling::General(32);
-    let settings = Settings { size: [8, 8], integrator, sampling, max_depth: depth, ..Settings::of(&scene) };
-    let picture = prepare(&scene, &settings, &()).expect("it can be prepared").render(&()).picture;
+    let settings = Settings {
+        size: [8, 8],
+        integrator,
+        sampling,
+        max_depth: depth,
+        ..Settings::of(&scene)
+    };
+    let picture = prepare(&scene, &settings, &())
+        .expect("it can be prepared")
+        .render(&())
+        .picture;
     let all = (0..64).flat_map(|i| picture.pixel(i % 8, i / 8).expect("a pixel").map(f64::from));
     all.sum::<f64>() / 192.0
 }
 
-/// Protects: no material makes light in a picture, whatever it is made of, from head-on to grazing views, however often light goes back and
-/// forth in it: a body that was clear in part grew a hundredfold with each doubling of the depth.
+/// Protects: no material makes light in a picture, whatever it is made of, from head-on to grazing
+/// views, however often light goes back and forth in it: a body that was clear in part grew a
+/// hundredfold with each doubling of the depth.
 #[test]
 fn furnaces_do_not_glow() {
     let mut most = (0.0, String::new());
     for (name, made) in MATERIALS {
         for roughness in [0.0, 0.5] {
             let material = format!(r#"{made}, "roughness": {roughness}"#);
-            for (shape, label, degrees) in [(BALL, "ball", 30.0), (PLANE, "plane", 45.0), (PLANE, "plane", 87.0)] {
+            for (shape, label, degrees) in [
+                (BALL, "ball", 30.0),
+                (PLANE, "plane", 45.0),
+                (PLANE, "plane", 87.0),
+            ] {
                 for depth in [2, 4, 8, 16, 64] {
                     let mean = mean(shape, &material, degrees, Integrator::Path, depth);
                     if mean > most.0 {
-                        most = (mean, format!("{name}, roughness {roughness}, {label} at {degrees}°, depth {depth}: {mean}"));
+                        most = (
+                            mean,
+                            format!(
+                                "{name}, roughness {roughness}, {label} at {degrees}°, depth {depth}: {mean}"
+                            ),
+                        );
                     }
                 }
             }
@@ -68,22 +106,41 @@ fn furnaces_do_not_glow() {
     assert!(most.0 <= 1.02, "{}", most.1);
 }
 
-/// Protects: closed forms. Smooth white balls, opaque, clear or half of it, and half metal, send back all that comes once paths are long
-/// enough, so under a white sky they are not seen.
+/// Protects: closed forms. Smooth white balls, opaque, clear or half of it, and half metal, send
+/// back all that comes once paths are long enough, so under a white sky they are not seen.
 #[test]
 fn white_balls_are_not_seen() {
-    for (name, made) in [MATERIALS[0], MATERIALS[1], MATERIALS[2], MATERIALS[4], MATERIALS[5]] {
-        let mean = mean(BALL, &format!(r#"{made}, "roughness": 0"#), 30.0, Integrator::Path, 256);
+    for (name, made) in [
+        MATERIALS[0],
+        MATERIALS[1],
+        MATERIALS[2],
+        MATERIALS[4],
+        MATERIALS[5],
+    ] {
+        let mean = mean(
+            BALL,
+            &format!(r#"{made}, "roughness": 0"#),
+            30.0,
+            Integrator::Path,
+            256,
+        );
         assert!((mean - 1.0).abs() < 0.01, "{name}: {mean}");
     }
 }
 
-/// Protects: by Whitted's rules a body that is clear in part grows no brighter with the depth either.
+/// Protects: by Whitted's rules a body that is clear in part grows no brighter with the depth
+/// either.
 #[test]
 fn furnaces_of_whitted_do_not_glow() {
     // In a block, light meets sides beyond the critical angle.
     for depth in [2, 4, 8, 16] {
-        let mean = mean(BLOCK, r#", "transmission": 0.5, "roughness": 0"#, 30.0, Integrator::Whitted, depth);
+        let mean = mean(
+            BLOCK,
+            r#", "transmission": 0.5, "roughness": 0"#,
+            30.0,
+            Integrator::Whitted,
+            depth,
+        );
         assert!(mean <= 1.0, "depth {depth}: {mean}");
     }
 }

@@ -1,4 +1,5 @@
-//! The colour spaces of FLIP: sRGB to the linearised opponent space YCxCz for filtering, and on to Hunt-adjusted L*a*b*.
+//! The colour spaces of FLIP: sRGB to the linearised opponent space YCxCz for filtering, and on to
+//! Hunt-adjusted L*a*b*.
 
 use glam::{DMat3, DVec3};
 use rayon::prelude::*;
@@ -9,11 +10,24 @@ use crate::display::{NAN_MARKER, curve};
 use crate::picture::Picture;
 use crate::scene::TransferCurve;
 
-/// Linear sRGB to CIE XYZ by columns, from the primaries and white point of Rec. 709 as rational numbers.
+/// Linear sRGB to CIE XYZ by columns, from the primaries and white point of Rec. 709 as rational
+/// numbers.
 const RGB_TO_XYZ: DMat3 = DMat3::from_cols(
-    DVec3::new(10_135_552.0 / 24_577_794.0, 2_613_072.0 / 12_288_897.0, 1_425_312.0 / 73_733_382.0),
-    DVec3::new(8_788_810.0 / 24_577_794.0, 8_788_810.0 / 12_288_897.0, 8_788_810.0 / 73_733_382.0),
-    DVec3::new(4_435_075.0 / 24_577_794.0, 887_015.0 / 12_288_897.0, 70_074_185.0 / 73_733_382.0),
+    DVec3::new(
+        10_135_552.0 / 24_577_794.0,
+        2_613_072.0 / 12_288_897.0,
+        1_425_312.0 / 73_733_382.0,
+    ),
+    DVec3::new(
+        8_788_810.0 / 24_577_794.0,
+        8_788_810.0 / 12_288_897.0,
+        8_788_810.0 / 73_733_382.0,
+    ),
+    DVec3::new(
+        4_435_075.0 / 24_577_794.0,
+        887_015.0 / 12_288_897.0,
+        70_074_185.0 / 73_733_382.0,
+    ),
 );
 
 /// XYZ of white, by which the opponent spaces divide.
@@ -21,21 +35,35 @@ fn white() -> DVec3 {
     RGB_TO_XYZ * DVec3::ONE
 }
 
-/// Y, Cx and Cz of every pixel (3.1): like L*, a*, b* but linear in light, so that a filter may average.
+/// Y, Cx and Cz of every pixel (3.1): like L*, a*, b* but linear in light, so that a filter may
+/// average.
 pub(super) fn srgb_to_ycxcz(picture: &Picture) -> OpponentImage {
     let white = white();
     let convert = |rgb: &[f32; 3]| {
-        let shown = if rgb.iter().any(|x| x.is_nan()) { NAN_MARKER } else { *rgb };
-        let linear = shown.map(|x| curve::decode(TransferCurve::Srgb, f64::from(x).clamp(0.0, 1.0)));
+        let shown = if rgb.iter().any(|x| x.is_nan()) {
+            NAN_MARKER
+        } else {
+            *rgb
+        };
+        let linear =
+            shown.map(|x| curve::decode(TransferCurve::Srgb, f64::from(x).clamp(0.0, 1.0)));
         let xyz = RGB_TO_XYZ * DVec3::from(linear) / white;
-        [116.0 * xyz.y - 16.0, 500.0 * (xyz.x - xyz.y), 200.0 * (xyz.y - xyz.z)].map(|x| x as f32)
+        [
+            116.0 * xyz.y - 16.0,
+            500.0 * (xyz.x - xyz.y),
+            200.0 * (xyz.y - xyz.z),
+        ]
+        .map(|x| x as f32)
     };
     let pixels: Vec<[f32; 3]> = picture.rgb.par_iter().map(convert).collect();
-    [0, 1, 2].map(|c| ScalarImage { width: picture.width as usize, values: pixels.iter().map(|pixel| pixel[c]).collect() })
+    [0, 1, 2].map(|c| ScalarImage {
+        width: picture.width as usize,
+        values: pixels.iter().map(|pixel| pixel[c]).collect(),
+    })
 }
 
-/// L*, a*, b* of every pixel of filtered planes (4.1.2): clipped to the gamut, a* and b* weighted by lightness for the
-/// Hunt effect, that colours look stronger where it is brighter.
+/// L*, a*, b* of every pixel of filtered planes (4.1.2): clipped to the gamut, a* and b* weighted
+/// by lightness for the Hunt effect, that colours look stronger where it is brighter.
 pub(super) fn hunt_lab(planes: &OpponentImage) -> Vec<[f32; 3]> {
     let (white, to_rgb) = (white(), RGB_TO_XYZ.inverse());
     let convert = |((y, cx), cz): ((&f32, &f32), &f32)| {
@@ -48,17 +76,27 @@ pub(super) fn hunt_lab(planes: &OpponentImage) -> Vec<[f32; 3]> {
         let hunt = 0.01 * lightness;
         [lightness, 500.0 * (x - y) * hunt, 200.0 * (y - z) * hunt].map(|x| x as f32)
     };
-    planes[0].values.par_iter().zip(&planes[1].values).zip(&planes[2].values).map(convert).collect()
+    planes[0]
+        .values
+        .par_iter()
+        .zip(&planes[1].values)
+        .zip(&planes[2].values)
+        .map(convert)
+        .collect()
 }
 
 /// The cube root of L*a*b* with its straight piece near black (CIE 15:2004).
 fn lab_curve(t: f64) -> f64 {
     const DELTA: f64 = 6.0 / 29.0;
-    if t > DELTA * DELTA * DELTA { libm::cbrt(t) } else { t / (3.0 * DELTA * DELTA) + 4.0 / 29.0 }
+    if t > DELTA * DELTA * DELTA {
+        libm::cbrt(t)
+    } else {
+        t / (3.0 * DELTA * DELTA) + 4.0 / 29.0
+    }
 }
 
-/// HyAB distance: city-block between lightness and colour, Euclidean within colour (Abasi, Tehran, Fairchild, "Distance Metrics
-/// for Very Large Color Differences", 2020).
+/// HyAB distance: city-block between lightness and colour, Euclidean within colour (Abasi, Tehran,
+/// Fairchild, "Distance Metrics for Very Large Color Differences", 2020).
 pub(super) fn hyab(a: [f32; 3], b: [f32; 3]) -> f32 {
     let [l, ca, cb] = [0, 1, 2].map(|c| a[c] - b[c]);
     l.abs() + (ca * ca + cb * cb).sqrt()

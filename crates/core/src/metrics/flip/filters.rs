@@ -15,22 +15,29 @@ pub(super) struct ScalarImage {
 }
 
 impl ScalarImage {
-    /// Correlated with a kernel of odd length along rows; beyond the border its nearest pixel continues.
+    /// Correlated with a kernel of odd length along rows; beyond the border its nearest pixel
+    /// continues.
     fn along_rows(&self, kernel: &[f32]) -> Self {
         let radius = kernel.len() / 2;
         let mut values = vec![0.0; self.values.len()];
-        values.par_chunks_mut(self.width).zip(self.values.par_chunks(self.width)).for_each(|(out, row)| {
-            let (first, last) = (row[0], row[row.len() - 1]);
-            let mut padded = vec![first; radius];
-            padded.extend_from_slice(row);
-            padded.resize(row.len() + 2 * radius, last);
-            for (tap, &weight) in kernel.iter().enumerate() {
-                for (out, x) in out.iter_mut().zip(&padded[tap..]) {
-                    *out += weight * x;
+        values
+            .par_chunks_mut(self.width)
+            .zip(self.values.par_chunks(self.width))
+            .for_each(|(out, row)| {
+                let (first, last) = (row[0], row[row.len() - 1]);
+                let mut padded = vec![first; radius];
+                padded.extend_from_slice(row);
+                padded.resize(row.len() + 2 * radius, last);
+                for (tap, &weight) in kernel.iter().enumerate() {
+                    for (out, x) in out.iter_mut().zip(&padded[tap..]) {
+                        *out += weight * x;
+                    }
                 }
-            }
-        });
-        Self { width: self.width, values }
+            });
+        Self {
+            width: self.width,
+            values,
+        }
     }
 
     /// The same along columns.
@@ -38,15 +45,21 @@ impl ScalarImage {
         let radius = kernel.len() / 2;
         let rows: Vec<&[f32]> = self.values.chunks(self.width).collect();
         let mut values = vec![0.0; self.values.len()];
-        values.par_chunks_mut(self.width).enumerate().for_each(|(y, out)| {
-            for (tap, &weight) in kernel.iter().enumerate() {
-                let row = rows[(y + tap).saturating_sub(radius).min(rows.len() - 1)];
-                for (out, x) in out.iter_mut().zip(row) {
-                    *out += weight * x;
+        values
+            .par_chunks_mut(self.width)
+            .enumerate()
+            .for_each(|(y, out)| {
+                for (tap, &weight) in kernel.iter().enumerate() {
+                    let row = rows[(y + tap).saturating_sub(radius).min(rows.len() - 1)];
+                    for (out, x) in out.iter_mut().zip(row) {
+                        *out += weight * x;
+                    }
                 }
-            }
-        });
-        Self { width: self.width, values }
+            });
+        Self {
+            width: self.width,
+            values,
+        }
     }
 
     fn plus(mut self, other: &Self) -> Self {
@@ -57,44 +70,70 @@ impl ScalarImage {
     }
 }
 
-/// A contrast sensitivity function's Fourier transform (4.1.1): a sum of Gaussians a·√(π/b)·exp(−π²·x²/b), x in degrees.
-/// Pairs of a and b for the achromatic, red-green and blue-yellow channel; a zero means one Gaussian only.
-const SENSITIVITY: [[(f64, f64); 2]; 3] =
-    [[(1.0, 0.0047), (0.0, 1e-5)], [(1.0, 0.0053), (0.0, 1e-5)], [(34.1, 0.04), (13.5, 0.025)]];
+/// A contrast sensitivity function's Fourier transform (4.1.1): a sum of Gaussians
+/// a·√(π/b)·exp(−π²·x²/b), x in degrees. Pairs of a and b for the achromatic, red-green and
+/// blue-yellow channel; a zero means one Gaussian only.
+const SENSITIVITY: [[(f64, f64); 2]; 3] = [
+    [(1.0, 0.0047), (0.0, 1e-5)],
+    [(1.0, 0.0053), (0.0, 1e-5)],
+    [(34.1, 0.04), (13.5, 0.025)],
+];
 
 /// The eye's contrast sensitivity at a viewing distance, one filter a channel.
 pub(super) struct Spatial {
-    /// Gaussians of each channel: weights in both directions, whose products sum to one over the channel.
+    /// Gaussians of each channel: weights in both directions, whose products sum to one over the
+    /// channel.
     channels: [Vec<(Vec<f32>, Vec<f32>)>; 3],
 }
 
 impl Spatial {
     pub(super) fn new(pixels_per_degree: f64) -> Self {
         // Three standard deviations of the widest Gaussian.
-        let widest = SENSITIVITY.as_flattened().iter().fold(0.0, |widest: f64, &(_, b)| widest.max(b));
+        let widest = SENSITIVITY
+            .as_flattened()
+            .iter()
+            .fold(0.0, |widest: f64, &(_, b)| widest.max(b));
         let radius = (3.0 * (widest / (2.0 * PI * PI)).sqrt() * pixels_per_degree).ceil();
-        Self { channels: SENSITIVITY.map(|gaussians| kernels(gaussians, radius, pixels_per_degree)) }
+        Self {
+            channels: SENSITIVITY.map(|gaussians| kernels(gaussians, radius, pixels_per_degree)),
+        }
     }
 
     pub(super) fn filter(&self, planes: &OpponentImage) -> OpponentImage {
         [0, 1, 2].map(|c| {
-            let filtered = self.channels[c].iter().map(|(row, column)| planes[c].along_rows(row).along_columns(column));
-            filtered.reduce(|sum, part| sum.plus(&part)).unwrap_or_else(|| planes[c].clone())
+            let filtered = self.channels[c]
+                .iter()
+                .map(|(row, column)| planes[c].along_rows(row).along_columns(column));
+            filtered
+                .reduce(|sum, part| sum.plus(&part))
+                .unwrap_or_else(|| planes[c].clone())
         })
     }
 }
 
 /// The sum over a square window is one: each Gaussian's share of it goes into its second kernel.
-fn kernels(gaussians: [(f64, f64); 2], radius: f64, pixels_per_degree: f64) -> Vec<(Vec<f32>, Vec<f32>)> {
-    let shapes = gaussians.into_iter().filter(|&(a, _)| a > 0.0).map(|(a, b)| {
-        let taps = taps(radius, |x| Real::exp(-PI * PI * (x / pixels_per_degree) * (x / pixels_per_degree) / b));
-        let sum: f64 = taps.iter().sum();
-        (a * (PI / b).sqrt() * sum * sum, taps, sum)
-    });
+fn kernels(
+    gaussians: [(f64, f64); 2],
+    radius: f64,
+    pixels_per_degree: f64,
+) -> Vec<(Vec<f32>, Vec<f32>)> {
+    let shapes = gaussians
+        .into_iter()
+        .filter(|&(a, _)| a > 0.0)
+        .map(|(a, b)| {
+            let taps = taps(radius, |x| {
+                Real::exp(-PI * PI * (x / pixels_per_degree) * (x / pixels_per_degree) / b)
+            });
+            let sum: f64 = taps.iter().sum();
+            (a * (PI / b).sqrt() * sum * sum, taps, sum)
+        });
     let shapes: Vec<_> = shapes.collect();
     let total: f64 = shapes.iter().map(|(mass, ..)| mass).sum();
     let scaled = |taps: &[f64], factor: f64| taps.iter().map(|x| (x * factor) as f32).collect();
-    shapes.iter().map(|(mass, taps, sum)| (scaled(taps, 1.0 / sum), scaled(taps, mass / total / sum))).collect()
+    shapes
+        .iter()
+        .map(|(mass, taps, sum)| (scaled(taps, 1.0 / sum), scaled(taps, mass / total / sum)))
+        .collect()
 }
 
 /// A function at the whole numbers from −radius to radius.
@@ -104,7 +143,11 @@ fn taps(radius: f64, f: impl Fn(f64) -> f64) -> Vec<f64> {
 }
 
 /// How strongly edges and points differ at each pixel, 0 to 1 (4.2), from the achromatic planes.
-pub(super) fn feature_differences(picture: &ScalarImage, reference: &ScalarImage, pixels_per_degree: f64) -> Vec<f32> {
+pub(super) fn feature_differences(
+    picture: &ScalarImage,
+    reference: &ScalarImage,
+    pixels_per_degree: f64,
+) -> Vec<f32> {
     /// Width in degrees of the edges that the eye detects best.
     const WIDTH: f64 = 0.082;
     /// Exponent that makes small feature differences count.
@@ -132,7 +175,9 @@ impl Detectors {
         Self {
             smooth: balanced(taps(radius, gaussian)),
             edge: balanced(taps(radius, |x| -x * gaussian(x))),
-            point: balanced(taps(radius, |x| (x * x / (deviation * deviation) - 1.0) * gaussian(x))),
+            point: balanced(taps(radius, |x| {
+                (x * x / (deviation * deviation) - 1.0) * gaussian(x)
+            })),
         }
     }
 
@@ -140,14 +185,25 @@ impl Detectors {
     fn magnitudes(&self, plane: &ScalarImage) -> Vec<[f32; 2]> {
         // Lightness 0..100 to 0..1, as the detectors are calibrated for.
         let values = plane.values.iter().map(|y| (y + 16.0) / 116.0).collect();
-        let plane = ScalarImage { width: plane.width, values };
+        let plane = ScalarImage {
+            width: plane.width,
+            values,
+        };
         let smooth = plane.along_rows(&self.smooth);
-        let both = |kernel: &[f32]| (plane.along_rows(kernel).along_columns(&self.smooth), smooth.along_columns(kernel));
+        let both = |kernel: &[f32]| {
+            (
+                plane.along_rows(kernel).along_columns(&self.smooth),
+                smooth.along_columns(kernel),
+            )
+        };
         let (edge, point) = (both(&self.edge), both(&self.point));
         let length = |(x, y): (&f32, &f32)| (x * x + y * y).sqrt();
         let edges = edge.0.values.iter().zip(&edge.1.values).map(length);
         let points = point.0.values.iter().zip(&point.1.values).map(length);
-        edges.zip(points).map(|(edge, point)| [edge, point]).collect()
+        edges
+            .zip(points)
+            .map(|(edge, point)| [edge, point])
+            .collect()
     }
 }
 

@@ -1,8 +1,9 @@
 //! FLIP: how strongly an eye notices the difference when two pictures alternate in the same place.
 //!
-//! Andersson, Nilsson, Akenine-Möller, Oskarsson, Åström, Fairchild, "FLIP: A Difference Evaluator for Alternating Images",
-//! Proceedings of the ACM on Computer Graphics and Interactive Techniques 3(2), 2020. Section numbers below are the paper's.
-//! Written from the paper for low-dynamic-range pictures; every filter is a sum of separable ones and is run as such.
+//! Andersson, Nilsson, Akenine-Möller, Oskarsson, Åström, Fairchild, "FLIP: A Difference Evaluator
+//! for Alternating Images", Proceedings of the ACM on Computer Graphics and Interactive Techniques
+//! 3(2), 2020. Section numbers below are the paper's. Written from the paper for low-dynamic-range
+//! pictures; every filter is a sum of separable ones and is run as such.
 
 mod colour;
 mod filters;
@@ -20,14 +21,20 @@ pub const DEFAULT_PIXELS_PER_DEGREE: f64 = 3840.0 * core::f64::consts::PI / 180.
 
 /// Exponent that brings the colour differences into use of their range (4.1.3).
 const COLOUR_EXPONENT: f32 = 0.7;
-/// Colour differences up to this share of the largest are spread over the range up to [`SPREAD_TO`] (4.1.3).
+/// Colour differences up to this share of the largest are spread over the range up to [`SPREAD_TO`]
+/// (4.1.3).
 const SPREAD_FROM: f32 = 0.4;
 const SPREAD_TO: f32 = 0.95;
 
-/// The FLIP difference of each pixel, 0 (the same) to 1, row after row from the top. Both pictures hold sRGB display values
-/// in 0..1: what is outside is clipped, and what is not a number counts as the marker that displays show for it.
-/// `pixels_per_degree` is the viewing condition, [`DEFAULT_PIXELS_PER_DEGREE`] unless there is a reason.
-pub fn flip(picture: &Picture, reference: &Picture, pixels_per_degree: f64) -> Result<Vec<f32>, MetricsError> {
+/// The FLIP difference of each pixel, 0 (the same) to 1, row after row from the top. Both pictures
+/// hold sRGB display values in 0..1: what is outside is clipped, and what is not a number counts as
+/// the marker that displays show for it. `pixels_per_degree` is the viewing condition,
+/// [`DEFAULT_PIXELS_PER_DEGREE`] unless there is a reason.
+pub fn flip(
+    picture: &Picture,
+    reference: &Picture,
+    pixels_per_degree: f64,
+) -> Result<Vec<f32>, MetricsError> {
     check(picture, reference)?;
     if !(1.0..=1000.0).contains(&pixels_per_degree) {
         return Err(MetricsError::PixelsPerDegree(pixels_per_degree));
@@ -54,11 +61,16 @@ impl Redistribution {
     fn new() -> Self {
         // The two corners of the gamut that are farthest apart: green and blue.
         let corner = |rgb: [f32; 3]| {
-            let picture = Picture { rgb: vec![rgb], ..Picture::new(1, 1) };
+            let picture = Picture {
+                rgb: vec![rgb],
+                ..Picture::new(1, 1)
+            };
             hunt_lab(&srgb_to_ycxcz(&picture))[0]
         };
         let distance = hyab(corner([0.0, 1.0, 0.0]), corner([0.0, 0.0, 1.0]));
-        Self { largest: Real::powf(distance, COLOUR_EXPONENT) }
+        Self {
+            largest: Real::powf(distance, COLOUR_EXPONENT),
+        }
     }
 
     fn apply(&self, distance: f32) -> f32 {

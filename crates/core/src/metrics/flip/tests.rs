@@ -1,7 +1,8 @@
 //! FLIP against its authors' implementation, and its defining properties.
 //!
-//! The expected numbers were computed on 2026-11-21 by `flip_evaluator` 1.7 from PyPI (single precision, by the paper's
-//! authors), with `evaluate(reference, test, "LDR", applyMagma=False)` on the pictures that [`pair`] makes.
+//! The expected numbers were computed on 2026-11-21 by `flip_evaluator` 1.7 from PyPI (single
+//! precision, by the paper's authors), with `evaluate(reference, test, "LDR", applyMagma=False)` on
+//! the pictures that [`pair`] makes.
 
 use super::*;
 use crate::metrics::statistics;
@@ -15,7 +16,8 @@ fn from_codes(width: u32, height: u32, code: impl Fn(i32, i32) -> [i32; 3]) -> P
     picture
 }
 
-/// A reference of ramps and checks, and a picture with noise on the right, exchanged channels below, a block inverted.
+/// A reference of ramps and checks, and a picture with noise on the right, exchanged channels
+/// below, a block inverted.
 fn pair(width: u32, height: u32) -> [Picture; 2] {
     let (w, h) = (width as i32, height as i32);
     let reference = |x: i32, y: i32| {
@@ -36,14 +38,18 @@ fn pair(width: u32, height: u32) -> [Picture; 2] {
         }
         code
     };
-    [from_codes(width, height, picture), from_codes(width, height, reference)]
+    [
+        from_codes(width, height, picture),
+        from_codes(width, height, reference),
+    ]
 }
 
 fn plain(code: [i32; 3]) -> Picture {
     from_codes(1, 1, |_, _| code)
 }
 
-/// Protects: whole maps: mean, quartiles, maximum and single pixels, in the middle, at the border and in the corner.
+/// Protects: whole maps: mean, quartiles, maximum and single pixels, in the middle, at the border
+/// and in the corner.
 #[test]
 fn flip_agrees_with_its_authors() {
     let [picture, reference] = pair(96, 64);
@@ -54,31 +60,58 @@ fn flip_agrees_with_its_authors() {
             0.386_942_0,
             [0.145_564_2, 0.253_942_5, 0.667_513_4],
             0.988_485_1,
-            [0.0, 0.777_153_2, 0.208_498_1, 0.759_526_9, 0.821_115_3, 0.541_843_4],
+            [
+                0.0,
+                0.777_153_2,
+                0.208_498_1,
+                0.759_526_9,
+                0.821_115_3,
+                0.541_843_4,
+            ],
         ),
         (
             20.0,
             0.393_695_2,
             [0.086_143_8, 0.260_652_9, 0.709_723_8],
             0.998_496_1,
-            [0.0, 0.807_112_3, 0.263_714_8, 0.696_743_1, 0.827_219_8, 0.192_514_5],
+            [
+                0.0,
+                0.807_112_3,
+                0.263_714_8,
+                0.696_743_1,
+                0.827_219_8,
+                0.192_514_5,
+            ],
         ),
     ] {
         let map = flip(&picture, &reference, pixels_per_degree).unwrap();
         let s = statistics(&map);
-        let found = [s.mean, s.first_quartile, s.median, s.third_quartile, s.maximum];
+        let found = [
+            s.mean,
+            s.first_quartile,
+            s.median,
+            s.third_quartile,
+            s.maximum,
+        ];
         let wanted = [mean, quartiles[0], quartiles[1], quartiles[2], maximum];
         for (found, wanted) in found.into_iter().zip(wanted) {
-            assert!((found - wanted).abs() < 2e-5, "{pixels_per_degree}: {found} for {wanted}");
+            assert!(
+                (found - wanted).abs() < 2e-5,
+                "{pixels_per_degree}: {found} for {wanted}"
+            );
         }
         for ((x, y), wanted) in places.into_iter().zip(expected) {
             let found = f64::from(map[y * 96 + x]);
-            assert!((found - wanted).abs() < 1e-4, "{pixels_per_degree} ({x}, {y}): {found} for {wanted}");
+            assert!(
+                (found - wanted).abs() < 1e-4,
+                "{pixels_per_degree} ({x}, {y}): {found} for {wanted}"
+            );
         }
     }
 }
 
-/// Protects: a picture smaller than the filters, and single colours: black and white, the largest distance, one code.
+/// Protects: a picture smaller than the filters, and single colours: black and white, the largest
+/// distance, one code.
 #[test]
 fn small_pictures_agree_too() {
     let [picture, reference] = pair(37, 5);
@@ -90,21 +123,34 @@ fn small_pictures_agree_too() {
         ([100, 100, 100], [101, 101, 101], 0.030_794_0),
     ] {
         let found = flip(&plain(a), &plain(b), DEFAULT_PIXELS_PER_DEGREE).unwrap()[0];
-        assert!((found - wanted).abs() < 1e-5, "{a:?} {b:?}: {found} for {wanted}");
+        assert!(
+            (found - wanted).abs() < 1e-5,
+            "{a:?} {b:?}: {found} for {wanted}"
+        );
     }
 }
 
-/// Protects: no difference without a difference, the same difference either way round, and all of it in 0..1.
+/// Protects: no difference without a difference, the same difference either way round, and all of
+/// it in 0..1.
 #[test]
 fn flip_is_a_symmetric_difference() {
     let [picture, reference] = pair(40, 30);
-    assert!(flip(&picture, &picture, DEFAULT_PIXELS_PER_DEGREE).unwrap().iter().all(|&x| x == 0.0));
+    assert!(
+        flip(&picture, &picture, DEFAULT_PIXELS_PER_DEGREE)
+            .unwrap()
+            .iter()
+            .all(|&x| x == 0.0)
+    );
     let map = flip(&picture, &reference, DEFAULT_PIXELS_PER_DEGREE).unwrap();
-    assert_eq!(map, flip(&reference, &picture, DEFAULT_PIXELS_PER_DEGREE).unwrap());
+    assert_eq!(
+        map,
+        flip(&reference, &picture, DEFAULT_PIXELS_PER_DEGREE).unwrap()
+    );
     assert!(map.iter().all(|x| (0.0..=1.0).contains(x)));
 }
 
-/// Protects: a NaN is as visible as the marker that shows it, and numbers out of range are clipped, so the map has neither.
+/// Protects: a NaN is as visible as the marker that shows it, and numbers out of range are clipped,
+/// so the map has neither.
 #[test]
 fn odd_numbers_are_visible() {
     let [picture, reference] = pair(20, 20);

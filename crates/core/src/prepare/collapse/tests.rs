@@ -18,7 +18,10 @@ fn object(shape: Shape, transform: Vec<TransformStep>) -> Object {
 
 /// The problems of an object alone in single precision; in double precision it must have none.
 fn alone(object: Object) -> Vec<Problem> {
-    let scene = Scene { objects: vec![object], ..Scene::default() };
+    let scene = Scene {
+        objects: vec![object],
+        ..Scene::default()
+    };
     assert_eq!(collapsed::<f64>(&scene), []);
     collapsed::<f32>(&scene)
 }
@@ -30,52 +33,117 @@ fn one(shape: Shape) -> String {
     }
 }
 
-/// Protects: what is nothing once it is stored in f32 is told at its place, unless a transform or a motion keeps its numbers, and never
-/// of doubles that tell it apart.
+/// Protects: what is nothing once it is stored in f32 is told at its place, unless a transform or a
+/// motion keeps its numbers, and never of doubles that tell it apart.
 #[test]
 fn sizes_survive_single_precision() {
-    let wide = Shape::Box { min: [1e8; 3], max: [100_000_001.0, 1e9, 1e9] };
-    let message = "the distance of `max` from `min` is lost in single precision, so there is nothing to see";
+    let wide = Shape::Box {
+        min: [1e8; 3],
+        max: [100_000_001.0, 1e9, 1e9],
+    };
+    let message =
+        "the distance of `max` from `min` is lost in single precision, so there is nothing to see";
     assert_eq!(one(wide), format!("objects[0].shape.box.max: {message}"));
-    let unit = Shape::Box { min: HERE, max: [1.0; 3] };
+    let unit = Shape::Box {
+        min: HERE,
+        max: [1.0; 3],
+    };
     let away = vec![TransformStep::Translate([1e8, 0.0, 0.0])];
-    let turned = [vec![TransformStep::Rotate { axis: ABOVE, degrees: 30.0 }], away.clone()].concat();
+    let turned = [
+        vec![TransformStep::Rotate {
+            axis: ABOVE,
+            degrees: 30.0,
+        }],
+        away.clone(),
+    ]
+    .concat();
     assert_eq!(alone(object(unit.clone(), turned)), []);
     let moved = object(unit, away);
     assert_eq!(alone(moved.clone())[0].path, "objects[0].shape.box.max");
-    assert_eq!(alone(Object { transform_end: Some(vec![TransformStep::Translate([2e8, 0.0, 0.0])]), ..moved }), []);
-    let torus = Shape::Torus { centre: HERE, axis: ABOVE, major_radius: 1.000_000_01, minor_radius: 1.0 };
-    assert!(one(torus.clone()).contains("torus.minor_radius: the difference of `minor_radius` from `major_radius` is lost"));
-    assert_eq!(alone(object(torus, Vec::new()))[0].hint.as_deref(), Some("add --precision reference"));
-    let quad = Shape::Quad { corner: [1e8; 3], edge_u: ABOVE, edge_v: [100.0, 0.0, 0.0] };
+    assert_eq!(
+        alone(Object {
+            transform_end: Some(vec![TransformStep::Translate([2e8, 0.0, 0.0])]),
+            ..moved
+        }),
+        []
+    );
+    let torus = Shape::Torus {
+        centre: HERE,
+        axis: ABOVE,
+        major_radius: 1.000_000_01,
+        minor_radius: 1.0,
+    };
+    assert!(one(torus.clone()).contains(
+        "torus.minor_radius: the difference of `minor_radius` from `major_radius` is lost"
+    ));
+    assert_eq!(
+        alone(object(torus, Vec::new()))[0].hint.as_deref(),
+        Some("add --precision reference")
+    );
+    let quad = Shape::Quad {
+        corner: [1e8; 3],
+        edge_u: ABOVE,
+        edge_v: [100.0, 0.0, 0.0],
+    };
     assert!(one(quad.clone()).contains("quad.corner: the size of the quad"));
-    let triangle = |far: f64| Shape::Triangle { vertices: [[far, 0.0, 0.0], [far, 1.0, 0.0], [far + 1.0, 0.0, 0.0]] };
+    let triangle = |far: f64| Shape::Triangle {
+        vertices: [[far, 0.0, 0.0], [far, 1.0, 0.0], [far + 1.0, 0.0, 0.0]],
+    };
     assert!(one(triangle(1e8)).contains("triangle.vertices: the distance of the corners is lost"));
     assert_eq!(alone(object(triangle(1e6), Vec::new())), []);
     let hint = alone(object(quad, Vec::new())).remove(0).hint;
-    assert_eq!(hint.as_deref(), Some("move it nearer to the rest of the scene, or add --precision reference"));
+    assert_eq!(
+        hint.as_deref(),
+        Some("move it nearer to the rest of the scene, or add --precision reference")
+    );
 }
 
 /// Protects: doubles lose things too, farther away, and then no other precision is advised.
 #[test]
 fn doubles_lose_what_is_too_far_for_them() {
-    let far = object(Shape::Box { min: HERE, max: [1.0, 2.0, 0.01] }, vec![TransformStep::Translate([1e15; 3])]);
-    let lost = collapsed::<f64>(&Scene { objects: vec![far], ..Scene::default() });
-    assert!(lost[0].message.contains("is lost in double precision"), "{lost:?}");
-    assert_eq!(lost[0].hint.as_deref(), Some("move it nearer to the rest of the scene"));
+    let far = object(
+        Shape::Box {
+            min: HERE,
+            max: [1.0, 2.0, 0.01],
+        },
+        vec![TransformStep::Translate([1e15; 3])],
+    );
+    let lost = collapsed::<f64>(&Scene {
+        objects: vec![far],
+        ..Scene::default()
+    });
+    assert!(
+        lost[0].message.contains("is lost in double precision"),
+        "{lost:?}"
+    );
+    assert_eq!(
+        lost[0].hint.as_deref(),
+        Some("move it nearer to the rest of the scene")
+    );
 }
 
-/// Protects: a generator's objects are judged where they land, by the sum of both moves, and the first that is lost is named.
+/// Protects: a generator's objects are judged where they land, by the sum of both moves, and the
+/// first that is lost is named.
 #[test]
 fn generated_shapes_are_judged_where_they_land() {
-    let thin = |z: f64| Shape::Box { min: [0.0, 0.0, z], max: [1.0, 2.0, z + 0.01] };
+    let thin = |z: f64| Shape::Box {
+        min: [0.0, 0.0, z],
+        max: [1.0, 2.0, z + 0.01],
+    };
     let of = |kind: GeneratorKind, object: Object| {
-        let scene = Scene { generators: vec![Generator { kind, object }], ..Scene::default() };
+        let scene = Scene {
+            generators: vec![Generator { kind, object }],
+            ..Scene::default()
+        };
         assert_eq!(collapsed::<f64>(&scene), []);
         collapsed::<f32>(&scene)
     };
     let with = |shape: Shape, transform: Vec<TransformStep>, origin: f64| {
-        let kind = GeneratorKind::Grid { counts: [1, 1, 3], origin: [0.0, 0.0, origin], step: [0.0, 0.0, 100_000.0] };
+        let kind = GeneratorKind::Grid {
+            counts: [1, 1, 3],
+            origin: [0.0, 0.0, origin],
+            step: [0.0, 0.0, 100_000.0],
+        };
         of(kind, object(shape, transform))
     };
     let found = with(thin(0.0), Vec::new(), 100_000.0);
@@ -86,20 +154,56 @@ fn generated_shapes_are_judged_where_they_land() {
         "the distance of `max` from `min` is lost in single precision, so there is nothing to see of the generator's object 2, \
          at [0, 0, 300000]"
     );
-    assert!(found[0].hint.as_ref().is_some_and(|hint| hint.ends_with("or add --precision reference")));
+    assert!(
+        found[0]
+            .hint
+            .as_ref()
+            .is_some_and(|hint| hint.ends_with("or add --precision reference"))
+    );
     assert_eq!(with(thin(0.0), Vec::new(), 0.0), []);
     let moved = |z| vec![TransformStep::Translate([0.0, 0.0, z])];
-    assert_eq!(with(thin(0.0), moved(250_000.0), 0.0)[0].path, "generators[0].object.shape.box.max");
+    assert_eq!(
+        with(thin(0.0), moved(250_000.0), 0.0)[0].path,
+        "generators[0].object.shape.box.max"
+    );
     assert_eq!(with(thin(300_000.0), moved(-250_000.0), -100_000.0), []);
     // A shape that is turned keeps a space of its own.
-    let turned = vec![TransformStep::Rotate { axis: ABOVE, degrees: 30.0 }];
+    let turned = vec![TransformStep::Rotate {
+        axis: ABOVE,
+        degrees: 30.0,
+    }];
     assert_eq!(with(thin(0.0), turned, 300_000.0), []);
-    let quad = Shape::Quad { corner: HERE, edge_u: [0.0, 0.0, 0.01], edge_v: ABOVE };
-    assert_eq!(with(quad, Vec::new(), 300_000.0)[0].path, "generators[0].object.shape.quad.corner");
-    let triangle = Shape::Triangle { vertices: [HERE, ABOVE, [0.0, 0.0, 0.01]] };
-    assert_eq!(with(triangle, Vec::new(), 300_000.0)[0].path, "generators[0].object.shape.triangle.vertices");
-    let torus = Shape::Torus { centre: HERE, axis: ABOVE, major_radius: 1.000_000_01, minor_radius: 1.0 };
-    assert_eq!(with(torus, Vec::new(), 0.0)[0].path, "generators[0].object.shape.torus.minor_radius");
-    let kind = GeneratorKind::Scatter { count: 1000, min: [0.0, 0.0, 1e5], max: [0.0, 0.0, 1e6], seed: 1 };
+    let quad = Shape::Quad {
+        corner: HERE,
+        edge_u: [0.0, 0.0, 0.01],
+        edge_v: ABOVE,
+    };
+    assert_eq!(
+        with(quad, Vec::new(), 300_000.0)[0].path,
+        "generators[0].object.shape.quad.corner"
+    );
+    let triangle = Shape::Triangle {
+        vertices: [HERE, ABOVE, [0.0, 0.0, 0.01]],
+    };
+    assert_eq!(
+        with(triangle, Vec::new(), 300_000.0)[0].path,
+        "generators[0].object.shape.triangle.vertices"
+    );
+    let torus = Shape::Torus {
+        centre: HERE,
+        axis: ABOVE,
+        major_radius: 1.000_000_01,
+        minor_radius: 1.0,
+    };
+    assert_eq!(
+        with(torus, Vec::new(), 0.0)[0].path,
+        "generators[0].object.shape.torus.minor_radius"
+    );
+    let kind = GeneratorKind::Scatter {
+        count: 1000,
+        min: [0.0, 0.0, 1e5],
+        max: [0.0, 0.0, 1e6],
+        seed: 1,
+    };
     assert_eq!(of(kind, object(thin(0.0), Vec::new())).len(), 1);
 }

@@ -16,22 +16,53 @@ use raywright_bvh::{AcceleratorKind, Interval, Ray};
 use serde_json::json;
 
 fn found(scene: &Scene) -> Emitters<f32> {
-    let (sources, wanted) = (Sources::default(), Wanted { even: true, varied: false, read: false });
+    let (sources, wanted) = (
+        Sources::default(),
+        Wanted {
+            even: true,
+            varied: false,
+            read: false,
+        },
+    );
     Emitters::new(
-        emitters::<f32>((scene, DVec3::ZERO), &Lookup::new(scene), (&[], &sources), wanted, &()).expect("nobody stops it"),
+        emitters::<f32>(
+            (scene, DVec3::ZERO),
+            &Lookup::new(scene),
+            (&[], &sources),
+            wanted,
+            &(),
+        )
+        .expect("nobody stops it"),
     )
 }
 
-/// Protects: what is only moved lights others as a shape of its own, so that tens of thousands of emitters are no matter, and
-/// has the area and place of the one under a map.
+/// Protects: what is only moved lights others as a shape of its own, so that tens of thousands of
+/// emitters are no matter, and has the area and place of the one under a map.
 #[test]
 fn moved_emitters_need_no_map() {
-    let (material, object) = glowing(Shape::Sphere { centre: [1.0, 0.0, 0.0], radius: 0.5 }, Vec::new());
-    let kind = GeneratorKind::Scatter { count: 20_000, min: [-5.0; 3], max: [5.0; 3], seed: 3 };
-    let turned = TransformStep::Rotate { axis: [0.0, 1.0, 0.0], degrees: 90.0 };
+    let (material, object) = glowing(
+        Shape::Sphere {
+            centre: [1.0, 0.0, 0.0],
+            radius: 0.5,
+        },
+        Vec::new(),
+    );
+    let kind = GeneratorKind::Scatter {
+        count: 20_000,
+        min: [-5.0; 3],
+        max: [5.0; 3],
+        seed: 3,
+    };
+    let turned = TransformStep::Rotate {
+        axis: [0.0, 1.0, 0.0],
+        degrees: 90.0,
+    };
     let scene = Scene {
         materials: vec![material],
-        objects: vec![Object { transform: vec![turned, TransformStep::Scale([2.0; 3])], ..object.clone() }],
+        objects: vec![Object {
+            transform: vec![turned, TransformStep::Scale([2.0; 3])],
+            ..object.clone()
+        }],
         generators: vec![Generator { kind, object }],
         ..Scene::default()
     };
@@ -39,34 +70,71 @@ fn moved_emitters_need_no_map() {
     assert_eq!((emitters.len(), emitters.under_maps()), (20_001, 1));
     // A ball of radius 1/2 gives off π times its radiance, 3.5 in all, from an area of π.
     let power = 3.5 * core::f64::consts::PI * core::f64::consts::PI;
-    assert!((emitters.power(0) / (4.0 * power) - 1.0).abs() < 1e-6, "{}", emitters.power(0));
+    assert!(
+        (emitters.power(0) / (4.0 * power) - 1.0).abs() < 1e-6,
+        "{}",
+        emitters.power(0)
+    );
     for (i, object) in expand(&scene).iter().enumerate().skip(1) {
         let place = affine(&object.transform).translation + DVec3::X;
-        let index = emitters.of(i as u32, 0).expect("each object has an emitter");
+        let index = emitters
+            .of(i as u32, 0)
+            .expect("each object has an emitter");
         let bounds = emitters.bounds(index).expect("a ball has an end");
-        assert!((bounds.space.centre() - place).length() < 1e-5 && (emitters.power(index) / power - 1.0).abs() < 1e-6);
+        assert!(
+            (bounds.space.centre() - place).length() < 1e-5
+                && (emitters.power(index) / power - 1.0).abs() < 1e-6
+        );
     }
 }
 
 /// Protects: an area is taken over from the object before only where shape and map are the same.
 #[test]
 fn areas_are_each_emitters_own() {
-    let ball = |radius| Shape::Sphere { centre: [0.0; 3], radius };
+    let ball = |radius| Shape::Sphere {
+        centre: [0.0; 3],
+        radius,
+    };
     let (material, object) = glowing(ball(1.0), Vec::new());
     let scaled = |shape: Shape, factor: f64| {
-        let transform = vec![TransformStep::Scale([factor; 3]), TransformStep::Translate([factor, 0.0, 0.0])];
-        Object { shape, transform, ..object.clone() }
+        let transform = vec![
+            TransformStep::Scale([factor; 3]),
+            TransformStep::Translate([factor, 0.0, 0.0]),
+        ];
+        Object {
+            shape,
+            transform,
+            ..object.clone()
+        }
     };
-    let objects = vec![object.clone(), scaled(ball(1.0), 1.0), scaled(ball(1.0), 2.0), scaled(ball(2.0), 2.0), object.clone()];
-    let scene = Scene { materials: vec![material], objects, ..Scene::default() };
+    let objects = vec![
+        object.clone(),
+        scaled(ball(1.0), 1.0),
+        scaled(ball(1.0), 2.0),
+        scaled(ball(2.0), 2.0),
+        object.clone(),
+    ];
+    let scene = Scene {
+        materials: vec![material],
+        objects,
+        ..Scene::default()
+    };
     let emitters = found(&scene);
-    let powers: Vec<f64> = (0..5).map(|i| emitters.power(i) / emitters.power(0)).collect();
+    let powers: Vec<f64> = (0..5)
+        .map(|i| emitters.power(i) / emitters.power(0))
+        .collect();
     let expected = [1.0, 1.0, 4.0, 16.0, 1.0];
-    assert!(powers.iter().zip(expected).all(|(a, b)| (a / b - 1.0).abs() < 1e-9), "{powers:?}");
+    assert!(
+        powers
+            .iter()
+            .zip(expected)
+            .all(|(a, b)| (a / b - 1.0).abs() < 1e-9),
+        "{powers:?}"
+    );
 }
 
-/// Protects: a hit finds the emitter that it is, in meshes shown once and twice, behind objects that do not shine and behind
-/// triangles without area, and what does not shine has none.
+/// Protects: a hit finds the emitter that it is, in meshes shown once and twice, behind objects
+/// that do not shine and behind triangles without area, and what does not shine has none.
 #[test]
 fn a_hit_finds_its_emitter() {
     let strip = json!({ "name": "strip", "source": { "inline": {
@@ -74,36 +142,70 @@ fn a_hit_finds_its_emitter() {
     let glow = json!({ "name": "glow", "model": { "classic": { "local": 0, "emission": 1 } } });
     let dull = json!({ "name": "dull", "model": { "classic": {} } });
     let mesh = |x: f64, material: &str| json!({ "shape": { "mesh": "strip" }, "material": material, "transform": [{ "translate": [x, 0, 0] }] });
-    let ball =
-        |x: f64, material: &str| json!({ "shape": { "sphere": { "centre": [x, 0, 0.5], "radius": 0.5 } }, "material": material });
+    let ball = |x: f64, material: &str| json!({ "shape": { "sphere": { "centre": [x, 0, 0.5], "radius": 0.5 } }, "material": material });
     let once = json!({ "shape": { "mesh": "single" }, "material": "glow", "transform": [{ "translate": [10, 0, 0] }] });
     let mut single = strip.clone();
     single["name"] = json!("single");
-    let objects = [ball(0.5, "dull"), mesh(2.0, "glow"), ball(4.5, "glow"), mesh(6.0, "glow"), mesh(8.0, "dull"), once];
-    let scene: Scene = serde_json::from_value(json!({ "format": 1, "materials": [glow, dull], "meshes": [strip, single],
-        "objects": objects }))
+    let objects = [
+        ball(0.5, "dull"),
+        mesh(2.0, "glow"),
+        ball(4.5, "glow"),
+        mesh(6.0, "glow"),
+        mesh(8.0, "dull"),
+        once,
+    ];
+    let scene: Scene = serde_json::from_value(
+        json!({ "format": 1, "materials": [glow, dull], "meshes": [strip, single],
+        "objects": objects }),
+    )
     .expect("a scene");
     let (lookup, emitters) = (Lookup::new(&scene), found(&scene));
     assert_eq!((emitters.len(), emitters.lit()), (10, 7));
-    let built = build_geometry::<f32>(&scene, &lookup, AcceleratorKind::Linear, &()).expect("it can be built");
+    let built = build_geometry::<f32>(&scene, &lookup, AcceleratorKind::Linear, &())
+        .expect("it can be built");
     let emitter_at = |x: f32, z: f32| {
         let ray = Ray::new(glam::Vec3::new(x, 3.0, z), glam::Vec3::NEG_Y);
-        let hit = built.geometry.closest(&ray, Interval::positive(), &mut ()).expect("something lies below");
-        (emitters.of(hit.outermost(), hit.primitive), built.geometry.surface(&ray, &hit).point)
+        let hit = built
+            .geometry
+            .closest(&ray, Interval::positive(), &mut ())
+            .expect("something lies below");
+        (
+            emitters.of(hit.outermost(), hit.primitive),
+            built.geometry.surface(&ray, &hit).point,
+        )
     };
     let mut seen = Vec::new();
-    for (x, z) in [(2.8, 0.3), (2.2, 0.7), (4.5, 0.5), (6.8, 0.3), (6.2, 0.7), (10.8, 0.3), (10.2, 0.7)] {
+    for (x, z) in [
+        (2.8, 0.3),
+        (2.2, 0.7),
+        (4.5, 0.5),
+        (6.8, 0.3),
+        (6.2, 0.7),
+        (10.8, 0.3),
+        (10.2, 0.7),
+    ] {
         let (index, point) = emitter_at(x, z);
         let index = index.expect("it shines");
         let space = emitters.bounds(index).expect("it has an end").space;
         let (low, high) = (point.as_dvec3() + 1e-5, point.as_dvec3() - 1e-5);
-        assert!(space.min.cmple(low).all() && space.max.cmpge(high).all(), "({x}, {z}): {space:?}");
+        assert!(
+            space.min.cmple(low).all() && space.max.cmpge(high).all(),
+            "({x}, {z}): {space:?}"
+        );
         assert!(emitters.probability(index) > 0.0);
         seen.push(index);
     }
     // Two triangles that are halves of a quad are the first one's.
     assert_eq!(seen, [1, 1, 3, 5, 5, 8, 8]);
-    assert_eq!((emitter_at(0.5, 0.5).0, emitter_at(8.5, 0.3).0, emitters.of(99, 0), emitters.of(2, 1)), (None, None, None, None));
+    assert_eq!(
+        (
+            emitter_at(0.5, 0.5).0,
+            emitter_at(8.5, 0.3).0,
+            emitters.of(99, 0),
+            emitters.of(2, 1)
+        ),
+        (None, None, None, None)
+    );
 }
 
 /// A mesh of two triangles that glow, under a scale along z.
@@ -115,19 +217,30 @@ fn pair(positions: [[f32; 3]; 4], indices: [[u32; 3]; 2], sign: f64) -> Emitters
     found(&serde_json::from_value(scene).expect("a scene"))
 }
 
-/// Protects: two triangles that are the halves of a parallelogram are one light, with the numbers of the quad of these corners, from whichever
-/// corners they are listed; both hits lead to it. Others stay two: a trapezoid, what is bent, one triangle twice, and halves that face
-/// opposite sides.
+/// Protects: two triangles that are the halves of a parallelogram are one light, with the numbers
+/// of the quad of these corners, from whichever corners they are listed; both hits lead to it.
+/// Others stay two: a trapezoid, what is bent, one triangle twice, and halves that face opposite
+/// sides.
 #[test]
 fn halves_of_a_quad_are_one_light() {
-    let slanted = [[0.125, 2.0, -0.5], [1.125, 2.5, -0.5], [1.375, 2.5, 1.5], [0.375, 2.0, 1.5]];
+    let slanted = [
+        [0.125, 2.0, -0.5],
+        [1.125, 2.5, -0.5],
+        [1.375, 2.5, 1.5],
+        [0.375, 2.0, 1.5],
+    ];
     let glow = json!({ "name": "glow", "model": { "classic": { "local": 0, "emission": 1 } } });
     let quad = json!({ "shape": { "quad": { "corner": slanted[0], "edge_u": [1.0, 0.5, 0.0], "edge_v": [0.25, 0.0, 2.0] } },
         "material": "glow" });
-    let whole = found(&serde_json::from_value(json!({ "format": 1, "materials": [glow], "objects": [quad] })).expect("a scene"));
+    let whole = found(
+        &serde_json::from_value(json!({ "format": 1, "materials": [glow], "objects": [quad] }))
+            .expect("a scene"),
+    );
     let from = glam::Vec3::new(0.4, 0.0, 0.3);
     let sample = |emitters: &Emitters<f32>, u: [f32; 2]| {
-        let sample = emitters.sample(0, from, u, 0.5).map(|sample| (sample.direction, sample.arriving, sample.density));
+        let sample = emitters
+            .sample(0, from, u, 0.5)
+            .map(|sample| (sample.direction, sample.arriving, sample.density));
         sample.expect("it is seen")
     };
     for (i, j) in (0..9).map(|k| (k / 3, k % 3)) {
@@ -136,16 +249,32 @@ fn halves_of_a_quad_are_one_light() {
         indices[1].rotate_left(j);
         let halves = pair(slanted, indices, 1.0);
         assert_eq!(
-            (halves.len(), halves.lit(), halves.of(0, 0), halves.of(0, 1), halves.of(0, 2)),
+            (
+                halves.len(),
+                halves.lit(),
+                halves.of(0, 0),
+                halves.of(0, 1),
+                halves.of(0, 2)
+            ),
             (2, 2, Some(0), Some(0), None)
         );
         assert!((halves.power(0) / whole.power(0) - 1.0).abs() < 1e-6 && halves.power(1) == 0.0);
         assert_eq!((halves.probability(0), halves.probability(1)), (1.0, 0.0));
         for u in [[0.1, 0.2], [0.9, 0.3], [0.5, 0.999]] {
-            let ((direction, arriving, density), (there, wanted, all)) = (sample(&halves, u), sample(&whole, u));
-            assert!((direction - there).length() < 1e-6 && (arriving - wanted).length() < 1e-5 * wanted.length(), "{i} {j}");
-            let (Density::SolidAngle(density), Density::SolidAngle(all)) = (density, all) else { panic!("lamps have a size") };
-            assert!((density / all - 1.0).abs() < 1e-5, "{i} {j}: {density} and {all}");
+            let ((direction, arriving, density), (there, wanted, all)) =
+                (sample(&halves, u), sample(&whole, u));
+            assert!(
+                (direction - there).length() < 1e-6
+                    && (arriving - wanted).length() < 1e-5 * wanted.length(),
+                "{i} {j}"
+            );
+            let (Density::SolidAngle(density), Density::SolidAngle(all)) = (density, all) else {
+                panic!("lamps have a size")
+            };
+            assert!(
+                (density / all - 1.0).abs() < 1e-5,
+                "{i} {j}: {density} and {all}"
+            );
         }
         let mirrored = pair(slanted, indices, -1.0);
         assert_eq!((mirrored.of(0, 1), mirrored.power(1)), (Some(0), 0.0));
@@ -162,28 +291,37 @@ fn halves_of_a_quad_are_one_light() {
     ];
     for (positions, indices) in two {
         let emitters = pair(positions, indices, 1.0);
-        assert_eq!((emitters.of(0, 0), emitters.of(0, 1)), (Some(0), Some(1)), "{positions:?} {indices:?}");
+        assert_eq!(
+            (emitters.of(0, 0), emitters.of(0, 1)),
+            (Some(0), Some(1)),
+            "{positions:?} {indices:?}"
+        );
         assert!(emitters.power(0) > 0.0 && emitters.power(1) > 0.0);
     }
 }
 
-/// A square of two triangles in the plane z = 0, whose texture coordinates are x and y, that glows in its upper right corner: a sixteenth of
-/// it, evenly but for `tilt`. Mirrored where `sign` is negative.
+/// A square of two triangles in the plane z = 0, whose texture coordinates are x and y, that glows
+/// in its upper right corner: a sixteenth of it, evenly but for `tilt`. Mirrored where `sign` is
+/// negative.
 fn screen(sign: f64) -> Prepared<f64> {
     let square = json!({ "name": "square", "source": { "inline": {
         "positions": [[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]], "uvs": [[[0, 0], [1, 0], [1, 1], [0, 1]]],
         "indices": [[0, 1, 2], [0, 2, 3]] } } });
-    let glow =
-        json!({ "name": "glow", "model": { "classic": { "local": 0, "emission": "max(0, min(1, 1e6 * (min(u, v) - 0.75)))" } } });
+    let glow = json!({ "name": "glow", "model": { "classic": { "local": 0, "emission": "max(0, min(1, 1e6 * (min(u, v) - 0.75)))" } } });
     let object = json!({ "shape": { "mesh": "square" }, "material": "glow", "transform": [{ "scale": [1, 1, sign] }] });
-    let scene = json!({ "format": 1, "meshes": [square], "materials": [glow], "objects": [object] });
+    let scene =
+        json!({ "format": 1, "meshes": [square], "materials": [glow], "objects": [object] });
     let scene: Scene = serde_json::from_value(scene).expect("a scene");
-    let settings = Settings { integrator: Integrator::Path, ..Settings::of(&scene) };
+    let settings = Settings {
+        integrator: Integrator::Path,
+        ..Settings::of(&scene)
+    };
     Prepared::new(&scene, &settings, EffectSet::ALL, &()).expect("it can be prepared")
 }
 
-/// Protects: points of a mesh that glows in parts are drawn where it does, mirrored or not: of a sixteenth of a square nine tenths, where
-/// even ones would have a sixteenth; and its power is that of the part that glows.
+/// Protects: points of a mesh that glows in parts are drawn where it does, mirrored or not: of a
+/// sixteenth of a square nine tenths, where even ones would have a sixteenth; and its power is that
+/// of the part that glows.
 #[test]
 fn points_are_drawn_where_a_mesh_glows() {
     for sign in [1.0, -1.0] {
@@ -192,9 +330,20 @@ fn points_are_drawn_where_a_mesh_glows() {
         let (from, mut lit) = (DVec3::new(0.5, 0.5, 2.0), 0);
         let number = |i: u64| (mix(i) >> 41) as f32 / (1 << 23) as f32;
         for i in 0..2_000 {
-            let (emitter, probability) = emitters.choose([number(4 * i), number(4 * i + 1)]).expect("it glows");
-            let sample = emitters.sample(emitter, from, [number(4 * i + 2), number(4 * i + 3)], probability).expect("it is seen");
-            let Target::Surface(surface) = sample.target else { panic!("{:?}", sample.target) };
+            let (emitter, probability) = emitters
+                .choose([number(4 * i), number(4 * i + 1)])
+                .expect("it glows");
+            let sample = emitters
+                .sample(
+                    emitter,
+                    from,
+                    [number(4 * i + 2), number(4 * i + 3)],
+                    probability,
+                )
+                .expect("it is seen");
+            let Target::Surface(surface) = sample.target else {
+                panic!("{:?}", sample.target)
+            };
             // Cells are a thirtieth wide, and those beside are drawn half as often.
             lit += usize::from(surface.point.x.min(surface.point.y) > 0.75 - 0.08);
         }
@@ -202,12 +351,15 @@ fn points_are_drawn_where_a_mesh_glows() {
         let power: f64 = (0..2).map(|i| emitters.power(i)).sum();
         // Three channels, two sides, and a sixteenth of an area of one.
         let by_hand = core::f64::consts::PI * 3.0 * 2.0 / 16.0;
-        assert!((power / by_hand - 1.0).abs() < 0.05, "{power} and by hand {by_hand}");
+        assert!(
+            (power / by_hand - 1.0).abs() < 0.05,
+            "{power} and by hand {by_hand}"
+        );
     }
 }
 
-/// Protects: triangles whose emission varies are counted once for each object that is made of them, and those that glow evenly only where parts of
-/// them are cut away and paths read which.
+/// Protects: triangles whose emission varies are counted once for each object that is made of them,
+/// and those that glow evenly only where parts of them are cut away and paths read which.
 #[test]
 fn triangles_that_vary_are_counted() {
     let mesh = json!({ "name": "square", "source": { "inline": { "positions": [[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]],
@@ -220,13 +372,27 @@ fn triangles_that_vary_are_counted() {
             physical("cut", json!({ "emission": 1, "alpha": { "mask": { "cutoff": 0.5 } }, "opacity": "u" })), physical("dark", json!({}))] });
     let scene: Scene = serde_json::from_value(scene).expect("a scene");
     let count = |even, varied, read| {
-        varied_triangles(&scene, &Lookup::new(&scene), Wanted { even, varied, read }, &()).expect("nobody ends it")
+        varied_triangles(
+            &scene,
+            &Lookup::new(&scene),
+            Wanted { even, varied, read },
+            &(),
+        )
+        .expect("nobody ends it")
     };
     assert_eq!(count(true, true, true), 2 * (6 + 1 + 1));
-    assert_eq!((count(true, true, false), count(false, true, true), count(true, false, false)), (2 * 7, 2 * 7, 0));
+    assert_eq!(
+        (
+            count(true, true, false),
+            count(false, true, true),
+            count(true, false, false)
+        ),
+        (2 * 7, 2 * 7, 0)
+    );
 }
 
-/// Protects: how many points each way are looked at, by hand: 2²⁰ in all, no fewer than 2 of a triangle and no more than 32.
+/// Protects: how many points each way are looked at, by hand: 2²⁰ in all, no fewer than 2 of a
+/// triangle and no more than 32.
 #[test]
 fn points_are_shared_among_triangles() {
     let across = [0, 1, 1024, 1025, 15_158, 1 << 18, u64::MAX].map(points_across);

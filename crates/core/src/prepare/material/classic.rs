@@ -29,7 +29,8 @@ pub(crate) struct ClassicInputs<R: Real> {
     pub asks_what_is_between: bool,
     /// Whether some weight depends on the distance of the nearest occluder.
     pub asks_how_far: bool,
-    /// Whether a path tracer sees Lambert's diffusion and what it gives off alone, as far as its terms tell.
+    /// Whether a path tracer sees Lambert's diffusion and what it gives off alone, as far as its
+    /// terms tell.
     pub matte: bool,
 }
 
@@ -79,18 +80,35 @@ pub(super) fn classic<R: Real>(
         Ok(ReflectionInputs {
             weight: inputs.weight(&r.weight, Scope::Light, "reflection.weight")?,
             tinted: r.tinted,
-            fuzz: r.fuzz.as_ref().map(|f| (R::from_f64(f.amount), f.frequencies.map(|row| R::Vec3::from_f64(row.into())))),
+            fuzz: r.fuzz.as_ref().map(|f| {
+                (
+                    R::from_f64(f.amount),
+                    f.frequencies.map(|row| R::Vec3::from_f64(row.into())),
+                )
+            }),
         })
     })?;
     let diffuse = inputs.weight(&m.diffuse, Scope::Light, "diffuse")?;
-    let shadow = prepared(m.shadow.as_ref(), |s| inputs.weight(s, Scope::Light, "shadow"))?;
+    let shadow = prepared(m.shadow.as_ref(), |s| {
+        inputs.weight(s, Scope::Light, "shadow")
+    })?;
     let further = [
         specular.as_ref().map(|s: &SpecularInputs<R>| &s.strength),
         reflection.as_ref().map(|r: &ReflectionInputs<R>| &r.weight),
     ];
-    let weights = [Some(&diffuse), shadow.as_ref()].into_iter().chain(further).flatten();
-    let asks_how_far = weights.into_iter().any(|w| w.reads(&inputs.sources, &[Variable::OccluderDistance]));
-    let rim = prepared(m.rim.as_ref(), |r| Ok((inputs.weight(&r.strength, Scope::Surface, "rim.strength")?, r.exponent)))?;
+    let weights = [Some(&diffuse), shadow.as_ref()]
+        .into_iter()
+        .chain(further)
+        .flatten();
+    let asks_how_far = weights
+        .into_iter()
+        .any(|w| w.reads(&inputs.sources, &[Variable::OccluderDistance]));
+    let rim = prepared(m.rim.as_ref(), |r| {
+        Ok((
+            inputs.weight(&r.strength, Scope::Surface, "rim.strength")?,
+            r.exponent,
+        ))
+    })?;
     Ok(ClassicInputs {
         rim,
         colour: inputs.input(&m.colour, "colour")?,
@@ -111,9 +129,17 @@ pub(super) fn classic<R: Real>(
         emission: prepared(m.emission.as_ref(), |e| inputs.input(e, "emission"))?,
         mixture: m.mixture,
         shadow_transmittance: R::from_f64(m.shadow_transmittance),
-        asks_what_is_between: shadow.is_none_or(|s| s.reads(&inputs.sources, &[Variable::Shadow, Variable::OccluderDistance])),
+        asks_what_is_between: shadow.is_none_or(|s| {
+            s.reads(
+                &inputs.sources,
+                &[Variable::Shadow, Variable::OccluderDistance],
+            )
+        }),
         shadow,
         asks_how_far,
-        matte: m.specular.is_none() && m.reflection.is_none() && m.transmission.is_none() && m.mixture.is_none(),
+        matte: m.specular.is_none()
+            && m.reflection.is_none()
+            && m.transmission.is_none()
+            && m.mixture.is_none(),
     })
 }

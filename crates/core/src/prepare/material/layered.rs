@@ -1,4 +1,5 @@
-//! What lies over, under and in a physical surface, prepared: only where a path tracer runs and something of it is there.
+//! What lies over, under and in a physical surface, prepared: only where a path tracer runs and
+//! something of it is there.
 
 use raywright_bvh::{Real, Vector};
 
@@ -49,7 +50,11 @@ pub(crate) struct Directions<R: Real> {
 
 /// Whether directions on a surface of such layers count.
 pub(super) fn is_directed<R: Real>(layers: &LayeredInputs<R>) -> bool {
-    layers.combed.is_some() || layers.coat.as_ref().is_some_and(|coat| coat.normal.is_some())
+    layers.combed.is_some()
+        || layers
+            .coat
+            .as_ref()
+            .is_some_and(|coat| coat.normal.is_some())
 }
 
 /// What preparing a material depends on besides it.
@@ -70,15 +75,30 @@ pub(in crate::prepare) struct Context<R: Real> {
 /// Whether a material has something that the metallic-roughness model alone has not.
 fn is_layered(m: &PhysicalData, rule: FresnelRule) -> bool {
     let clear = m.may_transmit() && (m.thin_walled || m.dispersion > 0.0);
-    let present = [m.coat().is_some(), m.fibres().is_some(), m.combed().is_some(), m.film().is_some(), m.metal().is_some()];
+    let present = [
+        m.coat().is_some(),
+        m.fibres().is_some(),
+        m.combed().is_some(),
+        m.film().is_some(),
+        m.metal().is_some(),
+    ];
     let tinted = m.tints_reflections() && m.factor_of_reflections().is_none();
-    rule != FresnelRule::default() || clear || m.may_diffuse_through() || tinted || present.contains(&true)
+    rule != FresnelRule::default()
+        || clear
+        || m.may_diffuse_through()
+        || tinted
+        || present.contains(&true)
 }
 
 /// Materials of a scene that get layers where paths are followed.
 pub(crate) fn count_layered(scene: &Scene, rule: FresnelRule) -> u64 {
-    let has = |model: &Model| matches!(model, Model::Physical(m) if !m.unlit && is_layered(m, rule));
-    scene.materials.iter().filter(|material| has(&material.model)).count() as u64
+    let has =
+        |model: &Model| matches!(model, Model::Physical(m) if !m.unlit && is_layered(m, rule));
+    scene
+        .materials
+        .iter()
+        .filter(|material| has(&material.model))
+        .count() as u64
 }
 
 pub(super) fn layered<R: Real>(
@@ -89,24 +109,49 @@ pub(super) fn layered<R: Real>(
     if m.unlit || !context.paths || !is_layered(m, context.fresnel) {
         return Ok(None);
     }
-    let diffused = m.diffuse_transmission.as_ref().filter(|_| m.may_diffuse_through());
+    let diffused = m
+        .diffuse_transmission
+        .as_ref()
+        .filter(|_| m.may_diffuse_through());
     let diffused = prepared(diffused, |layer| {
         Ok(Diffused {
-            share: inputs.factor(&layer.factor, &layer.factor_texture, "diffuse_transmission.factor")?,
-            colour: inputs.factor(&layer.colour, &layer.colour_texture, "diffuse_transmission.colour")?,
+            share: inputs.factor(
+                &layer.factor,
+                &layer.factor_texture,
+                "diffuse_transmission.factor",
+            )?,
+            colour: inputs.factor(
+                &layer.colour,
+                &layer.colour_texture,
+                "diffuse_transmission.colour",
+            )?,
         })
     })?;
     let sheen = prepared(m.fibres(), |layer| {
         Ok(Sheen {
             colour: inputs.factor(&layer.colour, &layer.colour_texture, "sheen.colour")?,
-            roughness: inputs.factor(&layer.roughness, &layer.roughness_texture, "sheen.roughness")?,
+            roughness: inputs.factor(
+                &layer.roughness,
+                &layer.roughness_texture,
+                "sheen.roughness",
+            )?,
         })
     })?;
     let combed = prepared(m.combed(), |layer| {
         let image = inputs.image(&layer.texture, "anisotropy.texture")?;
-        let strength = inputs.product(&layer.strength, image.map(|image| image.channel(Channel::Blue)), "anisotropy.strength")?;
+        let strength = inputs.product(
+            &layer.strength,
+            image.map(|image| image.channel(Channel::Blue)),
+            "anisotropy.strength",
+        )?;
         let angle = layer.rotation.to_radians();
-        Ok(Anisotropy { strength, frame: Directions { turn: [libm::cos(angle), libm::sin(angle)].map(R::from_f64), image } })
+        Ok(Anisotropy {
+            strength,
+            frame: Directions {
+                turn: [libm::cos(angle), libm::sin(angle)].map(R::from_f64),
+                image,
+            },
+        })
     })?;
     let film = prepared(m.film(), |layer| {
         Ok(Film {
@@ -123,8 +168,15 @@ pub(super) fn layered<R: Real>(
         let bump = inputs.image(&layer.normal_texture, "clearcoat.normal_texture")?;
         Ok(Coat {
             weight: inputs.factor(&layer.factor, &layer.factor_texture, "clearcoat.factor")?,
-            roughness: inputs.factor(&layer.roughness, &layer.roughness_texture, "clearcoat.roughness")?,
-            normal: bump.map(|image| Bump { image, scale: R::from_f64(layer.normal_scale) }),
+            roughness: inputs.factor(
+                &layer.roughness,
+                &layer.roughness_texture,
+                "clearcoat.roughness",
+            )?,
+            normal: bump.map(|image| Bump {
+                image,
+                scale: R::from_f64(layer.normal_scale),
+            }),
         })
     })?;
     Ok(Some(Layered {
@@ -132,8 +184,14 @@ pub(super) fn layered<R: Real>(
         // In place of an index, how much more short waves bend than long ones.
         ior: if m.thin_walled { 0.0 } else { m.dispersion },
         specular: inputs.factor(&m.specular, &m.specular_texture, "specular")?,
-        specular_colour: inputs.factor(&m.specular_colour, &m.specular_colour_texture, "specular_colour")?,
-        conductor: m.metal().map(|index| [index.n, index.k].map(|c| R::Vec3::from_f64(c.0.into()))),
+        specular_colour: inputs.factor(
+            &m.specular_colour,
+            &m.specular_colour_texture,
+            "specular_colour",
+        )?,
+        conductor: m
+            .metal()
+            .map(|index| [index.n, index.k].map(|c| R::Vec3::from_f64(c.0.into()))),
         thin: m.thin_walled,
         diffused,
         combed,

@@ -31,12 +31,13 @@ pub(crate) struct PhysicalInputs<R: Real> {
     pub thin: bool,
     /// Place in the table of what lies over, under and in it; none: nothing does, or nobody asks.
     pub layered: Option<u32>,
-    /// Factor of what its dielectric part reflects, where that is all that lies over it (KHR_materials_specular); 1 where layers say it.
+    /// Factor of what its dielectric part reflects, where that is all that lies over it
+    /// (KHR_materials_specular); 1 where layers say it.
     pub specular: R,
     /// What bends its normals; none: nothing.
     pub bump: Option<Bump<R>>,
-    /// Whether it is opaque, without layers, and made of numbers that do not depend on its normals, so that many of its points may be
-    /// shaded at once.
+    /// Whether it is opaque, without layers, and made of numbers that do not depend on its normals,
+    /// so that many of its points may be shaded at once.
     pub plain: bool,
     /// Whether smooth reflection is traced; otherwise it is shown as rough ones are.
     pub mirrors: bool,
@@ -55,13 +56,17 @@ pub(crate) enum Index<R: Real> {
 pub(crate) struct Boundary<R> {
     /// In f64, in which refraction is computed.
     pub ior: f64,
-    /// Reflectance at normal incidence, which f32 would lose digits of near index 1; 1 of the index 0.
+    /// Reflectance at normal incidence, which f32 would lose digits of near index 1; 1 of the
+    /// index 0.
     pub f0: R,
 }
 
 impl<R: Real> Boundary<R> {
     pub fn new(ior: f64) -> Self {
-        Self { ior, f0: R::from_f64(((ior - 1.0) / (ior + 1.0)) * ((ior - 1.0) / (ior + 1.0))) }
+        Self {
+            ior,
+            f0: R::from_f64(((ior - 1.0) / (ior + 1.0)) * ((ior - 1.0) / (ior + 1.0))),
+        }
     }
 }
 
@@ -101,43 +106,78 @@ pub(super) fn physical<R: Real>(
     let base = inputs.product(&m.base_colour, image, "base_colour")?;
     // The share of an image that lies above a cutoff is not that of its mean.
     inputs.finest = matches!(m.alpha, AlphaMode::Mask { .. });
-    let again = inputs.finest && m.base_colour_texture.as_ref().is_some_and(|texture| inputs.reduces(texture));
-    let cover = if again { inputs.image(&m.base_colour_texture, "base_colour_texture")? } else { image };
-    let opacity = inputs.product(&m.opacity, cover.map(|image| image.channel(Channel::Alpha)), "opacity")?;
+    let again = inputs.finest
+        && m.base_colour_texture
+            .as_ref()
+            .is_some_and(|texture| inputs.reduces(texture));
+    let cover = if again {
+        inputs.image(&m.base_colour_texture, "base_colour_texture")?
+    } else {
+        image
+    };
+    let opacity = inputs.product(
+        &m.opacity,
+        cover.map(|image| image.channel(Channel::Alpha)),
+        "opacity",
+    )?;
     inputs.finest = false;
     let image = inputs.image(&m.metallic_roughness_texture, "metallic_roughness_texture")?;
-    let roughness = inputs.product(&m.roughness, image.map(|image| image.channel(Channel::Green)), "roughness")?;
-    let metallic = inputs.product(&m.metallic, image.map(|image| image.channel(Channel::Blue)), "metallic")?;
-    let emission = prepared(m.gives_off(), |emission| inputs.factor(emission, &m.emission_texture, "emission"))?;
+    let roughness = inputs.product(
+        &m.roughness,
+        image.map(|image| image.channel(Channel::Green)),
+        "roughness",
+    )?;
+    let metallic = inputs.product(
+        &m.metallic,
+        image.map(|image| image.channel(Channel::Blue)),
+        "metallic",
+    )?;
+    let emission = prepared(m.gives_off(), |emission| {
+        inputs.factor(emission, &m.emission_texture, "emission")
+    })?;
     let index = match m.ior.constant() {
         Some(ior) => Index::Even(Boundary::new(ior)),
         None => Index::Varying(inputs.factor(&m.ior, &None, "ior")?),
     };
     let transmission = prepared(m.may_transmit().then_some(&m.transmission), |share| {
         let share = inputs.factor(share, &m.transmission_texture, "transmission")?;
-        let transmission = PhysicalTransmission { share, tint: base.constant().unwrap_or(R::Vec3::ONE), even: None };
-        Ok(PhysicalTransmission { even: share.even().map(|share| transmission.of_light(share.x())), ..transmission })
+        let transmission = PhysicalTransmission {
+            share,
+            tint: base.constant().unwrap_or(R::Vec3::ONE),
+            even: None,
+        };
+        Ok(PhysicalTransmission {
+            even: share.even().map(|share| transmission.of_light(share.x())),
+            ..transmission
+        })
     })?;
     let bump = prepared(m.bent_by(), |image| inputs.texture(image, "normal_texture"))?.flatten();
     let layered = layered(m, inputs, context)?.map(|layered| {
         context.layers.push(layered);
         context.layers.len() as u32 - 1
     });
-    let factor = m.factor_of_reflections().filter(|_| context.paths && layered.is_none());
+    let factor = m
+        .factor_of_reflections()
+        .filter(|_| context.paths && layered.is_none());
     let opaque = m.alpha == AlphaMode::Opaque && transmission.is_none() && !m.unlit;
     Ok(PhysicalInputs {
         plain: opaque && layered.is_none() && !inputs.reads.expressions,
         layered,
         specular: R::from_f64(factor.unwrap_or(1.0)),
         thin: m.thin_walled,
-        bump: bump.map(|image| Bump { image, scale: R::from_f64(m.normal_scale) }),
+        bump: bump.map(|image| Bump {
+            image,
+            scale: R::from_f64(m.normal_scale),
+        }),
         base,
         vertex_colours: m.vertex_colours,
         metallic,
         roughness,
         index,
         transmission,
-        absorption: m.absorption().map(|absorption| R::Vec3::from_f64(absorption.map(|a| a.min(MOST_ABSORPTION)).into())),
+        absorption: m
+            .absorption()
+            .map(|absorption| R::Vec3::from_f64(absorption.map(|a| a.min(MOST_ABSORPTION)).into())),
         emission,
         alpha: m.alpha,
         opacity,

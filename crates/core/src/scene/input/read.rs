@@ -8,7 +8,8 @@ use serde::{Deserialize, Deserializer};
 
 use super::{CheckerInput, Colour, Input, TextureInput, Triple, Value, Weight};
 
-/// A number that may be written as text: the loader's deserializer evaluates the text, any other format refuses it.
+/// A number that may be written as text: the loader's deserializer evaluates the text, any other
+/// format refuses it.
 struct Number(f64);
 
 impl<'de> Deserialize<'de> for Number {
@@ -20,7 +21,10 @@ impl<'de> Deserialize<'de> for Number {
 fn triple<'de, A: SeqAccess<'de>>(mut seq: A, what: &dyn de::Expected) -> Result<Triple, A::Error> {
     let mut out = [0.0; 3];
     for (i, slot) in out.iter_mut().enumerate() {
-        *slot = seq.next_element::<Number>()?.ok_or_else(|| de::Error::invalid_length(i, what))?.0;
+        *slot = seq
+            .next_element::<Number>()?
+            .ok_or_else(|| de::Error::invalid_length(i, what))?
+            .0;
     }
     if seq.next_element::<de::IgnoredAny>()?.is_some() {
         return Err(de::Error::invalid_length(4, what));
@@ -47,14 +51,18 @@ impl<'de> Visitor<'de> for ColourVisitor {
     fn visit_seq<A: SeqAccess<'de>>(self, seq: A) -> Result<Colour, A::Error> {
         triple(seq, &self).map(Colour)
     }
-    fn visit_newtype_struct<D: Deserializer<'de>>(self, deserializer: D) -> Result<Colour, D::Error> {
+    fn visit_newtype_struct<D: Deserializer<'de>>(
+        self,
+        deserializer: D,
+    ) -> Result<Colour, D::Error> {
         deserializer.deserialize_any(self)
     }
 }
 
 impl<'de> Deserialize<'de> for Colour {
     fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
-        // The name tells the loader that a text here is the expression of a number, evaluated once, and no input of the hit.
+        // The name tells the loader that a text here is the expression of a number, evaluated once,
+        // and no input of the hit.
         deserializer.deserialize_newtype_struct("Colour", ColourVisitor)
     }
 }
@@ -107,21 +115,34 @@ impl<'de, T: Value> Visitor<'de> for InputVisitor<T> {
     }
     fn visit_seq<A: SeqAccess<'de>>(self, seq: A) -> Result<Input<T>, A::Error> {
         let colour = Colour(triple(seq, &self)?);
-        T::of_colour(colour).map(Input::Constant).ok_or_else(|| de::Error::invalid_type(de::Unexpected::Seq, &self))
+        T::of_colour(colour)
+            .map(Input::Constant)
+            .ok_or_else(|| de::Error::invalid_type(de::Unexpected::Seq, &self))
     }
-    fn visit_newtype_struct<D: Deserializer<'de>>(self, deserializer: D) -> Result<Input<T>, D::Error> {
+    fn visit_newtype_struct<D: Deserializer<'de>>(
+        self,
+        deserializer: D,
+    ) -> Result<Input<T>, D::Error> {
         deserializer.deserialize_any(self)
     }
     fn visit_map<A: MapAccess<'de>>(self, mut map: A) -> Result<Input<T>, A::Error> {
         const KEYS: &[&str] = &["texture", "checker"];
-        let key: String = map.next_key()?.ok_or_else(|| de::Error::invalid_length(0, &self))?;
+        let key: String = map
+            .next_key()?
+            .ok_or_else(|| de::Error::invalid_length(0, &self))?;
         let input = match key.as_str() {
-            "texture" => Input::Texture(TextureInput { texture: map.next_value()? }),
-            "checker" => Input::Checker(CheckerInput { checker: map.next_value()? }),
+            "texture" => Input::Texture(TextureInput {
+                texture: map.next_value()?,
+            }),
+            "checker" => Input::Checker(CheckerInput {
+                checker: map.next_value()?,
+            }),
             other => return Err(de::Error::unknown_field(other, KEYS)),
         };
         match map.next_key::<String>()? {
-            Some(extra) => Err(de::Error::custom(format!("an input has one key, `{key}`; `{extra}` is one too many"))),
+            Some(extra) => Err(de::Error::custom(format!(
+                "an input has one key, `{key}`; `{extra}` is one too many"
+            ))),
             None => Ok(input),
         }
     }
@@ -133,8 +154,11 @@ impl<'de, T: Value> Deserialize<'de> for Input<T> {
     }
 }
 
-/// An input whose text is a number of the scene, evaluated once, wherever it asks nothing of the hit: then it is known before
-/// anything is rendered how smooth a surface is, or what light it gives off. The name tells the loader so.
-pub(in crate::scene) fn early<'de, T: Value, D: Deserializer<'de>>(deserializer: D) -> Result<Input<T>, D::Error> {
+/// An input whose text is a number of the scene, evaluated once, wherever it asks nothing of the
+/// hit: then it is known before anything is rendered how smooth a surface is, or what light it
+/// gives off. The name tells the loader so.
+pub(in crate::scene) fn early<'de, T: Value, D: Deserializer<'de>>(
+    deserializer: D,
+) -> Result<Input<T>, D::Error> {
     deserializer.deserialize_newtype_struct("EarlyInput", InputVisitor(PhantomData))
 }

@@ -1,4 +1,5 @@
-//! What may lie over, under and in the metallic-roughness model: glTF's extensions of it, as a file says them.
+//! What may lie over, under and in the metallic-roughness model: glTF's extensions of it, as a file
+//! says them.
 
 use serde::{Deserialize, Serialize};
 
@@ -26,7 +27,8 @@ file_struct! {
     roughness: NumberInput = 0.0.into(), SHARE;
     /// Image that multiplies it, by its red channel where it names no other.
     roughness_texture: Option<TextureRef> = None, Any;
-    /// Image of directions about the coat's normal; none: it is smooth, whatever bends the surface below.
+    /// Image of directions about the coat's normal; none: it is smooth, whatever bends the surface
+    /// below.
     normal_texture: Option<TextureRef> = None, Any;
     /// Factor of the image's red and green directions.
     normal_scale: f64 = 1.0, Finite;
@@ -47,15 +49,17 @@ file_struct! {
 }
 
 file_struct! {
-    /// Facets that are rougher along one direction than across it, as on brushed metal (KHR_materials_anisotropy).
+    /// Facets that are rougher along one direction than across it, as on brushed metal
+    /// (KHR_materials_anisotropy).
     Anisotropy
     /// From 0, as rough either way, to 1: α along the direction goes to one with its square.
     #[serde(deserialize_with = "early")]
     strength: NumberInput = 0.5.into(), SHARE;
-    /// Angle in degrees from the way in which the texture coordinate u grows to the rougher direction, counter-clockwise.
+    /// Angle in degrees from the way in which the texture coordinate u grows to the rougher
+    /// direction, counter-clockwise.
     rotation: f64 = 0.0, Finite;
-    /// Image of that direction in red and green, from −1 to 1 over the codes, turned by the angle, and of a factor of the strength in
-    /// blue. Its texture's colour space must be linear.
+    /// Image of that direction in red and green, from −1 to 1 over the codes, turned by the angle,
+    /// and of a factor of the strength in blue. Its texture's colour space must be linear.
     texture: Option<TextureRef> = None, Any;
 }
 
@@ -72,14 +76,16 @@ file_struct! {
     /// Thickness in nanometres, 0 to 1e6.
     #[serde(deserialize_with = "early")]
     thickness: NumberInput = 400.0.into(), Within(0.0, 1e6);
-    /// Image by which the thickness goes from `thinnest` to `thickness`, by its red channel where it names no other.
+    /// Image by which the thickness goes from `thinnest` to `thickness`, by its red channel where
+    /// it names no other.
     thickness_texture: Option<TextureRef> = None, Any;
     /// Thickness in nanometres where that image is black.
     thinnest: f64 = 100.0, Within(0.0, 1e6);
 }
 
 file_struct! {
-    /// What is diffused to the other side, as by leaves and paper (KHR_materials_diffuse_transmission).
+    /// What is diffused to the other side, as by leaves and paper
+    /// (KHR_materials_diffuse_transmission).
     DiffuseTransmission
     /// Share of diffused light that goes through, 0 to 1.
     #[serde(deserialize_with = "early")]

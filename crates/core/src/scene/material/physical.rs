@@ -5,13 +5,17 @@ use serde::{Deserialize, Serialize};
 use super::super::field::Bounds::{Any, Finite, Length, Within};
 use super::super::field::{Bounds, Field, FieldValue, Fields, fields, file_struct};
 use super::super::input::{Colour, ColourInput, NumberInput, TextureRef, early};
-use super::layers::{Anisotropy, Clearcoat, Conductor, DiffuseTransmission, IOR, Iridescence, SHARE, Sheen};
+use super::layers::{
+    Anisotropy, Clearcoat, Conductor, DiffuseTransmission, IOR, Iridescence, SHARE, Sheen,
+};
 
-/// Hands the list of the model's fields to a macro, each as `key: Type = DEFAULT, BOUNDS, Effect;`, see [`file_struct`].
+/// Hands the list of the model's fields to a macro, each as `key: Type = DEFAULT, BOUNDS, Effect;`,
+/// see [`file_struct`].
 macro_rules! physical_fields {
     ($then:ident) => {
         $then! {
-            /// The metallic-roughness model of glTF 2.0 with its extensions. Every factor multiplies its texture.
+            /// The metallic-roughness model of glTF 2.0 with its extensions. Every factor
+            /// multiplies its texture.
             Physical
             /// Base colour, linear.
             base_colour: ColourInput = ColourInput::default(), Bounds::Light;
@@ -27,30 +31,37 @@ macro_rules! physical_fields {
             roughness: NumberInput = 1.0.into(), SHARE;
             /// Image with roughness in green and metalness in blue.
             metallic_roughness_texture: Option<TextureRef> = None, Any;
-            /// Image of directions about the normal: red along the way in which u grows, green up in the image, blue outwards, each
-            /// from −1 to 1 over the codes. Its texture's colour space must be linear.
+            /// Image of directions about the normal: red along the way in which u grows, green up
+            /// in the image, blue outwards, each from −1 to 1 over the codes. Its texture's colour
+            /// space must be linear.
             normal_texture: Option<TextureRef> = None, Any, NormalMaps;
             /// Factor of the image's red and green directions; 0: the surface is smooth.
             normal_scale: f64 = 1.0, Finite;
-            /// Index of refraction, from 1 to 1000; what varies is clamped to that where it is read. 0: the dielectric part reflects all light at
-            /// every angle but what `specular` and its colour take away, and lets none through.
+            /// Index of refraction, from 1 to 1000; what varies is clamped to that where it is
+            /// read. 0: the dielectric part reflects all light at every angle but what `specular`
+            /// and its colour take away, and lets none through.
             #[serde(deserialize_with = "early")]
             ior: NumberInput = 1.5.into(), Bounds::ZeroOrWithin(IOR[0], IOR[1]);
-            /// Share of light that passes through the surface instead of being diffused, 0 to 1; what varies is clamped to that.
+            /// Share of light that passes through the surface instead of being diffused, 0 to 1;
+            /// what varies is clamped to that.
             #[serde(deserialize_with = "early")]
             transmission: NumberInput = 0.0.into(), SHARE, Refraction;
             /// Image whose red channel, where it names no other, multiplies the transmission.
             transmission_texture: Option<TextureRef> = None, Any, Refraction;
             /// Colour that white light has after `attenuation_distance` inside.
             attenuation_colour: Colour = Colour([1.0; 3]), SHARE;
-            /// Distance in metres after which light inside has the `attenuation_colour`, above zero; none: nothing is absorbed.
+            /// Distance in metres after which light inside has the `attenuation_colour`, above
+            /// zero; none: nothing is absorbed.
             attenuation_distance: Option<f64> = None, Length, Absorption;
-            /// Whether the surface is a wall too thin to bend light, without an inside; else it bounds a body.
+            /// Whether the surface is a wall too thin to bend light, without an inside; else it
+            /// bounds a body.
             thin_walled: bool = false, Any, ThinWalls;
-            /// Which body light is in where several overlap: the one of the greatest priority, of equal ones the one that it entered last. Where
-            /// no shown body of glass has one above zero, each boundary bends light as from and into air.
+            /// Which body light is in where several overlap: the one of the greatest priority, of
+            /// equal ones the one that it entered last. Where no shown body of glass has one above
+            /// zero, each boundary bends light as from and into air.
             priority: u32 = 0, Any, NestedMedia;
-            /// How much more short waves bend than long ones: 20 over the Abbe number, from 0, as none, to 400.
+            /// How much more short waves bend than long ones: 20 over the Abbe number, from 0, as
+            /// none, to 400.
             dispersion: f64 = 0.0, Within(0.0, 400.0), Dispersion;
             /// Factor of what the dielectric part reflects, 0 to 1.
             #[serde(deserialize_with = "early")]
@@ -101,16 +112,25 @@ impl Physical {
     /// What it absorbs of light that passes through it, per metre; none where it absorbs nothing.
     pub fn absorption(&self) -> Option<[f64; 3]> {
         let body = (self.may_transmit() || self.may_diffuse_through()) && !self.thin_walled;
-        let distance = self.attenuation_distance.filter(|_| body && self.attenuation_colour != Colour([1.0; 3]))?;
-        Some(self.attenuation_colour.0.map(|colour| -libm::log(colour) / distance))
+        let distance = self
+            .attenuation_distance
+            .filter(|_| body && self.attenuation_colour != Colour([1.0; 3]))?;
+        Some(
+            self.attenuation_colour
+                .0
+                .map(|colour| -libm::log(colour) / distance),
+        )
     }
 
     /// The image that bends its normals, where light asks for them.
     pub fn bent_by(&self) -> Option<&TextureRef> {
-        self.normal_texture.as_ref().filter(|_| self.normal_scale != 0.0 && !self.unlit)
+        self.normal_texture
+            .as_ref()
+            .filter(|_| self.normal_scale != 0.0 && !self.unlit)
     }
 
-    /// What it gives off; none where it is nothing. What is unlit shows its base colour alone (KHR_materials_unlit).
+    /// What it gives off; none where it is nothing. What is unlit shows its base colour alone
+    /// (KHR_materials_unlit).
     pub fn gives_off(&self) -> Option<&ColourInput> {
         Some(&self.emission).filter(|emission| **emission != Colour::BLACK.into() && !self.unlit)
     }
@@ -127,7 +147,9 @@ impl Physical {
 
     /// Whether light may be diffused to its other side somewhere.
     pub fn may_diffuse_through(&self) -> bool {
-        self.diffuse_transmission.as_ref().is_some_and(|layer| layer.factor != 0.0.into() && !self.unlit)
+        self.diffuse_transmission
+            .as_ref()
+            .is_some_and(|layer| layer.factor != 0.0.into() && !self.unlit)
     }
 
     /// Whether what its dielectric part reflects is not what its index says.
@@ -135,10 +157,11 @@ impl Physical {
         self.specular != 1.0.into() || self.specular_texture.is_some() || self.colours_reflections()
     }
 
-    /// What its dielectric part reflects over what its index says, from 0 to 1, where that is one number and all of that part reflects so: a
-    /// boundary of glass has layers of its own.
+    /// What its dielectric part reflects over what its index says, from 0 to 1, where that is one
+    /// number and all of that part reflects so: a boundary of glass has layers of its own.
     pub fn factor_of_reflections(&self) -> Option<f64> {
-        let even = self.specular_texture.is_none() && !self.colours_reflections() && !self.may_transmit();
+        let even =
+            self.specular_texture.is_none() && !self.colours_reflections() && !self.may_transmit();
         self.specular.constant().filter(|_| even)
     }
 
@@ -153,17 +176,23 @@ impl Physical {
 
     /// The layers that something is of: what a file names with a factor of zero is not there.
     pub fn coat(&self) -> Option<&Clearcoat> {
-        self.clearcoat.as_ref().filter(|layer| layer.factor != 0.0.into())
+        self.clearcoat
+            .as_ref()
+            .filter(|layer| layer.factor != 0.0.into())
     }
 
     /// As [`Self::coat`].
     pub fn fibres(&self) -> Option<&Sheen> {
-        self.sheen.as_ref().filter(|layer| layer.colour != Colour::BLACK.into())
+        self.sheen
+            .as_ref()
+            .filter(|layer| layer.colour != Colour::BLACK.into())
     }
 
     /// As [`Self::coat`].
     pub fn combed(&self) -> Option<&Anisotropy> {
-        self.anisotropy.as_ref().filter(|layer| layer.strength != 0.0.into())
+        self.anisotropy
+            .as_ref()
+            .filter(|layer| layer.strength != 0.0.into())
     }
 
     /// As [`Self::coat`].
@@ -177,8 +206,16 @@ impl Physical {
 
     /// The image along which tangents go, where directions on the surface count.
     pub fn directed_by(&self) -> Option<&TextureRef> {
-        let coat = || self.coat().and_then(|coat| coat.normal_texture.as_ref()).filter(|_| !self.unlit);
-        let combed = || self.combed().and_then(|layer| layer.texture.as_ref()).filter(|_| !self.unlit);
+        let coat = || {
+            self.coat()
+                .and_then(|coat| coat.normal_texture.as_ref())
+                .filter(|_| !self.unlit)
+        };
+        let combed = || {
+            self.combed()
+                .and_then(|layer| layer.texture.as_ref())
+                .filter(|_| !self.unlit)
+        };
         self.bent_by().or_else(coat).or_else(combed)
     }
 }

@@ -1,4 +1,5 @@
-//! Texels against an oracle in whole numbers: which ones a coordinate means, how they are blended, what their codes stand for.
+//! Texels against an oracle in whole numbers: which ones a coordinate means, how they are blended,
+//! what their codes stand for.
 
 use std::sync::LazyLock;
 
@@ -9,13 +10,23 @@ use super::*;
 const SIZE: [u32; 2] = [5, 2];
 
 fn sampler<R: Real>(filter: Filter, wrap: [Wrap; 2]) -> Sampler<R> {
-    Sampler { srgb: true, filter, wrap, transform: None, factor: R::Vec3::ONE }
+    Sampler {
+        srgb: true,
+        filter,
+        wrap,
+        transform: None,
+        factor: R::Vec3::ONE,
+    }
 }
 
 /// Texels that hold their own number.
 fn numbered() -> ImageData {
     let pixels = (0..SIZE[0] * SIZE[1]).map(|i| [i as f32; 4]).collect();
-    ImageData { width: SIZE[0], height: SIZE[1], pixels: Pixels::Linear(pixels) }
+    ImageData {
+        width: SIZE[0],
+        height: SIZE[1],
+        pixels: Pixels::Linear(pixels),
+    }
 }
 
 fn read<R: Real>(sampler: &Sampler<R>, u: R, v: R) -> f64 {
@@ -46,7 +57,8 @@ fn wrapped(k: i64, n: u32, wrap: Wrap) -> i64 {
     }
 }
 
-/// A texel number along one axis for a coordinate: a whole one, or the mean of the two that it lies between.
+/// A texel number along one axis for a coordinate: a whole one, or the mean of the two that it lies
+/// between.
 fn expected(u: f64, n: u32, filter: Filter, wrap: Wrap) -> f64 {
     let texel = |k: i64| wrapped(k, n, wrap) as f64;
     match filter {
@@ -60,33 +72,62 @@ fn expected(u: f64, n: u32, filter: Filter, wrap: Wrap) -> f64 {
     }
 }
 
-/// A grid over six turns; seams and borders of texels from both sides; many tiles; numbers beyond every f32 fraction.
+/// A grid over six turns; seams and borders of texels from both sides; many tiles; numbers beyond
+/// every f32 fraction.
 fn coordinates() -> Vec<f64> {
     let grid = (0..=997).map(|i| 6.0 * f64::from(i) / 997.0 - 3.0);
     let tiles = (0..97).map(|i| 1e5 * (f64::from(i) + 0.37) / 97.0);
-    let seams = [0.0, -0.0, 1.0, -1.0, 2.0, -1e-9, 1e-9, -1e-30, 1.0 - 1e-7, 1e8, -1e8, 1e8 + 0.3125, 1e12];
+    let seams = [
+        0.0,
+        -0.0,
+        1.0,
+        -1.0,
+        2.0,
+        -1e-9,
+        1e-9,
+        -1e-30,
+        1.0 - 1e-7,
+        1e8,
+        -1e8,
+        1e8 + 0.3125,
+        1e12,
+    ];
     let borders = [-0.2_f32, 0.2, 0.4, -0.6, 0.8, -1.4].map(f64::from);
     grid.chain(tiles).chain(seams).chain(borders).collect()
 }
 
 fn agrees<R: Real>(tolerance: f64) {
     const WRAPS: [Wrap; 3] = [Wrap::Repeat, Wrap::MirroredRepeat, Wrap::Clamp];
-    for (filter, wrap) in [Filter::Nearest, Filter::Bilinear].into_iter().flat_map(|f| WRAPS.map(|w| (f, w))) {
+    for (filter, wrap) in [Filter::Nearest, Filter::Bilinear]
+        .into_iter()
+        .flat_map(|f| WRAPS.map(|w| (f, w)))
+    {
         for u in coordinates() {
             // What is read is the stored number, and the oracle takes that one.
             let (stored, middle) = (R::from_f64(u), R::from_f64(0.5));
             // Along u in the upper row, whose middle is 1/4; along v in the middle column.
-            let along_u = read(&sampler::<R>(filter, [wrap, Wrap::Clamp]), stored, R::from_f64(0.25));
+            let along_u = read(
+                &sampler::<R>(filter, [wrap, Wrap::Clamp]),
+                stored,
+                R::from_f64(0.25),
+            );
             let along_v = read(&sampler::<R>(filter, [Wrap::Clamp, wrap]), middle, stored);
             let columns = expected(stored.to_f64(), SIZE[0], filter, wrap);
             let rows = 2.0 + 5.0 * expected(stored.to_f64(), SIZE[1], filter, wrap);
-            assert!((along_u - columns).abs() <= tolerance, "{filter:?} {wrap:?} u = {u:e}: {along_u}, not {columns}");
-            assert!((along_v - rows).abs() <= tolerance, "{filter:?} {wrap:?} v = {u:e}: {along_v}, not {rows}");
+            assert!(
+                (along_u - columns).abs() <= tolerance,
+                "{filter:?} {wrap:?} u = {u:e}: {along_u}, not {columns}"
+            );
+            assert!(
+                (along_v - rows).abs() <= tolerance,
+                "{filter:?} {wrap:?} v = {u:e}: {along_v}, not {rows}"
+            );
         }
     }
 }
 
-/// Protects: the texel for every wrap mode, filter, axis and precision, at seams, for negative coordinates and many tiles.
+/// Protects: the texel for every wrap mode, filter, axis and precision, at seams, for negative
+/// coordinates and many tiles.
 #[test]
 fn s19_texels_are_the_ones_that_counting_finds() {
     agrees::<f32>(3e-6);
@@ -98,47 +139,90 @@ fn s19_texels_are_the_ones_that_counting_finds() {
 fn s19_any_coordinate_reads_a_texel() {
     for filter in [Filter::Nearest, Filter::Bilinear] {
         for wrap in [Wrap::Repeat, Wrap::MirroredRepeat, Wrap::Clamp] {
-            for u in [f32::NAN, f32::INFINITY, -f32::INFINITY, f32::MAX, f32::MIN, f32::MIN_POSITIVE, -f32::MIN_POSITIVE] {
+            for u in [
+                f32::NAN,
+                f32::INFINITY,
+                -f32::INFINITY,
+                f32::MAX,
+                f32::MIN,
+                f32::MIN_POSITIVE,
+                -f32::MIN_POSITIVE,
+            ] {
                 let single = sampler::<f32>(filter, [wrap; 2]);
-                assert!((0.0..=9.0).contains(&read(&single, u, u)), "{filter:?} {wrap:?} {u}");
+                assert!(
+                    (0.0..=9.0).contains(&read(&single, u, u)),
+                    "{filter:?} {wrap:?} {u}"
+                );
                 let double = sampler::<f64>(filter, [wrap; 2]);
-                let u = if u.is_finite() { f64::from(u) * 1e250 } else { f64::from(u) };
-                assert!((0.0..=9.0).contains(&read(&double, u, u)), "{filter:?} {wrap:?} {u}");
+                let u = if u.is_finite() {
+                    f64::from(u) * 1e250
+                } else {
+                    f64::from(u)
+                };
+                assert!(
+                    (0.0..=9.0).contains(&read(&double, u, u)),
+                    "{filter:?} {wrap:?} {u}"
+                );
             }
         }
     }
 }
 
-/// Protects: a filtered repeating texture has no seam. Its values differ by five at most, so its slope is below 25 a turn.
+/// Protects: a filtered repeating texture has no seam. Its values differ by five at most, so its
+/// slope is below 25 a turn.
 #[test]
 fn s19_a_repeating_texture_is_continuous_at_its_seam() {
     let sampler = sampler::<f64>(Filter::Bilinear, [Wrap::Repeat; 2]);
     for seam in [-1.0, 0.0, 1.0, 2.0] {
         for step in [1e-3, 1e-6, 1e-9] {
-            let (before, after) = (read(&sampler, seam - step, 0.25), read(&sampler, seam + step, 0.25));
-            assert!((before - after).abs() <= 50.0 * step + 1e-12, "{before} and {after} at {seam} ± {step}");
+            let (before, after) = (
+                read(&sampler, seam - step, 0.25),
+                read(&sampler, seam + step, 0.25),
+            );
+            assert!(
+                (before - after).abs() <= 50.0 * step + 1e-12,
+                "{before} and {after} at {seam} ± {step}"
+            );
         }
     }
 }
 
-/// Protects: texels have the digits of the precision that reads them, where `reference` means all of f64.
+/// Protects: texels have the digits of the precision that reads them, where `reference` means all
+/// of f64.
 #[test]
 fn codes_are_decoded_in_the_precision_that_reads_them() {
-    let curve = |c: f64| if c <= 0.04045 { c / 12.92 } else { ((c + 0.055) / 1.055).powf(2.4) };
+    let curve = |c: f64| {
+        if c <= 0.04045 {
+            c / 12.92
+        } else {
+            ((c + 0.055) / 1.055).powf(2.4)
+        }
+    };
     let codes = Codes::new();
     for code in 0..=255_u8 {
-        let image = ImageData { width: 1, height: 1, pixels: Pixels::Codes(vec![[code; 4]]) };
+        let image = ImageData {
+            width: 1,
+            height: 1,
+            pixels: Pixels::Codes(vec![[code; 4]]),
+        };
         let read = sampler::<f64>(Filter::Nearest, [Wrap::Repeat; 2]);
-        let plain = Sampler { srgb: false, ..read };
+        let plain = Sampler {
+            srgb: false,
+            ..read
+        };
         let share = f64::from(code) / 255.0;
         let [r, _, b, a] = read.filtered(&image, &codes, [0.0; 2]);
         assert!((r - curve(share)).abs() < 1e-15 && r == b, "{code}: {r}");
-        assert_eq!(([a, plain.filtered(&image, &codes, [0.0; 2])[1]]), [share; 2]);
+        assert_eq!(
+            ([a, plain.filtered(&image, &codes, [0.0; 2])[1]]),
+            [share; 2]
+        );
     }
 }
 
-/// Protects: the level is the one whose texels are as wide as the footprint, in between it is both in their shares, nearer than the image
-/// it is the image and farther than the last level its mean, in every wrap mode and for sizes that are no powers of two.
+/// Protects: the level is the one whose texels are as wide as the footprint, in between it is both
+/// in their shares, nearer than the image it is the image and farther than the last level its mean,
+/// in every wrap mode and for sizes that are no powers of two.
 #[test]
 fn footprints_choose_levels() {
     let image = numbered();
@@ -164,66 +248,147 @@ fn footprints_choose_levels() {
             ] {
                 // Of a square of so many texels a side: the image is 5 by 2 of them.
                 let side = texels / f64::from(SIZE[0] * SIZE[1]).sqrt();
-                let [found, ..] = sampler.texel(&image, &codes, [u, v], Footprint { levels: &levels, side });
-                assert!((found - expected).abs() < 1e-6, "{wrap:?} {texels} texels at {u} {v}: {found}, not {expected}");
+                let [found, ..] = sampler.texel(
+                    &image,
+                    &codes,
+                    [u, v],
+                    Footprint {
+                        levels: &levels,
+                        side,
+                    },
+                );
+                assert!(
+                    (found - expected).abs() < 1e-6,
+                    "{wrap:?} {texels} texels at {u} {v}: {found}, not {expected}"
+                );
             }
         }
     }
-    // Under a map that makes the image twice as small in both directions, it is the next level; mirrored as well.
-    let stretched =
-        Sampler { transform: Some([[0.0, 2.0, 0.0], [2.0, 0.0, 0.0]]), ..sampler::<f64>(Filter::Mipmaps, [Wrap::Repeat; 2]) };
+    // Under a map that makes the image twice as small in both directions, it is the next level;
+    // mirrored as well.
+    let stretched = Sampler {
+        transform: Some([[0.0, 2.0, 0.0], [2.0, 0.0, 0.0]]),
+        ..sampler::<f64>(Filter::Mipmaps, [Wrap::Repeat; 2])
+    };
     let side = 1.0 / f64::from(SIZE[0] * SIZE[1]).sqrt();
-    let [found, ..] = stretched.texel(&image, &codes, [0.3, 0.1], Footprint { levels: &levels, side });
+    let [found, ..] = stretched.texel(
+        &image,
+        &codes,
+        [0.3, 0.1],
+        Footprint {
+            levels: &levels,
+            side,
+        },
+    );
     let [expected, ..] = stretched.filtered(&levels[0], &codes, [0.2, 0.6]);
     assert!((found - expected).abs() < 1e-6, "{found}, not {expected}");
 }
 
-/// Protects: uses that lie alike find the same texels, whatever their codes and factors are; uses that find others do not.
+/// Protects: uses that lie alike find the same texels, whatever their codes and factors are; uses
+/// that find others do not.
 #[test]
 fn places_are_shared_where_texels_are() {
     let (image, codes) = (numbered(), Codes::new());
     let wraps = [Wrap::Repeat, Wrap::MirroredRepeat, Wrap::Clamp];
     let filters = [Filter::Nearest, Filter::Bilinear];
-    let transforms = [None, Some([[1.0, 0.0, 0.3], [0.0, 1.0, 0.0]]), Some([[0.0, 1.0, 0.0], [1.0, 0.0, 0.0]])];
+    let transforms = [
+        None,
+        Some([[1.0, 0.0, 0.3], [0.0, 1.0, 0.0]]),
+        Some([[0.0, 1.0, 0.0], [1.0, 0.0, 0.0]]),
+    ];
     let mut uses = Vec::new();
     for filter in filters {
-        for wrap in wraps.into_iter().flat_map(|across| wraps.map(|down| [across, down])) {
-            uses.extend(transforms.map(|transform| Sampler::<f64> { transform, ..sampler(filter, wrap) }));
+        for wrap in wraps
+            .into_iter()
+            .flat_map(|across| wraps.map(|down| [across, down]))
+        {
+            uses.extend(transforms.map(|transform| Sampler::<f64> {
+                transform,
+                ..sampler(filter, wrap)
+            }));
         }
     }
     let points = [[0.13, 0.2], [0.83, 0.61], [-1.3, 2.4], [1.07, -0.2]];
     for (i, one) in uses.iter().enumerate() {
         for (k, other) in uses.iter().enumerate() {
-            let darker = Sampler { srgb: false, factor: other.factor * 0.5, ..*other };
+            let darker = Sampler {
+                srgb: false,
+                factor: other.factor * 0.5,
+                ..*other
+            };
             assert_eq!(one.lies_as(&darker), i == k, "{one:?} {other:?}");
             let alike = |uv: [f64; 2]| {
-                darker.read(&image, &codes, &one.place(&image, uv)) == darker.filtered(&image, &codes, darker.mapped(uv))
+                darker.read(&image, &codes, &one.place(&image, uv))
+                    == darker.filtered(&image, &codes, darker.mapped(uv))
             };
             assert!(i != k || points.into_iter().all(alike), "{one:?}");
         }
     }
 }
 
-/// Protects: two uses share a place only where they find the same texels: alike in wrapping each way, in the map of coordinates, and in
-/// whether one texel is read or four; colour spaces and factors find the same.
+/// Protects: two uses share a place only where they find the same texels: alike in wrapping each
+/// way, in the map of coordinates, and in whether one texel is read or four; colour spaces and
+/// factors find the same.
 #[test]
 fn uses_that_lie_alike() {
     let plain = sampler::<f64>(Filter::Bilinear, [Wrap::Repeat; 2]);
     let moved = Some([[1.0, 0.0, 0.5], [0.0, 1.0, 0.0]]);
     let others = [
-        (Sampler { srgb: false, factor: <f64 as Real>::Vec3::ZERO, ..plain }, true),
-        (Sampler { filter: Filter::Mipmaps, ..plain }, true),
-        (Sampler { filter: Filter::Nearest, ..plain }, false),
-        (Sampler { wrap: [Wrap::Clamp, Wrap::Repeat], ..plain }, false),
-        (Sampler { wrap: [Wrap::Repeat, Wrap::MirroredRepeat], ..plain }, false),
-        (Sampler { transform: moved, ..plain }, false),
+        (
+            Sampler {
+                srgb: false,
+                factor: <f64 as Real>::Vec3::ZERO,
+                ..plain
+            },
+            true,
+        ),
+        (
+            Sampler {
+                filter: Filter::Mipmaps,
+                ..plain
+            },
+            true,
+        ),
+        (
+            Sampler {
+                filter: Filter::Nearest,
+                ..plain
+            },
+            false,
+        ),
+        (
+            Sampler {
+                wrap: [Wrap::Clamp, Wrap::Repeat],
+                ..plain
+            },
+            false,
+        ),
+        (
+            Sampler {
+                wrap: [Wrap::Repeat, Wrap::MirroredRepeat],
+                ..plain
+            },
+            false,
+        ),
+        (
+            Sampler {
+                transform: moved,
+                ..plain
+            },
+            false,
+        ),
     ];
     for (i, (other, alike)) in others.iter().enumerate() {
-        assert_eq!((plain.lies_as(other), other.lies_as(&plain)), (*alike, *alike), "{i}");
+        assert_eq!(
+            (plain.lies_as(other), other.lies_as(&plain)),
+            (*alike, *alike),
+            "{i}"
+        );
         assert!(other.lies_as(other), "{i}");
         // What is said to lie alike does, everywhere about the image.
         for place in (-20..=30).map(|i| 0.1 * f64::from(i) + 0.013) {
-            let found = [&plain, other].map(|use_of| use_of.place(&numbered(), [place, 0.7 - place]).corners);
+            let found = [&plain, other]
+                .map(|use_of| use_of.place(&numbered(), [place, 0.7 - place]).corners);
             assert!(!alike || found[0] == found[1], "{i} at {place}");
         }
     }

@@ -1,4 +1,5 @@
-//! Ways on which something is nowhere, each with its place and what to do about it, and those that only come near.
+//! Ways on which something is nowhere, each with its place and what to do about it, and those that
+//! only come near.
 
 use serde_json::{Value, json};
 
@@ -15,7 +16,10 @@ fn problems(camera: Value, object: Value) -> Vec<Problem> {
         "objects": [{ "shape": { "sphere": { "centre": [0, 0, 0], "radius": 1 } }, "material": "clay" }]
     });
     for (list, keys) in [("cameras", camera), ("objects", object)] {
-        keys.as_object().expect("keys").iter().for_each(|(key, value)| whole[list][0][key] = value.clone());
+        keys.as_object()
+            .expect("keys")
+            .iter()
+            .for_each(|(key, value)| whole[list][0][key] = value.clone());
     }
     validate(&serde_json::from_value::<Scene>(whole).unwrap_or_else(|e| panic!("{e}")))
 }
@@ -23,7 +27,9 @@ fn problems(camera: Value, object: Value) -> Vec<Problem> {
 #[track_caller]
 fn one(camera: Value, object: Value, path: &str, said: &str) {
     let found = problems(camera, object);
-    let [problem] = found.as_slice() else { panic!("not one problem: {found:?}") };
+    let [problem] = found.as_slice() else {
+        panic!("not one problem: {found:?}")
+    };
     assert_eq!(problem.path, path);
     assert!(problem.message.contains(said), "{}", problem.message);
 }
@@ -32,32 +38,61 @@ fn turned(degrees: f64) -> Value {
     json!([{ "rotate": { "axis": [0, 1, 0], "degrees": degrees } }])
 }
 
-/// Protects: an object must have an inverse at every time, each end by itself and on the way; what gives off light the same
-/// everywhere can't move. The message stands at the end, with advice.
+/// Protects: an object must have an inverse at every time, each end by itself and on the way; what
+/// gives off light the same everywhere can't move. The message stands at the end, with advice.
 #[test]
 fn objects_are_there_all_the_way() {
     let end = |steps: Value| json!({ "transform_end": steps });
-    for fine in [turned(179.0), json!([]), json!([{ "scale": [1e-3, 5, 2] }, { "translate": [9, 9, 9] }])] {
+    for fine in [
+        turned(179.0),
+        json!([]),
+        json!([{ "scale": [1e-3, 5, 2] }, { "translate": [9, 9, 9] }]),
+    ] {
         assert_eq!(problems(json!({}), end(fine)), []);
     }
     for flat in [turned(180.0), json!([{ "scale": [-1, 1, 1] }])] {
-        one(json!({}), end(flat), "objects[0].transform_end", "nothing is left to see");
+        one(
+            json!({}),
+            end(flat),
+            "objects[0].transform_end",
+            "nothing is left to see",
+        );
     }
-    one(json!({}), end(json!([{ "scale": [0, 1, 1] }])), "objects[0].transform_end[0].scale", "may be zero");
+    one(
+        json!({}),
+        end(json!([{ "scale": [0, 1, 1] }])),
+        "objects[0].transform_end[0].scale",
+        "may be zero",
+    );
     let tiny = vec![json!({ "scale": [1e-15, 1e-15, 1e-15] }); 30];
-    one(json!({}), end(json!(tiny)), "objects[0].transform_end", "the steps of `transform_end` together");
+    one(
+        json!({}),
+        end(json!(tiny)),
+        "objects[0].transform_end",
+        "the steps of `transform_end` together",
+    );
     let glowing = |material: &str| json!({ "material": material, "transform_end": [{ "translate": [1, 0, 0] }] });
-    one(json!({}), glowing("lamp"), "objects[0].transform_end", "gives off light");
+    one(
+        json!({}),
+        glowing("lamp"),
+        "objects[0].transform_end",
+        "gives off light",
+    );
     assert_eq!(problems(json!({}), glowing("screen")), []);
-    assert!(problems(json!({}), end(turned(180.0))).iter().all(|problem| problem.hint.is_some()));
+    assert!(
+        problems(json!({}), end(turned(180.0)))
+            .iter()
+            .all(|problem| problem.hint.is_some())
+    );
 }
 
-/// Protects: a camera has a view and an upwards at every time, whichever way its pose is told, with ends of one kind; views that
-/// pass close by are fine.
+/// Protects: a camera has a view and an upwards at every time, whichever way its pose is told, with
+/// ends of one kind; views that pass close by are fine.
 #[test]
 fn cameras_look_somewhere_all_the_way() {
     let from_to = |pose: Value, end: Value| json!({ "pose": pose, "pose_end": end });
-    let look = |eye: [f64; 3], target: [f64; 3]| json!({ "look_at": { "eye": eye, "target": target } });
+    let look =
+        |eye: [f64; 3], target: [f64; 3]| json!({ "look_at": { "eye": eye, "target": target } });
     let orbit = |azimuth: f64, elevation: f64| {
         json!({ "orbit": { "target": [0, 0, 0], "distance": 2, "azimuth": azimuth,
         "elevation": elevation } })
@@ -67,9 +102,15 @@ fn cameras_look_somewhere_all_the_way() {
     for fine in [
         from_to(start(), look([5.0, 1.0, 0.0], [0.0; 3])),
         // Looks down on its way, but for a thousandth.
-        from_to(look([0.001, 5.0, 5.0], [0.0; 3]), look([0.001, 5.0, -5.0], [0.0; 3])),
+        from_to(
+            look([0.001, 5.0, 5.0], [0.0; 3]),
+            look([0.001, 5.0, -5.0], [0.0; 3]),
+        ),
         // Past its target, a millimetre beside it.
-        from_to(look([0.001, 0.0, 5.0], [0.0; 3]), look([0.001, 0.0, -3.0], [0.0; 3])),
+        from_to(
+            look([0.001, 0.0, 5.0], [0.0; 3]),
+            look([0.001, 0.0, -3.0], [0.0; 3]),
+        ),
         from_to(orbit(0.0, -80.0), orbit(720.0, 80.0)),
         from_to(axes(1.0, 1.0), axes(2.0, 5.0)),
         json!({ "pose_end": start() }),
@@ -77,16 +118,37 @@ fn cameras_look_somewhere_all_the_way() {
         assert_eq!(problems(fine, json!({})), []);
     }
     for wrong in [
-        from_to(look([0.0, 5.0, 5.0], [0.0; 3]), look([0.0, 5.0, -5.0], [0.0; 3])),
+        from_to(
+            look([0.0, 5.0, 5.0], [0.0; 3]),
+            look([0.0, 5.0, -5.0], [0.0; 3]),
+        ),
         from_to(start(), look([0.0, 0.0, -3.0], [0.0; 3])),
         from_to(axes(1.0, 1.0), axes(-1.0, 1.0)),
         // Hardly fine at either end and nowhere between: asked without end, it would take hours.
-        from_to(look([1.001e-6, 1.0, 0.0], [0.0; 3]), look([1.001, 1e6, 0.0], [0.0; 3])),
+        from_to(
+            look([1.001e-6, 1.0, 0.0], [0.0; 3]),
+            look([1.001, 1e6, 0.0], [0.0; 3]),
+        ),
     ] {
-        one(wrong, json!({}), "cameras[0].pose_end", "at some time between");
+        one(
+            wrong,
+            json!({}),
+            "cameras[0].pose_end",
+            "at some time between",
+        );
     }
-    one(from_to(start(), orbit(0.0, 0.0)), json!({}), "cameras[0].pose_end", "same kind");
-    one(from_to(start(), look([1.0; 3], [1.0; 3])), json!({}), "cameras[0].pose_end.look_at.target", "looks nowhere");
+    one(
+        from_to(start(), orbit(0.0, 0.0)),
+        json!({}),
+        "cameras[0].pose_end",
+        "same kind",
+    );
+    one(
+        from_to(start(), look([1.0; 3], [1.0; 3])),
+        json!({}),
+        "cameras[0].pose_end.look_at.target",
+        "looks nowhere",
+    );
 }
 
 /// Protects: a shutter opens and closes between 0 and 1, in this order.

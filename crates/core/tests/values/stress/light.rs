@@ -4,12 +4,19 @@ use super::*;
 
 fn point(position: [f64; 3], terms: Value) -> Value {
     let mut kind = json!({ "position": position });
-    terms.as_object().into_iter().flatten().for_each(|(key, value)| kind[key] = value.clone());
+    terms
+        .as_object()
+        .into_iter()
+        .flatten()
+        .for_each(|(key, value)| kind[key] = value.clone());
     json!({ "kind": { "point": kind }, "colour": 4 })
 }
 
 fn lamp(emission: f64) -> Value {
-    paint("lamp", json!({ "base_colour": 0, "specular": 0, "emission": emission }))
+    paint(
+        "lamp",
+        json!({ "base_colour": 0, "specular": 0, "emission": emission }),
+    )
 }
 
 /// The materials of a clean scene and a lamp.
@@ -21,7 +28,8 @@ fn with_lamp(emission: f64) -> Value {
     ])
 }
 
-/// Protects: rays that meet their own surface again, and such as start beyond another one, are found where a scene asks for a constant offset.
+/// Protects: rays that meet their own surface again, and such as start beyond another one, are
+/// found where a scene asks for a constant offset.
 #[test]
 fn constant_offsets() {
     let constant = |offset: f64, objects: Value| {
@@ -34,39 +42,81 @@ fn constant_offsets() {
         }))
     };
     let one = json!([object("ball", ball([0.1, 0.2, 0.3], 0.7), "paint")]);
-    finds(&constant(0.0, one.clone()), Code::SelfHit, PictureWrong, &[]);
+    finds(
+        &constant(0.0, one.clone()),
+        Code::SelfHit,
+        PictureWrong,
+        &[],
+    );
     assert_eq!(listed(&report(&constant(1e-3, one)).findings), []);
     let sheets = json!([
-        object("floor", quad([-1.0, -0.1, 1.0], [2.0, 0.0, 0.0], [0.0, 0.0, -2.0]), "paint"),
-        object("roof", quad([-1.0, 0.1, 1.0], [2.0, 0.0, 0.0], [0.0, 0.0, -2.0]), "paint")
+        object(
+            "floor",
+            quad([-1.0, -0.1, 1.0], [2.0, 0.0, 0.0], [0.0, 0.0, -2.0]),
+            "paint"
+        ),
+        object(
+            "roof",
+            quad([-1.0, 0.1, 1.0], [2.0, 0.0, 0.0], [0.0, 0.0, -2.0]),
+            "paint"
+        )
     ]);
-    finds(&constant(0.5, sheets), Code::StartBeyondSurface, PictureWrong, &[]);
+    finds(
+        &constant(0.5, sheets),
+        Code::StartBeyondSurface,
+        PictureWrong,
+        &[],
+    );
 }
 
 /// Protects: a gap that single precision closes, and a lamp that it puts through its cover.
 #[test]
 fn gaps_that_storing_closes() {
-    let shell = json!([object("shell", ball([0.0; 3], 1.000_000_12), "glass"), object("ball", ball([0.0; 3], 1.0), "paint")]);
-    finds(&scene(&json!({ "objects": shell })), Code::ClosedGap, PictureWrong, &[]);
+    let shell = json!([
+        object("shell", ball([0.0; 3], 1.000_000_12), "glass"),
+        object("ball", ball([0.0; 3], 1.0), "paint")
+    ]);
+    finds(
+        &scene(&json!({ "objects": shell })),
+        Code::ClosedGap,
+        PictureWrong,
+        &[],
+    );
     let sheet = |y: f64, r: f64| quad([-r, y, -r], [2.0 * r, 0.0, 0.0], [0.0, 0.0, 2.0 * r]);
     let objects = json!([
-        object("cover", sheet(1.0 - 1.0 / f64::from(1 << 23), 0.75), "paint"),
+        object(
+            "cover",
+            sheet(1.0 - 1.0 / f64::from(1 << 23), 0.75),
+            "paint"
+        ),
         object("lamp", sheet(1.0, 0.25), "lamp"),
         object("floor", sheet(0.0, 5.0), "paint")
     ]);
     let mut below = scene(&json!({ "objects": objects, "materials": with_lamp(4.0), "sky": null }));
-    below.cameras[0].pose =
-        serde_json::from_value(json!({ "look_at": { "eye": [0.5, 0.5, 0.4], "target": [0, 0, 0] } })).expect("a pose");
-    finds(&below, Code::LightThroughCover, PictureWrong, &[Code::BlackPicture]);
+    below.cameras[0].pose = serde_json::from_value(
+        json!({ "look_at": { "eye": [0.5, 0.5, 0.4], "target": [0, 0, 0] } }),
+    )
+    .expect("a pose");
+    finds(
+        &below,
+        Code::LightThroughCover,
+        PictureWrong,
+        &[Code::BlackPicture],
+    );
 }
 
-/// Protects: samples that are no numbers, rays that end at the limit of surfaces, a camera that looks away, and a picture without light.
+/// Protects: samples that are no numbers, rays that end at the limit of surfaces, a camera that
+/// looks away, and a picture without light.
 #[test]
 fn samples_that_are_lost() {
     let half = json!({ "sky": { "expression": "d.x < 0 ? sqrt(d.x) : 1" } });
     let found = finds(&scene(&half), Code::SamplesNotFinite, PictureWrong, &[]);
     assert!(found.pixel.is_some());
-    let sheet = object("veil", quad([-9.0, -9.0, 0.0], [18.0, 0.0, 0.0], [0.0, 18.0, 0.0]), "veil");
+    let sheet = object(
+        "veil",
+        quad([-9.0, -9.0, 0.0], [18.0, 0.0, 0.0], [0.0, 18.0, 0.0]),
+        "veil",
+    );
     let veils = json!({
         "materials": [paint("veil", json!({ "alpha": "blend", "opacity": 1e-7 }))],
         "objects": [],
@@ -76,7 +126,8 @@ fn samples_that_are_lost() {
     finds(&scene(&veils), Code::RaysCutShort, PictureWrong, &[]);
     let mut away = scene(&json!({}));
     away.cameras[0].pose =
-        serde_json::from_value(json!({ "look_at": { "eye": [0, 0, 6], "target": [0, 0, 9] } })).expect("a pose");
+        serde_json::from_value(json!({ "look_at": { "eye": [0, 0, 6], "target": [0, 0, 9] } }))
+            .expect("a pose");
     finds(&away, Code::NothingSeen, PictureWrong, &[]);
     let boxed = json!({
         "objects": [object("ball", ball([0.0; 3], 1.0), "paint"), object("lamp", ball([0.0, 4.0, 0.0], 0.5), "lamp"),
@@ -86,7 +137,8 @@ fn samples_that_are_lost() {
     finds(&scene(&boxed), Code::BlackPicture, PictureWrong, &[]);
 }
 
-/// Protects: lamps that nothing reaches, that shine past everything, that are met by chance, are smaller than a pixel or there twice.
+/// Protects: lamps that nothing reaches, that shine past everything, that are met by chance, are
+/// smaller than a pixel or there twice.
 #[test]
 fn lamps_that_light_nothing() {
     let boxed = json!({
@@ -102,14 +154,37 @@ fn lamps_that_light_nothing() {
         &[],
     );
     let spot = json!({ "spot": { "position": [0, 20, 0], "direction": [1, 0, 0], "inner_angle": 10, "outer_angle": 20 } });
-    finds(&scene(&json!({ "lights": [{ "kind": spot, "colour": 9 }] })), Code::LightMissesScene, SlowOrNoisy, &[]);
-    let mut turned = object("lamp", quad([-1.0, 3.0, -1.0], [0.0, 0.0, 2.0], [2.0, 0.0, 0.0]), "lamp");
+    finds(
+        &scene(&json!({ "lights": [{ "kind": spot, "colour": 9 }] })),
+        Code::LightMissesScene,
+        SlowOrNoisy,
+        &[],
+    );
+    let mut turned = object(
+        "lamp",
+        quad([-1.0, 3.0, -1.0], [0.0, 0.0, 2.0], [2.0, 0.0, 0.0]),
+        "lamp",
+    );
     turned["side"] = json!("outside");
-    let ball_and =
-        |other: Value| json!({ "objects": [object("ball", ball([0.0; 3], 1.0), "paint"), other], "materials": with_lamp(9.0) });
-    finds(&scene(&ball_and(turned)), Code::LightMissesScene, SlowOrNoisy, &[]);
-    finds(&scene(&ball_and(object("mote", ball([0.0, 1.5, 0.5], 1e-4), "lamp"))), Code::LampBelowPixel, SlowOrNoisy, &[]);
-    let twice = json!({ "lights": [point([0.0, 5.0, 0.0], json!({})), point([0.0, 5.0, 0.0], json!({}))] });
+    let ball_and = |other: Value| json!({ "objects": [object("ball", ball([0.0; 3], 1.0), "paint"), other], "materials": with_lamp(9.0) });
+    finds(
+        &scene(&ball_and(turned)),
+        Code::LightMissesScene,
+        SlowOrNoisy,
+        &[],
+    );
+    finds(
+        &scene(&ball_and(object(
+            "mote",
+            ball([0.0, 1.5, 0.5], 1e-4),
+            "lamp",
+        ))),
+        Code::LampBelowPixel,
+        SlowOrNoisy,
+        &[],
+    );
+    let twice =
+        json!({ "lights": [point([0.0, 5.0, 0.0], json!({})), point([0.0, 5.0, 0.0], json!({}))] });
     finds(&scene(&twice), Code::DuplicateLight, Harmless, &[]);
     let bulb = json!({
         "objects": [object("floor", quad([-4.0, -1.0, 4.0], [8.0, 0.0, 0.0], [0.0, 0.0, -8.0]), "paint"),
@@ -119,20 +194,36 @@ fn lamps_that_light_nothing() {
     finds(&scene(&bulb), Code::LightByChance, SlowOrNoisy, &[]);
 }
 
-/// Protects: cameras within bodies, that are sharp where nothing is, that see everything within a pixel, or stretch it.
+/// Protects: cameras within bodies, that are sharp where nothing is, that see everything within a
+/// pixel, or stretch it.
 #[test]
 fn cameras() {
     let from = |eye: [f64; 3], parts: Value| {
         let mut scene = scene(&parts);
         scene.cameras[0].pose =
-            serde_json::from_value(json!({ "look_at": { "eye": eye, "target": [0, 0, 0] } })).expect("a pose");
+            serde_json::from_value(json!({ "look_at": { "eye": eye, "target": [0, 0, 0] } }))
+                .expect("a pose");
         scene
     };
-    let glass =
-        json!({ "objects": [object("pond", ball([0.0; 3], 9.0), "glass"), object("fish", ball([0.0; 3], 0.5), "paint")] });
-    finds(&from([0.5, 1.5, 6.0], glass), Code::CameraInBody, Harmless, &[]);
-    finds(&from([-1.2, 0.1, 0.3], json!({})), Code::CameraInBody, PictureWrong, &[Code::BlackPicture]);
-    finds(&from([3e4, 2e4, 6e4], json!({})), Code::SceneBelowPixel, PictureWrong, &[Code::NothingSeen]);
+    let glass = json!({ "objects": [object("pond", ball([0.0; 3], 9.0), "glass"), object("fish", ball([0.0; 3], 0.5), "paint")] });
+    finds(
+        &from([0.5, 1.5, 6.0], glass),
+        Code::CameraInBody,
+        Harmless,
+        &[],
+    );
+    finds(
+        &from([-1.2, 0.1, 0.3], json!({})),
+        Code::CameraInBody,
+        PictureWrong,
+        &[Code::BlackPicture],
+    );
+    finds(
+        &from([3e4, 2e4, 6e4], json!({})),
+        Code::SceneBelowPixel,
+        PictureWrong,
+        &[Code::NothingSeen],
+    );
     let mut lens = scene(&json!({}));
     lens.cameras[0].projection = serde_json::from_value(json!({
         "thin_lens": { "pinhole": { "vertical_fov": 40 }, "aperture_radius": 0.1, "focus_distance": 0.05 }

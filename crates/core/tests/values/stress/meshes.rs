@@ -3,11 +3,26 @@
 use super::*;
 
 /// A closed cube of two metres about a place, changed.
-pub(super) fn cube(at: [f64; 3], change: impl FnOnce(&mut Vec<[f64; 3]>, &mut Vec<[u32; 3]>)) -> Value {
+pub(super) fn cube(
+    at: [f64; 3],
+    change: impl FnOnce(&mut Vec<[f64; 3]>, &mut Vec<[u32; 3]>),
+) -> Value {
     let sign = |i: usize, axis: usize| if i >> axis & 1 == 1 { 0.8 } else { -0.8 };
-    let mut positions: Vec<[f64; 3]> = (0..8).map(|i| core::array::from_fn(|axis| at[axis] + sign(i, axis))).collect();
-    let faces = [[0, 4, 6, 2], [1, 3, 7, 5], [0, 1, 5, 4], [2, 6, 7, 3], [0, 2, 3, 1], [4, 5, 7, 6]];
-    let mut indices: Vec<[u32; 3]> = faces.iter().flat_map(|&[a, b, c, d]| [[a, b, c], [a, c, d]]).collect();
+    let mut positions: Vec<[f64; 3]> = (0..8)
+        .map(|i| core::array::from_fn(|axis| at[axis] + sign(i, axis)))
+        .collect();
+    let faces = [
+        [0, 4, 6, 2],
+        [1, 3, 7, 5],
+        [0, 1, 5, 4],
+        [2, 6, 7, 3],
+        [0, 2, 3, 1],
+        [4, 5, 7, 6],
+    ];
+    let mut indices: Vec<[u32; 3]> = faces
+        .iter()
+        .flat_map(|&[a, b, c, d]| [[a, b, c], [a, c, d]])
+        .collect();
     change(&mut positions, &mut indices);
     json!({ "name": "cube", "source": { "inline": { "positions": positions, "indices": indices } } })
 }
@@ -16,10 +31,16 @@ pub(super) fn cube(at: [f64; 3], change: impl FnOnce(&mut Vec<[f64; 3]>, &mut Ve
 fn with_cube(mesh: Value, material: &str, side: &str) -> Scene {
     let mut cube = object("cube", json!({ "mesh": "cube" }), material);
     cube["side"] = json!(side);
-    scene(&json!({ "meshes": [mesh], "objects": [cube, object("ball", ball([2.5, 0.0, -1.0], 0.7), "paint")] }))
+    scene(
+        &json!({ "meshes": [mesh], "objects": [cube, object("ball", ball([2.5, 0.0, -1.0], 0.7), "paint")] }),
+    )
 }
 
-fn plain(change: impl FnOnce(&mut Vec<[f64; 3]>, &mut Vec<[u32; 3]>), material: &str, side: &str) -> Scene {
+fn plain(
+    change: impl FnOnce(&mut Vec<[f64; 3]>, &mut Vec<[u32; 3]>),
+    material: &str,
+    side: &str,
+) -> Scene {
     with_cube(cube([0.0; 3], change), material, side)
 }
 
@@ -32,52 +53,119 @@ fn a_closed_cube_has_no_findings() {
     }
 }
 
-/// Protects: triangles without area, there twice, and next to a line are found with the first of them and its place.
+/// Protects: triangles without area, there twice, and next to a line are found with the first of
+/// them and its place.
 #[test]
 fn single_triangles() {
-    let found = finds(&plain(|_, i| i.push([0, 0, 1]), "paint", "both"), Code::DegenerateTriangles, Harmless, &[]);
+    let found = finds(
+        &plain(|_, i| i.push([0, 0, 1]), "paint", "both"),
+        Code::DegenerateTriangles,
+        Harmless,
+        &[],
+    );
     assert_eq!((found.count, found.of, found.primitive), (1, 13, Some(12)));
-    assert!(found.place.is_some_and(|[_, y, _]| (y + 0.8).abs() < 1e-6), "{:?}", found.place);
-    finds(&plain(|_, i| i.push(i[4]), "paint", "both"), Code::DuplicateTriangles, Harmless, &[]);
-    finds(&plain(|_, i| i.push(i[4]), "glass", "both"), Code::DuplicateTriangles, PictureWrong, &[]);
+    assert!(
+        found.place.is_some_and(|[_, y, _]| (y + 0.8).abs() < 1e-6),
+        "{:?}",
+        found.place
+    );
+    finds(
+        &plain(|_, i| i.push(i[4]), "paint", "both"),
+        Code::DuplicateTriangles,
+        Harmless,
+        &[],
+    );
+    finds(
+        &plain(|_, i| i.push(i[4]), "glass", "both"),
+        Code::DuplicateTriangles,
+        PictureWrong,
+        &[],
+    );
     let sliver = |p: &mut Vec<[f64; 3]>, i: &mut Vec<[u32; 3]>| {
         p.extend([[-0.5, 1.0, 0.0], [0.5, 1.0, 0.0], [0.1, 1.000_01, 0.0]]);
         i.push([8, 9, 10]);
     };
-    finds(&plain(sliver, "paint", "both"), Code::SliverTriangles, Harmless, &[]);
+    finds(
+        &plain(sliver, "paint", "both"),
+        Code::SliverTriangles,
+        Harmless,
+        &[],
+    );
 }
 
-/// Protects: a body of glass with a hole makes the picture wrong; so does one whose walls meet in threes or are turned over; of paint none of
-/// that is said to.
+/// Protects: a body of glass with a hole makes the picture wrong; so does one whose walls meet in
+/// threes or are turned over; of paint none of that is said to.
 #[test]
 fn bodies_of_glass_are_closed() {
     let open = |_: &mut Vec<[f64; 3]>, i: &mut Vec<[u32; 3]>| i.truncate(10);
-    let found = finds(&plain(open, "glass", "both"), Code::OpenEdges, PictureWrong, &[]);
+    let found = finds(
+        &plain(open, "glass", "both"),
+        Code::OpenEdges,
+        PictureWrong,
+        &[],
+    );
     assert_eq!(found.count, 4);
     assert!(report(&plain(open, "paint", "both")).findings.is_empty());
     let fin = |p: &mut Vec<[f64; 3]>, i: &mut Vec<[u32; 3]>| {
         p.push([2.0, 2.0, 2.0]);
         i.push([7, 5, 8]);
     };
-    finds(&plain(fin, "glass", "both"), Code::NonManifoldEdges, PictureWrong, &[Code::OpenEdges]);
-    let turned = |_: &mut Vec<[f64; 3]>, i: &mut Vec<[u32; 3]>| i[10..].iter_mut().for_each(|t| t.swap(1, 2));
-    finds(&plain(turned, "glass", "both"), Code::FlippedTriangles, PictureWrong, &[]);
+    finds(
+        &plain(fin, "glass", "both"),
+        Code::NonManifoldEdges,
+        PictureWrong,
+        &[Code::OpenEdges],
+    );
+    let turned = |_: &mut Vec<[f64; 3]>, i: &mut Vec<[u32; 3]>| {
+        i[10..].iter_mut().for_each(|t| t.swap(1, 2))
+    };
+    finds(
+        &plain(turned, "glass", "both"),
+        Code::FlippedTriangles,
+        PictureWrong,
+        &[],
+    );
 }
 
-/// Protects: what is turned over makes the picture wrong where its back is hidden, and is harmless where both sides are shown.
+/// Protects: what is turned over makes the picture wrong where its back is hidden, and is harmless
+/// where both sides are shown.
 #[test]
 fn what_is_turned_over() {
-    let one = |_: &mut Vec<[f64; 3]>, i: &mut Vec<[u32; 3]>| i[10..].iter_mut().for_each(|t| t.swap(1, 2));
-    let all = |_: &mut Vec<[f64; 3]>, i: &mut Vec<[u32; 3]>| i.iter_mut().for_each(|t| t.swap(1, 2));
-    finds(&plain(one, "paint", "culled"), Code::FlippedTriangles, PictureWrong, &[]);
-    finds(&plain(one, "paint", "both"), Code::FlippedTriangles, Harmless, &[]);
-    finds(&plain(all, "paint", "culled"), Code::InsideOut, PictureWrong, &[]);
+    let one = |_: &mut Vec<[f64; 3]>, i: &mut Vec<[u32; 3]>| {
+        i[10..].iter_mut().for_each(|t| t.swap(1, 2))
+    };
+    let all =
+        |_: &mut Vec<[f64; 3]>, i: &mut Vec<[u32; 3]>| i.iter_mut().for_each(|t| t.swap(1, 2));
+    finds(
+        &plain(one, "paint", "culled"),
+        Code::FlippedTriangles,
+        PictureWrong,
+        &[],
+    );
+    finds(
+        &plain(one, "paint", "both"),
+        Code::FlippedTriangles,
+        Harmless,
+        &[],
+    );
+    finds(
+        &plain(all, "paint", "culled"),
+        Code::InsideOut,
+        PictureWrong,
+        &[],
+    );
     finds(&plain(all, "paint", "both"), Code::InsideOut, Harmless, &[]);
     let mut cube = cube([0.0; 3], |_, _| {});
-    let inwards: Vec<[f64; 3]> =
-        (0..8).map(|i| core::array::from_fn(|axis| if i >> axis & 1 == 1 { -0.577 } else { 0.577 })).collect();
+    let inwards: Vec<[f64; 3]> = (0..8)
+        .map(|i| core::array::from_fn(|axis| if i >> axis & 1 == 1 { -0.577 } else { 0.577 }))
+        .collect();
     cube["source"]["inline"]["normals"] = json!(inwards);
-    finds(&with_cube(cube, "paint", "both"), Code::NormalsAgainstFaces, PictureWrong, &[]);
+    finds(
+        &with_cube(cube, "paint", "both"),
+        Code::NormalsAgainstFaces,
+        PictureWrong,
+        &[],
+    );
 }
 
 /// Protects: glass that is open by its shape, glass in glass, and what is there twice.
@@ -85,9 +173,19 @@ fn what_is_turned_over() {
 fn bodies_of_shapes() {
     let tube = json!({ "hyperboloid": { "centre": [0, 0, 0], "waist_radius": 0.8, "c": 1, "half_height": 0.7 } });
     let alone = |objects: Value| scene(&json!({ "objects": objects }));
-    finds(&alone(json!([object("tube", tube, "glass")])), Code::OpenBody, PictureWrong, &[]);
+    finds(
+        &alone(json!([object("tube", tube, "glass")])),
+        Code::OpenBody,
+        PictureWrong,
+        &[],
+    );
     let glass = |radius: f64| object("glass", ball([0.0; 3], radius), "glass");
-    finds(&alone(json!([glass(1.2), glass(0.6)])), Code::NestedGlass, PictureWrong, &[]);
+    finds(
+        &alone(json!([glass(1.2), glass(0.6)])),
+        Code::NestedGlass,
+        PictureWrong,
+        &[],
+    );
     finds(
         &alone(json!([glass(1.2), glass(1.2)])),
         Code::DuplicateObject,
@@ -95,16 +193,25 @@ fn bodies_of_shapes() {
         &[Code::ClosedGap, Code::NestedGlass, Code::OpenBody],
     );
     let paint = || object("paint", ball([0.0; 3], 1.0), "paint");
-    finds(&alone(json!([paint(), paint()])), Code::DuplicateObject, Harmless, &[]);
+    finds(
+        &alone(json!([paint(), paint()])),
+        Code::DuplicateObject,
+        Harmless,
+        &[],
+    );
 }
 
-/// Protects: two slanted sheets in one plane, of which rounding shows now one and now the other, make the picture wrong.
+/// Protects: two slanted sheets in one plane, of which rounding shows now one and now the other,
+/// make the picture wrong.
 #[test]
 fn surfaces_in_one_place() {
     let (u, v) = ([0.71, 0.33, 0.29], [-0.37, 0.69, 0.17]);
-    // Far from a ball at zero, so that corners are stored with fewer digits than distances from the camera.
+    // Far from a ball at zero, so that corners are stored with fewer digits than distances from the
+    // camera.
     let away = [61.0, 43.0, 52.0];
-    let at = |s: f64, t: f64| -> [f64; 3] { core::array::from_fn(|axis| away[axis] + s * u[axis] + t * v[axis]) };
+    let at = |s: f64, t: f64| -> [f64; 3] {
+        core::array::from_fn(|axis| away[axis] + s * u[axis] + t * v[axis])
+    };
     let sheet = |name: &str, [a, b]: [f64; 2], [c, d]: [f64; 2]| {
         let positions = [at(a, c), at(b, c), at(b, d), at(a, d)];
         json!({ "name": name, "source": { "inline": { "positions": positions, "indices": [[0, 1, 2], [0, 2, 3]] } } })
@@ -130,7 +237,14 @@ fn small_things_far_away() {
         mesh["name"] = json!(name);
         mesh
     };
-    let cubes = || (0..4).map(|i| named(&format!("near{i}"), cube([3.0 * f64::from(i) - 4.0, 0.0, 0.0], |_, _| {})));
+    let cubes = || {
+        (0..4).map(|i| {
+            named(
+                &format!("near{i}"),
+                cube([3.0 * f64::from(i) - 4.0, 0.0, 0.0], |_, _| {}),
+            )
+        })
+    };
     let near = || (0..4).map(|i| object("near", json!({ "mesh": format!("near{i}") }), "paint"));
     let far = |mesh: Value, at: [f64; 3], scale: f64| {
         let meshes: Vec<Value> = cubes().chain([named("far", mesh)]).collect();
@@ -138,29 +252,49 @@ fn small_things_far_away() {
         scene(&json!({ "meshes": meshes, "objects": objects }))
     };
     let scales = [Code::ExtremeScale];
-    finds(&far(cube([0.0; 3], |_, _| {}), [1e7, 1e7, 1e7], 1e-2), Code::LostObject, PictureWrong, &scales);
-    finds(&far(cube([0.0; 3], |_, _| {}), [1e7, 0.0, 0.0], 2.0), Code::UnresolvedObject, PictureWrong, &[Code::LostTriangles]);
+    finds(
+        &far(cube([0.0; 3], |_, _| {}), [1e7, 1e7, 1e7], 1e-2),
+        Code::LostObject,
+        PictureWrong,
+        &scales,
+    );
+    finds(
+        &far(cube([0.0; 3], |_, _| {}), [1e7, 0.0, 0.0], 2.0),
+        Code::UnresolvedObject,
+        PictureWrong,
+        &[Code::LostTriangles],
+    );
     let tiny = |p: &mut Vec<[f64; 3]>, i: &mut Vec<[u32; 3]>| {
         p.extend([[0.0, 1.5, 0.0], [1e-5, 1.5, 0.0], [0.0, 1.5, 1e-5]]);
         i.push([8, 9, 10]);
     };
-    finds(&far(cube([0.0; 3], tiny), [5e4, 0.0, 0.0], 100.0), Code::LostTriangles, PictureWrong, &[]);
+    finds(
+        &far(cube([0.0; 3], tiny), [5e4, 0.0, 0.0], 100.0),
+        Code::LostTriangles,
+        PictureWrong,
+        &[],
+    );
     let speck = json!({ "box": { "min": [1e6, 0, 0], "max": [1e6 + 1e-3, 1, 1] } });
-    let lost = scene(&json!({ "objects": [object("ball", ball([0.0; 3], 1.0), "paint"), object("speck", speck, "paint")] }));
+    let lost = scene(
+        &json!({ "objects": [object("ball", ball([0.0; 3], 1.0), "paint"), object("speck", speck, "paint")] }),
+    );
     finds(&lost, Code::LostShape, PictureWrong, &[]);
 }
 
 /// Protects: a scene of a hundredth of a millimetre is named.
 #[test]
 fn unlikely_sizes() {
-    let mut small = scene(&json!({ "objects": [object("ball", ball([0.0; 3], 1e-5), "paint")], "cameras": [] }));
+    let mut small = scene(
+        &json!({ "objects": [object("ball", ball([0.0; 3], 1e-5), "paint")], "cameras": [] }),
+    );
     finds(&small, Code::ExtremeScale, Harmless, &[]);
     small.objects[0].transform = vec![raywright_core::scene::TransformStep::Scale([1e5; 3])];
     assert_eq!(listed(&report(&small).findings), []);
 }
 
-/// Protects: nothing is said of bodies that are right: of glass in every closed shape, hollow, of parts that touch along an edge, with a vertex for each
-/// corner of each face, in priorities, mirrored, many of one mesh, and of rooms that the camera is in.
+/// Protects: nothing is said of bodies that are right: of glass in every closed shape, hollow, of
+/// parts that touch along an edge, with a vertex for each corner of each face, in priorities,
+/// mirrored, many of one mesh, and of rooms that the camera is in.
 #[test]
 fn what_is_right_has_no_findings() {
     let shapes = [
@@ -176,7 +310,10 @@ fn what_is_right_has_no_findings() {
         assert_eq!(listed(&found), [], "{what}");
     };
     for shape in shapes {
-        clean(&json!({ "objects": [object("glass", shape.clone(), "glass")] }), &shape.to_string());
+        clean(
+            &json!({ "objects": [object("glass", shape.clone(), "glass")] }),
+            &shape.to_string(),
+        );
     }
     let one = || object("cube", json!({ "mesh": "cube" }), "glass");
     let meshes = |mesh: Value, objects: Value| json!({ "meshes": [mesh], "objects": objects });
@@ -189,85 +326,208 @@ fn what_is_right_has_no_findings() {
         p.extend(p.clone().iter().map(|&[x, y, z]| [x + 1.6, y + 1.6, z]));
         i.extend(i.clone().iter().map(|&[a, b, c]| [a + 8, b + 8, c + 8]));
     };
-    clean(&meshes(cube([-0.8, -0.8, 0.0], beside), json!([one()])), "touching along an edge");
+    clean(
+        &meshes(cube([-0.8, -0.8, 0.0], beside), json!([one()])),
+        "touching along an edge",
+    );
     let split = |p: &mut Vec<[f64; 3]>, i: &mut Vec<[u32; 3]>| {
-        *p = i.iter().flatten().map(|&corner| p[corner as usize]).collect();
-        *i = (0..i.len() as u32).map(|k| [3 * k, 3 * k + 1, 3 * k + 2]).collect();
+        *p = i
+            .iter()
+            .flatten()
+            .map(|&corner| p[corner as usize])
+            .collect();
+        *i = (0..i.len() as u32)
+            .map(|k| [3 * k, 3 * k + 1, 3 * k + 2])
+            .collect();
     };
-    clean(&meshes(cube([0.0; 3], split), json!([one()])), "a vertex for each corner");
+    clean(
+        &meshes(cube([0.0; 3], split), json!([one()])),
+        "a vertex for each corner",
+    );
     let mirrored = |x: f64, material: &str, side: &str| {
         let mut object = object("cube", json!({ "mesh": "cube" }), material);
         object["transform"] = json!([{ "scale": [-0.5, 0.6, 0.7] }, { "translate": [x, 0, 0] }]);
         object["side"] = json!(side);
         object
     };
-    clean(&meshes(cube([0.0; 3], |_, _| {}), json!([mirrored(0.0, "paint", "culled")])), "mirrored");
-    let three = json!([mirrored(-1.0, "glass", "both"), mirrored(0.2, "glass", "both"), mirrored(1.4, "glass", "both")]);
+    clean(
+        &meshes(
+            cube([0.0; 3], |_, _| {}),
+            json!([mirrored(0.0, "paint", "culled")]),
+        ),
+        "mirrored",
+    );
+    let three = json!([
+        mirrored(-1.0, "glass", "both"),
+        mirrored(0.2, "glass", "both"),
+        mirrored(1.4, "glass", "both")
+    ]);
     clean(&meshes(cube([0.0; 3], |_, _| {}), three), "instances");
-    let nested = |name: &str, priority: u32| paint(name, json!({ "transmission": 1, "roughness": 0, "priority": priority }));
+    let nested = |name: &str, priority: u32| {
+        paint(
+            name,
+            json!({ "transmission": 1, "roughness": 0, "priority": priority }),
+        )
+    };
     let materials = json!([nested("cup", 2), nested("tea", 1)]);
-    let objects = json!([object("cup", ball([0.0; 3], 1.2), "cup"), object("tea", ball([0.0; 3], 0.7), "tea")]);
-    clean(&json!({ "materials": materials, "objects": objects }), "priorities");
+    let objects = json!([
+        object("cup", ball([0.0; 3], 1.2), "cup"),
+        object("tea", ball([0.0; 3], 0.7), "tea")
+    ]);
+    clean(
+        &json!({ "materials": materials, "objects": objects }),
+        "priorities",
+    );
     let room = json!([
-        object("room", json!({ "box": { "min": [-5, -3, -5], "max": [5, 5, 8] } }), "paint"),
+        object(
+            "room",
+            json!({ "box": { "min": [-5, -3, -5], "max": [5, 5, 8] } }),
+            "paint"
+        ),
         object("lamp", ball([0.0, 3.0, 0.0], 0.5), "lamp"),
         object("ball", ball([0.0; 3], 1.0), "paint")
     ]);
-    let materials = json!([paint("paint", json!({ "base_colour": 0.5 })), paint("lamp", json!({ "emission": 5 }))]);
-    clean(&json!({ "materials": materials, "objects": room, "sky": null }), "a room");
+    let materials = json!([
+        paint("paint", json!({ "base_colour": 0.5 })),
+        paint("lamp", json!({ "emission": 5 }))
+    ]);
+    clean(
+        &json!({ "materials": materials, "objects": room, "sky": null }),
+        "a room",
+    );
 }
 
-/// Protects: a quad wholly in a plane's plane, of which nothing is seen, makes the picture wrong, whichever way it faces and however the plane is
-/// said; beside it, a hair above, of the same material or before it in the file the picture is as said.
+/// Protects: a quad wholly in a plane's plane, of which nothing is seen, makes the picture wrong,
+/// whichever way it faces and however the plane is said; beside it, a hair above, of the same
+/// material or before it in the file the picture is as said.
 #[test]
 fn surfaces_in_one_plane() {
     let plane = |normal: [f64; 3]| json!({ "plane": { "point": [0, -1, 0], "normal": normal } });
     let floor = || object("floor", plane([0.0, 1.0, 0.0]), "paint");
-    let rug = |y: f64, [u, v]: [[f64; 3]; 2], material: &str| object("rug", quad([0.0, y, 0.0], u, v), material);
+    let rug = |y: f64, [u, v]: [[f64; 3]; 2], material: &str| {
+        object("rug", quad([0.0, y, 0.0], u, v), material)
+    };
     let edges = [[1.5, 0.0, 0.0], [0.0, 0.0, 1.0]];
     let of = |objects: Value| scene(&json!({ "objects": objects }));
     for (floor, edges) in [
         (floor(), edges),
         (floor(), [edges[1], edges[0]]),
         (object("floor", plane([0.0, -3.0, 0.0]), "paint"), edges),
-        (object("floor", quad([-9.0, -1.0, -9.0], [20.0, 0.0, 1.0], [1.0, 0.0, 20.0]), "paint"), edges),
-        (object("floor", json!({ "box": { "min": [-9, -2, -9], "max": [9, -1, 9] } }), "paint"), edges),
-        (object("floor", json!({ "disk": { "centre": [0, -1, 0], "normal": [0, 1, 0], "radius": 9 } }), "paint"), edges),
+        (
+            object(
+                "floor",
+                quad([-9.0, -1.0, -9.0], [20.0, 0.0, 1.0], [1.0, 0.0, 20.0]),
+                "paint",
+            ),
+            edges,
+        ),
+        (
+            object(
+                "floor",
+                json!({ "box": { "min": [-9, -2, -9], "max": [9, -1, 9] } }),
+                "paint",
+            ),
+            edges,
+        ),
+        (
+            object(
+                "floor",
+                json!({ "disk": { "centre": [0, -1, 0], "normal": [0, 1, 0], "radius": 9 } }),
+                "paint",
+            ),
+            edges,
+        ),
     ] {
-        let found = finds(&of(json!([floor, rug(-1.0, edges, "other")])), Code::CoplanarSurfaces, PictureWrong, &[]);
+        let found = finds(
+            &of(json!([floor, rug(-1.0, edges, "other")])),
+            Code::CoplanarSurfaces,
+            PictureWrong,
+            &[],
+        );
         assert_eq!(found.subject, raywright_core::stress::Subject::Object(1));
         let [x, y, z] = found.place.expect("a place");
-        assert!(found.count > 100 && (y + 1.0).abs() < 1e-6 && (0.0..1.5).contains(&x) && (0.0..1.0).contains(&z), "{found:?}");
+        assert!(
+            found.count > 100
+                && (y + 1.0).abs() < 1e-6
+                && (0.0..1.5).contains(&x)
+                && (0.0..1.0).contains(&z),
+            "{found:?}"
+        );
     }
-    let block = || object("block", json!({ "box": { "min": [0.3, -1, -0.5], "max": [1.3, 0.4, 0.5] } }), "other");
+    let block = || {
+        object(
+            "block",
+            json!({ "box": { "min": [0.3, -1, -0.5], "max": [1.3, 0.4, 0.5] } }),
+            "other",
+        )
+    };
     for clean in [
         json!([floor(), rug(-0.999, edges, "other")]),
         json!([floor(), rug(-1.0, edges, "paint")]),
         json!([floor(), block()]),
-        json!([block(), object("table", quad([-9.0, -1.0, -9.0], [20.0, 0.0, 0.0], [0.0, 0.0, 20.0]), "paint")]),
-        json!([object("left", quad([-2.0, -1.0, 0.0], [2.0, 0.0, 0.0], [0.0, 0.0, 1.0]), "paint"), rug(-1.0, edges, "other")]),
+        json!([
+            block(),
+            object(
+                "table",
+                quad([-9.0, -1.0, -9.0], [20.0, 0.0, 0.0], [0.0, 0.0, 20.0]),
+                "paint"
+            )
+        ]),
+        json!([
+            object(
+                "left",
+                quad([-2.0, -1.0, 0.0], [2.0, 0.0, 0.0], [0.0, 0.0, 1.0]),
+                "paint"
+            ),
+            rug(-1.0, edges, "other")
+        ]),
     ] {
         assert_eq!(listed(&report(&of(clean.clone())).findings), [], "{clean}");
     }
     let before = report(&of(json!([rug(-1.0, edges, "other"), floor()]))).findings;
-    assert_eq!(before.iter().map(|found| (found.code, found.severity)).collect::<Vec<_>>(), [(Code::CoplanarSurfaces, Harmless)]);
+    assert_eq!(
+        before
+            .iter()
+            .map(|found| (found.code, found.severity))
+            .collect::<Vec<_>>(),
+        [(Code::CoplanarSurfaces, Harmless)]
+    );
 }
 
-/// Protects: of many sheets in one plane and in many, beside each other, nothing is said, and of one that they hide one thing
-/// is, whichever and however many they are.
+/// Protects: of many sheets in one plane and in many, beside each other, nothing is said, and of
+/// one that they hide one thing is, whichever and however many they are.
 #[test]
 fn many_surfaces_in_one_plane() {
     let tile = |i: usize, material: &str| {
         let (x, z) = ((i % 60) as f64 * 0.05 - 1.5, (i / 60) as f64 * 0.05 - 1.5);
-        object(&format!("tile {i}"), quad([x, -1.0, z], [0.05, 0.0, 0.0], [0.0, 0.0, 0.05]), material)
+        object(
+            &format!("tile {i}"),
+            quad([x, -1.0, z], [0.05, 0.0, 0.0], [0.0, 0.0, 0.05]),
+            material,
+        )
     };
-    let mut tiles: Vec<Value> = (0..3600).map(|i| tile(i, if i % 2 == 0 { "paint" } else { "other" })).collect();
+    let mut tiles: Vec<Value> = (0..3600)
+        .map(|i| tile(i, if i % 2 == 0 { "paint" } else { "other" }))
+        .collect();
     let of = |tiles: &[Value]| report(&scene(&json!({ "objects": tiles }))).findings;
     assert_eq!(listed(&of(&tiles)), []);
-    let rug = object("rug", quad([-0.5, -1.0, -0.5], [1.0, 0.0, 0.0], [0.0, 0.0, 1.0]), "glass");
+    let rug = object(
+        "rug",
+        quad([-0.5, -1.0, -0.5], [1.0, 0.0, 0.0], [0.0, 0.0, 1.0]),
+        "glass",
+    );
     tiles.push(rug);
     let found = of(&tiles);
-    let found: Vec<&Finding> = found.iter().filter(|found| found.code == Code::CoplanarSurfaces).collect();
-    assert!(found.len() == 1 && found[0].severity == PictureWrong && found[0].why.contains("tile"), "{found:?}");
-    assert_eq!(found[0].subject, raywright_core::stress::Subject::Object(3600));
+    let found: Vec<&Finding> = found
+        .iter()
+        .filter(|found| found.code == Code::CoplanarSurfaces)
+        .collect();
+    assert!(
+        found.len() == 1 && found[0].severity == PictureWrong && found[0].why.contains("tile"),
+        "{found:?}"
+    );
+    assert_eq!(
+        found[0].subject,
+        raywright_core::stress::Subject::Object(3600)
+    );
 }

@@ -1,4 +1,5 @@
-//! What shapes are made of: buffers, views and accessors, meshes and their primitives, compressed or not.
+//! What shapes are made of: buffers, views and accessors, meshes and their primitives, compressed
+//! or not.
 
 use std::collections::BTreeMap;
 
@@ -25,7 +26,8 @@ pub(in crate::gltf) struct View {
     pub extensions: ViewExtensions,
 }
 
-/// Extensions of a buffer view that are read: two names for the codecs of meshoptimizer, of which the second allows a later version.
+/// Extensions of a buffer view that are read: two names for the codecs of meshoptimizer, of which
+/// the second allows a later version.
 #[derive(Debug, Default, Deserialize)]
 #[serde(default)]
 pub(in crate::gltf) struct ViewExtensions {

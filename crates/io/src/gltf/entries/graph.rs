@@ -1,5 +1,5 @@
-//! What stands where and how it moves: scenes, nodes with their cameras and lights, skins, animations; and what the whole file is
-//! extended by.
+//! What stands where and how it moves: scenes, nodes with their cameras and lights, skins,
+//! animations; and what the whole file is extended by.
 
 use std::collections::BTreeMap;
 
@@ -52,7 +52,10 @@ pub(in crate::gltf) struct Spot {
 
 impl Default for Spot {
     fn default() -> Self {
-        Self { inner_cone_angle: 0.0, outer_cone_angle: core::f32::consts::FRAC_PI_4 }
+        Self {
+            inner_cone_angle: 0.0,
+            outer_cone_angle: core::f32::consts::FRAC_PI_4,
+        }
     }
 }
 
@@ -75,7 +78,8 @@ pub(in crate::gltf) struct Camera {
     pub orthographic: Option<Orthographic>,
 }
 
-/// The opening of a perspective view; what lies nearer or farther than its planes is seen all the same.
+/// The opening of a perspective view; what lies nearer or farther than its planes is seen all the
+/// same.
 #[derive(Debug, Deserialize)]
 pub(in crate::gltf) struct Perspective {
     /// Radians from bottom to top.
@@ -187,7 +191,8 @@ pub(in crate::gltf) struct Node {
 #[derive(Debug, Default, Deserialize)]
 #[serde(default, rename_all = "camelCase")]
 pub(in crate::gltf) struct Skin {
-    /// Accessor of matrices from the mesh's space to that of each joint; none: they are the identity.
+    /// Accessor of matrices from the mesh's space to that of each joint; none: they are the
+    /// identity.
     pub inverse_bind_matrices: Option<u32>,
     pub joints: Vec<u32>,
 }

@@ -81,7 +81,8 @@ defaulted!(
 );
 
 extended! {
-    /// Extensions of a material that are read. Each is a pointer, so that a material without any takes little memory.
+    /// Extensions of a material that are read. Each is a pointer, so that a material without any
+    /// takes little memory.
     MaterialExtensions: Value {
         emissive_strength: Option<EmissiveStrength> = "KHR_materials_emissive_strength",
         ior: Option<Ior> = "KHR_materials_ior",
@@ -182,7 +183,8 @@ defaulted!(
     }
 );
 
-/// How an image is read, by the codes of OpenGL that the specification lists; none: as the reader likes.
+/// How an image is read, by the codes of OpenGL that the specification lists; none: as the reader
+/// likes.
 #[derive(Debug, Default, Deserialize)]
 #[serde(default, rename_all = "camelCase")]
 pub(in crate::gltf) struct Sampler {
@@ -211,10 +213,13 @@ pub(in crate::gltf) struct Texture {
 }
 
 impl Texture {
-    /// Its images, the best first: an extension's in place of the one for readers that do not know it.
+    /// Its images, the best first: an extension's in place of the one for readers that do not know
+    /// it.
     pub fn sources(&self) -> impl Iterator<Item = u32> {
         let TextureExtensions { webp, basis } = &self.extensions;
-        [webp.source, basis.source, self.source].into_iter().flatten()
+        [webp.source, basis.source, self.source]
+            .into_iter()
+            .flatten()
     }
 }
 

@@ -1,19 +1,25 @@
-//! What the lists of a glTF file hold, as types: fields are what the specification and the extensions that are read call them.
+//! What the lists of a glTF file hold, as types: fields are what the specification and the
+//! extensions that are read call them.
 
 mod data;
 mod graph;
 mod material;
 
-pub(super) use data::{Accessor, Buffer, Draco, Mesh, Meshopt, Primitive, Sparse, View, ViewExtensions};
+pub(super) use data::{
+    Accessor, Buffer, Draco, Mesh, Meshopt, Primitive, Sparse, View, ViewExtensions,
+};
 pub(super) use graph::{
-    Animation, AnimationSampler, Camera, Channel, Instancing, Interpolation, Light, Node, RootExtensions, SceneEntry, Skin, Spot,
+    Animation, AnimationSampler, Camera, Channel, Instancing, Interpolation, Light, Node,
+    RootExtensions, SceneEntry, Skin, Spot,
 };
 pub(super) use material::{
-    Image, Material, MaterialExtensions, Sampler, SpecularGlossiness, Texture, TextureTransform, TextureUse,
+    Image, Material, MaterialExtensions, Sampler, SpecularGlossiness, Texture, TextureTransform,
+    TextureUse,
 };
 
-/// A type for the extensions of an entry: those that are read by their names, the others as they come. A reader of its own and not
-/// `serde(flatten)`, which would lose the path of what is wrong inside one.
+/// A type for the extensions of an entry: those that are read by their names, the others as they
+/// come. A reader of its own and not `serde(flatten)`, which would lose the path of what is wrong
+/// inside one.
 macro_rules! extended {
     ($(#[$doc:meta])* $name:ident: $other:ty { $($field:ident: $type:ty = $key:literal,)* }) => {
         $(#[$doc])*

@@ -1,4 +1,5 @@
-//! A scene that says everything that can be said, and what must hold for it: it is read, written and described alike.
+//! A scene that says everything that can be said, and what must hold for it: it is read, written
+//! and described alike.
 
 use std::collections::BTreeSet;
 
@@ -23,18 +24,27 @@ fn the_scene_of_everything_is_right() {
     assert_eq!(good(EVERYTHING).title, "Everything");
 }
 
-/// Protects: whatever is added to the format must be added to the scene of everything, or the other tests here do not see it.
+/// Protects: whatever is added to the format must be added to the scene of everything, or the other
+/// tests here do not see it.
 #[test]
 fn the_scene_of_everything_is_complete() {
     let schema: Value = serde_json::from_str(SCHEMA).expect("the schema is JSON");
     let mut words = BTreeSet::new();
     collect(&schema, &mut words);
     let written = format!("{EVERYTHING} {ALTERNATIVES}");
-    let used: BTreeSet<&str> = written.split(|c: char| !(c.is_alphanumeric() || matches!(c, '_' | '-'))).collect();
+    let used: BTreeSet<&str> = written
+        .split(|c: char| !(c.is_alphanumeric() || matches!(c, '_' | '-')))
+        .collect();
     let dotted: BTreeSet<&str> = written.split([' ', '"', '\n']).collect();
-    let missing: Vec<_> = words.iter().filter(|word| !used.contains(word.as_str()) && !dotted.contains(word.as_str())).collect();
+    let missing: Vec<_> = words
+        .iter()
+        .filter(|word| !used.contains(word.as_str()) && !dotted.contains(word.as_str()))
+        .collect();
     assert!(words.len() > 150, "only {} words were found", words.len());
-    assert!(missing.is_empty(), "the scene of everything lacks {missing:?}");
+    assert!(
+        missing.is_empty(),
+        "the scene of everything lacks {missing:?}"
+    );
 }
 
 /// Names of properties and constant words of a schema.
@@ -46,7 +56,9 @@ fn collect(schema: &Value, words: &mut BTreeSet<String>) {
                 match (key.as_str(), member) {
                     ("properties", Value::Object(properties)) => {
                         words.extend(properties.keys().cloned());
-                        properties.values().for_each(|property| collect(property, words));
+                        properties
+                            .values()
+                            .for_each(|property| collect(property, words));
                     }
                     ("const", Value::String(word)) => _ = words.insert(word.clone()),
                     ("enum", Value::Array(list)) => {
@@ -64,12 +76,20 @@ fn collect(schema: &Value, words: &mut BTreeSet<String>) {
 /// Protects: a scene written as JSON is read back the same.
 #[test]
 fn a_scene_written_as_json_is_read_back_the_same() {
-    let mut texts: Vec<&str> = presets::list().into_iter().map(|preset| preset.text).collect();
+    let mut texts: Vec<&str> = presets::list()
+        .into_iter()
+        .map(|preset| preset.text)
+        .collect();
     texts.push(EVERYTHING);
     for text in texts {
         let scene = good(text);
         let json = serde_json::to_string(&scene).expect("a scene is plain data");
         let again = parse("x.scene.json", &json, Notation::Json, &Overrides::default());
-        assert_eq!(again.unwrap_or_else(|error| panic!("{error}")).scene, scene, "{}", scene.title);
+        assert_eq!(
+            again.unwrap_or_else(|error| panic!("{error}")).scene,
+            scene,
+            "{}",
+            scene.title
+        );
     }
 }

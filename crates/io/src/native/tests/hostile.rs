@@ -1,4 +1,5 @@
-//! Texts that were cut, damaged or made to hurt: always a message or a scene, never a panic, never a long wait.
+//! Texts that were cut, damaged or made to hurt: always a message or a scene, never a panic, never
+//! a long wait.
 
 use std::sync::LazyLock;
 
@@ -26,14 +27,20 @@ fn survive(bytes: &[u8], notation: Notation) {
 
 /// The scene of everything and every shipped one.
 fn texts() -> impl Iterator<Item = &'static str> {
-    presets::list().into_iter().map(|preset| preset.text).chain([EVERYTHING])
+    presets::list()
+        .into_iter()
+        .map(|preset| preset.text)
+        .chain([EVERYTHING])
 }
 
 /// The same in both notations.
 static SCENES: LazyLock<Vec<(Vec<u8>, Notation)>> = LazyLock::new(|| {
     let both = texts().flat_map(|text| {
         let json = to_json(&tree(text, Notation::Toml).expect("valid TOML")).to_string();
-        [(text.as_bytes().to_vec(), Notation::Toml), (json.into_bytes(), Notation::Json)]
+        [
+            (text.as_bytes().to_vec(), Notation::Toml),
+            (json.into_bytes(), Notation::Json),
+        ]
     });
     both.collect()
 });
@@ -89,8 +96,9 @@ fn strange() -> impl Strategy<Value = Value> {
         Just(Value::Float(f64::NAN)),
         "[a-z0-9+*/(), ]{0,12}".prop_map(Value::Text),
         Just(Value::Array(Vec::new())),
-        proptest::collection::vec(any::<f64>(), 0..5)
-            .prop_map(move |numbers| Value::Array(numbers.into_iter().map(|x| node(Value::Float(x))).collect())),
+        proptest::collection::vec(any::<f64>(), 0..5).prop_map(move |numbers| Value::Array(
+            numbers.into_iter().map(|x| node(Value::Float(x))).collect()
+        )),
         Just(Value::Table(Vec::new())),
     ]
 }
@@ -118,7 +126,9 @@ fn nth<'a>(node: &'a mut Node, n: &mut usize) -> Option<&'a mut Value> {
 
 /// The message for a text that must be refused as wrong input.
 fn refused(text: &str, notation: Notation) -> String {
-    let error = parse("x", text, notation, &Overrides::default()).err().expect("this is no scene");
+    let error = parse("x", text, notation, &Overrides::default())
+        .err()
+        .expect("this is no scene");
     assert_eq!(error.kind(), ErrorKind::Input);
     error.to_string()
 }
@@ -137,19 +147,29 @@ fn nesting_without_end_is_one_message() {
     ];
     for text in &toml {
         let message = refused(text, Notation::Toml);
-        assert!(message.starts_with("error: ") && message.contains("nested too deeply"), "{message:.300}");
+        assert!(
+            message.starts_with("error: ") && message.contains("nested too deeply"),
+            "{message:.300}"
+        );
         assert_eq!(message.matches("error: ").count(), 1, "{message:.300}");
     }
     for text in [deep("[", "]"), "[".repeat(DEPTH), deep("{\"a\":", "}")] {
         let message = refused(&text, Notation::Json);
-        assert!(message.starts_with("error: nested too deeply"), "{message:.300}");
+        assert!(
+            message.starts_with("error: nested too deeply"),
+            "{message:.300}"
+        );
     }
 }
 
 /// Protects: a line without end is shown in part.
 #[test]
 fn a_line_without_end_is_shown_in_part() {
-    let text = format!("format = 1\ntitle = \"{}\"\nt = [{}]", "x".repeat(100_000), "1, ".repeat(100_000));
+    let text = format!(
+        "format = 1\ntitle = \"{}\"\nt = [{}]",
+        "x".repeat(100_000),
+        "1, ".repeat(100_000)
+    );
     let message = toml(&text).expect_err("t is no number").to_string();
     assert!(message.len() < 1000, "{} bytes", message.len());
 }
@@ -160,17 +180,33 @@ fn thousands_of_problems_are_cut_off_and_counted() {
     let text = format!("format = 1\n{}", "[[lights]]\ncolor = 1\n".repeat(3000));
     let started = std::time::Instant::now();
     let message = toml(&text).expect_err("no light is right").to_string();
-    assert!(message.lines().count() < 200 && message.ends_with("more problems not shown"), "{message}");
+    assert!(
+        message.lines().count() < 200 && message.ends_with("more problems not shown"),
+        "{message}"
+    );
     // Each of the readings goes through the whole text: their number must not grow with it.
-    assert!(started.elapsed().as_secs() < 20, "took {:?}", started.elapsed());
+    assert!(
+        started.elapsed().as_secs() < 20,
+        "took {:?}",
+        started.elapsed()
+    );
 }
 
 /// Protects: control characters do not reach the terminal.
 #[test]
 fn control_characters_do_not_reach_the_terminal() {
-    let message = toml("format = 1\n\"\u{1b}[31m\" = 1").err().map(|error| error.to_string()).unwrap_or_default();
+    let message = toml("format = 1\n\"\u{1b}[31m\" = 1")
+        .err()
+        .map(|error| error.to_string())
+        .unwrap_or_default();
     let json = refused("{ \"format\": 1, \"\\u001b[31m\": 1 }", Notation::Json);
-    assert!(!message.contains('\u{1b}') && !json.contains('\u{1b}'), "{message:?} {json:?}");
-    assert!(message.contains("unknown key") || message.contains("not valid TOML"), "{message}");
+    assert!(
+        !message.contains('\u{1b}') && !json.contains('\u{1b}'),
+        "{message:?} {json:?}"
+    );
+    assert!(
+        message.contains("unknown key") || message.contains("not valid TOML"),
+        "{message}"
+    );
     assert!(json.contains("unknown key"), "{json}");
 }

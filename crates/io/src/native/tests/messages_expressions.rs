@@ -85,7 +85,8 @@ error: in the expression of `exposure`: the value of this expression is inf
     );
 }
 
-/// Protects: the message for a parameter that uses a later one, word for word: place, cause and remedy.
+/// Protects: the message for a parameter that uses a later one, word for word: place, cause and
+/// remedy.
 #[test]
 fn a_parameter_that_uses_a_later_one() {
     shows(
@@ -107,7 +108,8 @@ error: in the expression of `a`: unknown name `b`
     );
 }
 
-/// Protects: the message for a parameter named like the time, word for word: place, cause and remedy.
+/// Protects: the message for a parameter named like the time, word for word: place, cause and
+/// remedy.
 #[test]
 fn a_parameter_named_like_the_time() {
     shows(
@@ -128,7 +130,8 @@ error: `t` cannot be the name of a parameter
     );
 }
 
-/// Protects: the message for a number of the hit where numbers are settled, word for word: place, cause and remedy.
+/// Protects: the message for a number of the hit where numbers are settled, word for word: place,
+/// cause and remedy.
 #[test]
 fn a_number_of_the_hit_where_numbers_are_settled() {
     shows(

@@ -95,7 +95,8 @@ error: `to_light` has no length, so it is no direction
     );
 }
 
-/// Protects: the message for a camera that looks at its own eye, word for word: place, cause and remedy.
+/// Protects: the message for a camera that looks at its own eye, word for word: place, cause and
+/// remedy.
 #[test]
 fn a_camera_that_looks_at_its_own_eye() {
     shows(
@@ -213,7 +214,8 @@ error: `max_depth` must be from 1 to 64, not 0
     );
 }
 
-/// Protects: the message for a mesh whose arrays do not fit, word for word: place, cause and remedy.
+/// Protects: the message for a mesh whose arrays do not fit, word for word: place, cause and
+/// remedy.
 #[test]
 fn a_mesh_whose_arrays_do_not_fit() {
     shows(

@@ -1,4 +1,5 @@
-//! Messages about values of the wrong kind, unknown words and missing keys. Each was read as a newcomer would.
+//! Messages about values of the wrong kind, unknown words and missing keys. Each was read as a
+//! newcomer would.
 
 use super::shows;
 
@@ -91,7 +92,8 @@ error: `objects[0]`: missing key `material`
     );
 }
 
-/// Protects: the message for one table where many are possible, word for word: place, cause and remedy.
+/// Protects: the message for one table where many are possible, word for word: place, cause and
+/// remedy.
 #[test]
 fn one_table_where_many_are_possible() {
     shows(
@@ -112,7 +114,8 @@ error: `materials` must be an array, not a table
     );
 }
 
-/// Protects: the message for many tables where one is possible, word for word: place, cause and remedy.
+/// Protects: the message for many tables where one is possible, word for word: place, cause and
+/// remedy.
 #[test]
 fn many_tables_where_one_is_possible() {
     shows(
@@ -152,7 +155,8 @@ error: `samples` must be a number, or an expression in quotes, not true or false
     );
 }
 
-/// Protects: the message for a fraction where a whole number is needed, word for word: place, cause and remedy.
+/// Protects: the message for a fraction where a whole number is needed, word for word: place, cause
+/// and remedy.
 #[test]
 fn a_fraction_where_a_whole_number_is_needed() {
     shows(

@@ -28,12 +28,20 @@ fn good(text: &str) -> Scene {
 
 /// A wrong scene must be refused with exactly this message, which stands between line breaks.
 fn shows(file: &str, text: &str, message: &str) {
-    let notation = if file.ends_with("json") { Notation::Json } else { Notation::Toml };
+    let notation = if file.ends_with("json") {
+        Notation::Json
+    } else {
+        Notation::Toml
+    };
     match parse(file, text, notation, &Overrides::default()) {
         Ok(_) => panic!("this was accepted:\n{text}"),
         Err(error) => {
             assert_eq!(error.kind(), ErrorKind::Input);
-            assert_eq!(format!("\n{error}\n"), message, "the message changed; it is now:\n{error}\n");
+            assert_eq!(
+                format!("\n{error}\n"),
+                message,
+                "the message changed; it is now:\n{error}\n"
+            );
         }
     }
 }

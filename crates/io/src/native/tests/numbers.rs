@@ -1,4 +1,5 @@
-//! Rules that hold for each number of the format, whatever it means: found by walking a scene, not by naming keys.
+//! Rules that hold for each number of the format, whatever it means: found by walking a scene, not
+//! by naming keys.
 
 use serde_json::{Value, json};
 
@@ -44,18 +45,30 @@ emission = { texture = { name = "wood", uv = [0.5, 0.5], factor = 0.5 } }
 fn numbers(value: &Value, at: &str, found: &mut Vec<String>) {
     match value {
         Value::Number(_) => found.push(at.to_owned()),
-        Value::Array(items) => items.iter().enumerate().for_each(|(i, item)| numbers(item, &format!("{at}/{i}"), found)),
-        Value::Object(members) => members.iter().for_each(|(key, member)| numbers(member, &format!("{at}/{key}"), found)),
+        Value::Array(items) => items
+            .iter()
+            .enumerate()
+            .for_each(|(i, item)| numbers(item, &format!("{at}/{i}"), found)),
+        Value::Object(members) => members
+            .iter()
+            .for_each(|(key, member)| numbers(member, &format!("{at}/{key}"), found)),
         _ => {}
     }
 }
 
 fn refused(scene: &Value) -> bool {
-    parse("x.scene.json", &scene.to_string(), Notation::Json, &Overrides::default()).is_err()
+    parse(
+        "x.scene.json",
+        &scene.to_string(),
+        Notation::Json,
+        &Overrides::default(),
+    )
+    .is_err()
 }
 
-/// Protects: no number of a scene goes unlooked at. Whatever a key means, 1e300 is beyond it, on either side of zero; so a rule
-/// that is forgotten, for a shape, a term or a light, is one that lets infinities into a picture.
+/// Protects: no number of a scene goes unlooked at. Whatever a key means, 1e300 is beyond it, on
+/// either side of zero; so a rule that is forgotten, for a shape, a term or a light, is one that
+/// lets infinities into a picture.
 #[test]
 fn every_number_has_bounds_on_both_sides() {
     for text in [EVERYTHING, OTHERS, "format = 1\nsky.constant = [1, 2, 3]"] {
@@ -63,7 +76,10 @@ fn every_number_has_bounds_on_both_sides() {
         let mut places = Vec::new();
         numbers(&scene, "", &mut places);
         assert!(!refused(&scene) && places.len() > 3);
-        for (place, far) in places.iter().flat_map(|place| [(place, 1e300), (place, -1e300)]) {
+        for (place, far) in places
+            .iter()
+            .flat_map(|place| [(place, 1e300), (place, -1e300)])
+        {
             let mut wrong = scene.clone();
             *wrong.pointer_mut(place).expect("the place of a number") = json!(far);
             assert!(refused(&wrong), "{place} may be {far}");
@@ -71,7 +87,8 @@ fn every_number_has_bounds_on_both_sides() {
     }
 }
 
-/// Protects: what a key means that is left out, as the page of the format says it: each default, written out, changes nothing.
+/// Protects: what a key means that is left out, as the page of the format says it: each default,
+/// written out, changes nothing.
 #[test]
 fn what_is_left_out_is_what_the_page_says() {
     const SHORT: &str = r#"
@@ -148,8 +165,13 @@ sky.gradient = { bottom = 0, top = 1, suns = [] }
 "#;
     assert_eq!(good(SHORT), good(LONG));
     let sky = |more: &str| {
-        good(&format!("format = 1\nimages = [{{ name = \"a\", path = \"a\" }}]\nsky.map = {{ image = \"a\"{more} }}"))
+        good(&format!(
+            "format = 1\nimages = [{{ name = \"a\", path = \"a\" }}]\nsky.map = {{ image = \"a\"{more} }}"
+        ))
     };
     assert_eq!(sky(""), sky(", rotation = 0, strength = 1"));
-    assert_eq!(good("format = 1"), good("format = 1\nclassic.spawn = \"error_bound\""));
+    assert_eq!(
+        good("format = 1"),
+        good("format = 1\nclassic.spawn = \"error_bound\"")
+    );
 }

@@ -28,50 +28,94 @@ material = "red"
 fn numbers_may_be_expressions_of_the_time_and_of_earlier_parameters() {
     let scene = good(BALL);
     assert_eq!(scene.parameters["a"], 5.0);
-    assert_eq!(scene.objects[0].shape, Shape::Sphere { centre: [0.0, 5.0, 1.0], radius: 16.0 });
+    assert_eq!(
+        scene.objects[0].shape,
+        Shape::Sphere {
+            centre: [0.0, 5.0, 1.0],
+            radius: 16.0
+        }
+    );
 }
 
 /// Protects: inputs of the hit keep their text and colours do not.
 #[test]
 fn inputs_of_the_hit_keep_their_text_and_colours_do_not() {
-    let Model::Classic(classic) = &good(BALL).materials[0].model else { panic!("a classic material") };
+    let Model::Classic(classic) = &good(BALL).materials[0].model else {
+        panic!("a classic material")
+    };
     assert_eq!(classic.diffuse, Weight::Expression("1 - u".to_owned()));
-    assert_eq!(classic.colour, ColourInput::Constant(Colour([1.0, 0.5, 0.0])));
+    assert_eq!(
+        classic.colour,
+        ColourInput::Constant(Colour([1.0, 0.5, 0.0]))
+    );
     assert_eq!(classic.ambient, Some(Colour([5.0; 3])));
 }
 
-/// Protects: an input of the physical model whose text asks nothing of the hit is a number before anything is rendered, so that
-/// an emission by the time still lights others; one that does keeps its text.
+/// Protects: an input of the physical model whose text asks nothing of the hit is a number before
+/// anything is rendered, so that an emission by the time still lights others; one that does keeps
+/// its text.
 #[test]
 fn inputs_that_ask_nothing_of_the_hit_are_numbers() {
-    let classic = r#"{ classic = { colour = [1, "a / 10", 0], diffuse = "1 - u", ambient = "a" } }"#;
-    let physical = r#"{ physical = { metallic = "a / 10", roughness = "u / a", emission = "2 * a" } }"#;
+    let classic =
+        r#"{ classic = { colour = [1, "a / 10", 0], diffuse = "1 - u", ambient = "a" } }"#;
+    let physical =
+        r#"{ physical = { metallic = "a / 10", roughness = "u / a", emission = "2 * a" } }"#;
     let text = BALL.replace(classic, physical);
-    let Model::Physical(physical) = &good(&text).materials[0].model else { panic!("a physical material") };
-    assert_eq!((physical.metallic.constant(), physical.emission.constant()), (Some(0.5), Some(Colour([10.0; 3]))));
-    assert_eq!(physical.roughness, raywright_core::scene::Input::Expression("u / a".to_owned()));
+    let Model::Physical(physical) = &good(&text).materials[0].model else {
+        panic!("a physical material")
+    };
+    assert_eq!(
+        (physical.metallic.constant(), physical.emission.constant()),
+        (Some(0.5), Some(Colour([10.0; 3])))
+    );
+    assert_eq!(
+        physical.roughness,
+        raywright_core::scene::Input::Expression("u / a".to_owned())
+    );
 }
 
 /// Protects: overrides stand in place of the file and reach later parameters.
 #[test]
 fn overrides_stand_in_place_of_the_file_and_reach_later_parameters() {
-    let overrides = Overrides { at: Some(1.0), set: vec![("z".to_owned(), 10.0)] };
-    let scene = parse("x", BALL, Notation::Toml, &overrides).expect("a scene").scene;
-    assert_eq!((scene.t, scene.parameters["z"], scene.parameters["a"]), (1.0, 10.0, 11.0));
+    let overrides = Overrides {
+        at: Some(1.0),
+        set: vec![("z".to_owned(), 10.0)],
+    };
+    let scene = parse("x", BALL, Notation::Toml, &overrides)
+        .expect("a scene")
+        .scene;
+    assert_eq!(
+        (scene.t, scene.parameters["z"], scene.parameters["a"]),
+        (1.0, 10.0, 11.0)
+    );
 }
 
 /// Protects: the time can be given to a scene that says none.
 #[test]
 fn the_time_can_be_given_to_a_scene_that_says_none() {
-    let overrides = Overrides { at: Some(0.5), set: Vec::new() };
-    assert_eq!(parse("x", "format = 1", Notation::Toml, &overrides).expect("a scene").scene.t, 0.5);
+    let overrides = Overrides {
+        at: Some(0.5),
+        set: Vec::new(),
+    };
+    assert_eq!(
+        parse("x", "format = 1", Notation::Toml, &overrides)
+            .expect("a scene")
+            .scene
+            .t,
+        0.5
+    );
 }
 
 /// Protects: a parameter that the scene does not have is a usage error with a suggestion.
 #[test]
 fn a_parameter_that_the_scene_does_not_have_is_a_usage_error_with_a_suggestion() {
-    let overrides = Overrides { at: None, set: vec![("Z".to_owned(), 1.0)] };
-    let error = parse("x", BALL, Notation::Toml, &overrides).err().expect("no such parameter");
+    let overrides = Overrides {
+        at: None,
+        set: vec![("Z".to_owned(), 1.0)],
+    };
+    let error = parse("x", BALL, Notation::Toml, &overrides)
+        .err()
+        .expect("no such parameter");
     assert_eq!(error.kind(), ErrorKind::Usage);
     assert!(error.to_string().contains("did you mean `z`?"), "{error}");
 }
@@ -90,5 +134,10 @@ fn json_says_the_same_as_toml() {
         "materials": [{ "name": "red",
             "model": { "classic": { "colour": [1, "a / 10", 0], "diffuse": "1 - u", "ambient": "a" } } }],
         "objects": [{ "shape": { "sphere": { "centre": [0, "a", 1e0], "radius": 16 } }, "material": "red" }] }"#;
-    assert_eq!(parse("x", json, Notation::Json, &Overrides::default()).expect("a scene").scene, good(BALL));
+    assert_eq!(
+        parse("x", json, Notation::Json, &Overrides::default())
+            .expect("a scene")
+            .scene,
+        good(BALL)
+    );
 }

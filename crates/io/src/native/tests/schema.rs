@@ -1,4 +1,5 @@
-//! The JSON Schema must accept what the loader accepts and refuse what it refuses, as far as a schema can tell.
+//! The JSON Schema must accept what the loader accepts and refuse what it refuses, as far as a
+//! schema can tell.
 
 use raywright_core::scene::SCHEMA;
 use serde_json::{Map, Value, json};
@@ -8,18 +9,42 @@ use crate::native::node::{Node, Value as Tree};
 use crate::native::{Notation, tree};
 use crate::presets;
 
-/// The part of JSON Schema that the scene's schema uses. An unknown keyword that would restrict something fails the test.
+/// The part of JSON Schema that the scene's schema uses. An unknown keyword that would restrict
+/// something fails the test.
 fn accepts(root: &Value, schema: &Value, value: &Value) -> bool {
-    let Value::Object(keywords) = schema else { return schema.as_bool().expect("a schema") };
-    keywords.iter().all(|(keyword, rule)| holds(root, keywords, keyword, rule, value))
+    let Value::Object(keywords) = schema else {
+        return schema.as_bool().expect("a schema");
+    };
+    keywords
+        .iter()
+        .all(|(keyword, rule)| holds(root, keywords, keyword, rule, value))
 }
 
-fn holds(root: &Value, keywords: &Map<String, Value>, keyword: &str, rule: &Value, value: &Value) -> bool {
-    let any = |rule: &Value| rule.as_array().expect("alternatives").iter().filter(|rule| accepts(root, rule, value)).count();
+fn holds(
+    root: &Value,
+    keywords: &Map<String, Value>,
+    keyword: &str,
+    rule: &Value,
+    value: &Value,
+) -> bool {
+    let any = |rule: &Value| {
+        rule.as_array()
+            .expect("alternatives")
+            .iter()
+            .filter(|rule| accepts(root, rule, value))
+            .count()
+    };
     match keyword {
         "$ref" => {
-            let pointer = rule.as_str().and_then(|rule| rule.strip_prefix('#')).expect("a reference within the schema");
-            accepts(root, root.pointer(pointer).expect("the definition exists"), value)
+            let pointer = rule
+                .as_str()
+                .and_then(|rule| rule.strip_prefix('#'))
+                .expect("a reference within the schema");
+            accepts(
+                root,
+                root.pointer(pointer).expect("the definition exists"),
+                value,
+            )
         }
         "type" => match rule {
             Value::Array(kinds) => kinds.iter().any(|kind| is_kind(kind, value)),
@@ -29,20 +54,37 @@ fn holds(root: &Value, keywords: &Map<String, Value>, keyword: &str, rule: &Valu
         "enum" => rule.as_array().expect("values").contains(value),
         "anyOf" => any(rule) > 0,
         "oneOf" => any(rule) == 1,
-        "minimum" => value.as_f64().is_none_or(|number| number >= rule.as_f64().expect("a number")),
-        "maximum" => value.as_f64().is_none_or(|number| number <= rule.as_f64().expect("a number")),
-        "minItems" => value.as_array().is_none_or(|items| items.len() as u64 >= rule.as_u64().expect("a count")),
-        "maxItems" => value.as_array().is_none_or(|items| items.len() as u64 <= rule.as_u64().expect("a count")),
-        "items" => value.as_array().is_none_or(|items| items.iter().all(|item| accepts(root, rule, item))),
+        "minimum" => value
+            .as_f64()
+            .is_none_or(|number| number >= rule.as_f64().expect("a number")),
+        "maximum" => value
+            .as_f64()
+            .is_none_or(|number| number <= rule.as_f64().expect("a number")),
+        "minItems" => value
+            .as_array()
+            .is_none_or(|items| items.len() as u64 >= rule.as_u64().expect("a count")),
+        "maxItems" => value
+            .as_array()
+            .is_none_or(|items| items.len() as u64 <= rule.as_u64().expect("a count")),
+        "items" => value
+            .as_array()
+            .is_none_or(|items| items.iter().all(|item| accepts(root, rule, item))),
         "required" => value.as_object().is_none_or(|members| {
-            rule.as_array().expect("keys").iter().all(|key| members.contains_key(key.as_str().expect("a key")))
+            rule.as_array()
+                .expect("keys")
+                .iter()
+                .all(|key| members.contains_key(key.as_str().expect("a key")))
         }),
         "properties" => value.as_object().is_none_or(|members| {
-            members.iter().all(|(key, member)| rule.get(key).is_none_or(|rule| accepts(root, rule, member)))
+            members
+                .iter()
+                .all(|(key, member)| rule.get(key).is_none_or(|rule| accepts(root, rule, member)))
         }),
         "additionalProperties" => value.as_object().is_none_or(|members| {
             let known = keywords.get("properties");
-            let mut others = members.iter().filter(|(key, _)| known.is_none_or(|known| known.get(key).is_none()));
+            let mut others = members
+                .iter()
+                .filter(|(key, _)| known.is_none_or(|known| known.get(key).is_none()));
             others.all(|(_, member)| accepts(root, rule, member))
         }),
         "$schema" | "$defs" | "title" | "description" | "default" | "format" => true,
@@ -72,13 +114,22 @@ pub(super) fn to_json(node: &Node) -> Value {
         Tree::Float(value) => json!(value),
         Tree::Text(text) => json!(text),
         Tree::Array(items) => items.iter().map(to_json).collect(),
-        Tree::Table(entries) => Value::Object(entries.iter().map(|entry| (entry.key.clone(), to_json(&entry.node))).collect()),
+        Tree::Table(entries) => Value::Object(
+            entries
+                .iter()
+                .map(|entry| (entry.key.clone(), to_json(&entry.node)))
+                .collect(),
+        ),
     }
 }
 
 fn schema_accepts(text: &str) -> bool {
     let schema: Value = serde_json::from_str(SCHEMA).expect("the schema is JSON");
-    accepts(&schema, &schema, &to_json(&tree(text, Notation::Toml).expect("valid TOML")))
+    accepts(
+        &schema,
+        &schema,
+        &to_json(&tree(text, Notation::Toml).expect("valid TOML")),
+    )
 }
 
 /// Protects: the shipped scenes fit the schema.
@@ -93,8 +144,12 @@ fn the_shipped_scenes_fit_the_schema() {
 /// Protects: any number may be an expression but the format.
 #[test]
 fn any_number_may_be_an_expression_but_the_format() {
-    assert!(schema_accepts("format = 1\nt = \"pi\"\n[render]\nsize = [\"2 * 3\", 5]\nsamples = \"4\"\nseed = 0\nveil = \"0.1\""));
-    assert!(schema_accepts("format = 1\n[classic]\nshadow_max_distance = \"2 * 3\"\n[parameters]\na = \"2 * 3\""));
+    assert!(schema_accepts(
+        "format = 1\nt = \"pi\"\n[render]\nsize = [\"2 * 3\", 5]\nsamples = \"4\"\nseed = 0\nveil = \"0.1\""
+    ));
+    assert!(schema_accepts(
+        "format = 1\n[classic]\nshadow_max_distance = \"2 * 3\"\n[parameters]\na = \"2 * 3\""
+    ));
     assert!(!schema_accepts("format = \"1\""));
 }
 

@@ -1,4 +1,5 @@
-//! Pictures written and read back; submodules: files of other programs, hostile ones, and the real reference pictures.
+//! Pictures written and read back; submodules: files of other programs, hostile ones, and the real
+//! reference pictures.
 
 mod reading;
 mod reference;
@@ -26,7 +27,18 @@ fn metadata() -> Metadata {
 /// A picture with values of every kind of trouble: large, tiny, negative, subnormal.
 fn trouble() -> Picture {
     let mut picture = Picture::new(3, 2);
-    let values = [0.0, -0.0, 1e-40, 1e6, 65504.0, 65536.0, f32::MAX, f32::MIN_POSITIVE, -3.5, 1.0 / 3.0];
+    let values = [
+        0.0,
+        -0.0,
+        1e-40,
+        1e6,
+        65504.0,
+        65536.0,
+        f32::MAX,
+        f32::MIN_POSITIVE,
+        -3.5,
+        1.0 / 3.0,
+    ];
     for (i, rgb) in picture.rgb.iter_mut().enumerate() {
         *rgb = [values[i], values[(i + 3) % 10], values[9 - i]];
     }
@@ -37,7 +49,8 @@ fn decode(bytes: &[u8]) -> Result<StoredPicture, Error> {
     decode_picture(Path::new("test"), bytes, &Limits::default())
 }
 
-/// Protects: F08: every finite number, coverage and any layer name survive the OpenEXR file bit for bit, in one part.
+/// Protects: F08: every finite number, coverage and any layer name survive the OpenEXR file bit for
+/// bit, in one part.
 #[test]
 fn f08_exr_keeps_every_finite_number() {
     let mut picture = trouble();
@@ -45,7 +58,10 @@ fn f08_exr_keeps_every_finite_number() {
     let long = "a_name_of_more_than_thirty_one_bytes.Z";
     for name in ["albedo.R", "depth.Z", "object.id", long] {
         let samples = (0..6_u8).map(|i| f32::from(i) * 1.1 - 1.0).collect();
-        picture.layers.push(Layer { name: name.into(), samples });
+        picture.layers.push(Layer {
+            name: name.into(),
+            samples,
+        });
     }
     picture.layers[1].samples[3] = f32::INFINITY;
     picture.layers.sort_by(|a, b| a.name.cmp(&b.name));
@@ -54,12 +70,22 @@ fn f08_exr_keeps_every_finite_number() {
     assert_eq!(read.encoding, Encoding::Linear);
     assert!(read.has_colour);
     assert_eq!(read.picture, picture);
-    assert_eq!(read.picture.rgb[0][0].to_bits(), picture.rgb[0][0].to_bits());
-    let headers = ::exr::prelude::MetaData::read_from_buffered(bytes.as_slice(), true).unwrap().headers;
+    assert_eq!(
+        read.picture.rgb[0][0].to_bits(),
+        picture.rgb[0][0].to_bits()
+    );
+    let headers = ::exr::prelude::MetaData::read_from_buffered(bytes.as_slice(), true)
+        .unwrap()
+        .headers;
     assert_eq!(headers.len(), 1, "parts");
     let space = headers[0].shared_attributes.chromaticities.unwrap();
-    let primaries = [space.red, space.green, space.blue, space.white].map(|place| [place.0, place.1]);
-    assert_eq!(primaries, [[0.64, 0.33], [0.30, 0.60], [0.15, 0.06], [0.3127, 0.3290]], "Rec. 709, D65");
+    let primaries =
+        [space.red, space.green, space.blue, space.white].map(|place| [place.0, place.1]);
+    assert_eq!(
+        primaries,
+        [[0.64, 0.33], [0.30, 0.60], [0.15, 0.06], [0.3127, 0.3290]],
+        "Rec. 709, D65"
+    );
 }
 
 /// Protects: F08: an infinite colour becomes the largest number of its sign, a NaN stays one.
@@ -72,7 +98,8 @@ fn f08_exr_has_no_infinite_colour() {
     assert!(read.picture.rgb[0][2].is_nan());
 }
 
-/// Protects: the same picture gives the same file: no hash table's order, time or random number gets in.
+/// Protects: the same picture gives the same file: no hash table's order, time or random number
+/// gets in.
 #[test]
 fn files_are_reproducible() {
     let picture = trouble();
@@ -85,37 +112,66 @@ fn files_are_reproducible() {
     assert!(png() == png());
 }
 
-/// Protects: both formats say where the picture comes from, in any language, and leave out what is not known.
+/// Protects: both formats say where the picture comes from, in any language, and leave out what is
+/// not known.
 #[test]
 fn metadata_are_kept() {
     let picture = trouble();
-    let png = decode(&png_bytes(&picture, Display::PLAIN, &metadata()).unwrap()).unwrap().texts;
-    let exr = decode(&exr_bytes(&picture, &metadata()).unwrap()).unwrap().texts;
+    let png = decode(&png_bytes(&picture, Display::PLAIN, &metadata()).unwrap())
+        .unwrap()
+        .texts;
+    let exr = decode(&exr_bytes(&picture, &metadata()).unwrap())
+        .unwrap()
+        .texts;
     for (png_name, exr_name, text) in metadata().entries() {
         assert_eq!(png.get(png_name), Some(&text), "{png_name}");
         assert_eq!(exr.get(exr_name), Some(&text), "{exr_name}");
     }
     assert_eq!(png.len(), 6);
-    assert_eq!(png["Raywright command"], "raywright render\u{fffd}", "no NUL gets into a text");
-    let bare = Metadata { seed: Some(0), ..Metadata::default() };
-    assert_eq!(decode(&png_bytes(&picture, Display::PLAIN, &bare).unwrap()).unwrap().texts.len(), 1);
+    assert_eq!(
+        png["Raywright command"], "raywright render\u{fffd}",
+        "no NUL gets into a text"
+    );
+    let bare = Metadata {
+        seed: Some(0),
+        ..Metadata::default()
+    };
+    assert_eq!(
+        decode(&png_bytes(&picture, Display::PLAIN, &bare).unwrap())
+            .unwrap()
+            .texts
+            .len(),
+        1
+    );
 }
 
-/// Protects: a PNG holds exactly the codes of the display, straight coverage included, and declares the curve that made them.
+/// Protects: a PNG holds exactly the codes of the display, straight coverage included, and declares
+/// the curve that made them.
 #[test]
 fn png_holds_the_codes_of_the_display() {
     let mut picture = trouble();
     for alpha in [None, Some(vec![0.0, 0.25, 0.5, 0.75, 1.0, 1.0])] {
         picture.alpha = alpha;
-        for (curve, gamma, srgb) in
-            [(TransferCurve::Srgb, 45455, true), (TransferCurve::Gamma22, 45455, false), (TransferCurve::None, 100_000, false)]
-        {
-            let display = Display { tone_map: ToneMap::Aces, curve, exposure_stops: -0.5, ..Display::PLAIN };
+        for (curve, gamma, srgb) in [
+            (TransferCurve::Srgb, 45455, true),
+            (TransferCurve::Gamma22, 45455, false),
+            (TransferCurve::None, 100_000, false),
+        ] {
+            let display = Display {
+                tone_map: ToneMap::Aces,
+                curve,
+                exposure_stops: -0.5,
+                ..Display::PLAIN
+            };
             let bytes = png_bytes(&picture, display, &metadata()).unwrap();
             let decoder = ::png::Decoder::new(std::io::Cursor::new(&bytes));
             let reader = decoder.read_info().unwrap();
             assert_eq!(reader.info().srgb.is_some(), srgb, "{curve:?}");
-            assert_eq!(reader.info().gama_chunk.map(|g| g.into_scaled()), Some(gamma), "{curve:?}");
+            assert_eq!(
+                reader.info().gama_chunk.map(|g| g.into_scaled()),
+                Some(gamma),
+                "{curve:?}"
+            );
             let read = decode(&bytes).unwrap();
             assert_eq!(read.encoding, Encoding::Display);
             let mut values: Vec<f32> = Vec::new();
@@ -129,36 +185,69 @@ fn png_holds_the_codes_of_the_display() {
     }
 }
 
-/// Protects: a WebP holds exactly the codes of the display, straight coverage included, and a JPEG of the best quality nearly; both say where they
-/// come from, as numbers of 8 bits where more are asked for.
+/// Protects: a WebP holds exactly the codes of the display, straight coverage included, and a JPEG
+/// of the best quality nearly; both say where they come from, as numbers of 8 bits where more are
+/// asked for.
 #[test]
 fn pages_show_the_codes_of_the_display() {
     let codes = |read: &StoredPicture| -> Vec<u8> {
         let alpha = |i: usize| read.picture.alpha.as_ref().map(|alpha| alpha[i]);
-        let values = read.picture.rgb.iter().enumerate().flat_map(|(i, rgb)| rgb.iter().copied().chain(alpha(i)));
+        let values = read
+            .picture
+            .rgb
+            .iter()
+            .enumerate()
+            .flat_map(|(i, rgb)| rgb.iter().copied().chain(alpha(i)));
         values.map(|value| (value * 255.0).round() as u8).collect()
     };
-    let told = decode(&png_bytes(&trouble(), Display::PLAIN, &metadata()).unwrap()).unwrap().metadata();
-    let display = Display { tone_map: ToneMap::Aces, exposure_stops: -0.5, output: Output::Sixteen, ..Display::PLAIN };
-    let eight = Display { output: Output::Eight, ..display };
+    let told = decode(&png_bytes(&trouble(), Display::PLAIN, &metadata()).unwrap())
+        .unwrap()
+        .metadata();
+    let display = Display {
+        tone_map: ToneMap::Aces,
+        exposure_stops: -0.5,
+        output: Output::Sixteen,
+        ..Display::PLAIN
+    };
+    let eight = Display {
+        output: Output::Eight,
+        ..display
+    };
     for alpha in [None, Some(vec![0.0, 0.25, 0.5, 0.75, 1.0, 1.0])] {
         let picture = Picture { alpha, ..trouble() };
         let read = decode(&webp_bytes(&picture, display, &metadata()).unwrap()).unwrap();
-        assert_eq!((read.notation, codes(&read)), ("WebP", eight.to_codes(&picture)));
+        assert_eq!(
+            (read.notation, codes(&read)),
+            ("WebP", eight.to_codes(&picture))
+        );
         assert_eq!(read.metadata(), told);
     }
     let ramp = |x: u32| [x as f32 / 64.0, 0.25, 1.0 - x as f32 / 64.0];
-    let picture = Picture { rgb: (0..64 * 64).map(|i| ramp(i % 64)).collect(), ..Picture::new(64, 64) };
+    let picture = Picture {
+        rgb: (0..64 * 64).map(|i| ramp(i % 64)).collect(),
+        ..Picture::new(64, 64)
+    };
     let jpeg = |quality: u8| jpeg_bytes(&picture, quality, Display::PLAIN, &metadata()).unwrap();
     let read = decode(&jpeg(100)).unwrap();
-    let farthest = codes(&read).iter().zip(Display::PLAIN.to_codes(&picture)).map(|(&a, b)| a.abs_diff(b)).max();
-    assert!(farthest <= Some(4) && read.notation == "JPEG" && read.metadata() == told, "{farthest:?} codes");
+    let farthest = codes(&read)
+        .iter()
+        .zip(Display::PLAIN.to_codes(&picture))
+        .map(|(&a, b)| a.abs_diff(b))
+        .max();
+    assert!(
+        farthest <= Some(4) && read.notation == "JPEG" && read.metadata() == told,
+        "{farthest:?} codes"
+    );
     assert!(jpeg(30).len() < jpeg(100).len());
-    let clear = Picture { alpha: Some(vec![1.0; 64 * 64]), ..picture.clone() };
+    let clear = Picture {
+        alpha: Some(vec![1.0; 64 * 64]),
+        ..picture.clone()
+    };
     assert!(jpeg_bytes(&clear, 90, Display::PLAIN, &metadata()).is_err());
 }
 
-/// Protects: writing through the file system: format by name, the final name only, and a folder that is not there said beforehand.
+/// Protects: writing through the file system: format by name, the final name only, and a folder
+/// that is not there said beforehand.
 #[test]
 fn pictures_are_written_by_name() {
     let folder = tempfile::tempdir().unwrap();
@@ -166,11 +255,21 @@ fn pictures_are_written_by_name() {
         let path = folder.path().join(name);
         Place::check(&path).unwrap();
         write_picture(&path, &trouble(), Display::PLAIN, &metadata()).unwrap();
-        assert_eq!(read_picture(&path, &Limits::default()).unwrap().picture.width, 3);
+        assert_eq!(
+            read_picture(&path, &Limits::default())
+                .unwrap()
+                .picture
+                .width,
+            3
+        );
     }
     assert_eq!(std::fs::read_dir(folder.path()).unwrap().count(), 4);
     for name in ["a.tif", "a"] {
-        assert_eq!(Format::of(Path::new(name)).unwrap_err().kind(), ErrorKind::Usage, "{name}");
+        assert_eq!(
+            Format::of(Path::new(name)).unwrap_err().kind(),
+            ErrorKind::Usage,
+            "{name}"
+        );
     }
     let kind = |path: PathBuf| Place::check(&path).unwrap_err().kind();
     assert_eq!(kind(folder.path().join("missing/a.png")), ErrorKind::File);
@@ -180,29 +279,47 @@ fn pictures_are_written_by_name() {
     assert!(Place::check(Path::new("no_folder_in_the_name.png")).is_ok());
 }
 
-/// Protects: a picture under a name that nobody chose goes over one of ours, and beside anything else; what lies in its way,
-/// or is said not to be free, is left alone.
+/// Protects: a picture under a name that nobody chose goes over one of ours, and beside anything
+/// else; what lies in its way, or is said not to be free, is left alone.
 #[test]
 fn unnamed_pictures_make_way() {
     let folder = tempfile::tempdir().unwrap();
     let at = |name: &str| folder.path().join(name);
     let put = |name: &str, width| {
         let picture = Picture::new(width, 1);
-        write_unnamed_picture(&at(name), &picture, Display::PLAIN, &metadata(), |path| path != at("b-2.png")).unwrap()
+        write_unnamed_picture(&at(name), &picture, Display::PLAIN, &metadata(), |path| {
+            path != at("b-2.png")
+        })
+        .unwrap()
     };
-    let width = |name: &str| read_picture(&at(name), &Limits::default()).unwrap().picture.width;
+    let width = |name: &str| {
+        read_picture(&at(name), &Limits::default())
+            .unwrap()
+            .picture
+            .width
+    };
     assert_eq!(put("a.png", 1), at("a.png"));
     assert_eq!(put("a.png", 2), at("a.png"));
     assert_eq!(width("a.png"), 2);
     std::fs::write(at("b.png"), "mine").unwrap();
     assert_eq!(put("b.png", 3), at("b-3.png"));
-    assert_eq!((std::fs::read(at("b.png")).unwrap(), at("b-2.png").exists(), width("b-3.png")), (b"mine".to_vec(), false, 3));
+    assert_eq!(
+        (
+            std::fs::read(at("b.png")).unwrap(),
+            at("b-2.png").exists(),
+            width("b-3.png")
+        ),
+        (b"mine".to_vec(), false, 3)
+    );
 }
 
 /// Protects: an interrupted render goes beside the final name, with the format's ending kept.
 #[test]
 fn partial_names_keep_folder_and_ending() {
-    assert_eq!(partial_name(Path::new("out/a.b.png")), Path::new("out/a.b.partial.png"));
+    assert_eq!(
+        partial_name(Path::new("out/a.b.png")),
+        Path::new("out/a.b.partial.png")
+    );
     assert_eq!(partial_name(Path::new("a")), Path::new("a.partial"));
     // The longest names keep within what a file system takes, and whole characters.
     let long = partial_name(Path::new(&("é".repeat(125) + ".png")));
@@ -212,11 +329,23 @@ fn partial_names_keep_folder_and_ending() {
 /// Protects: pictures that cannot be a file are refused, not written wrongly.
 #[test]
 fn impossible_pictures_are_refused() {
-    for picture in [Picture::new(0, 4), Picture { rgb: Vec::new(), ..Picture::new(2, 2) }] {
+    for picture in [
+        Picture::new(0, 4),
+        Picture {
+            rgb: Vec::new(),
+            ..Picture::new(2, 2)
+        },
+    ] {
         assert!(png_bytes(&picture, Display::PLAIN, &Metadata::default()).is_err());
         assert!(exr_bytes(&picture, &Metadata::default()).is_err());
     }
     let mut twice = Picture::new(1, 1);
-    twice.layers = vec![Layer { name: "x".into(), samples: vec![0.0] }; 2];
+    twice.layers = vec![
+        Layer {
+            name: "x".into(),
+            samples: vec![0.0]
+        };
+        2
+    ];
     assert!(exr_bytes(&twice, &Metadata::default()).is_err());
 }

@@ -2,9 +2,12 @@
 
 use super::*;
 
-/// A folder of the shared reference pictures; none, and a line that says so, where they are not at hand.
+/// A folder of the shared reference pictures; none, and a line that says so, where they are not at
+/// hand.
 fn reference(name: &str) -> Option<PathBuf> {
-    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../../shared/reference").join(name);
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR"))
+        .join("../../../shared/reference")
+        .join(name);
     if folder.is_dir() {
         return Some(folder);
     }
@@ -15,27 +18,58 @@ fn reference(name: &str) -> Option<PathBuf> {
     None
 }
 
-/// Protects: the documented shader's own display picture comes out of its linear one, code for code; what is left are values on the border
-/// of two codes, which its single-precision power moved.
+/// Protects: the documented shader's own display picture comes out of its linear one, code for
+/// code; what is left are values on the border of two codes, which its single-precision power
+/// moved.
 #[test]
 fn reference_display_pictures_are_reproduced() {
-    let Some(folder) = reference("whitted") else { return };
-    let display = Display { tone_map: ToneMap::Aces, curve: TransferCurve::Gamma22, exposure_stops: 0.0, ..Display::PLAIN };
+    let Some(folder) = reference("whitted") else {
+        return;
+    };
+    let display = Display {
+        tone_map: ToneMap::Aces,
+        curve: TransferCurve::Gamma22,
+        exposure_stops: 0.0,
+        ..Display::PLAIN
+    };
     for (linear, shown) in [
         ("t0_640x360/linear.exr", "t0_640x360/final.png"),
         ("t2p5_640x360/linear.exr", "t2p5_640x360/final.png"),
         ("t12_256x256/linear.exr", "t12_256x256/final.png"),
-        ("bounces_t2p5_320x180/linear_b4.exr", "bounces_t2p5_320x180/final_b4.png"),
+        (
+            "bounces_t2p5_320x180/linear_b4.exr",
+            "bounces_t2p5_320x180/final_b4.png",
+        ),
     ] {
-        let linear = read_picture(&folder.join(linear), &Limits::default()).unwrap().picture;
-        let expected = Display { curve: TransferCurve::None, ..Display::PLAIN }
-            .to_codes(&read_picture(&folder.join(shown), &Limits::default()).unwrap().picture);
+        let linear = read_picture(&folder.join(linear), &Limits::default())
+            .unwrap()
+            .picture;
+        let expected = Display {
+            curve: TransferCurve::None,
+            ..Display::PLAIN
+        }
+        .to_codes(
+            &read_picture(&folder.join(shown), &Limits::default())
+                .unwrap()
+                .picture,
+        );
         let codes = display.to_codes(&linear);
-        let different: Vec<usize> = (0..codes.len()).filter(|&i| codes[i] != expected[i]).collect();
-        assert!(different.len() * 10_000 <= codes.len(), "{shown}: {} of {}", different.len(), codes.len());
+        let different: Vec<usize> = (0..codes.len())
+            .filter(|&i| codes[i] != expected[i])
+            .collect();
+        assert!(
+            different.len() * 10_000 <= codes.len(),
+            "{shown}: {} of {}",
+            different.len(),
+            codes.len()
+        );
         for i in different {
             let step = 255.0 * exact_display_value(linear.rgb[i / 3][i % 3]);
-            assert!((step.fract() - 0.5).abs() < 2e-4, "{shown}: code {} of {step} is no rounding matter", codes[i]);
+            assert!(
+                (step.fract() - 0.5).abs() < 2e-4,
+                "{shown}: code {} of {step} is no rounding matter",
+                codes[i]
+            );
         }
     }
 }
@@ -43,7 +77,9 @@ fn reference_display_pictures_are_reproduced() {
 /// The reference's display transform, with the platform's own power.
 fn exact_display_value(x: f32) -> f64 {
     let x = f64::from(x);
-    (x * (2.51 * x + 0.03) / (x * (2.43 * x + 0.59) + 0.14)).clamp(0.0, 1.0).powf(1.0 / 2.2)
+    (x * (2.51 * x + 0.03) / (x * (2.43 * x + 0.59) + 0.14))
+        .clamp(0.0, 1.0)
+        .powf(1.0 / 2.2)
 }
 
 /// Protects: every reference picture can be read, its colour or its named channels included.
@@ -58,19 +94,37 @@ fn every_reference_picture_is_read() {
                 folders.push(path);
                 continue;
             }
-            let Ok(format) = Format::of(&path) else { continue };
-            let read = read_picture(&path, &Limits::default()).unwrap_or_else(|error| panic!("{error}"));
+            let Ok(format) = Format::of(&path) else {
+                continue;
+            };
+            let read =
+                read_picture(&path, &Limits::default()).unwrap_or_else(|error| panic!("{error}"));
             let aov = path.file_stem().is_some_and(|stem| stem == "aov");
             assert_eq!(read.has_colour, !aov, "{}", path.display());
             assert_eq!(aov, !read.picture.layers.is_empty(), "{}", path.display());
-            if format == Format::Exr { exr += 1 } else { png += 1 }
+            if format == Format::Exr {
+                exr += 1
+            } else {
+                png += 1
+            }
         }
     }
     assert!(exr >= 40 && png >= 20, "{exr} {png}");
-    let aov = read_picture(&reference("whitted/t0_640x360").unwrap().join("aov.exr"), &Limits::default()).unwrap().picture;
+    let aov = read_picture(
+        &reference("whitted/t0_640x360").unwrap().join("aov.exr"),
+        &Limits::default(),
+    )
+    .unwrap()
+    .picture;
     let names: Vec<&str> = aov.layers.iter().map(|layer| layer.name.as_str()).collect();
-    assert_eq!(names, ["material", "normal.X", "normal.Y", "normal.Z", "object", "t"]);
-    // The camera looks at the middle of the scene from 6.5 away and 2.8 above; the sky is at the top.
+    assert_eq!(
+        names,
+        [
+            "material", "normal.X", "normal.Y", "normal.Z", "object", "t"
+        ]
+    );
+    // The camera looks at the middle of the scene from 6.5 away and 2.8 above; the sky is at the
+    // top.
     let distance = aov.layer("t").unwrap();
     assert_eq!(distance.samples[0], -1.0);
     assert!((1.0..8.0).contains(&distance.samples[180 * 640 + 320]));

@@ -3,10 +3,16 @@
 use super::*;
 
 fn point(x: f64, y: f64) -> Point {
-    Point { x, y, spread: [y, y], ..Point::default() }
+    Point {
+        x,
+        y,
+        spread: [y, y],
+        ..Point::default()
+    }
 }
 
-/// Protects: a decade is as wide as any other, on the whole width of the area, upwards as values grow.
+/// Protects: a decade is as wide as any other, on the whole width of the area, upwards as values
+/// grow.
 #[test]
 fn scales_are_logarithmic() {
     let scale = Scale::new([2.0, 500.0].into_iter(), 0.0, 300.0);
@@ -22,50 +28,143 @@ fn scales_are_logarithmic() {
 /// Protects: names and file names can hold anything without breaking the file.
 #[test]
 fn words_are_escaped() {
-    let plot = Plot { title: "a<b & \"c\"".to_owned(), ..Plot::default() };
+    let plot = Plot {
+        title: "a<b & \"c\"".to_owned(),
+        ..Plot::default()
+    };
     let svg = plot.svg();
-    assert!(svg.contains("a&lt;b &amp; &quot;c&quot;") && !svg.contains("a<b"), "{svg}");
-    let svg = Plot { title: "a\u{1b}[2J\0\u{202e}b\u{2028}".to_owned(), ..Plot::default() }.svg();
-    assert!(svg.contains("a\u{fffd}[2J\u{fffd}\u{fffd}b\u{fffd}"), "{svg}");
+    assert!(
+        svg.contains("a&lt;b &amp; &quot;c&quot;") && !svg.contains("a<b"),
+        "{svg}"
+    );
+    let svg = Plot {
+        title: "a\u{1b}[2J\0\u{202e}b\u{2028}".to_owned(),
+        ..Plot::default()
+    }
+    .svg();
+    assert!(
+        svg.contains("a\u{fffd}[2J\u{fffd}\u{fffd}b\u{fffd}"),
+        "{svg}"
+    );
 }
 
-/// Protects: the whole spread of a point lies on the area, where its ends are a decade's line from the point.
+/// Protects: the whole spread of a point lies on the area, where its ends are a decade's line from
+/// the point.
 #[test]
 fn spreads_lie_on_the_area() {
-    let points = vec![Point { x: 1.0, y: 10.0, spread: [1.0, 1000.0], ..Point::default() }, point(10.0, 10.0)];
-    let svg = Plot { lines: vec![Line { points, ..Line::default() }], ..Plot::default() }.svg();
+    let points = vec![
+        Point {
+            x: 1.0,
+            y: 10.0,
+            spread: [1.0, 1000.0],
+            ..Point::default()
+        },
+        point(10.0, 10.0),
+    ];
+    let svg = Plot {
+        lines: vec![Line {
+            points,
+            ..Line::default()
+        }],
+        ..Plot::default()
+    }
+    .svg();
     let [left, top, _, bottom] = AREA;
-    assert!(svg.contains(&format!("d=\"M{left:.1} {bottom:.1}V{top:.1}\"")), "{svg}");
+    assert!(
+        svg.contains(&format!("d=\"M{left:.1} {bottom:.1}V{top:.1}\"")),
+        "{svg}"
+    );
 }
 
-/// Protects: every line is drawn, marked and named once, an empty one not at all, and no coordinate is NaN.
+/// Protects: every line is drawn, marked and named once, an empty one not at all, and no coordinate
+/// is NaN.
 #[test]
 fn lines_are_drawn_and_named() {
-    let line = |name: &str, points| Line { name: name.to_owned(), points, ..Line::default() };
-    let lines = vec![line("one", vec![point(1.0, 3.0), point(100.0, 7.0)]), line("none", vec![])];
-    let svg = Plot { lines, marks: vec![Mark { x: 10.0, label: "here".to_owned() }], ..Plot::default() }.svg();
-    assert_eq!((svg.matches(">one<").count(), svg.matches(">none<").count(), svg.matches(">here<").count()), (1, 0, 1));
+    let line = |name: &str, points| Line {
+        name: name.to_owned(),
+        points,
+        ..Line::default()
+    };
+    let lines = vec![
+        line("one", vec![point(1.0, 3.0), point(100.0, 7.0)]),
+        line("none", vec![]),
+    ];
+    let svg = Plot {
+        lines,
+        marks: vec![Mark {
+            x: 10.0,
+            label: "here".to_owned(),
+        }],
+        ..Plot::default()
+    }
+    .svg();
+    assert_eq!(
+        (
+            svg.matches(">one<").count(),
+            svg.matches(">none<").count(),
+            svg.matches(">here<").count()
+        ),
+        (1, 0, 1)
+    );
     // Two points and the legend's.
     assert_eq!(svg.matches("<circle").count(), 3);
     assert!(!svg.contains("NaN") && !svg.contains("inf"), "{svg}");
 }
 
-/// Protects: an upper bound is an arrow that points down from it, with words in the legend; a name stands beside its point, where a pointer and
-/// a keyboard find what it stands for; what names stand for makes the plot higher, and a headline that is the page's makes it less high.
+/// Protects: an upper bound is an arrow that points down from it, with words in the legend; a name
+/// stands beside its point, where a pointer and a keyboard find what it stands for; what names
+/// stand for makes the plot higher, and a headline that is the page's makes it less high.
 #[test]
 fn bounds_and_names_are_drawn() {
-    let bound = Point { is_bound: true, ..point(1.0, 10.0) };
-    let named = Point { name: "n1".to_owned(), label: Some("--spp 64".to_owned()), ..point(10.0, 30.0) };
-    let lines = vec![Line { points: vec![bound, named], ..Line::default() }];
-    let svg = Plot { title: "t".to_owned(), lines: lines.clone(), key: vec!["n1  <--spp>".to_owned()], ..Plot::default() }.svg();
-    assert!(svg.matches("v18m-4").count() == 2 && svg.contains(">at most: lost in noise<"), "{svg}");
+    let bound = Point {
+        is_bound: true,
+        ..point(1.0, 10.0)
+    };
+    let named = Point {
+        name: "n1".to_owned(),
+        label: Some("--spp 64".to_owned()),
+        ..point(10.0, 30.0)
+    };
+    let lines = vec![Line {
+        points: vec![bound, named],
+        ..Line::default()
+    }];
+    let svg = Plot {
+        title: "t".to_owned(),
+        lines: lines.clone(),
+        key: vec!["n1  <--spp>".to_owned()],
+        ..Plot::default()
+    }
+    .svg();
     assert!(
-        svg.contains(">n1</text>") && svg.contains("<title>--spp 64</title>") && svg.contains(">n1  &lt;--spp&gt;<"),
+        svg.matches("v18m-4").count() == 2 && svg.contains(">at most: lost in noise<"),
         "{svg}"
     );
-    assert!(svg.contains("<g tabindex=\"0\" role=\"img\" aria-label=\"--spp 64\">"), "{svg}");
-    assert!(svg.contains(&format!("height=\"{}\"", HEIGHT + KEY_START + KEY_LINE)), "{svg}");
-    let plain = Plot { lines: vec![Line { points: vec![point(1.0, 3.0)], ..Line::default() }], ..Plot::default() }.svg();
-    assert!(!plain.contains("at most") && plain.contains(&format!("height=\"{}\"", HEIGHT - BARE_TOP)), "{plain}");
+    assert!(
+        svg.contains(">n1</text>")
+            && svg.contains("<title>--spp 64</title>")
+            && svg.contains(">n1  &lt;--spp&gt;<"),
+        "{svg}"
+    );
+    assert!(
+        svg.contains("<g tabindex=\"0\" role=\"img\" aria-label=\"--spp 64\">"),
+        "{svg}"
+    );
+    assert!(
+        svg.contains(&format!("height=\"{}\"", HEIGHT + KEY_START + KEY_LINE)),
+        "{svg}"
+    );
+    let plain = Plot {
+        lines: vec![Line {
+            points: vec![point(1.0, 3.0)],
+            ..Line::default()
+        }],
+        ..Plot::default()
+    }
+    .svg();
+    assert!(
+        !plain.contains("at most") && plain.contains(&format!("height=\"{}\"", HEIGHT - BARE_TOP)),
+        "{plain}"
+    );
     assert!(!plain.contains("class=\"title\""), "{plain}");
 }

@@ -1,6 +1,9 @@
-//! Figures in their cells: a report made by hand, and what its tables and its CSV say of each number.
+//! Figures in their cells: a report made by hand, and what its tables and its CSV say of each
+//! number.
 
-use raywright_core::accuracy::{Answer, Base, EffectCost, EffectCosts, Errors, Reference, RungCost, Tiles};
+use raywright_core::accuracy::{
+    Answer, Base, EffectCost, EffectCosts, Errors, Reference, RungCost, Tiles,
+};
 use raywright_core::bench::Spread;
 
 use super::super::csv::csv;
@@ -8,7 +11,13 @@ use super::*;
 
 /// Times about a median, so that half the distance of the quartiles is a tenth of it.
 fn spread(median: f64) -> Spread {
-    Spread { median, lower_quartile: 0.9 * median, upper_quartile: 1.1 * median, min: 0.7 * median, max: 1.6 * median }
+    Spread {
+        median,
+        lower_quartile: 0.9 * median,
+        upper_quartile: 1.1 * median,
+        min: 0.7 * median,
+        max: 1.6 * median,
+    }
 }
 
 fn interval(value: f64, low: f64, high: f64) -> Interval {
@@ -17,18 +26,43 @@ fn interval(value: f64, low: f64, high: f64) -> Interval {
 
 /// Every figure of it is another one.
 fn measured(relmse: Interval, rmse: Interval) -> Measured {
-    let errors = Errors { rmse, relmse, bias: Some(interval(1.21e-4, 1.0e-4, 1.44e-4)), light: interval(0.919, 0.918, 0.92) };
+    let errors = Errors {
+        rmse,
+        relmse,
+        bias: Some(interval(1.21e-4, 1.0e-4, 1.44e-4)),
+        light: interval(0.919, 0.918, 0.92),
+    };
     let (seconds, ratio) = (interval(25.0, 22.5, 27.5), interval(1.75, 1.7499, 1.7501));
-    Measured { tiles: 9, renders: 4, seconds, ratio, rays: 12_345, errors, flip: interval(0.051, 0.0508, 0.0512) }
+    Measured {
+        tiles: 9,
+        renders: 4,
+        seconds,
+        ratio,
+        rays: 12_345,
+        errors,
+        flip: interval(0.051, 0.0508, 0.0512),
+    }
 }
 
 fn seen() -> Measured {
     measured(interval(0.09, 0.04, 0.16), interval(0.35, 0.3, 0.4))
 }
 
-fn rung_report(name: &str, in_use: bool, measured: Option<Measured>, own_error: Option<f64>) -> RungReport {
+fn rung_report(
+    name: &str,
+    in_use: bool,
+    measured: Option<Measured>,
+    own_error: Option<f64>,
+) -> RungReport {
     let own_error = own_error.map(Interval::exact);
-    RungReport { rung: name.to_owned(), about: "what it is", in_use, flag: Some(format!("--rung a={name}")), measured, own_error }
+    RungReport {
+        rung: name.to_owned(),
+        about: "what it is",
+        in_use,
+        flag: Some(format!("--rung a={name}")),
+        measured,
+        own_error,
+    }
 }
 
 pub fn report() -> Report {
@@ -38,9 +72,23 @@ pub fn report() -> Report {
         rung_report("plain", true, Some(lost), None),
         rung_report("exact", false, None, None),
     ];
-    let paid = RungCost { preparing: spread(0.5), seconds: spread(2.0), ratio: spread(1.25), geometry: 3 << 20, same_bits: true };
-    let price = |name: &str, paid: Option<RungCost>| Price { rung: name.to_owned(), about: "", in_use: name == "tree", paid };
-    let torn = RungCost { same_bits: false, ..paid.clone() };
+    let paid = RungCost {
+        preparing: spread(0.5),
+        seconds: spread(2.0),
+        ratio: spread(1.25),
+        geometry: 3 << 20,
+        same_bits: true,
+    };
+    let price = |name: &str, paid: Option<RungCost>| Price {
+        rung: name.to_owned(),
+        about: "",
+        in_use: name == "tree",
+        paid,
+    };
+    let torn = RungCost {
+        same_bits: false,
+        ..paid.clone()
+    };
     let output = |rung, bytes_per_pixel, seconds| OutputReport {
         rung,
         about: "",
@@ -52,24 +100,58 @@ pub fn report() -> Report {
         flip: 0.0056,
         clipped: 0.125,
     };
-    let cost =
-        EffectCost { effect: "shadows", seconds_without: spread(0.5), ratio: spread(1.5), rays: 2.25, rmse: 0.0125, flip: 0.25 };
-    let costs = EffectCosts { size: [64, 36], seconds: spread(0.75), effects: vec![cost], late: vec!["sky"] };
+    let cost = EffectCost {
+        effect: "shadows",
+        seconds_without: spread(0.5),
+        ratio: spread(1.5),
+        rays: 2.25,
+        rmse: 0.0125,
+        flip: 0.25,
+    };
+    let costs = EffectCosts {
+        size: [64, 36],
+        seconds: spread(0.75),
+        effects: vec![cost],
+        late: vec!["sky"],
+    };
     Report {
         size: [640, 360],
-        tiles: Tiles { edge: 32, measured: 9, all: 240, shown: [0, 0] },
-        reference: Reference { samples: 64, rungs: vec![], tiles: 9, standard_error: 0.001, seconds: 3.0, kept: false },
+        tiles: Tiles {
+            edge: 32,
+            measured: 9,
+            all: 240,
+            shown: [0, 0],
+        },
+        reference: Reference {
+            samples: 64,
+            rungs: vec![],
+            tiles: 9,
+            standard_error: 0.001,
+            seconds: 3.0,
+            kept: false,
+        },
         answer: Answer::default(),
         own: seen(),
         base: None,
-        ladders: vec![LadderReport { ladder: "a", in_use: "plain".to_owned(), rungs }],
+        ladders: vec![LadderReport {
+            ladder: "a",
+            in_use: "plain".to_owned(),
+            rungs,
+        }],
         combinations: vec![],
         prices: vec![PriceReport {
             ladder: "accelerator",
             in_use: "tree".to_owned(),
-            rungs: vec![price("tree", Some(paid)), price("scan", Some(torn)), price("boxes", None)],
+            rungs: vec![
+                price("tree", Some(paid)),
+                price("scan", Some(torn)),
+                price("boxes", None),
+            ],
         }],
-        outputs: vec![output("8", 3, Some(spread(0.004))), output("float", 12, None)],
+        outputs: vec![
+            output("8", 3, Some(spread(0.004))),
+            output("float", 12, None),
+        ],
         not_called_for: vec![],
         costs: Some(costs),
         frontier: vec![],
@@ -82,93 +164,169 @@ pub fn report() -> Report {
 /// The words of the line that begins with these.
 #[track_caller]
 fn words(text: &str, start: &str) -> String {
-    let line = text.lines().find(|line| line.trim_start().starts_with(start)).unwrap_or_else(|| panic!("{start} in {text}"));
+    let line = text
+        .lines()
+        .find(|line| line.trim_start().starts_with(start))
+        .unwrap_or_else(|| panic!("{start} in {text}"));
     line.split_whitespace().collect::<Vec<_>>().join(" ")
 }
 
-/// Protects: the root is taken of a mean square and of the upper end of what it may be alike; what is lost in noise is shown by its
-/// upper end.
+/// Protects: the root is taken of a mean square and of the upper end of what it may be alike; what
+/// is lost in noise is shown by its upper end.
 #[test]
 fn intervals_are_shown_by_root_and_end() {
     assert_eq!(root(&interval(0.09, 0.04, 0.16)), "0.3 (0.2 to 0.4)");
     assert_eq!(
-        (root(&interval(0.09, 0.08, 0.1)), root(&interval(0.09, 0.0899, 0.0901))),
+        (
+            root(&interval(0.09, 0.08, 0.1)),
+            root(&interval(0.09, 0.0899, 0.0901))
+        ),
         ("0.3 ±6 %".to_owned(), "0.3".to_owned())
     );
     assert_eq!(root(&interval(0.01, 0.0, 0.04)), "<0.2");
 }
 
-/// Protects: each figure of a rung in its column: time, the ratio, the roots of relMSE and bias, light, FLIP, and what it gets wrong alone, each with
-/// what it may be off by: nothing within the last digit, a share, or ends that are far away; and settings of several rungs below.
+/// Protects: each figure of a rung in its column: time, the ratio, the roots of relMSE and bias,
+/// light, FLIP, and what it gets wrong alone, each with what it may be off by: nothing within the
+/// last digit, a share, or ends that are far away; and settings of several rungs below.
 #[test]
 fn figures_of_rungs() {
     let mut report = report();
     let text = rungs(&report);
-    assert_eq!(words(&text, "time"), "time x in use error bias light FLIP alone");
-    assert_eq!(words(&text, "as it is"), "as it is 25.0 s ±10 % 1.75 0.3 (0.2 to 0.4) 0.011 ±9 % -8.1 % 0.051");
-    assert_eq!(words(&text, "quick"), "quick 25.0 s ±10 % 1.75 0.3 (0.2 to 0.4) 0.011 ±9 % -8.1 % 0.051 0.067");
-    assert_eq!(words(&text, "plain *"), "plain * 25.0 s ±10 % 1.75 <0.2 0.011 ±9 % -8.1 % 0.051");
+    assert_eq!(
+        words(&text, "time"),
+        "time x in use error bias light FLIP alone"
+    );
+    assert_eq!(
+        words(&text, "as it is"),
+        "as it is 25.0 s ±10 % 1.75 0.3 (0.2 to 0.4) 0.011 ±9 % -8.1 % 0.051"
+    );
+    assert_eq!(
+        words(&text, "quick"),
+        "quick 25.0 s ±10 % 1.75 0.3 (0.2 to 0.4) 0.011 ±9 % -8.1 % 0.051 0.067"
+    );
+    assert_eq!(
+        words(&text, "plain *"),
+        "plain * 25.0 s ±10 % 1.75 <0.2 0.011 ±9 % -8.1 % 0.051"
+    );
     assert_eq!(words(&text, "no time for"), "no time for: a=exact");
-    assert_eq!(late("b", [("x", true), ("y", true)].into_iter()).as_deref(), Some("b"));
-    assert_eq!(late("b", [("x", true), ("y", false), ("z", true)].into_iter()).as_deref(), Some("b=x, b=z"));
+    assert_eq!(
+        late("b", [("x", true), ("y", true)].into_iter()).as_deref(),
+        Some("b")
+    );
+    assert_eq!(
+        late("b", [("x", true), ("y", false), ("z", true)].into_iter()).as_deref(),
+        Some("b=x, b=z")
+    );
     assert_eq!(late("b", [("x", false)].into_iter()), None);
-    assert!(!text.contains("slower and worse") && !text.contains("below:"), "{text}");
-    report.base = Some(Base { samples: 16, measured: seen() });
-    let quick = report.ladders[0].rungs[0].measured.as_mut().expect("figures");
+    assert!(
+        !text.contains("slower and worse") && !text.contains("below:"),
+        "{text}"
+    );
+    report.base = Some(Base {
+        samples: 16,
+        measured: seen(),
+    });
+    let quick = report.ladders[0].rungs[0]
+        .measured
+        .as_mut()
+        .expect("figures");
     (quick.ratio, quick.errors.relmse.value) = (Interval::exact(1.9), 0.1);
     let text = rungs(&report);
-    assert_eq!(words(&text, "below: 16 samples"), "below: 16 samples 25.0 s ±10 % 1.75 0.3 (0.2 to 0.4) 0.011 ±9 % -8.1 % 0.051");
-    assert_eq!(words(&text, "slower and worse"), "slower and worse than what is in use: a=quick");
+    assert_eq!(
+        words(&text, "below: 16 samples"),
+        "below: 16 samples 25.0 s ±10 % 1.75 0.3 (0.2 to 0.4) 0.011 ±9 % -8.1 % 0.051"
+    );
+    assert_eq!(
+        words(&text, "slower and worse"),
+        "slower and worse than what is in use: a=quick"
+    );
     assert!(!text.contains("  quick"), "{text}");
-    report.combinations =
-        vec![Candidate { flags: vec!["--rung samples=4".to_owned(), "--rung clamp=1".to_owned()], measured: seen() }];
+    report.combinations = vec![Candidate {
+        flags: vec!["--rung samples=4".to_owned(), "--rung clamp=1".to_owned()],
+        measured: seen(),
+    }];
     let text = rungs(&report);
-    let last = text.lines().last().map(|line| line.split_whitespace().collect::<Vec<_>>().join(" "));
+    let last = text
+        .lines()
+        .last()
+        .map(|line| line.split_whitespace().collect::<Vec<_>>().join(" "));
     let figures = "25.0 s ±10 % 1.75 0.3 (0.2 to 0.4) 0.011 ±9 % -8.1 % 0.051 --rung samples=4 --rung clamp=1";
     assert_eq!(last.as_deref(), Some(figures), "{text}");
 }
 
-/// Protects: the answer comes first, and the settings worth their time before everything else, each with its flags alone: what all commands
-/// have in common stands there once.
+/// Protects: the answer comes first, and the settings worth their time before everything else, each
+/// with its flags alone: what all commands have in common stands there once.
 #[test]
 fn what_to_do_comes_first() {
-    let input = raywright_io::Input::Bytes { name: "x.scene.toml".to_owned(), bytes: b"format = 1".to_vec(), resolver: None };
-    let loaded = raywright_io::load(&input, &raywright_io::LoadOptions::default()).expect("a scene");
+    let input = raywright_io::Input::Bytes {
+        name: "x.scene.toml".to_owned(),
+        bytes: b"format = 1".to_vec(),
+        resolver: None,
+    };
+    let loaded =
+        raywright_io::load(&input, &raywright_io::LoadOptions::default()).expect("a scene");
     let (mut report, settings) = (report(), raywright_core::Settings::of(&loaded.scene));
-    let candidate = |flags: &[&str]| Candidate { flags: flags.iter().map(|&flag| flag.to_owned()).collect(), measured: seen() };
+    let candidate = |flags: &[&str]| Candidate {
+        flags: flags.iter().map(|&flag| flag.to_owned()).collect(),
+        measured: seen(),
+    };
     report.frontier = vec![candidate(&["--rung samples=4"]), candidate(&[])];
     let asked = ["--at 2".to_owned()];
     let document = Document::new(&loaded, &asked, &settings, 1, &report);
     let text = table(&document);
     let lines: Vec<&str> = text.lines().collect();
-    assert!(lines[1].starts_with("In use: error 0.3 (0.2 to 0.4), 25.0 s ±10 % of CPU time."), "{text}");
-    let place =
-        |words: &str| lines.iter().position(|line| line.contains(words)).unwrap_or_else(|| panic!("no {words} in {text}"));
+    assert!(
+        lines[1].starts_with("In use: error 0.3 (0.2 to 0.4), 25.0 s ±10 % of CPU time."),
+        "{text}"
+    );
+    let place = |words: &str| {
+        lines
+            .iter()
+            .position(|line| line.contains(words))
+            .unwrap_or_else(|| panic!("no {words} in {text}"))
+    };
     assert!(
         place("worth their time") < place("measured as it is rendered")
             && place("measured as it is rendered") < place("* in use"),
         "{text}"
     );
     assert_eq!(text.matches("raywright render").count(), 1, "{text}");
-    let row = |line: &&str| line.split_whitespace().collect::<Vec<_>>().join(" ") == "25.0 s ±10 % 1.75 0.3 (0.2 to 0.4) --spp 4";
+    let row = |line: &&str| {
+        line.split_whitespace().collect::<Vec<_>>().join(" ")
+            == "25.0 s ±10 % 1.75 0.3 (0.2 to 0.4) --spp 4"
+    };
     assert_eq!(lines.iter().filter(|line| row(line)).count(), 1, "{text}");
 }
 
-/// Protects: page and plot have the table's numbers, a line for what is slower and worse, an arrow for what is only known to be
-/// smaller than something, and the numbers of the table in the plot.
+/// Protects: page and plot have the table's numbers, a line for what is slower and worse, an arrow
+/// for what is only known to be smaller than something, and the numbers of the table in the plot.
 #[test]
 fn the_page_says_the_same() {
-    let input = raywright_io::Input::Bytes { name: "x.scene.toml".to_owned(), bytes: b"format = 1".to_vec(), resolver: None };
-    let loaded = raywright_io::load(&input, &raywright_io::LoadOptions::default()).expect("a scene");
+    let input = raywright_io::Input::Bytes {
+        name: "x.scene.toml".to_owned(),
+        bytes: b"format = 1".to_vec(),
+        resolver: None,
+    };
+    let loaded =
+        raywright_io::load(&input, &raywright_io::LoadOptions::default()).expect("a scene");
     let (mut report, settings) = (report(), raywright_core::Settings::of(&loaded.scene));
     let mut lost = seen();
     lost.errors.relmse.low = 0.0;
-    let candidate = |flag: &str, measured| Candidate { flags: vec![flag.to_owned()], measured };
-    report.frontier = vec![candidate("--rung samples=4", seen()), candidate("--rung samples=16", lost)];
+    let candidate = |flag: &str, measured| Candidate {
+        flags: vec![flag.to_owned()],
+        measured,
+    };
+    report.frontier = vec![
+        candidate("--rung samples=4", seen()),
+        candidate("--rung samples=16", lost),
+    ];
     let rungs = &mut report.ladders[0].rungs;
     let mut slow = rungs[0].clone();
     slow.rung = "slow".to_owned();
-    slow.measured.iter_mut().for_each(|of| (of.ratio, of.errors.relmse.value) = (Interval::exact(1.9), 0.1));
+    slow.measured
+        .iter_mut()
+        .for_each(|of| (of.ratio, of.errors.relmse.value) = (Interval::exact(1.9), 0.1));
     rungs.push(slow);
     let document = Document::new(&loaded, &[], &settings, 1, &report);
     let page = document.text(super::super::file::Kind::Html);
@@ -183,32 +341,69 @@ fn the_page_says_the_same() {
     }
     assert!(!page.contains(">slow</td>"), "{page}");
     let svg = document.text(super::super::file::Kind::Svg);
-    assert!(svg.contains(">(1)</text>") && svg.contains(">(1)  --spp 4<") && svg.contains(">at most: lost in noise<"), "{svg}");
+    assert!(
+        svg.contains(">(1)</text>")
+            && svg.contains(">(1)  --spp 4<")
+            && svg.contains(">at most: lost in noise<"),
+        "{svg}"
+    );
     // All points lie between ten and a hundred seconds, where the axis begins and ends.
-    assert!(svg.contains(">10 s</text>") && svg.contains(">100 s</text>") && !svg.contains(">1 s</text>"), "{svg}");
+    assert!(
+        svg.contains(">10 s</text>")
+            && svg.contains(">100 s</text>")
+            && !svg.contains(">1 s</text>"),
+        "{svg}"
+    );
 }
 
-/// Protects: each figure of a rung without error, of a kind of file and of an effect in its column: memory in its unit, shares in percent,
-/// what an effect adds and not what is there with it.
+/// Protects: each figure of a rung without error, of a kind of file and of an effect in its column:
+/// memory in its unit, shares in percent, what an effect adds and not what is there with it.
 #[test]
 fn figures_of_prices_files_and_effects() {
     let report = report();
     let text = prices(&report);
-    assert_eq!(words(&text, "no picture changes"), "no picture changes time x in use preparing memory");
-    assert_eq!(words(&text, "tree *"), "tree * 2.00 s ±10 % 1.25 500 ms 3 MiB");
-    assert_eq!(words(&text, "scan"), "scan 2.00 s ±10 % 1.25 500 ms 3 MiB; OTHER PICTURE");
-    assert_eq!(words(&text, "no time for"), "no time for: accelerator=boxes");
+    assert_eq!(
+        words(&text, "no picture changes"),
+        "no picture changes time x in use preparing memory"
+    );
+    assert_eq!(
+        words(&text, "tree *"),
+        "tree * 2.00 s ±10 % 1.25 500 ms 3 MiB"
+    );
+    assert_eq!(
+        words(&text, "scan"),
+        "scan 2.00 s ±10 % 1.25 500 ms 3 MiB; OTHER PICTURE"
+    );
+    assert_eq!(
+        words(&text, "no time for"),
+        "no time for: accelerator=boxes"
+    );
     let text = files(&report);
-    assert_eq!(words(&text, "what a file keeps"), "what a file keeps bytes a pixel coding RMSE greatest FLIP clipped");
-    assert_eq!(words(&text, "8 *"), "8 * 3 4 ms 0.0012 0.0034 0.0056 12.5 %");
-    assert_eq!(words(&text, "float"), "float 12 0.0012 0.0034 0.0056 12.5 %");
+    assert_eq!(
+        words(&text, "what a file keeps"),
+        "what a file keeps bytes a pixel coding RMSE greatest FLIP clipped"
+    );
+    assert_eq!(
+        words(&text, "8 *"),
+        "8 * 3 4 ms 0.0012 0.0034 0.0056 12.5 %"
+    );
+    assert_eq!(
+        words(&text, "float"),
+        "float 12 0.0012 0.0034 0.0056 12.5 %"
+    );
     let text = report.costs.as_ref().map(dear).unwrap_or_default();
     assert_eq!(
         words(&text, "what each adds"),
         "what each adds to time and picture (64x36 pixels, 750 ms of all threads with all of them)"
     );
-    assert_eq!(words(&text, "effect"), "effect time rays changes (RMSE) FLIP");
-    assert_eq!(words(&text, "shadows"), "shadows +50 % (+5 % to +140 %) +125 % 0.0125 0.25");
+    assert_eq!(
+        words(&text, "effect"),
+        "effect time rays changes (RMSE) FLIP"
+    );
+    assert_eq!(
+        words(&text, "shadows"),
+        "shadows +50 % (+5 % to +140 %) +125 % 0.0125 0.25"
+    );
     assert_eq!(words(&text, "no time for"), "no time for: sky");
 }
 
@@ -220,8 +415,14 @@ fn figures_in_csv() {
     let names = lines.next().expect("names");
     let lines: Vec<Vec<&str>> = lines.collect();
     let at = |rung: &str, column: &str| {
-        let line = lines.iter().find(|line| line[1] == rung).unwrap_or_else(|| panic!("{rung} in {text}"));
-        line[names.iter().position(|name| *name == column).unwrap_or_else(|| panic!("{column} in {names:?}"))]
+        let line = lines
+            .iter()
+            .find(|line| line[1] == rung)
+            .unwrap_or_else(|| panic!("{rung} in {text}"));
+        line[names
+            .iter()
+            .position(|name| *name == column)
+            .unwrap_or_else(|| panic!("{column} in {names:?}"))]
     };
     for (rung, column, value) in [
         ("", "ladder", "own"),
@@ -265,6 +466,9 @@ fn figures_in_csv() {
         // Quartiles are products, and so end in a rounding.
         let found = at(rung, column);
         let near = || Some((found.parse::<f64>().ok()? - value.parse::<f64>().ok()?).abs() < 1e-12);
-        assert!(found == value || near() == Some(true), "{rung}, {column}: {found}, not {value}");
+        assert!(
+            found == value || near() == Some(true),
+            "{rung}, {column}: {found}, not {value}"
+        );
     }
 }

@@ -1,6 +1,7 @@
-//! The pictures of a run: one, or several of several scenes, from several views, once around, or of several moments. A scene is loaded once
-//! for each moment and prepared once where only the camera moves; each picture has the bits of a run of its own, but for the studio's backdrop,
-//! which is one for all.
+//! The pictures of a run: one, or several of several scenes, from several views, once around, or of
+//! several moments. A scene is loaded once for each moment and prepared once where only the camera
+//! moves; each picture has the bits of a run of its own, but for the studio's backdrop, which is
+//! one for all.
 
 mod moment;
 mod names;
@@ -49,7 +50,8 @@ pub fn run(task: &Task) -> Result<(), Failure> {
     series.verdict()
 }
 
-/// The pictures of a run. A single one is a series of one, which alone may be kept as a film or go to standard output.
+/// The pictures of a run. A single one is a series of one, which alone may be kept as a film or go
+/// to standard output.
 struct Series<'a> {
     task: &'a Task,
     clock: Clock,
@@ -76,7 +78,8 @@ struct Series<'a> {
     error: Option<f64>,
     /// The exposure of the scene's pictures, where the first of them chooses it.
     exposure: Option<f64>,
-    /// Radiance of the studio's backdrop, which the first picture of the run that has one chooses for all.
+    /// Radiance of the studio's backdrop, which the first picture of the run that has one chooses
+    /// for all.
     backdrop: Option<f64>,
     /// Whether any picture of the scene shows anything.
     shows: bool,
@@ -104,10 +107,16 @@ impl<'a> Series<'a> {
         let clock = Clock::start();
         let mut outputs = Outputs::with_quality(task.quality());
         let count = task.scenes.len() * task.shots.len();
-        let targets = names::named(&task.outputs, (!task.is_single).then_some(count), &mut outputs)?;
+        let targets = names::named(
+            &task.outputs,
+            (!task.is_single).then_some(count),
+            &mut outputs,
+        )?;
         let together = Together::start(task, count, &mut outputs)?;
         if task.is_single || targets.iter().any(|targets| !targets.is_empty()) {
-            targets.iter().try_for_each(|targets| super::check(task, targets))?;
+            targets
+                .iter()
+                .try_for_each(|targets| super::check(task, targets))?;
         }
         super::check_stats_target(task, &mut outputs)?;
         super::check_preview_target(task, &mut outputs)?;
@@ -118,10 +127,16 @@ impl<'a> Series<'a> {
         }
         let beginning = Some(super::begin(task, &clock)?);
         let input = |name: &OsString| scene_input::input(name, &task.options.limits);
-        let inputs = task.scenes.iter().map(input).collect::<Result<Vec<_>, _>>()?;
+        let inputs = task
+            .scenes
+            .iter()
+            .map(input)
+            .collect::<Result<Vec<_>, _>>()?;
         let progress = Progress::start("rendering", task.progress, task.verbosity).of_pieces(count);
-        let (names, failed, shortfalls, description) = (Vec::new(), Vec::new(), Vec::new(), Default::default());
-        let (loaded, clear_of, finished, error, unkept) = (HashMap::new(), Inputs::default(), 0, None, None);
+        let (names, failed, shortfalls, description) =
+            (Vec::new(), Vec::new(), Vec::new(), Default::default());
+        let (loaded, clear_of, finished, error, unkept) =
+            (HashMap::new(), Inputs::default(), 0, None, None);
         let (exposure, backdrop, shows) = (None, None, false);
         let mut series = Self {
             task,
@@ -160,13 +175,19 @@ impl<'a> Series<'a> {
         let has_own = self.targets.iter().any(|targets| !targets.is_empty());
         if !has_own && !self.together.is_some() && self.task.part.is_none() {
             let format = super::default_format(self.task);
-            self.targets = names::unnamed(format, &self.inputs, &self.task.shots, (&mut self.outputs, inputs))?;
+            self.targets = names::unnamed(
+                format,
+                &self.inputs,
+                &self.task.shots,
+                (&mut self.outputs, inputs),
+            )?;
         }
         Ok(())
     }
 
-    /// What a later scene names is known when it is read, which is too late for a file of its that an earlier picture would replace. So where
-    /// a picture would replace anything at all, all scenes are read beforehand, and kept for their turn as far as they are small; what is wrong
+    /// What a later scene names is known when it is read, which is too late for a file of its that
+    /// an earlier picture would replace. So where a picture would replace anything at all, all
+    /// scenes are read beforehand, and kept for their turn as far as they are small; what is wrong
     /// with one is said then.
     fn keep_clear_of_all(&mut self) -> Result<(), Failure> {
         let mut named = Inputs::default();
@@ -201,33 +222,58 @@ impl<'a> Series<'a> {
     }
 
     fn load(&self, scene: usize, shot: &Shot) -> Result<Loaded, Failure> {
-        let Task { is_single, progress, verbosity, .. } = *self.task;
+        let Task {
+            is_single,
+            progress,
+            verbosity,
+            ..
+        } = *self.task;
         // Of a series, the pictures are the progress.
-        let loading = if is_single { Progress::start("loading", progress, verbosity) } else { Progress::hidden() };
-        self.threads.run(|| scene_input::load(&self.inputs[scene], &self.options(shot), &loading))
+        let loading = if is_single {
+            Progress::start("loading", progress, verbosity)
+        } else {
+            Progress::hidden()
+        };
+        self.threads
+            .run(|| scene_input::load(&self.inputs[scene], &self.options(shot), &loading))
     }
 
-    /// Renders the pictures of all scenes; what is said in the end, but of one that went to standard output alone. A scene that can't be rendered
-    /// does not keep the others away.
+    /// Renders the pictures of all scenes; what is said in the end, but of one that went to
+    /// standard output alone. A scene that can't be rendered does not keep the others away.
     fn render(&mut self, notes: &mut Notes) -> Result<Option<String>, Failure> {
         for scene in 0..self.inputs.len() {
-            let Err(failure) = self.render_scene(scene, notes) else { continue };
+            let Err(failure) = self.render_scene(scene, notes) else {
+                continue;
+            };
             if failure.exit == Exit::Interrupted || self.inputs.len() == 1 {
                 return Err(failure);
             }
             console::tell(failure.message.trim_end());
             self.failed.push(failure.exit);
-            self.task.shots.iter().for_each(|_| self.progress.finish_piece());
+            self.task
+                .shots
+                .iter()
+                .for_each(|_| self.progress.finish_piece());
         }
         let together = self.together.write()?;
         let files = [ranges(&self.names), together].concat().join(", ");
-        let error = self.error.map(|error| format!(", errors up to {}", significant(error, 2))).unwrap_or_default();
+        let error = self
+            .error
+            .map(|error| format!(", errors up to {}", significant(error, 2)))
+            .unwrap_or_default();
         let [one, all] = &self.description;
-        let described = if self.finished == 1 { one.clone() } else { format!("{} pictures, {all}{error}", self.finished) };
+        let described = if self.finished == 1 {
+            one.clone()
+        } else {
+            format!("{} pictures, {all}{error}", self.finished)
+        };
         Ok(match files.as_str() {
             "" if self.finished > 0 => None,
             "" => Some("nothing was written".to_owned()),
-            files => Some(format!("wrote {files} ({described}, {})", spoken(self.clock.total()))),
+            files => Some(format!(
+                "wrote {files} ({described}, {})",
+                spoken(self.clock.total())
+            )),
         })
     }
 
@@ -243,19 +289,30 @@ impl<'a> Series<'a> {
                 Some(moment) if shot.at.is_none() => moment,
                 _ => self.moment(scene, i, notes)?,
             };
-            self.render_shot(scene * self.task.shots.len() + i, shot, moment.insert(now), notes)?;
+            self.render_shot(
+                scene * self.task.shots.len() + i,
+                shot,
+                moment.insert(now),
+                notes,
+            )?;
         }
         match moment {
-            Some(moment) if !self.shows && self.task.refuses_empty() => {
-                Err(scene_input::empty(&moment.loaded.source.name, "no picture shows any of it").with_hint(ALLOW_EMPTY))
-            }
+            Some(moment) if !self.shows && self.task.refuses_empty() => Err(scene_input::empty(
+                &moment.loaded.source.name,
+                "no picture shows any of it",
+            )
+            .with_hint(ALLOW_EMPTY)),
             _ => Ok(()),
         }
     }
 
     /// A scene at the moment of one of its pictures.
     fn moment(&mut self, scene: usize, i: usize, notes: &mut Notes) -> Result<Moment, Failure> {
-        let early = if i == 0 { self.loaded.remove(&scene) } else { None };
+        let early = if i == 0 {
+            self.loaded.remove(&scene)
+        } else {
+            None
+        };
         let loaded = early.unwrap_or_else(|| self.load(scene, &self.task.shots[i]))?;
         if self.inputs.len() > 1 && i == 0 {
             notes.turn_to(&loaded.source.name);
@@ -269,7 +326,9 @@ impl<'a> Series<'a> {
             self.outputs.keep_clear_of(&loaded.inputs)?;
             self.clear_of = loaded.inputs.clone();
         }
-        if let Some(failure) = scene_input::nothing_to_see(&loaded).filter(|_| self.task.refuses_empty()) {
+        if let Some(failure) =
+            scene_input::nothing_to_see(&loaded).filter(|_| self.task.refuses_empty())
+        {
             return Err(failure.with_hint(ALLOW_EMPTY));
         }
         scene_input::note_completed(&loaded, notes);
@@ -281,26 +340,48 @@ impl<'a> Series<'a> {
     }
 
     /// Renders one picture and writes it.
-    fn render_shot(&mut self, number: usize, shot: &Shot, moment: &mut Moment, notes: &mut Notes) -> Result<(), Failure> {
+    fn render_shot(
+        &mut self,
+        number: usize,
+        shot: &Shot,
+        moment: &mut Moment,
+        notes: &mut Notes,
+    ) -> Result<(), Failure> {
         let plan = moment.settle(self.task, shot)?;
         let load = self.clock.lap();
         match moment.prepare(&plan, &self.threads, self.stop) {
             Err(failure) if failure.exit == Exit::Interrupted && !self.task.is_single => {
                 let is_free = |path: &Path| self.outputs.leave_free(path, &moment.loaded.inputs);
-                return Err(write::interrupted(self.together.keep(is_free), Some([self.finished, self.targets.len()])));
+                return Err(write::interrupted(
+                    self.together.keep(is_free),
+                    Some([self.finished, self.targets.len()]),
+                ));
             }
             prepared => prepared?,
         }
         let prepare = self.clock.lap();
-        let Moment { loaded, ready: Some(ready), .. } = moment else { return Ok(()) };
+        let Moment {
+            loaded,
+            ready: Some(ready),
+            ..
+        } = moment
+        else {
+            return Ok(());
+        };
         self.backdrop = self.backdrop.or(ready.backdrop());
         super::note_prepared(loaded, ready, &plan.settings, notes);
         super::refuse_to_denoise(self.task, &plan.settings, ready, notes)?;
-        let mut session = super::start(self.task, &self.options(shot), (loaded, ready), (&plan, &shot.label))?;
+        let mut session = super::start(
+            self.task,
+            &self.options(shot),
+            (loaded, ready),
+            (&plan, &shot.label),
+        )?;
         if self.beginning.take().is_some() {
             self.progress.begin();
         }
-        self.threads.run(|| session.render(ready, &self.progress, (&self.clock, self.stop)))?;
+        self.threads
+            .run(|| session.render(ready, &self.progress, (&self.clock, self.stop)))?;
         // In a series, each has progress of its own, and the run has one line.
         let mut verbosity = console::Verbosity::Quiet;
         if self.task.is_single {
@@ -308,16 +389,36 @@ impl<'a> Series<'a> {
             verbosity = self.task.verbosity;
         }
         session.note_slow(&self.clock, notes);
-        let rendered = self.threads.run(|| denoise::rendered(session.film(), (self.task.progress, verbosity), self.stop));
+        let rendered = self
+            .threads
+            .run(|| denoise::rendered(session.film(), (self.task.progress, verbosity), self.stop));
         let noisy = self.threads.run(|| session.film().uncertainty());
         let [render, render_cpu] = self.clock.lap_with_cpu();
-        let seconds = Seconds { load, prepare, render, render_cpu, ..Seconds::default() };
+        let seconds = Seconds {
+            load,
+            prepare,
+            render,
+            render_cpu,
+            ..Seconds::default()
+        };
         let caption = match (self.inputs.len(), shot.caption.as_str()) {
             (_, "") => loaded.source.stem.clone(),
             (1, caption) => caption.to_owned(),
             (_, caption) => format!("{} {caption}", loaded.source.stem),
         };
-        self.finish(number, &caption, (loaded, ready), Taken { plan, session, rendered, noisy, seconds }, notes)
+        self.finish(
+            number,
+            &caption,
+            (loaded, ready),
+            Taken {
+                plan,
+                session,
+                rendered,
+                noisy,
+                seconds,
+            },
+            notes,
+        )
     }
 
     /// Writes a picture, finished or not, and says what there is to say of it.
@@ -329,13 +430,22 @@ impl<'a> Series<'a> {
         taken: Taken<'_>,
         notes: &mut Notes,
     ) -> Result<(), Failure> {
-        let Taken { mut plan, mut session, rendered, noisy, mut seconds } = taken;
+        let Taken {
+            mut plan,
+            mut session,
+            rendered,
+            noisy,
+            mut seconds,
+        } = taken;
         if session.is_done() {
             self.refuse_empty(loaded, &rendered, &plan)?;
         }
         if plan.is_exposed {
             plan.display.exposure_stops = self.exposure_of(&rendered, plan.display);
-            session.show(plan.display, origin::metadata(loaded, &plan, &self.task.choices));
+            session.show(
+                plan.display,
+                origin::metadata(loaded, &plan, &self.task.choices),
+            );
         }
         let (task, targets) = (self.task, &self.targets[number]);
         let claimed = super::claimed(task, (ready, &rendered), noisy.as_ref());
@@ -343,16 +453,25 @@ impl<'a> Series<'a> {
         let is_free = |path: &Path| self.outputs.leave_free(path, &loaded.inputs);
         if !session.is_done() || matches!(rendered.denoised, Some(Err(DenoiseError::Cancelled))) {
             let own = write::keep(&rendered, targets, plan.display, &metadata, is_free);
-            let kept = own.and_then(|own| Ok(session.with_own([own, self.together.keep(is_free)?].concat())));
+            let kept = own
+                .and_then(|own| Ok(session.with_own([own, self.together.keep(is_free)?].concat())));
             let of = (!task.is_single).then_some([self.finished, self.targets.len()]);
             return Err(session.explained(write::interrupted(kept, of)));
         }
-        let names = write::write(&rendered, targets, plan.display, &metadata, (&loaded.inputs, is_free))?;
+        let names = write::write(
+            &rendered,
+            targets,
+            plan.display,
+            &metadata,
+            (&loaded.inputs, is_free),
+        )?;
         super::print_hash(task, (&rendered, plan.display), &names, caption)?;
         self.names.push(session.with_own(names));
         self.together.add(rendered.shown(), plan.display, caption)?;
         (seconds.write, seconds.total) = (self.clock.lap(), self.clock.total());
-        loaded.warnings.extend(tell::note_losses(&rendered.counters, notes));
+        loaded
+            .warnings
+            .extend(tell::note_losses(&rendered.counters, notes));
         if let Some(path) = &task.stats {
             let stats = Stats::new(loaded, ready, &rendered, noisy, seconds);
             write_atomically(path, console::json(&stats).as_bytes())?;
@@ -362,15 +481,23 @@ impl<'a> Series<'a> {
         if let Some(noisy) = claimed {
             tell::note_denoising(noisy, &plan.settings, notes);
         }
-        let description = super::described(task, &plan.settings, &session, &rendered, claimed, notes);
-        let shortfall = task.max_error.and_then(|asked| tell::shortfall(asked, claimed, session.film(), &rendered));
+        let description =
+            super::described(task, &plan.settings, &session, &rendered, claimed, notes);
+        let shortfall = task
+            .max_error
+            .and_then(|asked| tell::shortfall(asked, claimed, session.film(), &rendered));
         self.shortfalls.extend(shortfall);
         if task.is_single {
             notes.detail(tell::details(ready, &rendered, &seconds).trim_end());
         }
-        self.description = [description, super::size_and_samples(&plan.settings, &session)];
+        self.description = [
+            description,
+            super::size_and_samples(&plan.settings, &session),
+        ];
         let error = rendered.denoised().map(|denoised| denoised.error).or(noisy);
-        let error = error.filter(|_| ready.follows_paths()).map(|error| error.root_relmse.value);
+        let error = error
+            .filter(|_| ready.follows_paths())
+            .map(|error| error.root_relmse.value);
         self.error = self.error.into_iter().chain(error).reduce(f64::max);
         self.finished += 1;
         self.progress.finish_piece();
@@ -378,8 +505,14 @@ impl<'a> Series<'a> {
         Ok(())
     }
 
-    /// Refuses a picture that shows nothing before it is written, where it is the only one of its scene.
-    fn refuse_empty(&mut self, loaded: &Loaded, rendered: &Rendered, plan: &Plan) -> Result<(), Failure> {
+    /// Refuses a picture that shows nothing before it is written, where it is the only one of its
+    /// scene.
+    fn refuse_empty(
+        &mut self,
+        loaded: &Loaded,
+        rendered: &Rendered,
+        plan: &Plan,
+    ) -> Result<(), Failure> {
         let why = scene_input::nothing_met(loaded, rendered, &plan.settings);
         self.shows |= why.is_none();
         match why.filter(|_| self.task.shots.len() == 1 && self.task.refuses_empty()) {
@@ -390,37 +523,58 @@ impl<'a> Series<'a> {
 
     /// The exposure that suits the scene's first picture.
     fn exposure_of(&mut self, rendered: &Rendered, own: Display) -> f64 {
-        *self.exposure.get_or_insert_with(|| own.suited_to(rendered.shown()).exposure_stops)
+        *self
+            .exposure
+            .get_or_insert_with(|| own.suited_to(rendered.shown()).exposure_stops)
     }
 
-    /// Whether all scenes were rendered, a film that was to be kept is, and an error that was asked for is reached.
+    /// Whether all scenes were rendered, a film that was to be kept is, and an error that was asked
+    /// for is reached.
     fn verdict(self) -> Result<(), Failure> {
         if let Some(error) = self.unkept {
             return Err(error.into());
         }
         if let Some(&exit) = self.failed.first() {
-            let message = format!("{} of {} scenes were not rendered", self.failed.len(), self.inputs.len());
+            let message = format!(
+                "{} of {} scenes were not rendered",
+                self.failed.len(),
+                self.inputs.len()
+            );
             return Err(Failure::new(exit, message));
         }
         match self.shortfalls.as_slice() {
             [] => Ok(()),
             [message] if self.task.is_single => Err(Failure::new(Exit::Unreached, message)),
             [first, ..] => {
-                let message = format!("{} of {} pictures: {first}", self.shortfalls.len(), self.finished);
+                let message = format!(
+                    "{} of {} pictures: {first}",
+                    self.shortfalls.len(),
+                    self.finished
+                );
                 Err(Failure::new(Exit::Unreached, message))
             }
         }
     }
 }
 
-/// The files of pictures in a few words: of each that a picture has, the first picture's to the last one's.
+/// The files of pictures in a few words: of each that a picture has, the first picture's to the
+/// last one's.
 fn ranges(names: &[Vec<String>]) -> Vec<String> {
-    let (Some(first), Some(last)) = (names.first(), names.last()) else { return Vec::new() };
-    let range = |(first, last): (&String, &String)| if names.len() == 1 { first.clone() } else { format!("{first} to {last}") };
+    let (Some(first), Some(last)) = (names.first(), names.last()) else {
+        return Vec::new();
+    };
+    let range = |(first, last): (&String, &String)| {
+        if names.len() == 1 {
+            first.clone()
+        } else {
+            format!("{first} to {last}")
+        }
+    };
     first.iter().zip(last).map(range).collect()
 }
 
-/// Bytes of scenes that are kept at most until it is their turn; the others are read once more then.
+/// Bytes of scenes that are kept at most until it is their turn; the others are read once more
+/// then.
 const MOST_KEPT: u64 = 1 << 30;
 
 /// What a scene takes in memory, as far as it can be known.
@@ -435,8 +589,8 @@ mod tests {
     use super::*;
     use crate::args::{Arguments, Command};
 
-    /// Protects: scenes that are read before their turn, since their files could be replaced, are read once: the picture is made of what was
-    /// read then, though the file is gone.
+    /// Protects: scenes that are read before their turn, since their files could be replaced, are
+    /// read once: the picture is made of what was read then, though the file is gone.
     #[test]
     fn scenes_are_read_once() {
         let folder = tempfile::tempdir().expect("a temporary folder");
@@ -444,29 +598,60 @@ mod tests {
         for name in ["a.obj", "b.obj"] {
             std::fs::write(at(name), "v 0 0 0\nv 2 0 0\nv 0 1 0\nf 1 2 3\n").expect("a file");
         }
-        let words = ["raywright", "render", &at("a.obj"), &at("b.obj"), "-s", "4x4", "--spp", "1", "-o", &at("%d.png")];
-        let Ok(Arguments { command: Some(Command::Render(args)), .. }) = Arguments::try_parse_from(words) else {
+        let words = [
+            "raywright",
+            "render",
+            &at("a.obj"),
+            &at("b.obj"),
+            "-s",
+            "4x4",
+            "--spp",
+            "1",
+            "-o",
+            &at("%d.png"),
+        ];
+        let Ok(Arguments {
+            command: Some(Command::Render(args)),
+            ..
+        }) = Arguments::try_parse_from(words)
+        else {
             panic!("a right command line")
         };
         std::fs::write(at("0.png"), "old").expect("a file");
         let task = Task::new(*args, console::Verbosity::Quiet).expect("nothing is wrong with it");
         let mut series = Series::start(&task).expect("nothing in the way");
         std::fs::remove_file(at("b.obj")).expect("a file");
-        series.render(&mut Notes::new(console::Verbosity::Quiet)).expect("pictures");
+        series
+            .render(&mut Notes::new(console::Verbosity::Quiet))
+            .expect("pictures");
         assert!(series.failed.is_empty() && std::path::Path::new(&at("1.png")).exists());
     }
 
-    /// Protects: files of many pictures are told by the first and the last of each kind, those of one picture by name, and nothing by nothing.
+    /// Protects: files of many pictures are told by the first and the last of each kind, those of
+    /// one picture by name, and nothing by nothing.
     #[test]
     fn files_are_told_by_the_first_and_the_last_of_a_kind() {
         let told = |names: &[&[&str]]| {
-            ranges(&names.iter().map(|names| names.iter().map(|&name| name.to_owned()).collect()).collect::<Vec<_>>()).join(", ")
+            ranges(
+                &names
+                    .iter()
+                    .map(|names| names.iter().map(|&name| name.to_owned()).collect())
+                    .collect::<Vec<_>>(),
+            )
+            .join(", ")
         };
         assert_eq!(
-            told(&[&["a-0.png", "b-0.exr"], &["a-1.png", "b-1.exr"], &["a-2.png", "b-2.exr"]]),
+            told(&[
+                &["a-0.png", "b-0.exr"],
+                &["a-1.png", "b-1.exr"],
+                &["a-2.png", "b-2.exr"]
+            ]),
             "a-0.png to a-2.png, b-0.exr to b-2.exr"
         );
         assert_eq!(told(&[&["w.png", "t-0000.png"]]), "w.png, t-0000.png");
-        assert_eq!((told(&[]), told(&[&[], &[]])), (String::new(), String::new()));
+        assert_eq!(
+            (told(&[]), told(&[&[], &[]])),
+            (String::new(), String::new())
+        );
     }
 }

@@ -26,7 +26,11 @@ pub struct Moment {
 impl Moment {
     /// Nothing is made of it yet.
     pub fn new(loaded: Loaded) -> Self {
-        Self { loaded, silhouette: OnceCell::new(), ready: None }
+        Self {
+            loaded,
+            silhouette: OnceCell::new(),
+            ready: None,
+        }
     }
 
     /// How a picture of it is made.
@@ -35,13 +39,19 @@ impl Moment {
     }
 
     /// Makes it ready for a picture, by turning the camera alone where that is all that changed.
-    pub fn prepare(&mut self, plan: &Plan, threads: &Threads, stop: &AtomicBool) -> Result<(), Failure> {
+    pub fn prepare(
+        &mut self,
+        plan: &Plan,
+        threads: &Threads,
+        stop: &AtomicBool,
+    ) -> Result<(), Failure> {
         let turned = match (&mut self.ready, &plan.settings.camera) {
             (Some(ready), Some(camera)) => ready.turn_to(&self.loaded.scene, camera),
             _ => false,
         };
         if !turned {
-            self.ready = Some(threads.run(|| prepared(&self.loaded, &plan.settings, &Watch::until(stop)))?);
+            self.ready =
+                Some(threads.run(|| prepared(&self.loaded, &plan.settings, &Watch::until(stop)))?);
         }
         Ok(())
     }

@@ -10,31 +10,52 @@ use crate::failure::Failure;
 use crate::plan::Shot;
 use crate::targets::{self, Outputs, Target};
 
-/// The files of each of so many pictures, by names with a place for its number; those that hold all pictures are none of them. Without a count
-/// there is one, and names are taken as they are.
-pub fn named(outputs: &[PathBuf], count: Option<usize>, all: &mut Outputs) -> Result<Vec<Vec<Target>>, Failure> {
-    let Some(count) = count else { return Ok(vec![targets::pictures(outputs, all)?]) };
-    let own: Vec<&PathBuf> = outputs.iter().filter(|path| AnimationFormat::of(path).is_none()).collect();
-    let numbered = |path: &&PathBuf, number: usize| match with_number(&path.to_string_lossy(), number) {
-        Some(name) => Ok(PathBuf::from(name)),
-        None if count == 1 => Ok(path.to_path_buf()),
-        None => {
-            let error = Error::usage(format_args!("{count} pictures cannot all be {}", path.display()));
-            let stem = path.file_stem().unwrap_or_default().to_string_lossy();
-            let numbered = path.with_file_name(format!("{stem}-%04d")).with_extension(path.extension().unwrap_or_default());
-            Err(error.with_hint(format!(
-                "number them: -o {}; or have all on one sheet: --sheet {}",
-                numbered.display(),
-                path.display()
-            )))
-        }
+/// The files of each of so many pictures, by names with a place for its number; those that hold all
+/// pictures are none of them. Without a count there is one, and names are taken as they are.
+pub fn named(
+    outputs: &[PathBuf],
+    count: Option<usize>,
+    all: &mut Outputs,
+) -> Result<Vec<Vec<Target>>, Failure> {
+    let Some(count) = count else {
+        return Ok(vec![targets::pictures(outputs, all)?]);
     };
-    let of = |number: usize| own.iter().map(|path| numbered(path, number)).collect::<Result<Vec<_>, _>>();
-    (0..count).map(|number| targets::pictures(&of(number)?, all)).collect()
+    let own: Vec<&PathBuf> = outputs
+        .iter()
+        .filter(|path| AnimationFormat::of(path).is_none())
+        .collect();
+    let numbered =
+        |path: &&PathBuf, number: usize| match with_number(&path.to_string_lossy(), number) {
+            Some(name) => Ok(PathBuf::from(name)),
+            None if count == 1 => Ok(path.to_path_buf()),
+            None => {
+                let error = Error::usage(format_args!(
+                    "{count} pictures cannot all be {}",
+                    path.display()
+                ));
+                let stem = path.file_stem().unwrap_or_default().to_string_lossy();
+                let numbered = path
+                    .with_file_name(format!("{stem}-%04d"))
+                    .with_extension(path.extension().unwrap_or_default());
+                Err(error.with_hint(format!(
+                    "number them: -o {}; or have all on one sheet: --sheet {}",
+                    numbered.display(),
+                    path.display()
+                )))
+            }
+        };
+    let of = |number: usize| {
+        own.iter()
+            .map(|path| numbered(path, number))
+            .collect::<Result<Vec<_>, _>>()
+    };
+    (0..count)
+        .map(|number| targets::pictures(&of(number)?, all))
+        .collect()
 }
 
-/// The files of each picture where the user named none: after the scenes, of which two may have one name, and the pictures of each.
-/// `read` is what is known to be read by then.
+/// The files of each picture where the user named none: after the scenes, of which two may have one
+/// name, and the pictures of each. `read` is what is known to be read by then.
 pub fn unnamed(
     format: Format,
     inputs: &[Input],
@@ -46,54 +67,113 @@ pub fn unnamed(
         let own = input.stem();
         let count = stems.entry(own.clone()).or_default();
         *count += 1;
-        let stem = if *count == 1 { own } else { format!("{own}-{count}") };
+        let stem = if *count == 1 {
+            own
+        } else {
+            format!("{own}-{count}")
+        };
         for Shot { label, .. } in shots {
-            let name = if label.is_empty() { stem.clone() } else { format!("{stem}-{label}") };
+            let name = if label.is_empty() {
+                stem.clone()
+            } else {
+                format!("{stem}-{label}")
+            };
             targets.push(vec![targets::unnamed(&name, format, all, read)?]);
         }
     }
     Ok(targets)
 }
 
-/// A name with a number in place of `%d`, `%4d`, `%04d` or `####`, padded with zeros; none where it has no such place.
+/// A name with a number in place of `%d`, `%4d`, `%04d` or `####`, padded with zeros; none where it
+/// has no such place.
 fn with_number(name: &str, number: usize) -> Option<String> {
     const MOST_DIGITS: usize = 20;
     if let Some(start) = name.find("##") {
-        let width = name[start..].bytes().take_while(|&byte| byte == b'#').count();
-        return (width <= MOST_DIGITS).then(|| format!("{}{number:0width$}{}", &name[..start], &name[start + width..]));
+        let width = name[start..]
+            .bytes()
+            .take_while(|&byte| byte == b'#')
+            .count();
+        return (width <= MOST_DIGITS).then(|| {
+            format!(
+                "{}{number:0width$}{}",
+                &name[..start],
+                &name[start + width..]
+            )
+        });
     }
     let (before, rest) = name.split_once('%')?;
     let (digits, after) = rest.split_once('d')?;
     let is_width = digits.bytes().all(|byte| byte.is_ascii_digit());
-    let width = if digits.is_empty() { Some(0) } else { digits.parse().ok().filter(|_| is_width) };
-    width.filter(|&width| width <= MOST_DIGITS).map(|width| format!("{before}{number:0width$}{after}"))
+    let width = if digits.is_empty() {
+        Some(0)
+    } else {
+        digits.parse().ok().filter(|_| is_width)
+    };
+    width
+        .filter(|&width| width <= MOST_DIGITS)
+        .map(|width| format!("{before}{number:0width$}{after}"))
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
 
-    /// Protects: numbers stand where a name has a place for them, with as many digits, and nowhere else.
+    /// Protects: numbers stand where a name has a place for them, with as many digits, and nowhere
+    /// else.
     #[test]
     fn names_are_numbered() {
         assert_eq!(with_number("a-%04d.png", 7).as_deref(), Some("a-0007.png"));
         assert_eq!(with_number("%d/%d.png", 12).as_deref(), Some("12/%d.png"));
-        assert_eq!(with_number("a%03dx.exr", 12345).as_deref(), Some("a12345x.exr"));
+        assert_eq!(
+            with_number("a%03dx.exr", 12345).as_deref(),
+            Some("a12345x.exr")
+        );
         assert_eq!(with_number("a%5d.png", 12).as_deref(), Some("a00012.png"));
         assert_eq!(with_number("a-####.png", 12).as_deref(), Some("a-0012.png"));
-        for name in ["a.png", "a#.png", "100%.png", "a%+4d.png", "a%0xd.png", "a%099d.png", &"#".repeat(30)] {
+        for name in [
+            "a.png",
+            "a#.png",
+            "100%.png",
+            "a%+4d.png",
+            "a%0xd.png",
+            "a%099d.png",
+            &"#".repeat(30),
+        ] {
             assert_eq!(with_number(name, 1), None, "{name}");
         }
     }
 
-    /// Protects: pictures of scenes with one name have names of their own, in the order of the scenes.
+    /// Protects: pictures of scenes with one name have names of their own, in the order of the
+    /// scenes.
     #[test]
     fn equal_names_are_told_apart() {
-        let inputs =
-            ["a/no-such-x.glb", "b/no-such-x.glb", "b/no-such-y.glb", "c/no-such-x.glb"].map(|name| Input::Path(name.into()));
-        let found = unnamed(Format::Png, &inputs, &[Shot::default()], (&mut Outputs::default(), &Inputs::default()))
-            .expect("names that are free");
-        let names = found.iter().flatten().filter_map(Target::path).map(|path| path.display().to_string());
-        assert_eq!(names.collect::<Vec<_>>(), ["no-such-x.png", "no-such-x-2.png", "no-such-y.png", "no-such-x-3.png"]);
+        let inputs = [
+            "a/no-such-x.glb",
+            "b/no-such-x.glb",
+            "b/no-such-y.glb",
+            "c/no-such-x.glb",
+        ]
+        .map(|name| Input::Path(name.into()));
+        let found = unnamed(
+            Format::Png,
+            &inputs,
+            &[Shot::default()],
+            (&mut Outputs::default(), &Inputs::default()),
+        )
+        .expect("names that are free");
+        let names = found
+            .iter()
+            .flatten()
+            .filter_map(Target::path)
+            .map(|path| path.display().to_string());
+        assert_eq!(
+            names.collect::<Vec<_>>(),
+            [
+                "no-such-x.png",
+                "no-such-x-2.png",
+                "no-such-y.png",
+                "no-such-x-3.png"
+            ]
+        );
     }
 }

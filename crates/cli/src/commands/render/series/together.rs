@@ -25,22 +25,39 @@ impl Together {
     pub fn start(task: &Task, count: usize, outputs: &mut Outputs) -> Result<Self, Failure> {
         let metadata = match task.has_metadata {
             false => Metadata::default(),
-            true => Metadata { software: origin::SOFTWARE.to_owned(), command: origin::command_line(), ..Metadata::default() },
+            true => Metadata {
+                software: origin::SOFTWARE.to_owned(),
+                command: origin::command_line(),
+                ..Metadata::default()
+            },
         };
         let mut sheet = None;
         if let Some(path) = &task.sheet {
             if Format::of(path)? != Format::Png {
-                return Err(Error::usage(format_args!("{}: a sheet is a .png", path.display())).into());
+                return Err(
+                    Error::usage(format_args!("{}: a sheet is a .png", path.display())).into(),
+                );
             }
             outputs.add(path, "--sheet")?;
             sheet = Some((path.clone(), Sheet::new(count)));
         }
         let mut animations = Vec::new();
-        for (path, format) in task.outputs.iter().filter_map(|path| Some((path, AnimationFormat::of(path)?))) {
+        for (path, format) in task
+            .outputs
+            .iter()
+            .filter_map(|path| Some((path, AnimationFormat::of(path)?)))
+        {
             outputs.add(path, "-o")?;
-            animations.push((path.clone(), Animation::new(path, format, task.rate, metadata.clone())?));
+            animations.push((
+                path.clone(),
+                Animation::new(path, format, task.rate, metadata.clone())?,
+            ));
         }
-        Ok(Self { sheet, animations, metadata })
+        Ok(Self {
+            sheet,
+            animations,
+            metadata,
+        })
     }
 
     /// Whether there is any.
@@ -49,12 +66,19 @@ impl Together {
     }
 
     /// Adds the next picture to each of them.
-    pub fn add(&mut self, picture: &Picture, display: Display, caption: &str) -> Result<(), Failure> {
+    pub fn add(
+        &mut self,
+        picture: &Picture,
+        display: Display,
+        caption: &str,
+    ) -> Result<(), Failure> {
         if let Some((_, sheet)) = &mut self.sheet {
             sheet.add(picture, display, caption);
         }
         for (path, animation) in &mut self.animations {
-            animation.add(picture, display).map_err(|cause| Error::write(path, &cause))?;
+            animation
+                .add(picture, display)
+                .map_err(|cause| Error::write(path, &cause))?;
         }
         Ok(())
     }
@@ -66,25 +90,34 @@ impl Together {
             sheet.write(path, &self.metadata)?;
             names.push(shown(path));
         }
-        for (path, animation) in self.animations.iter_mut().filter(|(_, animation)| !animation.is_empty()) {
+        for (path, animation) in self
+            .animations
+            .iter_mut()
+            .filter(|(_, animation)| !animation.is_empty())
+        {
             animation.write(path)?;
             names.push(shown(path));
         }
         Ok(names)
     }
 
-    /// Writes what there is when a run is stopped, under names that replace nobody's files; these names.
+    /// Writes what there is when a run is stopped, under names that replace nobody's files; these
+    /// names.
     pub fn keep(&mut self, is_free: impl Fn(&Path) -> bool) -> Result<Vec<String>, Error> {
         let sheet = self.sheet.as_ref().filter(|(_, sheet)| !sheet.is_empty());
         let sheet = sheet.map(|(path, sheet)| (path.clone(), sheet.bytes(&self.metadata)));
-        let animations = self.animations.iter_mut().filter(|(_, animation)| !animation.is_empty());
+        let animations = self
+            .animations
+            .iter_mut()
+            .filter(|(_, animation)| !animation.is_empty());
         let animations = animations.map(|(path, animation)| (path.clone(), animation.bytes()));
         let files: Vec<_> = sheet.into_iter().chain(animations).collect();
         files
             .into_iter()
             .map(|(path, bytes)| {
                 let bytes = bytes.map_err(|cause| Error::write(&path, &cause))?;
-                output::write_unnamed(&output::partial_name(&path), &bytes, &is_free).map(|name| shown(&name))
+                output::write_unnamed(&output::partial_name(&path), &bytes, &is_free)
+                    .map(|name| shown(&name))
             })
             .collect()
     }

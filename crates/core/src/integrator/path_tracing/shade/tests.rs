@@ -18,13 +18,26 @@ use crate::settings::Roulette;
 
 /// A surface at a point whose outward normal is this.
 fn surface(point: Vec3, normal: Vec3) -> Surface<f32> {
-    Surface { point, above: point, below: point, error: 1e-3, normal }
+    Surface {
+        point,
+        above: point,
+        below: point,
+        error: 1e-3,
+        normal,
+    }
 }
 
-/// A point of a surface whose outward normal is up, met by a ray that comes down, with a shading normal.
+/// A point of a surface whose outward normal is up, met by a ray that comes down, with a shading
+/// normal.
 fn met(point: Vec3, normal: Vec3) -> Interaction<f32> {
     let direction = -Vec3::Y;
-    Interaction { surface: surface(point, Vec3::Y), normal, outside: true, direction, ..Interaction::NOWHERE }
+    Interaction {
+        surface: surface(point, Vec3::Y),
+        normal,
+        outside: true,
+        direction,
+        ..Interaction::NOWHERE
+    }
 }
 
 /// A path that comes there after some segments.
@@ -37,20 +50,34 @@ fn path(traced: u32, throughput: Vec3, scatter: [f32; 4]) -> PathState<f32> {
         radiance: Vec3::ZERO,
         address,
         way: address.way(),
-        draws: VertexSamples { scatter, ..VertexSamples::default() },
+        draws: VertexSamples {
+            scatter,
+            ..VertexSamples::default()
+        },
         traced,
         matched: 0,
         passages: 0,
         hit: true,
         spread: f64::INFINITY,
         media: Media::default(),
-        previous: PreviousVertex { from: Vec3::Y, normal: Vec3::Y, density: f64::INFINITY },
+        previous: PreviousVertex {
+            from: Vec3::Y,
+            normal: Vec3::Y,
+            density: f64::INFINITY,
+        },
         wavelength: None,
     }
 }
 
 fn matte(base: Vec3) -> MetallicRoughness<f32> {
-    MetallicRoughness { base, metallic: 0.0, roughness: 1.0, dielectric: 0.0, grazing: 0.0, glass: None }
+    MetallicRoughness {
+        base,
+        metallic: 0.0,
+        roughness: 1.0,
+        dielectric: 0.0,
+        grazing: 0.0,
+        glass: None,
+    }
 }
 
 /// What becomes of vertices, and what they answered.
@@ -61,7 +88,10 @@ struct Shaded {
 
 impl Shaded {
     fn ray(&self, lane: usize) -> Ray<f32> {
-        Ray::new(vector::<f32>(&self.lanes.next.origin, lane), vector::<f32>(&self.answers.direction, lane))
+        Ray::new(
+            vector::<f32>(&self.lanes.next.origin, lane),
+            vector::<f32>(&self.answers.direction, lane),
+        )
     }
 }
 
@@ -73,7 +103,10 @@ struct Vertices {
 
 impl Vertices {
     fn new() -> Self {
-        Self { vertices: VertexLanes::new(), lights: LightLanes::new() }
+        Self {
+            vertices: VertexLanes::new(),
+            lights: LightLanes::new(),
+        }
     }
 
     fn push(
@@ -83,7 +116,12 @@ impl Vertices {
         light: Option<(&LightSample<f32>, MisStrategy)>,
     ) {
         let place = self.vertices.len as u32;
-        let lane = self.vertices.push(place, (path, at), (at.normal, LitSides::One, gain), Roulette::Late);
+        let lane = self.vertices.push(
+            place,
+            (path, at),
+            (at.normal, LitSides::One, gain),
+            Roulette::Late,
+        );
         self.vertices.put_model(lane, model);
         if let Some((sample, strategy)) = light {
             self.lights.put(lane, sample);
@@ -97,53 +135,116 @@ impl Vertices {
 
     fn shade_as<const MATTE: bool>(&self) -> Shaded {
         let (vertices, lights) = (&self.vertices, &self.lights);
-        let answers = Respond::<f32, MATTE> { vertices, lights, compensated: true }.run();
-        Shaded { lanes: ShadedLanes::of(vertices, lights, &answers, 70.0), answers }
+        let answers = Respond::<f32, MATTE> {
+            vertices,
+            lights,
+            compensated: true,
+        }
+        .run();
+        Shaded {
+            lanes: ShadedLanes::of(vertices, lights, &answers, 70.0),
+            answers,
+        }
     }
 }
 
 /// A light in a direction, of this radiance over its density.
-fn light(direction: Vec3, arriving: Vec3, density: Density, target: Target<f32>) -> LightSample<f32> {
-    LightSample { direction, arriving, density, target }
+fn light(
+    direction: Vec3,
+    arriving: Vec3,
+    density: Density,
+    target: Target<f32>,
+) -> LightSample<f32> {
+    LightSample {
+        direction,
+        arriving,
+        density,
+        target,
+    }
 }
 
 #[track_caller]
 fn close(found: Vec3, wanted: Vec3) {
-    assert!((found - wanted).abs().max_element() <= 1e-5 * (1.0 + wanted.abs().max_element()), "{found}, not {wanted}");
+    assert!(
+        (found - wanted).abs().max_element() <= 1e-5 * (1.0 + wanted.abs().max_element()),
+        "{found}, not {wanted}"
+    );
 }
 
-/// Protects: what matte surfaces send back of a light, in each lane its own: albedo over π by the cosine; all of a light without size times its
-/// gain; of a light that is found by scattering too the share of the power heuristic, whose other density is the cosine over π. Nothing of
-/// lights below the surface or the shading normal, and of none. Light that is no number stays none, so that its sample is dropped and counted.
+/// Protects: what matte surfaces send back of a light, in each lane its own: albedo over π by the
+/// cosine; all of a light without size times its gain; of a light that is found by scattering too
+/// the share of the power heuristic, whose other density is the cosine over π. Nothing of lights
+/// below the surface or the shading normal, and of none. Light that is no number stays none, so
+/// that its sample is dropped and counted.
 #[test]
 fn lights_are_sent_back_in_closed_form() {
     let mut all = Vertices::new();
     let albedos = [Vec3::new(0.8, 0.4, 0.2), Vec3::new(0.1, 0.5, 0.9)];
-    let [at, tilted] = [met(Vec3::ZERO, Vec3::Y), met(Vec3::X, Vec3::new(0.6, 0.8, 0.0))];
+    let [at, tilted] = [
+        met(Vec3::ZERO, Vec3::Y),
+        met(Vec3::X, Vec3::new(0.6, 0.8, 0.0)),
+    ];
     let (arriving, path) = (Vec3::new(3.0, 2.0, 1.0), path(0, Vec3::ONE, [0.5; 4]));
     let (steep, below) = (Vec3::new(0.0, 0.6, 0.8), Vec3::new(0.8, -0.6, 0.0));
     let by = |direction, density| light(direction, arriving, density, Target::Infinity);
     let sized = |direction| by(direction, Density::SolidAngle(0.25));
-    all.push((&path, &at), (&matte(albedos[0]), 1.0), Some((&sized(steep), MisStrategy::Value)));
-    all.push((&path, &at), (&matte(albedos[1]), 1.0), Some((&sized(steep), MisStrategy::Weighed)));
-    all.push((&path, &at), (&matte(albedos[0]), PI), Some((&by(steep, Density::Delta), MisStrategy::Delta { shines: false })));
+    all.push(
+        (&path, &at),
+        (&matte(albedos[0]), 1.0),
+        Some((&sized(steep), MisStrategy::Value)),
+    );
+    all.push(
+        (&path, &at),
+        (&matte(albedos[1]), 1.0),
+        Some((&sized(steep), MisStrategy::Weighed)),
+    );
+    all.push(
+        (&path, &at),
+        (&matte(albedos[0]), PI),
+        Some((
+            &by(steep, Density::Delta),
+            MisStrategy::Delta { shines: false },
+        )),
+    );
     // Above the shading normal's horizon and below the surface, and the other way round.
     all.push(
         (&path, &tilted),
         (&matte(albedos[0]), 1.0),
-        Some((&sized(Vec3::new(0.99, -0.1, 0.0).normalize()), MisStrategy::Value)),
+        Some((
+            &sized(Vec3::new(0.99, -0.1, 0.0).normalize()),
+            MisStrategy::Value,
+        )),
     );
     all.push(
         (&path, &tilted),
         (&matte(albedos[0]), 1.0),
-        Some((&sized(Vec3::new(-0.9, 0.3, 0.0).normalize()), MisStrategy::Value)),
+        Some((
+            &sized(Vec3::new(-0.9, 0.3, 0.0).normalize()),
+            MisStrategy::Value,
+        )),
     );
-    all.push((&path, &tilted), (&matte(albedos[0]), 1.0), Some((&sized(below), MisStrategy::Value)));
+    all.push(
+        (&path, &tilted),
+        (&matte(albedos[0]), 1.0),
+        Some((&sized(below), MisStrategy::Value)),
+    );
     all.push((&path, &at), (&matte(albedos[0]), 1.0), None);
-    let nan = light(steep, Vec3::new(f32::NAN, 1.0, 1.0), Density::SolidAngle(0.25), Target::Infinity);
-    all.push((&path, &at), (&matte(albedos[0]), 1.0), Some((&nan, MisStrategy::Value)));
+    let nan = light(
+        steep,
+        Vec3::new(f32::NAN, 1.0, 1.0),
+        Density::SolidAngle(0.25),
+        Target::Infinity,
+    );
+    all.push(
+        (&path, &at),
+        (&matte(albedos[0]), 1.0),
+        Some((&nan, MisStrategy::Value)),
+    );
     let shaded = all.shade();
-    assert_eq!(shaded.lanes.lit.is_lit, [true, true, true, false, false, false, false, true]);
+    assert_eq!(
+        shaded.lanes.lit.is_lit,
+        [true, true, true, false, false, false, false, true]
+    );
     let sent = |lane| vector::<f32>(&shaded.lanes.lit.sent, lane);
     assert!(sent(7).x.is_nan());
     close(sent(0), arriving * albedos[0] * (0.6 / PI));
@@ -153,72 +254,144 @@ fn lights_are_sent_back_in_closed_form() {
     close(sent(2), arriving * albedos[0] * 0.6);
 }
 
-/// Protects: a surface of the physical kind that reflects nothing is shaded with matte ones to the bit: the lobe of its facets, without
-/// reflectance, has no share in anything, whatever its roughness.
+/// Protects: a surface of the physical kind that reflects nothing is shaded with matte ones to the
+/// bit: the lobe of its facets, without reflectance, has no share in anything, whatever its
+/// roughness.
 #[test]
 fn what_reflects_nothing_is_matte() {
     let mut all = Vertices::new();
     for lane in 0..LANES {
         let part = (lane as f32 + 0.5) / LANES as f32;
-        let at = met(Vec3::new(part, 0.0, 0.0), Vec3::new(0.3 * part, 0.9, 0.1 - 0.2 * part).normalize());
-        let path = path(4, Vec3::new(1.0, part, 0.5), [part, 1.0 - part, 0.7 * part, 0.3]);
-        let model = MetallicRoughness { roughness: part, ..matte(Vec3::new(part, 0.5, 0.9)) };
+        let at = met(
+            Vec3::new(part, 0.0, 0.0),
+            Vec3::new(0.3 * part, 0.9, 0.1 - 0.2 * part).normalize(),
+        );
+        let path = path(
+            4,
+            Vec3::new(1.0, part, 0.5),
+            [part, 1.0 - part, 0.7 * part, 0.3],
+        );
+        let model = MetallicRoughness {
+            roughness: part,
+            ..matte(Vec3::new(part, 0.5, 0.9))
+        };
         let towards = Vec3::new(0.5 - part, 0.4, part).normalize();
-        let lamp = light(towards, Vec3::new(3.0, 2.0, 1.0), Density::SolidAngle(0.25), Target::Infinity);
+        let lamp = light(
+            towards,
+            Vec3::new(3.0, 2.0, 1.0),
+            Density::SolidAngle(0.25),
+            Target::Infinity,
+        );
         assert!(model.is_matte());
-        all.push((&path, &at), (&model, 1.0), Some((&lamp, MisStrategy::Weighed)));
+        all.push(
+            (&path, &at),
+            (&model, 1.0),
+            Some((&lamp, MisStrategy::Weighed)),
+        );
     }
     let glossy = all.shade_as::<false>();
     let matte = all.shade();
     assert!(matte.lanes.lit.is_lit.contains(&true) && matte.lanes.next.goes_on.contains(&true));
-    assert_eq!((matte.lanes.lit.is_lit, matte.lanes.next.goes_on), (glossy.lanes.lit.is_lit, glossy.lanes.next.goes_on));
+    assert_eq!(
+        (matte.lanes.lit.is_lit, matte.lanes.next.goes_on),
+        (glossy.lanes.lit.is_lit, glossy.lanes.next.goes_on)
+    );
     let vectors = |of: &Shaded| {
-        [of.lanes.lit.sent, of.lanes.next.origin, of.answers.direction, of.lanes.next.throughput]
-            .map(|v| v.map(|axis| axis.map(f32::to_bits)))
+        [
+            of.lanes.lit.sent,
+            of.lanes.next.origin,
+            of.answers.direction,
+            of.lanes.next.throughput,
+        ]
+        .map(|v| v.map(|axis| axis.map(f32::to_bits)))
     };
     assert_eq!(
         (vectors(&matte), matte.answers.density.map(f32::to_bits)),
         (vectors(&glossy), glossy.answers.density.map(f32::to_bits))
     );
     for (metallic, dielectric, grazing) in [(0.1, 0.0, 0.0), (0.0, 0.01, 0.0), (0.0, 0.0, 0.1)] {
-        assert!(!MetallicRoughness { metallic, dielectric, grazing, ..self::matte(Vec3::ONE) }.is_matte());
+        assert!(
+            !MetallicRoughness {
+                metallic,
+                dielectric,
+                grazing,
+                ..self::matte(Vec3::ONE)
+            }
+            .is_matte()
+        );
     }
 }
 
-/// Protects: rays to lights leave the surface on the light's side and end before what they aim at, or go on for ever; a light without size that
-/// is infinitely far has the reach of shadows.
+/// Protects: rays to lights leave the surface on the light's side and end before what they aim at,
+/// or go on for ever; a light without size that is infinitely far has the reach of shadows.
 #[test]
 fn rays_to_lights_aim_at_them() {
     let mut all = Vertices::new();
-    let (at, path) = (met(Vec3::new(1.0, 0.0, 0.0), Vec3::Y), path(0, Vec3::ONE, [0.5; 4]));
+    let (at, path) = (
+        met(Vec3::new(1.0, 0.0, 0.0), Vec3::Y),
+        path(0, Vec3::ONE, [0.5; 4]),
+    );
     let (white, arriving) = (matte(Vec3::ONE), Vec3::ONE);
     let lamp = surface(Vec3::new(1.0, 4.0, 3.0), -Vec3::Y);
     let towards = Vec3::new(0.0, 0.8, 0.6);
     let strategy = MisStrategy::Value;
-    let on_lamp = light(towards, arriving, Density::SolidAngle(0.5), Target::Surface(lamp));
-    let sky = light(towards, arriving, Density::SolidAngle(0.5), Target::Infinity);
+    let on_lamp = light(
+        towards,
+        arriving,
+        Density::SolidAngle(0.5),
+        Target::Surface(lamp),
+    );
+    let sky = light(
+        towards,
+        arriving,
+        Density::SolidAngle(0.5),
+        Target::Infinity,
+    );
     let sun = light(towards, arriving, Density::Delta, Target::Infinity);
     all.push((&path, &at), (&white, 1.0), Some((&on_lamp, strategy)));
     all.push((&path, &at), (&white, 1.0), Some((&sky, strategy)));
-    all.push((&path, &at), (&white, 1.0), Some((&sun, MisStrategy::Delta { shines: true })));
+    all.push(
+        (&path, &at),
+        (&white, 1.0),
+        Some((&sun, MisStrategy::Delta { shines: true })),
+    );
     let shaded = all.shade();
     for lane in 0..3 {
-        let (start, direction) =
-            (vector::<f32>(&shaded.lanes.shadow.start, lane), vector::<f32>(&shaded.lanes.shadow.towards, lane));
-        assert!(start.y > 0.0 && start.distance(at.surface.point) < 0.01, "{lane}: from {start}");
+        let (start, direction) = (
+            vector::<f32>(&shaded.lanes.shadow.start, lane),
+            vector::<f32>(&shaded.lanes.shadow.towards, lane),
+        );
+        assert!(
+            start.y > 0.0 && start.distance(at.surface.point) < 0.01,
+            "{lane}: from {start}"
+        );
         assert!(direction.distance(towards) < 1e-3, "{lane}: {direction}");
     }
-    assert!((4.9..5.0).contains(&shaded.lanes.shadow.length[0]), "{}", shaded.lanes.shadow.length[0]);
-    assert_eq!([shaded.lanes.shadow.length[1], shaded.lanes.shadow.length[2]], [f32::INFINITY, 70.0]);
+    assert!(
+        (4.9..5.0).contains(&shaded.lanes.shadow.length[0]),
+        "{}",
+        shaded.lanes.shadow.length[0]
+    );
+    assert_eq!(
+        [shaded.lanes.shadow.length[1], shaded.lanes.shadow.length[2]],
+        [f32::INFINITY, 70.0]
+    );
     let (ray, range) = at.surface.spawn_to_surface(&lamp).expect("they are apart");
     assert_eq!(
         (ray.origin, range),
-        (vector::<f32>(&shaded.lanes.shadow.start, 0), Interval { min: 0.0, max: shaded.lanes.shadow.length[0] })
+        (
+            vector::<f32>(&shaded.lanes.shadow.start, 0),
+            Interval {
+                min: 0.0,
+                max: shaded.lanes.shadow.length[0]
+            }
+        )
     );
 }
 
-/// Protects: paths go on above the surface, with what Lambert's diffusion leaves of them: the albedo, by cosine over π; those that chance
-/// may end by their brightest channel and a number of its own, and for those that it ended.
+/// Protects: paths go on above the surface, with what Lambert's diffusion leaves of them: the
+/// albedo, by cosine over π; those that chance may end by their brightest channel and a number of
+/// its own, and for those that it ended.
 #[test]
 fn paths_go_on_by_their_brightness() {
     let (base, at) = (Vec3::new(0.5, 0.25, 0.125), met(Vec3::ZERO, Vec3::Y));
@@ -235,59 +408,131 @@ fn paths_go_on_by_their_brightness() {
         (64, 8.0, 0.94),
         (64, 8.0, 0.96),
     ] {
-        all.push((&path(traced, Vec3::splat(brightness), numbers(u_roulette)), &at), (&matte(base), 1.0), None);
+        all.push(
+            (
+                &path(traced, Vec3::splat(brightness), numbers(u_roulette)),
+                &at,
+            ),
+            (&matte(base), 1.0),
+            None,
+        );
     }
     let shaded = all.shade();
-    assert_eq!(shaded.lanes.next.goes_on, [true, true, true, false, true, false, true, false]);
+    assert_eq!(
+        shaded.lanes.next.goes_on,
+        [true, true, true, false, true, false, true, false]
+    );
     let brightest = base / base.max_element();
-    let wanted = [base, base, brightest, brightest, brightest, brightest, base * 8.0 / 0.95, base];
+    let wanted = [
+        base,
+        base,
+        brightest,
+        brightest,
+        brightest,
+        brightest,
+        base * 8.0 / 0.95,
+        base,
+    ];
     for lane in (0..8).filter(|&lane| shaded.lanes.next.goes_on[lane]) {
-        close(vector::<f32>(&shaded.lanes.next.throughput, lane), wanted[lane]);
-        let Ray { origin, direction, .. } = shaded.ray(lane);
+        close(
+            vector::<f32>(&shaded.lanes.next.throughput, lane),
+            wanted[lane],
+        );
+        let Ray {
+            origin, direction, ..
+        } = shaded.ray(lane);
         assert!(origin.y > 0.0 && origin.length() < 0.01, "{origin}");
         // A point of the disk at the root of 0.04, raised.
         assert!((direction.y - 0.96_f32.sqrt()).abs() < 1e-5, "{direction}");
-        assert!((shaded.answers.density[lane] - direction.y / PI).abs() < 1e-5, "{}", shaded.answers.density[lane]);
+        assert!(
+            (shaded.answers.density[lane] - direction.y / PI).abs() < 1e-5,
+            "{}",
+            shaded.answers.density[lane]
+        );
     }
 }
 
-/// Protects: paths that would go on with more than a number holds, or with none, are told, so that their samples are dropped and counted;
-/// not those of which nothing is left, nor those that would lead below the surface.
+/// Protects: paths that would go on with more than a number holds, or with none, are told, so that
+/// their samples are dropped and counted; not those of which nothing is left, nor those that would
+/// lead below the surface.
 #[test]
 fn paths_that_carry_no_number_are_told() {
     let mut all = Vertices::new();
     let [flat, tilted] = [Vec3::Y, Vec3::new(0.8, 0.6, 0.0)].map(|normal| met(Vec3::ZERO, normal));
     for carried in [1.0, f32::INFINITY, f32::NAN, 0.0] {
-        all.push((&path(0, Vec3::splat(carried), [0.5; 4]), &flat), (&matte(Vec3::ONE), 1.0), None);
+        all.push(
+            (&path(0, Vec3::splat(carried), [0.5; 4]), &flat),
+            (&matte(Vec3::ONE), 1.0),
+            None,
+        );
     }
     for turn in [0.0, 0.25, 0.5, 0.75] {
-        all.push((&path(0, Vec3::splat(f32::NAN), [0.5, 0.9, turn, 0.5]), &tilted), (&matte(Vec3::ONE), 1.0), None);
+        all.push(
+            (
+                &path(0, Vec3::splat(f32::NAN), [0.5, 0.9, turn, 0.5]),
+                &tilted,
+            ),
+            (&matte(Vec3::ONE), 1.0),
+            None,
+        );
     }
     let shaded = all.shade();
-    let above: [bool; 4] = core::array::from_fn(|i| vector::<f32>(&shaded.answers.direction, 4 + i).y > 0.0);
-    assert_eq!(shaded.lanes.next.goes_on, [true, false, false, false, false, false, false, false]);
+    let above: [bool; 4] =
+        core::array::from_fn(|i| vector::<f32>(&shaded.answers.direction, 4 + i).y > 0.0);
     assert_eq!(
-        (&shaded.lanes.next.overflows[..4], &shaded.lanes.next.overflows[4..]),
+        shaded.lanes.next.goes_on,
+        [true, false, false, false, false, false, false, false]
+    );
+    assert_eq!(
+        (
+            &shaded.lanes.next.overflows[..4],
+            &shaded.lanes.next.overflows[4..]
+        ),
         (&[false, true, true, false][..], &above[..])
     );
     assert!(above.contains(&true) && above.contains(&false), "{above:?}");
 }
 
-/// Protects: a shading normal takes no reflection below the surface that is there, from outside and from within.
+/// Protects: a shading normal takes no reflection below the surface that is there, from outside and
+/// from within.
 #[test]
 fn s08_nothing_is_reflected_below_the_surface() {
     let normal = Vec3::new(0.8, 0.6, 0.0);
     let mut all = Vertices::new();
-    let inside = Interaction { surface: surface(Vec3::ZERO, -Vec3::Y), outside: false, ..met(Vec3::ZERO, normal) };
+    let inside = Interaction {
+        surface: surface(Vec3::ZERO, -Vec3::Y),
+        outside: false,
+        ..met(Vec3::ZERO, normal)
+    };
     let turns = [0.0_f32, 0.25, 0.5, 0.75];
-    for (at, turn) in [met(Vec3::ZERO, normal), inside].iter().flat_map(|at| turns.map(|turn| (at, turn))) {
-        all.push((&path(0, Vec3::ONE, [0.5, 0.9, turn, 0.5]), at), (&matte(Vec3::ONE), 1.0), None);
+    for (at, turn) in [met(Vec3::ZERO, normal), inside]
+        .iter()
+        .flat_map(|at| turns.map(|turn| (at, turn)))
+    {
+        all.push(
+            (&path(0, Vec3::ONE, [0.5, 0.9, turn, 0.5]), at),
+            (&matte(Vec3::ONE), 1.0),
+            None,
+        );
     }
     let shaded = all.shade();
     for lane in 0..8 {
         let direction = vector::<f32>(&shaded.answers.direction, lane);
-        assert_eq!(shaded.lanes.next.goes_on[lane], direction.y > 0.0, "{lane}: {direction}");
+        assert_eq!(
+            shaded.lanes.next.goes_on[lane],
+            direction.y > 0.0,
+            "{lane}: {direction}"
+        );
     }
-    let lost = shaded.lanes.next.goes_on.iter().filter(|&&goes_on| !goes_on).count();
-    assert!((1..8).contains(&lost) && shaded.lanes.next.goes_on[..4] == shaded.lanes.next.goes_on[4..], "{lost}");
+    let lost = shaded
+        .lanes
+        .next
+        .goes_on
+        .iter()
+        .filter(|&&goes_on| !goes_on)
+        .count();
+    assert!(
+        (1..8).contains(&lost) && shaded.lanes.next.goes_on[..4] == shaded.lanes.next.goes_on[4..],
+        "{lost}"
+    );
 }

@@ -14,14 +14,24 @@ use crate::settings::Settings;
 
 const SIZE: [u32; 2] = [24, 16];
 
-/// Rough surfaces, even and in cells, a mesh with images, beside mirrors, glass, layers, what is there in part, lamps and a sky: all
-/// that paths meet, and lights of each kind.
+/// Rough surfaces, even and in cells, a mesh with images, beside mirrors, glass, layers, what is
+/// there in part, lamps and a sky: all that paths meet, and lights of each kind.
 fn everything() -> Scene {
     let ball = |x: f64, y: f64, material: &str| json!({ "shape": { "sphere": { "centre": [x, y, 0], "radius": 0.6 } }, "material": material });
     let physical = |name: &str, terms: serde_json::Value| json!({ "name": name, "model": { "physical": terms } });
     let classic = |name: &str, terms: serde_json::Value| json!({ "name": name, "model": { "classic": terms } });
-    let cells = json!({ "checker": { "even": [0.9, 0.4, 0.1], "odd": [0.1, 0.2, 0.8], "size": 0.3 } });
-    let codes: Vec<[f64; 4]> = (0..64).map(|i| [0.4 + 0.003 * f64::from(i), 0.6 - 0.002 * f64::from(i), 0.9, 1.0]).collect();
+    let cells =
+        json!({ "checker": { "even": [0.9, 0.4, 0.1], "odd": [0.1, 0.2, 0.8], "size": 0.3 } });
+    let codes: Vec<[f64; 4]> = (0..64)
+        .map(|i| {
+            [
+                0.4 + 0.003 * f64::from(i),
+                0.6 - 0.002 * f64::from(i),
+                0.9,
+                1.0,
+            ]
+        })
+        .collect();
     let mut scene: Scene = serde_json::from_value(json!({
         "format": 1,
         "cameras": [{ "pose": { "look_at": { "eye": [0, 1.0, 7], "target": [0, 0.4, 0] } },
@@ -62,26 +72,54 @@ fn everything() -> Scene {
         ],
     }))
     .expect("a scene");
-    let pixels = crate::scene::Pixels::Linear(codes.iter().map(|code| code.map(|c| c as f32)).collect());
-    scene.images[0].data = Some(std::sync::Arc::new(crate::scene::ImageData { width: 8, height: 8, pixels }));
+    let pixels =
+        crate::scene::Pixels::Linear(codes.iter().map(|code| code.map(|c| c as f32)).collect());
+    scene.images[0].data = Some(std::sync::Arc::new(crate::scene::ImageData {
+        width: 8,
+        height: 8,
+        pixels,
+    }));
     scene
 }
 
-/// What the paths of all pixels bring, so many of them side by side, with what they hit first and what was counted.
-fn followed<R: Real>(prepared: &Prepared<R>, depth: u32, together: usize) -> (Vec<[u64; 5]>, Counters) {
+/// What the paths of all pixels bring, so many of them side by side, with what they hit first and
+/// what was counted.
+fn followed<R: Real>(
+    prepared: &Prepared<R>,
+    depth: u32,
+    together: usize,
+) -> (Vec<[u64; 5]>, Counters) {
     let mut tracer = PathTracer::<R>::new(prepared, depth, true, &());
     let pixels = (0..SIZE[0] * SIZE[1]).map(|i| [i % SIZE[0], i / SIZE[0]]);
-    let addresses: Vec<_> =
-        pixels.flat_map(|pixel| (0..4).map(move |index| Address { pixel, index, ..Address::default() })).collect();
+    let addresses: Vec<_> = pixels
+        .flat_map(|pixel| {
+            (0..4).map(move |index| Address {
+                pixel,
+                index,
+                ..Address::default()
+            })
+        })
+        .collect();
     let at = |x: u32| R::from_f64(f64::from(x) + 0.5);
-    let rays: Vec<_> = addresses.iter().map(|a| prepared.camera.ray(at(a.pixel[0]), at(a.pixel[1]), [0.5; 2])).collect();
+    let rays: Vec<_> = addresses
+        .iter()
+        .map(|a| {
+            prepared
+                .camera
+                .ray(at(a.pixel[0]), at(a.pixel[1]), [0.5; 2])
+        })
+        .collect();
     let (mut results, mut out) = (PathResults::default(), Vec::new());
     for (rays, addresses) in rays.chunks(together).zip(addresses.chunks(together)) {
         tracer.trace(CameraRays { rays, addresses }, &mut results);
         out.extend((0..rays.len()).map(|place| {
-            let PathResult { radiance, coverage, .. } = results.paths[place];
+            let PathResult {
+                radiance, coverage, ..
+            } = results.paths[place];
             let [r, g, b] = radiance.to_f64().to_array().map(f64::to_bits);
-            let first = results.first(place).0.map_or(0, |first| first.distance.to_bits() ^ u64::from(first.object));
+            let first = results.first(place).0.map_or(0, |first| {
+                first.distance.to_bits() ^ u64::from(first.object)
+            });
             [r, g, b, coverage.to_f64().to_bits(), first]
         }));
     }
@@ -92,24 +130,51 @@ fn followed<R: Real>(prepared: &Prepared<R>, depth: u32, together: usize) -> (Ve
 fn in_bodies() -> Scene {
     let mut scene = everything();
     let ball = |x: f64, radius: f64, material: &str| json!({ "shape": { "sphere": { "centre": [x, 0, 0], "radius": radius } }, "material": material });
-    for terms in [ball(0.8, 0.3, "metal"), ball(0.5, 0.3, "floor"), ball(1.2, 0.4, "syrup")] {
-        scene.objects.push(serde_json::from_value(terms).expect("an object"));
+    for terms in [
+        ball(0.8, 0.3, "metal"),
+        ball(0.5, 0.3, "floor"),
+        ball(1.2, 0.4, "syrup"),
+    ] {
+        scene
+            .objects
+            .push(serde_json::from_value(terms).expect("an object"));
     }
     let syrup = json!({ "name": "syrup", "model": { "physical": { "transmission": 1, "roughness": 0, "ior": 1.33,
         "attenuation_colour": [0.9, 0.4, 0.1], "attenuation_distance": 0.5 } } });
-    scene.materials.push(serde_json::from_value(syrup).expect("a material"));
+    scene
+        .materials
+        .push(serde_json::from_value(syrup).expect("a material"));
     scene
 }
 
 fn many_or_few<R: Real>(scene: &Scene, effects: EffectSet) {
-    let settings = Settings { size: SIZE, integrator: crate::scene::Integrator::Path, ..Settings::of(scene) };
-    let mut prepared = Prepared::<R>::new(scene, &settings, effects, &()).expect("it can be prepared");
-    let plain = |m: &&Material<R>| matches!(m, Material::Physical(m) if m.plain) || matches!(m, Material::Classic(m) if m.matte);
-    assert_eq!(prepared.materials.iter().filter(plain).count(), 7, "floor, metal, smooth, lamp, leaf, matte and tile");
+    let settings = Settings {
+        size: SIZE,
+        integrator: crate::scene::Integrator::Path,
+        ..Settings::of(scene)
+    };
+    let mut prepared =
+        Prepared::<R>::new(scene, &settings, effects, &()).expect("it can be prepared");
+    let plain = |m: &&Material<R>| {
+        matches!(m, Material::Physical(m) if m.plain)
+            || matches!(m, Material::Classic(m) if m.matte)
+    };
+    assert_eq!(
+        prepared.materials.iter().filter(plain).count(),
+        7,
+        "floor, metal, smooth, lamp, leaf, matte and tile"
+    );
     let (alone, counters) = followed(&prepared, 7, 1);
-    assert!(counters.scatter > 1000 && counters.reflection > 100 && counters.refraction > 100, "{counters:?}");
+    assert!(
+        counters.scatter > 1000 && counters.reflection > 100 && counters.refraction > 100,
+        "{counters:?}"
+    );
     for together in [2, 7, 8, 9, 100, usize::MAX] {
-        assert_eq!(followed(&prepared, 7, together), (alone.clone(), counters), "{together}");
+        assert_eq!(
+            followed(&prepared, 7, together),
+            (alone.clone(), counters),
+            "{together}"
+        );
     }
     let short = followed(&prepared, 2, 100);
     for material in &mut prepared.materials {
@@ -119,12 +184,16 @@ fn many_or_few<R: Real>(scene: &Scene, effects: EffectSet) {
             Material::Unused => {}
         }
     }
-    assert_eq!(followed(&prepared, 7, 100), (alone, counters), "one vertex after the other");
+    assert_eq!(
+        followed(&prepared, 7, 100),
+        (alone, counters),
+        "one vertex after the other"
+    );
     assert_eq!(followed(&prepared, 2, 100), short, "and of short paths");
 }
 
-/// Protects: how many paths go side by side, and whether their vertices are shaded together, changes no bit of what each brings, no
-/// first hit and no count.
+/// Protects: how many paths go side by side, and whether their vertices are shaded together,
+/// changes no bit of what each brings, no first hit and no count.
 #[test]
 fn paths_bring_what_they_bring_alone() {
     let scene = everything();
@@ -135,13 +204,24 @@ fn paths_bring_what_they_bring_alone() {
 /// Protects: the same in bodies that absorb and bend, with priorities and without.
 #[test]
 fn paths_in_bodies_bring_what_they_bring_alone() {
-    let (scene, without) = (in_bodies(), EffectSet::ALL.without(EffectSet::of(&[Effect::NestedMedia])));
-    let settings = Settings { size: SIZE, integrator: crate::scene::Integrator::Path, ..Settings::of(&scene) };
+    let (scene, without) = (
+        in_bodies(),
+        EffectSet::ALL.without(EffectSet::of(&[Effect::NestedMedia])),
+    );
+    let settings = Settings {
+        size: SIZE,
+        integrator: crate::scene::Integrator::Path,
+        ..Settings::of(&scene)
+    };
     let tracks = |effects| {
-        let prepared = Prepared::<f32>::new(&scene, &settings, effects, &()).expect("it can be prepared");
+        let prepared =
+            Prepared::<f32>::new(&scene, &settings, effects, &()).expect("it can be prepared");
         (prepared.absorbs, prepared.priorities.is_empty())
     };
-    assert_eq!((tracks(EffectSet::ALL), tracks(without)), ((true, false), (true, true)));
+    assert_eq!(
+        (tracks(EffectSet::ALL), tracks(without)),
+        ((true, false), (true, true))
+    );
     many_or_few::<f32>(&scene, EffectSet::ALL);
     many_or_few::<f32>(&scene, without);
     many_or_few::<f64>(&scene, EffectSet::ALL);
@@ -150,29 +230,57 @@ fn paths_in_bodies_bring_what_they_bring_alone() {
 /// Rays through the middles of all pixels.
 fn rays<R: Real>(prepared: &Prepared<R>) -> Vec<Ray<R>> {
     let at = |x: u32| R::from_f64(f64::from(x) + 0.5);
-    (0..SIZE[0] * SIZE[1]).map(|i| prepared.camera.ray(at(i % SIZE[0]), at(i / SIZE[0]), [0.5; 2])).collect()
+    (0..SIZE[0] * SIZE[1])
+        .map(|i| {
+            prepared
+                .camera
+                .ray(at(i % SIZE[0]), at(i / SIZE[0]), [0.5; 2])
+        })
+        .collect()
 }
 
 fn prepared(scene: &Scene) -> Prepared<f32> {
-    let settings = Settings { size: SIZE, integrator: crate::scene::Integrator::Path, ..Settings::of(scene) };
+    let settings = Settings {
+        size: SIZE,
+        integrator: crate::scene::Integrator::Path,
+        ..Settings::of(scene)
+    };
     Prepared::new(scene, &settings, EffectSet::ALL, &()).expect("it can be prepared")
 }
 
-/// Protects: what layers show of a camera ray is what it meets first, also where the path goes on through it; a veil lies over what paths
-/// bring, and what is too bright is brought down before.
+/// Protects: what layers show of a camera ray is what it meets first, also where the path goes on
+/// through it; a veil lies over what paths bring, and what is too bright is brought down before.
 #[test]
 fn first_hits_veils_and_limits() {
     let mut prepared = prepared(&everything());
     let (rays, plain) = (rays(&prepared), followed(&prepared, 7, 64).0);
-    let address = |i: usize| Address { pixel: [i as u32 % SIZE[0], i as u32 / SIZE[0]], ..Address::default() };
+    let address = |i: usize| Address {
+        pixel: [i as u32 % SIZE[0], i as u32 / SIZE[0]],
+        ..Address::default()
+    };
     let addresses: Vec<_> = (0..rays.len()).map(address).collect();
-    let (mut tracer, mut results) = (PathTracer::<f32>::new(&prepared, 7, true, &()), PathResults::default());
-    tracer.trace(CameraRays { rays: &rays, addresses: &addresses }, &mut results);
+    let (mut tracer, mut results) = (
+        PathTracer::<f32>::new(&prepared, 7, true, &()),
+        PathResults::default(),
+    );
+    tracer.trace(
+        CameraRays {
+            rays: &rays,
+            addresses: &addresses,
+        },
+        &mut results,
+    );
     let mut hits = 0;
     for (place, ray) in rays.iter().enumerate() {
-        let hit = prepared.geometry.closest(ray, raywright_bvh::Interval::positive(), &mut ());
+        let hit = prepared
+            .geometry
+            .closest(ray, raywright_bvh::Interval::positive(), &mut ());
         hits += usize::from(hit.is_some());
-        assert_eq!(results.first(place).0.map(|first| first.object), hit.map(|hit| hit.outermost()), "{place}");
+        assert_eq!(
+            results.first(place).0.map(|first| first.object),
+            hit.map(|hit| hit.outermost()),
+            "{place}"
+        );
     }
     assert!(hits > rays.len() / 2, "{hits}");
     prepared.veil = glam::Vec3::new(0.25, 0.5, 1.0);
@@ -181,7 +289,11 @@ fn first_hits_veils_and_limits() {
     for (found, before) in followed(&prepared, 7, 64).0.iter().zip(&plain) {
         let before: [f32; 3] = core::array::from_fn(|k| f64::from_bits(before[k]) as f32);
         let brightest = before.into_iter().fold(0.0, f32::max);
-        let factor = if brightest > 0.75 { 0.75 / brightest } else { 1.0 };
+        let factor = if brightest > 0.75 {
+            0.75 / brightest
+        } else {
+            1.0
+        };
         limited += usize::from(brightest > 0.75);
         for (k, veil) in [0.25, 0.5, 1.0].into_iter().enumerate() {
             assert_eq!(f64::from_bits(found[k]) as f32, before[k] * factor + veil);
@@ -190,26 +302,44 @@ fn first_hits_veils_and_limits() {
     assert!(limited > 10, "{limited}");
 }
 
-/// Protects: texels that are asked for ahead are those that are read, also where two maps of a material lie differently.
+/// Protects: texels that are asked for ahead are those that are read, also where two maps of a
+/// material lie differently.
 #[test]
 fn asking_ahead_changes_no_texel() {
     let mut scene = everything();
-    let crate::scene::Model::Physical(leaf) = &mut scene.materials[9].model else { panic!("a physical leaf") };
+    let crate::scene::Model::Physical(leaf) = &mut scene.materials[9].model else {
+        panic!("a physical leaf")
+    };
     let normals = leaf.normal_texture.as_mut().expect("a normal map");
     normals.uv_transform = Some([[0.5, 0.0, 0.3], [0.0, 2.0, 0.1]]);
     let prepared = prepared(&scene);
     let mut leaves = 0;
     for ray in rays(&prepared) {
         let leg = super::super::super::PathSegment::of(ray);
-        let Some(hit) = prepared.geometry.closest(&ray, raywright_bvh::Interval::positive(), &mut ()) else { continue };
+        let Some(hit) =
+            prepared
+                .geometry
+                .closest(&ray, raywright_bvh::Interval::positive(), &mut ())
+        else {
+            continue;
+        };
         let at = Interaction::smooth(&prepared, &leg, &hit);
-        let Material::Physical(m) = &prepared.materials[at.material as usize] else { continue };
+        let Material::Physical(m) = &prepared.materials[at.material as usize] else {
+            continue;
+        };
         let Some(bump) = &m.bump else { continue };
         let mut ahead = at;
         prepared.sources.prefetch(&mut ahead);
         let read = |at: &Interaction<f32>| {
-            let (base, code) = (m.base_at(&prepared.sources.at(at)), bump.image.colour(&prepared.sources.at(at)));
-            (base, code, bump.image.colour(&prepared.sources.at(at)) - base)
+            let (base, code) = (
+                m.base_at(&prepared.sources.at(at)),
+                bump.image.colour(&prepared.sources.at(at)),
+            );
+            (
+                base,
+                code,
+                bump.image.colour(&prepared.sources.at(at)) - base,
+            )
         };
         assert_eq!(read(&ahead), read(&at));
         leaves += usize::from(read(&at).2 != glam::Vec3::ZERO);
@@ -217,7 +347,8 @@ fn asking_ahead_changes_no_texel() {
     assert!(leaves > 20, "{leaves} where the maps differ");
 }
 
-/// Protects: a light that is above the horizon of a tilted normal and below that of the surface itself lights nothing; above both it does.
+/// Protects: a light that is above the horizon of a tilted normal and below that of the surface
+/// itself lights nothing; above both it does.
 #[test]
 fn lights_below_the_surface_light_nothing() {
     let lit = |height: f64| {
@@ -233,7 +364,10 @@ fn lights_below_the_surface_light_nothing() {
         }))
         .expect("a scene");
         let (brought, _) = followed(&prepared(&scene), 2, 64);
-        brought.iter().filter(|brought| f64::from_bits(brought[0]) > 0.0).count()
+        brought
+            .iter()
+            .filter(|brought| f64::from_bits(brought[0]) > 0.0)
+            .count()
     };
     assert_eq!(lit(-0.5), 0);
     assert_eq!(lit(0.5), (4 * SIZE[0] * SIZE[1]) as usize);
