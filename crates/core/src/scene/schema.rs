@@ -29,6 +29,7 @@ fn the_shipped_schema_is_that_of_the_types() {
 fn schema() -> String {
     let mut schema = schemars::schema_for!(Scene).to_value();
     allow_expressions(&mut schema);
+    join_lines(&mut schema);
     if let Json::Object(root) = &mut schema {
         root.insert("title".to_owned(), json!("Raywright scene"));
         // The one number that is not evaluated: it says how to read the others.
@@ -49,6 +50,23 @@ fn allow_expressions(schema: &mut Json) {
         Json::Object(members) => {
             allow_expression(members);
             members.values_mut().for_each(allow_expressions);
+        }
+        _ => {}
+    }
+}
+
+/// Where a line of the source ends is no part of a description; an empty line is.
+fn join_lines(schema: &mut Json) {
+    match schema {
+        Json::Array(items) => items.iter_mut().for_each(join_lines),
+        Json::Object(members) => {
+            if let Some(Json::String(text)) = members.get_mut("description") {
+                let paragraphs = text
+                    .split("\n\n")
+                    .map(|paragraph| paragraph.replace('\n', " "));
+                *text = paragraphs.collect::<Vec<_>>().join("\n\n");
+            }
+            members.values_mut().for_each(join_lines);
         }
         _ => {}
     }
