@@ -85,14 +85,14 @@ const POLICY: &str = "default-src 'none'; script-src 'self'; style-src 'self'; c
 fn reason(status: u16) -> &'static str {
     match status {
         200 => "OK",
-        400 => "Bad HttpRequest",
+        400 => "Bad Request",
         403 => "Forbidden",
         404 => "Not Found",
         405 => "Method Not Allowed",
-        408 => "HttpRequest Timeout",
+        408 => "Request Timeout",
         409 => "Conflict",
         413 => "Content Too Large",
-        431 => "HttpRequest Header Fields Too Large",
+        431 => "Request Header Fields Too Large",
         _ => "Service Unavailable",
     }
 }
@@ -269,5 +269,24 @@ mod tests {
             Err(431)
         );
         assert_eq!(status("\0\0\0\0"), Err(400));
+    }
+
+    /// Protects: each status of a refusal has the reason phrase of RFC 9110.
+    #[test]
+    fn statuses_have_their_reasons() {
+        let phrases = [
+            (400, "Bad Request"),
+            (403, "Forbidden"),
+            (404, "Not Found"),
+            (405, "Method Not Allowed"),
+            (408, "Request Timeout"),
+            (409, "Conflict"),
+            (413, "Content Too Large"),
+            (431, "Request Header Fields Too Large"),
+            (503, "Service Unavailable"),
+        ];
+        for (status, phrase) in phrases {
+            assert_eq!(reason(status), phrase);
+        }
     }
 }
