@@ -380,6 +380,40 @@ fn file_limits_leave_nothing_behind() {
     }
 }
 
+/// Protects: sheets and animations for which there is no room are kept beside the scene; a run
+/// that fails between two pictures keeps what its sheet and its animation have so far.
+#[cfg(target_os = "linux")]
+#[test]
+fn full_disks_keep_sheets_and_animations() {
+    let desk = Desk::new();
+    desk.write("sky.scene.toml", "format = 1\nsky.constant = 0.5\n");
+    for name in ["full.png", "full.gif", "full-2.gif"] {
+        std::os::unix::fs::symlink("/dev/full", desk.path(name)).expect("a link");
+    }
+    let series = "sky.scene.toml -q -s 4x4 --spp 1 --allow-empty --frames 0..1:3".split(' ');
+    let series: Vec<_> = series.collect();
+    let sheet = ["--sheet", "full.png"];
+    desk.run(&[&series[..], &sheet].concat())
+        .exits_with(4)
+        .says_like("the disk is full")
+        .says_like("the sheet is kept in full-2.png");
+    assert!(desk.picture("full-2.png").width > 12);
+    desk.run(&[&series[..], &["-o", "full.gif"]].concat())
+        .exits_with(4)
+        .says_like("the animation is kept in full-3.gif");
+    let kept = fs::read(desk.path("full-3.gif")).expect("the animation");
+    assert!(kept.starts_with(b"GIF89a"));
+
+    std::os::unix::fs::symlink("/dev/full", desk.path("full-1.exr")).expect("a link");
+    let both = ["--sheet", "s.png", "-o", "full-%d.exr"];
+    desk.run(&[&series[..], &both].concat())
+        .exits_with(4)
+        .says_like("the picture is kept in full-1-2.exr")
+        .says_like("the pictures before it are in")
+        .says_like("s.partial.png");
+    assert!(desk.path("full-0.exr").exists() && desk.path("s.partial.png").exists());
+}
+
 /// Protects: a full disk ends a run with exit code 4, wherever the picture goes; a picture that was
 /// to be a file is kept beside the scene under a name that nothing has, or in the temporary folder.
 #[cfg(target_os = "linux")]

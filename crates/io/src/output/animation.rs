@@ -115,8 +115,21 @@ impl Animation {
             Cow::Borrowed(picture)
         };
         let packed = png_bytes(&picture, display, &Metadata::default())?;
-        self.spool.write_all(&packed)?;
+        if self.spool.write_all(&packed).is_err() {
+            self.move_spool()?;
+            self.spool.write_all(&packed)?;
+        }
         self.lengths.push(packed.len());
+        Ok(())
+    }
+
+    /// Moves the pictures that wait to the temporary folder, where theirs has no room for more.
+    fn move_spool(&mut self) -> io::Result<()> {
+        let mut spool = tempfile::tempfile()?;
+        self.spool.seek(SeekFrom::Start(0))?;
+        let whole = self.lengths.iter().map(|&length| length as u64).sum();
+        io::copy(&mut (&self.spool).take(whole), &mut spool)?;
+        self.spool = spool;
         Ok(())
     }
 
@@ -274,6 +287,38 @@ mod tests {
             assert_eq!(frames, [3, 4, 3].map(|delay| (delay, dispose, [4, 3])));
             assert_eq!(reader.repeat(), Repeat::Infinite);
         }
+    }
+
+    /// Protects: where the folder of an animation has no room for a further picture, the pictures
+    /// before it are kept, and the file has the bytes of one that had room.
+    #[cfg(unix)]
+    #[test]
+    fn a_full_folder_loses_no_picture() {
+        let folder = tempfile::tempdir().expect("a folder");
+        let make = |is_full: bool| {
+            let path = folder.path().join("a.apng");
+            let format = AnimationFormat::Apng;
+            let mut animation =
+                Animation::new(&path, format, 10.0, Metadata::default()).expect("a spool");
+            for (i, grey) in [0.2, 0.5, 0.8, 1.0].into_iter().enumerate() {
+                if is_full && i == 2 {
+                    // A file that can be read and not be written.
+                    let mut packed = Vec::new();
+                    animation.spool.seek(SeekFrom::Start(0)).expect("a file");
+                    animation.spool.read_to_end(&mut packed).expect("a file");
+                    std::fs::write(&path, &packed).expect("a file");
+                    animation.spool = File::open(&path).expect("a file");
+                }
+                let rgb = vec![[grey; 3]; 12];
+                let picture = Picture {
+                    rgb,
+                    ..Picture::new(4, 3)
+                };
+                animation.add(&picture, Display::PLAIN).expect("room");
+            }
+            animation.bytes().expect("all of them")
+        };
+        assert!(make(true) == make(false));
     }
 
     /// Protects: an APNG plays as fast as was asked for, for ever, and has the codes of its

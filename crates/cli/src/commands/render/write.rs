@@ -29,48 +29,42 @@ pub fn write(
         match write_to(target, rendered, display, metadata, &is_free) {
             Ok(name) => written.extend(name),
             Err(failure) => {
-                let kept = target.path().and_then(|path| {
-                    keep_elsewhere(path, rendered, display, metadata, (inputs, &is_free))
+                let shelter = target.path().and_then(|path| {
+                    let picture = picture(rendered, Format::of(path).ok()?, display);
+                    keep_elsewhere(path, (inputs, &is_free), |path, is_free| {
+                        output::write_unnamed_picture(path, &picture, display, metadata, is_free)
+                    })
                 });
-                let failure = match kept {
-                    Some(kept) => {
-                        failure.with_hint(format_args!("the picture is kept in {}", shown(&kept)))
-                    }
-                    None => failure,
-                };
-                failed = failed.or(Some(failure));
+                failed = Some(with_shelter(failed.unwrap_or(failure), "picture", shelter));
             }
         }
     }
     failed.map_or(Ok(written), Err)
 }
 
-/// Writes a picture for which there was no place under its own name, where it replaces nothing: its
-/// file, where there is a place for it.
-fn keep_elsewhere(
+/// Writes a file for which there was no place under its own name to the folder of the first input
+/// or to the temporary folder, where it replaces nothing: its name there, if it has a place.
+pub fn keep_elsewhere(
     path: &Path,
-    rendered: &Rendered,
-    display: Display,
-    metadata: &Metadata,
     (inputs, is_free): (&Inputs, impl Fn(&Path) -> bool),
+    write: impl Fn(&Path, &dyn Fn(&Path) -> bool) -> Result<PathBuf, Error>,
 ) -> Option<PathBuf> {
-    let (name, picture) = (
-        path.file_name()?,
-        picture(rendered, Format::of(path).ok()?, display),
-    );
-    let beside = inputs
-        .files()
-        .next()
-        .and_then(Path::parent)
-        .map(Path::to_owned);
+    let name = path.file_name()?;
+    let beside = inputs.files().next().and_then(Path::parent);
     let is_new = |other: &Path| other.symlink_metadata().is_err() && is_free(other);
-    let keep = |folder: PathBuf| {
-        output::write_unnamed_picture(&folder.join(name), &picture, display, metadata, is_new).ok()
-    };
     beside
+        .map(Path::to_owned)
         .into_iter()
         .chain([std::env::temp_dir()])
-        .find_map(keep)
+        .find_map(|folder| write(&folder.join(name), &is_new).ok())
+}
+
+/// A failure to write a file, with the place where it is kept instead.
+pub fn with_shelter(failure: Failure, file: &str, shelter: Option<PathBuf>) -> Failure {
+    match shelter {
+        Some(kept) => failure.with_hint(format_args!("the {file} is kept in {}", shown(&kept))),
+        None => failure,
+    }
 }
 
 /// Writes the picture to one target; the file's name, where it is one.

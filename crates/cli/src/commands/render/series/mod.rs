@@ -245,8 +245,11 @@ impl<'a> Series<'a> {
             let Err(failure) = self.render_scene(scene, notes) else {
                 continue;
             };
-            if failure.exit == Exit::Interrupted || self.inputs.len() == 1 {
+            if failure.exit == Exit::Interrupted {
                 return Err(failure);
+            }
+            if self.inputs.len() == 1 {
+                return Err(self.with_kept(failure));
             }
             console::tell(failure.message.trim_end());
             self.failed.push(failure.exit);
@@ -255,7 +258,8 @@ impl<'a> Series<'a> {
                 .iter()
                 .for_each(|_| self.progress.finish_piece());
         }
-        let together = self.together.write()?;
+        let is_free = |path: &Path| self.outputs.leave_free(path, &self.clear_of);
+        let together = self.together.write((&self.clear_of, is_free))?;
         let files = [ranges(&self.names), together].concat().join(", ");
         let error = self
             .error
@@ -275,6 +279,18 @@ impl<'a> Series<'a> {
                 spoken(self.clock.total())
             )),
         })
+    }
+
+    /// The failure that ends a run, with the place of what its sheet and animations have so far.
+    fn with_kept(&mut self, failure: Failure) -> Failure {
+        let is_free = |path: &Path| self.outputs.leave_free(path, &self.clear_of);
+        match self.together.keep(is_free) {
+            Ok(kept) if !kept.is_empty() => failure.with_hint(format_args!(
+                "the pictures before it are in {}",
+                kept.join(", ")
+            )),
+            _ => failure,
+        }
     }
 
     /// Renders all pictures of a scene.

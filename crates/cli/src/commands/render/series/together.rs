@@ -1,13 +1,14 @@
 //! Files that hold all the pictures of a run: a contact sheet and animations.
 
+use std::io;
 use std::path::{Path, PathBuf};
 
 use raywright_core::display::Display;
 use raywright_core::picture::Picture;
-use raywright_io::Error;
 use raywright_io::output::{self, Animation, AnimationFormat, Format, Metadata, Sheet};
+use raywright_io::{Error, Inputs};
 
-use crate::commands::render::write::shown;
+use crate::commands::render::write::{self, shown};
 use crate::failure::Failure;
 use crate::origin;
 use crate::plan::Task;
@@ -83,22 +84,40 @@ impl Together {
         Ok(())
     }
 
-    /// Writes all of them; their names.
-    pub fn write(&mut self) -> Result<Vec<String>, Failure> {
-        let mut names = Vec::new();
+    /// Writes all of them; their names. One that can't be written does not keep the others away,
+    /// and is kept beside the input or in the temporary folder, which the failure tells.
+    pub fn write(
+        &mut self,
+        (inputs, is_free): (&Inputs, impl Fn(&Path) -> bool),
+    ) -> Result<Vec<String>, Failure> {
+        let (mut names, mut failed) = (Vec::new(), None);
+        let mut settle = |path: &Path, what, written, bytes: &mut dyn FnMut() -> io::Result<_>| {
+            let Err(error) = written else {
+                names.push(shown(path));
+                return;
+            };
+            let shelter = bytes().ok().and_then(|bytes: Vec<u8>| {
+                write::keep_elsewhere(path, (inputs, &is_free), |path, is_free| {
+                    output::write_unnamed(path, &bytes, is_free)
+                })
+            });
+            let failure = failed.take().unwrap_or_else(|| Failure::from(error));
+            failed = Some(write::with_shelter(failure, what, shelter));
+        };
         if let Some((path, sheet)) = self.sheet.as_ref().filter(|(_, sheet)| !sheet.is_empty()) {
-            sheet.write(path, &self.metadata)?;
-            names.push(shown(path));
+            let metadata = &self.metadata;
+            let written = sheet.write(path, metadata);
+            settle(path, "sheet", written, &mut || sheet.bytes(metadata));
         }
         for (path, animation) in self
             .animations
             .iter_mut()
             .filter(|(_, animation)| !animation.is_empty())
         {
-            animation.write(path)?;
-            names.push(shown(path));
+            let written = animation.write(path);
+            settle(path, "animation", written, &mut || animation.bytes());
         }
-        Ok(names)
+        failed.map_or(Ok(names), Err)
     }
 
     /// Writes what there is when a run is stopped, under names that replace nobody's files; these
