@@ -1,11 +1,11 @@
-//! Directional albedos of rough facets, tabulated: what facets send back at once, and what white
-//! ones lose.
+//! Tabulated directional albedos of microfacets: the part of a single reflection that Schlick's
+//! weight scales, and the energy that white microfacets lose.
 //!
-//! The tables depend on nothing, so they are constants: `albedo.table`, which a test computes anew
-//! and compares byte by byte. Facets that are as rough along every direction have one by roughness
-//! and cosine. Those that are not have two angles and two roughnesses, and one as fine would be a
-//! hundred times as long. So theirs holds the difference to isotropic facets of the roughness that
-//! the view's azimuth shows, which is small and smooth.
+//! The tables depend on no scene, so they are constants: `albedo.table`, which a test computes anew
+//! and compares byte by byte. Isotropic microfacets have a table by roughness and cosine.
+//! Anisotropic microfacets need two angles and two roughnesses; a table as fine would be a hundred
+//! times as long. So their table holds the difference to isotropic microfacets of the roughness
+//! along the view's azimuth. That difference is small and smooth.
 
 use core::array::from_fn;
 
@@ -15,47 +15,48 @@ use super::fresnel::schlick_weight;
 use super::ggx::{Ggx, LEAST_ROUGHNESS};
 use crate::number::{Number, Vector3};
 
-/// What white facets lose that meet light once, and what those send back that reflect nothing at
-/// normal incidence and all at grazing incidence, by Schlick.
+/// Energy that white microfacets lose in a single reflection, and the albedo of microfacets whose
+/// reflectance is Schlick's weight: zero at normal incidence, one at grazing incidence.
 pub(super) type Entry = [f32; 2];
 
-/// Mean over the hemisphere, by the cosine, of Schlick's way towards grazing incidence: 2·∫(1 −
-/// c)⁵·c dc.
+/// Cosine-weighted mean of Schlick's weight over the hemisphere: 2·∫(1 − c)⁵·c dc.
 pub(super) const MEAN_GRAZING: f64 = 1.0 / 21.0;
 
-/// Roughnesses and cosines of the table of isotropic facets.
+/// Steps of roughness and of cosine in the isotropic table.
 pub(super) const STEPS: usize = 32;
-/// Cosines, azimuths, finer roughnesses and strengths of that of anisotropic ones, and roughnesses
-/// and strengths of its means.
+/// Steps of cosine, azimuth, lesser roughness and strength in the anisotropic table; then the steps
+/// of roughness and strength of its means.
 pub(super) const ANISOTROPIC: [usize; 4] = [16, 12, 12, 8];
 pub(super) const ANISOTROPIC_MEANS: usize = 24;
-/// What a difference of one is stored as.
+/// Stored value of a difference of one.
 pub(super) const UNIT: f64 = 32_767.0;
 
 const ENTRIES: usize = STEPS * STEPS;
 const DIFFERENCES: usize = ANISOTROPIC[0] * ANISOTROPIC[1] * ANISOTROPIC[2] * ANISOTROPIC[3];
 const MEANS: usize = ANISOTROPIC_MEANS * ANISOTROPIC_MEANS;
 
-/// All that is tabulated.
+/// The tables of isotropic and anisotropic albedos.
 pub(super) struct Table {
-    /// Entries of isotropic facets by the perceptual roughness and the cosine of view, and their
-    /// means over the hemisphere by the roughness. Roughnesses go by their root and cosines by
-    /// their fourth one, because albedos fall fast towards grazing where facets are next to smooth.
-    /// With even steps of roughness and roots of cosines, what is interpolated was up to .010 off
-    /// at cosines from .02 on; so it is up to .004.
+    /// Isotropic entries by perceptual roughness and cosine of the view, and their means over the
+    /// hemisphere by roughness. Steps are even in the square root of the roughness and in the
+    /// fourth root of the cosine, because albedos fall fast towards grazing where microfacets are
+    /// nearly smooth. With even steps of roughness and square roots of cosines, interpolated
+    /// albedos were up to .010 off at cosines from .02 on; with these steps they are up to .004
+    /// off.
     pub entries: [Entry; ENTRIES],
     pub means: [Entry; STEPS],
-    /// Means over the hemisphere of anisotropic facets, by the finer roughness and the strength.
+    /// Means over the hemisphere of anisotropic microfacets, by the lesser roughness and the
+    /// strength.
     pub anisotropic_means: [Entry; MEANS],
-    /// What anisotropic facets have beyond isotropic ones, by the coordinates of
-    /// [`anisotropic_coordinates`]. With these, what is interpolated is up to .008 off.
+    /// Difference of anisotropic to isotropic albedos, by the coordinates of
+    /// [`anisotropic_coordinates`]. Interpolated albedos are up to .008 off.
     pub anisotropic: [[i16; 2]; DIFFERENCES],
 }
 
 pub(super) static TABLE: Table = Table::read(include_bytes!("albedo.table"));
 
 impl Table {
-    /// Bytes of all of it.
+    /// Length of the file in bytes.
     pub const BYTES: usize = 8 * (ENTRIES + STEPS + MEANS) + 4 * DIFFERENCES;
 
     pub const fn read(bytes: &[u8; Self::BYTES]) -> Self {
@@ -68,7 +69,7 @@ impl Table {
     }
 }
 
-/// Pairs of f32 that stand in bytes from a place on, the least byte first.
+/// Little-endian pairs of `f32` from an offset on.
 const fn pairs<const COUNT: usize>(bytes: &[u8], from: usize) -> [Entry; COUNT] {
     let mut out = [[0.0; 2]; COUNT];
     let mut k = 0;
@@ -81,7 +82,7 @@ const fn pairs<const COUNT: usize>(bytes: &[u8], from: usize) -> [Entry; COUNT] 
     out
 }
 
-/// The same of pairs of i16.
+/// Little-endian pairs of `i16` from an offset on.
 const fn differences<const COUNT: usize>(bytes: &[u8], from: usize) -> [[i16; 2]; COUNT] {
     let mut out = [[0; 2]; COUNT];
     let mut k = 0;
@@ -93,10 +94,11 @@ const fn differences<const COUNT: usize>(bytes: &[u8], from: usize) -> [[i16; 2]
     out
 }
 
-/// Between which of some steps a share lies, and how far.
+/// Interpolation of `x` in [0, 1] among even steps: index of the lower step, and the fraction
+/// beyond it.
 #[inline(always)]
 pub(super) fn between(x: f64, steps: usize) -> (usize, f64) {
-    // Also zero for what is no number.
+    // Zero for NaN too.
     let x = if x > 0.0 { x.min(1.0) } else { 0.0 } * (steps - 1) as f64;
     let below = (x as usize).min(steps - 2);
     (below, x - below as f64)
@@ -107,7 +109,8 @@ fn mix(a: [f64; 2], b: [f64; 2], share: f64) -> [f64; 2] {
     [a[0] + (b[0] - a[0]) * share, a[1] + (b[1] - a[1]) * share]
 }
 
-/// What the table has for a cosine and a roughness; of what is next to smooth, what a mirror does.
+/// Interpolated entry for a cosine and a roughness. Below the least roughness the values are those
+/// of a mirror.
 #[inline(always)]
 pub(super) fn look_up(table: &Table, cosine: f64, roughness: f64) -> [f64; 2] {
     if roughness <= LEAST_ROUGHNESS {
@@ -137,16 +140,16 @@ fn look_up_mean(table: &Table, roughness: f64) -> [f64; 2] {
     )
 }
 
-/// Where facets of such α lie between finer roughnesses and strengths: by the root of the former,
-/// from the least one on.
+/// Coordinates of a pair of α in the table of anisotropic means: the root of the lesser roughness,
+/// from the least roughness on, and the strength.
 fn anisotropy_coordinates([wide, fine]: [f64; 2]) -> [f64; 2] {
     let least = LEAST_ROUGHNESS.sqrt();
     let strength = ((wide - fine) / (1.0 - fine).max(1e-9)).max(0.0).sqrt();
     [(fine.sqrt().sqrt() - least) / (1.0 - least), strength]
 }
 
-/// Where a direction in the frame of facets of such α lies in the table of anisotropic ones, and
-/// the roughness that its azimuth shows: the azimuth goes by the root of that roughness.
+/// Coordinates of a direction, in the frame of anisotropic microfacets, in their table; and the
+/// roughness along the direction's azimuth. The azimuth enters by the root of that roughness.
 fn anisotropic_coordinates(v: DVec3, [wide, fine]: [f64; 2]) -> ([f64; 4], f64) {
     let (x2, y2) = (v.x * v.x, v.y * v.y);
     let across = x2 + y2;
@@ -170,7 +173,7 @@ fn anisotropic_coordinates(v: DVec3, [wide, fine]: [f64; 2]) -> ([f64; 4], f64) 
     )
 }
 
-/// What the table has for a direction in the frame of facets of such α.
+/// Interpolated entry for a direction in the frame of anisotropic microfacets with this α.
 pub(super) fn look_up_anisotropic(table: &Table, v: DVec3, alpha: [f64; 2]) -> [f64; 2] {
     let (place, roughness) = anisotropic_coordinates(v, alpha);
     let steps: [(usize, f64); 4] = from_fn(|k| between(place[k], ANISOTROPIC[k]));
@@ -189,7 +192,7 @@ pub(super) fn look_up_anisotropic(table: &Table, v: DVec3, alpha: [f64; 2]) -> [
     sum.map(|x| x.clamp(0.0, 1.0))
 }
 
-/// The mean of that over the hemisphere, by the cosine.
+/// Cosine-weighted mean of the anisotropic entries over the hemisphere.
 fn look_up_anisotropic_mean(table: &Table, alpha: [f64; 2]) -> [f64; 2] {
     let [(i, u), (j, v)] = anisotropy_coordinates(alpha).map(|x| between(x, ANISOTROPIC_MEANS));
     let row = |i: usize| {
@@ -203,10 +206,11 @@ fn look_up_anisotropic_mean(table: &Table, alpha: [f64; 2]) -> [f64; 2] {
     mix(row(i), row(i + 1), u)
 }
 
-/// Share of Schlick's mean weight by which that of facets is spread about it.
+/// Spread of Schlick's weight over the microfacets, as a share of its mean.
 const SPREAD: f64 = 0.35;
 
-/// What white facets lose, and what those send back that reflect all at grazing incidence alone.
+/// Directional albedo of microfacets, split: energy that white microfacets lose (`lost`), and the
+/// albedo of a reflectance equal to Schlick's weight (`grazing`).
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Albedo<N: Number> {
     pub lost: N,
@@ -226,20 +230,20 @@ impl<N: Number> Albedo<N> {
         }
     }
 
-    /// Towards a direction, by its cosine.
+    /// The albedo for a direction of this cosine.
     #[inline(always)]
     pub fn towards(cosine: N, roughness: N) -> Self {
         Self::of(|lane| look_up(&TABLE, cosine.lane(lane), roughness.lane(lane)))
     }
 
-    /// In the mean over the hemisphere, by the cosine.
+    /// The cosine-weighted mean over the hemisphere.
     #[inline(always)]
     pub fn mean(roughness: N) -> Self {
         Self::of(|lane| look_up_mean(&TABLE, roughness.lane(lane)))
     }
 
-    /// Towards a direction on either side, by its cosine; where a mask is set, of facets that are
-    /// rougher along one direction.
+    /// The albedo for a direction on either side, by its cosine; of anisotropic microfacets where
+    /// the mask is set.
     pub fn towards_either(
         direction: N::Vec3,
         cosine: N,
@@ -261,7 +265,7 @@ impl<N: Number> Albedo<N> {
         Self::select(*mask, other, own)
     }
 
-    /// The same in the mean over the hemisphere.
+    /// [`Self::mean`], of anisotropic microfacets where the mask is set.
     pub fn mean_of_either(roughness: N, others: &Option<(N::Mask, Ggx<N>)>) -> Self {
         let own = Self::mean(roughness);
         let Some((mask, facets)) = others else {
@@ -280,12 +284,12 @@ impl<N: Number> Albedo<N> {
         }
     }
 
-    /// Share that facets send back whose reflectance at a cosine is said: that at the cosine whose
-    /// Schlick's weight is the mean of what they show. Exact for mirrors and for Schlick's formula;
-    /// Fresnel's, which rises less than in proportion to it, sends back less.
+    /// Directional albedo of microfacets with the given reflectance by cosine: their reflectance at
+    /// the cosine of the mean Schlick weight. Exact for mirrors and for Schlick's formula.
+    /// Fresnel's equations rise less than in proportion to that weight, which lowers the albedo.
     pub fn sent_by(&self, reflectance: impl Fn(N) -> N) -> N {
         let sent = N::ONE - self.lost;
-        // Schlick's weight in the mean, and to both sides of it as far as facets spread it.
+        // The reflectance at the mean of Schlick's weight, or at that mean shifted by the spread.
         let of = |way: f64| {
             let cosine = N::of_lanes(|lane| {
                 let weight = (self.grazing.lane(lane) / sent.lane(lane).max(1e-6)).clamp(0.0, 1.0);
@@ -298,7 +302,7 @@ impl<N: Number> Albedo<N> {
         sent * of(0.0).max((of(-1.0) + of(1.0)) * half)
     }
 
-    /// Share that facets send back which reflect `f0` at normal and `f90` at grazing incidence.
+    /// Directional albedo of microfacets with Schlick's reflectance from `f0` to `f90`.
     #[inline(always)]
     pub fn sent(&self, f0: N, f90: N) -> N {
         f0 * (N::ONE - self.lost) + (f90 - f0) * self.grazing

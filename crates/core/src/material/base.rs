@@ -1,5 +1,5 @@
-//! What lies below the facets of a layered surface: what it diffuses back and on of the light that
-//! they leave, and what they send to each other.
+//! The diffuse base below the microfacets of a layered surface: diffuse reflection and transmission
+//! of the light that the microfacets let in, and the multiple scattering among the microfacets.
 
 use core::f64::consts::PI;
 
@@ -16,42 +16,42 @@ use crate::number::{Mask, Number, Vector3};
 /// The base of a layered surface.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct DiffuseBase<N: Number> {
-    /// Share that is diffused back, and what is let through diffusely.
+    /// Diffuse reflectance, and diffuse transmittance.
     pub(super) back: N::Vec3,
     pub(super) through: N::Vec3,
-    /// Factor of what white facets send to each other.
+    /// Factor of the multiple scattering among white microfacets.
     pub(super) interreflected: N::Vec3,
-    /// Whether something is let through.
+    /// Whether the base transmits light.
     pub(super) both: bool,
     pub(super) top: DiffuseCover<N>,
 }
 
-/// How a layer of facets reflects that does not go by Schlick's way between two numbers.
+/// Reflectance of a microfacet layer that Schlick's formula does not describe.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Curve<N: Number> {
-    /// Where it does.
+    /// Lanes of this reflectance.
     pub(super) mask: N::Mask,
     pub(super) reflectance: Reflectance<N>,
-    /// Where Fresnel's equations alone say how, of facets that are as rough any way, so that what
-    /// they send back is tabulated by the index.
+    /// Lanes of isotropic microfacets that reflect by Fresnel's equations alone; their albedo is
+    /// tabulated by the index.
     pub(super) tabled: N::Mask,
 }
 
-/// The layer of facets over a base, seen from one direction.
+/// The microfacet layer over a base, for one viewing direction.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct DiffuseCover<N: Number> {
     pub(super) remainder: Remainder<N>,
-    /// Where facets are rougher one way, and those.
+    /// Lanes of anisotropic microfacets, and those microfacets.
     pub(super) anisotropic: Option<(N::Mask, Ggx<N>)>,
-    /// Where the layer does not reflect by Schlick's way between two numbers.
+    /// Reflectance in the lanes that do not follow Schlick's formula.
     pub(super) curve: Option<Curve<N>>,
-    /// Reflectances at normal and grazing incidence of glTF's sample formula, which leaves 1 − F by
-    /// the half vector.
+    /// Reflectances at normal and grazing incidence of glTF's sample formula, where the base gets 1
+    /// − F at the half vector.
     pub(super) literal: Option<[N; 2]>,
 }
 
 impl<N: Number> DiffuseCover<N> {
-    /// It as it is seen along `wo` at a cosine.
+    /// The layer as viewed along `wo`, at a cosine.
     pub(super) fn seen(self, wo: N::Vec3, cosine: N) -> Self {
         let albedo = Albedo::mean_of_either(self.remainder.roughness, &self.anisotropic);
         let [mut base, lost] = self.remainder.left(albedo);
@@ -60,7 +60,7 @@ impl<N: Number> DiffuseCover<N> {
                 None => mean_of(|cosine| self.left(N::Vec3::ZERO, cosine)[0]),
                 Some((_, facets)) => {
                     let frame = facets.frame();
-                    // The quarter of all azimuths is that of any of them.
+                    // By symmetry one quarter of the azimuths stands for all.
                     let turns =
                         [1.0, 3.0, 5.0, 7.0].map(|eighth| N::from_f64(eighth / 32.0).turned());
                     mean_of(|cosine| {
@@ -83,7 +83,8 @@ impl<N: Number> DiffuseCover<N> {
         }
     }
 
-    /// What is left towards a direction and its cosine: by the layer, and by white facets.
+    /// Energy that remains for a direction and its cosine: below the layer, and the loss of white
+    /// microfacets.
     fn left(&self, direction: N::Vec3, cosine: N) -> [N; 2] {
         let albedo = Albedo::towards_either(
             direction,
@@ -109,7 +110,8 @@ impl<N: Number> DiffuseCover<N> {
         [base, lost]
     }
 
-    /// What is left where facets reflect by Fresnel's equations: towards a cosine, or in the mean.
+    /// Energy that remains below microfacets that reflect by Fresnel's equations: for a cosine, or
+    /// in the mean.
     fn tabled(&self, curve: &Curve<N>, albedo: Albedo<N>, cosine: Option<N>) -> N {
         let (Some(index), roughness) = (curve.reflectance.exact, self.remainder.roughness) else {
             return N::ZERO;
@@ -128,8 +130,8 @@ impl<N: Number> DiffuseCover<N> {
         self.remainder.left_of(sent, albedo.lost)[0]
     }
 
-    /// Factors of 1/π: of what a white base sends back, and of what white facets send to each
-    /// other.
+    /// Factors of 1/π: of the reflection by a white base, and of the multiple scattering among
+    /// white microfacets.
     fn factors(&self, pair: &Pair<N>) -> [N; 2] {
         let into = pair.into.max(-pair.into);
         let ([base, lost], seen) = (self.left(pair.wi, into), self.remainder.seen);
@@ -140,7 +142,7 @@ impl<N: Number> DiffuseCover<N> {
 }
 
 impl<N: Number> DiffuseBase<N> {
-    /// Chance that what is sent both ways is sent back.
+    /// Probability of reflection where the base both reflects and transmits.
     fn back_share(&self) -> N {
         let (back, through) = (
             (self.back + self.interreflected).max_element(),

@@ -1,19 +1,18 @@
-//! Directional albedos of rough boundaries of dielectrics, by their index: what facets reflect by
-//! Fresnel's equations, and what facets lose that meet light once, reflected and refracted
-//! together.
+//! Tabulated directional albedos of rough dielectric boundaries by their index: the reflection of
+//! microfacets by Fresnel's equations, and the energy that single scattering, reflected and
+//! refracted together, loses.
 //!
-//! The tables depend on nothing, so they are constants: `boundary.table`, which a test computes
-//! anew and compares byte by byte. Each row ends with its mean over the hemisphere, by the cosine.
+//! The tables depend on no scene, so they are constants: `boundary.table`, which a test computes
+//! anew and compares byte by byte. Each row ends with its cosine-weighted mean over the hemisphere.
 
 use super::albedo::between;
 use super::fresnel::dielectric_in_air;
 use super::ggx::LEAST_ROUGHNESS;
 
-/// Steps of the index, of the roughness and of the cosine in the table of what is reflected, and in
-/// that of what is lost.
+/// Steps of index, roughness and cosine in the table of reflection, and in the table of loss.
 pub(super) const REFLECTED: [usize; 3] = [33, 24, 32];
 pub(super) const LOST: [usize; 3] = [33, 20, 20];
-/// What a share of one is stored as.
+/// Stored value of a share of one.
 pub(super) const UNIT: f64 = 65_535.0;
 /// Greatest index of the tables.
 pub(super) const MOST_INDEX: f64 = 1e3;
@@ -22,12 +21,12 @@ const fn places([indices, roughnesses, cosines]: [usize; 3]) -> usize {
     indices * roughnesses * (cosines + 1)
 }
 
-/// All that is tabulated.
+/// The tables of reflection and loss.
 pub(super) struct BoundaryTable {
-    /// Share that is reflected of light that comes from the thin side.
+    /// Share of light from the thin side that is reflected.
     pub reflected: [u16; places(REFLECTED)],
-    /// Shares that are lost of light that comes from the thin side, then of such from the dense
-    /// one: where facets reflect by Fresnel's equations, and where they let through all that they
+    /// Lost shares of light from the thin side, then of light from the dense side: for microfacets
+    /// that reflect by Fresnel's equations, and for microfacets that refract all light that they
     /// can.
     pub lost: [u16; 4 * places(LOST)],
 }
@@ -35,7 +34,7 @@ pub(super) struct BoundaryTable {
 pub(super) static TABLE: BoundaryTable = BoundaryTable::read(include_bytes!("boundary.table"));
 
 impl BoundaryTable {
-    /// Bytes of all of it.
+    /// Length of the file in bytes.
     pub const BYTES: usize = 2 * (places(REFLECTED) + 4 * places(LOST));
 
     pub const fn read(bytes: &[u8; Self::BYTES]) -> Self {
@@ -46,7 +45,7 @@ impl BoundaryTable {
     }
 }
 
-/// Shares that stand in bytes from a place on, the lesser byte first.
+/// Little-endian shares from an offset on.
 const fn shares<const COUNT: usize>(bytes: &[u8], from: usize) -> [u16; COUNT] {
     let mut out = [0; COUNT];
     let mut k = 0;
@@ -57,8 +56,8 @@ const fn shares<const COUNT: usize>(bytes: &[u8], from: usize) -> [u16; COUNT] {
     out
 }
 
-/// Where an index, at least one, lies among steps: finer towards one, where reflection begins, and
-/// towards the greatest, where it is all.
+/// Coordinate of an index, at least one, in [0, 1]: finer towards one, where reflection begins, and
+/// towards the greatest index, where it is total.
 fn place_of(index: f64) -> f64 {
     let of = |index: f64| {
         let root = (0.5 * (index - 1.0).max(0.0)).sqrt().sqrt();
@@ -69,18 +68,18 @@ fn place_of(index: f64) -> f64 {
 
 /// Cell of a table around an index, a roughness and a cosine.
 struct Cell {
-    /// Entry of the least index, roughness and cosine of it.
+    /// Entry at the cell's least index, roughness and cosine.
     first: usize,
-    /// From an entry to that of the next roughness, and to that of the next index.
+    /// Distance between entries of neighbouring roughnesses, and of neighbouring indices.
     strides: [usize; 2],
-    /// How far along the cell the index, the roughness and the cosine are; no cosine in the mean
-    /// over all.
+    /// Fractions of the cell for the index and the roughness, and for the cosine; no cosine selects
+    /// the mean over the hemisphere.
     shares: [f64; 2],
     along: Option<f64>,
 }
 
 impl Cell {
-    /// Of a table of such steps; without a cosine of its means.
+    /// The cell in a table of these steps; without a cosine, in its column of means.
     #[inline(always)]
     fn new(
         [indices, roughnesses, cosines]: [usize; 3],
@@ -104,7 +103,7 @@ impl Cell {
         }
     }
 
-    /// Value of a table in it.
+    /// Interpolated value of the table in the cell.
     #[inline(always)]
     fn value(&self, table: &[u16]) -> f64 {
         let entry = |place: usize| f64::from(table[place]) / UNIT;
@@ -119,8 +118,8 @@ impl Cell {
     }
 }
 
-/// Share that facets of an index, at least one, reflect of light from the thin side, by Fresnel's
-/// equations; in the mean where no cosine is given.
+/// Share of light from the thin side that microfacets of an index, at least one, reflect by
+/// Fresnel's equations; the mean over the hemisphere without a cosine.
 pub(super) fn reflected(index: f64, roughness: f64, cosine: Option<f64>) -> f64 {
     if roughness <= LEAST_ROUGHNESS {
         return cosine.map_or_else(
@@ -131,8 +130,8 @@ pub(super) fn reflected(index: f64, roughness: f64, cosine: Option<f64>) -> f64 
     Cell::new(REFLECTED, index, roughness, cosine).value(&TABLE.reflected)
 }
 
-/// Shares that facets lose: by Fresnel's equations, and where they let through all that they can.
-/// `eta` is the index on the side that light comes from over the other.
+/// Shares that microfacets lose: with Fresnel's equations, and where they refract all light that
+/// they can. `eta` is the index on the incident side over the other.
 pub(super) fn lost(eta: f64, roughness: f64, cosine: Option<f64>) -> [f64; 2] {
     let (side, index) = if eta > 1.0 { (1, eta) } else { (0, 1.0 / eta) };
     let cell = Cell::new(LOST, index, roughness, cosine);
@@ -140,10 +139,10 @@ pub(super) fn lost(eta: f64, roughness: f64, cosine: Option<f64>) -> [f64; 2] {
     [0, 1].map(|which| cell.value(&tables[2 * side + which]))
 }
 
-/// Reflectance of a smooth boundary of an index, at least one, in the mean over the hemisphere on
-/// its thin side, by the cosine (Duntley 1942).
+/// Cosine-weighted mean reflectance of a smooth boundary of an index, at least one, over the
+/// hemisphere on its thin side (Duntley 1942).
 pub(super) fn mean_reflectance(index: f64) -> f64 {
-    // Below, the difference of large numbers is all that is left.
+    // Closer to one, only the cancellation error of large numbers remains.
     if index < 1.0 + 1e-4 {
         return 0.0;
     }

@@ -1,16 +1,16 @@
-//! The answer to light of a surface at a point: a list of lobes, evaluated, sampled and weighed
-//! together. Which kinds of lobes is a parameter, so that surfaces of the common ones carry no code
-//! of the others.
+//! The BSDF of a surface at a point: a list of lobes, evaluated, sampled and weighted together. The
+//! family of lobe kinds is a parameter, so that surfaces of common kinds carry no code of the
+//! others.
 
 use super::frame::Frame;
 use super::lobe::Lobe;
 use super::lobe_kind::{LobeFamily, Pair};
 use crate::number::{Mask, Number, Vector3};
 
-/// Lobes that a surface of the common kinds may have.
+/// Most lobes of a surface of the common kinds.
 pub const MOST_LOBES: usize = 6;
 
-/// The answer to light of a surface at a point, by at most `MOST` lobes of a family of kinds.
+/// The BSDF of a surface at a point: at most `MOST` lobes of one family of kinds.
 #[derive(Clone, Copy, Debug)]
 pub struct Bsdf<N: Number, L: LobeFamily<N> = Lobe<N>, const MOST: usize = MOST_LOBES> {
     normal: N::Vec3,
@@ -18,19 +18,19 @@ pub struct Bsdf<N: Number, L: LobeFamily<N> = Lobe<N>, const MOST: usize = MOST_
     count: usize,
 }
 
-/// A direction in which light may have come.
+/// A sampled incident direction.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct BsdfSample<N: Number> {
-    /// Whether there is one: what was drawn may send nothing back. Everything else is zero then.
+    /// Whether the sample is valid: a sampled direction may carry no light. All other fields are
+    /// zero where it is not.
     pub some: N::Mask,
     /// Unit, away from the surface.
     pub direction: N::Vec3,
-    /// What light from there counts: value · |cosine| over the density, in the mean the share that
-    /// is sent back.
+    /// BSDF value · |cosine| / density; its mean is the albedo.
     pub weight: N::Vec3,
     /// Density by solid angle; zero for a delta lobe, which has none.
     pub density: N,
-    /// Whether a delta lobe gave it, so that no light would be met in any other way.
+    /// Whether a delta lobe was sampled; light sampling never yields its direction.
     pub delta: N::Mask,
 }
 
@@ -45,13 +45,13 @@ impl<N: Number, L: LobeFamily<N>, const MOST: usize> Bsdf<N, L, MOST> {
         }
     }
 
-    /// Makes it a surface without lobes about another normal, where it is.
+    /// Resets the BSDF in place to no lobes about another normal.
     #[inline(always)]
     pub fn renew(&mut self, normal: N::Vec3) {
         (self.normal, self.count) = (normal, 0);
     }
 
-    /// Adds a lobe; beyond `MOST` none is taken.
+    /// Adds a lobe; ignores lobes beyond `MOST`.
     #[inline(always)]
     pub fn add(&mut self, lobe: L) {
         if let Some(slot) = self.lobes.get_mut(self.count) {
@@ -60,7 +60,7 @@ impl<N: Number, L: LobeFamily<N>, const MOST: usize> Bsdf<N, L, MOST> {
         }
     }
 
-    /// It and a lobe: see [`Self::add`].
+    /// Returns the BSDF with one more lobe: see [`Self::add`].
     #[inline(always)]
     #[must_use]
     pub fn with(mut self, lobe: L) -> Self {
@@ -68,7 +68,7 @@ impl<N: Number, L: LobeFamily<N>, const MOST: usize> Bsdf<N, L, MOST> {
         self
     }
 
-    /// The normal on the side of the viewer.
+    /// The shading normal, on the viewer's side.
     #[inline(always)]
     pub fn normal(&self) -> N::Vec3 {
         self.normal
@@ -80,13 +80,13 @@ impl<N: Number, L: LobeFamily<N>, const MOST: usize> Bsdf<N, L, MOST> {
         &self.lobes[..self.count]
     }
 
-    /// Whether it answers to no light that could be drawn: all its lobes are delta lobes.
+    /// Whether all lobes are delta lobes.
     #[inline(always)]
     pub fn is_delta(&self) -> bool {
         self.lobes().iter().all(L::is_delta)
     }
 
-    /// Sums over the lobes of values, and of densities by importance.
+    /// Sums the values over the lobes, and the densities weighted by importance.
     #[inline(always)]
     fn sum(
         &self,
@@ -103,8 +103,7 @@ impl<N: Number, L: LobeFamily<N>, const MOST: usize> Bsdf<N, L, MOST> {
         (value, sum)
     }
 
-    /// Bidirectional reflectance from `wi`, which is above the surface, to `wo`; of delta lobes
-    /// nothing.
+    /// BRDF from `wi`, above the surface, to `wo`; zero for delta lobes.
     #[inline(always)]
     pub fn eval(&self, wo: N::Vec3, wi: N::Vec3) -> N::Vec3 {
         self.sum(
@@ -115,13 +114,13 @@ impl<N: Number, L: LobeFamily<N>, const MOST: usize> Bsdf<N, L, MOST> {
         .0
     }
 
-    /// Whether some lobe lets light through that could have been drawn.
+    /// Whether a non-delta lobe transmits light.
     #[inline(always)]
     pub fn lets_through(&self) -> bool {
         self.lobes().iter().any(L::lets_through)
     }
 
-    /// [`Self::eval`] of what is diffused alone, for a light that makes no highlights.
+    /// [`Self::eval`] of the diffuse part alone, for a light without highlights.
     #[inline(always)]
     pub fn eval_diffuse(&self, wo: N::Vec3, wi: N::Vec3) -> N::Vec3 {
         let diffuse = |lobe: &L, pair: &Pair<N>| (lobe.eval_diffuse(pair), N::ZERO);
@@ -129,7 +128,7 @@ impl<N: Number, L: LobeFamily<N>, const MOST: usize> Bsdf<N, L, MOST> {
             .0
     }
 
-    /// What the choice among lobes goes by, of each of them, and the sum.
+    /// The importance of each lobe, by which lobes are chosen, and their sum.
     #[inline(always)]
     fn importances(&self, cosine: N) -> ([N; MOST], N) {
         let (mut each, mut sum) = ([N::ZERO; MOST], N::ZERO);
@@ -140,15 +139,15 @@ impl<N: Number, L: LobeFamily<N>, const MOST: usize> Bsdf<N, L, MOST> {
         (each, sum)
     }
 
-    /// Density by solid angle with which [`Self::sample`] gives `wi`; delta lobes, which have none,
-    /// take their share of it away.
+    /// Density by solid angle with which [`Self::sample`] returns `wi`. Delta lobes have no
+    /// density; their share of the choice lowers it.
     #[inline(always)]
     pub fn pdf(&self, wo: N::Vec3, wi: N::Vec3) -> N {
         self.eval_and_pdf(wo, wi).1
     }
 
-    /// [`Self::eval`] and [`Self::pdf`] together, which share most of what they compute; of what
-    /// lets light through, for a light on any side of the surface.
+    /// [`Self::eval`] and [`Self::pdf`] together, which share most of their work. Includes
+    /// transmission, for a light on either side of the surface.
     #[inline(always)]
     pub fn eval_and_pdf(&self, wo: N::Vec3, wi: N::Vec3) -> (N::Vec3, N) {
         let cosine = self.normal.dot(wo);
@@ -181,8 +180,8 @@ impl<N: Number, L: LobeFamily<N>, const MOST: usize> Bsdf<N, L, MOST> {
         )
     }
 
-    /// A direction for three numbers in [0, 1), of which the first chooses the lobe. Drawn in a
-    /// frame about its normal.
+    /// Samples a direction by three numbers in [0, 1), in a frame about the normal. The first
+    /// number chooses the lobe.
     #[inline(always)]
     pub fn sample(&self, frame: &Frame<N>, wo: N::Vec3, [choice, u, v]: [N; 3]) -> BsdfSample<N> {
         let cosine = self.normal.dot(wo);
@@ -210,7 +209,7 @@ impl<N: Number, L: LobeFamily<N>, const MOST: usize> Bsdf<N, L, MOST> {
                 weight = N::Vec3::select(chosen, share / (importance / total), weight);
                 delta = delta | chosen;
             } else {
-                // How far into the lobe's share the choice lies is a number in [0, 1) too.
+                // The position of the choice within the lobe's share is a number in [0, 1) again.
                 let rest = ((choice * total - start) / importance).max(N::ZERO);
                 direction = N::Vec3::select(
                     chosen,
@@ -221,7 +220,7 @@ impl<N: Number, L: LobeFamily<N>, const MOST: usize> Bsdf<N, L, MOST> {
         }
         let (value, density) = self.eval_and_pdf_by(&importances, cosine, wo, direction);
         let facing = self.normal.dot(direction);
-        // Also false for NaN, and where nothing was drawn.
+        // False for NaN and for a failed sample too.
         let mut sent = density.above(N::ZERO) & facing.above(N::ZERO) & !delta;
         let mut drawn = value * (facing / density);
         if self.lets_through() {
@@ -239,9 +238,9 @@ impl<N: Number, L: LobeFamily<N>, const MOST: usize> Bsdf<N, L, MOST> {
         }
     }
 
-    /// From which lobe each able lane draws: the last one whose importance is above zero and before
-    /// which the others' sum is not above `target`. Asked from the last one on, so that rounding
-    /// leaves no rest behind it.
+    /// The lobe that each able lane samples: the last one with an importance above zero whose
+    /// predecessors' sum is not above `target`. The search starts at the last lobe, so that
+    /// rounding leaves no gap behind it.
     #[inline(always)]
     fn chosen(&self, importances: &[N; MOST], target: N, able: N::Mask) -> [N::Mask; MOST] {
         let (mut chosen, mut left) = ([N::Mask::default(); MOST], able);

@@ -1,9 +1,9 @@
-//! A boundary of a dielectric: a smooth one, by Fresnel's equations, or a rough one, whose facets
-//! each reflect and refract as a smooth one does ("Microfacet Models for Refraction through Rough
-//! Surfaces", Walter, Marschner, Li, Torrance 2007) and are drawn as they are seen.
+//! A dielectric boundary: smooth, by Fresnel's equations, or rough, with microfacets that each
+//! reflect and refract as a smooth boundary ("Microfacet Models for Refraction through Rough
+//! Surfaces", Walter, Marschner, Li, Torrance 2007). Microfacets are sampled by visible normals.
 //!
-//! What is carried is the light that passes, as for smooth boundaries: radiance is not scaled by
-//! the square of the index, which a path that leaves glass takes back.
+//! Paths carry power across smooth and rough boundaries alike: radiance is not scaled by the square
+//! of the index, since a path that leaves the glass undoes that factor.
 
 use super::frame::Frame;
 use super::ggx::{Ggx, alpha, mirrored, sample_wm};
@@ -11,26 +11,26 @@ use super::interface::Interface;
 use super::lobe_kind::{LobeKind, Pair, on_disk};
 use crate::number::{Mask, Number, Vector3};
 
-/// The boundary as one side sees it.
+/// The boundary from the side of the view.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Dielectric<N: Number> {
-    /// Index on the side that the ray comes from over the one beyond; in f64, because refraction
-    /// near the critical angle cancels.
+    /// Index on the ray's side over the index beyond; in `f64`, because refraction near the
+    /// critical angle cancels.
     pub eta: N::Exact,
-    /// The same in the lanes' own digits, which do for facets.
+    /// The same ratio in the lanes' precision, enough for microfacets.
     pub facet_eta: N,
-    /// Share of the surface that is such a boundary.
+    /// Share of the surface that this boundary covers.
     pub share: N,
-    /// Factor of what is reflected.
+    /// Factor of the reflection.
     pub reflected: N::Vec3,
-    /// Factor of what is let through.
+    /// Factor of the transmission.
     pub transmitted: N::Vec3,
-    /// Perceptual roughness, of which the microfacet α is the square; none: it is smooth.
+    /// Perceptual roughness, whose square is the microfacet α; `None` for a smooth boundary.
     pub roughness: Option<N>,
 }
 
-/// Unpolarised reflectance of a facet by the cosine of incidence and the index there over the one
-/// beyond, and the cosine beyond; 1 and none under total reflection.
+/// Unpolarised reflectance of a microfacet, and the cosine beyond, from the cosine of incidence and
+/// the index there over the index beyond. Total reflection returns 1 and a cosine of zero.
 #[inline(always)]
 pub(super) fn fresnel<N: Number>(cosine: N, eta: N) -> (N, N) {
     let c = cosine.max(N::ZERO).min(N::ONE);
@@ -47,8 +47,8 @@ pub(super) fn fresnel<N: Number>(cosine: N, eta: N) -> (N, N) {
 }
 
 impl<N: Number> Dielectric<N> {
-    /// The facet's normal that refracts between both directions, its cosines to them (the one of
-    /// the light is below zero), and whether there is one.
+    /// The microfacet normal that refracts between the two directions, its cosines to them (that to
+    /// the light is negative), and whether it exists.
     #[inline(always)]
     pub(super) fn between(&self, pair: &Pair<N>) -> (N::Vec3, [N; 2], N::Mask) {
         let along = pair.wo * self.facet_eta + pair.wi;
@@ -56,7 +56,7 @@ impl<N: Number> Dielectric<N> {
         let facet = along / length;
         let facet = N::Vec3::select(pair.normal.dot(facet).above(N::ZERO), facet, -facet);
         let (out, into) = (facet.dot(pair.wo), facet.dot(pair.wi));
-        // Indices that are equal bend nothing, and there is no facet to tell.
+        // Equal indices bend no light and determine no microfacet.
         let able = out.above(N::ZERO) & N::ZERO.above(into) & length.above(N::from_f64(1e-6));
         (facet, [out, into], able)
     }
@@ -78,7 +78,7 @@ impl<N: Number> LobeKind<N> for Dielectric<N> {
         self.roughness.is_some()
     }
 
-    /// What facets reflect.
+    /// Reflection by the microfacets.
     #[inline(always)]
     fn eval_and_pdf(&self, pair: &Pair<N>) -> (N::Vec3, N) {
         let Some(roughness) = self.roughness else {
@@ -93,7 +93,7 @@ impl<N: Number> LobeKind<N> for Dielectric<N> {
         )
     }
 
-    /// What facets let through.
+    /// Transmission by the microfacets.
     #[inline(always)]
     fn eval_and_pdf_through(&self, pair: &Pair<N>) -> (N::Vec3, N) {
         let Some(roughness) = self.roughness else {
@@ -101,15 +101,15 @@ impl<N: Number> LobeKind<N> for Dielectric<N> {
         };
         let (facets, (facet, [out, into], able)) =
             (Ggx::isotropic(pair.normal, roughness), self.between(pair));
-        // The density of seen facets, times what turns it into that of the directions they refract
-        // to, and the share let through.
+        // The density of visible normals, times the Jacobian of refraction, times the transmitted
+        // share.
         let seen = N::from_f64(2.0) * out / (pair.out + facets.root(pair.wo, pair.out));
         let denominator = self.facet_eta * out + into;
         let spread = seen * -into / (facets.inverse_d(facet) * denominator * denominator);
         let density = (N::ONE - fresnel(out, self.facet_eta).0) * spread;
         let below = -pair.into;
-        // Smith's G₁ of the side beyond, over the cosine: what is seen from one side says nothing
-        // of what hides there.
+        // Smith's G₁ of the far side, over the cosine: masking on one side is independent of
+        // masking on the other.
         let value = self.transmitted
             * (self.share * density * N::from_f64(2.0) / (below + facets.root(pair.wi, below)));
         let lit = able & pair.out.above(N::ZERO) & below.above(N::ZERO);
@@ -119,7 +119,7 @@ impl<N: Number> LobeKind<N> for Dielectric<N> {
         )
     }
 
-    /// By the first number a facet reflects or refracts. Zero where that is lost.
+    /// The first number chooses reflection or refraction. Zero for a direction on the wrong side.
     #[inline(always)]
     fn sample(
         &self,
@@ -140,7 +140,7 @@ impl<N: Number> LobeKind<N> for Dielectric<N> {
         let (reflectance, beyond) = fresnel(cosine, eta);
         let mirrored = mirrored::<N>(wo, facet);
         let refracted = facet * (eta * cosine - beyond) - wo * eta;
-        // What a facet sends to the wrong side meets another one, and is lost.
+        // Light on the wrong side would hit another microfacet; it is lost here.
         let above = mirrored.z().above(N::ZERO);
         let mirrored = N::Vec3::select(above, mirrored, N::Vec3::ZERO);
         let below = N::ZERO.above(refracted.z());
@@ -161,7 +161,7 @@ impl<N: Number> LobeKind<N> for Dielectric<N> {
                 normal.lane(lane),
                 N::exact_lane(self.eta, lane),
             );
-            // Chosen by the share itself, so the weight is the tint.
+            // The probability is the Fresnel reflectance itself, so the weight is the tint.
             match interface.refracted {
                 Some(direction) if u.lane(lane) >= interface.fresnel() => {
                     through.set(lane);
@@ -182,8 +182,9 @@ mod tests {
     use super::fresnel;
     use crate::material::dielectric as exact;
 
-    /// Protects: facets reflect by Fresnel's equations, from both sides, from head-on to grazing,
-    /// at Brewster's angle and beyond the critical one; and the cosine beyond is Snell's.
+    /// Protects: microfacets reflect by Fresnel's equations from both sides, from head-on to
+    /// grazing, at Brewster's angle and beyond the critical angle; the cosine beyond follows
+    /// Snell's law.
     #[test]
     fn s14_facets_reflect_by_fresnels_equations() {
         for eta in [1.0 / 2.42, 1.0 / 1.5, 1.0 / 1.33, 1.0, 1.33, 1.5, 2.42_f64] {

@@ -1,20 +1,19 @@
-//! A film as thin as light's waves, whose two sides reflect together: soap, oil, and the colours of
-//! tempered steel.
+//! Thin-film interference: soap, oil, and the colours of tempered steel.
 //!
 //! As in "A Practical Extension to Microfacet Theory for the Modeling of Varying Iridescence"
-//! (Belcour, Barla 2017), interference is averaged over what the eye tells apart before it becomes
-//! a colour, term by term of the series of reflections in the film. Here all terms that count are
-//! summed, and each is averaged by a table of the observer's own curves and not by fits to them, so
-//! that what comes out is the sum over wavelengths to about a thousandth.
+//! (Belcour, Barla 2017), each term of the series of reflections in the film is averaged over the
+//! observer's response before it becomes a colour. Here all terms above a threshold are summed, and
+//! each is averaged by a table of the observer's own curves instead of fits to them. The result is
+//! the sum over wavelengths to about a thousandth.
 
 use super::spectrum::coherence;
 use super::stage::layer;
 use crate::number::{Number, Vector3};
 
 layer! {
-    /// A film, where it is.
+    /// A thin film.
     Film
-    /// Share of the surface that has it.
+    /// Share of the surface under the film.
     share: Share by share;
     /// Index of refraction.
     ior: Constant by constant;
@@ -22,13 +21,13 @@ layer! {
     thickness: Thickness by thickness;
 }
 
-/// Terms of the series at most, and the one from which on none counts.
+/// Most terms of the series, and the amplitude below which the series ends.
 const TERMS: usize = 64;
 const LEAST: f64 = 1e-5;
 
 impl<N: Number> Film<N> {
-    /// What facets reflect whose own reflectance would be `bare`, and `f0` at normal incidence, at
-    /// this cosine of incidence outside.
+    /// Reflectance of microfacets under the film at this cosine of incidence outside. `bare` is
+    /// their reflectance without the film, `f0` the bare reflectance at normal incidence.
     pub(super) fn over(&self, bare: N::Vec3, f0: N::Vec3, cosine: N) -> N::Vec3 {
         let filmed = N::Vec3::of_lanes(|lane| {
             let ior = N::exact_lane(self.ior, lane);
@@ -44,17 +43,17 @@ impl<N: Number> Film<N> {
     }
 }
 
-/// Amplitudes that a boundary between two indices reflects of both polarisations, by the cosines on
-/// its sides.
+/// Amplitude reflection coefficients of a boundary between two indices, for both polarisations, by
+/// the cosines on its sides.
 fn amplitudes([here, beyond]: [f64; 2], [ci, ct]: [f64; 2]) -> [f64; 2] {
     let across = (here * ci - beyond * ct) / (here * ci + beyond * ct).max(f64::MIN_POSITIVE);
     let along = (beyond * ci - here * ct) / (beyond * ci + here * ct).max(f64::MIN_POSITIVE);
     [across, along]
 }
 
-/// Reflectance in red, green and blue of a film in air over what reflects `f0` of light that comes
-/// head-on through air, at a cosine of incidence. The base is taken for a dielectric of that
-/// reflectance, as glTF's extension has it.
+/// Reflectance in red, green and blue of a film in air over a base, at a cosine of incidence. `f0`
+/// is the base's reflectance in air at normal incidence; the base counts as a dielectric of that
+/// reflectance, as in glTF's extension.
 pub(super) fn reflectance(cosine: f64, ior: f64, thickness: f64, f0: [f64; 3]) -> [f64; 3] {
     let cosine = cosine.clamp(0.0, 1.0);
     let within = |index: f64| {
@@ -66,7 +65,7 @@ pub(super) fn reflectance(cosine: f64, ior: f64, thickness: f64, f0: [f64; 3]) -
     let path = 2.0 * ior * thickness.max(0.0) * inside;
     let first = amplitudes([1.0, ior], [cosine, inside]);
     let mut out = [0.0; 3];
-    // Channels differ in what lies below; often they do not.
+    // The bases of the channels are often equal.
     let bases = f0.map(|f0| {
         let root = f0.clamp(0.0, 0.9999).sqrt();
         let base = (1.0 + root) / (1.0 - root);
@@ -106,8 +105,8 @@ mod tests {
         (1.0 + root) / (1.0 - root)
     }
 
-    /// Airy's sum of all reflections in a film at one wavelength, in complex numbers, of both
-    /// polarisations.
+    /// Airy's sum of all reflections in a film at one wavelength, in complex numbers, averaged over
+    /// both polarisations.
     fn airy(cosine: f64, ior: f64, thickness: f64, f0: f64, nanometres: f64) -> f64 {
         let within = |index: f64| (1.0 - (1.0 - cosine * cosine) / (index * index)).sqrt();
         let (inside, below) = (within(ior), within(base(f0)));
@@ -130,7 +129,7 @@ mod tests {
         ))
     }
 
-    /// Protects: the series with the table against Airy's sum at each of 350 wavelengths, from soap
+    /// Protects: the series with the table equals Airy's sum at each of 350 wavelengths, from soap
     /// to films on metal, head-on to grazing.
     #[test]
     fn films_are_airys_sum_over_wavelengths() {
@@ -157,8 +156,8 @@ mod tests {
         assert!(worst > 1e-9, "they are two computations");
     }
 
-    /// Protects: a film of no thickness is none, whatever its index: Fresnel's equations of the
-    /// base.
+    /// Protects: a film of zero thickness has no effect, whatever its index: Fresnel's equations of
+    /// the base remain.
     #[test]
     fn no_thickness_is_no_film() {
         for ior in [1.0, 1.3, 2.0] {
@@ -175,8 +174,8 @@ mod tests {
         }
     }
 
-    /// Protects: whatever comes in, a share comes out: no light, grazing, no film, an index of one,
-    /// metal, numbers that are none.
+    /// Protects: reflectance stays in [0, 1] for any input: no light, grazing angles, no film, an
+    /// index of one, metal, infinite or NaN numbers.
     #[test]
     fn films_reflect_a_share() {
         for cosine in [-0.1, 0.0, 1e-9, 0.5, 1.0, 1.1, f64::NAN] {

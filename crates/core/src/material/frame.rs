@@ -1,14 +1,14 @@
-//! Three unit directions across each other about a shading normal, in which directions are drawn.
+//! Orthonormal frame about a shading normal, in which directions are sampled.
 
 use crate::number::{Number, Vector3};
 
-/// Three unit directions across each other. Right-handed (tangent × bitangent = normal), or
-/// left-handed where an image laid over the surface is seen mirrored.
+/// An orthonormal frame. Right-handed (tangent × bitangent = normal), or left-handed where a
+/// texture appears mirrored.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Frame<N: Number> {
-    /// Unit, across the normal.
+    /// Unit, perpendicular to the normal.
     pub tangent: N::Vec3,
-    /// Unit, across both.
+    /// Unit, perpendicular to both.
     pub bitangent: N::Vec3,
     /// Unit.
     pub normal: N::Vec3,
@@ -30,18 +30,18 @@ impl<N: Number> Frame<N> {
         }
     }
 
-    /// The frame about a unit normal whose tangent goes along a direction as far as it can, as that
-    /// in which an image's columns follow each other; the bitangent is then up in the image, which
-    /// the side of the normal may see mirrored. Any frame where the direction is zero, along the
-    /// normal, or too long or short to be squared.
+    /// The frame about a unit normal with its tangent as close as possible to a direction, such as
+    /// the direction of a texture's columns. The bitangent is then up in the texture; `mirrored`
+    /// flips it where the normal's side sees the texture mirrored. Falls back to [`Self::about`]
+    /// where the direction is zero, along the normal, or too long or short to be squared.
     #[inline(always)]
     pub fn along(normal: N::Vec3, direction: N::Vec3, mirrored: N::Mask) -> Self {
         let across = |v: N::Vec3| v - normal * normal.dot(v);
         let first = across(direction);
         let squared = first.dot(first);
-        // Below this, rounding has a say in what is left of the direction.
+        // Below this threshold, rounding dominates the remainder of the direction.
         let given = squared.above(direction.dot(direction) * N::from_f64(1e-10));
-        // What was nearly along the normal still leans after one subtraction; twice is enough
+        // A direction nearly along the normal still leans after one projection; two suffice
         // (Kahan).
         let tangent = across(first * (N::ONE / squared.sqrt())).normalize();
         let tangent = N::Vec3::select(given, tangent, Self::about(normal).tangent);
@@ -53,7 +53,7 @@ impl<N: Number> Frame<N> {
         }
     }
 
-    /// A direction by its components along the three.
+    /// Components of a direction along tangent, bitangent and normal.
     #[inline(always)]
     pub fn to_local(&self, v: N::Vec3) -> N::Vec3 {
         N::Vec3::new(
@@ -63,7 +63,7 @@ impl<N: Number> Frame<N> {
         )
     }
 
-    /// The direction that has these components.
+    /// Direction of these components.
     #[inline(always)]
     pub fn to_world(&self, v: N::Vec3) -> N::Vec3 {
         self.tangent * v.x() + self.bitangent * v.y() + self.normal * v.z()

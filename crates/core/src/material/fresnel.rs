@@ -1,9 +1,8 @@
-//! How much of the light that meets a surface is reflected: Fresnel's equations, and what is taken
-//! for them.
+//! Fresnel reflectance: the exact equations and their approximations.
 
 use crate::number::{Number, Vector3};
 
-/// Schlick's share of the way from the reflectance at normal incidence to that at grazing
+/// Schlick's weight between the reflectance at normal incidence and the reflectance at grazing
 /// incidence, by the cosine of the angle of incidence ("An Inexpensive BRDF Model for
 /// Physically-based Rendering", 1994).
 #[inline(always)]
@@ -11,15 +10,14 @@ pub fn schlick_weight<N: Number>(cosine: N) -> N {
     (N::ONE - cosine.min(N::ONE)).powi(5)
 }
 
-/// Schlick's reflectance of a surface that reflects `f0` at normal incidence and all at grazing
-/// incidence.
+/// Schlick's reflectance from `f0` at normal incidence to one at grazing incidence.
 #[inline(always)]
 pub fn schlick<N: Number>(f0: N::Vec3, cosine: N) -> N::Vec3 {
     f0 + (N::Vec3::ONE - f0) * schlick_weight(cosine)
 }
 
-/// Reflectance of a rough surface under uniform light: the analytic fit of "Physically Based
-/// Shading on Mobile" (Karis 2014), which lies within 0.02 of the integral.
+/// Reflectance of a rough surface under uniform light, by the analytic fit of "Physically Based
+/// Shading on Mobile" (Karis 2014). The fit lies within 0.02 of the integral.
 #[inline(always)]
 pub fn environment_reflectance<N: Number>(f0: N::Vec3, roughness: N, facing: N) -> N::Vec3 {
     let c = N::from_f64;
@@ -36,9 +34,9 @@ pub fn environment_reflectance<N: Number>(f0: N::Vec3, roughness: N, facing: N) 
         .min(N::Vec3::ONE)
 }
 
-/// Exact unpolarised reflectance of a dielectric (Fresnel's equations) from the cosines of the
-/// incident and the transmitted angle and the index on the incident side over the other; 1 under
-/// total reflection, where the transmitted cosine is none.
+/// Exact unpolarised reflectance of a dielectric (Fresnel's equations), by the cosines of the
+/// incident and the transmitted angle and the index on the incident side over the other. Under
+/// total reflection the transmitted cosine is `None` and the reflectance 1.
 pub fn dielectric(incident: f64, transmitted: Option<f64>, eta: f64) -> f64 {
     let (ci, Some(ct)) = (incident.clamp(0.0, 1.0), transmitted) else {
         return 1.0;
@@ -56,8 +54,7 @@ pub fn dielectric(incident: f64, transmitted: Option<f64>, eta: f64) -> f64 {
 pub fn conductor(cosine: f64, [n, k]: [f64; 2]) -> f64 {
     let c = cosine.clamp(0.0, 1.0);
     let (c2, s2) = (c * c, 1.0 - c * c);
-    // The square of p + iq = √((n + ik)² − sin²): its parts without a difference of nearly equal
-    // numbers.
+    // p + iq = √((n + ik)² − sin²), computed without a difference of nearly equal numbers.
     let real = n * n - k * k - s2;
     let length = real.hypot(2.0 * n * k);
     let p = (0.5 * (length + real)).max(0.0).sqrt();
@@ -65,7 +62,7 @@ pub fn conductor(cosine: f64, [n, k]: [f64; 2]) -> f64 {
     let along = across * (length * c2 + s2 * s2 - 2.0 * p * c * s2)
         / (length * c2 + s2 * s2 + 2.0 * p * c * s2);
     let both = 0.5 * (across + along);
-    // All is reflected where nothing is above the surface's plane.
+    // At grazing incidence, 0/0 stands for total reflection.
     if both.is_finite() {
         both.clamp(0.0, 1.0)
     } else {
@@ -73,8 +70,8 @@ pub fn conductor(cosine: f64, [n, k]: [f64; 2]) -> f64 {
     }
 }
 
-/// Exact unpolarised reflectance of a dielectric in air, by its index and the cosine of the angle
-/// of incidence outside.
+/// Exact unpolarised reflectance of a dielectric in air, by the cosine of the angle of incidence
+/// outside and the index.
 pub fn dielectric_in_air(cosine: f64, ior: f64) -> f64 {
     let c = cosine.clamp(0.0, 1.0);
     dielectric(
@@ -84,21 +81,21 @@ pub fn dielectric_in_air(cosine: f64, ior: f64) -> f64 {
     )
 }
 
-/// Which formulas tell how much surfaces reflect.
+/// Choice of the reflectance formulas.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum FresnelRule {
-    /// Schlick's for everything, for glass and conductors with a complex index too.
+    /// Schlick's formula everywhere, for glass and for conductors with a complex index too.
     Schlick,
-    /// glTF's sample formulas to the letter: as [`Self::Conserving`], but what is diffused loses
-    /// Fresnel's share by the half vector, which makes light at grazing views.
+    /// glTF's sample formulas to the letter: as [`Self::Conserving`], but the diffuse base is
+    /// weighted by 1 − F at the half vector, which gains energy at grazing views.
     Model,
-    /// Schlick's for the metallic-roughness model, which is defined by it; the exact ones for glass
-    /// and for complex indices. What is diffused loses what the facets over it send back in the
-    /// mean (albedo scaling), so that nothing makes light.
+    /// Schlick's formula for the metallic-roughness model, which is defined by it; Fresnel's
+    /// equations for glass and for complex indices. The diffuse base loses the directional albedo
+    /// of the microfacets over it (albedo scaling), so that no energy is gained.
     #[default]
     Conserving,
-    /// As that, by the exact ones for whatever has an index; metals that have a colour alone keep
-    /// Schlick's.
+    /// As [`Self::Conserving`], with Fresnel's equations for every material with an index. Metals
+    /// with a colour alone keep Schlick's formula.
     Exact,
 }
 

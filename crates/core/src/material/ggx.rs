@@ -1,8 +1,7 @@
-//! Microfacets by the GGX distribution, as rough along every direction or rougher along one: the
-//! density of their normals, Smith's height-correlated masking and shadowing, and normals drawn as
-//! they are seen ("Microfacet Models for Refraction through Rough Surfaces", Walter et al. 2007;
-//! "Understanding the Masking-Shadowing Function", Heitz 2014; "Physically-Based Shading at
-//! Disney", Burley 2012).
+//! The GGX microfacet distribution, isotropic or anisotropic: density of normals, Smith's
+//! height-correlated masking-shadowing, and sampling of visible normals ("Microfacet Models for
+//! Refraction through Rough Surfaces", Walter et al. 2007; "Understanding the Masking-Shadowing
+//! Function", Heitz 2014; "Physically-Based Shading at Disney", Burley 2012).
 
 use core::f64::consts::PI;
 
@@ -10,7 +9,7 @@ use super::frame::Frame;
 use super::lobe_kind::{Pair, on_disk};
 use crate::number::{Number, Vector3};
 
-/// Least perceptual roughness of a glossy lobe: below it the highlight of a light without size is a
+/// Least perceptual roughness of a glossy lobe: below it, the highlight of a delta light is a
 /// spike.
 pub(super) const LEAST_ROUGHNESS: f64 = 0.03;
 
@@ -20,18 +19,18 @@ pub(super) fn alpha<N: Number>(roughness: N) -> N {
     roughness.max(N::from_f64(LEAST_ROUGHNESS)).powi(2)
 }
 
-/// Facets about a normal.
+/// A GGX distribution about a normal.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Ggx<N: Number> {
     pub(super) normal: N::Vec3,
-    /// Unit, across the normal and each other; none: facets are as rough along any.
+    /// Unit tangent and bitangent; `None` for isotropic microfacets.
     axes: Option<[N::Vec3; 2]>,
     /// α along the axes.
     pub(super) alpha: [N; 2],
 }
 
 impl<N: Number> Ggx<N> {
-    /// As rough along any direction.
+    /// An isotropic distribution.
     #[inline(always)]
     pub fn isotropic(normal: N::Vec3, roughness: N) -> Self {
         Self {
@@ -41,9 +40,9 @@ impl<N: Number> Ggx<N> {
         }
     }
 
-    /// Rougher along the frame's tangent, by a strength from 0 to 1, as glTF's
-    /// KHR_materials_anisotropy has it: α there goes from that of the roughness to one with the
-    /// strength's square.
+    /// An anisotropic distribution, rougher along the frame's tangent by a strength from 0 to 1, as
+    /// in glTF's KHR_materials_anisotropy: α along the tangent rises from the roughness's α to one
+    /// with the square of the strength.
     #[inline]
     pub fn anisotropic(frame: Frame<N>, roughness: N, strength: N) -> Self {
         let alpha = alpha(roughness);
@@ -60,12 +59,12 @@ impl<N: Number> Ggx<N> {
         }
     }
 
-    /// Perceptual roughness of isotropic facets about as rough.
+    /// Perceptual roughness of comparable isotropic microfacets.
     pub fn roughness(&self) -> N {
         (self.alpha[0] * self.alpha[1]).sqrt().sqrt()
     }
 
-    /// The frame of the axes, any where there are none.
+    /// The frame of the axes; any frame for isotropic microfacets.
     pub(super) fn frame(&self) -> Frame<N> {
         let of = |[tangent, bitangent]: [N::Vec3; 2]| Frame {
             tangent,
@@ -75,8 +74,8 @@ impl<N: Number> Ggx<N> {
         self.axes.map_or_else(|| Frame::about(self.normal), of)
     }
 
-    /// One over the density D of facets about a normal of theirs. Isotropic ones in the form (hx² +
-    /// hy²)/α² + hz², which keeps its digits at low roughness.
+    /// Inverse of the density D at a microfacet normal. The isotropic form (hx² + hy²)/α² + hz²
+    /// keeps its digits at low roughness.
     #[inline(always)]
     pub(super) fn inverse_d(&self, half: N::Vec3) -> N {
         let (hz, [wide, fine], pi) = (self.normal.dot(half), self.alpha, N::from_f64(PI));
@@ -94,8 +93,8 @@ impl<N: Number> Ggx<N> {
         area * slope * slope
     }
 
-    /// cos·(1 + 2Λ) of a direction with this cosine, √(α² + (1 − α²)·cos²) where facets are
-    /// isotropic, of which Smith's masking is made: G₁ = 2·cos/(cos + root).
+    /// cos·(1 + 2Λ) for a direction of this cosine; √(α² + (1 − α²)·cos²) for isotropic
+    /// microfacets. Smith's masking is G₁ = 2·cos/(cos + root).
     #[inline(always)]
     pub(super) fn root(&self, v: N::Vec3, cosine: N) -> N {
         let [wide, fine] = self.alpha;
@@ -111,9 +110,8 @@ impl<N: Number> Ggx<N> {
         }
     }
 
-    /// What white facets send from one direction of a pair about their normal to the other,
-    /// D·G₂/(4·cosₒ·cosᵢ), and the density by solid angle of the directions that seen facets mirror
-    /// the view to, D·G₁/(4·cosₒ).
+    /// BRDF of white microfacets, D·G₂/(4·cosₒ·cosᵢ), and the density by solid angle of directions
+    /// mirrored at visible normals, D·G₁/(4·cosₒ).
     #[inline(always)]
     pub(super) fn eval_and_pdf(&self, pair: &Pair<N>) -> (N, N) {
         let (d, root) = (
@@ -125,7 +123,7 @@ impl<N: Number> Ggx<N> {
         (d * visibility, d / (N::from_f64(2.0) * (pair.out + root)))
     }
 
-    /// What facets of such a reflectance send back, and their density.
+    /// BRDF of microfacets with this reflectance, and the density of its sampling.
     #[inline(always)]
     pub(super) fn reflected(&self, pair: &Pair<N>, reflectance: N::Vec3) -> (N::Vec3, N) {
         let (value, density) = self.eval_and_pdf(pair);
@@ -135,9 +133,9 @@ impl<N: Number> Ggx<N> {
         )
     }
 
-    /// The normal of a facet that is seen along `wo`, for two numbers in [0, 1), and the direction
-    /// that is mirrored there; zero where that is below a surface's normal. It meets another facet
-    /// there and is lost: no other lobe may take it for light that goes through.
+    /// Samples a visible normal along `wo` by two numbers in [0, 1), and the direction mirrored
+    /// there. The direction is zero where it lies below the surface's normal: that light would hit
+    /// another microfacet and is lost, and no other lobe may take it for transmission.
     pub(super) fn sample_mirrored(
         &self,
         normal: N::Vec3,
@@ -162,15 +160,15 @@ impl<N: Number> Ggx<N> {
     }
 }
 
-/// Mirrored at a facet.
+/// Mirrors `wo` at a microfacet normal.
 #[inline(always)]
 pub(super) fn mirrored<N: Number>(wo: N::Vec3, facet: N::Vec3) -> N::Vec3 {
     facet * (N::from_f64(2.0) * wo.dot(facet)) - wo
 }
 
-/// The normal of a facet that is seen along `wo`, for the α along both axes and a point of the unit
-/// disk ("Sampling the GGX Distribution of Visible Normals", Heitz 2018): the half-ellipsoid of
-/// facets is stretched to a half-sphere, whose outline is a disk and half a disk.
+/// Samples a visible normal along `wo`, for the α along both axes and a point of the unit disk
+/// ("Sampling the GGX Distribution of Visible Normals", Heitz 2018). The half-ellipsoid of
+/// microfacets is stretched to a hemisphere, whose projection is half a disk and half an ellipse.
 #[inline(always)]
 pub(super) fn sample_wm<N: Number>(wo: N::Vec3, [ax, ay]: [N; 2], [a, b]: [N; 2]) -> N::Vec3 {
     let seen = N::Vec3::new(ax * wo.x(), ay * wo.y(), wo.z()).normalize();

@@ -1,5 +1,5 @@
-//! Boundaries of glass under a coat, a film or a tint of what they reflect: of bodies, which bend
-//! light, and of walls too thin to.
+//! Glass boundaries with a tinted reflection or a thin film: of solid bodies, which refract, and of
+//! thin walls, which do not.
 
 use glam::DVec3;
 
@@ -13,22 +13,21 @@ use super::interreflected::{Interreflected, mean_reflectance};
 use super::lobe_kind::{LobeKind, Pair, kept_unit};
 use crate::number::{Mask, Number, Vector3};
 
-/// What a boundary reflects beside Fresnel's share.
+/// Changes to the Fresnel reflectance of a boundary.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Tinted<N: Number> {
-    /// Factor of the share that is reflected; what it takes away goes through.
+    /// Factor of the reflectance; the rest is transmitted.
     pub reflected: N::Vec3,
-    /// A film on it.
+    /// Thin film on the boundary.
     pub film: Option<Film<N>>,
-    /// By which formula.
+    /// Reflectance formula.
     pub rule: FresnelRule,
     /// Index of the inside over the outside.
     pub ior: N::Exact,
 }
 
 impl<N: Number> Tinted<N> {
-    /// What is reflected of a lane, by the cosines outside and inside; none of them where all is
-    /// reflected.
+    /// Reflectance of a lane by the cosines outside and inside; `None` under total reflection.
     fn reflectance(&self, lane: usize, cosines: Option<[f64; 2]>) -> [f64; 3] {
         let Some([outside, inside]) = cosines else {
             return [1.0; 3];
@@ -36,7 +35,7 @@ impl<N: Number> Tinted<N> {
         let ior = N::exact_lane(self.ior, lane);
         let f0 = ((ior - 1.0) / (ior + 1.0)).powi(2);
         let share = match self.rule {
-            // By the angle on the thin side.
+            // Schlick's formula needs the angle on the thin side.
             FresnelRule::Schlick => {
                 f0 + (1.0 - f0) * schlick_weight(if ior < 1.0 { inside } else { outside })
             }
@@ -58,11 +57,11 @@ impl<N: Number> Tinted<N> {
     }
 }
 
-/// Cosines on the thin side at which a film is compared with a bare boundary.
+/// Cosines on the thin side at which a filmed boundary is compared with a bare boundary.
 const COMPARED: [f64; 5] = [1.0, 0.8, 0.5, 0.25, 0.1];
 
 impl<N: Number> Tinted<N> {
-    /// How much of Fresnel's share is reflected: the least and the most of it over the angles.
+    /// Least and greatest ratio of the reflectance to the Fresnel reflectance over the angles.
     pub(super) fn of_fresnel(&self) -> [N::Vec3; 2] {
         if self.film.is_none() && self.rule != FresnelRule::Schlick {
             return [self.reflected; 2];
@@ -90,18 +89,18 @@ impl<N: Number> Tinted<N> {
     }
 }
 
-/// A boundary of a body that light enters and leaves.
+/// The boundary of a solid body.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct LayeredDielectric<N: Number> {
     pub(super) tinted: Tinted<N>,
-    /// The boundary without what the tint takes of its reflection.
+    /// The untinted boundary.
     pub(super) boundary: Dielectric<N>,
-    /// Where the ray comes from outside.
+    /// Lanes with a ray from outside.
     pub(super) outside: N::Mask,
 }
 
 impl<N: Number> LayeredDielectric<N> {
-    /// What is reflected at a lane's facet, and what would be by Fresnel's share alone.
+    /// Reflectance of a lane's microfacet, and its Fresnel reflectance.
     fn at(&self, lane: usize, cosine: f64) -> (DVec3, f64) {
         let (exact, beyond) = facet_fresnel(cosine, N::exact_lane(self.boundary.eta, lane));
         let own = cosine.clamp(0.0, 1.0);
@@ -113,8 +112,7 @@ impl<N: Number> LayeredDielectric<N> {
         (self.tinted.reflectance(lane, cosines).into(), exact)
     }
 
-    /// What facets send, given what they would by Fresnel's share alone: times what `of` makes of
-    /// both shares.
+    /// Scales a value of the untinted boundary by `of` its tinted and its Fresnel reflectance.
     fn tint(
         &self,
         (own, density): (N::Vec3, N),
@@ -187,7 +185,7 @@ impl<N: Number> LobeKind<N> for LayeredDielectric<N> {
         self.boundary.sample(frame, wo, local, choice, point)
     }
 
-    /// A smooth one sends a ray by chance to where it reflects or refracts.
+    /// A smooth boundary reflects or refracts by chance.
     fn sample_delta(&self, normal: N::Vec3, wo: N::Vec3, u: N) -> (N::Vec3, N::Vec3) {
         let drawn = |lane: usize| {
             let interface = Interface::new(
@@ -196,7 +194,7 @@ impl<N: Number> LobeKind<N> for LayeredDielectric<N> {
                 N::exact_lane(self.boundary.eta, lane),
             );
             let (found, _) = self.at(lane, interface.cos_incident);
-            // By the strongest channel, so that no weight is above one.
+            // The strongest channel gives the probability, so that no weight exceeds one.
             let chance = found.max_element();
             match interface.refracted {
                 Some(direction) if u.lane(lane) >= chance => (
@@ -220,22 +218,22 @@ impl<N: Number> LobeKind<N> for LayeredDielectric<N> {
     }
 }
 
-/// A wall too thin to bend anything: two boundaries side by side, between which light goes back and
-/// forth. What such a wall reflects is 2R/(1 + R) of a boundary's R, and (1 − R)/(1 + R) goes
-/// straight on, or, where it is rough, as facets would mirror it, below.
+/// A thin wall that does not refract: two parallel boundaries with all reflections between them.
+/// The wall reflects 2R/(1 + R) of a boundary's R and transmits (1 − R)/(1 + R): straight on where
+/// it is smooth, along the microfacets' mirror direction flipped below where it is rough.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ThinDielectric<N: Number> {
     pub(super) tinted: Tinted<N>,
-    /// Share of the surface that is one.
+    /// Share of the surface that is a thin wall.
     pub(super) share: N,
-    /// Factor of what goes through.
+    /// Factor of the transmission.
     pub(super) transmitted: N::Vec3,
-    /// None: it is smooth.
+    /// The microfacets; `None` for a smooth wall.
     pub(super) facets: Option<Ggx<N>>,
 }
 
 impl<N: Number> ThinDielectric<N> {
-    /// What the wall reflects of a lane at a cosine of incidence, in each channel.
+    /// Reflectance of the wall in a lane at a cosine of incidence, in each channel.
     fn at(&self, lane: usize, cosine: f64) -> [f64; 3] {
         let (ior, c) = (N::exact_lane(self.tinted.ior, lane), cosine.clamp(0.0, 1.0));
         let inside = (1.0 - (1.0 - c * c) / (ior * ior)).max(0.0).sqrt();
@@ -248,7 +246,7 @@ impl<N: Number> ThinDielectric<N> {
         <N::Vec3 as Vector3<N>>::of_lanes(|lane| self.at(lane, cosine.lane(lane)).into())
     }
 
-    /// What its facets send to each other, seen along a direction about the normal.
+    /// Multiple scattering among the wall's microfacets, for a viewing direction and the normal.
     pub(super) fn interreflected(
         &self,
         roughness: N,
@@ -265,7 +263,7 @@ impl<N: Number> ThinDielectric<N> {
         )
     }
 
-    /// What goes straight on where it is smooth, by the cosine of incidence.
+    /// Straight transmission of a smooth wall, by the cosine of incidence.
     pub(super) fn straight(&self, cosine: N) -> N::Vec3 {
         if self.facets.is_some() {
             return N::Vec3::ZERO;
@@ -296,7 +294,7 @@ impl<N: Number> LobeKind<N> for ThinDielectric<N> {
         (value, found.max_element() * density)
     }
 
-    /// As above, for a light mirrored to there.
+    /// As [`Self::eval_and_pdf`] for the light mirrored above the surface.
     fn eval_and_pdf_through(&self, pair: &Pair<N>) -> (N::Vec3, N) {
         let Some(facets) = &self.facets else {
             return (N::Vec3::ZERO, N::ZERO);

@@ -1,20 +1,20 @@
-//! Smooth interfaces: mirror and refracted directions, and how light divides between them.
+//! Smooth interfaces: reflected and refracted directions, and reflectance.
 //!
-//! All in f64. Towards 90° on the thin side the cosine there is the root of a small difference, and
-//! magnifies what is wrong with direction and normal by η²·cosᵢ/cosₜ: 400 times at 89.9°, 4000
-//! times at 89.99°. So neither the lengths of stored vectors, which are one but for their rounding,
-//! nor a sum in f32 may enter.
+//! All arithmetic is in `f64`. Towards 90° on the thin side, the cosine there is the root of a
+//! small difference and magnifies errors of direction and normal by η²·cosᵢ/cosₜ: 400 times at
+//! 89.9°, 4000 times at 89.99°. So neither the lengths of stored vectors, which are one up to
+//! rounding, nor a sum in `f32` may enter.
 
 use glam::DVec3;
 
 use super::fresnel;
 
-/// A ray at an interface, from the side it arrives on.
+/// A ray at an interface.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Interface {
     /// Unit direction of the reflected ray.
     pub reflected: DVec3,
-    /// Unit direction of the refracted ray; none under total reflection.
+    /// Unit direction of the refracted ray; `None` under total reflection.
     pub refracted: Option<DVec3>,
     /// Cosine of the angle of incidence.
     pub cos_incident: f64,
@@ -23,8 +23,8 @@ pub(crate) struct Interface {
 }
 
 impl Interface {
-    /// `n` is the normal on the side of the ray, `eta` the index there over the index beyond. `d`
-    /// and `n` may have any length.
+    /// `n` is the normal on the ray's side, `eta` the index there over the index beyond. `d` and
+    /// `n` may have any length.
     #[inline]
     pub fn new(d: DVec3, n: DVec3, eta: f64) -> Self {
         let (d, n) = (d / d.length_squared().sqrt(), n / n.length_squared().sqrt());
@@ -57,8 +57,8 @@ impl Interface {
 
     /// Exact unpolarised reflectance; 1 under total reflection.
     pub fn fresnel(&self) -> f64 {
-        // Media of one index reflect nothing: cosines that are equal must be so to the last bit at
-        // grazing angles, where one minus a sine has few.
+        // Media of equal index reflect nothing: the two cosines must be equal to the last bit at
+        // grazing angles, where one minus the sine's square has few digits.
         let (c, eta) = (self.cos_incident, self.eta);
         let beyond = ((1.0 - eta) * (1.0 + eta) + eta * eta * c * c)
             .max(0.0)
@@ -111,8 +111,8 @@ mod tests {
         );
     }
 
-    /// Snell's law by the sines, in f64: the part across the normal from a vector product and the
-    /// cosine from two factors, so that nothing cancels.
+    /// Snell's law by the sines, in `f64`: the part perpendicular to the normal by a cross product,
+    /// and the cosine by a product of two factors, so that nothing cancels.
     fn snell_by_sines(d: DVec3, n: DVec3, eta: f64) -> Option<DVec3> {
         let (d, n) = (d.normalize(), n.normalize());
         let across = n.cross(d).cross(n) * eta;
@@ -120,9 +120,9 @@ mod tests {
         (sine <= 1.0).then(|| across - n * ((1.0 - sine) * (1.0 + sine)).sqrt())
     }
 
-    /// Protects (S12, S13): refracted and reflected directions of stored vectors, whose lengths are
-    /// rounded too, from head-on to 89.999° on the thin side, both ways. They lost their digits
-    /// beyond 89°: 1.5e-4 at 89.99°.
+    /// Protects (S12, S13): refracted and reflected directions of stored vectors with rounded
+    /// lengths, from head-on to 89.999° on the thin side, both ways. The directions once lost their
+    /// digits beyond 89°: 1.5e-4 at 89.99°.
     #[test]
     fn s12_directions_keep_their_digits_at_grazing_angles() {
         const U: f64 = 5.960_464_477_539_063e-8;
@@ -152,7 +152,7 @@ mod tests {
                             (interface.refracted, snell_by_sines(d, n, eta))
                         else {
                             // Rounding of the stored direction may take it past the critical angle;
-                            // both must then say so.
+                            // both must then agree.
                             assert_eq!(
                                 interface.refracted.is_some(),
                                 snell_by_sines(d, n, eta).is_some(),
@@ -173,8 +173,8 @@ mod tests {
         }
     }
 
-    /// The stored direction in which a parallel view's rays go, or come out of objects of glass, by
-    /// a sky that shows it.
+    /// Direction of the rays of an orthographic view after they leave the objects, read from a sky
+    /// that shows the direction.
     fn shown(objects: &str, d: DVec3, precision: PrecisionChoice) -> DVec3 {
         let (eye, up) = (d * -4.0, d.any_orthonormal_vector());
         let text = format!(
@@ -205,8 +205,8 @@ mod tests {
         )
     }
 
-    /// Protects: a slab moves a ray and does not turn it, up to 89.99°. Between the interfaces the
-    /// direction was stored in f32, which the second one magnifies: 1.6e-5 and 1.5e-4 off.
+    /// Protects: a slab shifts a ray without turning it, up to 89.99°. A direction stored in `f32`
+    /// between the interfaces, magnified by the second interface, was 1.6e-5 and 1.5e-4 off.
     #[test]
     fn a_slab_of_glass_turns_no_ray() {
         const U: f64 = 5.960_464_477_539_063e-8;

@@ -1,11 +1,11 @@
-//! What the facets of a rough boundary send to each other, and then back or on: the light that they
-//! lose who meet it once.
+//! Multiple scattering among the microfacets of a rough boundary, reflected or transmitted: the
+//! energy that single scattering loses.
 //!
-//! With L(o) the share of light from o that is lost, and L̄ its mean by the cosine,
-//! L(o)·L(i)/(π·L̄) for each side gives back what L has taken, to the side in the share of each
-//! ("Revisiting Physically Based Shading at Imageworks", Kulla, Conty 2017). Between sides it is
-//! the same both ways, but for the square of the index, where the share that goes through is as the
-//! étendue of what is lost: n²·L̄·t on both.
+//! With L(o) the lost share of light from o and L̄ its cosine-weighted mean, the lobe
+//! L(o)·L(i)/(π·L̄) on each side returns the loss, divided between the sides ("Revisiting
+//! Physically Based Shading at Imageworks", Kulla, Conty 2017). Between sides the lobe is
+//! reciprocal, up to the square of the index, if the transmitted share follows the étendue of the
+//! loss: n²·L̄·t is equal on both sides.
 
 use core::f64::consts::PI;
 
@@ -17,35 +17,36 @@ use super::ggx::Ggx;
 use super::lobe_kind::{LobeKind, Pair, cosine_sample_either};
 use crate::number::{Number, Vector3};
 
-/// Least mean that is told from none.
+/// Least mean that counts as above zero.
 const LEAST_MEAN: f64 = 1e-6;
 
-/// Facets that lose light.
+/// The microfacets.
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum Losing<N: Number> {
-    /// Of a boundary: the index on the side of the view over the other, and the least and the most
-    /// of Fresnel's share that they reflect.
+    /// Microfacets of a boundary: the index on the view's side over the other, and the least and
+    /// the greatest ratio to the Fresnel reflectance.
     Boundary { eta: N, tint: [N::Vec3; 2] },
-    /// Of a wall, whose two sides have the same ones; where they are rougher one way, and those.
+    /// Microfacets of a thin wall, the same on both sides; with the lanes of anisotropic
+    /// microfacets.
     Wall {
         anisotropic: Option<(N::Mask, Ggx<N>)>,
     },
 }
 
-/// What facets that are seen from one direction lost, sent back and on.
+/// Multiple scattering for one viewing direction.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Interreflected<N: Number> {
     facets: Losing<N>,
     roughness: N,
-    /// Factors of what the direction of light loses: of what is sent back, and of what is sent on.
+    /// Factors on the loss for the direction of light: of reflection, and of transmission.
     back: N::Vec3,
     on: N::Vec3,
-    /// What is sent back and on, in the strongest channel.
+    /// Reflected and transmitted share, in the strongest channel.
     shown: [N; 2],
 }
 
 impl<N: Number> Interreflected<N> {
-    /// Of a boundary in a share of a surface, seen at a cosine.
+    /// Multiple scattering at a boundary that covers a share of a surface, for a viewing cosine.
     pub(super) fn of_boundary(
         eta: N,
         roughness: N,
@@ -64,7 +65,7 @@ impl<N: Number> Interreflected<N> {
         };
         let [own, beyond] =
             [eta, N::ONE / eta].map(|eta| bare.of_boundary_towards(eta, tint, None));
-        // What a smooth boundary lets through in the mean.
+        // Mean transmission of a smooth boundary.
         let smooth = |lane: usize| {
             let eta = eta.lane(lane);
             [
@@ -86,7 +87,8 @@ impl<N: Number> Interreflected<N> {
         )
     }
 
-    /// Of a thin wall in a share of a surface, which reflects so much in the mean, seen along `wo`.
+    /// Multiple scattering at a thin wall that covers a share of a surface, viewed along `wo`; with
+    /// the wall's mean reflectance.
     pub(super) fn of_wall(
         roughness: N,
         anisotropic: Option<(N::Mask, Ggx<N>)>,
@@ -112,8 +114,8 @@ impl<N: Number> Interreflected<N> {
         )
     }
 
-    /// Seen where so much is lost, of which shares go to each side, with such means of what these
-    /// lose.
+    /// Sets the viewing direction by its loss, the shares of reflection and transmission, and the
+    /// mean loss on each side.
     fn seen(self, lost: N::Vec3, shares: [N::Vec3; 2], means: [N::Vec3; 2]) -> Self {
         let [back, on] =
             [0, 1].map(|k| lost * shares[k] * inverse::<N>(means[k]) / N::from_f64(PI));
@@ -135,13 +137,12 @@ impl<N: Number> Interreflected<N> {
             glam::DVec3::new(whole, clear, 0.0)
         });
         let clear = N::Vec3::splat(both.y());
-        // The lesser one where it varies, so that nothing makes light.
+        // The lesser value where the ratio varies, so that no energy is gained.
         let [least, most] = tint.map(|tint| clear + tint * (both.x() - both.y()));
         least.min(most).max(N::Vec3::ZERO).min(N::Vec3::ONE)
     }
 
-    /// Share that is lost of light from a direction with this cosine, on the side of the view or
-    /// beyond.
+    /// Lost share of light from a direction of this cosine, on the view's side or beyond.
     fn towards(&self, direction: N::Vec3, cosine: N, beyond: bool) -> N::Vec3 {
         match &self.facets {
             Losing::Boundary { eta, tint } => self.of_boundary_towards(
@@ -155,20 +156,20 @@ impl<N: Number> Interreflected<N> {
         }
     }
 
-    /// Chance that a direction is drawn on the side of the view.
+    /// Probability of sampling the view's side.
     fn back_share(&self) -> N {
         let sum = self.shown[0] + self.shown[1];
         N::select(sum.above(N::ZERO), self.shown[0] / sum, N::ONE)
     }
 }
 
-/// One over means, none of which is told from less than the least.
+/// Inverse of means, each clamped to the least mean.
 pub(super) fn inverse<N: Number>(of: N::Vec3) -> N::Vec3 {
     let one = |mean: N| N::ONE / mean.max(N::from_f64(LEAST_MEAN));
     N::Vec3::new(one(of.x()), one(of.y()), one(of.z()))
 }
 
-/// Mean of a reflectance that is said of cosines, over the hemisphere.
+/// Cosine-weighted mean over the hemisphere of a reflectance by cosine.
 pub(super) fn mean_reflectance<N: Number>(of: impl Fn(N) -> N::Vec3) -> N::Vec3 {
     let channel = |k: fn(N::Vec3) -> N| mean_of(|cosine| k(of(cosine)));
     N::Vec3::new(channel(|v| v.x()), channel(|v| v.y()), channel(|v| v.z()))

@@ -1,4 +1,5 @@
-//! Lambert's lobe, of matte surfaces: a family of one kind, whose vertices carry no code of others.
+//! Lambert's lobe for matte surfaces: a lobe family of one kind, so that its paths carry no code of
+//! other kinds.
 
 use core::f64::consts::PI;
 
@@ -6,10 +7,10 @@ use super::frame::Frame;
 use super::lobe_kind::{LobeFamily, LobeKind, Pair, cosine_sample};
 use crate::number::{Number, Vector3};
 
-/// Lambert's: the same radiance in every direction.
+/// Lambert's lobe: the same radiance in every direction.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Lambert<N: Number> {
-    /// Share that is diffused.
+    /// Diffuse reflectance.
     pub albedo: N::Vec3,
 }
 

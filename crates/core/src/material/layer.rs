@@ -1,10 +1,10 @@
-//! The lobes of layered surfaces: those that the metallic-roughness model alone has no use for, and
-//! its own where something lies over them. They are rarer and dearer than [`Lobe`](super::Lobe)s,
-//! and compiled apart from them.
+//! The lobes of layered surfaces: lobes of glTF's extensions, and lobes of the metallic-roughness
+//! model under other layers. They are rarer and costlier than [`Lobe`](super::Lobe)s, and compiled
+//! apart from them.
 //!
-//! What lies below a coat or a fleece gets the light that those leave: min(1 − E(out), 1 − E(in))
-//! of what would come, by the share E that the cover sends back to a direction. That is the same
-//! both ways, exact for mirrors, and with the cover's own lobe never more than all.
+//! Layers below a coat or sheen are scaled by min(1 − E(out), 1 − E(in)), with the directional
+//! albedo E of the cover. This factor is reciprocal, exact for mirrors, and gains no energy
+//! together with the cover's own lobe.
 
 use super::base::DiffuseBase;
 use super::energy::directional_albedo;
@@ -24,16 +24,16 @@ pub(super) const COAT: f64 = 0.04;
 layer! {
     /// A clear coat over a surface.
     Coat
-    /// Share of the surface that it covers.
+    /// Share of the surface under the coat.
     weight: Share by share;
     /// Perceptual roughness.
     roughness: Share by share;
-    /// Its normal, which a map may bend as it does not bend what is below.
+    /// The coat's normal, with a normal map of its own.
     normal: Normal by normal;
 }
 
 impl<N: Number> Coat<N> {
-    /// Share that it sends back to a direction.
+    /// Directional albedo of the coat.
     fn sent(&self, towards: N::Vec3) -> N {
         let cosine = self.normal.dot(towards).max(N::ZERO);
         self.weight
@@ -43,7 +43,7 @@ impl<N: Number> Coat<N> {
     }
 }
 
-/// What lies over a lobe.
+/// The layers over a lobe.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Coating<N: Number> {
     pub(super) coat: Option<Coat<N>>,
@@ -51,13 +51,14 @@ pub(super) struct Coating<N: Number> {
 }
 
 impl<N: Number> Coating<N> {
-    /// Nothing.
+    /// No layers.
     pub(super) const NONE: Self = Self {
         coat: None,
         sheen: None,
     };
 
-    /// Share of light that gets past it on its way in or out, in a direction above the surface.
+    /// Share of light that passes the layers on its way in or out, in a direction above the
+    /// surface.
     pub(super) fn once(&self, normal: N::Vec3, towards: N::Vec3) -> N {
         let coat = self.coat.map_or(N::ONE, |coat| N::ONE - coat.sent(towards));
         self.sheen.map_or(coat, |sheen| {
@@ -65,8 +66,8 @@ impl<N: Number> Coating<N> {
         })
     }
 
-    /// Share of what a lobe sends from one direction to the other. What goes through the surface
-    /// passes once.
+    /// Factor of the layers on a lobe's value for the two directions. Transmitted light passes them
+    /// once.
     fn passes(&self, pair: &Pair<N>) -> N {
         let out = self.once(pair.normal, pair.wo);
         N::select(
@@ -77,7 +78,8 @@ impl<N: Number> Coating<N> {
     }
 }
 
-/// Facets about a normal, which a coat may have of its own: rough, or as smooth as a mirror.
+/// Microfacets, rough or mirror-smooth, about a normal; a coat's normal may differ from the
+/// surface's.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct GgxLobe<N: Number> {
     pub(super) facets: Ggx<N>,
@@ -98,7 +100,7 @@ impl<N: Number> LobeKind<N> for GgxLobe<N> {
         if self.smooth {
             return (N::Vec3::ZERO, N::ZERO);
         }
-        // Its cosine is not the surface's.
+        // The lobe's cosine differs from the surface's.
         let own = pair.about(self.facets.normal);
         let (sent, density) = self.facets.reflected(&own, self.reflectance.at(pair.tilt));
         let (out, into) = (own.out.above(N::ZERO), own.into.above(N::ZERO));
@@ -115,7 +117,7 @@ impl<N: Number> LobeKind<N> for GgxLobe<N> {
     fn sample_delta(&self, normal: N::Vec3, wo: N::Vec3, _: N) -> (N::Vec3, N::Vec3) {
         let own = self.facets.normal;
         let direction = mirrored::<N>(wo, own);
-        // A coat's normal may send it into the surface, where it is lost.
+        // A coat's normal may mirror the direction into the surface, where the light is lost.
         let above = normal.dot(direction).above(N::ZERO);
         (
             direction,
@@ -127,21 +129,21 @@ impl<N: Number> LobeKind<N> for GgxLobe<N> {
 /// The lobes of layered surfaces.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) enum LayerLobe<N: Number> {
-    /// What lies below what reflects.
+    /// The diffuse base.
     Diffuse(DiffuseBase<N>),
     /// Fibres.
     Sheen(Sheen<N>),
-    /// Rough facets, or a smooth mirror.
+    /// Rough microfacets, or a smooth mirror.
     Ggx(GgxLobe<N>),
-    /// A boundary of a body that light enters.
+    /// The boundary of a solid body.
     Dielectric(LayeredDielectric<N>),
-    /// A wall too thin to bend anything.
+    /// A thin wall, without refraction.
     ThinDielectric(ThinDielectric<N>),
-    /// What the facets of either send to each other.
+    /// Multiple scattering among the microfacets of a boundary or a thin wall.
     Interreflected(Interreflected<N>),
 }
 
-/// Asks a lobe of whatever kind.
+/// Dispatches a call to the lobe's kind.
 macro_rules! ask {
     ($lobe:expr, $of:ident => $question:expr) => {
         match &$lobe {
@@ -155,12 +157,12 @@ macro_rules! ask {
     };
 }
 
-/// A lobe with what lies over it.
+/// A lobe with the layers over it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct CoatedLobe<N: Number> {
     lobe: LayerLobe<N>,
     coating: Coating<N>,
-    /// What the choice among lobes goes by, for the direction that the surface is seen from.
+    /// Importance for choosing the lobe, for the viewing direction.
     importance: N,
 }
 
@@ -184,8 +186,8 @@ impl<N: Number> CoatedLobe<N> {
         }
     }
 
-    /// What the lobe would send bare, under its coating; none where it sends nothing, also where
-    /// directions have no half.
+    /// The bare lobe's value under its coating; zero where the lobe is zero, also for opposite
+    /// directions without a half vector.
     fn coated(&self, pair: &Pair<N>, (own, density): (N::Vec3, N)) -> (N::Vec3, N) {
         let (some, none) = (self.importance.above(N::ZERO), N::Vec3::ZERO);
         let sent = if own == none {
@@ -196,8 +198,7 @@ impl<N: Number> CoatedLobe<N> {
         (sent, density)
     }
 
-    /// What it sends straight on of light that comes along the way back: of smooth walls alone
-    /// something.
+    /// Straight transmission of light from −`wo`; non-zero for smooth thin walls alone.
     pub(super) fn straight(&self, normal: N::Vec3, wo: N::Vec3) -> N::Vec3 {
         let LayerLobe::ThinDielectric(wall) = &self.lobe else {
             return N::Vec3::ZERO;

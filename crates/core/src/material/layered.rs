@@ -1,5 +1,4 @@
-//! Layered surfaces: the metallic-roughness model with what glTF's extensions lay over it, under it
-//! and into it.
+//! Layered surfaces: the metallic-roughness model with the layers of glTF's extensions.
 
 use super::albedo::Albedo;
 use super::base::{Curve, DiffuseBase, DiffuseCover};
@@ -16,64 +15,63 @@ use super::sheen::Sheen;
 use super::stage::{LayerStage, ReadAt, layer};
 use crate::number::{Mask, Number, Vector3};
 
-/// Lobes that a layered surface may have.
+/// Most lobes of a layered surface.
 pub const MOST_LAYERS: usize = 9;
 
-/// The answer to light of a layered surface at a point.
+/// The BSDF of a layered surface at a point.
 pub type LayeredBsdf<N> = Bsdf<N, CoatedLobe<N>, MOST_LAYERS>;
 
 layer! {
-    /// Facets that are combed.
+    /// Anisotropic microfacets.
     Anisotropy
-    /// From 0, as rough either way, to 1.
+    /// Strength, from 0 (isotropic) to 1.
     strength: Share by share;
-    /// The frame along whose tangent the surface is rougher.
+    /// The frame; the surface is rougher along its tangent.
     frame: Frame by frame;
 }
 
 layer! {
-    /// What a surface diffuses to its other side.
+    /// Diffuse transmission.
     Diffused
-    /// Share of what would be diffused back.
+    /// Share of the diffuse reflection that is transmitted instead.
     share: Share by share;
-    /// Its colour.
+    /// Colour of the transmission.
     colour: Tint by tint;
 }
 
-/// A layered surface, at a stage.
+/// A layered surface, at a [stage](LayerStage).
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Layered<S: LayerStage> {
-    /// What is at its bottom.
+    /// The metallic-roughness base.
     pub base: S::Base,
     /// Index of refraction of the dielectric part.
     pub ior: S::Constant,
-    /// Factor of the dielectric part's reflectance, and its colour at normal incidence
-    /// (KHR_materials_specular).
+    /// Factor of the dielectric part's reflectance (KHR_materials_specular).
     pub specular: S::Share,
-    /// The colour.
+    /// Colour of the dielectric part's reflectance at normal incidence.
     pub specular_colour: S::Colour,
     /// Complex index of the metal, n and k, in place of its colour.
     pub conductor: Option<[S::Spectrum; 2]>,
-    /// Whether the glass is a thin wall.
+    /// Whether glass is a thin wall, without refraction.
     pub thin: bool,
-    /// What is diffused to the other side.
+    /// Diffuse transmission.
     pub diffused: Option<Diffused<S>>,
-    /// How facets are combed.
+    /// Anisotropy of the microfacets.
     pub combed: Option<Anisotropy<S>>,
-    /// A thin film on the facets.
+    /// A thin film on the microfacets.
     pub film: Option<Film<S>>,
-    /// Fibres over all that.
+    /// Sheen over all layers but the coat.
     pub sheen: Option<Sheen<S>>,
     /// A clear coat over everything.
     pub coat: Option<Coat<S>>,
-    /// By which formulas surfaces reflect.
+    /// Choice of the reflectance formulas.
     pub rule: FresnelRule,
-    /// Whether facets give back what they send to each other.
+    /// Whether multiple scattering among microfacets is included.
     pub compensated: bool,
 }
 
 impl<S: LayerStage> Layered<S> {
-    /// What it is where its fields are read, over a base of this index.
+    /// Reads the fields at a point, over a base of this index.
     pub fn at<N: Number>(
         &self,
         here: &impl ReadAt<S, N>,
@@ -102,7 +100,7 @@ impl<S: LayerStage> Layered<S> {
 }
 
 impl<N: Number> LayeredBsdf<N> {
-    /// What it lets straight through of light that comes along the way back.
+    /// Straight transmission of light from −`wo`.
     pub fn straight(&self, wo: N::Vec3) -> N::Vec3 {
         self.lobes().iter().fold(N::Vec3::ZERO, |sum, lobe| {
             sum + lobe.straight(self.normal(), wo)
@@ -130,7 +128,7 @@ impl<N: Number> Layered<N> {
         }
     }
 
-    /// What its facets reflect, of which a share `dielectric` is not metal and no glass.
+    /// Reflectance of the microfacets; `dielectric` is the share that is neither metal nor glass.
     fn reflectance(&self, dielectric: N) -> Reflectance<N> {
         let normal =
             (self.specular_colour * self.base.dielectric).min(N::Vec3::ONE) * self.specular;
@@ -146,14 +144,14 @@ impl<N: Number> Layered<N> {
         }
     }
 
-    /// Its lobes, seen along `wo`.
+    /// The BSDF, viewed along `wo`.
     pub fn transport(&self, normal: N::Vec3, wo: N::Vec3, outside: N::Mask) -> LayeredBsdf<N> {
         let mut bsdf = LayeredBsdf::new(normal);
         self.add_to(&mut bsdf, wo, outside);
         bsdf
     }
 
-    /// Where facets are combed, and those; none where none are.
+    /// Lanes of anisotropic microfacets, and those microfacets; `None` if no lane has any.
     fn anisotropic(&self) -> Option<(N::Mask, Ggx<N>)> {
         let Anisotropy { strength, frame } = self.combed?;
         let mask = strength.above(N::ZERO);
@@ -161,7 +159,7 @@ impl<N: Number> Layered<N> {
             .then(|| (mask, Ggx::anisotropic(frame, self.base.roughness, strength)))
     }
 
-    /// The facets about a normal.
+    /// The microfacets about a normal.
     fn facets(&self, normal: N::Vec3) -> Ggx<N> {
         self.anisotropic().map_or_else(
             || Ggx::isotropic(normal, self.base.roughness),
@@ -169,8 +167,8 @@ impl<N: Number> Layered<N> {
         )
     }
 
-    /// Adds its lobes, seen along `wo`, to a list of none: where it stays, since it is too large to
-    /// be handed on.
+    /// Adds the lobes, viewed along `wo`, to an empty BSDF. The BSDF is filled in place, since it
+    /// is too large to be moved.
     pub fn add_to(&self, bsdf: &mut LayeredBsdf<N>, wo: N::Vec3, outside: N::Mask) {
         let (through, normal) = (self.base.through(), bsdf.normal());
         let mut list = LayeredBuilder {
@@ -178,8 +176,7 @@ impl<N: Number> Layered<N> {
             wo,
             coating: Coating::NONE,
         };
-        // From within a body, what lies over it is beyond the boundary, the facets of its paint
-        // too.
+        // From inside a body, the layers lie beyond the boundary, its paint's microfacets too.
         let over = if self.base.glass.is_none() || self.thin {
             N::ONE
         } else {
@@ -219,7 +216,7 @@ impl<N: Number> Layered<N> {
         self.glass(&mut list, through, outside);
     }
 
-    /// What is diffused, back and on, below facets, and what these send to each other.
+    /// Adds the diffuse base below the microfacets, and the multiple scattering among them.
     fn diffuse(&self, list: &mut LayeredBuilder<'_, N>, facets: &Reflectance<N>, over: N) {
         let (albedo, zero) = (self.base.albedo(), N::Vec3::ZERO);
         let (back, through) = self
@@ -231,7 +228,7 @@ impl<N: Number> Layered<N> {
                 )
             });
         let roughness = self.base.roughness;
-        // Combed facets are as rough as the rougher way even where the other is smooth.
+        // Anisotropic microfacets count as rough even where the smoother axis is smooth.
         let (anisotropic, mut rough) = (
             self.anisotropic(),
             roughness.above(N::from_f64(LEAST_ROUGHNESS)),
@@ -262,8 +259,8 @@ impl<N: Number> Layered<N> {
         {
             return;
         }
-        // The dielectric facets over the base, in the share `over`: metal beside it takes none of
-        // the base's light.
+        // The dielectric microfacets over the base, in the share `over`: metal beside the base
+        // takes none of its light.
         let alone = Reflectance {
             shares: [over, N::ZERO],
             ..*facets
@@ -321,7 +318,7 @@ impl<N: Number> Layered<N> {
         }));
     }
 
-    /// The boundary of glass in its share.
+    /// Adds the boundary of glass in its share.
     fn glass(&self, list: &mut LayeredBuilder<'_, N>, share: N, outside: N::Mask) {
         let Some(glass) = self.base.glass.filter(|_| share.above(N::ZERO).any()) else {
             return;
@@ -386,7 +383,7 @@ impl<N: Number> Layered<N> {
     }
 }
 
-/// A list of lobes in the making.
+/// Builder of the list of lobes.
 struct LayeredBuilder<'a, N: Number> {
     bsdf: &'a mut LayeredBsdf<N>,
     wo: N::Vec3,
@@ -403,7 +400,7 @@ impl<N: Number> LayeredBuilder<'_, N> {
         ));
     }
 
-    /// Facets where they are rough, a mirror where they are not.
+    /// Adds microfacets in rough lanes and a mirror in smooth lanes.
     fn facets(&mut self, facets: Ggx<N>, reflectance: Reflectance<N>, roughness: N) {
         let rough = roughness.above(N::from_f64(LEAST_ROUGHNESS));
         for (of, smooth) in [(rough, false), (!rough, true)] {

@@ -1,5 +1,4 @@
-//! The lobes that a surface's answer to light is made of: plain data, each with its value, its
-//! density and its weight.
+//! The lobes of a BSDF: plain data, each with its value, its density and its weight.
 
 use core::f64::consts::PI;
 
@@ -13,22 +12,22 @@ use super::lambert::Lambert;
 use super::lobe_kind::{LobeFamily, LobeKind, Pair, cosine_sample, kept_unit, on_disk};
 use crate::number::{Mask, Number, Vector3};
 
-/// One way in which a surface sends light back or on.
+/// One component of a BSDF.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Lobe<N: Number> {
-    /// Lambert's below facets that reflect by Schlick, and what the facets send to each other.
+    /// Lambert's lobe below microfacets that reflect by Schlick's formula, and the multiple
+    /// scattering among the microfacets.
     Diffuse {
-        /// Share that is diffused of what the facets leave.
+        /// Diffuse reflectance for the light below the microfacets.
         albedo: N::Vec3,
-        /// Factor of what white facets send to each other.
+        /// Factor of the multiple scattering among white microfacets.
         interreflected: N::Vec3,
-        /// What they leave of it.
+        /// Energy that the microfacets leave.
         remainder: Remainder<N>,
     },
-    /// Lambert's: the same radiance in every direction.
+    /// Lambert's lobe: the same radiance in every direction.
     Lambert(Lambert<N>),
-    /// Microfacets by the GGX distribution, whose reflectance goes from the one to the other by
-    /// Schlick.
+    /// GGX microfacets with Schlick's reflectance from `f0` to `f90`.
     Rough {
         /// Reflectance of a facet at normal incidence.
         f0: N::Vec3,
@@ -37,16 +36,16 @@ pub enum Lobe<N: Number> {
         /// Perceptual roughness; the microfacet α is its square.
         roughness: N,
     },
-    /// A smooth mirror, whose reflectance goes from the one to the other by Schlick.
+    /// A smooth mirror with Schlick's reflectance from `f0` to `f90`.
     Mirror {
         /// Reflectance at normal incidence.
         f0: N::Vec3,
         /// Reflectance at grazing incidence.
         f90: N::Vec3,
     },
-    /// A boundary of a dielectric, smooth or rough.
+    /// A dielectric boundary, smooth or rough.
     Dielectric(Dielectric<N>),
-    /// What the facets of a rough one send to each other.
+    /// Multiple scattering among the microfacets of a rough dielectric boundary.
     Interreflected(Interreflected<N>),
 }
 
@@ -91,7 +90,7 @@ impl<N: Number> LobeKind<N> for Lobe<N> {
                 interreflected,
                 remainder,
             } => {
-                // Matte surfaces of the classic kind have no layer, and look nothing up.
+                // Matte surfaces of the classic model have no layer and need no table.
                 if !remainder.is_covered() && !interreflected.max_element().above(N::ZERO).any() {
                     return by_cosine(albedo);
                 }
@@ -103,7 +102,7 @@ impl<N: Number> LobeKind<N> for Lobe<N> {
                 let reflectance = f0 + (f90 - f0) * schlick_weight(pair.tilt);
                 let (value, density) =
                     Ggx::isotropic(pair.normal, roughness).reflected(pair, reflectance);
-                // Also where directions are opposite, which have no half.
+                // Zero for opposite directions too, which have no half vector.
                 let some = f0.max(f90).max_element().above(N::ZERO);
                 (N::Vec3::select(some, value, N::Vec3::ZERO), density)
             }
@@ -155,8 +154,8 @@ impl<N: Number> LobeKind<N> for Lobe<N> {
             Self::Rough { roughness, .. } => {
                 let facet = sample_wm::<N>(local, [alpha(roughness); 2], on_disk([u, v]));
                 let mirrored = mirrored::<N>(local, facet);
-                // What a facet sends below meets another one, and is lost: no other lobe may take
-                // it for light that goes through.
+                // Light mirrored below the surface would hit another microfacet and is lost; no
+                // other lobe may take it for transmission.
                 N::Vec3::select(mirrored.z().above(N::ZERO), mirrored, N::Vec3::ZERO)
             }
             _ => cosine_sample::<N>([u, v]),
@@ -192,8 +191,8 @@ impl<N: Number> LobeKind<N> for Lobe<N> {
 }
 
 impl<N: Number> Lobe<N> {
-    /// Share that a mirror or facets reflect at this cosine to their normal; of other lobes
-    /// nothing.
+    /// Reflectance of a mirror or of microfacets at this cosine to their normal; zero for other
+    /// lobes.
     #[inline(always)]
     pub fn reflectance(&self, cosine: N) -> N::Vec3 {
         let (Self::Rough { f0, f90, .. } | Self::Mirror { f0, f90 }) = *self else {

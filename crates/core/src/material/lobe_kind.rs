@@ -1,20 +1,20 @@
-//! What a lobe is asked, and by which directions: the rule that all kinds of lobes follow.
+//! The interface of all kinds of lobes, and the pair of directions that they evaluate.
 
 use super::frame::Frame;
 use crate::number::{Number, Vector3};
 
-/// Two unit directions away from a surface and what the lobes ask of them.
+/// Two unit directions away from a surface, with the quantities that lobes share.
 #[derive(Clone, Copy, Debug)]
 pub struct Pair<N: Number> {
     pub(super) normal: N::Vec3,
     pub(super) wo: N::Vec3,
     pub(super) wi: N::Vec3,
-    /// Unit, halfway between them.
+    /// Half vector, unit.
     pub(super) half: N::Vec3,
-    /// Cosines to the normal: of the way back, and of the light.
+    /// Cosines of `wo` and of `wi` to the normal.
     pub(super) out: N,
     pub(super) into: N,
-    /// Cosine between the light and `half`.
+    /// Cosine between `wi` and `half`.
     pub(super) tilt: N,
 }
 
@@ -33,7 +33,7 @@ impl<N: Number> Pair<N> {
         }
     }
 
-    /// The pair with the light above the surface, mirrored there if it was below.
+    /// The pair with `wi` above the surface, mirrored there if it lies below.
     pub(super) fn folded(&self) -> Self {
         let up = self.wi - self.normal * (N::from_f64(2.0) * self.into);
         Self::new(
@@ -56,39 +56,37 @@ impl<N: Number> Pair<N> {
 
 /// A lobe that a [`Bsdf`](super::Bsdf) holds.
 pub trait LobeFamily<N: Number>: LobeKind<N> + Copy + core::fmt::Debug {
-    /// A lobe that sends nothing.
+    /// A lobe of value zero.
     const NOTHING: Self;
-    /// Whether there are mirrors about other normals than the surface's.
+    /// Whether lobes may have other normals than the surface's.
     const COATED: bool = false;
 }
 
-/// What a lobe does with light: nothing, where it does not say otherwise.
+/// A lobe: value, density and sampling. By default it neither transmits nor reflects diffusely.
 pub trait LobeKind<N: Number> {
-    /// How much it may send back to a direction with this cosine to the normal: what choosing among
-    /// lobes goes by.
+    /// Estimate of the albedo for an outgoing direction of this cosine, by which lobes are chosen.
     fn importance(&self, cosine: N) -> N;
-    /// Whether it answers in single directions only, so that it has neither a value nor a density.
+    /// Whether the lobe is a delta distribution, with neither a value nor a density.
     fn is_delta(&self) -> bool {
         false
     }
-    /// Whether it lets light through that could have been drawn.
+    /// Whether the lobe transmits, other than as a delta.
     fn lets_through(&self) -> bool {
         false
     }
-    /// Its bidirectional reflectance for a light above the surface, and the density by solid angle
-    /// with which [`Self::sample`] gives the light's direction.
+    /// BRDF for a light above the surface, and the density by solid angle with which
+    /// [`Self::sample`] returns the light's direction.
     fn eval_and_pdf(&self, pair: &Pair<N>) -> (N::Vec3, N);
-    /// The part of it that is diffused, with which it answers to lights that make no highlights.
+    /// Diffuse part of the BRDF, for lights that make no highlights.
     fn eval_diffuse(&self, _pair: &Pair<N>) -> N::Vec3 {
         N::Vec3::ZERO
     }
-    /// What it lets through of a light below the surface, over the cosine there, and the density of
-    /// that light's direction.
+    /// BTDF for a light below the surface, and the density of that light's direction.
     fn eval_and_pdf_through(&self, _pair: &Pair<N>) -> (N::Vec3, N) {
         (N::Vec3::ZERO, N::ZERO)
     }
-    /// A direction for the way back, in the world and in the frame about the surface's normal, and
-    /// three numbers in [0, 1). Of a lobe that is not delta.
+    /// Samples `wi` for `wo`, given in the world and in the frame about the surface's normal, by
+    /// three numbers in [0, 1). For non-delta lobes.
     fn sample(
         &self,
         _frame: &Frame<N>,
@@ -99,16 +97,16 @@ pub trait LobeKind<N: Number> {
     ) -> N::Vec3 {
         N::Vec3::ZERO
     }
-    /// Direction and weight of a delta lobe; one that divides its light does so by a number in [0,
-    /// 1).
+    /// Direction and weight of a delta lobe; a number in [0, 1) chooses between reflection and
+    /// refraction.
     fn sample_delta(&self, normal: N::Vec3, _wo: N::Vec3, _u: N) -> (N::Vec3, N::Vec3) {
         (normal, N::Vec3::ZERO)
     }
 }
 
-/// A mirrored direction, whose length strays from one by the rounding of each normal that it was
-/// mirrored at: brought back where it is off by four millionths, as after ten mirrors at the
-/// earliest, and to the bit what it is elsewhere.
+/// Normalises a mirrored direction, whose length strays from one by the rounding of each normal
+/// along the path. It changes only where the length is off by four millionths, after ten mirrors at
+/// the earliest, and stays the same to the bit elsewhere.
 #[inline(always)]
 pub(super) fn kept_unit<N: Number>(direction: N::Vec3) -> N::Vec3 {
     let off = N::ONE - direction.dot(direction);
@@ -120,22 +118,22 @@ pub(super) fn kept_unit<N: Number>(direction: N::Vec3) -> N::Vec3 {
     )
 }
 
-/// An even point of the unit disk for two numbers in [0, 1).
+/// Uniform point of the unit disk for two numbers in [0, 1).
 #[inline(always)]
 pub(super) fn on_disk<N: Number>([u, v]: [N; 2]) -> [N; 2] {
     let [cos, sin] = v.turned();
     [u.sqrt() * cos, u.sqrt() * sin]
 }
 
-/// A direction about the third axis, drawn by the cosine for two numbers in [0, 1): a point of the
-/// disk, raised to the hemisphere (Malley).
+/// Cosine-weighted direction about the third axis for two numbers in [0, 1): a point of the disk,
+/// raised to the hemisphere (Malley).
 #[inline(always)]
 pub(crate) fn cosine_sample<N: Number>([u, v]: [N; 2]) -> N::Vec3 {
     let [x, y] = on_disk([u, v]);
     N::Vec3::new(x, y, (N::ONE - u).max(N::ZERO).sqrt())
 }
 
-/// Such a direction in a frame, on its side where a mask is set and beyond elsewhere.
+/// Cosine-weighted direction in a frame: above where the mask is set, below elsewhere.
 pub(super) fn cosine_sample_either<N: Number>(
     frame: &Frame<N>,
     above: N::Mask,

@@ -1,4 +1,4 @@
-//! The metallic-roughness model: the inputs that its lobes are made of.
+//! The metallic-roughness model: inputs, and the lobes that they yield.
 
 use super::albedo::Albedo;
 use super::bsdf::Bsdf;
@@ -9,27 +9,27 @@ use super::interreflected::Interreflected;
 use super::lobe::Lobe;
 use crate::number::{Mask, Number, Vector3};
 
-/// What makes a boundary of glass of a share of a surface.
+/// Glass in a share of a surface.
 ///
-/// A dielectric that lets through a part of its light is a mixture by area: glass in that share,
-/// paint in the rest. From outside this is what glTF's mixture of a diffuse base and a transmitting
-/// one under one reflection is. From inside, light meets glass, which keeps all of it beyond the
-/// critical angle, or the back of the paint, which has no boundary before it: so no angle counts
-/// twice, and the sum is at most one from both sides, rough or smooth.
+/// A partly transmissive dielectric is a mixture by area: glass in its share, paint in the rest.
+/// From outside this equals glTF's mixture of a diffuse and a transmissive base under one specular
+/// reflection. From inside, light hits either glass, which reflects all of it beyond the critical
+/// angle, or the back of the paint, which has no boundary before it. So no angle counts twice, and
+/// the albedo is at most one from both sides, rough or smooth.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Glass<N: Number> {
-    /// Share of the dielectric part that is glass.
+    /// Glass share of the dielectric part.
     pub share: N,
     /// Index of refraction of the inside over the outside.
     pub ior: N::Exact,
-    /// Factor of what is reflected.
+    /// Factor of the reflection.
     pub reflected: N::Vec3,
-    /// Factor of what is let through.
+    /// Factor of the transmission.
     pub transmitted: N::Vec3,
 }
 
 impl<N: Number> Glass<N> {
-    /// Index on the side that a ray comes from over the one beyond.
+    /// Index on the ray's side over the index beyond.
     #[inline(always)]
     pub fn eta(&self, outside: N::Mask) -> N::Exact {
         let ior = |lane| N::exact_lane(self.ior, lane);
@@ -42,16 +42,17 @@ impl<N: Number> Glass<N> {
         })
     }
 
-    /// Whether it bends light. Indices that are nearly the same bend next to nothing, however the
-    /// facets lie.
+    /// Whether the boundary refracts. Nearly equal indices refract next to nothing, however the
+    /// microfacets lie.
     #[inline(always)]
     pub(super) fn bends(&self) -> N::Mask {
         N::of_lanes(|lane| (N::exact_lane(self.ior, lane) - 1.0).abs())
             .above(N::from_f64(LEAST_BEND))
     }
 
-    /// What facets of a rough boundary of such a share, which reflect so much of Fresnel's, send to
-    /// each other, seen at a cosine.
+    /// Multiple scattering among the microfacets of a rough boundary. `seen` is the boundary's
+    /// share of the surface and the viewing cosine, `tint` the least and the greatest ratio to the
+    /// Fresnel reflectance.
     #[inline(never)]
     pub(super) fn interreflected(
         &self,
@@ -65,7 +66,7 @@ impl<N: Number> Glass<N> {
         Interreflected::of_boundary(eta, roughness, seen, tint, self.transmitted)
     }
 
-    /// The boundary of such a share of a surface, smooth or of a roughness.
+    /// The boundary in this share of a surface, smooth or of a roughness.
     #[inline(always)]
     pub fn boundary(&self, outside: N::Mask, share: N, roughness: Option<N>) -> Dielectric<N> {
         let (
@@ -92,30 +93,31 @@ impl<N: Number> Glass<N> {
 pub struct MetallicRoughness<N: Number> {
     /// Base colour.
     pub base: N::Vec3,
-    /// 0 dielectric to 1 metal.
+    /// Metal share, from 0 (dielectric) to 1.
     pub metallic: N,
     /// Perceptual roughness.
     pub roughness: N,
     /// Reflectance of the dielectric part at normal incidence.
     pub dielectric: N,
-    /// The same at grazing incidence: 1, but where a factor says less.
+    /// Reflectance of the dielectric part at grazing incidence: 1 unless a factor lowers it.
     pub grazing: N,
-    /// The boundary of the dielectric part, where it lets light through.
+    /// The glass of the dielectric part, if it transmits.
     pub glass: Option<Glass<N>>,
 }
 
-/// Least difference of an index from one at which a rough boundary scatters; below, it is smooth.
+/// Least difference of an index from one at which a rough boundary scatters; closer to one it
+/// counts as smooth.
 const LEAST_BEND: f64 = 5e-3;
 
 impl<N: Number> MetallicRoughness<N> {
-    /// Share of the surface that is a boundary of glass.
+    /// Glass share of the surface.
     #[inline(always)]
     pub fn through(&self) -> N {
         self.glass
             .map_or(N::ZERO, |glass| glass.share * (N::ONE - self.metallic))
     }
 
-    /// Share of the surface that is an opaque dielectric.
+    /// Opaque dielectric share of the surface.
     #[inline(always)]
     pub fn painted(&self) -> N {
         let dielectric = N::ONE - self.metallic;
@@ -123,7 +125,7 @@ impl<N: Number> MetallicRoughness<N> {
             .map_or(dielectric, |glass| dielectric * (N::ONE - glass.share))
     }
 
-    /// Colour that is diffused.
+    /// Diffuse albedo.
     #[inline(always)]
     pub fn albedo(&self) -> N::Vec3 {
         self.base * self.painted()
@@ -135,7 +137,7 @@ impl<N: Number> MetallicRoughness<N> {
         self.facets(N::ONE - self.metallic).0
     }
 
-    /// Reflectances at normal and at grazing incidence of facets of which a share is dielectric.
+    /// Reflectances at normal and at grazing incidence of microfacets with this dielectric share.
     #[inline(always)]
     fn facets(&self, dielectric: N) -> (N::Vec3, N) {
         (
@@ -144,12 +146,13 @@ impl<N: Number> MetallicRoughness<N> {
         )
     }
 
-    /// What is diffused below dielectric facets, which cover it where `over` is one, and what all
-    /// facets, of which a share is dielectric, send to each other where that is `compensated`; and
-    /// whether some of it is there.
+    /// The diffuse lobe, and the lanes where it is non-zero. `over` is one where dielectric
+    /// microfacets cover the base. `compensated` adds the multiple scattering among all
+    /// microfacets, of which the share `dielectric` is dielectric.
     ///
-    /// The base is the dielectric part's, and loses what that part's facets send back: metal beside
-    /// it takes none of its light, as in glTF's mixture of a metal and a dielectric.
+    /// The base belongs to the dielectric part and loses the albedo of that part's microfacets:
+    /// metal beside the base takes none of its light, as in glTF's mixture of a metal and a
+    /// dielectric.
     #[inline(always)]
     fn diffuse(
         &self,
@@ -194,7 +197,7 @@ impl<N: Number> MetallicRoughness<N> {
         )
     }
 
-    /// The mirror that its glossy lobe is where the roughness is next to none.
+    /// The glossy lobe of a surface of nearly no roughness: a mirror.
     #[inline(always)]
     pub fn mirror(&self) -> Lobe<N> {
         let (f0, f90) = self.facets(N::ONE - self.metallic);
@@ -204,8 +207,8 @@ impl<N: Number> MetallicRoughness<N> {
         }
     }
 
-    /// The lobes of local lighting: diffuse and glossy. How many is known when this is compiled, so
-    /// nothing is left of the list.
+    /// The lobes of local lighting: diffuse and glossy. Their number is known at compile time, so
+    /// the list is optimised away.
     #[inline(always)]
     pub fn local_bsdf(&self, normal: N::Vec3, wo: N::Vec3) -> Bsdf<N> {
         let f0 = self.f0();
@@ -217,10 +220,10 @@ impl<N: Number> MetallicRoughness<N> {
         })
     }
 
-    /// Its lobes for light that goes any way, seen from `wo`: as [`Self::local_bsdf`], but next to
-    /// smooth surfaces are mirrors, rough ones give back what their facets send to each other
-    /// (where `compensated`), and a boundary of glass, smooth or rough, reflects by itself, so that
-    /// of the rest only what is paint or metal does.
+    /// The lobes for light transport, viewed along `wo`. Unlike [`Self::local_bsdf`], nearly smooth
+    /// surfaces are mirrors, rough surfaces include multiple scattering among microfacets (where
+    /// `compensated`), and a glass boundary, smooth or rough, has its own lobes. The other lobes
+    /// then cover paint and metal alone.
     #[inline(always)]
     pub fn transport(
         &self,
@@ -232,7 +235,7 @@ impl<N: Number> MetallicRoughness<N> {
         let zero = N::Vec3::ZERO;
         let through = self.through();
         let glassy = through.above(N::ZERO);
-        // From within a body, the back of its paint is met without a boundary.
+        // From inside a body, the back of its paint has no boundary.
         let over = if self.glass.is_some() {
             N::select(outside, N::ONE, N::ZERO)
         } else {
@@ -287,8 +290,8 @@ impl<N: Number> MetallicRoughness<N> {
         bsdf
     }
 
-    /// [`Self::transport`] where no lane is next to smooth and none lets light through: the same
-    /// numbers from two lobes, whose kinds and count are known when this is compiled.
+    /// [`Self::transport`] where every lane is rough and none transmits: the same numbers from two
+    /// lobes, whose kinds and count are known at compile time.
     #[inline(always)]
     pub fn rough(&self, normal: N::Vec3, wo: N::Vec3, compensated: bool) -> Bsdf<N, Lobe<N>, 2> {
         let dielectric = N::ONE - self.metallic;
@@ -301,8 +304,7 @@ impl<N: Number> MetallicRoughness<N> {
         })
     }
 
-    /// Whether it reflects nothing, as a boundary without reflectance over no metal: then its
-    /// diffuse lobe has all that it sends.
+    /// Whether the surface has no specular reflection, so that the diffuse lobe is its whole BSDF.
     #[inline(always)]
     pub fn is_matte(&self) -> N::Mask {
         !(self.metallic.above(N::ZERO)
@@ -310,7 +312,7 @@ impl<N: Number> MetallicRoughness<N> {
             | self.grazing.above(N::ZERO))
     }
 
-    /// Whether that is what it is, lane by lane.
+    /// Whether [`Self::rough`] applies, by lane.
     #[inline(always)]
     pub fn is_rough(&self) -> N::Mask {
         let rough = self.roughness.above(N::from_f64(LEAST_ROUGHNESS));

@@ -1,11 +1,10 @@
-//! How a surface answers to light at a point: a few [lobes](Lobe) on the stack, to be evaluated,
-//! sampled and weighed.
+//! BSDFs: a few [lobes](Lobe) on the stack, to be evaluated, sampled and weighted.
 //!
-//! Directions are unit and point away from the surface; the normal is on the side of `wo`, the way
-//! back to the viewer. Everything is written once over a [`Number`](crate::number::Number): `f32`
-//! and `f64` for a path alone, [`Lanes`](crate::number::Lanes) for many paths side by side. Kinds
-//! of lobes, and how many there are, are then the same for all lanes, since paths are sorted by
-//! what they met; everything else is each lane's own. Refraction goes lane by lane: it needs f64.
+//! Directions are unit and point away from the surface; the normal is on the side of `wo`, the
+//! direction to the viewer. Everything is generic over a [`Number`](crate::number::Number): `f32`
+//! and `f64` for a single path, [`Lanes`](crate::number::Lanes) for many paths side by side. Kinds
+//! and number of lobes are the same for all lanes, since paths are sorted by the material that they
+//! hit; every other value differs by lane. Refraction goes lane by lane, because it needs `f64`.
 //!
 //! ```
 //! use glam::DVec3;
@@ -68,7 +67,7 @@ pub use sheen::Sheen;
 pub(crate) use spectrum::{Hero, index_at};
 pub use stage::{LayerStage, ReadAt};
 
-/// What materials read that is tabulated: nothing of it depends on a scene.
+/// Tables that materials need; they depend on no scene.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct MaterialTables {
     pub sheen: bool,
@@ -77,7 +76,7 @@ pub(crate) struct MaterialTables {
 }
 
 impl MaterialTables {
-    /// Makes them, those that have not been made: in preparation, before a clock runs.
+    /// Computes the missing tables: in preparation, before timing starts.
     pub(crate) fn prepare(&self) {
         if self.sheen {
             LazyLock::force(&sheen::SENT);

@@ -1,67 +1,63 @@
-//! Shading normals by which nothing that is reflected goes below the surface, as images and
-//! interpolation alone would have it.
+//! Normal maps, with shading normals bent so that no mirror direction points below the surface, as
+//! textures and interpolation alone would allow.
 
 use super::frame::Frame;
 use crate::number::{Mask, Number, Vector3};
 
-/// What an image says of a normal, where a ray meets a surface.
+/// The normal map's value at a hit.
 #[derive(Clone, Copy, Debug)]
 pub struct NormalMap<N: Number> {
-    /// The shading normal before, unit.
+    /// The unperturbed shading normal, unit.
     pub normal: N::Vec3,
-    /// The way in which the image's columns follow each other, unit, and whether the image is seen
-    /// mirrored.
+    /// Direction of the image's columns on the surface, unit.
     pub along: N::Vec3,
-    /// See [`Frame::along`].
+    /// Whether the image appears mirrored: see [`Frame::along`].
     pub mirrored: N::Mask,
-    /// What the image holds, along the tangent, the bitangent and the normal; of any length.
+    /// The image's normal along tangent, bitangent and normal; of any length.
     pub code: N::Vec3,
-    /// The surface's own normal, outwards, and whether the ray comes from outside.
+    /// The geometric normal, outwards.
     pub geometric: N::Vec3,
-    /// See there.
+    /// Whether the ray comes from outside.
     pub outside: N::Mask,
     /// Unit direction of the ray, towards the surface.
     pub direction: N::Vec3,
 }
 
 impl<N: Number> NormalMap<N> {
-    /// The normal as the image has it, on the viewer's side; as it was where the image says
-    /// nothing.
+    /// The perturbed normal, on the viewer's side; the unperturbed normal where the image holds
+    /// none.
     #[inline(always)]
     pub fn perturbed_normal(&self) -> N::Vec3 {
         let bent = Frame::<N>::along(self.normal, self.along, self.mirrored)
             .to_world(self.code)
             .normalize();
         let turned = reflecting_above::<N>(bent, self.geometric, self.outside, self.direction);
-        // A texel of nothing, and the like, leave the normal as it is.
+        // Invalid texels, such as zero, leave the normal unperturbed.
         N::Vec3::select(is_unit::<N>(bent), turned, self.normal)
     }
 }
 
-/// Whether a vector has been made a unit one: not where its square was no number, or one of few
-/// digits.
+/// Whether normalisation has succeeded: false where the square was NaN, or had few digits.
 #[inline(always)]
 fn is_unit<N: Number>(v: N::Vec3) -> N::Mask {
     let squared = v.dot(v);
     N::from_f64(1.0 + 1e-5).above(squared) & squared.above(N::from_f64(1.0 - 1e-5))
 }
 
-/// Height over the surface, as a cosine, below which the viewer's mirror direction is lifted, to
-/// half of it at least: the lobe of a mirror that is nearly smooth then lies above the surface with
-/// it.
+/// Height above the surface, as a cosine, below which the mirror direction is lifted, to half of
+/// this height at least. The lobe of a nearly smooth mirror then lies above the surface too.
 const LEAST_HEIGHT: f64 = 0.02;
 
-/// A shading normal by which the viewer's mirror direction is above the surface that is there. One
-/// that sends it below is bent back, so that the direction keeps its azimuth and rises to just
-/// above the surface: by its height h, which becomes m/2 + (m/2)²/(3m/2 − h) where it is less than
-/// m, so that normals bend without a step or a kink. Where the surface itself mirrors the viewer
-/// nearly along it, m is less than the height there: a surface's own normal is never bent. One that
-/// faces away from the surface too goes over to the surface's own.
+/// Returns a shading normal that mirrors the viewer above the surface. A normal that mirrors below
+/// is bent, so that the mirror direction keeps its azimuth and rises to just above the surface. The
+/// direction's height h becomes m/2 + (m/2)²/(3m/2 − h) where h is less than m, so that normals
+/// bend without a step or a kink. Where the geometric normal mirrors the viewer nearly along the
+/// surface, m is less than that mirror direction's height: the geometric normal is never bent. A
+/// normal that also faces away from the surface blends into the geometric normal.
 ///
-/// As other renderers do it, whose mirrors with such normals would have black rings too ("The Iray
-/// Light Transport Simulation and Rendering System", Keller et al. 2017, §A.3; Cycles' valid
-/// reflections, V-Ray). It is no property of any surface: light and view swapped bend a normal
-/// differently.
+/// Other renderers bend normals likewise, to avoid black rings in mirrors ("The Iray Light
+/// Transport Simulation and Rendering System", Keller et al. 2017, §A.3; Cycles' valid reflections,
+/// V-Ray). The bent normal depends on the view, so swapping light and view bends it differently.
 #[inline(always)]
 pub fn reflecting_above<N: Number>(
     n: N::Vec3,
@@ -74,14 +70,15 @@ pub fn reflecting_above<N: Number>(
     let height = N::from_f64(-2.0) * d.dot(n) * rise - own;
     let least = (own * N::from_f64(0.9)).min(N::from_f64(LEAST_HEIGHT));
     let kept = !least.above(height) & rise.above(N::ZERO);
-    // Nearly every normal is, and what follows is a row of roots that wait for each other.
+    // Nearly every normal is kept, and the rest of this function is a chain of dependent square
+    // roots.
     if !(!kept).any() {
         return n;
     }
     let half = least * N::from_f64(0.5);
     let lifted = half + half * half / (half + least - height.min(least));
-    // Along the normal from the mirror direction to that height, and there along the surface; times
-    // the rise, which may be none.
+    // From the mirror direction along the normal to that height, then along the surface; scaled by
+    // the rise, which may be zero.
     let (up, behind) = (rise.max(N::ZERO), (-rise).max(N::ZERO));
     let across = n * (own + lifted) + d * up;
     let along = (across - facing * facing.dot(across)).normalize();

@@ -1,29 +1,29 @@
-//! How much the facets of a layered surface reflect: a dielectric and a metal in shares, by
-//! Schlick's formula or the exact ones, each with a thin film over it or not.
+//! Reflectance of the microfacets of a layered surface: shares of a dielectric and a metal, by
+//! Schlick's formula or the exact ones, with or without a thin film.
 
 use super::film::Film;
 use super::fresnel::{conductor, dielectric_in_air, schlick, schlick_weight};
 use crate::number::{Mask, Number, Vector3};
 
-/// Reflectance by the cosine of incidence on a facet.
+/// Reflectance of a microfacet as a function of the cosine of incidence.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Reflectance<N: Number> {
     /// Shares of the surface that are dielectric and metal.
     pub shares: [N; 2],
-    /// Of the dielectric part at normal and at grazing incidence.
+    /// Reflectance of the dielectric part at normal and at grazing incidence.
     pub dielectric: [N::Vec3; 2],
-    /// The index by which it goes from one to the other, where that is not Schlick's way.
+    /// Index of the dielectric part, for Fresnel's equations in place of Schlick's formula.
     pub exact: Option<N::Exact>,
-    /// Of the metal at normal incidence; all is reflected at grazing incidence.
+    /// Reflectance of the metal at normal incidence; it is one at grazing incidence.
     pub metal: N::Vec3,
-    /// Complex index of the metal, n and k, by which it goes where that is not Schlick's way.
+    /// Complex index of the metal, n and k, for Fresnel's equations in place of Schlick's formula.
     pub conductor: Option<[N::Vec3; 2]>,
-    /// A film over both.
+    /// A thin film over both parts.
     pub film: Option<Film<N>>,
 }
 
 impl<N: Number> Reflectance<N> {
-    /// At a cosine of incidence.
+    /// The reflectance at a cosine of incidence.
     pub fn at(&self, cosine: N) -> N::Vec3 {
         let cosine = cosine.max(N::ZERO).min(N::ONE);
         let mut sum = N::Vec3::ZERO;
@@ -44,14 +44,14 @@ impl<N: Number> Reflectance<N> {
         sum
     }
 
-    /// The dielectric part's, bare.
+    /// The dielectric part's reflectance without the film.
     fn of_dielectric(&self, cosine: N) -> N::Vec3 {
         let [normal, grazing] = self.dielectric;
         let schlick = schlick_weight(cosine);
         let Some(ior) = self.exact else {
             return normal + (grazing - normal) * schlick;
         };
-        // Without an index, what reflects all does so at every angle.
+        // An index of zero stands for total reflection at every angle.
         let of = |ior: f64, cosine: f64| {
             if ior > 0.0 {
                 dielectric_in_air(cosine, ior)
@@ -60,27 +60,27 @@ impl<N: Number> Reflectance<N> {
             }
         };
         let exact = N::of_lanes(|lane| of(N::exact_lane(ior, lane), cosine.lane(lane)));
-        // What a colour adds at normal incidence falls as Schlick's way rises.
+        // A colour's addition at normal incidence falls as Schlick's weight rises.
         let added = (normal - grazing * self.at_normal()) * (N::ONE - schlick);
         (grazing * exact + added)
             .max(N::Vec3::ZERO)
             .min(N::Vec3::ONE)
     }
 
-    /// What Fresnel's equations say of the dielectric part at normal incidence.
+    /// Fresnel reflectance of the dielectric part's index at normal incidence.
     pub(super) fn at_normal(&self) -> N {
         let ior = |lane| self.exact.map_or(1.0, |ior| N::exact_lane(ior, lane));
         N::of_lanes(|lane| ((ior(lane) - 1.0) / (ior(lane) + 1.0)).powi(2))
     }
 
-    /// Whether some of it reflects somewhere.
+    /// Whether any lane reflects.
     pub fn is_some(&self) -> bool {
         let dielectric = self.dielectric[0].max(self.dielectric[1]).max_element() * self.shares[0];
         dielectric.max(self.shares[1]).above(N::ZERO).any()
     }
 }
 
-/// That of a metal by its complex index in each channel.
+/// Reflectance of a metal by its complex index in each channel.
 pub(super) fn of_conductor<N: Number>(cosine: N, [n, k]: [N::Vec3; 2]) -> N::Vec3 {
     N::Vec3::of_lanes(|lane| {
         let (n, k) = (n.lane(lane), k.lane(lane));

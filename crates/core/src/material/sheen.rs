@@ -1,5 +1,5 @@
-//! Sheen: fibres that stand up and catch light at grazing angles ("Production Friendly Microfacet
-//! Sheen BRDF", Estevez, Kulla 2017), as glTF's KHR_materials_sheen names it.
+//! Sheen: upright fibres that reflect at grazing angles ("Production Friendly Microfacet Sheen
+//! BRDF", Estevez, Kulla 2017), as in glTF's KHR_materials_sheen.
 
 use core::f64::consts::{PI, TAU};
 use std::sync::LazyLock;
@@ -10,21 +10,20 @@ use super::lobe_kind::{LobeKind, Pair, on_disk};
 use super::stage::layer;
 use crate::number::{Number, Vector3};
 
-/// Least perceptual roughness: below it the exponent 1/α has no more digits.
+/// Least perceptual roughness: below it, the exponent 1/α is too large for the digits.
 const LEAST: f64 = 0.07;
 
 layer! {
     /// Fibres on a surface.
     Sheen
-    /// Colour, and how much of it there is.
+    /// Colour, including the strength.
     colour: Tint by tint;
     /// Perceptual roughness; α is its square.
     roughness: Share by share;
 }
 
 impl<N: Number> Sheen<N> {
-    /// Share of light that white fibres send back in a direction, and the rest of what a colour's
-    /// strongest part does.
+    /// Directional albedo: of white fibres, times the colour's strongest channel.
     pub(super) fn sent(&self, cosine: N) -> N {
         let share = N::of_lanes(|lane| {
             looked_up(&SENT, cosine.lane(lane), self.roughness.lane(lane)).clamp(0.0, 1.0)
@@ -51,7 +50,7 @@ impl<N: Number> LobeKind<N> for Sheen<N> {
     }
 
     fn sample(&self, frame: &Frame<N>, _: N::Vec3, _: N::Vec3, _: N, point: [N; 2]) -> N::Vec3 {
-        // Evenly over the hemisphere: equal heights have equal areas (Archimedes).
+        // Uniform over the hemisphere: equal heights have equal areas (Archimedes).
         let [x, y] = on_disk([N::ONE, point[1]]);
         let height = N::ONE - point[0];
         let across = (N::ONE - height * height).max(N::ZERO).sqrt();
@@ -59,11 +58,10 @@ impl<N: Number> LobeKind<N> for Sheen<N> {
     }
 }
 
-/// D·V of white fibres. As published, they send back up to two and a half times what comes at
-/// grazing views where they are smooth; what would be beyond one is taken away, alike for both
-/// directions.
+/// D·V of white fibres. The published lobe reflects up to 2.5 times the incident light at grazing
+/// views of smooth fibres; the excess over one is scaled away, symmetrically in both directions.
 fn charlie(roughness: f64, [out, into, half]: [f64; 3]) -> f64 {
-    // A fiftieth more than the table says, which may be as much off.
+    // The margin of a fiftieth covers the error of the table.
     let most = (1.02
         * looked_up(&PUBLISHED, out, roughness).max(looked_up(&PUBLISHED, into, roughness)))
     .max(1.0);
@@ -81,7 +79,7 @@ fn published(roughness: f64, [out, into, half]: [f64; 3]) -> f64 {
     density / ((1.0 + hidden(out, alpha) + hidden(into, alpha)) * 4.0 * out * into)
 }
 
-/// Λ of the paper: how much fibres hide of each other, fitted for α = 0 and 1.
+/// Λ of the paper: the masking of fibres by each other, fitted for α = 0 and 1.
 fn hidden(cosine: f64, alpha: f64) -> f64 {
     let share = (1.0 - alpha) * (1.0 - alpha);
     let mix = |rough: f64, smooth: f64| rough + (smooth - rough) * share;
@@ -99,13 +97,13 @@ fn hidden(cosine: f64, alpha: f64) -> f64 {
     }
 }
 
-/// Cosines and roughnesses of the table of albedos, and points by which an entry is summed.
+/// Steps of cosine and of roughness in the table of albedos, and points of the sum for an entry.
 const STEPS: usize = 24;
 const POINTS: [usize; 2] = [48, 24];
 
 type Lobe = fn(f64, [f64; 3]) -> f64;
 
-/// Shares that are sent back, as published and as limited.
+/// Directional albedos of the published lobe, and of the limited lobe.
 static PUBLISHED: LazyLock<Vec<f64>> = LazyLock::new(|| table(published));
 pub(super) static SENT: LazyLock<Vec<f64>> = LazyLock::new(|| table(charlie));
 
@@ -122,17 +120,17 @@ fn table(lobe: Lobe) -> Vec<f64> {
     (0..STEPS * STEPS).map(entry).collect()
 }
 
-/// Cosines lie closer towards grazing, where most is sent.
+/// Cosine of a table coordinate: finer towards grazing, where sheen is strongest.
 fn cosine_of(share: f64) -> f64 {
     (share * share).max(1e-3)
 }
 
-/// The share that is sent back, by a midpoint rule over the hemisphere.
+/// Directional albedo of a lobe by a midpoint rule over the hemisphere.
 fn summed(lobe: Lobe, cosine: f64, roughness: f64, [heights, turns]: [usize; 2]) -> f64 {
     let sine = (1.0 - cosine * cosine).sqrt();
     let mut sum = 0.0;
     for i in 0..heights {
-        // Finer towards grazing, as the cosines.
+        // Finer towards grazing, like the cosines of the table.
         let share = (i as f64 + 0.5) / heights as f64;
         let into = share * share;
         let across = (1.0 - into * into).sqrt();
@@ -146,7 +144,7 @@ fn summed(lobe: Lobe, cosine: f64, roughness: f64, [heights, turns]: [usize; 2])
     sum * TAU / (heights * turns) as f64
 }
 
-/// What a table has for a cosine and a roughness.
+/// Interpolated entry of a table for a cosine and a roughness.
 fn looked_up(table: &[f64], cosine: f64, roughness: f64) -> f64 {
     let ((i, u), (j, v)) = (
         between(cosine.max(0.0).sqrt(), STEPS),
@@ -161,8 +159,8 @@ fn looked_up(table: &[f64], cosine: f64, roughness: f64) -> f64 {
 mod tests {
     use super::*;
 
-    /// Protects: the table of albedos against a sum of forty times as many points, between its
-    /// entries too, and that fibres send back at most what comes.
+    /// Protects: the table of albedos agrees with a sum of forty times as many points, between its
+    /// entries too, and fibres reflect at most the incident light.
     #[test]
     fn albedos_are_integrals() {
         let mut worst = 0.0_f64;

@@ -1,17 +1,18 @@
-//! Wavelengths, for the few effects that tell one from another: what light of each counts in red,
-//! green and blue, how glass bends it, and what a film's interference leaves of it.
+//! Wavelengths, for the few spectral effects: the colour of each wavelength, the dispersion of
+//! glass, and the interference in thin films.
 
 use std::sync::LazyLock;
 
-/// First wavelength that counts, in nanometres, and how many steps of one follow.
+/// First visible wavelength in nanometres, and the number of steps of one nanometre from it.
 const FIRST: f64 = 380.0;
 const STEPS: usize = 350;
 
-/// Wavelengths of the Fraunhofer lines F, d and C in nanometres, by which glass is described.
+/// Wavelengths of the Fraunhofer lines F, d and C in nanometres, at which the index of glass is
+/// given.
 pub(crate) const LINES: [f64; 3] = [486.13, 587.56, 656.27];
 
-/// The standard observer's answers to light of a wavelength, as linear Rec. 709 red, green and blue
-/// (below zero outside its gamut): "Simple Analytic Approximations to the CIE XYZ Color Matching
+/// The standard observer's response to a wavelength, as linear Rec. 709 red, green and blue
+/// (negative outside its gamut): "Simple Analytic Approximations to the CIE XYZ Color Matching
 /// Functions" (Wyman, Sloan, Shirley 2013), as sums of lobes.
 fn observed(nanometres: f64) -> [f64; 3] {
     let lobe = |height: f64, centre: f64, [below, above]: [f64; 2]| {
@@ -30,17 +31,17 @@ fn observed(nanometres: f64) -> [f64; 3] {
     ]
 }
 
-/// The middle of a step.
+/// Wavelength at the middle of a step.
 fn middle(step: usize) -> f64 {
     FIRST + step as f64 + 0.5
 }
 
-/// What light of each step counts in each channel, so that light of all of them evenly is white:
-/// the sum of each channel is one.
+/// Weight of each step in each channel. The sum of each channel is one, so that uniform light is
+/// white.
 static SHARES: LazyLock<Vec<[f64; 3]>> =
     LazyLock::new(|| normalised(|step| observed(middle(step))));
 
-/// The same without what lies outside the gamut, so that it can be the weight of a path.
+/// The same weights clamped to the gamut, so that they can weight a path.
 static WITHIN: LazyLock<Vec<[f64; 3]>> =
     LazyLock::new(|| normalised(|step| observed(middle(step)).map(|c| c.max(0.0))));
 
@@ -52,7 +53,8 @@ fn normalised(of: impl Fn(usize) -> [f64; 3]) -> Vec<[f64; 3]> {
         .collect()
 }
 
-/// Chances up to and with each step: a third of each channel's share.
+/// Cumulative probability up to and including each step; a step's probability is the mean of its
+/// channels' weights.
 pub(super) static CHANCES: LazyLock<Vec<f64>> = LazyLock::new(|| {
     let mut sum = 0.0;
     let each = WITHIN.iter().map(|[r, g, b]| {
@@ -62,16 +64,17 @@ pub(super) static CHANCES: LazyLock<Vec<f64>> = LazyLock::new(|| {
     each.collect()
 });
 
-/// The one wavelength by which a path goes on that was bent apart.
+/// The single wavelength of a path after dispersion.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Hero {
     pub nanometres: f64,
-    /// What the path counts from now on; in the mean over all wavelengths white.
+    /// Factor on the path's throughput; white in the mean over all wavelengths.
     pub weight: [f64; 3],
 }
 
 impl Hero {
-    /// For a number in [0, 1): wavelengths that are seen well come more often, and count less.
+    /// Samples a wavelength for a number in [0, 1): the probability follows visibility, and the
+    /// weight is its inverse.
     pub fn drawn(u: f64) -> Self {
         let chances = &*CHANCES;
         let step = chances.partition_point(|&sum| sum <= u).min(STEPS - 1);
@@ -89,19 +92,19 @@ impl Hero {
     }
 }
 
-/// Index of refraction at a wavelength in nanometres of what has the index `ior` at the d line and
-/// an Abbe number of 20 over `dispersion` (Cauchy's equation with two terms); at least one.
+/// Index of refraction at a wavelength in nanometres, at least one, by Cauchy's equation with two
+/// terms. `ior` is the index at the d line; the Abbe number is 20 over `dispersion`.
 pub(crate) fn index_at(ior: f64, dispersion: f64, nanometres: f64) -> f64 {
     let per = |wavelength: f64| 1.0 / (wavelength * wavelength);
     let [f, d, c] = LINES.map(per);
     (ior + (ior - 1.0) * dispersion / 20.0 * (per(nanometres) - d) / (f - c)).max(1.0)
 }
 
-/// Step of the table of [`coherence`] in nanometres, and its length.
+/// Step of the table of [`coherence`] in nanometres, and its number of entries.
 const APART: f64 = 4.0;
 const ENTRIES: usize = 3000;
 
-/// The mean over white light of cos(2π·path/λ), by the path in steps, in each channel.
+/// The mean over white light of cos(2π·path/λ) in each channel, by the path in steps.
 pub(super) static COHERENCE: LazyLock<Vec<[f64; 3]>> = LazyLock::new(|| {
     let mut table = vec![[0.0; 3]; ENTRIES];
     for (step, shares) in SHARES.iter().enumerate() {
@@ -118,8 +121,8 @@ pub(super) static COHERENCE: LazyLock<Vec<[f64; 3]>> = LazyLock::new(|| {
     table
 });
 
-/// How much of an interference at this optical path, in nanometres, is left in the mean over white
-/// light, in each channel: from one, where all wavelengths agree, to nothing.
+/// Interference that remains at this optical path, in nanometres, in the mean over white light, in
+/// each channel: from one, where all wavelengths agree, to zero.
 pub(super) fn coherence(path: f64) -> [f64; 3] {
     let at = path / APART;
     if at.is_nan() || at >= (ENTRIES - 1) as f64 {
@@ -134,7 +137,7 @@ pub(super) fn coherence(path: f64) -> [f64; 3] {
 pub(super) mod tests {
     use super::*;
 
-    /// What white light leaves of a quantity that depends on the wavelength, summed directly.
+    /// Mean over white light of a quantity by wavelength, summed directly.
     pub fn direct(of: impl Fn(f64) -> [f64; 3]) -> [f64; 3] {
         let mut sum = [0.0; 3];
         for (step, shares) in SHARES.iter().enumerate() {
@@ -144,8 +147,8 @@ pub(super) mod tests {
         sum
     }
 
-    /// Protects: a path of every wavelength is white in the mean, exactly where samples are
-    /// stratified finely, and each wavelength that is seen comes.
+    /// Protects: paths of all wavelengths are white in the mean, exactly so for finely stratified
+    /// samples, and every visible wavelength occurs.
     #[test]
     fn wavelengths_together_are_white() {
         const COUNT: usize = 200_000;
@@ -167,7 +170,7 @@ pub(super) mod tests {
         for end in [0.0, 1.0 - f64::EPSILON / 2.0] {
             assert!((380.0..=730.0).contains(&Hero::drawn(end).nanometres));
         }
-        // Violet and blue, green, and red look like it.
+        // Violet and blue, green, and red have their colours.
         let strongest = |u: f64| {
             let Hero { weight, .. } = Hero::drawn(u);
             (0..3)
@@ -177,8 +180,8 @@ pub(super) mod tests {
         assert_eq!([strongest(0.1), strongest(0.5), strongest(0.95)], [2, 1, 0]);
     }
 
-    /// Protects: Cauchy's indices by hand: the Abbe number is (n_d − 1)/(n_F − n_C), for glass of
-    /// 1.5 and 20, and for none.
+    /// Protects: Cauchy's indices equal those by hand: the Abbe number is (n_d − 1)/(n_F − n_C),
+    /// for glass of 1.5 and 20, and without dispersion.
     #[test]
     fn indices_by_the_abbe_number() {
         let [f, d, c] = LINES.map(|line| index_at(1.5, 1.0, line));
@@ -193,7 +196,7 @@ pub(super) mod tests {
         assert!(index_at(1.01, 400.0, 730.0) >= 1.0);
     }
 
-    /// Protects: the table of coherence against the sum that it stands for.
+    /// Protects: the table of coherence equals the sum over wavelengths.
     #[test]
     fn coherence_is_the_mean_of_cosines() {
         assert!(coherence(0.0).iter().all(|c| (c - 1.0).abs() < 1e-9));

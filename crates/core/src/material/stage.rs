@@ -1,5 +1,5 @@
-//! The two stages of a layer after a scene file: inputs that may vary over the surface, and what
-//! they are at a point. A layer's fields are listed once for both.
+//! The two stages of a prepared layer: inputs that may vary over the surface, and their values at a
+//! point. A layer's fields are listed once for both.
 
 use core::fmt::Debug;
 
@@ -7,7 +7,7 @@ use super::Frame;
 use super::metallic_roughness::MetallicRoughness;
 use crate::number::Number;
 
-/// What the fields of layers are at a stage, by kind.
+/// Types of the fields of layers at a stage, by kind.
 pub trait LayerStage {
     /// A share, from 0 to 1.
     type Share: Copy + Debug + PartialEq;
@@ -21,7 +21,7 @@ pub trait LayerStage {
     type Constant: Copy + Debug + PartialEq;
     /// A number for each channel, the same everywhere.
     type Spectrum: Copy + Debug + PartialEq;
-    /// A normal of its own.
+    /// A normal other than the surface's.
     type Normal: Copy + Debug + PartialEq;
     /// A frame on the surface.
     type Frame: Copy + Debug + PartialEq;
@@ -29,7 +29,7 @@ pub trait LayerStage {
     type Base: Copy + Debug + PartialEq;
 }
 
-/// At a point, or at one for each lane.
+/// Values at a point, or at a point for each lane.
 impl<N: Number> LayerStage for N {
     type Share = N;
     type Tint = N::Vec3;
@@ -42,7 +42,7 @@ impl<N: Number> LayerStage for N {
     type Base = MetallicRoughness<N>;
 }
 
-/// Reads fields of a stage at a point, or at one for each lane.
+/// Evaluates fields of a stage at a point, or at a point for each lane.
 pub trait ReadAt<S: LayerStage, N: Number> {
     /// A share, clamped.
     fn share(&self, input: &S::Share) -> N;
@@ -52,9 +52,9 @@ pub trait ReadAt<S: LayerStage, N: Number> {
     fn colour(&self, input: &S::Colour) -> N::Vec3;
     /// Nanometres, clamped below.
     fn thickness(&self, input: &S::Thickness) -> N;
-    /// What is the same everywhere.
+    /// A constant.
     fn constant(&self, input: &S::Constant) -> N::Exact;
-    /// As [`Self::constant`].
+    /// A constant for each channel.
     fn spectrum(&self, input: &S::Spectrum) -> N::Vec3;
     /// A unit normal on the side of the surface's.
     fn normal(&self, input: &S::Normal) -> N::Vec3;
@@ -62,7 +62,7 @@ pub trait ReadAt<S: LayerStage, N: Number> {
     fn frame(&self, input: &S::Frame) -> Frame<N>;
 }
 
-/// Makes a layer's struct of a list of fields: `field: Kind by reader;`.
+/// Defines a layer's struct from a list of fields: `field: Kind by reader;`.
 macro_rules! layer {
     ($(#[$meta:meta])* $Name:ident $($(#[$of:meta])* $field:ident: $Kind:ident by $read:ident;)*) => {
         $(#[$meta])*
@@ -72,7 +72,7 @@ macro_rules! layer {
         }
 
         impl<S: $crate::material::LayerStage> $Name<S> {
-            /// What it is where its fields are read.
+            /// Evaluates the fields at a point.
             pub fn at<N: $crate::number::Number>(&self, here: &impl $crate::material::ReadAt<S, N>) -> $Name<N> {
                 $Name { $($field: here.$read(&self.$field),)* }
             }
