@@ -1,5 +1,5 @@
-//! Sampling against the density that it claims, densities against one, values against reciprocity
-//! and the energy that came in.
+//! BSDF tests: samples follow their density, densities integrate to at most one, values are
+//! reciprocal and conserve energy.
 
 mod albedo;
 mod boundary;
@@ -14,7 +14,7 @@ use super::energy::Remainder;
 use super::*;
 use glam::DVec3;
 
-/// Numbers in [0, 1), each a function of its place (SplitMix64).
+/// Numbers in [0, 1) by index (SplitMix64).
 fn numbers(index: u64) -> [f64; 3] {
     [0, 1, 2].map(|k| {
         let mut z = (3 * index + k + 1).wrapping_mul(0x9e37_79b9_7f4a_7c15);
@@ -24,8 +24,8 @@ fn numbers(index: u64) -> [f64; 3] {
     })
 }
 
-/// Holds a table of the sources against what is computed. Where they differ, the computed one is
-/// left in the folder for temporary files, to take the other's place if the change is meant.
+/// Compares a table of the sources with its computed bytes. On a difference the computed table is
+/// left in the folder for temporary files, to replace the old one if the change is meant.
 #[track_caller]
 fn hold_table(name: &str, kept: &[u8], computed: &[u8]) {
     if kept != computed {
@@ -38,7 +38,7 @@ fn hold_table(name: &str, kept: &[u8], computed: &[u8]) {
     }
 }
 
-/// A direction by its height over the plane across `n` and its turn.
+/// A direction by its cosine to `n` and its azimuth.
 fn towards(n: DVec3, height: f64, turn: f64) -> DVec3 {
     let across = (1.0 - height * height).sqrt();
     Frame::<f64>::about(n).to_world(DVec3::new(across * turn.cos(), across * turn.sin(), height))
@@ -47,8 +47,8 @@ fn towards(n: DVec3, height: f64, turn: f64) -> DVec3 {
 const NORMAL: DVec3 = DVec3::new(0.48, -0.64, 0.6);
 const WHITE: DVec3 = DVec3::ONE;
 
-/// What lies below facets of index 1.5, seen at a height; white ones send to each other as much as
-/// they lose.
+/// The diffuse lobe below microfacets of index 1.5, viewed at a cosine; white microfacets return
+/// all that single scattering loses.
 fn diffuse(roughness: f64, interreflected: f64, height: f64) -> Lobe<f64> {
     let remainder =
         Remainder::new([0.04, 1.0, 0.0], roughness).seen_at(height, Albedo::mean(roughness));
@@ -67,8 +67,7 @@ fn glossy(roughness: f64, f0: f64) -> Lobe<f64> {
     }
 }
 
-/// Each lobe that has a density, alone, and a surface of all of them with a mirror, seen along
-/// `wo`.
+/// Each non-delta lobe alone, and a surface of all of them with a mirror, viewed along `wo`.
 fn surfaces(wo: DVec3) -> Vec<(&'static str, Bsdf<f64>)> {
     let of = |lobe| Bsdf::<f64>::new(NORMAL).with(lobe);
     let mirror = Lobe::Mirror {
@@ -110,7 +109,7 @@ fn frosted(eta: f64, roughness: f64) -> Bsdf<f64> {
     }))
 }
 
-/// Rough boundaries from either side, which send light both ways.
+/// Rough boundaries from either side, which reflect and transmit.
 fn boundaries() -> Vec<(&'static str, Bsdf<f64>)> {
     vec![
         ("into glass", frosted(1.0 / 1.5, 0.6)),
@@ -135,8 +134,8 @@ fn boundaries() -> Vec<(&'static str, Bsdf<f64>)> {
 
 const HEIGHTS: [f64; 3] = [1.0, 0.7, 0.2];
 
-/// Sums the density over cells of the sphere, `rows` of equal height and `columns`, each by a
-/// midpoint rule of its own.
+/// Integrates the density over cells of the sphere, `rows` of equal height by `columns`, each by
+/// its own midpoint rule.
 fn expected<L: LobeFamily<f64>, const MOST: usize>(
     bsdf: &Bsdf<f64, L, MOST>,
     wo: DVec3,
@@ -163,8 +162,8 @@ fn expected<L: LobeFamily<f64>, const MOST: usize>(
         .collect()
 }
 
-/// Directions are drawn with the density that `pdf` states, by χ² over cells of the sphere; what
-/// the cells lack of all samples is what facets lose or comes from a delta lobe.
+/// Tests by χ² over cells of the sphere that samples follow `pdf`. Samples outside the cells are
+/// lost by microfacets or belong to a delta lobe.
 fn chi_squared<L: LobeFamily<f64>, const MOST: usize>(
     name: &str,
     bsdf: &Bsdf<f64, L, MOST>,
@@ -173,7 +172,7 @@ fn chi_squared<L: LobeFamily<f64>, const MOST: usize>(
     const COUNT: u64 = 60_000;
     const CELLS: [usize; 2] = [40, 24];
     let height = wo.dot(NORMAL);
-    // What passes a boundary head-on is a narrow peak.
+    // Transmission through a boundary head-on is a narrow peak.
     let expected = expected(
         bsdf,
         wo,
@@ -205,7 +204,7 @@ fn chi_squared<L: LobeFamily<f64>, const MOST: usize>(
         found[place(0.5 * (1.0 + d.dot(NORMAL)), CELLS[0]) * CELLS[1] + place(turn, CELLS[1])] +=
             1.0;
     }
-    // Cells in which less than five are expected count together.
+    // Cells with an expectation below five count together.
     let (mut statistic, mut freedom, mut rest) = (0.0, 0.0, [0.0; 2]);
     let mut count = |found: f64, expected: f64| {
         statistic += (found - expected) * (found - expected) / expected;
@@ -224,14 +223,14 @@ fn chi_squared<L: LobeFamily<f64>, const MOST: usize>(
     if rest[1] >= 5.0 {
         count(rest[0], rest[1]);
     }
-    // Mean and deviation of χ² are its freedom and √(2·freedom); four of them.
+    // χ² has the mean `freedom` and the standard deviation √(2·freedom); the bound is four of them.
     assert!(
         statistic <= freedom + 4.0 * (2.0_f64 * freedom).sqrt(),
         "{name} at {height}: χ² {statistic} for {freedom} cells"
     );
 }
 
-/// The mean of what a surface sends of white light, and its greatest standard deviation.
+/// The albedo of a surface under white light, and its greatest standard deviation.
 fn furnace<L: LobeFamily<f64>, const MOST: usize>(
     bsdf: &Bsdf<f64, L, MOST>,
     wo: DVec3,
@@ -239,7 +238,7 @@ fn furnace<L: LobeFamily<f64>, const MOST: usize>(
     furnace_of(bsdf, wo, 20_000)
 }
 
-/// The same by so many samples.
+/// [`furnace`] with a given number of samples.
 fn furnace_of<L: LobeFamily<f64>, const MOST: usize>(
     bsdf: &Bsdf<f64, L, MOST>,
     wo: DVec3,
@@ -255,7 +254,7 @@ fn furnace_of<L: LobeFamily<f64>, const MOST: usize>(
     (mean, variance.max_element().sqrt())
 }
 
-/// Protects: directions are drawn with the density that `pdf` states.
+/// Protects: sampled directions follow the density of `pdf`.
 #[test]
 fn samples_follow_their_density() {
     for height in HEIGHTS {
@@ -266,7 +265,7 @@ fn samples_follow_their_density() {
     }
 }
 
-/// Protects: the same light goes either way.
+/// Protects: BRDFs are reciprocal.
 #[test]
 fn values_are_reciprocal() {
     for i in 0..200 {
@@ -285,8 +284,8 @@ fn values_are_reciprocal() {
     }
 }
 
-/// Protects: light that goes through a rough boundary either way: back through it is as much, but
-/// for the square of the index by which solid angles differ.
+/// Protects: rough boundaries transmit reciprocally, up to the square of the index by which solid
+/// angles differ.
 #[test]
 fn rough_boundaries_are_reciprocal() {
     for eta in [1.5, 1.0 / 1.5, 2.42] {
@@ -312,8 +311,8 @@ fn rough_boundaries_are_reciprocal() {
     }
 }
 
-/// Protects: white metal of any roughness sends back all that comes, ± 0.5 %, at every angle; rough
-/// glass sends on at most all.
+/// Protects: white metal of any roughness reflects all incident light, ± 0.5 %, at every angle;
+/// rough glass gains no energy.
 #[test]
 fn m08_white_metal_in_a_white_furnace() {
     let metal = |roughness| MetallicRoughness {
@@ -347,8 +346,8 @@ fn m08_white_metal_in_a_white_furnace() {
     }
 }
 
-/// Protects: no lobe sends back more than came in (the white furnace), and the weights of samples
-/// have the mean that the values have by quadrature.
+/// Protects: no lobe gains energy (the white furnace), and the mean weight of samples equals the
+/// albedo by quadrature.
 #[test]
 fn no_lobe_makes_light() {
     const COUNT: u64 = 20_000;
@@ -419,8 +418,9 @@ fn no_lobe_makes_light() {
     }
 }
 
-/// Protects: single values by hand. Head-on α² = 1/16, D = 1/(π·α²), shadowing leaves 1/4; below
-/// smooth facets, which reflect 0.04 + 0.96/21 in the mean, albedo·(1 − f0)²/(π·(1 − F̄)).
+/// Protects: values equal those by hand. Head-on α² = 1/16, D = 1/(π·α²), and masking-shadowing
+/// leaves 1/4; below smooth microfacets of mean reflectance F̄ = 0.04 + 0.96/21, albedo·(1 −
+/// f0)²/(π·(1 − F̄)).
 #[test]
 fn values_head_on() {
     let bsdf = Bsdf::<f64>::new(NORMAL)
@@ -433,13 +433,13 @@ fn values_head_on() {
     );
     assert!((bsdf.eval(NORMAL, NORMAL).x - below - above).abs() < 1e-12);
     assert!((bsdf.eval_diffuse(NORMAL, NORMAL).x - below).abs() < 1e-12);
-    // Chosen by what is sent, of densities cos/π and D/4.
+    // Lobes are chosen by their albedo; their densities are cos/π and D/4.
     let chance = 0.96;
     let density = (chance / pi + 0.04 * 16.0 / (4.0 * pi)) / (chance + 0.04);
     assert!((bsdf.pdf(NORMAL, NORMAL) - density).abs() < 1e-12);
 }
 
-/// Protects: a list of lobes that is begun anew has none, and the normal that it is begun with.
+/// Protects: a reset BSDF has no lobes, and its new normal.
 #[test]
 fn lists_are_begun_anew() {
     let mut bsdf = Bsdf::<f64>::new(NORMAL)
@@ -451,8 +451,8 @@ fn lists_are_begun_anew() {
     assert_eq!(bsdf.eval(-NORMAL, -NORMAL), DVec3::ZERO);
 }
 
-/// Protects: delta lobes are flagged, have no value and no density, go where mirrors and Snell's
-/// law say, and glass divides its light by Fresnel's share.
+/// Protects: delta lobes are flagged, have neither value nor density, follow the mirror direction
+/// and Snell's law, and glass divides light by the Fresnel reflectance.
 #[test]
 fn delta_lobes_are_kept_apart() {
     let wo = towards(NORMAL, 0.6, 1.0);
@@ -500,8 +500,8 @@ fn delta_lobes_are_kept_apart() {
     }
 }
 
-/// Protects: a lobe that reflects nothing sends nothing back, also between opposite directions,
-/// which have no half.
+/// Protects: a lobe of reflectance zero has the value zero, also for opposite directions, which
+/// have no half vector.
 #[test]
 fn nothing_is_sent_of_no_reflectance() {
     let bsdf = Bsdf::<f64>::new(NORMAL).with(Lobe::Rough {
@@ -516,8 +516,8 @@ fn nothing_is_sent_of_no_reflectance() {
     );
 }
 
-/// Protects: a metal diffuses nothing and reflects its colour, a dielectric the other way round,
-/// and glass takes its share.
+/// Protects: a metal has a coloured reflectance and no diffuse lobe, a dielectric the reverse, and
+/// glass takes its share.
 #[test]
 fn lobes_of_the_metallic_roughness_model() {
     let base = DVec3::new(0.8, 0.4, 0.2);

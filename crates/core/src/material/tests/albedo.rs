@@ -1,5 +1,5 @@
-//! The table of directional albedos against the integrals that it is made of, and those against a
-//! Monte Carlo estimate that shares nothing with them.
+//! The table of directional albedos against its integrals, and the integrals against an independent
+//! Monte Carlo estimate.
 
 use core::f64::consts::{FRAC_PI_2, TAU};
 
@@ -12,18 +12,18 @@ use super::super::lobe_kind::on_disk;
 use super::numbers;
 use glam::DVec3;
 
-/// Points of the disk by which an entry is summed: outwards, and around one half, since the other
-/// one is alike where facets are isotropic.
+/// Points of the disk in the sum of an entry: outwards, and around one half, since the other half
+/// is symmetric for isotropic microfacets.
 const OUTWARDS: usize = 40;
 const AROUND: usize = 8;
-/// Points around all of it where they are not.
+/// Points around the whole disk for anisotropic microfacets.
 const ALL_AROUND: usize = 24;
-/// Cosines and azimuths by which a mean over the hemisphere is summed.
+/// Cosines and azimuths in the sum of a mean over the hemisphere.
 const HEMISPHERE: [usize; 2] = [96, 32];
 
-/// The mean over the hemisphere of what is interpolated between a row's entries: 8·∫E·s⁷ ds by the
-/// fourth root s of the cosine, in closed form over each step, so that what is looked up and its
-/// mean are one function's.
+/// The mean over the hemisphere of the interpolation between a row's entries: 8·∫E·s⁷ ds by the
+/// fourth root s of the cosine, in closed form over each step. So the mean belongs to the very
+/// function that is looked up.
 fn mean(row: &[Entry]) -> Entry {
     let step = 1.0 / (STEPS - 1) as f64;
     let mut sum = [0.0; 2];
@@ -44,10 +44,10 @@ fn smith(a2: f64, cosine: f64) -> f64 {
     (a2 + (1.0 - a2) * cosine * cosine).sqrt()
 }
 
-/// The directional albedo of GGX facets of reflectance one, and of one that goes from none to all
-/// by Schlick, by the cosine of incidence: the mean of its product with G₂/G₁ over the facets that
-/// are seen, by the midpoint rule over their probability, finer towards those that lie flattest
-/// against the view, where much of the loss is.
+/// The directional albedos of GGX microfacets of reflectance one and of Schlick's weight as
+/// reflectance, by the cosine of incidence: the mean of reflectance · G₂/G₁ over visible normals,
+/// by the midpoint rule over their probability. Steps are finer towards normals at grazing angles
+/// to the view, where most of the loss is.
 fn single_scattering(cosine: f64, roughness: f64) -> [f64; 2] {
     let alpha = roughness.max(LEAST_ROUGHNESS).powi(2);
     let (a2, wo) = (
@@ -69,7 +69,7 @@ fn single_scattering(cosine: f64, roughness: f64) -> [f64; 2] {
     sum
 }
 
-/// The same of facets that are as rough as this along both axes, towards a direction.
+/// [`single_scattering`] for anisotropic microfacets with these α, by direction.
 fn anisotropic_scattering(wo: DVec3, [wide, fine]: [f64; 2]) -> [f64; 2] {
     let root = |v: DVec3| (v * DVec3::new(wide, fine, 1.0)).length();
     let (own, mut sum) = (root(wo), [0.0; 2]);
@@ -92,14 +92,14 @@ fn towards(cosine: f64, [x, y]: [f64; 2]) -> DVec3 {
     DVec3::new(sine * x, sine * y, cosine)
 }
 
-/// α of facets by their finer roughness and strength, as the table has them.
+/// The pair of α by the table's coordinates of lesser roughness and strength.
 fn alpha(finer: f64, strength: f64) -> [f64; 2] {
     let least = LEAST_ROUGHNESS.sqrt();
     let fine = (least + finer * (1.0 - least)).powi(4);
     [fine + (1.0 - fine) * strength * strength, fine]
 }
 
-/// What stands at a place of the table of anisotropic facets.
+/// The entry of the anisotropic table at an index.
 fn difference(table: &Table, index: usize) -> [i16; 2] {
     let mut rest = index;
     let mut share = [0.0; 4];
@@ -116,7 +116,7 @@ fn difference(table: &Table, index: usize) -> [i16; 2] {
     let y2 = ((wide * wide - shown * shown) / (wide * wide - fine * fine)).clamp(0.0, 1.0);
     let wo = towards(share[0].powi(4).max(1e-4), [(1.0 - y2).sqrt(), y2.sqrt()]);
     let [sent, grazing] = anisotropic_scattering(wo, [wide, fine]);
-    // Head-on, too, by the azimuth's own roughness, which the direction does not tell.
+    // Head-on too, the azimuth's roughness is given, since the direction does not determine it.
     let isotropic = look_up(table, wo.z, shown.sqrt());
     let stored = |exact: f64, isotropic: f64| ((exact - isotropic) * UNIT).round() as i16;
     [
@@ -125,7 +125,7 @@ fn difference(table: &Table, index: usize) -> [i16; 2] {
     ]
 }
 
-/// The mean over the hemisphere of what is looked up, by the midpoint rule over azimuths and the
+/// The mean over the hemisphere of the looked-up albedo, by the midpoint rule over azimuths and the
 /// fourth root of the cosine.
 fn anisotropic_mean(table: &Table, index: usize) -> Entry {
     let share = |k: usize| k as f64 / (ANISOTROPIC_MEANS - 1) as f64;
@@ -148,7 +148,7 @@ fn anisotropic_mean(table: &Table, index: usize) -> Entry {
     sum.map(|x| x as f32)
 }
 
-/// The whole table, computed.
+/// Computes the whole table.
 fn computed() -> Box<Table> {
     let share = |i: usize| i as f64 / (STEPS - 1) as f64;
     let mut table = Box::new(Table::read(&[0; Table::BYTES]));
@@ -187,7 +187,7 @@ fn bytes(table: &Table) -> Vec<u8> {
         .collect()
 }
 
-/// Protects: what stands in the table is what its integrals give.
+/// Protects: the table holds the values of its integrals.
 #[test]
 fn the_table_is_its_integrals() {
     super::hold_table(
@@ -197,9 +197,9 @@ fn the_table_is_its_integrals() {
     );
 }
 
-/// Protects: directional albedos of single scattering against brute force: facets drawn by their
-/// slopes, seen or not, each weighed by Smith's height-correlated masking and shadowing through Λ.
-/// Over roughness, strength, height and azimuth, between the entries.
+/// Protects: directional albedos of single scattering agree with brute force: microfacets sampled
+/// by their slopes, visible or not, each weighted by Smith's height-correlated masking-shadowing
+/// through Λ. Over roughness, strength, height and azimuth, between the entries.
 #[test]
 fn albedos_are_those_of_the_microsurface() {
     const COUNT: u64 = 40_000;

@@ -1,5 +1,5 @@
-//! The table of what rough boundaries reflect and lose against the integrals that it is made of,
-//! and white glass against all that comes.
+//! The table of rough boundaries against its integrals, and white glass against energy
+//! conservation.
 
 use core::f64::consts::TAU;
 
@@ -13,12 +13,12 @@ use super::super::*;
 use super::{NORMAL, WHITE, chi_squared, furnace, numbers, towards};
 use glam::DVec3;
 
-/// Points of the disk by which an entry is summed: outwards, and around one half.
+/// Points of the disk in the sum of an entry: outwards, and around one half.
 const POINTS: [usize; 2] = [48, 12];
 
-/// Shares of light at a cosine: reflected by Fresnel's equations, lost then, and lost where facets
-/// let through all that they can. By the midpoint rule over the probability of the facets that are
-/// seen, finer towards those that lie flattest against the view.
+/// Shares of light at a cosine: reflected by Fresnel's equations, lost with them, and lost where
+/// microfacets refract all light that they can. By the midpoint rule over the probability of
+/// visible normals, finer towards those at grazing angles to the view.
 fn scattering(cosine: f64, roughness: f64, eta: f64, [outwards, around]: [usize; 2]) -> [f64; 3] {
     let alpha = roughness.max(LEAST_ROUGHNESS).powi(2);
     let (a2, wo) = (
@@ -52,8 +52,8 @@ fn scattering(cosine: f64, roughness: f64, eta: f64, [outwards, around]: [usize;
     [sent, 1.0 - sent - through, 1.0 - clear]
 }
 
-/// Rows of one kind of entry over a table of such steps, each with the mean of what is interpolated
-/// between its entries: 8·∫E·s⁷ ds by the fourth root s of the cosine.
+/// Rows of one kind of entry over a table of these steps. Each row ends with the mean of the
+/// interpolation between its entries: 8·∫E·s⁷ ds by the fourth root s of the cosine.
 fn rows(
     [indices, roughnesses, cosines]: [usize; 3],
     of: impl Fn(f64, f64, f64) -> f64,
@@ -101,7 +101,7 @@ fn bytes() -> Vec<u8> {
     all.into_iter().flat_map(u16::to_le_bytes).collect()
 }
 
-/// Protects: what stands in the table is what its integrals give.
+/// Protects: the table holds the values of its integrals.
 #[test]
 fn the_table_of_boundaries_is_its_integrals() {
     let found = bytes();
@@ -113,7 +113,7 @@ fn the_table_of_boundaries_is_its_integrals() {
     );
 }
 
-/// Protects: what is interpolated, between the entries too, against finer sums, from both sides.
+/// Protects: interpolated values, between the entries too, agree with finer sums, from both sides.
 #[test]
 fn boundaries_reflect_and_lose_what_is_looked_up() {
     let mut worst = [0.0_f64; 3];
@@ -174,8 +174,9 @@ fn clear(ior: f64, roughness: f64, thin: bool) -> Layered<f64> {
     }
 }
 
-/// Protects: rough glass returns and transmits all that comes, walls and bodies, seen from both
-/// sides, tinted by what it reflects or not. Walls lost up to .69, boundaries up to .62 of it.
+/// Protects: rough glass conserves energy, as a thin wall and as a solid body, viewed from both
+/// sides, with a tinted reflection or not. Thin walls once lost up to .69, boundaries up to .62 of
+/// it.
 #[test]
 fn rough_glass_keeps_all() {
     let mut worst = [(0.0_f64, String::new()), (0.0, String::new())];
@@ -215,7 +216,7 @@ fn rough_glass_keeps_all() {
         }
     }
     assert!(worst[0].0 <= 0.008 && worst[1].0 <= 0.015, "{worst:?}");
-    // The common boundary is the layered one's.
+    // The unlayered boundary gives the same as the layered one.
     let own = clear(1.5, 0.8, false).base;
     let (sent, deviation) = furnace(&own.transport(NORMAL, NORMAL, true, true), NORMAL);
     assert!(
@@ -224,8 +225,8 @@ fn rough_glass_keeps_all() {
     );
 }
 
-/// Protects: rough glass is drawn by its density and gives the same both ways, but for the square
-/// of the index, with what facets send to each other.
+/// Protects: samples of rough glass follow their density, and its values with multiple scattering
+/// are reciprocal, up to the square of the index.
 #[test]
 fn whole_boundaries_are_reciprocal() {
     for (ior, roughness, specular) in [(1.5, 0.9, 1.0), (1.33, 0.5, 0.3), (2.42, 1.0, 1.0)] {
@@ -265,8 +266,8 @@ fn whole_boundaries_are_reciprocal() {
     }
 }
 
-/// Protects: white paint of any index by Fresnel's equations sends back all, from head-on to 89.9°,
-/// smooth or rough, tinted and not.
+/// Protects: white paint of any index by Fresnel's equations reflects all incident light, from
+/// head-on to 89.9°, smooth or rough, tinted and not.
 #[test]
 fn exact_paint_sends_back_all() {
     let mut worst = (0.0_f64, String::new());

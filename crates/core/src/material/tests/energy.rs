@@ -1,5 +1,4 @@
-//! What whole surfaces send back and on of white light, by products of what they may be made of:
-//! never more than all.
+//! White furnaces of whole surfaces over the product of their parameters: no energy is gained.
 
 use super::super::*;
 use super::{NORMAL, WHITE, furnace, towards};
@@ -22,9 +21,9 @@ fn body(base: DVec3, share: f64, roughness: f64) -> MetallicRoughness<f64> {
     }
 }
 
-/// Protects: what facets of any reflectance send to each other is the sum of its bounces: of light
-/// that they lost once, each next bounce reflects the mean share, sends on what facets do not lose,
-/// and keeps the rest for another one.
+/// Protects: multiple scattering among microfacets of any reflectance is the sum of its bounces: of
+/// light that single scattering lost, each next bounce reflects the mean reflectance, of which the
+/// loss-free share leaves and the rest bounces again.
 #[test]
 fn interreflection_is_the_sum_of_its_bounces() {
     for (f0, f90, lost) in [
@@ -34,7 +33,7 @@ fn interreflection_is_the_sum_of_its_bounces() {
         (0.02, 0.5, 0.2),
         (1.0, 1.0, 0.4),
     ] {
-        // Schlick's formula in the mean over the hemisphere, by the cosine.
+        // Cosine-weighted mean of Schlick's formula over the hemisphere.
         let cell = |k: u32| (f64::from(k) + 0.5) / 1e4;
         let mean = (0..10_000)
             .map(|k| (f0 + (f90 - f0) * (1.0 - cell(k)).powi(5)) * 2.0 * cell(k) / 1e4)
@@ -50,9 +49,9 @@ fn interreflection_is_the_sum_of_its_bounces() {
     }
 }
 
-/// Protects: a body that lets through a part of its light gives back at most what falls on it from
-/// within, where all is reflected beyond the critical angle, so that no depth of paths makes light;
-/// smooth white ones all of it, in closed form.
+/// Protects: a partly transmissive body returns at most the light that hits its boundary from
+/// inside, where all is reflected beyond the critical angle, so that deep paths gain no energy;
+/// smooth white bodies return all of it, in closed form.
 #[test]
 fn bodies_keep_their_light_within() {
     for (base, share) in [
@@ -77,8 +76,8 @@ fn bodies_keep_their_light_within() {
                         "{base}, {share} of it clear, roughness {roughness} at {height}: {sent} ± {deviation}"
                     );
                     assert!(sent.x <= 1.0 + 3.0 * deviation + 1e-9, "{name}");
-                    // Glass keeps Fresnel's share and lets the rest through; what comes at the
-                    // paint is diffused.
+                    // Glass keeps the Fresnel reflectance and transmits the rest; paint reflects
+                    // diffusely.
                     let beyond = 1.0 - 2.25 * (1.0 - height * height);
                     let kept = dielectric(height, (beyond > 0.0).then(|| f64::sqrt(beyond)), 1.5);
                     let wanted = share * (kept + (1.0 - kept) * base) + (1.0 - share) * base;
@@ -92,7 +91,7 @@ fn bodies_keep_their_light_within() {
     }
 }
 
-/// What may be made of a surface besides its roughness.
+/// A variant of a surface beside its roughness.
 type Variant = (&'static str, fn(Layered<f64>) -> Layered<f64>);
 
 fn combed(strength: f64) -> Option<Anisotropy<f64>> {
@@ -193,8 +192,8 @@ const VARIANTS: [Variant; 15] = [
     }),
 ];
 
-/// Every kind of white surface: of which share is metal and which share of the rest is clear, thin
-/// or not.
+/// Every kind of white surface: variants by roughness, metal share, clear share of the rest, and
+/// thin or not.
 fn surfaces() -> impl Iterator<Item = (String, Layered<f64>)> {
     VARIANTS.into_iter().flat_map(|(name, variant)| {
         [0.0, 0.05, 0.2, 0.5, 1.0].into_iter().flat_map(move |roughness| {
@@ -209,8 +208,8 @@ fn surfaces() -> impl Iterator<Item = (String, Layered<f64>)> {
     })
 }
 
-/// What a surface sends of white light in its strongest channel, from a few samples and from more
-/// where these say too much.
+/// Albedo of a surface in its strongest channel with its standard deviation, from a few samples;
+/// from more where a few exceed the bound.
 fn sent(model: &Layered<f64>, height: f64, outside: bool) -> (f64, f64) {
     let wo = towards(NORMAL, height, if height > 0.3 { 0.4 } else { 2.0 });
     let bsdf = model.transport(NORMAL, wo, outside);
@@ -227,9 +226,8 @@ fn few(bsdf: &LayeredBsdf<f64>, wo: DVec3, count: u64) -> (f64, f64) {
     (mean.max_element(), deviation)
 }
 
-/// Protects: no surface sends back and on more light than falls on it, for the product of what it
-/// may be made of, seen from both sides and at every angle; glTF's own formula, which is a rung,
-/// does.
+/// Protects: no surface gains energy, for the product of its parameters, from both sides and at
+/// every angle; glTF's own formula, a rung of its own, does.
 #[test]
 fn no_surface_makes_light() {
     let mut worst = (0.0, String::new());
@@ -260,9 +258,9 @@ fn no_surface_makes_light() {
     );
 }
 
-/// Protects: closed forms. White dielectrics, metals and mixtures of both send back all that comes,
-/// rough or smooth, at every angle; of a grey base all but what it absorbs of what the facets
-/// leave, which is what they leave of a white one.
+/// Protects: closed forms of the albedo. White dielectrics, metals and mixtures of both reflect all
+/// incident light, rough or smooth, at every angle. A grey base absorbs its share of the light
+/// below the microfacets.
 #[test]
 fn white_surfaces_send_back_all() {
     for metallic in [0.0, 0.5, 1.0] {
@@ -292,9 +290,9 @@ fn white_surfaces_send_back_all() {
     }
 }
 
-/// Protects: closed forms of combed facets. White metal of any roughness and strength sends back
-/// all that comes, along the combing, across it and between, and so do white dielectrics and
-/// mixtures.
+/// Protects: closed forms of anisotropic surfaces. White metal of any roughness and strength
+/// reflects all incident light, along the tangent, across it and between, and so do white
+/// dielectrics and mixtures.
 #[test]
 fn white_combed_surfaces_send_back_all() {
     let mut worst = (0.0_f64, String::new());
@@ -335,8 +333,7 @@ fn white_combed_surfaces_send_back_all() {
     assert!(worst.0 <= 0.005, "{}", worst.1);
 }
 
-/// Protects: light and view swapped give the same, of rough metal too, whose facets give back what
-/// they send to each other.
+/// Protects: surfaces are reciprocal, rough metal with multiple scattering too.
 #[test]
 fn surfaces_are_reciprocal() {
     for metallic in [0.0, 0.5, 1.0] {

@@ -1,5 +1,5 @@
-//! Shading in lanes against the one-lane version, to the bit: whatever the neighbours of a lane
-//! are.
+//! Shading in lanes against shading of a single path, to the bit, whatever the neighbouring lanes
+//! hold.
 
 use super::super::albedo::Albedo;
 use super::super::energy::Remainder;
@@ -8,11 +8,11 @@ use super::numbers;
 use crate::number::{Lanes, Mask, Number, Vector3};
 use glam::DVec3;
 
-/// Kinds of lobes, of which every combination is tried.
+/// Kinds of lobes; every combination is tried.
 const KINDS: u32 = 4;
 const CASES: usize = 4096;
 
-/// What a lane is given. Every number is an f32, some are the ends of what may occur.
+/// Inputs of a lane. Every number is an `f32`; some are extremes of their range.
 #[derive(Clone, Copy, Debug)]
 struct Case {
     normal: DVec3,
@@ -28,7 +28,7 @@ struct Case {
     drawn: [f64; 3],
 }
 
-/// A direction at this height over the plane across `n`, as f32 has it.
+/// A direction by its cosine to `n` and its azimuth in turns, rounded to `f32`.
 fn towards(n: DVec3, height: f64, turn: f64) -> DVec3 {
     let across = (1.0 - height * height).max(0.0).sqrt();
     let turn = core::f64::consts::TAU * turn;
@@ -49,7 +49,7 @@ impl Case {
         };
         let [a, b, kind] = next();
         let normal = towards(DVec3::Z, 2.0 * a - 1.0, b);
-        // From head-on over grazing and across to below the surface.
+        // Head-on, grazing, exactly along the surface, below the surface, and any height above it.
         let height = |[how, x, _]: [f64; 3]| match (how * 8.0) as u32 {
             0 => 1.0,
             1 => 1e-4 * x,
@@ -93,7 +93,7 @@ impl Case {
     }
 }
 
-/// What functions gave, to be told lane by lane.
+/// Results of functions, to be compared lane by lane.
 struct Outcome<N: Number> {
     numbers: Vec<N>,
     vectors: Vec<N::Vec3>,
@@ -101,7 +101,7 @@ struct Outcome<N: Number> {
 }
 
 impl<N: Number> Outcome<N> {
-    /// Lane after lane: bits, and all that is not a number is one.
+    /// Bits of the results, lane after lane; every NaN has the same bits.
     fn lanes(&self) -> Vec<Vec<u32>> {
         let bits = |x: f64| {
             if x.is_nan() {
@@ -126,7 +126,7 @@ impl<N: Number> Outcome<N> {
         (0..N::LANES).map(lane).collect()
     }
 
-    // Each a function of its own: a compiler takes many minutes over all of them in one.
+    // Each is a function of its own: a compiler takes many minutes over all of them in one.
 
     #[inline(never)]
     fn values(&mut self, bsdf: &Bsdf<N>, wo: N::Vec3, wi: N::Vec3) {
@@ -203,8 +203,8 @@ impl<N: Number> Outcome<N> {
     }
 }
 
-/// What comes out of every function, lane after lane. The first mask is whether the list of the
-/// set's lobes sends light.
+/// Results of every function, lane after lane. The first mask is whether the set's lobes reflect
+/// light.
 fn outcome<N: Number>(set: u32, first: usize) -> Vec<Vec<u32>> {
     let at = |lane: usize| Case::of((first + lane) % CASES);
     let number = |of: fn(&Case) -> f64| N::of_lanes(|lane| of(&at(lane)));
@@ -278,7 +278,7 @@ fn outcome<N: Number>(set: u32, first: usize) -> Vec<Vec<u32>> {
     found.reflectances(&model, second, normal.dot(wo));
     let mut lists = vec![list, model.local_bsdf(normal, wo)];
     if set < 2 {
-        // What does not depend on the set but for whether there is glass.
+        // Functions that depend on the set only by the presence of glass.
         let further = Bsdf::new(normal)
             .with(Lobe::Lambert(Lambert {
                 albedo: first_colour,
@@ -315,9 +315,9 @@ fn outcome<N: Number>(set: u32, first: usize) -> Vec<Vec<u32>> {
     found.lanes()
 }
 
-/// Protects: 4 lanes give the bits of one, in every function of shading and for all combinations of
-/// lobes, among them what is grazing, below the surface or opposite, roughness 0 and 1 and colours
-/// without a part or without any.
+/// Protects: four lanes give the bits of one, in every function of shading and for all combinations
+/// of lobes, including directions that are grazing, below the surface or opposite, roughness 0 and
+/// 1, and colours without one channel or without any.
 #[test]
 fn lanes_have_the_bits_of_one() {
     const N: usize = 4;
@@ -336,8 +336,8 @@ fn lanes_have_the_bits_of_one() {
     }
 }
 
-/// Protects: a rough surface that lets nothing through has the same bits by the two lobes that are
-/// always there as by the list of those that it needs.
+/// Protects: a rough opaque surface has the same bits by its two fixed lobes as by the list of
+/// lobes that it needs.
 #[test]
 fn rough_surfaces_are_what_they_are_by_all_lobes() {
     let mut rough = 0;
@@ -399,7 +399,7 @@ fn rough_surfaces_are_what_they_are_by_all_lobes() {
     assert!(rough > CASES / 2, "{rough}");
 }
 
-/// Protects: glass is no rough surface that lets nothing through.
+/// Protects: glass does not count as a rough opaque surface.
 #[test]
 fn glass_is_not_rough() {
     use glam::DVec3;
@@ -420,8 +420,8 @@ fn glass_is_not_rough() {
     assert!(model(None).is_rough() && !model(Some(glass)).is_rough());
 }
 
-/// Protects: the cases above are what they claim to be: something of each is there, many send
-/// light, and some send none.
+/// Protects: the cases above cover every kind they claim; many reflect light, and some reflect
+/// none.
 #[test]
 fn cases_meet_what_may_differ() {
     let all: Vec<Case> = (0..CASES).map(Case::of).collect();

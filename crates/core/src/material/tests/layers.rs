@@ -1,5 +1,4 @@
-//! Layered surfaces: sampling against densities, values against reciprocity and the energy that
-//! came in, and closed forms.
+//! Layered surfaces: samples against densities, reciprocity, energy conservation, and closed forms.
 
 use super::super::film::reflectance;
 use super::super::*;
@@ -36,7 +35,7 @@ fn clear(roughness: f64, ior: f64) -> Layered<f64> {
     )
 }
 
-/// A frame that lies askew about the normal.
+/// An arbitrary oblique frame about the normal.
 fn askew() -> Frame<f64> {
     Frame::along(NORMAL, DVec3::new(0.3, 0.9, -0.2), false)
 }
@@ -234,8 +233,8 @@ fn layers() -> Vec<(&'static str, Layered<f64>)> {
     ]
 }
 
-/// Protects: directions are drawn with the density that `pdf` states, which sums to at most one,
-/// for each layer and all together.
+/// Protects: sampled directions follow the density of `pdf`, which integrates to at most one, for
+/// each layer and all together.
 #[test]
 fn layers_are_drawn_by_their_density() {
     for (name, model) in layers() {
@@ -250,7 +249,7 @@ fn layers_are_drawn_by_their_density() {
     }
 }
 
-/// Protects: the same light goes either way, above the surface and through thin walls and leaves.
+/// Protects: layers are reciprocal, above the surface and through thin walls and leaves.
 #[test]
 fn layers_are_reciprocal() {
     for (name, model) in layers() {
@@ -260,7 +259,7 @@ fn layers_are_reciprocal() {
             let wo = towards(NORMAL, 0.05 + 0.95 * a, core::f64::consts::TAU * b);
             let wi = towards(NORMAL, 0.05 + 0.95 * c, core::f64::consts::TAU * d);
             if name == "bent coat" {
-                // Its cosine is that to its own normal on both sides.
+                // A bent coat has the cosine to its own normal on both sides.
                 continue;
             }
             let there = model.transport(NORMAL, wo, true).eval(wo, wi);
@@ -287,8 +286,8 @@ fn layers_are_reciprocal() {
     }
 }
 
-/// Protects: no layer makes light of white light, at any roughness and angle; smooth walls and
-/// coats over white metal keep all of it, to half a per cent.
+/// Protects: no layer gains energy in the white furnace, at any roughness and angle; smooth walls
+/// and coats over white metal keep all of it, to half a per cent.
 #[test]
 fn m08_layers_make_no_light() {
     for (name, model) in layers() {
@@ -364,9 +363,9 @@ fn m08_layers_make_no_light() {
     }
 }
 
-/// Protects: a factor of what the dielectric part reflects is the same in the metallic-roughness
-/// model as over it, by values and densities, rough and smooth; of a factor of nothing Lambert's
-/// diffusion is left, whatever the angle.
+/// Protects: a factor on the dielectric reflectance acts the same in the metallic-roughness model
+/// and in a layered surface, by values and densities, rough and smooth; a factor of zero leaves
+/// Lambert's lobe at every angle.
 #[test]
 fn factors_of_reflections_are_those_of_layers() {
     for (metallic, specular, roughness) in [
@@ -437,8 +436,8 @@ fn factors_of_reflections_are_those_of_layers() {
     }
 }
 
-/// Protects: a coat, fibres, a film, combing and tints whose factor is zero are none: the surface
-/// has the same values and the same ways.
+/// Protects: a coat, sheen, film, anisotropy or tint of factor zero has no effect on values or
+/// samples.
 #[test]
 fn factors_of_zero_are_absent() {
     for base in [
@@ -513,8 +512,8 @@ fn factors_of_zero_are_absent() {
     }
 }
 
-/// Protects: closed forms head-on. A wall of index 1.5 reflects 2·0.04/1.04 and lets 0.96/1.04
-/// through straight; a coat's highlight is 0.04·D/4 over 0.96 of what is below.
+/// Protects: closed forms head-on. A thin wall of index 1.5 reflects 2·0.04/1.04 and transmits
+/// 0.96/1.04 straight; a coat's highlight is 0.04·D/4 over 0.96 of the layers below.
 #[test]
 fn values_head_on() {
     let wall = Layered {
@@ -571,12 +570,13 @@ fn values_head_on() {
         "{} not {wanted}",
         painted.eval(NORMAL, NORMAL).x
     );
-    // Facets of α = ¼ send a twelfth of it below the surface or into each other.
+    // Microfacets of α = ¼ lose a twelfth of it below the surface or to each other.
     assert!((sent - 0.0366).abs() < 2e-4, "{sent}");
 }
 
-/// Protects: a conductor's reflectance against complex arithmetic, with no and much absorption,
-/// indices below one, head-on to grazing; without absorption it is a dielectric's.
+/// Protects: a conductor's reflectance agrees with complex arithmetic, without and with strong
+/// absorption, at indices below one, head-on to grazing; without absorption it equals a
+/// dielectric's.
 #[test]
 fn s16_conductors_reflect_by_complex_indices() {
     // (a + bi)/(c + di), √(a + bi) with the root's real part above zero.
@@ -622,7 +622,7 @@ fn s16_conductors_reflect_by_complex_indices() {
     assert!((conductor(0.6, [1.5, 0.0]) - dielectric(0.6, Some(inside), 1.0 / 1.5)).abs() < 1e-12);
 }
 
-/// Protects: brushed metal's highlight is wider along the tangent, and as its formula says head-on:
+/// Protects: brushed metal's highlight is wider along the tangent, and follows its formula head-on:
 /// D(h) = 1/(π·αx·αy·(…)²).
 #[test]
 fn combed_facets_are_wider_one_way() {
@@ -654,7 +654,7 @@ fn combed_facets_are_wider_one_way() {
     }
 }
 
-/// Protects: a mirror under a film shows its colours, and a film's thickness of zero shows none.
+/// Protects: a film colours a mirror, and a film of zero thickness does not.
 #[test]
 fn films_colour_mirrors() {
     let metal = MetallicRoughness {
@@ -688,7 +688,7 @@ fn films_colour_mirrors() {
     );
 }
 
-/// What comes out of a layered surface in lanes: bits, and all that is not a number is one.
+/// Results of a layered surface in lanes, as bits; every NaN has the same bits.
 fn outcome<N: Number>(which: usize, first: usize) -> Vec<Vec<u32>> {
     let (_, model) = layers().swap_remove(which);
     let place = |lane: usize| numbers((first + lane) as u64);
@@ -811,7 +811,7 @@ fn outcome<N: Number>(which: usize, first: usize) -> Vec<Vec<u32>> {
     (0..N::LANES).map(lane).collect()
 }
 
-// Each a function of its own: a compiler takes minutes over all of them in one.
+// Each is a function of its own: a compiler takes minutes over all of them in one.
 
 #[inline(never)]
 fn lobes<N: Number>(
@@ -840,8 +840,8 @@ fn density<N: Number>(bsdf: &LayeredBsdf<N>, wo: N::Vec3, wi: N::Vec3) -> N {
 
 #[inline(never)]
 fn values<N: Number>(bsdf: &LayeredBsdf<N>, wo: N::Vec3, wi: N::Vec3) -> (N::Vec3, N::Vec3) {
-    // Below what lets nothing through, a value says nothing; a lane of it beside one that does has
-    // nothing there.
+    // Below an opaque surface the value is meaningless; an opaque lane beside a transmissive one
+    // has zero there.
     let value = bsdf.eval_and_pdf(wo, wi).0;
     let told = if bsdf.lets_through() {
         !N::Mask::default()
@@ -854,7 +854,7 @@ fn values<N: Number>(bsdf: &LayeredBsdf<N>, wo: N::Vec3, wi: N::Vec3) -> (N::Vec
     )
 }
 
-/// Protects: shading of layers in f32 is that in f64, but for rounding.
+/// Protects: layers shaded in `f32` agree with `f64` up to rounding.
 #[test]
 fn single_precision_agrees() {
     let value = |bits: u32| f64::from(f32::from_bits(bits));
@@ -862,8 +862,8 @@ fn single_precision_agrees() {
     for which in 0..layers().len() {
         for first in 0..400 {
             let (single, double) = (outcome::<f32>(which, first), outcome::<f64>(which, first));
-            // Density and value in a given direction; drawn ones may fall on either side of a
-            // choice.
+            // Density and value of a given direction; sampled directions may fall on either side of
+            // a choice.
             for k in [0, 2, 3, 4] {
                 let (a, b) = (value(single[0][k]), value(double[0][k]));
                 worst = worst.max((a - b).abs() / (1e-3 + a.abs().max(b.abs())));
@@ -875,7 +875,7 @@ fn single_precision_agrees() {
     assert!(some > 5_000, "{some}");
 }
 
-/// Layers of which some lane has other bits than the case alone.
+/// Layers in which a lane differs from the same case alone.
 fn dependent() -> Vec<&'static str> {
     const CASES: usize = 960;
     const N: usize = 4;
@@ -895,8 +895,8 @@ fn dependent() -> Vec<&'static str> {
         .collect()
 }
 
-/// Protects: 4 lanes give the bits of one for every layer, whatever the neighbours of a lane are:
-/// smooth or rough, seen from outside or inside, combed, filmed and coated more or less.
+/// Protects: four lanes give the bits of one for every layer, whatever the neighbouring lanes hold:
+/// smooth or rough, viewed from outside or inside, anisotropic, filmed and coated in any strength.
 #[test]
 fn lanes_have_the_bits_of_one() {
     assert_eq!(dependent(), [""; 0]);

@@ -1,5 +1,5 @@
-//! Shading normals: what they mirror is above the surface, without a step, and those that need no
-//! bending are left alone.
+//! Bent shading normals: mirror directions lie above the surface, bending is continuous, and other
+//! normals stay unchanged.
 
 use super::super::{Bsdf, Frame, Lobe, reflecting_above};
 use super::numbers;
@@ -17,15 +17,15 @@ fn towards(height: f64, turn: f64) -> DVec3 {
     )
 }
 
-/// The normal as it is used, and the height of what it mirrors.
+/// The bent normal, and the height of its mirror direction.
 fn reflected(n: DVec3, wo: DVec3) -> (DVec3, f64) {
     let bent = reflecting_above::<f64>(n, UP, true, -wo);
     (bent, (bent * (2.0 * bent.dot(wo)) - wo).dot(UP))
 }
 
-/// Protects: whatever the normal and the view, the normal used is unit, faces the viewer, and
-/// mirrors the viewer above the surface; where the normal did so by itself and not barely, it is
-/// the same to the bit, the surface's own always; from within it is alike.
+/// Protects: for any normal and view, the bent normal is unit, faces the viewer and mirrors the
+/// viewer above the surface. A normal that clearly mirrors above the surface keeps its bits, and so
+/// does the geometric normal always. From inside the same holds.
 #[test]
 fn s08_what_is_mirrored_is_above_the_surface() {
     let (mut kept, mut bent) = (0, 0);
@@ -54,8 +54,9 @@ fn s08_what_is_mirrored_is_above_the_surface() {
     assert!(kept > 3_000 && bent > 3_000, "{kept} kept, {bent} bent");
 }
 
-/// Protects: normals that turn from the surface's own past the horizon to its back are bent without
-/// a step, and without a kink until they face away; the last are the surface's own.
+/// Protects: normals that turn from the geometric normal past the horizon to its back are bent
+/// without a step, and without a kink until they face away; the last ones equal the geometric
+/// normal.
 #[test]
 fn normals_bend_smoothly() {
     const STEPS: usize = 40_000;
@@ -84,8 +85,8 @@ fn normals_bend_smoothly() {
     }
 }
 
-/// Protects: a mirror that is nearly smooth, whose normal would mirror the viewer far below the
-/// surface, sends nearly all of its light above it, so that it has no dark rings.
+/// Protects: a nearly smooth mirror with a normal that would mirror the viewer far below the
+/// surface reflects nearly all of its light above it, so that no dark rings appear.
 #[test]
 fn bent_mirrors_stay_bright() {
     const COUNT: u64 = 4_000;

@@ -1,5 +1,5 @@
-//! White furnaces: pictures of white things under a white sky, in which whatever sends back what it
-//! gets cannot be seen.
+//! White furnaces: pictures of white objects under a white sky, in which a surface that loses and
+//! gains no energy is invisible.
 
 use crate::scene::Integrator;
 use crate::settings::{Sampling, Settings};
@@ -9,7 +9,7 @@ const BALL: &str = r#"{ "sphere": { "centre": [0, 0, 0], "radius": 1 } }"#;
 const BLOCK: &str = r#"{ "box": { "min": [-1, -1, -1], "max": [1, 1, 1] } }"#;
 const PLANE: &str = r#"{ "plane": { "point": [0, 0, 0], "normal": [0, 1, 0] } }"#;
 
-/// What is said of a white physical material besides its colour and its roughness.
+/// Fields of a white physical material besides its colour and its roughness.
 const MATERIALS: [(&str, &str); 14] = [
     ("opaque", ""),
     ("half clear", r#", "transmission": 0.5"#),
@@ -45,7 +45,7 @@ const MATERIALS: [(&str, &str); 14] = [
     ),
 ];
 
-/// The mean of a picture of a white thing under a white sky, seen at degrees from straight above.
+/// Mean of a picture of a white object under a white sky, viewed at `degrees` from the vertical.
 fn mean(shape: &str, material: &str, degrees: f64, integrator: Integrator, depth: u32) -> f64 {
     let (sine, cosine) = degrees.to_radians().sin_cos();
     let text = format!(
@@ -74,9 +74,9 @@ fn mean(shape: &str, material: &str, degrees: f64, integrator: Integrator, depth
     all.sum::<f64>() / 192.0
 }
 
-/// Protects: no material makes light in a picture, whatever it is made of, from head-on to grazing
-/// views, however often light goes back and forth in it: a body that was clear in part grew a
-/// hundredfold with each doubling of the depth.
+/// Protects: no material gains energy in a picture, from head-on to grazing views, however many
+/// bounces stay inside it. A partly clear body once grew a hundredfold with each doubling of the
+/// depth.
 #[test]
 fn furnaces_do_not_glow() {
     let mut most = (0.0, String::new());
@@ -106,8 +106,8 @@ fn furnaces_do_not_glow() {
     assert!(most.0 <= 1.02, "{}", most.1);
 }
 
-/// Protects: closed forms. Smooth white balls, opaque, clear or half of it, and half metal, send
-/// back all that comes once paths are long enough, so under a white sky they are not seen.
+/// Protects: closed forms of white balls. Smooth white balls, opaque, clear, half clear or half
+/// metal, return all light once paths are long enough, so they are invisible under a white sky.
 #[test]
 fn white_balls_are_not_seen() {
     for (name, made) in [
@@ -128,11 +128,10 @@ fn white_balls_are_not_seen() {
     }
 }
 
-/// Protects: by Whitted's rules a body that is clear in part grows no brighter with the depth
-/// either.
+/// Protects: in Whitted's integrator too, a partly clear body grows no brighter with the depth.
 #[test]
 fn furnaces_of_whitted_do_not_glow() {
-    // In a block, light meets sides beyond the critical angle.
+    // In a block, light reaches sides beyond the critical angle.
     for depth in [2, 4, 8, 16] {
         let mean = mean(
             BLOCK,
