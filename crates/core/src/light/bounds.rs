@@ -1,4 +1,4 @@
-//! Where a light is and which way it shines, for choosing among many ("Importance Sampling of Many
+//! Bounds of a light in space and direction, for sampling many lights ("Importance Sampling of Many
 //! Lights with Adaptive Tree Splitting", Conty Estevez, Kulla 2018).
 
 use core::f64::consts::PI;
@@ -6,21 +6,21 @@ use core::f64::consts::PI;
 use glam::DVec3;
 use raywright_bvh::Aabb;
 
-/// A box around a light and a cone around the directions into which it shines.
+/// Bounding box of a light and bounding cone of its emission.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct LightBounds {
-    /// Around its points.
+    /// Bounding box.
     pub space: Aabb,
-    /// The middle of its normals; of unit length.
+    /// Axis of the cone of normals, unit.
     pub axis: DVec3,
-    /// The greatest angle in radians between the axis and a normal; π: all directions.
+    /// Greatest angle in radians between the axis and a normal; π for all directions.
     pub normals: f64,
-    /// The greatest angle in radians between a normal and a direction in which light leaves there.
+    /// Greatest angle in radians between a normal and a direction of emission there.
     pub emission: f64,
 }
 
 impl LightBounds {
-    /// A surface whose normals are unknown.
+    /// Bounds of a surface with unknown normals.
     pub fn round(space: Aabb) -> Self {
         Self {
             space,
@@ -30,7 +30,7 @@ impl LightBounds {
         }
     }
 
-    /// A flat surface that shines to the side of its normal.
+    /// Bounds of a flat surface that emits on the side of its normal.
     pub fn flat(space: Aabb, normal: DVec3) -> Self {
         Self {
             space,
@@ -40,8 +40,8 @@ impl LightBounds {
         }
     }
 
-    /// A point that shines within an angle of a direction: as what has a normal along each of
-    /// those, since its light does not weaken towards the edge as that of a surface does.
+    /// Bounds of a point light that emits within an angle of a direction. Each of those directions
+    /// counts as a normal, since the light does not weaken towards the edge as a surface's does.
     pub fn point(at: DVec3, axis: DVec3, angle: f64) -> Self {
         Self {
             space: Aabb { min: at, max: at },
@@ -51,7 +51,7 @@ impl LightBounds {
         }
     }
 
-    /// Whether light may leave in a unit direction.
+    /// Whether the light may emit in a unit direction.
     pub fn shines(&self, direction: DVec3) -> bool {
         let widest = self.normals + self.emission;
         widest >= PI || self.axis.dot(direction) >= libm::cos(widest) - 1e-6

@@ -1,9 +1,8 @@
-//! Choosing by weight: a running sum of probabilities that is exactly 1 at its end, and in which
-//! what has no weight takes no room.
+//! Discrete sampling by weight: a cumulative distribution that ends at exactly 1 and never selects
+//! an entry of zero weight.
 
-/// Appends the running sum of the weights' shares and returns their total; what is not above zero
-/// counts as nothing. Where nothing has weight only the last entry is 1, so that whoever looks
-/// finds the end.
+/// Appends the cumulative shares of the weights and returns their total. Weights that are not above
+/// zero count as zero. If all are zero, only the last entry is 1, so that searches end there.
 pub(super) fn push_shares(cumulative: &mut Vec<f64>, weights: &[f64]) -> f64 {
     let total: f64 = weights.iter().filter(|&&w| w > 0.0).sum();
     let last = weights
@@ -15,15 +14,15 @@ pub(super) fn push_shares(cumulative: &mut Vec<f64>, weights: &[f64]) -> f64 {
         if weight > 0.0 {
             sum += weight / total;
         }
-        // Rounding may take the sum past one, and must not leave what lies beyond the last weight
-        // to those without.
+        // Rounding may take the sum past one, and must not leave a rest beyond the last weight to
+        // entries of zero weight.
         let share: f64 = if i < last { sum } else { 1.0 };
         cumulative.push(share.min(1.0));
     }
     total
 }
 
-/// The share of an entry.
+/// The probability of an entry.
 pub(super) fn share<T: Copy + Into<f64>>(cumulative: &[T], index: usize) -> f64 {
     let before = if index == 0 {
         0.0
@@ -33,7 +32,8 @@ pub(super) fn share<T: Copy + Into<f64>>(cumulative: &[T], index: usize) -> f64 
     cumulative[index].into() - before
 }
 
-/// The entry at a number in [0, 1), its share, and how far into it the number lies, in [0, 1).
+/// The entry at a number in [0, 1), its probability, and the position of the number within the
+/// entry, in [0, 1).
 pub(super) fn pick<T: Copy + Into<f64>>(cumulative: &[T], at: f64) -> (usize, f64, f64) {
     let at = at.min(1.0_f64.next_down());
     taken(
@@ -43,22 +43,23 @@ pub(super) fn pick<T: Copy + Into<f64>>(cumulative: &[T], at: f64) -> (usize, f6
     )
 }
 
-/// Parts of [0, 1) in the guide to so many entries: a power of two, so that the part of a number is
-/// exact, and two to four for an entry, so that most searches end at the first look.
+/// Number of equal parts of [0, 1) in the guide table for `entries` entries: a power of two, so
+/// that a number's part is exact, and two to four parts an entry, so that most searches end at the
+/// first entry.
 pub(super) fn guide_len(entries: usize) -> usize {
     2 * entries.next_power_of_two()
 }
 
-/// Appends for each of equal parts of [0, 1) the entry at its beginning, where searches for what
-/// lies in it begin ("An Algorithm for Generating Random Variates from Empirical Distributions",
-/// Chen, Asau 1974). For up to 256 entries.
+/// Appends a guide table: for each of equal parts of [0, 1) the entry at its beginning, where a
+/// search for a number in that part starts ("An Algorithm for Generating Random Variates from
+/// Empirical Distributions", Chen, Asau 1974). For up to 256 entries.
 pub(super) fn push_guide<T: Copy + Into<f64>>(guide: &mut Vec<u8>, cumulative: &[T]) {
     let parts = guide_len(cumulative.len());
     let entry = |part| cumulative.partition_point(|&c| c.into() <= part as f64 / parts as f64);
     guide.extend((0..parts).map(|part| entry(part) as u8));
 }
 
-/// [`pick`] by a guide: the same entry.
+/// [`pick`] with a guide table: the same entry.
 pub(super) fn pick_guided<T: Copy + Into<f64>>(
     cumulative: &[T],
     guide: &[u8],
@@ -87,9 +88,9 @@ mod tests {
     use super::*;
     use crate::hash::mix;
 
-    /// Protects: a guide leads to the entry, share and place that a binary search finds, to the
-    /// bit: for even weights, one sun among faint ones, rows of nothing and none at all, at the
-    /// ends of entries, of parts and of [0, 1).
+    /// Protects: a guide table yields the entry, probability and position of a binary search, to
+    /// the bit: for uniform weights, one sun among faint ones, rows of zeros and zeros alone, at
+    /// the ends of entries, of parts and of [0, 1).
     #[test]
     fn guides_lead_to_the_same_entry() {
         let number = |i: u64| (mix(i) >> 11) as f64 / (1_u64 << 53) as f64;

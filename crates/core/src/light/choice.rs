@@ -1,5 +1,5 @@
-//! Which light a point asks: one of those infinitely far by its share of their power, or one of the
-//! others by a tree over their places and directions, so that one light and a hundred thousand take
+//! Choice of a light for a point: an infinitely distant light by its share of their power, or
+//! another light by a tree over positions and directions. One light and a hundred thousand take
 //! about the same time and noise.
 
 use raywright_bvh::{Real, Vector};
@@ -8,37 +8,38 @@ use super::cdf::{pick, push_shares, share};
 use super::tree::{Leaf, LightTree, Receiver};
 use super::{LightId, Lights};
 
-/// A point of a surface that draws a light.
+/// A point of a surface for which a light is chosen.
 #[derive(Clone, Copy, Debug)]
 pub struct ChoiceQuery<R: Real> {
     /// The point.
     pub from: R::Vec3,
-    /// Unit normal on the side that is lit; zero where both are.
+    /// Unit normal on the receiving side; zero if both sides receive light.
     pub normal: R::Vec3,
-    /// Numbers in [0, 1): both, because one of f32 has steps of 2⁻²³.
+    /// Numbers in [0, 1): a coarse and a fine one, because one `f32` number has steps of 2⁻²³.
     pub numbers: [f32; 2],
 }
 
-/// Draws a light as a point of a surface is lit by it.
+/// Samples a light by its estimated contribution at a point of a surface.
 #[derive(Clone, Debug, Default)]
 pub struct LightChoice {
-    /// Lights that are infinitely far, and the running sum of their shares.
+    /// Infinitely distant lights, and their cumulative probabilities.
     far: Vec<LightId>,
     far_shares: Vec<f64>,
-    /// How often one of those is drawn: always, never, or half the time where there are others too.
+    /// Probability of choosing a distant light: one, zero, or one half if there are nearby lights
+    /// too.
     far_share: f64,
     tree: LightTree,
-    /// Leaves of the tree by emitter; [`LightTree::NONE`] for one that sends nothing.
+    /// Leaves of the tree by emitter; [`LightTree::NONE`] for an emitter without power.
     leaves: Vec<u32>,
 }
 
 impl LightChoice {
-    /// Among all lights that have power.
+    /// The choice among all lights of positive power.
     pub(super) fn new<R: Real>(lights: &Lights<R>) -> Self {
         let (mut far, mut powers, mut near) = (Vec::new(), Vec::new(), Vec::new());
         for id in lights.ids() {
             let power = lights.power(id);
-            // Also leaves out what is no number.
+            // Leaves out NaN too.
             let shines = power > 0.0 && power.is_finite();
             match (lights.bounds(id), id) {
                 (Some(bounds), _) if shines => near.push(Leaf {
@@ -53,7 +54,8 @@ impl LightChoice {
                 _ => {}
             }
         }
-        // A scene without extent receives no power from afar, but light: all alike then.
+        // A scene of zero extent receives no power but still radiance from distant lights; they
+        // count equally then.
         if !powers.iter().any(|&power| power > 0.0 && power.is_finite()) {
             powers.fill(1.0);
         }
@@ -79,14 +81,14 @@ impl LightChoice {
         }
     }
 
-    /// Whether there is nothing to choose from.
+    /// Whether there are no lights to choose from.
     pub fn is_empty(&self) -> bool {
         self.far.is_empty() && self.tree.is_empty()
     }
 
-    /// The light for a pair of numbers in [0, 1) and the probability of drawing it, for a point of
-    /// a surface with a unit normal on the side that is lit, or zero where both are; none where
-    /// what was drawn can send nothing there.
+    /// Samples a light by a pair of numbers in [0, 1) and returns its probability, for a point of a
+    /// surface. `normal` is the unit normal on the receiving side, or zero if both sides receive
+    /// light. Returns `None` if the sampled light cannot contribute there.
     #[inline]
     pub fn draw<R: Real>(
         &self,
@@ -102,7 +104,7 @@ impl LightChoice {
         drawn
     }
 
-    /// [`Self::draw`] for several points, in less time than for each; none for one that is none.
+    /// [`Self::draw`] for several points at once, in less time; `None` for a missing point.
     #[inline]
     pub fn draw_each<R: Real, const N: usize>(
         &self,
@@ -140,7 +142,7 @@ impl LightChoice {
         })
     }
 
-    /// The probability with which [`LightChoice::draw`] draws a light from there.
+    /// Probability of [`LightChoice::draw`] choosing a light for this point.
     #[inline]
     pub fn probability<R: Real>(&self, light: LightId, from: R::Vec3, normal: R::Vec3) -> f64 {
         match light {
@@ -156,7 +158,7 @@ impl LightChoice {
                     .unwrap_or(LightTree::NONE);
                 (1.0 - self.far_share) * self.tree.probability(leaf, &receiver)
             }
-            // The sky comes last; a light without size is never met.
+            // The sky comes last; a delta light is never hit.
             LightId::Sky if self.far.last() == Some(&LightId::Sky) => {
                 share(&self.far_shares, self.far.len() - 1) * self.far_share
             }
@@ -169,14 +171,14 @@ impl LightChoice {
         self.tree.bytes() + size_of_val(self.leaves.as_slice()) as u64
     }
 
-    /// Bytes of the tables for so many lights, of which so many are emitters.
+    /// Bytes of the tables for numbers of lights and of emitters among them.
     pub(crate) fn bytes_of(lights: u64, emitters: u64) -> u64 {
         LightTree::bytes_of(lights).saturating_add(emitters.saturating_mul(size_of::<u32>() as u64))
     }
 }
 
 impl<R: Real> Lights<R> {
-    /// Whether a light that is infinitely far sends anything at all.
+    /// Whether an infinitely distant light has any radiance.
     fn shines_from_afar(&self, light: LightId) -> bool {
         match light {
             LightId::Delta(i) => self.delta[i as usize]

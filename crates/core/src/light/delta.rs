@@ -1,4 +1,4 @@
-//! Lights without size: where they are seen from a point and how bright.
+//! Delta lights: directional, point and spot lights.
 
 use core::f64::consts::{PI, TAU};
 
@@ -8,15 +8,15 @@ use super::{Density, LightBounds, LightSample, Target};
 use crate::scene::{Falloff, Light as LightData, LightKind};
 use crate::validate::GREATEST;
 
-/// A light source that has no size: no ray meets it by itself.
+/// A light of zero size, which no ray can hit.
 #[derive(Clone, Copy, Debug)]
 pub struct DeltaLight<R: Real> {
     kind: DeltaKind<R>,
-    /// Irradiance of a directional light, intensity of the others.
+    /// Irradiance of a directional light, intensity of a point or spot light.
     colour: R::Vec3,
-    /// Whether the scene lets something dim it: then a material's own shadow rule counts.
+    /// Whether the scene lets the light cast shadows; a material's own shadow rule then applies.
     pub dimmed: bool,
-    /// Whether a ray must ask what is in between.
+    /// Whether the light needs shadow rays.
     pub shadows: bool,
     /// Whether it makes highlights.
     pub specular: bool,
@@ -40,16 +40,16 @@ enum DeltaKind<R: Real> {
     },
 }
 
-/// Least way of the cosine across a spot's edge: below what f32 tells apart, and its inverse a
-/// number that f32 has.
+/// Least difference of cosines across a spot's edge: below the resolution of `f32`, with an inverse
+/// that `f32` can hold.
 const NARROWEST_EDGE: f64 = 1e-12;
 
-/// How a light weakens with distance.
+/// Falloff of a light with distance.
 #[derive(Clone, Copy, Debug)]
 struct Fade<R> {
     inverse_square: bool,
-    /// One over the square of the range; none without a range, where nothing is asked of the
-    /// distance that f32 might not hold.
+    /// Inverse square of the range; `None` without a range, where no power of the distance may
+    /// overflow `f32`.
     inverse_range_2: Option<R>,
 }
 
@@ -66,8 +66,8 @@ impl<R: Real> Fade<R> {
         let window = match self.inverse_range_2 {
             None => R::ONE,
             Some(inverse) => {
-                // (d/range)² before it is squared: the fourth power of a distance of 4.3e9 m is
-                // beyond f32.
+                // (d/range)² before squaring: the fourth power of a distance of 4.3e9 m overflows
+                // `f32`.
                 let share = squared * inverse;
                 Real::clamp(R::ONE - share * share, R::ZERO, R::ONE)
             }
@@ -81,7 +81,8 @@ impl<R: Real> Fade<R> {
 }
 
 impl<R: Real> DeltaLight<R> {
-    /// `casters`: whether anything in the scene casts shadows; without it no ray asks.
+    /// `casters`: whether anything in the scene casts shadows; without casters no shadow rays are
+    /// traced.
     pub fn new(light: &LightData, casters: bool) -> Self {
         let v = |t: [f64; 3]| R::Vec3::from_f64(t.into());
         let unit = |t: [f64; 3]| R::Vec3::from_f64(glam::DVec3::from(t).normalize());
@@ -105,7 +106,7 @@ impl<R: Real> DeltaLight<R> {
                 falloff,
                 range,
             } => {
-                // The smooth edge of KHR_lights_punctual, hard where its angles are one.
+                // The smooth edge of KHR_lights_punctual; a hard edge for equal angles.
                 let (inner, outer) = (
                     libm::cos(inner_angle.to_radians()),
                     libm::cos(outer_angle.to_radians()),
@@ -130,7 +131,7 @@ impl<R: Real> DeltaLight<R> {
         }
     }
 
-    /// The light as a point sees it; none where nothing of it arrives.
+    /// Samples the light from a point; `None` if no light arrives.
     #[inline(always)]
     pub fn sample(&self, from: R::Vec3) -> Option<LightSample<R>> {
         match &self.kind {
@@ -166,18 +167,18 @@ impl<R: Real> DeltaLight<R> {
         let distance = offset.length();
         let direction = offset * (R::ONE / distance);
         let strength = fade.at(distance * distance) * cone(direction);
-        // Also false for NaN, at the light itself.
+        // False for NaN too, at the light itself.
         (strength > R::ZERO && strength.is_finite()).then(|| LightSample {
             direction,
-            // Close to a strong light the product may leave f32, and infinity times a black channel
-            // is no number.
+            // Close to a strong light the product may overflow `f32`, and infinity times a black
+            // channel is NaN.
             arriving: (self.colour * strength).min(R::Vec3::splat(R::from_f64(GREATEST))),
             density: Density::Delta,
             target: Target::Point(position),
         })
     }
 
-    /// The flux of its channels, summed; what does not weaken with distance sends what crosses a
+    /// Flux, summed over the channels. A light without falloff counts with its flux through a
     /// sphere of radius `reach`.
     pub fn power(&self, reach: f64) -> f64 {
         let colour = self.colour.to_f64();
@@ -191,8 +192,8 @@ impl<R: Real> DeltaLight<R> {
         let share = match &self.kind {
             DeltaKind::Directional { .. } => PI * reach * reach,
             DeltaKind::Point { fade, .. } => 2.0 * TAU * across(fade),
-            // Full within the inner angle; from there to the outer one the integral of a square is
-            // a third.
+            // Full strength within the inner angle; the integral of the squared edge to the outer
+            // angle is a third.
             DeltaKind::Spot {
                 fade,
                 scale,
@@ -206,7 +207,7 @@ impl<R: Real> DeltaLight<R> {
         (colour.x + colour.y + colour.z) * share
     }
 
-    /// Where it is and which way it shines; none for a directional light.
+    /// Bounds in space and direction; `None` for a directional light.
     pub fn bounds(&self) -> Option<LightBounds> {
         match &self.kind {
             DeltaKind::Directional { .. } => None,
@@ -259,9 +260,8 @@ mod tests {
         )
     }
 
-    /// Protects: what arrives from a light does not depend on the unit that lengths are measured
-    /// in, from 1e-15 to 1e15 of it. The fourth power of a distance of 4.3e9 is beyond f32, and
-    /// such a light was dark.
+    /// Protects: light arrives independently of the unit of length, from 1e-15 to 1e15 of it. The
+    /// fourth power of a distance of 4.3e9 overflows `f32`; such a light was once dark.
     #[test]
     fn a_light_of_any_size_arrives() {
         fn arrives<R: Real>(tolerance: f64) {
@@ -273,8 +273,8 @@ mod tests {
                         .sample(R::Vec3::ZERO)
                         .map_or(0.0, |seen| seen.arriving.to_f64().x)
                 };
-                // A window is (1 − (d/range)⁴): by hand, 15/16 at half the range, 1 at a millionth,
-                // 0 from the range on.
+                // The window is (1 − (d/range)⁴); by hand, 15/16 at half the range, 1 at a
+                // millionth of it, 0 from the range on.
                 for (range, share) in [
                     (None, 1.0),
                     (Some(2.0 * d), 0.9375),
@@ -293,7 +293,7 @@ mod tests {
         arrives::<f64>(1e-14);
     }
 
-    /// Protects: what is beyond f32 so close to a light stays a number, and white.
+    /// Protects: an irradiance that overflows `f32` close to a light stays finite and white.
     #[test]
     fn a_strong_light_close_by_is_finite() {
         let seen = point::<f32>(1e-6, None, 1e37)
@@ -310,8 +310,8 @@ mod tests {
         );
     }
 
-    /// Protects: a spot whose two angles are one, or nearly, has a hard edge there, however narrow
-    /// or wide it is, and is full inside.
+    /// Protects: a spot with equal or nearly equal angles has a hard edge there, at any width, and
+    /// full strength inside.
     #[test]
     fn the_edge_of_a_spot_may_be_hard() {
         fn hard<R: Real>() {
@@ -356,8 +356,8 @@ mod tests {
         hard::<f64>();
     }
 
-    /// Protects: the edge of a spot, against values by hand: the square of the share of the way
-    /// between the cosines.
+    /// Protects: the edge of a spot has the values by hand: the square of the linear position
+    /// between the two cosines.
     #[test]
     fn the_edge_of_a_spot_is_the_square_of_the_way_across() {
         let spot: DeltaLight<f64> = light(

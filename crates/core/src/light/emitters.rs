@@ -1,5 +1,4 @@
-//! Surfaces that light others: emissive objects whose points are drawn, and found again where a ray
-//! meets them.
+//! Area lights: emissive objects, sampled by points on their surfaces and looked up at hits.
 
 mod cells;
 mod lanes;
@@ -21,46 +20,45 @@ pub(super) use lanes::EmitterLanes;
 pub use list::{EmissionEstimate, EmitterList};
 use list::{Emitter, EmitterShape};
 
-/// How points of a surface are drawn.
+/// Strategy for sampling points of an emitter.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Strategy {
-    /// By area: any surface, from anywhere.
+    /// By area, for any surface and receiver.
     #[default]
     Area,
-    /// Over the solid angle under which it is seen, where that is known (balls from outside,
-    /// triangles, quads), by area elsewhere: without the noise that unequal distances and slants
-    /// bring.
+    /// By solid angle where possible (spheres from outside, triangles, quads), by area elsewhere.
+    /// Solid-angle sampling removes the noise of varying distances and cosines.
     SolidAngle,
 }
 
-/// Where light leaves an emitter, and along what ray it is seen.
+/// A point of emission, and the ray that hit it.
 #[derive(Clone, Copy, Debug)]
 pub struct Exit<R: Real> {
     /// The point.
     pub surface: Surface<R>,
-    /// Its texture coordinates, for emission that varies; an even one reads none.
+    /// Texture coordinates, for varying emission; constant emission reads none.
     pub uv: [R; 2],
-    /// Unit direction of the ray that met it.
+    /// Unit direction of the ray.
     pub direction: R::Vec3,
 }
 
-/// All emitters of a scene, drawn in proportion to their power.
+/// All emitters of a scene, sampled in proportion to their power.
 #[derive(Clone, Debug)]
 pub struct Emitters<R: Real> {
-    /// One after the other by object and primitive, so that a hit finds its own; those without
-    /// power too.
+    /// All emitters in order of object and primitive, so that a hit finds its emitter; those
+    /// without power included.
     list: EmitterList<R>,
-    /// Running sum of the probabilities, 1 from the last emitter that has power; empty where none
-    /// has.
+    /// Cumulative probabilities, 1 from the last emitter of positive power on; empty if no emitter
+    /// has power.
     cumulative: Vec<f64>,
-    /// Those that have power.
+    /// Number of emitters of positive power.
     lit: usize,
-    /// How points are drawn.
+    /// Strategy for sampling points.
     pub strategy: Strategy,
 }
 
 impl<R: Real> Emitters<R> {
-    /// From what preparation found; empty when nothing of it gives off light.
+    /// Builds the tables from prepared emitters; empty if no emitter has power.
     pub fn new(list: EmitterList<R>) -> Self {
         let powers: Vec<f64> = list.emitters.iter().map(Emitter::power).collect();
         let of_quad = |i: usize| i - usize::from(list.emitters[i].is_second);
@@ -85,23 +83,23 @@ impl<R: Real> Emitters<R> {
         }
     }
 
-    /// How many shapes and triangles, those without power included.
+    /// Number of emissive shapes and triangles, those without power included.
     pub fn len(&self) -> usize {
         self.list.emitters.len()
     }
 
-    /// How many shapes and triangles have power.
+    /// Number of emissive shapes and triangles of positive power.
     pub fn lit(&self) -> usize {
         self.lit
     }
 
-    /// Whether nothing gives off light.
+    /// Whether no emitter has power.
     pub fn is_empty(&self) -> bool {
         self.cumulative.is_empty()
     }
 
-    /// The emitter that a primitive of an object belongs to: a triangle of its mesh, alone or with
-    /// its other half, or 0 for a shape. None where the object does not light others.
+    /// The emitter of an object's primitive: a triangle of its mesh, alone or as half of a quad, or
+    /// 0 for a shape. `None` if the object is no light.
     pub fn of(&self, object: u32, primitive: u32) -> Option<u32> {
         let start = *self.list.first.get(object as usize)?;
         let end = self
@@ -113,7 +111,7 @@ impl<R: Real> Emitters<R> {
         Some(index - u32::from(self.list.emitters[index as usize].is_second))
     }
 
-    /// The emitters of each object that has any.
+    /// The emitters of each emissive object.
     pub fn objects(&self) -> impl Iterator<Item = (usize, Range<u32>)> {
         let starts = self.list.first.iter().copied();
         let ends = starts.clone().skip(1).chain([self.len() as u32]);
@@ -124,9 +122,9 @@ impl<R: Real> Emitters<R> {
             .filter(|(_, emitters)| !emitters.is_empty())
     }
 
-    /// The emitter for a pair of numbers in [0, 1), and the probability of drawing it; none where
-    /// there is none. Both numbers, because one of f32 has steps of 2⁻²³: of a million emitters the
-    /// faint ones would be drawn always or never.
+    /// Samples an emitter by a pair of numbers in [0, 1) and returns its probability; `None` if
+    /// there are no emitters. Two numbers are needed, because one `f32` number has steps of 2⁻²³:
+    /// of a million emitters the faint ones would be sampled always or never.
     pub fn choose(&self, [coarse, fine]: [f32; 2]) -> Option<(u32, f64)> {
         const STEP: f64 = 1.0 / (1 << 23) as f64;
         if self.is_empty() {
@@ -137,7 +135,7 @@ impl<R: Real> Emitters<R> {
         Some((index as u32, probability))
     }
 
-    /// The probability with which [`Emitters::choose`] draws an emitter.
+    /// Probability of [`Emitters::choose`] returning an emitter.
     pub fn probability(&self, index: u32) -> f64 {
         share(&self.cumulative, index as usize)
     }
@@ -153,19 +151,19 @@ impl<R: Real> Emitters<R> {
         ) + list.cells.bytes()
     }
 
-    /// Emitters that need a map of their own.
+    /// Number of emitters with a transform of their own.
     #[cfg(test)]
     pub(crate) fn under_maps(&self) -> usize {
         self.list.placed.len()
     }
 
-    /// Whether what an emitter gives off is not the same everywhere: [`Emitters::sample`] then says
-    /// what arrives of a radiance of one.
+    /// Whether emission varies over an emitter. [`Emitters::sample`] then assumes a radiance of
+    /// one.
     pub fn varies(&self, index: u32) -> bool {
         self.list.emitters[index as usize].varies
     }
 
-    /// Whether an emitter lies in a plane, so that a ray meets it once at most.
+    /// Whether an emitter is flat, so that a ray hits it at most once.
     pub fn is_flat(&self, index: u32) -> bool {
         is_flat(match &self.list.emitters[index as usize].form {
             EmitterShape::Plain(shape) => shape,
@@ -173,7 +171,7 @@ impl<R: Real> Emitters<R> {
         })
     }
 
-    /// Radiance that leaves an emitter where a ray met it; zero on a side that gives off none.
+    /// Emitted radiance of an emitter at a hit; zero on a side that does not emit.
     pub fn radiance(&self, index: u32, exit: &Exit<R>) -> R::Vec3 {
         let emitter = &self.list.emitters[index as usize];
         let from_outside = exit.direction.dot(exit.surface.normal) < R::ZERO;
@@ -184,12 +182,13 @@ impl<R: Real> Emitters<R> {
         }
     }
 
-    /// Flux of the three channels of an emitter, summed.
+    /// Flux of an emitter, summed over the three channels.
     pub fn power(&self, index: u32) -> f64 {
         PI * self.list.emitters[index as usize].power()
     }
 
-    /// Where an emitter is and which way it shines; none for one without end, which lights nothing.
+    /// Bounds of an emitter in space and direction; `None` for an infinite surface, which is no
+    /// light.
     pub fn bounds(&self, index: u32) -> Option<LightBounds> {
         let emitter = &self.list.emitters[index as usize];
         let half = R::from_f64(0.5);

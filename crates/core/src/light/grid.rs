@@ -1,11 +1,11 @@
-//! Directions drawn by a table over the sphere: rows of equal polar angle, columns of equal
-//! azimuth, by the inverse of their running sums ("Physically Based Rendering", 4th edition, A.5.2
-//! and 12.5). Within a cell, evenly over its solid angle.
+//! Importance sampling of directions by a table over the sphere: rows of equal polar angle, columns
+//! of equal azimuth, by the inverse of their cumulative distributions ("Physically Based
+//! Rendering", 4th edition, A.5.2 and 12.5). Directions are uniform by solid angle within a cell.
 //!
-//! Tables of all cells of a large picture lie in no cache, and looking into them took a path longer
-//! than its rays. So cells are drawn in blocks: first the block, by a table that a cache holds, and
-//! then, only where a block is not nearly even, the cell in it. A sun of one cell is still drawn as
-//! that cell.
+//! Tables of all cells of a large image fit in no cache, and reading them took a path longer than
+//! its rays. So cells are sampled in blocks: first the block, by a table that fits in the cache,
+//! and then, unless the block is nearly uniform, the cell in it. A sun of one cell is still sampled
+//! as that cell.
 
 use core::f64::consts::{PI, TAU};
 
@@ -15,33 +15,33 @@ use raywright_bvh::Real;
 use super::cdf::{guide_len, pick, pick_guided, push_guide, push_shares, share};
 use crate::number::sines_and_cosines;
 
-/// Most blocks along azimuth and polar angle; guides tell up to 256 apart.
+/// Most blocks along azimuth and polar angle; guide tables index up to 256.
 const BLOCKS: [usize; 2] = [128, 64];
-/// A block is even whose brightest cell has so many times the radiance of its darkest one at most.
+/// Ratio of brightest to darkest radiance up to which a block counts as uniform.
 const EVEN: f64 = 1.25;
-/// In place of where a block's cells lie: it is even.
+/// Marks a uniform block, in place of its cells' index.
 const WHOLE: u32 = u32::MAX;
 
-/// A density over the sphere that is even in each cell of an equirectangular grid.
+/// A density over the sphere, constant in each cell of an equirectangular grid.
 #[derive(Clone, Debug)]
 pub struct SphereGrid {
     width: usize,
-    /// Columns and rows of cells in a block; those at the end may have fewer.
+    /// Columns and rows of cells in a block; the last blocks may have fewer.
     block: [usize; 2],
-    /// Share of a whole turn by which the grid is turned about +y.
+    /// Rotation of the grid about +y, in turns.
     turn: f64,
-    /// Running sum of the shares of rows of blocks.
+    /// Cumulative distribution of rows of blocks.
     rows: Vec<f64>,
-    /// The blocks of each of those rows, one row after the other.
+    /// Cumulative distribution of the blocks of each row, one row after the other.
     columns: Vec<f32>,
-    /// Where searches begin in `rows`, and then in each row of `columns`.
+    /// Guide table of `rows`, then of each row of `columns`.
     guides: Vec<u8>,
-    /// Where a block's cells begin in `cells`, or [`WHOLE`].
+    /// Start of a block's cells in `cells`, or [`WHOLE`].
     parts: Vec<u32>,
-    /// Of each block that is not even: the running sum of its rows, and of the cells of each of
-    /// them.
+    /// For each non-uniform block the cumulative distribution of its rows, and of the cells of each
+    /// row.
     cells: Vec<f32>,
-    /// 1 − cos θ of the rows' edges as 2·sin²(θ/2): near the poles a cosine has no digits left.
+    /// 1 − cos θ of the rows' edges as 2·sin²(θ/2): near the poles a cosine loses its digits.
     edges: Vec<f64>,
     /// Solid angle of a cell by row, and of a column of a block by row of blocks.
     angles: Vec<f64>,
@@ -50,8 +50,8 @@ pub struct SphereGrid {
 }
 
 impl SphereGrid {
-    /// From the mean radiance of each cell by column and row, the top row first; none where all of
-    /// it is zero.
+    /// Builds the table from the mean radiance of each cell by column and row, the top row first;
+    /// `None` if all of it is zero.
     pub fn new(
         width: usize,
         height: usize,
@@ -98,7 +98,7 @@ impl SphereGrid {
         (grid.flux > 0.0 && grid.flux.is_finite()).then_some(grid)
     }
 
-    /// Appends a row of blocks from its rows of cells and returns what they send.
+    /// Appends a row of blocks from its rows of cells and returns their flux.
     fn push_blocks(&mut self, weights: &[f64], first: usize) -> f64 {
         let (width, angles) = (self.width, &self.angles[first..]);
         let mut fluxes = Vec::with_capacity(BLOCKS[0]);
@@ -118,7 +118,7 @@ impl SphereGrid {
                 cells().fold(f64::INFINITY, |a, &b| a.min(b)),
                 cells().fold(0.0_f64, |a, &b| a.max(b)),
             ];
-            // A picture of more cells than 32 bits count is drawn by blocks where they do not fit.
+            // Cells beyond 32-bit indices are sampled by blocks.
             let place = if brightest <= darkest * EVEN {
                 WHOLE
             } else {
@@ -136,12 +136,12 @@ impl SphereGrid {
         push(&mut self.columns, &fluxes)
     }
 
-    /// Radiance times solid angle, summed.
+    /// Integral of the radiance over the sphere.
     pub fn flux(&self) -> f64 {
         self.flux
     }
 
-    /// A unit direction for two numbers in [0, 1).
+    /// Samples a unit direction for two numbers in [0, 1).
     pub fn direction(&self, [u, v]: [f64; 2]) -> DVec3 {
         let (guide, guides) = self.guides.split_at(guide_len(self.rows.len()));
         let (y, _, down) = pick_guided(&self.rows, guide, v);
@@ -160,7 +160,7 @@ impl SphereGrid {
             let (column, _, along) = pick(&cells[rows + row * columns..][..columns], along);
             ((left + column) as f64 + along, top + row, down, 1)
         };
-        // From the nearer pole.
+        // Counted from the nearer pole.
         let upper = 2 * row < height;
         let edge = |row: usize| self.edges[if upper { row } else { height - row }];
         let h = edge(row) + (edge(row + span) - edge(row)) * down;
@@ -172,8 +172,8 @@ impl SphereGrid {
         DVec3::new(ring * cos, y, ring * sin)
     }
 
-    /// The density over solid angle of drawing a direction, by its place in an equirectangular
-    /// picture, from 0 to 1 each way.
+    /// Density by solid angle of a direction, given by its coordinates in the equirectangular
+    /// image, each from 0 to 1.
     pub fn density(&self, [u, v]: [f64; 2]) -> f64 {
         let (height, u) = (self.angles.len(), u - self.turn);
         let column = (((u - Real::floor(u)) * self.width as f64) as usize).min(self.width - 1);
@@ -192,7 +192,7 @@ impl SphereGrid {
         probability * within / self.angles[row]
     }
 
-    /// First column and row of a block, and how many it has.
+    /// First column and row of a block, and its numbers of columns and rows.
     fn extent(&self, x: usize, y: usize) -> ([usize; 2], [usize; 2]) {
         let [width, height] = self.block;
         let (left, top) = (x * width, y * height);
@@ -211,7 +211,7 @@ impl SphereGrid {
     }
 }
 
-/// Of any angle; in less time of one of up to a turn either way.
+/// Sine and cosine of any angle; faster within one turn either way.
 fn sine_and_cosine(angle: f64) -> (f64, f64) {
     if angle.abs() > TAU {
         return libm::sincos(angle);
@@ -224,7 +224,8 @@ fn positive(x: f64) -> f64 {
     if x > 0.0 && x.is_finite() { x } else { 0.0 }
 }
 
-/// [`push_shares`] rounded: what a share is, is what it is drawn by, so that densities stay exact.
+/// [`push_shares`] rounded to `f32`. Sampling and density use the same rounded shares, so densities
+/// stay exact.
 fn push(cumulative: &mut Vec<f32>, weights: &[f64]) -> f64 {
     let mut shares = Vec::with_capacity(weights.len());
     let total = push_shares(&mut shares, weights);
@@ -232,8 +233,8 @@ fn push(cumulative: &mut Vec<f32>, weights: &[f64]) -> f64 {
     total
 }
 
-/// Of a cell in a row: the difference of the cosines of its edges as a product of sines, in which
-/// nothing cancels.
+/// Solid angle of a cell in a row: the difference of its edges' cosines as a product of sines, in
+/// which nothing cancels.
 fn solid_angle(width: usize, height: usize, row: usize) -> f64 {
     let (step, middle) = (PI / height as f64, PI * (row as f64 + 0.5) / height as f64);
     TAU / width as f64 * 2.0 * libm::sin(middle) * libm::sin(0.5 * step)

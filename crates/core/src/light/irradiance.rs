@@ -1,6 +1,6 @@
-//! The sky's cosine-weighted average by normal, as nine spherical harmonics ("An Efficient
-//! Representation for Irradiance Environment Maps", Ramamoorthi, Hanrahan 2001): what a matte
-//! physical material receives under Whitted shading.
+//! The sky's cosine-weighted mean radiance by normal, as nine spherical harmonics ("An Efficient
+//! Representation for Irradiance Environment Maps", Ramamoorthi, Hanrahan 2001). Lights matte
+//! physical materials in Whitted's integrator.
 
 use core::f64::consts::PI;
 
@@ -9,7 +9,7 @@ use raywright_bvh::{Real, Vector};
 
 use super::sky::{Gradient, SkyKind, SkyRadiance};
 
-/// Coefficients, already convolved with the cosine and divided by π.
+/// Coefficients, convolved with the cosine lobe and divided by π.
 #[derive(Clone, Debug)]
 pub struct Irradiance<R: Real> {
     coefficients: [R::Vec3; 9],
@@ -34,18 +34,18 @@ fn harmonics(d: DVec3) -> [f64; 9] {
 /// Integrals of radiance times each harmonic over all directions.
 type Integrals = [DVec3; 9];
 
-/// Of a sky that is the same everywhere.
+/// Integrals of a constant sky.
 fn even(radiance: DVec3) -> Integrals {
     let mut integrals = [DVec3::ZERO; 9];
     integrals[0] = radiance * (4.0 * PI * harmonics(DVec3::Y)[0]);
     integrals
 }
 
-/// Of radiance · max(0, d·direction)^exponent. A lobe around an axis turns each harmonic into its
-/// value at the axis times an integral over the cosine t that depends on the band alone (Funk,
-/// Hecke): 2π ∫ tⁿ P(t) dt from 0 to 1, with Legendre's polynomials P.
+/// Integrals of radiance · max(0, d·direction)^exponent. Convolution with a lobe around an axis
+/// gives each harmonic's value at the axis times an integral over the cosine t that depends on the
+/// band alone (Funk, Hecke): 2π ∫ tⁿ P(t) dt from 0 to 1, with Legendre's polynomials P.
 fn lobe(radiance: DVec3, direction: DVec3, exponent: u32) -> Integrals {
-    // As the sky is seen: what is behind counts 0⁰, which is one.
+    // As in [`SkyRadiance`]: directions behind have 0⁰ = 1.
     if exponent == 0 {
         return even(radiance);
     }
@@ -63,13 +63,13 @@ fn lobe(radiance: DVec3, direction: DVec3, exponent: u32) -> Integrals {
     core::array::from_fn(|i| radiance * (bands[i] * at_axis[i]))
 }
 
-/// By the midpoint rule in equal steps of height and azimuth, so that every cell has the same solid
-/// angle.
+/// Integrals by the midpoint rule in equal steps of height and azimuth, so that every cell has the
+/// same solid angle.
 fn summed<R: Real>(sky: &SkyRadiance<R>) -> Integrals {
     const ROWS: usize = 128;
     const COLUMNS: usize = 256;
     let mut sums = [DVec3::ZERO; 9];
-    // The same in every row, and half of the time otherwise.
+    // The azimuths are the same in every row; computing them there would double the time.
     let around: [[f64; 2]; COLUMNS] = core::array::from_fn(|column| {
         let a = (column as f64 + 0.5) * 2.0 * PI / COLUMNS as f64;
         [libm::cos(a), libm::sin(a)]
@@ -89,8 +89,8 @@ fn summed<R: Real>(sky: &SkyRadiance<R>) -> Integrals {
 }
 
 impl<R: Real> Irradiance<R> {
-    /// Integrates the sky over the sphere: in closed form where it has one, which misses no sun
-    /// however small, and is nothing beside what else is prepared for a model; else by a sum.
+    /// Integrates the sky over the sphere: in closed form where one exists, which misses no sun
+    /// however small and costs little beside the preparation of a model; else by a sum.
     pub fn new(sky: &SkyRadiance<R>) -> Self {
         let integrals = match &sky.kind {
             SkyKind::None => [DVec3::ZERO; 9],
@@ -98,7 +98,7 @@ impl<R: Real> Irradiance<R> {
             SkyKind::Gradient(Gradient { bottom, top, suns }) => {
                 let (bottom, top) = (bottom.to_f64(), top.to_f64());
                 let mut all = even((bottom + top) * 0.5);
-                // (top − bottom) / 2 · y, of which all but its own harmonic makes nothing.
+                // (top − bottom) / 2 · y is orthogonal to all harmonics but its own.
                 all[1] = (top - bottom) * (0.5 * 4.0 * PI / 3.0 * harmonics(DVec3::Y)[1]);
                 for sun in suns {
                     let own = lobe(sun.colour.to_f64(), sun.direction.to_f64(), sun.exponent);
@@ -125,7 +125,7 @@ impl<R: Real> Irradiance<R> {
         }
     }
 
-    /// Mean radiance that a surface of unit normal `n` receives, cosine-weighted; never negative.
+    /// Cosine-weighted mean radiance over the hemisphere about the unit normal `n`; never negative.
     pub fn at(&self, n: R::Vec3) -> R::Vec3 {
         let h = harmonics(n.to_f64());
         let sum = self
@@ -142,8 +142,8 @@ mod tests {
     use super::super::sky::SunLobe;
     use super::*;
 
-    /// Protects: the band factors and the normalisation, against the closed form of a sky linear in
-    /// height: mean = a + b · 2/3 · n.y for L = a + b·y.
+    /// Protects: the band factors and the normalisation agree with the closed form of a sky linear
+    /// in height: mean = a + b · 2/3 · n.y for L = a + b·y.
     #[test]
     fn linear_sky_has_its_closed_form() {
         let kind = SkyKind::<f64>::Gradient(Gradient {
@@ -169,8 +169,8 @@ mod tests {
         }
     }
 
-    /// Protects: closed forms are what the sums tend to, for suns of every width, whose back counts
-    /// as one where the exponent is 0; and a sun that fits into one cell of a sum is not lost.
+    /// Protects: closed forms agree with the sums, for suns of every width, including exponent 0
+    /// with its radiance behind; and a sun smaller than a cell of the sum is not lost.
     #[test]
     fn skies_have_their_closed_forms() {
         let direction = DVec3::new(0.6, -0.64, 0.48);
@@ -219,8 +219,8 @@ mod tests {
                 suns: vec![sun(1 << 20)],
             }),
         });
-        // All of it is 2π/(n + 1), and nine harmonics give the cosine's lobe (1 + 2 + 5/4)/4 of 1/π
-        // in its middle.
+        // Its integral is 2π/(n + 1), and nine harmonics give the cosine lobe (1 + 2 + 5/4)/4 of
+        // 1/π at its axis.
         let expected = 2.0 / f64::from(1 << 20) * (0.25 + 0.5 + 0.3125);
         assert!(
             (needle.at(direction).x / expected - 1.0).abs() < 1e-4,

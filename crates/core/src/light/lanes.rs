@@ -1,14 +1,13 @@
-//! Lights as several points see them, in columns: what is a number of one point stands beside that
-//! of the next.
+//! Light samples of several points in columns (structure of arrays).
 
 use raywright_bvh::{Real, Surface, Vector};
 
 use super::{Density, LightSample, Target};
 
-/// Points that are lit together.
+/// Points lit together.
 pub(crate) const LANES: usize = 8;
 
-/// A number of each point.
+/// A scalar of each point.
 pub(crate) type Column<T> = [T; LANES];
 /// A vector of each point.
 pub(crate) type Vec3Column<R> = [Column<R>; 3];
@@ -19,13 +18,13 @@ pub(crate) fn vector<R: Real>(column: &Vec3Column<R>, lane: usize) -> R::Vec3 {
     Vector::new(column[0][lane], column[1][lane], column[2][lane])
 }
 
-/// Puts a vector of one point in its place.
+/// Sets the vector of one point.
 #[inline(always)]
 pub(crate) fn put<R: Real>(column: &mut Vec3Column<R>, lane: usize, v: R::Vec3) {
     (column[0][lane], column[1][lane], column[2][lane]) = (v.x(), v.y(), v.z());
 }
 
-/// Surfaces.
+/// Surfaces of several points.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct SurfaceLanes<R: Real> {
     point: Vec3Column<R>,
@@ -68,25 +67,25 @@ impl<R: Real> SurfaceLanes<R> {
     }
 }
 
-/// What a shadow ray aims at.
+/// Kind of a shadow ray's target.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum TargetKind {
-    /// There is no light.
+    /// No light.
     Nothing,
     /// The surface in its column.
     Surface,
-    /// What is infinitely far.
+    /// Infinity.
     Infinity,
-    /// What stands in the column of targets.
+    /// The target in its column.
     Target,
 }
 
-/// What [`LightSample`] says, of each point.
+/// A [`LightSample`] of each point.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct LightLanes<R: Real> {
     pub direction: Vec3Column<R>,
     pub arriving: Vec3Column<R>,
-    /// Zero of a light without size.
+    /// Zero for a delta light.
     pub density: Column<f64>,
     pub aim: Column<TargetKind>,
     pub surface: SurfaceLanes<R>,
@@ -106,7 +105,7 @@ impl<R: Real> LightLanes<R> {
         }
     }
 
-    /// Says what one point sees.
+    /// Sets the sample of one point.
     #[inline(always)]
     pub fn put(&mut self, lane: usize, sample: &LightSample<R>) {
         put::<R>(&mut self.direction, lane, sample.direction);
@@ -128,13 +127,13 @@ impl<R: Real> LightLanes<R> {
         };
     }
 
-    /// Whether one point sees a light without size.
+    /// Whether one point's sample is of a delta light.
     #[inline(always)]
     pub fn is_sizeless(&self, lane: usize) -> bool {
         self.density[lane] == 0.0
     }
 
-    /// How densely the light of one point was drawn.
+    /// Sampling density of one point's light.
     #[inline(always)]
     pub fn density_of(&self, lane: usize) -> Density {
         if self.is_sizeless(lane) {
@@ -144,7 +143,7 @@ impl<R: Real> LightLanes<R> {
         }
     }
 
-    /// What one point sees, where it sees a light.
+    /// The sample of one point that has a light.
     #[inline(always)]
     pub fn lane(&self, lane: usize) -> LightSample<R> {
         LightSample {

@@ -1,21 +1,19 @@
-//! All light of a scene behind one interface: what arrives from a light without size, from an
-//! emissive surface and from the sky is asked, drawn and weighed in the same words, so that what
-//! stands above (a choice among lights, a combination of sampling techniques) needs not know which
-//! kind it is.
+//! All lights of a scene behind one interface. Delta lights, area lights and the sky are sampled
+//! and weighted alike, so that callers (the choice among lights, multiple importance sampling) need
+//! not know their kind.
 //!
-//! Seen from a point, a light is drawn by [`Lights::sample`]: a direction, what arrives from there
-//! over the density of having drawn it, that density over solid angle, and what a shadow ray aims
-//! at. [`Lights::density`] is the same density for a point of a light that a ray met by itself, and
-//! [`Emitters::of`] the way back from that hit to the light. [`Lights::power`] and
-//! [`Lights::bounds`] are for choosing. A light without size has no density ([`Density::Delta`]):
-//! no ray meets it by itself.
+//! [`Lights::sample`] samples a light from a point: a direction, the radiance from there over the
+//! sampling density, that density by solid angle, and the target of a shadow ray.
+//! [`Lights::density`] is the same density for a point of a light that a ray hit, and
+//! [`Emitters::of`] leads from that hit to the light. [`Lights::power`] and [`Lights::bounds`]
+//! serve the choice among lights. A delta light has no density ([`Density::Delta`]): no ray can hit
+//! it.
 //!
-//! Whitted shading is a client: it asks every light without size in scene order, and one emitter
-//! chosen by power. It asks for no way to draw the sky, so none is built. The path tracer has one
-//! light chosen at each vertex, the sky among them: it calls [`Lights::prepare_sky`] and
-//! [`Lights::prepare_choice`].
+//! Whitted's integrator samples every delta light in scene order, and one emitter chosen by power.
+//! It never samples the sky, so no sky sampler is built. The path tracer chooses one light at each
+//! vertex, the sky among them: it calls [`Lights::prepare_sky`] and [`Lights::prepare_choice`].
 //!
-//! The tables are flat arrays of plain data, made by preparation and only read while rendering.
+//! The tables are flat arrays of plain data, built by preparation and read-only while rendering.
 
 mod bounds;
 mod cdf;
@@ -53,92 +51,91 @@ pub(crate) use sky::{packed_bytes, prepare as prepare_sky};
 pub use sky_sampler::SkySampler;
 pub(crate) use usage::LightUsage;
 
-/// Which light of a scene.
+/// Identifies a light of a scene.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum LightId {
-    /// One without size, by its place in the scene's list.
+    /// A delta light, by its index in the scene's list.
     Delta(u32),
-    /// An emissive shape or triangle, by its place in [`Emitters`].
+    /// An emissive shape or triangle, by its index in [`Emitters`].
     Emitter(u32),
-    /// What surrounds the scene.
+    /// The sky.
     Sky,
 }
 
-/// Where a light was drawn or met: what a shadow ray aims at.
+/// A sampled or hit point of a light: the target of a shadow ray.
 #[derive(Clone, Copy, Debug)]
 pub enum Target<R: Real> {
-    /// Farther than everything.
+    /// Infinity.
     Infinity,
     /// A point that no ray can hit.
     Point(R::Vec3),
-    /// A point of a surface, which must not be in its own light.
+    /// A point of a surface, which must not shadow itself.
     Surface(Surface<R>),
-    /// The middle of an emitter, which is not in its own light either, although rays to there meet
-    /// it.
+    /// The centre of an emitter, which does not shadow itself either, although rays to the centre
+    /// hit it.
     Middle {
-        /// Where it is.
+        /// The centre.
         point: R::Vec3,
-        /// Which emitter.
+        /// Index of the emitter.
         emitter: u32,
     },
 }
 
-/// How densely a direction is drawn.
+/// Sampling density of a direction.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Density {
-    /// The light has no size: there is one direction and no other.
+    /// A delta light: a single direction.
     Delta,
-    /// Per steradian, the probability of having chosen the light included.
+    /// Density by solid angle, times the probability of the light.
     SolidAngle(f64),
 }
 
-/// A light as a point sees it.
+/// A light sample at a point.
 #[derive(Clone, Copy, Debug)]
 pub struct LightSample<R: Real> {
-    /// Unit direction to it.
+    /// Unit direction to the light.
     pub direction: R::Vec3,
-    /// What arrives on a surface that faces it, if nothing is in between, as an estimate of all
-    /// that the light sends: radiance over the density; irradiance where the light has no size.
+    /// Unoccluded estimate of the irradiance on a surface that faces the light: radiance over
+    /// density; the irradiance itself for a delta light.
     pub arriving: R::Vec3,
-    /// How densely `direction` is drawn.
+    /// Sampling density of `direction`.
     pub density: Density,
-    /// What a shadow ray aims at.
+    /// Target of the shadow ray.
     pub target: Target<R>,
 }
 
-/// A light that was chosen with a probability, the point that is lit, and two numbers in [0, 1) by
-/// which the light is drawn.
+/// A light chosen with a probability, the receiving point, and two numbers in [0, 1) for sampling
+/// the light.
 #[derive(Clone, Copy, Debug)]
 pub struct ChosenLight<R: Real> {
-    /// Which light.
+    /// The light.
     pub light: LightId,
-    /// How likely the choice was.
+    /// Probability of the choice.
     pub probability: f64,
-    /// The point.
+    /// The receiving point.
     pub from: R::Vec3,
-    /// The numbers.
+    /// The numbers for sampling the light.
     pub position: [f32; 2],
 }
 
 /// Every light of a scene.
 #[derive(Clone, Debug)]
 pub struct Lights<R: Real> {
-    /// Those without size, in scene order.
+    /// Delta lights, in scene order.
     pub delta: Vec<DeltaLight<R>>,
-    /// Emissive surfaces that light others.
+    /// Emissive surfaces.
     pub emitters: Emitters<R>,
-    /// What a ray sees that hits nothing.
+    /// Radiance of rays that hit nothing.
     pub sky: SkyRadiance<R>,
     sky_sampler: Option<SkySampler>,
-    /// Which light a point asks; empty until it is prepared.
+    /// Choice among lights; empty until prepared.
     choice: LightChoice,
-    /// Half the diagonal of everything that has an end: how much of what comes from far away enters
-    /// the scene.
+    /// Half the diagonal of the bounded part of the scene: its radius for light from far away.
     reach: f64,
 }
 
 impl<R: Real> Lights<R> {
-    /// From their tables, for a scene whose bounded part lies within `scene`.
+    /// Lights from their tables, for a scene with a bounded part within `scene`.
     pub fn new(
         delta: Vec<DeltaLight<R>>,
         emitters: Emitters<R>,
@@ -160,12 +157,12 @@ impl<R: Real> Lights<R> {
         }
     }
 
-    /// Builds what drawing the sky takes. Without it the sky has no power and is never drawn.
+    /// Builds the sky sampler. Without it the sky has no power and is never sampled.
     pub fn prepare_sky(&mut self) {
         self.sky_sampler = SkySampler::new(&self.sky);
     }
 
-    /// Of the sky, draws only what exceeds the rest of it: see [`SkySampler::of_excess`].
+    /// Samples only the excess of the sky over its uniform part: see [`SkySampler::of_excess`].
     pub fn draw_excess_of_sky(&mut self) {
         self.sky_sampler = self
             .sky_sampler
@@ -173,12 +170,12 @@ impl<R: Real> Lights<R> {
             .map(|sampler| sampler.of_excess(&self.sky));
     }
 
-    /// Builds what choosing among all lights takes, the sky among them if drawing it is prepared.
+    /// Builds the choice among all lights, the sky among them if its sampler is built.
     pub fn prepare_choice(&mut self) {
         self.choice = LightChoice::new(self);
     }
 
-    /// Which light a point asks, where that is prepared.
+    /// The choice among lights, if prepared.
     pub fn choice(&self) -> &LightChoice {
         &self.choice
     }
@@ -192,14 +189,13 @@ impl<R: Real> Lights<R> {
             .chain(self.sky_sampler.is_some().then_some(LightId::Sky))
     }
 
-    /// Whether a light has no size.
+    /// Whether a light is a delta light.
     pub fn is_delta(&self, light: LightId) -> bool {
         matches!(light, LightId::Delta(_))
     }
 
-    /// What a light sends into the scene: the flux of its three channels, summed. Through the
-    /// sphere around the scene for what does not weaken with distance, and for what is infinitely
-    /// far.
+    /// Flux of a light into the scene, summed over its three channels. For lights without falloff
+    /// and infinitely distant lights: the flux through the sphere around the scene.
     pub fn power(&self, light: LightId) -> f64 {
         match light {
             LightId::Delta(i) => self.delta[i as usize].power(self.reach),
@@ -213,7 +209,7 @@ impl<R: Real> Lights<R> {
         }
     }
 
-    /// Where a light is and which way it shines; none for one that is infinitely far.
+    /// Bounds of a light in space and direction; `None` for an infinitely distant light.
     pub fn bounds(&self, light: LightId) -> Option<LightBounds> {
         match light {
             LightId::Delta(i) => self.delta[i as usize].bounds(),
@@ -222,13 +218,13 @@ impl<R: Real> Lights<R> {
         }
     }
 
-    /// What drawing the sky takes, where that is prepared.
+    /// The sky sampler, if prepared.
     pub fn sky_sampler(&self) -> Option<&SkySampler> {
         self.sky_sampler.as_ref()
     }
 
-    /// Draws a light that was chosen with a `probability`, as `from` sees it, for two numbers in
-    /// [0, 1); none where it sends nothing there.
+    /// Samples a light chosen with a `probability`, from the point `from`, for two numbers in [0,
+    /// 1); `None` if no light arrives.
     pub fn sample(
         &self,
         light: LightId,
@@ -253,8 +249,8 @@ impl<R: Real> Lights<R> {
         }
     }
 
-    /// [`Lights::sample`] of many lights, so many in each of `samples` as those have lanes, in
-    /// place of what those held: those of one kind are drawn together.
+    /// [`Lights::sample`] of many lights, one lane of `samples` for each, overwriting their
+    /// contents. Lights of one kind are sampled together.
     pub(crate) fn sample_each(
         &self,
         chosen: &[Option<ChosenLight<R>>],
@@ -317,8 +313,8 @@ impl<R: Real> Lights<R> {
         }
     }
 
-    /// The density over solid angle with which [`Lights::sample`] draws what a ray from `from` met
-    /// in a unit `direction`: a point of an emitter, or the sky. Zero where it never does.
+    /// Density by solid angle with which [`Lights::sample`] returns the hit `met` of a ray from
+    /// `from` in a unit `direction`: a point of an emitter, or the sky. Zero if never.
     pub fn density(
         &self,
         light: LightId,
@@ -338,7 +334,7 @@ impl<R: Real> Lights<R> {
         }
     }
 
-    /// [`Lights::density`] of the sky, in a direction that has this [`SkyRadiance::place`].
+    /// [`Lights::density`] of the sky, for a direction with this [`SkyRadiance::place`].
     pub fn density_of_sky(&self, direction: R::Vec3, place: [R; 2], probability: f64) -> f64 {
         self.sky_sampler.as_ref().map_or(0.0, |sampler| {
             sampler.density::<R>(direction, place) * probability

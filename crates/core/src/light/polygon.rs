@@ -1,32 +1,32 @@
-//! The solid angle under which a triangle or a quad is seen, drawn evenly ("Stratified Sampling of
-//! Spherical Triangles", Arvo 1995).
+//! Uniform sampling of the solid angle of a triangle or quad ("Stratified Sampling of Spherical
+//! Triangles", Arvo 1995).
 //!
-//! Each step is one formula over numbers, without a branch, and is computed of all polygons that
-//! are drawn from together before the next one of any, in loops that the compiler turns into
-//! vectors. One polygon alone is the same code with one lane.
+//! Each step is a formula without branches, and is computed for all polygons together before the
+//! next step, in loops that the compiler vectorises. A single polygon runs the same code with one
+//! lane.
 
 use glam::DVec3;
 
 use crate::number::{angle_above, sines_and_cosines};
 
-/// Below so many steradians points are drawn by area: distances and slants differ too little to
-/// matter, and the angles of so small a triangle keep too few digits.
+/// Solid angle in steradians below which points are sampled by area: distances and cosines then
+/// differ too little to matter, and the angles of so small a triangle lose their digits.
 const LEAST: f64 = 1e-3;
 
-/// Least volume that directions to three corners span: in the plane of a triangle they are
-/// dependent.
+/// Least volume spanned by the directions to three corners: seen from the plane of a triangle they
+/// are dependent.
 const FLAT: f64 = 1e-12;
 
-/// A polygon of one or two triangles: its corners in order, of a triangle the last one twice.
+/// A polygon of one or two triangles: its corners in order; a triangle repeats the last one.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Polygon([DVec3; 4]);
 
-/// A point drawn on a polygon.
+/// A sampled point of a polygon.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct PolygonSample {
-    /// Steradians of the whole polygon.
+    /// Solid angle of the whole polygon in steradians.
     pub solid_angle: f64,
-    /// None where rounding leaves none.
+    /// The point; `None` if rounding leaves none.
     pub point: Option<DVec3>,
 }
 
@@ -41,7 +41,8 @@ impl Polygon {
         Self(corners)
     }
 
-    /// Its solid angle as `from` sees it; none where it is small, and from its own plane.
+    /// Solid angle of the polygon seen from `from`; `None` if it is small, and from the polygon's
+    /// plane.
     #[inline]
     pub fn solid_angle(&self, from: DVec3) -> Option<f64> {
         let [first, second] = angles(&sides(self.row(from)));
@@ -49,8 +50,8 @@ impl Polygon {
         (solid_angle >= LEAST).then_some(solid_angle)
     }
 
-    /// Draws a point of it as `from` sees it, by two numbers in [0, 1); none where it is seen as so
-    /// small, or so flat, that its points are better drawn by area.
+    /// Samples a point of the polygon uniformly by solid angle from `from`, for two numbers in [0,
+    /// 1). Returns `None` if the polygon looks so small or flat that sampling by area is better.
     pub(super) fn draw(&self, from: DVec3, [u, v]: [f64; 2]) -> Option<PolygonSample> {
         let drawn = PolygonLanes {
             seen: self.row(from).map(|x| [x]),
@@ -63,7 +64,7 @@ impl Polygon {
         })
     }
 
-    /// The point that sees it, and its corners.
+    /// The receiving point and the corners.
     #[inline(always)]
     fn row(&self, from: DVec3) -> [f64; 15] {
         let Self([a, b, c, d]) = *self;
@@ -71,7 +72,7 @@ impl Polygon {
     }
 }
 
-/// Numbers of vectors one after the other.
+/// Components of vectors one after the other.
 #[inline(always)]
 fn row<const V: usize, const N: usize>(vectors: [DVec3; V]) -> [f64; N] {
     let mut row = [0.0; N];
@@ -81,19 +82,19 @@ fn row<const V: usize, const N: usize>(vectors: [DVec3; V]) -> [f64; N] {
     row
 }
 
-/// A vector of a row.
+/// The vector at an index of a row.
 #[inline(always)]
 fn vector<const N: usize>(row: &[f64; N], place: usize) -> DVec3 {
     DVec3::new(row[3 * place], row[3 * place + 1], row[3 * place + 2])
 }
 
-/// Of what a point sees of four corners: the directions to them, and of both triangles the volume
-/// that its three directions span and the number beside it in "The Solid Angle of a Plane Triangle"
-/// (Van Oosterom, Strackee 1983).
+/// Directions from a point to four corners; and for both triangles the volume spanned by their
+/// three directions and its companion, whose quotient is the tangent of half the solid angle ("The
+/// Solid Angle of a Plane Triangle", Van Oosterom, Strackee 1983).
 #[inline(always)]
 fn sides(seen: [f64; 15]) -> [f64; 16] {
     let from = vector(&seen, 0);
-    // One by one: an array's function is not always inlined.
+    // One by one: `map` of an array is not always inlined.
     let (a, b) = (
         (vector(&seen, 1) - from).normalize(),
         (vector(&seen, 2) - from).normalize(),
@@ -113,10 +114,10 @@ fn sides(seen: [f64; 15]) -> [f64; 16] {
     sides
 }
 
-/// The solid angles of both triangles; zero of one that is not there.
+/// The solid angles of both triangles; zero for a missing one.
 #[inline(always)]
 fn angles(sides: &[f64; 16]) -> [f64; 2] {
-    // Also false for NaN, from a corner.
+    // False for NaN too, from a corner.
     let of = |i: usize| {
         if sides[i] > FLAT {
             2.0 * angle_above(sides[i], sides[i + 1])
@@ -127,9 +128,9 @@ fn angles(sides: &[f64; 16]) -> [f64; 2] {
     [of(12), of(14)]
 }
 
-/// Of a point that sees a polygon: the way to the point that leaves an area, whose sine and cosine
-/// are known, on one side of the arc from it to the second corner, and a share `v` of what is left
-/// along that arc.
+/// Offset from the receiving point to the sampled point. An arc from the sampled side to the second
+/// corner cuts off a given area, whose sine and cosine are known; the point lies at the share `v`
+/// along that arc. Returns the offset and its length.
 #[inline(always)]
 fn offset(
     seen: [f64; 15],
@@ -148,7 +149,7 @@ fn offset(
     let normal = (select(second, third) - first).cross(select(third, fourth) - first);
     let (b, c) = (select(b, c), select(c, d));
     let (across_b, across_c) = (a.cross(b), a.cross(c));
-    // Of the angle between both arcs only sine and cosine are asked, which take no angle.
+    // The angle between both arcs enters by its sine and cosine alone.
     let (sine, cosine) = (across_b.cross(across_c).length(), across_b.dot(across_c));
     let both = (sine * sine + cosine * cosine).sqrt();
     let (sine, cosine) = (sine / both, cosine / both);
@@ -158,7 +159,7 @@ fn offset(
     );
     let (x, y) = (t - cosine, s + sine * a.dot(b));
     let q = ((y * t - x * s) * cosine - y) / ((y * s + x * t) * sine);
-    // Where the area is nothing this is nothing by nothing, and the arc the side itself.
+    // For an area of zero this is 0/0, and the arc is the side itself.
     let q = if q < -1.0 { -1.0 } else { q };
     let q = if q < 1.0 { q } else { 1.0 };
     let on_side = a * q + unit(c - a * c.dot(a)) * (1.0 - q * q).sqrt();
@@ -171,7 +172,7 @@ fn offset(
     [way.x, way.y, way.z, distance]
 }
 
-/// The unit vector of a direction; zero where it has none.
+/// The unit vector of a direction; zero for a zero vector.
 #[inline(always)]
 fn unit(v: DVec3) -> DVec3 {
     let inverse = 1.0 / v.length();
@@ -182,7 +183,7 @@ fn unit(v: DVec3) -> DVec3 {
     }
 }
 
-/// A number in each lane, so many of them.
+/// `K` numbers in each lane.
 type Columns<const K: usize, const N: usize> = [[f64; N]; K];
 
 #[inline(always)]
@@ -201,14 +202,14 @@ fn put<const K: usize, const N: usize>(columns: &mut Columns<K, N>, lane: usize,
     }
 }
 
-/// Polygons to be drawn from together, each as a point sees it and with two numbers in [0, 1).
+/// Polygons to be sampled together, each with its receiving point and two numbers in [0, 1).
 #[derive(Clone, Copy)]
 pub(super) struct PolygonLanes<const N: usize> {
     seen: Columns<15, N>,
     positions: Columns<2, N>,
 }
 
-/// Points drawn on polygons; of one that is seen as too small, nothing of use.
+/// Sampled points of polygons; meaningless for a polygon of too small a solid angle.
 #[derive(Clone, Copy)]
 pub(super) struct PolygonPoints<const N: usize> {
     pub solid_angle: [f64; N],
@@ -240,7 +241,7 @@ impl<const N: usize> PolygonLanes<N> {
         put(&mut self.positions, lane, position);
     }
 
-    /// What [`Polygon::draw`] gives of each.
+    /// [`Polygon::draw`] of each lane.
     #[inline(always)]
     pub fn draw(&self) -> PolygonPoints<N> {
         let (mut sides, mut areas, mut seconds, mut solid_angle) =
@@ -275,19 +276,19 @@ impl<const N: usize> PolygonLanes<N> {
 }
 
 impl<const N: usize> PolygonPoints<N> {
-    /// Whether a polygon is seen as large enough.
+    /// Whether a polygon's solid angle is large enough.
     #[inline(always)]
     pub fn is_wide(&self, lane: usize) -> bool {
         self.solid_angle[lane] >= LEAST
     }
 
-    /// Whether rounding leaves a point of one that is.
+    /// Whether rounding leaves a point of a polygon that is wide enough.
     #[inline(always)]
     pub fn is_some(&self, lane: usize) -> bool {
         (self.way[3][lane] > 0.0) & (self.way[3][lane] < f64::INFINITY)
     }
 
-    /// The point, where there is one.
+    /// The sampled point, if [`Self::is_some`].
     #[inline(always)]
     pub fn at(&self, lane: usize) -> DVec3 {
         let at = |axis: usize| self.from[axis][lane] + self.way[axis][lane];

@@ -15,7 +15,7 @@ use crate::lookup::Lookup;
 use crate::prepare::PrepareError;
 use crate::scene::{ColourInput, ImageData, Pixels, Sky as SkyData};
 
-/// What a ray sees that hits nothing.
+/// Radiance of rays that hit nothing.
 #[derive(Clone, Debug)]
 pub struct SkyRadiance<R: Real> {
     pub(super) kind: SkyKind<R>,
@@ -24,16 +24,16 @@ pub struct SkyRadiance<R: Real> {
 pub(super) use gradient::{Gradient, SunLobe};
 pub(super) use map::Map;
 
-/// Directions that are looked along side by side.
+/// Directions evaluated side by side.
 const LANES: usize = 16;
 
-/// Their components.
+/// Components of these directions.
 type Directions<R> = [[R; LANES]; 3];
 
-/// What a ray sees of the sky.
+/// The sky's radiance along a ray.
 #[derive(Clone, Copy, Debug)]
 pub struct SkySample<R: Real> {
-    /// Where that lies in its picture: see [`SkyRadiance::place`].
+    /// Coordinates in the sky's image: see [`SkyRadiance::place`].
     pub place: [R; 2],
     /// Radiance.
     pub radiance: R::Vec3,
@@ -45,12 +45,12 @@ pub(super) enum SkyKind<R: Real> {
     None,
     Constant(R::Vec3),
     Gradient(Gradient<R>),
-    /// Of one program, and what origins of rays are counted from.
+    /// A program, and the offset of rays' origins to the scene's coordinates.
     Expression(Programs<R>, R::Vec3),
     Map(Map<R>),
 }
 
-/// The sky of a scene whose coordinates are counted from an origin, black where it has none.
+/// The sky of a scene with coordinates relative to an origin; black without a sky.
 pub(crate) fn prepare<R: Real>(
     (sky, seen_from): (Option<&SkyData>, DVec3),
     lookup: &Lookup<'_>,
@@ -86,7 +86,7 @@ pub(crate) fn prepare<R: Real>(
                 path: "sky.expression".to_owned(),
             });
         }
-        // Its lights stand about a camera: preparation puts them in its place.
+        // Studio lights stand about a camera: preparation adds them in place of a sky.
         Some(SkyData::Studio(_)) => SkyKind::None,
         Some(SkyData::Map(map)) => {
             let image = lookup.image(&map.image);
@@ -109,12 +109,12 @@ pub(crate) fn prepare<R: Real>(
 }
 
 impl<R: Real> SkyRadiance<R> {
-    /// Whether it gives no light at all.
+    /// Whether the sky is black.
     pub fn is_black(&self) -> bool {
         matches!(self.kind, SkyKind::None)
     }
 
-    /// The picture that it shows, if it is one.
+    /// The image of the sky, if any.
     pub(crate) fn image(&self) -> Option<&Arc<ImageData>> {
         if let SkyKind::Map(map) = &self.kind {
             Some(&map.image)
@@ -123,7 +123,7 @@ impl<R: Real> SkyRadiance<R> {
         }
     }
 
-    /// Bytes of what is kept besides the picture.
+    /// Bytes of the tables besides the image.
     pub(crate) fn bytes(&self) -> u64 {
         if let SkyKind::Map(map) = &self.kind {
             size_of_val(map.packed.as_slice()) as u64
@@ -132,8 +132,8 @@ impl<R: Real> SkyRadiance<R> {
         }
     }
 
-    /// Where a direction lies in the sky's picture, from 0 to 1 each way; nothing of use where it
-    /// is none. Told once to whoever asks there for radiance and density.
+    /// Coordinates of a direction in the sky's image, each from 0 to 1; meaningless without an
+    /// image. Computed once for the radiance and the density of that direction.
     #[inline(always)]
     pub fn place(&self, d: R::Vec3) -> [R; 2] {
         if let SkyKind::Map(_) = &self.kind {
@@ -143,13 +143,13 @@ impl<R: Real> SkyRadiance<R> {
         }
     }
 
-    /// Radiance along a unit direction, seen from an origin.
+    /// Radiance along a unit direction from an origin.
     #[inline(always)]
     pub fn radiance(&self, origin: R::Vec3, d: R::Vec3) -> R::Vec3 {
         self.radiance_at(origin, d, self.place(d))
     }
 
-    /// What many rays see, one after the other, with the [`Self::place`] of each: in less time than
+    /// Radiance of many rays, one after the other, with the [`Self::place`] of each; faster than
     /// one by one.
     pub fn look(
         &self,
@@ -166,7 +166,7 @@ impl<R: Real> SkyRadiance<R> {
         }
     }
 
-    /// The same of a direction that has this [`Self::place`].
+    /// [`Self::radiance`] of a direction with this [`Self::place`].
     #[inline(always)]
     pub fn radiance_at(&self, origin: R::Vec3, d: R::Vec3, place: [R; 2]) -> R::Vec3 {
         match &self.kind {
@@ -186,8 +186,8 @@ impl<R: Real> SkyRadiance<R> {
     }
 }
 
-/// Goes through directions as many at a time as are looked along side by side, and says how many of
-/// these there are: what stands where none is left does not matter.
+/// Calls `look` for batches of directions with the number of directions in each; the other lanes
+/// are meaningless.
 fn side_by_side<R: Real>(
     directions: impl Iterator<Item = R::Vec3>,
     mut look: impl FnMut(&Directions<R>, usize),
@@ -207,7 +207,7 @@ fn side_by_side<R: Real>(
     }
 }
 
-/// Most bytes that a sky keeps besides its picture.
+/// Most bytes of a sky's tables besides its image.
 pub(crate) fn packed_bytes(image: &Arc<ImageData>) -> u64 {
     if let Pixels::Linear(pixels) = &image.pixels {
         (pixels.len() * size_of::<u32>()) as u64

@@ -1,5 +1,4 @@
-//! Parts of a sky whose integrals are known: directions drawn by how bright they are there, and how
-//! densely.
+//! Components of a sky with known integrals: importance sampling of directions, and densities.
 
 use core::f64::consts::TAU;
 
@@ -8,10 +7,10 @@ use raywright_bvh::{Loops, Real, widest};
 
 use crate::number::{exponential_beside_one, logarithm_beside_one, sines_and_cosines};
 
-/// Directions that are drawn together.
+/// Directions sampled together.
 const LANES: usize = 8;
 
-/// A part of a sky whose integral is known.
+/// A component of a sky with a known integral.
 #[derive(Clone, Copy, Debug)]
 pub(super) enum SkyLobe {
     /// Linear in the height of the direction, from nadir to zenith.
@@ -21,7 +20,7 @@ pub(super) enum SkyLobe {
 }
 
 impl SkyLobe {
-    /// Draws a direction for two numbers in [0, 1).
+    /// Samples a direction for two numbers in [0, 1).
     pub fn direction(&self, [u, v]: [f64; 2]) -> DVec3 {
         match *self {
             Self::Linear { bottom, top } => {
@@ -41,7 +40,7 @@ impl SkyLobe {
         }
     }
 
-    /// The density over solid angle of drawing a direction.
+    /// Density of a direction by solid angle.
     pub fn density(&self, direction: DVec3) -> f64 {
         match *self {
             Self::Linear { bottom, top } => {
@@ -56,8 +55,8 @@ impl SkyLobe {
     }
 }
 
-/// [`SkyLobe::direction`] of many, one after the other: in less time, since powers are drawn
-/// several together.
+/// [`SkyLobe::direction`] of many, one after the other; faster, since powers are sampled several
+/// together.
 pub(super) fn directions<'a>(
     drawn: impl Iterator<Item = (&'a SkyLobe, [f64; 2])>,
     out: &mut Vec<DVec3>,
@@ -88,7 +87,7 @@ pub(super) fn directions<'a>(
     }
 }
 
-/// Powers that directions are to be drawn by, each with two numbers in [0, 1).
+/// Power lobes to be sampled, each with two numbers in [0, 1).
 #[derive(Clone, Copy)]
 struct PowerLanes<const N: usize> {
     len: usize,
@@ -145,7 +144,7 @@ impl<const N: usize> Loops for PowerLanes<N> {
     }
 }
 
-/// A direction of a height, at a share of a turn.
+/// A direction of a height and an azimuth in turns.
 pub(super) fn at_height(y: f64, turn: f64) -> DVec3 {
     let ring = ((1.0 - y) * (1.0 + y)).max(0.0).sqrt();
     DVec3::new(
@@ -159,9 +158,9 @@ pub(super) fn at_height(y: f64, turn: f64) -> DVec3 {
 mod tests {
     use super::*;
 
-    /// Protects: lobes of a sky are drawn as densely as they say, suns of every width too: the
-    /// share of numbers between two directions over the solid angle between these lies between the
-    /// densities there, since a lobe only falls or only rises.
+    /// Protects: lobes of a sky are sampled by their density, suns of every width too. The share of
+    /// numbers between two directions over the solid angle between them lies between the two
+    /// densities, since a lobe is monotonic.
     #[test]
     fn m02_lobes_of_a_sky_are_as_dense_as_drawn() {
         const STEPS: u32 = 1000;

@@ -1,4 +1,4 @@
-//! Directions of the sky, drawn by how bright it is there.
+//! Importance sampling of the sky's directions by radiance.
 
 use core::f64::consts::{FRAC_1_PI, PI, TAU};
 
@@ -10,16 +10,16 @@ use super::sky::{Gradient, Map, SkyKind};
 use super::sky_lobe::{self, SkyLobe, at_height};
 use super::{Density, LightSample, SkyRadiance, SkySample, SphereGrid, Target};
 
-/// Share of a picture's mean that is left to the other way. All of it leaves a seventh more noise
-/// under skies that are a little brighter on one side, half of it three quarters more on what a
-/// small sun lights; this one is within a twelfth of the better in seven skies.
+/// Share of an image's mean that is left to BSDF sampling. The whole mean gives a seventh more
+/// noise under skies that are slightly brighter on one side, half of it three quarters more on
+/// surfaces lit by a small sun; 0.75 is within a twelfth of the better in seven skies.
 const EVEN: f64 = 0.75;
 
-/// Mean density of what is drawn from which on it is small: a tenth of a unit of solid angle or
-/// less, which is less than a hundredth of the sphere.
+/// Mean sampling density from which on the bright part is small: a tenth of a steradian or less,
+/// below a hundredth of the sphere.
 const SMALL: f64 = 10.0;
 
-/// How a sky is drawn.
+/// Sampler of a sky's directions.
 #[derive(Clone, Debug)]
 pub struct SkySampler {
     form: SkyForm,
@@ -30,14 +30,14 @@ pub struct SkySampler {
 
 #[derive(Clone, Debug)]
 enum SkyForm {
-    /// Evenly over the sphere: an expression, of which nothing is known.
+    /// Uniform over the sphere: for an expression, about which nothing is known.
     Even,
-    /// A sum of lobes in closed form, each in its share.
+    /// A sum of lobes in closed form, chosen by their shares.
     Lobes {
         lobes: Vec<SkyLobe>,
         shares: Vec<f64>,
     },
-    /// A picture, cell by cell.
+    /// An image, by cells.
     Grid(SphereGrid),
 }
 
@@ -47,7 +47,7 @@ fn sum<R: Real>(colour: R::Vec3) -> f64 {
 }
 
 impl SkySampler {
-    /// None where the sky is black.
+    /// The sampler of a sky; `None` for a black sky.
     pub fn new<R: Real>(sky: &SkyRadiance<R>) -> Option<Self> {
         let linear = |bottom, top| (SkyLobe::Linear { bottom, top }, TAU * (bottom + top));
         let sampler = match &sky.kind {
@@ -80,10 +80,11 @@ impl SkySampler {
         sampler.map(|sampler| sampler.with_small(sky))
     }
 
-    /// Draws only what exceeds the rest of the sky: suns over what they stand in, texels over most
-    /// of the mean. Right where directions are drawn in another way too, and both are combined:
-    /// that way is better for what is even ("MIS Compensation: Optimizing Sampling Techniques in
-    /// Multiple Importance Sampling", Karlík et al. 2019). Nothing changes where nothing exceeds.
+    /// Samples only the excess of the sky: suns without the gradient, texels above most of the
+    /// mean. Right if directions are also sampled by the BSDF and combined by multiple importance
+    /// sampling, since BSDF sampling is better for uniform light ("MIS Compensation: Optimizing
+    /// Sampling Techniques in Multiple Importance Sampling", Karlík et al. 2019). Without an excess
+    /// the sampler stays as it is.
     #[must_use]
     pub fn of_excess<R: Real>(self, sky: &SkyRadiance<R>) -> Self {
         let excess = match (&self.form, &sky.kind) {
@@ -106,7 +107,7 @@ impl SkySampler {
             _ => None,
         };
         match excess {
-            // What the whole sky gives is what the choice among lights goes by.
+            // The choice among lights needs the flux of the whole sky.
             Some(excess) => Self {
                 flux: self.flux,
                 ..excess.with_small(sky)
@@ -126,9 +127,8 @@ impl SkySampler {
         })
     }
 
-    /// Knows its small bright parts. The mean density of directions drawn is ∫p², by which few
-    /// directions that hold much of the light count as much as their noise does in a path that
-    /// meets them by chance.
+    /// Detects small bright parts. The mean density of sampled directions is ∫p². It measures the
+    /// concentration of the light, and so the noise of paths that hit the bright part by chance.
     fn with_small<R: Real>(self, sky: &SkyRadiance<R>) -> Self {
         const SIDE: u16 = 16;
         let middle = |i: u16| (f32::from(i) + 0.5) / f32::from(SIDE);
@@ -143,19 +143,19 @@ impl SkySampler {
         }
     }
 
-    /// Density of being drawn from which on a direction is in a small bright part of the sky; none
-    /// where there is no such part.
+    /// Sampling density from which on a direction belongs to a small bright part of the sky; `None`
+    /// without such a part.
     #[inline(always)]
     pub fn small(&self) -> Option<f64> {
         self.small
     }
 
-    /// Radiance of the three channels over all directions, summed.
+    /// Integral of the radiance over the sphere, summed over the three channels.
     pub fn flux(&self) -> f64 {
         self.flux
     }
 
-    /// Draws a direction for two numbers in [0, 1), as `from` sees it; none where the sky is black.
+    /// Samples a direction for two numbers in [0, 1) from the point `from`; `None` if it is black.
     pub fn sample<R: Real>(
         &self,
         sky: &SkyRadiance<R>,
@@ -175,12 +175,12 @@ impl SkySampler {
         )
     }
 
-    /// The direction that [`Self::sample`] draws.
+    /// The direction of [`Self::sample`].
     pub fn drawn<R: Real>(&self, position: [f32; 2]) -> R::Vec3 {
         R::Vec3::from_f64(self.direction(position.map(f64::from)))
     }
 
-    /// [`Self::drawn`] of many, one after the other: in less time than one by one.
+    /// [`Self::drawn`] of many, one after the other; faster than one by one.
     pub fn drawn_each<R: Real>(&self, positions: impl Iterator<Item = [f32; 2]>) -> Vec<R::Vec3> {
         let SkyForm::Lobes { lobes, shares } = &self.form else {
             return positions.map(|at| self.drawn::<R>(at)).collect();
@@ -195,7 +195,7 @@ impl SkySampler {
         directions.into_iter().map(R::Vec3::from_f64).collect()
     }
 
-    /// The rest of [`Self::sample`], where it is known what is seen in the direction.
+    /// The rest of [`Self::sample`], given the radiance of the direction.
     #[inline]
     pub fn sample_seen<R: Real>(
         &self,
@@ -203,7 +203,7 @@ impl SkySampler {
         seen: &SkySample<R>,
         probability: f64,
     ) -> Option<LightSample<R>> {
-        // Of the direction as it is stored, so that a ray that finds the sky there hears the same.
+        // Density of the stored direction, so that a ray that hits the sky there computes the same.
         let density = self.density::<R>(direction, seen.place) * probability;
         let arriving = seen.radiance * R::from_f64(1.0 / density);
         (density > 0.0 && arriving.is_finite() && arriving.max_element() > R::ZERO).then_some(
@@ -227,7 +227,7 @@ impl SkySampler {
         }
     }
 
-    /// The density over solid angle of drawing a direction that has this [`SkyRadiance::place`].
+    /// Density by solid angle of a direction with this [`SkyRadiance::place`].
     pub fn density<R: Real>(&self, direction: R::Vec3, place: [R; 2]) -> f64 {
         match &self.form {
             SkyForm::Even => 0.25 * FRAC_1_PI,
@@ -237,7 +237,7 @@ impl SkySampler {
                     .iter()
                     .enumerate()
                     .map(|(i, lobe)| (super::cdf::share(shares, i), lobe));
-                // What is never drawn adds nothing.
+                // Lobes of zero probability add nothing.
                 drawn
                     .filter(|&(share, _)| share > 0.0)
                     .map(|(share, lobe)| share * lobe.density(direction.to_f64()))
@@ -247,7 +247,7 @@ impl SkySampler {
     }
 }
 
-/// By the midpoint rule in cells of equal solid angle.
+/// Flux by the midpoint rule in cells of equal solid angle.
 fn flux_by_quadrature<R: Real>(sky: &SkyRadiance<R>) -> f64 {
     const ROWS: u32 = 32;
     const COLUMNS: u32 = 64;
@@ -262,9 +262,9 @@ fn flux_by_quadrature<R: Real>(sky: &SkyRadiance<R>) -> f64 {
     total * 4.0 * PI / f64::from(ROWS * COLUMNS)
 }
 
-/// The cells of a picture are its texels. Between their middles radiance is blended, so the mean of
-/// a cell has an eighth of each neighbour's in both axes, and a black texel beside a bright one is
-/// drawn.
+/// Grid of an image, with its texels as cells. Radiance is interpolated between texel centres, so
+/// the mean of a cell has an eighth of each neighbour in both axes, and a black texel beside a
+/// bright one has a density above zero.
 fn grid<R: Real>(map: &Map<R>, drawn: impl Fn(f64) -> f64) -> Option<SphereGrid> {
     let (width, height) = (map.image.width as usize, map.image.height as usize);
     let texels: Vec<f64> = (0..width * height)

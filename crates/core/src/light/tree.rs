@@ -1,10 +1,10 @@
-//! A tree over lights that have a place: each node knows where its lights are, which way they shine
-//! and how much, and so how much of it may arrive at a point ("Importance Sampling of Many Lights
-//! with Adaptive Tree Splitting", Conty Estevez, Kulla 2018; "Physically Based Rendering", 4th
-//! edition, 12.6.3).
+//! A light tree over positioned lights. Each node bounds its lights in position, direction and
+//! power, and so the light that may arrive at a point ("Importance Sampling of Many Lights with
+//! Adaptive Tree Splitting", Conty Estevez, Kulla 2018; "Physically Based Rendering", 4th edition,
+//! 12.6.3).
 //!
-//! A node has up to eight groups below it. A tree of pairs has three times the levels, each of
-//! which waits for the one before it and for memory, and guesses which way the processor goes on.
+//! A node has up to eight children. A binary tree has three times the levels; each level waits for
+//! the one before it and for memory, and mispredicts branches.
 
 mod build;
 mod node;
@@ -17,31 +17,31 @@ use node::{LightNode, WIDTH, running};
 
 use super::{LightBounds, LightId};
 
-/// A light that has a place.
+/// A positioned light.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Leaf {
     pub light: LightId,
     pub bounds: LightBounds,
-    /// Above zero, finite.
+    /// Positive and finite.
     pub power: f64,
 }
 
-/// A point that is lit.
+/// A receiving point.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Receiver {
     pub at: DVec3,
-    /// Unit, on the side that is lit; zero where both are.
+    /// Unit normal on the receiving side; zero if both sides receive light.
     pub normal: DVec3,
 }
 
-/// What is in a place: of the tree's one at its top, or of the [`WIDTH`] that each node has.
+/// Content of a slot: the root slot, or one of the [`WIDTH`] slots of a node.
 #[derive(Clone, Copy, Debug)]
 enum Content {
     Inner(u32),
     Light(LightId),
 }
 
-/// Lights by place, direction and power.
+/// Tree over lights by position, direction and power.
 #[derive(Clone, Debug, Default)]
 pub(super) struct LightTree {
     top: Option<Content>,
@@ -49,15 +49,15 @@ pub(super) struct LightTree {
 }
 
 impl LightTree {
-    /// No place: of a light that is not in the tree.
+    /// Slot of a light outside the tree.
     pub const NONE: u32 = u32::MAX;
-    /// The place at the top. Others are `WIDTH` times the node, and which of its groups.
+    /// The root slot. Others are `WIDTH` times the node plus the child.
     const TOP: u32 = u32::MAX - 1;
 
-    /// Over lights that have power; `place` hears where each one is.
+    /// Builds the tree over lights of positive power; calls `place` with the slot of each light.
     pub fn new(mut leaves: Vec<Leaf>, mut place: impl FnMut(LightId, u32)) -> Self {
         let mut tree = Self::default();
-        // What is still to be put somewhere.
+        // Groups without a slot yet.
         let mut open: Vec<(Group, u32)> = Group::of_all(&leaves)
             .map(|all| (all, Self::TOP))
             .into_iter()
@@ -87,7 +87,7 @@ impl LightTree {
         self.top.is_none()
     }
 
-    /// Levels below the first node.
+    /// Levels of nodes.
     #[cfg(test)]
     pub fn depth(&self) -> usize {
         let mut depths = vec![1; self.nodes.len()];
@@ -102,10 +102,10 @@ impl LightTree {
         size_of_val(self.nodes.as_slice()) as u64
     }
 
-    /// At least the bytes of the nodes over so many lights: a node has eight groups or no more than
-    /// lights, so that there are most where lights end up in pairs, half as many as lights and a
-    /// seventh of that above them. (Only groups again and again far smaller than their distances
-    /// may need more, see [`divide`].)
+    /// Estimate of the nodes' bytes for a number of lights. A node has eight children or at most as
+    /// many as lights. So nodes are most numerous if lights end up in pairs: half as many as
+    /// lights, and a seventh of that above them. (Only groups again and again far smaller than
+    /// their distances may need more, see [`divide`].)
     pub fn bytes_of(lights: u64) -> u64 {
         let nodes = if lights > 1 {
             lights.saturating_mul(4) / 7 + 1
@@ -115,8 +115,8 @@ impl LightTree {
         nodes.saturating_mul(size_of::<LightNode>() as u64)
     }
 
-    /// A light for each point and its number in [0, 1), and the light's probability; none where
-    /// none sends anything.
+    /// Samples a light and its probability for each point and its number in [0, 1); `None` if no
+    /// light can contribute.
     pub fn draw<const N: usize>(
         &self,
         points: &[Option<(Receiver, f64)>; N],
@@ -130,7 +130,7 @@ impl LightTree {
         }
     }
 
-    /// The node that is in a place; none where a light is, or nothing.
+    /// The node in a slot; `None` for a light or an empty slot.
     #[inline(always)]
     fn node(&self, content: Content) -> Option<&LightNode> {
         match content {
@@ -139,8 +139,8 @@ impl LightTree {
         }
     }
 
-    /// Level by level, each step of all points: what one waits for, roots and quotients and its
-    /// node, the others do not.
+    /// Traverses level by level, each step for all points: the latencies of one point (roots,
+    /// quotients, its node) overlap with the others.
     #[inline(always)]
     fn drawn<const N: usize>(
         &self,
@@ -172,15 +172,15 @@ impl LightTree {
                 };
                 let sums = running(&importances[i]);
                 let total = sums[WIDTH];
-                // Also for what is no number.
+                // True for NaN too.
                 if !(total > 0.0 && total.is_finite()) {
                     content[i] = nothing;
                     continue;
                 }
                 let at = u[i] * total;
-                // A number below one times the sum is below the sum, so that this is a group with
-                // importance. Counted, not looked for: a processor guesses wrongly where a search
-                // ends.
+                // A number below one times the sum is below the sum, so this is a child of positive
+                // importance. It is counted, not searched, because the end of a search is
+                // mispredicted.
                 let mut lane = 0;
                 for &sum in &sums[1..WIDTH] {
                     lane += usize::from(sum <= at);
@@ -193,8 +193,8 @@ impl LightTree {
         }
     }
 
-    /// The probability of drawing the light of a place. Multiplied from the top down, as
-    /// [`LightTree::draw`] does: the same bits.
+    /// Probability of sampling the light of a slot. Multiplied from the root down as in
+    /// [`LightTree::draw`], for the same bits.
     pub fn probability(&self, place: u32, receiver: &Receiver) -> f64 {
         if place == Self::TOP {
             return 1.0;
@@ -212,10 +212,10 @@ impl LightTree {
     }
 }
 
-/// The greatest number below one.
+/// Greatest number below one.
 const BELOW_ONE: f64 = 1.0 - f64::EPSILON / 2.0;
 
-/// [`LightTree::draw`], for wide registers.
+/// Task: [`LightTree::draw`] with wide registers.
 struct Draw<'a, const N: usize> {
     tree: &'a LightTree,
     points: &'a [Option<(Receiver, f64)>; N],

@@ -1,18 +1,18 @@
-//! Which lights have lit anything: one that is shut away from every path is missing in the picture
-//! and in its error alike, so that it can only be told by counting. A lamp in a closed box may be
-//! meant; that its light is nowhere is worth saying all the same.
+//! Counts of lights' contributions. A light enclosed from every path is missing both in the picture
+//! and in its error estimate, so only counting reveals it. A lamp in a closed box may be intended;
+//! its missing light is reported all the same.
 
 use raywright_bvh::Real;
 
 use super::{LightId, Lights};
 
-/// Instead of a number of rays: some light arrived.
+/// Marks, in place of a number of rays, that light arrived.
 const LIT: u32 = u32::MAX;
 
-/// For each light without size and each emitter how many rays to it were stopped, until one
-/// arrives. Each worker of a render counts by itself, and a film adds up what its renders counted:
-/// a counter that workers share would be fetched from another's cache at every such ray. Nothing
-/// that is rendered depends on it, and the sum not on the order in which rays were traced.
+/// For each delta light and emitter the number of blocked shadow rays, until light arrives. Each
+/// worker of a render counts for itself, and a film adds the counts: a shared counter would move
+/// between the workers' caches at every such ray. The counts affect no pixel, and their sum does
+/// not depend on the order of rays.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct LightUsage {
     deltas: usize,
@@ -20,7 +20,7 @@ pub(crate) struct LightUsage {
 }
 
 impl LightUsage {
-    /// Nothing is known yet of these lights.
+    /// Zero counts for these lights.
     pub fn new<R: Real>(lights: &Lights<R>) -> Self {
         let (deltas, emitters) = (lights.delta.len(), lights.emitters.len());
         Self {
@@ -37,7 +37,7 @@ impl LightUsage {
         }
     }
 
-    /// Counts a ray to a light, or a path that met it.
+    /// Counts a shadow ray to a light, or a path that hit the light.
     #[inline(always)]
     pub fn count(&mut self, light: LightId, arrived: bool) {
         let Some(stopped) = self
@@ -49,7 +49,7 @@ impl LightUsage {
         *stopped = sum(*stopped, if arrived { LIT } else { 1 });
     }
 
-    /// Adds what another worker counted of the same lights.
+    /// Adds another worker's counts of the same lights.
     pub fn add(&mut self, other: &Self) {
         if self.stopped.is_empty() {
             self.clone_from(other);
@@ -61,7 +61,7 @@ impl LightUsage {
             .for_each(|(own, &other)| *own = sum(*own, other));
     }
 
-    /// How many rays to a light were stopped, where none arrived.
+    /// Number of blocked shadow rays to a light; `None` if light arrived.
     pub fn in_vain(&self, light: LightId) -> Option<u32> {
         self.stopped
             .get(self.place(light)?)
@@ -69,14 +69,14 @@ impl LightUsage {
             .filter(|&stopped| stopped != LIT)
     }
 
-    /// Bytes of the tables of so many lights, one for each worker of this pool and the sum.
+    /// Bytes of the tables for a number of lights, one for each worker of this pool and the sum.
     pub fn bytes_of(lights: u64) -> u64 {
         let tables = rayon::current_num_threads() as u64 + 1;
         lights.saturating_mul(size_of::<u32>() as u64 * tables)
     }
 }
 
-/// Rays that were stopped in all: as many as can be counted, unless light arrived.
+/// Sum of blocked rays, saturating; [`LIT`] if light arrived.
 #[inline(always)]
 fn sum(a: u32, b: u32) -> u32 {
     if a == LIT || b == LIT {
@@ -97,8 +97,8 @@ mod tests {
         }
     }
 
-    /// Protects: what two workers counted adds up in either order, also where there are more rays
-    /// than can be counted; light that one of them saw stays seen, and the sky is not counted.
+    /// Protects: the counts of two workers add up in either order, also beyond the range of the
+    /// counter; light that one of them saw stays seen, and the sky is not counted.
     #[test]
     fn workers_add_up() {
         let (mut usage, lamp) = (of([0, 0]), LightId::Emitter(0));

@@ -1,6 +1,6 @@
-//! Where on a triangle points are drawn whose emission varies: in cells of the square that
-//! [`sample_area`] folds onto it, each in the share of what it gives off. Images of lamps are dark
-//! mostly, and of points that are drawn evenly most would light nothing.
+//! Importance sampling of triangles with varying emission. Points are sampled in cells of the
+//! square that [`sample_area`] folds onto the triangle, each by its share of the emission. Images
+//! of lamps are mostly dark, so most uniformly sampled points would contribute nothing.
 //!
 //! [`sample_area`]: raywright_bvh::shapes::SampleArea::sample_area
 
@@ -9,46 +9,43 @@ use raywright_bvh::allocate_fallibly;
 
 use crate::light::cdf::{pick, push_shares, share};
 
-/// So much more than its darkest cell a triangle's brightest one gives off, or all of it is drawn
-/// from alike.
+/// Ratio of brightest to darkest cell up to which a triangle is sampled uniformly.
 const EVEN: f64 = 1.25;
-/// Share of the mean that every cell is drawn for: one point of a cell does not say that all of it
-/// is dark.
+/// Share of the mean emission added to every cell: one dark point does not prove a dark cell.
 const LEAST: f64 = 0.1;
 
-/// The cells of one triangle: where they begin in their table, and how many there are each way.
+/// The cells of one triangle: their start in the table, and their number along each side.
 #[derive(Clone, Copy, Debug)]
 pub(in crate::light) struct Cells {
     start: u32,
     across: u32,
 }
 
-/// The cells of all triangles that have any: of each the running sum of rows, and of the cells of
-/// each row.
+/// The cells of all such triangles: for each the cumulative distribution of rows, and of the cells
+/// of each row.
 #[derive(Clone, Debug, Default)]
 pub(super) struct CellTable {
     sums: Vec<f32>,
 }
 
 impl CellTable {
-    /// Makes room for so many triangles with so many cells each way: as much as is told before
-    /// anything is built, whether they need it or not.
+    /// Reserves memory for a number of triangles with `across` cells along each side: the estimate
+    /// that is reported before building, whether or not it is needed.
     pub fn reserve(&mut self, triangles: u64, across: u64) {
         let sums =
             usize::try_from(triangles.saturating_mul(across * (across + 1))).unwrap_or(usize::MAX);
-        // Where there is no room for all of them there is none for their triangles either, which
-        // say so.
+        // If this allocation fails, the triangles' own allocation fails too and reports it.
         let _ = allocate_fallibly(|| self.sums.try_reserve_exact(sums));
     }
 
-    /// Adds the cells of a triangle from what is given off in the middle of each, row by row; none
-    /// where that is nearly the same everywhere.
+    /// Adds the cells of a triangle from the emission at the middle of each, row by row; `None` if
+    /// the emission is nearly uniform.
     pub fn push(&mut self, across: usize, found: &[f64]) -> Option<Cells> {
         let [darkest, brightest] = [
             found.iter().fold(f64::INFINITY, |a, &b| a.min(b)),
             found.iter().fold(0.0_f64, |a, &b| a.max(b)),
         ];
-        // A table of more than 32 bits count is not gone on with.
+        // A table too large for 32-bit indices ends here.
         let start = u32::try_from(self.sums.len())
             .ok()
             .filter(|_| across > 1 && brightest > darkest * EVEN)?;
@@ -68,11 +65,11 @@ impl CellTable {
     fn append(&mut self, weights: &[f64]) {
         let mut shares = Vec::with_capacity(weights.len());
         push_shares(&mut shares, weights);
-        // What a share is rounded to is what it is drawn by.
+        // The rounded share is the sampling probability.
         self.sums.extend(shares.iter().map(|&share| share as f32));
     }
 
-    /// The running sum of rows, and that of a row.
+    /// The cumulative distribution of rows, and of a row's cells.
     fn row(&self, Cells { start, across }: Cells, row: usize) -> [&[f32]; 2] {
         let (start, across) = (start as usize, across as usize);
         [
@@ -81,7 +78,7 @@ impl CellTable {
         ]
     }
 
-    /// The place in the square for two numbers in [0, 1), and how densely it is drawn there.
+    /// Samples a point in the square for two numbers in [0, 1), and returns its density.
     pub fn place(&self, cells: Cells, [u, v]: [f64; 2]) -> ([f64; 2], f64) {
         let across = f64::from(cells.across);
         let (y, of_row, down) = pick(self.row(cells, 0)[0], v);
@@ -92,7 +89,7 @@ impl CellTable {
         )
     }
 
-    /// How densely a place in the square is drawn.
+    /// Sampling density of a point in the square.
     pub fn density(&self, cells: Cells, [u, v]: [f64; 2]) -> f64 {
         let across = f64::from(cells.across);
         let at = |x: f64| ((x * across) as usize).min(cells.across as usize - 1);
@@ -105,13 +102,13 @@ impl CellTable {
     }
 }
 
-/// Bytes of the cells of so many triangles, so many each way.
+/// Bytes of the cells of a number of triangles with `across` cells along each side.
 pub(super) fn bytes_of(triangles: u64, across: u64) -> u64 {
     triangles.saturating_mul(across * (across + 1) * size_of::<f32>() as u64)
 }
 
-/// What a cell counts: half of what was found in it, and half of the most in and beside it, where
-/// what was found there may begin.
+/// Weight of a cell: half of its own emission, and half of the greatest emission in and around it,
+/// whose bright part may extend into the cell.
 fn weight(found: &[f64], across: usize, cell: usize) -> f64 {
     let (x, y) = (cell % across, cell / across);
     let beside = |at: usize| at.saturating_sub(1)..=(at + 1).min(across - 1);
@@ -121,15 +118,14 @@ fn weight(found: &[f64], across: usize, cell: usize) -> f64 {
     0.5 * (found[cell] + most)
 }
 
-/// Where a point of a triangle lies in the square that is folded onto it: the way back from
-/// `sample_area`.
+/// Coordinates of a triangle's point in the square: the inverse of `sample_area`.
 pub(super) fn unfolded([a, b, c]: [DVec3; 3], point: DVec3) -> [f64; 2] {
     let normal = (b - a).cross(c - a);
     let over = 1.0 / normal.length_squared();
     let of_b = (c - point).cross(a - point).dot(normal) * over;
     let of_c = (a - point).cross(b - point).dot(normal) * over;
     let root = (1.0 - of_b).clamp(0.0, 1.0);
-    // The second corner is a whole side of the square.
+    // The second corner of the triangle is a whole side of the square.
     let along = if root > 0.0 {
         (of_c / root).clamp(0.0, 1.0)
     } else {
@@ -145,7 +141,7 @@ mod tests {
 
     use super::*;
 
-    /// Cells behind those of another triangle, as they mostly are.
+    /// Cells after those of another triangle, the usual case.
     fn table(across: usize, found: &[f64]) -> (CellTable, Cells) {
         let mut table = CellTable::default();
         table.push(2, &[0.0, 0.0, 0.0, 1.0]);
@@ -153,9 +149,9 @@ mod tests {
         (table, cells)
     }
 
-    /// Protects: what one bright cell of 64 and its neighbours are drawn for, by hand: 1 and eight
-    /// times a half, and everywhere a tenth of the mean of 1/64; in a corner, three neighbours.
-    /// What is even has no cells.
+    /// Protects: one bright cell of 64 and its neighbours have the weights by hand: 1 and eight
+    /// times a half, plus a tenth of the mean of 1/64 everywhere; in a corner, three neighbours.
+    /// Uniform emission has no cells.
     #[test]
     fn bright_cells_are_drawn_most() {
         for (bright, neighbours, beside, far) in [
@@ -191,9 +187,8 @@ mod tests {
         assert_eq!(table.bytes(), bytes_of(1, 2));
     }
 
-    /// Protects: a place is drawn as densely as is said of it when it is drawn, and as is said of
-    /// it when it is found again; over all numbers one over the density is the square's area; and a
-    /// triangle's point leads back to its place.
+    /// Protects: the density at sampling equals the density at look-up; the mean of one over the
+    /// density is the square's area; and a triangle's point maps back to its place in the square.
     #[test]
     fn places_are_drawn_as_densely_as_is_said() {
         let triangle = Triangle {
@@ -230,7 +225,7 @@ mod tests {
                 );
                 area += 1.0 / density / f64::from(count * count);
             }
-            // The middles of bars miss the borders of cells by at most half a bar.
+            // The midpoints miss the borders of cells by at most half a step.
             assert!((area - 1.0).abs() < 0.02, "{area} for {across}");
         }
     }

@@ -1,4 +1,4 @@
-//! Flat emitters of which points are drawn over their solid angles, several at a time.
+//! Solid-angle sampling of several flat emitters side by side.
 
 use raywright_bvh::{Loops, Real, SurfacePoint, Vector, widest};
 
@@ -7,7 +7,7 @@ use super::point::{EmitterPoint, PointDensity, outwards};
 use crate::light::lanes::{Column, LANES, LightLanes, SurfaceLanes, Vec3Column, put, vector};
 use crate::light::polygon::{Polygon, PolygonLanes};
 
-/// Emitters and the points that see them, in columns.
+/// Emitters and the points that they light, in columns.
 pub(in crate::light) struct EmitterLanes<R: Real> {
     polygons: PolygonLanes<LANES>,
     from: Vec3Column<R>,
@@ -32,7 +32,7 @@ impl<R: Real> EmitterLanes<R> {
         }
     }
 
-    /// Puts an emitter with a plane and the point that sees it in a lane.
+    /// Puts a flat emitter and the point that it lights into a lane.
     #[inline(always)]
     pub fn put(
         &mut self,
@@ -58,8 +58,8 @@ impl<R: Real> EmitterLanes<R> {
         self.probability[lane] = probability;
     }
 
-    /// Draws a point of each and shows it. What comes of it: whether it sends something; none: it
-    /// is seen as too small.
+    /// Samples a point of each emitter. A lane returns whether its sample contributes, or `None` if
+    /// the solid angle is too small.
     #[inline]
     pub fn draw(&self, out: &mut LightLanes<R>) -> Column<Option<bool>> {
         let drawn = widest(DrawEmitters(self));
@@ -75,7 +75,7 @@ impl<R: Real> EmitterLanes<R> {
 
 struct DrawEmitters<'a, R: Real>(&'a EmitterLanes<R>);
 
-/// Points of emitters, as [`LightLanes`] has them.
+/// Sampled points of emitters, in the layout of [`LightLanes`].
 struct ShownEmitters<R: Real> {
     surface: SurfaceLanes<R>,
     direction: Vec3Column<R>,
@@ -90,7 +90,7 @@ impl<R: Real> Loops for DrawEmitters<'_, R> {
     fn run(self) -> Self::Output {
         let Self(emitters) = self;
         let drawn = emitters.polygons.draw();
-        // Lists of their own, which the compiler knows to lie apart from what is read.
+        // Separate arrays, which the compiler knows not to alias the inputs.
         let (mut surface, mut direction, mut arriving) = (
             SurfaceLanes::new(),
             [[R::ZERO; LANES]; 3],

@@ -1,4 +1,4 @@
-//! The tables of emitters, as preparation fills them.
+//! The tables of emitters, filled by preparation.
 
 use glam::DVec3;
 use raywright_bvh::shapes::{AnyShape, Quad, TransformedShape, Triangle};
@@ -7,25 +7,25 @@ use raywright_bvh::{Real, Side, Vector};
 use super::cells::{CellTable, Cells, bytes_of};
 use crate::light::Polygon;
 
-/// Geometry of an emitter in the world.
+/// World-space geometry of an emitter.
 #[derive(Clone, Copy, Debug)]
 pub(in crate::light) enum EmitterShape<R: Real> {
     Plain(AnyShape<R>),
-    /// Under a map: its place in the list of those.
+    /// A transformed shape: its index in the list of these.
     Placed(u32),
 }
 
-/// What is the same all over a flat emitter.
+/// Constants of a flat emitter.
 #[derive(Clone, Copy, Debug)]
 pub(in crate::light) struct EmitterPlane {
-    /// Outwards, unit.
+    /// Outward unit normal.
     pub normal: DVec3,
-    /// Bound on how far points may be off.
+    /// Bound on the error of its points.
     pub error: f64,
 }
 
 impl EmitterPlane {
-    /// Of triangles and quads.
+    /// The plane of a triangle or quad.
     fn of<R: Real>(shape: &AnyShape<R>) -> Option<Self> {
         let half = R::from_f64(0.5);
         let flat = matches!(shape, AnyShape::Triangle(_) | AnyShape::Quad(_));
@@ -41,26 +41,26 @@ impl EmitterPlane {
 #[derive(Clone, Copy, Debug)]
 pub(in crate::light) struct Emitter<R: Real> {
     pub form: EmitterShape<R>,
-    /// What it gives off; the mean of it where that varies.
+    /// Emitted radiance; the mean if it varies.
     pub radiance: R::Vec3,
-    /// Whether it varies, so that it is known only where a ray meets it.
+    /// Whether emission varies, so that it must be evaluated at the hit.
     pub varies: bool,
-    /// Whether a ray may pass it.
+    /// Whether a ray may pass through the surface.
     pub passable: bool,
-    /// Which sides give off light: those that can be seen.
+    /// The emissive sides, limited to visible ones.
     pub side: Side,
-    /// Area of the surface in the world; zero where it has none that points could be drawn from.
+    /// Area of the surface in the world; zero if no points can be sampled from it.
     pub area: f64,
-    /// Where on a triangle points are drawn; none: everywhere alike.
+    /// Sampling cells of a triangle; `None` for uniform sampling.
     pub cells: Option<Cells>,
-    /// The plane of a triangle or quad that is under no map.
+    /// The plane of an untransformed triangle or quad.
     pub plane: Option<EmitterPlane>,
-    /// Whether it is the second half of the quad before it, which has its light.
+    /// Whether this triangle is the second half of the quad before it, which holds its light.
     pub is_second: bool,
 }
 
 impl<R: Real> Emitter<R> {
-    /// Sum of what it gives off in all directions, up to a factor that all emitters share.
+    /// Emitted flux, up to a factor that all emitters share.
     pub fn power(&self) -> f64 {
         let radiance = self.radiance.to_f64();
         (radiance.x + radiance.y + radiance.z)
@@ -70,8 +70,8 @@ impl<R: Real> Emitter<R> {
 }
 
 impl<R: Real> Emitter<R> {
-    /// What its points are shown with: what it gives off, or one where that is known only when a
-    /// ray meets it.
+    /// Radiance assumed by sampling: the emitted radiance, or one if the emission must be evaluated
+    /// at the hit.
     #[inline(always)]
     pub fn shown_radiance(&self) -> R::Vec3 {
         if self.varies {
@@ -81,11 +81,11 @@ impl<R: Real> Emitter<R> {
         }
     }
 
-    /// The polygon that it is, if it is one and has a plane.
+    /// The emitter's polygon, if it is a triangle or quad with a plane.
     #[inline(always)]
     pub fn polygon(&self) -> Option<Polygon> {
         self.plane?;
-        // One by one: an array's map is not always inlined.
+        // One by one: `map` of an array is not always inlined.
         match &self.form {
             EmitterShape::Plain(AnyShape::Triangle(Triangle {
                 vertices: [a, b, c],
@@ -103,19 +103,20 @@ impl<R: Real> Emitter<R> {
     }
 }
 
-/// What an emitter gives off.
+/// Emission of an emitter.
 #[derive(Clone, Copy, Debug)]
 pub struct EmissionEstimate<R: Real> {
-    /// Radiance; the mean of it where it varies, by which it is asked as often as it is worth.
+    /// Emitted radiance; the mean if it varies, by which the emitter is chosen.
     pub radiance: R::Vec3,
-    /// Whether it varies.
+    /// Whether emission varies over the surface.
     pub varies: bool,
-    /// Whether a ray may pass it, so that what is behind its first point is seen too.
+    /// Whether a ray may pass through the surface, so that light from behind its first hit counts
+    /// too.
     pub passable: bool,
 }
 
 impl<R: Real> EmissionEstimate<R> {
-    /// The same radiance everywhere.
+    /// Uniform emission.
     pub fn even(radiance: R::Vec3) -> Self {
         Self {
             radiance,
@@ -124,8 +125,8 @@ impl<R: Real> EmissionEstimate<R> {
         }
     }
 
-    /// The mean of what was found in places that are even over a surface; `passable`: whether a ray
-    /// may pass it.
+    /// Varying emission by the mean of radiances at points uniform over a surface. `passable`:
+    /// whether a ray may pass through the surface.
     pub fn varied(found: &[R::Vec3], passable: bool) -> Self {
         let sum = found
             .iter()
@@ -138,7 +139,7 @@ impl<R: Real> EmissionEstimate<R> {
     }
 }
 
-/// Emitters as preparation finds them, object by object.
+/// The emitters of a scene, object by object.
 #[derive(Clone, Debug, Default)]
 pub struct EmitterList<R: Real> {
     pub(super) emitters: Vec<Emitter<R>>,
@@ -148,18 +149,19 @@ pub struct EmitterList<R: Real> {
 }
 
 impl<R: Real> EmitterList<R> {
-    /// Makes room for so many triangles whose emission varies, of so many cells each way.
+    /// Reserves memory for a number of triangles of varying emission with `across` cells along each
+    /// side.
     pub fn reserve_cells(&mut self, triangles: u64, across: u64) {
         self.cells.reserve(triangles, across);
     }
 
-    /// What is added from here on belongs to the next object, in the order of the scene's objects.
+    /// Begins the next object, in the order of the scene's objects; later emitters belong to it.
     pub fn next_object(&mut self) {
         self.first.push(self.emitters.len() as u32);
     }
 
-    /// Bytes of so many emitters, some of them under maps and some triangles with so many cells
-    /// each way, of a scene of so many objects, with the sums by which they are drawn.
+    /// Bytes of the tables for numbers of emitters, of transformed shapes among them, of objects,
+    /// and of triangles with `across` cells along each side; cumulative distributions included.
     pub(crate) fn bytes_of(
         emitters: u64,
         placed: u64,
@@ -180,7 +182,8 @@ impl<R: Real> EmitterList<R> {
         tables.saturating_add(bytes_of(triangles, across))
     }
 
-    /// Adds a shape, or the next triangle of a mesh. `area`: where the caller knows it.
+    /// Adds a shape, or the next triangle of a mesh, and returns its area. `area`: the area, if
+    /// known.
     pub fn plain(
         &mut self,
         shape: AnyShape<R>,
@@ -209,8 +212,8 @@ impl<R: Real> EmitterList<R> {
         area
     }
 
-    /// Adds the next two triangles of a mesh, which are the halves of a quad and give off the same
-    /// everywhere: one light, drawn from as a whole.
+    /// Adds the next two triangles of a mesh, the halves of a quad of uniform emission: one light,
+    /// sampled as a whole.
     pub fn halves(&mut self, quad: Quad<R>, radiance: R::Vec3, side: Side) {
         self.plain(
             AnyShape::Quad(quad),
@@ -227,8 +230,9 @@ impl<R: Real> EmitterList<R> {
         }
     }
 
-    /// Adds the next triangle of a mesh whose emission varies, from what it gives off in the
-    /// middles of cells of the square that is folded onto it, row by row, so many each way.
+    /// Adds the next triangle of a mesh, with varying emission. `found` holds the radiance at the
+    /// middles of cells of the square that is folded onto the triangle, row by row, `across` cells
+    /// along each side.
     pub fn varied(
         &mut self,
         triangle: Triangle<R>,
@@ -252,7 +256,7 @@ impl<R: Real> EmitterList<R> {
         }
     }
 
-    /// Adds a shape under a map.
+    /// Adds a transformed shape and returns its area.
     pub fn placed(
         &mut self,
         placed: TransformedShape<R>,
@@ -283,7 +287,7 @@ impl<R: Real> EmitterList<R> {
     }
 }
 
-/// An area that points can be drawn from.
+/// A finite area, or zero.
 fn finite(area: Option<f64>) -> f64 {
     area.filter(|a| a.is_finite()).unwrap_or(0.0)
 }

@@ -1,4 +1,4 @@
-//! Lamps by their middles: where shadows are hard, all of a lamp's light arrives or none of it.
+//! Area lights with hard shadows: a shadow ray to the centre decides on all of a light.
 
 use raywright_bvh::shapes::{AnyShape, Cylinder, Ends};
 use raywright_bvh::{Real, Vector};
@@ -7,10 +7,11 @@ use super::{EmitterShape, Emitters};
 use crate::light::{LightSample, Target};
 
 impl<R: Real> Emitters<R> {
-    /// What was drawn of an emitter, aimed at its middle: that of its bounds, or a point of a
-    /// triangle, whose bounds' middle it need not hold. As it was drawn to who is within the bounds
-    /// of a closed shape; none where such a shape itself hides what was drawn, because rays to its
-    /// middle pass it. What else of its own light a torus hides is not noticed.
+    /// Redirects a light sample to the centre of its emitter: the centre of the bounds, or a point
+    /// of a triangle, whose bounds' centre may lie off it. Inside the bounds of a closed shape the
+    /// sample stays as it is. Returns `None` if the sampled point is on the far side of a closed
+    /// shape, because rays to the centre pass the shape itself. Self-shadowing of a torus beyond
+    /// that is ignored.
     pub fn by_middle(
         &self,
         index: u32,
@@ -56,7 +57,7 @@ impl<R: Real> Emitters<R> {
     }
 }
 
-/// Whether a shape has an inside, from where none of its outside is seen.
+/// Whether a shape is closed: no point inside sees the outside of its surface.
 fn is_closed<R: Real>(shape: &AnyShape<R>) -> bool {
     matches!(
         shape,

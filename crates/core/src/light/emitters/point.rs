@@ -1,14 +1,14 @@
-//! A point of an emitter as it is shown to the point that it lights.
+//! A sampled point of an emitter, relative to the point that it lights.
 
 use glam::DVec3;
 use raywright_bvh::{Real, Side, Surface, SurfacePoint, Vector};
 
-/// A point of an emitter as another point sees it.
+/// Direction, distance and cosine of an emitter's point.
 pub(super) struct Facing {
-    /// Unit direction to it.
+    /// Unit direction to the emitter's point.
     pub direction: DVec3,
     pub squared: f64,
-    /// Between that direction and the normal of the side that shines; negative behind.
+    /// Cosine between the direction and the normal of the emissive side; negative behind.
     pub cosine: f64,
 }
 
@@ -31,7 +31,7 @@ impl Facing {
     }
 }
 
-/// Which way light leaves a surface, by the sign: out, in, or both.
+/// Emissive side as a sign: 1 outside, −1 inside, 0 both.
 pub(super) fn outwards(side: Side) -> f64 {
     match side {
         Side::Outside | Side::Culled => 1.0,
@@ -40,12 +40,12 @@ pub(super) fn outwards(side: Side) -> f64 {
     }
 }
 
-/// A point of an emitter as it is shown to another point.
+/// A sampled point of an emitter with its density and weight.
 pub(super) struct EmitterPoint<R: Real> {
     pub surface: Surface<R>,
     pub direction: DVec3,
     pub density: f64,
-    /// Factor of the radiance; zero, or no number, where nothing is sent there.
+    /// Factor of the radiance; zero or NaN without a contribution.
     pub weight: f64,
 }
 
@@ -70,7 +70,7 @@ impl<R: Real> EmitterPoint<R> {
                 (density, if cosine > 0.0 { 1.0 / density } else { 0.0 })
             }
             PointDensity::Area(by_area) => {
-                // Solid-angle measure: cos/d² over the density by area.
+                // The area density converted to solid angle, by d²/cos.
                 let over = squared * by_area * probability;
                 (over / cosine, cosine / over)
             }
@@ -83,18 +83,18 @@ impl<R: Real> EmitterPoint<R> {
         }
     }
 
-    /// Also false for NaN, where the points coincide.
+    /// Whether the sample contributes. False for NaN too, where the points coincide.
     #[inline(always)]
     pub fn is_some(&self) -> bool {
         (self.weight > 0.0) & (self.weight < f64::INFINITY)
     }
 }
 
-/// How densely a point of an emitter is drawn.
+/// Sampling density of an emitter's point.
 #[derive(Clone, Copy, Debug)]
 pub(super) enum PointDensity {
-    /// Evenly over so many steradians.
+    /// Uniform over a solid angle in steradians.
     Even(f64),
-    /// By area.
+    /// Density by area.
     Area(f64),
 }

@@ -1,5 +1,4 @@
-//! Points of emitters: drawn, shown to the points that they light, and how densely they are drawn
-//! where a ray meets them.
+//! Sampling of emitters' points, and the sampling density of hits.
 
 use glam::DVec3;
 use raywright_bvh::shapes::{AnyShape, Sphere};
@@ -14,8 +13,8 @@ use crate::light::lanes::{LANES, LightLanes, TargetKind};
 use crate::light::polygon::PolygonSample;
 use crate::light::{ChosenLight, Density, DirectionCone, LightId, LightSample, Target};
 
-/// An emitter that was chosen with a probability, the point that is lit, and two numbers in [0, 1)
-/// by which a point of it is drawn.
+/// An emitter chosen with a probability, the receiving point, and two numbers in [0, 1) for
+/// sampling a point on the emitter.
 #[derive(Clone, Copy, Debug)]
 struct EmitterQuery<R: Real> {
     pub emitter: u32,
@@ -24,10 +23,11 @@ struct EmitterQuery<R: Real> {
     pub probability: f64,
 }
 
-/// A ball and the cone under which it is seen; none from within, and of what is no ball.
+/// The sphere of an emitter and the cone of directions to it; `None` from inside, and for other
+/// shapes.
 fn ball<R: Real>(emitter: &Emitter<R>, from: DVec3) -> Option<(Sphere<R>, DirectionCone)> {
     match &emitter.form {
-        // A ball that only shines inwards is seen through its near side.
+        // A sphere that emits inwards only is seen through its near side.
         EmitterShape::Plain(AnyShape::Sphere(ball)) if emitter.side != Side::Inside => Some((
             *ball,
             DirectionCone::new(ball.centre.to_f64(), ball.radius.to_f64(), from)?,
@@ -37,8 +37,8 @@ fn ball<R: Real>(emitter: &Emitter<R>, from: DVec3) -> Option<(Sphere<R>, Direct
 }
 
 impl<R: Real> Emitters<R> {
-    /// Draws a point of an emitter that was chosen with a probability and shows it to `from`; none
-    /// where it sends nothing there.
+    /// Samples a point of an emitter chosen with `probability`, for the receiver `from`; `None` if
+    /// it does not contribute.
     pub fn sample(
         &self,
         index: u32,
@@ -73,8 +73,8 @@ impl<R: Real> Emitters<R> {
         }
     }
 
-    /// [`Self::sample`] of those emitters that are among the lights that points chose: polygons
-    /// together, and before what else is put into lanes. `waiting`: a place for them.
+    /// [`Self::sample`] for the emitters among chosen lights: polygons together, before all others
+    /// enter the lanes. `waiting` is their buffer.
     pub(in crate::light) fn sample_lanes(
         &self,
         chosen: &[Option<ChosenLight<R>>],
@@ -120,7 +120,7 @@ impl<R: Real> Emitters<R> {
                     continue;
                 }
                 Some(false) => None,
-                // Small ones are drawn by area.
+                // Polygons of small solid angle are sampled by area.
                 None if flat[lane] => self.by_area(&EmitterQuery {
                     emitter,
                     from,
@@ -133,7 +133,7 @@ impl<R: Real> Emitters<R> {
         }
     }
 
-    /// Shows a point of a polygon that was drawn over its solid angle; drawn by area where there is
+    /// Light sample for a point sampled by solid angle on a polygon; samples by area if there is
     /// none.
     #[inline]
     fn on_polygon(
@@ -152,7 +152,7 @@ impl<R: Real> Emitters<R> {
         )
     }
 
-    /// Draws a point by area, or where the emitter is bright.
+    /// Samples a point by area, or by the emitter's cells of varying emission.
     fn by_area(&self, query: &EmitterQuery<R>) -> Option<LightSample<R>> {
         let emitter = &self.list.emitters[query.emitter as usize];
         let position = query.position.map(f64::from);
@@ -172,7 +172,7 @@ impl<R: Real> Emitters<R> {
         )
     }
 
-    /// What a point receives of an emitter from where it was drawn.
+    /// Light sample for a point of the emitter.
     #[inline(always)]
     fn shown(
         &self,
@@ -196,8 +196,8 @@ impl<R: Real> Emitters<R> {
         })
     }
 
-    /// The density over solid angle with which [`Emitters::sample`] draws a point of an emitter
-    /// that a ray from `from` met.
+    /// Density by solid angle with which [`Emitters::sample`] returns this point of an emitter, hit
+    /// by a ray from `from`.
     pub fn density(
         &self,
         index: u32,
@@ -207,7 +207,7 @@ impl<R: Real> Emitters<R> {
     ) -> f64 {
         let (emitter, from) = (&self.list.emitters[index as usize], from.to_f64());
         let facing = Facing::new(outwards(emitter.side), from, surface);
-        // Also false for NaN, where the points coincide.
+        // False for NaN too, where the points coincide.
         let seen = facing.cosine > 0.0;
         if !seen {
             return 0.0;
@@ -241,16 +241,16 @@ impl<R: Real> Emitters<R> {
         })
     }
 
-    /// Whether directions are drawn evenly over an emitter's solid angle, where that is known.
+    /// Whether an emitter is sampled uniformly by solid angle where possible.
     #[inline(always)]
     fn is_even(&self, emitter: &Emitter<R>) -> bool {
-        // Of what a ray may pass, points on the far side are drawn too; what is bright in parts is
-        // drawn there.
+        // Points on the far side of passable surfaces must be sampled too; varying emission is
+        // sampled by its cells.
         self.strategy == Strategy::SolidAngle && !emitter.passable && emitter.cells.is_none()
     }
 
-    /// The steradians over which directions to an emitter are drawn evenly; none where they are
-    /// not.
+    /// Solid angle over which an emitter is sampled uniformly, in steradians; `None` if it is
+    /// sampled otherwise.
     #[inline]
     fn solid_angle(&self, emitter: &Emitter<R>, from: DVec3) -> Option<f64> {
         if !self.is_even(emitter) {

@@ -1,21 +1,21 @@
-//! A sky in closed form: a gradient from nadir to zenith, and lobes about directions. Written once,
-//! for one ray or many.
+//! A sky in closed form: a gradient from nadir to zenith, and lobes about directions. The code is
+//! generic over one ray or many.
 
 use raywright_bvh::{Loops, Real, Vector, widest};
 
 use super::{Directions, LANES, SkySample, side_by_side};
 use crate::number::{Lanes, Number, Vector3};
 
-/// A gradient with suns in it.
+/// A gradient with suns.
 #[derive(Clone, Debug)]
 pub struct Gradient<R: Real> {
-    /// Radiance from straight below and from straight above.
+    /// Radiance from the nadir and from the zenith.
     pub bottom: R::Vec3,
     pub top: R::Vec3,
     pub suns: Vec<SunLobe<R>>,
 }
 
-/// A lobe around a direction.
+/// A cosine-power lobe around a direction.
 #[derive(Clone, Debug)]
 pub struct SunLobe<R: Real> {
     pub direction: R::Vec3,
@@ -43,7 +43,7 @@ impl<R: Real> Gradient<R> {
         sky
     }
 
-    /// Radiance along many directions, one after the other, in lanes of single precision.
+    /// Radiance along many directions, one after the other, in lanes of `f32`.
     pub fn look(&self, directions: impl Iterator<Item = R::Vec3>, out: &mut Vec<SkySample<R>>) {
         side_by_side::<R>(directions, |directions, count| {
             let seen = widest(GradientRadiance {
@@ -58,7 +58,7 @@ impl<R: Real> Gradient<R> {
     }
 }
 
-/// Radiance along directions side by side.
+/// Task: radiance along directions side by side.
 struct GradientRadiance<'a, R: Real> {
     gradient: &'a Gradient<R>,
     directions: &'a Directions<R>,

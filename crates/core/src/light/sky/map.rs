@@ -1,4 +1,4 @@
-//! A picture of the sky: what it holds in a direction, for one ray or many.
+//! An environment map: radiance by direction, for one ray or many.
 
 use std::sync::Arc;
 
@@ -9,21 +9,20 @@ use super::{Directions, LANES, SkySample, side_by_side};
 use crate::scene::{ImageData, Pixels};
 use crate::texture::decoded;
 
-/// An equirectangular picture.
+/// An equirectangular environment map.
 #[derive(Clone, Debug)]
 pub struct Map<R: Real> {
     pub image: Arc<ImageData>,
-    /// Its texels in a quarter of the bytes, where all of them are the same then, as those of an
-    /// .hdr file are; empty otherwise. Sky lookups go anywhere, and what they cost is reaching
-    /// memory.
+    /// Texels packed in a quarter of the bytes, if this loses nothing, as for `.hdr` files; empty
+    /// otherwise. Sky lookups are incoherent, and their cost is memory access.
     pub packed: Vec<u32>,
-    /// Share of a whole turn by which the picture is turned about +y.
+    /// Rotation of the image about +y, in turns.
     pub turn: R,
     pub strength: R,
 }
 
 impl<R: Real> Map<R> {
-    /// Of a picture, turned and weighed.
+    /// A map of an image with a rotation and a strength.
     pub fn new(image: Arc<ImageData>, turn: R, strength: R) -> Self {
         let packed = match &image.pixels {
             Pixels::Linear(pixels) => pixels
@@ -40,7 +39,7 @@ impl<R: Real> Map<R> {
         }
     }
 
-    /// What the picture holds, before its strength.
+    /// A texel, before the strength.
     #[inline(always)]
     pub fn texel(&self, x: usize, y: usize) -> R::Vec3 {
         self.stored(y * self.image.width as usize + x)
@@ -55,13 +54,13 @@ impl<R: Real> Map<R> {
         R::Vec3::new(r, g, b)
     }
 
-    /// Bilinear at a place of the picture, repeating around and clamped at the poles.
+    /// Bilinear radiance at coordinates of the image, repeating around and clamped at the poles.
     pub fn radiance(&self, [u, v]: [R; 2]) -> R::Vec3 {
         let [[r], [g], [b]] = self.radiances([&[u], &[v]]);
         R::Vec3::new(r, g, b)
     }
 
-    /// The same of several places.
+    /// [`Self::radiance`] at several coordinates.
     #[inline(always)]
     fn radiances<const N: usize>(&self, [u, v]: [&[R; N]; 2]) -> [[R; N]; 3] {
         let half = R::from_f64(0.5);
@@ -107,7 +106,7 @@ impl<R: Real> Map<R> {
         out
     }
 
-    /// What it holds along many directions, one after the other.
+    /// Radiance along many directions, one after the other.
     pub fn look(&self, directions: impl Iterator<Item = R::Vec3>, out: &mut Vec<SkySample<R>>) {
         side_by_side::<R>(directions, |directions, count| {
             let [u, v, r, g, b] = widest(Look {
@@ -121,7 +120,7 @@ impl<R: Real> Map<R> {
         });
     }
 
-    /// What the picture holds at places in its list of pixels, channel by channel.
+    /// Texels at indices of the list of pixels, channel by channel.
     #[inline(always)]
     fn texels<const N: usize>(&self, places: &[u32; N], out: &mut [[R; N]; 3]) {
         if self.packed.is_empty() {
@@ -142,7 +141,7 @@ impl<R: Real> Map<R> {
     }
 }
 
-/// Places in a picture of directions, and what it holds there.
+/// Task: image coordinates of directions, and the radiance there.
 struct Look<'a, R: Real> {
     map: &'a Map<R>,
     directions: &'a Directions<R>,
@@ -162,11 +161,11 @@ impl<R: Real> Loops for Look<'_, R> {
     }
 }
 
-/// Three mantissas of a byte and their common exponent, where that is what a colour is exactly
-/// (Ward, "Real Pixels", 1991).
+/// A colour as three mantissas of a byte and a common exponent (Ward, "Real Pixels", 1991), if that
+/// is exact.
 pub fn packed(colour: [f32; 3]) -> Option<u32> {
     let largest = colour.into_iter().fold(0.0_f32, f32::max);
-    // Below this, the exponent has no room.
+    // Below this, the exponent underflows.
     if largest > 0.0 && largest < f32::MIN_POSITIVE * 256.0 {
         return None;
     }
@@ -174,7 +173,7 @@ pub fn packed(colour: [f32; 3]) -> Option<u32> {
     let unit = f32::from_bits(exponent << 23);
     let [r, g, b] = colour.map(|c| (c / unit) as u8);
     let texel = u32::from_le_bytes([r, g, b, u8::try_from(exponent).ok()?]);
-    // To the bit, so that minus zero and what is no number stay what they are.
+    // Compared by bits, so that minus zero and NaN are kept.
     (unpacked(texel).map(f32::to_bits) == colour.map(f32::to_bits)).then_some(texel)
 }
 

@@ -1,6 +1,6 @@
-//! How lights are divided among the groups of a node: in two by what asking each of them would
-//! cost, and the dearest of those again ("Importance Sampling of Many Lights with Adaptive Tree
-//! Splitting", Conty Estevez, Kulla 2018).
+//! Partition of lights among the children of a node: binary splits by expected cost, the costliest
+//! group first ("Importance Sampling of Many Lights with Adaptive Tree Splitting", Conty Estevez,
+//! Kulla 2018).
 
 use core::f64::consts::PI;
 use core::ops::Range;
@@ -10,25 +10,25 @@ use glam::DVec3;
 use super::{Leaf, WIDTH};
 use crate::light::{LightBounds, LightId};
 
-/// Lights taken together.
+/// Bounds and power of lights together.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Cluster {
     pub bounds: LightBounds,
     pub power: f64,
 }
 
-/// Leaves that follow each other.
+/// A range of leaves.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Group {
     start: usize,
     end: usize,
-    /// How often all leaves were divided to get here.
+    /// Number of splits from all leaves to this group.
     depth: u32,
     pub sum: Cluster,
 }
 
 impl Group {
-    /// None where there is no leaf.
+    /// The group of all leaves; `None` if there are none.
     pub fn of_all(leaves: &[Leaf]) -> Option<Self> {
         (!leaves.is_empty()).then(|| Self::of(leaves, 0..leaves.len(), 0))
     }
@@ -47,19 +47,19 @@ impl Group {
     }
 }
 
-/// The groups of a node over two leaves or more: up to [`WIDTH`], those of one leaf among them.
-/// Group after group is divided, the one that costs most first, but for those that are so small in
-/// the node that it would not tell their halves' places apart.
+/// The children of a node over two or more leaves: up to [`WIDTH`], single leaves among them.
+/// Groups are split one after the other, the costliest first, except groups too small for the node
+/// to tell the positions of their halves apart.
 pub(super) fn divide(leaves: &mut [Leaf], whole: Group) -> Vec<Group> {
-    /// Size of a group that is divided, in the node: some hundreds of times what its places are
-    /// rounded to.
+    /// Least size of a group to split, relative to the node: some hundreds of times the rounding of
+    /// positions.
     const SMALLEST: f64 = 1e-4;
     let size = |group: &Group| group.sum.bounds.space.extent().length();
     let smallest = SMALLEST * size(&whole);
     let mut groups = Vec::with_capacity(WIDTH);
     groups.push(whole);
     while groups.len() < WIDTH {
-        // The first one always, also where its size is no number.
+        // The first group is always split, even if its size is NaN.
         let whole = groups.len() == 1;
         let open = groups
             .iter()
@@ -110,8 +110,8 @@ impl Cluster {
         }
     }
 
-    /// What a node of these costs: power · solid angle into which it shines · surface of its box
-    /// (there, equation 1).
+    /// Cost of a node: power · solid angle of emission · surface area of its box (same source,
+    /// equation 1).
     fn cost(&self) -> f64 {
         let LightBounds {
             space,
@@ -128,13 +128,13 @@ impl Cluster {
             * (2.0 * widest * sin_n - libm::cos(normals - 2.0 * widest) - 2.0 * beyond * sin_n
                 + cos_n);
         let e = space.extent();
-        // A scale of lengths keeps points apart, whose boxes have no surface.
+        // The squared length keeps points apart, whose boxes have no surface.
         let surface = e.x * e.y + e.y * e.z + e.z * e.x + e.length_squared() * 1e-3;
         self.power * (cap + rim) * surface
     }
 }
 
-/// The least cone around the cones of two lights' normals, near enough.
+/// Nearly the smallest cone around the normals of two lights.
 fn around([a, b]: [&LightBounds; 2]) -> (DVec3, f64) {
     let (wide, narrow) = if a.normals >= b.normals {
         (a, b)
@@ -157,15 +157,15 @@ fn around([a, b]: [&LightBounds; 2]) -> (DVec3, f64) {
     )
 }
 
-/// Boxes along an axis by which a split is looked for.
+/// Bins along an axis for finding a split.
 const BINS: usize = 12;
 
-/// Depth from which lights are divided in the middle: however they lie, a tree is not deeper than
-/// 64 levels.
+/// Depth from which groups are split in the middle: in any layout, the tree is at most 64 levels
+/// deep.
 const DEEP: u32 = 32;
 
-/// Brings the leaves of the first of two groups to the front and says how many they are: at least
-/// one, and one is left.
+/// Moves the leaves of the first group to the front and returns their number: at least one, with at
+/// least one left.
 fn split(leaves: &mut [Leaf], whole: &LightBounds, depth: u32) -> usize {
     let middle = leaves.len() / 2;
     let centres = leaves.iter().map(|leaf| leaf.bounds.space.centre());
@@ -186,7 +186,7 @@ fn split(leaves: &mut [Leaf], whole: &LightBounds, depth: u32) -> usize {
         });
         middle
     };
-    // Also for what is no number.
+    // True for NaN too.
     if !(longest > 0.0 && longest.is_finite()) || depth >= DEEP || leaves.len() == 2 {
         return by_place(leaves);
     }
@@ -206,7 +206,7 @@ fn split(leaves: &mut [Leaf], whole: &LightBounds, depth: u32) -> usize {
             let slot = &mut bins[bin(leaf, axis)];
             *slot = Some(slot.map_or(one, |sum| sum.and(&one)));
         }
-        // Long boxes are divided along their length (there, the regulariser of equation 1).
+        // Long boxes are split along their length (same source, the regulariser of equation 1).
         let slender = span.max_element() / span[axis].max(f64::MIN_POSITIVE);
         for (k, cost) in costs(&bins).into_iter().enumerate() {
             let cost = cost.map(|cost| cost * slender);
@@ -232,7 +232,7 @@ fn split(leaves: &mut [Leaf], whole: &LightBounds, depth: u32) -> usize {
     }
 }
 
-/// For each place between two bins what both sides cost; none where one is empty.
+/// Cost of both sides for each split between two bins; `None` if one side is empty.
 fn costs(bins: &[Option<Cluster>; BINS]) -> [Option<f64>; BINS - 1] {
     let join = |a: Option<Cluster>, b: &Option<Cluster>| match (a, b) {
         (Some(a), Some(b)) => Some(a.and(b)),
@@ -251,7 +251,8 @@ fn costs(bins: &[Option<Cluster>; BINS]) -> [Option<f64>; BINS - 1] {
     })
 }
 
-/// Any order of lights, so that equal places are divided the same way everywhere.
+/// An arbitrary order of lights, so that lights of equal position are split the same way
+/// everywhere.
 fn order(light: LightId) -> (u8, u32) {
     match light {
         LightId::Delta(i) => (0, i),

@@ -1,9 +1,9 @@
-//! Up to eight groups of lights side by side: how much of each may arrive at a point, in f32 and
-//! without a branch, so that the compiler makes it as many at a time as registers hold.
+//! Eight children of a light tree's node side by side: the importance of each at a point, in `f32`
+//! and without branches, so that the compiler vectorises the loop.
 //!
-//! What f32 cannot hold is taken out when the node is built: places are told from the node's middle
-//! in units of its size, powers as shares of the node's. What it rounds is given back as room:
-//! radii and cosines are wider than they are, so that no light that may arrive is left out.
+//! Ranges beyond `f32` are removed when the node is built: positions are relative to the node's
+//! centre in units of its size, powers are shares of the node's. Rounding is covered by margins:
+//! radii and cosines are enlarged, so that no light that may arrive is left out.
 
 use core::f64::consts::PI;
 
@@ -12,50 +12,50 @@ use glam::DVec3;
 use super::build::Cluster;
 use super::{Content, LightTree, Receiver};
 
-/// Groups in a node.
+/// Children of a node.
 pub(super) const WIDTH: usize = 8;
 
-/// What rounding may take from a cosine in f32: some ten roundings of 2⁻²⁴.
+/// Bound on the rounding of a cosine in `f32`: some ten roundings of 2⁻²⁴.
 const MARGIN: f32 = 4e-6;
-/// By how much a cosine to a group's axis is taken for greater. A sine that is made of it is then
-/// never of a greater angle, which a rounded one is by 10⁻³ where the cosine is ±1.
+/// Enlargement of the cosine to a group's axis. Its sine then never belongs to a greater angle;
+/// without the enlargement the angle is 10⁻³ too great at cosines of ±1.
 const SLACK: f32 = 2e-6;
-/// By how much rounding moves a place, in units of the node.
+/// Bound on the rounding of a position, in units of the node.
 const MOVED: f64 = 5e-7;
-/// The least share of power, so that no product of shares, cosines and distances is zero in f32.
+/// Least share of power, so that no product of shares, cosines and distances underflows `f32`.
 const FAINTEST: f64 = 1e-20;
-/// Units of the node from which a point is taken nearer, together with everything: f32 squares its
-/// distance otherwise to infinity.
+/// Distance in units of the node from which on the point and the node are scaled down together:
+/// squared distances would overflow `f32` otherwise.
 const FAR: f64 = 1e3;
 
-/// A node: eight groups, each a light or a node, those that are missing without power.
+/// A node: eight children, each a light or a node; missing ones have no power.
 #[derive(Clone, Debug)]
 pub(super) struct LightNode {
     centre: DVec3,
-    /// One over the unit of lengths in the node: the radius of the ball around its box.
+    /// Inverse of the node's unit of length, the radius of the ball around its box.
     inverse: f64,
-    /// Its place in the node above; [`LightTree::TOP`] for the first one.
+    /// Slot of the node in its parent; [`LightTree::TOP`] for the root.
     pub parent: u32,
     pub content: [Content; WIDTH],
-    /// Of the middles of the groups' boxes.
+    /// Centres of the children's boxes.
     x: [f32; WIDTH],
     y: [f32; WIDTH],
     z: [f32; WIDTH],
-    /// Of the balls around their boxes.
+    /// Radii of the balls around the boxes.
     radius: [f32; WIDTH],
     axis_x: [f32; WIDTH],
     axis_y: [f32; WIDTH],
     axis_z: [f32; WIDTH],
-    /// Of the greatest angle between axis and normals.
+    /// Sine and cosine of the greatest angle between axis and normals.
     sin_normals: [f32; WIDTH],
     cos_normals: [f32; WIDTH],
-    /// Cosine of the greatest angle at which light leaves, less [`MARGIN`].
+    /// Cosine of the greatest angle of emission, less [`MARGIN`].
     emission: [f32; WIDTH],
-    /// Share of the node's.
+    /// Share of the node's power.
     power: [f32; WIDTH],
 }
 
-/// The greater one, and the second where one is no number: one instruction. `f32::max` is several.
+/// The greater number, and `b` for NaN: one instruction. `f32::max` takes several.
 #[inline(always)]
 fn greater(a: f32, b: f32) -> f32 {
     if a > b { a } else { b }
@@ -66,7 +66,7 @@ fn lesser(a: f32, b: f32) -> f32 {
     if a < b { a } else { b }
 }
 
-/// The ball around a group's box; far from the origin its middle is rounded.
+/// The ball around a group's box; far from the origin its centre is rounded.
 fn ball(group: &Cluster) -> (DVec3, f64) {
     let (space, middle) = (group.bounds.space, group.bounds.space.centre());
     (
@@ -75,19 +75,19 @@ fn ball(group: &Cluster) -> (DVec3, f64) {
     )
 }
 
-/// About the mean over a ball of cosines that are not below zero, by the middle's and the greatest:
-/// the middle's, and where the ball crosses the horizon half of the greatest. The greatest itself
-/// makes too much of balls at the horizon, of which little or nothing is lit: a third more of the
-/// draws over lights on a ball found nothing.
+/// Approximate mean over a ball of its clamped cosines, from the centre's cosine and the greatest:
+/// the centre's, or half of the greatest where the ball crosses the horizon. The greatest cosine
+/// itself overrates balls at the horizon, of which little or nothing is lit: a third more of the
+/// samples of lights on a ball had no contribution.
 #[inline(always)]
 fn mean(middle: f32, greatest: f32) -> f32 {
     greater(lesser(greater(middle, 0.5 * greatest), 1.0), MARGIN)
 }
 
 impl LightNode {
-    /// Without groups, around all that they will be.
+    /// A node without children, around all that it will hold.
     pub fn new(whole: &Cluster, parent: u32) -> Self {
-        /// Lights at one place have no size; with this one every other place is far.
+        /// Lights at one position have no extent; with this unit every other position is far.
         const LEAST: f64 = 1e-150;
         let (centre, radius) = ball(whole);
         let none = [0.0; WIDTH];
@@ -110,7 +110,7 @@ impl LightNode {
         }
     }
 
-    /// Puts a group in its place.
+    /// Sets a child.
     pub fn put(&mut self, lane: usize, group: &Cluster, whole: &Cluster) {
         let Cluster { bounds, power } = group;
         let (middle, radius) = ball(group);
@@ -126,11 +126,11 @@ impl LightNode {
         self.power[lane] = (power / whole.power).max(FAINTEST) as f32;
     }
 
-    /// About how much of each group's light arrives; zero only where none does.
+    /// Approximate contribution of each child; zero only if no light can arrive.
     ///
-    /// The least angle at which light of a ball leaves or arrives is the one of its middle less the
-    /// one under which the ball is seen. Its cosine is at most the middle's plus the ball's sine,
-    /// and where it is zero, at a horizon, it is that.
+    /// The least angle at which light of a ball leaves or arrives is the centre's angle less the
+    /// angular radius of the ball. Its cosine is at most the centre's plus the ball's sine, with
+    /// equality at the horizon, where it is zero.
     #[inline(always)]
     pub fn importances(&self, receiver: &Receiver) -> [f32; WIDTH] {
         let across = (receiver.at - self.centre) * self.inverse;
@@ -138,7 +138,7 @@ impl LightNode {
         let shrink = if farthest > FAR { FAR / farthest } else { 1.0 };
         let at = (across * shrink).as_vec3();
         let (shrink, normal) = (shrink as f32, receiver.normal.as_vec3());
-        // A point that is lit on both sides has no horizon.
+        // A point that receives light on both sides has no horizon.
         let level = if receiver.normal == DVec3::ZERO {
             1.0
         } else {
@@ -154,7 +154,7 @@ impl LightNode {
             let radius = self.radius[i] * shrink;
             let (squared, radius2) = (x * x + y * y + z * z, radius * radius);
             let inverse = 1.0 / greater(radius2, squared).sqrt();
-            // From within the ball around the box its lights may be anywhere.
+            // From inside the ball around the box, lights may lie in any direction.
             let ball = if squared <= radius2 {
                 2.0
             } else {
@@ -181,9 +181,10 @@ impl LightNode {
     }
 }
 
-/// The running sum of importances, from zero on. Where one is zero it does not grow: sums of pairs
-/// and fours come in an order in which rounding keeps that, so that what has no importance takes no
-/// room. In f64, or what is faint would be drawn by what the sum is rounded to.
+/// Cumulative importances, from zero on. A zero importance does not increase the sum: sums of pairs
+/// and fours are added in an order whose rounding preserves that, so that zero importance has zero
+/// probability. In `f64`, because in `f32` faint lights would be sampled by the rounding of the
+/// sum.
 #[inline(always)]
 pub(super) fn running(importances: &[f32; WIDTH]) -> [f64; WIDTH + 1] {
     let (mut one, mut two) = ([0.0; WIDTH], [0.0; WIDTH / 2]);
