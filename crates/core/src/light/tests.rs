@@ -1,4 +1,4 @@
-//! Every kind of light against its own density and against closed forms, through the one interface.
+//! Every kind of light against its density and against closed forms, through the common interface.
 
 mod cones;
 mod irradiance;
@@ -17,12 +17,12 @@ use raywright_bvh::{
     AcceleratorKind, Geometry, Interval, PrimitiveSet, Ray, Side, Vector, Visibility,
 };
 
-/// Two even pseudo-random numbers in [0, 1).
+/// Two uniform pseudo-random numbers in [0, 1).
 fn numbers(i: u64) -> [f32; 2] {
     [2 * i, 2 * i + 1].map(|k| (mix(k) >> 41) as f32 / (1 << 23) as f32)
 }
 
-/// A light alone in its scene.
+/// Lights of a scene with these emitters alone.
 fn alone<R: Real>(list: EmitterList<R>, strategy: Strategy) -> Lights<R> {
     let mut emitters = Emitters::new(list);
     emitters.strategy = strategy;
@@ -40,7 +40,7 @@ fn alone<R: Real>(list: EmitterList<R>, strategy: Strategy) -> Lights<R> {
     )
 }
 
-/// One shape of radiance one that shines outwards, also as what rays can hit.
+/// One outward-emitting shape of radiance one, as a light and as geometry.
 fn surface<R: Real>(
     shape: AnyShape<R>,
     map: Option<DAffine3>,
@@ -78,7 +78,7 @@ fn surface<R: Real>(
     )
 }
 
-/// Convex shapes above the origin, some under maps.
+/// Convex shapes above the origin, some transformed.
 fn shapes<R: Real>() -> Vec<(&'static str, AnyShape<R>, Option<DAffine3>)> {
     let v = DVec3::new;
     let at = |p: DVec3| R::Vec3::from_f64(p);
@@ -143,7 +143,7 @@ fn shapes<R: Real>() -> Vec<(&'static str, AnyShape<R>, Option<DAffine3>)> {
     ]
 }
 
-/// Skies that can be drawn.
+/// Skies that can be sampled.
 fn skies<R: Real>() -> Vec<(&'static str, SkyRadiance<R>)> {
     let v = |x: f64, y: f64, z: f64| R::Vec3::from_f64(DVec3::new(x, y, z));
     let sun = |d: DVec3, strength: f64, exponent: u32| sky::SunLobe {
@@ -219,9 +219,8 @@ fn under<R: Real>(sky: SkyRadiance<R>) -> Lights<R> {
 const ROWS: usize = 12;
 const COLUMNS: usize = 24;
 
-/// Compares how often directions fall into cells of equal solid angle with the integral of the
-/// density there: χ² below its mean by six standard deviations. What is too rare for a cell of its
-/// own, and what was not drawn, is counted together.
+/// Tests by χ² that samples follow the density over cells of equal solid angle, up to six standard
+/// deviations above the mean. Cells of low expectation, and failed samples, count together.
 fn agrees<R: Real>(
     name: &str,
     lights: &Lights<R>,
@@ -267,7 +266,7 @@ fn agrees<R: Real>(
             (rare[0], rare[1]) = (rare[0] - f64::from(count), rare[1] - expected);
         }
     }
-    // The second term is what the midpoint rule may miss along the light's border.
+    // The second term bounds the error of the midpoint rule along the light's border.
     let few = rare[1].max(1.0);
     assert!(
         (rare[0] - rare[1]).abs() <= 5.0 * few.sqrt() + 2e-3 * SAMPLES as f64,
@@ -280,8 +279,8 @@ fn agrees<R: Real>(
     );
 }
 
-/// Protects: directions to every kind of surface, by both strategies, are drawn as densely as the
-/// density of a ray's own hit says.
+/// Protects: directions to every kind of surface, by both strategies, follow the density at the
+/// ray's hit.
 #[test]
 fn surfaces_are_drawn_by_their_density() {
     let from = DVec3::new(0.1, -0.2, 0.05);
@@ -315,7 +314,7 @@ fn surfaces_are_drawn_by_their_density() {
     }
 }
 
-/// Protects: directions to every kind of sky are drawn as densely as the density says.
+/// Protects: sampled directions of every kind of sky follow the density.
 #[test]
 fn skies_are_drawn_by_their_density() {
     for (name, sky) in skies::<f64>() {
@@ -325,8 +324,8 @@ fn skies_are_drawn_by_their_density() {
     }
 }
 
-/// Protects: the density that drawing a point returns is the one that a hit of that point has, the
-/// choice included; the point lies within the light's bounds, and shines.
+/// Protects: the density of a sampled point equals the density of a hit there, the choice included;
+/// the point lies within the light's bounds, in a direction of emission.
 #[test]
 fn a_hit_has_the_density_of_the_draw() {
     fn check<R: Real>(name: &str, lights: &Lights<R>, tolerance: f64) {
@@ -413,8 +412,8 @@ fn delta(kind: LightKind) -> Lights<f64> {
     )
 }
 
-/// Protects: lights without size say so, have no density for what a ray meets, are divided by the
-/// probability of their choice, and their power is the flux through a sphere around them.
+/// Protects: delta lights are marked as such, have no density for hits, are divided by the
+/// probability of their choice, and have as power the flux through a sphere around them.
 #[test]
 fn lights_without_size_say_so() {
     let position = [0.5, 2.0, -1.0];
@@ -455,7 +454,7 @@ fn lights_without_size_say_so() {
             .expect("it shines there");
         assert_eq!(sample.arriving, whole.arriving * 4.0);
         let LightKind::Directional { .. } = kind else {
-            // Flux through a sphere of radius two around it, by the midpoint rule.
+            // Flux through a sphere of radius two around the light, by the midpoint rule.
             let mut flux = 0.0;
             for i in 0..400 * 400 {
                 let (y, turn) = (
@@ -477,7 +476,7 @@ fn lights_without_size_say_so() {
             );
             continue;
         };
-        // π · 3 · 3: what crosses a disk as wide as the scene, whose diagonal is √12.
+        // π · 3 · 3: flux through a disk as wide as the scene, whose diagonal is √12.
         assert!(
             (lights.power(light) - core::f64::consts::PI * 9.0).abs() < 1e-9
                 && lights.bounds(light).is_none()

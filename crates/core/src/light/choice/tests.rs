@@ -1,4 +1,5 @@
-//! Lights are drawn as often as is said, wherever and however many they are.
+//! Tests of the light choice: lights are sampled by their stated probability, at any position and
+//! number.
 
 use super::*;
 use crate::hash::mix;
@@ -9,7 +10,7 @@ use glam::DVec3;
 use raywright_bvh::shapes::{AnyShape, Sphere};
 use raywright_bvh::{Aabb, Side};
 
-/// Balls of light at places, with radiances.
+/// Emissive spheres with these centres and radiances.
 fn lights(balls: impl Iterator<Item = (DVec3, f64)>) -> Lights<f64> {
     let mut list = EmitterList::default();
     for (centre, radiance) in balls {
@@ -41,15 +42,16 @@ fn number(i: u64) -> f64 {
     (mix(i) >> 11) as f64 / (1_u64 << 53) as f64
 }
 
-/// Where the light of a number is.
+/// Position of a light by its number.
 type Place = fn(u64) -> DVec3;
 
 fn place(i: u64) -> DVec3 {
     DVec3::new(number(3 * i), number(3 * i + 1), number(3 * i + 2)) * 8.0 - 4.0
 }
 
-/// Protects: each light is drawn as often as its probability says, all of which sum to one, or to
-/// what is not drawn where no light of a part of the tree shines here; none without power is (M10).
+/// Protects: each light is sampled with its stated probability (M10). The probabilities sum to one,
+/// less the probability of failure where no light of a subtree contributes; a light without power
+/// is never sampled.
 #[test]
 fn lights_are_drawn_by_their_probability() {
     const COUNT: u64 = 40_000;
@@ -111,8 +113,8 @@ fn lights_are_drawn_by_their_probability() {
     }
 }
 
-/// Protects: none, one, many lights, many at one place, in a row that grows by powers, and the same
-/// twice: a tree is made, is not deep, and reaches each of them.
+/// Protects: no lights, one light, many lights, many at one position, in a row of powers of their
+/// spacing, and duplicates: a tree is built, stays shallow, and reaches each light.
 #[test]
 fn many_lights_anywhere() {
     let choose = |lights: &Lights<f64>, from: DVec3| {
@@ -142,9 +144,9 @@ fn many_lights_anywhere() {
     }
 }
 
-/// Protects: a point light is asked as often from below as from above, a spot as often at the edge
-/// of its cone as in the middle, and not at all beyond it; the nearer of two as often as its light
-/// is more.
+/// Protects: a point light is sampled equally from below and above, a spot equally at the edge and
+/// in the middle of its cone, and never beyond the cone; the nearer of two lights is sampled in
+/// proportion to its contribution.
 #[test]
 fn points_and_spots_shine_evenly() {
     let light = |kind| {
@@ -175,7 +177,7 @@ fn points_and_spots_shine_evenly() {
             range: None,
         })
     };
-    // How often the first of them is asked from the origin, lit from everywhere.
+    // Probability of the first light at the origin, which receives light from all directions.
     let share = |delta: Vec<DeltaLight<f64>>| {
         let scene = Aabb {
             min: DVec3::splat(-9.0),

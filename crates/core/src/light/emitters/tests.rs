@@ -1,10 +1,10 @@
-//! Emitters chosen in their share.
+//! Emitters chosen by their power.
 
 use super::*;
 use glam::{DVec3, Vec3};
 use raywright_bvh::shapes::{Quad, Sphere};
 
-/// Balls of area one whose power is as given.
+/// Spheres of area one with these powers.
 fn lights(powers: &[f64]) -> Emitters<f32> {
     let ball = Sphere {
         centre: Vec3::ZERO,
@@ -22,8 +22,8 @@ fn lights(powers: &[f64]) -> Emitters<f32> {
     Emitters::new(list)
 }
 
-/// How often each of so many evenly spread picks from the first `share` of [0, 1) draws the emitter
-/// of a power.
+/// Number of picks, evenly spread over the first `share` of [0, 1), that sample the emitter of this
+/// power.
 fn drawn(lights: &Emitters<f32>, power: f32, share: f64, picks: u32) -> u32 {
     let pick = |i: u32| {
         let cells = share * f64::from(i) / f64::from(picks) * f64::from(1 << 23);
@@ -43,8 +43,8 @@ fn drawn(lights: &Emitters<f32>, power: f32, share: f64, picks: u32) -> u32 {
         .count() as u32
 }
 
-/// Protects: what has no power is never drawn, what has next to none does not upset the others, and
-/// where nothing has power there is no emitter rather than a NaN.
+/// Protects: an emitter without power is never sampled, a nearly powerless one does not disturb the
+/// others, and without any power the list is empty instead of NaN.
 #[test]
 fn m10_powers_of_any_size_are_drawn_in_their_share() {
     assert!(
@@ -66,8 +66,7 @@ fn m10_powers_of_any_size_are_drawn_in_their_share() {
     }
 }
 
-/// Protects: an emitter is drawn as often as its probability says, also where that is less than a
-/// step of an f32.
+/// Protects: an emitter is sampled with its stated probability, also below a step of `f32`.
 #[test]
 fn faint_emitters_are_drawn_as_often_as_they_should() {
     let lights = lights(&[f64::from(2.0_f32.powi(-30)), 1.0]);
@@ -82,9 +81,8 @@ fn faint_emitters_are_drawn_as_often_as_they_should() {
     assert!((99..=101).contains(&found), "{found} instead of 100");
 }
 
-/// Protects: what a flat emitter says of its sides: seen from the front and from the back, its
-/// radiance, the density of drawing it and the cone of its bounds are there where light leaves and
-/// nowhere else, and its power is π · area for each such side.
+/// Protects: a flat emitter's radiance, density and bounds, seen from the front and the back, are
+/// non-zero exactly on emissive sides; its power is π · area for each such side.
 #[test]
 fn each_side_shines_or_does_not() {
     let quad: AnyShape<f32> =

@@ -1,11 +1,11 @@
-//! Tables over the sphere at their worst: rows of nothing, one bright cell, the poles.
+//! Sampling tables over the sphere at their extremes: black rows, one bright cell, the poles.
 
 use raywright_bvh::shapes::equirectangular;
 
 use super::*;
 use crate::hash::mix;
 
-/// Two even pseudo-random numbers.
+/// Two uniform pseudo-random numbers.
 fn numbers(i: u64) -> [f64; 2] {
     [2 * i, 2 * i + 1].map(|k| (mix(k) >> 11) as f64 / (1_u64 << 53) as f64)
 }
@@ -15,7 +15,7 @@ fn density(grid: &SphereGrid, direction: DVec3) -> f64 {
     grid.density(equirectangular::<f64>(direction))
 }
 
-/// The integral of the density, one point a cell, with the solid angle as the difference of
+/// The integral of the density by one point a cell, with the solid angle as a difference of
 /// cosines.
 fn integral(grid: &SphereGrid, width: usize, height: usize) -> f64 {
     let row = |row: usize| {
@@ -31,8 +31,8 @@ fn integral(grid: &SphereGrid, width: usize, height: usize) -> f64 {
     (0..height).map(row).sum()
 }
 
-/// Protects: the density of a picture with rows of nothing and one texel like a sun integrates to
-/// one, what is drawn lies where the picture is not black, and running sums end at exactly one.
+/// Protects: the density of an image with black rows and one sun-like texel integrates to one,
+/// samples lie where the image is not black, and cumulative distributions end at exactly one.
 #[test]
 fn m09_one_bright_texel_among_black_rows() {
     for (width, height, sun) in [
@@ -42,7 +42,7 @@ fn m09_one_bright_texel_among_black_rows() {
         (2048, 1024, (0, 0)),
         (2048, 1024, (2047, 1023)),
     ] {
-        // Nothing but the sun, and a faint sky in a quarter of the rows.
+        // The sun alone, and with a faint sky in a quarter of the rows.
         for faint in [0.0, 1.0] {
             let radiance = |x: usize, y: usize| {
                 let sky = if y * 4 >= height && y * 2 < height {
@@ -90,8 +90,8 @@ fn m09_one_bright_texel_among_black_rows() {
     );
 }
 
-/// Protects: rows at the poles of a tall picture, whose cosines differ from one by less than their
-/// rounding, are drawn evenly over their solid angle, within the row.
+/// Protects: rows at the poles of a tall image, whose cosines differ from one by less than their
+/// rounding, are sampled uniformly by solid angle within the row.
 #[test]
 fn m09_poles_keep_their_digits() {
     const HEIGHT: usize = 1 << 20;
@@ -135,9 +135,8 @@ fn m02_corner_numbers_are_directions() {
     }
 }
 
-/// Protects: over a picture whose blocks are even here, uneven there and cut at its right and lower
-/// ends, cells are drawn as often as the density says, by χ² over cells, and it is near what the
-/// picture asks for.
+/// Protects: cells of an image with uniform, non-uniform and truncated blocks are sampled by the
+/// stated density, by χ² over cells, and this density is close to the image.
 #[test]
 fn blocks_are_drawn_by_their_density() {
     let (width, height) = (301, 133);
@@ -187,7 +186,7 @@ fn blocks_are_drawn_by_their_density() {
             degrees += 1.0;
         }
     }
-    // Its standard deviation is √(2·degrees).
+    // The standard deviation of χ² is √(2·degrees).
     assert!(
         (chi2 - degrees).abs() < 4.0 * f64::sqrt(2.0 * degrees),
         "χ² of {chi2} over {degrees} cells"

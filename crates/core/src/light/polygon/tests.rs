@@ -1,5 +1,5 @@
-//! Points on polygons: several together against one alone, and solid angles and means in closed
-//! form.
+//! Points on polygons: several together against one alone, and solid angles and means against
+//! closed forms.
 
 use raywright_bvh::{Loops, widest};
 
@@ -17,7 +17,7 @@ impl Loops for Together<'_> {
     }
 }
 
-/// A polygon, a point that sees it, and two numbers.
+/// A polygon, a receiving point, and two numbers.
 fn query(i: u64) -> (Polygon, DVec3, [f64; 2]) {
     let number = |k: u64| (mix(i * 32 + k) >> 11) as f64 / (1_u64 << 53) as f64;
     let place = |k: u64| DVec3::new(number(k), number(k + 1), number(k + 2)) * 4.0;
@@ -28,7 +28,7 @@ fn query(i: u64) -> (Polygon, DVec3, [f64; 2]) {
         Polygon::quad([a, a + u, a + u + v, a + v])
     };
     let from = match i % 16 {
-        // A corner, and a place in its plane.
+        // A corner, and a point in the polygon's plane.
         0 => a,
         1 => a + u * 3.0,
         _ => place(15),
@@ -41,9 +41,9 @@ fn query(i: u64) -> (Polygon, DVec3, [f64; 2]) {
     (polygon, from, position)
 }
 
-/// Protects: several polygons together give each the point and solid angle that it has alone, to
-/// the bit, whichever lanes are used; the solid angle is the one that is told of a polygon by
-/// itself; and points lie on their polygons.
+/// Protects: polygons sampled together have the point and solid angle of each alone, to the bit, in
+/// any set of lanes; the solid angle equals [`Polygon::solid_angle`]; and points lie on their
+/// polygons.
 #[test]
 fn lanes_have_the_points_of_one() {
     let queries: Vec<_> = (0..4_000).map(query).collect();
@@ -99,9 +99,9 @@ fn lanes_have_the_points_of_one() {
     assert!(drawn > 1_500 && small > 50, "{drawn} {small}");
 }
 
-/// The mean of directions drawn by numbers in even steps.
+/// The mean of directions sampled by numbers in even steps.
 fn mean(polygon: &Polygon, from: DVec3) -> DVec3 {
-    // The first number chooses the triangle, where the mean has a step.
+    // The first number chooses the triangle, where the direction has a step.
     const STEPS: [u32; 2] = [2048, 16];
     let at = |i: u32, steps: u32| (f64::from(i) + 0.5) / f64::from(steps);
     let numbers =
@@ -114,7 +114,7 @@ fn mean(polygon: &Polygon, from: DVec3) -> DVec3 {
 }
 
 /// Lambert's formula for the integral of directions over a polygon's solid angle: half the angle of
-/// each side along the normal of its plane.
+/// each side along its plane's normal.
 fn lambert(corners: &[DVec3], from: DVec3) -> DVec3 {
     let directions: Vec<DVec3> = corners
         .iter()
@@ -127,9 +127,9 @@ fn lambert(corners: &[DVec3], from: DVec3) -> DVec3 {
 }
 
 /// Protects: solid angles in closed form: an eighth of the sphere, a sixth of it, a rectangle
-/// before its middle, and a triangle that is half of one; and that points are drawn evenly over
-/// them: the mean of directions is Lambert's integral over the solid angle, with parts of a quad
-/// that are as different as they can be.
+/// before its centre, and a triangle that is half of one. Points are uniform by solid angle: their
+/// mean direction is Lambert's integral over the solid angle, also for a quad of two very different
+/// halves.
 #[test]
 fn solid_angles_and_means_in_closed_form() {
     use core::f64::consts::PI;

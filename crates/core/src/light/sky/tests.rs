@@ -1,10 +1,10 @@
-//! Environment pictures near their poles, and what their codes stand for.
+//! Environment maps near their poles, decoding of their codes, and packing of their texels.
 
 use super::map::{packed, unpacked};
 use super::*;
 use glam::{DVec3, Vec3};
 
-/// A picture of one column whose rows hold their own number.
+/// An image of one column; each row holds its index.
 fn rows<R: Real>(height: u32) -> Map<R> {
     let pixels = Pixels::Linear((0..height).map(|row| [row as f32; 4]).collect());
     Map::new(
@@ -18,8 +18,8 @@ fn rows<R: Real>(height: u32) -> Map<R> {
     )
 }
 
-/// Protects: the height in the picture close to the poles, where an arc cosine of f32 moves in
-/// steps of 3.5e-4.
+/// Protects: image coordinates close to the poles keep their digits, where an arc cosine in `f32`
+/// moves in steps of 3.5e-4.
 #[test]
 fn s19_directions_near_the_poles_find_their_row() {
     const ROWS: u32 = 1 << 20;
@@ -34,7 +34,7 @@ fn s19_directions_near_the_poles_find_their_row() {
                 let v = f64::atan2(exact.x.hypot(exact.z), exact.y) / core::f64::consts::PI;
                 let row = (v * f64::from(ROWS) - 0.5).clamp(0.0, f64::from(ROWS - 1));
                 let found = f64::from(narrow.radiance(equirectangular::<f32>(d)).x);
-                // Some roundings of v in f32.
+                // A few roundings of v in `f32`.
                 let allowed = 4.0 * f64::from(ROWS) * v * f64::from(f32::EPSILON) + 1e-6 * row;
                 assert!(
                     (found - row).abs() <= allowed,
@@ -53,7 +53,7 @@ fn s19_directions_near_the_poles_find_their_row() {
     }
 }
 
-/// Protects: a picture of codes is read with all digits of the reference precision.
+/// Protects: an 8-bit image is decoded with all digits of the reference precision.
 #[test]
 fn codes_are_decoded_in_the_precision_that_reads_them() {
     for code in 1..=255_u8 {
@@ -78,8 +78,8 @@ fn codes_are_decoded_in_the_precision_that_reads_them() {
     }
 }
 
-/// Protects: which way a picture is turned. Its columns hold their own number, and a quarter turn
-/// shows along +z what was along +x: the column in the middle.
+/// Protects: the direction of an image's rotation. Each column holds its index, and a quarter turn
+/// shows along +z the column that lay along +x: the middle one.
 #[test]
 fn a_quarter_turn_brings_what_was_along_x_to_z() {
     const COLUMNS: u32 = 64;
@@ -112,7 +112,7 @@ fn a_quarter_turn_brings_what_was_along_x_to_z() {
         );
         sky.expect("the image is there").radiance(DVec3::ZERO, d).x
     };
-    // A direction lies between two columns, whose numbers are blended.
+    // The direction lies between two columns, whose indices are interpolated.
     let middle = f64::from(COLUMNS) / 2.0 - 0.5;
     assert!(
         (along(0.0, DVec3::X) - middle).abs() < 1e-9
@@ -126,7 +126,7 @@ fn a_quarter_turn_brings_what_was_along_x_to_z() {
     );
 }
 
-/// Protects: a picture's strength counts in its power as in its radiance, whatever its pixels are.
+/// Protects: an image's strength scales its power as its radiance, for every kind of pixel.
 #[test]
 fn strength_is_part_of_the_power() {
     for pixels in [
@@ -144,7 +144,7 @@ fn strength_is_part_of_the_power() {
             };
             let seen = sky.radiance(DVec3::ZERO, DVec3::X);
             let sampler = crate::light::SkySampler::new(&sky).expect("it shines");
-            // The same from everywhere, so the power is the radiance over the sphere.
+            // A constant image, so the power is the radiance over the sphere.
             assert!(
                 (sampler.flux() / (4.0 * core::f64::consts::PI * (seen.x + seen.y + seen.z)) - 1.0)
                     .abs()
@@ -156,7 +156,7 @@ fn strength_is_part_of_the_power() {
     }
 }
 
-/// Protects: texels are packed only where they come back with the same bits, whatever they are.
+/// Protects: texels are packed only if they unpack to the same bits, for any value.
 #[test]
 fn packed_texels_keep_their_bits() {
     let whole = |mantissas: [u8; 3], exponent: i32| {
@@ -184,7 +184,7 @@ fn packed_texels_keep_their_bits() {
     }
 }
 
-/// Protects: a sky of packed texels shows the same bits as one of texels as they are.
+/// Protects: a sky of packed texels has the same bits as a sky of unpacked ones.
 #[test]
 fn packed_skies_are_the_same() {
     let texel = |i: u32| {
@@ -209,7 +209,7 @@ fn packed_skies_are_the_same() {
             1.3,
         )
     };
-    // One texel that can't be packed, in the lower half, keeps all of them as they are.
+    // One texel in the lower half that can't be packed keeps all texels unpacked.
     let (narrow, wide) = (map(true, 1.0), map(true, 0.1));
     assert_eq!((narrow.packed.len(), wide.packed.len()), (64, 0));
     for (i, j) in (0..40).flat_map(|i| (0..15).map(move |j| (i, j))) {
@@ -218,8 +218,8 @@ fn packed_skies_are_the_same() {
     }
 }
 
-/// Protects: looking along many directions shows what each shows alone, to the bit, of pictures
-/// that are packed and of others, and of skies that are none.
+/// Protects: many directions evaluated together have the bits of each alone, for packed and
+/// unpacked images, and for skies without an image.
 #[test]
 fn many_looks_show_what_one_shows() {
     let pixels = |unit: f32| {

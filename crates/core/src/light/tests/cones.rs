@@ -1,11 +1,11 @@
-//! Balls drawn over their solid angle, near and far.
+//! Spheres sampled by solid angle, near and far.
 
 use core::f64::consts::PI;
 
 use super::*;
 
-/// Protects: the solid angle of a ball up to 10⁷ radii away, against the series of 1 − √(1 − s²),
-/// and points that lie on the ball, on the side that is seen.
+/// Protects: the solid angle of a sphere up to 10⁷ radii away equals the series of 1 − √(1 − s²),
+/// and sampled points lie on the visible side of the sphere.
 #[test]
 fn m04_far_balls_keep_their_solid_angle() {
     let centre = DVec3::new(3.0, -2.0, 1.0);
@@ -27,7 +27,7 @@ fn m04_far_balls_keep_their_solid_angle() {
         for i in 0..500 {
             let normal = cone.normal(numbers(i).map(f64::from));
             assert!((normal.length() - 1.0).abs() < 1e-9, "{normal}");
-            // Seen: on the near side of the circle where rays touch it.
+            // Visible points lie on the near side of the circle of tangent rays.
             assert!(
                 normal.dot(towards) >= 1.0 / ratio - 1e-9,
                 "{ratio:e} radii away: {normal}"
@@ -36,8 +36,8 @@ fn m04_far_balls_keep_their_solid_angle() {
     }
 }
 
-/// Protects: from far away a ball sends π·(r/d)², every sample of it the same up to its place in
-/// the narrow cone.
+/// Protects: a distant sphere yields π·(r/d)² without noise but for the direction within the narrow
+/// cone.
 #[test]
 fn m04_far_balls_send_their_light_without_noise() {
     for ratio in [10.0, 1e3, 1e5, 1e7] {
@@ -60,8 +60,8 @@ fn m04_far_balls_send_their_light_without_noise() {
     }
 }
 
-/// Protects: within a ball and on it there is no cone; a room that is lit by its walls sends π from
-/// anywhere.
+/// Protects: inside and on a sphere no cone exists, and points are sampled by area; a room lit by
+/// its walls yields π from anywhere.
 #[test]
 fn m04_within_a_ball_points_are_drawn_by_area() {
     let centre = DVec3::new(1.0, 2.0, 3.0);

@@ -1,11 +1,10 @@
-//! What arrives, on average, against closed forms; and from places where a formula could divide by
-//! nothing.
+//! Mean irradiance against closed forms, and receivers where a formula could divide by zero.
 
 use core::f64::consts::PI;
 
 use super::*;
 
-/// Mean and standard error of what arrives on a surface of unit normal `n`, first channel.
+/// Mean and standard error of the irradiance on a surface of unit normal `n`, first channel.
 fn estimate<R: Real>(
     lights: &Lights<R>,
     light: LightId,
@@ -29,8 +28,8 @@ fn estimate<R: Real>(
     ]
 }
 
-/// Asserts that it is within three standard errors, and that the error is small enough to say
-/// something.
+/// Asserts that the mean is within three standard errors, and that the error is small enough to be
+/// meaningful.
 fn arrives<R: Real>(
     name: &str,
     lights: &Lights<R>,
@@ -47,9 +46,9 @@ fn arrives<R: Real>(
     assert!(error <= 0.02 * expected, "{name}: {mean} ± {error}");
 }
 
-/// Irradiance from a polygon of radiance one that lies before a surface (Lambert, "Photometria",
-/// 1760): half the sum over its edges of the angle that the edge spans times the share of the
-/// normal in that of the edge's plane.
+/// Irradiance from a polygon of radiance one before a surface (Lambert, "Photometria", 1760): half
+/// the sum over its edges of the angle of the edge times the cosine between the normal and the edge
+/// plane's normal.
 fn lambert(corners: &[DVec3], from: DVec3, n: DVec3) -> f64 {
     let edge = |i: usize| {
         let (a, b) = (corners[i] - from, corners[(i + 1) % corners.len()] - from);
@@ -59,7 +58,8 @@ fn lambert(corners: &[DVec3], from: DVec3, n: DVec3) -> f64 {
     (0.5 * (0..corners.len()).map(edge).sum::<f64>()).abs()
 }
 
-/// Protects: what polygons and balls send, by both strategies and in both scalars.
+/// Protects: polygons and spheres yield the irradiance of closed forms, by both strategies and in
+/// both precisions.
 #[test]
 fn surfaces_send_what_the_closed_forms_say() {
     fn check<R: Real>() {
@@ -95,8 +95,8 @@ fn surfaces_send_what_the_closed_forms_say() {
     check::<f64>();
 }
 
-/// Protects: what skies send: π·L, π·(a + ⅔·b·n.y) for a + b·y, 2π/(k + 2) for a lobe of exponent k
-/// along the normal, and for a picture a sum over directions.
+/// Protects: skies yield the irradiance of closed forms: π·L, π·(a + ⅔·b·n.y) for a + b·y, 2π/(k
+/// + 2) for a lobe of exponent k along the normal, and for an image a sum over directions.
 #[test]
 fn skies_send_what_the_closed_forms_say() {
     let direct = |sky: &SkyRadiance<f64>, n: DVec3| {
@@ -156,8 +156,8 @@ fn skies_send_what_the_closed_forms_say() {
     }
 }
 
-/// Protects: a sky that nobody asked to draw costs nothing and is never drawn; a black one has no
-/// way to be.
+/// Protects: a sky without a sampler costs nothing and is never sampled; a black sky gets no
+/// sampler.
 #[test]
 fn an_unasked_sky_is_not_built() {
     let sky = |kind| SkyRadiance::<f64> { kind };
@@ -178,8 +178,8 @@ fn an_unasked_sky_is_not_built() {
     assert!(SkySampler::new(&sky(sky::SkyKind::Constant(DVec3::ZERO))).is_none());
 }
 
-/// Protects: from the light's own plane, its corner, its border, its middle, and a millionth beside
-/// them nothing is infinite or no number, whichever strategy.
+/// Protects: receivers in the light's plane, at its corner, border and centre, and a millionth
+/// beside them, yield no infinity and no NaN, by either strategy.
 #[test]
 fn m03_receivers_in_the_plane_of_a_light_hear_numbers() {
     fn check<R: Real>(strategy: Strategy) {
@@ -245,8 +245,8 @@ fn m03_receivers_in_the_plane_of_a_light_hear_numbers() {
     }
 }
 
-/// Protects: a millionth before a quad, at its middle, beside it and at its corner, the mean is
-/// Lambert's and no sample is a spark, where directions are drawn over the solid angle.
+/// Protects: a millionth before a quad, at its centre, beside it and at its corner, the mean is
+/// Lambert's and no sample is an outlier, for solid-angle sampling.
 #[test]
 fn m03_receivers_close_to_a_quad_hear_no_sparks() {
     let (corner, u, v) = (
@@ -288,8 +288,8 @@ fn m03_receivers_close_to_a_quad_hear_no_sparks() {
     }
 }
 
-/// Protects: the solid angle of an octant, of half of it, and of what is small or seen from its own
-/// plane, which has none here.
+/// Protects: the solid angle of an octant, of half of it, and of polygons that are small or seen
+/// from their own plane, which count as none.
 #[test]
 fn polygons_have_their_solid_angle() {
     let corners = [DVec3::X * 2.0, DVec3::Y * 3.0, DVec3::Z * 0.5];

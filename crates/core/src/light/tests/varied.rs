@@ -1,11 +1,10 @@
-//! What is drawn where it is bright: triangles whose emission varies, and what of a sky other ways
-//! of drawing leave.
+//! Importance sampling by brightness: triangles of varying emission, and the excess of a sky.
 
 use super::*;
 use crate::scene::{ImageData, Pixels};
 
-/// A triangle above the origin that gives off so much in each of so many cells each way, also as
-/// what rays can hit.
+/// A triangle above the origin with this emission in cells, `across` along each side, as a light
+/// and as geometry.
 fn spotted<R: Real>(across: usize, found: &[f64]) -> (Lights<R>, Geometry<R>) {
     let at = |x: f64, y: f64, z: f64| R::Vec3::from_f64(DVec3::new(x, y, z));
     let triangle = Triangle {
@@ -24,7 +23,7 @@ fn spotted<R: Real>(across: usize, found: &[f64]) -> (Lights<R>, Geometry<R>) {
     )
 }
 
-/// Brightness of cells of which a few are lit.
+/// Brightness of cells, a few of which are lit.
 fn spots(across: usize) -> Vec<f64> {
     (0..across * across)
         .map(|cell| {
@@ -37,9 +36,9 @@ fn spots(across: usize) -> Vec<f64> {
         .collect()
 }
 
-/// Protects: points of a triangle that is bright in parts are drawn as densely as is said of a
-/// ray's own hit, and as is said when they are drawn; each counts one over it; and one that is the
-/// same everywhere is drawn over its solid angle, as it would be without cells.
+/// Protects: samples of a triangle of varying emission follow the density, at sampling and at a
+/// ray's hit; each weighs one over the density; and a triangle of uniform emission is sampled by
+/// solid angle, as without cells.
 #[test]
 fn spotted_triangles_are_drawn_by_their_density() {
     let (from, light) = (DVec3::new(0.1, -0.2, 0.05), LightId::Emitter(0));
@@ -90,8 +89,7 @@ fn spotted_triangles_are_drawn_by_their_density() {
     );
 }
 
-/// A sky whose rows have this radiance from the zenith to the horizon, and that below it, of which
-/// what exceeds is drawn.
+/// A sky with one radiance above the horizon and another below, of which the excess is sampled.
 fn halves(above: f32, below: f32) -> Lights<f64> {
     let (width, height) = (32, 16);
     let pixels = (0..width * height)
@@ -109,9 +107,9 @@ fn halves(above: f32, below: f32) -> Lights<f64> {
     lights
 }
 
-/// Protects: of a picture is drawn what exceeds three quarters of its mean, by hand: of 1 and 0.9
-/// above and below the horizon 0.2875 and 0.1875, of 1 and 0.2 nothing below; and what the sky
-/// counts among other lights stays all that it gives.
+/// Protects: the excess of an image over three quarters of its mean is sampled, by hand: for 1 and
+/// 0.9 above and below the horizon 0.2875 and 0.1875, for 1 and 0.2 nothing below; the sky's power
+/// among other lights stays that of the whole image.
 #[test]
 fn of_a_sky_most_of_the_mean_is_left() {
     let density = |lights: &Lights<f64>, y: f64| {

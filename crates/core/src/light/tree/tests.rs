@@ -1,5 +1,5 @@
-//! The tree against what it says of itself and against f64, for lights of any number, size and
-//! distance.
+//! The light tree against its own probabilities and against `f64`, for lights of any number, size
+//! and distance.
 
 use core::f64::consts::PI;
 
@@ -12,7 +12,7 @@ fn number(i: u64) -> f64 {
     (mix(i) >> 11) as f64 / (1_u64 << 53) as f64
 }
 
-/// A place in a cube of edges from −1 to 1.
+/// A point in the cube from −1 to 1.
 fn place(i: u64) -> DVec3 {
     DVec3::new(number(3 * i), number(3 * i + 1), number(3 * i + 2)) * 2.0 - 1.0
 }
@@ -21,7 +21,7 @@ fn unit(i: u64) -> DVec3 {
     place(i).normalize_or(DVec3::Y)
 }
 
-/// A tree and the place of each of its lights.
+/// A tree and the slot of each of its lights.
 fn tree(bounds: impl Iterator<Item = (LightBounds, f64)>) -> (LightTree, Vec<u32>) {
     let leaf = |(i, (bounds, power))| Leaf {
         light: LightId::Emitter(i as u32),
@@ -41,7 +41,7 @@ fn index(light: LightId) -> usize {
     i as usize
 }
 
-/// A light without an edge to what it shines on.
+/// A light that emits in all directions.
 fn round(at: DVec3, size: f64) -> LightBounds {
     LightBounds::round(Aabb {
         min: at,
@@ -49,7 +49,7 @@ fn round(at: DVec3, size: f64) -> LightBounds {
     })
 }
 
-/// Flat, round and narrow ones in turn.
+/// Flat, round and narrow lights in turn.
 fn mixed(i: u64) -> (LightBounds, f64) {
     let (at, axis) = (place(i) * 3.0, unit(i + 1_000_000));
     let space = Aabb {
@@ -76,10 +76,10 @@ fn receiver(i: u64) -> Receiver {
     }
 }
 
-/// Protects: what [`LightTree::draw`] says of the light that it drew is to the bit what
-/// [`LightTree::probability`] says of that light, for numbers of lights around those that fill
-/// nodes and numbers at both ends; levels are few and memory is not more than was said before; a
-/// light that is alone is always drawn, and lights that are nowhere end in a tree too.
+/// Protects: [`LightTree::draw`] and [`LightTree::probability`] agree on a sampled light's
+/// probability to the bit, for counts around full nodes and numbers at both ends of their range.
+/// Levels are few, and memory stays within the estimate. A single light is always sampled, and
+/// lights at NaN positions form a tree too.
 #[test]
 fn both_ways_say_the_same_bits() {
     for count in [1, 2, 3, 7, 8, 9, 63, 64, 65, 511, 513, 100_000] {
@@ -134,8 +134,8 @@ fn both_ways_say_the_same_bits() {
     );
 }
 
-/// Protects: points that draw together draw what each draws alone, to the bit, whichever of them
-/// are there, also where some are done levels before others, and where one finds nothing.
+/// Protects: points sampled together have the light of each alone, to the bit, in any set of lanes,
+/// also if some end levels before others, and if one finds no light.
 #[test]
 fn points_together_draw_as_each_alone() {
     const N: u64 = 8;
@@ -166,12 +166,12 @@ fn points_together_draw_as_each_alone() {
     }
 }
 
-/// Protects: where all lights can be drawn, their probabilities sum to one: however many, at one
-/// place, so near and so far that f32 holds neither their squares nor their differences, of powers
-/// whose shares it does not hold, and far from the origin.
+/// Protects: where all lights can contribute, their probabilities sum to one: at any number, at one
+/// position, at distances whose squares or differences `f32` cannot hold, at powers whose shares it
+/// cannot hold, and far from the origin.
 #[test]
 fn probabilities_sum_to_one_at_any_scale() {
-    /// Where the light of a number is.
+    /// Position of a light by its number.
     type Spread = fn(u64) -> DVec3;
     let spreads: [(&str, Spread); 8] = [
         ("scattered", |i| place(i)),
@@ -223,8 +223,8 @@ fn probabilities_sum_to_one_at_any_scale() {
     }
 }
 
-/// Protects: lights are drawn as often as is said, by χ² below its mean by five standard
-/// deviations, also what is never drawn.
+/// Protects: lights are sampled with their stated probability, by χ² up to five standard deviations
+/// above its mean, failed samples included.
 #[test]
 fn draws_follow_the_probabilities() {
     const DRAWN: u64 = 200_000;
@@ -268,10 +268,9 @@ fn draws_follow_the_probabilities() {
     }
 }
 
-/// Protects: against f64, every light that can light a point can be drawn there, so near the
-/// horizon and the rim of its cone as its angle is told from it, among lights of one kind and of
-/// all, at any scale and far from the origin; and one that is alone in its place is not drawn where
-/// it cannot.
+/// Protects: every light that can contribute by `f64` can be sampled, as close to the horizon and
+/// the rim of its cone as `f64` tells angles, among lights of one kind and of all, at any scale and
+/// far from the origin. A light alone at its position is not sampled where it cannot contribute.
 #[test]
 fn what_can_light_can_be_drawn() {
     /// Angles of normals and of emission.
@@ -289,7 +288,7 @@ fn what_can_light_can_be_drawn() {
             .into_iter()
             .flat_map(|count: u64| [(count, false), (count, true)])
         {
-            // Whether f64 tells directions there well.
+            // Whether `f64` resolves directions there well.
             let told = origin * 1e-12 < scale;
             let origin = DVec3::new(1.0, -0.7, 0.3) * origin;
             let light = |i: u64| {
@@ -314,7 +313,7 @@ fn what_can_light_can_be_drawn() {
                 )
             }));
             for k in 0..1_500 {
-                // One light's rim passes there, or nearly, as does the horizon.
+                // One light's rim passes at or near this point, and so does the horizon.
                 let (at, axis, normals, emission) = light(k % count);
                 let off = [0.0, 1e-9, 1e-6, 1e-5, 1e-4, 1e-2, -1e-3][(k % 7) as usize];
                 let towards = axis * (normals + emission - off).cos()
@@ -351,9 +350,10 @@ fn what_can_light_can_be_drawn() {
     assert!(counts.iter().all(|&count| count > 1_000), "{counts:?}");
 }
 
-/// Protects: a point that is lit on both sides has no horizon, so that a lamp's size changes
-/// nothing at one distance, and from the point right below one of two lamps the other, three times
-/// as far, is drawn as seldom as it lights it.
+/// Protects: importance approximates the contribution. A point that receives light on both sides
+/// has no horizon, so that a lamp's size at one distance does not matter; at the point right below
+/// one of two lamps, the other lamp, three times as far, has a probability close to its
+/// contribution.
 #[test]
 fn importance_is_about_what_arrives() {
     let ball = |middle: DVec3, half: f64| round(middle - DVec3::splat(half), 2.0 * half);
@@ -384,7 +384,7 @@ fn importance_is_about_what_arrives() {
             normal: DVec3::Y,
         },
     );
-    // 1/d² and the cosine on the surface; cones of light are of full strength within their angle.
+    // 1/d² times the cosine at the surface; lights have full strength within their cones.
     let arrives = 1.0 / 9.0 / 3.0;
     assert!(
         (share - arrives / (1.0 + arrives)).abs() < 0.03 && share < 0.1,
@@ -392,9 +392,8 @@ fn importance_is_about_what_arrives() {
     );
 }
 
-/// Protects: the running sum grows by about what each importance is and not at all where one is
-/// zero, whatever rounding does to sums of numbers of any size: no number below one, times the
-/// last, lies where nothing is.
+/// Protects: the cumulative sum grows by about each importance and not at all at a zero one, under
+/// any rounding of sums: no number below one, times the total, selects an entry of zero importance.
 #[test]
 fn what_has_no_importance_takes_no_room() {
     for i in 0..200_000 {
