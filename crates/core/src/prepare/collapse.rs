@@ -1,6 +1,6 @@
-//! Shapes whose extent is lost where coordinates are stored: the difference of two large numbers
-//! that the stored scalar does not tell apart. Preparation asks, because it knows the scalar: what
-//! is lost in f32 may be there in f64.
+//! Detection of shapes that lose their extent when their coordinates are stored: differences of
+//! large numbers below the resolution of the stored scalar. Preparation checks this, because it
+//! knows the scalar: an extent lost in `f32` may exist in `f64`.
 
 use glam::{DMat3, DVec3};
 use raywright_bvh::Real;
@@ -14,17 +14,17 @@ use crate::scene::{Generator, Object, Scene, Shape};
 use crate::shape::own_origin;
 use crate::validate::{MOST, Problem, list, no_area};
 
-/// What becomes of a shape that would be nothing.
+/// The lost extent of a shape that would vanish.
 struct Loss {
-    /// Path within the shape.
+    /// Path of the field within the shape.
     key: &'static str,
-    /// What is lost.
+    /// Description of the lost extent.
     what: &'static str,
-    /// Whether that is a matter of where the shape is.
+    /// Whether the cause is the shape's distance from the origin.
     far: bool,
 }
 
-/// Whether rounding coordinates leaves nothing of a shape moved by an offset.
+/// Whether a shape moved by an offset vanishes under rounding of its coordinates.
 pub(super) fn collapses(shape: &Shape, offset: DVec3, round: impl Fn(f64) -> f64) -> bool {
     loss(shape, offset, round).is_some()
 }
@@ -76,20 +76,20 @@ fn loss(shape: &Shape, offset: DVec3, round: impl Fn(f64) -> f64) -> Option<Loss
     }
 }
 
-/// What the stored scalar makes of a number.
+/// A number rounded to the stored scalar.
 pub(crate) fn rounded<R: Real>(x: f64) -> f64 {
     R::from_f64(x).to_f64()
 }
 
-/// The offset that is taken into a shape's own numbers. None: it is turned, scaled or moving, and
-/// keeps a space of its own.
+/// The translation that is applied to a shape's own numbers. `None`: the shape is rotated, scaled
+/// or moving, and keeps its own space.
 fn moved_by(object: &Object) -> Option<DVec3> {
     let map = affine(&object.transform);
     (map.matrix3 == DMat3::IDENTITY && ends(object).is_none()).then_some(map.translation)
 }
 
-/// Every listed object, and of every generator the first object, of which storing leaves nothing;
-/// at most a hundred.
+/// The listed objects, and the first object of each generator, that vanish when stored; at most a
+/// hundred.
 pub(crate) fn collapsed<R: Real>(scene: &Scene) -> Vec<Problem> {
     collapsed_about::<R>(
         scene,
@@ -97,7 +97,7 @@ pub(crate) fn collapsed<R: Real>(scene: &Scene) -> Vec<Problem> {
     )
 }
 
-/// The same where coordinates are counted from an origin.
+/// [`collapsed`] for coordinates relative to an origin.
 pub(super) fn collapsed_about<R: Real>(scene: &Scene, origin: DVec3) -> Vec<Problem> {
     let objects = scene.objects.iter().enumerate();
     let listed =
@@ -125,7 +125,7 @@ fn listed<R: Real>(path: &str, object: &Object, origin: DVec3) -> Option<Problem
     ))
 }
 
-/// The objects of a generator, each where it lands: the first that is lost is named.
+/// The first object of a generator that vanishes at its position.
 fn generated<R: Real>(path: &str, generator: &Generator, origin: DVec3) -> Option<Problem> {
     let object = &generator.object;
     let placed = matches!(
@@ -152,7 +152,7 @@ fn generated<R: Real>(path: &str, generator: &Generator, origin: DVec3) -> Optio
     ))
 }
 
-/// `kept`: whether doubles would keep it.
+/// `kept`: whether the shape survives in double precision.
 fn problem<R: Real>(
     path: &str,
     loss: &Loss,

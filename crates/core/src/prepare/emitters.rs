@@ -1,5 +1,5 @@
-//! The surfaces that light others: objects whose material gives off light, the same everywhere or,
-//! to a path tracer, any.
+//! Preparation of area lights: objects of uniformly emissive materials or, for a path tracer, of
+//! any emissive material.
 
 use glam::{DAffine3, DMat3, DVec3};
 use raywright_bvh::shapes::{AnyShape, Quad, SampleArea, TransformedShape, Triangle};
@@ -16,41 +16,41 @@ use crate::scene::{Colour, MOST_UV_SETS, Material as MaterialData, MeshData, Sce
 use crate::shape::placed_shape;
 use crate::texture::Sources;
 
-/// Which of them count.
+/// Selection of emitters.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Wanted {
-    /// Those that give off the same everywhere.
+    /// Emitters of uniform emission.
     pub even: bool,
-    /// Those whose emission varies.
+    /// Emitters of varying emission.
     pub varied: bool,
-    /// Whether they are read where a ray meets them, as a path tracer does where only a part of
-    /// them is there.
+    /// Whether emission is evaluated at hits, as a path tracer does for partly transparent
+    /// surfaces.
     pub read: bool,
 }
 
-/// What varies is looked at in so many points in all, and in so many each way of a triangle; of a
-/// shape in the last number of them.
+/// Varying emission is evaluated at so many points in all; at so many along each side of a
+/// triangle, least and most; and at so many along each side of a shape.
 const POINTS: u64 = 1 << 20;
 const EACH: [u64; 2] = [2, 32];
 const OF_SHAPE: usize = 8;
 
-/// Points each way in which each of so many triangles is looked at whose emission varies.
+/// Points along each side of a triangle of varying emission, for a number of such triangles.
 pub(super) fn points_across(triangles: u64) -> u64 {
     let [least, most] = EACH;
     (POINTS / triangles.max(1)).isqrt().clamp(least, most)
 }
 
-/// What a material gives off.
+/// Emission of a material.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) enum Emission {
-    /// The same everywhere.
+    /// Uniform radiance.
     Even(Colour),
-    /// What is read at each point.
+    /// Radiance evaluated at each point.
     Varied,
 }
 
 impl Wanted {
-    /// What a material gives off that counts; none: nothing.
+    /// Emission of a material that is selected; `None` without any.
     pub fn of(self, material: &MaterialData) -> Option<Emission> {
         match material.even_emission() {
             Some(_) if self.even && self.read && material.is_cut() => Some(Emission::Varied),
@@ -61,7 +61,7 @@ impl Wanted {
     }
 }
 
-/// Triangles whose emission varies.
+/// Number of triangles of varying emission.
 fn varied_triangles(
     scene: &Scene,
     lookup: &Lookup<'_>,
@@ -88,7 +88,7 @@ fn varied_triangles(
     Ok(sum)
 }
 
-/// Finds them as they stand about an origin, in the order of the scene's objects.
+/// Lists the emitters, with coordinates relative to an origin, in the order of the scene's objects.
 ///
 /// # Errors
 /// [`PrepareError::Cancelled`].
@@ -104,7 +104,7 @@ pub(super) fn emitters<R: Real>(
     let across = points_across(varied);
     list.reserve_cells(varied, across);
     let across = across as usize;
-    // A generator's objects differ only in their places, which leave the area alone.
+    // A generator's objects differ only in position, which does not change the area.
     let mut last: Option<(&Shape, DMat3, f64)> = None;
     for (index, shown) in all_about(scene, origin).enumerate() {
         if index.is_multiple_of(BLOCK) {
@@ -146,24 +146,24 @@ pub(super) fn emitters<R: Real>(
     Ok(list)
 }
 
-/// Where emission comes from.
+/// Source of emission.
 enum Source<'a, R: Real> {
-    /// The same everywhere.
+    /// Uniform radiance.
     Even(R::Vec3),
     Varied(Varied<'a, R>),
 }
 
-/// Emission that varies.
+/// Varying emission.
 struct Varied<'a, R: Real> {
     material: &'a super::Material<R>,
     sources: &'a Sources<R>,
-    /// Whether the surface is there in part.
+    /// Whether the surface is partly transparent.
     cut: bool,
 }
 
 impl<R: Real> Varied<'_, R> {
-    /// What is given off at a point, of the surface's share that is there. What only meshes or rays
-    /// know is left out: this is for means, by which emitters are chosen, and no picture's mean
+    /// Radiance at a point, times the surface's alpha. Inputs known only to meshes or rays are left
+    /// out: the value serves means, by which emitters are chosen, and no picture's expectation
     /// depends on them.
     fn at(&self, surface: &Surface<R>, uv: [[R; 2]; MOST_UV_SETS], colour: [R; 4]) -> R::Vec3 {
         let at = Interaction {
@@ -184,7 +184,7 @@ impl<R: Real> Varied<'_, R> {
         let here = self.sources.at(&at);
         let emission = self.material.emission_at(&here) * self.material.alpha_at(&here);
         let brightest = emission.max_element();
-        // Also leaves out what is no number.
+        // Leaves out NaN too.
         if brightest > R::ZERO && emission.is_finite() {
             emission.max(Vector::ZERO)
         } else {
@@ -193,15 +193,15 @@ impl<R: Real> Varied<'_, R> {
     }
 }
 
-/// What is found in the middles of a grid of so many cells each way, row by row.
+/// Evaluates `at` at the middles of a grid's cells, `across` along each side, row by row.
 fn look<R: Real>(across: usize, found: &mut Vec<R::Vec3>, mut at: impl FnMut([R; 2]) -> R::Vec3) {
     let step = |i: usize| R::from_f64((i as f64 + 0.5) / across as f64);
     found.clear();
     found.extend((0..across * across).map(|i| at([step(i % across), step(i / across)])));
 }
 
-/// Adds a shape under a map, with numbers of its own where it is only moved, as the geometry has
-/// it, and returns its area.
+/// Adds a transformed shape and returns its area. A pure translation is applied to the shape's own
+/// numbers, as in the geometry.
 fn shape<R: Real>(
     list: &mut EmitterList<R>,
     shape: &Shape,
@@ -233,7 +233,7 @@ fn shape<R: Real>(
     Some(list.placed(placed, glow, side, area))
 }
 
-/// Adds the triangles of an object's mesh under a map.
+/// Adds the triangles of an object's transformed mesh.
 fn mesh<R: Real>(
     list: &mut EmitterList<R>,
     (object, data): (usize, &MeshData),
@@ -282,8 +282,8 @@ fn mesh<R: Real>(
     Ok(())
 }
 
-/// The quad of which a triangle of a mesh and the next one are the halves, as nearly all lamps of
-/// models are: a parallelogram by the file's own numbers, so that it is one in every precision.
+/// The quad that a triangle of a mesh and the next one form, as for nearly all lamps of models: a
+/// parallelogram by the file's own numbers, so that it is one in every precision.
 fn quad<R: Real>(
     triangles: &[Triangle<R>],
     (data, index, flipped): (&MeshData, usize, bool),
@@ -300,7 +300,7 @@ fn quad<R: Real>(
     if p.area() == 0.0 || q.area() == 0.0 {
         return None;
     }
-    // The shared edge is run along in opposite directions.
+    // The triangles traverse the shared edge in opposite directions.
     let edges = (0..9).map(|k| (k / 3, k % 3));
     let (i, j) = edges
         .into_iter()
@@ -317,7 +317,7 @@ fn quad<R: Real>(
     (a + c == b + d).then_some(Quad { corners })
 }
 
-/// What a triangle of a mesh gives off at the point that two numbers stand for.
+/// Radiance of a mesh's triangle at the point sampled by two numbers.
 fn on_triangle<R: Real>(
     varied: &Varied<'_, R>,
     triangle: &Triangle<R>,
@@ -328,7 +328,7 @@ fn on_triangle<R: Real>(
     let root = u.sqrt();
     let [a, b, c] = data.indices[index].map(|i| i as usize);
     let (b, c) = if flipped { (c, b) } else { (b, c) };
-    // As the point itself is drawn.
+    // The weights of the sampled point.
     let weights = [root * (one - v), one - root, root * v];
     let of = |values: [f32; 3]| interpolate(values.map(R::from_f32), weights);
     let uv = core::array::from_fn(|set| {

@@ -1,4 +1,4 @@
-//! Why a scene can't be prepared, and the question whether to go on.
+//! Errors of preparation, and the check for cancellation.
 
 use raywright_bvh::GeometryError;
 
@@ -8,13 +8,13 @@ use crate::observer::Observer;
 use crate::settings::SettingsError;
 use crate::validate::Problem;
 
-/// Why a scene could not be prepared.
+/// Reason why a scene could not be prepared.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum PrepareError {
-    /// No picture can be made with these settings.
+    /// Invalid settings.
     #[error(transparent)]
     Settings(SettingsError),
-    /// A primitive was refused.
+    /// A primitive was rejected.
     #[error("objects[{object}]: {source}")]
     Geometry {
         /// Index of the object.
@@ -22,41 +22,40 @@ pub enum PrepareError {
         /// Why.
         source: GeometryError,
     },
-    /// Nothing is left of shapes once their coordinates are stored in this precision's numbers.
+    /// Shapes vanish when their coordinates are stored in this precision.
     #[error("{}", problems.iter().map(|p| format!("{}: {}", p.path, p.message)).collect::<Vec<_>>().join("; "))]
     Collapsed {
-        /// What [`collapsed`](crate::dispatch::collapsed) says of the scene: at least one.
+        /// Problems found by [`collapsed`](crate::dispatch::collapsed): at least one.
         problems: Vec<Problem>,
     },
-    /// A name that nothing has; validation reports it with its place.
+    /// An unknown name; validation reports it with its location.
     #[error("{path}: there is no {kind} named `{name}`")]
     Missing {
-        /// Where it is used.
+        /// Path of the use.
         path: String,
-        /// What was looked for.
+        /// Kind of the missing item.
         kind: &'static str,
         /// The name.
         name: String,
     },
-    /// What varies over a surface where there is none; validation reports it with its place.
+    /// A surface-dependent input without a surface; validation reports it with its location.
     #[error("{path}: a sky has no surface for a texture or checkerboard to lie on")]
     NoSurface {
-        /// Where it stands.
+        /// Path of the input.
         path: String,
     },
     /// An expression of the hit that does not compile.
     #[error("{path}: {source}")]
     Expression {
-        /// Where it stands.
+        /// Path of the input.
         path: String,
         /// Why.
         source: ExprError,
     },
-    /// The observer stopped it.
+    /// The observer cancelled preparation.
     #[error("preparation was stopped")]
     Cancelled,
-    /// The picture, geometry and textures would take more than the memory allowed; nothing was
-    /// built.
+    /// The film, geometry and textures would exceed the memory limit; nothing was built.
     #[error("rendering needs about {} bytes, but at most {allowed} are allowed", needed.total())]
     Memory {
         /// Estimate.
@@ -64,8 +63,7 @@ pub enum PrepareError {
         /// Limit in bytes.
         allowed: u64,
     },
-    /// The system does not give the memory that the picture, geometry and textures take; nothing
-    /// was built.
+    /// The system cannot provide the memory for the film, geometry and textures; nothing was built.
     #[error("rendering needs about {} bytes, and the system does not give as much", needed.total())]
     OutOfMemory {
         /// Estimate.
@@ -73,7 +71,7 @@ pub enum PrepareError {
     },
 }
 
-/// Asks the observer whether preparation should end here.
+/// Returns an error if the observer has cancelled preparation.
 pub(crate) fn go_on(observer: &dyn Observer) -> Result<(), PrepareError> {
     if observer.cancelled() {
         Err(PrepareError::Cancelled)

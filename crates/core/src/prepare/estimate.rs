@@ -1,5 +1,5 @@
-//! What memory a picture will take, from the scene alone: asked before anything is built, so that
-//! what can't be had is refused and not tried.
+//! Memory estimate of a picture from the scene alone, made before anything is built, so that
+//! impossible requests are refused without being tried.
 
 use core::ops::Range;
 use std::collections::HashSet;
@@ -27,9 +27,9 @@ use crate::settings::Settings;
 use crate::shape::any_shape;
 use crate::texture::{TextureUse, pyramid};
 
-/// At least what a scene prepared in a precision will take, and at most twice of it (more in a wide
-/// tree, see `crate::estimate`), from counts alone: only how many nodes a tree has, and whether
-/// lamps have an area to be drawn from, is not known beforehand.
+/// Upper estimate of the memory of a prepared scene: at most twice the actual use (more in a wide
+/// tree, see `crate::estimate`). It uses counts alone: only the number of a tree's nodes, and
+/// whether lamps have an area that can be sampled, are unknown beforehand.
 pub(crate) fn estimate<R: Real>(setup: &RenderSetup<'_>) -> Memory {
     let (settings, simulated) = (&setup.settings, setup.effects.simulated());
     let scene = &*simulated_scene(&setup.scene, settings.camera.as_ref(), simulated);
@@ -87,20 +87,19 @@ pub(crate) fn estimate<R: Real>(setup: &RenderSetup<'_>) -> Memory {
     }
 }
 
-/// What a scene needs of everything.
+/// Counts and bytes that a scene needs.
 #[derive(Default)]
 struct Needs {
-    /// Primitives of the scene's own set.
+    /// Primitives of the scene's top-level set.
     own: GeometryMemory,
-    /// Bytes of the geometries that instances share.
+    /// Bytes of geometry shared by instances.
     shared: u64,
     /// Bytes of meshes, each once.
     meshes: u64,
-    /// Emissive shapes and triangles, and those of them under a map.
+    /// Emissive shapes and triangles, and the transformed ones among them.
     lamps: u64,
     placed_lamps: u64,
-    /// Triangles among them whose emission varies, and how many cells each of them may have each
-    /// way.
+    /// Triangles of varying emission among them, and the most cells of each along a side.
     varied: [u64; 2],
     /// Uses of textures.
     texture_uses: u64,
@@ -188,7 +187,7 @@ impl Needs {
         needs
     }
 
-    /// Adds so many instances that move, or that stand still.
+    /// Adds a number of moving or static instances.
     fn instances(&mut self, count: u64, moves: bool) {
         self.own.instances = self.own.instances.saturating_add(count);
         self.own.moving = self
@@ -197,7 +196,7 @@ impl Needs {
             .saturating_add(if moves { count } else { 0 });
     }
 
-    /// Adds a geometry that instances show.
+    /// Adds a geometry that instances share.
     fn part<R: Real>(&mut self, alone: &GeometryMemory, settings: &Settings) {
         self.shared +=
             size_of::<Geometry<R>>() as u64 + alone.most_bytes::<R>(settings.accelerator);
@@ -229,7 +228,7 @@ impl Needs {
                 self.texture_uses += 1;
                 self.images += image(&texture.image).unwrap_or(0);
                 if texture.filter == Filter::Mipmaps {
-                    // What is absent by alpha is read once more, without.
+                    // Alpha cut-outs read the texture once more, without mip maps.
                     self.texture_uses += 1;
                     let first = pyramids.insert((Arc::as_ptr(data), texture.colour_space));
                     self.images += if first {

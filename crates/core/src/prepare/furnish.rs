@@ -1,5 +1,5 @@
-//! A studio is put up behind and below a prepared scene: how bright its backdrop is, and what of
-//! its light falls on its ground.
+//! Adds a studio's backdrop and ground to a prepared scene: the brightness of the backdrop, and the
+//! light that falls on the ground.
 
 use core::f64::consts::PI;
 
@@ -19,8 +19,8 @@ use crate::settings::{Background, Settings};
 use crate::studio::towards;
 
 impl<R: Real> Ground<R> {
-    /// Below a scene, in the light of a sky; none where the scene has no lower end or nothing comes
-    /// from above.
+    /// The ground below a scene, lit by a sky; `None` for a scene without a lower end, or without
+    /// light from above.
     fn below(scene: &Prepared<R>, sky: &SkyRadiance<R>) -> Option<Self> {
         const SIZE: [usize; 2] = [64, 32];
         let bounds = scene.geometry.bounded_part();
@@ -38,8 +38,8 @@ impl<R: Real> Ground<R> {
             (radiance.x + radiance.y + radiance.z) * height.max(0.0)
         };
         let light = SphereGrid::new(SIZE[0], SIZE[1], 0.0, arriving)?;
-        // The way to what lies above the middle at a twentieth of the horizon's angle takes less
-        // than a hundredth of the light.
+        // An object above the middle seen from this distance, at a twentieth of the horizon's
+        // angle, blocks less than a hundredth of the light.
         let reach = 10.0 * bounds.extent().length();
         let centre = DVec3::new(bounds.centre().x, bounds.min.y, bounds.centre().z);
         Some(Self {
@@ -51,14 +51,15 @@ impl<R: Real> Ground<R> {
     }
 }
 
-/// Share of the display's range above which surfaces are bright, halfway between the codes of both
-/// backdrops, and the share of light that a white surface sends back in a studio, about.
+/// Brightness, as a share of the display's range, above which surfaces count as bright: halfway
+/// between the codes of both backdrops; and the approximate share of light that a white surface
+/// reflects in a studio.
 const BRIGHT: f64 = 0.48;
 const LIT: f64 = 0.7;
 
 impl<R: Real> Prepared<R> {
-    /// Puts up a studio's backdrop and ground for a camera; what is bright was decided before, or
-    /// is now.
+    /// Adds a studio's backdrop and ground for a camera. The backdrop's brightness is decided once
+    /// and kept.
     pub(super) fn furnish(
         &mut self,
         studio: &Studio,
@@ -93,9 +94,9 @@ impl<R: Real> Prepared<R> {
         self.backdrop = Some(Backdrop::of_studio(radiance, camera));
     }
 
-    /// How bright the surfaces look that are seen from around a scene, as a share of the display's
-    /// range: the median over parallel rays from six directions. It depends on no camera, so that
-    /// the backdrop is one from all sides. None where nothing is seen.
+    /// Brightness of the surfaces seen from around a scene, as a share of the display's range: the
+    /// median over parallel rays from six directions. It depends on no camera, so that the backdrop
+    /// is the same from all sides. `None` if no surface is seen.
     fn brightness(&self) -> Option<f64> {
         const EDGE: u16 = 16;
         let bounds = self.geometry.bounded_part();
@@ -129,7 +130,7 @@ impl<R: Real> Prepared<R> {
         found.get(found.len() / 2).copied()
     }
 
-    /// How bright the first surface is that is there.
+    /// Brightness of the first surface of alpha at least one half along a ray.
     fn brightness_along(&self, ray: &Ray<R>) -> Option<f64> {
         const CUTOUTS: usize = 16;
         let mut min = R::ZERO;
@@ -152,7 +153,8 @@ impl<R: Real> Prepared<R> {
                     Material::Unused => Vector::ZERO,
                 };
                 let light = colour.to_f64() * LIT + material.emission_at(&here).to_f64();
-                // As bright as its codes are: a saturated colour looks brighter than its luminance.
+                // Luminance of the encoded colour: a saturated colour looks brighter than its
+                // luminance.
                 return Some(luminance(light.to_array().map(|channel| {
                     encode(TransferCurve::Srgb, channel.clamp(0.0, 1.0))
                 })));

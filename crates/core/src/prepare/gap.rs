@@ -1,31 +1,33 @@
-//! Gaps beside surfaces that light passes, narrower than the error bound of a hit: light that
-//! leaves the one surface starts beyond the other, so that the gap is not in the picture.
+//! Detection of gaps beside transmissive surfaces that are narrower than the error bound of a hit:
+//! rays that leave the one surface start beyond the other, so that the gap is missing in the
+//! picture.
 
 use raywright_bvh::{Interval, Ray, Real, Vector};
 
 use super::{Prepared, Spawn};
 
-/// Rays through the picture that look for gaps, along its width and its height.
+/// Rays through the picture that search for gaps, along its width and its height.
 const RAYS: [u32; 2] = [32, 18];
 
-/// Surfaces that a ray looks at, whatever they are made of.
+/// Most surfaces that a ray tests.
 const HITS: usize = 16;
 
-/// Two objects that are nearer to each other than the starts of rays on both sides of a surface.
+/// Two objects closer to each other than the ray origins on both sides of a surface.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ClosedGap {
-    /// The object that light passes, by its place in the scene's list, generated ones behind them.
+    /// The transmissive object, by its index in the scene's list; generated objects follow the
+    /// listed ones.
     pub object: usize,
-    /// The object that light starts beyond.
+    /// The object that rays start beyond.
     pub other: usize,
-    /// Distance in metres from which on a gap here is seen.
+    /// Least width in metres of a gap here that is resolved.
     pub resolved: f64,
 }
 
 impl<R: Real> Prepared<R> {
-    /// Pairs of objects with such gaps, as far as some hundred straight rays through a picture of
-    /// this size find them; each pair once. Starts at a constant offset close gaps by choice, and
-    /// none is named.
+    /// Pairs of objects with closed gaps, as found by some hundred straight rays through a picture
+    /// of this size; each pair once. A constant ray offset closes gaps by choice, so none is
+    /// reported then.
     pub(crate) fn closed_gaps(&self, [width, height]: [u32; 2]) -> Vec<ClosedGap> {
         let mut gaps: Vec<ClosedGap> = Vec::new();
         if !matches!(self.rules.spawn, Spawn::ErrorBound)
@@ -46,7 +48,7 @@ impl<R: Real> Prepared<R> {
         gaps
     }
 
-    /// Adds what one ray finds on its straight way.
+    /// Adds the gaps along one straight ray.
     fn gaps_along(&self, ray: &Ray<R>, gaps: &mut Vec<ClosedGap>) {
         let mut range = Interval::positive();
         for _ in 0..HITS {
@@ -80,7 +82,7 @@ impl<R: Real> Prepared<R> {
         }
     }
 
-    /// The object that is met first between two points, unless it is the one given.
+    /// The object of the closest hit between two points, unless it is `own`.
     fn first_of_others(&self, [from, to]: [R::Vec3; 2], time: R, own: u32) -> Option<u32> {
         let across = to - from;
         let length = across.length();
@@ -104,7 +106,7 @@ mod tests {
     use crate::scene::Scene;
     use crate::settings::{PrecisionChoice, Settings};
 
-    /// The pairs of a scene of these objects, glass by the name `g`, seen from four metres.
+    /// Closed gaps in a scene of these objects, glass by the name `g`, seen from four metres.
     fn pairs(precision: PrecisionChoice, objects: &[(&str, Value)]) -> Vec<(usize, usize)> {
         let objects: Vec<Value> = objects
             .iter()
@@ -146,9 +148,9 @@ mod tests {
         json!({ "box": { "min": [-1, y[0], -1], "max": [1, y[1], 1] } })
     }
 
-    /// Protects: a shell of glass one step of single precision above a ball is named, with the
-    /// ball, in `robust`, where its picture is wrong; in `reference`, which shows the gap, it is
-    /// not. So is the same gap below a ball of glass inside a shell.
+    /// Protects: a glass shell one step of single precision above a ball is reported with the ball
+    /// in `robust`, where the picture is wrong, and not in `reference`, which resolves the gap;
+    /// likewise the same gap below a glass ball inside a shell.
     #[test]
     fn gaps_that_are_closed_are_named() {
         let shell = [("g", ball(1.000_000_12)), ("w", ball(1.0))];
@@ -163,9 +165,8 @@ mod tests {
         );
     }
 
-    /// Protects: no gap is named that is there in the picture: a tenth of a millimetre wide, bodies
-    /// that touch in a point or cut through each other, nothing but glass, and opaque bodies
-    /// however near they are.
+    /// Protects: resolved gaps are not reported: a tenth of a millimetre wide, bodies that touch in
+    /// a point or intersect, glass alone, and opaque bodies however close.
     #[test]
     fn open_gaps_are_not_named() {
         let raised = |y: f64| json!({ "sphere": { "centre": [0, y, 0], "radius": 0.5 } });

@@ -1,6 +1,6 @@
-//! Objects become primitives: shapes as they are, meshes used once as triangles of the scene's own
-//! set, meshes used more often as instances of one shared geometry, generators as the objects they
-//! stand for.
+//! Conversion of objects to primitives: shapes directly, meshes used once as triangles of the
+//! scene's top-level set, meshes used more often as instances of a shared geometry, generators as
+//! their objects.
 
 use std::collections::HashMap;
 use std::collections::hash_map::Entry;
@@ -21,63 +21,62 @@ use crate::origin::StorageOrigin;
 use crate::scene::{MeshData, Object, Scene, Shape, SideRule};
 use crate::shape::{map_about, own_shape, placed_shape};
 
-/// What shading needs of an object.
+/// Data of an object for shading.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct ObjectRecord<R: Real> {
     pub material: u32,
     pub face_viewer: bool,
-    /// Whether its inside gives off nothing.
+    /// Whether the inside does not emit.
     pub culled: bool,
-    /// Whether it takes light from lights without size, for an integrator that asks about each hit.
+    /// Whether the object blocks delta lights, for an integrator that filters each hit.
     pub casts_shadow: bool,
-    /// Whether the material reads the texture coordinates of a shape.
+    /// Whether the material needs a shape's texture coordinates.
     pub coordinates: bool,
-    /// Whether an image bends the material's normals.
+    /// Whether the material needs tangents, as for a normal map.
     pub bumpy: bool,
     pub mesh: Option<MeshUse<R>>,
 }
 
-/// How an object shows its mesh.
+/// Use of a mesh by an object.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct MeshUse<R: Real> {
-    /// Its place in the table of meshes.
+    /// Index in the table of meshes.
     pub mesh: u32,
     /// Columns of the inverse transpose: object normals to world normals, not normalised.
     pub normals: [R::Vec3; 3],
-    /// It moves, and not only from place to place: the normals are those of time 0, and geometry
-    /// tells them at others.
+    /// Whether the object moves other than by translation: the normals are then those of time 0,
+    /// and geometry returns them for other times.
     pub turns: bool,
-    /// The triangles were turned over because the transform mirrors.
+    /// Whether the triangles were reversed because the transform mirrors.
     pub flipped: bool,
-    /// Sets of texture coordinates that the material reads, a bit each.
+    /// Sets of texture coordinates that the material reads, as bits.
     pub sets: u8,
-    /// Where tangents that were made for it are in their table; none: they are its own, or nothing
-    /// asks for any.
+    /// Index of generated tangents in their table; `None` if the mesh has its own or needs none.
     pub tangents: Option<u32>,
 }
 
 pub(crate) struct Built<R: Real> {
     pub geometry: Geometry<R>,
-    /// The meshes that objects show, each once; the scene's own, because arrays are not copied.
+    /// The meshes in use, each once, shared with the scene: arrays are not copied.
     pub meshes: Vec<Arc<MeshData>>,
-    /// By the geometry's objects, which are the scene's.
+    /// By index of the geometry's objects, which are the scene's objects.
     pub objects: Vec<ObjectRecord<R>>,
-    /// Objects of whose mesh storing leaves nothing, ascending.
+    /// Objects with a mesh that vanishes when stored, ascending.
     pub lost: Vec<u32>,
 }
 
-/// What geometry asks of a material.
+/// Properties of a material that geometry needs.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct GeometryNeeds {
-    /// What its objects are to shadow rays, if they cast shadows.
+    /// Occlusion by objects that cast shadows.
     pub occlusion: Occlusion,
-    /// What they are if they cast none.
+    /// Occlusion by objects that cast none.
     pub without_shadow: Occlusion,
-    /// Whether it reads the texture coordinates of a shape.
+    /// Whether the material needs a shape's texture coordinates.
     pub coordinates: bool,
-    /// Sets of a mesh's texture coordinates that it reads, a bit each.
+    /// Sets of a mesh's texture coordinates that the material reads, as bits.
     pub sets: u8,
-    /// Whether an image bends its normals.
+    /// Whether the material needs tangents, as for a normal map.
     pub bumpy: bool,
 }
 
@@ -102,7 +101,7 @@ fn visibility(object: &Object, facet: &GeometryNeeds) -> Visibility {
     }
 }
 
-/// Objects between two questions to the observer, or this many times 64 triangles: milliseconds of
+/// Objects between two checks for cancellation, or this many times 64 triangles: milliseconds of
 /// work.
 pub(super) const BLOCK: usize = 1 << 10;
 
@@ -120,7 +119,7 @@ pub(super) fn materials(scene: &Scene, lookup: &Lookup<'_>) -> Result<Vec<u32>, 
     all(scene).enumerate().map(material).collect()
 }
 
-/// Builds everything that can be hit, for whoever asks nothing of materials.
+/// Builds the geometry for callers that need no materials.
 pub(crate) fn build<R: Real>(
     scene: &Scene,
     lookup: &Lookup<'_>,
@@ -147,8 +146,7 @@ pub(crate) fn build<R: Real>(
     )
 }
 
-/// Builds everything that can be hit about an origin, each object with its material and what
-/// geometry asks of that.
+/// Builds the geometry relative to an origin, with each object's material and its properties.
 pub(super) fn build_with<R: Real>(
     (scene, origin): (&Scene, StorageOrigin),
     lookup: &Lookup<'_>,
@@ -182,14 +180,14 @@ struct GeometryBuilder<'a, R: Real> {
     lookup: &'a Lookup<'a>,
     uses: Uses<'a>,
     group: PrimitiveSet<R>,
-    /// Parts of the group that instances show.
+    /// Parts of the group that instances share.
     shared: HashMap<(&'a str, SideRule), u32>,
     meshes: Vec<Arc<MeshData>>,
-    /// Where each mesh is in the table of meshes.
+    /// Index of each mesh in the table of meshes.
     places: HashMap<&'a str, u32>,
     records: Vec<ObjectRecord<R>>,
     lost: Vec<u32>,
-    /// The shape that moves which came last, the part that shows it, and what that is counted from.
+    /// The latest moving shape, its part, and the origin of its coordinates.
     moving: Option<(&'a Object, u32, DVec3)>,
     observer: &'a dyn Observer,
 }
@@ -336,8 +334,8 @@ impl<'a, R: Real> GeometryBuilder<'a, R> {
     }
 }
 
-/// Whether storing leaves nothing of a mesh in its place that is something before. One triangle
-/// that stays is enough of an answer, so few are looked at.
+/// Whether a transformed mesh vanishes when stored, though it has an extent before. One surviving
+/// triangle decides, so few are tested.
 fn vanishes<R: Real>(data: &MeshData, map: &DAffine3) -> bool {
     let corner = |i: u32| {
         map.transform_point3(data.positions.at(i as usize))
@@ -352,12 +350,12 @@ fn vanishes<R: Real>(data: &MeshData, map: &DAffine3) -> bool {
     nothing(rounded::<R>) && !nothing(|x| x)
 }
 
-/// Adds the triangles of an object's mesh as one object, mapped where a map is given, and else as
-/// they lie about the mesh's own origin; a mirroring map turns them over so that outside stays
+/// Adds the triangles of an object's mesh as one object: transformed if a map is given, else
+/// relative to the mesh's own origin. A mirroring map reverses the triangles, so that outside stays
 /// outside.
 ///
 /// # Errors
-/// Triangles that the geometry refuses, and [`PrepareError::Cancelled`].
+/// Triangles that the geometry rejects, and [`PrepareError::Cancelled`].
 pub(super) fn triangles<R: Real>(
     group: &mut PrimitiveSet<R>,
     object: usize,
@@ -369,7 +367,7 @@ pub(super) fn triangles<R: Real>(
     let stays = map.is_some_and(|(map, _)| map == DAffine3::IDENTITY);
     let position = |i: u32| -> R::Vec3 {
         Vector::from_f64(match map {
-            // All that such a map would do: it leaves no zero below zero.
+            // The identity's only effect: it turns −0 into 0.
             Some(_) if stays => data.positions.at(i as usize) + DVec3::ZERO,
             Some((map, _)) => map.transform_point3(data.positions.at(i as usize)),
             None => DVec3::from(data.positions.offsets()[i as usize].map(f64::from)),
@@ -377,7 +375,7 @@ pub(super) fn triangles<R: Real>(
     };
     let flipped = map.is_some_and(|(_, flipped)| flipped);
     let corners = |&[a, b, c]: &[u32; 3]| if flipped { [a, c, b] } else { [a, b, c] }.map(position);
-    // One that is cancelled ends with the triangles so far, and is then refused.
+    // Cancellation ends the mesh early; the check below then returns the error.
     let blocks = data
         .indices
         .chunks(64 * BLOCK)
@@ -390,11 +388,11 @@ pub(super) fn triangles<R: Real>(
 }
 
 impl<'a, R: Real> GeometryBuilder<'a, R> {
-    /// Adds a shape. A pure translation is taken into the shape's own numbers where that is exact
-    /// in f64, so that what a generator scatters costs no transform.
+    /// Adds a shape. A pure translation is applied to the shape's own numbers if that is exact in
+    /// `f64`, so that a generator's objects need no transform.
     ///
     /// # Errors
-    /// A shape that the geometry refuses.
+    /// A shape that the geometry rejects.
     fn shape(
         &mut self,
         index: usize,
@@ -413,11 +411,10 @@ impl<'a, R: Real> GeometryBuilder<'a, R> {
         })
     }
 
-    /// Adds a shape that moves: an instance of a part of its own, which all that a generator makes
-    /// of it share.
+    /// Adds a moving shape: an instance of its own part, which all objects of a generator share.
     ///
     /// # Errors
-    /// A shape that the geometry refuses.
+    /// A shape that the geometry rejects.
     fn moving_shape(
         &mut self,
         index: usize,

@@ -1,5 +1,5 @@
-//! Inputs of materials, prepared: what a file says of them becomes entries of the tables that they
-//! are read from.
+//! Preparation of material inputs: conversion of the file's inputs to table entries that shading
+//! evaluates.
 
 use std::collections::{BTreeMap, HashMap};
 use std::sync::Arc;
@@ -13,35 +13,34 @@ use crate::lookup::Lookup;
 use crate::scene::{ColourSpace, Filter, ImageData, Input as InputData, TextureRef, Value, Weight};
 use crate::texture::{Codes, FarPrograms, Input, Product, Sampler, Sources, TextureUse, pyramid};
 
-/// What the inputs of a material read.
+/// Dependencies of a material's inputs.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Reads {
-    /// The surface's own texture coordinates.
+    /// The surface's texture coordinates.
     pub coordinates: bool,
     /// Expressions.
     pub expressions: bool,
 }
 
-/// Prepares the inputs of materials, one material after the other, into tables that all of them
-/// share.
+/// Prepares the inputs of materials, one material after the other, into shared tables.
 pub(super) struct Compiler<'a, R: Real> {
     names: &'a BTreeMap<String, f64>,
     lookup: &'a Lookup<'a>,
-    /// The place in the scene of the material at hand.
+    /// Path of the current material in the scene.
     pub path: String,
     pub sources: Sources<R>,
-    /// Where each image is in the table of images, by its address.
+    /// Index of each image in the table of images, by address.
     places: HashMap<*const ImageData, u32>,
-    /// The same for mip maps, by the place of the image and whether its codes are sRGB.
+    /// Index of mip maps, by the image's index and whether its codes are sRGB.
     pyramids: HashMap<(u32, bool), u32>,
-    /// Whether textures are read without mip maps, whatever they ask for.
+    /// Whether textures are read without mip maps in any case.
     pub finest: bool,
-    /// What the material at hand reads so far.
+    /// Dependencies of the current material so far.
     pub reads: Reads,
 }
 
 impl<'a, R: Real> Compiler<'a, R> {
-    /// For points that are counted from an origin.
+    /// A compiler for points relative to an origin.
     pub fn new(names: &'a BTreeMap<String, f64>, lookup: &'a Lookup<'a>, origin: DVec3) -> Self {
         let sources = Sources {
             programs: Programs::default(),
@@ -100,7 +99,7 @@ impl<'a, R: Real> Compiler<'a, R> {
         }
     }
 
-    /// A use of a texture; none when its image could not be had.
+    /// A use of a texture; `None` if its image is unavailable.
     pub fn texture(
         &mut self,
         reference: &TextureRef,
@@ -127,7 +126,7 @@ impl<'a, R: Real> Compiler<'a, R> {
             .and_then(|image| image.data.as_ref());
         let Some(image) = image else { return Ok(None) };
         let (image, sampler) = (self.place_of(image), Sampler::new(texture, reference));
-        // How expressions stretch an image is not known, so what they read is the image itself.
+        // Expressions stretch an image in an unknown way, so they read it without mip maps.
         let filtered = texture.filter == Filter::Mipmaps && coordinates.is_none() && !self.finest;
         let pyramid =
             filtered.then(|| self.pyramid_of(image, texture.colour_space == ColourSpace::Srgb));
@@ -150,8 +149,8 @@ impl<'a, R: Real> Compiler<'a, R> {
         )))
     }
 
-    /// The first use that finds the same texels as one that is about to be added: it, or one of the
-    /// last ones, since the maps of a material come one after the other.
+    /// The first use with the same texel lookup as a new one: the new use itself, or one of the
+    /// latest uses, since the maps of a material are added together.
     fn first_like(&self, image: u32, sampler: &Sampler<R>, set: usize) -> u32 {
         const LAST: usize = 16;
         let Sources {
@@ -181,7 +180,7 @@ impl<'a, R: Real> Compiler<'a, R> {
         })
     }
 
-    /// Whether a use of a texture asks for mip maps.
+    /// Whether a texture is filtered by mip maps.
     pub fn reduces(&self, reference: &TextureRef) -> bool {
         self.lookup
             .texture(&reference.name)
@@ -198,7 +197,7 @@ impl<'a, R: Real> Compiler<'a, R> {
         })
     }
 
-    /// An image that multiplies an input, if there is one.
+    /// An optional image that multiplies an input.
     pub fn image(
         &mut self,
         reference: &Option<TextureRef>,
@@ -233,7 +232,7 @@ impl<'a, R: Real> Compiler<'a, R> {
         })
     }
 
-    /// An input, with the image under a key of its own that multiplies it.
+    /// An input, with the image of a separate key that multiplies it.
     pub fn factor<T: Value>(
         &mut self,
         input: &InputData<T>,

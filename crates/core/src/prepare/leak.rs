@@ -1,27 +1,27 @@
-//! Lamps so near behind an opaque surface that shadow rays do not tell the two apart: their light
-//! shines through it.
+//! Detection of light leaks: lamps so close behind an opaque surface that shadow rays do not
+//! resolve the gap, so that light shines through the surface.
 
 use raywright_bvh::{Interval, Ray, Real, Surface, Vector};
 
 use super::{Prepared, Spawn};
 use crate::light::{LightId, Target};
 
-/// Rays through the picture whose hits ask for light, along its width and its height.
+/// Rays through the picture whose hits sample lights, along its width and its height.
 const RAYS: [u32; 2] = [32, 18];
 
-/// Lights that each hit asks; where there are more, every hit asks others.
+/// Lights sampled by each hit; if there are more, each hit samples others.
 const LIGHTS: usize = 8;
 
-/// Surfaces about a lamp that are looked at.
+/// Most surfaces tested around a lamp.
 const HITS: usize = 4;
 
-/// Where light comes from.
+/// A source of light.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Lamp {
-    /// A light without size, by its place in the scene's list.
+    /// A delta light, by its index in the scene's list.
     Light(usize),
-    /// An object that gives off light, by its place in the scene's list, generated ones behind
-    /// them.
+    /// An emissive object, by its index in the scene's list; generated objects follow the listed
+    /// ones.
     Object(usize),
 }
 
@@ -30,16 +30,17 @@ pub enum Lamp {
 pub struct LightLeak {
     /// The lamp.
     pub lamp: Lamp,
-    /// The object before it, by its place in the scene's list, generated ones behind them.
+    /// The object before the lamp, by its index in the scene's list; generated objects follow the
+    /// listed ones.
     pub cover: usize,
-    /// Distance in metres from which on the object stops the light.
+    /// Least distance in metres at which the object blocks the light.
     pub resolved: f64,
 }
 
 impl<R: Real> Prepared<R> {
-    /// The leaks that light what some hundred rays through a picture of this size meet first, each
-    /// pair of objects once: the same number of shadow rays whatever the scene. Starts at a
-    /// constant offset let light through by choice, and none is named.
+    /// The leaks that light the first hits of some hundred rays through a picture of this size,
+    /// each pair of objects once; the number of shadow rays is the same for every scene. A constant
+    /// ray offset lets light through by choice, so none is reported then.
     pub(crate) fn light_leaks(&self, [width, height]: [u32; 2]) -> Vec<LightLeak> {
         let mut leaks = Vec::new();
         let lights: Vec<LightId> = self
@@ -63,7 +64,7 @@ impl<R: Real> Prepared<R> {
                 continue;
             };
             let from = self.geometry.surface(&ray, &hit);
-            // The opaque are lit from where they are seen from.
+            // Opaque surfaces are lit on the side of the view.
             let opaque = self.is_opaque(hit.outermost());
             let seen = from.normal.dot(ray.direction) < R::ZERO;
             let faces = |way: R::Vec3| !opaque || (from.normal.dot(way) > R::ZERO) == seen;
@@ -79,7 +80,7 @@ impl<R: Real> Prepared<R> {
         self.materials[self.objects[object as usize].material as usize].is_opaque()
     }
 
-    /// The leak by which a place of a light is seen from a point.
+    /// The leak through which a sampled point of a light reaches a point.
     fn leak(
         &self,
         from: &Surface<R>,
@@ -112,8 +113,8 @@ impl<R: Real> Prepared<R> {
         if shadowed {
             return None;
         }
-        // From right behind the lamp, where numbers of the way are small, what lies between its
-        // point and the end of the shadow ray is seen.
+        // A ray from right behind the lamp, where distances are small and precise, hits the
+        // surfaces between the lamp's point and the end of the shadow ray.
         let end = ray.origin.to_f64() + ray.direction.to_f64() * range.max.to_f64();
         let rounding = 4.0 * R::ROUNDOFF.to_f64() * range.max.to_f64();
         let resolved = 2.0 * ((start.to_f64() - end).length() + rounding);
@@ -137,8 +138,8 @@ impl<R: Real> Prepared<R> {
         })
     }
 
-    /// The object of the emitter that a ray from behind a light meets, and the first other opaque
-    /// one after it.
+    /// The emitter's object that a ray from behind a light hits, and the first other opaque object
+    /// after it.
     fn cover(
         &self,
         light: LightId,
@@ -169,8 +170,8 @@ impl<R: Real> Prepared<R> {
     }
 }
 
-/// Two numbers in [0, 1) that fill the square evenly (Roberts, "The Unreasonable Effectiveness of
-/// Quasirandom Sequences", 2018).
+/// Two low-discrepancy numbers in [0, 1) (Roberts, "The Unreasonable Effectiveness of Quasirandom
+/// Sequences", 2018).
 fn place(i: u32) -> [f32; 2] {
     [0.754_877_666_246_692_8, 0.569_840_290_998_053_3]
         .map(|step: f64| ((0.5 + step * f64::from(i)).fract() as f32).min(0.999_999))
@@ -195,7 +196,7 @@ mod tests {
     use crate::scene::Scene;
     use crate::settings::{PrecisionChoice, Settings};
 
-    /// Light on the floor and the leaks, of a lamp so high above it and a cover.
+    /// Light on the floor, and the leaks, for a lamp at this height above it and a cover.
     fn light_and_leaks(
         precision: PrecisionChoice,
         height: f64,
@@ -241,8 +242,8 @@ mod tests {
         json!({ "name": name, "source": { "inline": { "positions": positions, "indices": [[0, 1, 2], [0, 2, 3]] } } })
     }
 
-    /// Lamps and covers by pairs, with the meshes that they show: the lamp lies at a height, the
-    /// cover so much below or about it.
+    /// Pairs of lamps and covers, with their meshes: the lamp at a height, the cover by the gap
+    /// below or around it.
     fn pairs(height: f64, gap: f64) -> Vec<Value> {
         let r = 0.25 * height;
         let below = height - gap;
@@ -276,9 +277,10 @@ mod tests {
         pairs
     }
 
-    /// Protects: whatever light passes an opaque cover, its lamp and the cover are named, at every
-    /// scale, for covers and lamps of every kind and both families of emission; from the distance
-    /// on that is named the cover is dark, and none is named. Nor is any under `reference`.
+    /// Protects: if light passes an opaque cover, its lamp and the cover are reported, at every
+    /// scale, for covers and lamps of every kind and both emissive models. From the stated distance
+    /// on, the surface behind the cover is dark and no leak is reported; nor is any under
+    /// `reference`.
     #[test]
     fn what_shines_through_a_cover_is_named() {
         let (mut lit, mut dark) = (0, 0);
@@ -320,9 +322,8 @@ mod tests {
         assert!(lit > 50 && dark > 50, "{lit} lit, {dark} dark");
     }
 
-    /// Protects: no lamp is named whose light passes by: one flush with a ceiling or a hair below
-    /// it, one that stands on a floor, one beside a cover, one without any, one behind glass or a
-    /// shadowless object.
+    /// Protects: lamps without a leak are not reported: flush with a ceiling or just below it, on a
+    /// floor, beside a cover, without one, behind glass or behind a shadowless object.
     #[test]
     fn lamps_that_pass_nothing_are_not_named() {
         let lamp = |y: f64| json!({ "shape": quad(y, 0.25), "material": "classic" });

@@ -1,4 +1,4 @@
-//! Materials, prepared: the two families with their inputs compiled.
+//! Prepared materials: the two families with compiled inputs.
 
 mod classic;
 mod layered;
@@ -18,7 +18,7 @@ use crate::material::MaterialTables;
 use crate::scene::{AlphaMode, Colour, Material as MaterialData, Model, Scene};
 use crate::texture::ShadingContext;
 
-/// The tables that prepared materials read.
+/// The tables that these layers need.
 pub(super) fn tables<R: Real>(layers: &[LayeredInputs<R>]) -> MaterialTables {
     let some = |has: fn(&LayeredInputs<R>) -> bool| layers.iter().any(has);
     MaterialTables {
@@ -28,22 +28,22 @@ pub(super) fn tables<R: Real>(layers: &[LayeredInputs<R>]) -> MaterialTables {
     }
 }
 
-/// What a surface does to light.
+/// A prepared material.
 #[derive(Clone, Copy, Debug)]
 pub(crate) enum Material<R: Real> {
     Classic(ClassicInputs<R>),
     Physical(PhysicalInputs<R>),
-    /// No object has it, so nothing of it is prepared.
+    /// A material without objects, which is not prepared.
     Unused,
 }
 
 impl<R: Real> Material<R> {
-    /// Whether nothing passes, wherever it is the occluder.
+    /// Whether the material blocks all light of shadow rays everywhere.
     pub fn is_opaque(&self) -> bool {
         self.covers() && self.shadow_transmittance() == Some(R::ZERO)
     }
 
-    /// Whether it may give off light.
+    /// Whether the material may emit.
     pub fn glows(&self) -> bool {
         match self {
             Self::Classic(m) => m.emission.is_some(),
@@ -52,7 +52,7 @@ impl<R: Real> Material<R> {
         }
     }
 
-    /// What it gives off at a point.
+    /// Emitted radiance at a point.
     pub fn emission_at(&self, here: &ShadingContext<'_, R>) -> R::Vec3 {
         match self {
             Self::Classic(m) => m
@@ -67,7 +67,7 @@ impl<R: Real> Material<R> {
         }
     }
 
-    /// The share of the surface that is there at a point.
+    /// Alpha (coverage) at a point.
     pub fn alpha_at(&self, here: &ShadingContext<'_, R>) -> R {
         if let Self::Physical(m) = self {
             m.alpha_at(here)
@@ -76,7 +76,7 @@ impl<R: Real> Material<R> {
         }
     }
 
-    /// What its inside absorbs of light per metre; none where nothing.
+    /// Absorption coefficient of the inside per metre; `None` without absorption.
     pub fn absorption(&self) -> Option<R::Vec3> {
         match self {
             Self::Classic(m) => m
@@ -89,35 +89,33 @@ impl<R: Real> Material<R> {
         }
     }
 
-    /// Whether no ray passes it straight, wherever it is the occluder: light bent by glass arrives
-    /// on other ways.
+    /// Whether no ray passes straight through, anywhere: refracted light arrives on other paths.
     pub fn covers(&self) -> bool {
         !matches!(self, Self::Physical(m) if m.alpha != AlphaMode::Opaque)
     }
 
-    /// Whether it is a wall that light passes straight.
+    /// Whether the material is a thin wall that light passes straight.
     pub fn is_wall(&self) -> bool {
         matches!(self, Self::Physical(m) if m.is_wall())
     }
 
-    /// Whether an image bends its normals, or directions on it count otherwise.
+    /// Whether the material needs tangents: for normal maps or anisotropy.
     pub fn is_bumpy(&self, layers: &[LayeredInputs<R>]) -> bool {
         let directed = |place: u32| is_directed(&layers[place as usize]);
         matches!(self, Self::Physical(m) if m.bump.is_some() || m.layered.is_some_and(directed))
     }
 
-    /// Whether light that goes through is then in a body.
+    /// Whether transmitted light enters a solid body.
     pub fn bounds_body(&self) -> bool {
         !matches!(self, Self::Physical(m) if m.thin)
     }
 
-    /// Whether it weighs light by how far away the nearest occluder is.
+    /// Whether the material weights light by the distance of the nearest occluder.
     pub fn asks_how_far(&self) -> bool {
         matches!(self, Self::Classic(m) if m.asks_how_far)
     }
 
-    /// Share of light that passes when this is the occluder and covers all of what is behind it;
-    /// none where it varies.
+    /// Transmittance of the material as an occluder over its whole area; `None` if it varies.
     pub fn shadow_transmittance(&self) -> Option<R> {
         match self {
             Self::Classic(m) => Some(m.shadow_transmittance),
@@ -149,7 +147,7 @@ pub(super) fn prepare<R: Real>(
     }
 }
 
-/// What a part of a material is prepared as, where there is one.
+/// Prepares an optional part of a material.
 fn prepared<T, P>(
     part: Option<T>,
     prepare: impl FnOnce(T) -> Result<P, PrepareError>,

@@ -1,5 +1,5 @@
-//! Preparation: a validated scene and settings become what an integrator walks. It may fail,
-//! allocate, sort and decide; rendering may do none of these.
+//! Preparation of a validated scene and settings for integrators. It may fail, allocate, sort and
+//! decide; rendering may do none of these.
 
 mod collapse;
 mod emitters;
@@ -48,11 +48,11 @@ pub use shut::ShutAway;
 use studio::Backdrop;
 
 impl<R: Real> Prepared<R> {
-    /// Prepares a scene for the effects that are simulated: the others' tables stay empty. Its
-    /// materials are prepared when an object uses them, so an unused one costs nothing.
+    /// Prepares a scene for the simulated effects: tables of other effects stay empty. A material
+    /// is prepared only if an object uses it.
     ///
     /// # Errors
-    /// What validation would have reported with a place, and what only the geometry can know.
+    /// Errors that validation reports with a location, and errors that only the geometry detects.
     pub fn new(
         scene: &Scene,
         settings: &Settings,
@@ -63,7 +63,8 @@ impl<R: Real> Prepared<R> {
         let whole = scene;
         let scene = &*simulated_scene(whole, settings.camera.as_ref(), simulated);
         if let Some((i, model)) = scene.models.iter().enumerate().next() {
-            // The loader takes models out of the list; whoever made the scene otherwise has to.
+            // The loader removes models from the list; other creators of the scene must do the
+            // same.
             return Err(PrepareError::Missing {
                 path: format!("models[{i}].file"),
                 kind: "loaded model",
@@ -125,8 +126,8 @@ impl<R: Real> Prepared<R> {
         go_on(observer)?;
         let tangents = tangents::make(scene, &mut built, observer)?;
         let aspect = f64::from(settings.size[0]) / f64::from(settings.size[1]);
-        // The view that shows everything shows it wherever it goes, also where it stands in the
-        // picture.
+        // The default view frames the whole motion of all objects, even if the picture shows them
+        // at rest.
         let framed = || {
             let silhouette = Silhouette::of(whole);
             silhouette.frame(silhouette.front(), FIELD_OF_VIEW, aspect)
@@ -160,7 +161,7 @@ impl<R: Real> Prepared<R> {
         } else {
             EmitterList::default()
         };
-        // A light that shows on nothing is not built: no loop turns for it.
+        // Lights without effect are not built, so that no loop runs over them.
         let placed = scene
             .lights
             .iter()
@@ -240,10 +241,9 @@ impl<R: Real> Prepared<R> {
         Ok(prepared)
     }
 
-    /// Takes another camera that calls for the same effects, as if the scene had been prepared for
-    /// it: what goes with the camera is made anew, and nothing else. A camera whose shutter is open
-    /// for a time is none of these. False, and nothing changed, where the lights that go with the
-    /// camera can't be made.
+    /// Switches to another camera that needs the same effects, as if the scene had been prepared
+    /// for it; only camera-dependent data is rebuilt. Cameras with an open shutter are excluded.
+    /// Returns false, with nothing changed, if the camera's lights cannot be prepared.
     #[must_use]
     pub(crate) fn turn_to(
         &mut self,
@@ -287,7 +287,7 @@ impl<R: Real> Prepared<R> {
     }
 }
 
-/// The studio that a scene stands in.
+/// The studio of a scene, if any.
 fn studio_of(scene: &Scene) -> Option<Studio> {
     if let Some(Sky::Studio(studio)) = &scene.sky {
         Some(*studio)
@@ -296,7 +296,7 @@ fn studio_of(scene: &Scene) -> Option<Studio> {
     }
 }
 
-/// The priority of each material's body.
+/// The priority of each material as a medium.
 fn priorities(scene: &Scene) -> Vec<u32> {
     let of = |material: &scene::Material| {
         if let scene::Model::Physical(m) = &material.model {
@@ -308,9 +308,8 @@ fn priorities(scene: &Scene) -> Vec<u32> {
     scene.materials.iter().map(of).collect()
 }
 
-/// What geometry asks of each material. An occluder that lets nothing through needs no question,
-/// unless somewhere more is asked than whether light arrives: which occluder is the first, or how
-/// far away the nearest is.
+/// Properties of each material for geometry. An opaque occluder needs no filter, unless more than
+/// occlusion matters: which occluder is the first, or how far away the nearest is.
 fn facets<R: Real>(
     scene: &Scene,
     (materials, layers): (&[Material<R>], &[LayeredInputs<R>]),
@@ -330,14 +329,14 @@ fn facets<R: Real>(
             material.is_opaque() && !asks
         };
         GeometryNeeds {
-            // A ray to a lamp's middle passes the lamp itself.
+            // A ray to a lamp's centre passes the lamp itself.
             occlusion: if solid && !(hard && material.glows()) {
                 Occlusion::Opaque
             } else {
                 Occlusion::Ask
             },
-            // A path tracer asks whose light it is: that of surfaces and of the sky passes nothing
-            // that rays meet.
+            // A path tracer filters by light: light of surfaces and of the sky passes no object
+            // that rays hit.
             without_shadow: if paths {
                 Occlusion::Ask
             } else {
@@ -356,7 +355,7 @@ fn facets<R: Real>(
         .collect()
 }
 
-/// Time and parameters, as expressions see them.
+/// Time and parameters for expressions.
 pub(crate) fn names(scene: &Scene) -> std::collections::BTreeMap<String, f64> {
     let mut names = scene.parameters.clone();
     names.insert("t".to_owned(), scene.t);

@@ -1,4 +1,4 @@
-//! A scene as integrators walk it.
+//! The prepared scene that integrators read.
 
 use std::sync::Arc;
 
@@ -19,7 +19,7 @@ use crate::scene::{
 use crate::settings::{LightSampling, Roulette};
 use crate::texture::Sources;
 
-/// Where spawned rays start, in the precision's scalar.
+/// Rule for the origins of spawned rays, in the precision's scalar.
 #[derive(Clone, Copy, Debug)]
 pub(crate) enum Spawn<R: Real> {
     ErrorBound,
@@ -37,7 +37,7 @@ pub(crate) enum Spawn<R: Real> {
 pub(crate) struct Rules<R: Real> {
     pub spawn: Spawn<R>,
     pub first_occluder_decides: bool,
-    /// Infinite where the scene sets none.
+    /// Infinite without a limit in the scene.
     pub shadow_max_distance: R,
     pub local_only_at_limit: bool,
 }
@@ -63,94 +63,94 @@ impl<R: Real> Rules<R> {
     }
 }
 
-/// A scene as an integrator walks it: flat arrays that refer to each other by index, with no
-/// pointer, closure or trait object for each object, material or primitive. What it shares with the
-/// scene, meshes and images, lies in tables too, one pointer for each buffer, so that nothing is
-/// copied and every array can be read as it is.
+/// The prepared scene: flat arrays that refer to each other by index, without a pointer, closure or
+/// trait object per object, material or primitive. Meshes and images are shared with the scene by
+/// one pointer for each buffer, so that nothing is copied and every array can be read directly.
 #[derive(Clone, Debug)]
 pub struct Prepared<R: Real> {
     pub(crate) geometry: Geometry<R>,
-    /// The meshes that objects show.
+    /// The meshes in use.
     pub(crate) meshes: Vec<Arc<MeshData>>,
-    /// By index of the scene's objects, generated ones last.
+    /// Objects by their index in the scene, generated objects last.
     pub(crate) objects: Vec<ObjectRecord<R>>,
-    /// Tangents made for meshes whose normals an image bends.
+    /// Generated tangents of meshes with normal maps or anisotropy.
     pub(crate) tangents: Vec<Corners>,
     pub(crate) materials: Vec<Material<R>>,
-    /// What the materials' inputs refer to.
+    /// Tables of the materials' inputs.
     pub(crate) sources: Sources<R>,
-    /// Lights, emissive surfaces and the sky; no table holds what no surface would answer to.
+    /// Delta lights, area lights and the sky; lights without effect are left out.
     pub lights: Lights<R>,
-    /// What camera rays see that hit nothing; none: the sky.
+    /// Background of camera rays that hit nothing; `None` for the sky.
     pub(crate) backdrop: Option<Backdrop<R>>,
-    /// What the backdrop is dimmed by; none where no studio has one.
+    /// Ground whose shadow dims the backdrop; `None` without a studio's ground.
     pub(crate) ground: Option<Ground<R>>,
-    /// Radiance of a studio's backdrop, once it is decided.
+    /// Radiance of a studio's backdrop, once decided.
     pub(crate) studio_backdrop: Option<f64>,
-    /// The sky's cosine-weighted average; none where no material asks for it.
+    /// The sky's cosine-weighted mean; `None` if no material needs it.
     pub(crate) irradiance: Option<Irradiance<R>>,
     pub(crate) camera: Camera<R>,
-    /// How wide its rays are, by which textures are filtered; none where no texture asks.
+    /// Ray cone of the camera for texture filtering; `None` without filtered textures.
     pub(crate) cone: Option<Cone<R>>,
     pub(crate) rules: Rules<R>,
-    /// Whether some material absorbs what passes through it.
+    /// Whether any material absorbs light inside.
     pub(crate) absorbs: bool,
-    /// Which body light is in where several overlap, by material; empty where all bodies are alike.
+    /// Priority of overlapping media, by material; empty if all are equal.
     pub(crate) priorities: Vec<u32>,
-    /// Whether paths keep track of the bodies that they are in.
+    /// Whether paths keep track of the media around them.
     pub(crate) tracks_media: bool,
-    /// Whether light asked for may arrive straight through surfaces, so that shadow rays meet them
-    /// in order.
+    /// Whether sampled light may pass straight through surfaces, so that shadow rays visit them in
+    /// order.
     pub(crate) lets_straight: bool,
-    /// What lies over, under and in materials that have such.
+    /// Layers of layered materials.
     pub(crate) layers: Vec<LayeredInputs<R>>,
-    /// How a path tracer finds light with a size.
+    /// Sampling strategy of the path tracer for area lights and the sky.
     pub(super) light_sampling: LightSampling,
-    /// Whether it is the middle of a lamp that has to be seen.
+    /// Whether area lights cast hard shadows, by their centres.
     pub(crate) hard_shadows: bool,
-    /// When chance may end a path.
+    /// Russian roulette setting.
     pub(crate) roulette: Roulette,
-    /// What the brightest channel of a sample is brought down to; none: nothing is.
+    /// Limit of a sample's brightest channel; `None` without clamping.
     pub(crate) clamp: Option<R>,
-    /// Whether rough surfaces give back what their facets send to each other.
+    /// Whether rough surfaces include multiple scattering among microfacets.
     pub(crate) compensates: bool,
     pub(crate) veil: R::Vec3,
-    /// Whether camera rays see the edges of triangles.
+    /// Whether camera rays show the edges of triangles.
     pub(crate) draws_edges: bool,
-    /// Objects of whose mesh storing leaves nothing, ascending.
+    /// Objects with a mesh that vanishes when stored, ascending.
     pub(crate) lost: Vec<u32>,
-    /// What all coordinates are counted from.
+    /// Origin of all coordinates.
     pub(crate) origin: StorageOrigin,
     /// Bytes of geometry and accelerators, shared geometry counted once.
     pub(super) geometry_bytes: usize,
 }
 
-/// How much was built of what.
+/// Sizes of the built tables.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Tables {
-    /// Primitives of the scene's own set, an instance counting as one.
+    /// Primitives of the scene's top-level set, an instance counting as one.
     pub primitives: usize,
-    /// Those without bounds.
+    /// Unbounded primitives among them.
     pub unbounded: usize,
-    /// Those that are instances.
+    /// Instances among them.
     pub instances: usize,
-    /// Light sources besides the sky and surfaces.
+    /// Delta lights.
     pub lights: usize,
-    /// Emissive shapes and triangles that light others.
+    /// Emissive shapes and triangles of positive power.
     pub emitters: usize,
-    /// Materials that something shows.
+    /// Materials in use.
     pub materials: usize,
-    /// Those of them that are layered.
+    /// Layered materials among them.
     pub layered: usize,
-    /// Whether the sky's cosine-weighted average was computed.
+    /// Whether the sky's cosine-weighted mean was computed.
     pub irradiance: bool,
     /// Bytes of decoded images.
     pub texture_bytes: usize,
 }
 
 impl<R: Real> Prepared<R> {
-    /// How a path tracer finds a light with a size. Lamps of which the middle alone counts are
-    /// asked, since a path that meets one by chance does not know what the middle sees.
+    /// Sampling strategy of a path tracer for an area light or the sky. Lamps with hard shadows are
+    /// found by light sampling alone, since a path that hits one by chance does not know whether
+    /// the lamp's centre is visible.
     #[inline(always)]
     pub(crate) fn sampling_of(&self, light: LightId) -> LightSampling {
         match light {
@@ -163,14 +163,14 @@ impl<R: Real> Prepared<R> {
         }
     }
 
-    /// Whether a lamp's shadows are hard. Where its light varies it is read where a shadow ray
-    /// meets it, which has to be a point that was drawn.
+    /// Whether a lamp casts hard shadows. Varying emission is evaluated at the shadow ray's hit,
+    /// which must be the sampled point.
     #[inline(always)]
     pub(crate) fn casts_hard(&self, emitter: u32) -> bool {
         self.hard_shadows && !self.lights.emitters.varies(emitter)
     }
 
-    /// A point in the file's own coordinates.
+    /// A point in the scene file's coordinates.
     #[inline]
     pub(crate) fn in_world(&self, point: R::Vec3) -> DVec3 {
         let stored = point.to_f64();
@@ -181,7 +181,7 @@ impl<R: Real> Prepared<R> {
         }
     }
 
-    /// What it takes, without the film.
+    /// Memory of the prepared scene, without the film.
     pub(crate) fn memory(&self) -> Memory {
         let tables = size_of_val(self.objects.as_slice())
             + size_of_val(self.materials.as_slice())
@@ -191,7 +191,7 @@ impl<R: Real> Prepared<R> {
             + size_of_val(self.sources.of_materials.as_slice())
             + size_of_val(self.lights.delta.as_slice());
         let choice = self.lights.choice().bytes();
-        // Only what chooses among lights counts what became of them.
+        // Only integrators that choose among lights count their usage.
         let counted = if self.lights.choice().is_empty() {
             0
         } else {
@@ -219,7 +219,7 @@ impl<R: Real> Prepared<R> {
         }
     }
 
-    /// Bytes of the images that materials and sky show, each counted once, with their mip maps.
+    /// Bytes of the images of materials and sky, each counted once, with their mip maps.
     fn texture_bytes(&self) -> usize {
         let sky = self.lights.sky.image().filter(|&sky| {
             !self
@@ -238,7 +238,7 @@ impl<R: Real> Prepared<R> {
             + pyramids.map(ImageData::bytes).sum::<usize>()
     }
 
-    /// Sizes of the tables that effects need; an absent effect's are empty.
+    /// Sizes of the tables; those of absent effects are empty.
     pub fn tables(&self) -> Tables {
         Tables {
             primitives: self.geometry.len(),

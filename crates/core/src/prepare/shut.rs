@@ -1,43 +1,43 @@
-//! Lights that have lit nothing, as the scene names them.
+//! Report of lights that lit nothing.
 
 use raywright_bvh::Real;
 
 use super::Prepared;
 use crate::light::{LightId, LightUsage};
 
-/// Fewer rays to a light that were all stopped say too little: of a light that every twentieth
-/// reaches, less than one in a hundred times none does.
+/// Least number of blocked rays for a report: for a light that one ray in twenty reaches, a hundred
+/// rays are all blocked in less than one case in a hundred.
 const ENOUGH: u64 = 100;
 
-/// A light or a lamp of which nothing was seen.
+/// A light or emissive object without any contribution.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum ShutAway {
-    /// One without size, by its place in the scene's list.
+    /// A delta light, by its index in the scene's list.
     Light {
-        /// Which one.
+        /// The index.
         index: usize,
-        /// Rays to it, all of which were stopped.
+        /// Number of shadow rays to it, all blocked.
         rays: u64,
     },
-    /// An object that gives off light, by its place in the scene's list, those that the scene
-    /// generates behind them.
+    /// An emissive object, by its index in the scene's list; generated objects follow the listed
+    /// ones.
     Object {
-        /// Which one.
+        /// The index.
         index: usize,
-        /// Rays to it, all of which were stopped.
+        /// Number of shadow rays to it, all blocked.
         rays: u64,
     },
 }
 
 impl<R: Real> Prepared<R> {
-    /// Those to which enough rays were sent in vain.
+    /// Lights with enough blocked rays and no contribution.
     pub(crate) fn shut_away(&self, usage: &LightUsage) -> Vec<ShutAway> {
         let in_vain = |light| usage.in_vain(light).map(u64::from);
         let lights = (0..self.lights.delta.len()).filter_map(|index| {
             let rays = in_vain(LightId::Delta(index as u32))?;
             Some(ShutAway::Light { index, rays })
         });
-        // Of a mesh some triangles may well be hidden; it is shut away where all are.
+        // Some triangles of a mesh may be hidden; a mesh is reported only if all are.
         let objects = self
             .lights
             .emitters

@@ -1,5 +1,4 @@
-//! What a studio puts behind and below a scene: the backdrop that camera rays see, and the ground
-//! that catches shadows.
+//! A studio's backdrop, which camera rays see, and its ground, which catches shadows.
 
 use glam::DVec3;
 use raywright_bvh::{Real, Vector};
@@ -9,21 +8,21 @@ use crate::light::SphereGrid;
 use crate::motion::{opening, pose_at};
 use crate::scene::{Camera, Projection};
 
-/// What camera rays see that hit nothing, where that is not the sky.
+/// Background of camera rays that hit nothing, in place of the sky.
 #[derive(Clone, Copy, Debug)]
 pub(crate) enum Backdrop<R: Real> {
-    /// The same everywhere.
+    /// A constant radiance.
     Plain(R::Vec3),
-    /// A studio's: brightest along the camera's axis.
+    /// A studio's backdrop: brightest along the camera's axis.
     Studio {
-        /// Radiance there.
+        /// Radiance along the axis.
         radiance: R,
         axis: R::Vec3,
     },
 }
 
 impl<R: Real> Backdrop<R> {
-    /// Of a studio, as a camera sees it. Parallel rays see one radiance.
+    /// A studio's backdrop for a camera. Parallel rays see a constant radiance.
     pub fn of_studio(radiance: f64, camera: &Camera) -> Self {
         match camera.projection {
             Projection::Orthographic { .. } => {
@@ -39,7 +38,7 @@ impl<R: Real> Backdrop<R> {
         }
     }
 
-    /// Along a unit direction.
+    /// Radiance along a unit direction.
     #[inline]
     pub fn seen(&self, direction: R::Vec3) -> R::Vec3 {
         match *self {
@@ -52,17 +51,18 @@ impl<R: Real> Backdrop<R> {
     }
 }
 
-/// Share of a backdrop's radiance that is left far from its middle.
+/// Least share of a backdrop's radiance, far from its middle.
 const DARKEST: f64 = 0.5;
 
-/// A ground that is seen by the light that the scene takes from it.
+/// An invisible ground that shows the shadow of the scene.
 #[derive(Clone, Debug)]
 pub(crate) struct Ground<R: Real> {
-    /// Where it lies.
+    /// Height of the ground.
     pub height: R,
-    /// Around which point it is asked, and how far from there: nothing is taken that counts beyond.
+    /// Centre of the shadow, and its radius: beyond it the scene blocks a negligible share of
+    /// light.
     pub centre: R::Vec3,
     pub reach: R,
-    /// Directions from above, by what arrives from there on the ground.
+    /// Directions from above, sampled by their irradiance on the ground.
     pub light: SphereGrid,
 }

@@ -1,6 +1,6 @@
-//! Tangents of meshes whose normals an image bends, or whose facets are combed, and whose file has
-//! none: MikkTSpace, by which the programs that bake such images make theirs (Mikkelsen,
-//! "Simulation of Wrinkled Surfaces Revisited", 2008).
+//! Generated tangents for meshes with normal maps or anisotropy whose file has none: MikkTSpace,
+//! used by the programs that bake such images (Mikkelsen, "Simulation of Wrinkled Surfaces
+//! Revisited", 2008).
 
 use std::collections::HashMap;
 
@@ -15,22 +15,21 @@ use crate::lookup::Lookup;
 use crate::observer::Observer;
 use crate::scene::{Material, MeshData, Model, Scene, Shape};
 
-/// Tangents of a mesh, for each corner of each triangle, as [`MeshData::tangents`] has them for
-/// vertices.
+/// Tangents of a mesh, for each corner of each triangle, in the format of [`MeshData::tangents`].
 pub(crate) type Corners = Vec<[[f32; 4]; 3]>;
 
-/// Which way tangents go: along this set of texture coordinates, after this part of an affine map,
-/// by its bits.
+/// Source of tangents: a set of texture coordinates, and the linear part of its affine map, as
+/// bits.
 pub(super) type TangentSource = (u32, [u64; 4]);
 
-/// The way of the tangents that must be made for a mesh of a material; none where it has its own,
-/// or where nothing asks for any.
+/// Source of the tangents to generate for a mesh with a material; `None` if the mesh has its own or
+/// needs none.
 pub(super) fn way(material: Option<&Material>, data: &MeshData) -> Option<TangentSource> {
     let Model::Physical(model) = &material?.model else {
         return None;
     };
     let image = model.directed_by();
-    // Combed facets without an image go along the first set of coordinates.
+    // Anisotropy without an image follows the first set of coordinates.
     let asked = data.tangents.is_empty() && (image.is_some() || model.combed().is_some());
     let map = image
         .and_then(|image| image.uv_transform)
@@ -44,10 +43,10 @@ pub(super) fn way(material: Option<&Material>, data: &MeshData) -> Option<Tangen
     })
 }
 
-/// Makes what tangents are missing, each once, and tells the objects where they are.
+/// Generates the missing tangents, each once, and stores their indices in the objects.
 ///
 /// # Errors
-/// [`PrepareError::Cancelled`], asked between meshes.
+/// [`PrepareError::Cancelled`], checked between meshes.
 pub(super) fn make<R: Real>(
     scene: &Scene,
     built: &mut Built<R>,
@@ -97,8 +96,8 @@ fn corners(data: &MeshData, (set, map): TangentSource) -> Corners {
         .as_flattened()
         .iter()
         .fold(0.0_f32, |largest, x| largest.max(x.abs()));
-    // A power of two keeps every digit, and products of edges within what single precision can
-    // hold.
+    // Scaling by a power of two keeps every digit, and keeps products of edges within single
+    // precision.
     let exponent = if largest > 0.0 {
         libm::ilogbf(largest)
     } else {
@@ -111,13 +110,13 @@ fn corners(data: &MeshData, (set, map): TangentSource) -> Corners {
         scale: libm::ldexp(1.0, -exponent),
         out: vec![[[0.0; 4]; 3]; data.indices.len()],
     };
-    // Fails for none of what a mesh can be; corners that are then without a tangent get any that is
-    // across their normal.
+    // Never fails for valid meshes; corners left without a tangent later get any direction
+    // perpendicular to their normal.
     let _ = generate_tangents::<_, Portable>(&mut mesh);
     mesh.out
 }
 
-/// Functions that are the same on every platform.
+/// Functions with the same results on every platform.
 struct Portable;
 
 impl Ops for Portable {
@@ -129,7 +128,7 @@ impl Ops for Portable {
     }
 }
 
-/// A mesh as the library reads and writes it.
+/// A mesh in the library's interface.
 struct Faces<'a> {
     data: &'a MeshData,
     set: usize,
@@ -170,7 +169,7 @@ impl Geometry<Portable> for Faces<'_> {
         }
     }
     fn tex_coord(&self, face: usize, corner: usize) -> [f32; 2] {
-        // What an interaction reads of a mesh without coordinates.
+        // The default coordinates of a mesh without any.
         const WEIGHTS: [[f32; 2]; 3] = [[0.0, 0.0], [1.0, 0.0], [0.0, 1.0]];
         let [u, v] = match self.data.uvs.get(self.set).filter(|set| !set.is_empty()) {
             Some(set) => set[self.vertex(face, corner)],
@@ -178,7 +177,7 @@ impl Geometry<Portable> for Faces<'_> {
             None => [0.0; 2],
         };
         let ([u, v], [a, b, c, d]) = ([u, v].map(f64::from), self.map);
-        // Images are up where v falls, and the library takes them to be up where it grows.
+        // Images point up towards lower v; the library assumes higher v.
         [(a * u + b * v) as f32, -(c * u + d * v) as f32]
     }
     fn set_tangent(&mut self, tangent: Option<TangentSpace>, face: usize, corner: usize) {

@@ -1,4 +1,4 @@
-//! Classic materials, prepared.
+//! Preparation of classic materials.
 
 use raywright_bvh::{Real, Vector};
 
@@ -10,7 +10,7 @@ use crate::material::Glass;
 use crate::scene::{Classic as ClassicData, Colour, Mixture, SpecularModel, TransmissionChoice};
 use crate::texture::Input;
 
-/// A local lighting model made of terms.
+/// Inputs of a local lighting model of several terms.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct ClassicInputs<R: Real> {
     pub colour: Input<R>,
@@ -25,12 +25,11 @@ pub(crate) struct ClassicInputs<R: Real> {
     pub mixture: Option<Mixture>,
     pub shadow_transmittance: R,
     pub shadow: Option<Input<R>>,
-    /// Whether a shadow ray is needed: not where `shadow` says what arrives without it.
+    /// Whether a shadow ray is needed: not if `shadow` determines the light without one.
     pub asks_what_is_between: bool,
-    /// Whether some weight depends on the distance of the nearest occluder.
+    /// Whether a weight depends on the distance of the nearest occluder.
     pub asks_how_far: bool,
-    /// Whether a path tracer sees Lambert's diffusion and what it gives off alone, as far as its
-    /// terms tell.
+    /// Whether, by its terms, a path tracer sees only Lambert's lobe and emission.
     pub matte: bool,
 }
 
@@ -50,7 +49,7 @@ pub(crate) struct SpecularInputs<R: Real> {
 pub(crate) struct ReflectionInputs<R: Real> {
     pub weight: Input<R>,
     pub tinted: bool,
-    /// Amount and the rows of frequencies.
+    /// Amount, and the rows of frequencies.
     pub fuzz: Option<(R, [R::Vec3; 3])>,
 }
 

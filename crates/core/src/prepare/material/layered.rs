@@ -1,5 +1,4 @@
-//! What lies over, under and in a physical surface, prepared: only where a path tracer runs and
-//! something of it is there.
+//! Preparation of a physical surface's layers, only if present and used by a path tracer.
 
 use raywright_bvh::{Real, Vector};
 
@@ -11,7 +10,7 @@ use crate::material::{Anisotropy, Coat, Diffused, Film, FresnelRule, LayerStage,
 use crate::scene::{Channel, Model, Physical as PhysicalData, Scene};
 use crate::texture::{Bump, Input, Product};
 
-/// The stage of layers whose fields are inputs.
+/// The stage of layers with inputs as fields.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct InputStage<R>(R);
 
@@ -22,7 +21,7 @@ impl<R: Real> LayerStage for InputStage<R> {
     type Thickness = Thickness<R>;
     type Constant = f64;
     type Spectrum = R::Vec3;
-    /// None: the surface's own before anything bends it.
+    /// `None` selects the surface's normal without a normal map.
     type Normal = Option<Bump<R>>;
     type Frame = Directions<R>;
     type Base = ();
@@ -31,24 +30,24 @@ impl<R: Real> LayerStage for InputStage<R> {
 /// The layers of a physical surface.
 pub(crate) type LayeredInputs<R> = Layered<InputStage<R>>;
 
-/// Nanometres of a film.
+/// Thickness of a film in nanometres.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Thickness<R: Real> {
-    /// Where the image is white, and where it is black.
+    /// Thickness at white and at black texels of the image.
     pub thickest: Product<R>,
     pub thinnest: R,
     pub image: Option<Input<R>>,
 }
 
-/// Directions on a surface.
+/// Tangent directions on a surface.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Directions<R: Real> {
-    /// Cosine and sine of the angle from the tangent.
+    /// Cosine and sine of the rotation from the tangent.
     pub turn: [R; 2],
     pub image: Option<Input<R>>,
 }
 
-/// Whether directions on a surface of such layers count.
+/// Whether the layers depend on tangents.
 pub(super) fn is_directed<R: Real>(layers: &LayeredInputs<R>) -> bool {
     layers.combed.is_some()
         || layers
@@ -57,22 +56,22 @@ pub(super) fn is_directed<R: Real>(layers: &LayeredInputs<R>) -> bool {
             .is_some_and(|coat| coat.normal.is_some())
 }
 
-/// What preparing a material depends on besides it.
+/// Context of preparing a material.
 #[derive(Debug)]
 pub(in crate::prepare) struct Context<R: Real> {
-    /// The layers of those that were prepared, to which they refer by index.
+    /// Layers of the prepared materials, which refer to them by index.
     pub layers: Vec<LayeredInputs<R>>,
     /// Whether a path tracer runs.
     pub paths: bool,
-    /// Effects that are switched off.
+    /// Disabled effects.
     pub without: EffectSet,
-    /// By which formulas surfaces reflect.
+    /// Choice of the reflectance formulas.
     pub fresnel: FresnelRule,
-    /// Whether rough surfaces give back what their facets send to each other.
+    /// Whether rough surfaces include multiple scattering among microfacets.
     pub compensates: bool,
 }
 
-/// Whether a material has something that the metallic-roughness model alone has not.
+/// Whether a material goes beyond the metallic-roughness model.
 fn is_layered(m: &PhysicalData, rule: FresnelRule) -> bool {
     let clear = m.may_transmit() && (m.thin_walled || m.dispersion > 0.0);
     let present = [
@@ -90,7 +89,7 @@ fn is_layered(m: &PhysicalData, rule: FresnelRule) -> bool {
         || present.contains(&true)
 }
 
-/// Materials of a scene that get layers where paths are followed.
+/// Number of a scene's materials that get layers in a path tracer.
 pub(crate) fn count_layered(scene: &Scene, rule: FresnelRule) -> u64 {
     let has =
         |model: &Model| matches!(model, Model::Physical(m) if !m.unlit && is_layered(m, rule));
@@ -181,7 +180,7 @@ pub(super) fn layered<R: Real>(
     })?;
     Ok(Some(Layered {
         base: (),
-        // In place of an index, how much more short waves bend than long ones.
+        // At this stage the field holds the dispersion, in place of an index.
         ior: if m.thin_walled { 0.0 } else { m.dispersion },
         specular: inputs.factor(&m.specular, &m.specular_texture, "specular")?,
         specular_colour: inputs.factor(

@@ -1,4 +1,4 @@
-//! Physical materials, prepared.
+//! Preparation of physical materials.
 
 use raywright_bvh::{Real, Vector};
 
@@ -10,7 +10,7 @@ use crate::effects::Effect;
 use crate::scene::{AlphaMode, Channel, Physical as PhysicalData};
 use crate::texture::{Bump, Product};
 
-/// The metallic-roughness model.
+/// Inputs of the metallic-roughness model.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct PhysicalInputs<R: Real> {
     pub base: Product<R>,
@@ -18,46 +18,46 @@ pub(crate) struct PhysicalInputs<R: Real> {
     pub metallic: Product<R>,
     pub roughness: Product<R>,
     pub index: Index<R>,
-    /// What lets light through; none: nothing.
+    /// Transmission; `None` for an opaque material.
     pub transmission: Option<PhysicalTransmission<R>>,
-    /// What the inside absorbs per metre; none where nothing.
+    /// Absorption coefficient of the inside per metre; `None` without absorption.
     pub absorption: Option<R::Vec3>,
-    /// Radiance given off; none: nothing.
+    /// Emitted radiance; `None` without emission.
     pub emission: Option<Product<R>>,
     pub alpha: AlphaMode,
     pub opacity: Product<R>,
     pub unlit: bool,
-    /// Whether it is a wall that bends no light.
+    /// Whether the surface is a thin wall, without refraction.
     pub thin: bool,
-    /// Place in the table of what lies over, under and in it; none: nothing does, or nobody asks.
+    /// Index in the table of layers; `None` without layers, or if the integrator ignores them.
     pub layered: Option<u32>,
-    /// Factor of what its dielectric part reflects, where that is all that lies over it
-    /// (KHR_materials_specular); 1 where layers say it.
+    /// Factor of the dielectric part's reflectance, if that is its only layer
+    /// (KHR_materials_specular); 1 if the layers hold it.
     pub specular: R,
-    /// What bends its normals; none: nothing.
+    /// Normal map; `None` without one.
     pub bump: Option<Bump<R>>,
-    /// Whether it is opaque, without layers, and made of numbers that do not depend on its normals,
-    /// so that many of its points may be shaded at once.
+    /// Whether the material is opaque, without layers and independent of expressions, so that many
+    /// of its points may be shaded at once.
     pub plain: bool,
-    /// Whether smooth reflection is traced; otherwise it is shown as rough ones are.
+    /// Whether smooth reflection is traced; otherwise it is shaded as rough reflection.
     pub mirrors: bool,
 }
 
-/// Index of refraction of a physical material: at least 1, or 0 everywhere for what reflects all.
+/// Index of refraction of a physical material: at least 1, or 0 everywhere for total reflection.
 #[derive(Clone, Copy, Debug)]
 pub(crate) enum Index<R: Real> {
-    /// The same everywhere.
+    /// A constant index.
     Even(Boundary<R>),
     Varying(Product<R>),
 }
 
-/// An index of refraction and what follows from it.
+/// An index of refraction with its reflectance.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Boundary<R> {
-    /// In f64, in which refraction is computed.
+    /// In `f64`, the precision of refraction.
     pub ior: f64,
-    /// Reflectance at normal incidence, which f32 would lose digits of near index 1; 1 of the
-    /// index 0.
+    /// Reflectance at normal incidence, computed in `f64` because `f32` would lose digits near
+    /// index 1; 1 for index 0.
     pub f0: R,
 }
 
@@ -70,31 +70,32 @@ impl<R: Real> Boundary<R> {
     }
 }
 
-/// How a physical material lets light through.
+/// Transmission of a physical material.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct PhysicalTransmission<R: Real> {
     pub share: Product<R>,
-    /// A thin tint stands for what the base colour takes away on the way through.
+    /// Tint of the transmission by the base colour; white if the base colour varies.
     pub tint: R::Vec3,
-    /// Share of a light that passes where this is the occluder; none where it varies.
+    /// Transmittance for shadow rays; `None` if it varies.
     pub even: Option<R>,
 }
 
 impl<R: Real> PhysicalTransmission<R> {
-    /// Share of a light that passes where this is the share of the surface that lets light through.
+    /// Transmittance for shadow rays at this transmissive share.
     pub fn of_light(&self, share: R) -> R {
         (self.tint * share).dot(R::Vec3::splat(R::from_f64(1.0 / 3.0)))
     }
 }
 
 impl<R: Real> PhysicalInputs<R> {
-    /// Whether it is a wall that lets light through without bending it.
+    /// Whether the material is a transmissive thin wall with layers.
     pub fn is_wall(&self) -> bool {
         self.thin && self.transmission.is_some() && self.layered.is_some()
     }
 }
 
-/// What a black attenuation colour absorbs per metre: all, in a number that f32 has.
+/// Absorption per metre of a black attenuation colour: practically all light, in a number within
+/// `f32`.
 const MOST_ABSORPTION: f64 = 1e30;
 
 pub(super) fn physical<R: Real>(
@@ -104,7 +105,7 @@ pub(super) fn physical<R: Real>(
 ) -> Result<PhysicalInputs<R>, PrepareError> {
     let image = inputs.image(&m.base_colour_texture, "base_colour_texture")?;
     let base = inputs.product(&m.base_colour, image, "base_colour")?;
-    // The share of an image that lies above a cutoff is not that of its mean.
+    // The share of an image above the alpha cutoff differs from that of its mean.
     inputs.finest = matches!(m.alpha, AlphaMode::Mask { .. });
     let again = inputs.finest
         && m.base_colour_texture
