@@ -1,4 +1,4 @@
-//! Cameras, prepared: film positions to rays.
+//! Prepared cameras: from film positions to rays.
 
 use glam::{DMat3, DVec3};
 use raywright_bvh::{Aabb, Ray, Real, Vector};
@@ -13,42 +13,41 @@ pub struct Camera<R: Real> {
     right: R::Vec3,
     up: R::Vec3,
     forward: R::Vec3,
-    /// Film units a pixel, horizontally and vertically; the film is one unit high.
+    /// Width and height of a pixel in film units; the film is one unit high.
     pixel: [R; 2],
     /// Half the picture's size in pixels.
     half: [R; 2],
     kind: Kind<R>,
-    /// Of a camera that is far from the scene.
+    /// Ray generation of a distant camera.
     far: Option<Box<DistantCamera>>,
-    /// Of a camera whose rays have times of their own.
+    /// Shutter of a camera with rays at different times.
     shutter: Option<Box<Shutter>>,
 }
 
-/// How wide the rays of a camera are, as round cones around them (Amanatides, "Ray Tracing with
-/// Cones", 1984): as wide as a pixel.
+/// Width of a camera's rays as round cones (Amanatides, "Ray Tracing with Cones", 1984): one pixel.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Cone<R> {
-    /// Where they begin, in world units.
+    /// Width at the origin, in world units.
     pub width: R,
-    /// How much they widen on each unit of their way.
+    /// Increase of the width per unit of distance.
     pub spread: R,
 }
 
-/// When rays are asked, and what is needed to tell where the camera is then. A camera that moves is
-/// made anew for each ray, in f64 from the scene's numbers: rare, and as right as one that stands.
-/// Its rays start at the eye, however far away that is.
+/// Exposure interval, and the data of a moving camera. A moving camera is rebuilt for each ray, in
+/// `f64` from the scene's numbers: rare, and as exact as a static one. Its rays start at the eye at
+/// any distance.
 #[derive(Clone, Debug)]
 struct Shutter {
     open: f64,
     duration: f64,
     moving: Option<(CameraData, [u32; 2])>,
-    /// How many of that picture's pixels lie along an edge of one here.
+    /// Number of pixels of that picture along the edge of one pixel here.
     coarseness: u32,
 }
 
-/// Rays of a camera so far away that stored coordinates there can't tell one pixel's from the next
-/// one's. They are made in f64 and stored where they come to the scene: the eye's distance does not
-/// show.
+/// Ray generation of a camera so distant that stored coordinates there do not resolve neighbouring
+/// pixels. Rays are computed in `f64` and stored where they reach the scene, so the eye's distance
+/// has no effect.
 #[derive(Clone, Debug)]
 struct DistantCamera {
     camera: Camera<f64>,
@@ -56,7 +55,7 @@ struct DistantCamera {
 }
 
 impl DistantCamera {
-    /// Out of line, so that the rays of other cameras stay in the loops that make them.
+    /// Not inlined, so that loops over other cameras' rays stay free of it.
     #[inline(never)]
     fn ray<R: Real>(&self, x: f64, y: f64, lens: [f32; 2]) -> Ray<R> {
         let ray = self.camera.near_ray(x, y, lens);
@@ -68,24 +67,24 @@ impl DistantCamera {
     }
 }
 
-/// A camera is far when rounding moves its rays by more than 2⁻¹⁶ of the scene's radius, a tenth of
-/// a pixel at the most.
+/// A camera is distant if rounding moves its rays by more than 2⁻¹⁶ of the scene's radius, a tenth
+/// of a pixel at the most.
 const FAR: f64 = 1.0 / 65536.0;
 
 #[derive(Clone, Debug)]
 enum Kind<R: Real> {
-    /// `forward` has the focal length.
+    /// `forward` has the length of the focal length.
     Pinhole,
-    /// `right` and `up` have the height of the view.
+    /// `right` and `up` have the length of the view's height.
     Orthographic,
-    /// A pinhole whose rays start on a lens and meet at a distance.
+    /// A pinhole camera with rays that start on a lens and meet at the focus distance.
     ThinLens { radius: R, focus: R },
 }
 
-/// Where it stands, and orthonormal right, up, back.
+/// Position of the eye, and orthonormal right, up, back.
 pub(crate) fn axes(pose: &Pose) -> (DVec3, DMat3) {
     match *pose {
-        // Validation refuses a view along `up`.
+        // Validation rejects a view along `up`.
         Pose::LookAt { eye, target, up } => (
             eye.into(),
             look_at(eye.into(), target.into(), up.into(), DVec3::X),
@@ -126,15 +125,15 @@ pub(crate) fn axes(pose: &Pose) -> (DVec3, DMat3) {
     }
 }
 
-/// The axes of a view; `level` is what lies to its right where rounding, of an eye next to a target
-/// far from the origin, has left it along `up`.
+/// The axes of a view. `level` is its right where rounding, for an eye close to a target far from
+/// the origin, leaves the view along `up`.
 fn look_at(eye: DVec3, target: DVec3, up: DVec3, level: DVec3) -> DMat3 {
     let forward = (target - eye).normalize();
     let right = forward.cross(up).try_normalize().unwrap_or(level);
     DMat3::from_cols(right, right.cross(forward), -forward)
 }
 
-/// Distance of an image one unit high.
+/// Focal length for a film one unit high.
 fn focal_length(pinhole: &Pinhole, aspect: f64) -> f64 {
     let from_degrees = |fov: f64| 0.5 / libm::tan(fov.to_radians() * 0.5);
     match *pinhole {
@@ -155,8 +154,8 @@ fn focal_length(pinhole: &Pinhole, aspect: f64) -> f64 {
     }
 }
 
-/// The same ray, number by number: what a call hands back lies in memory, and the rays of whoever
-/// calls would all be made there.
+/// The same ray, copied by component: the result of a call lies in memory, and without the copy all
+/// rays of the caller would stay there.
 #[inline(always)]
 fn taken_apart<R: Real>(ray: Ray<R>) -> Ray<R> {
     let vector = |v: R::Vec3| R::Vec3::new(v.x(), v.y(), v.z());
@@ -210,7 +209,7 @@ impl<R: Real> Camera<R> {
                 }
             }
         };
-        // Where the film's aspect is the picture's, both directions use exactly the same unit.
+        // For a film of the picture's aspect ratio, both directions use exactly the same unit.
         let by_width = film_width * height / width;
         let pixel = match (data.aspect, data.fit) {
             (None, _) => [1.0 / height; 2],
@@ -232,8 +231,8 @@ impl<R: Real> Camera<R> {
         }
     }
 
-    /// The same for a scene whose bounded part lies within `bounds`. Seen from far, rays start at
-    /// [`Camera::ahead`] on their way, before the sphere around the bounds.
+    /// [`Self::new`] for a scene with a bounded part within `bounds`. Rays of a distant camera
+    /// start at [`Camera::ahead`], before the sphere around the bounds.
     pub fn towards(data: &CameraData, size: [u32; 2], bounds: &Aabb) -> Self {
         let camera = Self::new(data, size);
         let radius = bounds.extent().length() * 0.5;
@@ -246,7 +245,7 @@ impl<R: Real> Camera<R> {
                 aperture_radius, ..
             } => (way.length(), radius + aperture_radius),
         };
-        // As stored, so that eye and start are apart by what every sum takes them to be.
+        // Rounded as stored, so that every sum uses the same distance between eye and origin.
         let ahead = R::from_f64(distance - 2.0 * reach).to_f64();
         let moves = camera
             .shutter
@@ -267,8 +266,7 @@ impl<R: Real> Camera<R> {
         }
     }
 
-    /// The same for a picture whose pixels are so many times as wide and as high, counted from the
-    /// same corner.
+    /// The camera of a picture with pixels `factor` times as wide and high, from the same corner.
     #[must_use]
     pub fn with_larger_pixels(&self, factor: u32) -> Self {
         let mut camera = self.clone();
@@ -285,8 +283,8 @@ impl<R: Real> Camera<R> {
         camera
     }
 
-    /// How far from the eye, or from its plane, rays start. Zero but for a camera that is far from
-    /// everything.
+    /// Distance of the rays' origins from the eye, or from its plane: zero unless the camera is
+    /// distant.
     #[inline]
     pub fn ahead(&self) -> R {
         self.far
@@ -294,8 +292,8 @@ impl<R: Real> Camera<R> {
             .map_or(R::ZERO, |far| R::from_f64(far.ahead))
     }
 
-    /// How wide its rays are in the middle of the picture, where pixels look widest; a lens makes
-    /// them no wider, and of a camera that moves it is as the shutter opens.
+    /// Cone of the rays in the middle of the picture, where pixels look widest. A lens does not
+    /// widen it; a moving camera is taken at the opening of the shutter.
     pub fn cone(&self) -> Cone<R> {
         let pixel = (self.right.length() * self.pixel[0]).max(self.up.length() * self.pixel[1]);
         match self.kind {
@@ -310,9 +308,9 @@ impl<R: Real> Camera<R> {
         }
     }
 
-    /// Where a point is in the picture, in pixels from its top left corner, also outside of it;
-    /// none behind the eye. A lens sees it about there, and a camera that moves as the shutter
-    /// opens.
+    /// Position of a point in the picture, in pixels from its top left corner, also outside the
+    /// picture; `None` behind the eye. Approximate for a lens; a moving camera is taken at the
+    /// opening of the shutter.
     pub fn pixel_of(&self, point: DVec3) -> Option<[f64; 2]> {
         let [eye, right, up, forward] =
             [self.eye, self.right, self.up, self.forward].map(Vector::to_f64);
@@ -342,8 +340,8 @@ impl<R: Real> Camera<R> {
         self.shutter.is_some()
     }
 
-    /// As [`Camera::ray`], after this share of the time for which the shutter is open. Without one
-    /// it is that ray.
+    /// [`Camera::ray`] at this share of the exposure interval. Without a shutter it is
+    /// [`Camera::ray`].
     #[inline]
     pub fn ray_during(&self, x: R, y: R, lens: [f32; 2], share: f32) -> Ray<R> {
         match &self.shutter {

@@ -1,24 +1,22 @@
-//! Random numbers by address: a number is a function of seed, frame, pixel, replicate, sample,
-//! vertex of the path and purpose, never drawn from a stream, so that threads, tiles, absent
-//! effects and further draws can't change a picture.
+//! Random numbers by address. A number is a function of seed, frame, pixel, replicate, sample, path
+//! vertex and purpose, and is never drawn from a stream. So threads, tiles, absent effects and
+//! additional draws can't change a picture.
 //!
 //! Owen-scrambled Sobol points (crate `sobol_burley`; Burley, "Practical Hash-based Owen
 //! Scrambling", 2020). The samples of one replicate of a pixel are points of one sequence for each
-//! vertex and purpose, each with its own scramble: they depend on each other, and that is what
-//! lowers the error of their mean. Replicates have scrambles of their own and so do not: that is
-//! what the error is estimated from. The sequence has 2¹⁶ points; later samples continue with the
-//! next scramble.
+//! vertex and purpose, with separate scrambles. They are correlated, which lowers the error of
+//! their mean. Replicates have different scrambles and are independent; the error is estimated from
+//! them. The sequence has 2¹⁶ points; later samples continue with the next scramble.
 //!
-//! The numbers are f32 whatever the precision, and on purpose: a sample has the same place in its
-//! pixel, on the lens and on a light in every precision, so that pictures of two precisions differ
-//! by their arithmetic and not by their noise. Where the 23 bits of one number are too few, as for
-//! picking one of a million emitters, both of a pair are used.
+//! The numbers are `f32` in every precision, on purpose: a sample has the same position in its
+//! pixel, on the lens and on a light, so that pictures of two precisions differ by arithmetic and
+//! not by noise. Where the 23 bits of one number are too few, as for choosing one of a million
+//! emitters, both numbers of a pair are used.
 //!
-//! Of the four numbers of a point the first two are the evenest together. What matters most asks
-//! for them: a direction, not the choice of its lobe.
+//! The first two of a point's four numbers are the best stratified. The most important decision
+//! uses them: a direction, not the choice of its lobe.
 //!
-//! Other samplers are rungs of a ladder: they have the same addresses and make other numbers of
-//! them.
+//! Other samplers are rungs of a ladder: the same addresses with other numbers.
 
 mod grid;
 mod sobol;
@@ -26,72 +24,71 @@ mod sobol;
 use crate::hash::mix;
 use crate::settings::SamplerKind;
 
-/// What a pair of numbers is for. Each purpose has dimensions of its own.
+/// Purpose of a pair of numbers. Each purpose has its own dimensions.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Purpose {
     /// Position in the pixel.
     Pixel = 0,
     /// Position on the lens.
     Lens = 1,
-    /// Which emissive surface lights a hit.
+    /// Choice of an emitter for a hit.
     Emitter = 2,
-    /// Where on that surface.
+    /// Point on that emitter.
     EmitterPoint = 3,
-    /// When the shutter lets the path in.
+    /// Time within the exposure.
     Time = 4,
-    /// Which light a vertex asks, and where on it.
+    /// Choice of a light for a vertex, and the point on it.
     Light = 5,
-    /// Which way a path leaves a vertex, and whether it goes on.
+    /// Scattered direction at a vertex, and Russian roulette.
     Scatter = 6,
-    /// Whether a surface that covers a share of what is behind it is there.
+    /// Stochastic alpha of a partly transparent surface.
     Coverage = 7,
-    /// The one wavelength of a path that was bent apart.
+    /// Wavelength of a path after dispersion.
     Wavelength = 8,
-    /// From where the studio's ground asks for light.
+    /// Direction of light on the studio's ground.
     Ground = 9,
 }
 
-/// Points that one scramble of the sequence holds.
+/// Points of the sequence for one scramble.
 const SEQUENCE: u32 = 1 << 16;
 
-/// Which number: nothing else decides its value. Adding a draw anywhere shifts no other one,
-/// because nothing is counted.
+/// Address of a number: nothing else determines the value. Additional draws never shift other
+/// numbers, because no counter is involved.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Address {
     /// Seed of the picture.
     pub seed: u64,
-    /// Number of the picture in its sequence.
+    /// Index of the frame in its sequence.
     pub frame: u32,
     /// Column and row.
     pub pixel: [u32; 2],
     /// Replicate of the pixel.
     pub replicate: u32,
-    /// Sample of the replicate: which point of its sequences.
+    /// Sample of the replicate: index of the point in its sequences.
     pub index: u32,
-    /// Vertices of the path before this one, those included that the path passed through.
+    /// Path vertices before this one, including passed surfaces.
     pub bounce: u32,
-    /// Which of the paths that a sample may divide into: zero for the one that never left by a side
-    /// branch.
+    /// Hash of the branch of a divided path: zero for the main path.
     pub branch: u64,
-    /// What makes numbers of the rest.
+    /// Sampler that maps the address to numbers.
     pub sampler: SamplerKind,
 }
 
-/// Where a path divides: the side branches, beside the main one that goes on in the loop.
+/// Side branch of a divided path, beside the main path.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Branch {
     /// The reflection of a surface that also refracts.
     Reflected = 1,
-    /// What is behind a surface that covers it in part.
+    /// The path behind a partly transparent surface.
     Behind = 2,
 }
 
-/// The part of an address that all vertices of a sample share, mixed.
+/// Hash of the part of an address that all vertices of a sample share.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct SampleHash(u64);
 
 impl Address {
-    /// What all vertices of its sample share.
+    /// The hash that all vertices of the sample share.
     #[inline]
     pub(crate) fn way(&self) -> SampleHash {
         let words = [
@@ -105,11 +102,10 @@ impl Address {
         )
     }
 
-    /// The address of the first vertex on a side branch that leaves here.
+    /// The address of the first vertex on a side branch from here.
     ///
-    /// A branch is told by a hash of all the places where it left the main path: tracing it takes
-    /// no more than a word, however deep. Of n vertices of one sample, two share an address with a
-    /// probability of n²/2⁶⁵.
+    /// A branch is identified by a hash of all vertices where it left the main path, in one word at
+    /// any depth. For n vertices of one sample, two share an address with a probability of n²/2⁶⁵.
     #[must_use]
     pub fn aside(self, branch: Branch) -> Self {
         let branch = mix(self.branch ^ mix(u64::from(self.bounce) << 8 | branch as u64));
@@ -121,8 +117,7 @@ impl Address {
     }
 }
 
-/// The samples of one replicate for one purpose at one vertex: a sequence of points, and which of
-/// them an index means.
+/// The sequence of points for the samples of one replicate, one vertex and one purpose.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Sequence {
     scramble: u32,
@@ -130,14 +125,14 @@ pub(crate) struct Sequence {
 }
 
 impl Sequence {
-    /// The one that an address lies in. All samples of a pixel in one replicate lie in one until it
-    /// is used up, so whoever takes many of them asks once.
+    /// The sequence of an address. All samples of a pixel in one replicate share a sequence until
+    /// it is used up, so bulk callers compute it once.
     #[inline]
     pub fn of(at: Address, purpose: Purpose) -> Self {
         Self::on(at.way(), at, purpose)
     }
 
-    /// The same where [`Address::way`] is known.
+    /// [`Self::of`] with a known [`Address::way`].
     #[inline(always)]
     pub fn on(SampleHash(way): SampleHash, at: Address, purpose: Purpose) -> Self {
         let vertex =
@@ -148,7 +143,7 @@ impl Sequence {
         }
     }
 
-    /// Four numbers in [0, 1): they are even together, and cost little more than one.
+    /// Four numbers in [0, 1), stratified together, at little more than the cost of one.
     #[inline]
     fn four(self, index: u32) -> [f32; 4] {
         let (index, scramble) = (index % SEQUENCE, self.scramble);
@@ -160,8 +155,8 @@ impl Sequence {
     }
 }
 
-/// Four numbers in [0, 1) for each of many sequences and the indices in them, one after the other:
-/// in less time than [`Sequence::four`] of each.
+/// Four numbers in [0, 1) for each of many sequences and indices, one after the other; faster than
+/// [`Sequence::four`] for each.
 pub(crate) fn fours(asked: impl Iterator<Item = (Sequence, u32)> + Clone, out: &mut Vec<[f32; 4]>) {
     match asked.clone().next() {
         Some((first, _)) if first.sampler == SamplerKind::Sobol => {
@@ -177,8 +172,8 @@ pub(crate) fn fours(asked: impl Iterator<Item = (Sequence, u32)> + Clone, out: &
     }
 }
 
-/// Two numbers in [0, 1) for one purpose at one vertex of a sample's path: of four that are even
-/// together.
+/// Two numbers in [0, 1) for one purpose at one vertex of a sample's path: the first of four that
+/// are stratified together.
 pub fn pair(at: Address, purpose: Purpose) -> [f32; 2] {
     let [x, y, ..] = Sequence::of(at, purpose).four(at.index);
     [x, y]
@@ -190,8 +185,8 @@ mod tests {
 
     use super::*;
 
-    /// Protects: numbers stay in [0, 1), also at the ends of the sequence and beyond them, and each
-    /// part of the address counts.
+    /// Protects: numbers stay in [0, 1), also at the ends of the sequence and beyond, and each part
+    /// of the address matters.
     #[test]
     fn m11_every_part_of_the_address_counts() {
         for index in [
@@ -271,9 +266,8 @@ mod tests {
         assert_eq!(distinct.len(), others.len() + purposes.len());
     }
 
-    /// Protects: numbers are multiples of 2⁻²³ below one, by each sampler, alone and side by side.
-    /// So none can become one, and rays at random would need millions of numbers to see one that
-    /// does.
+    /// Protects: numbers are multiples of 2⁻²³ below one, for each sampler, alone and side by side.
+    /// So none can become one, which random rays would reveal only after millions of numbers.
     #[test]
     fn m01_numbers_have_23_bits() {
         for sampler in [
@@ -305,8 +299,8 @@ mod tests {
         }
     }
 
-    /// Protects: no two pixels share a sequence, be they at the ends of the largest picture or one
-    /// bit apart.
+    /// Protects: no two pixels share a sequence, at the ends of the largest picture or one bit
+    /// apart.
     #[test]
     fn m11_no_pixels_share_a_sequence() {
         let ends = [0, 1, 65_534, 65_535];
@@ -330,8 +324,8 @@ mod tests {
         );
     }
 
-    /// Protects: the vertices of a path that divides three ways at each of twelve vertices all have
-    /// addresses of their own.
+    /// Protects: all vertices of a path that divides in three at each of twelve vertices have
+    /// distinct addresses.
     #[test]
     fn branches_never_share_an_address() {
         let mut level = vec![Address::default()];

@@ -1,4 +1,4 @@
-//! Cameras far away show what they show from near.
+//! Distant cameras show the same picture as near ones, and view fitting.
 
 use super::*;
 use crate::scene::Scene;
@@ -7,7 +7,7 @@ use crate::{Rendered, prepare};
 
 const SIZE: [u32; 2] = [80, 60];
 
-/// Shapes of a metre on a floor without end, in slanting light with shadows.
+/// Shapes of a metre on an infinite floor, in slanting light with shadows.
 fn still() -> Scene {
     serde_json::from_str(
         r#"{
@@ -30,8 +30,8 @@ fn still() -> Scene {
     .expect("a scene")
 }
 
-/// Four metres of height around the origin, from a distance above at the side, in the projection
-/// given.
+/// A view of four metres height around the origin, from a distance at an elevation, in the given
+/// projection.
 fn seen(
     distance: f64,
     elevation: f64,
@@ -67,7 +67,7 @@ fn seen(
         .render(&())
 }
 
-/// Pixels that differ by more than rounding of the point that they show.
+/// Number of pixels that differ by more than the rounding of their points.
 fn apart(a: &Rendered, b: &Rendered) -> usize {
     let pixels = |r: &Rendered| {
         (0..SIZE[1])
@@ -82,9 +82,9 @@ fn apart(a: &Rendered, b: &Rendered) -> usize {
         .count()
 }
 
-/// Protects: an orthographic view from 10³ to 10⁹ metres away is the one from near, the floor
-/// without end included, of which a part lies between the eye and where rays start. From 10⁷ metres
-/// on it was noise.
+/// Protects: an orthographic view from 10³ to 10⁹ metres away equals the near one, including the
+/// infinite floor, part of which lies between the eye and the rays' origins. From 10⁷ metres on it
+/// once was noise.
 #[test]
 fn parallel_views_do_not_depend_on_the_distance() {
     for precision in [PrecisionChoice::Robust, PrecisionChoice::Reference] {
@@ -102,7 +102,7 @@ fn parallel_views_do_not_depend_on_the_distance() {
                 let distance = 10_f64.powi(exponent);
                 let far = view(distance);
                 let differ = apart(&near, &far);
-                // Rays along an edge of the checker or a shape may fall on either side.
+                // Rays along an edge of the checker or of a shape may fall on either side.
                 assert!(
                     differ * 1000 <= 4 * 4800,
                     "{precision:?} at {elevation}°, {distance:e} m: {differ} pixels differ"
@@ -127,8 +127,8 @@ fn parallel_views_do_not_depend_on_the_distance() {
     }
 }
 
-/// Protects: a pinhole whose field of view shrinks as it moves away shows in the end what parallel
-/// rays show.
+/// Protects: a pinhole camera that moves away while its field of view shrinks converges to the
+/// picture of parallel rays.
 #[test]
 fn distant_pinholes_show_what_parallel_rays_show() {
     let parallel = seen(
@@ -159,7 +159,7 @@ fn distant_pinholes_show_what_parallel_rays_show() {
     }
 }
 
-/// Protects: rays of a camera near the scene start at the eye, bit by bit as they always did.
+/// Protects: rays of a camera near the scene start at the eye, with unchanged bits.
 #[test]
 fn near_cameras_start_at_the_eye() {
     let pose = Pose::LookAt {
@@ -194,9 +194,8 @@ fn near_cameras_start_at_the_eye() {
     assert!(small.ahead() > 298.0, "far for a scene of that size");
 }
 
-/// Protects: no ray of a wide lens starts beyond what it could hit, wherever the scene lies: the
-/// lens reaches as far to the side of the eye as its radius, so that from its rim what lies aslant
-/// is nearer by that much.
+/// Protects: no ray of a wide lens starts beyond a possible hit, wherever the scene lies: the rim
+/// of the lens is closer to oblique points than the eye by up to the lens radius.
 #[test]
 fn a_wide_lens_starts_before_the_scene() {
     let centre = DVec3::new(600.0, 0.0, -800.0);
@@ -239,7 +238,7 @@ fn a_wide_lens_starts_before_the_scene() {
             let (origin, direction) = (Vector::to_f64(ray.origin), Vector::to_f64(ray.direction));
             let along = (centre - origin).dot(direction);
             let passes = (centre - origin - direction * along).length();
-            // Only what meets the sphere around the scene tells anything.
+            // Only rays that hit the sphere around the scene count.
             assert!(
                 passes > 1.8 || along > 1.8,
                 "{aperture_radius}: {origin} towards {direction} starts within or beyond"
@@ -248,9 +247,9 @@ fn a_wide_lens_starts_before_the_scene() {
     }
 }
 
-/// Protects: of a camera with a shape, `contain` shows its whole view in every picture and `cover`
-/// nothing beyond it, with square pixels, by angles of both kinds and by height; in its own shape
-/// all fits are one, to the bit.
+/// Protects: for a camera with an aspect ratio, `contain` shows its whole view in every picture and
+/// `cover` nothing beyond it, with square pixels, by angles of both kinds and by height. At its own
+/// aspect ratio all fits agree, to the bit.
 #[test]
 fn other_shapes_contain_or_cover() {
     use crate::scene::Fit;
@@ -267,8 +266,8 @@ fn other_shapes_contain_or_cover() {
         pinhole(None, Some(wide)),
         Projection::Orthographic { height: 2.0 },
     ] {
-        // What is seen in the middle of the right and of the upper edge, over the half height of
-        // the view that the file says.
+        // Position seen at the middle of the right and of the upper edge, over the half height of
+        // the file's view.
         let edges = |size: [u32; 2], aspect, fit| {
             let pose = Pose::Axes {
                 eye: [0.0; 3],

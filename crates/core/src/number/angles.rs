@@ -1,12 +1,11 @@
-//! Arc tangents, sines and cosines of `f64` without a branch, so that a compiler makes as many at a
-//! time as registers hold: the formulas of libm (FreeBSD's msun) with a selection in place of each
-//! of its branches, and its bits.
+//! Arc tangents, sines and cosines of `f64` without branches, so that the compiler vectorises them:
+//! the formulas of libm (FreeBSD's msun) with selections in place of branches, and the same bits.
 
 use core::f64::consts::{FRAC_PI_2, FRAC_PI_4, PI};
 
-/// What rounding takes from π.
+/// Rounding error of π.
 const PI_LOW: f64 = 1.224_646_799_147_353_2e-16;
-/// Arc tangents of 1/2, 1, 3/2 and infinity, and what rounding takes from them.
+/// Arc tangents of 1/2, 1, 3/2 and infinity, and their rounding errors.
 const ARCS: [[f64; 2]; 4] = [
     [4.636_476_090_008_061e-1, 2.269_877_745_296_168_7e-17],
     [FRAC_PI_4, 3.061_616_997_868_383e-17],
@@ -32,13 +31,13 @@ const COSINE: [f64; 6] = [
     -1.135_964_755_778_819_5e-11,
 ];
 
-/// The number whose upper half has these bits, and whose lower half has none.
+/// The number with these upper 32 bits and zero lower bits.
 const fn upper(bits: u64) -> f64 {
     f64::from_bits(bits << 32)
 }
 
-/// The angle of the point (x, y) above the horizontal axis, where neither is beyond 10¹⁵ times the
-/// other, but for x = 0.
+/// The angle of the point (x, y) above the horizontal axis, if neither coordinate exceeds 10¹⁵
+/// times the other, except x = 0.
 #[inline(always)]
 pub(crate) fn angle_above(y: f64, x: f64) -> f64 {
     let angle = arc_tangent((y / x).abs());
@@ -49,7 +48,7 @@ pub(crate) fn angle_above(y: f64, x: f64) -> f64 {
     }
 }
 
-/// The arc tangent of a number that is not below zero.
+/// The arc tangent of a non-negative number.
 #[inline(always)]
 fn arc_tangent(x: f64) -> f64 {
     const EVEN: [f64; 6] = [
@@ -93,7 +92,7 @@ fn arc_tangent(x: f64) -> f64 {
     arc - (x * (even + odd) - rest - x)
 }
 
-/// Sines and cosines of angles from 0 to a turn and an eighth.
+/// Sines and cosines of angles from 0 to 9/8 of a turn.
 #[inline(always)]
 pub(crate) fn sines_and_cosines<const N: usize>(angles: [f64; N]) -> [[f64; N]; 2] {
     let (mut sines, mut cosines) = ([0.0; N], [0.0; N]);
@@ -113,7 +112,7 @@ pub(crate) fn sines_and_cosines<const N: usize>(angles: [f64; N]) -> [[f64; N]; 
     [sines, cosines]
 }
 
-/// Whether two parts of π/2 are too few for what is left of an angle.
+/// Whether an angle is so close to an axis that two parts of π/2 are too few for its reduction.
 #[inline(always)]
 fn is_near_an_axis(angle: f64) -> bool {
     let bits = angle.to_bits() >> 32;
@@ -145,7 +144,7 @@ fn sine_and_cosine(angle: f64) -> [f64; 2] {
     let half = 0.5 * z;
     let most = 1.0 - half;
     let cosine = most + (((1.0 - most) - half) + (z * r - x * y));
-    // From quarter to quarter they change places, and one of them its sign.
+    // From quarter to quarter sine and cosine swap, and one of them changes its sign.
     let (is_odd, is_behind) = (
         (quarters == 1.0) | (quarters == 3.0),
         (quarters == 2.0) | (quarters == 3.0),
@@ -171,8 +170,8 @@ mod tests {
         (mix(i) >> 11) as f64 / (1_u64 << 53) as f64
     }
 
-    /// Protects: angles, sines and cosines have the bits of libm, also where its formulas change
-    /// and next to the axes.
+    /// Protects: angles, sines and cosines have the bits of libm, also where the formulas change
+    /// and near the axes.
     #[test]
     fn bits_are_those_of_libm() {
         let edges: [u64; 8] = [

@@ -1,10 +1,10 @@
-//! Several `f32` side by side, in plain arrays: the compiler turns them into whatever vector
-//! registers the target has.
+//! Several `f32` side by side, in plain arrays, which the compiler maps to the target's vector
+//! registers.
 //!
-//! Vectors are three such arrays and not an array of vectors. The exponential goes lane by lane
-//! through `libm`, as that of one number does: a polynomial in lanes would have other bits. What is
-//! done in each lane is written out by `each_lane` and is no loop: a formula in lanes is hundreds
-//! of such steps, and the compiler's analysis of loops takes the square of their number in time.
+//! Vectors are three arrays (structure of arrays). The exponential goes lane by lane through
+//! `libm`, as for one number: a polynomial in lanes would have other bits. `each_lane` unrolls
+//! operations instead of looping: a formula in lanes has hundreds of them, and the compiler's loop
+//! analysis is quadratic in their number.
 
 use core::array::from_fn;
 use core::ops::{Add, AddAssign, Div, Mul, Neg, Sub};
@@ -46,7 +46,7 @@ impl<const N: usize> Lanes<N> {
         out
     }
 
-    /// As vectors have it, whose second operand wins where one is NaN.
+    /// The maximum as for vectors: `other` if either is NaN.
     #[inline(always)]
     fn greater(self, other: Self) -> Self {
         self.zip(other, |a, b| if a > b { a } else { b })
@@ -73,7 +73,7 @@ impl<const N: usize> Vec3Lanes<N> {
     }
 }
 
-/// Operators lane by lane and component by component.
+/// Operators by lane and component.
 macro_rules! operators {
     ($($operator:ident $name:ident),*) => {$(
         impl<const N: usize> $operator for Lanes<N> {
@@ -139,7 +139,7 @@ impl<const N: usize> Number for Lanes<N> {
     }
     #[inline(always)]
     fn of_lanes(mut value: impl FnMut(usize) -> f64) -> Self {
-        // Loops and not `from_fn`, whose function is not always inlined.
+        // No `from_fn`, whose closure is not always inlined.
         let mut out = [0.0; N];
         each_lane!(N, i, out[i] = value(i) as f32);
         Self(out)
@@ -188,7 +188,7 @@ impl<const N: usize> Number for Lanes<N> {
     }
     #[inline(always)]
     fn powi(self, exponent: u32) -> Self {
-        // What one number does, in all lanes at once.
+        // The algorithm for one number, in all lanes at once.
         if exponent == 0 {
             return Self::ONE;
         }

@@ -1,19 +1,18 @@
-//! Logarithms and exponentials beside one of `f64` without a branch, as `angles` has arc tangents:
-//! the formulas of libm (FreeBSD's msun) with a selection in place of each of their branches, and
-//! its bits.
+//! `log1p` and `expm1` of `f64` without branches, like the functions in `angles`: the formulas of
+//! libm (FreeBSD's msun) with selections in place of branches, and the same bits.
 
-/// The first bits of the logarithm of 2, and the rest.
+/// The first bits of ln 2, and the rest.
 const LN_2: [f64; 2] = [6.931_471_803_691_238e-1, 1.908_214_929_270_587_7e-10];
-/// 2⁵², to which a whole number is added that is to be taken from its bits, or back.
+/// 2⁵²: adding it to an integer places the integer in the mantissa's bits.
 const WHOLE: f64 = (1_u64 << 52) as f64;
 
-/// A whole number below 2⁵² as `f64`: few processors turn several at a time.
+/// An integer below 2⁵² as `f64`: few processors have a vector instruction for this conversion.
 #[inline(always)]
 fn from_whole(n: u64) -> f64 {
     f64::from_bits(WHOLE.to_bits() | n) - WHOLE
 }
 
-/// ln(1 + x) of a number above −1 that is not above zero.
+/// ln(1 + x) for x in (−1, 0].
 #[inline(always)]
 pub(crate) fn logarithm_beside_one(x: f64) -> f64 {
     const EVEN: [f64; 3] = [
@@ -29,7 +28,7 @@ pub(crate) fn logarithm_beside_one(x: f64) -> f64 {
     ];
     let near = -x < f64::from_bits(0x3fd2_bec5_0000_0000);
     let sum = 1.0 + x;
-    // From √½ to √2, by a power of two.
+    // Reduction to [√½, √2] by a power of two.
     let high = (sum.to_bits() >> 32) + (0x3ff0_0000 - 0x3fe6_a09e);
     let reduced =
         f64::from_bits((((high & 0xf_ffff) + 0x3fe6_a09e) << 32) | (sum.to_bits() & 0xffff_ffff));
@@ -55,7 +54,7 @@ pub(crate) fn logarithm_beside_one(x: f64) -> f64 {
     }
 }
 
-/// exp(x) − 1 of a number from −38 to zero.
+/// exp(x) − 1 for x in [−38, 0].
 #[inline(always)]
 pub(crate) fn exponential_beside_one(x: f64) -> f64 {
     const Q: [f64; 5] = [
@@ -70,7 +69,7 @@ pub(crate) fn exponential_beside_one(x: f64) -> f64 {
         -x < f64::from_bits(0x3fd6_2e43_0000_0000),
         -x < f64::from_bits(0x3ff0_a2b2_0000_0000),
     );
-    // Halved so many times.
+    // Number of halvings.
     let rounded = (0.5 - INVERSE_LN_2 * x) + WHOLE;
     let rounded = if rounded - WHOLE > 0.5 - INVERSE_LN_2 * x {
         rounded - 1.0
@@ -108,8 +107,8 @@ mod tests {
     use super::*;
     use crate::hash::mix;
 
-    /// Protects: logarithms and exponentials beside one have the bits of libm, from nothing to the
-    /// ends of what they are asked for, also where its formulas change.
+    /// Protects: `log1p` and `expm1` have the bits of libm, over their whole range, also where the
+    /// formulas change.
     #[test]
     fn bits_are_those_of_libm() {
         let number = |i: u64| (mix(i) >> 11) as f64 / (1_u64 << 53) as f64;

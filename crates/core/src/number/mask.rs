@@ -1,16 +1,16 @@
-//! Answers in lanes, by which numbers in lanes are chosen.
+//! Boolean masks in lanes, for selections.
 
 use core::ops::{BitAnd, BitOr, Not};
 
 use super::Mask;
 
-/// Yes or no in each of `N` lanes: every bit or none, so that a choice is bitwise.
+/// A boolean in each of `N` lanes, with all bits or none set, so that a selection is bitwise.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[repr(align(32))]
 pub struct LaneMask<const N: usize>([u32; N]);
 
 impl<const N: usize> LaneMask<N> {
-    /// What is said of each lane.
+    /// A mask from a function of the lane.
     #[inline(always)]
     pub(super) fn of(yes: impl Fn(usize) -> bool) -> Self {
         let mut out = Self::default();
@@ -25,7 +25,7 @@ impl<const N: usize> LaneMask<N> {
         out
     }
 
-    /// One of two patterns of bits, by a lane.
+    /// Selects one of two bit patterns by a lane.
     #[inline(always)]
     pub(super) fn choose(&self, lane: usize, yes: u32, no: u32) -> u32 {
         yes & self.0[lane] | no & !self.0[lane]
@@ -33,7 +33,7 @@ impl<const N: usize> LaneMask<N> {
 }
 
 impl<const N: usize> Default for LaneMask<N> {
-    /// None.
+    /// The empty mask.
     #[inline(always)]
     fn default() -> Self {
         Self([0; N])

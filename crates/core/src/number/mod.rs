@@ -1,12 +1,12 @@
-//! What shading computes with: one number, or several side by side, so that one source serves a
-//! path alone and many paths that met surfaces of the same kind.
+//! Numbers for shading: one, or several side by side, so that one source serves a single path and
+//! many paths that hit surfaces of the same kind.
 //!
-//! `f32` and `f64` are numbers of one lane, [`Lanes`] is `f32` several times. Every operation does
-//! in each lane what the number alone would do, in the same order, so lanes have the bits of the
-//! one-lane version, which is their oracle. Where lanes may differ nothing branches: a comparison
-//! gives a mask, and a mask selects.
+//! `f32` and `f64` are numbers of one lane; [`Lanes`] is several `f32`. Every operation computes in
+//! each lane what a single number would, in the same order, so lanes have the bits of the one-lane
+//! version, which is their test oracle. Where lanes may differ nothing branches: a comparison gives
+//! a mask, and a mask selects.
 //!
-//! [`Number`] is not a part that [`Real`] is made of, though every `Real` is one: whoever names a
+//! [`Number`] is not a supertrait of [`Real`], though every `Real` implements it: code that names a
 //! constant of a precision's scalar would have to import both.
 
 /// Evaluates an expression for each lane, at most 16, without a loop.
@@ -53,13 +53,13 @@ pub trait Number:
     + Div<Output = Self>
     + Neg<Output = Self>
 {
-    /// Three of them.
+    /// Vector of three numbers.
     type Vec3: Vector3<Self>;
-    /// An answer in each lane.
+    /// A boolean in each lane.
     type Mask: Mask;
-    /// An `f64` in each lane, for what would cancel in less.
+    /// An `f64` in each lane, for computations that would cancel in less.
     type Exact: Copy + Debug + PartialEq + Send + Sync + 'static;
-    /// How many there are.
+    /// Number of lanes.
     const LANES: usize;
     /// Zero.
     const ZERO: Self;
@@ -67,29 +67,29 @@ pub trait Number:
     const ONE: Self;
     /// The nearest value to `x`, in every lane.
     fn from_f64(x: f64) -> Self;
-    /// The nearest values to what is said of each lane.
+    /// The nearest value to `value(lane)` in each lane.
     fn of_lanes(value: impl FnMut(usize) -> f64) -> Self;
     /// One lane, exactly.
     fn lane(self, index: usize) -> f64;
-    /// What is said of each lane.
+    /// `value(lane)` in each lane.
     fn exact(value: impl FnMut(usize) -> f64) -> Self::Exact;
     /// One lane.
     fn exact_lane(exact: Self::Exact, index: usize) -> f64;
-    /// Whether it is greater than another; not where one is NaN.
+    /// Whether this number is greater than another; false for NaN.
     fn above(self, other: Self) -> Self::Mask;
     /// One number where the mask is set, the other elsewhere.
     fn select(mask: Self::Mask, yes: Self, no: Self) -> Self;
-    /// The larger one; the other one where one is NaN.
+    /// Maximum; the other number if one is NaN.
     fn max(self, other: Self) -> Self;
-    /// The smaller one; the other one where one is NaN.
+    /// Minimum; the other number if one is NaN.
     fn min(self, other: Self) -> Self;
     /// This magnitude with the sign of `sign`.
     fn copysign(self, sign: Self) -> Self;
     /// Square root, correctly rounded; NaN below zero.
     fn sqrt(self) -> Self;
-    /// To a whole exponent, by repeated squaring.
+    /// Power with an integer exponent, by repeated squaring.
     fn powi(self, exponent: u32) -> Self;
-    /// Cosine and sine of a share of a turn, from 0 to 1.
+    /// Cosine and sine of an angle in turns, from 0 to 1.
     fn turned(self) -> [Self; 2];
     /// Natural exponential.
     fn exp(self) -> Self;
@@ -119,7 +119,7 @@ pub trait Vector3<N: Number>:
     fn new(x: N, y: N, z: N) -> Self;
     /// The same number in every component.
     fn splat(value: N) -> Self;
-    /// The nearest vectors to what is said of each lane.
+    /// The nearest vector to `value(lane)` in each lane.
     fn of_lanes(value: impl FnMut(usize) -> DVec3) -> Self;
     /// One lane, exactly.
     fn lane(self, index: usize) -> DVec3;
@@ -145,7 +145,7 @@ pub trait Vector3<N: Number>:
     fn select(mask: N::Mask, yes: Self, no: Self) -> Self;
 }
 
-/// Yes or no in each lane.
+/// A boolean in each lane.
 pub trait Mask:
     Copy
     + Debug
@@ -158,7 +158,7 @@ pub trait Mask:
     + BitOr<Output = Self>
     + Not<Output = Self>
 {
-    /// Whether it is set somewhere.
+    /// Whether any lane is set.
     fn any(self) -> bool;
     /// One lane.
     fn lane(self, index: usize) -> bool;

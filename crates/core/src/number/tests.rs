@@ -1,4 +1,4 @@
-//! Each operation in lanes against the number alone, on numbers that tell implementations apart.
+//! Operations in lanes against a single number, on special and ordinary values.
 
 use core::fmt::Debug;
 
@@ -36,7 +36,7 @@ fn same<T: Debug>(name: &str, inputs: T, found: f32, expected: f32) {
     );
 }
 
-/// Every value beside every other, in lanes.
+/// All pairs of values, in lanes.
 fn pairs() -> impl Iterator<Item = [Lanes<16>; 2]> {
     (0..16).map(|turn| {
         [
@@ -46,8 +46,8 @@ fn pairs() -> impl Iterator<Item = [Lanes<16>; 2]> {
     })
 }
 
-/// Protects: operators, choices and functions of lanes are those of one lane to the bit, for zeros
-/// of either sign, numbers below the normal ones, infinite ones and NaN.
+/// Protects: operators, selections and functions of lanes equal the one-lane versions to the bit,
+/// for zeros of either sign, subnormal numbers, infinities and NaN.
 #[test]
 fn operations_are_those_of_one_lane() {
     type Two<N> = fn(N, N) -> N;
@@ -78,7 +78,8 @@ fn operations_are_those_of_one_lane() {
     }
 }
 
-/// Protects: the same of vectors, whose minimum and maximum treat NaN otherwise than numbers do.
+/// Protects: vector operations of lanes equal the one-lane versions to the bit; their minimum and
+/// maximum treat NaN differently from numbers.
 #[test]
 fn vectors_are_those_of_one_lane() {
     type Two<N> = fn(<N as Number>::Vec3, <N as Number>::Vec3) -> <N as Number>::Vec3;
@@ -105,7 +106,7 @@ fn vectors_are_those_of_one_lane() {
         ]
     }
     for (turn, [a, b]) in pairs().enumerate() {
-        // In pieces of a few lengths apart, so that no sum is one number.
+        // Components shifted by several lanes, so that each vector holds different values.
         let vector = |first: Lanes<16>, step: usize| {
             let turned = |by: usize| Lanes(core::array::from_fn(|i| first.0[(i + by * step) % 16]));
             <<Lanes<16> as Number>::Vec3 as Vector3<Lanes<16>>>::new(first, turned(1), turned(2))
@@ -124,7 +125,7 @@ fn vectors_are_those_of_one_lane() {
     }
 }
 
-/// Protects: a mask is what was said of each lane, and its lanes go in and come out where they are.
+/// Protects: a mask holds the value of each lane, and lanes are read and written at their index.
 #[test]
 fn masks_and_lanes_keep_their_places() {
     let above = Lanes([1.0, 5.0, 2.0, f32::NAN]).above(Lanes([0.0, 6.0, 1.0, 1.0]));

@@ -1,4 +1,4 @@
-//! What a prepared scene is made of.
+//! Data of a prepared scene.
 use std::sync::Arc;
 
 use serde_json::json;
@@ -6,7 +6,7 @@ use serde_json::json;
 use super::*;
 use crate::scene::{ImageData, MeshSource, Pixels};
 
-/// A square mesh shown once by itself and twice by instances, under two textures of one image.
+/// A mesh used once directly and twice by instances, under two textures of one image.
 fn textured() -> Scene {
     let square = json!({ "positions": [[0, 0, 0], [1, 0, 0], [0, 1, 0]], "indices": [[0, 1, 2]] });
     let shown = |material: &str, side: &str| json!({ "shape": { "mesh": "square" }, "material": material, "side": side });
@@ -28,9 +28,8 @@ fn textured() -> Scene {
     scene
 }
 
-/// Protects: what there is one of for each object, material, use of a texture and light is plain
-/// numbers, which no pointer or list of its own can hide in; meshes and images are the scene's own
-/// buffers, each in its table once.
+/// Protects: records of objects, materials, texture uses and lights are plain numbers without
+/// pointers or lists; meshes and images are the scene's own buffers, each once in its table.
 #[test]
 fn prepared_is_flat() {
     fn plain<T: Copy>() {}
@@ -48,7 +47,7 @@ fn prepared_is_flat() {
     let image = scene.images[1].data.as_ref().expect("it has its pixels");
     assert!(prepared.meshes.len() == 1 && Arc::ptr_eq(&prepared.meshes[0], mesh));
     assert!(prepared.sources.images.len() == 1 && Arc::ptr_eq(&prepared.sources.images[0], image));
-    // The scene's, and the table's.
+    // One reference of the scene, one of the table.
     assert_eq!((Arc::strong_count(mesh), Arc::strong_count(image)), (2, 2));
     assert!(
         prepared
@@ -58,8 +57,7 @@ fn prepared_is_flat() {
     );
 }
 
-/// Protects: settings that leave the integrator to the scene prepare the one that it calls for,
-/// whoever prepares it.
+/// Protects: settings without an integrator prepare the scene's default one, by every entry point.
 #[test]
 fn an_integrator_that_is_not_named_is_chosen() {
     let scene: Scene = serde_json::from_value(json!({
@@ -84,7 +82,7 @@ fn an_integrator_that_is_not_named_is_chosen() {
     );
 }
 
-/// Protects: a sky that can't be shown is refused by preparation too, and is not black in silence.
+/// Protects: preparation too rejects a sky that needs a surface, instead of rendering black.
 #[test]
 fn a_sky_without_a_surface_is_refused() {
     let checker = json!({ "checker": { "even": 0, "odd": 1, "size": 1 } });

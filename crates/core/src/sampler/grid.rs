@@ -1,21 +1,20 @@
-//! The rungs below Sobol points: numbers that know nothing of each other, and numbers on jittered
-//! grids.
+//! The rungs below Sobol points: independent numbers, and jittered grids.
 
 use crate::hash::mix;
 
 /// Bits of a number in [0, 1), as many as Sobol points have.
 const BITS: u32 = 23;
 
-/// Four numbers in [0, 1), each by itself: point `index` of the sequence that a scramble names.
+/// Four independent numbers in [0, 1): point `index` of a scramble's sequence.
 #[inline]
 pub(super) fn independent(index: u32, scramble: u32) -> [f32; 4] {
     bits(index, scramble).map(unit)
 }
 
-/// Four numbers in [0, 1), two pairs: of sixteen points one after the other, from a multiple of
-/// sixteen on, each pair has one in every cell of a grid of four by four, at a random place of it
-/// ("stratified sampling"; Cook, "Stochastic Sampling in Computer Graphics", 1986), and which one
-/// is in which cell is another chance for each pair.
+/// Four numbers in [0, 1) as two stratified pairs (Cook, "Stochastic Sampling in Computer
+/// Graphics", 1986). Of sixteen consecutive points from a multiple of sixteen on, each pair has one
+/// in every cell of a 4 × 4 grid, jittered within the cell. The order of the cells is random for
+/// each pair.
 #[inline]
 pub(super) fn stratified(index: u32, scramble: u32) -> [f32; 4] {
     let grid = mix(u64::from(scramble) << 32 | u64::from(index / 16) | 1 << 31);
@@ -41,7 +40,7 @@ fn unit(bits: u32) -> f32 {
     bits as f32 / (1 << BITS) as f32
 }
 
-/// A permutation of 0..16 by a key: each step of it is one.
+/// A permutation of 0..16 by a key: each step is a permutation.
 #[inline]
 fn cell(number: u32, key: u32) -> u32 {
     (0..4).fold(number, |x, round| {
@@ -55,8 +54,8 @@ fn cell(number: u32, key: u32) -> u32 {
 mod tests {
     use super::*;
 
-    /// Protects: of every sixteen points each pair of numbers has one in each cell, the pairs go
-    /// through the cells in other orders, and another sixteen in yet others.
+    /// Protects: of every sixteen points each pair has one in each cell; the pairs visit the cells
+    /// in different orders, and another sixteen in further orders.
     #[test]
     fn each_cell_has_one() {
         let mut orders = std::collections::BTreeSet::new();
@@ -80,9 +79,9 @@ mod tests {
         assert_eq!(orders.len(), 8, "all in orders of their own");
     }
 
-    /// Protects: numbers are even over [0, 1) and know nothing of each other, by the means of
-    /// numbers, squares and products: 1/2, 1/3 and 1/4, where the products of stratified pairs are
-    /// those of even ones too.
+    /// Protects: numbers are uniform in [0, 1) and independent, by the means of numbers, squares
+    /// and products: 1/2, 1/3 and 1/4; products across stratified pairs behave as for independent
+    /// numbers.
     #[test]
     fn m11_numbers_are_even() {
         const COUNT: u32 = 1 << 16;
@@ -113,8 +112,8 @@ mod tests {
         }
     }
 
-    /// Protects: independent points fall into cells by chance: the number of empty ones of sixteen
-    /// is 16·(15/16)¹⁶ on average.
+    /// Protects: independent points fall into cells by chance: of sixteen cells 16·(15/16)¹⁶ are
+    /// empty on average.
     #[test]
     fn independent_points_are_not_stratified() {
         let empty = |scramble: u32| {

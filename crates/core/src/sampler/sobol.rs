@@ -1,21 +1,21 @@
-//! Owen-scrambled Sobol points in four dimensions: the bits of `sobol_burley::sample_4d`, in less
-//! time.
+//! Owen-scrambled Sobol points in four dimensions, with the bits of `sobol_burley::sample_4d`, in
+//! less time.
 //!
-//! That function looks at a point's number bit by bit, each step waiting for the one before and the
-//! last one guessed wrong mostly. Sums of the direction vectors of four bits at a time are a table
-//! of a kilobyte.
+//! That function reads a point's index bit by bit; each step depends on the one before, and the
+//! last branch is mostly mispredicted. Here the sums of direction vectors for four bits at a time
+//! form a table of a kilobyte.
 
 use std::sync::LazyLock;
 
 use raywright_bvh::{Loops, widest};
 use sobol_burley::parts::{hash, owen_scramble_rev, sobol_rev, u32_to_f32_norm};
 
-/// Bits of a point's number that are looked up at once.
+/// Bits of a point's index looked up at once.
 const BITS: u32 = 4;
 
-/// Sums modulo two of the direction vectors of four dimensions, for each value of each four of the
-/// sixteen bits, the lowest bits of the number first. Numbers are written from the left, lowest bit
-/// first, as the scrambling wants them.
+/// Sums modulo two of the direction vectors in four dimensions, for each value of each group of
+/// four of the sixteen bits, lowest bits of the index first. Numbers are bit-reversed, lowest bit
+/// on the left, for the scrambling.
 static SUMS: LazyLock<[[[u32; 4]; 16]; 4]> = LazyLock::new(|| {
     let sum = |k: usize, value: usize, dimension: u32| {
         sobol_rev(
@@ -28,24 +28,24 @@ static SUMS: LazyLock<[[[u32; 4]; 16]; 4]> = LazyLock::new(|| {
     })
 });
 
-/// Which point of which sequence: a number below 2¹⁶, and the name of a scramble.
+/// A point of a sequence: an index below 2¹⁶, and a scramble.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Which {
     pub index: u32,
     pub scramble: u32,
 }
 
-/// Four numbers in [0, 1): a point of the sequence that a scramble names.
+/// Four numbers in [0, 1): a point of a scramble's sequence.
 #[inline]
 pub(super) fn point(which: Which) -> [f32; 4] {
     let [point] = side_by_side(&SUMS, &[which]);
     point
 }
 
-/// Points that are computed side by side.
+/// Points computed side by side.
 const LANES: usize = 16;
 
-/// The same of many points, as they are wanted one after the other.
+/// [`point`] of many points, one after the other.
 pub(super) fn points(which: impl Iterator<Item = Which>, out: &mut Vec<[f32; 4]>) {
     let mut which = which.fuse();
     loop {
@@ -76,8 +76,8 @@ impl Loops for SideBySide<'_> {
 fn side_by_side<const N: usize>(sums: &[[[u32; 4]; 16]; 4], which: &[Which; N]) -> [[f32; 4]; N] {
     let mut shuffled = [0; N];
     for (shuffled, which) in shuffled.iter_mut().zip(which) {
-        // The order of the points is scrambled by the name too, and each dimension by a number of
-        // its own.
+        // The scramble also permutes the order of the points; each dimension has a further
+        // scramble.
         *shuffled = owen_scramble_rev(
             which.index.reverse_bits(),
             hash(which.scramble ^ 0x79c6_8e4a),
@@ -106,8 +106,8 @@ fn side_by_side<const N: usize>(sums: &[[[u32; 4]; 16]; 4], which: &[Which; N]) 
 mod tests {
     use super::*;
 
-    /// Protects: points are those of the crate to the bit, for every number of a sequence and
-    /// whatever scramble.
+    /// Protects: points equal those of the crate to the bit, for every index of a sequence and any
+    /// scramble.
     #[test]
     fn points_are_those_of_the_crate() {
         for index in 0..1_u32 << 16 {
@@ -134,8 +134,7 @@ mod tests {
         }
     }
 
-    /// Protects: points that are made side by side are those that are made one by one, however many
-    /// are wanted.
+    /// Protects: points computed side by side equal single ones, for any number of points.
     #[test]
     fn points_side_by_side_are_those_alone() {
         for count in [0, 1, 15, 16, 17, 33, 1000] {

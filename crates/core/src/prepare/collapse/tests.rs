@@ -1,10 +1,10 @@
-//! What is fine in the file and nothing once it is stored.
+//! Shapes that are valid in the file and vanish when stored.
 
 use super::super::geometry::tests::glowing;
 use super::*;
 use crate::scene::{GeneratorKind, TransformStep, Triple};
 
-/// What is lost of what is counted from zero.
+/// [`super::collapsed`] relative to the origin zero.
 fn collapsed<R: Real>(scene: &Scene) -> Vec<Problem> {
     collapsed_about::<R>(scene, DVec3::ZERO)
 }
@@ -16,7 +16,7 @@ fn object(shape: Shape, transform: Vec<TransformStep>) -> Object {
     glowing(shape, transform).1
 }
 
-/// The problems of an object alone in single precision; in double precision it must have none.
+/// The problems of a single object in single precision; asserts that double precision has none.
 fn alone(object: Object) -> Vec<Problem> {
     let scene = Scene {
         objects: vec![object],
@@ -33,8 +33,8 @@ fn one(shape: Shape) -> String {
     }
 }
 
-/// Protects: what is nothing once it is stored in f32 is told at its place, unless a transform or a
-/// motion keeps its numbers, and never of doubles that tell it apart.
+/// Protects: shapes that vanish in `f32` are reported with their path, unless a transform or a
+/// motion keeps their own numbers; never in double precision, which resolves them.
 #[test]
 fn sizes_survive_single_precision() {
     let wide = Shape::Box {
@@ -98,7 +98,8 @@ fn sizes_survive_single_precision() {
     );
 }
 
-/// Protects: doubles lose things too, farther away, and then no other precision is advised.
+/// Protects: double precision loses shapes too, farther away, and then no other precision is
+/// suggested.
 #[test]
 fn doubles_lose_what_is_too_far_for_them() {
     let far = object(
@@ -122,8 +123,8 @@ fn doubles_lose_what_is_too_far_for_them() {
     );
 }
 
-/// Protects: a generator's objects are judged where they land, by the sum of both moves, and the
-/// first that is lost is named.
+/// Protects: a generator's objects are tested at their positions, by the sum of both translations,
+/// and the first one lost is reported.
 #[test]
 fn generated_shapes_are_judged_where_they_land() {
     let thin = |z: f64| Shape::Box {
@@ -167,7 +168,7 @@ fn generated_shapes_are_judged_where_they_land() {
         "generators[0].object.shape.box.max"
     );
     assert_eq!(with(thin(300_000.0), moved(-250_000.0), -100_000.0), []);
-    // A shape that is turned keeps a space of its own.
+    // A rotated shape keeps its own space.
     let turned = vec![TransformStep::Rotate {
         axis: ABOVE,
         degrees: 30.0,

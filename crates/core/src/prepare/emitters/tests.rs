@@ -1,4 +1,4 @@
-//! Emitters as preparation finds them: their areas, their places, and the way back from a hit.
+//! Prepared emitters: their areas, their positions, and the look-up from a hit.
 
 use super::super::geometry::tests::glowing;
 use super::*;
@@ -36,8 +36,8 @@ fn found(scene: &Scene) -> Emitters<f32> {
     )
 }
 
-/// Protects: what is only moved lights others as a shape of its own, so that tens of thousands of
-/// emitters are no matter, and has the area and place of the one under a map.
+/// Protects: a translated emitter is stored as an untransformed shape, so that tens of thousands of
+/// emitters stay cheap, with the area and position of a transformed one.
 #[test]
 fn moved_emitters_need_no_map() {
     let (material, object) = glowing(
@@ -68,7 +68,7 @@ fn moved_emitters_need_no_map() {
     };
     let emitters = found(&scene);
     assert_eq!((emitters.len(), emitters.under_maps()), (20_001, 1));
-    // A ball of radius 1/2 gives off π times its radiance, 3.5 in all, from an area of π.
+    // A sphere of radius 1/2 emits π times its radiance, 3.5 in all, from an area of π.
     let power = 3.5 * core::f64::consts::PI * core::f64::consts::PI;
     assert!(
         (emitters.power(0) / (4.0 * power) - 1.0).abs() < 1e-6,
@@ -88,7 +88,7 @@ fn moved_emitters_need_no_map() {
     }
 }
 
-/// Protects: an area is taken over from the object before only where shape and map are the same.
+/// Protects: the previous object's area is reused only for an equal shape and map.
 #[test]
 fn areas_are_each_emitters_own() {
     let ball = |radius| Shape::Sphere {
@@ -133,8 +133,8 @@ fn areas_are_each_emitters_own() {
     );
 }
 
-/// Protects: a hit finds the emitter that it is, in meshes shown once and twice, behind objects
-/// that do not shine and behind triangles without area, and what does not shine has none.
+/// Protects: a hit finds its emitter, in meshes used once and twice, after non-emissive objects and
+/// after triangles without area; a non-emissive object has none.
 #[test]
 fn a_hit_finds_its_emitter() {
     let strip = json!({ "name": "strip", "source": { "inline": {
@@ -195,7 +195,7 @@ fn a_hit_finds_its_emitter() {
         assert!(emitters.probability(index) > 0.0);
         seen.push(index);
     }
-    // Two triangles that are halves of a quad are the first one's.
+    // Two triangles that form a quad belong to the first one.
     assert_eq!(seen, [1, 1, 3, 5, 5, 8, 8]);
     assert_eq!(
         (
@@ -208,7 +208,7 @@ fn a_hit_finds_its_emitter() {
     );
 }
 
-/// A mesh of two triangles that glow, under a scale along z.
+/// A mesh of two emissive triangles, scaled along z.
 fn pair(positions: [[f32; 3]; 4], indices: [[u32; 3]; 2], sign: f64) -> Emitters<f32> {
     let mesh = json!({ "name": "pair", "source": { "inline": { "positions": positions, "indices": indices } } });
     let glow = json!({ "name": "glow", "model": { "classic": { "local": 0, "emission": 1 } } });
@@ -217,10 +217,9 @@ fn pair(positions: [[f32; 3]; 4], indices: [[u32; 3]; 2], sign: f64) -> Emitters
     found(&serde_json::from_value(scene).expect("a scene"))
 }
 
-/// Protects: two triangles that are the halves of a parallelogram are one light, with the numbers
-/// of the quad of these corners, from whichever corners they are listed; both hits lead to it.
-/// Others stay two: a trapezoid, what is bent, one triangle twice, and halves that face opposite
-/// sides.
+/// Protects: the two halves of a parallelogram are one light, with the numbers of the quad of these
+/// corners, in any order of corners; hits on both halves find it. Others stay two lights: a
+/// trapezoid, a bent pair, one triangle twice, and halves that face opposite sides.
 #[test]
 fn halves_of_a_quad_are_one_light() {
     let slanted = [
@@ -300,9 +299,8 @@ fn halves_of_a_quad_are_one_light() {
     }
 }
 
-/// A square of two triangles in the plane z = 0, whose texture coordinates are x and y, that glows
-/// in its upper right corner: a sixteenth of it, evenly but for `tilt`. Mirrored where `sign` is
-/// negative.
+/// A square of two triangles in the plane z = 0 with texture coordinates x and y, emissive in its
+/// upper right corner: a sixteenth of it. Mirrored for a negative `sign`.
 fn screen(sign: f64) -> Prepared<f64> {
     let square = json!({ "name": "square", "source": { "inline": {
         "positions": [[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]], "uvs": [[[0, 0], [1, 0], [1, 1], [0, 1]]],
@@ -319,9 +317,9 @@ fn screen(sign: f64) -> Prepared<f64> {
     Prepared::new(&scene, &settings, EffectSet::ALL, &()).expect("it can be prepared")
 }
 
-/// Protects: points of a mesh that glows in parts are drawn where it does, mirrored or not: of a
-/// sixteenth of a square nine tenths, where even ones would have a sixteenth; and its power is that
-/// of the part that glows.
+/// Protects: points of a partly emissive mesh are sampled where it emits, mirrored or not: nine
+/// tenths within a sixteenth of a square, where uniform sampling has a sixteenth. Its power is that
+/// of the emissive part.
 #[test]
 fn points_are_drawn_where_a_mesh_glows() {
     for sign in [1.0, -1.0] {
@@ -344,7 +342,7 @@ fn points_are_drawn_where_a_mesh_glows() {
             let Target::Surface(surface) = sample.target else {
                 panic!("{:?}", sample.target)
             };
-            // Cells are a thirtieth wide, and those beside are drawn half as often.
+            // Cells are a thirtieth wide, and their neighbours are sampled half as often.
             lit += usize::from(surface.point.x.min(surface.point.y) > 0.75 - 0.08);
         }
         assert!(lit > 1_700, "{lit} of 2000, {sign}");
@@ -358,8 +356,8 @@ fn points_are_drawn_where_a_mesh_glows() {
     }
 }
 
-/// Protects: triangles whose emission varies are counted once for each object that is made of them,
-/// and those that glow evenly only where parts of them are cut away and paths read which.
+/// Protects: triangles of varying emission count once for each object of their mesh; triangles of
+/// uniform emission count only if they are partly cut away and a path tracer evaluates them.
 #[test]
 fn triangles_that_vary_are_counted() {
     let mesh = json!({ "name": "square", "source": { "inline": { "positions": [[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]],
@@ -391,8 +389,8 @@ fn triangles_that_vary_are_counted() {
     );
 }
 
-/// Protects: how many points each way are looked at, by hand: 2²⁰ in all, no fewer than 2 of a
-/// triangle and no more than 32.
+/// Protects: the number of points along each side by hand: 2²⁰ in all, at least 2 and at most 32
+/// along a side.
 #[test]
 fn points_are_shared_among_triangles() {
     let across = [0, 1, 1024, 1025, 15_158, 1 << 18, u64::MAX].map(points_across);

@@ -7,7 +7,7 @@ use crate::scene::{Integrator, Projection};
 use crate::settings::Sampling;
 use crate::{Scene, prepare};
 
-/// A box that stands at the origin, of one colour, in a studio.
+/// A box of one colour, on the ground at the origin, in a studio.
 fn scene(colour: f64, studio: Value) -> Scene {
     let material = json!({ "name": "only", "model": { "physical": { "base_colour": colour, "roughness": 0.9 } } });
     let object =
@@ -33,8 +33,8 @@ fn picture(scene: &Scene, settings: &Settings) -> Picture {
         .picture
 }
 
-/// Protects: what stands in a studio differs from its backdrop, bright or dark, and the backdrop
-/// that a file names is kept.
+/// Protects: objects in a studio contrast with its backdrop, bright or dark, and a backdrop set by
+/// the file is kept.
 #[test]
 fn the_backdrop_sets_off_what_stands_before_it() {
     let corner = |colour: f64, studio: Value| {
@@ -55,7 +55,7 @@ fn the_backdrop_sets_off_what_stands_before_it() {
     assert!((2.0..3.0).contains(&corner), "{corner}");
 }
 
-/// Protects: surfaces that alpha cuts out do not decide what is bright, and surfaces that glow are
+/// Protects: surfaces cut out by alpha do not count for brightness, and emissive surfaces are
 /// bright.
 #[test]
 fn what_is_seen_decides_how_bright_things_are() {
@@ -92,8 +92,8 @@ fn what_is_seen_decides_how_bright_things_are() {
     );
 }
 
-/// Protects: a backdrop is brightest where the camera looks, falls with the cosine, and keeps half
-/// of it to every side.
+/// Protects: a backdrop is brightest along the camera's axis, falls with the cosine, and keeps at
+/// least half of its radiance on every side.
 #[test]
 fn backdrops_fall_with_the_cosine() {
     let camera = Silhouette::of(&scene(1.0, json!({}))).frame(
@@ -119,7 +119,7 @@ fn backdrops_fall_with_the_cosine() {
     }
 }
 
-/// Protects: what keeps all light from above away leaves the ground black: none is thought to come
+/// Protects: an object that blocks all light from above leaves the ground black: no light counts
 /// from below.
 #[test]
 fn ground_below_a_roof_is_dark() {
@@ -157,10 +157,10 @@ fn ground_below_a_roof_is_dark() {
     );
 }
 
-/// Protects: the ground shows nothing but what is taken from the light: beside the box it is darker
-/// than the backdrop, above it and far away it is the backdrop; from below and where none is wished
-/// for, there is none. Under a transparent background it covers by what it takes of the light, in
-/// black, and what stands on it has the colours that it has without.
+/// Protects: the ground shows only blocked light: beside the box it is darker than the backdrop,
+/// above it and far away it equals the backdrop; from below, and if disabled, it is absent. Under a
+/// transparent background it is black with the blocked share of light as alpha, and the objects on
+/// it keep their colours.
 #[test]
 fn the_ground_catches_shadows_alone() {
     let low = View {
@@ -178,7 +178,8 @@ fn the_ground_catches_shadows_alone() {
         "the top"
     );
     assert_eq!(at(&without, 16, 16), at(&with, 16, 16), "the box");
-    // The key stands at the camera's left, the rim behind: right before the box it is dark.
+    // The key light is at the camera's left, the rim light behind: the ground right before the box
+    // is dark.
     let ratio = at(&with, 18, 29) / at(&without, 18, 29);
     assert!((0.05..0.95).contains(&ratio), "{ratio}");
     assert!(
@@ -233,9 +234,9 @@ fn the_ground_catches_shadows_alone() {
     assert!(most > 0.3, "{most}");
 }
 
-/// Protects: a prepared scene that is turned to another camera gives the bits of one that was
-/// prepared for it, there and back, by each integrator; a camera that calls for other effects is
-/// refused.
+/// Protects: switching a prepared scene to another camera gives the bits of a scene prepared for
+/// that camera, there and back, with each integrator; a camera that needs other effects is
+/// rejected.
 #[test]
 fn turning_is_preparing_anew() {
     let scene = scene(0.5, json!({}));

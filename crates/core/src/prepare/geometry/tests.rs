@@ -1,4 +1,4 @@
-//! Shapes as preparation makes them.
+//! Prepared shapes.
 
 use super::*;
 use crate::scene::{
@@ -32,7 +32,8 @@ pub(in crate::prepare) fn glowing(
     (material, object)
 }
 
-/// Protects: a triangle without area is nothing that rays could hit, also where a map turns it.
+/// Protects: a triangle without area collapses to a point that rays cannot hit, also under a
+/// rotation.
 #[test]
 fn triangles_without_area_collapse() {
     let vertices = [[0.125, 0.25, 0.5], [1.125, 1.25, 1.5], [3.125, 3.25, 3.5]];
@@ -44,8 +45,8 @@ fn triangles_without_area_collapse() {
     assert_eq!(triangle.vertices, [triangle.vertices[0]; 3]);
 }
 
-/// Protects: what storing makes nothing of is refused by its name, also where nobody validated, and
-/// kept where doubles are stored.
+/// Protects: shapes that vanish when stored are rejected by name, without validation too, and kept
+/// in double precision.
 #[test]
 fn collapsed_shapes_are_refused() {
     let (material, object) = glowing(
@@ -60,7 +61,7 @@ fn collapsed_shapes_are_refused() {
         origin: [0.0, 0.0, 3e5],
         step: [0.0, 0.0, 1.0],
     };
-    // Most of the scene is about zero.
+    // Most of the scene is around zero.
     let ball = Object {
         shape: Shape::Sphere {
             centre: [0.0; 3],
@@ -87,9 +88,9 @@ fn collapsed_shapes_are_refused() {
     assert_eq!(wide.objects.len(), 5);
 }
 
-/// Protects: a mesh of which storing leaves nothing is told by its object, and only such a one: not
-/// near the origin, not where one triangle is left, not where it had no area before, not where
-/// instances keep its coordinates small, not where doubles are stored.
+/// Protects: a mesh that vanishes when stored is reported by its object, and no other mesh: not
+/// near the origin, not if one triangle survives, not without area before, not if instances keep
+/// its coordinates small, not in double precision.
 #[test]
 fn vanished_meshes_are_told() {
     let triangle = |size: f32| vec![[0.0; 3], [size, 0.0, 0.0], [0.0, size, 0.0]];
