@@ -1,9 +1,9 @@
-//! Axis-aligned boxes in f64, and how they become safe f32 boxes for a tree.
+//! Axis-aligned boxes in f64, and the conservative f32 boxes that a tree stores.
 
 use glam::{DVec3, Vec3};
 use rayon::prelude::*;
 
-/// Boxes that a thread looks at in one piece. Nothing depends on it.
+/// Boxes that one parallel task handles. No result depends on this number.
 pub(crate) const PIECE: usize = 4096;
 
 /// A closed axis-aligned box in f64. Empty when a minimum exceeds its maximum.
@@ -16,17 +16,17 @@ pub struct Aabb {
 }
 
 impl Aabb {
-    /// Contains nothing; the neutral element of [`Aabb::union`].
+    /// The empty box: the neutral element of [`Aabb::union`].
     pub const EMPTY: Self = Self {
         min: DVec3::INFINITY,
         max: DVec3::NEG_INFINITY,
     };
 
-    /// The least box around the points; NaN everywhere when one of them is NaN, so that no
-    /// primitive loses a corner unseen.
+    /// The smallest box around the points. All six bounds are NaN if any coordinate is NaN, so that
+    /// no corner of a primitive is lost silently.
     pub fn from_points(points: impl IntoIterator<Item = DVec3>) -> Self {
         let (mut min, mut max, mut is_number) = (Self::EMPTY.min, Self::EMPTY.max, true);
-        // One comparison each, where `min` and `max` of numbers would ask for NaN each time.
+        // One comparison per bound: `min` and `max` of floats would check for NaN each time.
         for point in points {
             min = DVec3::select(point.cmplt(min), point, min);
             max = DVec3::select(point.cmpgt(max), point, max);
@@ -42,8 +42,8 @@ impl Aabb {
         }
     }
 
-    /// The box around a shape by its support function, max p·direction over its points; none when
-    /// one of them is.
+    /// The box around a shape with the given support function: the maximum of p·direction over the
+    /// points p of the shape. `None` if the function returns `None` for an axis.
     pub fn from_support(support: impl Fn(DVec3) -> Option<f64>) -> Option<Self> {
         let along = |d: DVec3| {
             Some(DVec3::new(
@@ -66,7 +66,7 @@ impl Aabb {
         }
     }
 
-    /// The least box around both.
+    /// The smallest box around both boxes.
     pub fn union(self, other: Self) -> Self {
         Self {
             min: self.min.min(other.min),
@@ -74,12 +74,12 @@ impl Aabb {
         }
     }
 
-    /// Whether it contains no point.
+    /// Whether the box contains no point.
     pub fn is_empty(&self) -> bool {
         !(self.min.x <= self.max.x && self.min.y <= self.max.y && self.min.z <= self.max.z)
     }
 
-    /// Middle.
+    /// Centre of the box.
     pub fn centre(&self) -> DVec3 {
         (self.min + self.max) * 0.5
     }
@@ -89,7 +89,7 @@ impl Aabb {
         self.max - self.min
     }
 
-    /// What is in both.
+    /// The intersection of both boxes.
     pub(crate) fn intersection(self, other: Self) -> Self {
         Self {
             min: self.min.max(other.min),
@@ -109,11 +109,11 @@ impl Aabb {
         })
     }
 
-    /// The f32 box that a tree may cull by: rounded outward, then grown by four units in the last
-    /// place of its own coordinates and one of its extent. Measured to be enough for a watertight
-    /// triangle test, and it gives flat boxes a thickness, without which Morton-sorted builders
-    /// degenerate on closed rooms. None when a bound is not a finite f32: such a primitive can't be
-    /// in a tree.
+    /// The f32 box for culling: rounded outward, then grown by four units in the last place of the
+    /// coordinates and one unit of the extent. Measurements showed this padding to be enough for a
+    /// watertight triangle test. The padding also gives flat boxes a thickness, without which
+    /// Morton-sorted builders degenerate on closed rooms. `None` for an empty box, and if a bound
+    /// is not a finite f32: no tree can hold such a primitive.
     pub fn padded(&self) -> Option<PaddedBox> {
         if self.is_empty() {
             return None;
@@ -131,7 +131,7 @@ impl Aabb {
     }
 }
 
-/// A sphere around boxes, with three hundredths to spare.
+/// A sphere around boxes, with a margin of three percent.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct BoundingSphere {
     pub centre: [f32; 3],
@@ -139,7 +139,7 @@ pub(crate) struct BoundingSphere {
 }
 
 impl BoundingSphere {
-    /// About the middle of the box around all of them.
+    /// The sphere about `centre` around all boxes.
     pub fn new(centre: DVec3, boxes: &[PaddedBox]) -> Self {
         let farthest = |bounds: &PaddedBox| {
             (bounds.max.as_dvec3() - centre)
@@ -152,7 +152,7 @@ impl BoundingSphere {
             .map(farthest)
             .reduce(|| 0.0, f64::max)
             .sqrt();
-        // The middle is rounded.
+        // The stored centre is rounded to f32.
         let radius = radius * 1.03 + centre.length() * (4.0 * f64::from(f32::EPSILON));
         Self {
             centre: centre.as_vec3().to_array(),
@@ -161,7 +161,7 @@ impl BoundingSphere {
     }
 }
 
-/// An f32 box that contains its primitive with room for the rounding of a traversal.
+/// An f32 box that contains its primitive with a margin for rounding errors of a traversal.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct PaddedBox {
     /// Least corner.
@@ -171,13 +171,13 @@ pub struct PaddedBox {
 }
 
 impl PaddedBox {
-    /// Contains nothing; the neutral element of the union.
+    /// The empty box: the neutral element of the union.
     pub(crate) const NOTHING: Self = Self {
         min: Vec3::INFINITY,
         max: Vec3::NEG_INFINITY,
     };
 
-    /// The least box around both.
+    /// The smallest box around both boxes.
     pub(crate) fn union(&self, other: &Self) -> Self {
         Self {
             min: self.min.min(other.min),
@@ -186,7 +186,7 @@ impl PaddedBox {
     }
 }
 
-/// Half the surface of a box, in f32.
+/// Half the surface area of a box, in f32.
 pub(crate) fn half_area(bounds: &PaddedBox) -> f32 {
     let e = bounds.max - bounds.min;
     e.x * e.y + e.y * e.z + e.z * e.x

@@ -1,26 +1,26 @@
-//! A binary tree between its builders and what rays walk.
+//! The binary tree between the builders and the eight-wide tree.
 
 use core::ops::Range;
 
 use crate::aabb::PaddedBox;
 
-/// A binary tree as its builders leave it: children adjacent and after their parent, leaves naming
-/// a range of `order`.
+/// A finished binary tree. Siblings are adjacent and come after their parent; leaves refer to
+/// ranges of `order`.
 pub(crate) struct Binary {
     /// Root first.
     pub nodes: Vec<BinaryNode>,
-    /// Positions in the input, leaf by leaf.
+    /// Indices of the input boxes, leaf by leaf.
     pub order: Vec<u32>,
-    /// Nodes whose children lie in the same range, one range after the other at the end of all
-    /// nodes: what threads can work on apart. There may be none.
+    /// Ranges of nodes, each closed under taking children, one after the other at the end of
+    /// `nodes`: the independent work of threads. May be empty.
     pub parts: Vec<Range<usize>>,
 }
 
 impl Binary {
-    /// The tree of nodes in any order, the root first, children adjacent, whose leaves have boxes;
-    /// those of the others are made.
+    /// Sorts nodes given in any order, with the root first and siblings adjacent. Leaves have
+    /// boxes; boxes of inner nodes are computed.
     pub fn sorted(nodes: &[BinaryNode], order: Vec<u32>) -> Self {
-        /// Parts that threads can work on, where there are so many nodes.
+        /// Number of parts for threads, for trees of at least `MANY` nodes.
         const PARTS: usize = 64;
         const MANY: usize = 1 << 14;
         let most = if nodes.len() < MANY {
@@ -59,7 +59,7 @@ impl Binary {
         }
     }
 
-    /// How many nodes are in no part: the first ones.
+    /// Number of nodes at the start that belong to no part.
     pub fn tops(&self) -> usize {
         self.parts
             .first()
@@ -67,8 +67,8 @@ impl Binary {
     }
 }
 
-/// Level by level from the root until so many wait for their children to follow, and where these
-/// start.
+/// Copies nodes level by level from the root until `most` copied nodes still lack their children.
+/// Returns the copies and the index of the first such node.
 fn level(nodes: &[BinaryNode], most: usize) -> (Vec<BinaryNode>, usize) {
     let (mut sorted, mut next) = (Vec::with_capacity(nodes.len()), 0);
     sorted.extend(nodes.first());
@@ -83,8 +83,8 @@ fn level(nodes: &[BinaryNode], most: usize) -> (Vec<BinaryNode>, usize) {
     (sorted, next)
 }
 
-/// Inner: `count` 0 and the children at `first` and `first + 1`. Leaf: `count` entries of the order
-/// from `first`.
+/// Inner node: `count` is 0, and the children are `first` and `first + 1`. Leaf: `count` entries of
+/// the order from `first`.
 #[derive(Clone, Copy)]
 pub(crate) struct BinaryNode {
     pub bounds: PaddedBox,

@@ -1,6 +1,6 @@
-//! Building: sanitised boxes in, a tree of eight-wide nodes out. `obvhs` clusters the boxes and
-//! moves parts of the tree to where they cost less. Ours is what guards it, and the way from its
-//! binary tree to eight-wide nodes.
+//! Building: boxes in, a tree of eight-wide nodes out. The crate `obvhs` clusters the boxes and
+//! reinserts subtrees where they cost less. This module adds the guards against bad trees and the
+//! collapse from binary to eight-wide nodes.
 
 mod clusters;
 mod curve;
@@ -14,10 +14,10 @@ use crate::aabb::PaddedBox;
 use crate::binary::{Binary, BinaryNode};
 use crate::bvh8::{Bvh8, WIDTH};
 
-/// Which structure answers queries. Hits do not depend on it.
+/// The acceleration structure of a geometry. Hits do not depend on it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum AcceleratorKind {
-    /// Every primitive is tested: the oracle, and the O(N) side of the benchmark.
+    /// A linear scan over every primitive: the test oracle, and the O(N) side of the benchmark.
     Linear,
     /// A bounding-volume hierarchy.
     Tree(BuildQuality),
@@ -29,15 +29,15 @@ impl Default for AcceleratorKind {
     }
 }
 
-/// How long a build may take for how good a tree. Pictures do not depend on it.
+/// Trade-off between build time and tree quality. Pictures do not depend on it.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum BuildQuality {
-    /// Least build time: clustered, and its greatest parts moved.
+    /// Least build time: clustering, then reinsertion of the largest subtrees.
     Fast,
-    /// More is moved.
+    /// Reinsertion of more subtrees.
     #[default]
     Medium,
-    /// Twice the build time: clustered among more neighbours, and everything is moved.
+    /// Twice the build time: clustering among more neighbours, then reinsertion of every subtree.
     High,
 }
 
@@ -46,29 +46,29 @@ impl BuildQuality {
     pub const ALL: [Self; 3] = [Self::Fast, Self::Medium, Self::High];
 }
 
-/// What a build cost: what tests count where they can't measure time.
+/// Deterministic measure of build cost, for tests that can't measure time.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct BuildWork {
-    /// Boxes looked at: in sorting, clustering, moving and halving. In clustering it is the least
-    /// that its tree may have taken.
+    /// Boxes visited by sorting, clustering, reinsertion and halving. For clustering the count is a
+    /// lower bound of the work.
     pub looks: u64,
-    /// Nodes from the root to the deepest, the root included.
+    /// Number of levels, the root included.
     pub depth: u32,
 }
 
-/// A structure over boxes, whose leaves are still to be filled.
+/// An accelerator over boxes, whose leaves are still to be filled.
 pub(crate) struct Build {
     pub bvh: Bvh8,
-    /// The order in which its places name the boxes, where that is not their own.
+    /// Box index for each position of the accelerator; `None` if both orders agree.
     pub order: Option<Vec<u32>>,
-    /// What building it took; none for a scan.
+    /// Cost of the build; `None` for a scan.
     pub work: Option<BuildWork>,
-    /// The first places, whose spheres every query tests in rows.
+    /// Number of spheres at the first positions, which every query tests in rows.
     pub spheres: usize,
 }
 
 impl Build {
-    /// So many places that are tested one after the other.
+    /// A linear scan over `places` primitives.
     pub fn scan(places: usize, work: Option<BuildWork>) -> Self {
         Self {
             bvh: Bvh8::flat(0, 0, places),
@@ -79,19 +79,19 @@ impl Build {
     }
 }
 
-/// What a primitive may share a leaf of the wide tree with: seven more that are tested with it in
-/// lanes.
+/// The kind of wide leaf that a primitive may share: such a leaf tests up to eight primitives in
+/// SIMD lanes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum LeafKind {
-    /// Nothing: it is tested alone.
+    /// No shared leaf: the primitive is tested alone.
     None,
     Triangles,
     Spheres,
 }
 
 impl LeafKind {
-    /// So many are one leaf wherever they are a subtree: with smaller leaves a tree takes more room
-    /// than its rays win.
+    /// Greatest size of a subtree that always becomes one leaf. Smaller leaves would cost more
+    /// memory than their rays save time.
     pub fn shared(self) -> usize {
         match self {
             Self::None => 1,
@@ -100,8 +100,8 @@ impl LeafKind {
         }
     }
 
-    /// So many are a leaf of the binary tree wherever they are a subtree, where all primitives are
-    /// of this kind. Spheres are then halved, to full leaves: it is memory that these save.
+    /// Greatest size of a subtree that becomes one leaf of the binary tree, if all primitives are
+    /// of this kind. Spheres are then halved into full leaves. These larger leaves save memory.
     fn collapsed(self) -> usize {
         if self == Self::Spheres {
             4 * WIDTH
@@ -111,13 +111,13 @@ impl LeafKind {
     }
 }
 
-/// Says what kind of leaf each of the boxes goes into.
+/// The leaf kind of the box with the given index.
 pub(crate) type LeafKindOf<'a> = &'a (dyn Fn(u32) -> LeafKind + Sync);
 
-/// Whether a build is to be given up, asked between its passes.
+/// Whether to cancel the build; polled between its passes.
 pub(crate) type Stop<'a> = &'a (dyn Fn() -> bool + Sync);
 
-/// Builds the tree over two boxes or more; none where `stop` said so.
+/// Builds the tree over at least two boxes. Returns `None` if `stop` cancelled the build.
 pub(crate) fn build(
     boxes: &[PaddedBox],
     quality: BuildQuality,
@@ -125,7 +125,7 @@ pub(crate) fn build(
     stop: Stop<'_>,
 ) -> Option<Build> {
     let mut work = BuildWork::default();
-    // Clustered it may be too deep, and halved it is not.
+    // The clustered tree may be too deep; the halved tree is not.
     for quality in [Some(quality), None] {
         let (binary, looks) = binary(boxes, quality, kind, stop)?;
         work.looks += looks;
@@ -138,12 +138,12 @@ pub(crate) fn build(
             });
         }
     }
-    // Were the builders wrong, queries would be slow, and right.
+    // Fallback: queries by scan are slow but correct.
     Some(Build::scan(boxes.len(), Some(work)))
 }
 
-/// The binary tree over boxes, and how many of them were looked at; halved alone where no quality
-/// is asked for.
+/// The binary tree over the boxes, and the number of boxes visited. Without a quality the tree is
+/// built by halving alone.
 fn binary(
     boxes: &[PaddedBox],
     quality: Option<BuildQuality>,
@@ -162,7 +162,8 @@ fn binary(
     let is_alike = (1..boxes.len() as u32).all(|place| kind(place) == kind(0));
     if let Some(quality) = quality {
         (order, looks) = curve::order(boxes);
-        // `obvhs` knows of no kinds. Leaves of several are made where nodes become wide.
+        // `obvhs` knows no leaf kinds. With several kinds, leaves are made in the collapse to wide
+        // nodes.
         let leaf = if is_alike { kind(0).collapsed() } else { 1 };
         let clusters = Clustering::new(boxes, quality, leaf, stop).run(&mut order)?;
         looks += clusters.looks;

@@ -1,14 +1,16 @@
-//! The tree that rays of stored f32 walk: eight-wide nodes over blocks of eight triangles, rows of
-//! eight spheres and single other primitives, in the widest registers that the processor has.
+//! The tree for rays stored in f32: eight-wide nodes over blocks of eight triangles, rows of eight
+//! spheres, and single other primitives. It is traversed with the processor's widest registers.
 //!
-//! Nodes and filters decide what is tested and never what is hit: boxes are padded and exits
-//! widened, the filter misses a triangle only where its error bounds prove that the exact test does
-//! ([`filter`]), and what is left goes through the operations of that test
-//! ([`crate::shapes::Triangle`]). So every kernel finds what a scan finds, to the bit.
+//! Nodes and filters only decide which primitives are tested, never which are hit. Boxes are padded
+//! and exit distances widened. The filter rejects a triangle only if its error bounds prove that
+//! the exact test rejects it ([`filter`]). Every remaining triangle goes through the operations of
+//! that test ([`crate::shapes::Triangle`]). So every kernel finds the hits of a linear scan, to the
+//! bit.
 //!
-//! Of a triangle that a ray sees edge-on to within the rounding of f64, a mean of the corners'
-//! distances could lie outside its box, and then what was met before would decide. So the exact
-//! test takes the distance at an edge then, for scan and tree alike ([`crate::shapes::EDGE_ON`]).
+//! For a triangle that is edge-on to within f64 rounding, the weighted mean of the corners'
+//! distances could lie outside the box. The hit would then depend on the order of traversal. So the
+//! exact test takes the distance at an edge instead, for scan and tree alike
+//! ([`crate::shapes::EDGE_ON`]).
 
 mod collapse;
 mod filter;
@@ -48,25 +50,25 @@ pub(crate) use self::traversal_ray::{RayReparametrisation, TraversalRay};
 pub(crate) use self::triangle8::LeafHeader;
 use self::triangle8::Triangle8;
 
-/// Deepest tree that a traversal has a stack for; what clustering makes deeper is halved.
+/// Depth of the traversal stack. Deeper trees are rebuilt by halving.
 const MAX_DEPTH: u32 = 64;
-/// Each level leaves at most seven siblings behind, and a node's eight children are written at
-/// once.
+/// Stack size: each level leaves at most seven siblings, and the eight children of a node are
+/// written at once.
 const STACK: usize = (WIDTH - 1) * MAX_DEPTH as usize + WIDTH;
 
-/// An inner child names a node; a leaf a block of triangles, a row of spheres, or the place of one
-/// other primitive.
+/// Reference to a child: an inner node, a block of triangles, a row of spheres, or the position of
+/// another primitive.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[repr(transparent)]
 struct Child(u32);
 
 impl Child {
-    /// Kinds, in the bits above an index: there are fewer than 2²⁷ primitives.
+    /// Kinds of children, in the bits above the index: the number of primitives is below 2²⁷.
     const INNER: u32 = 0;
     const BLOCK: u32 = 0b100 << 29;
     const OTHER: u32 = 0b110 << 29;
     const ROW: u32 = 0b111 << 29;
-    /// No child: a leaf of nothing.
+    /// No child: an empty leaf.
     const NONE: Self = Self(u32::MAX);
 
     fn new(kind: u32, index: usize) -> Self {
@@ -83,13 +85,13 @@ impl Child {
         self.0 & (Self::OTHER ^ Self::BLOCK) == 0
     }
 
-    /// Of a leaf that is something and no block: whether spheres are in it.
+    /// For a leaf that is neither empty nor a block: whether it is a row of spheres.
     #[inline(always)]
     fn is_row(self) -> bool {
         self.0 & (Self::ROW ^ Self::OTHER) != 0
     }
 
-    /// The same among nodes, blocks, places and rows that begin later by so much.
+    /// The reference after its node, block, position or row moved by the given offset.
     fn moved(self, [nodes, blocks, places, rows]: [u32; 4]) -> Self {
         let by = match self {
             Self::NONE => 0,
@@ -101,22 +103,22 @@ impl Child {
         Self(self.0 + by)
     }
 
-    /// Of an inner child, the node.
+    /// Node index of an inner child.
     #[inline(always)]
     fn node(self) -> usize {
         self.0 as usize
     }
 
-    /// Of the block, the row or the place.
+    /// Index of the block, row or primitive.
     #[inline(always)]
     fn index(self) -> usize {
         (self.0 & !Self::ROW) as usize
     }
 }
 
-/// Up to eight children with their boxes: of each axis the minima, then the maxima, so that the
-/// place of either is all that a traversal has to keep of a side. An absent one has an inverted
-/// box, which no ray of finite numbers enters.
+/// Up to eight children with their boxes. Each axis has the minima first, then the maxima, so that
+/// a single offset selects the near or the far plane. An absent child has an inverted box, which no
+/// finite ray enters.
 #[repr(C, align(64))]
 #[derive(Clone, Debug)]
 struct Node {
@@ -147,27 +149,27 @@ impl Node {
     }
 }
 
-/// A bounding-volume hierarchy over places in an order that its build returned, with the triangles
-/// among them.
+/// A bounding-volume hierarchy over primitives in the order of its build, and the storage of its
+/// triangles.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Bvh8 {
-    /// Root first; none where everything is tested.
+    /// Root first; empty if every primitive is tested.
     nodes: Vec<Node>,
     blocks: Vec<Triangle8>,
-    /// Of each block.
+    /// Header of each block.
     facts: Vec<LeafHeader>,
-    /// First those that every query tests, then those of leaves.
+    /// Rows that every query tests (`always` of them), then rows of leaves.
     rows: Vec<Row>,
     always: usize,
-    /// Without nodes: the places of what is in no row and in no block.
+    /// Without nodes: positions of the primitives outside rows and blocks.
     others: Range<usize>,
     kernel: Chosen,
 }
 
 impl Bvh8 {
-    /// Puts the triangles into the blocks: `taken` says what a slot's is and how it takes part. The
-    /// slots from `first` on are in the order of the leaves; those of triangles get the numbers by
-    /// which [`Bvh8::triangle`] knows them.
+    /// Moves triangles into the blocks. `taken` returns the triangle and visibility of a slot. The
+    /// slots from `first` on are in leaf order; afterwards the index of a triangle's slot is its
+    /// number in [`Bvh8::triangle`].
     pub fn fill(
         &mut self,
         slots: &mut [Slot],
@@ -187,7 +189,7 @@ impl Bvh8 {
                 facts.set(lane, visibility);
             }
         });
-        // Afterwards, since up to here a slot's number says where its triangle is taken from.
+        // Last, since the loop above reads each slot's old index.
         for (number, facts) in self.facts.iter().enumerate() {
             for lane in 0..usize::from(facts.count) {
                 slots[facts.first as usize + lane].index = (number * WIDTH + lane) as u32;
@@ -195,7 +197,7 @@ impl Bvh8 {
         }
     }
 
-    /// Fills leaves of spheres; `row` makes one of some slots, of which the tree's begin at
+    /// Fills the rows of leaves. `row` makes a row from a range of slots; the tree's slots begin at
     /// `first`.
     pub fn fill_rows(&mut self, first: usize, row: impl Fn(Range<usize>) -> Row) {
         for own in &mut self.rows[self.always..] {
@@ -204,8 +206,8 @@ impl Bvh8 {
         }
     }
 
-    /// No nodes: rows of so many spheres, then blocks of so many triangles and others one by one,
-    /// in this order of places. Rows and blocks are still to be filled.
+    /// A structure without nodes: rows of spheres, blocks of triangles, then single primitives, in
+    /// this order of positions. Rows and blocks are still to be filled.
     pub fn flat(spheres: usize, triangles: usize, others: usize) -> Self {
         let end = spheres + triangles;
         let block = |first: usize| LeafHeader::new(first, (end - first).min(WIDTH));
@@ -218,26 +220,26 @@ impl Bvh8 {
         }
     }
 
-    /// Adds rows that every query tests, before anything else.
+    /// Adds rows that every query tests first.
     pub fn test_always(&mut self, rows: impl IntoIterator<Item = Row>) {
         let before = self.rows.len();
         self.rows.splice(self.always..self.always, rows);
         self.always += self.rows.len() - before;
     }
 
-    /// Whether triangles are in it.
+    /// Whether the tree stores triangles.
     #[inline(always)]
     pub fn has_blocks(&self) -> bool {
         !self.blocks.is_empty()
     }
 
-    /// A triangle by its number.
+    /// The triangle with the given number.
     #[inline]
     pub fn triangle(&self, number: u32) -> Triangle<f32> {
         self.blocks[number as usize / WIDTH].triangle(number as usize % WIDTH)
     }
 
-    /// Which code walks it.
+    /// The selected kernel.
     pub fn kernel(&self) -> Kernel {
         match self.kernel {
             Chosen::Portable(_) => Kernel::Portable,
@@ -246,12 +248,12 @@ impl Bvh8 {
         }
     }
 
-    /// Lets other code walk it; the portable one where the processor can't run that.
+    /// Selects a kernel; the portable kernel if the processor can't run `kernel`.
     pub fn set_kernel(&mut self, kernel: Kernel) {
         self.kernel = Chosen::new(kernel).unwrap_or(Chosen::Portable(Portable));
     }
 
-    /// Bytes of nodes and blocks.
+    /// Memory of nodes, blocks and rows, in bytes.
     pub fn bytes(&self) -> usize {
         size_of_val(self.nodes.as_slice())
             + size_of_val(self.blocks.as_slice())
@@ -259,8 +261,8 @@ impl Bvh8 {
             + size_of_val(self.rows.as_slice())
     }
 
-    /// Bytes of the rows of so many spheres or planes, and of the blocks of so many triangles where
-    /// they are filled one after the other.
+    /// Bytes of full rows for `spheres` spheres or planes, and of full blocks for `triangles`
+    /// triangles.
     pub fn bytes_of_flat(spheres: u64, triangles: u64) -> u64 {
         let eights =
             |count: u64, bytes: usize| count.div_ceil(WIDTH as u64).saturating_mul(bytes as u64);
@@ -268,28 +270,29 @@ impl Bvh8 {
         eights(spheres, size_of::<Row>()).saturating_add(blocks)
     }
 
-    /// The most bytes that the tree over so many spheres, triangles and other primitives takes.
+    /// Upper bound of the bytes of a tree over so many spheres, triangles and other primitives.
     ///
-    /// A node with room left has leaves alone, or it would have opened a child. Of t nodes let f
-    /// have an inner child: these were full, so they had 8f − (t − 1) leaves. The others have nine
-    /// triangles at least, or another primitive and one lane more. So t ≤ n/7 + 1 for n triangles,
-    /// t ≤ (4n + 3)/7 for n others, and t ≤ n/7 + m + 1 for both. Blocks of fewer than three
-    /// triangles are alone in their node, which then has seven inner children, or beside those that
-    /// they don't fit into: there are at most n/3 + n/49 blocks, and one more for each other
+    /// A node with an unused lane has only leaves; otherwise the collapse would have opened an
+    /// inner child. Let t be the number of nodes, and f the number of nodes with an inner child.
+    /// These f nodes are full, so they have 8f − (t − 1) leaves. Each other node has at least nine
+    /// triangles, or another primitive and one more lane. So t ≤ n/7 + 1 for n triangles, t ≤ (4m +
+    /// 3)/7 for m others, and t ≤ n/7 + m + 1 for both. A block of fewer than three triangles is
+    /// either alone in its node, which then has seven inner children, or beside blocks into which
+    /// its triangles do not fit. So there are at most n/3 + n/49 blocks, plus one for each other
     /// primitive that may stand between them.
     pub fn most_bytes([spheres, triangles, others]: [u64; 3]) -> u64 {
         let few = |count: u64| count.saturating_mul(4).saturating_add(3) / 7;
         let all = [triangles, spheres, others]
             .into_iter()
             .fold(0, u64::saturating_add);
-        // The most of one company are the triangles of the argument above, whatever they are.
+        // The larger of both counts takes the part of the triangles in the proof above.
         let most = triangles.max(spheres);
         let nodes = if most == 0 {
             few(others)
         } else {
             (most / 7).saturating_add(all - most).saturating_add(1)
         };
-        // Of a sphere beside others of other kinds, few leaves are full.
+        // Spheres among primitives of other kinds leave few rows full.
         let leaves = (spheres / 2).min(
             (spheres / 5)
                 .saturating_mul(2)

@@ -1,24 +1,24 @@
-//! Why a primitive is refused.
+//! Errors of adding primitives.
 
 use crate::aabb::Aabb;
 use crate::slot::MAX_PRIMITIVES;
 
-/// Why a primitive was refused.
+/// Reason why a primitive was refused.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum GeometryError {
-    /// A coordinate is NaN, infinite, or too large for a box in f32.
+    /// A coordinate is NaN, infinite, or too large for an f32 box.
     #[error("a coordinate is not a finite number within ±3e38")]
     NotFinite,
-    /// A transform can't be inverted.
+    /// A transform has no inverse.
     #[error("the transform can't be inverted")]
     Singular,
-    /// A transform that runs from one end to another can't be inverted at some time between them.
+    /// A moving transform has no inverse at some time between its ends.
     #[error("the transform can't be inverted at some time between its two ends")]
     SingularOnTheWay,
-    /// An instance of a geometry that holds instances itself: there are two levels.
+    /// An instance of a geometry that itself holds instances: only two levels are supported.
     #[error("an instance of something that holds instances itself")]
     Nested,
-    /// An instance of a part that was not taken in.
+    /// An instance of a part that was never added.
     #[error("an instance of a part that the group does not have")]
     NoPart,
     /// More primitives than a tree can address.
@@ -26,7 +26,7 @@ pub enum GeometryError {
     TooMany,
 }
 
-/// Refuses a box that no tree can hold. None, and one of nothing, is fine.
+/// Refuses a box that no tree can hold. No box and an empty box are both accepted.
 pub(crate) fn check_bounds(bounds: Option<Aabb>) -> Result<Option<Aabb>, GeometryError> {
     let refused = bounds.is_some_and(|b| b != Aabb::EMPTY && b.padded().is_none());
     if refused {

@@ -1,8 +1,8 @@
-//! A group with its accelerator, ready for queries.
+//! A primitive set with its accelerator, ready for queries.
 //!
-//! A [`PrimitiveSet`] collects primitives; [`Geometry`] is the group with its accelerator. An
-//! instance is a primitive that shows another geometry under an affine map, so a scene has two
-//! levels where it repeats something and one where it does not.
+//! A [`PrimitiveSet`] collects primitives; [`Geometry`] adds the accelerator. An instance is a
+//! primitive that places another geometry by an affine map. So a scene has two levels where it
+//! repeats geometry, and one level elsewhere.
 
 use core::mem::take;
 
@@ -17,42 +17,42 @@ use crate::scalar::{Real, Vector};
 use crate::shapes::Triangle;
 use crate::slot::{Kind, Slot};
 
-/// A group with its accelerator.
+/// A primitive set with its accelerator.
 #[derive(Clone, Debug)]
 pub struct Geometry<R: Real> {
-    /// Its slots: first those without bounds, which every query tests, then the others in the
-    /// accelerator's order, then instances of nothing, which none does.
+    /// The primitives. Their slots come in this order: unbounded ones, which every query tests;
+    /// bounded ones in the accelerator's order; instances of empty geometries, which no query
+    /// tests.
     pub(crate) group: PrimitiveSet<R>,
     pub(crate) unbounded: usize,
-    /// How many of the first are planes in rows of the accelerator.
+    /// Number of planes at the first slots, which lie in rows of the accelerator.
     pub(crate) planes: usize,
-    /// Over the places of what is bounded: a scan has no nodes.
+    /// Accelerator over the bounded slots. For a scan it has no nodes.
     pub(crate) bvh: Bvh8,
     work: Option<BuildWork>,
-    /// Whether some primitive is tested in the plane across the ray.
+    /// Whether the set has triangles or quads, whose tests project onto the plane across the ray.
     pub(crate) faces: bool,
     bounds: Aabb,
-    /// Around that.
+    /// Sphere around the bounded slots.
     pub(crate) sphere: BoundingSphere,
 }
 
-/// Primitives by whether a tree can hold them.
+/// Primitives, sorted by whether a tree can hold them.
 struct Sorted {
-    /// Those that every query tests.
+    /// Slots that every query tests.
     slots: Vec<Slot>,
     bounded: Vec<Slot>,
-    /// Those that none does.
+    /// Slots that no query tests.
     nothing: Vec<Slot>,
-    /// Of those that are bounded.
+    /// Boxes of `bounded`.
     boxes: Vec<PaddedBox>,
-    /// Around these, as they are.
+    /// Union of the primitives' own boxes.
     bounds: Aabb,
 }
 
 impl Sorted {
-    /// An instance of an empty geometry has an empty box: nothing to test. What has a box that no
-    /// tree can hold is tested by every query, since nothing may vanish from a scene without a
-    /// word.
+    /// An instance of an empty geometry has an empty box and is never tested. A primitive whose box
+    /// no tree can hold is tested by every query, so that no primitive disappears silently.
     fn new<R: Real>(group: &mut PrimitiveSet<R>) -> Self {
         let all = take(&mut group.slots);
         let mut boxes = filled(all.len(), PaddedBox::NOTHING);
@@ -118,8 +118,8 @@ impl Sorted {
     }
 }
 
-/// Spheres, triangles and others, where these are so few that nodes would cost more than they
-/// spare; none where there are more, so `few` never make a tree.
+/// Counts of spheres, triangles and others, if they are so few that nodes would cost more than they
+/// save; otherwise `None`. At most `few` primitives never make a tree.
 fn without_nodes<R: Real>(bounded: &[Slot], few: usize) -> Option<[usize; 3]> {
     let is_few = bounded.len() <= few;
     if !R::IS_SINGLE || bounded.len() > few.max(Bvh8::MOST_FLAT) {
@@ -132,7 +132,7 @@ fn without_nodes<R: Real>(bounded: &[Slot], few: usize) -> Option<[usize; 3]> {
     (is_few || is_flat).then_some([spheres, triangles, others])
 }
 
-/// Builds what answers queries; none where `stop` gave the build up. What few things there is is
+/// Builds the accelerator; `None` if `stop` cancelled the build. Sets too small for nodes are
 /// sorted by kind.
 fn structure<R: Real>(
     group: &PrimitiveSet<R>,
@@ -172,17 +172,18 @@ fn structure<R: Real>(
 }
 
 impl<R: Real> Geometry<R> {
-    /// Builds the accelerator. Every primitive was checked when it was added, so this can't fail.
+    /// Builds the accelerator. Every primitive was checked when it was added, so the build can't
+    /// fail.
     ///
     /// # Panics
-    /// Never: nothing gives the build up.
+    /// Never: nothing cancels the build.
     pub fn new(group: PrimitiveSet<R>, kind: AcceleratorKind) -> Self {
         Self::unless(group, kind, &|| false).expect("no one gave the build up")
     }
 
-    /// The same, given up where `stop` says so: none. It is asked between the passes of a build,
-    /// from any thread of the pool; a pass over a quarter of a million boxes, once begun, goes to
-    /// its end.
+    /// [`Self::new`] with cancellation: returns `None` if `stop` returned true. `stop` is polled
+    /// between the passes of a build, from any thread of the pool. A pass over a quarter of a
+    /// million boxes is not interrupted.
     pub fn unless(
         mut group: PrimitiveSet<R>,
         kind: AcceleratorKind,
@@ -244,22 +245,22 @@ impl<R: Real> Geometry<R> {
         })
     }
 
-    /// The box around everything bounded; none when something is without bounds.
+    /// The box around all primitives; `None` if a primitive is unbounded.
     pub fn bounds(&self) -> Option<Aabb> {
         (self.unbounded == 0).then_some(self.bounds)
     }
 
-    /// The box around everything bounded, whatever else there is; empty when there is nothing.
+    /// The box around the bounded primitives; empty if there are none.
     pub fn bounded_part(&self) -> Aabb {
         self.bounds
     }
 
-    /// Number of primitives, an instance counting as one.
+    /// Number of primitives; an instance counts as one.
     pub fn len(&self) -> usize {
         self.group.len()
     }
 
-    /// Whether there is nothing to hit.
+    /// Whether the geometry has no primitives.
     pub fn is_empty(&self) -> bool {
         self.group.is_empty()
     }
@@ -274,12 +275,12 @@ impl<R: Real> Geometry<R> {
         self.group.instances.len()
     }
 
-    /// Bytes of primitives and accelerators, those of what instances show included.
+    /// Memory of primitives and accelerators in bytes, including instanced geometries.
     pub fn bytes(&self) -> usize {
         self.group.bytes() + self.bvh.bytes()
     }
 
-    /// A triangle by its place in its array, wherever that is.
+    /// The triangle with the given index, from the tree or from the set's own array.
     #[inline(always)]
     pub(crate) fn triangle(&self, index: usize) -> Triangle<R> {
         if R::IS_SINGLE && self.bvh.has_blocks() {
@@ -294,19 +295,20 @@ impl<R: Real> Geometry<R> {
         self.group.triangles[index]
     }
 
-    /// What rays of stored f32 traverse; none where primitives are tested one by one.
+    /// The tree for rays stored in f32; `None` if primitives are tested one by one.
     #[inline(always)]
     pub(crate) fn lanes(&self) -> Option<&Bvh8> {
         (R::IS_SINGLE && self.bvh.places_alone().is_none()).then_some(&self.bvh)
     }
 
-    /// Which code walks the tree; none for a scan.
+    /// The kernel that traverses the tree; `None` for a scan.
     pub fn kernel(&self) -> Option<Kernel> {
         self.work.map(|_| self.bvh.kernel())
     }
 
-    /// Lets other code walk the tree, here and in what instances show: for comparisons, since hits
-    /// are the same. One that the processor can't run is as [`Kernel::Portable`].
+    /// Selects the kernel of this geometry and of its instanced geometries, for comparisons: hits
+    /// do not depend on it. A kernel that the processor can't run is replaced by
+    /// [`Kernel::Portable`].
     pub fn set_kernel(&mut self, kernel: Kernel) {
         self.bvh.set_kernel(kernel);
         self.group
@@ -315,7 +317,7 @@ impl<R: Real> Geometry<R> {
             .for_each(|part| part.set_kernel(kernel));
     }
 
-    /// What building the tree took; none for a scan.
+    /// Cost of building the tree; `None` for a scan.
     pub fn build_work(&self) -> Option<BuildWork> {
         self.work
     }

@@ -1,5 +1,4 @@
-//! How many primitives of which kind a set will hold, and so what memory it will take, before there
-//! is one.
+//! Memory estimate for a primitive set before it is built, from counts of primitives by kind.
 
 use crate::build::AcceleratorKind;
 use crate::bvh8::Bvh8;
@@ -9,29 +8,29 @@ use crate::primitive_set::{PrimitiveSet, few};
 use crate::scalar::Real;
 use crate::shapes::{AnyShape, Plane, Shape, Sphere, TransformedShape, Triangle};
 
-/// Counts of primitives, by what a [`PrimitiveSet`] stores for each.
+/// Counts of primitives by their storage in a [`PrimitiveSet`].
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct GeometryMemory {
-    /// Spheres under no map.
+    /// Spheres without a transform.
     pub spheres: u64,
-    /// Triangles under no map.
+    /// Triangles without a transform.
     pub triangles: u64,
-    /// Planes under no map.
+    /// Planes without a transform.
     pub planes: u64,
-    /// Other shapes under no map.
+    /// Other shapes without a transform.
     pub shapes: u64,
-    /// Shapes of any kind under a map.
+    /// Shapes of any kind with a transform.
     pub placed: u64,
-    /// Instances of other geometry.
+    /// Instances of other geometries.
     pub instances: u64,
-    /// Of the instances, those that move.
+    /// Number of moving instances, out of `instances`.
     pub moving: u64,
-    /// Of all these, those without bounds.
+    /// Number of unbounded primitives, out of all.
     unbounded: u64,
 }
 
 impl GeometryMemory {
-    /// A mesh by itself.
+    /// Counts of a mesh alone.
     pub fn of_triangles(count: u64) -> Self {
         Self {
             triangles: count,
@@ -39,8 +38,8 @@ impl GeometryMemory {
         }
     }
 
-    /// Adds `count` shapes that differ from this one in their places at most, under maps of their
-    /// own or not.
+    /// Adds `count` shapes of this kind, each with a transform if `mapped`. The shapes may differ
+    /// in position.
     pub fn add<R: Real>(&mut self, shape: &AnyShape<R>, mapped: bool, count: u64) {
         let kind = match shape {
             _ if mapped => &mut self.placed,
@@ -68,15 +67,15 @@ impl GeometryMemory {
         kinds.into_iter().fold(0, u64::saturating_add)
     }
 
-    /// Whether there is no primitive.
+    /// Whether the count of primitives is zero.
     pub fn is_empty(&self) -> bool {
         self.len() == 0
     }
 
-    /// At least what [`Geometry::bytes`](crate::Geometry::bytes) will say of these primitives, and
-    /// less than three times that and a few kilobytes; five times where triangles and other
-    /// primitives stand between one another. Only how many nodes a tree will have is not known, and
-    /// how full its blocks of triangles will be.
+    /// Upper bound of [`Geometry::bytes`](crate::Geometry::bytes) for these primitives. The bound
+    /// is below three times the true value plus a few kilobytes; below five times if triangles and
+    /// other primitives are interspersed. Only the number of nodes and the fill of triangle blocks
+    /// are uncertain.
     pub fn most_bytes<R: Real>(&self, kind: AcceleratorKind) -> u64 {
         let bounded = self.len().saturating_sub(self.unbounded);
         let few = few(self.len() == self.spheres.saturating_add(self.planes));
@@ -106,8 +105,8 @@ impl GeometryMemory {
             .saturating_add(tree)
     }
 
-    /// What they take without an accelerator; the triangles themselves nothing where the tree is
-    /// wide, since they are in that.
+    /// Bytes without the accelerator. In a wide tree triangles count as zero, since its leaves
+    /// store them.
     fn bytes<R: Real>(&self, wide: bool) -> u64 {
         let each = [
             (self.len(), PrimitiveSet::<R>::BYTES_EACH),
@@ -138,7 +137,7 @@ mod tests {
     use crate::shapes::{Disk, Quad};
     use crate::{BuildQuality, Vector};
 
-    /// `n` balls in a row, `others` disks among them and a plane where asked for.
+    /// `n` spheres in a row, with `others` disks and optionally a plane.
     fn both<R: Real>(n: u64, others: u64, plane: bool) -> (GeometryMemory, PrimitiveSet<R>) {
         let (mut inventory, mut group) = (GeometryMemory::default(), PrimitiveSet::<R>::default());
         let mut add = |shape: AnyShape<R>| {
@@ -185,18 +184,18 @@ mod tests {
         }
     }
 
-    /// Protects: what is told of the memory beforehand is never too little and at most three times
-    /// of what there is then, for few primitives and many, with and without boxes, in each
-    /// precision and by each builder; without a tree it is exact.
+    /// Protects: the memory estimate is never too small and at most three times the true value, for
+    /// few primitives and many, bounded and unbounded, in both precisions and with each build
+    /// quality; for a scan the estimate is exact.
     #[test]
     fn memory_is_told_beforehand() {
         holds::<f32>();
         holds::<f64>();
     }
 
-    /// Protects: the same for meshes, whose blocks may be as good as empty: scattered, in a row
-    /// that grows so that each triangle hangs from a node of its own, all in one place, and with
-    /// balls between them.
+    /// Protects: the same bounds for meshes with nearly empty leaves: scattered triangles, a
+    /// growing row in which each triangle has a node of its own, coincident triangles, and all of
+    /// these mixed with spheres.
     #[test]
     fn memory_of_meshes_is_told_beforehand() {
         let at = |i: u64| DVec3::new((i * 7 % 101) as f64, (i * 13 % 89) as f64, (i % 97) as f64);
@@ -243,7 +242,7 @@ mod tests {
         }
     }
 
-    /// Protects: the same for quads, alone and with as many balls and disks among them.
+    /// Protects: the same bounds for quads, alone and mixed with as many spheres and disks.
     #[test]
     fn memory_of_quads_is_told_beforehand() {
         let at = |i: u64| DVec3::new((i * 7 % 101) as f64, (i * 13 % 89) as f64, (i % 97) as f64);
@@ -273,8 +272,8 @@ mod tests {
         }
     }
 
-    /// Protects: by hand, the most nodes that eight boxes of their own leaves make, and none where
-    /// there are few.
+    /// Protects: a value computed by hand: the greatest number of nodes for eight boxes in leaves
+    /// of their own, and no nodes for two.
     #[test]
     fn the_emptiest_nodes_are_reckoned_with() {
         let most = |count: u64| {

@@ -1,6 +1,6 @@
-//! A heap that counts what the whole program holds and keeps it below a limit: an array that nobody
-//! asks about beforehand, of ours or of another crate, is refused with a message too, and no
-//! refusal aborts the program.
+//! A global allocator that counts the bytes held by the program and limits them. Allocations that
+//! nobody checks beforehand, in this project or another crate, are then refused with a message, and
+//! no refusal aborts the program.
 #![expect(
     unsafe_code,
     reason = "an allocator is unsafe by its trait; every call goes to the system's with the arguments as they came"
@@ -12,37 +12,36 @@ use core::sync::atomic::{AtomicUsize, Ordering};
 use std::alloc::System;
 use std::sync::OnceLock;
 
-/// The system's heap, counted. A program makes it its own with `#[global_allocator]`; libraries
-/// work on any heap.
+/// The system allocator with a byte count. Programs install it with `#[global_allocator]`;
+/// libraries work with any allocator.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct CountingHeap;
 
-/// Bytes that are held, and the most that may be.
+/// Bytes held now, and their limit.
 static HELD: AtomicUsize = AtomicUsize::new(0);
 static LIMIT: AtomicUsize = AtomicUsize::new(usize::MAX);
 
-/// Who ends the program where memory is refused.
+/// Handler that ends the program after an unchecked refusal.
 static REFUSAL: OnceLock<fn(Refusal) -> !> = OnceLock::new();
 
 thread_local! {
-    /// Whether whoever allocates looks at whether there is memory, or is already ending the
-    /// program.
+    /// Whether the current code checks for failed allocations, or the handler already runs.
     static FALLIBLE: Cell<bool> = const { Cell::new(false) };
 }
 
-/// Why memory is refused.
+/// Reason for a refused allocation.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Refusal {
-    /// The program would hold more than [`limit_heap`] allows.
+    /// The program would exceed the limit of [`limit_heap`].
     Limit,
-    /// The system does not give so many bytes.
+    /// The system can't provide the memory.
     System {
-        /// What was asked for.
+        /// Requested bytes.
         bytes: usize,
     },
 }
 
-/// Lets the program hold so many bytes more than now; none: as many as the system gives.
+/// Limits the program to `bytes` more than it holds now; `None` removes the limit.
 pub fn limit_heap(bytes: Option<u64>) {
     let more = bytes.map_or(usize::MAX, |bytes| {
         usize::try_from(bytes).unwrap_or(usize::MAX)
@@ -53,14 +52,15 @@ pub fn limit_heap(bytes: Option<u64>) {
     );
 }
 
-/// Says once who ends the program where memory is refused that nobody looks out for. Without it the
-/// program aborts. What it allocates itself has no limit.
+/// Sets the handler for refused allocations that nobody checks; later calls have no effect. Without
+/// a handler the program aborts. Allocations of the handler itself have no limit.
 pub fn on_heap_refusal(end: fn(Refusal) -> !) {
-    // The first one stays.
+    // The first handler stays.
     let _ = REFUSAL.set(end);
 }
 
-/// Asks for memory with a look at whether it was given: a refusal is the caller's to tell.
+/// Runs code that checks for failed allocations: a refusal reaches the caller instead of the
+/// handler of [`on_heap_refusal`].
 pub fn allocate_fallibly<T>(allocate: impl FnOnce() -> T) -> T {
     let before = FALLIBLE.replace(true);
     let out = allocate();
@@ -68,7 +68,7 @@ pub fn allocate_fallibly<T>(allocate: impl FnOnce() -> T) -> T {
     out
 }
 
-/// Counts so many bytes more, if they are allowed.
+/// Adds `bytes` to the count if the limit allows.
 fn claim(bytes: usize) -> bool {
     let before = HELD.fetch_add(bytes, Ordering::Relaxed);
     let is_allowed = before.saturating_add(bytes) <= LIMIT.load(Ordering::Relaxed);
@@ -82,9 +82,9 @@ fn release(bytes: usize) {
     HELD.fetch_sub(bytes, Ordering::Relaxed);
 }
 
-/// Ends the program, or leaves that to whoever looks at the pointer that is null.
+/// Ends the program, or returns null to code that checks for it.
 fn refuse(refusal: Refusal) -> *mut u8 {
-    // A thread that ends has no such variable any more.
+    // A thread that is ending has lost its thread-local variable.
     let is_fallible = FALLIBLE
         .try_with(|fallible| fallible.replace(true))
         .unwrap_or(true);
@@ -96,7 +96,7 @@ fn refuse(refusal: Refusal) -> *mut u8 {
     core::ptr::null_mut()
 }
 
-/// Allocates so many bytes more by a call of the system's allocator.
+/// Allocates `bytes` more by a call of the system allocator.
 fn counted(bytes: usize, allocate: impl FnOnce() -> *mut u8) -> *mut u8 {
     if !claim(bytes) {
         return refuse(Refusal::Limit);
@@ -109,13 +109,13 @@ fn counted(bytes: usize, allocate: impl FnOnce() -> *mut u8) -> *mut u8 {
     place
 }
 
-// SAFETY: every block is the system allocator's, which is called with the arguments as they came; a
-// null pointer says that there is none, as the trait has it, and a block that could not grow is as
-// it was. Nothing here unwinds, and counting allocates nothing.
+// SAFETY: every block comes from the system allocator, called with unchanged arguments. A null
+// pointer means failure, as the trait requires, and a block that could not grow is unchanged.
+// Nothing here unwinds, and counting allocates nothing.
 unsafe impl GlobalAlloc for CountingHeap {
     unsafe fn alloc(&self, layout: Layout) -> *mut u8 {
-        // SAFETY: the caller's promise about the layout is the one that the system's allocator asks
-        // for.
+        // SAFETY: the caller's promise about the layout is the promise that the system allocator
+        // requires.
         counted(layout.size(), || unsafe { System.alloc(layout) })
     }
 
@@ -125,14 +125,14 @@ unsafe impl GlobalAlloc for CountingHeap {
     }
 
     unsafe fn dealloc(&self, place: *mut u8, layout: Layout) {
-        // SAFETY: the block came from the system's allocator, with this layout.
+        // SAFETY: the block came from the system allocator, with this layout.
         unsafe { System.dealloc(place, layout) };
         release(layout.size());
     }
 
     unsafe fn realloc(&self, place: *mut u8, layout: Layout, size: usize) -> *mut u8 {
-        // SAFETY: the block came from the system's allocator, with this layout, and the caller's
-        // promise about the size is the same.
+        // SAFETY: the block came from the system allocator, with this layout, and the caller's
+        // promise about the size is passed on.
         let place = counted(size.saturating_sub(layout.size()), || unsafe {
             System.realloc(place, layout, size)
         });
@@ -147,18 +147,17 @@ unsafe impl GlobalAlloc for CountingHeap {
 mod tests {
     use super::*;
 
-    /// Protects: what is held is counted through every way to get and give back memory, and what is
-    /// above the limit is refused to whoever looks, with the block that was to grow as it was.
+    /// Protects: every allocation and deallocation method counts its bytes; code that checks gets
+    /// null above the limit, and a block that could not grow keeps its contents.
     #[test]
     fn what_is_held_is_counted_and_limited() {
         let heap = CountingHeap;
         let layout = Layout::from_size_align(1000, 8).expect("a layout");
         let held = || HELD.load(Ordering::Relaxed);
-        // This heap is not the tests' own: nobody else is counted.
+        // This heap is not the global allocator of the tests, so nothing else is counted.
         assert_eq!(held(), 0);
         allocate_fallibly(|| {
-            // SAFETY: the layouts are not empty; blocks are given back with the layout that they
-            // have.
+            // SAFETY: the layouts are not empty; blocks are freed with their own layout.
             unsafe {
                 let place = heap.alloc_zeroed(layout);
                 assert!(!place.is_null() && *place == 0 && held() == 1000);
@@ -176,8 +175,8 @@ mod tests {
                 heap.dealloc(place, Layout::from_size_align(100, 8).expect("a layout"));
                 limit_heap(None);
                 let vast = Layout::from_size_align(isize::MAX as usize - 7, 8).expect("a layout");
-                // Out of sight of the compiler, which leaves out a block that nobody uses and takes
-                // it for given.
+                // Hidden from the compiler, which would remove an unused allocation and assume its
+                // success.
                 assert!(core::hint::black_box(heap.alloc(vast)).is_null());
             }
         });

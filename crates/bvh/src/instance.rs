@@ -1,4 +1,4 @@
-//! What one instance is: which part it shows, and where.
+//! An instance: the part that it shows, and its transform.
 
 use glam::DAffine3;
 
@@ -6,32 +6,33 @@ use crate::aabb::{Aabb, BoundingSphere};
 use crate::error::{GeometryError, check_bounds};
 use crate::shapes::{Transform, transform_bounds};
 
-/// No motion: beyond the end of any list of them.
+/// Motion index of an instance at rest: beyond the end of any list of motions.
 const STILL: u32 = u32::MAX;
 
-/// A part of a group under an affine map.
+/// A part of a primitive set under an affine map.
 #[derive(Clone, Debug)]
 #[repr(C, align(64))]
 pub(crate) struct Instance {
-    /// The way back as boxes are asked by it; first, so that most rays read one line.
+    /// World-to-object map for box tests. First in the struct, so that most rays read one cache
+    /// line.
     pub to_object: RoughInverse,
-    /// Which part.
+    /// Index of the part.
     pub part: u32,
-    /// Which of the group's motions; none of them for one that stands still. It lies where the
-    /// map's alignment left room, so that those take nothing for it.
+    /// Index into the set's motions; `STILL` for an instance at rest. The field fills padding, so
+    /// it costs no memory.
     pub motion: u32,
-    /// Where it stands, or where its motion starts.
+    /// Object-to-world map; of a moving instance, at time 0.
     pub transform: Transform,
-    /// In the world, at any time; none where the part has something without bounds.
+    /// World-space box over all times; `None` if the part is unbounded.
     pub bounds: Option<Aabb>,
 }
 
 impl Instance {
-    /// `bounds`: the part's own, none where something in it has no end.
+    /// `bounds` is the box of the part; `None` if it is unbounded.
     pub fn new(part: u32, bounds: Option<Aabb>, to_world: DAffine3) -> Result<Self, GeometryError> {
         let transform = Transform::new(to_world).ok_or(GeometryError::Singular)?;
-        // Nothing stays nothing, wherever it is: the map would make its infinite corners no
-        // numbers, and what is no number has come from something too large.
+        // An empty box stays empty: the map would turn its infinite corners into NaN, and a NaN box
+        // is refused as too large.
         let mapped = |b: Aabb| {
             if b.is_empty() {
                 Aabb::EMPTY
@@ -49,9 +50,9 @@ impl Instance {
         })
     }
 
-    /// One that goes from the first map to the second. On the way a point is between its two ends,
-    /// so the box around both ends' boxes holds it at any time, and no smaller box would at all of
-    /// them.
+    /// A moving instance, from the first map at time 0 to the second at time 1. A point moves along
+    /// the segment between its ends, so the box around both ends' boxes holds it at every time. No
+    /// smaller box would.
     pub fn moving(
         part: u32,
         bounds: Option<Aabb>,
@@ -72,46 +73,45 @@ impl Instance {
         })
     }
 
-    /// A box around it that is no larger than its own, for a tree: what of that is in the box
-    /// around the sphere of its part, too. The box of a turned box is larger than what is in it
-    /// needs.
+    /// A box for a tree, no larger than `own`: the intersection with the box of the part's bounding
+    /// sphere. A rotated box has a larger box than its contents need.
     pub fn within(&self, own: Aabb, sphere: &BoundingSphere) -> Aabb {
         if own.is_empty() || self.motion != STILL {
             return own;
         }
         let both = own.intersection(self.transform.sphere_bounds(sphere));
-        // Numbers that are none, or too large, leave the box as it is.
+        // Bounds that are NaN or too large leave the box unchanged.
         if both.is_empty() { own } else { both }
     }
 }
 
-/// The inverse of a map in f32, right to its rounding, as boxes are asked by it.
+/// The inverse of a map in f32, exact up to rounding, for box tests.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct RoughInverse {
     columns: [[f32; 3]; 3],
-    /// What is taken from a point first, and then what rounding has left of that.
+    /// Subtracted from a point first, followed by its own rounding error `rest`.
     translation: [f32; 3],
     rest: [f32; 3],
-    /// A component of what is mapped is wrong by this much of the sum of the components' sizes at
-    /// most, a point's counted from the translation.
+    /// Error bound of a mapped component, relative to the sum of the components' absolute values. A
+    /// point is taken relative to the translation.
     error: f32,
 }
 
 impl RoughInverse {
-    /// No inverse: whatever it maps is no number.
+    /// No inverse: every result is NaN.
     const NONE: Self = Self {
         columns: [[f32::NAN; 3]; 3],
         translation: [0.0; 3],
         rest: [0.0; 3],
         error: f32::NAN,
     };
-    /// The greatest entry of an inverse, and the size of a translation, within which products with
-    /// coordinates have all their digits.
+    /// Range of the inverse's greatest entry, and upper bound of the translation, for which
+    /// products with coordinates keep full precision.
     const SIZES: [f64; 2] = [1e-12, 1e12];
 
-    /// An entry is wrong by u of itself, u = 2⁻²⁴, a difference from the translation by 2 u,
-    /// products and their sums by 3 u, and what a ray is made of that by 2 u more. Half as much
-    /// again covers what twice rounding leaves of a translation, too.
+    /// Relative errors, with u = 2⁻²⁴: u for a rounded entry, 2 u for the difference from the
+    /// translation, 3 u for products and their sums, and 2 u for the ray made from these results. A
+    /// factor of 1.5 covers the rest of a translation after it was rounded twice.
     fn new(transform: &Transform) -> Self {
         let (inverse, translation) = (transform.inverse, transform.to_world.translation);
         let columns = [inverse.x_axis, inverse.y_axis, inverse.z_axis];
@@ -132,8 +132,8 @@ impl RoughInverse {
         }
     }
 
-    /// A ray of the world that f32 has exactly in the object's space, and by how much a component
-    /// is wrong of its origin, and of its direction.
+    /// Maps an exact f32 ray of the world into object space. Returns the ray, and error bounds for
+    /// a component of its origin and of its direction.
     #[inline(always)]
     pub fn ray(&self, origin: [f32; 3], direction: [f32; 3]) -> ([[f32; 3]; 2], [f32; 2]) {
         let ([x, y, z], [a, b, c], [i, j, k]) = (&self.columns, self.translation, self.rest);

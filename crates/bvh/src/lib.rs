@@ -1,9 +1,9 @@
-//! Rays, boxes, shapes and acceleration structures: what is hit, and where. Light, materials and
-//! files are unknown here.
+//! Rays, boxes, shapes and acceleration structures: which primitive a ray hits, and where. This
+//! crate knows nothing of light, materials or files.
 //!
-//! A [`PrimitiveSet`] collects primitives, [`Geometry`] answers for them: the closest hit, or any
-//! hit that a filter accepts, by a linear scan or by a tree, with the same bits. What is stored is
-//! f32 or f64; intersections compute in f64.
+//! A [`PrimitiveSet`] collects primitives. [`Geometry`] answers queries about them: the closest
+//! hit, or any hit that a filter accepts. A linear scan and a tree return the same bits. Primitives
+//! are stored in f32 or f64; intersections are computed in f64.
 //!
 //! ```
 //! use glam::{DVec3, Vec3};
@@ -20,18 +20,19 @@
 //! assert_eq!((hit.object, hit.t), (ball, 3.0));
 //! assert_eq!(geometry.surface(&down, &hit).normal, Vec3::Y);
 //!
-//! // Any hit: both are opaque, so something is in the way whatever would be said of it.
+//! // Any hit: both objects are opaque, so either occludes the ray, and the filter is not called.
 //! assert!(geometry.any(&down, Interval::positive(), &mut |_| false, &mut ()));
 //! # Ok::<(), raywright_bvh::GeometryError>(())
 //! ```
 //!
-//! The tree has nodes of eight boxes and, of what is stored in f32, leaves of eight triangles or
-//! spheres. It is walked by the best [`Kernel`] that the processor can run.
+//! Tree nodes have eight child boxes. Leaves of primitives stored in f32 hold up to eight triangles
+//! or spheres. Queries use the best [`Kernel`] that the processor can run.
 //!
-//! [`Geometry::closest_from`] asks rays that leave one point together.
+//! [`Geometry::closest_from`] traces rays with a common origin together.
 //!
-//! Not here yet: SIMD tests of primitives other than triangles, spheres and planes, packets of
-//! other rays, quantised nodes, refitting, motion other than of instances along straight lines.
+//! Not implemented yet: SIMD tests of primitives other than triangles, spheres and planes; packets
+//! of rays without a common origin; quantised nodes; refitting; motion other than of instances
+//! along straight lines.
 #![deny(unsafe_code)]
 
 pub mod aabb;

@@ -1,4 +1,4 @@
-//! What is at a hit: the surface and its texture coordinates, made once the hit is known.
+//! The surface point and texture coordinates of a hit, computed once the hit is known.
 
 use glam::DVec3;
 
@@ -11,16 +11,16 @@ use crate::shapes::{
 };
 use crate::slot::Kind;
 
-/// Triangles that are located together.
+/// Number of triangles located together.
 const LANES: usize = 8;
 
 impl<R: Real> Geometry<R> {
-    /// The surface at a hit that this geometry returned for the same ray, before it is rounded to
-    /// the stored scalar.
+    /// The surface at a hit, before it is rounded to the stored scalar. The hit must come from a
+    /// query of this geometry with the same ray.
     #[inline]
     pub fn located(&self, ray: &Ray<R>, hit: &Hit<R>) -> SurfacePoint {
-        // Spheres and planes are asked here, where what their answer does not need of a probe is
-        // not made.
+        // Spheres and planes are inlined here, so that parts of the prepared ray that they do not
+        // use are not computed.
         let slot = &self.group.slots[hit.slots[0] as usize];
         match slot.kind {
             Kind::Sphere => {
@@ -39,8 +39,8 @@ impl<R: Real> Geometry<R> {
         self.located(ray, hit).stored()
     }
 
-    /// [`Self::surface`] of many rays, told by their places in the list: in less time, since
-    /// triangles are located several together.
+    /// [`Self::surface`] for many rays, which is faster since triangles are located several at a
+    /// time. `out` receives each surface with its index in the list; the order of calls is free.
     #[inline]
     pub fn surfaces<'a>(
         &self,
@@ -68,15 +68,15 @@ impl<R: Real> Geometry<R> {
         self.parameters_at(&self.prepare(*ray), own(hit), hit.slots)
     }
 
-    /// Corners of the triangle that a hit of this ray names, where they are in the world at its
-    /// time, in the order of the hit's weights; none where it names another shape.
+    /// World-space corners of the hit triangle at the ray's time, in the order of the hit's
+    /// weights; `None` for any other shape.
     pub fn corners(&self, ray: &Ray<R>, hit: &Hit<R>) -> Option<[DVec3; 3]> {
         self.corners_at(ray.time.to_f64(), hit.slots)
     }
 
-    /// A normal of the space of the instance that a hit names, in the world at the ray's time, not
-    /// brought to unit length: what whoever keeps the normals of a mesh asks where a constant map
-    /// would not do. Without an instance it is the world's own.
+    /// Maps a normal from the hit instance's space to the world at the ray's time, without
+    /// normalising it: for normals of a mesh under a moving instance. Without an instance the
+    /// normal is returned unchanged.
     pub fn normal(&self, ray: &Ray<R>, hit: &Hit<R>, normal: R::Vec3) -> R::Vec3 {
         let (group, slot) = (&self.group, &self.group.slots[hit.slots[0] as usize]);
         if slot.kind != Kind::Instance {
@@ -91,7 +91,7 @@ impl<R: Real> Geometry<R> {
         R::Vec3::from_f64(transform.normal_to_world(normal.to_f64()))
     }
 
-    /// For a probe of this geometry's own space, which is under these maps.
+    /// The surface for a ray in this geometry's own space, which lies under `maps`.
     #[inline(never)]
     fn locate(
         &self,
@@ -165,12 +165,12 @@ impl<R: Real> Geometry<R> {
     }
 }
 
-/// Hits of triangles in columns.
+/// Triangle hits in structure-of-arrays layout.
 struct HitLanes<R: Real> {
     len: usize,
-    /// Their places in the list.
+    /// Indices in the list of hits.
     place: [usize; LANES],
-    /// Corners, each by its axes, and the weights of the second and third.
+    /// Corners by axis, and the weights of the second and third corner.
     corners: [[[R; LANES]; 3]; 3],
     weights: [[R; LANES]; 2],
 }
@@ -199,7 +199,7 @@ impl<R: Real> HitLanes<R> {
         (self.weights[0][lane], self.weights[1][lane]) = (hit.u, hit.v);
     }
 
-    /// Tells the surfaces of all, of which none is left.
+    /// Emits the surfaces of all stored hits and clears the list.
     #[inline(always)]
     fn locate(&mut self, out: &mut impl FnMut(usize, Surface<R>)) {
         if self.len == 0 {
@@ -240,7 +240,8 @@ impl<R: Real> HitLanes<R> {
 
     #[inline(always)]
     fn weights(&self, lane: usize) -> [f64; 2] {
-        // One by one: a map takes the whole columns, and then no loop over lanes becomes vectors.
+        // Component by component: `map` would take whole columns, which prevents vectorisation of
+        // the loops over lanes.
         [
             self.weights[0][lane].to_f64(),
             self.weights[1][lane].to_f64(),
@@ -248,8 +249,8 @@ impl<R: Real> HitLanes<R> {
     }
 }
 
-/// Surfaces of triangles in columns, stored, and whether they are that: what is near a border is
-/// not.
+/// Surfaces of several triangles, rounded to the stored scalar, and whether each is valid: points
+/// near an edge of a triangle are not.
 struct LocatedLanes<R> {
     point: [[R; LANES]; 3],
     normal: [[R; LANES]; 3],
@@ -293,7 +294,7 @@ impl<R: Real> Loops for LocateTriangles<'_, R> {
     }
 }
 
-/// The hit as a shape knows it.
+/// The part of the hit that a shape uses.
 #[inline(always)]
 fn own<R: Real>(hit: &Hit<R>) -> ShapeHit<R> {
     ShapeHit {

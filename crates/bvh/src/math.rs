@@ -1,5 +1,5 @@
-//! Numbers beyond those of the language: angles, twice the precision, four scalars in a formula,
-//! eight lanes.
+//! Numerics beyond the standard library: angles, double-double arithmetic, four scalars in a
+//! formula, eight SIMD lanes.
 
 pub(crate) mod angles;
 pub(crate) mod double_double;
@@ -9,8 +9,8 @@ use core::ops::{Add, Div, Mul, Sub};
 
 use glam::{DVec4, Vec4};
 
-/// Four scalars side by side, in which formulas are computed: the vector registers of the platform
-/// where glam has them for the scalar, the same operations one by one elsewhere.
+/// Four scalars side by side: the platform's vector registers where glam supports the scalar, and
+/// the same operations one by one elsewhere.
 pub trait Four<R>:
     Copy
     + From<[R; 4]>

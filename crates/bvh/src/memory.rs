@@ -1,6 +1,5 @@
-//! Large arrays on large pages: a ray's way through hundreds of megabytes reads places far apart,
-//! and with pages of four kilobytes nearly each of them is looked up in the system's tables before
-//! it is read.
+//! Large arrays on huge pages. A traversal reads scattered addresses in hundreds of megabytes. With
+//! pages of four kilobytes nearly every read would also look up the page table.
 #![expect(
     unsafe_code,
     reason = "advice to the system about an array's memory; the block says why it changes nothing"
@@ -8,27 +7,26 @@
 
 use core::mem::MaybeUninit;
 
-/// Arrays of fewer bytes stay as they are: that is two large pages, the first of which an array
-/// rarely begins with.
+/// Smaller arrays stay on ordinary pages. The limit is two huge pages, since an array rarely starts
+/// at a page boundary.
 const LEAST: usize = 4 << 20;
 
-/// An empty list with room for so many, on large pages where they are many and the system has such:
-/// for what is written once and read from all over. It is a list like any other, wherever the
-/// advice is not taken.
+/// An empty `Vec` with the given capacity, on huge pages if it is large and the system supports
+/// them: for data written once and read at random. Without that support it is an ordinary `Vec`.
 pub fn huge_page_vec<T>(capacity: usize) -> Vec<T> {
     let mut list = Vec::with_capacity(capacity);
     advise(list.spare_capacity_mut());
     list
 }
 
-/// The same with so many of one value in it.
+/// The same, filled with `count` copies of `value`.
 pub(crate) fn filled<T: Clone>(count: usize, value: T) -> Vec<T> {
     let mut list = huge_page_vec(count);
     list.resize(count, value);
     list
 }
 
-/// Asks for large pages below some memory that has not been written yet.
+/// Advises the system to use huge pages for memory that has not been written yet.
 fn advise<T>(room: &mut [MaybeUninit<T>]) {
     if size_of_val(room) < LEAST {
         return;
@@ -36,14 +34,14 @@ fn advise<T>(room: &mut [MaybeUninit<T>]) {
     #[cfg(target_os = "linux")]
     {
         use rustix::mm::{Advice, madvise};
-        /// Of a large page. Those of smaller size that it is made of begin where it begins.
+        /// Size of a huge page. Multiples of this size are aligned for smaller huge pages too.
         const PAGE: usize = 2 << 20;
         let start = room.as_mut_ptr().cast::<u8>();
         let before = start.align_offset(PAGE);
         let bytes = size_of_val(room).saturating_sub(before) / PAGE * PAGE;
-        // SAFETY: the bytes from there on lie within the array, which is borrowed alone. This
-        // advice never changes what is read there. A system that does not take it says so, and
-        // nothing depends on it.
+        // SAFETY: the bytes lie within the array, which is borrowed mutably. This advice never
+        // changes the contents. A system without huge pages returns an error, on which nothing
+        // depends.
         let _ = unsafe {
             madvise(
                 start.add(before.min(size_of_val(room))).cast(),
@@ -58,8 +56,8 @@ fn advise<T>(room: &mut [MaybeUninit<T>]) {
 mod tests {
     use super::*;
 
-    /// Protects: a list has the room that was asked for, whatever it is of and however large, and
-    /// holds what is put there.
+    /// Protects: a list has the requested capacity, for any element type and size, and keeps what
+    /// is written to it.
     #[test]
     fn lists_have_room_for_what_is_put_there() {
         for count in [0, 1, LEAST / 8 - 1, LEAST / 8, LEAST] {
@@ -72,12 +70,12 @@ mod tests {
         assert_eq!(huge_page_vec::<()>(usize::MAX).capacity(), usize::MAX);
     }
 
-    /// Protects: the system is asked for large pages below large arrays, for whole ones of the
-    /// array's own, and not below small ones.
+    /// Protects: the system is advised to use huge pages for large arrays, only for pages entirely
+    /// within the array, and not for small arrays.
     #[cfg(target_os = "linux")]
     #[test]
     fn large_arrays_ask_for_large_pages() {
-        // Which pages are asked for is told by the kernel, of each range of memory that is alike.
+        // The kernel reports the advice for each memory mapping.
         let asked = |list: &[u64], at: usize| {
             let Ok(ranges) = std::fs::read_to_string("/proc/self/smaps") else {
                 return None;
@@ -105,8 +103,8 @@ mod tests {
         }
         let large = filled(8 << 20, 0_u64);
         assert_ne!(asked(&large, 32 << 20), Some(false));
-        // No page may be asked for that is not all of the array's: the last number mostly lies on
-        // such a one.
+        // A page only partly in the array must not be advised; the last element usually lies on
+        // such a page.
         let ends_on_a_page = (large.as_ptr_range().end as usize).is_multiple_of(2 << 20);
         assert_ne!(
             asked(&large, size_of_val(large.as_slice()) - 8),

@@ -1,4 +1,4 @@
-//! How an instance moves: its map at a time, and whether that has an inverse at every time.
+//! Motion of an instance: its map at a time, and a proof that the map stays invertible.
 
 use glam::{DAffine3, DMat3, DVec3};
 
@@ -6,22 +6,21 @@ use crate::error::GeometryError;
 use crate::math::double_double::DoubleDouble;
 use crate::shapes::Transform;
 
-/// A map that runs from one at time 0 to another at time 1, each entry of it linearly.
+/// A map interpolated from time 0 to time 1, linearly in each entry.
 #[derive(Clone, Copy, Debug)]
 pub struct Motion {
     ends: [DAffine3; 2],
 }
 
 impl Motion {
-    /// From one end to the other, each of which has an inverse.
+    /// Creates the motion between two invertible maps.
     ///
     /// # Errors
-    /// [`GeometryError::SingularOnTheWay`] where it can't be inverted, or can't be told from one
-    /// that can't, at any time from 0 to 1; [`GeometryError::NotFinite`] for ends that are too far
-    /// apart.
+    /// [`GeometryError::SingularOnTheWay`] if the map is singular, or can't be proven invertible,
+    /// at some time in [0, 1]; [`GeometryError::NotFinite`] if the ends are too far apart.
     pub fn new(ends: [DAffine3; 2]) -> Result<Self, GeometryError> {
         let motion = Self { ends };
-        // What lies further apart than the greatest number has nothing halfway.
+        // Ends further apart than the greatest f64 have no finite midpoint.
         if !motion.map(0.5).is_finite() {
             return Err(GeometryError::NotFinite);
         }
@@ -31,18 +30,18 @@ impl Motion {
             .ok_or(GeometryError::SingularOnTheWay)
     }
 
-    /// The map at a time, before 0 as at 0, after 1 as at 1. With an accurate inverse, as
-    /// the map of an instance that stands there: both are hit with the same bits.
+    /// The map at a time, clamped to [0, 1], with an accurate inverse. A still instance under the
+    /// same map is hit with the same bits.
     #[inline(never)]
     pub(crate) fn at(&self, time: f64) -> Transform {
         Transform::of_invertible(self.map(time.clamp(0.0, 1.0)))
     }
 
-    /// The map at a time from 0 to 1. Each entry is the exact one, rounded: it is summed in twice
-    /// the precision. So it is wrong by a rounding of itself, also where the thing passes the
-    /// origin on its way from far to far, and what bounds the error of a place under any map of f64
-    /// holds here without a margin of its own. At both ends it is that end's, and what both have in
-    /// common stays.
+    /// The map at a time in [0, 1]. Each entry is the exact value, rounded once: the sum is
+    /// computed in double-double arithmetic. So its relative error is one rounding, even where the
+    /// instance passes near the origin between distant ends, and error bounds for any f64 map hold
+    /// here without an extra margin. At either end the map is exactly that end's, and entries equal
+    /// at both ends stay constant.
     pub fn map(&self, time: f64) -> DAffine3 {
         let [start, end] = self.ends.map(|end| end.to_cols_array());
         let entry = |i: usize| {
@@ -54,11 +53,11 @@ impl Motion {
     }
 }
 
-/// How often the way is halved at most to tell the sign of the determinant. Far more than it takes:
-/// where that comes near to zero, the bounds of the errors end it after some thirty.
+/// Greatest number of bisections to find the sign of the determinant. Far more than needed: near a
+/// zero the error bounds end the recursion after about thirty.
 const HALVINGS: u32 = 64;
 
-/// A number with a bound on its error.
+/// A number with an error bound.
 #[derive(Clone, Copy, Debug)]
 struct Bounded {
     value: f64,
@@ -66,12 +65,13 @@ struct Bounded {
 }
 
 impl Bounded {
-    /// Whether it is surely above zero (`1`), or surely below (`-1`). Never for NaN.
+    /// Whether the value is certainly positive (`sign` = 1) or negative (`sign` = −1). Never for
+    /// NaN.
     fn surely(&self, sign: f64) -> bool {
         self.value * sign > self.error
     }
 
-    /// Halfway between two.
+    /// Midpoint of two numbers.
     fn middle(a: Self, b: Self) -> Self {
         let value = 0.5 * (a.value + b.value);
         Self {
@@ -81,8 +81,8 @@ impl Bounded {
     }
 }
 
-/// x·(y × z) in twice the precision, and the sum of the sizes of its products, of which it is wrong
-/// by a share below 2⁻⁹⁶.
+/// x·(y × z) in double-double arithmetic, and the sum of the absolute values of its products. The
+/// error is below 2⁻⁹⁶ of that sum.
 fn determinant([x, y, z]: [DVec3; 3]) -> (DoubleDouble, f64) {
     let terms = [
         (0, 1, 2, 1.0),
@@ -102,9 +102,9 @@ fn determinant([x, y, z]: [DVec3; 3]) -> (DoubleDouble, f64) {
         })
 }
 
-/// The determinant of the map on the way is a cubic in time: its coefficients over Bernstein's
-/// polynomials. The determinant is linear in each column, so each coefficient is the mean of the
-/// determinants of all choices of so many columns from the end.
+/// Bernstein coefficients of the map's determinant, which is a cubic in time. The determinant is
+/// linear in each column. So coefficient i is the mean over all choices of i columns from the end
+/// and the others from the start.
 fn determinants(ends: [DMat3; 2]) -> [Bounded; 4] {
     let mut sums = [(DoubleDouble::default(), 0.0); 4];
     for choice in 0..8_usize {
@@ -123,10 +123,10 @@ fn determinants(ends: [DMat3; 2]) -> [Bounded; 4] {
     })
 }
 
-/// Whether a cubic is surely on one side of zero between 0 and 1. It lies between its least and its
-/// greatest coefficient over Bernstein's polynomials; where those do not tell, its halves are asked
-/// ("Curves and Surfaces for CAGD", Farin, 5th edition 2002, chapters 5 and 6: de Casteljau). What
-/// is zero up to the errors of the coefficients, or may be on both sides, is not.
+/// Whether a cubic has certainly one sign on [0, 1]. The cubic lies between its least and its
+/// greatest Bernstein coefficient. If these differ in sign, both halves are examined ("Curves and
+/// Surfaces for CAGD", Farin, 5th edition 2002, chapters 5 and 6: de Casteljau). A cubic that is
+/// zero up to the errors, or may change sign, gives false.
 fn keeps_sign(b: [Bounded; 4], halvings: u32) -> bool {
     let on_side = |sign: f64| {
         (
@@ -138,7 +138,7 @@ fn keeps_sign(b: [Bounded; 4], halvings: u32) -> bool {
     if above.0 || below.0 {
         return true;
     }
-    // The first and the last coefficient are the cubic's values at both ends.
+    // The first and the last coefficient are the values at the ends.
     if !(above.1 || below.1) || halvings == 0 {
         return false;
     }
@@ -164,10 +164,9 @@ mod tests {
         DAffine3::from_axis_angle(DVec3::new(0.3, -0.5, 0.8).normalize(), degrees.to_radians())
     }
 
-    /// Protects: a map without an inverse at any time on the way is refused, at a time that halving
-    /// meets and at one that it does not, where the determinant passes zero and where it only
-    /// touches it, of any size and however flat the thing is; one that merely comes near is not,
-    /// nor one that grows from next to nothing.
+    /// Protects: a motion that is singular at any time is refused, at times that bisection reaches
+    /// and at others, where the determinant crosses zero and where it only touches it, at any scale
+    /// and flatness; a motion that only comes near, or grows from almost nothing, is accepted.
     #[test]
     fn singular_on_the_way() {
         let scale = |x: f64, y: f64, z: f64| DAffine3::from_scale(DVec3::new(x, y, z));
@@ -179,8 +178,8 @@ mod tests {
             scale(1e20, 1e19, -1e20),
         ] {
             for (end, expected) in [
-                // Touches zero halfway, at 1/3 and at 3/4; crosses there; crosses twice and comes
-                // back.
+                // Touches zero halfway, at 1/3 and at 3/4; crosses zero there; crosses twice and
+                // returns.
                 (scale(-1.0, -1.0, 1.0), on_the_way),
                 (scale(-2.0, -2.0, 1.0), on_the_way),
                 (scale(-1.0 / 3.0, 5.0, -1.0 / 3.0), on_the_way),
@@ -204,16 +203,16 @@ mod tests {
         assert_eq!(refused(thin, turn(50.0) * thin), None);
     }
 
-    /// Protects: ends that are too far apart for a number between them.
+    /// Protects: ends too far apart for a finite midpoint are refused.
     #[test]
     fn nothing_between_ends_without_end() {
         let far = DAffine3::from_translation(DVec3::X * 1.5e308);
         assert_eq!(refused(far, far.inverse()), Some(GeometryError::NotFinite));
     }
 
-    /// Protects: an entry on the way is the exact one, rounded, against whole numbers of 128 bits,
-    /// also where almost all of it cancels; both ends are met exactly, and what both have in common
-    /// stays.
+    /// Protects: an interpolated entry is the exact value rounded once, compared with 128-bit
+    /// integers, even under heavy cancellation; both ends are exact, and equal entries stay
+    /// constant.
     #[test]
     fn entries_are_rounded_once() {
         let (unit, mut state, mut cancelled) = (2_f64.powi(-24), 1_u64, 0);
@@ -225,7 +224,7 @@ mod tests {
         };
         for _ in 0..5000 {
             let (time, from) = (whole(24), whole(52));
-            // Such an end that the way passes zero at about that time.
+            // An end such that the motion passes zero at about that time.
             let to = (-i128::from(from) * ((1 << 24) - i128::from(time)) / i128::from(time.max(1)))
                 .clamp(-(1 << 53), 1 << 53);
             let exact = i128::from(from) * ((1 << 24) - i128::from(time)) + to * i128::from(time);

@@ -1,4 +1,4 @@
-//! Primitives as they are collected, object by object.
+//! Collecting primitives, object by object.
 
 mod leaves;
 
@@ -15,31 +15,31 @@ use crate::scalar::{Real, Vector};
 use crate::shapes::{AnyShape, Plane, Shape, Sphere, Transform, TransformedShape, Triangle};
 use crate::slot::{Kind, MAX_PRIMITIVES, Slot};
 
-/// Primitives by kind, and what shows them. An object is a shape, a mesh or an instance.
+/// Primitives by kind, and their slots. An object is a shape, a mesh or an instance.
 #[derive(Clone, Debug, Default)]
 pub struct PrimitiveSet<R: Real> {
-    /// As they were added; once there is an accelerator, in its order.
+    /// In the order of insertion; in a [`Geometry`], in the accelerator's order.
     pub(crate) slots: Vec<Slot>,
     objects: u32,
     pub(crate) spheres: Vec<Sphere<R>>,
     pub(crate) triangles: Vec<Triangle<R>>,
     pub(crate) planes: Vec<Plane<R>>,
-    /// The rarer shapes.
+    /// All other shapes.
     pub(crate) shapes: Vec<AnyShape<R>>,
     pub(crate) placed: Vec<TransformedShape<R>>,
     pub(crate) instances: Vec<Instance>,
-    /// Of the instances that move: nothing where none does.
+    /// Motions of the moving instances.
     pub(crate) motions: Vec<Motion>,
-    /// What instances show.
+    /// Geometries that instances show.
     pub(crate) parts: Vec<Geometry<R>>,
 }
 
 impl<R: Real> PrimitiveSet<R> {
-    /// Bytes of a primitive of any kind, besides its data.
+    /// Bytes per primitive of any kind, besides its data.
     pub(crate) const BYTES_EACH: usize = size_of::<Slot>();
 
-    /// The map of an instance at a ray's time, its own, or where it moves one that is put into
-    /// `room`, and what it shows.
+    /// The instance's map at the given time, and the geometry that it shows. A moving instance's
+    /// map is stored in `room`.
     #[inline(always)]
     pub(crate) fn shown<'a>(
         &'a self,
@@ -54,22 +54,22 @@ impl<R: Real> PrimitiveSet<R> {
         (transform, &self.parts[instance.part as usize])
     }
 
-    /// Number of primitives, an instance counting as one.
+    /// Number of primitives; an instance counts as one.
     pub fn len(&self) -> usize {
         self.slots.len()
     }
 
-    /// Whether there is no primitive.
+    /// Whether the set has no primitives.
     pub fn is_empty(&self) -> bool {
         self.slots.is_empty()
     }
 
-    /// Number of objects; the next one's id.
+    /// Number of objects, which is the id of the next object.
     pub fn objects(&self) -> usize {
         self.objects as usize
     }
 
-    /// Ends an object of one primitive and returns its id.
+    /// Adds an object of one primitive and returns its id.
     fn single(
         &mut self,
         kind: Kind,
@@ -101,7 +101,7 @@ impl<R: Real> PrimitiveSet<R> {
         Ok(())
     }
 
-    /// Adds a sphere and returns its id, as of any object.
+    /// Adds a sphere and returns its object id.
     pub fn sphere(
         &mut self,
         sphere: Sphere<R>,
@@ -112,7 +112,7 @@ impl<R: Real> PrimitiveSet<R> {
         self.single(Kind::Sphere, visibility, self.spheres.len() - 1)
     }
 
-    /// Adds a plane and returns its id.
+    /// Adds a plane and returns its object id.
     pub fn plane(&mut self, plane: Plane<R>, visibility: Visibility) -> Result<u32, GeometryError> {
         if !(plane.point.is_finite() && plane.normal.is_finite()) {
             return Err(GeometryError::NotFinite);
@@ -121,7 +121,7 @@ impl<R: Real> PrimitiveSet<R> {
         self.single(Kind::Plane, visibility, self.planes.len() - 1)
     }
 
-    /// Adds a single triangle and returns its id.
+    /// Adds a single triangle and returns its object id.
     pub fn triangle(
         &mut self,
         vertices: [R::Vec3; 3],
@@ -130,8 +130,7 @@ impl<R: Real> PrimitiveSet<R> {
         self.mesh([vertices], visibility)
     }
 
-    /// Makes room for so many more triangles, where they come from an iterator that can't say how
-    /// many they will be.
+    /// Reserves capacity for `count` more triangles, for an iterator without a size hint.
     pub fn reserve_triangles(&mut self, count: usize) {
         fn reserve<T>(list: &mut Vec<T>, count: usize) {
             if list.is_empty() && list.capacity() < count {
@@ -144,11 +143,11 @@ impl<R: Real> PrimitiveSet<R> {
         reserve(&mut self.triangles, count);
     }
 
-    /// Adds any number of triangles as one object, none included, and returns its id. They are its
-    /// primitives, in their order.
+    /// Adds triangles as one object and returns its id. The triangles are numbered as its
+    /// primitives in their order; a mesh may be empty.
     ///
     /// # Errors
-    /// Where one is refused, none of them is added.
+    /// If a triangle is refused, none is added.
     pub fn mesh(
         &mut self,
         triangles: impl IntoIterator<Item = [R::Vec3; 3]>,
@@ -178,12 +177,12 @@ impl<R: Real> PrimitiveSet<R> {
         Ok(self.objects - 1)
     }
 
-    /// The triangles of meshes, in the order in which they were added.
+    /// The triangles of all meshes, in the order of insertion.
     pub fn triangles(&self) -> &[Triangle<R>] {
         &self.triangles
     }
 
-    /// Adds any shape and returns its id.
+    /// Adds any shape and returns its object id.
     pub fn shape(
         &mut self,
         shape: AnyShape<R>,
@@ -201,7 +200,7 @@ impl<R: Real> PrimitiveSet<R> {
         }
     }
 
-    /// Adds any shape under an affine map and returns its id.
+    /// Adds any shape under an affine map and returns its object id.
     pub fn placed(
         &mut self,
         shape: AnyShape<R>,
@@ -220,12 +219,12 @@ impl<R: Real> PrimitiveSet<R> {
         self.single(Kind::TransformedShape, visibility, self.placed.len() - 1)
     }
 
-    /// Takes in a geometry for instances to show, and returns its number for
+    /// Adds a geometry for instances to show, and returns its part number for
     /// [`PrimitiveSet::instance`].
     ///
     /// # Errors
-    /// [`GeometryError::Nested`] where it holds instances itself: a hit names one instance, so
-    /// there would be no way back to what was hit.
+    /// [`GeometryError::Nested`] if the geometry itself holds instances: a hit can name only one
+    /// instance.
     pub fn part(&mut self, geometry: Geometry<R>) -> Result<u32, GeometryError> {
         if geometry.instance_count() > 0 {
             return Err(GeometryError::Nested);
@@ -234,9 +233,9 @@ impl<R: Real> PrimitiveSet<R> {
         Ok(self.parts.len() as u32 - 1)
     }
 
-    /// Shows a part under an affine map, as one object, and returns its id. How it takes part in
-    /// any-hit queries is told by the instance, whatever the objects in the part say; which sides
-    /// can be hit, by those.
+    /// Adds an instance of a part under an affine map, as one object, and returns its id. In
+    /// any-hit queries the instance's occlusion replaces that of the part's objects. Which sides
+    /// can be hit is a property of the part's objects.
     pub fn instance(
         &mut self,
         part: u32,
@@ -246,15 +245,15 @@ impl<R: Real> PrimitiveSet<R> {
         self.moving(part, [to_world; 2], visibility)
     }
 
-    /// Shows a part under a map that runs from the first, where a ray's time is 0, to the second,
-    /// where it is 1, each entry of it linearly; otherwise as [`PrimitiveSet::instance`], which
-    /// this is where both are the same. So each point goes along a straight line at a constant
-    /// speed: what turns is smaller on the way, halfway by the cosine of half the angle across the
-    /// axis.
+    /// Adds a moving instance of a part, otherwise as [`PrimitiveSet::instance`]. The map is
+    /// interpolated linearly in each entry, from the first at ray time 0 to the second at time 1;
+    /// equal maps give an instance at rest. So each point moves along a straight line at constant
+    /// speed. A rotating part shrinks on the way: halfway, across the axis, by the cosine of half
+    /// the angle.
     ///
     /// # Errors
-    /// [`GeometryError::SingularOnTheWay`] where the map can't be inverted, or can't be told from
-    /// one that can't, at any time from 0 to 1, as halfway through half a turn.
+    /// [`GeometryError::SingularOnTheWay`] if the map is singular, or can't be proven invertible,
+    /// at some time in [0, 1], for example halfway through half a turn.
     pub fn moving(
         &mut self,
         part: u32,
@@ -277,7 +276,7 @@ impl<R: Real> PrimitiveSet<R> {
         self.single(Kind::Instance, visibility, self.instances.len() - 1)
     }
 
-    /// Bytes of primitives and of what instances show.
+    /// Bytes of primitives and of instanced geometries.
     pub(crate) fn bytes(&self) -> usize {
         size_of_val(self.slots.as_slice())
             + size_of_val(self.spheres.as_slice())
@@ -294,7 +293,7 @@ impl<R: Real> PrimitiveSet<R> {
                 .sum::<usize>()
     }
 
-    /// The box of a primitive; none where it has no bounds.
+    /// The box of a primitive; `None` if it is unbounded.
     pub(crate) fn bounds(&self, slot: &Slot) -> Option<Aabb> {
         let index = slot.index as usize;
         match slot.kind {
@@ -308,15 +307,15 @@ impl<R: Real> PrimitiveSet<R> {
     }
 }
 
-/// How many primitives are tested one by one as fast as by way of a node: a sphere's test is the
-/// cheapest there is, and a plane has no box.
+/// Number of primitives that are tested one by one as fast as through a node. A sphere's test is
+/// the cheapest of all, and a plane has no box.
 pub(crate) fn few(spheres_alone: bool) -> usize {
     const SPHERES: usize = 14;
     const OTHERS: usize = 2;
     if spheres_alone { SPHERES } else { OTHERS }
 }
 
-/// Refuses a triangle that no tree can hold. Its box need not be made unless it is very large.
+/// Refuses a triangle that no tree can hold. The box is computed only for very large triangles.
 fn check_corners<R: Real>(triangle: &Triangle<R>) -> Result<(), GeometryError> {
     let most = R::from_f64(f64::from(f32::MAX) * 0.5);
     let within = |corner: &R::Vec3| corner.is_finite() && corner.abs().max_element() < most;

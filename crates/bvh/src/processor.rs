@@ -1,5 +1,4 @@
-//! What depends on the processor that a program runs on: that memory will be wanted soon, and how
-//! wide its registers are.
+//! Features of the processor at run time: prefetching, and the width of its registers.
 #![expect(
     unsafe_code,
     reason = "instructions of the processor; each block says why it may"
@@ -8,24 +7,23 @@
 #[cfg(target_arch = "x86_64")]
 use crate::math::simd::{Avx2, Avx512};
 
-/// Arithmetic in plain loops over lists, of which a compiler makes as many numbers at a time as
-/// registers hold.
+/// Arithmetic in plain loops over arrays, which the compiler vectorises.
 pub trait Loops {
-    /// What comes of it.
+    /// Result of the loops.
     type Output;
-    /// Does it. To be `#[inline(always)]`, with all that it calls in its loops: what is not inlined
-    /// is compiled for every processor.
+    /// Runs the loops. Must be `#[inline(always)]`, with every function called in the loops: code
+    /// that is not inlined is compiled for the baseline processor.
     fn run(self) -> Self::Output;
 }
 
-/// Does work with the widest registers that the processor has. The bits are those of [`Loops::run`]
-/// alone: nothing is fused, and each number is computed as it would be by itself.
+/// Runs loops with the widest registers of the processor. The bits are those of [`Loops::run`] by
+/// itself: nothing is fused, and each number is computed independently.
 #[inline]
 pub fn widest<L: Loops>(work: L) -> L::Output {
     #[cfg(target_arch = "x86_64")]
     {
         if Avx512::detect().is_some() {
-            // SAFETY: the processor has what the function is compiled for.
+            // SAFETY: the processor has the features that the function is compiled for.
             return unsafe { with_avx512(work) };
         }
         if Avx2::detect().is_some() {
@@ -48,9 +46,8 @@ fn with_avx2<L: Loops>(work: L) -> L::Output {
     work.run()
 }
 
-/// Has what lies at a place of a list brought near, so that reading it later does not wait for
-/// memory. It changes no result; beyond the list's end, and where the processor has no such
-/// instruction, it does nothing.
+/// Prefetches an element of a list, so that a later read does not wait for memory. No result
+/// changes. Beyond the list's end, and on processors without the instruction, nothing happens.
 #[inline(always)]
 pub fn prefetch<T>(list: &[T], place: usize) {
     if let Some(wanted) = list.get(place) {
@@ -58,14 +55,14 @@ pub fn prefetch<T>(list: &[T], place: usize) {
     }
 }
 
-/// The same of the line of memory at a place, whatever is there.
+/// Prefetches the cache line at an address, valid or not.
 #[inline(always)]
 pub(crate) fn prefetch_line<T>(place: *const T) {
     #[cfg(target_arch = "x86_64")]
     {
         use core::arch::x86_64::{_MM_HINT_T0, _mm_prefetch};
-        // SAFETY: every x86-64 processor has the instruction, and it reads nothing that the program
-        // could see.
+        // SAFETY: every x86-64 processor has the instruction, and its effect is invisible to the
+        // program.
         unsafe { _mm_prefetch::<_MM_HINT_T0>(place.cast()) };
     }
     #[cfg(not(target_arch = "x86_64"))]
@@ -86,8 +83,8 @@ mod tests {
         }
     }
 
-    /// Protects: wide registers give the bits of single numbers: no product is fused with a sum, no
-    /// root or quotient is nearly so.
+    /// Protects: wide registers give the bits of scalar code: no product is fused with a sum, and
+    /// no root or quotient is approximate.
     #[test]
     fn wide_registers_change_no_bit() {
         let mut differs = 0;
@@ -113,7 +110,7 @@ mod tests {
         assert!(differs > 500, "fused, {differs} would have other bits");
     }
 
-    /// Protects: a place beyond the end, and a list without any, may be asked for.
+    /// Protects: prefetching beyond the end, or in an empty list, is harmless.
     #[test]
     fn what_is_not_there_may_be_asked_for() {
         prefetch(&[1, 2, 3], 2);

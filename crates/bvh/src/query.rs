@@ -1,9 +1,9 @@
-//! The narrow interface: closest hit and any hit over a set of primitives, whatever structure
-//! answers, with the same bits.
+//! Closest-hit and any-hit queries over a set of primitives, with the same bits for every
+//! accelerator.
 //!
-//! Queries are functions of their own, one set for each scalar, so that whoever asks has a call in
-//! its loop and not a copy of every primitive's test. While they look, a hit is known by its slot;
-//! it gets its names once it is the answer.
+//! Each query is a separate function per scalar type, so that a caller's loop contains a call and
+//! not a copy of every primitive's test. During a query a hit is identified by its slot; object and
+//! primitive ids are filled in at the end.
 
 mod packet;
 mod visitor;
@@ -21,10 +21,10 @@ use crate::stats::{TraversalCounter, TraversalStats};
 
 use self::visitor::{AnyHit, ClosestHit, QueryKind, Visitor};
 
-/// No slot of a part: the hit lies in the scene's own set.
+/// Inner slot of a hit outside any instance.
 const NO_PART: u32 = u32::MAX;
 
-/// A hit by its slot, and in an instance by the slot in what that shows.
+/// A hit by slot; in an instance, `inner` is the slot in the instanced geometry.
 #[derive(Clone, Copy)]
 struct SlotHit<R> {
     t: R,
@@ -34,8 +34,8 @@ struct SlotHit<R> {
     inner: u32,
 }
 
-/// Whether all numbers of a ray are finite, and so is their sum. One of NaN enters every box, and
-/// would hit nothing for the price of a scan.
+/// Whether all numbers of a ray, and their sum, are finite. A ray with NaN would enter every box
+/// and hit nothing, at the cost of a scan.
 #[inline(always)]
 fn is_sound<R: Real>(ray: &Ray<R>) -> bool {
     let sums = ray.origin + ray.direction;
@@ -43,8 +43,8 @@ fn is_sound<R: Real>(ray: &Ray<R>) -> bool {
 }
 
 impl<R: Real> Geometry<R> {
-    /// The nearest hit with `range.min < t < range.max`; of hits at the same distance the one of
-    /// the lowest object, and of those the lowest primitive.
+    /// The closest hit with `range.min < t < range.max`. Ties at equal distance go to the lowest
+    /// object id, then to the lowest primitive.
     #[inline(never)]
     pub fn closest<T: TraversalCounter>(
         &self,
@@ -69,8 +69,8 @@ impl<R: Real> Geometry<R> {
         visitor.query.found.as_ref().map(|found| self.named(found))
     }
 
-    /// The nearest hit of a ray that is prepared first: by a scan, and of what is stored in f64.
-    /// Apart, since what it needs of the machine's stack differs by far.
+    /// The closest hit by a ray that is prepared first: for a scan, and for primitives stored in
+    /// f64. A separate function, since its stack frame is much larger.
     #[inline(never)]
     fn closest_prepared<T: TraversalCounter>(
         &self,
@@ -90,8 +90,9 @@ impl<R: Real> Geometry<R> {
         })
     }
 
-    /// Of the hits in what is left of a range that was searched for the nearest, that of the lowest
-    /// object: they are as far as that one but for the rounding of their distances.
+    /// The tie-break between hits at equal distance. `range` is the final range of a closest-hit
+    /// search. All hits within it equal the nearest up to rounding of distances; the lowest object
+    /// wins.
     #[cold]
     fn first_of_equals<T: TraversalCounter>(
         &self,
@@ -121,10 +122,10 @@ impl<R: Real> Geometry<R> {
         first
     }
 
-    /// Whether something lies in the way: a hit with `range.min < t < range.max` of an opaque
-    /// object, or one that `ask` says yes to of an object about which it is asked. The order of
-    /// calls is free; a hit that is refused does not stop the search. A primitive of the scene's
-    /// own set is shown once, at its nearest hit; of an instance, each primitive in it.
+    /// Whether the ray is occluded: a hit with `range.min < t < range.max` belongs to an opaque
+    /// object, or to an [`Occlusion::Ask`](crate::Occlusion::Ask) object and `ask` returns true.
+    /// The order of calls is free; a refused hit does not stop the search. A primitive of the set
+    /// itself is passed once, at its nearest hit; for an instance, so is each primitive in it.
     #[inline(never)]
     pub fn any<T: TraversalCounter>(
         &self,
@@ -155,7 +156,7 @@ impl<R: Real> Geometry<R> {
         }
     }
 
-    /// Whether anything that a ray meets, which is prepared first, ends a query.
+    /// Whether a hit ends the query, for a ray that is prepared first.
     #[inline(never)]
     fn visit_prepared<Q: QueryKind<R>, T: TraversalCounter>(
         &self,
@@ -166,13 +167,13 @@ impl<R: Real> Geometry<R> {
         self.visit_all(&self.prepare(*ray), query, tally).0
     }
 
-    /// The slots that every query tests one by one.
+    /// Unbounded slots, which every query tests one by one.
     #[inline(always)]
     fn unbounded(&self) -> impl Iterator<Item = (u32, &Slot)> {
         (self.planes as u32..).zip(&self.group.slots[self.planes..self.unbounded])
     }
 
-    /// The slots of the accelerator's places.
+    /// Slots at the given positions of the accelerator.
     #[inline(always)]
     fn bounded(&self, places: Range<usize>) -> impl Iterator<Item = (u32, &Slot)> {
         let range = self.unbounded + places.start..self.unbounded + places.end;
@@ -218,13 +219,13 @@ impl<R: Real> Geometry<R> {
         })
     }
 
-    /// A ray with what the tests of these primitives need.
+    /// The ray with precomputed values for the tests of these primitives.
     #[inline(always)]
     pub(crate) fn prepare(&self, ray: Ray<R>) -> PreparedRay {
         PreparedRay::of(ray, self.faces)
     }
 
-    /// The hit with its names.
+    /// The hit with its object and primitive ids.
     #[inline(always)]
     fn named(
         &self,

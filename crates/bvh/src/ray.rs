@@ -1,25 +1,25 @@
-//! Rays, the interval of accepted distances, and what a hit is.
+//! Rays, intervals of accepted distances, and hits.
 
 use crate::scalar::{Real, Vector};
 
-/// A half-line. The direction has unit length up to its rounding: whoever makes a ray normalises
-/// it, and every distance is a length. Tests take the stored direction as it is, whatever its
-/// length, and distances in units of that.
+/// A half-line. The direction has unit length up to rounding: the creator of a ray normalises it,
+/// so that distances are lengths. Intersection tests use the stored direction unchanged, with
+/// distances in units of its length.
 #[derive(Clone, Copy, Debug)]
 pub struct Ray<R: Real> {
     /// Start, in world units.
     pub origin: R::Vec3,
     /// Unit direction.
     pub direction: R::Vec3,
-    /// When it is asked, from 0, where every motion starts, to 1, where it ends: where a moving
-    /// instance is met. Times beyond mean the nearer end. What does not move asks nobody.
+    /// Time, from 0 at the start of every motion to 1 at its end; values beyond are clamped. Only
+    /// moving instances depend on it.
     pub time: R,
-    /// Whether it is a camera's, which passes the backs of what is [`Side::Culled`].
+    /// Whether this is a camera ray, which passes through the back of [`Side::Culled`] surfaces.
     pub culls: bool,
 }
 
 impl<R: Real> Ray<R> {
-    /// A ray at time 0, whose direction is already of unit length.
+    /// A ray at time 0. The direction must already have unit length.
     #[inline(always)]
     pub fn new(origin: R::Vec3, direction: R::Vec3) -> Self {
         Self {
@@ -30,13 +30,13 @@ impl<R: Real> Ray<R> {
         }
     }
 
-    /// The same ray at another time.
+    /// This ray at another time.
     #[inline(always)]
     pub fn at_time(self, time: R) -> Self {
         Self { time, ..self }
     }
 
-    /// The same ray as one of a camera.
+    /// This ray as a camera ray.
     #[inline(always)]
     pub fn culling(self) -> Self {
         Self {
@@ -51,7 +51,7 @@ impl<R: Real> Ray<R> {
         self.origin + self.direction * t
     }
 
-    /// No NaN and no infinity in it.
+    /// Whether no component is NaN or infinite.
     #[inline]
     pub fn is_finite(&self) -> bool {
         self.origin.is_finite() && self.direction.is_finite() && self.time.is_finite()
@@ -69,7 +69,7 @@ pub struct Interval<R> {
 }
 
 impl<R: Real> Interval<R> {
-    /// From zero, excluded, without end.
+    /// All positive distances.
     #[inline(always)]
     pub fn positive() -> Self {
         Self {
@@ -91,17 +91,18 @@ pub enum Side {
     /// Hits from either side count.
     #[default]
     Both,
-    /// Only hits by rays that arrive against the outward normal: the near root of a closed shape.
+    /// Only hits by rays against the outward normal: the near root of a closed shape.
     Outside,
-    /// Only hits from within: the far root of a closed shape, a room seen from inside.
+    /// Only hits by rays along the outward normal: the far root of a closed shape, as for a room
+    /// seen from inside.
     Inside,
-    /// Hits from either side count, but of a camera's rays only those against the outward normal:
-    /// back-face culling. Light does not pass the back that a camera looks through.
+    /// Back-face culling: camera rays hit only against the outward normal, all other rays hit from
+    /// either side. So light does not pass through the back, though the camera sees through it.
     Culled,
 }
 
 impl Side {
-    /// The sides that a ray of this kind can hit.
+    /// The effective sides for a camera ray (`culls`) or any other ray.
     #[inline(always)]
     pub(crate) fn to(self, culls: bool) -> Self {
         match self {
@@ -111,12 +112,12 @@ impl Side {
         }
     }
 
-    /// The sides that a camera sees: those that give off light where the surface does.
+    /// The sides visible to a camera, which are also the emitting sides of a light.
     pub fn seen(self) -> Self {
         self.to(true)
     }
 
-    /// Whether a ray counts that arrives against (`true`) or along (`false`) the outward normal.
+    /// Whether a ray against (`true`) or along (`false`) the outward normal can hit.
     #[inline(always)]
     pub fn accepts(self, from_outside: bool) -> bool {
         match self {
@@ -127,52 +128,53 @@ impl Side {
     }
 }
 
-/// What any-hit queries make of an object.
+/// Effect of an object on any-hit queries.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Occlusion {
-    /// Nothing: it is not there for them.
+    /// No effect: the object is ignored.
     None,
-    /// A hit of it ends the query, and nobody is asked.
+    /// Any hit ends the query without a call of the filter.
     #[default]
     Opaque,
-    /// The caller is asked about each hit.
+    /// The caller's filter decides about each hit.
     Ask,
 }
 
-/// How an object takes part, besides its shape.
+/// How an object takes part in queries.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Visibility {
     /// Which sides can be hit.
     pub side: Side,
-    /// What it is to any-hit queries.
+    /// Effect on any-hit queries.
     pub occlusion: Occlusion,
 }
 
-/// An intersection, and whose it is: small on purpose. The surface point is made once, afterwards.
+/// An intersection and the ids of the hit primitive. Kept small; the surface point is computed
+/// once, after the query.
 #[derive(Clone, Copy, Debug)]
 pub struct Hit<R> {
     /// Distance along the unit direction.
     pub t: R,
-    /// First number of the shape's own: a barycentric coordinate or the part of the surface.
+    /// First shape-specific number: a barycentric coordinate, or the part of the surface.
     pub u: R,
-    /// Second one: a barycentric coordinate, or whether the ray leaves a body.
+    /// Second shape-specific number: a barycentric coordinate, or whether the ray leaves a solid.
     pub v: R,
-    /// The object that was hit, in the set where it lies: the scene's own, or what the instance
-    /// shows.
+    /// The hit object: its id in the instanced geometry if an instance was hit, otherwise in the
+    /// set itself.
     pub object: u32,
-    /// Which of the object's primitives: the triangle of a mesh, 0 for a shape.
+    /// Primitive within the object: the triangle's index in a mesh, 0 for a shape.
     pub primitive: u32,
-    /// The object of the scene's own set that is an instance and shows it, or [`Hit::NO_INSTANCE`].
+    /// Id of the instance that was hit, or [`Hit::NO_INSTANCE`].
     pub instance: u32,
-    /// The way to the primitive's data: its slot, and in an instance the slot in what that shows.
+    /// Slot of the primitive; for an instance, its slot and the slot in the instanced geometry.
     pub(crate) slots: [u32; 2],
 }
 
 impl<R> Hit<R> {
-    /// The hit lies in the scene's own set, not in an instance.
+    /// Value of `instance` for a hit outside any instance.
     pub const NO_INSTANCE: u32 = u32::MAX;
 
-    /// The object of the scene's own set: the one that was hit, or the instance that shows it.
+    /// Id in the outermost set: of the instance if one was hit, otherwise of the object.
     #[inline(always)]
     pub fn outermost(&self) -> u32 {
         if self.instance == Self::NO_INSTANCE {
@@ -182,15 +184,14 @@ impl<R> Hit<R> {
         }
     }
 
-    /// What decides between hits at one distance: the lowest wins.
+    /// Order among hits at equal distance: the lowest wins.
     #[inline(always)]
     pub fn order(&self) -> [u32; 3] {
         [self.outermost(), self.object, self.primitive]
     }
 }
 
-/// Hits are the same whatever structure found them; where that keeps the primitive is its own
-/// affair.
+/// Hits of different accelerators compare equal; the storage slots are ignored.
 impl<R: PartialEq> PartialEq for Hit<R> {
     fn eq(&self, other: &Self) -> bool {
         (&self.t, &self.u, &self.v) == (&other.t, &other.u, &other.v)

@@ -1,9 +1,8 @@
-//! What is stored as a parameter: one source serves f32 and f64, the two rungs of `--precision`.
-//! Intersections compute in f64 in both.
+//! The stored scalar as a type parameter: one source serves f32 and f64, the two values of
+//! `--precision`. Intersections are computed in f64 for both.
 //!
-//! glam has no generics, so [`Real`] names the vector family that belongs to a scalar and
-//! [`Vector`] names the few operations that geometry and shading need. Both traits are sealed: the
-//! set of scalars is closed on purpose.
+//! glam has no generics. So [`Real`] names the vector type of a scalar, and [`Vector`] names the
+//! few operations that geometry and shading need. Both traits are sealed.
 
 use core::fmt::Debug;
 use core::ops::{Add, AddAssign, Div, DivAssign, Mul, MulAssign, Neg, Sub, SubAssign};
@@ -22,8 +21,8 @@ mod sealed {
 
 /// A floating-point scalar with its glam vector: `f32` with [`Vec3`], `f64` with [`DVec3`].
 ///
-/// Transcendental functions come from the crate `libm`, so that a picture's bits do not depend on
-/// the platform's.
+/// Transcendental functions come from the crate `libm`, so that pictures do not depend on the
+/// platform's math library.
 pub trait Real:
     sealed::Sealed
     + Copy
@@ -56,8 +55,8 @@ pub trait Real:
     /// Unit roundoff u: half the spacing of the numbers just above one (2⁻²⁴ for f32, 2⁻⁵³ for
     /// f64).
     const ROUNDOFF: Self;
-    /// Whether this is f32: then f64, in which intersections compute, has as many digits again to
-    /// spare.
+    /// Whether this is f32. The f64 arithmetic of intersections then has more than twice the
+    /// digits.
     const IS_SINGLE: bool;
     /// Nearest value to `x`.
     fn from_f64(x: f64) -> Self;
@@ -71,21 +70,22 @@ pub trait Real:
     fn sqrt(self) -> Self;
     /// Absolute value.
     fn abs(self) -> Self;
-    /// The larger one; the other one where one of them is NaN.
+    /// The larger number; if either is NaN, the other one.
     fn max(self, other: Self) -> Self;
-    /// The smaller one; the other one where one of them is NaN.
+    /// The smaller number; if either is NaN, the other one.
     fn min(self, other: Self) -> Self;
     /// This magnitude with the sign of `sign`.
     fn copysign(self, sign: Self) -> Self;
-    /// Neither NaN nor infinite.
+    /// Whether the number is neither NaN nor infinite.
     fn is_finite(self) -> bool;
-    /// NaN?
+    /// Whether the number is NaN.
     fn is_nan(self) -> bool;
     /// The least number greater than this one.
     fn next_up(self) -> Self;
     /// The greatest number less than this one.
     fn next_down(self) -> Self;
-    /// The next number on the side of `sign`, without a branch; itself where that is zero or none.
+    /// The adjacent number in the direction of `sign`, without a branch. The number itself if
+    /// `sign` is zero or NaN, or if the number is not finite.
     fn next_towards(self, sign: Self) -> Self;
     /// Sine of radians.
     fn sin(self) -> Self;
@@ -101,28 +101,28 @@ pub trait Real:
     fn atan(self) -> Self;
     /// Angle of the point (x, self), radians in (−π, π].
     fn atan2(self, x: Self) -> Self;
-    /// [`Self::atan2`] of numbers that are finite, 0 where both are; in f32 by arithmetic alone, so
-    /// that a loop of it can be done many at a time, and within three units of rounding.
+    /// [`Self::atan2`] of finite numbers; 0 if both are zero. In f32 by arithmetic alone, so that
+    /// loops vectorise, with an error of at most three units of rounding.
     fn angle(self, x: Self) -> Self;
-    /// Cosine and sine of this share of a whole turn, from 0 to 1; in f32 by arithmetic alone, as
-    /// [`Self::angle`], and within 1.5e-7.
+    /// Cosine and sine of a fraction of a full turn, in [0, 1]. In f32 by arithmetic alone, as
+    /// [`Self::angle`], with an error of at most 1.5e-7.
     fn sin_cos_turns(self) -> [Self; 2];
     /// Natural exponential.
     fn exp(self) -> Self;
     /// Natural logarithm.
     fn ln(self) -> Self;
-    /// This base to a real exponent.
+    /// This base raised to a real exponent.
     fn powf(self, exponent: Self) -> Self;
 
-    /// This base to a whole exponent, by repeated squaring: the same operations in the same order
-    /// on every machine.
+    /// This base raised to an integer exponent, by repeated squaring: the same operations in the
+    /// same order on every machine.
     #[inline(always)]
     fn powi(self, mut exponent: u32) -> Self {
         if exponent == 0 {
             return Self::ONE;
         }
-        // Most exponents are powers of two: up to the lowest bit there is nothing but to square,
-        // and no branch to guess.
+        // Most exponents are powers of two: up to the lowest set bit only squaring is needed,
+        // without a branch to predict.
         let mut base = self;
         for _ in 0..exponent.trailing_zeros() {
             base *= base;
@@ -139,12 +139,12 @@ pub trait Real:
         result
     }
 
-    /// Largest whole number not above; never −0. Where the processor may lack an instruction for
-    /// it, the library's is a call, and this is not.
+    /// The largest integer not above this number; never −0. Written out, since the library function
+    /// is a call on processors that may lack the instruction.
     #[inline(always)]
     fn floor(self) -> Self {
-        // From 2²³ on, every f32 is whole; so is every f64 from 2⁵² on. To add that much to a
-        // smaller number rounds it.
+        // Every f32 from 2²³ on is an integer, and every f64 from 2⁵² on. Adding that number to a
+        // smaller one rounds it.
         let all_whole = Self::from_f64(0.5) / Self::ROUNDOFF;
         let magnitude = self.abs();
         let nearest = ((magnitude + all_whole) - all_whole).copysign(self);
@@ -160,15 +160,15 @@ pub trait Real:
         }
     }
 
-    /// `min` where below, `max` where above.
+    /// This number, limited to the range from `min` to `max`.
     #[inline(always)]
     fn clamp(self, min: Self, max: Self) -> Self {
         Self::min(Self::max(self, min), max)
     }
 }
 
-/// What geometry and shading need of a three-component vector. Products of two vectors are
-/// componentwise.
+/// Operations of a three-component vector that geometry and shading need. Products of two vectors
+/// are componentwise.
 pub trait Vector<R: Real>:
     sealed::Sealed
     + Copy
@@ -205,14 +205,14 @@ pub trait Vector<R: Real>:
     fn z(self) -> R;
     /// Component 0, 1 or 2.
     fn axis(self, index: usize) -> R;
-    /// Scalar product.
+    /// Dot product.
     fn dot(self, other: Self) -> R;
-    /// Vector product.
+    /// Cross product.
     fn cross(self, other: Self) -> Self;
     /// Euclidean length.
     fn length(self) -> R;
-    /// Same direction, length one. NaN or infinite for a vector whose squared length leaves the
-    /// range of the scalar.
+    /// The vector scaled to unit length. NaN or infinite if the squared length leaves the range of
+    /// the scalar.
     fn normalize(self) -> Self;
     /// Componentwise minimum.
     fn min(self, other: Self) -> Self;
@@ -222,7 +222,7 @@ pub trait Vector<R: Real>:
     fn abs(self) -> Self;
     /// Largest component.
     fn max_element(self) -> R;
-    /// No component is NaN or infinite.
+    /// Whether no component is NaN or infinite.
     fn is_finite(self) -> bool;
     /// Nearest vector to `v`.
     fn from_f64(v: DVec3) -> Self;
@@ -232,7 +232,7 @@ pub trait Vector<R: Real>:
     fn to_f32(self) -> Vec3;
 }
 
-/// Functions that are inlined wherever they are called.
+/// Defines functions that are always inlined.
 macro_rules! inlined {
     ($(fn $name:ident($($argument:tt)*) -> $out:ty $body:block)*) => { $(
         #[inline(always)]
@@ -262,8 +262,8 @@ macro_rules! real {
                 fn copysign(self, sign: Self) -> Self { $t::copysign(self, sign) }
                 fn is_finite(self) -> bool { $t::is_finite(self) }
                 fn is_nan(self) -> bool { $t::is_nan(self) }
-                // The usual case alone, above zero and finite, asked of the bits: of numbers a
-                // compiler makes five questions.
+                // The common case, positive and finite, is tested on the bits: for numbers the
+                // compiler generates five comparisons.
                 fn next_up(self) -> Self {
                     let is_usual = self.to_bits().wrapping_sub(1) < $t::INFINITY.to_bits() - 1;
                     if is_usual { $t::from_bits(self.to_bits() + 1) } else { $t::next_up(self) }

@@ -1,11 +1,11 @@
-//! Slots: one for each primitive of a set, whatever its kind.
+//! Slots: one per primitive of a set, of any kind.
 
 use crate::ray::Visibility;
 
 /// The most primitives that one tree can address.
 pub(crate) const MAX_PRIMITIVES: usize = (1 << 27) - 1;
 
-/// Which array a primitive is in.
+/// The array that stores a primitive.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Kind {
     Sphere,
@@ -16,9 +16,9 @@ pub(crate) enum Kind {
     Instance,
 }
 
-/// One primitive: whose it is, its kind, how it takes part, and its place in the array of that
-/// kind. Objects and their primitives are counted in the order in which they were added, so these
-/// two are the order of ties too.
+/// One primitive: its ids, its kind, its visibility, and its index in the array of that kind.
+/// Objects and their primitives are numbered in the order of insertion, so both ids also decide
+/// ties.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Slot {
     pub object: u32,
@@ -29,7 +29,7 @@ pub(crate) struct Slot {
 }
 
 impl Slot {
-    /// What decides between hits at one distance: the lowest wins.
+    /// Order among hits at equal distance: the lowest wins.
     #[inline(always)]
     pub fn order(&self) -> (u32, u32) {
         (self.object, self.primitive)

@@ -1,11 +1,11 @@
-//! Counting what queries do.
+//! Traversal statistics.
 
-/// Counts what queries do; `()` counts nothing and costs nothing.
+/// Counter of traversal work; `()` counts nothing and costs nothing.
 pub trait TraversalCounter {
-    /// Whether anything is counted. Queries that count walk the tree by
-    /// [`crate::Kernel::Portable`], so that counts do not depend on the processor.
+    /// Whether anything is counted. Counting queries use [`crate::Kernel::Portable`], so that
+    /// counts do not depend on the processor.
     const COUNTS: bool;
-    /// Takes what a query did.
+    /// Adds the work of a query.
     fn count(&mut self, done: TraversalStats);
 }
 
@@ -15,19 +15,19 @@ impl TraversalCounter for () {
     fn count(&mut self, _: TraversalStats) {}
 }
 
-/// Statistics of a query or of many.
+/// Counts of one query or of many.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct TraversalStats {
     /// Nodes whose boxes were tested.
     pub nodes: u64,
-    /// Leaves tested: blocks of triangles, rows of spheres or planes, and others one by one.
+    /// Leaves tested: blocks of triangles, rows of spheres or planes, and single primitives.
     pub leaves: u64,
     /// Primitives tested.
     pub primitives: u64,
 }
 
 impl TraversalStats {
-    /// One primitive that is tested alone.
+    /// One primitive tested alone.
     pub(crate) const ONE: Self = Self {
         nodes: 0,
         leaves: 1,

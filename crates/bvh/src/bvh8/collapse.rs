@@ -1,5 +1,5 @@
-//! From a binary tree to eight-wide nodes and leaves of up to eight primitives of a kind, by least
-//! expected cost.
+//! Collapse of a binary tree to eight-wide nodes and leaves of up to eight primitives of a kind,
+//! with least expected cost.
 //!
 //! A child is an inner node, a leaf of up to eight triangles or spheres, or one other primitive.
 
@@ -17,18 +17,18 @@ use crate::bvh8::triangle8::{LeafHeader, Triangle8};
 use crate::memory::{filled, huge_page_vec};
 use costs::{AS_INNER, AS_LEAF, Costs, FEWER, shares, solve, weight};
 
-/// A block of fewer primitives takes in another one beside it where both fit into one and rays
-/// spend less on that.
+/// A block with fewer primitives is merged with a neighbour if both fit into one block and the
+/// merged block costs rays less.
 const SPARSE: usize = 5;
 
-/// What a lane will hold.
+/// Future content of a lane.
 enum LaneContent {
     Inner(u32),
     Other(u32),
     Several(LeafKind, ArrayVec<u32, WIDTH>),
 }
 
-/// A lane of a node to be.
+/// A lane of a node under construction.
 struct Lane {
     bounds: PaddedBox,
     content: LaneContent,
@@ -41,7 +41,8 @@ struct Collapse<'a> {
     costs: Vec<Costs>,
 }
 
-/// What a piece of the tree becomes, numbered from zero on, and what is still to be put below it.
+/// A finished part of the tree with its own numbering from zero, and the subtrees still missing
+/// below it.
 #[derive(Default)]
 struct Piece {
     nodes: Vec<Node>,
@@ -52,7 +53,7 @@ struct Piece {
     jobs: Vec<Job>,
 }
 
-/// An inner child that another piece is to be the tree of: the lane of a node, the root in the
+/// A subtree that another piece will hold: the node and lane that refer to it, its root in the
 /// binary tree, and its level.
 struct Job {
     slot: usize,
@@ -62,7 +63,7 @@ struct Job {
 }
 
 impl Collapse<'_> {
-    /// How many of so many lanes the left child of a node gets.
+    /// The left child's share of `lanes` lanes.
     fn to_left(&self, left: u32, lanes: usize) -> usize {
         let (l, r) = (&self.costs[left as usize], &self.costs[left as usize + 1]);
         let cost = |to_left: &usize| l.cost[to_left - 1] + r.cost[lanes - to_left - 1];
@@ -71,7 +72,7 @@ impl Collapse<'_> {
             .unwrap_or(1)
     }
 
-    /// Appends what a subtree becomes in up to so many lanes.
+    /// Appends the lanes of a subtree, at most `lanes`.
     fn open(&self, node: u32, mut lanes: usize, out: &mut NodeLanes) {
         let (pick, bounds) = (
             &self.costs[node as usize].pick,
@@ -113,7 +114,7 @@ impl Collapse<'_> {
         LaneContent::Several(company, places)
     }
 
-    /// Appends the places of a subtree of few leaves.
+    /// Appends the primitives of a small subtree.
     fn places(&self, node: u32, out: &mut ArrayVec<u32, WIDTH>) {
         let source = &self.binary.nodes[node as usize];
         if source.count > 0 {
@@ -125,8 +126,8 @@ impl Collapse<'_> {
         }
     }
 
-    /// The tree below an inner node, but for what lies in nodes from `tops` on; none where it is
-    /// too deep.
+    /// The tree below an inner node, without subtrees rooted at nodes from `tops` on; `None` if it
+    /// is too deep.
     fn piece(&self, root: u32, depth: u32, tops: usize) -> Option<Piece> {
         let mut piece = Piece {
             nodes: vec![Node::EMPTY],
@@ -142,8 +143,8 @@ impl Collapse<'_> {
             self.divide(self.binary.nodes[root as usize].first, WIDTH, &mut lanes);
             let first = work.len();
             join_sparse(&mut lanes);
-            // Rays that ask for any hit go from the last lane to the first: to what ends them
-            // soonest.
+            // Any-hit rays visit lanes from last to first, so the lanes that end them soonest come
+            // last.
             let of = |lane: &Lane| {
                 (
                     !matches!(lane.content, LaneContent::Inner(_)),
@@ -182,7 +183,7 @@ impl Collapse<'_> {
 }
 
 impl Piece {
-    /// Puts primitives that share a leaf into one.
+    /// Makes a leaf of primitives of one kind.
     fn leaf(&mut self, company: LeafKind, places: &[u32]) -> Child {
         let (first, count) = (self.order.len(), places.len());
         self.order.extend_from_slice(places);
@@ -201,10 +202,10 @@ impl Piece {
 }
 
 impl Bvh8 {
-    /// Collapses a binary tree whose leaves are primitives of one company, as many as a block
-    /// takes, or one other primitive. Returns the order in which its leaves name the boxes, and its
-    /// depth; none where that is more than a traversal's stack allows, or where there is no inner
-    /// node.
+    /// Collapses a binary tree. Each of its leaves holds one primitive, or as many primitives of
+    /// one leaf kind as a wide leaf. Returns the tree, the order in which its leaves refer to the
+    /// boxes, and its depth. `None` if the depth exceeds the traversal stack, or if the tree has no
+    /// inner node.
     pub(crate) fn collapse(
         binary: &Binary,
         company: LeafKindOf<'_>,
@@ -271,7 +272,7 @@ impl Bvh8 {
     }
 }
 
-/// Puts sparse blocks of a node together where rays spend less on one than on two.
+/// Merges sparse blocks of a node if the merged block costs rays less than both.
 fn join_sparse(lanes: &mut NodeLanes) {
     while let Some((into, from)) = pair(lanes) {
         let Lane {
@@ -289,7 +290,7 @@ fn join_sparse(lanes: &mut NodeLanes) {
     }
 }
 
-/// Two blocks that fit into one, the latter one sparse: of those the pair that grows least.
+/// Two blocks that fit into one, the second being sparse: the pair whose box grows least.
 fn pair(lanes: &[Lane]) -> Option<(usize, usize)> {
     let count = |lane: usize| match &lanes[lane].content {
         LaneContent::Several(company, places) => Some((*company, places.len())),
@@ -299,8 +300,8 @@ fn pair(lanes: &[Lane]) -> Option<(usize, usize)> {
         let (company, own) = count(lane)?;
         Some(half_area(&lanes[lane].bounds) * weight(company, own as u8))
     };
-    // Only where that costs rays less: two walls in one box would be asked about by every ray in
-    // the room.
+    // Only if it costs rays less: a block of two opposite walls would be tested by every ray in the
+    // room.
     let pays = |a: usize, b: usize, company: LeafKind, together: usize| {
         let area = half_area(&lanes[a].bounds.union(&lanes[b].bounds));
         spent(a)
@@ -331,7 +332,7 @@ mod tests {
     use super::*;
     use crate::build::{BuildQuality, build};
 
-    /// The triangles of each block of a tree over boxes of this size, by their places.
+    /// The triangles of each block of a tree over the given boxes, by box index.
     fn blocks(boxes: &[(Vec3, Vec3)]) -> Vec<Vec<u32>> {
         let boxes: Vec<_> = boxes
             .iter()
@@ -353,8 +354,8 @@ mod tests {
         built.bvh.facts.iter().map(own).collect()
     }
 
-    /// Protects: two opposite walls of a room are no block, which every ray in the room would ask;
-    /// two that lie side by side are one, and so are small triangles in a corner.
+    /// Protects: two opposite walls of a room share no block, which every ray in the room would
+    /// test; two adjacent walls share one, and so do small triangles in a corner.
     #[test]
     fn walls_share_a_block_only_where_rays_spend_less() {
         let wall = |x: f32, y: f32| (Vec3::new(x, y, 0.0), Vec3::new(0.001, 1.0, 1.0));

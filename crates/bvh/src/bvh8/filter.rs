@@ -1,68 +1,70 @@
-//! The filter: which triangles of a block the exact test may hit within range, by f32 with proven
-//! bounds.
+//! The filter: which triangles of a block the exact test may hit within the range, decided in f32
+//! with proven error bounds.
 //!
-//! With C the first corner from the origin, e₁ and e₂ the edges there, d the direction, N = e₁ × e₂
-//! and r = C × d, the weights of a hit are U = e₂·r, V = −e₁·r and W = D − U − V over D = N·d, and
-//! its distance is T/D with T = N·C ("Fast, Minimum Storage Ray/Triangle Intersection", Möller,
-//! Trumbore 1997). In f32 each is wrong by no more than a bound, so that the filter can say
-//! *missed*, *before the range* or *beyond it* only where the exact test says the same.
+//! Let C be the first corner relative to the origin, e₁ and e₂ the edges at that corner, d the
+//! direction, N = e₁ × e₂ and r = C × d. The weights of a hit are U = e₂·r, V = −e₁·r and W = D − U
+//! − V, over D = N·d. The distance is T/D with T = N·C ("Fast, Minimum Storage Ray/Triangle
+//! Intersection", Möller, Trumbore 1997). In f32 each of these has an error below a bound. So the
+//! filter can decide *missed*, *before the range* or *beyond the range* only where the exact test
+//! decides the same.
 //!
-//! **Bounds.** Let u = 2⁻²⁴, w = 2⁻⁵³, E the longer one of the two edges and R the distance of the
-//! farthest corner from the origin, so |C| ≤ R and E ≤ 2R. An edge and C have relative errors of u
-//! a component. A component of r or N is a difference of two products: errors of u from each
-//! factor's own difference, u for a product, u for the difference. The sums of two products'
-//! magnitudes have, as a vector, a length of √2 |a||b| at most. A scalar product of three terms
-//! adds u and 2u. Summed up, whether or not operations are fused:
+//! **Bounds.** Let u = 2⁻²⁴, w = 2⁻⁵³, E the longer of both edges, and R the distance of the
+//! farthest corner from the origin. Then |C| ≤ R and E ≤ 2R. Each component of an edge and of C has
+//! relative error u. A component of r or N is a difference of two products, with errors of u from
+//! each factor's own difference, u for a product, and u for the difference. The sums of the
+//! magnitudes of both products form a vector of length at most √2 |a||b|. A dot product of three
+//! terms adds u and 2u. The sums, whether or not operations are fused:
 //!
 //! - U and V: 7√2 u E R |d| < 10 u E R |d|. D: 7√2 u E² |d| < 10 u E² |d| ≤ 20 u E R |d|. W, their
 //!   difference, with its own two roundings: 46 u E R |d|. So 46 u E R |d| bounds all three.
 //! - T: 8√2 u E² R < 12 u E² R.
 //!
-//! The exact test takes exact signs of edge functions of corners that it has projected in f64, each
-//! moved by 4 w R at most across the ray and along it. So what it hits passes the true triangle by
-//! less than 6 w R, and a weight, an edge's length times a distance from that edge, is 12 w E R |d|
-//! at most on the wrong side: nothing beside the 2 u E R |d| by which 48 is more than 46, however
-//! small the triangle is. Its distance is that of the moved corners' plane: along the true one,
-//! whose slope is E² |d|/|D| at most, it is off by 10 w R E² |d|/|D|, which times |D| is nothing
-//! beside 12 u E² R. A smallest number covers what underflows. So with
+//! The exact test takes exact signs of edge functions of the corners that it has projected in f64,
+//! each moved by at most 4 w R across the ray and along it. So a ray that it accepts passes the
+//! true triangle by less than 6 w R. A weight is the length of an edge times a distance from it, so
+//! it is at most 12 w E R |d| on the wrong side. That is negligible beside 2 u E R |d|, the
+//! difference between 48 and 46 below, for triangles of any size. The distance of the exact test is
+//! that of the moved corners' plane. The slope of the true plane is at most E² |d|/|D|, so the
+//! distance along it is off by 10 w R E² |d|/|D|. Multiplied by |D|, that is negligible beside 12 u
+//! E² R. The constant `least` covers underflow. So with
 //!
 //! - e = 48 u E R |d| + least: *missed* if and only if the least weight is below −e and the
-//!   greatest above e. No sign of D is needed.
-//! - e_D = 12 u E² |d| + least and e_T = e_D · 2R/|d| + least: with s the sign of D, which is
-//!   certain where |D| > e_D, *before the range* where s T + e_T < tmin |D| − |tmin| e_D, *beyond
-//!   it* where s T − e_T > far |D| + |far| e_D. The ends may have either sign. Half of e_T is to
-//!   spare: 12 u R E²/|D| of a distance, which is 12 u R at least, while rounding a distance to f32
-//!   takes u R.
-//! - *Certainly hit*: the weights beyond e on one side, |D| > e_D, and the distance certainly
+//!   greatest above e. The sign of D is not needed.
+//! - e_D = 12 u E² |d| + least and e_T = e_D · 2R/|d| + least, and with s the sign of D, which is
+//!   certain if |D| > e_D: *before the range* if s T + e_T < tmin |D| − |tmin| e_D, *beyond the
+//!   range* if s T − e_T > far |D| + |far| e_D. The ends may have either sign. Half of e_T is a
+//!   margin: 12 u R E²/|D| of a distance, which is at least 12 u R, while rounding a distance to
+//!   f32 takes u R.
+//! - *Certainly hit*: all weights beyond e on one side, |D| > e_D, and the distance certainly
 //!   within the range.
 //!
-//! The constants in use are a little greater, for the rounding of the bounds themselves. R is a
-//! lane's own: the sum of C's components, and E. So small triangles are told apart in a large scene
-//! too.
+//! The constants in use are slightly greater, for the rounding of the bounds themselves. Each lane
+//! has an R of its own: the sum of C's components, plus E. So small triangles are separated in a
+//! large scene too.
 //!
-//! **What is not a number** is never missed: comparisons are written so that it is left to the
-//! exact test. Corners, origins and directions so large or small that a product of three lengths
-//! might leave the range of f32 get infinite bounds ([`super::triangle8::LARGE`],
+//! **NaN** is never missed: comparisons are written so that such a lane gets the exact test. If
+//! corners, origin or direction are so large or small that a product of three lengths might leave
+//! the range of f32, the bounds are infinite ([`super::triangle8::LARGE`],
 //! [`super::traversal_ray`]).
 
 use super::traversal_ray::LeafRay;
 use super::triangle8::Triangle8;
 use crate::math::simd::Simd;
 
-/// So many times its error a determinant has to be before anything is said of the distance: what
-/// the exact test places because it is seen edge-on ([`crate::shapes::EDGE_ON`]) has less. Such a
-/// triangle's D is below 24 · 2⁻²⁵ E² |d| = 12 u E² |d|, and with the error of f32 below 24 of the
-/// 2 · 14 that are asked for.
+/// Multiple of its error bound that a determinant must exceed before the filter decides about the
+/// distance. A triangle that the exact test treats as edge-on ([`crate::shapes::EDGE_ON`]) stays
+/// below: its D is below 24 · 2⁻²⁵ E² |d| = 12 u E² |d|, and including the error of f32 below 24 u
+/// E² |d|, where 2 · 14 u E² |d| is required.
 ///
-/// With one in place of two nothing would be *beyond* wrongly either where the range ends above
-/// zero: |T| in f32 is below (12 + 12) u E² R for such a triangle, and e_T is 28 u E² R. Two needs
-/// no such argument.
+/// With a factor of one, *beyond the range* would still be correct if the range ends above zero:
+/// |T| in f32 is below (12 + 12) u E² R for such a triangle, and e_T is 28 u E² R. A factor of two
+/// needs no such argument.
 const TOLD: f32 = 2.0;
 
-/// More than what underflows.
+/// Bound of underflow errors.
 const UNDERFLOW: f32 = 512.0 * f32::MIN_POSITIVE;
 
-/// What the filter leaves, a bit a lane, and for [`certain`] what it found on the way.
+/// Lanes that the filter leaves, one bit each, and intermediate results for [`certain`].
 #[derive(Clone, Copy)]
 pub(super) struct Candidates<S: Simd> {
     pub lanes: u32,
@@ -106,8 +108,8 @@ pub(super) fn corner<S: Simd>(s: S, block: &Triangle8, place: usize) -> [S::Floa
     ]
 }
 
-/// What rounding takes at most, as above: of weights, of determinants, of distances times these,
-/// and of what those are held against.
+/// Error bounds as above: of weights, of determinants, of distances times determinants, and of both
+/// comparisons with the range.
 #[derive(Clone, Copy)]
 pub(super) struct Bounds<S: Simd> {
     pub weight: S::Floats,
@@ -118,7 +120,8 @@ pub(super) struct Bounds<S: Simd> {
 }
 
 impl<S: Simd> Bounds<S> {
-    /// Of triangles by their first corners from the origin and their longest edges.
+    /// Error bounds for triangles, from their first corners relative to the origin and their
+    /// longest edges.
     #[inline(always)]
     pub fn new(s: S, ray: &LeafRay, from: [S::Floats; 3], longest: &[f32; 8], far: f32) -> Self {
         let longest = s.load(longest);
@@ -142,9 +145,8 @@ impl<S: Simd> Bounds<S> {
     }
 }
 
-/// The lanes that the exact test may hit before `far`. The ray comes from memory, one number at a
-/// time: a processor spreads them over its lanes as it reads them, and the walk keeps its
-/// registers.
+/// The lanes that the exact test may hit before `far`. The ray is read from memory, one number at a
+/// time: the load broadcasts the number to all lanes, and the traversal keeps its registers.
 #[inline(always)]
 pub(super) fn candidates<S: Simd>(
     s: S,
@@ -173,8 +175,7 @@ pub(super) fn candidates<S: Simd>(
     )
 }
 
-/// The lanes that are neither missed nor beyond either end of the range for certain, by U, V, D and
-/// T.
+/// The lanes that are neither certainly missed nor certainly outside the range, from U, V, D and T.
 #[inline(always)]
 pub(super) fn undecided<S: Simd>(
     s: S,
@@ -202,7 +203,7 @@ pub(super) fn undecided<S: Simd>(
     }
 }
 
-/// Of what is left, the lanes that the exact test hits within the range, for certain.
+/// Those of the remaining lanes that the exact test certainly hits within the range.
 #[inline(always)]
 pub(super) fn certain<S: Simd>(s: S, found: &Candidates<S>, near: f32, far: f32) -> u32 {
     const SLACK: f32 = 1e-6;

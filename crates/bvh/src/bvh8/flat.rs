@@ -1,31 +1,31 @@
-//! When nodes would cost more than they spare: where there is so little that all of it is tested.
+//! When to omit nodes: sets so small that testing every primitive costs less.
 
 use core::ops::Range;
 
 use super::{Bvh8, WIDTH};
 
-/// What a scan may take before a tree takes over, and what it takes for a row and for a block: a
-/// row as it was measured, a block so that there are two at most. Rays that miss a small mesh miss
-/// all of its blocks, and without nodes each is asked: instances of 60 triangles took 1.38 times
-/// the instructions (`../../../../benches/runs/2026-11-25-what-stays.md`). What comes in neither is
-/// asked one by one: two of those are slower than their boxes.
+/// Greatest cost of a scan before a tree takes over, and the costs of a row and of a block in the
+/// same unit. The cost of a row was measured; that of a block admits at most two. A ray that misses
+/// a small mesh misses all of its blocks, and without nodes it tests each: instances of 60
+/// triangles took 1.38 times the instructions
+/// (`../../../../benches/runs/2026-11-25-what-stays.md`). At most one primitive may be outside rows
+/// and blocks: testing two is slower than testing their boxes.
 const LIMIT: u64 = 100;
 const ROW: u64 = 5;
 const BLOCK: u64 = 50;
 
 impl Bvh8 {
-    /// The places of all there is, where that is nothing but primitives that are tested one by one.
+    /// Positions of all primitives, if every primitive is tested alone.
     #[inline(always)]
     pub fn places_alone(&self) -> Option<Range<usize>> {
         (self.nodes.is_empty() && self.blocks.is_empty() && self.always == 0)
             .then(|| self.others.clone())
     }
 
-    /// More primitives of whatever kinds are too many.
+    /// Upper bound of primitives of any kind.
     pub const MOST_FLAT: usize = LIMIT as usize / ROW as usize * WIDTH + 1;
 
-    /// Whether so many spheres, triangles and other primitives are tested one after the other as
-    /// fast as by way of nodes.
+    /// Whether testing these primitives in sequence is as fast as through nodes.
     pub fn is_flat(spheres: u64, triangles: u64, others: u64) -> bool {
         let eights = |count: u64, each: u64| count.div_ceil(WIDTH as u64).saturating_mul(each);
         others <= 1 && eights(spheres, ROW).saturating_add(eights(triangles, BLOCK)) <= LIMIT

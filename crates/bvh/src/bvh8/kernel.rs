@@ -1,9 +1,9 @@
-//! Which code walks the tree, chosen once from what the processor has, the same for every ray; and
-//! where that code is entered: the traversal as a whole, and the leaves apart from it, whose
-//! registers they would take.
+//! Selection of the traversal code by the processor's instructions, once for all rays; and the
+//! entry points of that code: the whole traversal, and the leaf tests as separate functions, which
+//! take no registers of the traversal.
 //!
-//! Each entry is a method of the token that proves that the processor has the instructions. It
-//! calls a function that is compiled for them, into which everything else is inlined.
+//! Each entry point is a method of a token that proves that the processor has the instructions. It
+//! calls a function compiled for them, into which everything else is inlined.
 #![expect(
     unsafe_code,
     reason = "calls of functions that are compiled for instructions whose token the caller has"
@@ -24,20 +24,20 @@ use crate::instance::RoughInverse;
 use crate::math::simd::{Avx2, Avx512, Portable};
 use crate::shapes::{PreparedRay, TriangleHit};
 
-/// Code that walks the tree of `robust`. Hits do not depend on it.
+/// Instruction set of the traversal code. Hits do not depend on it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum Kernel {
-    /// For every processor.
+    /// Baseline instructions of the target.
     Portable,
-    /// With AVX2 and FMA.
+    /// AVX2 and FMA.
     Avx2,
-    /// With AVX-512 at 256 bits.
+    /// AVX-512 with 256-bit vectors.
     Avx512,
 }
 
 impl Kernel {
-    /// Those that this processor can run, slowest first.
+    /// Kernels that this processor can run, slowest first.
     pub fn available() -> Vec<Self> {
         let all = [Self::Portable, Self::Avx2, Self::Avx512];
         all.into_iter()
@@ -64,7 +64,7 @@ impl Chosen {
     }
 }
 
-/// The fastest that this processor can run.
+/// The fastest kernel that this processor can run.
 impl Default for Chosen {
     fn default() -> Self {
         [Kernel::Avx512, Kernel::Avx2]
@@ -74,7 +74,8 @@ impl Default for Chosen {
     }
 }
 
-/// An expression in which a type is the mode of a query whose other properties are known.
+/// Evaluates an expression with the query's mode as a type, for known values of the other
+/// properties.
 macro_rules! by_mode {
     ($query:expr, $mapped:literal, $counts:literal, $mode:ident => $call:expr) => {
         if $query.any {
@@ -87,9 +88,8 @@ macro_rules! by_mode {
     };
 }
 
-/// A call of an entry for the instructions that a kernel has and the mode of a query. Queries that
-/// count go through the portable code alone: they are not timed, and need not be compiled for each
-/// set of instructions.
+/// Calls an entry point for a kernel's instructions and the query's mode. Counting queries always
+/// use the portable code: they are not timed, so they need no copy per instruction set.
 macro_rules! with {
     ($kernel:expr, $query:expr, $mapped:literal, $token:ident, $mode:ident => $call:expr) => {
         match $kernel {
@@ -104,11 +104,11 @@ macro_rules! with {
     };
 }
 
-/// Traversals by whoever has a query: one copy of each, whatever a caller's scalar.
+/// Traversals with one copy each, for any scalar of the caller.
 impl Bvh8 {
-    /// Shows `visitor` what the query's ray meets, which f32 has exactly and which is here one
-    /// number after the other: a load of two would wait for both stores of whoever has just made
-    /// the ray. Whether that ended the traversal.
+    /// Passes the hits of the query's ray to `visitor`. The ray is exact in f32. Its numbers are
+    /// separate arguments: a load of two numbers would wait for both stores of a caller that just
+    /// wrote the ray. Returns whether a hit ended the traversal.
     #[inline(never)]
     #[expect(clippy::too_many_arguments, reason = "in registers")]
     pub(crate) fn visit(
@@ -123,15 +123,15 @@ impl Bvh8 {
         query: &mut TraversalQuery<'_>,
         visitor: &mut dyn HitVisitor,
     ) -> bool {
-        // Apart, so that this only passes its registers on.
+        // A separate function, so that this one only forwards its registers.
         if self.always > 0 || self.nodes.is_empty() {
             return self.visit_flat(ox, oy, oz, dx, dy, dz, near, query, visitor);
         }
         with!(self.kernel, query, false, s, M => s.walk::<M>(self, ox, oy, oz, dx, dy, dz, near, query, visitor))
     }
 
-    /// The same where something is tested without nodes: rows, and without any nodes blocks and the
-    /// rest, one after the other.
+    /// [`Self::visit`] for a structure with primitives outside nodes: rows first, then, if the tree
+    /// has no nodes, blocks and single primitives.
     #[inline(never)]
     #[expect(clippy::too_many_arguments, reason = "in registers")]
     fn visit_flat(
@@ -161,8 +161,8 @@ impl Bvh8 {
         with!(self.kernel, query, false, s, M => s.blocks::<M>(self, &aim, query, visitor))
     }
 
-    /// The same for a ray in the space of an instance, which f32 would move: `setup` is that of
-    /// [`TraversalRay::mapped`].
+    /// [`Self::visit`] for a ray in an instance's space, which f32 does not represent exactly.
+    /// `setup` is the result of [`TraversalRay::mapped`].
     #[inline(never)]
     pub(crate) fn visit_mapped(
         &self,
@@ -176,7 +176,7 @@ impl Bvh8 {
         with!(self.kernel, query, true, s, M => s.walk_mapped::<M>(self, setup, query, visitor))
     }
 
-    /// The same where something is tested without nodes.
+    /// [`Self::visit_mapped`] for a structure with primitives outside nodes.
     #[inline(never)]
     fn visit_flat_mapped(
         &self,
@@ -197,8 +197,8 @@ impl Bvh8 {
         with!(self.kernel, query, true, s, M => s.blocks::<M>(self, &setup.aim, query, visitor))
     }
 
-    /// The same for a ray of the world that comes to an instance of what this is the tree of; none
-    /// where another ray has to be made.
+    /// [`Self::visit`] for a world-space ray that reaches an instance of this tree; `None` if the
+    /// ray must be mapped in f64.
     #[inline(never)]
     pub(crate) fn visit_instance(
         &self,
@@ -214,7 +214,7 @@ impl Bvh8 {
         with!(self.kernel, query, true, s, M => s.walk_instance::<M>(self, inverse, bounds, ray, query, visitor))
     }
 
-    /// Shows `meets` what rays from one point meet.
+    /// Passes candidate hits of a packet to `meets`.
     #[inline(never)]
     pub(crate) fn visit_packet(
         &self,
@@ -229,8 +229,8 @@ impl Bvh8 {
     }
 }
 
-/// Entries of a set of instructions: methods of its token, each of which calls a function that an
-/// attribute has compiled for them.
+/// Entry points of an instruction set: methods of its token, each of which calls a function
+/// compiled for the instruction set by an attribute.
 macro_rules! entries {
     ($token:ident, $compiled:meta: $(
         $(#[doc = $about:literal])*
@@ -253,20 +253,20 @@ macro_rules! entries {
     )* };
 }
 
-/// What a query asks of the whole tree.
+/// Entry points for the whole tree.
 macro_rules! traversals {
     ($token:ident, $compiled:meta) => {
         entries! { $token, $compiled:
-            /// The walk with these instructions.
+            /// The traversal with these instructions.
             pub(super) fn walk<M: TraversalMode>(
                 s, bvh: &Bvh8, ox: f32, oy: f32, oz: f32, dx: f32, dy: f32, dz: f32, near: f32, query: &mut TraversalQuery<'_>, visitor: &mut dyn HitVisitor
             ) { traverse::<_, M>(s, bvh, &TraversalRay::new([ox, oy, oz], [dx, dy, dz], near), query, visitor) } -> bool;
-            /// The same for a ray in the space of an instance.
+            /// The traversal by a ray in an instance's space.
             pub(super) fn walk_mapped<M: TraversalMode>(s, bvh: &Bvh8, setup: &TraversalRay, query: &mut TraversalQuery<'_>, visitor: &mut dyn HitVisitor) {
                 traverse::<_, M>(s, bvh, setup, query, visitor)
             } -> bool;
-            /// The same for a ray of the world, by the map of an instance. None where f32 can't
-            /// tell it well enough.
+            /// The traversal by a world-space ray under an instance's map; `None` if f32 is too
+            /// imprecise.
             pub(super) fn walk_instance<M: TraversalMode>(
                 s, bvh: &Bvh8, inverse: &RoughInverse, bounds: &BoundingSphere, ray: &PreparedRay, query: &mut TraversalQuery<'_>, visitor: &mut dyn HitVisitor
             ) { traverse_instance::<_, M>(s, bvh, inverse, bounds, ray, query, visitor) } -> Option<bool>;
@@ -274,11 +274,11 @@ macro_rules! traversals {
             pub(super) fn rows<M: TraversalMode>(
                 s, bvh: &Bvh8, ox: f32, oy: f32, oz: f32, dx: f32, dy: f32, dz: f32, query: &mut TraversalQuery<'_>, visitor: &mut dyn HitVisitor
             ) { rows::<_, M>(s, bvh, &PreparedRay::in_world([ox, oy, oz], [dx, dy, dz]), query, visitor) } -> bool;
-            /// The same for a ray in the space of an instance.
+            /// These rows, by a ray in an instance's space.
             pub(super) fn rows_mapped<M: TraversalMode>(s, bvh: &Bvh8, line: &PreparedRay, query: &mut TraversalQuery<'_>, visitor: &mut dyn HitVisitor) { rows::<_, M>(s, bvh, line, query, visitor) } -> bool;
-            /// Blocks and the rest where there are no nodes.
+            /// Blocks and single primitives, for a structure without nodes.
             pub(super) fn blocks<M: TraversalMode>(s, bvh: &Bvh8, aim: &LeafRay, query: &mut TraversalQuery<'_>, visitor: &mut dyn HitVisitor) { blocks::<_, M>(s, bvh, aim, query, visitor) } -> bool;
-            /// Rays from one point.
+            /// The traversal by a packet.
             pub(super) fn pencil(s, bvh: &Bvh8, pencil: &mut PacketState, meets: &mut dyn PacketVisitor) {
                 packet::walk(s, bvh, pencil, meets)
             } -> PacketResult;
@@ -286,8 +286,8 @@ macro_rules! traversals {
     };
 }
 
-/// What a traversal asks of a leaf, apart from it, whose registers that would take, with the exact
-/// test of a lane.
+/// Entry points for leaves, and the exact test of a lane. The leaf tests are separate functions,
+/// which take no registers of the traversal.
 macro_rules! leaves {
     ($token:ident, $compiled:meta, $crossing:expr) => {
         #[inline(always)]

@@ -1,7 +1,7 @@
-//! What a traversal asks of leaves, and of what is tested without nodes: triangles by the filter
-//! and then the exact test, spheres and planes in rows by their own test ([`super::row`]), since
-//! what a filter in f32 would spare of those is less than it costs. Each says whether that ended
-//! the walk.
+//! Leaf tests of a traversal, also for primitives outside nodes. Triangles go through the filter
+//! and then the exact test. Spheres and planes in rows go through their own test ([`super::row`])
+//! at once, since a filter in f32 would cost more than it saves. Each function returns whether a
+//! hit ended the traversal.
 
 use super::filter;
 use super::optimisation_barrier::in_memory;
@@ -15,8 +15,8 @@ use super::{Bvh8, Child, Lanes};
 use crate::math::simd::Simd;
 use crate::shapes::{PreparedRay, TriangleHit};
 
-/// The lanes of a block that the exact test is asked about, with a far end as it is and as boxes
-/// use it. None where what the filter says ended the walk.
+/// Lanes of a block that need the exact test, for a far end as it is and as boxes use it. `None` if
+/// a certain hit ended the traversal.
 #[inline(always)]
 pub(super) fn candidates<S: Simd, M: TraversalMode>(
     s: S,
@@ -64,7 +64,7 @@ pub(super) fn triangles<S: TraversalSimd, M: TraversalMode>(
     false
 }
 
-/// The test of single triangles.
+/// The single-triangle test.
 #[inline(never)]
 fn alone(block: &Triangle8, lane: usize, query: &mut TraversalQuery<'_>) -> Option<TriangleHit> {
     block
@@ -98,7 +98,7 @@ pub(super) fn spheres<S: Simd, M: TraversalMode>(
     query: &mut TraversalQuery<'_>,
     visitor: &mut dyn HitVisitor,
 ) -> bool {
-    // Made for the first row that the ray meets.
+    // Prepared for the first row that the ray reaches.
     let line = line.get_or_insert_with(|| {
         if M::MAPPED {
             *query.prepared()
@@ -115,7 +115,7 @@ pub(super) fn spheres<S: Simd, M: TraversalMode>(
     )
 }
 
-/// The rows that every query meets.
+/// The rows that every query tests.
 #[inline(always)]
 pub(super) fn rows<S: Simd, M: TraversalMode>(
     s: S,
@@ -129,7 +129,7 @@ pub(super) fn rows<S: Simd, M: TraversalMode>(
         .any(|one| row::<S, M>(s, one, line, query, visitor))
 }
 
-/// Each block, and then what comes in no block, where there are no nodes.
+/// All blocks, then all single primitives, for a structure without nodes.
 #[inline(always)]
 pub(super) fn blocks<S: TraversalSimd, M: TraversalMode>(
     s: S,

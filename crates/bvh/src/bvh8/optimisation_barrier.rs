@@ -1,13 +1,13 @@
-//! What the compiler is not to make of numbers: a vector of some, or copies of others in registers
-//! that then have no room.
+//! Barriers against compiler optimisations that would slow the traversal: automatic vectorisation
+//! of a few scalars, and copies in registers that are needed elsewhere.
 #![expect(
     unsafe_code,
     reason = "instructions of no bytes; each block says why it may"
 )]
 
-/// The same number, in the register where it is. A compiler that finds three or four numbers side
-/// by side puts them into one vector by as many instructions as that spares, and what reads one of
-/// them waits for all.
+/// Returns the number unchanged, in its register. Without this barrier a compiler combines three or
+/// four adjacent scalars into a vector. The packing costs as many instructions as it saves, and a
+/// reader of one scalar waits for all.
 #[inline(always)]
 pub(crate) fn opaque(value: f32) -> f32 {
     #[cfg(target_arch = "x86_64")]
@@ -23,15 +23,15 @@ pub(crate) fn opaque(value: f32) -> f32 {
     core::hint::black_box(value)
 }
 
-/// The same place, of which nothing is known before: what is read from it is read when it is
-/// needed, in the way of an instruction's operand, and not kept in a register or written to the
-/// stack as a vector.
+/// Returns the reference unchanged, without the compiler's knowledge of its contents. So fields are
+/// read when needed, as memory operands, instead of being kept in registers or spilled to the stack
+/// as vectors.
 #[inline(always)]
 pub(super) fn in_memory<T>(place: &T) -> &T {
     #[cfg(target_arch = "x86_64")]
     {
         let mut place = core::ptr::from_ref(place);
-        // SAFETY: nothing is executed, so the place is the same.
+        // SAFETY: no instruction is executed, so the pointer is unchanged.
         unsafe {
             core::arch::asm!("/* {0} */", inout(reg) place, options(nostack, preserves_flags));
             &*place

@@ -1,14 +1,15 @@
-//! Rays from one point, up to sixteen at a time: a pencil, as the rays of a pinhole camera are.
+//! Packets of up to sixteen rays with a common origin, such as the rays of a pinhole camera.
 //!
-//! Boxes are tested once for all of them, by the interval of their inverse directions: rounding
-//! keeps order, so where the box test of any of them passes, this one does, and no later. What a
-//! triangle has to do with the common origin is worked out once, eight triangles side by side; then
-//! each triangle that the interval of directions may hit meets eight rays at a time. What
-//! [`super::filter`] says of bounds holds here as it stands: U = e₂·(f64 × d) is (e₂ × f64)·d, with
-//! as many roundings. W is also taken for the interval as (N − A − B)·d, of components that are
-//! wrong by 23 u E R, so by 42 u E R |d|, of the same 46. What the filter leaves goes through the
-//! exact test's own operations, eight rays at once in f64, so that a hit has the bits that the ray
-//! alone would find.
+//! Boxes are tested once for the whole packet, by the interval of inverse directions. Rounding is
+//! monotonic, so if the box test of any ray passes, this test passes too, with an entry no later.
+//! Terms of a triangle that depend only on the common origin are computed once, for eight triangles
+//! in lanes. Then each triangle that the interval of directions may hit is tested against eight
+//! rays at a time. The bounds of [`super::filter`] hold here unchanged: with f the first corner
+//! relative to the origin, U = e₂·(f × d) is (e₂ × f)·d, with as many roundings. For the interval,
+//! W is also computed as (N − A − B)·d. Its components have errors of 23 u E R, so W has an error
+//! of 42 u E R |d|, within the same 46. Remaining triangles go through the exact test's own
+//! operations, for eight rays at once in f64. So each hit has the bits that the ray alone would
+//! find.
 
 #![expect(
     unsafe_code,
@@ -30,36 +31,37 @@ use super::{Bvh8, Child, Lanes, WIDTH};
 use crate::math::simd::Simd;
 use crate::ray::Ray;
 
-/// Vectors of rays in a pencil.
+/// Vectors of rays in a packet.
 const GROUPS: usize = 2;
-/// Rays of a pencil.
+/// Greatest number of rays in a packet.
 pub(crate) const RAYS: usize = GROUPS * WIDTH;
-/// A direction that is nearer to a plane across an axis is not known to leave on one side of it.
+/// Least direction component. Below it the packet is not known to lie on one side of the axis.
 const LEAST: f32 = 1e-30;
 
-/// What a pencil asks, with what it has found so far.
+/// A packet of rays with the hits found so far.
 pub(crate) struct PacketState {
     origin: [f32; 3],
-    /// One array an axis; where there is no ray, the direction of the first.
+    /// One array per axis; unused lanes repeat the first direction.
     directions: [[f32; RAYS]; 3],
-    /// How many rays there are.
+    /// Number of rays.
     pub count: usize,
-    /// The excluded lower end of distances.
+    /// Excluded lower end of distances.
     near: f32,
-    /// The greatest distance that still counts of each ray: that of its hit where it has one.
+    /// Greatest accepted distance of each ray: that of its hit if it has one.
     pub far: [f32; RAYS],
-    /// The other numbers of its hit, and the slots.
+    /// The other numbers of each hit, and its slots.
     rest: [[f32; RAYS]; 2],
     slots: [[u32; RAYS]; 2],
-    /// Whether the rays pass backs that are culled.
+    /// Whether these are camera rays, which pass through culled backs.
     culls: bool,
 }
 
 impl PacketState {
-    /// No slot: nothing found.
+    /// Slot of a ray without a hit.
     const NOTHING: u32 = u32::MAX;
 
-    /// Of so many directions at most. `near` is excluded, `last` the greatest distance that counts.
+    /// A packet of the first [`RAYS`] directions at most. `near` is excluded; `last` is the
+    /// greatest accepted distance.
     #[inline(always)]
     pub fn new(origin: Vec3, directions: &[Vec3], [near, last]: [f32; 2], culls: bool) -> Self {
         let count = directions.len().min(RAYS);
@@ -86,7 +88,7 @@ impl PacketState {
         }
     }
 
-    /// What a ray has hit: the distance and the hit's other numbers, and both slots.
+    /// Hit of a ray: distance and the hit's other numbers, and both slots.
     #[inline(always)]
     pub fn hit(&self, ray: usize) -> Option<([f32; 3], [u32; 2])> {
         let ray = ray & (RAYS - 1);
@@ -99,14 +101,14 @@ impl PacketState {
         })
     }
 
-    /// A ray, at no time.
+    /// The ray with the given index, at time 0.
     pub fn ray(&self, ray: usize) -> Ray<f32> {
         let d = |axis: usize| self.directions[axis][ray & (RAYS - 1)];
         Ray::new(self.origin.into(), [d(0), d(1), d(2)].into())
     }
 
-    /// Takes a hit within the range where it is nearer than what was found, or as near and lower in
-    /// the order of ties.
+    /// Takes a hit within the range if it is nearer than the hit so far, or equally near and lower
+    /// in the order of ties.
     #[inline(always)]
     pub fn consider(
         &mut self,
@@ -124,15 +126,15 @@ impl PacketState {
         }
     }
 
-    /// The lanes of a group that are rays.
+    /// Mask of the lanes in a group that hold rays.
     #[inline(always)]
     fn asked(&self, group: usize) -> u32 {
         let count = self.count.saturating_sub(group * WIDTH).min(WIDTH);
         (1 << count) - 1
     }
 
-    /// The least and the greatest size of directions in each axis, with their sign; none where that
-    /// is not one.
+    /// The least and the greatest direction component of each axis, by absolute value; `None` if an
+    /// axis has components of both signs or close to zero.
     #[inline(always)]
     fn spans(&self) -> Option<[[f32; 3]; 2]> {
         let mut spans = [[0.0; 3]; 2];
@@ -152,31 +154,31 @@ impl PacketState {
     }
 }
 
-/// What whoever asks makes of what a pencil meets.
+/// Receiver of a packet's candidate primitives.
 pub(crate) trait PacketVisitor {
-    /// Whether the first slot comes before the second where both are hit at one distance.
+    /// Whether the first slot comes before the second in the order of ties.
     fn lower(&self, slot: u32, than: u32) -> bool;
-    /// Another primitive is met, by some of the rays.
+    /// Tests a primitive that has no packet test.
     fn other(&mut self, place: usize, pencil: &mut PacketState);
 }
 
-/// How asking rays together ended.
+/// Outcome of a packet traversal.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum PacketResult {
-    /// All is found that they meet.
+    /// All hits are found.
     Whole,
-    /// Each has its own way: it would take less to ask them one by one, and what they found so far
-    /// is not all.
+    /// Given up: the rays diverge, and single traversals would cost less. The hits so far are
+    /// incomplete.
     Parted,
-    /// They can't be asked together: directions differ too much. Nothing was done.
+    /// Not traversed: the directions differ too much for a packet.
     Unfit,
 }
 
-/// Leaves that a pencil asks about before it is given up: as many as cost about what its rays cost
-/// one by one. Measured: `../../../../benches/runs/2026-11-23-pencils.md`.
+/// Number of leaves after which a packet is given up: they cost about as much as all its rays
+/// traced one by one. Measured: `../../../../benches/runs/2026-11-23-pencils.md`.
 const MOST_LEAVES: u32 = 32;
 
-/// Asks about all that the rays may meet.
+/// Traverses the tree with a packet.
 #[inline(always)]
 pub(super) fn walk<S: TraversalSimd>(
     s: S,
@@ -212,7 +214,7 @@ pub(super) fn walk<S: TraversalSimd>(
     PacketResult::Whole
 }
 
-/// Spheres or planes, each asked about eight rays at a time.
+/// Tests rows of spheres or planes against eight rays at a time.
 #[inline(always)]
 fn rows_of_lanes<S: Simd>(s: S, rows: &[Row], pencil: &mut PacketState, meets: &dyn PacketVisitor) {
     let origin = Vec3::from(pencil.origin).as_dvec3();
@@ -249,7 +251,7 @@ fn rows_of_lanes<S: Simd>(s: S, rows: &[Row], pencil: &mut PacketState, meets: &
     }
 }
 
-/// The greatest distance that still counts of any ray, as boxes use it.
+/// The greatest accepted distance of all rays, for box tests.
 #[inline(always)]
 fn greatest_far(pencil: &PacketState) -> f32 {
     let mut far = f32::NEG_INFINITY;
@@ -259,7 +261,7 @@ fn greatest_far(pencil: &PacketState) -> f32 {
     TraversalRay::last(far)
 }
 
-/// Down the tree; whether to its end.
+/// Traverses the nodes. Returns false if the packet was given up.
 #[inline(always)]
 fn down<S: TraversalSimd>(
     s: S,
@@ -299,7 +301,7 @@ fn down<S: TraversalSimd>(
             }
             far = greatest_far(pencil);
         }
-        // SAFETY: everything below the top was written.
+        // SAFETY: every entry below the top was written.
         let Some(next) = (unsafe { stack.pop(&mut top, far) }) else {
             return true;
         };

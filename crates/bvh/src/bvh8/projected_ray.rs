@@ -1,29 +1,29 @@
-//! A ray as the exact test of triangles in registers knows it.
+//! A ray as prepared for the triangle test in registers.
 
 use glam::DVec3;
 
 use crate::shapes::PreparedRay;
 
-/// What the exact test needs of a ray. The projection across it is that of [`PreparedRay`], of
-/// whose six numbers two are zero and four are components of the direction: with the axes turned so
-/// that the direction's largest component comes first, (p, q, r), a corner's two coordinates are
-/// q·a + p·b and r·c + p·d.
+/// Ray values for the exact test. The projection across the ray is that of [`PreparedRay`], of
+/// whose six numbers two are zero and four are components of the direction. With the axes rotated
+/// so that the direction's largest component comes first, (p, q, r), the two coordinates of a
+/// corner are q·a + p·b and r·c + p·d.
 #[derive(Clone, Copy)]
 pub(crate) struct ProjectedRay {
     pub origin: [f64; 3],
     pub direction: [f64; 3],
-    /// The axis of the direction's largest component; the two that follow it come next.
+    /// Axis of the direction's largest component; the two axes after it follow cyclically.
     pub major: usize,
-    /// The four numbers, as above.
+    /// The four numbers above.
     pub across: [f64; 4],
     pub inverse_length_squared: f64,
 }
 
-/// Rounding could have taken the sign of an edge function, or the face is seen edge-on: the test of
-/// single triangles decides.
+/// Rounding could change the sign of an edge function, or the triangle is edge-on: the
+/// single-triangle test decides.
 pub(super) struct Unsure;
 
-/// What belongs to an axis and to the two that follow it.
+/// The entries for an axis and the two axes after it, cyclically.
 #[inline(always)]
 pub(super) fn rotated_axes<T: Copy>([x, y, z]: [T; 3], major: usize) -> (T, T, T) {
     let (around, major) = ([x, y, z, x, y], major.min(2));
@@ -37,7 +37,7 @@ impl ProjectedRay {
         Self::with(origin.map(f64::from), d, 1.0 / d.dot(d))
     }
 
-    /// The same as a probe.
+    /// The same values from a prepared ray.
     #[inline(always)]
     pub fn of(probe: &PreparedRay) -> Self {
         Self::with(

@@ -1,6 +1,6 @@
-//! A query as a traversal has it: where hits count, whose ray it is and what was counted, and what
-//! takes its hits. Nothing here depends on the scalar that primitives are stored in, so each
-//! traversal is compiled once, in this crate.
+//! A query as data of a traversal: the accepted range, the ray, the counts, and the receiver of
+//! hits. Nothing here depends on the stored scalar, so that each traversal is compiled once, in
+//! this crate.
 
 use super::row::RowHits;
 use super::traversal_ray::RayReparametrisation;
@@ -10,19 +10,20 @@ use crate::ray::{Interval, Ray};
 use crate::shapes::{PreparedRay, Transform, TriangleHit};
 use crate::stats::TraversalStats;
 
-/// What a traversal is compiled for.
+/// Compile-time properties of a traversal.
 pub(crate) trait TraversalMode {
-    /// Whether any hit will do. Then children are visited in no order.
+    /// Whether any hit ends the query. Children are then visited in no order.
     const ANY: bool;
-    /// Whether its ray was rounded, see [`super::TraversalRay::mapped`]: then the exact tests take
-    /// [`TraversalQuery::prepared`]. What it comes to is shown by an instance, or stored in f64 and
-    /// in no lanes, so that every hit is shown; otherwise opaque ones end a search for any.
+    /// Whether the ray was rounded, see [`super::TraversalRay::mapped`]. Exact tests then use
+    /// [`TraversalQuery::prepared`]. The primitives belong to an instance, or are stored in f64
+    /// without lanes, so every hit is passed on. Otherwise an opaque hit ends an any-hit query by
+    /// itself.
     const MAPPED: bool;
-    /// Whether it counts.
+    /// Whether the traversal counts its work.
     const COUNTS: bool;
 }
 
-/// Each of them as a type.
+/// The properties as a type.
 pub(super) struct Mode<const ANY: bool, const MAPPED: bool, const COUNTS: bool>;
 
 impl<const ANY: bool, const MAPPED: bool, const COUNTS: bool> TraversalMode
@@ -33,22 +34,22 @@ impl<const ANY: bool, const MAPPED: bool, const COUNTS: bool> TraversalMode
     const COUNTS: bool = COUNTS;
 }
 
-/// From what the ray of exact tests is made.
+/// Source of the prepared ray for exact tests.
 #[derive(Clone, Copy)]
 pub(crate) enum RaySource<'a> {
-    /// A ray as it is stored, and whether it is prepared for faces too.
+    /// A stored ray, and whether it is prepared for triangles and quads too.
     Stored(&'a Ray<f32>, bool),
-    /// A ray of the world, and the map of an instance.
+    /// A world-space ray, and the map of an instance.
     Under(&'a Transform, &'a PreparedRay),
     Prepared(&'a PreparedRay),
 }
 
-/// Takes the hits of a traversal. Each method says whether that ends it, and may bring the query's
-/// ends nearer.
+/// Receiver of a traversal's hits. Each method returns whether the traversal ends, and may shorten
+/// the query's range.
 pub(crate) trait HitVisitor {
-    /// A primitive in lanes is hit within the range.
+    /// A primitive in lanes was hit within the range.
     fn hit(&mut self, query: &mut TraversalQuery<'_>, slot: u32, t: f32, u: f32, v: f32) -> bool;
-    /// A primitive is met that is tested alone.
+    /// A primitive outside lanes is to be tested.
     fn other(&mut self, query: &mut TraversalQuery<'_>, place: usize) -> bool;
 }
 
@@ -57,22 +58,22 @@ pub(crate) struct TraversalQuery<'a> {
     /// See [`TraversalMode`].
     pub any: bool,
     pub counts: bool,
-    /// Where hits count.
+    /// Accepted distances.
     pub range: Interval<f32>,
-    /// The greatest distance that still counts.
+    /// Greatest accepted distance.
     pub far: f32,
-    /// Whether the ray passes backs that are culled.
+    /// Whether this is a camera ray, which passes through culled backs.
     pub culls: bool,
     pub source: RaySource<'a>,
-    /// Made from it once something asks.
+    /// Made from `source` at first use.
     pub prepared: Option<PreparedRay>,
-    /// How a traversal by a rounded ray counts distances.
+    /// Distances of a traversal by a rounded ray.
     pub rebase: RayReparametrisation,
     pub stats: TraversalStats,
 }
 
 impl TraversalQuery<'_> {
-    /// The ray as exact tests have it.
+    /// The ray for exact tests.
     #[inline(always)]
     pub fn prepared(&mut self) -> &PreparedRay {
         match self.source {
@@ -86,7 +87,7 @@ impl TraversalQuery<'_> {
         }
     }
 
-    /// The greatest distance that still counts, as the traversal counts it.
+    /// The greatest accepted distance, in units of the traversal.
     #[inline(always)]
     pub(super) fn far<M: TraversalMode>(&self) -> f32 {
         if M::MAPPED {
@@ -111,8 +112,8 @@ impl TraversalQuery<'_> {
         }
     }
 
-    /// The lanes of a leaf that matter, and those of which a hit within the range ends the
-    /// traversal whatever it is.
+    /// Lanes of a leaf that the query considers, and lanes whose hit within the range always ends
+    /// the traversal.
     #[inline(always)]
     fn wanted<M: TraversalMode>(facts: &LeafHeader) -> [u8; 2] {
         if M::ANY && !M::MAPPED {
@@ -122,7 +123,7 @@ impl TraversalQuery<'_> {
         }
     }
 
-    /// The same of a block, before it is known from which side a triangle is hit.
+    /// These masks for a block, before the side of the hit is known.
     #[inline(always)]
     pub(super) fn lanes<M: TraversalMode>(&self, facts: &LeafHeader) -> [u32; 2] {
         let [wanted, ends] = Self::wanted::<M>(facts);
@@ -136,7 +137,7 @@ impl TraversalQuery<'_> {
         ]
     }
 
-    /// A triangle of a block is hit at some distance. True ends the traversal.
+    /// Handles the hit of a triangle. Returns true if the traversal ends.
     #[inline(always)]
     pub(super) fn triangle<M: TraversalMode>(
         &mut self,
@@ -158,7 +159,7 @@ impl TraversalQuery<'_> {
         )
     }
 
-    /// These of a row are hit within the range. True ends the traversal.
+    /// Handles the hits of a row within the range. Returns true if the traversal ends.
     #[inline(always)]
     pub(super) fn row<M: TraversalMode>(
         &mut self,

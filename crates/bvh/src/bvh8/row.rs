@@ -1,6 +1,6 @@
-//! Spheres and planes eight at a time, by the operations of their own tests
-//! ([`crate::shapes::Sphere`], [`crate::shapes::Plane`]) in lanes of f64. One of them alone costs
-//! less than a filter in front of it would; eight cost about as much as one.
+//! Rows of eight spheres or planes, tested by the operations of [`crate::shapes::Sphere`] and
+//! [`crate::shapes::Plane`] in f64 lanes. A single test costs less than a filter in front of it
+//! would; eight tests in lanes cost about as much as one.
 
 use glam::{DVec3, Vec3};
 
@@ -11,27 +11,27 @@ use crate::ray::{Interval, Ray, Side, Visibility};
 use crate::scalar::Real;
 use crate::shapes::{FAR, PreparedRay, Shape, ShapeHit, Sphere};
 
-/// Up to eight spheres or planes. What is not there is no number, and is never hit.
+/// Up to eight spheres or planes. Unused lanes are NaN and never hit.
 #[repr(C, align(64))]
 #[derive(Clone, Debug)]
 pub(crate) struct Row {
     kind: RowKind,
     pub facts: LeafHeader,
-    /// Of a sphere the centre, of a plane the point; `places[axis][lane]`.
+    /// Centres of spheres or points of planes: `places[axis][lane]`.
     places: [[f32; WIDTH]; 3],
-    /// Of a sphere the radius, three times, of a plane the normal.
+    /// Radii of spheres, repeated for each axis, or normals of planes.
     rest: [[f32; WIDTH]; 3],
 }
 
-/// What a row is of.
+/// Kind of primitives in a row.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum RowKind {
     Spheres,
     Planes,
 }
 
-/// What a row says of a ray: which lanes it hits within the range, on an accepted side, which of
-/// those as it leaves a body, and where.
+/// Result of a row for a ray: lanes hit within the range on an accepted side, lanes whose hit
+/// leaves a body, and distances.
 #[derive(Clone, Copy)]
 pub(crate) struct RowHits<T> {
     pub hits: u32,
@@ -40,7 +40,7 @@ pub(crate) struct RowHits<T> {
 }
 
 impl<T: Copy> RowHits<T> {
-    /// The same in memory.
+    /// These results in memory.
     #[inline(always)]
     pub(super) fn stored<S: Simd<Floats = T>>(&self, s: S) -> RowHits<[f32; WIDTH]> {
         RowHits {
@@ -52,8 +52,8 @@ impl<T: Copy> RowHits<T> {
 }
 
 impl Row {
-    /// Of spheres, by centre and radius, or of planes, by point and normal, whose slots follow the
-    /// first one.
+    /// A row of spheres by centre and radius, or of planes by point and normal. Their slots are
+    /// consecutive from `first` on.
     pub fn new(
         kind: RowKind,
         first: usize,
@@ -70,7 +70,7 @@ impl Row {
         row
     }
 
-    /// Room for so many, the first of which is at a place.
+    /// An empty row for `count` primitives from slot `first` on.
     pub(super) fn room(kind: RowKind, first: usize, count: usize) -> Self {
         Self {
             kind,
@@ -80,7 +80,7 @@ impl Row {
         }
     }
 
-    /// Where a ray hits them.
+    /// The hits of a ray.
     #[inline(always)]
     pub(super) fn hits<S: Simd>(
         &self,
@@ -101,13 +101,13 @@ impl Row {
             self.facts.outside_alone(culls).into(),
             self.facts.inside.into(),
         ];
-        // One by one: a closure would not have the instructions of the function that it is in.
+        // Written out: a closure would not be compiled for the surrounding function's instructions.
         let places = [
             s.widen(&self.places[0]),
             s.widen(&self.places[1]),
             s.widen(&self.places[2]),
         ];
-        // By value: a ray that is referred to would lie in memory for the rare case.
+        // Copied: a captured reference would force the ray into memory for the rare case.
         let ([x, y, z], probe) = (&self.rest, *probe);
         match self.kind {
             RowKind::Spheres => spheres(s, places, s.widen(x), &rays, ends, sides, move |lane| {
@@ -125,7 +125,7 @@ impl Row {
         }
     }
 
-    /// Where eight rays hit one of them, up to `far`: a bit a ray.
+    /// The hits of eight rays with one primitive, up to `far`; masks have a bit per ray.
     #[inline(always)]
     pub(super) fn lane<S: Simd>(
         &self,
@@ -190,7 +190,7 @@ impl Row {
     }
 }
 
-/// A ray for each lane: the same one for eight spheres or planes, or eight for one.
+/// A ray per lane: the same ray for eight primitives, or eight rays for one primitive.
 struct RayLanes<S: Simd> {
     origin: [S::Doubles; 3],
     direction: [S::Doubles; 3],
@@ -208,8 +208,8 @@ fn difference<S: Simd>(s: S, a: [S::Doubles; 3], b: [S::Doubles; 3]) -> [S::Doub
     ]
 }
 
-/// Rays and spheres, lane by lane. `sides` are the lanes hit from outside alone and from inside
-/// alone; `alone` tests a lane's sphere by itself.
+/// Intersects rays with spheres, lane by lane. `outside_alone` and `inside_alone` are lanes hit
+/// from that side only; `alone` tests a lane's sphere by itself.
 #[inline(always)]
 fn spheres<S: Simd>(
     s: S,
@@ -235,7 +235,7 @@ fn spheres<S: Simd>(
     let discriminant = s.sub_f64(squared, s.mul_f64(outside, rays.length_squared));
     let met = s.at_least_f64(discriminant, zero);
     let root = s.sqrt_f64(discriminant);
-    // Taken from −0, every number has its sign turned, zero too.
+    // −0 − b negates every number, zero included.
     let turned = s.sub_f64(s.splat_f64(-0.0), b);
     let near = s.narrow(s.mul_f64(s.sub_f64(turned, root), rays.inverse_length_squared));
     let far = s.narrow(s.mul_f64(s.sub_f64(root, b), rays.inverse_length_squared));
@@ -258,7 +258,7 @@ fn spheres<S: Simd>(
     }
 }
 
-/// Rays from so far away that the test of a sphere takes another form.
+/// Repeats the test of distant spheres, for which the single test uses another formula.
 #[cold]
 #[inline(never)]
 fn one_by_one(
@@ -278,7 +278,7 @@ fn one_by_one(
     roots
 }
 
-/// Rays and planes, lane by lane, as [`spheres`].
+/// Intersects rays with planes, lane by lane, as [`spheres`].
 #[inline(always)]
 fn planes<S: Simd>(
     s: S,
@@ -293,7 +293,7 @@ fn planes<S: Simd>(
         dot_f64(s, normals, difference(s, points, rays.origin)),
         slope,
     ));
-    // A ray in the plane gives 0/0 or x/0: neither lies in an open range.
+    // A ray in the plane gives 0/0 or x/0, which no open range contains.
     let within = s.less(first, t) & s.at_most(t, last) & s.less(t, s.splat(f32::INFINITY));
     let finite = within & s.less(s.splat(f32::NEG_INFINITY), t);
     let against = s.greater_f64(s.splat_f64(0.0), slope);
@@ -304,7 +304,7 @@ fn planes<S: Simd>(
     }
 }
 
-/// Eight rays from one point, with what these tests need of a [`PreparedRay`].
+/// Eight rays with a common origin, and their values of a [`PreparedRay`] for these tests.
 pub(super) struct RaysF64<S: Simd> {
     rays: RayLanes<S>,
     origin: DVec3,
@@ -313,7 +313,7 @@ pub(super) struct RaysF64<S: Simd> {
 }
 
 impl<S: Simd> RaysF64<S> {
-    /// By the operations of a probe, in lanes.
+    /// By the operations of [`PreparedRay`], in lanes.
     #[inline(always)]
     pub fn new(s: S, origin: DVec3, [x, y, z]: [&[f32; WIDTH]; 3], culls: bool) -> Self {
         let direction = [s.widen(x), s.widen(y), s.widen(z)];

@@ -1,4 +1,4 @@
-//! What a walk has still to visit: children with the distances at which the ray enters them.
+//! The traversal stack: children still to be visited, with their entry distances.
 #![expect(
     unsafe_code,
     reason = "room for entries that nothing has to clear for a ray; each block says why it may"
@@ -8,9 +8,8 @@ use core::mem::MaybeUninit;
 
 use super::{Child, Lanes, STACK, WIDTH};
 
-/// A child with a distance, that one in the upper half: where no distance is below zero, whole
-/// numbers have the order of the distances. Where some are, the order is another one, but no less
-/// right.
+/// A child, with its entry distance in the upper half. Nonnegative distances have the same order as
+/// integers. With negative distances the order differs, which costs time but no correctness.
 #[derive(Clone, Copy)]
 #[repr(transparent)]
 pub(super) struct Waiting(pub u64);
@@ -32,8 +31,8 @@ impl Waiting {
     }
 }
 
-/// Room for a stack. How many entries are in use is the walk's to know: beside the entries it would
-/// stay in memory, and every step would wait for it.
+/// Storage of the stack. The traversal keeps the number of entries in a register: stored beside the
+/// entries, every step would wait for memory.
 pub(super) struct Stack([MaybeUninit<Waiting>; STACK]);
 
 impl Stack {
@@ -48,16 +47,15 @@ impl Stack {
         self.0[place].write(waiting);
     }
 
-    /// Takes entries off the top, down to one that is entered before `last`. None where there is no
-    /// such one.
+    /// Pops entries until one is entered before `last`; `None` if no such entry is left.
     ///
     /// # Safety
-    /// All below the top were written.
+    /// Every entry below the top was written.
     #[inline(always)]
     pub unsafe fn pop(&self, top: &mut usize, last: f32) -> Option<Child> {
         while *top > 0 {
             *top -= 1;
-            // SAFETY: the caller says that everything below the top was written.
+            // SAFETY: the caller guarantees that every entry below the top was written.
             let waiting = unsafe { self.0[*top].assume_init() };
             if waiting.entry() <= last {
                 return Some(waiting.child());
@@ -66,7 +64,7 @@ impl Stack {
         None
     }
 
-    /// Room for the eight entries of a node, written or not.
+    /// Storage for the eight entries of a node, possibly uninitialised.
     #[inline(always)]
     pub fn eight(&mut self, place: usize) -> &mut [MaybeUninit<Waiting>; WIDTH] {
         let Some(eight) = self.0[place..].first_chunk_mut() else {
@@ -75,8 +73,8 @@ impl Stack {
         eight
     }
 
-    /// Writes the children of a mask from `base` on, the nearest last, each put among those before
-    /// it. Returns the new top.
+    /// Writes the children of a mask from `base` on by insertion sort, the nearest last. Returns
+    /// the new top.
     #[inline(always)]
     pub fn push_sorted(
         &mut self,
@@ -90,7 +88,7 @@ impl Stack {
             let waiting = Waiting::new(children[lane], entries[lane]);
             let mut hole = count;
             while hole > 0 {
-                // SAFETY: `hole` is at most `count`, below which all were written.
+                // SAFETY: `hole` is at most `count`, below which every entry was written.
                 let before = unsafe { room[(hole - 1) % WIDTH].assume_init() };
                 if before.0 >= waiting.0 {
                     break;
@@ -104,16 +102,16 @@ impl Stack {
         base + count
     }
 
-    /// The two entries below the top, that on the top last.
+    /// The top two entries, the topmost last.
     ///
     /// # Safety
-    /// Both were written.
+    /// Both entries were written.
     #[inline(always)]
     pub unsafe fn last_two(&self, top: usize) -> [Child; 2] {
         let Some(two) = self.0[..top].last_chunk::<2>() else {
             panic!("two are waiting")
         };
-        // SAFETY: the caller says that they were written.
+        // SAFETY: the caller guarantees that both were written.
         two.map(|waiting| unsafe { waiting.assume_init() }.child())
     }
 }

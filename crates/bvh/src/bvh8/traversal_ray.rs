@@ -1,4 +1,4 @@
-//! What all boxes and blocks ask of a ray, made once for it.
+//! Values precomputed once per ray for the tests of boxes and blocks.
 
 use glam::DVec3;
 
@@ -8,70 +8,71 @@ use crate::aabb::{Aabb, BoundingSphere};
 use crate::instance::RoughInverse;
 use crate::shapes::PreparedRay;
 
-/// Directions as long as this or longer, or shorter than its inverse, might leave the range of f32:
-/// everything is then tested exactly.
+/// Upper bound of direction lengths; its inverse is the lower bound. Beyond either, f32 might
+/// overflow or underflow, so every primitive gets the exact test.
 const LONG: f32 = (1 << 20) as f32;
-/// 2⁻²⁴ and 2⁻⁵³.
+/// Unit roundoffs of f32 and f64: 2⁻²⁴ and 2⁻⁵³.
 const U: f32 = 5.960_464_5e-8;
 const W: f32 = 1.110_223e-16;
-/// The least component of a scaled direction.
+/// Least absolute component of a scaled direction.
 const LEAST: f64 = 1e-20;
-/// Squares of lengths between this and its inverse are those of directions that f32 maps.
+/// Least squared length of a direction that f32 maps; its inverse is the greatest.
 const SHORT: f32 = 1e-24;
-/// More than what rounding may take from a bound while it is computed.
+/// Factor that covers the rounding of a bound while it is computed.
 const ROUNDED: f32 = 1.000_01;
 
-/// A ray as the kernels know it, all in f32.
+/// A ray as the kernels use it, all in f32.
 #[derive(Clone, Copy)]
 pub(crate) struct TraversalRay {
     pub slopes: BoxRay,
     pub aim: LeafRay,
 }
 
-/// What f32 makes of a ray of the world for what an instance shows.
+/// A world-space ray mapped to an instance's space in f32.
 pub(crate) enum RoughRay {
-    /// It passes the sphere around that.
+    /// The ray misses the bounding sphere of the part.
     Misses,
-    /// What boxes and blocks ask, and the distance from which they count.
+    /// The ray for boxes and blocks, and the distance at which it starts.
     Meets(TraversalRay, f32),
-    /// It may be wrong by more than a hundredth of what is there.
+    /// The error may exceed one percent of the part's radius.
     TooRough,
 }
 
-/// What boxes ask besides the origin and the near end: a walk has it in registers.
+/// Ray data for box tests besides the origin and the near end. A traversal keeps this data in
+/// registers.
 #[derive(Clone, Copy)]
 pub(crate) struct BoxRay {
     pub inverse: [f32; 3],
-    /// The same, widened for the planes through which the ray leaves.
+    /// The inverse direction, widened for the exit planes.
     pub widened: [f32; 3],
-    /// By how much entries are earlier besides: something only where the ray was rounded.
+    /// Amount by which entry distances are lowered: zero unless the ray was rounded.
     pub early: [f32; 3],
-    /// By how much exits are later besides: as much, and something where distances below zero
-    /// count, which widening would make less.
+    /// Amount by which exit distances are raised: `early`, plus a margin for negative distances,
+    /// for which widening would have the wrong sign.
     pub late: [f32; 3],
-    /// The side of each axis through which the ray enters: by the sign of the direction, which is
-    /// known before its inverse is and has that one's sign, −0 too. Where the inverse is zero or no
-    /// number, both sides are one.
+    /// Entry side of each axis, from the sign bit of the direction. That bit is known before the
+    /// inverse and equals its sign, also for −0. If the inverse is zero or NaN, both sides give the
+    /// same result.
     pub side: [usize; 3],
 }
 
-/// What blocks and what is in them ask: it stays in memory, from where the filter spreads it over
-/// its lanes.
+/// Ray data for blocks and leaves. It stays in memory, from which the filter broadcasts it to all
+/// lanes.
 #[derive(Clone, Copy)]
 pub(crate) struct LeafRay {
-    /// The excluded lower end of distances.
+    /// Excluded lower end of distances.
     pub near: f32,
     pub origin: [f32; 3],
     pub direction: [f32; 3],
-    /// Bounds of [`super::filter`]: of a lane's reach, and factors of what it is made from.
+    /// Bounds of [`super::filter`]: the ray's part of R, and the factors of the error bounds.
     pub reach: f32,
     pub weight: f32,
     pub determinant: f32,
     pub distance: f32,
 }
 
-/// The greater one, the second where the first is not a number: one instruction, since whatever is
-/// not a number is tested exactly.
+/// The greater number, or the second if the first is NaN: a single instruction. NaN needs no care,
+/// since such cases get the exact test.
 #[inline(always)]
 fn greater(a: f32, b: f32) -> f32 {
     if a > b { a } else { b }
@@ -94,8 +95,8 @@ impl TraversalRay {
         let inverse = direction.map(|d| opaque(1.0 / d));
         let squared =
             direction[0] * direction[0] + direction[1] * direction[1] + direction[2] * direction[2];
-        // No less than the length, be that below one or above, and without a root: directions are
-        // of unit length but for rounding.
+        // An upper bound of the length, whether above or below one, without a square root:
+        // directions have unit length up to rounding.
         let length = opaque(greater(squared, 1.0)) * ROUNDED;
         let sane =
             squared < LONG * LONG && squared > 4.0 / (LONG * LONG) && greatest_of(origin) < LARGE;
@@ -118,12 +119,12 @@ impl TraversalRay {
         Self { slopes, aim }
     }
 
-    /// For a ray of the space of an instance, in f64 and of any length: moved along itself to
-    /// beside what is there and scaled, so that f32 holds it as well as the boxes. Rounded it is a
-    /// ray that passes the true one by `wrong` at its origin and by u in each component of its
-    /// direction. Boxes are entered earlier by that and left later, and what the bounds of
-    /// [`super::filter`] take for a corner's distance is longer by so much that the errors of f64,
-    /// 1.8 u E |d| of a weight for each unit, and 2.5 u E² of D and of T, are in them.
+    /// Creates the ray from a ray in an instance's space, given in f64 and of any length. The ray
+    /// is moved along itself to the bounds and scaled, so that f32 represents it as precisely as
+    /// the boxes. The rounded ray differs from the true ray by `wrong` at its origin and by u in
+    /// each component of its direction. So boxes are entered earlier and left later by that error.
+    /// The corner distance in the bounds of [`super::filter`] is lengthened until these bounds
+    /// cover the errors of f64: 1.8 u E |d| of a weight per unit, and 2.5 u E² of D and of T.
     pub fn mapped(
         origin: DVec3,
         direction: DVec3,
@@ -132,10 +133,9 @@ impl TraversalRay {
     ) -> (Self, RayReparametrisation) {
         let rebase = RayReparametrisation::new(origin, direction, near, bounds);
         let (moved, scaled) = (origin + direction * rebase.start, direction / rebase.scale);
-        // Nothing is met farther from here than the farthest corner.
+        // No hit is farther from here than the farthest corner.
         let farthest = (moved - bounds.centre()).length() + bounds.extent().length();
-        // A component that is next to nothing is taken for a little more, so that none of the
-        // bounds is infinite.
+        // Tiny components are replaced by a slightly larger number, so that no bound is infinite.
         let scaled = scaled.map(|d| {
             if d.abs() < LEAST {
                 LEAST.copysign(d)
@@ -158,10 +158,10 @@ impl TraversalRay {
         )
     }
 
-    /// What [`TraversalRay::mapped`] makes of a ray of the world by f32 alone, and where it starts:
-    /// `wrong` is larger, since it has the rounding of the map in it, and so is what the direction
-    /// is wrong by, which counts over the way to what is there and through it, and which takes E²
-    /// times as much from a determinant.
+    /// The ray of [`TraversalRay::mapped`], computed from a world-space ray in f32 alone, and its
+    /// start. `wrong` is larger here, since it includes the rounding of the map. The error of the
+    /// direction is larger too. It acts over the distance to the part and through the part, and is
+    /// multiplied by E² in a determinant.
     #[inline(always)]
     pub fn roughly_mapped(
         inverse: &RoughInverse,
@@ -175,7 +175,7 @@ impl TraversalRay {
         let dot = |a: [f32; 3], b: [f32; 3]| a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
         let (squared, [x, y, z]) = (dot(d, d), bounds.centre);
         let shorter = 1.0 / squared.sqrt();
-        // The sphere is larger than what is in it, by more than what is wrong of the way to it.
+        // The sphere's margin exceeds the error over the distance to the sphere.
         let (middle, half) = (
             dot([x - o[0], y - o[1], z - o[2]], d) * (shorter * shorter),
             bounds.radius * shorter,
@@ -214,8 +214,8 @@ impl TraversalRay {
         )
     }
 
-    /// The same for a ray that is wrong by so much in each component of its origin, and by so much
-    /// at most in all.
+    /// The ray with bounds widened for an origin error of `wrong` per component, at most `all` in
+    /// total.
     #[inline(always)]
     fn widened(self, wrong: [f32; 3], all: f32) -> Self {
         let Self { slopes, aim } = self;
@@ -236,15 +236,15 @@ impl TraversalRay {
         }
     }
 
-    /// A far end as boxes use it, later by what the rounding of their distances may take.
+    /// A far end for box tests, raised by the rounding error of box distances.
     #[inline(always)]
     pub fn last(far: f32) -> f32 {
         far + far.abs() * (8.0 * U)
     }
 }
 
-/// How a walk in f32 counts distances along a ray of an instance's space: from where it starts and
-/// in its unit. A distance t is (t − start) · scale to the walk.
+/// Distances of an f32 traversal along a ray in an instance's space: a distance t becomes (t −
+/// start) · scale.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct RayReparametrisation {
     pub start: f64,
@@ -253,8 +253,8 @@ pub(crate) struct RayReparametrisation {
 }
 
 impl RayReparametrisation {
-    /// Starts where the ray comes to the sphere around the box, or at `near` where that is later,
-    /// so that no distance that counts is below zero. Steps are of about unit length.
+    /// Starts where the ray enters the sphere around the box, or at `near` if that is later, so
+    /// that no accepted distance is negative. The scaled direction has about unit length.
     pub fn new(origin: DVec3, direction: DVec3, near: f64, bounds: &Aabb) -> Self {
         let squared = direction.length_squared();
         let (middle, length) = (
@@ -262,9 +262,9 @@ impl RayReparametrisation {
             squared.sqrt(),
         );
         let sphere = middle - (bounds.extent().length() * 0.51 / length + middle.abs() * 1e-12);
-        // What is stored as more than `near` may be that much less.
+        // A stored distance above `near` may be lower by this rounding error.
         let start = sphere.max(near - near.abs() * (2.0 * f64::from(U)));
-        // The greatest power of two that is not above the length: its exponent alone.
+        // The greatest power of two up to the length: its exponent bits alone.
         let scale = f64::from_bits(length.to_bits() & 0x7ff << 52);
         let sane = start.is_finite() && scale.is_normal();
         if sane {
@@ -277,12 +277,12 @@ impl RayReparametrisation {
         }
     }
 
-    /// A distance as the walk has it, rounded to the nearest.
+    /// The distance of the traversal, rounded to nearest.
     pub fn rebased(&self, t: f64) -> f32 {
         ((t - self.start) * self.scale) as f32
     }
 
-    /// A far end: later than all that rounds to a stored distance up to it.
+    /// A far end beyond every distance that rounds to at most `t`.
     pub fn far(&self, t: f32) -> f32 {
         let t = f64::from(t);
         self.rebased(t + (t.abs() + self.start.abs()) * (2.0 * f64::from(U)))

@@ -1,5 +1,5 @@
-//! What a traversal asks of a set of instructions besides lanes: its stack, the exact test of some
-//! lanes, and leaves apart from it.
+//! Traversal operations of an instruction set besides [`Simd`]: the stack, the exact test of single
+//! lanes, and leaf tests as separate functions.
 
 use super::projected_ray::{ProjectedRay, Unsure};
 use super::query::{HitVisitor, TraversalMode, TraversalQuery};
@@ -10,9 +10,9 @@ use super::{Bvh8, Child, Lanes, WIDTH};
 use crate::math::simd::Simd;
 use crate::shapes::{PreparedRay, TriangleHit};
 
-/// What a traversal asks of a set of instructions besides lanes.
+/// Traversal operations of an instruction set.
 pub(super) trait TraversalSimd: Simd {
-    /// The two children of a mask of two bits.
+    /// Stack entries of both children in a mask of two bits.
     #[inline(always)]
     fn two(self, children: &[Child; WIDTH], entries: Self::Floats, mask: u32) -> [Waiting; 2] {
         let entries = self.to_array(entries);
@@ -25,7 +25,7 @@ pub(super) trait TraversalSimd: Simd {
             Waiting::new(children[b], entries[b]),
         ]
     }
-    /// Writes the children of a mask from `top` on. Returns the new top.
+    /// Writes the children of a mask from `top` on, in any order. Returns the new top.
     #[inline(always)]
     fn push(
         self,
@@ -42,7 +42,7 @@ pub(super) trait TraversalSimd: Simd {
         }
         top
     }
-    /// The same, the nearest last.
+    /// Writes the children of a mask from `base` on, the nearest last. Returns the new top.
     #[inline(always)]
     fn push_sorted(
         self,
@@ -54,15 +54,15 @@ pub(super) trait TraversalSimd: Simd {
     ) -> usize {
         stack.push_sorted(base, children, &self.to_array(entries), mask)
     }
-    /// The exact test of a lane, where this has one of its own.
+    /// The exact test of a lane, if this instruction set has its own.
     fn crossing(
         self,
         block: &Triangle8,
         lane: usize,
         sight: &ProjectedRay,
     ) -> Result<Option<TriangleHit>, Unsure>;
-    /// [`super::leaf::triangles`], compiled for this and apart from the walk, whose registers it
-    /// would take.
+    /// [`super::leaf::triangles`], compiled for this instruction set. A separate function, so that
+    /// it does not take registers of the traversal.
     fn settle<M: TraversalMode>(
         self,
         bvh: &Bvh8,
@@ -72,7 +72,7 @@ pub(super) trait TraversalSimd: Simd {
         query: &mut TraversalQuery<'_>,
         visitor: &mut dyn HitVisitor,
     ) -> bool;
-    /// [`super::leaf::spheres`], the same way.
+    /// [`super::leaf::spheres`], likewise.
     fn spheres<M: TraversalMode>(
         self,
         bvh: &Bvh8,
@@ -101,12 +101,12 @@ mod tests {
         *state
     }
 
-    /// A ray along which corners project to whole numbers of 47 bits and 24, as they are: the
-    /// direction's largest component is one.
+    /// A direction along which corners project unchanged to integers of 24 bits, with products of
+    /// 47 bits: the largest component is one.
     const ALONG: Vec3 = Vec3::new(0.0, 0.0, 1.0);
 
-    /// A triangle with an edge that passes the origin by less than the rounding of a product, or by
-    /// nothing; one in four has its third corner there too, so that it is seen edge-on.
+    /// A triangle with an edge whose distance from the origin is below the rounding of a product,
+    /// or zero. One triangle in four also has its third corner on that line, so that it is edge-on.
     fn triangle(state: &mut u64) -> [Vec3; 3] {
         let mut corner = || ((next(state) >> 41) as i64 - (1 << 22)) as f32;
         let (a, c, scale) = (
@@ -130,16 +130,15 @@ mod tests {
         ]
     }
 
-    /// A triangle with an edge that passes the origin by a few units of what rounding takes from
-    /// products of 42 digits with each other: the corners at its ends are whole numbers, the origin
-    /// has twenty binary places. With D along the edge, u × D = 1 and k × a small number, ends at k
-    /// u + m D and an origin at (k + 2⁻²⁰ r) u + n D have edge functions of 2⁻²⁰ r times a whole
-    /// number.
+    /// A triangle with an edge that passes the origin within a few rounding units of products of 42
+    /// digits. The corners at its ends are integers, and the origin has twenty binary places. With
+    /// D along the edge, u × D = 1 and k a small integer, ends at k u + m D and an origin at (k +
+    /// 2⁻²⁰ r) u + n D have edge functions of 2⁻²⁰ r times an integer.
     fn long(state: &mut u64) -> ([Vec3; 3], Vec3) {
         let mut below = |most: u64| (next(state) % most) as i64;
         let (d, u) = loop {
             let d = [below(1 << 16) - (1 << 15), below(1 << 16) - (1 << 15)];
-            // Euclid's algorithm: the rest is s·d₀ + t·d₁.
+            // Extended Euclidean algorithm: the remainder is s·d₀ + t·d₁.
             let (mut rests, mut factors) = (d, [[1, 0], [0, 1]]);
             while rests[1] != 0 {
                 let q = rests[0] / rests[1];
@@ -170,9 +169,9 @@ mod tests {
         (corners, Vec3::new(origin[0], origin[1], 0.0))
     }
 
-    /// Protects: the exact test in registers is that of single triangles to the bit, or leaves it
-    /// to that: where rounding alone would turn the sign of an edge, edge-on and elsewhere, for
-    /// each axis that a direction is longest along.
+    /// Protects: the exact test in registers equals that of single triangles to the bit, or defers
+    /// to it, in cases where rounding alone would change the sign of an edge, edge-on and
+    /// elsewhere, for each longest axis of the direction.
     #[test]
     fn registers_are_as_exact_as_single_triangles() {
         let Some(avx2) = Avx2::detect() else { return };

@@ -1,7 +1,7 @@
-//! The walk: down to the nearest leaf, through the filter, and back to what waits.
+//! The traversal loop: down to the nearest leaf, through the filter, and back to the stack.
 //!
-//! One source for every kernel, inlined as a whole into a function that may use the kernel's
-//! instructions.
+//! One source serves every kernel. It is inlined as a whole into a function compiled for the
+//! kernel's instructions.
 #![expect(
     unsafe_code,
     reason = "the stack is read where it was written; each block says why"
@@ -23,7 +23,7 @@ use crate::math::simd::Simd;
 use crate::processor::prefetch_line;
 use crate::shapes::PreparedRay;
 
-/// Where boxes end, and triangles.
+/// The far end, for triangles and for boxes.
 #[derive(Clone, Copy)]
 struct RayEnd<S: Simd> {
     value: f32,
@@ -43,8 +43,8 @@ impl<S: Simd> RayEnd<S> {
     }
 }
 
-/// The ray in all lanes, as boxes need it. The origin is taken with its sign turned: what is added
-/// to it need not be in a register.
+/// The ray in all lanes, for box tests. The origin is negated: its addition can then take the other
+/// operand from memory.
 struct Slabs<S: Simd, M> {
     minus_origin: [S::Floats; 3],
     inverse: [S::Floats; 3],
@@ -71,7 +71,7 @@ impl<S: Simd, M: TraversalMode> Slabs<S, M> {
         }
     }
 
-    /// From the origin to a node's planes from a place on.
+    /// From the origin to a node's planes from index `place` on.
     #[inline(always)]
     fn offset(&self, s: S, node: &Node, axis: usize, place: usize) -> S::Floats {
         s.add(
@@ -97,8 +97,8 @@ impl<S: Simd, M: TraversalMode> Slabs<S, M> {
     }
 }
 
-/// Has brought near what a child is read from that waits while its nearer sibling is visited: all
-/// of a node, most of a block.
+/// Prefetches a child that waits while its nearer sibling is visited: a whole node, or most of a
+/// block.
 #[inline(always)]
 fn fetch(bvh: &Bvh8, child: Child) {
     let lines =
@@ -110,8 +110,7 @@ fn fetch(bvh: &Bvh8, child: Child) {
     }
 }
 
-/// The walk of a ray of the world through the tree of what an instance shows; none where f32 can't
-/// tell it well enough.
+/// Traverses an instance's tree with a world-space ray; `None` if f32 is too imprecise for it.
 #[inline(always)]
 pub(super) fn traverse_instance<S: TraversalSimd, M: TraversalMode>(
     s: S,
@@ -134,7 +133,7 @@ pub(super) fn traverse_instance<S: TraversalSimd, M: TraversalMode>(
     Some(traverse::<S, M>(s, bvh, &setup, query, visitor))
 }
 
-/// Whether some hit ended the walk.
+/// Traverses the tree. Returns whether a hit ended the traversal.
 #[inline(always)]
 pub(super) fn traverse<S: TraversalSimd, M: TraversalMode>(
     s: S,
@@ -144,15 +143,15 @@ pub(super) fn traverse<S: TraversalSimd, M: TraversalMode>(
     visitor: &mut dyn HitVisitor,
 ) -> bool {
     let slabs = Slabs::<S, M>::new(s, setup);
-    // Places among a node's planes, as [`Node`] has them.
+    // Offsets into a node's planes, see [`Node`].
     let [sx, sy, sz] = setup.slopes.side.map(|side| (side & 1) * WIDTH);
-    // Apart from the slopes, which need no place in memory.
+    // Only the leaf part is copied to memory; the slopes stay in registers.
     let aim = setup.aim;
     let mut far = RayEnd::new(s, query.far::<M>());
     let (mut stack, mut line) = (Stack::new(), None);
     let (mut top, mut current) = (0, Child(0));
     loop {
-        // Down to a leaf that has to be looked at. Nothing is called in here, so the ray keeps its
+        // Descends to a leaf with candidates. This loop contains no call, so the ray keeps its
         // registers.
         let left = loop {
             if !current.is_leaf() {
@@ -181,7 +180,7 @@ pub(super) fn traverse<S: TraversalSimd, M: TraversalMode>(
                         stack.set(top, Waiting(a.0.max(b.0)));
                         top += 1;
                         current = Child(a.0.min(b.0) as u32);
-                        // The nearer one is read at once.
+                        // Only the farther child is prefetched; the nearer is read next.
                         fetch(bvh, Child(a.0.max(b.0) as u32));
                         continue;
                     }
@@ -190,14 +189,15 @@ pub(super) fn traverse<S: TraversalSimd, M: TraversalMode>(
                     } else {
                         s.push_sorted(&mut stack, top, &node.children, entry, entered)
                     };
-                    // SAFETY: more than one was just written.
+                    // SAFETY: at least two entries were just written.
                     let [next, nearest] = unsafe { stack.last_two(top) };
                     (current, top) = (nearest, top - 1);
                     fetch(bvh, next);
                     continue;
                 }
             } else if current.is_block() {
-                // Its places are read for each block: the walk has no registers left for them.
+                // The tree's pointers are reloaded for each block: the traversal has no registers
+                // left for them.
                 let bvh = in_memory(bvh);
                 prefetch_line(bvh.facts.as_ptr().wrapping_add(current.index()));
                 match candidates::<S, M>(
@@ -215,7 +215,7 @@ pub(super) fn traverse<S: TraversalSimd, M: TraversalMode>(
             } else if current != Child::NONE {
                 break 0;
             }
-            // SAFETY: everything below the top was written.
+            // SAFETY: every entry below the top was written.
             let Some(next) = (unsafe { stack.pop(&mut top, far.last) }) else {
                 return false;
             };
@@ -232,7 +232,7 @@ pub(super) fn traverse<S: TraversalSimd, M: TraversalMode>(
         if !M::ANY && query.far::<M>() != far.value {
             far = RayEnd::new(s, query.far::<M>());
         }
-        // SAFETY: everything below the top was written.
+        // SAFETY: every entry below the top was written.
         let Some(next) = (unsafe { stack.pop(&mut top, far.last) }) else {
             return false;
         };

@@ -1,5 +1,5 @@
-//! Triangles eight at a time, as the filter and the exact test read them: the only copy that a tree
-//! keeps.
+//! Blocks of eight triangles, for the filter and the exact test: the tree's only copy of its
+//! triangles.
 
 use glam::Vec3;
 
@@ -7,19 +7,18 @@ use super::WIDTH;
 use crate::ray::{Occlusion, Side, Visibility};
 use crate::shapes::Triangle;
 
-/// From here on products of three lengths might leave the range of f32: lanes of such corners are
-/// always tested exactly.
+/// From this coordinate on, products of three lengths might leave the range of f32. Triangles with
+/// such corners always get the exact test.
 pub(super) const LARGE: f32 = (1_u64 << 38) as f32;
 
-/// Up to eight triangles, one array a coordinate: `corners[axis][corner][lane]`, as they were
-/// given.
+/// Up to eight triangles, one array per coordinate: `corners[axis][corner][lane]`, unchanged from
+/// the input.
 #[repr(C, align(64))]
 #[derive(Clone, Debug)]
 pub(crate) struct Triangle8 {
     pub corners: [[[f32; WIDTH]; 3]; 3],
-    /// No less than the longer one of the two edges at the first corner; −∞ in a lane that nothing
-    /// can hit, which the filter then misses whatever else is in it, and ∞ where the filter must
-    /// not decide.
+    /// At least the longer of the two edges at the first corner. −∞ in a lane that can't be hit,
+    /// which the filter then always rejects; ∞ if the filter must not decide.
     pub longest: [f32; WIDTH],
 }
 
@@ -29,7 +28,7 @@ impl Triangle8 {
         longest: [f32::NEG_INFINITY; WIDTH],
     };
 
-    /// Puts a triangle into a lane.
+    /// Stores a triangle in a lane.
     pub fn set(&mut self, lane: usize, vertices: [Vec3; 3]) {
         for (corner, place) in vertices.into_iter().enumerate() {
             for axis in 0..3 {
@@ -65,28 +64,28 @@ impl Triangle8 {
     }
 }
 
-/// What is known of a block's triangles besides where they are: read only where the filter leaves
-/// something. Masks have a bit a lane.
+/// Properties of a block's triangles besides their corners, read only if the filter leaves a lane.
+/// Masks have one bit per lane.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct LeafHeader {
-    /// The slot of the first lane; the others follow.
+    /// Slot of the first lane; the other slots follow.
     pub first: u32,
-    /// How many lanes are in use.
+    /// Number of lanes in use.
     pub count: u8,
-    /// Those that end an any-hit query.
+    /// Lanes whose hits end an any-hit query.
     pub opaque: u8,
-    /// Those about which it asks.
+    /// Lanes about which an any-hit query calls the filter.
     pub asks: u8,
-    /// Those hit from outside alone.
+    /// Lanes hit from outside only.
     pub outside: u8,
-    /// Those hit from inside alone.
+    /// Lanes hit from inside only.
     pub inside: u8,
-    /// Those hit from outside alone by rays that cull.
+    /// Lanes hit from outside only, by camera rays.
     pub culled: u8,
 }
 
 impl LeafHeader {
-    /// Of so many slots from the first on.
+    /// A header for `count` slots from `first` on.
     pub fn new(first: usize, count: usize) -> Self {
         Self {
             first: first as u32,
@@ -95,7 +94,7 @@ impl LeafHeader {
         }
     }
 
-    /// Takes down how a lane takes part.
+    /// Records the visibility of a lane.
     pub fn set(&mut self, lane: usize, visibility: Visibility) {
         let bit = 1 << lane;
         match visibility.occlusion {
@@ -111,7 +110,7 @@ impl LeafHeader {
         }
     }
 
-    /// Lanes that a ray which culls, or not, hits from outside alone.
+    /// Lanes that a camera ray (`culls`) or another ray hits from outside only.
     #[inline(always)]
     pub fn outside_alone(&self, culls: bool) -> u8 {
         if culls {
@@ -121,7 +120,7 @@ impl LeafHeader {
         }
     }
 
-    /// Whether a lane's hit counts, from outside or not.
+    /// Whether a hit of a lane counts, by the side of the ray.
     #[inline(always)]
     pub fn accepts(&self, lane: usize, from_outside: bool, culls: bool) -> bool {
         (if from_outside {

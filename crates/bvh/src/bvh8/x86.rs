@@ -1,12 +1,12 @@
-//! What a traversal asks of AVX2 and AVX-512.
+//! Traversal with AVX2 and AVX-512.
 //!
-//! The unsafe code of the project lies in this crate: in the modules of `bvh8` that say so at their
+//! All unsafe code of the project lies in this crate: in the modules of `bvh8` that say so at their
 //! top (this one, `kernel`, `stack`, `traverse`, `packet` and `optimisation_barrier`), in
-//! `math/simd`, `processor.rs`, `memory.rs` and `heap.rs`. Here it is of three kinds.
-//! *Instructions*: a token of type [`Avx2`] or [`Avx512`] exists only where the processor was seen
-//! to have them, and methods of a token use no others. *Memory*: loads and stores go through
-//! pointers made from arrays of just that many numbers. *The stack*: its room is written before it
-//! is read.
+//! `math/simd`, `processor.rs`, `memory.rs` and `heap.rs`. This module has three kinds.
+//! *Instructions*: a token of type [`Avx2`] or [`Avx512`] exists only after the processor was found
+//! to have the instructions, and methods of a token use no others. *Memory*: loads and stores use
+//! pointers to arrays of exactly the right length. *The stack*: entries are written before they are
+//! read.
 #![expect(
     unsafe_code,
     reason = "intrinsics of the processor; each block says why it may"
@@ -47,7 +47,7 @@ impl TraversalSimd for Avx512 {
 
     #[inline(always)]
     fn two(self, children: &[Child; WIDTH], entries: __m256, mask: u32) -> [Waiting; 2] {
-        // SAFETY: `self` says that the processor has AVX-512F and VL and AVX2.
+        // SAFETY: `self` proves that the processor has AVX-512F and VL and AVX2.
         unsafe {
             let first = _mm256_castsi256_si128(pack(children, entries, mask)[0]);
             [
@@ -66,9 +66,9 @@ impl TraversalSimd for Avx512 {
         mask: u32,
     ) -> usize {
         let room = stack.eight(top);
-        // SAFETY: `self` says that the processor has AVX-512F and VL and AVX2. `Waiting` is a
-        // transparent u64; there is room for eight entries, all of which are written, four at a
-        // time.
+        // SAFETY: `self` proves that the processor has AVX-512F and VL and AVX2. `Waiting` is a
+        // transparent u64. The slice has room for eight entries, all of which are written, four at
+        // a time.
         unsafe {
             let ([low, high], place) = (
                 pack(children, entries, mask),
@@ -96,8 +96,8 @@ impl TraversalSimd for Avx512 {
             return stack.push_sorted(base, children, &self.to_array(entries), mask);
         }
         let room = stack.eight(base);
-        // SAFETY: `self` says that the processor has AVX-512F and VL and AVX2. `Waiting` is a
-        // transparent u64, and there is room for eight entries, the first four of which are
+        // SAFETY: `self` proves that the processor has AVX-512F and VL and AVX2. `Waiting` is a
+        // transparent u64. The slice has room for eight entries, the first four of which are
         // written.
         unsafe {
             let [low, high] = pack(children, entries, mask);
@@ -108,8 +108,8 @@ impl TraversalSimd for Avx512 {
     }
 }
 
-/// Four numbers, the greatest first: by a network, since which of the children of a node are nearer
-/// no predictor can guess.
+/// Sorts four numbers in descending order by a sorting network: which child of a node is nearer is
+/// unpredictable for branches.
 #[inline]
 #[target_feature(enable = "avx512f,avx512vl,avx2")]
 fn falling(four: __m256i) -> __m256i {
@@ -118,20 +118,21 @@ fn falling(four: __m256i) -> __m256i {
     ordered::<0b0100>(four, _mm256_permute4x64_epi64::<0b11_01_10_00>(four))
 }
 
-/// Of each lane and its partner the lesser one where a bit is set, the greater one elsewhere.
+/// For each lane and its partner, the lesser number if the lane's bit is set, otherwise the
+/// greater.
 #[inline]
 #[target_feature(enable = "avx512f,avx512vl,avx2")]
 fn ordered<const LESSER: u8>(four: __m256i, partners: __m256i) -> __m256i {
     _mm256_mask_min_epu64(_mm256_max_epu64(four, partners), LESSER, four, partners)
 }
 
-/// The children of a mask with their distances as the stack has them: the first, the second, the
-/// fifth and the sixth in one register, the others in the second. At 256 bits, since some
-/// processors run all vectors slower while there are wider ones.
+/// The children of a mask with their distances, as stack entries: the first, second, fifth and
+/// sixth in one register, the others in the second. 256-bit registers, since some processors lower
+/// their clock for wider vectors.
 #[inline]
 #[target_feature(enable = "avx512f,avx512vl,avx2")]
 fn pack(children: &[Child; WIDTH], entries: __m256, mask: u32) -> [__m256i; 2] {
-    // SAFETY: there are eight children to read, each a transparent u32, at any address.
+    // SAFETY: eight children are read, each a transparent u32, at any alignment.
     let children = unsafe { _mm256_loadu_si256(children.as_ptr().cast()) };
     let children = _mm256_maskz_compress_epi32(mask as u8, children);
     let distances = _mm256_maskz_compress_epi32(mask as u8, _mm256_castps_si256(entries));

@@ -1,7 +1,7 @@
-//! Angles and turns for [`crate::scalar::Real`], in f32 by arithmetic alone.
+//! Angles and rotations for [`crate::scalar::Real`], in f32 by arithmetic alone.
 
-/// The angle of a point: folded into half of an eighth of a turn about the axes and the diagonals,
-/// and there by a polynomial, the one of the Cephes library (Moshier, "Methods and Programs for
+/// The angle of a point: reflected about axes and diagonals into a sixteenth of a turn, then
+/// computed by the polynomial of the Cephes library (Moshier, "Methods and Programs for
 /// Mathematical Functions", 1989).
 #[inline(always)]
 pub(crate) fn angle(y: f32, x: f32) -> f32 {
@@ -33,8 +33,8 @@ pub(crate) fn angle(y: f32, x: f32) -> f32 {
     angle.copysign(y)
 }
 
-/// Cosine and sine of a share of a turn: what is left beside the nearest quarter, exactly, and
-/// there the polynomials of the Cephes library.
+/// Cosine and sine of a fraction of a turn: the exact remainder from the nearest quarter, then the
+/// polynomials of the Cephes library.
 #[inline(always)]
 pub(crate) fn sin_cos_turns(share: f32) -> [f32; 2] {
     let quarters = (4.0 * share + 0.5) as i32;
@@ -55,7 +55,7 @@ pub(crate) fn sin_cos_turns(share: f32) -> [f32; 2] {
     [over, if quarters & 2 == 0 { up } else { -up }]
 }
 
-/// The same in f64.
+/// Cosine and sine of a fraction of a turn, in f64.
 #[inline]
 pub(crate) fn sin_cos_turns_f64(share: f64) -> [f64; 2] {
     let (sin, cos) = libm::sincos(core::f64::consts::TAU * share);

@@ -1,11 +1,10 @@
-//! Numbers of twice the precision of f64, for what is decided or summed where f64 alone would lose
-//! the answer.
+//! Double-double arithmetic, for decisions and sums that f64 alone would get wrong.
 
 use core::ops::{Add, Mul};
 
-/// An unrounded sum of two numbers of f64, of which the second is what rounding took from the
-/// first. Operations are right to a few times 2⁻¹⁰⁶ of the sizes of what goes in ("Accurate Sum and
-/// Dot Product", Ogita, Rump, Oishi 2005), as long as nothing overflows or underflows.
+/// An unevaluated sum of two f64 numbers, the second being the rounding error of the first.
+/// Operations have errors of a few times 2⁻¹⁰⁶ relative to the operands ("Accurate Sum and Dot
+/// Product", Ogita, Rump, Oishi 2005), without overflow or underflow.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct DoubleDouble {
     most: f64,
@@ -23,7 +22,7 @@ impl DoubleDouble {
         }
     }
 
-    /// To f64.
+    /// The nearest f64.
     #[inline(always)]
     pub fn rounded(self) -> f64 {
         self.most

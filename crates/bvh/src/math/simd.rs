@@ -1,9 +1,9 @@
-//! Eight numbers side by side, of f32 and of f64: the only lanes that geometry has. Numbers and
-//! masks, and nothing about rays.
+//! Eight-wide SIMD lanes of f32 and f64, the only SIMD abstraction of this crate: arithmetic and
+//! masks, independent of rays.
 //!
-//! Each operation on f64 rounds by itself, as that of one number does, so that tests in lanes have
-//! the bits of those one by one. `fearless_simd`, `pulp` and `wide` were looked at and not taken:
-//! `../../../../docs/decisions/0048-what-stays.md`.
+//! Each f64 operation is rounded individually, as its scalar counterpart, so that tests in lanes
+//! have the bits of scalar tests. The crates `fearless_simd`, `pulp` and `wide` were evaluated and
+//! not used: `../../../../docs/decisions/0048-what-stays.md`.
 
 mod portable;
 #[cfg(target_arch = "x86_64")]
@@ -16,20 +16,20 @@ pub(crate) use self::portable::{Portable as Avx2, Portable as Avx512};
 #[cfg(target_arch = "x86_64")]
 pub(crate) use self::x86::{Avx2, Avx512};
 
-/// Numbers side by side.
+/// Number of lanes.
 pub(crate) const WIDTH: usize = 8;
 
-/// Eight lanes, by instructions that the processor has: a value of such a type is the proof. A
-/// minimum or maximum is its second operand unless the first one is less or greater, so that what
-/// is not a number bounds nothing. Comparisons give a bit a lane, never set for what is not a
-/// number.
+/// Eight lanes; a value of an implementing type proves that the processor has its instructions.
+/// Minimum and maximum return the second operand unless the first is less or greater, so that NaN
+/// in the first operand is ignored. Comparisons return a mask with one bit per lane, never set for
+/// NaN.
 pub(crate) trait Simd: Copy {
     type Floats: Copy;
     type Doubles: Copy;
 
     fn splat(self, value: f32) -> Self::Floats;
     fn load(self, values: &[f32; WIDTH]) -> Self::Floats;
-    /// Eight numbers from a place on; zeros where there are not so many.
+    /// Eight numbers from `first` on; zeros if fewer are left.
     #[inline(always)]
     fn load_from(self, values: &[f32], first: usize) -> Self::Floats {
         self.load(values[first..].first_chunk().unwrap_or(&[0.0; WIDTH]))
@@ -38,26 +38,26 @@ pub(crate) trait Simd: Copy {
     fn add(self, a: Self::Floats, b: Self::Floats) -> Self::Floats;
     fn sub(self, a: Self::Floats, b: Self::Floats) -> Self::Floats;
     fn mul(self, a: Self::Floats, b: Self::Floats) -> Self::Floats;
-    /// a·b + c, rounded once or twice: for what has error bounds of its own.
+    /// a·b + c, rounded once or twice: for results with error bounds.
     fn mul_add(self, a: Self::Floats, b: Self::Floats, c: Self::Floats) -> Self::Floats;
-    /// a·b − c, as before.
+    /// a·b − c, rounded likewise.
     fn mul_sub(self, a: Self::Floats, b: Self::Floats, c: Self::Floats) -> Self::Floats;
     fn max(self, a: Self::Floats, b: Self::Floats) -> Self::Floats;
     fn min(self, a: Self::Floats, b: Self::Floats) -> Self::Floats;
     fn abs(self, a: Self::Floats) -> Self::Floats;
     fn negate(self, a: Self::Floats) -> Self::Floats;
-    /// `a` with its sign turned where that of `b` is set.
+    /// `a` with its sign flipped where the sign of `b` is set.
     fn signed_by(self, a: Self::Floats, b: Self::Floats) -> Self::Floats;
     fn less(self, a: Self::Floats, b: Self::Floats) -> u32;
     fn at_most(self, a: Self::Floats, b: Self::Floats) -> u32;
-    /// Of the third where the bit of a lane is set, of the second elsewhere.
+    /// `set` where the lane's bit is set, `unset` elsewhere.
     fn select(self, mask: u32, unset: Self::Floats, set: Self::Floats) -> Self::Floats;
 
     fn splat_f64(self, value: f64) -> Self::Doubles;
     fn load_f64(self, values: &[f64; WIDTH]) -> Self::Doubles;
-    /// From f32, exactly.
+    /// Exact conversion from f32.
     fn widen(self, values: &[f32; WIDTH]) -> Self::Doubles;
-    /// Rounded to f32.
+    /// Conversion to f32, rounded to nearest.
     fn narrow(self, a: Self::Doubles) -> Self::Floats;
     fn add_f64(self, a: Self::Doubles, b: Self::Doubles) -> Self::Doubles;
     fn sub_f64(self, a: Self::Doubles, b: Self::Doubles) -> Self::Doubles;
@@ -71,7 +71,7 @@ pub(crate) trait Simd: Copy {
     fn at_least_f64(self, a: Self::Doubles, b: Self::Doubles) -> u32;
 }
 
-/// The lanes whose bits are set in a mask, the first one first.
+/// The lanes whose mask bits are set, in ascending order.
 #[derive(Clone, Copy)]
 pub(crate) struct Lanes(pub u32);
 
@@ -87,7 +87,7 @@ impl Iterator for Lanes {
     }
 }
 
-/// x·a + y·b + z·c in the order of the scalar product.
+/// x·a + y·b + z·c, summed in the order of a scalar dot product.
 #[inline(always)]
 pub(crate) fn dot_f64<S: Simd>(s: S, a: [S::Doubles; 3], b: [S::Doubles; 3]) -> S::Doubles {
     s.add_f64(
@@ -96,7 +96,7 @@ pub(crate) fn dot_f64<S: Simd>(s: S, a: [S::Doubles; 3], b: [S::Doubles; 3]) -> 
     )
 }
 
-/// The same vector in all lanes.
+/// A vector broadcast to all lanes.
 #[inline(always)]
 pub(crate) fn splat3_f64<S: Simd>(s: S, v: glam::DVec3) -> [S::Doubles; 3] {
     [s.splat_f64(v.x), s.splat_f64(v.y), s.splat_f64(v.z)]

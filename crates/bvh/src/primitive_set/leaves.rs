@@ -1,5 +1,5 @@
-//! What a tree makes of a set: which primitives share its leaves, the leaves filled, and the arrays
-//! in its order.
+//! Preparation of a primitive set for its tree: leaf kinds, filled leaves, and arrays in the tree's
+//! order.
 
 use core::mem::take;
 use core::ops::Range;
@@ -12,11 +12,11 @@ use crate::shapes::{AnyShape, Triangle};
 use crate::slot::{Kind, Slot};
 
 impl<R: Real> PrimitiveSet<R> {
-    /// What a primitive may share a leaf with. A box does not gain by it: the lanes of a node test
-    /// eight already, by the boxes' own faces, and what is left of those is nearly always hit.
+    /// Leaf kind of a primitive. Cuboids gain nothing from lanes: the node test already intersects
+    /// eight of their boxes, and nearly every cuboid that passes is hit.
     pub(crate) fn company(&self, slot: &Slot) -> LeafKind {
         match slot.kind {
-            // The lanes of leaves are f32.
+            // Leaf lanes are f32 only.
             _ if !R::IS_SINGLE => LeafKind::None,
             Kind::Triangle => LeafKind::Triangles,
             Kind::Sphere => LeafKind::Spheres,
@@ -24,7 +24,7 @@ impl<R: Real> PrimitiveSet<R> {
         }
     }
 
-    /// Whether there is a face whose test asks for the plane across the ray.
+    /// Whether the set has shapes whose test projects onto the plane across the ray.
     pub(crate) fn has_faces(&self) -> bool {
         let is_face =
             |shape: &AnyShape<R>| matches!(shape, AnyShape::Quad(_) | AnyShape::Triangle(_));
@@ -33,8 +33,8 @@ impl<R: Real> PrimitiveSet<R> {
             || self.placed.iter().any(|p| is_face(p.shape()))
     }
 
-    /// Puts the primitives that come in great numbers into the order of the slots, so that what is
-    /// tested one after the other lies side by side; triangles that blocks have taken are left out.
+    /// Sorts the arrays of spheres and triangles by slot, so that primitives tested in sequence are
+    /// adjacent. Triangles that moved to blocks are omitted.
     pub(crate) fn follow(&mut self) {
         fn follow<T: Copy>(list: &mut Vec<T>, slots: &mut [Slot], kind: Kind) {
             let before = take(list);
@@ -51,8 +51,8 @@ impl<R: Real> PrimitiveSet<R> {
         follow(&mut self.triangles, &mut self.slots, Kind::Triangle);
     }
 
-    /// Gives the triangles to the blocks of the tree, where it has some, which keeps the only copy.
-    /// The slots from `first` on are in its order.
+    /// Moves the triangles into the tree's blocks, if it has any; the blocks then hold the only
+    /// copy. The slots from `first` on are in the tree's order.
     pub(crate) fn move_triangles(&mut self, bvh: &mut Bvh8, first: usize) {
         if !bvh.has_blocks() {
             return;
@@ -69,9 +69,9 @@ impl<R: Real> PrimitiveSet<R> {
         });
     }
 
-    /// Lets every query test the first slots, which are planes, and those of some spheres, in rows,
-    /// and puts the spheres that share leaves of the tree there. The slots from `first` on are in
-    /// its order, the spheres first.
+    /// Adds rows that every query tests: one for each eight of the first slots, which are planes,
+    /// and of the first `spheres` bounded slots. Then fills the tree's rows of spheres. The slots
+    /// from `first` on are in the tree's order, spheres first.
     pub(crate) fn make_rows(&self, bvh: &mut Bvh8, planes: usize, first: usize, spheres: usize) {
         for (kind, slots) in [
             (RowKind::Planes, 0..planes),

@@ -1,5 +1,5 @@
-//! Rays that leave one point, as those of a pinhole camera do: asked together, they find what each
-//! would find alone.
+//! Packets of rays with a common origin, such as the rays of a pinhole camera: traced together,
+//! each finds the hit that it would find alone.
 
 use super::SlotHit;
 use crate::bvh8::{PacketResult, PacketState, PacketVisitor, RAYS};
@@ -8,22 +8,22 @@ use crate::ray::{Hit, Interval, Ray};
 use crate::scalar::{Real, Vector};
 use crate::shapes::PreparedRay;
 
-/// Fewer rays are asked one by one.
+/// Smaller packets are traced ray by ray.
 const FEWEST: usize = 4;
 
-/// Rays from one point.
+/// Rays with a common origin.
 #[derive(Clone, Copy, Debug)]
 pub struct RayPacket<'a, R: Real> {
-    /// Where all of them start, in world units.
+    /// Common origin, in world units.
     pub origin: R::Vec3,
-    /// Unit directions. Those that follow one another should be near one another: up to sixteen are
-    /// asked together.
+    /// Unit directions. Consecutive directions should be similar: up to sixteen rays are traced
+    /// together.
     pub directions: &'a [R::Vec3],
-    /// When they are asked, see [`Ray::time`].
+    /// Time of the rays, see [`Ray::time`].
     pub time: R,
-    /// Whether they are a camera's, see [`Ray::culls`].
+    /// Whether these are camera rays, see [`Ray::culls`].
     pub culls: bool,
-    /// Where hits count.
+    /// Accepted distances.
     pub range: Interval<R>,
 }
 
@@ -36,29 +36,30 @@ impl<R: Real> RayPacket<'_, R> {
     }
 }
 
-/// How rays that were asked together have fared. Where triangles are smaller than pixels each ray
-/// has its own way, and they are better asked one by one: the next few, and twice as many each time
-/// that they have still parted. Nothing that is found depends on it.
+/// Adaptive choice between packets and single rays, from the success of earlier packets. If
+/// triangles are smaller than pixels, rays diverge and are faster one by one. After a failed packet
+/// the next few turns use single rays, twice as many after each further failure. No hit depends on
+/// this choice.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct PacketBackoff {
-    /// Turns that are still to be taken one by one.
+    /// Turns still to be traced ray by ray.
     alone: u32,
-    /// How many these were.
+    /// Length of the last pause.
     pause: u32,
 }
 
 impl PacketBackoff {
-    /// Turns taken one by one at most before rays are asked together again.
+    /// Longest pause, in turns.
     const LONGEST: u32 = 64;
 
-    /// Whether rays are asked together this turn.
+    /// Whether this turn uses a packet.
     fn tries(&mut self) -> bool {
         let tries = self.alone == 0;
         self.alone = self.alone.saturating_sub(1);
         tries
     }
 
-    /// Learns how that ended.
+    /// Adapts to the outcome of a packet.
     fn learn(&mut self, asked: PacketResult) {
         match asked {
             PacketResult::Whole => self.pause = 0,
@@ -72,9 +73,9 @@ impl PacketBackoff {
 }
 
 impl<R: Real> Geometry<R> {
-    /// The nearest hit of each ray, in their order, in place of what `hits` held: those of
-    /// [`Geometry::closest`], bit for bit. `patience` is to be handed from one call to the next
-    /// where their rays are near one another.
+    /// The closest hit of each ray, in order; the former contents of `hits` are discarded. The hits
+    /// equal those of [`Geometry::closest`] bit for bit. Pass the same `patience` to consecutive
+    /// calls with similar rays.
     pub fn closest_from(
         &self,
         rays: &RayPacket<'_, R>,
@@ -99,8 +100,7 @@ impl<R: Real> Geometry<R> {
         }
     }
 
-    /// Up to [`RAYS`] of them at once. Only where that has gone to its end are there more hits than
-    /// before.
+    /// Traces up to [`RAYS`] rays together. Hits are appended only if the packet completed.
     #[inline(never)]
     fn together(
         &self,
@@ -150,7 +150,7 @@ impl<R: Real> Geometry<R> {
     }
 }
 
-/// What a pencil asks of a geometry.
+/// A packet query of a geometry.
 struct PacketQuery<'a, 'r, R: Real> {
     geometry: &'a Geometry<R>,
     rays: &'a RayPacket<'r, R>,
@@ -158,7 +158,7 @@ struct PacketQuery<'a, 'r, R: Real> {
 }
 
 impl<R: Real> PacketQuery<'_, '_, R> {
-    /// What has no test for several rays.
+    /// Tests a primitive without a packet test, ray by ray.
     #[inline(never)]
     fn one_by_one(&self, slot: usize, pencil: &mut PacketState) {
         let geometry = self.geometry;
@@ -206,8 +206,8 @@ mod tests {
     use crate::Visibility;
     use crate::primitive_set::PrimitiveSet;
 
-    /// Protects: each time that rays part twice as many turns are taken one by one, up to 64; one
-    /// that stays together ends that, and one that can't be asked changes nothing.
+    /// Protects: each failed packet doubles the pause, up to 64 turns; a completed packet resets
+    /// it, and an unfit one changes nothing.
     #[test]
     fn those_that_part_are_asked_one_by_one_for_a_while() {
         let mut patience = PacketBackoff::default();
@@ -228,8 +228,9 @@ mod tests {
         assert!([patience.tries(), patience.tries()] == [false, true]);
     }
 
-    /// Protects: sixteen rays that fall on sixteen faces far from each other among many are found
-    /// to part, on neighbours and on one they are not, and all find what each finds alone.
+    /// Protects: sixteen rays at sixteen distant triangles of a mesh are given up as a packet; rays
+    /// at neighbouring triangles, or at a single one, are not. In all cases each ray finds its own
+    /// hit.
     #[test]
     fn only_rays_with_ways_of_their_own_part() {
         const SIDE: i32 = 200;

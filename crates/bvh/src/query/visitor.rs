@@ -1,5 +1,4 @@
-//! The kinds of queries: the closest hit, and any hit that is accepted; and how each is shown what
-//! a ray meets.
+//! Kinds of queries, closest hit and any accepted hit, and their connection to traversals.
 
 use core::any::Any;
 
@@ -16,22 +15,22 @@ use crate::shapes::PreparedRay;
 use crate::slot::{Kind, Slot};
 use crate::stats::{TraversalCounter, TraversalStats};
 
-/// A kind of query: what it makes of a hit.
+/// A kind of query: its reaction to a hit.
 pub(super) trait QueryKind<R: Real>: Sized {
-    /// Whether any hit will do.
+    /// Whether any hit ends the query.
     const ANY: bool;
-    /// Where hits count.
+    /// Accepted distances.
     fn range(&self) -> Interval<R>;
-    /// The greatest distance that still counts.
+    /// Greatest accepted distance.
     fn far(&self) -> R;
-    /// The same query by this ray.
+    /// The query, adapted to a ray in another space.
     #[inline(always)]
     fn in_space_of(self, _ray: &PreparedRay) -> Self {
         self
     }
-    /// Takes a hit within the range. Whether it ends the query.
+    /// Takes a hit within the range. Returns whether the query ends.
     fn take(&mut self, geometry: &Geometry<R>, found: SlotHit<R>) -> bool;
-    /// Takes the hit of one primitive, where there is one. Whether it ends the query.
+    /// Tests one primitive and takes its hit, if any. Returns whether the query ends.
     #[inline(always)]
     fn test<T: TraversalCounter>(
         &mut self,
@@ -46,25 +45,24 @@ pub(super) trait QueryKind<R: Real>: Sized {
     }
 }
 
-/// The running answer of a closest-hit query. `range.max` is kept one step above the best distance,
-/// so that a hit at exactly the same distance is still seen and the lower one can win.
+/// State of a closest-hit query. `range.max` is kept one step above the best distance, so that a
+/// hit at equal distance is still found and the lower id can win.
 ///
-/// Distances that are rounded to f32 are equal of themselves where surfaces lie in one place. In
-/// f64 each shape's test leaves last digits of its own, and now the one would win and now the
-/// other. There `range.max` is kept as far beyond as rounding may reach, and whether another hit
-/// came so close is kept too.
+/// Distances rounded to f32 are equal if surfaces coincide. In f64 the last digits depend on the
+/// shape's test, and either hit could win. So in f64 `range.max` is kept as far beyond the best
+/// distance as rounding may reach, and `is_contested` records whether another hit came that close.
 pub(super) struct ClosestHit<R: Real> {
     pub range: Interval<R>,
     pub found: Option<SlotHit<R>>,
-    /// Greatest coordinate of the ray's origin in lengths of its direction, as distances are, where
-    /// equal distances may differ.
+    /// Greatest coordinate of the ray's origin, in lengths of its direction, which is the unit of
+    /// distances. Zero for f32.
     pub origin: R,
     pub is_contested: bool,
 }
 
 impl<R: Real> ClosestHit<R> {
-    /// Of what distances and coordinates are, what equal distances differ by at most: some hundred
-    /// roundings of f64, which a ray within two degrees of a surface makes of a test's ten.
+    /// Greatest relative difference of equal distances: some hundred roundings of f64. A test makes
+    /// about ten; a ray within two degrees of a surface multiplies these.
     const EQUAL: f64 = 1.0 / (1_u64 << 44) as f64;
 
     #[inline(always)]
@@ -77,7 +75,7 @@ impl<R: Real> ClosestHit<R> {
         }
     }
 
-    /// What distances that are equal but for rounding differ by.
+    /// Greatest difference of distances that are equal up to rounding.
     #[inline(always)]
     fn slack(&self, t: R) -> R {
         (self.origin + t.abs()) * R::from_f64(Self::EQUAL)
@@ -93,7 +91,7 @@ impl<R: Real> QueryKind<R> for ClosestHit<R> {
     }
     #[inline(always)]
     fn far(&self) -> R {
-        // In f64 hits count a little beyond the nearest.
+        // In f64, hits slightly beyond the nearest count too.
         if !R::IS_SINGLE {
             return self.range.max;
         }
@@ -114,7 +112,7 @@ impl<R: Real> QueryKind<R> for ClosestHit<R> {
     #[inline(always)]
     fn take(&mut self, geometry: &Geometry<R>, found: SlotHit<R>) -> bool {
         let order = |found: &SlotHit<R>| geometry.group.slots[found.slot as usize].order();
-        // Whether distances are not rounded to f32.
+        // Whether distances are stored without rounding to f32.
         let is_exact = !R::IS_SINGLE;
         if is_exact && let Some(best) = &self.found {
             self.is_contested |= (found.t - best.t).abs() <= self.slack(best.t);
@@ -140,9 +138,9 @@ impl<R: Real> QueryKind<R> for ClosestHit<R> {
     }
 }
 
-/// Any hit that is accepted. `BY_VISIBILITY`: by what its object is to such queries, so that an
-/// opaque one is not shown first; otherwise each hit is shown, as in an instance, whose own
-/// visibility decides.
+/// A query for any accepted hit. With `BY_VISIBILITY` the object's occlusion decides, so that
+/// opaque hits end the query without a call. Without it every hit is passed to `accept`, as for the
+/// contents of an instance, whose own visibility decides.
 pub(super) struct AnyHit<'f, R: Real, const BY_VISIBILITY: bool> {
     pub range: Interval<R>,
     pub accept: &'f mut dyn FnMut(SlotHit<R>) -> bool,
@@ -198,7 +196,7 @@ impl<R: Real, const BY_VISIBILITY: bool> QueryKind<R> for AnyHit<'_, R, BY_VISIB
 }
 
 impl<R: Real> Geometry<R> {
-    /// Shows a query what a ray in the tree's own scalar meets. Returns whether that ended it.
+    /// Runs a query by a ray in the tree's own scalar. Returns whether a hit ended it.
     #[inline(always)]
     pub(super) fn visit_stored<Q: QueryKind<R>, T: TraversalCounter>(
         &self,
@@ -211,7 +209,7 @@ impl<R: Real> Geometry<R> {
         {
             return true;
         }
-        // It is one: only of what is stored in f32 is a tree walked by the ray as it is.
+        // Always succeeds: only trees of f32 primitives are traversed by the unchanged ray.
         let Some(single) = (ray as &dyn Any).downcast_ref() else {
             return false;
         };
@@ -240,7 +238,7 @@ impl<R: Real> Geometry<R> {
             .any(|slot| query.test(self, slot, &ray, tally))
     }
 
-    /// Shows a query what a prepared ray meets. Returns whether that ended it, and the query.
+    /// Runs a query by a prepared ray. Returns whether a hit ended it, and the query.
     #[inline(always)]
     pub(super) fn visit_all<Q: QueryKind<R>, T: TraversalCounter>(
         &self,
@@ -264,8 +262,8 @@ impl<R: Real> Geometry<R> {
         }
     }
 
-    /// The same of a tree. Rounded to f32 the ray is another one, so it is moved to beside what is
-    /// there, and boxes take its error into account.
+    /// [`Self::visit_all`] for a tree. Rounding to f32 changes the ray, so it is moved to the
+    /// bounds first, and box tests include its error.
     #[inline(always)]
     fn traverse<Q: QueryKind<R>, T: TraversalCounter>(
         &self,
@@ -290,12 +288,12 @@ impl<R: Real> Geometry<R> {
         (over, visitor.query)
     }
 
-    /// Shows a query what a ray of the world meets in an instance. Returns whether that ended it,
-    /// and the query.
+    /// Runs a query inside an instance by a world-space ray. Returns whether a hit ended it, and
+    /// the query.
     ///
-    /// Boxes and filters are asked by a ray that f32 maps, where that is good enough beside what is
-    /// there; that of the exact tests is made once one of them is asked. Most rays that come to an
-    /// instance's box meet nothing in it.
+    /// Boxes and filters use a ray mapped in f32, if that is precise enough for the part. The ray
+    /// for exact tests is made at first use: most rays that enter an instance's box hit nothing in
+    /// it.
     #[inline(always)]
     pub(super) fn visit_instance<Q: QueryKind<R>, T: TraversalCounter>(
         &self,
@@ -332,7 +330,7 @@ impl<R: Real> Geometry<R> {
         self.visit_exactly(instance, ray, query, tally)
     }
 
-    /// The same by the ray that f64 maps.
+    /// [`Self::visit_instance`] with a ray mapped in f64.
     #[inline(never)]
     fn visit_exactly<Q: QueryKind<R>, T: TraversalCounter>(
         &self,
@@ -348,7 +346,7 @@ impl<R: Real> Geometry<R> {
     }
 }
 
-/// Hands what a traversal meets to a query.
+/// Passes hits of a traversal to a query.
 pub(super) struct Visitor<'a, R: Real, Q, T> {
     pub geometry: &'a Geometry<R>,
     pub query: Q,
@@ -356,7 +354,7 @@ pub(super) struct Visitor<'a, R: Real, Q, T> {
 }
 
 impl<R: Real, Q: QueryKind<R>, T: TraversalCounter> Visitor<'_, R, Q, T> {
-    /// The query as a traversal has it.
+    /// The query as data for a traversal.
     #[inline(always)]
     fn traversal<'a>(&self, culls: bool, source: RaySource<'a>) -> TraversalQuery<'a> {
         let Interval { min, max } = self.query.range();
@@ -376,7 +374,7 @@ impl<R: Real, Q: QueryKind<R>, T: TraversalCounter> Visitor<'_, R, Q, T> {
         }
     }
 
-    /// Lets a traversal know how far the query still looks.
+    /// Shortens the traversal's range to that of the query.
     #[inline(always)]
     fn narrow(&self, query: &mut TraversalQuery<'_>) {
         if !Q::ANY {
@@ -396,7 +394,7 @@ impl<R: Real, Q: QueryKind<R>, T: TraversalCounter> Visitor<'_, R, Q, T> {
 impl<R: Real, Q: QueryKind<R>, T: TraversalCounter> HitVisitor for Visitor<'_, R, Q, T> {
     fn hit(&mut self, query: &mut TraversalQuery<'_>, slot: u32, t: f32, u: f32, v: f32) -> bool {
         if !Q::ANY {
-            // Its names are asked for when the traversal is over.
+            // Prefetch: the slot is read when the traversal is over.
             prefetch(&self.geometry.group.slots, slot as usize);
         }
         let [t, u, v] = [t, u, v].map(R::from_f32);

@@ -1,7 +1,7 @@
-//! What a ray is expected to spend in what becomes of a binary tree. For each node of that: what
-//! its subtree costs a ray that meets it as a child of one wide node, and as two children to eight
-//! of them side by side ("Efficient Incoherent Ray Traversal on GPUs Through Compressed Wide BVHs",
-//! Ylitie, Karras, Laine 2017, section 3.1).
+//! Expected ray costs of the wide tree that a binary tree becomes. For each binary node: the cost
+//! of its subtree if it gets one lane of a wide node, and if it is divided among two to eight lanes
+//! ("Efficient Incoherent Ray Traversal on GPUs Through Compressed Wide BVHs", Ylitie, Karras,
+//! Laine 2017, section 3.1).
 
 use rayon::prelude::*;
 
@@ -11,29 +11,29 @@ use crate::build::{LeafKind, LeafKindOf};
 use crate::bvh8::WIDTH;
 use crate::memory::filled;
 
-/// What a block's test costs, that of a node being 1. Measured: `../../../../benches/README.md`.
+/// Cost of testing a block, relative to a node. Measured: `../../../../benches/README.md`.
 const BLOCK: f32 = 1.1;
-/// That of a row of spheres, from measured times of random ones; fewer cost what each does alone.
+/// Cost of testing a row of random spheres, measured. Fewer spheres cost their single tests.
 const ROW: f32 = 1.2;
-/// What the test of another primitive costs, and of a sphere alone.
+/// Costs of testing another primitive, and a single sphere.
 const OTHER: f32 = 0.7;
 const SPHERE: f32 = 0.5;
 
-/// What a subtree becomes when it is given so many lanes of a node.
+/// Outcome of a subtree for a given number of lanes.
 pub(super) const AS_LEAF: u8 = 0;
 pub(super) const AS_INNER: u8 = 1;
 pub(super) const FEWER: u8 = u8::MAX;
 
-/// The least costs of a subtree in one lane to eight.
+/// The least costs of a subtree in one to eight lanes.
 #[derive(Clone, Copy)]
 pub(super) struct Costs {
     pub cost: [f32; WIDTH],
-    /// One of the above, or two more than the lanes that the left child gets less one.
+    /// One of the outcomes above, or two plus the left child's lanes minus one.
     pub pick: [u8; WIDTH],
-    /// How many leaves it has, up to `WIDTH`: it fills no more lanes than that.
+    /// Number of leaves up to `WIDTH`, which limits the lanes that the subtree can fill.
     pub leaves: u8,
-    /// How many primitives of one company it is, up to `WIDTH`; more where there are more or others
-    /// among them.
+    /// Number of primitives of one leaf kind, up to `WIDTH`; greater if there are more, or if kinds
+    /// are mixed.
     pub alike: u8,
     pub company: LeafKind,
 }
@@ -48,8 +48,7 @@ impl Costs {
     };
 }
 
-/// What the left one of two subtrees may get of so many lanes, where neither gets more than it has
-/// leaves.
+/// Range of lanes for the left of two subtrees, if neither gets more lanes than it has leaves.
 pub(super) fn shares(
     left: &Costs,
     right: &Costs,
@@ -58,7 +57,7 @@ pub(super) fn shares(
     lanes.saturating_sub(right.leaves.into()).max(1)..=(lanes - 1).min(left.leaves.into())
 }
 
-/// The costs of one node, those of its children below it.
+/// The costs of one node, from those of its children.
 fn costs(
     binary: &Binary,
     node: &BinaryNode,
@@ -97,7 +96,7 @@ fn leaf(area: f32, company: LeafKind, alike: u8) -> Costs {
     }
 }
 
-/// What the test of a leaf costs.
+/// Cost of testing a leaf.
 pub(super) fn weight(company: LeafKind, count: u8) -> f32 {
     match company {
         LeafKind::Triangles => BLOCK,
@@ -115,7 +114,8 @@ fn inner(l: &Costs, r: &Costs, area: f32) -> Costs {
     if usize::from(alike) <= l.company.shared() {
         return leaf(area, l.company, alike);
     }
-    // The least cost of both children in so many lanes, and how many of these the left one gets.
+    // The least cost of both children for each number of lanes, and the left child's part of these
+    // lanes.
     let mut both = [(f32::INFINITY, 1_u8); WIDTH + 1];
     let leaves = (l.leaves + r.leaves).min(WIDTH as u8);
     for (lanes, best) in both
@@ -136,8 +136,8 @@ fn inner(l: &Costs, r: &Costs, area: f32) -> Costs {
         area + both[usize::from(leaves)].0,
     );
     let (mut cost, mut pick) = ([inner; WIDTH], [AS_INNER; WIDTH]);
-    // As many primitives as a block takes are one, in a lane alone: a node above it would be met as
-    // often.
+    // A lane holds up to a block of primitives as one leaf: a node above that leaf would be visited
+    // as often.
     if usize::from(alike) <= WIDTH {
         (cost[0], pick[0]) = (leaf, AS_LEAF);
     }
@@ -158,7 +158,7 @@ fn inner(l: &Costs, r: &Costs, area: f32) -> Costs {
     }
 }
 
-/// Costs from the leaves up: each part by a thread of its own, then what is above them.
+/// Computes costs from the leaves up: each part in a thread of its own, then the nodes above.
 pub(super) fn solve(binary: &Binary, company: LeafKindOf<'_>) -> Vec<Costs> {
     let mut all = filled(binary.nodes.len(), Costs::NONE);
     let (_, mut rest) = all.split_at_mut(binary.tops());

@@ -1,4 +1,4 @@
-//! The rays of a pencil as boxes and filters need them at once: the interval of their directions.
+//! The interval of a packet's directions, for box tests and the filter.
 
 use super::PacketState;
 use crate::bvh8::filter::spread;
@@ -6,7 +6,7 @@ use crate::bvh8::traversal_ray::{LeafRay, TraversalRay};
 use crate::bvh8::{Node, WIDTH};
 use crate::math::simd::Simd;
 
-/// The rays as boxes and filters need them: those of the least and of the greatest components.
+/// Rays with the least and with the greatest components of the packet.
 pub(super) struct Bundle<S: Simd> {
     pub origin: [S::Floats; 3],
     inverse: [[S::Floats; 2]; 3],
@@ -14,9 +14,9 @@ pub(super) struct Bundle<S: Simd> {
     late: S::Floats,
     pub near: S::Floats,
     side: [usize; 3],
-    /// Least and greatest directions.
+    /// Least and greatest direction components.
     spans: [[S::Floats; 2]; 3],
-    /// Bounds of the filter that hold for each of the rays.
+    /// Filter bounds that hold for every ray of the packet.
     pub bounds: LeafRay,
 }
 
@@ -45,9 +45,9 @@ impl<S: Simd> Bundle<S> {
             near: s.splat(pencil.near),
             side: long.slopes.side,
             spans: both(s, least, most),
-            // The longest direction's e_T holds for all: 12 u E² R has no direction in it, and 14 u
-            // E² |d|² · 2R/|d| or, where |d| is below one, 14 u E² · 2R/|d| is twice as much
-            // whatever |d| is.
+            // The longest direction's e_T holds for all rays. The term 12 u E² R contains no
+            // direction. The other term, 14 u E² |d|² · 2R/|d|, or 14 u E² · 2R/|d| if |d| is below
+            // one, is at least twice as large for any |d|.
             bounds: LeafRay {
                 reach: short.aim.reach.max(long.aim.reach),
                 ..long.aim
@@ -55,7 +55,8 @@ impl<S: Simd> Bundle<S> {
         })
     }
 
-    /// Which children some ray may enter before `far`, and no later than where.
+    /// Mask of the children that some ray may enter before `far`, and lower bounds of the entry
+    /// distances.
     #[inline(always)]
     pub fn enter(&self, s: S, node: &Node, far: S::Floats) -> (u32, S::Floats) {
         let (mut entry, mut exit) = (self.near, far);
@@ -76,7 +77,7 @@ impl<S: Simd> Bundle<S> {
         (s.at_most(entry, exit), entry)
     }
 
-    /// The least and the greatest product of vectors with any of the directions.
+    /// The least and the greatest dot product of the vectors with any of the directions.
     #[inline(always)]
     pub fn products(&self, s: S, v: [S::Floats; 3]) -> [S::Floats; 2] {
         let [[xa, xb], [ya, yb], [za, zb]] = self.spans;

@@ -1,5 +1,4 @@
-//! The triangles of a block beside a pencil: which of its rays may hit them, by the filter, and the
-//! exact test of eight rays at once.
+//! Packet tests of a block of triangles: the filter, and the exact test of eight rays at once.
 
 use glam::{DVec3, Vec3};
 
@@ -11,7 +10,7 @@ use crate::bvh8::{Bvh8, Lanes, WIDTH};
 use crate::math::simd::{Simd, dot_f64, splat3_f64};
 use crate::shapes::{EDGE_ON, PreparedRay, Triangle};
 
-/// Eight rays as the exact test needs them: what a probe has of each, side by side.
+/// Values of eight prepared rays for the exact test, side by side.
 #[derive(Default)]
 pub(super) struct Rays8 {
     across: [[[f64; WIDTH]; 3]; 2],
@@ -19,7 +18,7 @@ pub(super) struct Rays8 {
     inverse_length_squared: [f64; WIDTH],
 }
 
-/// Made when the first triangle asks.
+/// Prepares the rays; called for the first triangle that needs the exact test.
 #[inline(never)]
 fn rays(pencil: &PacketState) -> [Rays8; GROUPS] {
     let mut rays = <[Rays8; GROUPS]>::default();
@@ -36,7 +35,7 @@ fn rays(pencil: &PacketState) -> [Rays8; GROUPS] {
     rays
 }
 
-/// What the exact test says of a triangle and eight rays.
+/// Result of the exact test of a triangle for eight rays.
 struct Crossed<S: Simd> {
     hits: u32,
     outside: u32,
@@ -50,9 +49,9 @@ fn load3_f64<S: Simd>(s: S, [x, y, z]: &[[f64; WIDTH]; 3]) -> [S::Doubles; 3] {
     [s.load_f64(x), s.load_f64(y), s.load_f64(z)]
 }
 
-/// The operations of [`crate::shapes::Triangle`]'s test in their order, for eight rays. Those for
-/// which rounding could have taken the sign of an edge function are to go through that test itself,
-/// and those that see it edge-on.
+/// The operations of [`crate::shapes::Triangle`]'s test in their order, for eight rays. Rays for
+/// which rounding could change the sign of an edge function, or that see the triangle edge-on, are
+/// marked `unsure` and need that test itself.
 #[inline(always)]
 fn crossed<S: Simd>(s: S, origin: DVec3, corners: &[Vec3; 3], rays: &Rays8) -> Crossed<S> {
     let zero = s.splat_f64(0.0);
@@ -112,15 +111,16 @@ fn crossed<S: Simd>(s: S, origin: DVec3, corners: &[Vec3; 3], rays: &Rays8) -> C
     }
 }
 
-/// What eight triangles have to do with the common origin, a number of each triangle side by side.
+/// Terms of eight triangles that depend only on the common origin, in lanes.
 struct TriangleOrigin8 {
     u: [[f32; WIDTH]; 3],
     v: [[f32; WIDTH]; 3],
     normal: [[f32; WIDTH]; 3],
     distance: [f32; WIDTH],
-    /// Errors of weights and of determinants, and those before the range and beyond it.
+    /// Error bounds of weights and of determinants, and of the comparisons with both ends of the
+    /// range.
     errors: [[f32; WIDTH]; 4],
-    /// Those that some ray may hit.
+    /// Triangles that some ray may hit.
     lanes: u32,
 }
 
@@ -135,7 +135,7 @@ fn rows<S: Simd>(s: S, v: [S::Floats; 3]) -> [[f32; WIDTH]; 3] {
 }
 
 impl TriangleOrigin8 {
-    /// Of a block, up to a distance.
+    /// Computes the terms of a block, for hits up to `far`.
     #[inline(always)]
     fn new<S: Simd>(s: S, bundle: &Bundle<S>, block: &Triangle8, far: f32) -> Self {
         let a = corner(s, block, 0);
@@ -175,7 +175,7 @@ impl TriangleOrigin8 {
         }
     }
 
-    /// The rays of a group that the exact test may say hit a triangle within the range.
+    /// The rays of a group that may hit a triangle within the range by the exact test.
     #[inline(always)]
     fn undecided<S: Simd>(
         &self,
@@ -191,7 +191,7 @@ impl TriangleOrigin8 {
         let bounds = Bounds {
             weight: s.splat(weight[lane]),
             determinant: s.splat(determinant[lane]),
-            // What is certainly hit is asked of no packet.
+            // Unused: a packet needs no certain hits.
             distance: s.splat(0.0),
             before: s.splat(before[lane]),
             beyond: s.splat(beyond[lane]),
@@ -207,7 +207,7 @@ impl TriangleOrigin8 {
     }
 }
 
-/// The triangles of a block.
+/// Tests the triangles of a block.
 #[inline(always)]
 pub(super) fn block<S: Simd>(
     s: S,

@@ -1,4 +1,4 @@
-//! The exact test of a triangle, with its corners side by side in f64.
+//! The exact triangle test, with the three corners side by side in f64.
 
 use core::arch::x86_64::*;
 
@@ -9,9 +9,9 @@ use crate::shapes::{EDGE_ON, TriangleHit};
 
 /// Lanes of corners.
 const CORNERS: i32 = 7;
-/// For the sums of the bound on edge-on faces, which are in another order here.
+/// Margin for the sums in the edge-on bound, which have another order here.
 const SLACK: f64 = 1.0 + 1e-9;
-/// Lanes of the corner after next and of the next one.
+/// Permutations of lanes: the corner after the next, and the next corner.
 const AFTER_NEXT: i32 = 0b11_01_00_10;
 const NEXT: i32 = 0b11_00_10_01;
 
@@ -21,7 +21,7 @@ const NEXT: i32 = 0b11_00_10_01;
 /// The processor has AVX.
 #[inline(always)]
 unsafe fn numbers(v: __m256d) -> [f64; 3] {
-    // SAFETY: the caller says that the processor has AVX.
+    // SAFETY: the caller guarantees that the processor has AVX.
     unsafe {
         let (low, high) = (_mm256_castpd256_pd128(v), _mm256_extractf128_pd::<1>(v));
         [
@@ -38,14 +38,14 @@ fn greatest([a, b, c]: [f64; 3]) -> f64 {
     if greater > c { greater } else { c }
 }
 
-/// The operations of [`crate::shapes::Triangle`]'s test, each with the same result: a coordinate's
-/// sum has its terms in another order and without the one that is zero, so that only the sign of a
-/// zero may differ, and where an edge function is zero that test decides itself. It also does where
-/// rounding could have taken the sign of one, and where the face is seen edge-on.
+/// The operations of [`crate::shapes::Triangle`]'s test, each with the same result. A coordinate's
+/// sum has its terms in another order and omits the term that is zero. So only the sign of a zero
+/// may differ, and if an edge function is zero that test decides. That test also decides if
+/// rounding could change the sign of an edge function, and if the triangle is edge-on.
 ///
 /// # Safety
-/// The processor has AVX2. Not a function with that feature, so that it is inlined into one: handed
-/// back by a call, the answer would wait in memory.
+/// The processor has AVX2. The function lacks that target feature so that it is inlined into
+/// functions with it: the result of a call would be returned in memory.
 #[inline(always)]
 pub(super) unsafe fn crossing(
     block: &Triangle8,
@@ -53,7 +53,7 @@ pub(super) unsafe fn crossing(
     sight: &ProjectedRay,
 ) -> Result<Option<TriangleHit>, Unsure> {
     let lane = lane & (WIDTH - 1);
-    // SAFETY: the caller says that the processor has AVX2. Nothing is read through a pointer.
+    // SAFETY: the caller guarantees that the processor has AVX2. No pointer is read.
     unsafe {
         let mut offset = [_mm256_setzero_pd(); 3];
         for ((offset, [a, b, c]), &origin) in

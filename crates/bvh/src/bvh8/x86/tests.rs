@@ -1,11 +1,11 @@
-//! The order in which the children of a node wait, which no hit depends on and every ray's time
+//! The order of a node's children on the stack: no hit depends on it, but the time of every ray
 //! does.
 #![expect(unsafe_code, reason = "the stack is read where it was written")]
 
 use super::*;
 use crate::math::simd::Portable;
 
-/// What waits after the children of a mask were put upon two others, from the first on.
+/// The stack after the children of a mask were pushed onto two entries, from the bottom up.
 fn waiting<S: TraversalSimd>(s: S, entries: [f32; WIDTH], mask: u32) -> Vec<(u32, f32)> {
     let children = core::array::from_fn(|lane| Child(100 + lane as u32));
     let mut stack = Stack::new();
@@ -13,16 +13,15 @@ fn waiting<S: TraversalSimd>(s: S, entries: [f32; WIDTH], mask: u32) -> Vec<(u32
         .into_iter()
         .for_each(|place| stack.set(place - 7, Waiting::new(Child(place as u32), 0.5)));
     let top = s.push_sorted(&mut stack, 2, &children, s.load(&entries), mask);
-    // SAFETY: all below the top was written.
+    // SAFETY: every entry below the top was written.
     (0..top)
         .map(|place| unsafe { stack.eight(place)[0].assume_init() })
         .map(|one| (one.child().0, one.entry()))
         .collect()
 }
 
-/// Protects: the nearest child is visited first, whichever and however many are entered, in the
-/// code of every processor: a wrong order would find the same hits, later. What waited before is
-/// left alone.
+/// Protects: the nearest child is visited first for any set of entered children, in the code of
+/// every processor (a wrong order would find the same hits, later); earlier entries are unchanged.
 #[test]
 fn the_nearest_waits_on_top() {
     let orders = [

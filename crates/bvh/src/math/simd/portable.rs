@@ -1,4 +1,4 @@
-//! Lanes for every processor: two vectors of four of f32, and numbers of f64 one by one.
+//! Lanes for every processor: two four-wide vectors of f32, and scalar f64.
 
 use core::array::from_fn;
 
@@ -6,19 +6,19 @@ use glam::Vec4;
 
 use super::{Simd, WIDTH};
 
-/// No instruction beyond those of the platform.
+/// Lanes without instructions beyond the platform's baseline.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Portable;
 
 #[cfg(not(target_arch = "x86_64"))]
 impl Portable {
-    /// No instructions of AVX2 or AVX-512.
+    /// Always `None`: the processor has neither AVX2 nor AVX-512.
     pub fn detect() -> Option<Self> {
         None
     }
 }
 
-/// Flips the bits of signs that are set in the other.
+/// Flips each sign of `a` where the sign of `b` is set.
 #[inline(always)]
 fn flipped(a: Vec4, b: Vec4) -> Vec4 {
     let flip = |a: f32, b: f32| f32::from_bits(a.to_bits() ^ (b.to_bits() & 1 << 31));
@@ -30,11 +30,11 @@ fn flipped(a: Vec4, b: Vec4) -> Vec4 {
     )
 }
 
-/// Where the platform has it, glam's maximum is one instruction that does just what is asked for:
-/// its second operand unless the first is greater. Elsewhere what is not a number may win.
+/// With SSE2, glam's maximum is one instruction with the required behaviour: the second operand
+/// unless the first is greater. Elsewhere NaN may win.
 const SSE: bool = cfg!(target_feature = "sse2");
 
-/// The first where it is greater, the second elsewhere.
+/// The first number where it is greater, otherwise the second.
 #[inline(always)]
 fn greater(a: Vec4, b: Vec4) -> Vec4 {
     if SSE {
@@ -44,7 +44,7 @@ fn greater(a: Vec4, b: Vec4) -> Vec4 {
     }
 }
 
-/// The first where it is less, the second elsewhere.
+/// The first number where it is less, otherwise the second.
 #[inline(always)]
 fn less(a: Vec4, b: Vec4) -> Vec4 {
     if SSE {
@@ -54,7 +54,7 @@ fn less(a: Vec4, b: Vec4) -> Vec4 {
     }
 }
 
-/// A bit for each lane of which this is so.
+/// A mask with a bit for each lane that satisfies `is_set`.
 #[inline(always)]
 fn mask(is_set: impl Fn(usize) -> bool) -> u32 {
     (0..WIDTH).fold(0, |mask, lane| mask | u32::from(is_set(lane)) << lane)

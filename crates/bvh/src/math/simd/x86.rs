@@ -1,8 +1,9 @@
-//! Lanes of AVX2, f64 in two registers, and of AVX-512, f64 in one and f32 at 256 bits.
+//! Lanes of AVX2, with f64 in two registers, and of AVX-512, with f64 in one register and f32 at
+//! 256 bits.
 //!
 //! Unsafe code is of two kinds here. *Instructions*: a value of type [`Avx2`] or [`Avx512`] exists
-//! only where the processor was seen to have them, and its methods use no others. *Memory*: it is
-//! read in arrays of just that many numbers.
+//! only after the processor was found to have the instructions, and its methods use no others.
+//! *Memory*: only arrays of exactly the right length are read.
 #![expect(
     unsafe_code,
     reason = "intrinsics of the processor; each block says why it may"
@@ -12,7 +13,7 @@ use core::arch::x86_64::*;
 
 use super::{Simd, WIDTH};
 
-/// Proof that the processor has AVX2 and FMA, and what comes with them.
+/// Proof that the processor has AVX2, FMA and the extensions that accompany them.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Avx2(());
 
@@ -28,7 +29,7 @@ impl Avx2 {
     }
 }
 
-/// Proof that the processor has AVX-512 with vectors of all lengths, besides AVX2.
+/// Proof that the processor has AVX-512 at all vector lengths, besides AVX2.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Avx512(Avx2);
 
@@ -47,7 +48,7 @@ macro_rules! operations {
     ($(fn $name:ident($($argument:ident: $kind:ty),*) -> $out:ty { $body:expr })*) => { $(
         #[inline(always)]
         fn $name(self, $($argument: $kind),*) -> $out {
-            // SAFETY: `self` says that the processor has the instructions, and arrays have all
+            // SAFETY: `self` proves that the processor has the instructions, and arrays have all
             // numbers that are read.
             unsafe { $body }
         }
@@ -56,7 +57,7 @@ macro_rules! operations {
 
 type F = __m256;
 
-/// What both have in common: instructions of AVX2 and FMA on eight lanes of f32.
+/// Operations of both instruction sets: AVX2 and FMA on eight f32 lanes.
 macro_rules! floats {
     () => {
         type Floats = F;
@@ -89,8 +90,8 @@ impl Simd for Avx2 {
     operations! {
         fn less(a: F, b: F) -> u32 { _mm256_movemask_ps(_mm256_cmp_ps::<_CMP_LT_OQ>(a, b)) as u32 }
         fn at_most(a: F, b: F) -> u32 { _mm256_movemask_ps(_mm256_cmp_ps::<_CMP_LE_OQ>(a, b)) as u32 }
-        // A lane whose bit is set in the mask has its sign bit set after the comparison, by which
-        // the blend chooses.
+        // The comparison sets the sign bit of each lane whose mask bit is set; the blend selects by
+        // that sign.
         fn select(mask: u32, unset: F, set: F) -> F {{
             let bits = _mm256_setr_epi32(1, 2, 4, 8, 16, 32, 64, 128);
             let chosen = _mm256_cmpeq_epi32(_mm256_and_si256(_mm256_set1_epi32(mask as i32), bits), bits);
@@ -116,7 +117,7 @@ impl Simd for Avx2 {
     }
 }
 
-/// The signs of eight numbers.
+/// Sign bits of eight numbers.
 #[inline]
 #[target_feature(enable = "avx")]
 fn mask(low: __m256d, high: __m256d) -> u32 {
