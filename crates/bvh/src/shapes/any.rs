@@ -1,4 +1,4 @@
-//! The closed set of shapes: each arm only hands on to its own file.
+//! The closed set of shapes as an enum; each arm delegates to the shape's own file.
 
 use glam::DVec3;
 
@@ -11,32 +11,32 @@ use crate::aabb::Aabb;
 use crate::ray::{Interval, Side};
 use crate::scalar::{Real, Vector};
 
-/// Any shape.
+/// A shape of any kind.
 #[derive(Clone, Copy, Debug)]
 pub enum AnyShape<R: Real> {
-    /// The sphere.
+    /// A sphere.
     Sphere(Sphere<R>),
-    /// The infinite plane.
+    /// An infinite plane.
     Plane(Plane<R>),
-    /// The disk.
+    /// A disk.
     Disk(Disk<R>),
-    /// The parallelogram.
+    /// A parallelogram.
     Quad(Quad<R>),
-    /// The axis-parallel box.
+    /// An axis-aligned box.
     Cuboid(Cuboid<R>),
-    /// The cylinder.
+    /// A cylinder.
     Cylinder(Cylinder<R>),
-    /// The cone, whole or truncated.
+    /// A cone, complete or truncated.
     Cone(Cone<R>),
-    /// The ellipsoid.
+    /// An ellipsoid.
     Ellipsoid(Ellipsoid<R>),
-    /// The hyperboloid of one sheet.
+    /// A hyperboloid of one sheet.
     Hyperboloid(Hyperboloid<R>),
-    /// The paraboloid.
+    /// A paraboloid.
     Paraboloid(Paraboloid<R>),
-    /// The torus.
+    /// A torus.
     Torus(Torus<R>),
-    /// The triangle.
+    /// A triangle.
     Triangle(Triangle<R>),
 }
 
@@ -62,7 +62,7 @@ macro_rules! each {
     };
 }
 
-/// Those of finite area.
+/// Matches the shapes of finite area; `None` for the others.
 macro_rules! each_finite {
     ($any:expr, $shape:ident => $result:expr) => {
         each!($any, AnyShape::Plane(_) | AnyShape::Cylinder(Cylinder { ends: Ends::None, .. }) => None, $shape => Some($result))
@@ -98,7 +98,7 @@ impl<R: Real> Shape<R> for AnyShape<R> {
 }
 
 impl<R: Real> AnyShape<R> {
-    /// Whether it can be hit safely: its box is one of finite f32 numbers or, without a box, its
+    /// Whether queries may test the shape: its box is finite in f32 or, for an unbounded shape, its
     /// parameters are finite.
     pub fn is_finite(&self) -> bool {
         match self {
@@ -106,23 +106,23 @@ impl<R: Real> AnyShape<R> {
             AnyShape::Cylinder(c) if c.ends == Ends::None => {
                 c.base.is_finite() && c.axis.is_finite() && c.radius.is_finite()
             }
-            // With an infinite slope the box is that of a cylinder.
+            // With an infinite slope the box would be that of a cylinder.
             AnyShape::Hyperboloid(h) if !h.slope.is_finite() => false,
             shape => shape.bounds().is_some_and(|b| b.padded().is_some()),
         }
     }
 
-    /// Area of the surface; none when it is infinite.
+    /// Surface area; `None` if it is infinite.
     pub fn area(&self) -> Option<f64> {
         each_finite!(self, shape => shape.area())
     }
 
-    /// [`SampleArea::sample_area`]; none for a shape of infinite area.
+    /// [`SampleArea::sample_area`]; `None` for a shape of infinite area.
     pub fn sample_area(&self, u: R, v: R) -> Option<(SurfacePoint, f64)> {
         each_finite!(self, shape => shape.sample_area(u, v))
     }
 
-    /// [`SampleArea::density`]; none for a shape of infinite area.
+    /// [`SampleArea::density`]; `None` for a shape of infinite area.
     pub fn density(&self, point: &SurfacePoint) -> Option<f64> {
         each_finite!(self, shape => shape.density(point))
     }

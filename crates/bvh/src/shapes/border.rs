@@ -1,24 +1,25 @@
-//! Starts beside the border of a flat face under maps: kept from it, so that a ray starts on its
-//! own side of the faces that join there.
+//! Ray origins near the border of a flat face under affine maps: they are moved inwards, so that a
+//! ray starts on its own side of adjacent faces.
 //!
-//! A face can't know what joins it. Its starts are clear of all that meet it at no less than half a
-//! right angle, in the space that is mapped. They go there the shortest way in the world: a face
-//! may be a million times as long as it is wide. One that is smaller than its points are exact has
-//! no such place, and they stay.
+//! A face does not know its neighbours. Its ray origins clear every neighbour that joins it at no
+//! less than 45° in object space. The move is the shortest in world space, since a face may be a
+//! million times as long as it is wide. A face smaller than the error of its points has no such
+//! origin, and its origins stay.
 
 use super::drift::Drift;
 use super::{Maps, SurfacePoint};
 use crate::scalar::Real;
 use glam::DVec3;
 
-/// What is spanned by two edges.
+/// Region spanned by two edges.
 #[derive(Clone, Copy, PartialEq, Eq)]
 pub(super) enum Face {
     Triangle,
     Parallelogram,
 }
 
-/// A face spanned by two edges, met at their shares `at`, with its starts away from the border.
+/// The surface of a face spanned by two edges, at coordinates `at`, with ray origins moved off the
+/// border.
 #[inline(never)]
 pub(super) fn off_border<R: Real>(
     located: SurfacePoint,
@@ -44,8 +45,8 @@ pub(super) fn off_border<R: Real>(
     if is_far(u, by_u) && is_far(v, by_v) && opposite {
         return located;
     }
-    // As far off the edge as a start may drift off its own face, too: then it is still behind one
-    // that leans over it.
+    // The margin also covers the drift off the face itself, so that the origin stays behind a
+    // neighbour that leans over the face.
     let lean = drift.along(located.normal);
     let least =
         [by_u, by_v, by_both].map(|gradient| drift.along(gradient) + lean * gradient.length());
@@ -63,8 +64,8 @@ pub(super) fn off_border<R: Real>(
     }
 }
 
-/// Of the shares of the two edges at a point, by their gradients in the world, the nearest ones
-/// that are not below the least, that of the third corner last.
+/// The nearest coordinates whose shares are at least `least`; the shares are both coordinates and
+/// that of the third corner. Distances are measured by the gradients in world space.
 fn within_triangle([u, v]: [f64; 2], [by_u, by_v]: [DVec3; 2], least: [f64; 3]) -> [f64; 2] {
     let gradients = [by_u, by_v, -(by_u + by_v)];
     let mut shares = [u, v, 1.0 - u - v];
@@ -82,14 +83,14 @@ fn within_triangle([u, v]: [f64; 2], [by_u, by_v]: [DVec3; 2], least: [f64; 3]) 
     if !has_room || lacks <= 0.0 {
         return [u, v];
     }
-    // Straight away from that edge.
+    // Straight away from the nearest edge.
     let step = lacks / gradients[near].dot(gradients[near]);
     for i in 0..3 {
         shares[i] += gradients[i].dot(gradients[near]) * step;
     }
     for i in (0..3).filter(|&i| i != near) {
         if lack(&shares, i) > 0.0 {
-            // Beside a corner: as far as it has to be from both edges there.
+            // Near a corner: at the required distance from both edges there.
             (shares[near], shares[i]) = (least[near], least[i]);
             shares[3 - near - i] = 1.0 - least[near] - least[i];
             break;
@@ -98,7 +99,7 @@ fn within_triangle([u, v]: [f64; 2], [by_u, by_v]: [DVec3; 2], least: [f64; 3]) 
     [shares[0], shares[1]]
 }
 
-/// The same with the sides opposite each edge.
+/// The nearest coordinates at least `least` away from all four sides.
 fn within_parallelogram(
     [u, v]: [f64; 2],
     [by_u, by_v]: [DVec3; 2],
@@ -110,7 +111,7 @@ fn within_parallelogram(
     }
     let kept = |share: f64, least: f64| share.max(least).min(1.0 - least);
     let (to_u, to_v) = (kept(u, least_u) - u, kept(v, least_v) - v);
-    // Straight away from one side the other share changes with it.
+    // A step straight away from one side also changes the other coordinate.
     let both = by_u.dot(by_v);
     let with_u = if to_v == 0.0 {
         to_u * (both / by_u.dot(by_u))

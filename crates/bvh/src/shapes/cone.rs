@@ -1,4 +1,4 @@
-//! The cone, whole or truncated: a solid, closed at its ends.
+//! The cone, complete or truncated: a solid with caps.
 
 use glam::DVec3;
 
@@ -9,23 +9,22 @@ use super::{Parameters, PreparedRay, SampleArea, Shape, ShapeHit, SurfacePoint, 
 use crate::ray::{Interval, Side};
 use crate::scalar::{Real, Vector};
 
-/// A solid whose radius changes evenly along its axis. Formulas are homogeneous in the axis, as for
-/// the cylinder.
+/// A solid whose radius changes linearly along its axis. Formulas are homogeneous in the axis, as
+/// for the cylinder.
 #[derive(Clone, Copy, Debug)]
 pub struct Cone<R: Real> {
     /// Centre of the base.
     pub base: R::Vec3,
-    /// From the base to the centre of the other end, or to the tip.
+    /// From the base to the centre of the other end, or to the apex.
     pub axis: R::Vec3,
-    /// Radius of the base, not below zero.
+    /// Radius of the base, at least zero.
     pub radius: R,
-    /// Radius of the other end, not below zero; one of the two is above.
+    /// Radius of the other end, at least zero; one of both radii is positive.
     pub top_radius: R,
 }
 
 impl<R: Real> Cone<R> {
-    /// From the centre of the base, the direction of the axis with any length above zero, the two
-    /// radii and the height.
+    /// From the base's centre, an axis direction of any positive length, both radii and the height.
     pub fn new(base: DVec3, axis: DVec3, radius: f64, top_radius: f64, height: f64) -> Self {
         Self {
             base: R::Vec3::from_f64(base),
@@ -35,8 +34,8 @@ impl<R: Real> Cone<R> {
         }
     }
 
-    /// The distances that the ray spends within the wall's nappe of non-negative radius: one range,
-    /// though the double cone may have two.
+    /// The distances within the nappe of nonnegative radius: a single range, though the double cone
+    /// may have two.
     #[inline(always)]
     fn wall(&self, probe: &PreparedRay, close: bool) -> Option<Crossings> {
         let (axis, d) = (self.axis.to_f64(), probe.direction);
@@ -44,7 +43,7 @@ impl<R: Real> Cone<R> {
         let (ahead, f) = approach(probe, self.base.to_f64(), close);
         let squared = axis.dot(axis);
         let (m, n) = (d.cross(axis), f.cross(axis));
-        // The radius at the ray's point, times the axis squared: `reach + t·opening`.
+        // The radius at distance t, times the squared axis, is `reach + t·opening`.
         let taper = top_radius - base_radius;
         let (reach, opening) = (
             base_radius * squared + taper * f.dot(axis),
@@ -57,13 +56,13 @@ impl<R: Real> Cone<R> {
         );
         if quadratic.a > 0.0 {
             let roots = quadratic.roots()?;
-            // Both on one nappe: the sign of the radius between them tells which.
+            // Both roots lie on one nappe: the sign of the radius between them selects it.
             let middle = reach - opening * quadratic.b / quadratic.a;
             return (middle >= 0.0).then(|| roots.moved(ahead));
         }
-        // Steeper than the wall or parallel to it: all beyond one root, on the side where the
-        // radius grows. Such a line always meets the cone, whatever rounding makes of its
-        // discriminant.
+        // The ray is steeper than the wall, or parallel to it: inside is everything beyond one
+        // root, on the side where the radius grows. Such a line always intersects the cone,
+        // whatever rounding does to the discriminant.
         let roots = Quadratic {
             discriminant: quadratic.discriminant.max(0.0),
             ..quadratic
@@ -91,7 +90,7 @@ impl<R: Real> Cone<R> {
     #[inline(always)]
     fn span(&self, probe: &PreparedRay, close: bool) -> Option<Span> {
         let solid = self.solid();
-        // With equal radii there is no nappe to choose, and along the axis no crossing.
+        // With equal radii the nappe is not chosen, and a ray along the axis has no crossing.
         let wall = if self.radius == self.top_radius {
             solid.tube(probe, close)?
         } else {
@@ -105,8 +104,8 @@ impl<R: Real> Cone<R> {
         Turned::new(self.base, self.axis, [self.radius, self.top_radius])
     }
 
-    /// The point of the wall at a fraction `along` of the axis, in the direction `out` across the
-    /// axis, or at the tip where there is no such direction.
+    /// The point of the wall at the fraction `along` of the axis, in the direction `out` across the
+    /// axis; the apex if `out` is zero.
     fn on_wall(&self, along: f64, out: DVec3) -> SurfacePoint {
         let axis = self.axis.to_f64();
         let (height, distance) = (axis.length(), out.length());
@@ -167,7 +166,7 @@ impl<R: Real> Shape<R> for Cone<R> {
 
     fn locate_under(&self, probe: &PreparedRay, hit: ShapeHit<R>, maps: Under<'_>) -> SurfacePoint {
         let part = hit.u.to_f64() as u8;
-        // The unrounded end of the span, so that the fraction along the axis is the hit's own.
+        // At the unrounded end of the span, so that the fraction along the axis is accurate.
         let raw = point_at(probe, self.span(probe, true).map(Span::crossings), hit);
         let (along, out) = split(raw - self.base.to_f64(), self.axis.to_f64());
         let located = if part == WALL {
@@ -179,8 +178,8 @@ impl<R: Real> Shape<R> for Cone<R> {
             .start_inside::<R>(located, part, (along, out), maps)
     }
 
-    /// u turns about the axis; v runs down it, from 0 at the top to 1 at the base; on an end from
-    /// its centre to its rim.
+    /// u runs around the axis. v runs from 0 at the top to 1 at the base; on a cap from its centre
+    /// to its rim.
     fn parameters(&self, probe: &PreparedRay, hit: ShapeHit<R>) -> Parameters<R> {
         self.solid()
             .parameters(self.locate(probe, hit).point, hit.u.to_f64() as u8, 1.0)
@@ -194,12 +193,12 @@ impl<R: Real> SampleArea<R> for Cone<R> {
 
     fn sample_area(&self, u: R, v: R) -> (SurfacePoint, f64) {
         let on_wall = |share: f64, out| {
-            // The radius there is the root of an even mixture of the two squared ones.
+            // The squared radius is uniform between the squares of both radii.
             let (low, high) = (self.radius.to_f64(), self.top_radius.to_f64());
             let radius = (low * low + (high * high - low * low) * share)
                 .max(0.0)
                 .sqrt();
-            // (radius − low)/(high − low), without the difference of equals.
+            // (radius − low)/(high − low), without cancellation.
             let along = (low + high) * share / (radius + low).max(f64::MIN_POSITIVE);
             self.on_wall(along.min(1.0), out)
         };

@@ -1,4 +1,4 @@
-//! The axis-parallel box.
+//! The axis-aligned box.
 
 use glam::DVec3;
 
@@ -11,18 +11,18 @@ use crate::aabb::Aabb;
 use crate::ray::{Interval, Side};
 use crate::scalar::{Real, Vector};
 
-/// A solid box with faces across the axes. A hit's first number is its face: 2·axis, plus one at
-/// the greater side.
+/// A solid box with axis-aligned faces. A hit's first number is its face: 2·axis, plus one on the
+/// greater side.
 #[derive(Clone, Copy, Debug)]
 pub struct Cuboid<R: Real> {
     /// Least corner.
     pub min: R::Vec3,
-    /// Greatest corner, above the least in every axis.
+    /// Greatest corner, greater than `min` in every axis.
     pub max: R::Vec3,
 }
 
 impl<R: Real> Cuboid<R> {
-    /// From its least and greatest corner.
+    /// From the least and the greatest corner.
     pub fn new(min: DVec3, max: DVec3) -> Self {
         Self {
             min: R::Vec3::from_f64(min),
@@ -37,7 +37,7 @@ impl<R: Real> Cuboid<R> {
         V::new(at(0), at(1), at(2))
     }
 
-    /// The distances that the ray spends between all pairs of faces.
+    /// The distances between all pairs of faces.
     #[inline(always)]
     fn span(&self, probe: &PreparedRay) -> Option<Span> {
         let (below, above) = (
@@ -48,7 +48,8 @@ impl<R: Real> Cuboid<R> {
         for axis in 0..3_u8 {
             let at = usize::from(axis);
             let (low, high, slope) = (below.axis(at), above.axis(at), probe.direction.axis(at));
-            // A ray across this axis is between its faces always or never; no sign of zero matters.
+            // A ray perpendicular to this axis is always or never between its faces; the sign of a
+            // zero does not matter.
             if slope == 0.0 {
                 let between = low <= 0.0 && 0.0 <= high;
                 if !between {
@@ -66,8 +67,8 @@ impl<R: Real> Cuboid<R> {
         Some(span)
     }
 
-    /// The surface at a point near a face: the point is kept on that and within its border by the
-    /// rounding to storage.
+    /// The surface at a point near a face. The point is moved onto the face, and off its border by
+    /// the rounding of storage.
     #[inline(always)]
     fn located(&self, raw: DVec3, (axis, greater): (usize, bool)) -> SurfacePoint {
         let at = |i: usize| {
@@ -84,9 +85,9 @@ impl<R: Real> Cuboid<R> {
         SurfacePoint::new(DVec3::new(at(0), at(1), at(2)), normal, slack(size))
     }
 
-    /// From a point of a face to where a ray starts that goes in: inside of all faces, so far as it
-    /// may drift against each. What lies above the face is outside anyway; without maps faces are
-    /// at right angles, and the point is far enough from the others.
+    /// Offset from a point of a face to the origin of an inward ray: the origin stays inside all
+    /// faces despite its drift. Outward rays need no offset: every point above the face is outside.
+    /// Without maps, faces are perpendicular, and the point is already far enough from the others.
     #[inline(never)]
     fn inwards(
         &self,
@@ -99,7 +100,7 @@ impl<R: Real> Cuboid<R> {
             let (min, max) = (self.min.axis(i).to_f64(), self.max.axis(i).to_f64());
             let (x, margin) = (located.point.axis(i), drift.along(Self::face(i, 1.0)));
             let (low, high) = (min + margin, max - margin);
-            // What is thinner than its points are exact has no inside.
+            // A box thinner than the error of its points has no inside.
             if low < high {
                 if i != axis {
                     return x.max(low).min(high);
@@ -112,7 +113,7 @@ impl<R: Real> Cuboid<R> {
     }
 }
 
-/// The axis of a face number and whether it is the greater side.
+/// The axis of a face number, and whether the face is on the greater side.
 fn face_of<R: Real>(number: R) -> (usize, bool) {
     let face = number.to_f64() as usize;
     ((face / 2).min(2), face % 2 == 1)
@@ -154,19 +155,19 @@ impl<R: Real> Shape<R> for Cuboid<R> {
         }
     }
 
-    /// Each face has u and v in [0, 1], u to the right and v down as it is seen from outside:
-    /// upright ones with +y up, the top from above and the bottom from below with x to the right.
+    /// Each face has u and v in [0, 1], u to the right and v down, as seen from outside. Vertical
+    /// faces have +y up; the top is seen from above and the bottom from below, with x to the right.
     fn parameters(&self, probe: &PreparedRay, hit: ShapeHit<R>) -> Parameters<R> {
         let point = self.surface(probe, hit).point;
         let size: R::Vec3 = self.max - self.min;
         let (axis, greater) = face_of(hit.u);
-        // Along which axes u and v run, and whether they fall as its coordinate grows.
+        // Axes of u and v, and whether u and v decrease along them.
         let (along_u, u_falls, along_v, v_falls) = [
             (2, greater, 1, true),
             (0, false, 2, !greater),
             (0, !greater, 1, true),
         ][axis];
-        // A size may round to nothing far from the origin; then there is but one place along it.
+        // Far from the origin a size may round to zero; all points then have one coordinate.
         let share = |i: usize, falls: bool| {
             let way = if falls {
                 self.max.axis(i) - point.axis(i)
@@ -200,8 +201,8 @@ impl<R: Real> SampleArea<R> for Cuboid<R> {
         2.0 * (s.x * s.y + s.y * s.z + s.z * s.x)
     }
 
-    /// The first number picks the pair of faces and the place along it, the half of its range picks
-    /// the side.
+    /// The first number selects the pair of faces and the position along it; the half of that
+    /// position's range selects the side.
     fn sample_area(&self, u: R, v: R) -> (SurfacePoint, f64) {
         let s = self.max.to_f64() - self.min.to_f64();
         let pairs = [s.y * s.z, s.z * s.x, s.x * s.y];
@@ -212,7 +213,7 @@ impl<R: Real> SampleArea<R> for Cuboid<R> {
             rest -= pairs[axis];
             axis += 1;
         }
-        // Within the pair: which side, and where on it.
+        // Within the pair: the side, and the position on it.
         let twice = (rest / pairs[axis]).min(1.0) * 2.0;
         let greater = twice >= 1.0;
         let (along_u, along_v) = ((axis + 1) % 3, (axis + 2) % 3);
@@ -229,7 +230,7 @@ mod tests {
     use crate::ray::Ray;
     use glam::Vec3;
 
-    /// Protects: texture coordinates are numbers also on a face that rounding made a line.
+    /// Protects: texture coordinates are finite even on a face that rounding collapsed to a line.
     #[test]
     fn a_face_without_width_has_coordinates() {
         let plate = Cuboid::<f32>::new(DVec3::new(1e8, 0.0, 0.0), DVec3::new(1e8 + 1.0, 2.0, 2.0));

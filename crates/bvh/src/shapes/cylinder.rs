@@ -10,33 +10,33 @@ use super::{Parameters, PreparedRay, SampleArea, Shape, ShapeHit, SurfacePoint, 
 use crate::ray::{Interval, Side};
 use crate::scalar::{Real, Vector};
 
-/// What bounds a cylinder along its axis.
+/// Ends of a cylinder along its axis.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Ends {
-    /// Nothing: it is infinite.
+    /// No ends: the cylinder is infinite.
     None,
-    /// It ends, open.
+    /// Open ends: a tube.
     Open,
-    /// It ends in caps and is a solid.
+    /// Caps: the cylinder is a solid.
     Capped,
 }
 
-/// All points at `radius` from a line, or from a piece of it.
+/// All points at distance `radius` from a line or segment.
 #[derive(Clone, Copy, Debug)]
 pub struct Cylinder<R: Real> {
-    /// A point of the axis; the centre of one end when there are ends.
+    /// A point of the axis; the centre of one end unless infinite.
     pub base: R::Vec3,
-    /// From the base to the other end; any length above zero for an infinite one.
+    /// From the base to the other end; of any positive length if infinite.
     pub axis: R::Vec3,
     /// Radius, above zero.
     pub radius: R,
-    /// How it ends.
+    /// Kind of ends.
     pub ends: Ends,
 }
 
 impl<R: Real> Cylinder<R> {
-    /// From a point of the axis, its direction of any length above zero, radius, and the height
-    /// unless infinite.
+    /// From a point of the axis, an axis direction of any positive length, the radius, and the
+    /// height (`None` if infinite).
     pub fn new(base: DVec3, axis: DVec3, radius: f64, height: Option<f64>, caps: bool) -> Self {
         let ends = match height {
             None => Ends::None,
@@ -56,8 +56,8 @@ impl<R: Real> Cylinder<R> {
         Turned::new(self.base, self.axis, [self.radius; 2])
     }
 
-    /// The point of the wall at a fraction `along` of the axis, seen from the axis in the direction
-    /// `out`.
+    /// The point of the wall at the fraction `along` of the axis, in the direction `out` from the
+    /// axis.
     fn on_wall(&self, along: f64, out: DVec3) -> SurfacePoint {
         let normal = out.normalize();
         let point = self.base.to_f64() + self.axis.to_f64() * along + normal * self.radius.to_f64();
@@ -117,9 +117,8 @@ impl<R: Real> Shape<R> for Cylinder<R> {
         );
         let (mut along, mut out) = split(raw - self.base.to_f64(), self.axis.to_f64());
         if self.ends == Ends::Capped && maps.is_none() {
-            // Wall and caps are at right angles here, so only rounding brings a start across a
-            // seam. Kept away from the seam by what rounding the point may move it, for rays that
-            // start inside.
+            // Wall and caps are perpendicular here, so only rounding moves an origin across their
+            // seam. The point is kept off the seam by that rounding, for rays that start inside.
             let reach = solid.scale(raw) * R::ROUNDOFF.to_f64() * 4.0;
             let margin = (reach / self.axis.to_f64().length()).min(0.5);
             along = along.max(margin).min(1.0 - margin);
@@ -144,8 +143,8 @@ impl<R: Real> Shape<R> for Cylinder<R> {
         }
     }
 
-    /// u turns about the axis; v runs down it, from 0 at the top to 1 at the base, of an infinite
-    /// one in its own units from the base; on a cap from the centre to the rim.
+    /// u runs around the axis. v runs from 0 at the top to 1 at the base, or in world units from
+    /// the base if infinite; on a cap from the centre to the rim.
     fn parameters(&self, probe: &PreparedRay, hit: ShapeHit<R>) -> Parameters<R> {
         let top = if self.ends == Ends::None { 0.0 } else { 1.0 };
         self.solid()
@@ -153,7 +152,7 @@ impl<R: Real> Shape<R> for Cylinder<R> {
     }
 }
 
-/// Of a finite one; an infinite one counts as if it ended.
+/// For finite cylinders; an infinite one is treated as if it ended.
 impl<R: Real> SampleArea<R> for Cylinder<R> {
     fn area(&self) -> f64 {
         let (wall, cap) = self.areas();

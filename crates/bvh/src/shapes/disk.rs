@@ -8,19 +8,19 @@ use super::{Parameters, PreparedRay, SampleArea, Shape, ShapeHit, SurfacePoint, 
 use crate::ray::{Interval, Side};
 use crate::scalar::{Real, Vector};
 
-/// The part of a plane within `radius` of a point of it.
+/// The part of a plane within `radius` of its centre.
 #[derive(Clone, Copy, Debug)]
 pub struct Disk<R: Real> {
     /// Centre.
     pub centre: R::Vec3,
-    /// The outside; of unit length up to the rounding of its components.
+    /// Outward normal, of unit length up to rounding.
     pub normal: R::Vec3,
     /// Radius, above zero.
     pub radius: R,
 }
 
 impl<R: Real> Disk<R> {
-    /// From centre, a normal of any length above zero, and radius.
+    /// From the centre, a normal of any positive length, and the radius.
     pub fn new(centre: DVec3, normal: DVec3, radius: f64) -> Self {
         Self {
             centre: R::Vec3::from_f64(centre),
@@ -50,7 +50,7 @@ impl<R: Real> Shape<R> for Disk<R> {
         let (normal, radius) = (self.normal.to_f64(), self.radius.to_f64());
         let f = probe.origin - self.centre.to_f64();
         let slope = normal.dot(probe.direction);
-        // A ray in the plane gives 0/0 or x/0: neither lies in an open range.
+        // A ray in the plane gives 0/0 or x/0, which no open range contains.
         let distance = -normal.dot(f) / slope;
         let t = R::from_f64(distance);
         let offset = f + probe.direction * distance;
@@ -64,7 +64,7 @@ impl<R: Real> Shape<R> for Disk<R> {
         SurfacePoint::new(point, normal.normalize(), error)
     }
 
-    /// u turns about the normal, v runs from the centre to the rim.
+    /// u runs around the normal, v from the centre to the rim.
     fn parameters(&self, probe: &PreparedRay, hit: ShapeHit<R>) -> Parameters<R> {
         let offset = self.locate(probe, hit).point - self.centre.to_f64();
         let (u, dpdu) = turn(offset, self.normal.to_f64());

@@ -1,16 +1,16 @@
-//! How far the start of a ray may lie from where its surface was hit, seen from a space under maps:
-//! what keeps a start on its own side of *everything* near it.
+//! Drift: the distance, in object space, between the point of a hit and the origin of a ray from
+//! it. Origins compensate for it to stay on the right side of *every* nearby surface.
 //!
-//! A start is lifted off one face, and rounded, in the world. Under a map that flattens a shape
-//! aslant, both take it along the other faces too, and there the inverse map magnifies what was a
-//! rounding in the world. Of a curved face it then lies above the tangent plane, but so far to the
-//! side that the face has bent away from there.
+//! In world space an origin is offset along one face's normal, and rounded. Under a map that shears
+//! and flattens a shape, both also move the origin along the other faces, and the inverse map
+//! magnifies the world-space rounding. Above a curved face the origin lies above the tangent plane,
+//! but possibly so far aside that the face has curved away from that plane.
 
 use super::{SurfacePoint, Transform, Under};
 use crate::scalar::Real;
 use glam::DVec3;
 
-/// The maps between the space of a shape and the world, the innermost first.
+/// The maps from object space to the world, innermost first.
 #[derive(Clone, Copy, Debug)]
 pub struct Maps<'a> {
     pub(crate) map: &'a Transform,
@@ -29,14 +29,14 @@ impl<'a> Maps<'a> {
             .map_or(mapped, |outer| outer.gradient_to_world(mapped))
     }
 
-    /// How long in the space of the shape at most is what is one in each axis of the world.
+    /// Upper bound of the object-space length of a vector with world components of at most one.
     fn magnification(self) -> f64 {
         let own = self.map.magnification;
         self.outer.map_or(own, |outer| own * outer.magnification())
     }
 }
 
-/// What a start may move by, in each axis of the world, and the maps to there.
+/// Greatest drift in each world axis, and the maps to the world.
 #[derive(Clone, Copy)]
 pub(super) struct Drift<'a> {
     by: f64,
@@ -44,17 +44,17 @@ pub(super) struct Drift<'a> {
 }
 
 impl<'a> Drift<'a> {
-    /// Around a point of a face in the shape's space, wrong by up to `error` there.
+    /// Drift around a face's point in object space with the given error.
     ///
-    /// A start is lifted along the normal by its error bound times the sum of the normal's
-    /// components, in each axis by up to (1 + √3)/2 bounds. Its point is rounded, by less than a
-    /// bound, and so is the sum; then comes the next number, up to two bounds away. All that is
-    /// less than five and a half bounds, and where the error of the test makes most of the bound,
-    /// not the rounding, less than half of that: as much is left for the other faces' being as
-    /// uncertain as this one.
+    /// An origin is offset along the normal by the error bound times the sum of the normal's
+    /// absolute components: in each axis by up to (1 + √3)/2 bounds. Rounding moves the point by
+    /// less than a bound, and the offset sum by less than a bound. The step to the next number adds
+    /// up to two bounds. The total is below five and a half bounds. Where the test's error
+    /// dominates the bound, and not rounding, the total is below half of that. The other half
+    /// covers the same uncertainty of the other faces.
     #[inline]
     pub fn around<R: Real>(maps: Option<Maps<'a>>, point: DVec3, error: f64) -> Self {
-        // Only the place and the bound matter.
+        // Only the position and the bound matter.
         let own = SurfacePoint::new(point, DVec3::ONE, error);
         let located = maps.map_or(own, |maps| maps.to_world(&own));
         let rounding = located.point.abs().max_element() * R::ROUNDOFF.to_f64();
@@ -64,35 +64,34 @@ impl<'a> Drift<'a> {
         }
     }
 
-    /// A gradient in the world.
+    /// An object-space gradient, mapped to the world.
     #[inline]
     pub fn in_world(&self, gradient: DVec3) -> DVec3 {
         self.maps
             .map_or(gradient, |maps| maps.gradient_to_world(gradient))
     }
 
-    /// The most by which a start may differ from its point in the direction of a gradient: by so
-    /// much may `gradient · p` change.
+    /// Greatest drift along a gradient: the greatest change of `gradient · p`.
     #[inline]
     pub fn along(&self, gradient: DVec3) -> f64 {
         let g = self.in_world(gradient).abs();
         (g.x + g.y + g.z) * self.by
     }
 
-    /// The most by which a start may differ from its point in any direction.
+    /// Greatest drift in any direction, in object space.
     #[inline]
     pub fn reach(&self) -> f64 {
         self.by * self.maps.map_or(2.0, Maps::magnification)
     }
 }
 
-/// A surface that bends, with its starts moved off it by what it may bend away under them: `balls`
-/// are the radii of balls that touch it anywhere without crossing it, from the outer side and from
-/// the inner; infinite where it bends away.
+/// A curved surface, with ray origins moved off the surface to allow for its curvature. `balls`
+/// returns the radii of balls that touch the surface anywhere without crossing it, on the outer and
+/// on the inner side; infinite where it curves away.
 ///
-/// A start that is lifted by its bound lies above the tangent plane at its point, up to `reach` r
-/// from it. Moved along the normal by r²/ρ it lies in the ball of radius ρ there, for r below ρ: (ρ
-/// − r²/ρ)² + r² < ρ². No larger reach leaves it a safe place.
+/// An origin offset by its bound lies above the tangent plane at its point, up to `reach` r from
+/// it. Moved along the normal by r²/ρ, the origin lies in the ball of radius ρ, for r below ρ: (ρ −
+/// r²/ρ)² + r² < ρ². A larger reach has no safe origin.
 #[inline(always)]
 pub(super) fn off_bends<R: Real>(
     located: SurfacePoint,

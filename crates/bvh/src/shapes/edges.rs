@@ -1,34 +1,34 @@
-//! Edge functions whose sign is exact: what makes triangles and quads watertight.
+//! Edge functions with exact signs: the basis of watertight triangles and quads.
 //!
-//! Corners are projected along the ray onto a plane, each by itself, so that two faces that share a
-//! corner agree on it to the bit. The three edge functions of a face are then differences of
-//! products of those coordinates, and their sign is made exact: whether the ray passes left or
-//! right of an edge is the same question with the same answer for both faces at it ("Watertight
-//! Ray/Triangle Intersection", Woop, Benthin, Wald 2013, section 3). The coordinates are of f64:
-//! were they rounded to f32, where products are exact in f64, a needle's far corner would move by
-//! more than the needle is wide, and a ray that leaves it would meet it again somewhere along it.
+//! Each corner is projected individually along the ray onto a plane, so that two faces with a
+//! common corner have the same projection to the bit. The three edge functions of a face are
+//! differences of products of these coordinates, with exact sign. So for both faces at an edge, the
+//! ray passes on the same side of it ("Watertight Ray/Triangle Intersection", Woop, Benthin, Wald
+//! 2013, section 3). The coordinates are f64. In f32 their products would be exact in f64; but
+//! rounding would move the far corner of a needle by more than its width, and a ray that leaves the
+//! needle would hit it again farther along.
 
 use glam::DVec3;
 
 use super::{PreparedRay, slack};
 use crate::scalar::Real;
 
-/// A corner as the ray sees it.
+/// A corner in the ray's coordinates.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Corner {
-    /// From the ray's origin, in space.
+    /// Relative to the ray's origin, in space.
     offset: DVec3,
-    /// Projected onto the plane across the ray.
+    /// Coordinates on the plane across the ray.
     x: f64,
     y: f64,
 }
 
-/// Where the ray passes a triangle, in f64 or as it is stored.
+/// Intersection of a ray with a triangle, in f64 or in the stored scalar.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct TriangleHit<T = f32> {
     /// Distance along the ray.
     pub t: T,
-    /// Weights of the second and third corner.
+    /// Barycentric weights of the second and third corner.
     pub weights: [T; 2],
     /// Whether the ray arrives against the right-handed normal.
     pub from_outside: bool,
@@ -51,23 +51,23 @@ impl From<&TriangleHit<f64>> for TriangleHit {
     }
 }
 
-/// Below so much of what its factors could make of it, a determinant says that a face is seen
-/// edge-on.
+/// Greatest ratio of the determinant to the bound on its terms for which a face counts as edge-on.
 ///
-/// A projected coordinate is wrong by 4 w R s at most, where w = 2⁻⁵³, R is how far the farthest
-/// corner is from the origin, and s the length of the projecting vectors. So the three edge
-/// functions are wrong by 8 w R s S together, with S the sum of the sizes of all coordinates, and
-/// the distance, a mean of the corners' own that is weighted by them, by 8 w R s S Δ/|determinant|,
-/// with Δ the greatest difference of two corners' distances. A walk finds what is met as late as
-/// where it enters a box by 4 u R and more, with u = 2⁻²⁴, since boxes are padded and far ends
-/// widened. A determinant of 2⁻²⁵ S Δ keeps the distance right to 2⁻²⁴ R.
+/// A projected coordinate has an error of at most 4 w R s. Here w = 2⁻⁵³, R is the distance of the
+/// farthest corner from the origin, and s the length of the projection vectors. So the three edge
+/// functions have a total error of 8 w R s S, with S the sum of the absolute coordinates. The hit
+/// distance is the mean of the corners' distances, weighted by edge functions, so its error is 8 w
+/// R s S Δ/|determinant|, with Δ the greatest difference of two corners' distances. A traversal
+/// tolerates an error of 4 u R and more, with u = 2⁻²⁴, since boxes are padded and exit distances
+/// widened. A determinant of 2⁻²⁵ S Δ limits the error to 2⁻²⁴ R.
 ///
-/// With less than that the weights may be noise, and the distance is taken where an edge is crossed
-/// ([`entered`]), on the face itself but for how far it extends the other way across the ray: the
-/// determinant over the way that it extends most, and S is at most three of these, so 3 · 2⁻²⁵ Δ.
-/// Boxes are padded by 2⁻²² of their greatest extent, which is Δ/√3 at least. So the ray is within
-/// the box of the part of the face that holds this place, whatever parts it has, and no order of
-/// visits decides.
+/// For smaller determinants the weights may be noise, and the distance is taken where the ray
+/// crosses an edge ([`entered`]). That point lies on the face, up to the face's lesser extent
+/// across the ray. This extent is at most the determinant over the greater extent, and S is at most
+/// three times the greater extent, so it is at most 3 · 2⁻²⁵ Δ. Boxes are padded by 2⁻²² of their
+/// greatest extent, which is at least Δ/√3. So the ray is within the box of the part of the face
+/// that contains the point, for any partition of the face, and the hit does not depend on the order
+/// of traversal.
 pub(crate) const EDGE_ON: f64 = 1.0 / 33_554_432.0;
 
 impl Corner {
@@ -82,7 +82,7 @@ impl Corner {
         }
     }
 
-    /// The edge function of the edge from `self` to `to`, of exact sign: positive when the ray has
+    /// The edge function of the edge from `self` to `to`, with exact sign: positive if the ray has
     /// the edge on its right.
     #[inline(always)]
     fn edge(&self, to: &Self) -> f64 {
@@ -90,8 +90,8 @@ impl Corner {
     }
 }
 
-/// Where the ray passes through the triangle of three projected corners; its border belongs to it.
-/// None for a triangle that the ray sees edge-on: its neighbours are hit instead.
+/// Intersection with the triangle of three projected corners, including its border. `None` for a
+/// triangle whose projection is degenerate: its neighbours are hit instead.
 #[inline(always)]
 pub(crate) fn cross(
     probe: &PreparedRay,
@@ -100,12 +100,12 @@ pub(crate) fn cross(
     c: &Corner,
 ) -> Option<TriangleHit<f64>> {
     let (u, v, w) = (b.edge(c), c.edge(a), a.edge(b));
-    // Without short circuits: most triangles are missed, by an edge that no branch predictor can
-    // guess. −0 counts as 0.
+    // Without short-circuit evaluation: most triangles are missed, by an unpredictable edge. −0
+    // counts as 0.
     if ((u < 0.0) | (v < 0.0) | (w < 0.0)) & ((u > 0.0) | (v > 0.0) | (w > 0.0)) {
         return None;
     }
-    // Of one sign, so the sum is zero only when all of them are.
+    // All have one sign, so the sum is zero only if all are zero.
     let determinant = u + v + w;
     let seen = determinant.abs() > 0.0;
     if !seen {
@@ -138,12 +138,11 @@ pub(crate) fn cross(
     })
 }
 
-/// Where the ray meets a face that it sees edge-on, in units of the squared direction: where it
-/// enters it, and the corners' weights there.
+/// Distance and weights where the ray enters an edge-on face, in units of the squared direction.
 ///
-/// The face is taken for a flat one in the plane of the ray and of the longer way that it extends
-/// across it, where it is wide, so that each edge is crossed at a well-rounded place. That is no
-/// farther from the ray than rounding moves a corner and the face extends the other way.
+/// The face is treated as flat, in the plane of the ray and the face's longer extent across it. In
+/// that plane it is wide, so each edge crossing is well-conditioned. The crossing is off the ray by
+/// at most the rounding of a corner and the face's shorter extent.
 #[cold]
 #[inline(never)]
 fn entered(x: [f64; 3], y: [f64; 3], z: [f64; 3]) -> (f64, [f64; 3]) {
@@ -169,23 +168,23 @@ fn entered(x: [f64; 3], y: [f64; 3], z: [f64; 3]) -> (f64, [f64; 3]) {
     best
 }
 
-/// What a test of a flat face by its corners may be wrong by: the flatter one of its triangles is,
-/// `longest_squared` over twice its area, the less its corners tell where its plane is.
+/// Error bound of a test of a flat face. The flatter its triangle, given by `longest_squared` over
+/// twice the area, the less the corners determine its plane.
 #[inline(always)]
 pub(super) fn corner_slack(scale: f64, longest_squared: f64, inverse_twice_area: f64) -> f64 {
     slack(scale) * (longest_squared * inverse_twice_area).min(1.0 / f64::ROUNDOFF)
 }
 
-/// a·b − c·d rounded, with the exact sign: the rounding errors of the products, by fused
-/// multiply-add, decide when the products themselves are too close (Kahan's method with the sum of
-/// three carried out without error as far as the sign depends on it). Exact unless a product's
-/// error underflows.
+/// a·b − c·d, rounded with exact sign. The rounding errors of both products, from fused
+/// multiply-add, decide if the products are too close (Kahan's method, with the sum of three terms
+/// computed without error as far as the sign depends on it). Exact unless a product's error
+/// underflows.
 #[cold]
 fn exact_tail(a: f64, b: f64, c: f64, d: f64) -> f64 {
     let (p, q) = (a * b, c * d);
     let (p_error, q_error) = (a.mul_add(b, -p), c.mul_add(d, -q));
-    // p − q is exact here by Sterbenz' lemma; the difference of the two errors is split into its
-    // rounding and the rest.
+    // p − q is exact by Sterbenz' lemma. The difference of both errors is split into its rounded
+    // value and the rest.
     let high = p_error - q_error;
     let back = high - p_error;
     let low = (p_error - (high - back)) - (q_error + back);
@@ -193,8 +192,8 @@ fn exact_tail(a: f64, b: f64, c: f64, d: f64) -> f64 {
     if sum == 0.0 { low } else { sum }
 }
 
-/// Whether three points lie on one line; exact where the differences of their coordinates are, as
-/// those of f32 numbers within nine orders of magnitude.
+/// Whether three points are collinear. Exact if the differences of their coordinates are exact, as
+/// for f32 numbers within nine orders of magnitude.
 pub(super) fn are_collinear(a: DVec3, b: DVec3, c: DVec3) -> bool {
     let (p, q) = (b - a, c - a);
     let minor = |a: f64, b: f64, c: f64, d: f64| exact_difference(a, b, c, d);
@@ -203,13 +202,13 @@ pub(super) fn are_collinear(a: DVec3, b: DVec3, c: DVec3) -> bool {
         && minor(p.x, q.y, p.y, q.x) == 0.0
 }
 
-/// a·b − c·d with the exact sign.
+/// a·b − c·d with exact sign.
 #[inline(always)]
 fn exact_difference(a: f64, b: f64, c: f64, d: f64) -> f64 {
     let (p, q) = (a * b, c * d);
     let difference = p - q;
-    // Wrong by at most u·(|p| + |q| + |difference|), and |q| is at most |p| + |difference|: one
-    // product tells the size of both.
+    // The error is at most u·(|p| + |q| + |difference|), and |q| is at most |p| + |difference|, so
+    // |p| bounds both products.
     if difference.abs() >= p.abs() * (f64::ROUNDOFF * 8.0) {
         return difference;
     }
@@ -229,13 +228,14 @@ mod tests {
         z ^ z >> 31
     }
 
-    /// Protects: a face that lies along the ray is met where the ray enters it, at the crossing of
-    /// an edge, by closed form, whatever noise there is across it; one whose edge lies on the ray
-    /// at that edge's nearer end.
+    /// Protects: an edge-on face is hit where the ray enters it, at the crossing of an edge, as in
+    /// closed form and for any noise across it; if an edge lies on the ray, at the edge's nearer
+    /// end.
     #[test]
     fn faces_edge_on_are_met_where_they_begin() {
         let noise = [1e-17, -2e-17, 1e-18];
-        // From (−1, 10) to (1, 20) the ray is met at 15, on the way back by way of (3, 40) at 17.5.
+        // From (−1, 10) to (1, 20) the ray crosses at 15; the crossing on the path through (3, 40)
+        // is at 17.5.
         let (x, z) = ([-1.0, 1.0, 3.0], [10.0, 20.0, 40.0]);
         assert_eq!(entered(x, noise, z), (15.0, [0.5, 0.5, 0.0]));
         assert_eq!(entered(noise, x, z), (15.0, [0.5, 0.5, 0.0]));
@@ -249,9 +249,9 @@ mod tests {
         );
     }
 
-    /// Protects: the sign of a·b − c·d whatever cancels, and its value to a third, against whole
-    /// numbers of 128 bits: products that are equal, that differ in their last bits, and that
-    /// differ by as much as decides which formula is taken.
+    /// Protects: the sign of a·b − c·d under any cancellation, and its value to a third, compared
+    /// with 128-bit integers: for equal products, products that differ in their last bits, and
+    /// differences at the threshold between both formulas.
     #[test]
     fn p21_differences_of_products_are_those_of_whole_numbers() {
         let state = &mut 7;
@@ -262,7 +262,7 @@ mod tests {
             };
             let bits = 24 + (next(state) % 29) as u32;
             let (x, y) = (odd(state, bits), odd(state, bits));
-            // (x + m)(y − n) is close to x·y where m·y ≈ n·x: steps by a ratio of small numbers, or
+            // (x + m)(y − n) is close to x·y if m·y ≈ n·x: steps in a ratio of small integers, or
             // none.
             let step = (next(state) % 4) as i64;
             let other = (step as f64 * y as f64 / x as f64).round() as i64;

@@ -1,4 +1,4 @@
-//! The ellipsoid with axes along x, y, z.
+//! The axis-aligned ellipsoid.
 
 use glam::DVec3;
 
@@ -18,12 +18,12 @@ use crate::scalar::{Real, Vector};
 pub struct Ellipsoid<R: Real> {
     /// Centre.
     pub centre: R::Vec3,
-    /// Half-lengths along x, y, z, above zero.
+    /// Semi-axes along x, y, z, each positive.
     pub semi_axes: R::Vec3,
 }
 
 impl<R: Real> Ellipsoid<R> {
-    /// From centre and half-lengths.
+    /// From the centre and the semi-axes.
     pub fn new(centre: DVec3, semi_axes: DVec3) -> Self {
         Self {
             centre: R::Vec3::from_f64(centre),
@@ -31,9 +31,9 @@ impl<R: Real> Ellipsoid<R> {
         }
     }
 
-    /// The crossings, in the space where the ellipsoid is a sphere: each axis is scaled by the
-    /// other two half-lengths, whose product is exact in a wider core, and the radius there is the
-    /// product of all three.
+    /// The crossings, in a space where the ellipsoid is a sphere. Each axis is scaled by the other
+    /// two semi-axes, so the radius is the product of all three. For semi-axes stored in f32 these
+    /// scales are exact in f64.
     #[inline(always)]
     fn crossings(&self, probe: &PreparedRay, close: bool) -> Option<Crossings> {
         let s = self.semi_axes.to_f64();
@@ -48,7 +48,7 @@ impl<R: Real> Ellipsoid<R> {
             }
             return Quadratic::new(a, b, squared - room).roots();
         }
-        // As for the sphere: how far the line passes from the centre, without cancellation.
+        // As for the sphere: the distance of the line from the centre, without cancellation.
         let middle = -b / a;
         let l = f + d * middle;
         let half_squared = (radius * radius - l.dot(l)) / a;
@@ -62,7 +62,7 @@ impl<R: Real> Ellipsoid<R> {
         })
     }
 
-    /// Normal and error bound at a point near the surface.
+    /// The surface at a point near it.
     fn at(&self, point: DVec3, scale: f64) -> SurfacePoint {
         let (centre, s) = (self.centre.to_f64(), self.semi_axes.to_f64());
         let offset = point - centre;
@@ -71,8 +71,8 @@ impl<R: Real> Ellipsoid<R> {
         SurfacePoint::new(point, gradient.normalize(), slack(scale))
     }
 
-    /// From a point to where a ray starts that goes in: as on the unit sphere of which this is an
-    /// image, for which see [`super::drift::off_bends`].
+    /// Offset from a point to the origin of an inward ray, as for the unit sphere whose image this
+    /// is (see [`super::drift::off_bends`]).
     #[inline(never)]
     fn inwards(&self, located: &SurfacePoint, maps: Maps<'_>) -> DVec3 {
         let s = self.semi_axes.to_f64();
@@ -87,8 +87,7 @@ impl<R: Real> Ellipsoid<R> {
         }
     }
 
-    /// How many times larger the surface is at a point than the unit sphere at its image, by the
-    /// unit direction there.
+    /// Local ratio of area to the unit sphere, at its unit direction `n`.
     fn stretch(&self, n: DVec3) -> f64 {
         let s = self.semi_axes.to_f64();
         DVec3::new(n.x * s.y * s.z, n.y * s.z * s.x, n.z * s.x * s.y).length()
@@ -124,7 +123,7 @@ impl<R: Real> Shape<R> for Ellipsoid<R> {
         }
     }
 
-    /// Those of the sphere of which it is the image.
+    /// Texture coordinates of the unit sphere whose image this is.
     fn parameters(&self, probe: &PreparedRay, hit: ShapeHit<R>) -> Parameters<R> {
         let (centre, s) = (self.centre.to_f64(), self.semi_axes.to_f64());
         let n = ((self.locate(probe, hit).point - centre) / s).normalize();
@@ -139,7 +138,8 @@ impl<R: Real> Shape<R> for Ellipsoid<R> {
     }
 }
 
-/// Drawn evenly over the unit sphere and mapped: the density follows the stretch of the map.
+/// Samples the unit sphere uniformly and maps the point: the density is divided by the map's area
+/// ratio.
 impl<R: Real> SampleArea<R> for Ellipsoid<R> {
     fn area(&self) -> f64 {
         area_by_quadrature(|u, v| {

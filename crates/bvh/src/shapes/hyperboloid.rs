@@ -13,17 +13,17 @@ use super::{
 use crate::ray::{Interval, Side};
 use crate::scalar::{Real, Vector};
 
-/// (x/a)² − (y/c)² + (z/a)² = 1 about its centre, for |y| ≤ half_height. Its normal points away
+/// (x/a)² − (y/c)² + (z/a)² = 1 around the centre, for |y| ≤ half_height. The normal points away
 /// from the axis.
 #[derive(Clone, Copy, Debug)]
 pub struct Hyperboloid<R: Real> {
     /// Centre.
     pub centre: R::Vec3,
-    /// Radius a of the waist, above zero.
+    /// Waist radius a, positive.
     pub waist: R,
-    /// Slope constant c, above zero.
+    /// Slope constant c, positive.
     pub slope: R,
-    /// |y − centre.y| up to which it reaches; zero: nowhere.
+    /// Greatest |y − centre.y|; zero for an empty shape.
     pub half_height: R,
 }
 
@@ -38,12 +38,12 @@ impl<R: Real> Hyperboloid<R> {
         }
     }
 
-    /// The crossings of the whole sheet.
+    /// The crossings of the unclipped sheet.
     #[inline(always)]
     fn crossings(&self, probe: &PreparedRay, close: bool) -> Option<Crossings> {
         let (waist, slope) = (self.waist.to_f64(), self.slope.to_f64());
         let (ahead, f) = approach(probe, self.centre.to_f64(), close);
-        // Times (a·c)²: products of two stored numbers, no division.
+        // Multiplied by (a·c)²: products of two stored numbers, without division.
         let scale = DVec3::new(slope, waist, slope);
         let (d, f) = (probe.direction * scale, f * scale);
         let form = |p: DVec3, q: DVec3| p.x * q.x + p.z * q.z - p.y * q.y;
@@ -56,7 +56,7 @@ impl<R: Real> Hyperboloid<R> {
             }
             return quadratic.roots();
         }
-        // b² − a·c by the minors of (d, f), as |d × f|² is for a sphere.
+        // b² − a·c by the minors of (d, f), as |d × f|² for a sphere.
         let m = d.cross(f);
         let discriminant = unit * a + (m.x * m.x + m.z * m.z - m.y * m.y);
         Quadratic {
@@ -83,7 +83,7 @@ impl<R: Real> Hyperboloid<R> {
         self.waist.to_f64() * length(y / self.slope.to_f64(), 1.0)
     }
 
-    /// One over the density at a height: the ring there times its slant, over the whole height.
+    /// Inverse density at a height: circumference times slant, over the whole height.
     fn inverse_density(&self, y: f64) -> f64 {
         let (a, c, radius) = (self.waist.to_f64(), self.slope.to_f64(), self.radius_at(y));
         let lean = a * a * y / (c * c * radius);
@@ -92,7 +92,7 @@ impl<R: Real> Hyperboloid<R> {
 }
 
 impl<R: Real> Shape<R> for Hyperboloid<R> {
-    /// It curves inwards: it reaches as far as its two rims.
+    /// The surface curves inwards, so its two rims determine the support.
     fn support(&self, direction: DVec3) -> Option<f64> {
         let height = self.half_height.to_f64();
         let rim = disk_support(
@@ -125,14 +125,14 @@ impl<R: Real> Shape<R> for Hyperboloid<R> {
         let point = point_at(probe, self.crossings(probe, true), hit);
         let located = self.at(point, (probe.origin - point).abs().max_element());
         off_bends::<R>(located, maps, || {
-            // Outside it is the profile that bends, most at the waist; inside, and there most as
-            // well, the circle.
+            // On the outer side the meridian is concave, most at the waist. On the inner side the
+            // circle is, also most at the waist.
             let (waist, slope) = (self.waist.to_f64(), self.slope.to_f64());
             [slope * (slope / waist), waist]
         })
     }
 
-    /// u turns about the axis, v runs from the upper rim to the lower.
+    /// u runs around the axis, v from the upper rim to the lower.
     fn parameters(&self, probe: &PreparedRay, hit: ShapeHit<R>) -> Parameters<R> {
         let offset = self.locate(probe, hit).point - self.centre.to_f64();
         let (u, dpdu) = turn(DVec3::new(offset.x, 0.0, offset.z), DVec3::Y);
@@ -146,7 +146,7 @@ impl<R: Real> Shape<R> for Hyperboloid<R> {
     }
 }
 
-/// Drawn evenly over height and angle.
+/// Samples height and angle uniformly.
 impl<R: Real> SampleArea<R> for Hyperboloid<R> {
     fn area(&self) -> f64 {
         area_by_quadrature(|u, _| self.inverse_density((2.0 * u - 1.0) * self.half_height.to_f64()))

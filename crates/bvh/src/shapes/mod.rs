@@ -1,8 +1,8 @@
-//! Shapes: each knows its bounds, how a ray hits it, and what its surface is like at a hit.
+//! Shapes: bounds, ray intersection, and the surface at a hit.
 //!
-//! A shape is stored in f32 or f64; its test computes in f64. A test returns a distance and two
-//! numbers of the shape's own: the surface point is made once, by [`Shape::locate`], when the
-//! closest hit is known, and texture coordinates only for who asks.
+//! A shape is stored in f32 or f64, and its test computes in f64. A test returns a distance and two
+//! shape-specific numbers. The surface point is computed once, by [`Shape::locate`], when the
+//! closest hit is known, and texture coordinates only on demand.
 
 mod any;
 mod border;
@@ -58,28 +58,28 @@ use crate::aabb::Aabb;
 use crate::ray::{Interval, Side};
 use crate::scalar::Real;
 
-/// What a test may be wrong by, for lengths up to `scale`: some roundings of it. The longest chain
-/// of a shape has about ten.
+/// Error bound of an intersection test for lengths up to `scale`: 16 roundings. The longest chain
+/// of operations of a shape has about ten.
 #[inline(always)]
 pub(crate) fn slack(scale: f64) -> f64 {
     scale * (f64::ROUNDOFF * 16.0)
 }
 
-/// What a shape's test returns: distance and two numbers that only the shape itself reads.
+/// Result of an intersection test: distance and two numbers that only the shape itself interprets.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ShapeHit<R> {
     /// Distance along the ray.
     pub t: R,
-    /// A barycentric coordinate, the part of the surface that was hit, or zero where there is one
+    /// A barycentric coordinate, the part of the surface that was hit, or zero for a shape of one
     /// part.
     pub u: R,
-    /// A barycentric coordinate, or for a body one where the ray leaves it: the two ends of a thin
-    /// body may have the same stored distance.
+    /// A barycentric coordinate; for a solid, one where the ray leaves it. The flag is needed since
+    /// both crossings of a thin solid may have the same stored distance.
     pub v: R,
 }
 
 impl<R: Real> ShapeHit<R> {
-    /// A hit that needs no further numbers.
+    /// A hit without further numbers.
     #[inline(always)]
     pub fn at(t: R) -> Self {
         Self {
@@ -89,7 +89,7 @@ impl<R: Real> ShapeHit<R> {
         }
     }
 
-    /// A hit where the ray leaves a body.
+    /// A hit where the ray leaves a solid.
     #[inline(always)]
     pub fn leaving(t: R) -> Self {
         Self {
@@ -99,40 +99,38 @@ impl<R: Real> ShapeHit<R> {
         }
     }
 
-    /// Whether the ray leaves a body here.
+    /// Whether the ray leaves a solid here.
     #[inline(always)]
     pub fn leaves(&self) -> bool {
         self.v > R::ZERO
     }
 }
 
-/// The maps that the space of a shape is under; none for the world's own.
+/// The maps from object space to the world; `None` for a shape in world space.
 pub type Under<'a> = Option<Maps<'a>>;
 
 /// A surface that rays can hit.
 pub trait Shape<R: Real> {
-    /// The support function, max p·direction over all points p of the shape: where a plane touches
-    /// that comes in from far along `direction`. None for a shape without bounds. Not a number when
-    /// a parameter is not.
+    /// The support function: the maximum of p·direction over all points p of the shape. `None` for
+    /// an unbounded shape; NaN if a parameter is NaN.
     fn support(&self, direction: DVec3) -> Option<f64>;
 
-    /// The least axis-parallel box around it; none for a shape without bounds, which then stays
+    /// The smallest axis-aligned box around the shape; `None` for an unbounded shape, which stays
     /// outside any tree.
     fn bounds(&self) -> Option<Aabb> {
         Aabb::from_support(|direction| self.support(direction))
     }
 
-    /// The nearest hit within `range` (open at both ends) on an accepted side.
+    /// The nearest hit within the open interval `range` on an accepted side.
     fn intersect(&self, probe: &PreparedRay, range: Interval<R>, side: Side)
     -> Option<ShapeHit<R>>;
 
     /// The surface at a hit that [`Shape::intersect`] returned for the same ray, before it is
-    /// rounded to the stored scalar. A ray that comes from the world by the inverses of maps brings
-    /// them: what may happen to the start of a ray there decides how far from edges and bends
-    /// starts have to be.
+    /// rounded to the stored scalar. `maps` are the maps by whose inverses the ray came from the
+    /// world. They decide how far ray origins must keep from edges and off curved surfaces.
     fn locate_under(&self, probe: &PreparedRay, hit: ShapeHit<R>, maps: Under<'_>) -> SurfacePoint;
 
-    /// The same for a ray of the shape's own space.
+    /// [`Shape::locate_under`] for a ray in the shape's own space.
     #[inline(always)]
     fn locate(&self, probe: &PreparedRay, hit: ShapeHit<R>) -> SurfacePoint {
         self.locate_under(probe, hit, None)
@@ -141,15 +139,16 @@ pub trait Shape<R: Real> {
     /// Texture coordinates at a hit that [`Shape::intersect`] returned for the same ray.
     fn parameters(&self, probe: &PreparedRay, hit: ShapeHit<R>) -> Parameters<R>;
 
-    /// The surface at a hit that [`Shape::intersect`] returned for the same ray.
+    /// The surface at a hit that [`Shape::intersect`] returned for the same ray, in the stored
+    /// scalar.
     #[inline]
     fn surface(&self, probe: &PreparedRay, hit: ShapeHit<R>) -> Surface<R> {
         self.locate(probe, hit).stored()
     }
 }
 
-/// The first of two ordered roots that lies in the range on an accepted side: rays enter a closed
-/// shape at `near` and leave it at `far`.
+/// The first of two ordered roots in the range on an accepted side: rays enter a closed shape at
+/// `near` and leave it at `far`.
 #[inline(always)]
 pub(crate) fn first_root<R: Real>(
     near: R,

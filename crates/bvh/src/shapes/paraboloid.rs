@@ -12,20 +12,20 @@ use super::{
 use crate::ray::{Interval, Side};
 use crate::scalar::{Real, Vector};
 
-/// y = (x² + z²)·height/radius² about its lowest point, up to `height`. Its normal points away from
-/// the axis and down.
+/// y = (x² + z²)·height/radius² above the apex, up to `height`. The normal points away from the
+/// axis and down.
 #[derive(Clone, Copy, Debug)]
 pub struct Paraboloid<R: Real> {
     /// Lowest point.
     pub apex: R::Vec3,
-    /// Radius of the rim, above zero.
+    /// Radius of the rim, positive.
     pub radius: R,
-    /// Height of the rim above the apex; zero: the shape is nowhere.
+    /// Height of the rim above the apex; zero for an empty shape.
     pub height: R,
 }
 
 impl<R: Real> Paraboloid<R> {
-    /// From the lowest point, the radius of the rim and its height.
+    /// From the apex, the radius of the rim and its height.
     pub fn new(apex: DVec3, radius: f64, height: f64) -> Self {
         Self {
             apex: R::Vec3::from_f64(apex),
@@ -34,7 +34,7 @@ impl<R: Real> Paraboloid<R> {
         }
     }
 
-    /// The crossings of the whole bowl.
+    /// The crossings of the unclipped paraboloid.
     #[inline(always)]
     fn crossings(&self, probe: &PreparedRay, close: bool) -> Option<Crossings> {
         let (radius, height) = (self.radius.to_f64(), self.height.to_f64());
@@ -61,8 +61,7 @@ impl<R: Real> Paraboloid<R> {
         SurfacePoint::new(point, gradient.normalize(), slack(scale))
     }
 
-    /// One over the density at a distance from the axis: the rim's disk, as much larger as the bowl
-    /// leans there.
+    /// Inverse density at a distance from the axis: the area of the rim's disk times the slant.
     fn inverse_density(&self, distance: f64) -> f64 {
         let (radius, height) = (self.radius.to_f64(), self.height.to_f64());
         let lean = 2.0 * height * distance / (radius * radius);
@@ -77,8 +76,8 @@ impl<R: Real> Shape<R> for Paraboloid<R> {
             self.radius.to_f64(),
             self.height.to_f64(),
         );
-        // On the bowl at a fraction s of the rim's radius: s·across + s²·up, greatest at the rim or
-        // where its slope is zero.
+        // At a fraction s of the rim's radius: s·across + s²·up, greatest at the rim or where the
+        // derivative is zero.
         let (across, up) = (
             radius * length(direction.x, direction.z),
             height * direction.y,
@@ -111,13 +110,13 @@ impl<R: Real> Shape<R> for Paraboloid<R> {
         let point = point_at(probe, self.crossings(probe, true), hit);
         let located = self.at(point, (probe.origin - point).abs().max_element());
         off_bends::<R>(located, maps, || {
-            // It bends most at the apex.
+            // The curvature is greatest at the apex.
             let (radius, height) = (self.radius.to_f64(), self.height.to_f64());
             [f64::INFINITY, radius * (radius / height) * 0.5]
         })
     }
 
-    /// u turns about the axis, v runs down with the height, from 0 at the rim to 1 at the apex.
+    /// u runs around the axis, v with the height, from 0 at the rim to 1 at the apex.
     fn parameters(&self, probe: &PreparedRay, hit: ShapeHit<R>) -> Parameters<R> {
         let offset = self.locate(probe, hit).point - self.apex.to_f64();
         let (u, dpdu) = turn(DVec3::new(offset.x, 0.0, offset.z), DVec3::Y);
@@ -130,7 +129,7 @@ impl<R: Real> Shape<R> for Paraboloid<R> {
     }
 }
 
-/// Drawn evenly over the disk below the rim.
+/// Samples the disk below the rim uniformly.
 impl<R: Real> SampleArea<R> for Paraboloid<R> {
     fn area(&self) -> f64 {
         area_by_quadrature(|u, _| self.inverse_density(u.sqrt() * self.radius.to_f64()))

@@ -7,20 +7,20 @@ use super::{Parameters, PreparedRay, Shape, ShapeHit, SurfacePoint, Under, slack
 use crate::ray::{Interval, Side};
 use crate::scalar::{Real, Vector};
 
-/// All points p with (p − point)·normal = 0. Without bounds: it stays outside any tree.
+/// All points p with (p − point)·normal = 0. The plane is unbounded and stays outside any tree.
 #[derive(Clone, Copy, Debug)]
 pub struct Plane<R: Real> {
     /// Any point of the plane.
     pub point: R::Vec3,
-    /// Unit normal; the outside.
+    /// Outward unit normal.
     pub normal: R::Vec3,
     /// Unit tangent, the direction of u.
     pub tangent: R::Vec3,
 }
 
 impl<R: Real> Plane<R> {
-    /// A plane through a point; `normal` has unit length. The tangent is x where the normal allows
-    /// it, so that for a floor u and v are world x and z.
+    /// A plane through a point with the given unit normal. The tangent is x if the normal allows,
+    /// so that for a floor u and v are world x and z.
     pub fn new(point: R::Vec3, normal: R::Vec3) -> Self {
         Self {
             point,
@@ -30,8 +30,8 @@ impl<R: Real> Plane<R> {
     }
 }
 
-/// Where a ray crosses the plane with this normal through a point, and what that is wrong by: at
-/// the unrounded distance, so that what remains is the rounding of the stored coordinates.
+/// Intersection of a ray with the plane through a point, and its error bound. It uses the unrounded
+/// distance, so that only the rounding of stored coordinates remains.
 #[inline(always)]
 pub(super) fn on_plane(probe: &PreparedRay, normal: DVec3, through: DVec3) -> (DVec3, f64) {
     let height = normal.dot(through - probe.origin);
@@ -58,7 +58,7 @@ impl<R: Real> Shape<R> for Plane<R> {
         let normal = self.normal.to_f64();
         let slope = normal.dot(probe.direction);
         let height = normal.dot(self.point.to_f64() - probe.origin);
-        // A ray in the plane gives 0/0 or x/0: neither lies in an open range.
+        // A ray in the plane gives 0/0 or x/0, which no open range contains.
         let t = R::from_f64(height / slope);
         (t.is_finite() && range.contains(t) && side.accepts(slope < 0.0)).then_some(ShapeHit::at(t))
     }
@@ -70,7 +70,8 @@ impl<R: Real> Shape<R> for Plane<R> {
         SurfacePoint::new(point, normal, error)
     }
 
-    /// u along the tangent, v across it, from the plane's point; for a floor, world x and z.
+    /// u along the tangent and v across it, relative to the plane's point; for a floor, world x and
+    /// z.
     #[inline]
     fn parameters(&self, probe: &PreparedRay, hit: ShapeHit<R>) -> Parameters<R> {
         let offset = self.surface(probe, hit).point - self.point;

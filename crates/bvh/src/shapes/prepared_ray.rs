@@ -1,45 +1,46 @@
-//! A ray with what every test of it needs, prepared once per query.
+//! A ray with the values that every intersection test needs, computed once per query.
 
 use glam::DVec3;
 
 use crate::ray::Ray;
 use crate::scalar::{Real, Vector};
 
-/// So many sizes of a shape are far: from there f32 tells distances to 2⁻¹⁴ of the shape.
+/// Distance, in sizes of a shape, from which it counts as far: there f32 resolves distances to 2⁻¹⁴
+/// of the size.
 pub(crate) const FAR: f64 = 1024.0;
 
-/// A ray in f64, in which all tests compute, whatever is stored.
+/// A ray in f64, the precision of all tests, for any stored scalar.
 #[derive(Clone, Copy, Debug)]
 pub struct PreparedRay {
     /// Origin, exactly.
     pub origin: DVec3,
-    /// Direction; of unit length only up to the rounding of the stored one, and of any length in
-    /// the space of an instance.
+    /// Direction, of unit length up to the rounding of the stored direction; of any length in the
+    /// space of an instance.
     pub direction: DVec3,
-    /// When it is asked, see [`Ray::time`].
+    /// Time, see [`Ray::time`].
     pub time: f64,
-    /// Whether it passes backs that are culled, see [`Ray::culls`].
+    /// Whether this is a camera ray, see [`Ray::culls`].
     pub culls: bool,
-    /// Whether this is the space of a placed shape or an instance. There a rounding of the
-    /// distance, moved along the surface by projecting it back, may come out of the map magnified,
-    /// so that points are made from unrounded distances.
+    /// Whether this is the space of a transformed shape or an instance. The map may magnify the
+    /// effect of a rounded distance along the surface, so points are computed from unrounded
+    /// distances.
     pub mapped: bool,
     /// Squared length of `direction`.
     pub length_squared: f64,
-    /// The same, less by more than the rounding of any sum of a few products with it: a
-    /// discriminant made with it is never below zero where one from the same coefficients, or from
-    /// the exact ones, is not.
+    /// `length_squared`, reduced by more than the rounding of any sum of a few products with it. A
+    /// discriminant computed with it is never negative if that of the same coefficients, or the
+    /// exact one, is not.
     pub shortened: f64,
-    /// One over it.
+    /// The inverse of `length_squared`.
     pub inverse_length_squared: f64,
-    /// Two vectors across the direction, such that (first, second, direction) is right-handed: they
-    /// span the plane onto which triangles are projected. As long as the largest component of the
-    /// direction at least.
+    /// Two vectors perpendicular to the direction, such that (first, second, direction) is
+    /// right-handed: a basis of the plane onto which triangles are projected. Each is at least as
+    /// long as the direction's largest component.
     pub across: [DVec3; 2],
 }
 
 impl PreparedRay {
-    /// What [`PreparedRay::shortened`] is of the squared length.
+    /// Ratio of [`PreparedRay::shortened`] to the squared length.
     pub(crate) const SHORTER: f64 = 1.0 - f64::ROUNDOFF * 64.0;
 
     /// Prepares a ray.
@@ -48,7 +49,7 @@ impl PreparedRay {
         Self::of(ray, true)
     }
 
-    /// Prepares a ray, for triangles and quads too or not.
+    /// Prepares a ray; with `faces` also for triangles and quads.
     #[inline(always)]
     pub(crate) fn of<R: Real>(ray: Ray<R>, faces: bool) -> Self {
         let (origin, direction) = (ray.origin.to_f64(), ray.direction.to_f64());
@@ -74,13 +75,14 @@ impl PreparedRay {
         }
     }
 
-    /// Prepares a stored ray for spheres and planes.
+    /// Prepares a stored world-space ray for spheres and planes.
     #[inline(always)]
     pub(crate) fn in_world(origin: [f32; 3], direction: [f32; 3]) -> Self {
         Self::of(Ray::<f32>::new(origin.into(), direction.into()), false)
     }
 
-    /// Prepares a ray of a mapped space, of any length: distances are in units of that length.
+    /// Prepares a ray in a mapped space. The direction may have any length, which is the unit of
+    /// distances.
     #[inline(always)]
     pub(crate) fn mapped(origin: DVec3, direction: DVec3, culls: bool) -> Self {
         Self {
@@ -94,9 +96,9 @@ impl PreparedRay {
         }
     }
 
-    /// Whether a point made from a stored distance could lie beside the hit by as much as 2⁻¹⁴ of a
-    /// shape of this size. Such a point is made from the unrounded distance instead, and always in
-    /// a map's space.
+    /// Whether a point computed from a stored distance could be off by 2⁻¹⁴ of a shape of the given
+    /// size, and always in a mapped space. Such a point is computed from the unrounded distance
+    /// instead.
     #[inline(always)]
     pub(crate) fn needs_unrounded<R: Real>(&self, t: R, size: R) -> bool {
         self.mapped || t > size * R::from_f64(FAR)
@@ -110,7 +112,7 @@ impl PreparedRay {
 }
 
 /// The shear of "Watertight Ray/Triangle Intersection" (Woop, Benthin, Wald 2013) without its
-/// division: a point's shear coordinates times the direction's largest component.
+/// division: sheared coordinates times the direction's largest component.
 #[inline(always)]
 fn across(d: DVec3) -> [DVec3; 2] {
     let size = d.abs();

@@ -1,4 +1,4 @@
-//! The quad: a parallelogram, watertight against whatever shares two of its corners.
+//! The quad: a parallelogram, watertight against any face that shares two of its corners.
 
 use glam::DVec3;
 
@@ -9,8 +9,8 @@ use crate::aabb::Aabb;
 use crate::ray::{Interval, Side};
 use crate::scalar::{Real, Vector};
 
-/// A parallelogram by its four corners, of which each is rounded by itself: faces that share an
-/// edge share its bits. The outside is edge_u × edge_v.
+/// A parallelogram, stored as four corners. Each corner is rounded individually, so that faces with
+/// a common edge share its bits. The outward normal is edge_u × edge_v.
 #[derive(Clone, Copy, Debug)]
 pub struct Quad<R: Real> {
     /// Corners in order: corner, + edge_u, + edge_u + edge_v, + edge_v.
@@ -18,7 +18,7 @@ pub struct Quad<R: Real> {
 }
 
 impl<R: Real> Quad<R> {
-    /// From a corner and the two edges that leave it.
+    /// From a corner and the two edges at it.
     pub fn new(corner: DVec3, edge_u: DVec3, edge_v: DVec3) -> Self {
         Self {
             corners: [
@@ -31,8 +31,8 @@ impl<R: Real> Quad<R> {
         }
     }
 
-    /// The diagonals. Their product is the normal: so the two halves have one, though rounded
-    /// corners need not lie in a plane.
+    /// The diagonals. Their cross product is the normal, so both halves have the same normal,
+    /// though rounded corners need not be coplanar.
     #[inline(always)]
     fn diagonals(&self) -> [DVec3; 2] {
         let [a, b, c, d] = self.corners.map(Vector::to_f64);
@@ -45,7 +45,7 @@ impl<R: Real> Quad<R> {
         first.cross(second).normalize()
     }
 
-    /// The point with given texture coordinates: on one half of the quad or on the other.
+    /// The point with the given texture coordinates, on the half of the quad that contains it.
     #[inline(always)]
     fn point(&self, [u, v]: [f64; 2]) -> DVec3 {
         let [a, b, c, d] = self.corners.map(Vector::to_f64);
@@ -63,7 +63,7 @@ impl<R: Real> Quad<R> {
             .fold(R::ZERO, |m, c| m.max(c.abs().max_element()))
     }
 
-    /// What the test of the corners may be wrong by.
+    /// Error bound of the intersection test.
     #[inline(always)]
     fn slack(&self) -> f64 {
         let [first, second] = self.diagonals();
@@ -77,22 +77,22 @@ impl<R: Real> Quad<R> {
 
     #[inline(always)]
     fn error(&self) -> f64 {
-        // The second term for corners that rounding has moved out of the common plane.
+        // The second term covers corners that rounding has moved off the common plane.
         self.slack() + (self.scale() * R::ROUNDOFF * R::from_f64(4.0)).to_f64()
     }
 
-    /// How far rounding has moved the corners out of a common plane: how far the diagonals are
-    /// apart.
+    /// Distance by which rounding has moved the corners off a common plane: the distance between
+    /// the diagonals.
     fn fold(&self) -> f64 {
         let [a, b, ..] = self.corners.map(Vector::to_f64);
         self.normal().dot(b - a).abs()
     }
 
-    /// Two triangles with a diagonal, each watertight: the distance, both coordinates, and whether
-    /// the ray comes from outside.
+    /// Tests the two triangles at a diagonal, each watertight. Returns the distance, both
+    /// coordinates, and whether the ray comes from outside.
     #[inline(always)]
     fn watertight(&self, probe: &PreparedRay) -> Option<(f64, [f64; 2], bool)> {
-        // One by one: an array's map is not always inlined.
+        // Written out: an array's `map` is not always inlined.
         let [a, b, c, d] = self.corners;
         let (a, b) = (
             Corner::new(probe, a.to_f64()),
@@ -114,7 +114,7 @@ impl<R: Real> Quad<R> {
 
 impl<R: Real> Shape<R> for Quad<R> {
     fn support(&self, direction: DVec3) -> Option<f64> {
-        // Written so that NaN stays NaN.
+        // Written so that NaN propagates.
         let [a, b, c, d] = self.corners.map(|p| p.to_f64().dot(direction));
         Some((a + b + c + d) * 0.0 + a.max(b).max(c).max(d))
     }
@@ -142,16 +142,16 @@ impl<R: Real> Shape<R> for Quad<R> {
     fn locate_under(&self, probe: &PreparedRay, hit: ShapeHit<R>, maps: Under<'_>) -> SurfacePoint {
         let [a, b, _, d] = self.corners.map(Vector::to_f64);
         let normal = self.normal();
-        // The rounding of stored coordinates moves the point along the plane only, but in a map's
-        // space that may be far.
+        // The rounding of stored coordinates moves the point only along the plane, but that may be
+        // far in a mapped space.
         let again = if probe.mapped {
             self.watertight(probe)
         } else {
             None
         };
         let [u, v] = again.map_or_else(|| [hit.u.to_f64(), hit.v.to_f64()], |(_, place, _)| place);
-        // Kept away from the border by what rounding the point may move it: a ray that starts at an
-        // inner edge of a closed room then starts on the inner side of both walls.
+        // The point is kept off the border by the rounding of its coordinates. A ray that starts at
+        // an inner edge of a closed room then starts on the inner side of both walls.
         let reach = a.abs().max(b.abs()).max(d.abs()).max_element() * R::ROUNDOFF.to_f64() * 8.0;
         let keep = |x: f64, edge: DVec3| {
             let margin = (reach / edge.length()).min(0.5);

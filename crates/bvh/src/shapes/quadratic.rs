@@ -1,5 +1,5 @@
-//! Where a ray crosses a quadric: the two roots of a·t² + 2b·t + c, told apart by the direction of
-//! the crossing.
+//! Intersection of a ray with a quadric: the two roots of a·t² + 2b·t + c, distinguished by whether
+//! the ray enters or leaves.
 
 use super::prepared_ray::FAR;
 use super::{PreparedRay, ShapeHit, first_root};
@@ -13,14 +13,13 @@ pub(crate) struct Quadratic {
     pub a: f64,
     pub b: f64,
     pub c: f64,
-    /// A quarter of the discriminant, b² − a·c, by the least cancelling formula that the quadric
-    /// has.
+    /// A quarter of the discriminant, b² − a·c, by the formula of the quadric with least
+    /// cancellation.
     pub discriminant: f64,
 }
 
-/// Distances at which a ray goes into a quadric and out of it. Infinite where it does so never.
-/// With a positive leading coefficient the inside lies between them, with a negative one it is all
-/// the rest.
+/// Distances at which a ray enters and leaves a quadric; infinite if it never does. With a positive
+/// leading coefficient the inside lies between them, otherwise outside of them.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Crossings {
     pub enter: f64,
@@ -28,7 +27,7 @@ pub(crate) struct Crossings {
 }
 
 impl Quadratic {
-    /// With the discriminant from the coefficients.
+    /// Computes the discriminant from the coefficients.
     #[inline(always)]
     pub fn new(a: f64, b: f64, c: f64) -> Self {
         Self {
@@ -39,8 +38,8 @@ impl Quadratic {
         }
     }
 
-    /// The roots; none when there are none. The one that would cancel comes from the product of the
-    /// two, which also survives a leading coefficient of zero.
+    /// The roots; `None` if they are not real. The root that would cancel is computed from the
+    /// product of both, which also works if the leading coefficient is zero.
     #[inline(always)]
     pub fn roots(&self) -> Option<Crossings> {
         let met = self.discriminant >= 0.0;
@@ -65,8 +64,7 @@ impl Quadratic {
 }
 
 impl Crossings {
-    /// The same crossings seen from a point that lies `distance` before the one they were measured
-    /// from.
+    /// These crossings, measured from a point that lies `distance` earlier.
     #[inline(always)]
     pub fn moved(self, distance: f64) -> Self {
         Self {
@@ -75,7 +73,7 @@ impl Crossings {
         }
     }
 
-    /// The nearest crossing in the range, on an accepted side, that `keep` keeps.
+    /// The nearest crossing in the range, on an accepted side, that satisfies `keep`.
     #[inline(always)]
     pub fn nearest<R: Real>(
         &self,
@@ -88,28 +86,28 @@ impl Crossings {
             (side.accepts(from_outside) && range.contains(stored) && keep(t)).then_some(stored)
         };
         match (candidate(self.enter, true), candidate(self.leave, false)) {
-            // By the unrounded distances: from far away the stored ones are equal.
+            // Compares unrounded distances: far away the stored distances are equal.
             (Some(_), Some(b)) if self.leave < self.enter => Some(ShapeHit::leaving(b)),
             (Some(a), _) => Some(ShapeHit::at(a)),
             (None, b) => b.map(ShapeHit::leaving),
         }
     }
 
-    /// The crossing that was returned as `hit`, unrounded.
+    /// The unrounded distance of `hit`.
     #[inline(always)]
     pub fn unrounded<R: Real>(&self, hit: ShapeHit<R>) -> f64 {
         if hit.leaves() { self.leave } else { self.enter }
     }
 }
 
-/// Where to measure from: the ray's point nearest to `centre` if `close`, so that no coefficient
-/// carries the distance of the origin, or the origin itself. Returns the distance to that point and
-/// the point relative to `centre`.
+/// Reference point of a test: the ray's point nearest to `centre` if `close`, so that no
+/// coefficient contains the distance of the origin; otherwise the origin. Returns the distance to
+/// the reference point, and that point relative to `centre`.
 ///
-/// From the origin the discriminant is wrong by (D/r)²·2⁻⁵³ and some of it, which is all of it at
-/// D/r = 10⁸; from close by the way costs (D/r)·2⁻⁵³. A ray need not be rounded more than that:
-/// along an axis it is exact however far it comes from. A surface point is always made from close
-/// by.
+/// Let D be the distance and r the size. Measured from the origin, the discriminant has a relative
+/// error of about (D/r)²·2⁻⁵³, which is everything at D/r = 10⁸. Measured from close by, the error
+/// is (D/r)·2⁻⁵³. Not every ray has a rounding error of that size: along an axis it is exact from
+/// any distance. Surface points always use the near reference.
 #[inline(always)]
 pub(crate) fn approach(probe: &PreparedRay, centre: DVec3, close: bool) -> (f64, DVec3) {
     let f = probe.origin - centre;
@@ -120,8 +118,8 @@ pub(crate) fn approach(probe: &PreparedRay, centre: DVec3, close: bool) -> (f64,
     (ahead, f + probe.direction * ahead)
 }
 
-/// Whether a test of a shape of this size at `centre` measures from close by: of what is stored in
-/// f32, where both are right, the shorter way is taken up to [`FAR`] sizes away.
+/// Whether the test of a shape at `centre` uses the near reference point. For shapes stored in f32
+/// the origin is precise enough up to [`FAR`] sizes away, and faster.
 #[inline(always)]
 pub(crate) fn tests_close<R: Real>(probe: &PreparedRay, centre: R::Vec3, size: R) -> bool {
     let far = || {
@@ -131,15 +129,15 @@ pub(crate) fn tests_close<R: Real>(probe: &PreparedRay, centre: R::Vec3, size: R
     !R::IS_SINGLE || far()
 }
 
-/// Does out of line what few rays ask for. What it refers to is to be moved in: a reference to it
-/// would make others store it.
+/// Runs rare work out of line. Captured values should be moved in: a captured reference would force
+/// them into memory for all rays.
 #[cold]
 #[inline(never)]
 pub(crate) fn rarely<T>(work: impl FnOnce() -> T) -> T {
     work()
 }
 
-/// Where the ray is at a hit that one of `crossings` gave: at the unrounded distance.
+/// The point of the ray at a hit from `crossings`, at the unrounded distance.
 #[inline(always)]
 pub(crate) fn point_at<R: Real>(
     probe: &PreparedRay,
@@ -152,8 +150,8 @@ pub(crate) fn point_at<R: Real>(
     }
 }
 
-/// The range of distances that a convex body covers: an intersection of ranges, each with a number
-/// for the part of the surface that bounds it there.
+/// The distances that a convex solid covers: an intersection of ranges. Each end has the number of
+/// the part of the surface that bounds it.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Span {
     pub near: f64,
@@ -163,7 +161,7 @@ pub(crate) struct Span {
 }
 
 impl Span {
-    /// A range bounded at both ends by the same part.
+    /// A range with the same part at both ends.
     #[inline(always)]
     pub fn of(near: f64, far: f64, part: u8) -> Self {
         Self {
@@ -174,8 +172,8 @@ impl Span {
         }
     }
 
-    /// A range between two faces, each with its part: from the first one on where the ray rises,
-    /// otherwise from the second.
+    /// A range between two faces, each with its part. It starts at the first face if the ray rises,
+    /// otherwise at the second.
     #[inline(always)]
     pub fn between(low: f64, high: f64, [low_part, high_part]: [u8; 2], rises: bool) -> Self {
         if rises {
@@ -195,7 +193,7 @@ impl Span {
         }
     }
 
-    /// What both have.
+    /// The intersection of both ranges.
     #[inline(always)]
     pub fn cut(self, other: Self) -> Self {
         let (near, near_part) = if other.near > self.near {
@@ -216,7 +214,7 @@ impl Span {
         }
     }
 
-    /// Its two ends.
+    /// Both ends of the range.
     #[inline(always)]
     pub fn crossings(self) -> Crossings {
         Crossings {
@@ -232,7 +230,7 @@ impl Span {
         if !covered {
             return None;
         }
-        // A ray never enters without leaving, however thin the body is where it passes.
+        // A ray that enters also leaves, even where the solid is thinner than the rounding.
         let near = R::from_f64(self.near);
         let far = R::from_f64(self.far).max(near.next_up());
         let hit = first_root(near, far, range, side)?;

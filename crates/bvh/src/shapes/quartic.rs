@@ -1,9 +1,9 @@
-//! Sign changes of a quartic on an interval: where a ray crosses a torus.
+//! Sign changes of a quartic on an interval, for the intersection of a ray with a torus.
 //!
-//! The curve is cut where its slope is zero, and those places where the slope's slope is: on each
-//! piece it runs one way, so a root is there iff the ends differ in sign, and a bracket finds it
-//! whatever the coefficients. Crossings therefore come in the right number and order, and a double
-//! root gives none or two.
+//! The interval is cut at the zeros of the derivative, which are bracketed by the zeros of the
+//! second derivative. Each piece is monotone, so it contains a root iff its ends differ in sign,
+//! and bracketing finds the root for any coefficients. So crossings have the correct number and
+//! order, and a double root gives zero or two.
 
 use arrayvec::ArrayVec;
 
@@ -23,17 +23,17 @@ impl Quartic {
         ((x * x + self.p) * x + self.q) * x + self.w
     }
 
-    /// Half of the slope.
+    /// Half of the derivative.
     #[inline(always)]
     fn slope(&self, x: f64) -> f64 {
         (x * x * 2.0 + self.p) * x + self.q * 0.5
     }
 
-    /// The interval [−reach, reach], cut where the curve turns: up to five places in ascending
-    /// order that bound four pieces, each monotone.
+    /// The interval [−reach, reach], cut at the extrema: up to five points in ascending order that
+    /// bound four monotone pieces.
     fn pieces(&self, reach: f64) -> ArrayVec<f64, 5> {
         let mut pieces = ArrayVec::from_iter([-reach]);
-        // The slope turns at ± `knee`, and not at all where the curve is convex throughout.
+        // The derivative has its extrema at ± `knee`, and none if the quartic is convex.
         let knee = (-self.p / 6.0).max(0.0).sqrt().min(reach);
         for (from, to) in [(-reach, -knee), (-knee, knee), (knee, reach)] {
             let (at_from, at_to) = (self.slope(from), self.slope(to));
@@ -48,8 +48,8 @@ impl Quartic {
         pieces
     }
 
-    /// The crossings of zero in ascending order, with whether the curve falls there, until `take`
-    /// has what it wants. The curve counts as positive at both ends.
+    /// Calls `take` with the zero crossings in ascending order, and whether the quartic falls
+    /// there, until it returns a result. The quartic counts as positive at both ends.
     pub fn crossings<T>(
         &self,
         reach: f64,
@@ -77,15 +77,15 @@ impl Quartic {
     }
 }
 
-/// The zero between two places where a monotone function differs in sign: Newton's steps, and a
-/// halving where a step leaves the bracket or gains less than a halving would.
+/// The zero of a monotone function that changes sign between two points, by Newton's method. A step
+/// that leaves the bracket, or gains less than bisection would, is replaced by bisection.
 fn find(from: f64, to: f64, at_from: f64, f: impl Fn(f64) -> (f64, f64)) -> f64 {
     let rises = at_from < 0.0;
     let (mut low, mut high) = (from, to);
     let mut x = (from + to) * 0.5;
     let mut last = to - from;
-    // A halving a step would need as many as the scalar has digits; Newton's steps take six or
-    // seven.
+    // Bisection alone would take as many steps as the scalar has digits; Newton's method takes six
+    // or seven.
     for _ in 0..64 {
         let (value, slope) = f(x);
         if (value < 0.0) == rises {

@@ -1,28 +1,26 @@
-//! Points of a surface by a density over its area: what turns a shape into a light.
+//! Sampling of surface points, which makes a shape usable as a light.
 
 use super::{Shape, SurfacePoint};
 use crate::scalar::Real;
 
-/// A shape of finite area whose points can be drawn.
+/// A shape of finite area that can be sampled.
 pub trait SampleArea<R: Real>: Shape<R> {
-    /// Area of the surface.
+    /// Surface area.
     fn area(&self) -> f64;
 
-    /// A point for two numbers in [0, 1), with outward normal and error bound, and the density per
-    /// area with which points are drawn there: above zero, finite, and the same that
-    /// [`SampleArea::density`] gives.
+    /// Samples a point from two numbers in [0, 1). Returns the surface there, and its density per
+    /// area, which is positive, finite, and equal to [`SampleArea::density`].
     fn sample_area(&self, u: R, v: R) -> (SurfacePoint, f64);
 
-    /// The density per area of drawing a point of the surface; the same everywhere unless said
-    /// otherwise.
+    /// Density per area of sampling a point of the surface; constant unless a shape says otherwise.
     fn density(&self, _point: &SurfacePoint) -> f64 {
         1.0 / self.area()
     }
 }
 
-/// Area as the mean of one over the density, by the midpoint rule: for surfaces without a closed
-/// form, and for mapped ones. Within 1e-3 of the true one for semi-axes up to 1:10, 1e-2 up to
-/// 1:1000; lights are chosen by it, and no density depends on it.
+/// Area as the mean of the inverse density, by the midpoint rule: for surfaces without a closed
+/// form, and for mapped shapes. The error is below 1e-3 for semi-axes up to 1:10, and below 1e-2 up
+/// to 1:1000. Only the choice between lights depends on it, not any density.
 pub(crate) fn area_by_quadrature(inverse_density: impl Fn(f64, f64) -> f64) -> f64 {
     const STEPS: u32 = 64;
     let at = |i: u32| (f64::from(i) + 0.5) / f64::from(STEPS);

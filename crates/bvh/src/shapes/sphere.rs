@@ -11,12 +11,12 @@ use crate::ray::{Interval, Side};
 use crate::scalar::{Real, Vector};
 use glam::DVec3;
 
-/// All points at `radius` from `centre`.
+/// All points at distance `radius` from `centre`.
 #[derive(Clone, Copy, Debug)]
 pub struct Sphere<R: Real> {
     /// Centre.
     pub centre: R::Vec3,
-    /// Radius, above zero.
+    /// Radius, positive.
     pub radius: R,
 }
 
@@ -32,16 +32,17 @@ impl<R: Real> Shape<R> for Sphere<R> {
         ))
     }
 
-    /// b² − a·c as in every textbook, and no form is faster: where f32 is stored it is wrong by
-    /// 2⁻³⁰ of r² up to 1024 radii away. From farther, where it would lose the square of the
-    /// distance (all digits at 10⁸ radii), and where f64 is stored, from the perpendicular distance
-    /// of the centre to the ray, which loses only the distance ("Precision Improvements for
-    /// Ray/Sphere Intersection", Ray Tracing Gems, chapter 7).
+    /// Intersection by the textbook's b² − a·c, the fastest form. For spheres stored in f32 its
+    /// error is 2⁻³⁰ of r² up to 1024 radii away. Farther away its error grows with the square of
+    /// the distance (no digit is left at 10⁸ radii). There, and for spheres stored in f64, the
+    /// discriminant comes from the perpendicular distance of the centre to the ray, whose error
+    /// grows only with the distance ("Precision Improvements for Ray/Sphere Intersection", Ray
+    /// Tracing Gems, chapter 7).
     ///
-    /// Most rays miss most spheres, and those pay nothing for it. With the squared length shortened
-    /// the textbook's discriminant is greater outside by 64 roundings of squared distance and
-    /// length, more than it is wrong by, and inside it can't be below zero: so where it is, every
-    /// form says that the ray misses.
+    /// Most rays miss most spheres, and pay nothing for this. With the shortened squared length,
+    /// the textbook discriminant of a ray from outside is too great by 64 roundings of squared
+    /// distance and length, which is more than its error. From inside it can't be negative. So if
+    /// it is negative, the ray misses by any formula.
     #[inline(always)]
     fn intersect(
         &self,
@@ -84,8 +85,8 @@ impl<R: Real> Shape<R> for Sphere<R> {
     fn locate_under(&self, probe: &PreparedRay, hit: ShapeHit<R>, maps: Under<'_>) -> SurfacePoint {
         let (centre, radius) = (self.centre.to_f64(), self.radius.to_f64());
         if probe.needs_unrounded(hit.t, self.radius) {
-            // From the roots again, as the rounding of the stored distance may be large in the
-            // map's space, or for the sphere.
+            // The roots are computed again, since the rounding of the stored distance may be large
+            // in a mapped space, or relative to the sphere.
             let (ahead, l) = approach(probe, centre, true);
             let half =
                 ((radius * radius - l.dot(l)).max(0.0) * probe.inverse_length_squared).sqrt();
@@ -95,14 +96,14 @@ impl<R: Real> Shape<R> for Sphere<R> {
             }
             .unrounded(hit);
             let located = self.at((l + probe.direction * (t - ahead)).normalize());
-            // In a map's space it is always here.
+            // Rays in a mapped space always take this branch.
             return off_bends::<R>(located, maps, || [f64::INFINITY, radius]);
         }
         self.at((probe.at(hit.t) - centre).normalize())
     }
 
-    /// u runs about +y from the −x side, to the right as seen from outside, v from the top: an
-    /// image wraps around as a map does around a globe.
+    /// u runs around +y from the −x side, to the right as seen from outside, and v from the top: an
+    /// image wraps around the sphere like a map around a globe.
     #[inline]
     fn parameters(&self, probe: &PreparedRay, hit: ShapeHit<R>) -> Parameters<R> {
         let n = self.locate(probe, hit).normal;
@@ -119,7 +120,7 @@ impl<R: Real> Shape<R> for Sphere<R> {
 }
 
 impl<R: Real> Sphere<R> {
-    /// A quarter of the discriminant from the perpendicular distance of the centre to the ray.
+    /// A quarter of the discriminant, from the perpendicular distance of the centre to the ray.
     #[inline(always)]
     fn near_discriminant(&self, probe: &PreparedRay) -> f64 {
         let (f, r) = (probe.origin - self.centre.to_f64(), self.radius.to_f64());
@@ -127,8 +128,8 @@ impl<R: Real> Sphere<R> {
         (r * r - l.dot(l)) * probe.length_squared
     }
 
-    /// The surface in a direction from the centre; in the core's scalar, so that only the rounding
-    /// to storage is left.
+    /// The surface in the direction `normal` from the centre, in f64, so that only the rounding of
+    /// storage is left.
     #[inline(always)]
     pub fn at(&self, normal: DVec3) -> SurfacePoint {
         let (centre, radius) = (self.centre.to_f64(), self.radius.to_f64());
@@ -153,9 +154,9 @@ impl<R: Real> SampleArea<R> for Sphere<R> {
     }
 }
 
-/// Coordinates in [0, 1] of a direction in an equirectangular map: the first runs about +y from the
-/// −x side, the second from the top. At the poles, where an arc cosine has steps as wide as the
-/// root of its scalar's, they keep their digits.
+/// Coordinates in [0, 1] of a direction in an equirectangular map. The first runs around +y from
+/// the −x side, the second from the top. Near the poles they keep full precision, where an arc
+/// cosine would be precise only to the root of the scalar's rounding.
 #[inline(always)]
 pub fn equirectangular<R: Real>(n: R::Vec3) -> [R; 2] {
     let ring = (n.x() * n.x() + n.z() * n.z()).sqrt();
@@ -165,14 +166,14 @@ pub fn equirectangular<R: Real>(n: R::Vec3) -> [R; 2] {
     ]
 }
 
-/// Texture coordinates of a sphere by its unit normal: an equirectangular map is seen from inside,
-/// a globe from outside, so the first runs the other way.
+/// Texture coordinates of a sphere by its unit normal. An equirectangular map is seen from inside,
+/// a globe from outside, so the first coordinate runs the other way.
 pub(super) fn on_globe<R: Real>(n: R::Vec3) -> [R; 2] {
     let [u, v] = equirectangular::<R>(n);
     [R::ONE - u, v]
 }
 
-/// A unit vector for two numbers in [0, 1), evenly over the sphere.
+/// A unit vector from two numbers in [0, 1), uniform over the sphere.
 pub(super) fn sphere_direction(u: f64, v: f64) -> DVec3 {
     let z = 1.0 - 2.0 * u;
     let (ring, angle) = ((1.0 - z * z).max(0.0).sqrt(), v * core::f64::consts::TAU);
@@ -186,7 +187,7 @@ mod tests {
     use crate::ray::Ray;
     use glam::Vec3;
 
-    /// Texture coordinates where a vertical ray meets a shape around the origin, as stored.
+    /// Texture coordinates where a vertical ray hits a shape around the origin, as stored.
     fn seen(shape: &AnyShape<f32>, x: f32, z: f32, down: f32) -> (f64, f64) {
         let probe = PreparedRay::new(Ray::<f32>::new(
             Vec3::new(x, -3.0 * down, z),
@@ -199,8 +200,8 @@ mod tests {
         (found.u.into(), found.v.into())
     }
 
-    /// Protects: texture coordinates close to the poles, where an arc cosine of f32 moves in steps
-    /// of 3.5e-4.
+    /// Protects: texture coordinates near the poles keep full precision, where an arc cosine of f32
+    /// has steps of 3.5e-4.
     #[test]
     fn s19_coordinates_near_the_poles_keep_their_digits() {
         let ball = Sphere::<f32> {
@@ -241,8 +242,8 @@ mod tests {
         }
     }
 
-    /// Protects: at the seam, on the −x side, u goes from next to nothing to next to one, and is in
-    /// [0, 1] on it, with zeros of either sign.
+    /// Protects: at the seam on the −x side, u jumps between almost zero and almost one, and is in
+    /// [0, 1] on the seam, with zeros of either sign.
     #[test]
     fn s19_coordinates_meet_at_the_seam() {
         let ball = AnyShape::from(Sphere::<f32> {

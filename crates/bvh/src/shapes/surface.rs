@@ -1,29 +1,29 @@
-//! The surface at a hit, how far its point may be off, and rays that start outside that error.
+//! The surface at a hit, its error bound, and rays that start outside that error.
 
 use crate::ray::{Interval, Ray};
 use crate::scalar::{Real, Vector};
 use glam::DVec3;
 
-/// The surface at a hit in f64, before it is rounded to what is stored.
+/// The surface at a hit in f64, before it is rounded to the stored scalar.
 #[derive(Clone, Copy, Debug)]
 pub struct SurfacePoint {
     /// The hit point, moved onto the surface.
     pub point: DVec3,
-    /// Where rays to the outer side start, before they are lifted off the surface: the point, or
-    /// one beside it from which a start comes to lie on that side of everything there, wherever
-    /// rounding moves it.
+    /// Base point of rays to the outer side, before the offset along the normal. Either the hit
+    /// point, or a nearby point from which the offset and rounded origin is on the outer side of
+    /// all adjacent surfaces.
     pub above: DVec3,
-    /// The same for rays to the inner side.
+    /// Base point of rays to the inner side, likewise.
     pub below: DVec3,
-    /// Geometric unit normal, pointing outwards whichever side was hit.
+    /// Outward geometric unit normal, for a hit from either side.
     pub normal: DVec3,
-    /// Bound on the distance, in each axis, of `point` from the surface, and of the surface from
-    /// where another test of it will find it.
+    /// Bound, in each axis, on the distance of `point` from the surface, and on the error of any
+    /// later test of this surface.
     pub error: f64,
 }
 
 impl SurfacePoint {
-    /// A surface from whose point rays may start as it is.
+    /// A surface whose hit point is itself the base point of rays.
     #[inline(always)]
     pub fn new(point: DVec3, normal: DVec3, error: f64) -> Self {
         Self {
@@ -35,7 +35,7 @@ impl SurfacePoint {
         }
     }
 
-    /// Rounded to the stored scalar, the bound grown by that rounding.
+    /// Rounds to the stored scalar; the error bound grows by that rounding.
     #[inline(always)]
     pub fn stored<R: Real>(&self) -> Surface<R> {
         let rounding = R::ROUNDOFF.to_f64();
@@ -56,15 +56,15 @@ impl SurfacePoint {
 pub struct Surface<R: Real> {
     /// The hit point, moved onto the surface.
     pub point: R::Vec3,
-    /// Where rays to the outer side start, before they are lifted off: as [`SurfacePoint::above`].
+    /// Base point of rays to the outer side, as [`SurfacePoint::above`].
     pub above: R::Vec3,
-    /// Where rays to the inner side start, before they are lifted off: as [`SurfacePoint::below`].
+    /// Base point of rays to the inner side, as [`SurfacePoint::below`].
     pub below: R::Vec3,
-    /// Bound on the distance, in each axis, of `point` from the exact surface, including the error
-    /// of the test that may meet the surface again ("Managing Rounding Error", Physically Based
-    /// Rendering, 4th edition, 6.8).
+    /// Bound, in each axis, on the distance of `point` from the exact surface, including the error
+    /// of a later test of this surface ("Managing Rounding Error", Physically Based Rendering, 4th
+    /// edition, 6.8).
     pub error: R,
-    /// Geometric unit normal, pointing outwards whichever side was hit.
+    /// Outward geometric unit normal, for a hit from either side.
     pub normal: R::Vec3,
 }
 
@@ -75,38 +75,37 @@ pub struct Parameters<R: Real> {
     pub u: R,
     /// Second texture coordinate.
     pub v: R,
-    /// Derivative of the point by u; not normalised, zero where it vanishes.
+    /// Derivative of the point by u; not normalised, and possibly zero.
     pub dpdu: R::Vec3,
-    /// Whether an image whose columns run along u and whose rows run down along v is seen mirrored
-    /// from outside: whether dp/du × dp/dv points outwards.
+    /// Whether an image with columns along u and rows down along v appears mirrored from outside:
+    /// whether dp/du × dp/dv points outwards.
     pub mirrored: bool,
 }
 
 impl<R: Real> Surface<R> {
-    /// Where a ray that leaves in `direction` starts: off the surface along the normal by as much
-    /// as the point may be wrong, on the side to which the direction points (outside for a
-    /// tangent), each coordinate rounded away from the surface.
+    /// Origin of a ray in `direction`: offset along the normal by the error bound, to the side of
+    /// the direction (outside for a tangent). Each coordinate is rounded away from the surface.
     #[inline(always)]
     pub fn spawn(&self, direction: R::Vec3) -> R::Vec3 {
         self.lifted(direction, self.error)
     }
 
-    /// The ray to another point and the range before it, for a shadow ray to a light without a
-    /// surface. None at distance zero, where there is no direction.
+    /// The shadow ray to a point, with the range before it, for a light without a surface. `None`
+    /// at distance zero.
     #[inline]
     pub fn spawn_to(&self, target: R::Vec3) -> Option<(Ray<R>, Interval<R>)> {
         open(between(self.spawn(target - self.point), target))
     }
 
-    /// The ray to a point of another surface and the range before it, such that neither surface is
-    /// in its own light. None where the two points coincide.
+    /// The shadow ray to a point of another surface, with the range before it, such that it hits
+    /// neither of both surfaces. `None` if the points coincide.
     #[inline]
     pub fn spawn_to_surface(&self, target: &Self) -> Option<(Ray<R>, Interval<R>)> {
         open(self.way_to_surface(target))
     }
 
-    /// The same without a branch: the ray and its length, of which neither is of use unless the
-    /// length is above zero and finite.
+    /// [`Self::spawn_to_surface`] without a branch: the ray and its length, which are valid only if
+    /// the length is positive and finite.
     #[inline(always)]
     pub fn way_to_surface(&self, target: &Self) -> (Ray<R>, R) {
         let across = target.point - self.point;
@@ -115,9 +114,9 @@ impl<R: Real> Surface<R> {
             target.lifted(-across, target.error),
         );
         let (ray, distance) = between::<R>(start, end);
-        // A unit direction is rounded, so that the ray passes beside its end: it is over where it
-        // comes to the plane of the surface there. A ray along that plane ends no farther away than
-        // it should.
+        // The rounded unit direction makes the ray miss its end point slightly, so the ray ends at
+        // the tangent plane of the target. A ray almost parallel to that plane is limited to little
+        // more than its length.
         let normal = target.normal.to_f64();
         let to_plane =
             normal.dot(end.to_f64() - start.to_f64()) / normal.dot(ray.direction.to_f64());
@@ -129,8 +128,8 @@ impl<R: Real> Surface<R> {
 
     #[inline(always)]
     fn lifted(&self, direction: R::Vec3, error: R) -> R::Vec3 {
-        // In f64, where products of f32 are exact: a tangent must not be taken for a ray that goes
-        // in.
+        // In f64, where products of f32 numbers are exact: a tangent must not count as an inward
+        // ray.
         let inward = self.normal.to_f64().dot(direction.to_f64()) < 0.0;
         let (from, normal) = if inward {
             (self.below, -self.normal)
@@ -148,11 +147,11 @@ impl<R: Real> Surface<R> {
     }
 }
 
-/// How much farther than its end a shadow ray may go, as a share of its length.
+/// Excess length of a shadow ray, relative to its length.
 const BESIDE: f64 = 1.0 / 4096.0;
 
-/// The ray from one point to another, and how far that is; lengths in f64, so that they neither
-/// vanish nor overflow on the way.
+/// The ray between two points, and its length. Lengths are computed in f64, so that they neither
+/// underflow nor overflow.
 #[inline(always)]
 fn between<R: Real>(start: R::Vec3, end: R::Vec3) -> (Ray<R>, R) {
     let across = end.to_f64() - start.to_f64();

@@ -9,25 +9,24 @@ use super::{Parameters, PreparedRay, SampleArea, Shape, ShapeHit, SurfacePoint, 
 use crate::ray::{Interval, Side};
 use crate::scalar::{Real, Vector};
 
-/// All points at `minor_radius` from a circle. Formulas are homogeneous in the axis, as for the
-/// cylinder.
+/// All points at distance `minor_radius` from a circle. Formulas are homogeneous in the axis, as
+/// for the cylinder.
 #[derive(Clone, Copy, Debug)]
 pub struct Torus<R: Real> {
     /// Centre.
     pub centre: R::Vec3,
-    /// Axis of symmetry; any length above zero.
+    /// Axis of symmetry, of any positive length.
     pub axis: R::Vec3,
     /// Radius of the circle.
     pub major_radius: R,
-    /// Radius of the tube, above zero and below the major one.
+    /// Radius of the tube, positive and below `major_radius`.
     pub minor_radius: R,
 }
 
-/// A ray seen by a torus of major radius one: the quartic in the distance from `middle`, and how
-/// that distance scales.
+/// A ray relative to a torus of major radius one: the quartic in the scaled distance from `middle`.
 struct Profile {
     quartic: Quartic,
-    /// Crossings lie within this distance.
+    /// Bound of the absolute values of all roots.
     reach: f64,
     /// Distance along the ray = middle + scale · x.
     middle: f64,
@@ -35,7 +34,7 @@ struct Profile {
 }
 
 impl<R: Real> Torus<R> {
-    /// From the centre, an axis of any length above zero, and the two radii.
+    /// From the centre, an axis of any positive length, and both radii.
     pub fn new(centre: DVec3, axis: DVec3, major_radius: f64, minor_radius: f64) -> Self {
         Self {
             centre: R::Vec3::from_f64(centre),
@@ -45,10 +44,10 @@ impl<R: Real> Torus<R> {
         }
     }
 
-    /// Measured from the ray's point nearest to the centre, so that coefficients are of the torus'
-    /// own size and the cubic one vanishes; none when that point is beyond the sphere around the
-    /// torus, the ray stays above or below the tube wherever it is in that sphere, or passes
-    /// through the hole.
+    /// The quartic from the ray's point nearest to the centre, so that coefficients have the size
+    /// of the torus and the cubic term vanishes. `None` if that point is outside the bounding
+    /// sphere, if the ray stays above or below the tube within the sphere, or if it passes through
+    /// the hole.
     #[inline(always)]
     fn profile(&self, probe: &PreparedRay) -> Option<Profile> {
         let (axis, major) = (self.axis.to_f64(), self.major_radius.to_f64());
@@ -70,10 +69,10 @@ impl<R: Real> Torus<R> {
         let (height, lean) = (f.dot(axis), d.dot(axis));
         let reach = room.sqrt();
         let squared = f.dot(f);
-        // Both by more than any rounding: there the quartic is far above zero. No nearer to the
-        // tube's height than that:
+        // Both bounds have a margin above any rounding, where the quartic is far above zero. First,
+        // the ray's height stays above this level of the tube:
         let level = tube * axis.dot(axis).sqrt() * 1.005;
-        // and nowhere at that height as far from the axis as the tube.
+        // Second, at any height within the level, the ray is nearer to the axis than the tube.
         let (steep, hole) = (lean * lean, (1.0 - tube) * (1.0 - tube) * 0.99);
         let rise = level + height.abs();
         if height.abs() - lean.abs() * reach > level || rise * rise < (hole - squared) * steep {
@@ -93,8 +92,7 @@ impl<R: Real> Torus<R> {
         })
     }
 
-    /// The point of the tube around the circle's point in direction `spoke`, in the direction
-    /// `normal` from there.
+    /// The point of the tube in direction `normal` from the circle's point in direction `spoke`.
     fn on_tube(&self, spoke: DVec3, normal: DVec3) -> SurfacePoint {
         let (major, minor) = (self.major_radius.to_f64(), self.minor_radius.to_f64());
         let point = self.centre.to_f64() + spoke * major + normal * minor;
@@ -106,7 +104,7 @@ impl<R: Real> Torus<R> {
         )
     }
 
-    /// One over the density where the tube's normal leans away from the axis by `away`.
+    /// Inverse density where the tube's normal has component `away` from the axis.
     fn inverse_density(&self, away: f64) -> f64 {
         let (major, minor) = (self.major_radius.to_f64(), self.minor_radius.to_f64());
         core::f64::consts::TAU * core::f64::consts::TAU * minor * (major + minor * away)
@@ -141,13 +139,13 @@ impl<R: Real> Shape<R> for Torus<R> {
 
     fn locate_under(&self, probe: &PreparedRay, hit: ShapeHit<R>, maps: Under<'_>) -> SurfacePoint {
         let (centre, major) = (self.centre.to_f64(), self.major_radius.to_f64());
-        // From the nearest point of the circle.
+        // Relative to the nearest point of the circle.
         let tube = |offset: DVec3| {
             let spoke = split(offset, self.axis.to_f64()).1.normalize();
             (spoke, offset - spoke * major)
         };
-        // In a map's space and from far the rounding of the stored distance may be large: the root
-        // is looked up again.
+        // In a mapped space and from far away, the rounding of the stored distance may be large, so
+        // the root is computed again.
         let profile = if probe.needs_unrounded(hit.t, self.minor_radius) {
             self.profile(probe)
         } else {
@@ -175,7 +173,7 @@ impl<R: Real> Shape<R> for Torus<R> {
         })
     }
 
-    /// u turns about the axis, v about the tube from its inner side, down on the outer one.
+    /// u runs around the axis, v around the tube from its inner side, downwards on the outer side.
     fn parameters(&self, probe: &PreparedRay, hit: ShapeHit<R>) -> Parameters<R> {
         let located = self.locate(probe, hit);
         let (_, out) = split(located.point - self.centre.to_f64(), self.axis.to_f64());
@@ -193,7 +191,7 @@ impl<R: Real> Shape<R> for Torus<R> {
     }
 }
 
-/// Drawn evenly over both angles.
+/// Samples both angles uniformly.
 impl<R: Real> SampleArea<R> for Torus<R> {
     fn area(&self) -> f64 {
         self.inverse_density(0.0)

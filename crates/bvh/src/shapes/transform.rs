@@ -1,4 +1,4 @@
-//! Affine maps between the space of an instance or a placed shape and the world.
+//! Affine maps between the space of an instance or a transformed shape and the world.
 
 use glam::{DAffine3, DMat3, DVec3};
 
@@ -11,14 +11,14 @@ use crate::scalar::{Real, Vector};
 #[derive(Clone, Copy, Debug)]
 pub struct Transform {
     pub(crate) to_world: DAffine3,
-    /// The way back, once the translation is taken from a point.
+    /// World-to-object matrix, applied after subtracting the translation.
     pub(crate) inverse: DMat3,
-    /// How long in object space at most is what is one in each axis of the world.
+    /// Upper bound of the object-space length of a vector with world components of at most one.
     pub(super) magnification: f64,
 }
 
 impl Transform {
-    /// From an f64 map; none when it can't be inverted in finite numbers.
+    /// From an f64 map; `None` if it has no finite inverse.
     pub fn new(to_world: DAffine3) -> Option<Self> {
         let transform = Self::of_invertible(to_world);
         let invertible = to_world.matrix3.determinant() != 0.0
@@ -27,8 +27,8 @@ impl Transform {
         invertible.then_some(transform)
     }
 
-    /// From an f64 map that is known to have an inverse. Where rounding has taken that, the way
-    /// back leads to no numbers, and a ray of those hits nothing.
+    /// From an f64 map that is known to be invertible. If rounding makes it singular, mapped rays
+    /// are NaN and hit nothing.
     pub(crate) fn of_invertible(to_world: DAffine3) -> Self {
         let inverse = accurate_inverse(to_world.matrix3);
         let magnification =
@@ -40,7 +40,7 @@ impl Transform {
         }
     }
 
-    /// The box of the world around a sphere of object space.
+    /// The world-space box around a sphere of object space.
     pub(crate) fn sphere_bounds(&self, sphere: &BoundingSphere) -> Aabb {
         let DMat3 {
             x_axis: x,
@@ -55,18 +55,18 @@ impl Transform {
         )
     }
 
-    /// A world ray in the space of the object. Its direction is *not* brought to unit length there:
-    /// distances along it stay world distances, so hits and ranges need no conversion.
+    /// Maps a world-space ray to object space. Its direction is *not* normalised: distances along
+    /// the ray remain world distances, so hits and ranges need no conversion.
     #[inline]
     pub fn probe_to_object(&self, probe: &PreparedRay) -> PreparedRay {
-        // The translation first: what it takes away is not magnified then.
+        // The translation is subtracted first, so that the cancelled digits are not magnified.
         let origin = self.inverse * (probe.origin - self.to_world.translation);
         PreparedRay::mapped(origin, self.inverse * probe.direction, probe.culls)
     }
 
-    /// A surface of object space in the world: the point by the map, the normal by the inverse
-    /// transpose, outward still outward where the map mirrors, the error bound grown by the map, by
-    /// its own rounding, and by that of the way back for a ray that starts at the point.
+    /// Maps a surface from object space to the world: the point by the map, the normal by the
+    /// inverse transpose, still outward under a reflection. The error bound includes the map's
+    /// magnification, its rounding, and the rounding of the inverse map for a ray from the point.
     pub fn located_to_world(&self, s: &SurfacePoint) -> SurfacePoint {
         let DAffine3 {
             matrix3: matrix,
@@ -87,12 +87,12 @@ impl Transform {
         }
     }
 
-    /// A normal by the inverse transpose, not brought to unit length.
+    /// Maps a normal by the inverse transpose, without normalising it.
     pub fn normal_to_world(&self, normal: DVec3) -> DVec3 {
         self.inverse.transpose_mul_vec3(normal)
     }
 
-    /// Texture coordinates of object space in the world: the derivative turns with the map.
+    /// Maps texture coordinates to the world: the derivative is mapped linearly.
     pub fn parameters_to_world<R: Real>(&self, s: &Parameters<R>) -> Parameters<R> {
         let DMat3 {
             x_axis: x,
@@ -108,18 +108,19 @@ impl Transform {
     }
 }
 
-/// Steps that refining may take: each gains the digits that the first inverse has right, which of a
-/// map that f64 can just invert are few.
+/// Greatest number of refinement steps. Each step gains the correct digits of the first inverse,
+/// which are few for a map that is barely invertible in f64.
 const MOST_STEPS: usize = 24;
 
-/// Above this product of the norms of a matrix and its inverse, the inverse is worth refining.
+/// Condition number above which an inverse is refined.
 const ILL_CONDITIONED: f64 = 100.0;
 
-/// The inverse, right to a few roundings of its greatest entry. Elimination alone loses the digits
-/// of the condition number: the inverse of a map that stretches by 1000 one way and shrinks by 1000
-/// another is wrong in the tenth digit, and such a map magnifies that again. So the columns are
-/// refined: each is corrected by the inverse of what it lacks, which is summed without rounding
-/// ("Accuracy and Stability of Numerical Algorithms", Higham, 2nd edition 2002, chapter 12).
+/// The inverse, with an error of a few roundings of its greatest entry. Elimination alone loses the
+/// digits of the condition number: the inverse of a map that stretches by 1000 in one direction and
+/// shrinks by 1000 in another is wrong in the tenth digit, and such a map magnifies that error
+/// again. So each column is refined: the inverse is applied to the column's residual, which is
+/// summed without rounding ("Accuracy and Stability of Numerical Algorithms", Higham, 2nd edition
+/// 2002, chapter 12).
 fn accurate_inverse(matrix: DMat3) -> DMat3 {
     let first = matrix.inverse();
     let norm = |m: DMat3| {
@@ -145,7 +146,7 @@ fn accurate_inverse(matrix: DMat3) -> DMat3 {
     )
 }
 
-/// b − M·x, the products exact and their sum in twice the precision.
+/// The residual b − M·x, with exact products and a double-double sum.
 fn lacking(matrix: DMat3, x: DVec3, b: DVec3) -> DVec3 {
     let row = |i: usize| {
         let taken =
@@ -164,7 +165,7 @@ pub fn transform_bounds(map: &DAffine3, bounds: &Aabb) -> Aabb {
 mod tests {
     use super::*;
 
-    /// A whole number of so many bits and a sign (SplitMix64).
+    /// A signed integer of the given number of bits (SplitMix64).
     fn whole(state: &mut u64, bits: u32) -> i64 {
         *state = state.wrapping_add(0x9e37_79b9_7f4a_7c15);
         let mut z = *state;
@@ -188,9 +189,9 @@ mod tests {
             .sqrt()
     }
 
-    /// Protects: the inverse of a map of a condition from 10² to 10¹⁵ is right to a few roundings
-    /// of its greatest entry, against the quotients of whole numbers of 128 bits. Elimination alone
-    /// loses what the condition has of digits.
+    /// Protects: the inverse of a map with condition number from 10² to 10¹⁵ has an error of a few
+    /// roundings of its greatest entry, compared with quotients of 128-bit integers. Elimination
+    /// alone loses as many digits as the condition number has.
     #[test]
     fn inverses_of_flat_maps_keep_their_digits() {
         let (state, mut judged) = (&mut 3, 0);

@@ -10,19 +10,19 @@ use crate::aabb::Aabb;
 use crate::ray::{Interval, Side};
 use crate::scalar::{Real, Vector};
 
-/// A shape in a space of its own, hit there and shaded in the world. Rays keep their parameter: a
-/// distance along the ray is the same number in both spaces ("Improving Ray Tracing Precision by
-/// Object Space Intersection Computation", Dammertz, Keller 2006).
+/// A shape under an affine map, intersected in its own space and shaded in the world. Distances
+/// along a ray are the same numbers in both spaces ("Improving Ray Tracing Precision by Object
+/// Space Intersection Computation", Dammertz, Keller 2006).
 #[derive(Clone, Copy, Debug)]
 pub struct TransformedShape<R: Real> {
     shape: AnyShape<R>,
     transform: Transform,
-    /// Volume of the image of a unit cube.
+    /// Determinant of the map, absolute: the volume of the image of a unit cube.
     volume: f64,
 }
 
 impl<R: Real> TransformedShape<R> {
-    /// Puts a shape under a map; none when the map can't be inverted in finite numbers.
+    /// Puts a shape under a map; `None` if the map has no finite inverse.
     pub fn new(shape: AnyShape<R>, to_world: DAffine3) -> Option<Self> {
         let volume = to_world.matrix3.determinant().abs();
         Transform::new(to_world).map(|transform| Self {
@@ -32,7 +32,7 @@ impl<R: Real> TransformedShape<R> {
         })
     }
 
-    /// How far the image reaches in a direction of the world.
+    /// Support function of the image in world space.
     pub fn support(&self, direction: DVec3) -> Option<f64> {
         let DAffine3 {
             matrix3: matrix,
@@ -41,7 +41,7 @@ impl<R: Real> TransformedShape<R> {
         Some(self.shape.support(matrix.transpose() * direction)? + translation.dot(direction))
     }
 
-    /// The least box around the image; none for a shape without bounds.
+    /// The smallest box around the image; `None` for an unbounded shape.
     pub fn bounds(&self) -> Option<Aabb> {
         Aabb::from_support(|d| self.support(d))
     }
@@ -63,7 +63,7 @@ impl<R: Real> TransformedShape<R> {
         self.locate_under(probe, hit, None)
     }
 
-    /// The surface at a hit of a ray that comes from the world by the inverses of these maps.
+    /// The surface at a hit, for a ray that came from the world by the inverses of these maps.
     pub(crate) fn locate_under(
         &self,
         probe: &PreparedRay,
@@ -90,14 +90,13 @@ impl<R: Real> TransformedShape<R> {
         )
     }
 
-    /// How many times larger the image of a piece of surface is, by its unit normal in object
-    /// space.
+    /// Local ratio of the image's area to the shape's, by the unit normal in object space.
     fn stretch(&self, normal: DVec3) -> f64 {
         self.volume * self.transform.normal_to_world(normal).length()
     }
 
-    /// Area of the image; none when it is infinite. In closed form under a map that only turns,
-    /// moves and evenly scales, for a flat shape and for a box; by quadrature otherwise.
+    /// Area of the image; `None` if it is infinite. In closed form for a similarity, for flat
+    /// shapes and for boxes; by quadrature otherwise.
     pub fn area(&self) -> Option<f64> {
         let own = self.shape.area()?;
         if is_similarity(self.transform.to_world.matrix3) {
@@ -122,17 +121,17 @@ impl<R: Real> TransformedShape<R> {
         }))
     }
 
-    /// A point of the image and the density per area of the world with which it is drawn, as
-    /// [`super::SampleArea::sample_area`]; none when the area is infinite.
+    /// Samples a point of the image, with its density per world-space area, as
+    /// [`super::SampleArea::sample_area`]; `None` if the area is infinite.
     pub fn sample_area(&self, u: R, v: R) -> Option<(SurfacePoint, f64)> {
         let (own, density) = self.shape.sample_area(u, v)?;
         let stretch = self.stretch(own.normal);
         Some((self.transform.located_to_world(&own), density / stretch))
     }
 
-    /// The density per area of drawing a point of the image; none when the area is infinite.
+    /// Density per area of sampling a point of the image; `None` if the area is infinite.
     pub fn density_at(&self, point: &SurfacePoint) -> Option<f64> {
-        // Without a bound: the point by the inverse, the normal by the transpose.
+        // Needs no error bound: the point by the inverse, the normal by the transpose.
         let Transform {
             to_world, inverse, ..
         } = &self.transform;
@@ -145,13 +144,13 @@ impl<R: Real> TransformedShape<R> {
         Some(self.shape.density(&own)? / stretch)
     }
 
-    /// The shape under the map.
+    /// The shape without its map.
     pub fn shape(&self) -> &AnyShape<R> {
         &self.shape
     }
 }
 
-/// Whether a map keeps angles, up to the rounding of its entries.
+/// Whether a map preserves angles, up to the rounding of its entries.
 fn is_similarity(map: DMat3) -> bool {
     let [x, y, z] = [map.x_axis, map.y_axis, map.z_axis];
     let size = x.length_squared();
@@ -177,8 +176,8 @@ mod tests {
             .expect("the area is finite")
     }
 
-    /// Protects: a map that keeps angles multiplies every area by the square of its scale, mirrors
-    /// included.
+    /// Protects: a similarity multiplies every area by the square of its scale, including
+    /// reflections.
     #[test]
     fn similar_shapes_have_similar_areas() {
         let turn = DAffine3::from_axis_angle(DVec3::new(1.0, -2.0, 0.5).normalize(), 2.1);
@@ -214,7 +213,7 @@ mod tests {
         }
     }
 
-    /// Protects: the image of a flat shape, whose area follows from its edges.
+    /// Protects: the area of a mapped flat shape follows from its mapped edges.
     #[test]
     fn flat_shapes_stay_flat() {
         let map = DAffine3::from_mat3(DMat3::from_cols_array(&[
@@ -229,14 +228,14 @@ mod tests {
         assert!((area::<f32>(Quad::new(corner, u, v), map) / spanned - 1.0).abs() < 1e-9);
         let triangle = Triangle::new([corner, corner + u, corner + v]);
         assert!((area::<f64>(triangle, map) / (0.5 * spanned) - 1.0).abs() < 1e-9);
-        // A disk across z is an ellipse between the images of x and y.
+        // A disk perpendicular to z becomes an ellipse between the images of x and y.
         let disk = Disk::new(corner, DVec3::Z, 2.0);
         let ellipse =
             core::f64::consts::PI * 4.0 * map.matrix3.x_axis.cross(map.matrix3.y_axis).length();
         assert!((area::<f32>(disk, map) / ellipse - 1.0).abs() < 1e-9);
     }
 
-    /// Protects: the image of a box, whose faces stay flat.
+    /// Protects: the area of a mapped box is the sum of its flat faces.
     #[test]
     fn boxes_keep_flat_faces() {
         let map = DAffine3::from_mat3(DMat3::from_cols_array(&[
@@ -252,7 +251,8 @@ mod tests {
         );
     }
 
-    /// Protects: everything else by quadrature, here a ball that becomes a spheroid of known area.
+    /// Protects: other mapped areas, by quadrature: here a sphere that becomes a spheroid of known
+    /// area.
     #[test]
     fn stretched_shapes_are_measured() {
         let ball = Sphere {

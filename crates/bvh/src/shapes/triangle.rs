@@ -9,7 +9,7 @@ use crate::aabb::Aabb;
 use crate::ray::{Interval, Side};
 use crate::scalar::{Real, Vector};
 
-/// Three corners, counter-clockwise seen from outside.
+/// Three corners, counter-clockwise as seen from outside.
 #[derive(Clone, Copy, Debug)]
 pub struct Triangle<R: Real> {
     /// Corners.
@@ -17,8 +17,8 @@ pub struct Triangle<R: Real> {
 }
 
 impl<R: Real> Triangle<R> {
-    /// From its corners. A triangle without area, its corners on one line or in one place, becomes
-    /// a point, which no ray hits: seen from the side its rounded projection could have an area.
+    /// From three corners. A triangle of zero area, with collinear or coincident corners, becomes a
+    /// point, which no ray hits: its rounded projection could otherwise have an area.
     pub fn new(vertices: [R::Vec3; 3]) -> Self {
         let [a, b, c] = vertices;
         Self {
@@ -30,16 +30,16 @@ impl<R: Real> Triangle<R> {
         }
     }
 
-    /// Unit normal by the right-hand rule, in f64; zero for a triangle without area.
+    /// Unit normal by the right-hand rule, in f64; zero for a triangle of zero area.
     pub fn normal(&self) -> DVec3 {
         let [a, b, c] = self.vertices.map(Vector::to_f64);
         (b - a).cross(c - a).normalize_or_zero()
     }
 
-    /// The watertight test.
+    /// The watertight intersection test.
     #[inline(always)]
     pub(crate) fn crossing(&self, probe: &PreparedRay) -> Option<TriangleHit<f64>> {
-        // One by one: an array's map is not always inlined.
+        // Written out: an array's `map` is not always inlined.
         let [a, b, c] = self.vertices;
         cross(
             probe,
@@ -49,7 +49,7 @@ impl<R: Real> Triangle<R> {
         )
     }
 
-    /// The surface at the weights of the second and third corner.
+    /// The surface at the given weights of the second and third corner.
     #[inline(always)]
     fn at([a, b, c]: [DVec3; 3], [u, v]: [f64; 2]) -> SurfacePoint {
         let (ab, ac, bc) = (b - a, c - a, c - b);
@@ -63,15 +63,15 @@ impl<R: Real> Triangle<R> {
         SurfacePoint::new(a + ab * u + ac * v, normal * inverse, error)
     }
 
-    /// The surface at the weights of the second and third corner, moved off the border.
+    /// The surface at the given weights, moved off the border.
     #[inline(always)]
     pub(crate) fn located(&self, weights: [f64; 2]) -> SurfacePoint {
         let corners = self.vertices.map(Vector::to_f64);
         Self::at(corners, inside::<R>(corners, weights))
     }
 
-    /// The same without a branch, for several side by side: it is the surface where the weights are
-    /// off the border as they are, which is told.
+    /// [`Self::located`] without a branch, for several triangles in lanes. The flag says whether
+    /// the point is far from the border; otherwise the surface is not valid.
     #[inline(always)]
     pub(crate) fn located_inside(corners: [DVec3; 3], weights: [f64; 2]) -> (SurfacePoint, bool) {
         (
@@ -83,7 +83,7 @@ impl<R: Real> Triangle<R> {
 
 impl<R: Real> Shape<R> for Triangle<R> {
     fn support(&self, direction: DVec3) -> Option<f64> {
-        // Written so that NaN stays NaN.
+        // Written so that NaN propagates.
         let [a, b, c] = self.vertices.map(|p| p.to_f64().dot(direction));
         Some((a + b + c) * 0.0 + a.max(b).max(c))
     }
@@ -115,8 +115,8 @@ impl<R: Real> Shape<R> for Triangle<R> {
     #[inline]
     fn locate_under(&self, probe: &PreparedRay, hit: ShapeHit<R>, maps: Under<'_>) -> SurfacePoint {
         let [a, b, c] = self.vertices.map(Vector::to_f64);
-        // The rounding of stored weights moves the point along the plane only, but in a map's space
-        // that may be far.
+        // The rounding of stored weights moves the point only along the plane, but that may be far
+        // in a mapped space.
         let again = if probe.mapped {
             self.crossing(probe)
         } else {
@@ -126,7 +126,7 @@ impl<R: Real> Shape<R> for Triangle<R> {
             || [hit.u.to_f64(), hit.v.to_f64()],
             |crossing| crossing.weights,
         );
-        // From the weights it lies in the triangle's plane whatever the ray's distance was.
+        // A point from weights lies in the triangle's plane, however far the ray came.
         let weights = inside::<R>([a, b, c], weights);
         let located = Self::at([a, b, c], weights);
         match maps {
@@ -146,9 +146,8 @@ impl<R: Real> Shape<R> for Triangle<R> {
     }
 }
 
-/// Weights of the second and third corner kept away from the border by what rounding the point may
-/// move it. A ray that starts at an inner edge of a closed mesh then starts on the inner side of
-/// *both* faces there.
+/// The weights, moved off the border by the rounding of the point. A ray that starts at an inner
+/// edge of a closed mesh then starts on the inner side of *both* faces.
 #[inline(always)]
 fn inside<R: Real>([a, b, c]: [DVec3; 3], [u, v]: [f64; 2]) -> [f64; 2] {
     let border = Border::new::<R>([a, b, c], [u, v]);
@@ -162,8 +161,8 @@ fn inside<R: Real>([a, b, c]: [DVec3; 3], [u, v]: [f64; 2]) -> [f64; 2] {
         area,
     } = border;
     let (ab, ac) = (b - a, c - a);
-    // Mixed with the centroid so far that the least weight becomes the margin, but moved by no more
-    // than a few roundings: a needle stays a needle.
+    // The point moves towards the centroid until the least weight equals the margin, but by no more
+    // than a few roundings, so that points of a needle stay in place.
     let third = 1.0 / 3.0;
     let share = ((margin / area).sqrt() - least) / (third - least);
     let way = (ab * (third - u) + ac * (third - v)).length();
@@ -175,13 +174,13 @@ fn inside<R: Real>([a, b, c]: [DVec3; 3], [u, v]: [f64; 2]) -> [f64; 2] {
     [u + (third - u) * share, v + (third - v) * share]
 }
 
-/// How near a point of a triangle is to its border.
+/// Distance of a point of a triangle from its border.
 struct Border {
     /// The least of the three weights.
     least: f64,
-    /// What rounding may move the point by, in each axis.
+    /// Greatest rounding of the point in each axis.
     reach: f64,
-    /// The least distance, times the longest edge, and twice the area; both squared.
+    /// The least distance from the border times the longest edge, and twice the area; both squared.
     margin: f64,
     area: f64,
 }
@@ -201,9 +200,9 @@ impl Border {
         }
     }
 
-    /// Whether it is farther than the margin. A weight is a distance from an edge over the height
-    /// above it, and no height is below twice the area over the longest edge. Compared in squares:
-    /// there is a root to take only near the border.
+    /// Whether the point is farther than the margin. A weight is the distance from an edge over the
+    /// height above it, and every height is at least twice the area over the longest edge. Squares
+    /// are compared, so that only points near the border need a root.
     #[inline(always)]
     fn is_far(&self) -> bool {
         self.least * self.least.abs() * self.area >= self.margin
@@ -216,8 +215,8 @@ impl<R: Real> SampleArea<R> for Triangle<R> {
         0.5 * (b - a).cross(c - a).length()
     }
 
-    /// The square is folded along its diagonal by a root ("Physically Based Rendering", 3rd
-    /// edition, 13.6.5).
+    /// Folds the square along its diagonal by a root ("Physically Based Rendering", 3rd edition,
+    /// 13.6.5).
     fn sample_area(&self, u: R, v: R) -> (SurfacePoint, f64) {
         let [a, b, c] = self.vertices.map(Vector::to_f64);
         let root = u.to_f64().sqrt();

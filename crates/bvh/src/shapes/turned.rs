@@ -1,5 +1,5 @@
-//! What cylinders and cones share: solids of revolution whose radius changes evenly between two
-//! ends.
+//! Common parts of cylinders and cones: solids of revolution whose radius changes linearly between
+//! two ends.
 
 use super::drift::Drift;
 use super::frame::{split, spoke, tangent, turn};
@@ -8,22 +8,22 @@ use super::{Parameters, PreparedRay, SurfacePoint, Under, slack};
 use crate::scalar::{Real, Vector};
 use glam::DVec3;
 
-/// Parts, as a hit's first number.
+/// Parts of the surface, as a hit's first number.
 pub(super) const WALL: u8 = 0;
 pub(super) const BASE: u8 = 1;
 pub(super) const TOP: u8 = 2;
 
-/// A solid of revolution that runs straight between two radii. Formulas are homogeneous in the
-/// axis, so that the rounding of its components changes the solid's length or direction and never
-/// its roundness.
+/// A solid of revolution with a straight meridian between two radii. Formulas are homogeneous in
+/// the axis, so that rounding of its components changes the length or direction of the solid, but
+/// never its roundness.
 pub(super) struct Turned {
     /// Centre of the base.
     pub base: DVec3,
-    /// From there to the centre of the other end.
+    /// From the base to the centre of the other end.
     pub axis: DVec3,
     /// Radii of the base and of the other end.
     pub radii: [f64; 2],
-    /// Greatest coordinates and radius together.
+    /// Sum of the greatest coordinates and the greater radius.
     size: f64,
 }
 
@@ -39,8 +39,7 @@ impl Turned {
         }
     }
 
-    /// The infinite wall along a ray where both radii are equal, in distances from the ray's
-    /// origin.
+    /// Crossings of the infinite wall for equal radii, in distances from the ray's origin.
     #[inline(always)]
     pub fn tube(&self, probe: &PreparedRay, close: bool) -> Option<Crossings> {
         let (axis, radius) = (self.axis, self.radii[0]);
@@ -49,13 +48,13 @@ impl Turned {
         let (length, room) = (axis.dot(axis), radius * radius);
         let (a, b, c) = (m.dot(m), m.dot(n), n.dot(n) - room * length);
         if a == 0.0 {
-            // Along the axis the wall is never crossed: everything is inside or nothing is.
+            // A ray along the axis never crosses the wall: it is inside or outside throughout.
             return (c <= a).then_some(Crossings {
                 enter: -f64::INFINITY,
                 leave: f64::INFINITY,
             });
         }
-        // b² − a·c without cancellation: the ray passes the axis at |m·f|/|m|.
+        // b² − a·c without cancellation: the ray passes the axis at distance |m·f|/|m|.
         let pass = m.dot(f);
         let discriminant = (a * room - pass * pass) * length;
         Quadratic {
@@ -68,7 +67,7 @@ impl Turned {
         .map(|w| w.moved(ahead))
     }
 
-    /// Where the ray is between the two ends, in distances from the ray's origin.
+    /// The ray's range between both ends, in distances from its origin.
     #[inline(always)]
     pub fn between_ends(&self, probe: &PreparedRay) -> Option<Span> {
         let (height, slope) = (
@@ -88,19 +87,19 @@ impl Turned {
         ))
     }
 
-    /// Where the ray is within the wall and between the ends.
+    /// The ray's range within the wall and between the ends.
     #[inline(always)]
     pub fn span(&self, probe: &PreparedRay, wall: Crossings) -> Option<Span> {
         Some(Span::of(wall.enter, wall.leave, WALL).cut(self.between_ends(probe)?))
     }
 
-    /// Lengths that a point of it is made of.
+    /// Scale of the error of a point of the surface.
     #[inline(always)]
     pub fn scale(&self, point: DVec3) -> f64 {
         self.size + point.abs().max_element()
     }
 
-    /// The point of an end at an offset from its centre.
+    /// The point of a cap at an offset from its centre.
     pub fn on_cap(&self, part: u8, offset: DVec3) -> SurfacePoint {
         let (end, normal) = if part == TOP {
             (1.0, self.axis.normalize())
@@ -111,7 +110,7 @@ impl Turned {
         SurfacePoint::new(point, normal, slack(self.scale(point)))
     }
 
-    /// u turns about the axis; v runs down it from `top`, on an end from its centre to its rim.
+    /// u runs around the axis. v runs down from `top`; on a cap from its centre to its rim.
     pub fn parameters<R: Real>(&self, point: DVec3, part: u8, top: f64) -> Parameters<R> {
         let (along, out) = split(point - self.base, self.axis);
         let (u, dpdu) = turn(out, self.axis);
@@ -121,8 +120,8 @@ impl Turned {
         } else {
             R::from_f64(out.length()) / end_radius
         };
-        // The turn is one for both ends, so on the base, which faces the other way, it runs to the
-        // left.
+        // u runs the same way around on both caps, so on the base, which faces the other way, it
+        // runs to the left.
         Parameters {
             u,
             v,
@@ -131,8 +130,8 @@ impl Turned {
         }
     }
 
-    /// A point by two numbers in [0, 1), with areas of the wall, of the base and of the other end
-    /// and all of them together. That of the wall is told by its share of the wall and the
+    /// Samples a point from two numbers in [0, 1), given the areas of wall, base and other end and
+    /// their sum. `on_wall` makes a point of the wall from its fraction of the wall's area and its
     /// direction from the axis.
     pub fn sample(
         &self,
@@ -154,8 +153,9 @@ impl Turned {
         }
     }
 
-    /// A point of a part, at a fraction of the axis and an offset across it, with its start for
-    /// rays that go in where these maps can't bring it out again.
+    /// The surface at a point of a part, with the base point of inward rays moved so that these
+    /// maps can't bring an origin outside. `place` is the fraction along the axis and the offset
+    /// across it.
     pub fn start_inside<R: Real>(
         &self,
         located: SurfacePoint,
@@ -170,11 +170,11 @@ impl Turned {
         }
     }
 
-    /// From a point of a part, at a fraction of the axis and an offset across it, to where a ray
-    /// starts that goes in: inside of the wall and of both ends, so far as it may drift against
-    /// each. The outer side asks for nothing, since what lies above the tangent plane of any point
-    /// of a convex body is outside of it. A body that is thinner than its points are exact has no
-    /// inside, and the start stays.
+    /// Offset from a point of a part, given by the fraction along the axis and the offset across
+    /// it, to the base point of inward rays: inside the wall and both ends by the drift against
+    /// each. Outward rays need no offset, since every point above a tangent plane of a convex solid
+    /// is outside. A solid thinner than the error of its points has no inside, and the base point
+    /// stays.
     #[inline(never)]
     fn inwards(&self, part: u8, (along, out): (f64, DVec3), drift: Drift<'_>) -> DVec3 {
         let (axis, [base, top]) = (self.axis, self.radii);
@@ -185,14 +185,13 @@ impl Turned {
         };
         let (taper, squared, length) = (top - base, axis.dot(axis), out.length());
         let over_axis = axis * (1.0 / squared);
-        // On the axis, as at a tip that is hit exactly, any direction will do.
+        // On the axis, as at an apex hit exactly, any direction will do.
         let away = if length > 0.0 {
             out * (1.0 / length)
         } else {
             tangent(axis.normalize())
         };
-        // How fast a start may come nearer to the ends, to the wall, to the wall on the other side,
-        // and how far off to the side.
+        // Greatest drift towards the ends, the wall and the opposite wall, and sideways.
         let lengthwise = drift.along(over_axis);
         let (nearer, opposite) = (
             drift.along(away - over_axis * taper),
@@ -202,8 +201,8 @@ impl Turned {
 
         let mut least = if part == BASE { 0.0 } else { lengthwise };
         let mut most = if part == TOP { 1.0 } else { 1.0 - lengthwise };
-        // Near a tip the wall on the other side is near as well: only where it is wide enough there
-        // is an inside.
+        // Near an apex the opposite wall is close too: only where the solid is wide enough does it
+        // have an inside.
         let room = nearer.max(opposite) + aside;
         if taper > 0.0 {
             least = least.max((room - base) / taper);
@@ -216,15 +215,15 @@ impl Turned {
         }
         let along_there = along.max(least).min(most);
         let radius = base + taper * along_there;
-        // Off to the side the wall comes nearer: by no more than a start may go there, and in a
-        // wide circle by less.
+        // Sideways drift brings the wall nearer: by at most the drift itself, and by less in a wide
+        // circle.
         let narrowest = radius - taper.abs() * lengthwise;
         let bend = if narrowest > aside {
             aside * (aside / narrowest)
         } else {
             aside
         };
-        // On the wall a lifted start lies below the tangent plane already.
+        // On the wall, an offset origin is already below the tangent plane.
         let distance = if part == WALL {
             radius - bend
         } else {
