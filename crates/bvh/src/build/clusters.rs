@@ -1,6 +1,7 @@
-//! The trees of `obvhs`: boxes along a curve are clustered, parts of the tree moved to where they
-//! cost less, few triangles put into one leaf, and parts moved again. Many boxes are clustered in
-//! pieces of the curve, since what `obvhs` has begun it finishes, and then the tops of these trees.
+//! Binary trees by `obvhs`: boxes are clustered along a curve, subtrees reinserted where they cost
+//! less, small subtrees of one leaf kind collapsed to leaves, and subtrees reinserted again.
+//! `obvhs` can't be interrupted. So many boxes are clustered in pieces of the curve, and then the
+//! tops of the pieces' trees.
 
 use glam::Vec3A;
 use obvhs::aabb::Aabb;
@@ -17,18 +18,17 @@ use super::{BuildQuality, Stop};
 use crate::aabb::{PIECE, PaddedBox};
 use crate::binary::BinaryNode;
 
-/// So many boxes are clustered at once, at most: one call of `obvhs` then takes a tenth of a
-/// second.
+/// Most boxes clustered at once: a call of `obvhs` then takes a tenth of a second.
 const MOST: usize = 1 << 18;
-/// Nodes of each tree over which, where there are several, a tree is built that joins them.
+/// Nodes of each piece's tree among which the joining tree is built.
 const TOPS: usize = 64;
 
-/// What a quality asks of `obvhs`.
+/// Parameters of `obvhs` for a build quality.
 #[derive(Clone, Copy)]
 struct Means {
-    /// Whether 14 neighbours on either side are looked at in clustering, not 6.
+    /// Whether clustering examines 14 neighbours on either side, instead of 6.
     far: bool,
-    /// The share of nodes that is moved, before triangles share leaves and after.
+    /// Fractions of nodes to reinsert, before and after the collapse to leaves.
     moved: [f32; 2],
 }
 
@@ -52,14 +52,15 @@ impl Means {
     }
 }
 
-/// A tree whose leaves name ranges of an order of boxes, and how many boxes were looked at for it.
+/// A tree whose leaves refer to ranges of an order of boxes, and the number of boxes visited to
+/// build it.
 pub(super) struct Clusters {
     tree: Bvh2,
     pub looks: u64,
 }
 
 impl Clusters {
-    /// The nodes, whose boxes are still to be made: those of `obvhs` are scaled.
+    /// The nodes, without boxes: those of `obvhs` are scaled.
     pub fn nodes(&self) -> Vec<BinaryNode> {
         let node = |node: &Bvh2Node| BinaryNode {
             bounds: PaddedBox::NOTHING,
@@ -70,21 +71,21 @@ impl Clusters {
     }
 }
 
-/// What is clustered, and how.
+/// Input and parameters of a clustering.
 pub(super) struct Clustering<'a> {
     boxes: &'a [PaddedBox],
     means: Means,
-    /// So many boxes that are a subtree are one leaf.
+    /// Greatest size of a subtree that becomes one leaf.
     leaf: u32,
     /// Most boxes of a piece.
     most: usize,
-    /// A power of two that boxes are scaled by, so that no surface leaves the range of f32.
+    /// Power of two by which boxes are scaled, so that no surface area leaves the range of f32.
     scale: f32,
     stop: Stop<'a>,
 }
 
 impl<'a> Clustering<'a> {
-    /// Of boxes so many of which are a leaf.
+    /// A clustering whose subtrees of at most `leaf` boxes become leaves.
     pub fn new(boxes: &'a [PaddedBox], quality: BuildQuality, leaf: usize, stop: Stop<'a>) -> Self {
         let around = boxes
             .par_iter()
@@ -92,8 +93,8 @@ impl<'a> Clustering<'a> {
             .copied()
             .reduce(|| PaddedBox::NOTHING, |a, b| a.union(&b));
         let extent = (around.max.as_dvec3() - around.min.as_dvec3()).max_element();
-        // Surfaces up to 2⁶⁰ and a bit leave room for sums of them, and those of boxes 2⁻⁹⁰ as long
-        // are still told apart.
+        // Surface areas slightly above 2⁶⁰ leave room for sums of areas, and boxes 2⁻⁹⁰ as long
+        // still have distinct areas.
         let exponent = 30 - (extent.log2() as i32).clamp(-96, 156);
         Self {
             boxes,
@@ -105,7 +106,8 @@ impl<'a> Clustering<'a> {
         }
     }
 
-    /// The tree over boxes in order of a curve, an order that it changes; none where given up.
+    /// Builds the tree over boxes in the order of a curve, and permutes that order; `None` if
+    /// cancelled.
     pub fn run(&self, order: &mut [u32]) -> Option<Clusters> {
         let size = order.len().div_ceil(order.len().div_ceil(self.most));
         let pieces: Vec<_> = order
@@ -134,8 +136,8 @@ impl<'a> Clustering<'a> {
         let [before, after] = self.means.moved;
         looks += self.moved(&mut tree, before)?;
         tree.primitive_indices = order.to_vec();
-        // At this cost of a node whatever is few enough is one leaf. Which leaves share a block is
-        // found by what rays spend, when nodes become wide.
+        // With this cost of a node every small subtree becomes a leaf. Which leaves share a block
+        // is decided by ray cost, in the collapse to wide nodes.
         collapse(&mut tree, self.leaf, self.leaf as f32);
         order.copy_from_slice(&tree.primitive_indices);
         looks += self.moved(&mut tree, after)?;
@@ -149,7 +151,7 @@ impl<'a> Clustering<'a> {
         let around = leaves
             .iter()
             .fold(Aabb::INVALID, |all, leaf| all.union(leaf.aabb()));
-        // The code of a centre at the very end would be that of one at the beginning.
+        // A centre at the upper end would wrap around to the code of the lower end.
         let extent = cell_extent(around.diagonal().as_dvec3()).as_vec3a() * (1.0 + 1e-6)
             + Vec3A::splat(f32::MIN_POSITIVE);
         let around = Aabb::new(around.min, around.min + extent);
@@ -163,9 +165,9 @@ impl<'a> Clustering<'a> {
             builder.build_ploc_from_leaves::<6, false>(&mut tree, around, SortPrecision::U64, 0);
             2 * 6
         };
-        // A search for a better place keeps twice as many places in mind. In a tree so deep that it
-        // would have more it forgets some, and is none the worse; told of that depth it would fail
-        // in a tree that grew deeper still.
+        // The reinsertion search has a stack of twice this depth. In a deeper tree it drops some
+        // candidates, which does no harm. With the tree's true depth the search would fail if the
+        // tree grew deeper.
         tree.max_depth = DEFAULT_MAX_STACK_DEPTH / 2;
         let looks = neighbours * waits(&tree);
         Some(Clusters { tree, looks })
@@ -175,7 +177,7 @@ impl<'a> Clustering<'a> {
         (!(self.stop)()).then(|| reinsert(tree, share))
     }
 
-    /// One tree of those of several pieces of so many boxes.
+    /// Joins the trees of several pieces of `size` boxes into one.
     fn joined(&self, pieces: Vec<Clusters>, size: usize) -> Option<Clusters> {
         let tops: Vec<_> = pieces.iter().map(|piece| tops(&piece.tree)).collect();
         let all = pieces
@@ -218,8 +220,8 @@ impl<'a> Clustering<'a> {
     }
 }
 
-/// The passes of a clustering that its nodes waited for their siblings, at least, over all of them.
-/// Children come after their parents.
+/// Lower bound of the clustering passes that nodes waited for their siblings, summed over all
+/// nodes. Children come after their parents.
 fn waits(tree: &Bvh2) -> u64 {
     let (mut passes, mut waits) = (vec![0_u32; tree.nodes.len()], 0);
     for (at, node) in tree
@@ -236,7 +238,8 @@ fn waits(tree: &Bvh2) -> u64 {
     waits
 }
 
-/// The nodes below which a tree is kept: the greatest are opened until there are enough of them.
+/// The nodes below which a piece's tree is kept: starting from the root, the largest nodes are
+/// opened until there are enough.
 fn tops(tree: &Bvh2) -> Vec<usize> {
     let mut tops = vec![0];
     let area = |&top: &usize| {
@@ -267,7 +270,7 @@ mod tests {
     use super::*;
     use crate::build::curve;
 
-    /// Boxes at scattered places, a fiftieth of them in one.
+    /// Boxes at scattered positions, a fiftieth of them at a single position.
     fn boxes(count: usize) -> Vec<PaddedBox> {
         let at = |i: usize| if i.is_multiple_of(50) { 7 } else { i };
         let place = |i: usize, stride: usize| (at(i) * stride % 20_011) as f32 / 20_011.0;
@@ -280,7 +283,7 @@ mod tests {
             .collect()
     }
 
-    /// What a tree is, for comparison.
+    /// A tree in a form for comparison.
     type Told = (Vec<(u32, u32)>, Vec<u32>, u64);
 
     fn run(
@@ -315,7 +318,7 @@ mod tests {
     }
 
     /// Protects: the tree is the same for any number of threads, in one piece and in many; each box
-    /// is in one leaf, and leaves but for piles hold no more than they may.
+    /// is in one leaf, and leaves other than piles respect their size limit.
     #[test]
     fn trees_are_the_same_for_any_number_of_threads() {
         let boxes = boxes(30_000);
@@ -346,8 +349,8 @@ mod tests {
         }
     }
 
-    /// Protects: a tree joined of many pieces costs rays hardly more than one of a piece: the
-    /// surfaces of its nodes.
+    /// Protects: a tree joined from many pieces costs rays hardly more than one of a single piece,
+    /// measured by the surface areas of its nodes.
     #[test]
     fn pieces_are_joined_well() {
         let boxes: Vec<_> = boxes(20_000)

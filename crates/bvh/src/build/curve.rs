@@ -1,4 +1,4 @@
-//! Boxes along a curve through space, on which clustering looks for neighbours.
+//! A space-filling order of boxes, along which clustering looks for neighbours.
 
 use glam::DVec3;
 use obvhs::ploc::morton::morton_encode_u64;
@@ -6,13 +6,14 @@ use rayon::prelude::*;
 
 use crate::aabb::{PIECE, PaddedBox};
 
-/// Cells along an axis among which the curve tells centres apart, all but one: the greatest centre
-/// is in the last cell, not beyond it.
+/// Number of cells along an axis of the Morton curve, minus one, so that the greatest centre is in
+/// the last cell.
 const CELLS: f64 = ((1 << 21) - 1) as f64;
 
-/// An axis along which boxes reach less than this share of the longest axis is flat: cells are as
-/// long there as along the longest. Otherwise clustering would look for neighbours of a terrain
-/// above and below, where there are none. Measured: `../../../../benches/runs`.
+/// Greatest ratio of an axis' extent to the longest extent at which the axis counts as flat. Cells
+/// of a flat axis are as long as along the longest axis. Otherwise clustering would look for
+/// neighbours of a terrain above and below, where there are none. Measured:
+/// `../../../../benches/runs`.
 const FLAT: f64 = 0.45;
 
 /// A box on the curve.
@@ -22,7 +23,7 @@ struct Place {
     index: u32,
 }
 
-/// The places of boxes along the curve, and how many boxes were looked at for that.
+/// The boxes in the order of the curve, and the number of boxes visited.
 pub(super) fn order(boxes: &[PaddedBox]) -> (Vec<u32>, u64) {
     let mut places: Vec<_> = (0..boxes.len() as u32)
         .into_par_iter()
@@ -32,19 +33,19 @@ pub(super) fn order(boxes: &[PaddedBox]) -> (Vec<u32>, u64) {
     (places.par_iter().map(|place| place.index).collect(), looks)
 }
 
-/// The lengths that the curve divides into cells, for boxes that reach so far along the axes.
+/// Lengths that the curve divides into cells, for boxes of the given extent.
 pub(super) fn cell_extent(extent: DVec3) -> DVec3 {
     let longest = DVec3::splat(extent.max_element());
     DVec3::select(extent.cmplt(longest * FLAT), longest, extent)
 }
 
-/// Twice the centre, which never leaves the range of f64.
+/// Twice the centre, which stays within the range of f64.
 fn centre(bounds: &PaddedBox) -> DVec3 {
     bounds.min.as_dvec3() + bounds.max.as_dvec3()
 }
 
-/// Sorts along the curve through the box of all centres, and what is in one cell along a curve
-/// through that. What has one centre is sorted by size.
+/// Sorts boxes along the curve through the box of all centres, and recursively those in the same
+/// cell. Boxes with the same centre are sorted by size.
 fn sort(places: &mut [Place], boxes: &[PaddedBox]) -> u64 {
     let bounds = |place: &Place| &boxes[place.index as usize];
     let centre = |place: &Place| centre(bounds(place));

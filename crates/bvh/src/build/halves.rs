@@ -1,24 +1,24 @@
-//! What clustering can't take is halved: by the median of centres, or near it, along the axis on
-//! which they differ most.
+//! Halving, for sets that clustering can't handle: a split near the median of the centres, along
+//! the axis of their greatest extent.
 
 use super::{LeafKind, LeafKindOf, Stop};
 use crate::aabb::{PIECE, PaddedBox};
 use crate::binary::BinaryNode;
 use crate::bvh8::WIDTH;
 
-/// Boxes that are halved, and what may share a leaf.
+/// Boxes to be halved, and their leaf kinds.
 pub(super) struct Halves<'a> {
     pub boxes: &'a [PaddedBox],
     pub kind: LeafKindOf<'a>,
-    /// Whether all are of one kind.
+    /// Whether all boxes have one leaf kind.
     pub is_alike: bool,
     pub stop: Stop<'a>,
 }
 
 impl Halves<'_> {
-    /// Makes a node the root of a tree over some boxes, whose nodes are appended; these begin at
-    /// `first` in the order of the whole tree. Returns how many boxes were looked at; given up, it
-    /// is not the whole tree.
+    /// Makes node `slot` the root of a tree over `order`, and appends the tree's nodes. `first` is
+    /// the position of `order` in the whole tree's order. Returns the number of boxes visited. If
+    /// cancelled, the tree is incomplete.
     pub fn halve(
         &self,
         nodes: &mut Vec<BinaryNode>,
@@ -38,7 +38,7 @@ impl Halves<'_> {
             return 0;
         }
         let half = order.len() / 2;
-        // Leaves of one kind are full, all but one.
+        // With one leaf kind, all leaves but one are full.
         let middle = if self.is_alike && order.len() > WIDTH {
             (half + WIDTH / 2) / WIDTH * WIDTH
         } else {
@@ -65,16 +65,16 @@ impl Halves<'_> {
         looks + order.len() as u64
     }
 
-    /// Whether it is one box or few that may share a leaf.
+    /// Whether these boxes form a leaf: a single box, or few of one shared leaf kind.
     fn is_leaf(&self, order: &[u32]) -> bool {
         let kind = || (self.kind)(order[0]);
         let is_alike = || self.is_alike || order.iter().all(|&place| (self.kind)(place) == kind());
         order.len() == 1 || order.len() <= WIDTH && kind() != LeafKind::None && is_alike()
     }
 
-    /// Puts the lesser centres first, so many; equal ones stay where they are.
+    /// Moves the `middle` least centres to the front; equal centres keep their places.
     fn part(&self, order: &mut [u32], middle: usize) {
-        // Half of it each, since the sum may leave the range of f32.
+        // Half of each bound, since the sum may leave the range of f32.
         let centre = |place: u32| {
             self.boxes[place as usize].min * 0.5 + self.boxes[place as usize].max * 0.5
         };

@@ -1,25 +1,26 @@
-//! Boxes that lie on one another. Clustering would make a list of them, one pair a pass, and no
-//! tree over them spares a ray much: whichever box around some of them it meets, it meets most of
-//! them. So they are one leaf in a clustering, and halved.
+//! Piles: boxes that nearly coincide. Clustering would pair them in a list, one pair per pass, and
+//! no tree over them saves rays much: a ray that hits a box around some of them hits most of them.
+//! So a pile is a single leaf in clustering, and is halved afterwards.
 
 use obvhs::aabb::Aabb;
 use obvhs::bvh2::node::Bvh2Node;
 
-/// Fewer boxes are no pile.
+/// Least number of boxes in a pile.
 const FEWEST: usize = 16;
-/// The surfaces of a pile's boxes are on average this share of the surface around all of them, or
-/// more. Patches of surfaces have an eighth and less.
+/// Least ratio of the boxes' mean surface area in a pile to the area of the box around all. Patches
+/// of surfaces have an eighth and less.
 const SHARE: f64 = 0.25;
 
-/// The leaves with one in place of those of a pile. All of one box are in piles but for fewer than
-/// 32 at either end.
+/// The leaves, with each pile replaced by one leaf. Coincident boxes are all in piles, except fewer
+/// than 32 at either end.
 pub(super) fn piled(leaves: &[Bvh2Node]) -> Vec<Bvh2Node> {
     let mut kept = Vec::with_capacity(leaves.len());
     keep(leaves, &mut kept);
     kept
 }
 
-/// Appends the leaves or their pile, and returns the box around them and the sum of their surfaces.
+/// Appends the leaves or their pile. Returns the box around them and the sum of their surface
+/// areas.
 fn keep(leaves: &[Bvh2Node], kept: &mut Vec<Bvh2Node>) -> (Aabb, f64) {
     let start = kept.len();
     let join = |(a, sum): (Aabb, f64), (b, more): (Aabb, f64)| (a.union(&b), sum + more);
@@ -59,8 +60,8 @@ mod tests {
             .collect()
     }
 
-    /// Protects: boxes that are equal, or nearly, are one leaf that names them all; those side by
-    /// side stay apart, also where others are piled.
+    /// Protects: equal or nearly equal boxes become one leaf that refers to all of them; boxes side
+    /// by side stay separate, even beside a pile.
     #[test]
     fn what_lies_on_one_another_is_one_leaf() {
         for step in [0.0, 1e-3] {

@@ -1,25 +1,25 @@
-//! A tree made better by moving its parts to where they cost less: the reinsertion of `obvhs`, as
-//! much of it as is worth its time. For each node it looks through the tree for a better parent and
-//! leaves out what can't be one. Among long crossing boxes hardly anything is left out, and with
-//! many nodes to place that is quadratic. So the search is tried with a few of them first.
+//! Tree optimisation by the reinsertion of `obvhs`, limited to what is worth its time. For each
+//! node, reinsertion searches the tree for a better parent and prunes by cost. Among long crossing
+//! boxes hardly anything is pruned, and with many nodes the time is quadratic. So the cost of the
+//! search is first measured on a few nodes.
 
 use obvhs::aabb::Aabb;
 use obvhs::bvh2::Bvh2;
 use obvhs::bvh2::node::Bvh2Node;
 use obvhs::bvh2::reinsertion::ReinsertionOptimizer;
 
-/// Nodes that the search is tried with.
+/// Number of nodes in the trial.
 const TRIED: usize = 64;
-/// Steps of a search that are in order. Measured: 31 to 76 among random balls and on grids, 59 to
-/// 121 among sticks along the axes, 200 to 2500 and more among crossing ones.
+/// Acceptable steps per search. Measured: 31 to 76 among random spheres and on grids, 59 to 121
+/// among axis-aligned sticks, 200 to 2500 and more among crossing sticks.
 const STEPS: u64 = 150;
 
-/// Shares of what is to be moved, one round each: the last rounds, of the greatest boxes alone, put
-/// right what the first ones made uneven.
+/// Fraction of the nodes to reinsert in each round. The last rounds reinsert only the largest
+/// boxes, and repair what the first rounds left uneven.
 const ROUNDS: [f32; 6] = [1.0, 0.5, 0.25, 0.125, 0.0625, 0.03125];
 
-/// Moves this share of the nodes, and ever fewer after them, from the top on. Returns how many
-/// nodes were looked at.
+/// Reinserts this fraction of the nodes, the largest first, and ever fewer in later rounds. Returns
+/// the number of nodes visited.
 pub(super) fn reinsert(tree: &mut Bvh2, share: f32) -> u64 {
     if tree.nodes.len() < 3 || share <= 0.0 {
         return 0;
@@ -30,12 +30,12 @@ pub(super) fn reinsert(tree: &mut Bvh2, share: f32) -> u64 {
     steps
 }
 
-/// The share of nodes to reinsert, of a tree that knows parents, and what that costs: for searches
-/// that are not too long the share that is asked for, for others less by as much as they are too
-/// long.
+/// The affordable fraction of nodes to reinsert, and its cost, for a tree with initialised parents:
+/// the requested fraction if searches are short enough, otherwise less in proportion to their
+/// length.
 fn affordable(tree: &Bvh2, share: f32) -> (f32, u64) {
     let nodes = tree.nodes.len();
-    // The candidates are the largest of those that come first, twice as many as are wanted.
+    // Candidates are the largest of the first nodes, twice as many as wanted.
     let candidates = ((nodes as f32 * share * 2.0) as usize).clamp(1, nodes) - 1;
     let tried = TRIED.min(candidates / 16);
     if tried == 0 {
@@ -54,8 +54,8 @@ fn affordable(tree: &Bvh2, share: f32) -> (f32, u64) {
     (affordable, steps + searches(affordable) * mean)
 }
 
-/// Steps that the search for a better place of this node takes, by the rules of `obvhs`; so many as
-/// are too long at most.
+/// Number of steps in the search for a better parent of this node, by the rules of `obvhs`, up to a
+/// limit.
 fn steps(tree: &Bvh2, node: usize) -> u64 {
     const MOST: u64 = 4096;
     let area = |aabb: &Aabb| aabb.half_area();

@@ -1,5 +1,5 @@
-//! T01, T02, T04, T05, T08, T16: rays that enter boxes, none of which may be culled on the way to
-//! its content. The content is the box itself, solid, so that the oracle is a slab test in f64.
+//! T01, T02, T04, T05, T08, T16: rays that enter boxes, none of which a traversal may cull. The
+//! contents are the boxes themselves, as solids, so that the oracle is a slab test in f64.
 
 use glam::DVec3;
 
@@ -10,7 +10,7 @@ use crate::{
     AcceleratorKind, Geometry, Hit, Interval, PrimitiveSet, Ray, Real, Vector, Visibility,
 };
 
-/// Least and greatest corner, both numbers of f32.
+/// Least and greatest corner, both exact in f32.
 type Corners = [DVec3; 2];
 
 /// Solid boxes.
@@ -32,8 +32,8 @@ fn closest<R: Real>(geometry: &Geometry<R>, ray: &Ray<R>) -> Option<Hit<R>> {
     geometry.closest(ray, Interval::positive(), &mut ())
 }
 
-/// Where a ray is in a box, in units of its direction, by f64; where a component is zero, by
-/// whether the origin is between the faces.
+/// The interval of a ray in a box, in units of its direction, computed in f64. For a zero
+/// component, whether the origin is between both faces.
 fn slab(ray: &Ray<impl Real>, [min, max]: Corners) -> Option<[f64; 2]> {
     let (o, d) = (ray.origin.to_f64(), ray.direction.to_f64());
     let mut range = [f64::NEG_INFINITY, f64::INFINITY];
@@ -51,7 +51,7 @@ fn slab(ray: &Ray<impl Real>, [min, max]: Corners) -> Option<[f64; 2]> {
     (range[0] < range[1]).then_some(range)
 }
 
-/// So many boxes of sizes from 0.1 to 1 in a cube of 20, anyhow.
+/// `count` random boxes of sizes from 0.1 to 1 in a cube of size 20.
 fn scattered(seed: u64, count: u64) -> Vec<Corners> {
     let one = |index| {
         let random = &mut Random::new(seed, index);
@@ -61,8 +61,7 @@ fn scattered(seed: u64, count: u64) -> Vec<Corners> {
     (0..count).map(one).collect()
 }
 
-/// Right where the tree's hit is the scan's, and one is there if the ray enters the box that it was
-/// aimed at.
+/// Right if the tree's hit equals the scan's, and if a ray that enters its target box has a hit.
 fn found<R: Real>(
     tree: &Geometry<R>,
     scan: &Geometry<R>,
@@ -79,17 +78,17 @@ fn found<R: Real>(
     })
 }
 
-/// T01: rays along an axis, at 1 − δ in a box that begins L away.
+/// T01: rays along an axis at 1 − δ, at a box that begins at distance L.
 pub fn along_faces<R: Real>(rays: Rays) -> Vec<Measurement> {
     let lengths: Vec<f64> = (0..=8).map(|k| 10_f64.powi(k)).collect();
     let boxes = |&length: &f64| -> Vec<Corners> {
         let along = |axis: usize| {
             let (mut min, mut max) = (DVec3::ZERO, DVec3::ONE);
-            // Where f32 knows no length of one, as much as it knows.
+            // Far away, where f32 has no spacing of one, the thickness is several spacings.
             (min[axis], max[axis]) = (length, length + (length * 1e-6).max(1.0));
             [exact(min), exact(max)]
         };
-        // Behind the rays, so that there is a tree.
+        // Further boxes behind the rays, so that a tree is built.
         let behind = scattered(210, 60)
             .into_iter()
             .map(|corners| corners.map(|p| p - DVec3::splat(20.0)));
@@ -135,7 +134,7 @@ pub fn along_faces<R: Real>(rays: Rays) -> Vec<Measurement> {
     measured
 }
 
-/// T02: rays with zeros of all signs among boxes whose faces they lie in.
+/// T02: rays with zero components of either sign, in the planes of box faces.
 pub fn signed_zeros<R: Real>(rays: Rays) -> Vec<Measurement> {
     let whole = |index| {
         let random = &mut Random::new(211, index);
@@ -171,7 +170,7 @@ pub fn signed_zeros<R: Real>(rays: Rays) -> Vec<Measurement> {
     )
 }
 
-/// T04: directions along an axis but for next to nothing.
+/// T04: directions along an axis with other components close to zero.
 pub fn tiny_components<R: Real>(rays: Rays) -> Vec<Measurement> {
     aimed::<R>("T04", 204, rays, |random, target| {
         let (axis, size) = (
@@ -195,7 +194,7 @@ pub fn any_length<R: Real>(rays: Rays) -> Vec<Measurement> {
     })
 }
 
-/// Rays at places well within boxes.
+/// Rays at points well within boxes.
 fn aimed<R: Real>(
     case: &str,
     seed: u64,
@@ -216,7 +215,7 @@ fn aimed<R: Real>(
     )
 }
 
-/// T08: boxes of a millionth beside boxes of a million, each from three diameters away.
+/// T08: boxes of size 1e-6 beside boxes of size 1e6, each from three diameters away.
 pub fn mixed_scales<R: Real>(rays: Rays) -> Vec<Measurement> {
     let one = |index: u64| {
         let random = &mut Random::new(212, index);
@@ -245,8 +244,7 @@ pub fn mixed_scales<R: Real>(rays: Rays) -> Vec<Measurement> {
     )
 }
 
-/// T16: rays that start on a face, an ulp to either side of it or within, and go inward, outward
-/// and along it.
+/// T16: rays that start on a face, or an ulp to either side, and go inwards, outwards and along it.
 pub fn from_faces<R: Real>(rays: Rays) -> Vec<Measurement> {
     let boxes = scattered(216, 300);
     let scan = geometry::<R>(&boxes, AcceleratorKind::Linear);
@@ -275,7 +273,7 @@ pub fn from_faces<R: Real>(rays: Rays) -> Vec<Measurement> {
                 let either_way =
                     |geometry: &Geometry<R>| geometry.closest(&ray, everything, &mut ());
                 let (hit, expected) = (closest(&trees[0], &ray), closest(&scan, &ray));
-                // What is left of the way in the box, if anything beyond rounding.
+                // Remaining distance in the box, if it exceeds rounding.
                 let way =
                     slab(&ray, corners).map_or(0.0, |[enters, leaves]| leaves - enters.max(0.0));
                 let is_right = hit == expected

@@ -1,4 +1,4 @@
-//! T03, T06, T07, T10: lattices and closed meshes of any size and place, which no ray passes.
+//! T03, T06, T07, T10: lattices and closed meshes of any size and position, which no ray may pass.
 
 use glam::{DVec3, Vec3};
 
@@ -11,22 +11,22 @@ use crate::{Aabb, AcceleratorKind, Geometry, Interval, PrimitiveSet, Ray, Real, 
 /// Cells along each side of a lattice.
 const CELLS: usize = 20;
 
-/// Whether anything is in front of a ray, by either query.
+/// Whether a ray has a hit, by both queries.
 fn is_hit<R: Real>(geometry: &Geometry<R>, ray: &Ray<R>) -> bool {
     let range = Interval::positive();
     geometry.closest(ray, range, &mut ()).is_some()
         && geometry.any(ray, range, &mut |_| true, &mut ())
 }
 
-/// A place by its coordinates across an axis and along it.
+/// A point by its coordinates across an axis and along it.
 fn across(axis: usize, [a, b]: [f64; 2], along: f64) -> DVec3 {
     let mut p = DVec3::ZERO;
     (p[axis], p[(axis + 1) % 3], p[(axis + 2) % 3]) = (along, a, b);
     p
 }
 
-/// Flat cells of two triangles each across an axis, and with the other winding where that is asked
-/// for.
+/// A flat lattice perpendicular to an axis, with two triangles per cell and optionally flipped
+/// winding.
 fn flat<R: Real>(axis: usize, is_flipped: bool) -> Geometry<R> {
     let mut group = PrimitiveSet::<R>::default();
     for cell in 0..CELLS * CELLS {
@@ -45,7 +45,7 @@ fn flat<R: Real>(axis: usize, is_flipped: bool) -> Geometry<R> {
     Geometry::new(group, AcceleratorKind::default())
 }
 
-/// Solid cells.
+/// A lattice of solid cells.
 fn solid<R: Real>(axis: usize) -> Geometry<R> {
     let mut group = PrimitiveSet::<R>::default();
     for cell in 0..CELLS * CELLS {
@@ -60,8 +60,8 @@ fn solid<R: Real>(axis: usize) -> Geometry<R> {
     Geometry::new(group, AcceleratorKind::default())
 }
 
-/// T03: rays along an axis through every point of a lattice and halfway between, with zeros of all
-/// signs.
+/// T03: rays along an axis through every lattice point and halfway between, with zero components of
+/// either sign.
 pub fn lattices<R: Real>(rays: Rays) -> Vec<Measurement> {
     let trees = (0..3)
         .flat_map(|axis| [flat(axis, false), flat(axis, true), solid(axis)])
@@ -69,7 +69,7 @@ pub fn lattices<R: Real>(rays: Rays) -> Vec<Measurement> {
     let places = 2 * CELLS as u64 - 1;
     by_each_kernel::<R>(trees, |trees| {
         let each = trees.iter().enumerate().map(|(which, tree)| {
-            // Few enough to be shot all in either case.
+            // Few enough to be shot in full with either count.
             judge("T03", 203, (places * places * 4) as u32, rays, |random| {
                 let (place, signs) = (random.index() / 4, random.index() % 4);
                 let zero = |bit: u64| if signs >> bit & 1 == 0 { 0.0 } else { -0.0 };
@@ -88,7 +88,7 @@ pub fn lattices<R: Real>(rays: Rays) -> Vec<Measurement> {
     })
 }
 
-/// A mesh of another size at another place, each corner rounded.
+/// A scaled and translated mesh, with each corner rounded.
 fn moved(mesh: &Mesh, size: f64, place: DVec3) -> Mesh {
     let corner = |p: &Vec3| (p.as_dvec3() * size + place).as_vec3();
     Mesh {
@@ -97,7 +97,7 @@ fn moved(mesh: &Mesh, size: f64, place: DVec3) -> Mesh {
     }
 }
 
-/// A closed mesh around a place, as large as that.
+/// A closed mesh around a point.
 struct Globe {
     mesh: Mesh,
     centre: DVec3,
@@ -114,7 +114,7 @@ impl Globe {
         }
     }
 
-    /// A ray from within at a corner, an edge or anywhere.
+    /// A ray from inside at a corner, an edge or any point.
     fn ray<R: Real>(&self, random: &mut Random) -> Ray<R> {
         let face = self.mesh.faces[random.bits() as usize % self.mesh.faces.len()];
         let corner = |i: usize| self.mesh.corners[face[i]].as_dvec3();
@@ -130,7 +130,7 @@ impl Globe {
     }
 }
 
-/// Rays from within closed meshes, all of which must hit.
+/// Rays from inside closed meshes, all of which must hit.
 fn leaks<R: Real>(
     case: &str,
     seed: u64,
@@ -162,7 +162,7 @@ pub fn any_size<R: Real>(rays: Rays) -> Vec<Measurement> {
     leaks::<R>("T06", 226, 1_000_000, rays, &globes)
 }
 
-/// Closed meshes far away.
+/// Closed meshes far from the origin.
 fn distant() -> [Globe; 3] {
     let diagonal = DVec3::new(0.8, -0.36, 0.48);
     [
@@ -172,7 +172,7 @@ fn distant() -> [Globe; 3] {
     ]
 }
 
-/// T07: closed meshes far from the origin, and a ground of cells there.
+/// T07: closed meshes and a ground of cells, far from the origin.
 pub fn far_away<R: Real>(rays: Rays) -> Vec<Measurement> {
     let measured = leaks::<R>("T07", 227, 1_000_000, rays, &distant());
     const SIDE: usize = 12;
@@ -207,7 +207,7 @@ pub fn far_away<R: Real>(rays: Rays) -> Vec<Measurement> {
             judge("T07 ground", 228, 400_000, rays, |random| {
                 let inner = |random: &mut Random| 1 + random.bits() as usize % (SIDE - 1);
                 let (i, j) = (inner(random), inner(random));
-                // At a corner within the ground, or at an edge that ends there.
+                // At a corner inside the ground, or at an edge that ends there.
                 let (di, dj) = random.pick(&[(0, 0), (1, 0), (0, 1), (1, 1)]);
                 let (a, b) = (
                     corner(i, j).as_dvec3(),
@@ -216,7 +216,7 @@ pub fn far_away<R: Real>(rays: Rays) -> Vec<Measurement> {
                 let target = a + (b - a) * random.unit() * 0.99;
                 let up = random.cube() + DVec3::Y * 1.5;
                 let ray = towards::<R>(target + up * random.between(1.0, 20.0), target);
-                // Where the ray ends is rounded by its own direction, by a hair of a cell.
+                // Rounding of the direction moves the target by a tiny fraction of a cell.
                 Verdict::holds(is_hit(&trees[0], &ray), || format!("leak{}", hex(&ray)))
             })
         },
@@ -228,8 +228,8 @@ pub fn far_away<R: Real>(rays: Rays) -> Vec<Measurement> {
     measured.into_iter().zip(ground).map(both).collect()
 }
 
-/// T10: the leaks of T07 and of a mesh at the origin, and how much more surface boxes have there
-/// for being padded, which is how many more rays enter them.
+/// T10: the leaks of T07 and of a mesh at the origin, and the surface area that padding adds to
+/// boxes there, which is the increase of rays that enter them.
 pub fn inflation<R: Real>(rays: Rays) -> Vec<Measurement> {
     let [a, b, c] = distant();
     let near = Globe::new(4, 1.0, DVec3::ZERO);

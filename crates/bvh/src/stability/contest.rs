@@ -1,6 +1,6 @@
-//! What being right costs: the same work by the textbook's formulas and by the library's, for
-//! programs that time both in turns. On ordinary rays, from five sizes away, of which about half
-//! meet what they are shot at: a hard case is rare, and its care is paid for always.
+//! The cost of accuracy: the same work by textbook formulas and by the library, for programs that
+//! time both in turns. The rays are ordinary, from five sizes away, and about half of them hit:
+//! hard cases are rare, but their cost is paid by every ray.
 
 use core::fmt;
 use core::hint::black_box;
@@ -12,18 +12,18 @@ use super::{Intersect, textbook};
 use crate::shapes::{AnyShape, Cone, Ellipsoid, Sphere, Torus, Triangle};
 use crate::{Interval, PreparedRay, Ray, Real, Shape, Side};
 
-/// Work of a contestant.
+/// Work to be timed.
 pub type Work = Box<dyn Fn()>;
 
-/// The same work three times.
+/// The same work in three implementations.
 pub struct Contest {
-    /// What is done once a ray or sample.
+    /// Operation per ray or sample.
     pub what: &'static str,
-    /// How many rays or samples each work takes.
+    /// Rays or samples of one run.
     pub count: u32,
-    /// By the textbook's formulas in f32.
+    /// By textbook formulas in f32.
     pub textbook: Work,
-    /// By the library's, in `robust` and in `reference`.
+    /// By the library, in `robust` and in `reference`.
     pub library: [Work; 2],
 }
 
@@ -36,11 +36,10 @@ impl fmt::Debug for Contest {
     }
 }
 
-/// Rays of a contest, and how often each is shot.
+/// Number of distinct rays of a contest.
 const RAYS: u32 = 4096;
 
-/// A contest by its case's number; none where the textbook has no formula for it, or it is not a
-/// shape's.
+/// The contest of a case; `None` if the textbook has no formula for it, or if it concerns no shape.
 pub fn contest(number: &str) -> Option<Contest> {
     let (zero, axis) = (DVec3::ZERO, DVec3::new(0.3, 1.0, -0.2));
     Some(match number {
@@ -100,7 +99,7 @@ fn triangle<R: Real>() -> AnyShape<R> {
     Triangle::new(corners.map(stored::<R>)).into()
 }
 
-/// Rays from around a shape of about unit size at points near it.
+/// Rays from around a shape of about unit size, at points near it.
 fn rays<R: Real>() -> Vec<Ray<R>> {
     let ray = |i: u32| {
         let random = &mut Random::new(1, i.into());
@@ -113,7 +112,7 @@ fn rays<R: Real>() -> Vec<Ray<R>> {
     (0..RAYS).map(ray).collect()
 }
 
-/// The same prepared, as the library's are once a query.
+/// These rays, prepared as in a query of the library.
 fn prepared<R: Real>() -> Vec<PreparedRay> {
     rays::<R>().into_iter().map(PreparedRay::new).collect()
 }

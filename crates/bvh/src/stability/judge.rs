@@ -1,4 +1,4 @@
-//! Seeded rays judged in parallel, and what came out.
+//! Seeded rays, judged in parallel, and the outcome.
 
 use core::fmt::Write;
 
@@ -17,7 +17,7 @@ pub fn ulp(x: f64) -> f64 {
 }
 
 /// A small generator (SplitMix64: Steele, Lea, Flood, "Fast Splittable Pseudorandom Number
-/// Generators", 2014), seeded by case and ray, so that each ray can be repeated by itself.
+/// Generators", 2014), seeded by case and ray, so that each ray can be repeated alone.
 #[derive(Debug)]
 pub struct Random {
     state: u64,
@@ -25,7 +25,7 @@ pub struct Random {
 }
 
 impl Random {
-    /// The numbers of a case's ray.
+    /// The generator of one ray of a case.
     pub fn new(seed: u64, index: u64) -> Self {
         let state =
             seed.wrapping_mul(0x9e37_79b9_7f4a_7c15) ^ index.wrapping_mul(0xd6e8_feb8_6659_fd93);
@@ -33,11 +33,11 @@ impl Random {
         random.bits();
         random
     }
-    /// Which ray of its case this is.
+    /// Index of the ray in its case.
     pub fn index(&self) -> u64 {
         self.index
     }
-    /// 64 bits.
+    /// 64 random bits.
     pub fn bits(&mut self) -> u64 {
         self.state = self.state.wrapping_add(0x9e37_79b9_7f4a_7c15);
         let z = self.state;
@@ -45,15 +45,15 @@ impl Random {
         let z = (z ^ z >> 27).wrapping_mul(0x94d0_49bb_1331_11eb);
         z ^ z >> 31
     }
-    /// In [0, 1).
+    /// Uniform in [0, 1).
     pub fn unit(&mut self) -> f64 {
         (self.bits() >> 11) as f64 / (1_u64 << 53) as f64
     }
-    /// In [low, high).
+    /// Uniform in [low, high).
     pub fn between(&mut self, low: f64, high: f64) -> f64 {
         low + (high - low) * self.unit()
     }
-    /// One of some.
+    /// A random element.
     pub fn pick<T: Copy>(&mut self, from: &[T]) -> T {
         from[(self.bits() % from.len() as u64) as usize]
     }
@@ -61,7 +61,7 @@ impl Random {
     pub fn sign(&mut self) -> f64 {
         if self.bits() & 1 == 0 { 1.0 } else { -1.0 }
     }
-    /// Evenly over the unit sphere.
+    /// Uniform on the unit sphere.
     pub fn direction(&mut self) -> DVec3 {
         let (z, a) = (
             self.between(-1.0, 1.0),
@@ -70,7 +70,7 @@ impl Random {
         let ring = (1.0 - z * z).sqrt();
         DVec3::new(ring * a.cos(), ring * a.sin(), z)
     }
-    /// In the cube [−1, 1]³.
+    /// Uniform in the cube [−1, 1]³.
     pub fn cube(&mut self) -> DVec3 {
         DVec3::new(
             self.between(-1.0, 1.0),
@@ -78,7 +78,7 @@ impl Random {
             self.between(-1.0, 1.0),
         )
     }
-    /// Evenly over the disc of a radius across a direction.
+    /// Uniform in the disc of the given radius, perpendicular to a direction.
     pub fn disc(&mut self, across: DVec3, radius: f64) -> DVec3 {
         let (a, b) = across.any_orthonormal_pair();
         let (r, angle) = (
@@ -94,23 +94,23 @@ pub fn stored<R: Real>(v: DVec3) -> R::Vec3 {
     R::Vec3::from_f64(v)
 }
 
-/// The same as f64 after rounding to f32: an exact input.
+/// A vector rounded to f32, as f64: an exact input.
 pub fn exact(v: DVec3) -> DVec3 {
     v.as_vec3().as_dvec3()
 }
 
-/// A ray from exact origin and direction; nothing is normalised here.
+/// A ray from exact origin and direction, without normalisation.
 pub fn ray<R: Real>(origin: DVec3, direction: DVec3) -> Ray<R> {
     Ray::new(stored::<R>(origin), stored::<R>(direction))
 }
 
-/// A ray towards a point, its direction of unit length as far as f32 allows.
+/// A ray towards a point, of unit length as far as f32 allows.
 pub fn towards<R: Real>(origin: DVec3, target: DVec3) -> Ray<R> {
     let origin = exact(origin);
     ray::<R>(origin, exact((target - origin).normalize()))
 }
 
-/// Nearest hit in front of the origin, from either side.
+/// The nearest hit in front of the origin, from either side.
 pub fn hit<R: Real>(shape: &impl Shape<R>, ray: &Ray<R>) -> Option<ShapeHit<R>> {
     shape.intersect(&PreparedRay::new(*ray), Interval::positive(), Side::Both)
 }
@@ -133,21 +133,21 @@ pub fn hex<R: Real>(ray: &Ray<R>) -> String {
     text
 }
 
-/// What an oracle says of one ray.
+/// Judgement of one ray by an oracle.
 #[derive(Debug)]
 pub enum Verdict {
-    /// Right; with the error as a share of the bound.
+    /// Right, with the error relative to the bound.
     Right(f64),
-    /// The oracle's own margin is smaller than the bound: counted, not judged.
+    /// Undecidable, since the oracle's margin is smaller than the bound: counted, not judged.
     Band,
     /// Wrong, with a message.
     Wrong(String),
-    /// The construction made nothing to judge.
+    /// The random construction has no valid question.
     Skip,
 }
 
 impl Verdict {
-    /// Right when the error is within the bound; not for NaN.
+    /// Right if the error is within the bound; wrong for NaN.
     pub fn bounded(error: f64, bound: f64, what: impl FnOnce() -> String) -> Self {
         if error <= bound {
             Self::Right(error / bound)
@@ -155,7 +155,7 @@ impl Verdict {
             Self::Wrong(format!("{}: {error:e} > {bound:e}", what()))
         }
     }
-    /// Right when the condition holds.
+    /// Right if the condition holds.
     pub fn holds(condition: bool, what: impl FnOnce() -> String) -> Self {
         if condition {
             Self::Right(0.0)
@@ -163,7 +163,7 @@ impl Verdict {
             Self::Wrong(what())
         }
     }
-    /// The first that is not right, or the greater error.
+    /// The first verdict that is not right, otherwise the greater error.
     pub fn and(self, other: impl FnOnce() -> Self) -> Self {
         match self {
             Self::Right(a) => match other() {
@@ -175,18 +175,18 @@ impl Verdict {
     }
 }
 
-/// How many rays of a case are shot.
+/// How many rays of a case to shoot.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Rays {
-    /// A quarter, but of small cases all.
+    /// A quarter; of small cases all.
     #[default]
     Quarter,
-    /// All, which takes minutes of one core.
+    /// All, which takes minutes on one core.
     All,
 }
 
 impl Rays {
-    /// Of so many.
+    /// Number of rays out of `count`.
     pub fn of(self, count: u32) -> u32 {
         match self {
             Self::Quarter => (count / 4).max(10_000).min(count),
@@ -195,35 +195,35 @@ impl Rays {
     }
 }
 
-/// The sum of many verdicts.
+/// Sum of many verdicts.
 #[derive(Clone, Debug)]
 pub struct Outcome {
     /// Name of the case.
     pub case: String,
-    /// How many rays the case has.
+    /// Number of rays of the case.
     pub rays: u64,
-    /// How many of them were shot.
+    /// Number of rays shot.
     pub shot: u64,
-    /// How many an oracle judged.
+    /// Number of rays judged by an oracle.
     pub judged: u64,
-    /// How many were too close for the oracle to call.
+    /// Number of rays too close for the oracle to decide.
     pub band: u64,
-    /// How many were wrong.
+    /// Number of wrong rays.
     pub wrong: u64,
-    /// How many had nothing to judge.
+    /// Number of rays without a valid question.
     pub skipped: u64,
-    /// Greatest error as a share of its bound, of the right ones.
+    /// Greatest error of a right ray, relative to its bound.
     pub worst: f64,
-    /// The first wrong ray by its place, with its bits.
+    /// Index and message of the first wrong ray.
     pub first: Option<(u64, String)>,
 }
 
 impl Outcome {
-    /// Share of wrong ones.
+    /// Fraction of judged rays that are wrong.
     pub fn wrong_share(&self) -> f64 {
         self.wrong as f64 / (self.judged as f64).max(1.0)
     }
-    /// Both together, by the first one's name.
+    /// Sum of both outcomes, under the first one's name.
     #[must_use]
     pub fn plus(self, other: Self) -> Self {
         let first = match (self.first, other.first) {
@@ -244,7 +244,7 @@ impl Outcome {
     }
 }
 
-/// Judges the rays of a case that has `count`, in parallel, each with its own random numbers.
+/// Judges the rays of a case of `count` rays in parallel, each with its own random numbers.
 pub fn judge(
     case: &str,
     seed: u64,

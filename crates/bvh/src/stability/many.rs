@@ -1,4 +1,4 @@
-//! T12, T14, T15, T17, T19, T20: trees against scans, whatever lies in them and whatever is asked.
+//! T12, T14, T15, T17, T19, T20: trees against scans, for any content and any query.
 
 use glam::DVec3;
 
@@ -13,7 +13,7 @@ use crate::{
     Side, TraversalStats, Visibility,
 };
 
-/// A shape of any bounded kind, of a size about one, in a cube of 10.
+/// A random bounded shape of about unit size in a cube of size 10.
 fn shape<R: Real>(random: &mut Random) -> AnyShape<R> {
     let (c, axis) = (random.cube() * 5.0, random.direction());
     let mut size = || random.between(0.2, 1.2);
@@ -38,7 +38,7 @@ fn shape<R: Real>(random: &mut Random) -> AnyShape<R> {
     }
 }
 
-/// So many shapes, every fifth one twice, so that there are ties.
+/// `count` random shapes, every fifth one twice, so that there are ties.
 fn mixed<R: Real>(seed: u64, scene: u64, count: u64, kind: AcceleratorKind) -> Geometry<R> {
     let mut group = PrimitiveSet::<R>::default();
     for i in 0..count {
@@ -52,13 +52,13 @@ fn mixed<R: Real>(seed: u64, scene: u64, count: u64, kind: AcceleratorKind) -> G
     Geometry::new(group, kind)
 }
 
-/// A ray from anywhere in a cube, to anywhere.
+/// A ray between two random points of a cube.
 fn anywhere<R: Real>(random: &mut Random, size: f64) -> Ray<R> {
     let origin = random.cube() * size;
     towards::<R>(origin, random.cube() * (0.8 * size))
 }
 
-/// What a geometry says of a ray and an interval: the nearest hit, and whether there is any.
+/// Whether tree and scan agree on the closest hit of a ray in an interval, and on occlusion.
 fn same<R: Real>(
     tree: &Geometry<R>,
     scan: &Geometry<R>,
@@ -81,13 +81,13 @@ fn same<R: Real>(
     })
 }
 
-/// T12: boxes within boxes: a thousand in even steps, 120 powers of two, and 5000 that grow by a
-/// hundredth each.
+/// T12: nested boxes: a thousand in even steps, 120 powers of two, and 5000 that grow by one
+/// percent each.
 pub fn nested<R: Real>(rays: Rays) -> Vec<Measurement> {
     let halves: [Vec<f64>; 3] = [
         (1..=1000).map(f64::from).collect(),
         (-60..60).map(|k| 2_f64.powi(k)).collect(),
-        // Up to 1e15 and down to as little, so that f32 has their surfaces.
+        // From 1.6e-11 to 6.3e10, whose surface areas f32 can hold.
         (0..5000).map(|i| 1.01_f64.powi(i - 2500)).collect(),
     ];
     let geometry = |halves: &Vec<f64>, kind| {
@@ -134,8 +134,8 @@ pub fn nested<R: Real>(rays: Rays) -> Vec<Measurement> {
     })
 }
 
-/// T14: a plane below a thousand balls: hits of the scan, and as many nodes as without it, within a
-/// tenth.
+/// T14: a plane below a thousand spheres: the hits of the scan, and within a tenth as many nodes as
+/// without the plane.
 pub fn planes<R: Real>(rays: Rays) -> Vec<Measurement> {
     let geometry = |kind, has_plane| {
         let mut group = PrimitiveSet::<R>::default();
@@ -190,7 +190,7 @@ pub fn planes<R: Real>(rays: Rays) -> Vec<Measurement> {
     })
 }
 
-/// T15: nothing, one shape and two, by trees of every quality.
+/// T15: scenes of zero, one and two shapes, by trees of every quality.
 pub fn few<R: Real>(rays: Rays) -> Vec<Measurement> {
     let scenes = 0..60_u64;
     let scan = |scene: u64| mixed::<R>(245, scene, scene % 3, AcceleratorKind::Linear);
@@ -212,7 +212,7 @@ pub fn few<R: Real>(rays: Rays) -> Vec<Measurement> {
     })
 }
 
-/// T17: intervals that end or begin at a hit, and an ulp beside it.
+/// T17: intervals that end or begin at a hit, or an ulp beside it.
 pub fn interval_ends<R: Real>(rays: Rays) -> Vec<Measurement> {
     let scan = mixed::<R>(247, 0, 60, AcceleratorKind::Linear);
     by_each_kernel(
@@ -261,8 +261,8 @@ pub fn interval_ends<R: Real>(rays: Rays) -> Vec<Measurement> {
     )
 }
 
-/// T19: no shape of any kind says a distance that is no number or not within the interval, also
-/// where that begins at a hit.
+/// T19: no shape returns a distance that is NaN or outside the interval, even if the interval
+/// begins at a hit.
 pub fn within_the_interval<R: Real>(rays: Rays) -> Vec<Measurement> {
     let outcome = judge("T19", 249, 400_000, rays, |random| {
         let shape = shape::<R>(random);

@@ -1,6 +1,6 @@
-//! Hard cases, judged by oracles that are better than what they judge: tests hold the library to
-//! them, and programs make tables of them. Those that the textbook's formulas fail take any
-//! arithmetic, so that both can be told apart.
+//! Hard cases, judged by oracles of higher accuracy: tests check the library by them, and programs
+//! tabulate them. Cases that textbook formulas fail take the arithmetic as a parameter, so that
+//! both can be compared.
 
 pub mod boxes;
 pub mod closed;
@@ -20,29 +20,29 @@ use crate::{Geometry, Kernel, Ray, Real};
 
 use self::judge::{Outcome, Rays};
 
-/// The distance at which an arithmetic has a ray meet a shape first, in front of its origin and
-/// from either side.
+/// The distance of the closest hit of a ray with a shape by some arithmetic, in front of the origin
+/// and from either side.
 pub type Intersect<R> = fn(&AnyShape<R>, &Ray<R>) -> Option<R>;
 
-/// That of the library.
+/// The library's closest hit.
 pub fn intersect<R: Real>(shape: &AnyShape<R>, ray: &Ray<R>) -> Option<R> {
     judge::hit(shape, ray).map(|hit| hit.t)
 }
 
-/// What came out of a case in one setting.
+/// Outcome of a case in one setting.
 #[derive(Clone, Debug)]
 pub struct Measurement {
-    /// The precision, and the kernel where several may walk the tree: `robust, avx2`; or the part
-    /// of a case that has several bounds.
+    /// The precision, and the kernel if several can traverse the tree, as in `robust, avx2`; or the
+    /// part of a case with several bounds.
     pub setting: String,
-    /// Of the library.
+    /// Outcome of the library.
     pub outcome: Outcome,
-    /// Of the textbook's formulas on the same rays, where the case has them.
+    /// Outcome of the textbook formulas on the same rays, if the case has them.
     pub textbook: Option<Outcome>,
 }
 
 impl Measurement {
-    /// Of one part of a case, which is said after the precision.
+    /// The measurement of one part of a case, whose name follows the precision.
     #[must_use]
     pub fn of_part(self, part: &str) -> Self {
         Self {
@@ -52,12 +52,12 @@ impl Measurement {
     }
 }
 
-/// The name of a precision.
+/// Name of a precision.
 fn precision<R: Real>() -> &'static str {
     if R::IS_SINGLE { "robust" } else { "reference" }
 }
 
-/// A case in one precision, where no tree is walked by kernels.
+/// A case in one precision, without kernels.
 pub fn by_shapes<R: Real>(outcome: Outcome) -> Measurement {
     Measurement {
         setting: precision::<R>().to_owned(),
@@ -66,7 +66,7 @@ pub fn by_shapes<R: Real>(outcome: Outcome) -> Measurement {
     }
 }
 
-/// A case by each kernel that may walk its trees, which is one where what is stored is f64.
+/// A case by each kernel that can traverse its trees: one kernel for trees of f64.
 pub fn by_each_kernel<R: Real>(
     mut trees: Vec<Geometry<R>>,
     judged: impl Fn(&[Geometry<R>]) -> Outcome,
@@ -92,10 +92,10 @@ pub fn by_each_kernel<R: Real>(
     kernels.into_iter().map(by).collect()
 }
 
-/// Measures a case in both precisions and by every kernel that this processor has; none where the
-/// library has no case of that number.
+/// Measures a case in both precisions and by every kernel of this processor; `None` for an unknown
+/// case number.
 pub fn measure(number: &str, rays: Rays) -> Option<Vec<Measurement>> {
-    /// A case of both precisions.
+    /// A case in both precisions.
     macro_rules! both {
         ($module:ident::$of:ident) => {
             [$module::$of::<f32>(rays), $module::$of::<f64>(rays)].concat()

@@ -1,4 +1,4 @@
-//! P13, P15: rays along which a leading coefficient vanishes, and ellipsoids of extreme shape.
+//! P13, P15: rays for which a leading coefficient vanishes, and ellipsoids of extreme shape.
 
 use crate::shapes::{Cone, Ellipsoid, Hyperboloid};
 use crate::{Real, Vector};
@@ -7,7 +7,7 @@ use glam::DVec3;
 use super::Intersect;
 use super::judge::{Outcome, Rays, Verdict, exact, hex, judge, ray, stored};
 
-/// The near root where the leading coefficient nearly vanishes; the relative error counts.
+/// The near root where the leading coefficient nearly vanishes, judged by its relative error.
 pub fn near_root<R: Real>(
     case: &str,
     deviation: f64,
@@ -22,9 +22,8 @@ pub fn near_root<R: Real>(
         rays,
         |random| {
             let cone = case == "cone";
-            // A generator of the cone of radius 3 and height 4 under its tip, and an asymptote of
-            // the hyperboloid a = c = 1: both exact in f32, and so is each with a component
-            // changed.
+            // A generator of the cone of radius 3 and height 4 below its apex, and an asymptote of
+            // the hyperboloid a = c = 1. Both are exact in f32, also with a changed component.
             let generator = if cone {
                 DVec3::new(3.0, 4.0, 0.0)
             } else {
@@ -45,7 +44,7 @@ pub fn near_root<R: Real>(
             let origin = exact(target - d * random.between(0.5, 3.0));
             let ray = ray::<R>(origin, d);
             let (o, d) = (ray.origin.to_f64(), ray.direction.to_f64());
-            // In f64: inside is where the form is negative.
+            // In f64: the form is negative inside.
             let form = |a: DVec3, b: DVec3| {
                 if cone {
                     16.0 * (a.x * b.x + a.z * b.z) - 9.0 * a.y * b.y
@@ -74,7 +73,7 @@ pub fn near_root<R: Real>(
             if near < 0.1 || !clip.contains(&y) {
                 return Verdict::Skip;
             }
-            // Another root before it, or a cap, is a different hit.
+            // An earlier root, or a cap, would be a different hit.
             let far = if a == 0.0 {
                 f64::INFINITY
             } else if (c / q).abs() < (q / a).abs() {
@@ -117,7 +116,8 @@ pub fn near_root<R: Real>(
     )
 }
 
-/// An ellipsoid hit in f64, in the space where it is the unit sphere: distance and point.
+/// Distance and point of an ellipsoid's hit, computed in f64 in the space where it is the unit
+/// sphere.
 pub fn body(o: DVec3, d: DVec3, s: DVec3) -> Option<(f64, DVec3)> {
     let (f, e) = (o / s, d / s);
     let middle = -f.dot(e) / e.length_squared();
@@ -126,7 +126,8 @@ pub fn body(o: DVec3, d: DVec3, s: DVec3) -> Option<(f64, DVec3)> {
     (half >= 0.0).then(|| (middle - half.sqrt(), o + d * (middle - half.sqrt())))
 }
 
-/// Rays at an extreme ellipsoid from ten times its size, aimed at the body within `share` of it.
+/// Rays at an extreme ellipsoid from ten times its size, within the fraction `share` of its
+/// outline.
 pub fn extreme<R: Real>(
     k: f64,
     share: f64,
@@ -146,7 +147,8 @@ pub fn extreme<R: Real>(
         |random| {
             let out = random.direction();
             let origin = exact(out * (10.0 * semi.max_element()));
-            // Over the outline: the unit disc across the ray in the space of the unit sphere.
+            // Over the outline: the unit disc perpendicular to the ray in the space of the unit
+            // sphere.
             let across = random.disc((origin / semi).normalize(), share) * semi;
             let d = exact((across - origin).normalize());
             f(semi, &shape, origin, d)
@@ -154,8 +156,7 @@ pub fn extreme<R: Real>(
     )
 }
 
-/// The distance of such ellipsoids; wrong are misses, and distances off by more than `bound` of the
-/// least axis.
+/// Distances to these ellipsoids; wrong are misses, and errors above `bound` of the least axis.
 pub fn extreme_distance<R: Real>(
     k: f64,
     bound: f64,

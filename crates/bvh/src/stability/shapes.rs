@@ -1,5 +1,5 @@
-//! P01, P02, P13, P15, P17, P21, P22: shapes that the textbook's formulas lose, by those and by the
-//! library's on the same rays.
+//! P01, P02, P13, P15, P17, P21, P22: shapes that textbook formulas get wrong, by these formulas
+//! and by the library on the same rays.
 
 use super::judge::{Outcome, Rays};
 use super::quadrics::{extreme_distance, near_root};
@@ -9,7 +9,7 @@ use super::triangles::{Aim, Mesh, cube, icosphere, leaks, leaks_of_library};
 use super::{Measurement, by_shapes, intersect, textbook};
 use crate::Real;
 
-/// What both precisions and the textbook make of a case.
+/// Measurements of both precisions, each beside the textbook.
 fn compared(textbook: Outcome, robust: Outcome, reference: Outcome) -> Vec<Measurement> {
     [by_shapes::<f32>(robust), by_shapes::<f64>(reference)]
         .map(|measurement| Measurement {
@@ -19,7 +19,7 @@ fn compared(textbook: Outcome, robust: Outcome, reference: Outcome) -> Vec<Measu
         .to_vec()
 }
 
-/// Several outcomes of one case.
+/// Sum of the outcomes of a case's parts.
 fn sum<T>(each: impl IntoIterator<Item = T>, of: impl Fn(T) -> Outcome) -> Outcome {
     each.into_iter()
         .map(of)
@@ -45,7 +45,7 @@ pub fn far_spheres(rays: Rays) -> Vec<Measurement> {
     )
 }
 
-/// P02: where their surface is said to be, around the origin and far from it.
+/// P02: the surface points of these spheres, around the origin and far from it.
 pub fn drifts(rays: Rays) -> Vec<Measurement> {
     let parts = || {
         [0.0, 1e3, 1e5]
@@ -65,7 +65,7 @@ pub fn drifts(rays: Rays) -> Vec<Measurement> {
     )
 }
 
-/// P13: rays along a generator of a cone and an asymptote of a hyperboloid, or nearly.
+/// P13: rays along or nearly along a generator of a cone and an asymptote of a hyperboloid.
 pub fn vanishing_coefficients(rays: Rays) -> Vec<Measurement> {
     let parts = || {
         ["cone", "hyperboloid"]
@@ -85,7 +85,7 @@ pub fn vanishing_coefficients(rays: Rays) -> Vec<Measurement> {
     )
 }
 
-/// P15: flat ellipsoids and needles.
+/// P15: flat and needle-like ellipsoids.
 pub fn extreme_ellipsoids(rays: Rays) -> Vec<Measurement> {
     const AXES: [f64; 4] = [1e-3, 1e-2, 1e2, 1e3];
     compared(
@@ -97,7 +97,7 @@ pub fn extreme_ellipsoids(rays: Rays) -> Vec<Measurement> {
     )
 }
 
-/// P17: tori of three tubes from 3 to 1000 radii away.
+/// P17: tori with three tube radii, from 3 to 1000 radii away.
 pub fn far_tori(rays: Rays) -> Vec<Measurement> {
     const COUNT: u32 = 10_000;
     let parts = || {
@@ -124,7 +124,7 @@ fn closed_meshes() -> [(&'static str, Mesh); 2] {
     [("icosphere", icosphere(5)), ("cube", cube(16))]
 }
 
-/// P22: the same with all faces turned over, or every second.
+/// P22: the meshes of P21 with all faces flipped, or every second.
 pub fn turned_edges(rays: Rays) -> Vec<Measurement> {
     fn of<R: Real>(count: u32, rays: Rays) -> Measurement {
         let turned = [1, 2]
@@ -140,8 +140,8 @@ pub fn turned_edges(rays: Rays) -> Vec<Measurement> {
     vec![of::<f32>(1_000_000, rays), of::<f64>(100_000, rays)]
 }
 
-/// P21: edges and corners that the faces of closed meshes share; the textbook tests each face, so
-/// fewer rays.
+/// P21: shared edges and corners in closed meshes; fewer rays for the textbook, which tests each
+/// face.
 pub fn shared_edges(rays: Rays) -> Vec<Measurement> {
     let meshes = closed_meshes();
     let parts = || {

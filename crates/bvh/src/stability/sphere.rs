@@ -1,4 +1,4 @@
-//! P01, P02: spheres far away, and where their surface is said to be.
+//! P01, P02: distant spheres, and their surface points.
 
 use crate::shapes::Sphere;
 use crate::{PreparedRay, Ray, Real, Shape, Surface, Vector};
@@ -7,25 +7,24 @@ use glam::DVec3;
 use super::Intersect;
 use super::judge::{Outcome, Rays, Verdict, exact, hex, hit, judge, stored, towards, ulp};
 
-/// The surface where an arithmetic has a ray meet a sphere.
+/// The surface where a ray hits a sphere, by some arithmetic.
 pub type Surfaces<R> = fn(&Sphere<R>, &Ray<R>) -> Option<Surface<R>>;
 
-/// That of the library.
+/// The library's surface.
 pub fn surface<R: Real>(sphere: &Sphere<R>, ray: &Ray<R>) -> Option<Surface<R>> {
     hit::<R>(sphere, ray).map(|hit| sphere.surface(&PreparedRay::new(*ray), hit))
 }
 
-/// How the line of an exact ray passes a sphere: distance from the centre, and distances along the
-/// ray (true lengths) of the two crossings if it does. In f64 from the perpendicular.
+/// Relation of an exact ray's line to a sphere, computed in f64 from the perpendicular.
 #[derive(Clone, Copy, Debug)]
 pub struct Pass {
-    /// Of the line from the centre.
+    /// Distance of the line from the centre.
     pub distance: f64,
-    /// Distances along the ray of the crossings.
+    /// True distances along the ray of both crossings; `None` for a miss.
     pub roots: Option<[f64; 2]>,
 }
 
-/// How an exact ray passes a sphere.
+/// Relation of an exact ray's line to a sphere.
 pub fn pass(o: DVec3, d: DVec3, centre: DVec3, radius: f64) -> Pass {
     let f = o - centre;
     let length = d.length();
@@ -38,7 +37,7 @@ pub fn pass(o: DVec3, d: DVec3, centre: DVec3, radius: f64) -> Pass {
     }
 }
 
-/// A sphere whose numbers are rounded to storage.
+/// A sphere rounded to the stored scalar.
 pub fn sphere<R: Real>(centre: DVec3, radius: f64) -> Sphere<R> {
     Sphere {
         centre: stored::<R>(centre),
@@ -46,9 +45,9 @@ pub fn sphere<R: Real>(centre: DVec3, radius: f64) -> Sphere<R> {
     }
 }
 
-/// Rays over a disc of 1.05 radii from `ratio` radii away; a point off the surface by more than
-/// `bound` of u·(D + C), with u that of the stored scalar, is wrong, and so is a hit or miss that
-/// the oracle's margin contradicts.
+/// Rays over a disc of 1.05 radii from `ratio` radii away. Wrong are points off the surface by more
+/// than `bound` of u·(D + C), with u the roundoff of the stored scalar, and hits or misses that
+/// contradict the oracle beyond its margin.
 pub fn far_sphere<R: Real>(ratio: f64, bound: f64, rays: Rays, intersect: Intersect<R>) -> Outcome {
     judge(
         &format!("P01 {ratio:e}"),
@@ -60,9 +59,9 @@ pub fn far_sphere<R: Real>(ratio: f64, bound: f64, rays: Rays, intersect: Inters
             let ray = towards::<R>(out * ratio, random.disc(out, 1.05));
             let (o, d) = (ray.origin.to_f64(), ray.direction.to_f64());
             let expected = pass(o, d, DVec3::ZERO, 1.0);
-            // The specification grants 8·u·(D + C), which far away is all there is: judged more
-            // closely, by what b² − c costs in an f64 core, and in f64 storage by some roundings of
-            // the oracle's own.
+            // The specification allows 8·u·(D + C), which far away is the whole sphere. The margin
+            // here is stricter: the error of b² − c in an f64 core, or for f64 storage some
+            // roundings of the oracle itself.
             let roundoff = R::ROUNDOFF.to_f64();
             let margin = if roundoff < 1e-10 {
                 16.0 * roundoff * ratio
@@ -93,7 +92,7 @@ pub fn far_sphere<R: Real>(ratio: f64, bound: f64, rays: Rays, intersect: Inters
     )
 }
 
-/// Points of the surface from 2 to 1e6 radii away, around the origin and far from it.
+/// Surface points from 2 to 1e6 radii away, around the origin and far from it.
 pub fn drift<R: Real>(offset: f64, ratio: f64, rays: Rays, surface: Surfaces<R>) -> Outcome {
     judge(
         &format!("P02 at {offset:e}, {ratio:e} away"),
@@ -115,8 +114,8 @@ pub fn drift<R: Real>(offset: f64, ratio: f64, rays: Rays, surface: Surfaces<R>)
             Verdict::bounded(error, 4.0 * ulp(scale), || {
                 format!("off the surface{}", hex::<R>(&ray))
             })
-            // The bound that a surface states is true: off along the normal by no more than what a
-            // box of it reaches.
+            // The stated error bound holds: the point is off along the normal by at most the reach
+            // of the error box.
             .and(|| {
                 let off = (from.length() - 1.0).abs();
                 let reach = surface.error.to_f64() * surface.normal.to_f64().abs().element_sum();

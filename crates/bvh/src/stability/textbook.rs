@@ -1,14 +1,14 @@
-//! The comparator: intersections as textbooks write them, all in f32. The library has none of them;
-//! they show what it costs to do without care.
+//! The comparator: textbook intersections, all in f32. The library uses none of them; they show the
+//! errors of careless formulas.
 
 use crate::shapes::{AnyShape, Cone, Ellipsoid, Hyperboloid, Sphere, Torus, Triangle};
 use crate::{Ray, Surface};
 use glam::Vec3;
 
-/// Distances at which a ray goes into a body and out of it.
+/// Distances at which a ray enters and leaves a solid.
 type Crossings = [f32; 2];
 
-/// Where a ray meets a shape first.
+/// Distance of the closest hit of a ray with a shape.
 pub fn intersect(shape: &AnyShape<f32>, ray: &Ray<f32>) -> Option<f32> {
     match shape {
         AnyShape::Sphere(sphere) => first(self::sphere(sphere, ray)?, |_| true),
@@ -19,15 +19,14 @@ pub fn intersect(shape: &AnyShape<f32>, ray: &Ray<f32>) -> Option<f32> {
         AnyShape::Cone(cone) => first(self::cone(cone, ray)?, |_| true),
         AnyShape::Torus(ring) => torus(ring, ray),
         AnyShape::Triangle(face) => triangle(face, ray),
-        // A comparator is written where a case shows what it gets wrong; the others would be
-        // formulas that nothing runs.
+        // Only the formulas that some case compares exist here; no other would ever run.
         _ => panic!(
             "the textbook's formulas are those of sphere, ellipsoid, hyperboloid, cone, torus and triangle"
         ),
     }
 }
 
-/// The nearer crossing in front of the origin that is kept.
+/// The nearer crossing in front of the origin that satisfies `keep`.
 fn first(crossings: Crossings, keep: impl Fn(f32) -> bool) -> Option<f32> {
     let ahead = crossings
         .into_iter()
@@ -51,7 +50,7 @@ fn sphere(sphere: &Sphere<f32>, ray: &Ray<f32>) -> Option<Crossings> {
     roots(d.dot(d), f.dot(d), f.dot(f) - sphere.radius * sphere.radius)
 }
 
-/// The point at the distance, and the normal from the centre to it. It states no bound.
+/// The point at the hit distance, and the normal from the centre to it, without an error bound.
 pub fn sphere_surface(shape: &Sphere<f32>, ray: &Ray<f32>) -> Option<Surface<f32>> {
     let point = ray.at(first(sphere(shape, ray)?, |_| true)?);
     let normal = (point - shape.centre).normalize();
@@ -64,7 +63,7 @@ pub fn sphere_surface(shape: &Sphere<f32>, ray: &Ray<f32>) -> Option<Surface<f32
     })
 }
 
-/// Where it is a sphere: each axis scaled by the other two half-lengths.
+/// In the space where the ellipsoid is a sphere: each axis is scaled by the other two semi-axes.
 fn ellipsoid(body: &Ellipsoid<f32>, ray: &Ray<f32>) -> Option<Crossings> {
     let s = body.semi_axes;
     let scale = Vec3::new(s.y * s.z, s.z * s.x, s.x * s.y);
@@ -84,12 +83,12 @@ fn hyperboloid(sheet: &Hyperboloid<f32>, ray: &Ray<f32>) -> Option<Crossings> {
     roots(form(d, d), form(d, f), form(f, f) - (a * c) * (a * c))
 }
 
-/// The wall's nappe between the two ends.
+/// The nappe of the wall between both ends.
 fn cone(cone: &Cone<f32>, ray: &Ray<f32>) -> Option<Crossings> {
     let (axis, d, f) = (cone.axis, ray.direction, ray.origin - cone.base);
     let (squared, taper) = (axis.dot(axis), cone.top_radius - cone.radius);
     let (m, n) = (d.cross(axis), f.cross(axis));
-    // The radius at the ray's point, times the axis squared: reach + t·opening.
+    // The radius at distance t, times the squared axis: reach + t·opening.
     let (reach, opening) = (
         cone.radius * squared + taper * f.dot(axis),
         taper * d.dot(axis),
@@ -101,7 +100,8 @@ fn cone(cone: &Cone<f32>, ray: &Ray<f32>) -> Option<Crossings> {
     let wall = match () {
         () if a > 0.0 && reach - opening * b / a < 0.0 => return None,
         () if a > 0.0 => [enter, leave],
-        // Steeper than the wall: all beyond one root, on the side where the radius grows.
+        // Steeper than the wall: inside is everything beyond one root, on the side where the radius
+        // grows.
         () if opening > 0.0 => [enter, f32::INFINITY],
         () => [f32::NEG_INFINITY, leave],
     };
@@ -114,7 +114,7 @@ fn cone(cone: &Cone<f32>, ray: &Ray<f32>) -> Option<Crossings> {
     (near < far).then_some([near, far])
 }
 
-/// Coefficients from the origin, the cubic one removed afterwards.
+/// Coefficients relative to the origin, with the cubic term removed afterwards.
 fn torus(ring: &Torus<f32>, ray: &Ray<f32>) -> Option<f32> {
     let (major, tube, axis) = (ring.major_radius, ring.minor_radius, ring.axis.normalize());
     let (f, d) = (ray.origin - ring.centre, ray.direction);
@@ -136,8 +136,8 @@ fn torus(ring: &Torus<f32>, ray: &Ray<f32>) -> Option<f32> {
     })
 }
 
-/// The first zero of x⁴ + p·x² + q·x + w between −reach and reach that is taken: halved between the
-/// places where the curve turns.
+/// The first zero of x⁴ + p·x² + q·x + w in [−reach, reach] that `take` accepts, by bisection
+/// between the extrema.
 fn quartic([p, q, w]: [f32; 3], reach: f32, take: impl Fn(f32) -> Option<f32>) -> Option<f32> {
     let value = |x: f32| ((x * x + p) * x + q) * x + w;
     let slope = |x: f32| (4.0 * x * x + 2.0 * p) * x + q;
@@ -155,7 +155,7 @@ fn quartic([p, q, w]: [f32; 3], reach: f32, take: impl Fn(f32) -> Option<f32>) -
         .find_map(take)
 }
 
-/// The zero of a function that runs one way between two places where it differs in sign.
+/// The zero of a monotone function that changes sign between two points.
 fn zero((mut low, mut high): (f32, f32), f: impl Fn(f32) -> f32) -> Option<f32> {
     let rises = f(low) < 0.0;
     if rises == (f(high) < 0.0) {
@@ -190,13 +190,13 @@ fn triangle(face: &Triangle<f32>, ray: &Ray<f32>) -> Option<f32> {
     (t > 0.0 && t < f32::INFINITY).then_some(t)
 }
 
-/// Whether a ray meets any of some triangles.
+/// Whether a ray hits any of the triangles.
 pub fn hits_any(triangles: &[Triangle<f32>], ray: &Ray<f32>) -> bool {
     triangles.iter().any(|face| triangle(face, ray).is_some())
 }
 
-/// The slab test that clamps the reciprocal of a direction's component to 2²³ in f32, so that no
-/// zero is divided by.
+/// The slab test that clamps the reciprocal of each direction component to 2²³ in f32, to avoid a
+/// division by zero.
 pub fn enters_clamped([min, max]: [Vec3; 2], ray: &Ray<f32>) -> bool {
     const MOST: f32 = 8_388_608.0;
     let inverse = ray.direction.map(|d| (1.0 / d).clamp(-MOST, MOST));

@@ -7,7 +7,7 @@ use glam::DVec3;
 use super::Intersect;
 use super::judge::{Outcome, Rays, Verdict, hex, judge, stored, towards};
 
-/// A torus about the vertical axis, of radius 1.
+/// A torus around the vertical axis with major radius 1.
 pub fn torus<R: Real>(tube: f64) -> Torus<R> {
     Torus {
         centre: stored::<R>(DVec3::ZERO),
@@ -23,9 +23,8 @@ fn distance(p: DVec3, tube: f64) -> f64 {
     (out * out + p.y * p.y).sqrt() - tube
 }
 
-/// The first crossing by walking along the ray by the distance to the surface, from the sphere
-/// around it on: no step can jump over the tube. The second number is the least distance that was
-/// seen on the way.
+/// The first crossing by sphere tracing, starting at the bounding sphere: no step can jump over the
+/// tube. The second number is the least distance found along the ray.
 fn walk(o: DVec3, d: DVec3, tube: f64) -> (Option<f64>, f64) {
     let d = d / d.length();
     let middle = -o.dot(d);
@@ -49,8 +48,8 @@ fn walk(o: DVec3, d: DVec3, tube: f64) -> (Option<f64>, f64) {
     (Some(middle + s), least)
 }
 
-/// Rays over the sphere around the torus from `far` away; wrong are misses, false hits, and points
-/// off the tube by more than `bound` of its radius.
+/// Rays from `far` away over the bounding sphere of the torus. Wrong are misses, false hits, and
+/// points off the tube by more than `bound` of its radius.
 pub fn far_torus<R: Real>(
     tube: f64,
     far: f64,
@@ -67,7 +66,7 @@ pub fn far_torus<R: Real>(
         rays,
         |random| {
             let out = random.direction();
-            // Every other one at the tube itself.
+            // Every other ray is aimed at the tube itself.
             let target = if random.sign() > 0.0 {
                 let ring = random.disc(DVec3::Y, 1.0).normalize();
                 ring + random.disc(out, 1.2 * tube)
@@ -80,7 +79,7 @@ pub fn far_torus<R: Real>(
             match intersect(&torus::<R>(tube).into(), &ray) {
                 None if wanted.is_none() => Verdict::Right(0.0),
                 None => {
-                    // Grazing by less than f64 tells.
+                    // Grazing within the precision of f64.
                     let inside =
                         wanted.map_or(0.0, |t| distance(o + d * ((t + 1e-7) / d.length()), tube));
                     if inside > -1e-11 {
@@ -96,8 +95,8 @@ pub fn far_torus<R: Real>(
                 Some(found) => {
                     let off = distance(o + d * found.to_f64(), tube).abs() / tube;
                     let t = wanted.unwrap_or(f64::INFINITY);
-                    // On the tube, and on its first side: the way between two crossings is no
-                    // rounding.
+                    // On the tube, and at its first crossing: the distance between two crossings
+                    // far exceeds rounding.
                     let late = (found.to_f64() * d.length() - t).abs() / tube;
                     Verdict::bounded(off, bound, || format!("off the tube{}", hex::<R>(&ray))).and(
                         || {

@@ -1,5 +1,5 @@
-//! P20, P21, P22: rays nearly in the plane of a thin triangle, and closed meshes, whose edges and
-//! corners let no ray through.
+//! P20, P21, P22: rays nearly in the plane of a thin triangle, and closed meshes without leaks at
+//! edges and corners.
 
 use crate::shapes::Triangle;
 use crate::{
@@ -14,13 +14,13 @@ use super::{Measurement, by_shapes};
 /// A closed mesh of corners and triangles.
 #[derive(Clone, Debug)]
 pub struct Mesh {
-    /// Places of corners.
+    /// Positions of corners.
     pub corners: Vec<Vec3>,
-    /// Three corners each, counter-clockwise from without.
+    /// Three corners each, counter-clockwise from outside.
     pub faces: Vec<[usize; 3]>,
 }
 
-/// An icosahedron, each face divided into four `levels` times, on the unit sphere.
+/// An icosahedron on the unit sphere, each face subdivided into four `levels` times.
 pub fn icosphere(levels: u32) -> Mesh {
     let g = (1.0 + 5.0_f64.sqrt()) / 2.0;
     let mut corners: Vec<DVec3> = vec![];
@@ -69,8 +69,8 @@ pub fn icosphere(levels: u32) -> Mesh {
     }
 }
 
-/// The cube [−1, 1]³ with `n` × `n` cells a face, two triangles each; faces share the corners at
-/// edges by their bits.
+/// The cube [−1, 1]³ with `n` × `n` cells per face, two triangles each. Faces share the bits of
+/// corners at edges.
 pub fn cube(n: usize) -> Mesh {
     let mut mesh = Mesh {
         corners: vec![],
@@ -105,7 +105,7 @@ pub fn cube(n: usize) -> Mesh {
 }
 
 impl Mesh {
-    /// Its triangles.
+    /// The mesh's triangles.
     pub fn triangles<R: Real>(&self) -> Vec<Triangle<R>> {
         let corners = |face: &[usize; 3]| face.map(|i| stored::<R>(self.corners[i].as_dvec3()));
         self.faces
@@ -114,7 +114,7 @@ impl Mesh {
             .collect()
     }
 
-    /// With every face turned over, or every second.
+    /// The mesh with every n-th face flipped.
     #[must_use]
     pub fn turned(mut self, every: usize) -> Self {
         for face in self.faces.iter_mut().step_by(every) {
@@ -123,7 +123,7 @@ impl Mesh {
         self
     }
 
-    /// In a tree.
+    /// A tree over the mesh.
     pub fn geometry<R: Real>(&self) -> Geometry<R> {
         let mut group = PrimitiveSet::<R>::default();
         for triangle in self.triangles() {
@@ -135,20 +135,20 @@ impl Mesh {
     }
 }
 
-/// What rays are aimed at.
+/// Target of rays.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Aim {
-    /// At a corner.
+    /// A corner.
     Corner,
-    /// At an edge.
+    /// An edge.
     Edge,
-    /// From the exact centre, at either.
+    /// A corner or an edge, from the exact centre.
     FromCentre,
-    /// At nothing.
+    /// Any direction.
     Anywhere,
 }
 
-/// Rays from inside a closed mesh; each must hit.
+/// Rays from inside a closed mesh, each of which must hit.
 pub fn leaks<R: Real>(
     name: &str,
     mesh: &Mesh,
@@ -178,8 +178,7 @@ pub fn leaks<R: Real>(
             } else {
                 exact(random.direction() * (0.9 * random.unit()))
             };
-            // From the centre the direction *is* the corner, so that the ray passes through it
-            // exactly.
+            // From the centre the direction *is* the corner, so the ray passes exactly through it.
             let ray = if aim == Aim::FromCentre {
                 ray::<R>(origin, target)
             } else {
@@ -190,7 +189,7 @@ pub fn leaks<R: Real>(
     )
 }
 
-/// The same of the library.
+/// The leaks of the library's tree.
 pub fn leaks_of_library<R: Real>(
     name: &str,
     mesh: &Mesh,
@@ -206,15 +205,15 @@ pub fn leaks_of_library<R: Real>(
     })
 }
 
-/// P20: rays nearly in the plane of a skinny triangle far away: whatever is hit lies in the
-/// triangle's box.
+/// P20: rays nearly in the plane of a thin distant triangle: any hit must lie in the triangle's
+/// box.
 pub fn nearly_parallel<R: Real>(rays: Rays) -> Vec<Measurement> {
     let outcome = judge("P20", 52, 600_000, rays, |random| {
         let x = random.direction();
         let y = random.disc(x, 1.0).normalize();
         let at = random.direction() * 600.0;
-        // A needle by its box, 11.2 × 9.7 × 1.4, as it lies; or one of that length and height
-        // anyhow turned.
+        // A needle of the bounding box 11.2 × 9.7 × 1.4, axis-aligned; or one of that length and
+        // height in random orientation.
         let diagonal = DVec3::new(11.2, 9.7, 1.4);
         let corners = if random.sign() > 0.0 {
             [
