@@ -1,5 +1,5 @@
-//! The tests of the library from without, in one program: each one more would be linked for itself.
-//! What each part protects is told where it begins.
+//! Integration tests of the crate in a single binary, which saves linking several. Each module says
+//! what it protects.
 
 mod builds;
 mod kernels;

@@ -1,7 +1,6 @@
-//! The one generator behind whatever tests and benches make at random, so that each failure can be
-//! repeated.
+//! The common random generator of tests and benches, so that each failure can be repeated.
 
-/// The next of SplitMix64's numbers (Steele, Lea, Flood, "Fast Splittable Pseudorandom Number
+/// The next number of SplitMix64 (Steele, Lea, Flood, "Fast Splittable Pseudorandom Number
 /// Generators", 2014).
 pub fn step(state: &mut u64) -> u64 {
     *state = state.wrapping_add(0x9e37_79b9_7f4a_7c15);

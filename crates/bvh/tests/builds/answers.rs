@@ -1,4 +1,5 @@
-//! Random scenes of everything: every structure answers as the scan does, bit for bit.
+//! Random scenes of every kind of primitive: every accelerator gives the hits of the scan, bit for
+//! bit.
 
 use glam::{DAffine3, DMat3, DVec3};
 use raywright_bvh::shapes::{
@@ -51,7 +52,7 @@ fn shape<R: Real>(random: &mut Random, kind: usize) -> AnyShape<R> {
     }
 }
 
-/// Turned, sheared, mirrored, and flattened strongly now and then.
+/// A random rotation, shear and reflection, sometimes strongly flattened.
 fn map(random: &mut Random) -> DAffine3 {
     let turn = DMat3::from_axis_angle(
         (random.around(1.0) + DVec3::Y * 1e-3).normalize(),
@@ -88,13 +89,13 @@ fn visibility(random: &mut Random) -> Visibility {
     }
 }
 
-/// The same scene for the same seed: some of each shape, as it is, mapped, doubled, and instances
-/// of a mesh.
+/// The same scene for the same seed: shapes of every kind, unmapped, mapped and duplicated, and
+/// instances of a mesh.
 fn scene<R: Real>(seed: u64, kind: AcceleratorKind) -> Geometry<R> {
     let random = &mut Random(seed);
     let mut mesh = PrimitiveSet::<R>::default();
     for i in 0..30 {
-        // Some as objects of their own, some as one object of two.
+        // Objects of one and of two triangles in turn.
         let mut corners = || match shape::<R>(random, SHAPES - 1) {
             AnyShape::Triangle(triangle) => triangle.vertices,
             _ => unreachable!("the last shape is a triangle"),
@@ -106,7 +107,7 @@ fn scene<R: Real>(seed: u64, kind: AcceleratorKind) -> Geometry<R> {
     let mut group = PrimitiveSet::default();
     let mesh = group.part(Geometry::new(mesh, kind)).unwrap();
     for i in 0..10 + random.below(150) {
-        // A few without bounds, so that there is something to hit besides them.
+        // Only a few unbounded shapes, so that the others are hit too.
         let unbounded = i % 50 == 0;
         let (all, own) = (random.below(SHAPES), visibility(random));
         let which = if [1, 6].contains(&all) && !unbounded {
@@ -128,7 +129,7 @@ fn scene<R: Real>(seed: u64, kind: AcceleratorKind) -> Geometry<R> {
     Geometry::new(group, kind)
 }
 
-/// All hits that an any-hit query offers, in an order of their own.
+/// All hits that an any-hit query passes to its filter, sorted.
 fn offered<R: Real>(
     geometry: &Geometry<R>,
     ray: &Ray<R>,
@@ -187,18 +188,18 @@ fn everything_agrees<R: Real>(name: &str) {
     assert!(met > RAYS * SCENES as usize / 6, "{met} rays met something");
 }
 
-/// The name of a precision and what is asked of it.
+/// Name of a precision, and its check.
 type Asked = (&'static str, fn(&str));
 
-/// The precisions that keep the promise: an entry is all that another one needs.
+/// Precisions with this guarantee: a further precision needs only an entry here.
 const PRECISIONS: [Asked; 2] = [
     ("robust", everything_agrees::<f32>),
     ("reference", everything_agrees::<f64>),
 ];
 
-/// Protects: bits that do not depend on the structure, for closest hits and for all that an any-hit
-/// query is offered, with shapes of every kind, mapped by turns, shears, mirrors and flattening,
-/// and with instances.
+/// Protects: hits do not depend on the accelerator, for closest hits and for all hits passed to an
+/// any-hit filter, with shapes of every kind, rotated, sheared, reflected and flattened, and with
+/// instances.
 #[test]
 fn every_structure_answers_alike() {
     PRECISIONS.iter().for_each(|(name, agrees)| agrees(name));

@@ -1,5 +1,5 @@
-//! Arrangements of primitives that builders are known to dislike, and random ones to compare them
-//! with. The bench of builds has them from here too.
+//! Arrangements of primitives that are hard for builders, and random ones for comparison; shared
+//! with the bench of builds.
 
 use glam::Vec3;
 use raywright_bvh::shapes::Sphere;
@@ -7,12 +7,12 @@ use raywright_bvh::{PrimitiveSet, Visibility};
 
 use crate::split_mix::step;
 
-/// What arrangements are made of.
+/// A primitive of an arrangement.
 #[derive(Clone, Copy, Debug)]
 pub enum Item {
-    /// Centre and radius.
+    /// A sphere: centre and radius.
     Ball(Vec3, f32),
-    /// Corners.
+    /// A triangle: corners.
     Triangle([Vec3; 3]),
 }
 
@@ -20,18 +20,19 @@ pub enum Item {
 pub struct Random(pub u64);
 
 impl Random {
-    /// From 0 to 1.
+    /// Uniform in [0, 1).
     pub fn unit(&mut self) -> f32 {
         (step(&mut self.0) >> 40) as f32 / (1 << 24) as f32
     }
 
-    /// In the cube of ±1.
+    /// Uniform in the cube [−1, 1]³.
     pub fn point(&mut self) -> Vec3 {
         Vec3::new(self.unit(), self.unit(), self.unit()) * 2.0 - 1.0
     }
 }
 
-/// Random balls, one of 500 thirty times as large: an ordinary set that is improved too.
+/// Random spheres, one in 500 thirty times as large: an ordinary set for which reinsertion pays
+/// too.
 pub fn uneven(n: usize) -> Vec<Item> {
     let larger = |(i, item): (usize, Item)| match item {
         Item::Ball(centre, radius) if i % 500 == 0 => Item::Ball(centre, 30.0 * radius),
@@ -40,17 +41,17 @@ pub fn uneven(n: usize) -> Vec<Item> {
     random(n).into_iter().enumerate().map(larger).collect()
 }
 
-/// A name and what makes so many.
+/// Name of an arrangement, and its constructor for a number of primitives.
 pub type Family = (&'static str, fn(usize) -> Vec<Item>);
 
-/// Random balls in a cube, as the benchmark has them: what the others are held against.
+/// Random spheres in a cube, as in the benchmark: the baseline of the other families.
 pub fn random(n: usize) -> Vec<Item> {
     let random = &mut Random(1);
     let radius = 0.3 / (n as f32).cbrt();
     (0..n).map(|_| Item::Ball(random.point(), radius)).collect()
 }
 
-/// Each of them once.
+/// The families, each once.
 pub const FAMILIES: [Family; 30] = [
     ("a fifth in one place", |n| replaced(n, |i| i % 5 == 0)),
     ("a twentieth in one place", |n| replaced(n, |i| i % 20 == 0)),
@@ -149,7 +150,7 @@ fn every_512th(n: usize) -> Vec<Item> {
     items
 }
 
-/// A number that visits each place once: a stride without a common factor.
+/// A permutation of the indices: multiplication by a stride coprime to `n`.
 fn shuffled(i: usize, n: usize) -> usize {
     (0..)
         .map(|k| n * 5 / 8 + k)
@@ -167,7 +168,7 @@ fn concentric(n: usize, place: impl Fn(usize) -> usize) -> Vec<Item> {
         .collect()
 }
 
-/// Radius and place grow by the same factor, to some 5·10⁸ in all.
+/// Radius and position grow by a constant factor, up to about 5·10⁸ in total.
 fn geometric(n: usize, along: Vec3) -> Vec<Item> {
     let growth = 20.0 / n as f64;
     (0..n)
@@ -251,8 +252,8 @@ fn axis_sticks(n: usize) -> Vec<Item> {
     (0..n).map(|i| Item::Triangle(stick(i))).collect()
 }
 
-/// Two random sets of size 1, one at the origin and one far from it: there the second is one place
-/// for f32.
+/// Two random sets of size 1, one at the origin and one far away, where f32 resolves only a single
+/// point.
 fn clusters(n: usize, apart: f32) -> Vec<Item> {
     let moved = |(i, item): (usize, Item)| match item {
         Item::Ball(centre, radius) if i % 2 == 0 => Item::Ball(centre + Vec3::X * apart, radius),
@@ -275,7 +276,7 @@ fn scaled(item: Item, by: f32) -> Item {
     }
 }
 
-/// The primitives as they are built from.
+/// The set of these primitives.
 pub fn group(items: &[Item]) -> PrimitiveSet<f32> {
     let mut group = PrimitiveSet::default();
     for item in items {

@@ -1,5 +1,5 @@
-//! Builds: that none takes much longer than another of as many primitives, that their trees are of
-//! use, and that no tree, of whatever scene, changes an answer.
+//! Builds: none takes much longer than another of as many primitives, every tree culls, and no tree
+//! changes a hit.
 
 mod answers;
 mod families;

@@ -1,4 +1,4 @@
-//! Closed rooms: walls of flat boxes in the greatest and least faces of everything.
+//! Closed rooms: walls of flat boxes in the outer faces of the scene's box.
 
 use glam::DVec3;
 use raywright_bvh::shapes::{AnyShape, Quad};
@@ -9,8 +9,8 @@ use raywright_bvh::{
 
 use super::families::Random;
 
-/// Six walls of cells × cells quads, of extent 2·half around the centre; each corner moved by as
-/// much as `jitter` says.
+/// Six walls of cells × cells quads with extent 2·half around the centre, each corner moved by up
+/// to `jitter`.
 fn room(cells: usize, centre: DVec3, half: f64, jitter: f64) -> PrimitiveSet<f32> {
     let random = &mut Random(2);
     let mut group = PrimitiveSet::default();
@@ -41,7 +41,7 @@ fn room(cells: usize, centre: DVec3, half: f64, jitter: f64) -> PrimitiveSet<f32
     group
 }
 
-/// Nodes and primitives of rays that start anywhere in the room.
+/// Nodes and primitives visited by rays that start in the room.
 fn visits(group: PrimitiveSet<f32>, centre: DVec3, half: f64, quality: BuildQuality) -> u64 {
     let geometry = Geometry::new(group, AcceleratorKind::Tree(quality));
     let (random, mut visits) = (&mut Random(3), TraversalStats::default());
@@ -53,9 +53,9 @@ fn visits(group: PrimitiveSet<f32>, centre: DVec3, half: f64, quality: BuildQual
     visits.nodes + visits.primitives
 }
 
-/// Protects: a room costs its rays no more than twice what the same room costs whose corners were
-/// moved a little, wherever it is: also with its greatest corner at the origin, where pads are
-/// nothing, and on one axis alone.
+/// Protects: a room costs its rays at most twice as much as the same room with slightly moved
+/// corners, at any position: also with its greatest corner at the origin, where padding is nearly
+/// zero, and on an axis.
 #[test]
 fn t09_rooms_cost_the_same_everywhere() {
     let places = [
@@ -94,7 +94,7 @@ fn t09_rooms_cost_the_same_everywhere() {
     }
 }
 
-/// Protects: the same at every scale and for every preset.
+/// Protects: the same bound at every scale and for every build quality.
 #[test]
 fn t09_rooms_cost_the_same_at_every_scale() {
     for quality in BuildQuality::ALL {

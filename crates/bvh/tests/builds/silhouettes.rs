@@ -1,5 +1,5 @@
-//! Rays that touch: where a box without its pads would be missed by the rounding of a slab test,
-//! and its primitive is not.
+//! Grazing rays, which would miss an unpadded box by rounding of the slab test although they hit
+//! the primitive.
 
 use glam::DVec3;
 use raywright_bvh::shapes::{AnyShape, Disk, Sphere};
@@ -7,7 +7,7 @@ use raywright_bvh::{AcceleratorKind, Geometry, Interval, PrimitiveSet, Ray, Visi
 
 use super::families::Random;
 
-/// Unit balls and disks in a row, so many that they have a tree.
+/// Unit spheres and disks in a row, enough for a tree.
 fn scene(kind: AcceleratorKind, offset: DVec3) -> Geometry<f64> {
     let mut group = PrimitiveSet::<f64>::default();
     for i in 0..20 {
@@ -29,9 +29,8 @@ fn scene(kind: AcceleratorKind, offset: DVec3) -> Geometry<f64> {
     Geometry::new(group, kind)
 }
 
-/// Protects: boxes reach far enough beyond what they hold. In f64 a ray within 10⁻⁹ of a silhouette
-/// meets the shape; boxes in f32, rounded to the nearest and not padded, end up to 6·10⁻⁸ of a
-/// coordinate short of it.
+/// Protects: boxes are padded enough. In f64 a ray within 10⁻⁹ of a silhouette hits the shape; f32
+/// boxes rounded to nearest without padding end up to 6·10⁻⁸ of a coordinate short of it.
 #[test]
 fn rays_along_silhouettes_are_not_culled() {
     for offset in [
@@ -44,7 +43,7 @@ fn rays_along_silhouettes_are_not_culled() {
         let (random, mut met) = (&mut Random(11), 0);
         for i in 0..20_000 {
             let centre = offset + DVec3::X * (4.0 * f64::from(i % 20));
-            // Towards the point of a ball farthest along an axis, and across it.
+            // Towards the extreme point of a sphere along an axis, and perpendicular to that axis.
             let axis = i / 20 % 3;
             let out = DVec3::AXES[axis as usize] * if i / 60 % 2 == 0 { 1.0 } else { -1.0 };
             let across = DVec3::AXES[(axis as usize + 1) % 3];

@@ -1,4 +1,4 @@
-//! Terrains: even triangles over a regular grid, in a flat box.
+//! Terrains: triangles over a regular grid, in a flat box.
 
 use glam::Vec3;
 use raywright_bvh::{
@@ -29,7 +29,7 @@ fn terrain(cells: u16) -> PrimitiveSet<f32> {
 }
 
 /// Protects: clustering looks for the neighbours of a terrain's boxes beside them, not above, where
-/// there are none. With cells as flat as the terrain is, rays tested 3.01 nodes each in the tree of
+/// there are none. With cells as flat as the terrain, rays tested 3.01 nodes each in the tree of
 /// `fast` and 2.91 in that of `medium`.
 #[test]
 fn rays_test_few_nodes_of_a_terrain() {

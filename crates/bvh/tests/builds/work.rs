@@ -1,4 +1,4 @@
-//! What builds cost, counted: no arrangement of primitives makes one slow, or its tree too deep.
+//! Counted cost of builds: no arrangement of primitives makes a build slow or its tree too deep.
 
 use core::sync::atomic::{AtomicUsize, Ordering};
 
@@ -13,9 +13,9 @@ fn work(items: &[Item], quality: BuildQuality) -> BuildWork {
     geometry.build_work().unwrap()
 }
 
-/// Protects: a build looks at no more than three times the boxes of a build over random primitives,
-/// of one size or of many where that takes more, whatever the arrangement and the quality, and the
-/// tree keeps to the depth that a traversal has a stack for.
+/// Protects: for every arrangement and quality a build visits at most three times the boxes of a
+/// build over random primitives, of one size or of mixed sizes, whichever visits more; and the tree
+/// fits the traversal stack.
 #[test]
 fn t11_no_family_is_slow() {
     let each = |quality: BuildQuality, count: usize| {
@@ -40,8 +40,8 @@ fn t11_no_family_is_slow() {
     each(BuildQuality::default(), 100_000);
 }
 
-/// Protects: the work grows with the number of primitives and, for its levels, the logarithm: not
-/// with its square.
+/// Protects: the work grows with the number of primitives times its logarithm at most, not with its
+/// square.
 #[test]
 fn work_grows_with_the_number() {
     for (name, family) in FAMILIES
@@ -59,8 +59,8 @@ fn work_grows_with_the_number() {
     }
 }
 
-/// Protects: a build that is given up ends with nothing, at whatever question it is told so, and it
-/// asks before each of its passes; one that is not given up has the tree that it has anyway.
+/// Protects: a cancelled build returns `None` at whichever poll it was cancelled, and a build polls
+/// before each of its passes; an uncancelled build returns the usual tree.
 #[test]
 fn builds_can_be_given_up() {
     let family = |wanted: &str| {
@@ -71,8 +71,8 @@ fn builds_can_be_given_up() {
             .1
     };
     let cases = [
-        // Questions counted: three for each piece, two where there are several, one for each pile
-        // of 4096 boxes and more, and one at the end.
+        // Number of polls: three per piece, two if there are several pieces, one for each pile of
+        // at least 4096 boxes, and one at the end.
         (
             "random",
             random as fn(usize) -> Vec<Item>,
@@ -117,7 +117,7 @@ fn builds_can_be_given_up() {
     }
 }
 
-/// Protects: of each quality more is looked at than of the one before.
+/// Protects: each build quality visits more boxes than the one before.
 #[test]
 fn better_trees_are_worked_on_more() {
     for items in [random(3000), uneven(3000)] {
@@ -126,8 +126,8 @@ fn better_trees_are_worked_on_more() {
     }
 }
 
-/// Protects: trees of odd arrangements cull. Of families whose boxes lie apart, a ray visits no
-/// more than four times the nodes that it visits among random primitives.
+/// Protects: trees of hard arrangements cull: in families of disjoint boxes a ray visits at most
+/// four times the nodes that it visits among random primitives.
 #[test]
 fn trees_of_odd_families_cull() {
     const COUNT: usize = 20_000;
@@ -165,7 +165,7 @@ fn trees_of_odd_families_cull() {
     }
 }
 
-/// Protects: what a report calls nodes and tests of a scan: every primitive is tested and no box.
+/// Protects: the statistics of a scan count every primitive and no node.
 #[test]
 fn scans_are_counted() {
     for count in [1, 4, 5, 64] {

@@ -1,5 +1,4 @@
-//! Faces that a ray sees edge-on, or would but for the last digit, with others that it meets along
-//! the way.
+//! Triangles that a ray sees exactly or almost edge-on, among others along the same ray.
 
 use glam::{Vec3, Vec3Swizzles};
 use raywright_bvh::{
@@ -15,7 +14,7 @@ const RAYS: usize = 40;
 const NEEDLES: usize = 4;
 const WALLS: usize = 4;
 
-/// One of a few numbers that f32 holds in few digits, or in all of them.
+/// A number that f32 holds in few digits, or one with all digits.
 fn step(random: &mut Random) -> f32 {
     let whole = [1.0, 2.0, 3.0, 5.0, 7.0, -2.0, -3.0][random.below(7)];
     if random.below(2) == 0 {
@@ -25,7 +24,7 @@ fn step(random: &mut Random) -> f32 {
     }
 }
 
-/// Moves some coordinates by a unit in the last place, or not.
+/// Moves each coordinate by a unit in the last place with probability one half.
 fn nudged(random: &mut Random, v: Vec3) -> Vec3 {
     let mut one = |x: f32| match random.below(4) {
         0 => x.next_up(),
@@ -35,13 +34,13 @@ fn nudged(random: &mut Random, v: Vec3) -> Vec3 {
     Vec3::new(one(v.x), one(v.y), one(v.z))
 }
 
-/// Directions that differ by a unit in the last place.
+/// Directions that differ by units in the last place.
 fn about(random: &mut Random, direction: Vec3) -> Vec<Vec3> {
     (0..RAYS).map(|_| nudged(random, direction)).collect()
 }
 
-/// Asks every kernel, alone and from one point, what the scan says, before the origin too. Returns
-/// how many rays hit.
+/// Compares every kernel, by single rays and by packets, with the scan, also before the origin.
+/// Returns the number of hits.
 fn compared(
     origin: Vec3,
     directions: &[Vec3],
@@ -100,8 +99,8 @@ fn compared(
     hits
 }
 
-/// Protects: traversal order never decides. Triangles that lie along a ray, from before other faces
-/// to behind them, are hit at the same distance by scan and tree.
+/// Protects: no hit depends on the order of traversal: a triangle along a ray, from before other
+/// triangles to behind them, is hit at the same distance by scan and tree.
 #[test]
 fn order_does_not_decide() {
     let (random, mut hits) = (&mut Random(41), 0);
@@ -121,7 +120,7 @@ fn order_does_not_decide() {
                 at + random.point() * size,
             ]);
         }
-        // So many that there is a tree.
+        // Enough for a tree.
         for _ in 0..80 {
             let at = origin + random.point() * (direction.length() * 2000.0);
             triangles.push([
@@ -140,11 +139,11 @@ fn order_does_not_decide() {
     assert!(hits > GROUPS * RAYS / 4, "{hits} hits");
 }
 
-/// Rays from one point and needles that lie in one plane with them, as exactly as f32 can say: a
-/// coordinate is the sum of the others. Corners are whole numbers and the origin has small
-/// fractions, so that offsets have more digits than products with them keep, and only the rounding
-/// of f64 tells on which side of a ray a corner is. The needles lie along an axis of the plane or
-/// across it, so that their boxes are as narrow, and right before each stand walls across the rays.
+/// Rays with a common origin and needles coplanar with them, exactly in f32: one coordinate is the
+/// sum of the others. Corners are integers and the origin has small fractions, so that offsets have
+/// more digits than their products keep, and only f64 rounding decides on which side of a ray a
+/// corner lies. The needles lie along an axis of the plane or across it, so that their boxes are
+/// equally narrow. Walls across the rays stand right before each needle.
 struct Flat {
     origin: Vec3,
     directions: Vec<Vec3>,
@@ -152,7 +151,7 @@ struct Flat {
 }
 
 fn flat(random: &mut Random, turn: usize) -> Flat {
-    // All sums are of fewer than 24 digits, so they are what they say. The axes take turns.
+    // All sums have fewer than 24 digits, so they are exact. The axes take turns.
     let on = |x: f32, y: f32| {
         let v = Vec3::new(x, y, x + y);
         [v, v.yzx(), v.zxy()][turn]
@@ -187,7 +186,7 @@ fn flat(random: &mut Random, turn: usize) -> Flat {
             let aside = across * (length * (0.1 + random.unit()));
             triangles.push([a + aside, a - aside, a + (b - a) * 2.0]);
         }
-        // At places of the needle, in whole numbers of at most 22 digits.
+        // At points of the needle, in integers of at most 22 digits.
         for _ in 0..RAYS / NEEDLES {
             let target = needle[0].lerp(needle[1], random.unit()) - origin;
             let [x, y] = [
@@ -199,7 +198,7 @@ fn flat(random: &mut Random, turn: usize) -> Flat {
             directions.push(on((x * scale).round(), (y * scale).round()) / 8_388_608.0);
         }
     }
-    // Behind all of it, so many that there is a tree.
+    // Behind all needles, enough for a tree.
     for _ in 0..60 {
         let at = on(place[0], place[1]) * (2.5 + random.unit());
         triangles.push([at, at + random.point() * size, at + random.point() * size]);
@@ -211,11 +210,11 @@ fn flat(random: &mut Random, turn: usize) -> Flat {
     }
 }
 
-/// Protects: what the rule for faces seen edge-on is for ([`raywright_bvh`]'s `shapes::edges`).
-/// Edge functions that are noise have errors of a quarter where they are as small as their
-/// products' rounding, and so would a distance that they weigh: the needle would be met before its
-/// box begins, by a scan and by trees that have met no wall yet, and not by others. Found by a
-/// search; without the rule, some in a thousand of these rays differ.
+/// Protects: the rule for edge-on triangles ([`raywright_bvh`]'s `shapes::edges`). Edge functions
+/// as small as the rounding of their products have relative errors of a quarter, and so would a
+/// distance weighted by them. The needle would be hit before its box begins, by a scan and by trees
+/// whose traversal has not reached a wall yet, but not by others. The case was found by a search;
+/// without the rule, a few in a thousand of these rays differ.
 #[test]
 fn p20_faces_in_the_plane_of_the_ray_are_met_alike() {
     let (random, mut hits) = (&mut Random(47), 0);

@@ -1,4 +1,4 @@
-//! Meshes that a filter in f32 finds hard, and rays that it finds hard to decide.
+//! Meshes that are hard for a filter in f32, and rays that are hard for it to decide.
 
 use glam::Vec3;
 use raywright_bvh::{Interval, Ray};
@@ -18,7 +18,7 @@ impl Random {
     pub fn below(&mut self, limit: usize) -> usize {
         (self.bits() % limit as u64) as usize
     }
-    /// In the cube from −1 to 1.
+    /// Uniform in the cube [−1, 1]³.
     pub fn point(&mut self) -> Vec3 {
         Vec3::new(self.unit(), self.unit(), self.unit()) * 2.0 - 1.0
     }
@@ -43,7 +43,7 @@ fn needles(random: &mut Random, count: usize) -> Mesh {
     (0..count).map(|_| one()).collect()
 }
 
-/// A rough ground of squares in halves.
+/// A rough terrain of squares, each of two triangles.
 fn terrain(random: &mut Random, side: usize) -> Mesh {
     let heights: Vec<f32> = (0..(side + 1) * (side + 1))
         .map(|_| random.unit() * 0.1)
@@ -65,7 +65,7 @@ fn terrain(random: &mut Random, side: usize) -> Mesh {
     (0..side * side).flat_map(square).collect()
 }
 
-/// Parts of few planes, each triangle twice, and points and lines among them.
+/// Triangles in few planes, each twice, with points and segments among them.
 fn coplanar(random: &mut Random, count: usize) -> Mesh {
     let mut one = || {
         let level = random.below(3) as f32 * 0.25;
@@ -81,7 +81,7 @@ fn coplanar(random: &mut Random, count: usize) -> Mesh {
     once.iter().chain(&once).copied().collect()
 }
 
-/// Walls and floors that lie in planes of the axes.
+/// Axis-aligned walls and floors.
 fn room(side: usize) -> Mesh {
     let at = |i: usize| i as f32 / side as f32 * 2.0 - 1.0;
     let mut mesh = Mesh::new();
@@ -111,7 +111,7 @@ fn scaled(mesh: Mesh, scale: f32, offset: Vec3) -> Mesh {
         .collect()
 }
 
-/// Each with its name.
+/// Each mesh with its name.
 pub fn families() -> Vec<(&'static str, Mesh)> {
     let random = &mut Random(5);
     let small = scaled(scattered(random, 300, 0.1), 1e-2, Vec3::ZERO);
@@ -163,8 +163,8 @@ pub fn families() -> Vec<(&'static str, Mesh)> {
     ]
 }
 
-/// A ray at the mesh: at a corner, at an edge, into a face, along one, or anywhere, from near and
-/// far, some along axes, and some that have it behind them.
+/// A ray at the mesh: at a corner, at an edge, into a face, along a face or anywhere, from near and
+/// far, some along axes, and some with the mesh behind them.
 pub fn ray(random: &mut Random, mesh: &[[Vec3; 3]]) -> Ray<f32> {
     let [a, b, c] = mesh[random.below(mesh.len())];
     let (u, v) = (random.unit(), random.unit());
@@ -182,7 +182,7 @@ pub fn ray(random: &mut Random, mesh: &[[Vec3; 3]]) -> Ray<f32> {
     let away = size * [0.01, 1.0, 30.0, 1e4][random.below(4)];
     let mut direction = random.point();
     match random.below(6) {
-        // In the face's plane, nearly.
+        // Nearly in the plane of the face.
         0 => direction = (b - a) / size + (c - a) / size * (u - 0.5),
         1 => direction *= [Vec3::X, -Vec3::Y, Vec3::Z][random.below(3)],
         2 => direction *= [Vec3::new(1.0, 1.0, -0.0), Vec3::new(0.0, 1.0, 1.0)][random.below(2)],
@@ -190,13 +190,13 @@ pub fn ray(random: &mut Random, mesh: &[[Vec3; 3]]) -> Ray<f32> {
     }
     let direction = direction.as_dvec3().normalize_or(glam::DVec3::X).as_vec3();
     let ahead = if random.below(4) == 0 { -1.0 } else { 1.0 };
-    // Directions of any length are taken as they are.
+    // Directions need no unit length.
     let length = [1.0, 1.0, 1.0, 1.0, 1e-30, 1e-10, 1e10, 1e30][random.below(8)];
     Ray::new(target - direction * (away * ahead), direction * length)
 }
 
-/// Where hits count: up to a hit and from it, with and without it, in front of the ray and behind
-/// it.
+/// Accepted distances: up to a hit and from it, including and excluding it, before and behind the
+/// origin.
 pub fn range(random: &mut Random, first: Option<f32>) -> Interval<f32> {
     let t = first.unwrap_or(1.0);
     let (min, max) = match random.below(7) {

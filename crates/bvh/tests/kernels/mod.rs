@@ -1,5 +1,5 @@
-//! Every kernel of the wide tree answers as the scan does, bit for bit, and no closed mesh leaks in
-//! any of them.
+//! Every kernel of the tree gives the hits of the scan, bit for bit, and no closed mesh leaks in
+//! any kernel.
 
 mod edge_on;
 mod meshes;
@@ -15,8 +15,8 @@ use raywright_bvh::{
 
 use self::meshes::{Mesh, Random, families, range, ray};
 
-/// Objects of some triangles each, with every kind of visibility, and balls between them where
-/// asked for.
+/// Objects of a few triangles each, with every kind of visibility, and optionally spheres between
+/// them.
 fn group(mesh: &Mesh, balls: bool) -> PrimitiveSet<f32> {
     let mut group = PrimitiveSet::default();
     for (i, part) in mesh.chunks(5).enumerate() {
@@ -41,12 +41,12 @@ fn group(mesh: &Mesh, balls: bool) -> PrimitiveSet<f32> {
     group
 }
 
-/// To the bit: the coordinates too.
+/// The hit with all numbers as bits.
 fn bits(hit: Option<Hit<f32>>) -> Option<([u32; 3], [u32; 3])> {
     hit.map(|hit| ([hit.t, hit.u, hit.v].map(f32::to_bits), hit.order()))
 }
 
-/// All hits about which a query asks, in order, and whether something opaque ended it.
+/// All hits passed to an any-hit filter, sorted, and whether an opaque object ended the query.
 fn asked(geometry: &Geometry<f32>, ray: &Ray<f32>, range: Interval<f32>) -> (bool, Vec<[u32; 3]>) {
     let mut hits = Vec::new();
     let ended = geometry.any(
@@ -58,7 +58,7 @@ fn asked(geometry: &Geometry<f32>, ray: &Ray<f32>, range: Interval<f32>) -> (boo
         },
         &mut (),
     );
-    // What opaque things hide from the question depends on the order.
+    // Which hits precede an opaque object depends on the order of traversal.
     if ended {
         hits.clear();
     }
@@ -66,10 +66,10 @@ fn asked(geometry: &Geometry<f32>, ray: &Ray<f32>, range: Interval<f32>) -> (boo
     (ended, hits)
 }
 
-/// Protects: the same hits, bit for bit, from every kernel and the scan: of needles, slivers seen
-/// edge-on, doubles, points, corners and edges met head on, very small and very large things, and
-/// these together; along axes with zeros of either sign; with ranges that begin before the ray or
-/// end at the hit.
+/// Protects: every kernel gives the hits of the scan, bit for bit: for needles, edge-on slivers,
+/// duplicates, points, exact hits of corners and edges, very small and very large objects, and all
+/// of these together; along axes with zeros of either sign; with ranges that begin before the ray
+/// or end at the hit.
 #[test]
 fn t20_kernels_find_what_the_scan_finds() {
     for ((name, mesh), balls) in families()
@@ -121,8 +121,8 @@ fn t20_kernels_find_what_the_scan_finds() {
     }
 }
 
-/// Where a part is shown: in its place, turned and flattened and mirrored, far away, and small and
-/// far away.
+/// Maps of an instance: a translation, a rotation with flattening and reflection, a large
+/// translation, and a small scale far away.
 fn maps() -> [DAffine3; 4] {
     let turned = DMat3::from_axis_angle(DVec3::new(0.6, 0.0, 0.8), 1.0);
     let flat = DMat3::from_diagonal(DVec3::new(1.0, 1e-3, -2.0));
@@ -138,8 +138,8 @@ fn maps() -> [DAffine3; 4] {
     ]
 }
 
-/// Protects: what an instance shows is met as by a scan of it, bit for bit, in every kernel,
-/// whatever the map: the ray is rounded once more there, and that must not lose it anything.
+/// Protects: every kernel gives the hits of a scan inside an instance, bit for bit, under any map:
+/// the ray is rounded once more there, and no hit may be lost by it.
 #[test]
 fn t20_instances_show_what_the_scan_finds() {
     let mut all = 0;
@@ -162,7 +162,7 @@ fn t20_instances_show_what_the_scan_finds() {
                     .ok()
                     .map(|_| Geometry::new(outer, AcceleratorKind::Linear))
             };
-            // What the map makes too large for f32 is refused.
+            // A map that exceeds the range of f32 is refused.
             let Some(scan) = shown(AcceleratorKind::Linear) else {
                 continue;
             };
@@ -209,7 +209,7 @@ fn t20_instances_show_what_the_scan_finds() {
     assert!(all > 10_000, "{all} hits");
 }
 
-/// An octahedron whose faces are divided in four, so many times, and moved out to a sphere.
+/// An octahedron with its faces subdivided into four `times` times and projected onto a sphere.
 fn globe(times: usize) -> Mesh {
     let mut faces = Mesh::new();
     for octant in 0..8_usize {
@@ -226,8 +226,8 @@ fn globe(times: usize) -> Mesh {
     faces
 }
 
-/// Protects: no ray from within a closed mesh at one of its corners or edges gets out, in any
-/// kernel, nearby and far away from the origin, whichever query asks.
+/// Protects: no ray from inside a closed mesh at a corner or edge leaves the mesh, in any kernel,
+/// near the origin and far from it, by either query.
 #[test]
 fn p21_closed_meshes_do_not_leak() {
     for offset in [Vec3::ZERO, Vec3::new(1000.0, -200.0, 30.0)] {
@@ -262,8 +262,8 @@ fn p21_closed_meshes_do_not_leak() {
     }
 }
 
-/// Protects: small triangles in a large scene are told apart: a ground a thousand kilometres wide
-/// doesn't make rays test more than a few times the triangles that they test without it.
+/// Protects: the filter separates small triangles in a large scene: with a ground a thousand
+/// kilometres wide, rays test at most a few times as many triangles as without it.
 #[test]
 fn a_wide_ground_does_not_blind_the_filter() {
     let random = &mut Random(1);
@@ -303,10 +303,9 @@ fn a_wide_ground_does_not_blind_the_filter() {
     );
 }
 
-/// Protects: a direction may have any length whose inverse f32 has. Where products of it might
-/// leave the range of f32, and just before, the filter of each kernel passes no triangle over that
-/// the scan hits: distances are shorter or longer by the power of two, and still the same to the
-/// bit.
+/// Protects: a direction may have any length whose inverse f32 holds. Where its products might
+/// leave the range of f32, and just before, no kernel's filter rejects a triangle that the scan
+/// hits. Distances scale by the power of two and keep their bits.
 #[test]
 fn t05_directions_may_have_any_length() {
     for (name, mesh) in families() {
@@ -322,8 +321,8 @@ fn t05_directions_may_have_any_length() {
                     let straight: Ray<f32> = ray(random, &mesh);
                     let ray =
                         Ray::new(straight.origin, straight.direction * 2.0_f32.powi(exponent));
-                    // Below that, boxes are not known to be met: a component that f32 has no
-                    // inverse of counts for zero there.
+                    // Below that length box tests are undefined: a component whose inverse
+                    // overflows f32 would count as zero.
                     if straight.direction.to_array().iter().any(|&d: &f32| {
                         d != 0.0 && (1.0 / (d * 2.0_f32.powi(exponent))).is_infinite()
                     }) {
@@ -350,8 +349,8 @@ fn t05_directions_may_have_any_length() {
     }
 }
 
-/// Protects: rays that are no numbers, or of no direction, end, and hit nothing that the scan does
-/// not.
+/// Protects: traversal by rays with NaN, or without direction, ends, and hits nothing that the scan
+/// does not.
 #[test]
 fn t18_rays_that_are_none_end() {
     let mesh = globe(2);

@@ -1,4 +1,4 @@
-//! Rays that leave one point find together what each finds alone, to the bit.
+//! Packets of rays find what each ray finds alone, bit for bit.
 
 use glam::{DAffine3, DVec3, Vec3};
 use raywright_bvh::shapes::{AnyShape, Disk, Plane, Sphere};
@@ -10,11 +10,11 @@ use raywright_bvh::{
 use super::meshes::{Mesh, Random, families, range, ray};
 use super::{bits, group};
 
-/// So many rays: fewer than are asked together, one short of a vector, more than a pencil.
+/// Packet sizes: fewer than are traced together, one less than a vector, and more than a packet.
 const COUNTS: [usize; 6] = [1, 4, 7, 16, 17, 40];
 
-/// Directions around one: next to one another as samples of a pixel, as pixels, far apart, to all
-/// sides, and all the same.
+/// Directions around a given direction: as close as samples of a pixel, as close as pixels, far
+/// apart, to all sides, and all equal.
 fn around(random: &mut Random, direction: Vec3, count: usize) -> Vec<Vec3> {
     let width = [1e-7, 1e-3, 0.05, 2.0, 0.0][random.below(5)];
     let one = |random: &mut Random| direction + random.point() * (width * direction.length());
@@ -73,10 +73,10 @@ fn agree(
     all
 }
 
-/// Protects: what rays from one point find together has the bits of what a scan finds for each
-/// alone: needles, slivers seen edge-on, doubles, corners and edges met head on, very small and
-/// very large things; directions next to one another, to all sides and the same; ranges that begin
-/// before the rays or end at a hit; each kernel.
+/// Protects: the hits of a packet have the bits of each ray's hit by a scan: for needles, edge-on
+/// slivers, duplicates, exact hits of corners and edges, very small and very large objects; for
+/// close, spread and equal directions; for ranges that begin before the rays or end at a hit; in
+/// each kernel.
 #[test]
 fn together_is_as_alone() {
     let mut all = [0; 2];
@@ -92,8 +92,7 @@ fn together_is_as_alone() {
     assert!(all[0] > 10_000 && all[1] > all[0], "{all:?}");
 }
 
-/// A plane without end, a cylinder's worth of other shapes, balls, and a mesh that is shown under
-/// two maps.
+/// An infinite plane, an infinite cylinder, spheres, disks, and a mesh instanced under two maps.
 fn mixed<R: Real>(kind: AcceleratorKind, mesh: &Mesh) -> Geometry<R> {
     let v = |p: Vec3| R::Vec3::from_f64(p.as_dvec3());
     let mut part = PrimitiveSet::<R>::default();
@@ -147,8 +146,8 @@ fn mixed<R: Real>(kind: AcceleratorKind, mesh: &Mesh) -> Geometry<R> {
     Geometry::new(group, kind)
 }
 
-/// Protects: the same where planes, spheres, other shapes and instances are met, and in a precision
-/// without a wide tree.
+/// Protects: packets at planes, spheres, other shapes and instances, and in a precision without a
+/// wide tree.
 #[test]
 fn whatever_is_met() {
     let (_, mesh) = families().swap_remove(2);
@@ -178,7 +177,7 @@ fn whatever_is_met() {
     assert!(hits.iter().flatten().count() > 1);
 }
 
-/// Protects: no rays, and rays that are no numbers, are answered.
+/// Protects: empty packets, and packets with NaN rays.
 #[test]
 fn nothing_asked_and_nothing_said() {
     let (_, mesh) = families().swap_remove(2);

@@ -1,5 +1,5 @@
-//! Spheres and planes in rows, and spheres in leaves, alone and beside triangles and other shapes,
-//! against the scan that asks one by one.
+//! Rows of spheres and planes, and leaves of spheres, alone and beside triangles and other shapes,
+//! compared with a scan that tests primitives one by one.
 
 use glam::{DAffine3, DVec3, Vec3};
 use raywright_bvh::shapes::{AnyShape, Cuboid, Disk, Plane, Quad, Sphere};
@@ -11,7 +11,7 @@ use raywright_bvh::{
 use super::meshes::{Random, range};
 use super::{asked, bits};
 
-/// So many of each: spheres, planes, triangles, disks, quads, boxes.
+/// Numbers of spheres, planes, triangles, disks, quads and boxes.
 const SETS: [[usize; 6]; 16] = [
     [1, 0, 0, 0, 0, 0],
     [5, 1, 0, 0, 0, 0],
@@ -31,8 +31,8 @@ const SETS: [[usize; 6]; 16] = [
     [120, 0, 120, 5, 120, 40],
 ];
 
-/// How spheres lie: scattered, in one another, one place for all, one in a billion times the
-/// others' size, very small, very large, and far from the origin.
+/// Arrangements of spheres: scattered, nested, coincident, of very mixed sizes, very small, very
+/// large, and far from the origin.
 const FAMILIES: [(&str, f32, f32, f32); 8] = [
     ("scattered", 1.0, 0.4, 0.0),
     ("nested", 0.01, 1.0, 0.0),
@@ -62,14 +62,14 @@ fn visibility(i: usize) -> Visibility {
     Visibility { side, occlusion }
 }
 
-/// The group, and its spheres to aim at.
+/// The set, and spheres as targets of rays.
 fn group(
     [spheres, planes, triangles, disks, quads, boxes]: [usize; 6],
     (_, spread, size, away): (&str, f32, f32, f32),
 ) -> (PrimitiveSet<f32>, Vec<Sphere<f32>>) {
     let (random, mut group, mut aims) = (&mut Random(3), PrimitiveSet::default(), vec![]);
     let unit = spread.max(size);
-    // Of each kind in turn, so that the order of objects is not that of rows.
+    // Kinds alternate, so that object order differs from row order.
     for i in 0..spheres
         .max(planes)
         .max(triangles)
@@ -125,7 +125,7 @@ fn group(
             let quad = quad(random, i, centre, size.abs());
             group.shape(quad.into(), visibility(i)).unwrap();
             let [a, b, c, d] = quad.corners;
-            // A corner, an edge, the diagonal between its halves, and anywhere in it.
+            // A corner, an edge, the diagonal between both halves, and any point.
             let aim = [
                 a,
                 a.lerp(b, 0.3),
@@ -153,7 +153,7 @@ fn group(
     (group, aims)
 }
 
-/// A parallelogram: one in two has edges along the axes; some have no area, some are a point.
+/// A parallelogram: every other one is axis-aligned; some have no area, some are a point.
 fn quad(random: &mut Random, i: usize, corner: Vec3, size: f32) -> Quad<f32> {
     let edge = |random: &mut Random| (random.point() * size).as_dvec3();
     let (u, v) = match i % 12 {
@@ -166,9 +166,9 @@ fn quad(random: &mut Random, i: usize, corner: Vec3, size: f32) -> Quad<f32> {
     Quad::new(corner.as_dvec3(), u, v)
 }
 
-/// A ray at a sphere: anywhere in it, past its border by a hair, from within, from near and from so
-/// far that its test takes another form; some along axes, some in a plane, some with the spheres
-/// behind them, some of no unit length.
+/// A ray at a sphere: at any point, just past its silhouette, from inside, from nearby, and from so
+/// far that the sphere's test uses another formula. Some rays lie along axes or in axis-aligned
+/// planes, some have the spheres behind them, and some are not of unit length.
 fn ray(random: &mut Random, aims: &[Sphere<f32>]) -> Ray<f32> {
     let Sphere { centre, radius } = aims[random.below(aims.len())];
     let mut direction = random.point();
@@ -243,9 +243,9 @@ fn agree(
     hits
 }
 
-/// Protects: what is tested in rows is hit with the bits of one test after the other, in every
-/// kernel: distances, the end of a body, who wins of equals, sides, what is asked about; of few
-/// primitives without nodes, of many beside a tree, and in the space of an instance.
+/// Protects: rows give the bits of single tests in every kernel: distances, the flag for leaving a
+/// solid, ties, sides and calls of the filter; for few primitives without nodes, for many beside a
+/// tree, and inside an instance.
 #[test]
 fn t20_rows_find_what_the_scan_finds() {
     let mut hits = 0;
@@ -289,13 +289,13 @@ fn t20_rows_find_what_the_scan_finds() {
     assert!(hits > 30_000, "{hits} hits");
 }
 
-/// Protects: leaves of spheres and quads are as good in a tree of each quality, where triangles
-/// beside them may be in several blocks and slots have names.
+/// Protects: trees of each build quality give the hits of the scan for spheres and quads among many
+/// slivers.
 #[test]
 fn leaves_are_the_same_in_every_quality() {
     for family in FAMILIES {
         let (mut one, aims) = group([200, 1, 40, 3, 200, 9], family);
-        // Slivers across the axes, which the best quality puts into several blocks each.
+        // Slivers that lie across the axes.
         let (random, size) = (&mut Random(7), family.1.max(family.2));
         let sliver = |_| {
             let (a, along) = (random.point() * size + family.3, random.point() * size);
@@ -325,9 +325,9 @@ fn leaves_are_the_same_in_every_quality() {
     }
 }
 
-/// Protects: the same of so many that threads build the tree in pieces; and that spheres share
-/// leaves, since with a box for each the tree would take more room: 88 bytes each. Quads have a box
-/// each.
+/// Protects: the same hits for so many primitives that threads build the tree in pieces. Spheres
+/// share leaves: with a box for each the tree would take more memory, 88 bytes per sphere. Each
+/// quad has a box.
 #[test]
 fn leaves_of_many_are_shared() {
     let thin = ("scattered", 1.0, 0.02, 0.0);
@@ -358,7 +358,7 @@ fn leaves_of_many_are_shared() {
     }
 }
 
-/// Protects: rays from one point find in such leaves what each finds alone.
+/// Protects: packets find in these leaves what each ray finds alone.
 #[test]
 fn leaves_are_met_together() {
     for family in FAMILIES {
@@ -408,7 +408,7 @@ fn leaves_are_met_together() {
     }
 }
 
-/// Protects: a set of nothing, and one of a plane alone, answer.
+/// Protects: queries of an empty set and of a single plane.
 #[test]
 fn nothing_and_next_to_nothing() {
     let down = Ray::new(Vec3::Y, Vec3::NEG_Y);
@@ -429,8 +429,8 @@ fn nothing_and_next_to_nothing() {
     assert!(plane.any(&down, Interval::positive(), &mut |_| false, &mut ()));
 }
 
-/// Protects: a ray that touches a sphere hits it, where it touches: its discriminant is zero to the
-/// bit. By closed form, from every kernel, alone and from one point.
+/// Protects: a tangent ray hits a sphere at the point of contact, where its discriminant is exactly
+/// zero; compared with the closed form, in every kernel, by single rays and packets.
 #[test]
 fn rays_that_touch_hit() {
     let mut group = PrimitiveSet::<f32>::default();

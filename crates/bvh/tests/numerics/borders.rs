@@ -8,19 +8,17 @@ use super::support::{Expect, Random, Verdict, exact, hex, hit, judge, ray, store
 
 const STEPS: [f64; 7] = [0.0, 1.0, -1.0, 4.0, -4.0, 64.0, -64.0];
 
-/// Corners of a parallelogram whose sums are exact in f32, so that the shape is one: coordinates
-/// are whole multiples of 2⁻¹².
+/// Rounds to multiples of 2⁻¹², so that the corner sums of a parallelogram are exact in f32.
 pub fn grid(v: DVec3) -> DVec3 {
     (v * 4096.0).round() / 4096.0
 }
 
-/// Where an exact ray meets a plane, in f64.
+/// Intersection of an exact ray with a plane, in f64.
 fn meet(o: DVec3, d: DVec3, through: DVec3, normal: DVec3) -> DVec3 {
     o + d * (normal.dot(through - o) / normal.dot(d))
 }
 
-/// Protects: rays at a quad's border: decided as f64 decides them from four units in the last place
-/// on.
+/// Protects: hits near a quad's border agree with f64 from four units in the last place on.
 #[test]
 fn p09_quad_border() {
     judge("P09 quad", 9, 1_000_000, |random| {
@@ -48,7 +46,7 @@ fn p09_quad_border() {
         let q = meet(o, d, corner, normal) - corner;
         let w = normal / normal.length_squared();
         let (u, v) = (q.cross(ev).dot(w), eu.cross(q).dot(w));
-        // Distance inside the border, in space.
+        // Spatial distance inside the border.
         let heights = [normal.length() / ev.length(), normal.length() / eu.length()];
         let margin = (u.min(1.0 - u) * heights[0]).min(v.min(1.0 - v) * heights[1]);
         if margin.abs() < 4.0 * ulp(scale) {
@@ -65,7 +63,7 @@ fn p09_quad_border() {
     .expect_right(200_000);
 }
 
-/// Protects: rays at a disk's rim, likewise.
+/// Protects: hits near a disk's rim, likewise.
 #[test]
 fn p09_disk_border() {
     judge("P09 disk", 10, 400_000, |random| {
@@ -100,7 +98,7 @@ fn p09_disk_border() {
     .expect_right(100_000);
 }
 
-/// Protects: two quads that share an edge by its bits let no ray through between them.
+/// Protects: no ray passes between two quads with a bitwise common edge.
 #[test]
 fn p09_no_leak_between_quads() {
     judge("P09 seam", 11, 3_000_000, |random| {
@@ -108,13 +106,13 @@ fn p09_no_leak_between_quads() {
         let (corner, edge) = (exact(at), random.cube());
         let [left, right] = [random.cube(), random.cube()];
         let end = exact(corner + edge);
-        // Both list the shared corners with the same bits, in opposite order.
+        // Both quads list the shared corners with the same bits, in opposite order.
         let a = Quad::<f32>::new(corner, end - corner, left);
         let b = Quad::<f32>::new(end, corner - end, right);
         let target = corner + (end - corner) * random.between(0.05, 0.95);
         let away = -(left.normalize() + right.normalize()).normalize() + random.direction() * 0.5;
         let ray = towards::<f32>(target + away * random.between(0.5, 20.0), target);
-        // The ray must pass between the two far edges as seen from its origin.
+        // The ray must pass between the two far edges, as seen from its origin.
         let (o, d) = (ray.origin.as_dvec3(), ray.direction.as_dvec3());
         let seam = end - corner;
         let side = |way: DVec3| d.cross(seam).dot(way);
@@ -132,7 +130,7 @@ fn p09_no_leak_between_quads() {
     .expect_right(1_000_000);
 }
 
-/// A capped cylinder or cone in f64: how far a point is inside, from normalised axes and distances.
+/// Depth of a point inside a capped cylinder or cone, in f64, from normalised axes and distances.
 pub fn depth(p: DVec3, base: DVec3, axis: DVec3, radii: [f64; 2]) -> f64 {
     let (q, height) = (p - base, axis.length());
     let along = q.dot(axis) / height;
@@ -142,7 +140,7 @@ pub fn depth(p: DVec3, base: DVec3, axis: DVec3, radii: [f64; 2]) -> f64 {
     wall.min(along).min(height - along)
 }
 
-/// A solid of revolution with a rim to aim at.
+/// A solid of revolution with a rim as a target.
 fn solid(random: &mut Random) -> (AnyShape<f32>, DVec3, DVec3, [f64; 2]) {
     let (base, axis) = (exact(random.cube() * 3.0), exact(random.cube() * 2.0));
     let axis = if axis.length() < 0.3 { DVec3::Y } else { axis };
@@ -168,8 +166,8 @@ fn solid(random: &mut Random) -> (AnyShape<f32>, DVec3, DVec3, [f64; 2]) {
     (shape, base, axis, radii)
 }
 
-/// Protects: the seam between wall and cap is closed: what passes through the solid is hit, and
-/// what enters leaves.
+/// Protects: the seam between wall and cap is closed: a ray through the solid hits it, and every
+/// ray that enters also leaves.
 #[test]
 fn p11_cap_seam() {
     judge("P11", 12, 1_300_000, |random| {
@@ -199,7 +197,7 @@ fn p11_cap_seam() {
                 hex::<f32>(&ray)
             ));
         }
-        // One by one, as a chain of queries sees them.
+        // One by one, as a chain of queries finds them.
         let (mut count, mut from) = (0, 0.0);
         while let Some(h) = shape.intersect(
             &probe,
@@ -211,8 +209,8 @@ fn p11_cap_seam() {
         ) {
             (count, from) = (count + 1, h.t);
         }
-        // The deepest point near the rim, by a search along the ray: inside beyond doubt must be
-        // hit.
+        // The deepest point near the rim, by a search along the ray: a clearly inside point
+        // requires a hit.
         let (mut low, mut high) = ((rim - o).dot(d) - 4.0, (rim - o).dot(d) + 4.0);
         for _ in 0..80 {
             let (a, b) = (low + (high - low) * 0.4, low + (high - low) * 0.6);
@@ -237,8 +235,8 @@ fn p11_cap_seam() {
     .expect_right(1_000_000);
 }
 
-/// Protects: a clip of no height leaves nothing, and one of a single unit in the last place no more
-/// than that.
+/// Protects: a quadric clipped to zero height is never hit, and one clipped to a single unit in the
+/// last place is hit only there.
 #[test]
 fn p14_empty_and_thin_clips() {
     let thin = f64::from(f32::EPSILON);
@@ -328,8 +326,8 @@ fn p14_empty_and_thin_clips() {
     .expect_right(300_000);
 }
 
-/// An open quadric of revolution about y: its shape, the form that is negative inside, and the
-/// heights between which it is.
+/// An open quadric of revolution around y: the shape, the implicit form that is negative inside,
+/// and its height limits.
 struct Open {
     shape: AnyShape<f32>,
     /// Coefficients of x² + z², y², y and 1.
@@ -339,7 +337,7 @@ struct Open {
 }
 
 impl Open {
-    /// One of the three, its centre, base or apex at a place.
+    /// One of three quadrics, with its centre, base or apex at a point.
     fn any(random: &mut Random, at: DVec3) -> Self {
         let (centre, height) = (
             stored::<f32>(at),
@@ -391,13 +389,13 @@ impl Open {
         (-(yy * y * y + y1 * y + one) / out).sqrt()
     }
 
-    /// How far inside the clip a height is.
+    /// Signed distance of a height inside the clip.
     fn inside(&self, y: f64) -> f64 {
         (self.high - y).min(y - self.low)
     }
 }
 
-/// Protects: rays at the clip planes of open quadrics, decided as f64 decides them.
+/// Protects: hits near the clip planes of open quadrics agree with f64.
 #[test]
 fn p14_clips_are_exact() {
     judge("P14 border", 15, 600_000, |random| {
@@ -415,7 +413,8 @@ fn p14_clips_are_exact() {
         let ray = towards::<f32>(rim + random.direction() * random.between(1.0, 8.0), rim);
         let (o, d) = (ray.origin.as_dvec3(), ray.direction.as_dvec3());
         let scale = scale.max(o.abs().max_element());
-        // All roots of the whole surface, in f64 about the ray's point nearest to the centre.
+        // All roots of the unclipped surface, in f64 relative to the ray's point nearest to the
+        // centre.
         let f = o - at;
         let ahead = -f.dot(d) / d.length_squared();
         let f = f + d * ahead;

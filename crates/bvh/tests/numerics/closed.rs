@@ -1,5 +1,5 @@
-//! S04, S05: gaps and shells a ten-thousandth wide, and paths that bounce in a closed box and must
-//! stay there.
+//! S04, S05: gaps and shells of width 1e-4, and paths that bounce in a closed box and must stay
+//! inside.
 
 use glam::{DQuat, DVec3, Vec3};
 use raywright_bvh::shapes::{AnyShape, Cuboid, Quad, Sphere, Triangle};
@@ -17,8 +17,8 @@ fn geometry(shapes: impl IntoIterator<Item = AnyShape<f32>>) -> Geometry<f32> {
     Geometry::new(group, AcceleratorKind::default())
 }
 
-/// Protects: two parallel sheets with a narrow gap, turned: a light beyond the other sheet is never
-/// seen, one in the gap always.
+/// Protects: between two rotated parallel sheets with a narrow gap, a light beyond the other sheet
+/// is never visible, and a light in the gap always is.
 #[test]
 fn s04_thin_gap() {
     judge("S04 gap", 130, 400_000, |random| {
@@ -41,7 +41,7 @@ fn s04_thin_gap() {
         let inner = |random: &mut Random| {
             DVec3::new(random.between(-0.9, 0.9), 0.0, random.between(-0.9, 0.9))
         };
-        // A point of the lower sheet's upper side, or of the upper sheet's upper side.
+        // A point on the upper side of the lower or of the upper sheet.
         let lower = random.sign() > 0.0;
         let place = inner(random);
         let (target, from) = if lower {
@@ -66,7 +66,7 @@ fn s04_thin_gap() {
         let surface = geometry.surface(&ray, &hit);
         let beside = inner(random);
         let (light, dark) = match (lower, random.sign() > 0.0) {
-            // In the gap, not too far along it for f32 to tell its height.
+            // In the gap, near enough for f32 to resolve the height.
             (true, true) => (
                 place + random.disc(DVec3::Y, 0.05) + DVec3::Y * (0.5 * GAP),
                 false,
@@ -91,11 +91,11 @@ fn s04_thin_gap() {
     .expect_right(300_000);
 }
 
-/// Which surface of a shell a ray meets, one after the other, bent by Snell's law at each, until it
-/// leaves; f64, from the impact parameter alone: it is kept where the ray is in the same medium,
-/// and multiplied by the ratio of the indices.
+/// The surfaces of a shell that a refracted ray crosses in order, in f64, from the impact parameter
+/// alone. That parameter is constant within a medium and is multiplied by the ratio of refractive
+/// indices at each surface.
 fn interfaces(impact: f64, inner: f64) -> Vec<u32> {
-    // In the glass the impact parameter is impact / η < inner; in the hollow it is the outer one
+    // In the glass the impact parameter is impact / η < inner; in the hollow it is the outer value
     // again.
     if impact < inner {
         vec![0, 1, 1, 0]
@@ -104,8 +104,8 @@ fn interfaces(impact: f64, inner: f64) -> Vec<u32> {
     }
 }
 
-/// Protects: a glass ball with a wall of a ten-thousandth: straight rays and refracted ones meet
-/// each surface of it once.
+/// Protects: straight and refracted rays cross each surface of a glass sphere with a wall of 1e-4
+/// once.
 #[test]
 fn s04_thin_shell() {
     const ETA: f64 = 1.5;
@@ -131,7 +131,7 @@ fn s04_thin_shell() {
         );
         let impact = (o - d * o.dot(d)).length();
         let bends = random.sign() > 0.0;
-        // Straight on, a grazing ray meets the outer surface alone.
+        // Without refraction, a grazing ray crosses the outer surface only.
         let straight = if impact < inner {
             vec![0, 1, 1, 0]
         } else {
@@ -142,7 +142,8 @@ fn s04_thin_shell() {
         } else {
             straight
         };
-        // Near the rim of the hollow either way is right, within what the place of the balls costs.
+        // Near the rim of the hollow either outcome is right, within the rounding of the spheres'
+        // position.
         let room = 64.0 * ulp(centre.abs().max_element() + 10.0);
         if (impact - inner).abs() < room || impact > 1.0 - room {
             return Verdict::Band;
@@ -172,8 +173,8 @@ fn s04_thin_shell() {
     .expect_right(390_000);
 }
 
-/// The direction behind a surface of the shell: glass between the outer (0) and the inner one (1),
-/// air elsewhere. Mirrored where nothing passes.
+/// The refracted direction at a surface of the shell: glass between the outer (0) and the inner
+/// surface (1), air elsewhere. Reflected under total internal reflection.
 fn bend(d: DVec3, normal: DVec3, surface: u32, eta: f64) -> DVec3 {
     let entering = normal.dot(d) < 0.0;
     let to_glass = entering == (surface == 0);
@@ -189,8 +190,7 @@ fn bend(d: DVec3, normal: DVec3, surface: u32, eta: f64) -> DVec3 {
     .normalize()
 }
 
-/// The faces of a box by its corners, each listed outward: from the origin of a frame along its
-/// three edges.
+/// The faces of a box, each with outward winding: the box is spanned by three edges at a corner.
 fn faces(at: DVec3, edges: [DVec3; 3]) -> Vec<[Vec3; 4]> {
     let corner = |i: usize| {
         let part = |k: usize| {
@@ -214,7 +214,7 @@ fn faces(at: DVec3, edges: [DVec3; 3]) -> Vec<[Vec3; 4]> {
     .to_vec()
 }
 
-/// A closed room, as one box, six quads or twelve triangles; turned except as a box.
+/// A closed room as one box, six quads or twelve triangles; rotated unless it is a box.
 fn room(kind: usize, seed: u64) -> (Geometry<f32>, DVec3, [DVec3; 3]) {
     let random = &mut Random::new(seed, 0);
     let (at, size) = (
@@ -258,8 +258,7 @@ fn room(kind: usize, seed: u64) -> (Geometry<f32>, DVec3, [DVec3; 3]) {
 
 const ROOMS: [&str; 3] = ["box", "quads", "triangles"];
 
-/// A direction into the room from a wall, not along it: any, or nearly along it, or towards an edge
-/// once more.
+/// A direction from a wall into the room: any, nearly along the wall, or towards an edge again.
 fn onward(
     random: &mut Random,
     surface: &Surface<f32>,
@@ -281,7 +280,7 @@ fn onward(
     }
 }
 
-/// A point of a wall of the room within one unit in the last place to a thousandth of an edge.
+/// A point of a wall at a distance of one unit in the last place to a thousandth from an edge.
 fn near_edge(random: &mut Random, at: DVec3, edges: [DVec3; 3]) -> DVec3 {
     let along = (random.bits() % 3) as usize;
     let (b, c) = (edges[(along + 1) % 3], edges[(along + 2) % 3]);
@@ -295,7 +294,7 @@ fn near_edge(random: &mut Random, at: DVec3, edges: [DVec3; 3]) -> DVec3 {
     };
     let least = ulp(at.abs().max_element());
     let off = least * (1e-3 / least).powf(random.unit());
-    // Sometimes into a corner of three walls.
+    // Sometimes in a corner of three walls.
     let place = if random.unit() < 0.2 {
         end(random, off, edges[along])
     } else {
@@ -304,8 +303,8 @@ fn near_edge(random: &mut Random, at: DVec3, edges: [DVec3; 3]) -> DVec3 {
     at + place + end(random, off, b) + end(random, 0.0, c)
 }
 
-/// Protects: a million paths of eight bounces in closed rooms, that start and turn at edges and
-/// corners: none gets out.
+/// Protects: a million paths of eight bounces in closed rooms, starting and bouncing at edges and
+/// corners, stay inside.
 #[test]
 fn s05_nothing_escapes() {
     for (kind, name) in ROOMS.iter().enumerate() {

@@ -1,5 +1,5 @@
-//! Shapes with edges, and round ones that a map gives some: each beside a formula of its own for
-//! which side a point is on.
+//! Shapes with edges, and round shapes that a map makes sharp, each with an independent formula for
+//! the side of a point.
 
 use glam::DVec3;
 use raywright_bvh::Real;
@@ -14,18 +14,18 @@ use super::support::{Random, stored};
 type Height = Box<dyn Fn(DVec3) -> f64 + Sync>;
 type Edge = Box<dyn Fn(&mut Random) -> DVec3 + Sync>;
 
-/// A shape, a function that is positive outside of it (on its outer side, of an open one), by a
-/// formula of its own, and points of its edges.
+/// A shape; an independent function that is positive outside it (on the outer side of an open
+/// shape); and a sampler of points on its edges.
 pub struct Edged<R: Real> {
     pub name: &'static str,
     pub shape: AnyShape<R>,
     pub height: Height,
     pub edge: Edge,
-    /// Radius of a ball that it holds; infinite where there is no inside to be thin.
+    /// Radius of a ball inside the shape; infinite for a shape without an interior.
     pub ball: f64,
 }
 
-/// A point of the circle at an offset along an axis.
+/// A random point of a circle perpendicular to an axis.
 fn rim(random: &mut Random, centre: DVec3, axis: DVec3, radius: f64) -> DVec3 {
     centre + random.disc(axis.normalize(), 1.0).normalize() * radius
 }
@@ -68,7 +68,7 @@ fn turned<R: Real>(name: &'static str, axis: DVec3, radii: [f64; 2], ball: f64) 
     }
 }
 
-/// A point of the border of a polygon.
+/// A random point on the border of a polygon.
 fn border(corners: &[DVec3], random: &mut Random) -> DVec3 {
     let i = (random.bits() % corners.len() as u64) as usize;
     let share = if random.unit() < 0.3 {
@@ -104,7 +104,7 @@ fn flat<R: Real>(name: &'static str, corners: &[DVec3]) -> Edged<R> {
     }
 }
 
-/// The ones with edges, of a size about one, in numbers that f32 holds.
+/// The shapes with edges, of about unit size, with numbers exact in f32.
 pub fn edged<R: Real>() -> Vec<Edged<R>> {
     let real = R::from_f64;
     let (min, max) = (DVec3::new(-0.75, -0.5, -1.0), DVec3::new(0.5, 1.0, 0.75));
@@ -195,8 +195,8 @@ pub fn edged<R: Real>() -> Vec<Edged<R>> {
     ]
 }
 
-/// The round ones, which maps bend as sharply as an edge; points of them all over instead of an
-/// edge.
+/// The round shapes, which maps can make as sharp as an edge; sampled everywhere instead of at
+/// edges.
 pub fn round<R: Real>() -> Vec<Edged<R>> {
     let (real, centre) = (R::from_f64, DVec3::new(0.25, -0.125, 0.5));
     let stored_centre = stored::<R>(centre);

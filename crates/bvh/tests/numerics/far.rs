@@ -1,9 +1,9 @@
-//! P01 and P02 beyond their distances, for every curved shape: rays that f32 holds exactly come
-//! from up to 10⁹ sizes away.
+//! P01 and P02 at greater distances, for every curved shape: rays that f32 holds exactly, from up
+//! to 10⁹ sizes away.
 //!
-//! The judge is the same ray started close by. Its origin is the far one plus the direction times a
-//! number of 24 bits: the product is exact in f64, and the sum cancels, so that it is too, or
-//! nearly. From there the shape is asked in f64.
+//! The oracle is the same ray started nearby. Its origin is the far origin plus the direction times
+//! a number of 24 bits. The product is exact in f64 and the sum cancels, so it is exact too, or
+//! nearly. From there the shape is intersected in f64.
 
 use glam::DVec3;
 use raywright_bvh::shapes::{AnyShape, Sphere, Torus};
@@ -14,7 +14,7 @@ use super::support::{
     Expect, Outcome, Random, U, Verdict, exact, hex, judge, stored, towards, ulp,
 };
 
-/// The shapes whose tests solve an equation; the flat ones have tests of their own.
+/// The shapes whose tests solve an equation; flat shapes have other tests.
 const CURVED: [&str; 10] = [
     "sphere",
     "tube",
@@ -32,8 +32,9 @@ const CURVED: [&str; 10] = [
 const MIDDLE: DVec3 = DVec3::new(0.25, 0.0, 0.0);
 const REACH: f64 = 2.0;
 
-/// How a ray from far can be exact: along an axis its offset is free; in a plane of two axes that
-/// across the plane is; any other one is rounded before anybody sees it, and mostly passes by.
+/// Kind of exactness of a distant ray: along an axis its offset is free; in a plane of two axes the
+/// offset across the plane is free; any other ray is rounded before it is intersected, and mostly
+/// misses.
 #[derive(Clone, Copy, Debug)]
 enum Way {
     Axis,
@@ -49,7 +50,7 @@ fn from_afar<R: Real>(random: &mut Random, way: Way, far: f64) -> Ray<R> {
         Way::Any => return towards::<R>(target + random.direction() * far, target),
         Way::Axis => d[axis] = random.sign(),
         Way::Plane => {
-            // Few bits, so that the way back to the axis through zero is exact.
+            // Few bits, so that the product that leads back to the axis is exact.
             let (x, y) = (random.between(-1.0, 1.0), random.sign());
             (d[axis], d[(axis + 1) % 3]) = ((x * 64.0).round() / 64.0, y);
             d = exact(d);
@@ -65,7 +66,7 @@ fn from_afar<R: Real>(random: &mut Random, way: Way, far: f64) -> Ray<R> {
     Ray::new(stored::<R>(origin), stored::<R>(d))
 }
 
-/// The same ray from a few sizes before the shapes, exactly.
+/// The origin of the same ray a few sizes before the shapes, exactly.
 fn near(o: DVec3, d: DVec3) -> DVec3 {
     let middle = (MIDDLE - o).dot(d) / d.length_squared();
     let rounded = (middle - 2.0 * REACH) as f32;
@@ -75,7 +76,8 @@ fn near(o: DVec3, d: DVec3) -> DVec3 {
         rounded
     });
     let (way, start) = (d * ahead, o + d * ahead);
-    // The rounding of a sum, exactly ("Accurate Sum and Dot Product", Ogita, Rump, Oishi 2005).
+    // The rounding error of a sum, exactly ("Accurate Sum and Dot Product", Ogita, Rump, Oishi
+    // 2005).
     let back = start - o;
     let lost = (o - (start - back)) + (way - back);
     assert!(
@@ -85,7 +87,7 @@ fn near(o: DVec3, d: DVec3) -> DVec3 {
     start
 }
 
-/// Point, outward normal and end of the first hit of an exact ray, in f64.
+/// Point and outward normal of the first hit of an exact ray, in f64.
 fn judged(shape: &AnyShape<f64>, start: DVec3, d: DVec3) -> Option<(DVec3, DVec3)> {
     let probe = PreparedRay::new(Ray::<f64>::new(start, d));
     let hit = shape.intersect(
@@ -100,8 +102,8 @@ fn judged(shape: &AnyShape<f64>, start: DVec3, d: DVec3) -> Option<(DVec3, DVec3
     Some((located.point, located.normal))
 }
 
-/// False hits and misses, and points and normals that are off by more than the way costs in f64:
-/// its roundings across the ray, and what a slanting surface makes of them.
+/// Judges false hits, misses, and points and normals with errors above those of the distance in
+/// f64: its roundings across the ray, magnified by a slanted surface.
 fn far<R: Real>(
     name: &str,
     shape: &AnyShape<R>,
@@ -120,7 +122,7 @@ fn far<R: Real>(
         let margin = 32.0 * f64::EPSILON * far + 1e-12;
         let (a, b) = d.any_orthogonal_vector().normalize().any_orthonormal_pair();
         let wanted = judged(best, start, d);
-        // Where the surface ends, folds or hides behind itself within the margin, f64 can't tell
+        // Where the surface ends, folds or occludes itself within the margin, f64 can't decide
         // either.
         let beside = [a, -a, b, -b].map(|across| judged(best, start + across * margin, d));
         let continued = beside.iter().all(|other| match (&wanted, other) {
@@ -140,7 +142,7 @@ fn far<R: Real>(
             (Some(hit), Some((p, n))) => {
                 let surface = shape.surface(&probe, hit);
                 let slant = n.dot(d.normalize()).abs();
-                // Up to 2¹⁰ sizes away a sphere's or a torus' point is made from the stored
+                // Up to 2¹⁰ sizes away, the point of a sphere or torus is computed from the stored
                 // distance.
                 let distance = if far <= 1e3 && R::ROUNDOFF.to_f64() > 1e-10 {
                     U * hit.t.to_f64() * d.length()
@@ -155,8 +157,8 @@ fn far<R: Real>(
                 Verdict::bounded(off, bound, || {
                     format!("{:?} instead of {p}{}", surface.point, hex::<R>(&ray))
                 })
-                // No surface here curves more than within a fifth of its size, but for a cone's
-                // tip.
+                // No surface here has a radius of curvature below a fifth of its size, except at a
+                // cone's apex.
                 .and(|| {
                     let curved = if name == "cone" { 1e-2 } else { 5.0 * bound };
                     Verdict::bounded(turned, curved, || format!("normal{}", hex::<R>(&ray)))
@@ -166,8 +168,8 @@ fn far<R: Real>(
     })
 }
 
-/// Protects: hits, misses, points and normals of every curved shape from 10² to 10⁹ sizes away.
-/// From 3·10⁷ on they were noise.
+/// Protects: hits, misses, points and normals of every curved shape from 10² to 10⁹ sizes away;
+/// from 3·10⁷ on they were once noise.
 #[test]
 fn p01_far_curved_shapes() {
     for ((name, robust), (_, best)) in shapes::<f32>().into_iter().zip(shapes::<f64>()) {
@@ -184,9 +186,9 @@ fn p01_far_curved_shapes() {
     }
 }
 
-/// Protects: the bound that a sphere and a torus state far from the origin, where their point is
-/// rounded by more than their own size would make it: judged before storage, whose own rounding
-/// would hide it.
+/// Protects: the error bounds of a sphere and a torus far from the origin, where their points are
+/// rounded by more than their size suggests; judged before storage, whose own rounding would hide
+/// it.
 #[test]
 fn stated_bounds_hold_far_from_the_origin() {
     for exponent in 1..=9 {
@@ -213,7 +215,7 @@ fn stated_bounds_hold_far_from_the_origin() {
                     major_radius: 0.75,
                     minor_radius: 0.25,
                 };
-                // The difference of near numbers is exact.
+                // The difference of nearby numbers is exact.
                 let from_ball = |p: DVec3| (p - centre).length() - 1.0;
                 let from_ring = |p: DVec3| {
                     let f = p - centre;

@@ -1,4 +1,4 @@
-//! S06: shadow rays to a light that lies in the plane of its holder, and to one a hair away.
+//! S06: shadow rays to a light in the plane of its holder, and to one a tiny distance away.
 
 use core::f64::consts::{PI, TAU};
 
@@ -8,11 +8,11 @@ use raywright_bvh::{AcceleratorKind, Geometry, Interval, PrimitiveSet, Ray, Surf
 
 use super::support::{Expect, Random, Verdict, exact, hex, judge, towards};
 
-/// A light, the ceiling that holds it in its own plane, and a wall that crosses neither.
+/// A light, the ceiling around it in the same plane, and a wall that crosses neither.
 struct Room {
     geometry: Geometry<f32>,
     light: Quad<f32>,
-    /// Middle of the light, its half edges, and the way down.
+    /// Centre of the light, its half edges, and the downward direction.
     middle: DVec3,
     half: [DVec3; 2],
     down: DVec3,
@@ -50,18 +50,17 @@ fn room(seed: u64) -> Room {
     }
 }
 
-/// A point of the light where a ray meets it.
+/// The surface at a sampled point of the light.
 fn drawn(room: &Room, u: f64, v: f64) -> Surface<f32> {
     use raywright_bvh::shapes::SampleArea;
     room.light.sample_area(u as f32, v as f32).0.stored::<f32>()
 }
 
-/// A receiver: a surface at a place, facing the light, as a hit on a small quad there would give
-/// it.
+/// The surface of a receiver at a point, facing the light, from a hit on a small quad.
 fn receiver(place: DVec3, facing: DVec3) -> Option<Surface<f32>> {
     let (a, b) = facing.any_orthonormal_pair();
     let mut group = PrimitiveSet::<f32>::default();
-    // `facing` is a × b: the outside.
+    // `facing` is a × b, the outward normal.
     group
         .shape(
             Quad::new(place - (a + b) * 0.05, a * 0.1, b * 0.1).into(),
@@ -76,8 +75,8 @@ fn receiver(place: DVec3, facing: DVec3) -> Option<Surface<f32>> {
 
 const DISTANCES: [f64; 6] = [1e-5, 1e-4, 1e-3, 1e-2, 1e-1, 1.0];
 
-/// Protects: nothing of the light's own plane stands between a drawn point of it and a receiver,
-/// however near.
+/// Protects: nothing in the light's own plane occludes a sampled point of it from a receiver, at
+/// any distance.
 #[test]
 fn s06_no_shadow_by_the_light_or_its_holder() {
     for seed in 0..3 {
@@ -109,8 +108,8 @@ fn s06_no_shadow_by_the_light_or_its_holder() {
     }
 }
 
-/// The form factor from a small patch to a polygon, f64 ("Photometria", Lambert 1760): the sum over
-/// its edges of the angle they subtend times the patch's cosine with the plane through the edge.
+/// The form factor from a small patch to a polygon, in f64 ("Photometria", Lambert 1760): the sum
+/// over edges of the subtended angle times the patch's cosine with the plane through the edge.
 fn form_factor(place: DVec3, normal: DVec3, corners: &[DVec3]) -> f64 {
     let edges = corners.iter().zip(corners.iter().cycle().skip(1));
     let sum: f64 = edges
@@ -123,9 +122,9 @@ fn form_factor(place: DVec3, normal: DVec3, corners: &[DVec3]) -> f64 {
     (sum / TAU).abs()
 }
 
-/// Protects: irradiance from light points that are drawn by the light's area, with shadow rays,
-/// against the closed form; nearer than a tenth the same by directions drawn by the cosine, as
-/// points drawn by area are nearly all too far aside.
+/// Protects: irradiance by sampling the light's area with shadow rays, compared with the closed
+/// form. Below a distance of a tenth, cosine-distributed directions replace area samples, which
+/// would nearly all be too far aside.
 #[test]
 fn s06_irradiance_is_the_form_factor() {
     let room = room(1);
@@ -182,7 +181,8 @@ fn s06_irradiance_is_the_form_factor() {
     }
 }
 
-/// Protects: a receiver on the light itself: no ray or one without NaN, never a panic.
+/// Protects: a receiver on the light itself gives no shadow ray or one without NaN, and never
+/// panics.
 #[test]
 fn s06_at_no_distance() {
     let room = room(1);
@@ -208,16 +208,15 @@ fn s06_at_no_distance() {
     .expect_right(99_000);
 }
 
-/// Protects: a lamp near the origin, tilted, seen from a million of its sizes away: the unit
-/// direction there is rounded to f32 and passes beside the point that was drawn, so the range ends
-/// before the lamp by more than the errors of the two points.
+/// Protects: a tilted lamp near the origin is not occluded by itself from a million of its sizes
+/// away: the unit direction is rounded to f32 there and misses the sampled point, so the range must
+/// end before the lamp by more than the errors of both points.
 #[test]
 fn s06_a_distant_lamp_is_not_in_its_own_light() {
     use raywright_bvh::shapes::SampleArea;
     judge("S06 distant lamp", 176, 200_000, |random| {
         let (out, distance) = (random.direction(), 10_f64.powf(random.between(1.0, 6.0)));
-        // Aslant, but seen from its front and large enough to be passed through by a ray that is
-        // off.
+        // Tilted, but facing the ray and large enough to be crossed by a ray that is off.
         let (eu, ev) = (
             random.cube() * distance * 1e-4,
             random.cube() * distance * 1e-4,

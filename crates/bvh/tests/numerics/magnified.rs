@@ -1,5 +1,5 @@
-//! What an ill-conditioned map makes of its own roundings: the error bound of a mapped point counts
-//! the way back.
+//! Roundings magnified by an ill-conditioned map: the error bound of a mapped point includes those
+//! of the inverse map.
 
 use glam::{DAffine3, DMat3};
 use raywright_bvh::shapes::{AnyShape, Quad, TransformedShape};
@@ -7,10 +7,10 @@ use raywright_bvh::{Interval, PreparedRay, Ray, Side};
 
 use super::support::{Expect, Verdict, hex, judge};
 
-/// Protects: the share of the error bound for the way back into object space. A map that flattens
-/// within the plane of a face leaves the face's normal as long as it is, while the roundings of the
-/// way back are as large as the map is flat: along any other direction the normal grows by as much
-/// and hides them. In f64 throughout, as storage in f32 would hide them too.
+/// Protects: the part of the error bound for the inverse map. A map that flattens within the plane
+/// of a face keeps the length of the face's normal, while the roundings of the inverse map grow
+/// with the flattening. In any other direction the normal grows as much and hides them. All in f64,
+/// since f32 storage would hide them too.
 #[test]
 fn bounds_count_the_way_back() {
     judge(

@@ -1,4 +1,4 @@
-//! P23: shapes under affine maps, hit in their own space and shaded in the world.
+//! P23: shapes under affine maps, intersected in their own space and shaded in the world.
 
 use glam::{DAffine3, DMat3, DVec3};
 use raywright_bvh::shapes::{
@@ -11,8 +11,7 @@ use raywright_bvh::{
 
 use super::support::{Expect, Random, U, Verdict, exact, hex, judge, stored, towards};
 
-/// Scales from a thousandth to a thousand in each axis, sheared, turned and, every other time,
-/// mirrored.
+/// Scales from 1e-3 to 1e3 in each axis, sheared, rotated and, every other time, reflected.
 fn map(random: &mut Random) -> DAffine3 {
     let scale = DVec3::from_array(core::array::from_fn(|_| {
         10_f64.powf(random.between(-3.0, 3.0)) * random.sign()
@@ -32,7 +31,7 @@ fn map(random: &mut Random) -> DAffine3 {
     }
 }
 
-/// A shape with one of its points, away from its edges.
+/// A shape and one of its points, away from its edges.
 fn shape<R: Real>(random: &mut Random, kind: usize) -> (AnyShape<R>, DVec3) {
     let v = |p: DVec3| stored::<R>(exact(p));
     let r = |x: f64| R::from_f64(f64::from(x as f32));
@@ -116,8 +115,8 @@ fn shape<R: Real>(random: &mut Random, kind: usize) -> (AnyShape<R>, DVec3) {
 
 const KINDS: [&str; 6] = ["sphere", "triangle", "box", "quad", "cylinder", "torus"];
 
-/// The hit of the same numbers in f64: distance, point in object space, point and unit normal in
-/// the world.
+/// The expected hit in f64: distance, point in object space, and point and unit normal in the
+/// world.
 struct Expected {
     t: f64,
     own: DVec3,
@@ -125,8 +124,7 @@ struct Expected {
     normal: DVec3,
 }
 
-/// A number in twice the precision: the sum of two, of which the second is the rounding of the
-/// first.
+/// A double-double number: the second is the rounding error of the first.
 type Double = (f64, f64);
 
 fn sum(a: Double, b: Double) -> Double {
@@ -142,7 +140,7 @@ fn product(a: Double, b: Double) -> Double {
     (total + rest, rest - ((total + rest) - total))
 }
 
-/// a·(b × c) in twice the precision, rounded.
+/// a·(b × c) in double-double arithmetic, rounded.
 fn determinant(a: DVec3, b: DVec3, c: DVec3) -> f64 {
     let term = |k: usize| {
         let (i, j) = ((k + 1) % 3, (k + 2) % 3);
@@ -155,7 +153,7 @@ fn determinant(a: DVec3, b: DVec3, c: DVec3) -> f64 {
     sum(sum(term(0), term(1)), term(2)).0
 }
 
-/// M⁻¹·b by Cramer's rule: right to the last places whatever the condition of M.
+/// M⁻¹·b by Cramer's rule, accurate to the last digits for any condition number of M.
 pub fn solved(m: DMat3, b: DVec3) -> DVec3 {
     let (x, y, z) = (m.x_axis, m.y_axis, m.z_axis);
     DVec3::new(
@@ -183,8 +181,9 @@ fn expected(shape: &AnyShape<f64>, map: DAffine3, o: DVec3, d: DVec3) -> Option<
     })
 }
 
-/// `turn` is how far the normal may be turned: a flat face's is the same everywhere; a curved one's
-/// is as wrong as the place in object space, magnified by the map, for which P16's bound stands.
+/// Compares a hit with the expected one. `turn` bounds the angle error of the normal. A flat face
+/// has a constant normal; the normal of a curved face has the error of the point in object space,
+/// magnified by the map, for which P16's bound is used.
 fn compare(
     turn: f64,
     expected: &Expected,
@@ -231,8 +230,8 @@ fn compare(
     })
 }
 
-/// Protects: points, normals and distances of mapped shapes, by themselves and in instances,
-/// against f64 in the world; outward stays outward where the map mirrors.
+/// Protects: points, normals and distances of mapped shapes, single and instanced, compared with
+/// f64 in the world; outward normals stay outward under reflection.
 #[test]
 fn p23_mapped_shapes() {
     for (kind, name) in KINDS.iter().enumerate() {
@@ -253,8 +252,8 @@ fn p23_mapped_shapes() {
             let Some(wanted) = expected(&best, map, o, d) else {
                 return Verdict::Skip;
             };
-            // A ray that changes its mind when moved by what f64 leaves of a map of condition 1e6
-            // is not judged.
+            // A ray whose hit changes when moved by the f64 error of a map of condition 1e6 is not
+            // judged.
             let (a, b) = d.any_orthonormal_pair();
             let step = 1e-9 * (wanted.t + wanted.point.length());
             let moved = [a, -a, b, -b]
@@ -297,7 +296,7 @@ fn p23_mapped_shapes() {
     }
 }
 
-/// One shape in a geometry of its own, instanced.
+/// One instance of a geometry with a single shape.
 fn instance(shape: AnyShape<f32>, map: DAffine3) -> Geometry<f32> {
     let mut inner = PrimitiveSet::<f32>::default();
     inner.shape(shape, Visibility::default()).expect("finite");

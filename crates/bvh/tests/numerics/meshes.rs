@@ -1,5 +1,5 @@
-//! Starts of rays beside the edges of closed meshes that a map flattens: on the side to which the
-//! ray leaves, of all faces.
+//! Ray origins near edges of closed meshes under flattening maps lie on the side of all faces to
+//! which the ray leaves.
 
 use glam::DVec3;
 use raywright_bvh::shapes::{Quad, Triangle};
@@ -8,17 +8,17 @@ use raywright_bvh::{AcceleratorKind, Geometry, Interval, PrimitiveSet, Real, Vec
 use super::sharp::{back, flattening, is_thin};
 use super::support::{Expect, Outcome, Random, Verdict, hex, judge, stored, towards};
 
-/// A convex body about the origin by its faces, each of three corners or, a parallelogram, of four,
-/// seen from outside.
+/// A convex body around the origin. Each face has three corners, or four for a parallelogram,
+/// counter-clockwise from outside.
 struct Body {
     name: &'static str,
     faces: Vec<Vec<DVec3>>,
 }
 
-/// Corners in numbers that f32 holds exactly with few digits, so that parallelograms are some.
+/// Bodies with corners that f32 holds exactly in few digits, so that parallelograms are exact.
 fn bodies() -> Vec<Body> {
     let v = DVec3::new;
-    // Turned away from the axes by a map that keeps it a box.
+    // Rotated off the axes by a map that keeps it a box.
     let corner = |i: usize| {
         let sign = |bit: usize| if i >> bit & 1 == 1 { 0.5 } else { -0.5 };
         v(1.0, 0.25, 0.5) * sign(0) + v(-0.5, 1.0, 0.5) * sign(1) + v(-0.25, -0.5, 0.75) * sign(2)
@@ -68,7 +68,7 @@ fn bodies() -> Vec<Body> {
     ]
 }
 
-/// An octahedron whose faces are divided in four, twice, and moved out to a sphere.
+/// An octahedron with its faces subdivided into four, twice, and projected onto a sphere.
 fn globe() -> Vec<Vec<DVec3>> {
     let mut faces = Vec::new();
     for octant in 0..8_usize {
@@ -91,13 +91,13 @@ fn globe() -> Vec<Vec<DVec3>> {
     faces
 }
 
-/// How far a point is above the highest face, in the space of the body.
+/// Signed height of a point above the highest face, in the body's space.
 fn height(faces: &[Vec<DVec3>], p: DVec3) -> f64 {
     let over = |f: &Vec<DVec3>| (f[1] - f[0]).cross(f[2] - f[0]).normalize().dot(p - f[0]);
     faces.iter().map(over).fold(f64::NEG_INFINITY, f64::max)
 }
 
-/// The body as a mesh, turned inside out or not.
+/// The body as a mesh, optionally inside out.
 fn mesh<R: Real>(faces: &[Vec<DVec3>], inside_out: bool) -> Geometry<R> {
     let mut group = PrimitiveSet::<R>::default();
     for face in faces {
@@ -127,12 +127,12 @@ fn mesh<R: Real>(faces: &[Vec<DVec3>], inside_out: bool) -> Geometry<R> {
     Geometry::new(group, AcceleratorKind::default())
 }
 
-/// Radius of a circle that the least face holds: what is smaller under a map than its points are
-/// exact has no place that is away from its edges.
+/// Radius of a circle inside the smallest face: a face that under a map is smaller than the error
+/// of its points has no point away from its edges.
 fn least_circle(faces: &[Vec<DVec3>]) -> f64 {
     let circle = |f: &Vec<DVec3>| {
         let [p, q, r] = [f[1] - f[0], f[2] - f[1], f[0] - f[2]];
-        // Of a parallelogram two of the sides count, and half the least height.
+        // A parallelogram counts two of its sides, and half its least height.
         let around = if f.len() == 3 {
             p.length() + q.length() + r.length()
         } else {
@@ -143,7 +143,7 @@ fn least_circle(faces: &[Vec<DVec3>]) -> f64 {
     faces.iter().map(circle).fold(f64::INFINITY, f64::min)
 }
 
-/// Rays from hits beside edges of a body, to both sides, under maps that flatten by a factor.
+/// Rays to both sides from hits near edges of a body, under maps that flatten by the factor `by`.
 fn starts<R: Real>(Body { name, faces }: &Body, by: f64, inside_out: bool) -> Outcome {
     let what = if inside_out {
         "the inside of the"
@@ -203,8 +203,8 @@ fn starts<R: Real>(Body { name, faces }: &Body, by: f64, inside_out: bool) -> Ou
     )
 }
 
-/// Protects: a start beside an edge of a closed mesh lies on the side to which its ray leaves, of
-/// all faces there, however flat a map makes the mesh, and whether one is in it or outside.
+/// Protects: a ray origin near an edge of a closed mesh lies on the side of all faces to which the
+/// ray leaves, for any flatness of the map, from inside and outside.
 #[test]
 fn starts_beside_edges_of_meshes_are_on_the_right_side() {
     fn check<R: Real>() {

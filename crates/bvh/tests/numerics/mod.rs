@@ -1,6 +1,6 @@
-//! The hard cases of the numerics specification, each test named by its case: P for primitives, S
-//! for spawned rays. Inputs are f32 numbers, which the oracle gets exactly; bounds are those of the
-//! specification.
+//! The hard cases of the numerics specification. Each test is named by its case: P for primitives,
+//! S for spawned rays, T for traversal. Inputs are f32 numbers, which the oracle gets exactly;
+//! bounds are those of the specification.
 #![expect(
     clippy::print_stderr,
     reason = "a test says how many rays it judged and how near the bound they came"

@@ -1,4 +1,4 @@
-//! Where a moving instance is at a time: within the stated bound of where its exact map puts it.
+//! Surface points of a moving instance lie within the error bound of their exact positions.
 
 use glam::{DAffine3, DVec3};
 use raywright_bvh::{
@@ -7,13 +7,13 @@ use raywright_bvh::{
 
 use super::support::{Expect, Verdict, hex, judge, stored};
 
-/// So many units a metre have the ends of the way.
+/// Units per metre of the ends of the motion.
 const UNIT: f64 = 4_294_967_296.0;
-/// So many units has time.
+/// Units of time in the whole motion.
 const TIMES: i128 = 1 << 24;
 
-/// A sheet that comes from a million metres below and passes the origin on its way up, met within a
-/// metre of there. How high it is then is a whole number of 128 bits.
+/// A sheet that rises from a million metres below and passes the origin, hit within a metre of it.
+/// Its exact height then is a 128-bit integer.
 fn passing<R: Real>() {
     judge(
         &format!(
@@ -60,7 +60,7 @@ fn passing<R: Real>() {
             };
             let (located, surface) = (geometry.located(&ray, &hit), geometry.surface(&ray, &hit));
             let bound = located.error.to_f64();
-            // A bound that counted the whole way could hold of anything.
+            // A bound that included the whole distance of the motion would hold trivially.
             if bound > 1e-13 {
                 return Verdict::Wrong(format!("{bound} is no bound{}", hex::<R>(&ray)));
             }
@@ -74,16 +74,16 @@ fn passing<R: Real>() {
     .expect_right(8000);
 }
 
-/// Protects: the error bound of a place on a moving instance, with all that its ends have of digits
-/// and the place has not.
+/// Protects: the error bound of a point on a moving instance, including digits of the ends that
+/// cancel in its position.
 #[test]
 fn bounds_hold_on_the_way() {
     passing::<f32>();
     passing::<f64>();
 }
 
-/// Protects: a mesh's own normal under an instance that turns and stretches is brought to the world
-/// by the map of the ray's time: that of an instance that stands as the moving one does then.
+/// Protects: a mesh's own normal under a rotating and stretching instance is mapped by the map at
+/// the ray's time, as for a still instance under that map.
 #[test]
 fn own_normals_turn_on_the_way() {
     let ends = [
@@ -122,7 +122,7 @@ fn own_normals_turn_on_the_way() {
         let between = ends[0].matrix3 * (1.0 - time) + ends[1].matrix3 * time;
         let still = DAffine3::from_mat3(between);
         let (moving, standing) = (seen(ends, time), seen([still; 2], 0.0));
-        // A normal goes by the transposed inverse.
+        // A normal is mapped by the inverse transpose.
         let expected = (between.inverse().transpose() * DVec3::new(0.1, 0.2, 1.0)).normalize();
         assert!(
             (moving - expected).length() < 1e-12 && (standing - expected).length() < 1e-12,

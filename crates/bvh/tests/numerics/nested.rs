@@ -1,5 +1,5 @@
-//! Starts of rays on shapes under a map of their own in an instance under another: on the side to
-//! which the ray leaves, with what both maps together make of the start's rounding.
+//! Ray origins on transformed shapes inside transformed instances lie on the side to which the ray
+//! leaves, under the rounding of both maps.
 
 use glam::{DAffine3, DVec3};
 use raywright_bvh::shapes::{AnyShape, Ellipsoid, Sphere};
@@ -8,7 +8,7 @@ use raywright_bvh::{AcceleratorKind, Geometry, Interval, PrimitiveSet, Real, Vec
 use super::sharp::{back, flattening, is_thin};
 use super::support::{Expect, Outcome, Random, Verdict, hex, judge, stored, towards};
 
-/// A ball of radius 1 or an egg that is as thick at least, about the origin, by its semi-axes.
+/// A sphere of radius 1, or an ellipsoid of at least that thickness, around the origin.
 fn round<R: Real>(semi_axes: DVec3) -> AnyShape<R> {
     if semi_axes == DVec3::ONE {
         Sphere {
@@ -25,16 +25,15 @@ fn round<R: Real>(semi_axes: DVec3) -> AnyShape<R> {
     }
 }
 
-/// Rays from hits of it, to both sides, where its own map flattens by `own` and the instance's by
-/// `outer`.
+/// Rays to both sides from hits of the shape, whose own map flattens by `own` and whose instance
+/// flattens by `outer`.
 fn starts<R: Real>(semi_axes: DVec3, own: f64, outer: f64) -> Outcome {
     let what = format!(
         "starts on {semi_axes}, flattened by {own:e} and {outer:e}, in {}",
         std::any::type_name::<R>()
     );
     judge(&what, 431, 10_000, |random: &mut Random| {
-        // Without a translation of its own, so that the first map leaves all of the rounding to the
-        // second.
+        // Without a translation, so that the first map leaves all rounding to the second.
         let inner = DAffine3 {
             translation: DVec3::ZERO,
             ..flattening(random, own)
@@ -59,8 +58,8 @@ fn starts<R: Real>(semi_axes: DVec3, own: f64, outer: f64) -> Outcome {
             return Verdict::Skip;
         };
         let surface = geometry.surface(&ray, &hit);
-        // Each map counts the way through all three axes by itself, so that both together take up
-        // to √3 times as much for unsafe as one would.
+        // Each map bounds the drift through all three axes by itself, so both together may count up
+        // to √3 times as much drift as a single map.
         if is_thin::<R>(0.5, own * outer, surface.point.to_f64(), hit.t.to_f64()) {
             return Verdict::Skip;
         }
@@ -77,9 +76,9 @@ fn starts<R: Real>(semi_axes: DVec3, own: f64, outer: f64) -> Outcome {
     })
 }
 
-/// Protects: a start on a bent surface lies on the side to which its ray leaves under two maps,
-/// whichever of them flattens: how far a rounding in the world reaches in the shape's space is the
-/// product of both.
+/// Protects: a ray origin on a curved surface under two maps lies on the side to which the ray
+/// leaves, whichever map flattens: the magnification of a world-space rounding is the product of
+/// both.
 #[test]
 fn starts_under_two_maps_are_on_the_right_side() {
     fn check<R: Real>() {

@@ -1,4 +1,4 @@
-//! P06–P08: directions of any length, and planes at grazing angles and far out.
+//! P06–P08: directions of any length, and planes at grazing angles and far from the origin.
 
 use glam::{DAffine3, DVec3};
 use raywright_bvh::shapes::{Plane, TransformedShape};
@@ -7,9 +7,9 @@ use raywright_bvh::{Interval, PreparedRay, Ray, Shape, Side};
 use super::stated::shapes;
 use super::support::{Expect, Verdict, exact, expect_all, hex, hit, judge, ray, stored, ulp};
 
-/// Protects: the same hit whatever the length of the direction, for every shape, in the world and
-/// placed. The oracle has the same direction with length one, in f64; a ray that changes its mind
-/// when moved by a billionth is not judged.
+/// Protects: hits do not depend on the length of the direction, for every shape, with and without a
+/// transform. The oracle uses the unit direction in f64; a ray whose hit changes when moved by a
+/// billionth is not judged.
 #[test]
 fn p06_any_length_of_direction() {
     let map = DAffine3::from_rotation_x(0.7) * DAffine3::from_scale(DVec3::new(0.5, -1.5, 1.25));
@@ -58,7 +58,7 @@ fn p06_any_length_of_direction() {
     }
 }
 
-/// Protects: the distance to a plane down to a ten-millionth of a right angle, and no hit along it.
+/// Protects: the distance to a plane at slopes down to 1e-7, and no hit by a ray in the plane.
 #[test]
 fn p07_grazing_plane() {
     expect_all("P07", 400_000);
@@ -74,8 +74,8 @@ fn p07_grazing_plane() {
     }
 }
 
-/// Protects: cells of a checker seen far out: wrong only within four units in the last place of a
-/// border.
+/// Protects: cells of a distant checkerboard are wrong only within four units in the last place of
+/// a border.
 #[test]
 fn p08_checker_far_out() {
     expect_all("P08", 495_000);

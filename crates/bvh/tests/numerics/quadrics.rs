@@ -1,5 +1,5 @@
-//! P10, P12, P13, P15, P16: cylinders, cones, hyperboloids and ellipsoids where a coefficient
-//! vanishes or a shape is extreme.
+//! P10, P12, P13, P15, P16: cylinders, cones, hyperboloids and ellipsoids with a vanishing
+//! coefficient or of extreme shape.
 
 use glam::DVec3;
 use raywright_bvh::shapes::{Cone, Cylinder, Ellipsoid, Ends};
@@ -11,8 +11,8 @@ use super::support::{
 use raywright_bvh::stability::quadrics::{body, extreme, extreme_distance, near_root};
 use raywright_bvh::stability::{intersect, textbook};
 
-/// Protects: rays nearly along a cylinder, from inside and outside: points on the wall, and along
-/// the axis the cap instead.
+/// Protects: rays nearly along a cylinder, from inside and outside, hit the wall; rays exactly
+/// along it hit the cap.
 #[test]
 fn p10_cylinder_along_its_axis() {
     judge("P10", 20, 400_000, |random| {
@@ -90,8 +90,8 @@ fn p10_cylinder_along_its_axis() {
     .expect_right(400_000);
 }
 
-/// Protects: rays through a cone's tip, close by it, and towards the other nappe: nothing beyond
-/// the tip, and a normal everywhere.
+/// Protects: rays through or near a cone's apex, and towards the opposite nappe, hit nothing beyond
+/// the apex, and every hit has a normal.
 #[test]
 fn p12_cone_tip_and_other_nappe() {
     judge("P12", 22, 600_000, |random| {
@@ -110,7 +110,7 @@ fn p12_cone_tip_and_other_nappe() {
         let target = match random.bits() % 3 {
             0 => tip,
             1 => tip + random.cube() * 1e-6,
-            // The ghost: the same cone mirrored at its tip.
+            // The opposite nappe: the cone mirrored at its apex.
             _ => tip + axis * random.unit() + random.disc(axis.normalize(), radius),
         };
         let ray = towards::<f32>(
@@ -153,11 +153,11 @@ fn p13_vanishing_leading_coefficient() {
     }
 }
 
-/// The semi-axes of P15, their greatest and least.
+/// Semi-axis ratios of P15, the greatest and the least.
 const EXTREMES: [f64; 4] = [1e-3, 1e-2, 1e2, 1e3];
 
-/// Protects: flat and needle ellipsoids: no false miss, and the distance to a thousandth of the
-/// least axis.
+/// Protects: flat and needle-like ellipsoids are never missed, and distances are right to a
+/// thousandth of the least axis.
 #[test]
 fn p15_extreme_ellipsoids() {
     for k in EXTREMES {
@@ -165,7 +165,7 @@ fn p15_extreme_ellipsoids() {
     }
 }
 
-/// Protects: their normals, all over them and at the flat pole and the sharp rim.
+/// Protects: the normals of these ellipsoids, everywhere and at the flat pole and the sharp rim.
 #[test]
 fn p16_extreme_normals() {
     for k in EXTREMES {
@@ -211,7 +211,7 @@ fn p16_extreme_normals() {
     }
 }
 
-/// Protects: the textbook form must fail where the specification says that it does.
+/// Protects: the comparison: the textbook formula fails where the specification says so.
 #[test]
 fn textbook_loses_vanishing_coefficients_and_extremes() {
     let [hyperboloid, cone] = ["hyperboloid", "cone"].map(|case| {

@@ -1,5 +1,5 @@
-//! Scan, boxes in registers and tree answer with the same bits in every precision, where textbook
-//! formulas find hits beside their shapes and before them.
+//! Scan, box tests and tree give the same bits in every precision, in cases where textbook formulas
+//! find hits beside or before their shapes.
 
 use glam::{DAffine3, DVec3};
 use raywright_bvh::shapes::{AnyShape, Ellipsoid, Sphere, Torus};
@@ -11,13 +11,13 @@ use raywright_bvh::{
 use super::stated::shapes;
 use super::support::{Expect, Random, Verdict, exact, hex, judge, stored, towards};
 
-/// Every hit is shown to the caller.
+/// Visibility that passes every hit to the filter.
 const ASKED: Visibility = Visibility {
     side: Side::Both,
     occlusion: Occlusion::Ask,
 };
 
-/// Everything that an any-hit query is offered, in an order of its own.
+/// All hits passed to an any-hit filter, sorted.
 fn offered<R: Real>(
     geometry: &Geometry<R>,
     ray: &Ray<R>,
@@ -33,7 +33,7 @@ fn offered<R: Real>(
     all
 }
 
-/// The same group under every accelerator, the plain scan first.
+/// The same set under every accelerator, the scan first.
 fn every<R: Real>(group: &PrimitiveSet<R>) -> Vec<Geometry<R>> {
     let trees = BuildQuality::ALL.into_iter().map(AcceleratorKind::Tree);
     let kinds = [AcceleratorKind::Linear].into_iter().chain(trees);
@@ -42,8 +42,8 @@ fn every<R: Real>(group: &PrimitiveSet<R>) -> Vec<Geometry<R>> {
         .collect()
 }
 
-/// Rays by a generator, through one group under every accelerator: closest and any, with and
-/// without a far end.
+/// Compares every accelerator of a set by random rays: closest and any hits, with and without a far
+/// end.
 fn agree<R: Real>(
     case: &str,
     group: &PrimitiveSet<R>,
@@ -89,7 +89,7 @@ fn agree<R: Real>(
 
 fn agree_everywhere<R: Real>() {
     let real = R::from_f64;
-    // False hits beside the shape: the quartic of a torus in f32, seen from afar.
+    // False hits beside the shape: the quartic of a torus in f32 from far away.
     for away in [9.0, 40.0] {
         let mut group = PrimitiveSet::<R>::default();
         for i in 0..4 {
@@ -102,7 +102,7 @@ fn agree_everywhere<R: Real>() {
             towards::<R>(origin, random.cube() * 2.0)
         });
     }
-    // False hits before the shape: spheres as far away as a textbook can't see.
+    // False hits before the shape: spheres too far away for a textbook formula.
     let mut group = PrimitiveSet::<R>::default();
     let random = &mut Random::new(401, 0);
     let balls: Vec<DVec3> = (0..40)
@@ -121,21 +121,21 @@ fn agree_everywhere<R: Real>() {
     });
 }
 
-/// Protects: every accelerator finds the hits that the others find, also of rays that pass corners,
-/// edges and limbs by a hair, and from far.
+/// Protects: every accelerator finds the same hits, also for rays that graze corners, edges and
+/// silhouettes, and from far away.
 #[test]
 fn hits_are_the_same_for_every_accelerator() {
     agree_everywhere::<f32>();
     agree_everywhere::<f64>();
 }
 
-/// Three of every shape side by side: as they are, under a map, and in an instance.
+/// Three copies of every shape side by side: unmapped, mapped, and instanced.
 fn family<R: Real>() -> PrimitiveSet<R> {
     let mut group = PrimitiveSet::<R>::default();
     let mut inner = PrimitiveSet::<R>::default();
     for (i, (_, shape)) in shapes::<R>().into_iter().enumerate() {
         let at = DVec3::new(i as f64 % 4.0, (i / 4) as f64, 0.0) * 3.0;
-        // Without bounds a shape stands outside every accelerator, and hides what is behind it.
+        // An unbounded shape lies outside every accelerator and hides the shapes behind it.
         if matches!(shape, AnyShape::Plane(_)) || raywright_bvh::Shape::bounds(&shape).is_none() {
             continue;
         }
@@ -170,9 +170,8 @@ fn family<R: Real>() -> PrimitiveSet<R> {
     group
 }
 
-/// Rays at the family from near to ten thousand sizes away, and past the middles of the sides of
-/// boxes, where shapes touch them, along the axes: there no rounding of a slanted direction hides a
-/// difference.
+/// Rays at the family from nearby to ten thousand sizes away, and axis-aligned rays that graze box
+/// sides where shapes touch them: these have no rounded direction that would hide a difference.
 fn passing<R: Real>(random: &mut Random, bounds: &[raywright_bvh::Aabb]) -> Ray<R> {
     let away = random.pick(&[3.0, 30.0, 300.0, 3000.0, 1e4]);
     let b = random.pick(bounds);
@@ -213,7 +212,8 @@ fn family_agrees<R: Real>() {
     agree("every shape", &group, 100_000, |random| {
         passing::<R>(random, &bounds)
     });
-    // Each by itself four times, so that there is a tree and the rays pass its own box.
+    // Four copies of each shape alone, so that a tree is built and the rays graze the shape's own
+    // box.
     for (name, shape) in shapes::<R>() {
         let Some(own) = raywright_bvh::Shape::bounds(&shape) else {
             continue;
@@ -227,8 +227,8 @@ fn family_agrees<R: Real>() {
     }
 }
 
-/// Protects: the same for every shape, by itself, under a map and in an instance, and for rays that
-/// graze its box.
+/// Protects: every accelerator gives the same hits for every shape: alone, mapped, and instanced,
+/// and for rays that graze its box.
 #[test]
 fn every_shape_is_the_same_for_every_accelerator() {
     family_agrees::<f32>();
@@ -239,7 +239,7 @@ fn grazing_agrees<R: Real>() {
     let real = R::from_f64;
     for exponent in 4..=8 {
         let far = 10_f64.powi(exponent);
-        // Four of a kind, so that there is a tree; two kinds, as a sphere's test is its own.
+        // Four of a kind, so that a tree is built; two kinds, since spheres have a separate test.
         let mut group = PrimitiveSet::<R>::default();
         let centres = [DVec3::ZERO, DVec3::X * 8.0, DVec3::Y * 8.0, DVec3::Z * 8.0];
         for &centre in &centres {
@@ -274,8 +274,8 @@ fn grazing_agrees<R: Real>() {
     }
 }
 
-/// Protects: hits that are decided in f64 lie within the boxes by which a tree culls, also of rays
-/// that graze a ball along an axis from up to 10⁸ radii away, which are as exact there as close by.
+/// Protects: hits decided in f64 lie within the boxes of the tree, also for axis-aligned rays that
+/// graze a sphere from up to 10⁸ radii away, which are as exact there as nearby.
 #[test]
 fn grazed_balls_are_the_same_for_every_accelerator() {
     grazing_agrees::<f32>();

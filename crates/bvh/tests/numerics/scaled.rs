@@ -1,5 +1,5 @@
-//! A scene twice as large is the same scene: lengths that are multiplied by a power of two leave
-//! every bit of a hit alone, since no test knows a length of its own.
+//! Scale invariance: multiplying all lengths by a power of two changes no bit of a hit, since no
+//! test contains an absolute length.
 
 use glam::DVec3;
 use raywright_bvh::shapes::{AnyShape, Sphere};
@@ -11,11 +11,11 @@ use raywright_bvh::{
 use super::stated::sized;
 use super::support::{Expect, Random, Verdict, exact, hex, judge, stored};
 
-/// Exponents of two from a billionth to a billion.
+/// Exponents of two from about 1e-9 to 1e9.
 const EXPONENTS: [i32; 8] = [-30, -20, -7, -1, 1, 7, 20, 30];
 
-/// What a hit says, lengths divided by `size`: distance, the shape's own numbers, point, normal,
-/// error bound, texture coordinates.
+/// All numbers of a hit, with lengths divided by `size`: distance, shape-specific numbers, point,
+/// normal, error bound, texture coordinates.
 fn said<R: Real>(shape: &AnyShape<R>, ray: &Ray<R>, size: f64) -> Option<[f64; 12]> {
     let probe = PreparedRay::new(*ray);
     let hit = shape.intersect(&probe, Interval::positive(), Side::Both)?;
@@ -23,7 +23,7 @@ fn said<R: Real>(shape: &AnyShape<R>, ray: &Ray<R>, size: f64) -> Option<[f64; 1
     let (p, n) = (surface.point.to_f64() / size, surface.normal.to_f64());
     let [t, u, v] = [hit.t, hit.u, hit.v].map(Real::to_f64);
     let error = surface.error.to_f64() / size;
-    // A plane is measured in metres, every other shape by itself.
+    // A plane's texture coordinates are in metres, those of every other shape relative.
     let unit = if matches!(shape, AnyShape::Plane(_)) {
         size
     } else {
@@ -46,7 +46,7 @@ fn said<R: Real>(shape: &AnyShape<R>, ray: &Ray<R>, size: f64) -> Option<[f64; 1
     ])
 }
 
-/// A ray from one to a thousand sizes away towards the shapes, some along an axis.
+/// A ray at the shapes from one to a thousand sizes away, some along an axis.
 fn aimed(random: &mut Random) -> (DVec3, DVec3) {
     let target = random.cube() * 1.5;
     let way = if random.bits().is_multiple_of(4) {
@@ -87,15 +87,15 @@ fn each_shape<R: Real>() {
     }
 }
 
-/// Protects: every test of a shape, its surface point, its bound and its coordinates are free of
-/// lengths of their own.
+/// Protects: no test, surface point, error bound or texture coordinate of a shape contains an
+/// absolute length.
 #[test]
 fn powers_of_two_change_no_bit() {
     each_shape::<f32>();
     each_shape::<f64>();
 }
 
-/// A crowd of the bounded shapes in a tree.
+/// Many bounded shapes in a tree.
 fn crowd<R: Real>(size: f64) -> Geometry<R> {
     let mut group = PrimitiveSet::<R>::default();
     for (name, shape) in sized::<R>(size) {
@@ -117,8 +117,7 @@ fn crowd<R: Real>(size: f64) -> Geometry<R> {
     Geometry::new(group, AcceleratorKind::default())
 }
 
-/// Protects: boxes, their padding and the walk through the tree are free of lengths of their own
-/// too.
+/// Protects: boxes, their padding and the traversal contain no absolute length either.
 #[test]
 fn powers_of_two_change_no_bit_of_a_tree() {
     fn judged<R: Real>() {

@@ -1,5 +1,5 @@
-//! Starts of rays beside edges: on the side to which the ray leaves, of everything there, whatever
-//! map flattens the shape.
+//! Ray origins near edges lie on the side of all adjacent surfaces to which the ray leaves, under
+//! any flattening map.
 
 use glam::{DAffine3, DMat3, DVec3};
 use raywright_bvh::shapes::{AnyShape, Cone, Sphere, Torus, TransformedShape};
@@ -9,7 +9,7 @@ use super::edged::{Edged, edged, round};
 use super::mapped::solved;
 use super::support::{Expect, Outcome, Random, Verdict, exact, hex, judge, stored, towards};
 
-/// A map that flattens by a factor across a direction aslant to everything, turned and moved.
+/// A map that flattens by a factor in a random direction, with rotation and translation.
 pub fn flattening(random: &mut Random, by: f64) -> DAffine3 {
     let n = random.direction();
     let squeeze = DMat3::IDENTITY + DMat3::from_cols(n * n.x, n * n.y, n * n.z) * (by - 1.0);
@@ -20,31 +20,30 @@ pub fn flattening(random: &mut Random, by: f64) -> DAffine3 {
     }
 }
 
-/// Where a start lies in the shape's space; as precise as it can be, so that the last digit
-/// decides.
+/// A ray origin in the shape's space, at full precision, so that the last digit decides.
 pub fn back(map: DAffine3, start: DVec3) -> DVec3 {
     solved(map.matrix3, start - map.translation)
 }
 
-/// Whether a body is thinner than its points are exact: under a map that flattens it by a factor
-/// the ball that it holds is [`STORED`] roundings of a point's coordinates thick, and [`MAPPED`] of
-/// the core's own, magnified by the way back and counted from where the ray comes.
+/// Whether a solid is too thin for its points' precision under a map that flattens by `by`: its
+/// inner ball is less than [`STORED`] roundings of a point's coordinates thick, plus [`MAPPED`]
+/// roundings of f64, magnified by the inverse map and measured from the ray's origin.
 pub fn is_thin<R: Real>(ball: f64, by: f64, point: DVec3, way: f64) -> bool {
     let (stored, core) = (R::ROUNDOFF.to_f64(), f64::ROUNDOFF.to_f64());
     by * ball < STORED * stored * point.abs().max_element() + MAPPED * core * (1.0 + way) / by
 }
 
-/// A start is lifted and rounded by up to five and a half roundings in each of three axes, about
-/// ten together, and a tip has two walls at once. Where a ball is smaller, some bodies around it
-/// hold no start that is safe.
+/// An origin is offset and rounded by up to five and a half roundings in each of three axes, about
+/// ten in total, and an apex has two walls at once. Around a smaller ball some solids contain no
+/// safe origin.
 const STORED: f64 = 16.0;
 
-/// The same of the core's roundings: a bound counts sixteen of each of nine products on the way
-/// there and back, and a start moves by several bounds.
+/// The number of f64 roundings: a bound counts sixteen of each of nine products in the map and its
+/// inverse, and an origin moves by several bounds.
 const MAPPED: f64 = 2048.0;
 
-/// Rays from hits beside edges, to both sides, under maps that flatten by a factor; as it is
-/// without one.
+/// Rays to both sides from hits near edges, under maps that flatten by a factor; without a map for
+/// the factor one.
 fn starts<R: Real>(edged: &Edged<R>, by: f64) -> Outcome {
     let Edged {
         name,
@@ -101,21 +100,22 @@ fn starts<R: Real>(edged: &Edged<R>, by: f64) -> Outcome {
 fn all_sides<R: Real>() {
     for edged in edged::<R>().iter().chain(&round()) {
         for by in [1.0, 1e-1, 1e-2, 1e-3, 1e-4, 1e-5, 1e-6] {
-            // Flatter than this, f32 holds no start in most bodies.
+            // With flatter maps, f32 holds no safe origin in most solids.
             starts(edged, by).expect_right(if by >= 1e-4 { 400 } else { 0 });
         }
     }
 }
 
-/// Protects: a start beside an edge lies on the side to which its ray leaves, however sharp a map
-/// makes the edge.
+/// Protects: a ray origin near an edge lies on the side to which the ray leaves, however sharp a
+/// map makes the edge.
 #[test]
 fn s05_starts_beside_edges_are_on_the_right_side() {
     all_sides::<f32>();
     all_sides::<f64>();
 }
 
-/// Protects: the same without any map: the seams of a can and of cones, flat and pointed.
+/// Protects: ray origins near seams of a cylinder and of complete and truncated cones, without any
+/// map.
 #[test]
 fn s05_starts_beside_seams_are_on_the_right_side() {
     fn check<R: Real>() {
@@ -162,9 +162,9 @@ fn s05_starts_beside_seams_are_on_the_right_side() {
     check::<f64>();
 }
 
-/// Protects: starts far from the origin: one outside a ball or a ring is outside, in f64 too. That
-/// the bound counts the centre is judged before storage, whose rounding is as large, by
-/// `stated_bounds_hold_far_from_the_origin`.
+/// Protects: an outward ray's origin on a sphere or torus far from the world origin is outside, in
+/// f64 too. That the error bound includes the centre is judged before storage, whose rounding is as
+/// large, by `stated_bounds_hold_far_from_the_origin`.
 #[test]
 fn far_starts_are_outside() {
     fn check<R: Real>() {
@@ -179,7 +179,7 @@ fn far_starts_are_outside() {
                 40_000,
                 |random| {
                     let centre = exact(random.direction() * far);
-                    // Large enough to be seen among the roundings there.
+                    // Large enough to be resolved at that distance.
                     let size = if R::ROUNDOFF == real(super::support::U) {
                         f64::from((far * 1e-3).max(1.0) as f32)
                     } else {
@@ -239,13 +239,13 @@ fn far_starts_are_outside() {
     check::<f64>();
 }
 
-/// Protects: rays from the outside of a map's image do not meet it again, however the map is
-/// conditioned. That the bound counts the way back is judged by `bounds_count_the_way_back`: under
+/// Protects: outward rays from a mapped shape do not hit it again, for any condition number of the
+/// map. That the bound includes the inverse map is judged by `bounds_count_the_way_back`: under
 /// most maps the normal hides it.
 #[test]
 fn starts_under_ill_conditioned_maps_are_clear() {
     fn check<R: Real>() {
-        // A straight line may well leave a hyperboloid and meet it again.
+        // A straight line may leave a hyperboloid and hit it again.
         for edged in edged::<R>().into_iter().filter(|e| e.name != "hyperboloid") {
             judge(
                 &format!(
@@ -303,15 +303,15 @@ fn starts_under_ill_conditioned_maps_are_clear() {
     check::<f64>();
 }
 
-/// Protects: the normal of a cone's tip, hit exactly, points out of the cone, whichever end the tip
-/// is.
+/// Protects: the normal at a cone's apex, hit exactly, points out of the cone, at whichever end the
+/// apex is.
 #[test]
 fn tips_point_outwards() {
     fn check<R: Real>() {
         let real = R::from_f64;
         for up in [1.0, -1.0] {
             for tip_first in [false, true] {
-                // The tip at height `up`, its foot at zero.
+                // The apex at height `up`, the base at zero.
                 let (base, axis) = if tip_first {
                     (DVec3::Y * up, DVec3::Y * -up)
                 } else {
@@ -341,7 +341,7 @@ fn tips_point_outwards() {
                 let surface = raywright_bvh::Shape::surface(&cone, &probe, hit);
                 let (normal, point) = (surface.normal.to_f64(), surface.point.to_f64());
                 assert!(normal.y * up > 0.4, "{normal} at the tip of {cone:?}");
-                // A start is beside the tip, above its wall or below.
+                // Origins beside the apex, above and below the wall.
                 let inside =
                     |p: DVec3| 1.0 - p.y * up - 2.0 * DVec3::new(p.x, 0.0, p.z).length() > 0.0;
                 let inward =

@@ -1,5 +1,5 @@
-//! Shapes of every size from a picometre to a terametre are hit alike: a formula whose terms leave
-//! its scalar's range hits nothing, or everything.
+//! Shapes of every size from a picometre to a terametre have the same hits: a formula whose terms
+//! leave the range of its scalar would hit nothing, or everything.
 
 use glam::{DAffine3, DVec3};
 use raywright_bvh::shapes::{
@@ -11,7 +11,7 @@ use raywright_bvh::{Interval, PreparedRay, Ray, Real, Shape, Side, Vector};
 use super::stated::shapes;
 use super::support::{Expect, Random, Verdict, exact, hex, judge, stored, towards};
 
-/// The same shape, all its lengths times a power of two, which rounds nothing.
+/// The shape with all lengths multiplied by a power of two, which is exact.
 fn times<R: Real>(shape: &AnyShape<R>, by: f64) -> AnyShape<R> {
     let k = R::from_f64(by);
     match *shape {
@@ -92,15 +92,15 @@ fn times<R: Real>(shape: &AnyShape<R>, by: f64) -> AnyShape<R> {
     }
 }
 
-/// A ray at a shape of size one at the origin, and the same one at a larger or smaller world.
+/// A ray at a shape of unit size at the origin, and the same ray in a scaled world.
 fn rays<R: Real>(random: &mut Random, by: f64) -> (Ray<R>, Ray<R>) {
     let origin = random.direction() * random.pick(&[3.0, 10.0, 100.0]);
     let ray = towards::<R>(origin, random.cube() * 1.2);
     (ray, Ray::new(ray.origin * R::from_f64(by), ray.direction))
 }
 
-/// Hits, points and normals of one precision, at 25 sizes from 2⁻⁴⁰ to 2⁴⁰, against those at size
-/// one; by its own parameters and by a map.
+/// Compares hits, points and normals at 25 sizes from 2⁻⁴⁰ to 2⁴⁰ with those at unit size, scaled
+/// by parameters and by a map.
 fn alike<R: Real>() {
     for (name, shape) in shapes::<R>() {
         let own = TransformedShape::<R>::new(shape, DAffine3::IDENTITY).expect("invertible");
@@ -167,15 +167,14 @@ fn alike<R: Real>() {
     }
 }
 
-/// Protects: a size of the world changes no hit, in any precision.
+/// Protects: the scale of the world changes no hit, in either precision.
 #[test]
 fn every_size_is_hit_alike() {
     alike::<f32>();
     alike::<f64>();
 }
 
-/// How many of a thousand rays meet a shape of a size that is no power of two, made by its
-/// constructor.
+/// Number of hits of a thousand rays at a shape of decimal size, made by its constructor.
 fn met<R: Real>(make: impl Fn(f64) -> AnyShape<R>, size: f64) -> usize {
     let shape = make(size);
     let meets = |i: u64| {
@@ -192,8 +191,8 @@ fn met<R: Real>(make: impl Fn(f64) -> AnyShape<R>, size: f64) -> usize {
     (0..1000).filter(|&i| meets(i)).count()
 }
 
-/// Protects: an Earth in metres, and cones of 1e-8 and of 1e7, in either scalar: as many rays meet
-/// them as meet the same shape of size one.
+/// Protects: an Earth in metres, and cones of sizes 1e-8 and 1e7, in either scalar: as many rays
+/// hit them as the same shape of unit size.
 #[test]
 fn decimal_sizes_are_hit_as_often() {
     fn check<R: Real>() {

@@ -1,5 +1,5 @@
-//! S01–S03: rays that leave a surface, of any size at any place, and shadows where a ball rests on
-//! the floor.
+//! S01–S03: rays that leave a surface of any size at any position, and shadows where a sphere rests
+//! on the floor.
 
 use glam::{DAffine3, DVec3, Vec3};
 use raywright_bvh::shapes::{
@@ -15,12 +15,12 @@ use raywright_bvh::stability::textbook;
 
 use super::support::{Expect, Outcome, Random, U, Verdict, exact, hex, judge, stored, towards};
 
-/// ± a power of ten with an exponent evenly in ±`decades`.
+/// ± a power of ten with an exponent uniform in ±`decades`.
 fn power(random: &mut Random, decades: f64) -> f64 {
     10_f64.powf(random.between(-decades, decades)) * random.sign()
 }
 
-/// A point whose coordinates are anything from 1e-8 to 1e8.
+/// A point with coordinates of any magnitude from 1e-8 to 1e8.
 fn anywhere(random: &mut Random) -> DVec3 {
     exact(DVec3::new(
         power(random, 8.0),
@@ -44,7 +44,7 @@ const CONVEX: [&str; 12] = [
     "large triangle",
 ];
 
-/// A convex surface, or one that is convex seen from outside, of any size at any place.
+/// A surface that is convex from outside, of any size at any position.
 fn convex(random: &mut Random, kind: usize) -> AnyShape<f32> {
     let at = anywhere(random);
     let centre = at.as_vec3();
@@ -121,8 +121,8 @@ fn convex(random: &mut Random, kind: usize) -> AnyShape<f32> {
     }
 }
 
-/// Whether rays from a point of a convex surface on its outer side meet the surface again, by
-/// direction and to points.
+/// Whether outward rays from a point of a convex surface hit the surface again, by direction and
+/// towards points.
 fn meets_again(
     random: &mut Random,
     surface: &Surface<f32>,
@@ -138,8 +138,8 @@ fn meets_again(
         }
         let target = anywhere(random);
         let across = target - surface.point.as_dvec3();
-        // On the other side there would be the surface in between; f32 rounds, so that the sign is
-        // taken again.
+        // Beyond the tangent plane the surface itself would occlude the target; the target is
+        // mirrored and rounded to f32, so the sign is checked again.
         let target = if normal.dot(across) < 0.0 {
             exact(surface.point.as_dvec3() - across)
         } else {
@@ -162,7 +162,8 @@ fn meets_again(
     None
 }
 
-/// First hit from outside by a ray from anywhere towards the box, of up to a thousand.
+/// The first ray that hits from outside, out of up to a thousand from random origins towards the
+/// box.
 fn arrival(
     random: &mut Random,
     shape: &impl Fn(&Ray<f32>) -> Option<f32>,
@@ -171,7 +172,8 @@ fn arrival(
     (0..1000).find_map(|i| {
         let target =
             bounds.min + bounds.extent() * DVec3::new(random.unit(), random.unit(), random.unit());
-        // From anywhere first; then from nearby, for what is too small to be aimed at from there.
+        // From random origins first, then from nearby, for shapes too small to be hit from far
+        // away.
         let origin = if i < 200 {
             anywhere(random)
         } else {
@@ -182,7 +184,7 @@ fn arrival(
     })
 }
 
-/// Protects: a ray that leaves the outside of a convex surface does not meet it again.
+/// Protects: a ray that leaves the outside of a convex surface does not hit it again.
 #[test]
 fn s01_no_acne_on_convex_shapes() {
     for (kind, name) in CONVEX.iter().enumerate() {
@@ -218,7 +220,7 @@ fn s01_no_acne_on_convex_shapes() {
     }
 }
 
-/// Protects: the same for shapes under maps that turn, stretch and mirror them: the bound follows
+/// Protects: no acne on shapes under maps that rotate, stretch and reflect: the error bound follows
 /// the map.
 #[test]
 fn s01_no_acne_on_mapped_shapes() {
@@ -274,7 +276,7 @@ fn s01_no_acne_on_mapped_shapes() {
     }
 }
 
-/// A ball of radius `s` that rests on the floor y = 0; the floor is primitive 0, the ball 1.
+/// A sphere of radius `s` resting on the floor y = 0; the floor is object 0, the sphere object 1.
 fn ball_on_floor<R: Real>(s: f64) -> Geometry<R> {
     let mut group = PrimitiveSet::<R>::default();
     group
@@ -293,8 +295,8 @@ fn ball_on_floor<R: Real>(s: f64) -> Geometry<R> {
 
 const SCALES: [f64; 11] = [1e-4, 1e-3, 1e-2, 1e-1, 1.0, 1e1, 1e2, 1e3, 1e4, 1e5, 1e6];
 
-/// What an arithmetic says of a ray at floor and ball: which it meets, where, the normal there, and
-/// whether a light is hidden from it; none where no ray leads to the light.
+/// Result of some arithmetic for a ray at floor and sphere: the hit object, its point and normal,
+/// and whether a light is occluded from there; `None` without a shadow ray.
 struct Seen {
     object: u32,
     point: DVec3,
@@ -302,7 +304,7 @@ struct Seen {
     hidden: Option<bool>,
 }
 
-/// The exact point that a ray meets on the floor (0) or the ball (1), in f64.
+/// The exact hit point on the floor (0) or the sphere (1), in f64.
 fn met(o: DVec3, d: DVec3, primitive: u32, s: f64) -> DVec3 {
     if primitive == 0 {
         let p = o + d * (-o.y / d.y);
@@ -317,8 +319,8 @@ fn met(o: DVec3, d: DVec3, primitive: u32, s: f64) -> DVec3 {
     o + d * (middle - half)
 }
 
-/// Whether a light is hidden from a point of the floor or the ball, and by how much of a length it
-/// is decided.
+/// Whether a light is occluded from a point of the floor or the sphere, and the margin of that
+/// decision as a length.
 fn hidden(p: DVec3, light: DVec3, primitive: u32, s: f64) -> (bool, f64) {
     let (across, f) = (light - p, p - DVec3::Y * s);
     if primitive == 1 {
@@ -330,8 +332,8 @@ fn hidden(p: DVec3, light: DVec3, primitive: u32, s: f64) -> (bool, f64) {
     (distance < s, (distance - s).abs())
 }
 
-/// Rays at floor and ball, many near the contact, each with a shadow ray to a light: shadow where
-/// there is none is acne, no shadow where there is one a leak.
+/// Rays at floor and sphere, many near the contact, each with a shadow ray to a light: a false
+/// shadow is acne, a missing shadow a leak.
 fn ball_shadows(s: f64, see: impl Fn(&Ray<f32>, DVec3) -> Option<Seen> + Sync) -> Outcome {
     judge(&format!("S02 at {s:e}"), 120, 200_000, |random| {
         let angle = random.unit() * core::f64::consts::TAU;
@@ -362,7 +364,7 @@ fn ball_shadows(s: f64, see: impl Fn(&Ray<f32>, DVec3) -> Option<Seen> + Sync) -
         let Some(got) = seen.hidden else {
             return Verdict::Wrong(format!("no shadow ray{}", hex::<f32>(&ray)));
         };
-        // A face turned away from the light is dark without a ray.
+        // A surface facing away from the light is dark without a ray.
         let got = got || seen.normal.dot(light - seen.point) < 0.0;
         let what = if got { "acne" } else { "leak" };
         Verdict::holds(got == wanted, || {
@@ -375,8 +377,7 @@ fn ball_shadows(s: f64, see: impl Fn(&Ray<f32>, DVec3) -> Option<Seen> + Sync) -
     })
 }
 
-/// Protects: neither acne nor leaks from a tenth of a millimetre to a thousand kilometres, with the
-/// same code.
+/// Protects: neither acne nor leaks from a tenth of a millimetre to a thousand kilometres.
 #[test]
 fn s02_shadows_at_every_scale() {
     for s in SCALES.map(|s| f64::from(s as f32)) {
@@ -398,8 +399,8 @@ fn s02_shadows_at_every_scale() {
     }
 }
 
-/// Protects: the textbook's formulas with a constant offset must fail at either end where the
-/// specification says that they do.
+/// Protects: the comparison: textbook formulas with a constant offset fail at both ends where the
+/// specification says so.
 #[test]
 fn textbook_offset_fails_at_scale() {
     let shares = SCALES.map(|s| {
@@ -457,7 +458,7 @@ fn textbook_offset_fails_at_scale() {
     }
 }
 
-/// Protects: below the ball the floor is dark up to the point of contact.
+/// Protects: below the sphere the floor is dark up to the point of contact.
 #[test]
 fn s03_contact_shadow() {
     for s in SCALES {
@@ -467,7 +468,7 @@ fn s03_contact_shadow() {
             let angle = random.unit() * core::f64::consts::TAU;
             let reach = s * 0.002 * 100_f64.powf(random.unit());
             let target = DVec3::new(angle.cos(), 0.0, angle.sin()) * reach;
-            // Seen from beside, below the ball's belly.
+            // Seen from the side, below the equator of the sphere.
             let away = DVec3::new(angle.cos(), 0.0, angle.sin()) + random.cube() * 0.2;
             let origin =
                 target + DVec3::new(away.x, random.between(0.05, 0.2) * reach / s, away.z) * s;

@@ -1,4 +1,4 @@
-//! P01–P05: spheres far away, huge, tiny, and left by a ray.
+//! P01–P05: distant, huge and tiny spheres, and rays that leave a sphere.
 
 use glam::DVec3;
 use raywright_bvh::{Interval, PreparedRay, Shape, Side, Vector};
@@ -9,8 +9,8 @@ use raywright_bvh::stability::{intersect, textbook};
 
 const RATIOS: [f64; 6] = [2.0, 1e2, 1e3, 1e4, 1e5, 1e6];
 
-/// Protects: hit, miss and distance of a far sphere. The core is f64, so the bound of the f64 tier
-/// holds.
+/// Protects: hits, misses and distances of a distant sphere. Tests compute in f64, so the bound of
+/// the f64 tier applies.
 #[test]
 fn p01_far_sphere() {
     for ratio in RATIOS {
@@ -19,7 +19,7 @@ fn p01_far_sphere() {
     }
 }
 
-/// Protects: a hit point does not drift off the sphere, however far the ray came.
+/// Protects: a hit point stays on the sphere, however far the ray came.
 #[test]
 fn p02_hit_point_stays_on_the_sphere() {
     for offset in [0.0, 1e3, 1e5] {
@@ -29,7 +29,8 @@ fn p02_hit_point_stays_on_the_sphere() {
     }
 }
 
-/// Protects: a camera in a huge sphere: one positive root, to four units in the last place.
+/// Protects: from inside a huge sphere a ray has one positive root, to four units in the last
+/// place.
 #[test]
 fn p03_inside_a_huge_sphere() {
     let sphere = sphere::<f32>(DVec3::ZERO, 1e6);
@@ -58,8 +59,8 @@ fn p03_inside_a_huge_sphere() {
     .expect_right(400_000);
 }
 
-/// Protects: rays that leave a sphere where one arrived: outward and along it they are gone, inward
-/// they meet the far side.
+/// Protects: of rays that leave a sphere at a hit point, outward and tangential ones hit nothing,
+/// and inward ones hit the far side.
 #[test]
 fn p04_origin_on_the_surface() {
     let tilts = [0.0, 1e-3, -1e-3, 1e-6, -1e-6, 1.0, -1.0];
@@ -81,7 +82,7 @@ fn p04_origin_on_the_surface() {
         let tilt = random.pick(&tilts);
         let mut d = exact((tangent + n * tilt).normalize());
         if tilt == 0.0 && n.dot(d) < 0.0 {
-            // Rounded inward: its opposite is as good a tangent.
+            // Rounded inward: the opposite tangent serves as well.
             d = -d;
         }
         let ray = raywright_bvh::Ray::new(surface.spawn(d.as_vec3()), d.as_vec3());
@@ -93,7 +94,7 @@ fn p04_origin_on_the_surface() {
         }
         let o = ray.origin.as_dvec3();
         let Some([near, far]) = pass(o, d, centre, radius).roots else {
-            // Too small for its place: f32 has no number inside.
+            // The sphere is too small for its position: f32 has no number inside.
             return Verdict::Skip;
         };
         if near >= 0.0 || far <= 0.0 {
@@ -112,8 +113,8 @@ fn p04_origin_on_the_surface() {
     .expect_right(400_000);
 }
 
-/// What the camera sees of the two spheres: 0 nothing, 1 the tiny one, 2 the giant. In f64 with the
-/// giant's terms taken apart, so that nothing of size 1e12 is subtracted.
+/// The visible sphere: 0 none, 1 the tiny one, 2 the giant. In f64 with the giant's terms expanded,
+/// so that no numbers of size 1e12 are subtracted.
 fn seen(o: DVec3, d: DVec3, tiny: f64, giant: f64) -> u8 {
     let first = pass(o, d, DVec3::new(0.0, tiny, 0.0), tiny)
         .roots
@@ -134,7 +135,8 @@ fn seen(o: DVec3, d: DVec3, tiny: f64, giant: f64) -> u8 {
     }
 }
 
-/// Protects: a sphere of a millionth resting on one of a million: both are seen, to the pixel.
+/// Protects: a sphere of radius 1e-6 resting on a sphere of radius 1e6: both are visible in exactly
+/// the right pixels.
 #[test]
 fn p05_tiny_and_giant_together() {
     let (tiny, giant) = (f64::from(1e-6_f32), 1e6);
@@ -152,7 +154,7 @@ fn p05_tiny_and_giant_together() {
         exact(DVec3::new(x, y, -1.0).normalize())
     };
     let outcome = judge("P05", 5, SIZE * SIZE, |random| {
-        // Every pixel once: the count is the image.
+        // Every pixel once, so the count of rays is the image.
         let index = random.index();
         let (i, j) = (
             (index % u64::from(SIZE)) as i64,
@@ -182,7 +184,7 @@ fn p05_tiny_and_giant_together() {
     );
 }
 
-/// Protects: the textbook form must fail where the specification says that it does.
+/// Protects: the comparison: the textbook formula fails where the specification says so.
 #[test]
 fn textbook_misses_far_spheres() {
     let missed = textbook_share([

@@ -1,5 +1,4 @@
-//! What a hit says of itself, for one of each shape: its point lies within the stated bound of the
-//! surface.
+//! Error bounds of hits on every shape: the point lies within its bound of the surface.
 
 use glam::{DAffine3, DVec3};
 use raywright_bvh::shapes::{
@@ -15,7 +14,7 @@ pub fn shapes<R: Real>() -> Vec<(&'static str, AnyShape<R>)> {
     sized::<R>(1.0)
 }
 
-/// The same with every length multiplied by a power of two.
+/// The shapes with every length multiplied by a power of two.
 pub fn sized<R: Real>(size: f64) -> Vec<(&'static str, AnyShape<R>)> {
     let v = |x: f64, y: f64, z: f64| stored::<R>(exact(DVec3::new(x, y, z)) * size);
     let r = |x: f64| R::from_f64(f64::from(x as f32) * size);
@@ -153,8 +152,8 @@ pub fn sized<R: Real>(size: f64) -> Vec<(&'static str, AnyShape<R>)> {
     ]
 }
 
-/// How far a point is from a surface along a normal, in f64: by a ray that comes down the normal
-/// from a little above.
+/// Signed distance of a point from a surface along a normal, in f64: by a ray down the normal from
+/// slightly above.
 fn height(shape: &TransformedShape<f64>, point: DVec3, normal: DVec3, above: f64) -> Option<f64> {
     let probe = PreparedRay::new(Ray::<f64>::new(point + normal * above, -normal));
     let hit = shape.intersect(
@@ -168,8 +167,8 @@ fn height(shape: &TransformedShape<f64>, point: DVec3, normal: DVec3, above: f64
     Some((hit.t - above).abs())
 }
 
-/// Hits from up to `far` sizes away on a shape of a size at a place: off the surface along the
-/// normal by no more than a box of the stated bound reaches.
+/// Hits from up to `far` sizes away on a shape of a given size and position: each point is off
+/// along the normal by at most the reach of its error box.
 fn stated<R: Real>(
     name: &str,
     shape: AnyShape<R>,
@@ -199,8 +198,8 @@ fn stated<R: Real>(
             let surface = placed.locate(&probe, hit).stored::<R>();
             let (point, normal) = (surface.point.to_f64(), surface.normal.to_f64());
             let reach = surface.error.to_f64() * normal.abs().element_sum();
-            // Beside an edge, and where the surface curves within the bound, a normal tells
-            // nothing.
+            // Near an edge, and where the surface curves within the bound, the normal gives no
+            // distance.
             if reach > 1e-3 * size {
                 return Verdict::Skip;
             }
@@ -214,9 +213,9 @@ fn stated<R: Real>(
     )
 }
 
-/// Protects: the bound that a surface states is true for every shape, of any size, at any place.
-/// Not of `fast`: how wrong a textbook formula is depends on where the ray comes from, and nothing
-/// simple bounds it.
+/// Protects: the error bound of a surface holds for every shape, of any size, at any position.
+/// Textbook formulas have no such test: their error depends on the ray's origin and has no simple
+/// bound.
 #[test]
 fn stated_bounds_hold() {
     for (size, place) in [(1.0, 0.0), (1.0, 1e3), (1e3, 1e5), (1e-4, 0.01), (1e4, 0.0)] {

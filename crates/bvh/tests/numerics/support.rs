@@ -1,5 +1,5 @@
-//! Cases of the library and of tests, shot as far as the environment says, and held to their
-//! bounds.
+//! Cases of the library and of the tests, with as many rays as the environment selects, checked
+//! against their bounds.
 
 use std::env;
 use std::sync::LazyLock;
@@ -9,13 +9,13 @@ pub use raywright_bvh::stability::judge::{
 };
 use raywright_bvh::stability::{Measurement, judge};
 
-/// All rays where the variable `RAYS` says `all`, a quarter otherwise.
+/// All rays if the variable `RAYS` is `all`, otherwise a quarter.
 pub fn rays() -> Rays {
     static ALL: LazyLock<bool> = LazyLock::new(|| env::var("RAYS").is_ok_and(|rays| rays == "all"));
     if *ALL { Rays::All } else { Rays::Quarter }
 }
 
-/// Judges as many of a case's rays as the environment says.
+/// Judges as many rays of a case as the environment selects.
 pub fn judge(
     case: &str,
     seed: u64,
@@ -25,10 +25,10 @@ pub fn judge(
     judge::judge(case, seed, count, rays(), f)
 }
 
-/// What is held to its bound.
+/// A checked outcome.
 pub trait Expect {
-    /// Nothing wrong, at least `least` of all rays judged (as many of those shot as their share
-    /// is), and at most one in a thousand too close to call.
+    /// Asserts that no ray is wrong, that at least `least` of all rays are judged (in proportion if
+    /// fewer are shot), and that at most one in a thousand is too close to decide.
     fn expect_right(&self, least: u64);
 }
 
@@ -62,8 +62,7 @@ impl Expect for Outcome {
     }
 }
 
-/// Each of a case's measurements is right, of which there is one at least for each precision;
-/// returns them.
+/// Asserts every measurement of a case, of which each precision has at least one, and returns them.
 pub fn expect_all(number: &str, least: u64) -> Vec<Measurement> {
     let measurements =
         raywright_bvh::stability::measure(number, rays()).expect("a case of the library");
@@ -85,8 +84,8 @@ pub fn expect_all(number: &str, least: u64) -> Vec<Measurement> {
     measurements
 }
 
-/// Share that the textbook's formulas get wrong, printed beside those of `robust` and `reference`
-/// on the same rays.
+/// Fraction of rays that textbook formulas get wrong, printed beside those of `robust` and
+/// `reference` on the same rays.
 pub fn textbook_share(outcomes: [Outcome; 3]) -> f64 {
     let [textbook, robust, reference] = outcomes
         .each_ref()

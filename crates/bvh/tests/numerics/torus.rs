@@ -1,4 +1,4 @@
-//! P17, P18: the torus from far away, and where it is touched and not cut.
+//! P17, P18: the torus from far away, and tangent rays.
 
 use glam::DVec3;
 use raywright_bvh::shapes::Torus;
@@ -8,7 +8,7 @@ use super::support::{Expect, U, Verdict, hex, judge, rays, stored, textbook_shar
 use raywright_bvh::stability::torus::{far_torus, torus};
 use raywright_bvh::stability::{intersect, textbook};
 
-/// Protects: the torus from 3 to 1000 radii away, thick and thin.
+/// Protects: thick and thin tori from 3 to 1000 radii away.
 #[test]
 fn p17_far_torus() {
     for tube in [0.3, 0.1, 0.01] {
@@ -18,7 +18,7 @@ fn p17_far_torus() {
     }
 }
 
-/// How often a ray goes in and comes out, by chains of queries.
+/// Number of times that a ray enters and leaves, by chains of queries.
 fn passages(torus: &Torus<f32>, ray: &Ray<f32>) -> (u32, u32) {
     let probe = PreparedRay::new(*ray);
     let count = |side: Side| {
@@ -38,8 +38,8 @@ fn passages(torus: &Torus<f32>, ray: &Ray<f32>) -> (u32, u32) {
     (count(Side::Outside), count(Side::Inside))
 }
 
-/// Protects: lines that touch the top circle or an equator, moved in and out by eight roundings of
-/// the distance: crossings as the circles in that plane tell, in pairs.
+/// Protects: lines tangent to the top circle or an equator, moved in and out by eight roundings of
+/// the distance: crossings come in pairs and agree with the circles of that plane.
 #[test]
 fn p18_tangents() {
     judge("P18", 40, 300_000, |random| {
@@ -47,7 +47,7 @@ fn p18_tangents() {
         let torus = torus::<f32>(tube);
         let far = f64::from(random.between(3.0, 1000.0) as f32);
         let step = random.pick(&[-8.0, 8.0, -64.0, 64.0]) * U * far;
-        // The line is parallel to x, at a height y and a distance z from the axis.
+        // The line is parallel to x, at height y and distance z from the axis.
         let (y, z) = match random.bits() % 3 {
             0 => (tube + step, random.between(0.0, 0.9)),
             1 => (0.0, 1.0 - tube + step),
@@ -80,7 +80,7 @@ fn p18_tangents() {
     .expect_right(299_000);
 }
 
-/// Protects: from outside every ray comes out as often as it goes in; along the axis it meets
+/// Protects: from outside every ray leaves as often as it enters, and a ray along the axis hits
 /// nothing.
 #[test]
 fn p18_even_from_outside() {
@@ -124,8 +124,8 @@ fn p18_even_from_outside() {
     );
 }
 
-/// Protects: the textbook form must fail where the specification says that it does: half the rays
-/// at a hundred radii.
+/// Protects: the comparison: the textbook formula fails where the specification says so, for half
+/// the rays at a hundred radii.
 #[test]
 fn textbook_loses_far_tori() {
     let wrong = textbook_share([

@@ -1,13 +1,12 @@
-//! T: trees that cull nothing that is hit, by every kernel and in both precisions. The cases are
-//! the library's.
+//! T: trees never cull a hit, by any kernel and in either precision. The cases are the library's.
 
 use glam::DVec3;
 use raywright_bvh::Aabb;
 
 use super::support::{Expect, Verdict, expect_all, judge};
 
-/// Protects: a ray along an axis close inside a face of a box enters it, however far away.
-/// Reciprocals that are clamped lose it.
+/// Protects: an axis-aligned ray close inside a face of a box enters the box at any distance.
+/// Clamped reciprocals would miss it.
 #[test]
 fn t01_rays_along_faces() {
     let textbook = expect_all("T01", 400_000)
@@ -21,26 +20,26 @@ fn t01_rays_along_faces() {
     );
 }
 
-/// Protects: the sign of a zero in a direction changes no hit.
+/// Protects: the sign of a zero component of a direction changes no hit.
 #[test]
 fn t02_zeros_of_all_signs() {
     expect_all("T02", 40_000);
 }
 
-/// Protects: no ray along an axis passes a lattice of triangles or boxes at its corners, its edges
-/// or its middles.
+/// Protects: no axis-aligned ray passes a lattice of triangles or boxes at a corner, an edge or a
+/// midpoint.
 #[test]
 fn t03_lattices() {
     expect_all("T03", 54_756);
 }
 
-/// Protects: directions along an axis but for next to nothing, and of any length, lose no box.
+/// Protects: directions with components close to zero miss no box.
 #[test]
 fn t04_tiny_components() {
     expect_all("T04", 70_000);
 }
 
-/// Protects: directions of any length lose no box.
+/// Protects: directions of any length miss no box.
 #[test]
 fn t05_any_length() {
     expect_all("T05", 70_000);
@@ -58,20 +57,20 @@ fn t07_far_away() {
     expect_all("T07", 1_400_000);
 }
 
-/// Protects: boxes of a millionth are met beside boxes of a million.
+/// Protects: boxes of size 1e-6 are hit beside boxes of size 1e6.
 #[test]
 fn t08_mixed_scales() {
     expect_all("T08", 40_000);
 }
 
-/// Protects: padding is enough, and costs rays no more than three tenths.
+/// Protects: padding suffices, and costs rays at most three tenths.
 #[test]
 fn t10_inflation() {
     expect_all("T10", 400_000);
 }
 
-/// Protects: no box of any size and place is padded by more than was measured to be enough, which
-/// rays far out would pay for, nor by less.
+/// Protects: the padding of boxes of any size and position is as measured: no more, which distant
+/// rays would pay for, and no less.
 #[test]
 fn t10_pads_are_as_stated() {
     let outcome = judge("T10 pads", 232, 40_000, |random| {
@@ -84,8 +83,8 @@ fn t10_pads_are_as_stated() {
             return Verdict::Skip;
         };
         let ulp = f64::from(f32::EPSILON);
-        // Four units of the coordinate, of which rounding to f32 may take or add half a one, and
-        // one of the extent.
+        // Four units of the coordinate, of which rounding to f32 may add or remove one half, and
+        // one unit of the extent.
         let pad = |v: DVec3, units: f64, extents: f64| {
             (v.abs() * units + extents * bounds.extent().max_element()) * ulp
         };
@@ -106,46 +105,45 @@ fn t10_pads_are_as_stated() {
     outcome.expect_right(40_000);
 }
 
-/// Protects: boxes within boxes are met as by a scan, and lie in a tree no deeper than a traversal
-/// has a stack for.
+/// Protects: nested boxes are hit as by a scan, in a tree that fits the traversal stack.
 #[test]
 fn t12_nested() {
     expect_all("T12", 40_000);
 }
 
-/// Protects: a plane without end changes neither the hits of a tree beside it nor its work.
+/// Protects: an infinite plane beside a tree changes neither its hits nor its work.
 #[test]
 fn t14_planes() {
     expect_all("T14", 40_000);
 }
 
-/// Protects: trees of nothing, one shape and two, of every quality.
+/// Protects: trees of zero, one and two shapes, of every build quality.
 #[test]
 fn t15_few() {
     expect_all("T15", 40_000);
 }
 
-/// Protects: a box is entered from its face, an ulp beside it and from within.
+/// Protects: a ray enters a box from its face, from an ulp beside it and from inside.
 #[test]
 fn t16_from_faces() {
     expect_all("T16", 200_000);
 }
 
-/// Protects: the ends of an interval are excluded, to the bit, by nearest hit and any hit, tree and
-/// scan.
+/// Protects: the ends of an interval are excluded, to the bit, for closest and any hits, by tree
+/// and scan.
 #[test]
 fn t17_interval_ends() {
     expect_all("T17", 20_000);
 }
 
-/// Protects: no shape says a distance beyond the interval that it was asked for.
+/// Protects: no shape returns a distance outside the interval.
 #[test]
 fn t19_within_the_interval() {
     expect_all("T19", 50_000);
 }
 
-/// Protects: nearest hit and any hit of a tree are those of a scan, to the bit, with shapes of
-/// every kind and ties.
+/// Protects: closest and any hits of a tree equal those of a scan, to the bit, with shapes of every
+/// kind and ties.
 #[test]
 fn t20_tree_against_scan() {
     expect_all("T20", 2_000_000);

@@ -16,12 +16,12 @@ fn triangle<R: Real>(corners: [DVec3; 3]) -> Triangle<R> {
     Triangle::new(corners.map(stored::<R>))
 }
 
-/// Protects: triangles without area are never hit, not even on their line; slivers only at a
-/// distance between their corners'.
+/// Protects: triangles of zero area are never hit, not even along their line; slivers are hit only
+/// at a distance between those of their corners.
 #[test]
 fn p19_slivers() {
     judge("P19 no area", 50, 400_000, |random| {
-        // Whole numbers: exactly collinear, whatever the scale.
+        // Integers: exactly collinear at any scale.
         let whole = |random: &mut Random| (random.cube() * 64.0).round();
         let (a, step) = (whole(random), whole(random));
         let corners = match random.bits() % 3 {
@@ -50,7 +50,7 @@ fn p19_slivers() {
     judge("P19 sliver", 51, 400_000, |random| {
         let (a, along) = (random.cube(), random.direction());
         let side = random.disc(along, 1.0).normalize() * 1e-6;
-        // Edges 1, 1 and 1e-6, or 1, 1 and a thousandth with the same height over the longest.
+        // Edges 1, 1 and 1e-6, or 1, 1 and 1e-3 with the same height over the longest.
         let corners = [a, a + along, a + along * random.pick(&[0.0, 1e-3]) + side].map(exact);
         let target = corners[0] + (corners[1] - corners[0]) * random.unit();
         let ray = towards::<f32>(
@@ -74,8 +74,7 @@ fn p19_slivers() {
     .expect_right(50_000);
 }
 
-/// Protects: rays nearly in the plane of a skinny triangle far away: whatever is hit lies in the
-/// triangle's box.
+/// Protects: hits of a thin distant triangle by rays nearly in its plane lie in the triangle's box.
 #[test]
 fn p20_nearly_parallel_rays() {
     expect_all("P20", 50_000);
@@ -83,7 +82,7 @@ fn p20_nearly_parallel_rays() {
 
 const AIMS: [Aim; 4] = [Aim::Corner, Aim::Edge, Aim::FromCentre, Aim::Anywhere];
 
-/// Protects: no ray gets out of a closed mesh through an edge or a corner.
+/// Protects: no ray leaves a closed mesh through an edge or a corner.
 #[test]
 fn p21_no_leaks() {
     for (name, mesh) in [("icosphere", icosphere(5)), ("cube", cube(16))] {
@@ -93,7 +92,7 @@ fn p21_no_leaks() {
     }
 }
 
-/// Protects: nor in f64, where products are not exact any more.
+/// Protects: the same in f64, where products are not exact any more.
 #[test]
 fn p21_no_leaks_in_reference() {
     for (name, mesh) in [("icosphere", icosphere(5)), ("cube", cube(16))] {
@@ -103,13 +102,13 @@ fn p21_no_leaks_in_reference() {
     }
 }
 
-/// Protects: nor through triangles that are turned over, all or every second.
+/// Protects: the same with all triangles flipped, or every second.
 #[test]
 fn p22_no_leaks_in_either_winding() {
     expect_all("P22", 1_600_000);
 }
 
-/// Protects: the textbook test must leak where the specification says that it does.
+/// Protects: the comparison: the textbook test leaks where the specification says so.
 #[test]
 fn textbook_triangles_leak() {
     let both = |leaks: &dyn Fn(&str, &Mesh) -> Outcome| {

@@ -1,4 +1,4 @@
-//! T11, T13, T18: primitives in one place, primitives and rays that are no numbers.
+//! T11, T13, T18: coincident primitives, and primitives and rays with NaN or infinite numbers.
 
 use glam::{DVec3, Vec3};
 use raywright_bvh::shapes::{AnyShape, Cuboid, Disk, Ellipsoid, Sphere, Torus};
@@ -9,9 +9,8 @@ use raywright_bvh::{
 
 use super::{ASKED, Random, kinds, mixed, triangles};
 
-/// Protects: a thousand to ten thousand triangles in one place, or points that triangles have
-/// shrunk to, build into a shallow tree with no more work than three times that of random ones, and
-/// the lowest id wins.
+/// Protects: a thousand to ten thousand coincident triangles, or triangles collapsed to points,
+/// build a shallow tree with at most three times the work of random ones, and the lowest id wins.
 #[test]
 fn t11_coincident_primitives() {
     let many = |count: usize, corners: [Vec3; 3]| {
@@ -61,9 +60,9 @@ fn t11_coincident_primitives() {
     }
 }
 
-/// Protects: whatever has a coordinate that is not finite, or no size, is refused with a reason
-/// before any build, one among a thousand or ten; and what is left is hit as if it had never been
-/// there.
+/// Protects: a primitive with a non-finite coordinate, or without size, is refused with a reason
+/// before any build, alone among a thousand or ten; the remaining set has the hits of one that
+/// never contained it.
 #[test]
 fn t13_not_finite_is_refused() {
     let bad: Vec<AnyShape<f32>> = [f32::NAN, f32::INFINITY, f32::NEG_INFINITY]
@@ -115,7 +114,7 @@ fn t13_not_finite_is_refused() {
         for group in [&mut clean, &mut mended] {
             group.shape(disk.into(), ASKED).expect("a finite one");
         }
-        // A box whose corners are exchanged is one of nothing, refused or not.
+        // A box with exchanged corners is empty, whether refused or not.
         let _ = mended.shape(
             AnyShape::Cuboid(Cuboid::new(DVec3::ONE, DVec3::NEG_ONE)),
             ASKED,
@@ -132,12 +131,12 @@ fn t13_not_finite_is_refused() {
     }
 }
 
-/// A ray with numbers that are none in some of its lanes: each by itself, and all.
+/// A ray with a non-finite number in each component in turn, and in all.
 fn odd_rays() -> impl Iterator<Item = Ray<f32>> {
     [f32::NAN, f32::INFINITY, f32::NEG_INFINITY]
         .into_iter()
         .flat_map(|bad| {
-            // Not a number on every axis: such a ray enters even boxes that are empty.
+            // NaN in every component: such a ray enters even empty boxes.
             let all = Ray::new(Vec3::splat(bad), Vec3::splat(bad));
             let of_lane = move |lane: usize| {
                 let mut v = [0.1, 0.2, 0.3, 0.6, 0.0, 0.8];
@@ -148,8 +147,8 @@ fn odd_rays() -> impl Iterator<Item = Ray<f32>> {
         })
 }
 
-/// Protects: rays of NaN or infinity end without a hit, whichever query is asked, and with no more
-/// than two and a half times the work of sound ones; so do sound ones in ranges that are none.
+/// Protects: rays with NaN or infinite numbers hit nothing, by either query, with at most two and a
+/// half times the work of ordinary rays; so do ordinary rays with invalid ranges.
 #[test]
 fn t18_rays_that_are_not_finite_hit_nothing() {
     let ranges = [

@@ -1,4 +1,4 @@
-//! The tree, for every builder preset, and both scans answer every query with the same bits.
+//! The tree, for every build quality, and the scan give the same bits for every query.
 
 mod extremes;
 mod moving;
@@ -28,7 +28,7 @@ impl Random {
     }
 }
 
-/// Every hit is shown to the caller.
+/// Visibility that passes every hit to the filter.
 const ASKED: Visibility = Visibility {
     side: Side::Both,
     occlusion: Occlusion::Ask,
@@ -51,7 +51,7 @@ fn triangles(random: &mut Random, count: usize) -> PrimitiveSet<f32> {
     group
 }
 
-/// Spheres, triangles (many of them doubled, so that ties occur), a plane and instances.
+/// Spheres, triangles (many of them duplicated, so that ties occur), a plane and instances.
 fn mixed(seed: u64, count: usize) -> PrimitiveSet<f32> {
     let random = &mut Random(seed);
     let shared = Geometry::new(triangles(random, 20), AcceleratorKind::default());
@@ -90,7 +90,7 @@ fn mixed(seed: u64, count: usize) -> PrimitiveSet<f32> {
     group
 }
 
-/// Halves everything.
+/// A scale by one half.
 fn halved() -> DAffine3 {
     DAffine3::from_scale(DVec3::splat(0.5))
 }
@@ -99,7 +99,8 @@ fn kinds() -> impl Iterator<Item = AcceleratorKind> {
     BuildQuality::ALL.into_iter().map(AcceleratorKind::Tree)
 }
 
-/// Protects: identical hits bit for bit, ties by lowest id, and any-hit agreeing with closest-hit.
+/// Protects: hits are identical bit for bit, the lowest id wins ties, and any-hit agrees with
+/// closest-hit.
 #[test]
 fn t20_tree_equals_scan() {
     for (seed, count) in [(1, 0), (2, 1), (3, 2), (4, 9), (5, 60), (6, 400)] {
@@ -146,14 +147,14 @@ fn t20_tree_equals_scan() {
     }
 }
 
-/// Protects: surfaces that are found of many hits together have the bits of those found one by one,
-/// and their places, whatever the shapes and their order, for any number of hits, and on borders of
-/// triangles, where points move.
+/// Protects: surfaces located for many hits at once have the bits and indices of those located one
+/// by one, for any shapes in any order, any number of hits, and on borders of triangles, where
+/// points are moved.
 #[test]
 fn surfaces_of_many_are_those_of_each() {
     let geometry = Geometry::new(mixed(7, 200), AcceleratorKind::default());
     let random = &mut Random(7);
-    // The first twenty are those of the instances.
+    // The first twenty belong to the instanced geometry.
     let triangles: Vec<[Vec3; 3]> = (0..220).map(|_| corners(random)).skip(20).collect();
     let mut on_borders = 0;
     let mut aimed = || {
@@ -194,9 +195,9 @@ fn surfaces_of_many_are_those_of_each() {
     assert!(on_borders > 300, "{on_borders} on borders");
 }
 
-/// Protects: a ray along an axis or a face of the axes enters boxes whichever sign its zeros have,
-/// as a reflected or mapped ray may have either; the balls around the way, at places of every sign,
-/// are met by tree and boxes as by a scan.
+/// Protects: a ray along an axis or in an axis-aligned plane enters boxes whichever sign its zeros
+/// have, since reflected or mapped rays may have either; tree and box tests hit the spheres along
+/// it, at coordinates of every sign, as a scan does.
 #[test]
 fn t02_zeros_of_either_sign_are_one_direction() {
     let row = |kind| {
@@ -240,8 +241,8 @@ fn t02_zeros_of_either_sign_are_one_direction() {
     assert!((500..2000).contains(&met), "{met} rays met something");
 }
 
-/// Protects: a mesh that is refused for one of its triangles leaves nothing behind of those before
-/// it, and takes no number.
+/// Protects: a mesh refused for one of its triangles leaves none of its triangles behind, and takes
+/// no id.
 #[test]
 fn refused_meshes_leave_nothing() {
     let at = |x: f32| {
@@ -274,7 +275,7 @@ fn refused_meshes_leave_nothing() {
     );
 }
 
-/// Protects: both precisions agree on an easy case, so that none of them is wired to the wrong
+/// Protects: both precisions agree on an easy case, so that neither is connected to the wrong
 /// formulas.
 #[test]
 fn precisions_agree() {
@@ -307,7 +308,7 @@ fn precisions_agree() {
     assert!((distance::<f64>() - exact).abs() < 1e-15);
 }
 
-/// Protects: a third level, whose hits nobody could locate, is refused and not walked.
+/// Protects: a third level of instances, whose hits could not be located, is refused.
 #[test]
 fn instances_of_instances_are_refused() {
     let mut middle = PrimitiveSet::<f32>::default();
@@ -332,10 +333,9 @@ fn instances_of_instances_are_refused() {
     assert!(outer.is_empty());
 }
 
-/// Protects: what has been hit shortens the way that is still looked at. Of a row of balls along a
-/// ray the first is met, and the others, all behind it, are neither tested nor walked to, but for
-/// those in the leaf of eight that it is in: by the tree, from whatever end they were added, in the
-/// scene's own set and inside an instance.
+/// Protects: a hit shortens the remaining range. Of a row of spheres along a ray the first is hit;
+/// the others are neither tested nor reached, except those in the same leaf of eight: by the tree,
+/// for either order of insertion, in the outer set and inside an instance.
 #[test]
 fn nothing_behind_a_hit_is_looked_at() {
     const LEVELS: u32 = 6;
@@ -383,7 +383,7 @@ fn nothing_behind_a_hit_is_looked_at() {
             assert_eq!(hit.object as usize, nearest, "{kind:?}");
             let told =
                 format!("{kind:?}, backwards {backwards}, instanced {instanced}: {visits:?}");
-            // An instance is a primitive itself.
+            // An instance counts as a primitive.
             let tested = visits.primitives - u64::from(instanced);
             assert!(
                 visits.nodes <= 2 * u64::from(LEVELS) && tested <= 8,

@@ -1,4 +1,4 @@
-//! Instances that move: at any time they are hit as instances that stand where they are then.
+//! Moving instances: at any time they are hit like still instances under the same map.
 
 use glam::{DAffine3, DMat3, DVec3, Vec3};
 use raywright_bvh::shapes::{Disk, Sphere};
@@ -9,7 +9,7 @@ use raywright_bvh::{
 
 use super::{ASKED, Random, halved, kinds};
 
-/// A ball, a disk and a few triangles within two units of the origin.
+/// A sphere, a disk and a few triangles within two units of the origin.
 fn part<R: Real>(kind: AcceleratorKind) -> Geometry<R> {
     let (random, mut group) = (&mut Random(7), PrimitiveSet::<R>::default());
     let v = |p: Vec3| R::Vec3::from_f64(p.as_dvec3());
@@ -34,14 +34,14 @@ fn part<R: Real>(kind: AcceleratorKind) -> Geometry<R> {
     Geometry::new(group, kind)
 }
 
-/// A whole number of 256ths of up to `size`. Between two such numbers, what lies at a time of whole
-/// 1024ths is exact in f64.
+/// A multiple of 1/256 up to `size`. Between two such numbers, the interpolation at a time that is
+/// a multiple of 1/1024 is exact in f64.
 fn coarse(random: &mut Random, size: f64) -> f64 {
     ((f64::from(random.unit()) * 2.0 - 1.0) * size * 256.0).round() / 256.0
 }
 
-/// Where things go from and to: a dozen maps that stretch, shear and turn, with an inverse all the
-/// way, through each other.
+/// Ends of motions: a dozen pairs of maps that stretch, shear and rotate, invertible throughout, on
+/// paths that cross.
 fn journeys(random: &mut Random) -> Vec<[DAffine3; 2]> {
     let map = |random: &mut Random| DAffine3 {
         matrix3: DMat3::from_cols_array(&[(); 9].map(|()| coarse(random, 1.5)))
@@ -82,8 +82,8 @@ fn standing<R: Real>(journeys: &[[DAffine3; 2]], time: f64) -> Geometry<R> {
     Geometry::new(group, AcceleratorKind::Linear)
 }
 
-/// All that a geometry says of a ray: the hit, the surface and its coordinates there, and what
-/// any-hit queries are shown.
+/// Every result of a geometry for a ray: the hit, its surface and texture coordinates, and the hits
+/// passed to an any-hit filter.
 fn told<R: Real>(geometry: &Geometry<R>, ray: &Ray<R>) -> (Option<Hit<R>>, String) {
     let (range, mut shown) = (Interval::positive(), Vec::new());
     let hit = geometry.closest(ray, range, &mut ());
@@ -103,7 +103,8 @@ fn told<R: Real>(geometry: &Geometry<R>, ray: &Ray<R>) -> (Option<Hit<R>>, Strin
     (hit, format!("{place:?} {shown:?}"))
 }
 
-/// Rays from all sides at a thousand times towards what is there then, asked of every accelerator.
+/// Traces rays from all sides at a thousand times, towards objects there, through every
+/// accelerator.
 fn met_where_they_are<R: Real>() {
     let random = &mut Random(21);
     let journeys = journeys(random);
@@ -134,16 +135,16 @@ fn met_where_they_are<R: Real>() {
     );
 }
 
-/// Protects: at a time, moving instances are hit, located, given coordinates and shown to any-hit
-/// queries with the bits of plain instances that stand there; by the scan, by boxes and by every
-/// tree, none of which culls one on its way.
+/// Protects: moving instances are hit, located, parametrised and passed to any-hit filters with the
+/// bits of still instances under the map of that time; by the scan, by box tests and by every tree,
+/// none of which culls a moving instance.
 #[test]
 fn moving_things_are_met_where_they_are() {
     met_where_they_are::<f32>();
     met_where_they_are::<f64>();
 }
 
-/// A group with a ball of radius one, as a part.
+/// A set with a sphere of radius one as a part.
 fn ball() -> (PrimitiveSet<f32>, u32) {
     let (mut inner, mut group) = (PrimitiveSet::default(), PrimitiveSet::default());
     inner
@@ -161,7 +162,7 @@ fn ball() -> (PrimitiveSet<f32>, u32) {
     (group, part)
 }
 
-/// From the origin to so far along x.
+/// A motion from the origin by `to` along x.
 fn along_x(to: f64) -> [DAffine3; 2] {
     [
         DAffine3::IDENTITY,
@@ -169,10 +170,9 @@ fn along_x(to: f64) -> [DAffine3; 2] {
     ]
 }
 
-/// Protects: a ball that goes from 0 to 8 along x is hit in closed form, up to the last bit where
-/// the numbers are exact, and nowhere else; times beyond the ends mean the ends, a ray without a
-/// time is at the first, and at no time at all nothing is there. Its box is the one around both
-/// ends.
+/// Protects: a sphere that moves from 0 to 8 along x is hit as in closed form, exactly where the
+/// numbers are exact, and nowhere else. Times beyond the ends are clamped, a ray without a time is
+/// at the start, and a NaN time hits nothing. The box is that around both ends.
 #[test]
 fn a_ball_on_its_way() {
     for kind in kinds().chain([AcceleratorKind::Linear]) {
@@ -230,8 +230,8 @@ fn a_ball_on_its_way() {
     }
 }
 
-/// Protects: where two moving things and one that stands are at one place at one time, the lowest
-/// object is hit, whichever that is.
+/// Protects: if two moving objects and a still one coincide at some time, the lowest object is hit,
+/// whichever that is.
 #[test]
 fn ties_go_to_the_lowest_object() {
     let half = DAffine3::from_translation(DVec3::X * 4.0);
@@ -260,7 +260,8 @@ fn ties_go_to_the_lowest_object() {
     }
 }
 
-/// Protects: what can't be at some time is refused with its reason, and nothing is added.
+/// Protects: a motion that is invalid at some time is refused with its reason, and nothing is
+/// added.
 #[test]
 fn impossible_ways_are_refused() {
     let (mut group, part) = ball();
@@ -280,7 +281,7 @@ fn impossible_ways_are_refused() {
         GeometryError::Singular
     );
     assert_eq!(refused(part, along_x(1e39)), GeometryError::NotFinite);
-    // Each end has a box in f32, the way between them has not.
+    // Each end has a box in f32, but the motion between them does not.
     let wide =
         [1.0, -1.0].map(|side| DAffine3::from_translation(DVec3::X * (side * 3.402_821_2e38)));
     assert_eq!(refused(part, wide), GeometryError::NotFinite);
@@ -290,11 +291,11 @@ fn impossible_ways_are_refused() {
     );
 }
 
-/// How one more instance of a part is added.
+/// A function that adds another instance of a part.
 type Adding<'a> = &'a dyn Fn(&mut PrimitiveSet<f32>, u32) -> Result<u32, GeometryError>;
 
-/// Protects: an instance that stands still takes the bytes that it took before there was motion,
-/// also as one that goes from where it is to there; one that moves takes its two maps besides.
+/// Protects: a still instance takes no memory for motion, also if it is added as a motion between
+/// equal maps; a moving instance takes its two maps in addition.
 #[test]
 fn only_motion_takes_bytes() {
     let more = |add: Adding<'_>| {
@@ -305,8 +306,8 @@ fn only_motion_takes_bytes() {
         };
         bytes(9) - bytes(8)
     };
-    // A slot; the way back for boxes, in f32; the part; twelve numbers of a map, nine of the way
-    // back and its magnification; a box or none; whole lines.
+    // A slot; the f32 inverse for boxes; the part; twelve numbers of the map, nine of its inverse
+    // and its magnification; an optional box; rounded to whole cache lines.
     let still = 16 + 64 + 8 + 22 * 8 + 7 * 8 + 16;
     assert_eq!(
         more(&|group, part| group.instance(part, halved(), ASKED)),

@@ -1,4 +1,4 @@
-//! Objects: how hits name them, what they are to any-hit queries, and what they take.
+//! Objects: ids of hits, occlusion, and memory.
 
 use glam::{DAffine3, DMat3, DVec3, Vec3};
 use raywright_bvh::shapes::{
@@ -15,8 +15,8 @@ fn disk() -> AnyShape<f32> {
     Disk::new(DVec3::ZERO, DVec3::Y, 1.0).into()
 }
 
-/// Protects: the bytes that are reported hold every kind of primitive: each takes its own size and
-/// what every primitive takes.
+/// Protects: the reported bytes include every kind of primitive: each takes its own size and the
+/// size of a slot.
 #[test]
 fn bytes_count_every_primitive() {
     let ball = Sphere {
@@ -41,10 +41,10 @@ fn bytes_count_every_primitive() {
         more(&|g| g.placed(disk(), halved(), Visibility::default()))
             - size_of::<TransformedShape<f32>>(),
     ];
-    // Common to all: a slot with object, primitive, flags and a place in its list.
+    // Common to all: a slot with object, primitive, flags and an index.
     assert!(own == [16; 5], "{own:?}");
-    // An instance has at least the numbers of a map and of the inverse of its linear part, and what
-    // it shows is not its own.
+    // An instance has at least the numbers of a map and of the inverse of its linear part. Its part
+    // is not counted again.
     let instance = |count: usize| {
         let shown = Geometry::new(triangles(&mut Random(1), count), AcceleratorKind::Linear);
         more(&|g| {
@@ -61,14 +61,14 @@ fn bytes_count_every_primitive() {
     );
 }
 
-/// The name of a kind, and how one of it is put in the way of a ray down the y axis.
+/// Name of a kind, and a function that adds one across a ray down the y axis.
 type Adding<'a> = (
     &'static str,
     &'a dyn Fn(&mut PrimitiveSet<f32>, Visibility) -> Result<u32, GeometryError>,
 );
 
-/// Protects: a primitive of any kind is met by an any-hit query up to beyond it; one that casts no
-/// shadow is still seen and met by none. Alone, and among others that the ray passes by.
+/// Protects: a primitive of any kind occludes rays that reach beyond it; without occlusion it is
+/// visible and occludes none. Alone, and among others that the ray misses.
 #[test]
 fn every_kind_casts_its_shadow() {
     let ball = Sphere {
@@ -144,9 +144,8 @@ fn every_kind_casts_its_shadow() {
     }
 }
 
-/// Protects: what a part has without bounds is met through its instances wherever they are endless,
-/// far from all that has bounds, by rays and by any-hit queries; alone in its part and beside a
-/// ball.
+/// Protects: unbounded shapes of a part are hit through its instances at any distance from all
+/// bounded shapes, by closest and any-hit queries, alone in the part and beside a sphere.
 #[test]
 fn endless_shapes_are_met_through_instances() {
     let pipe = || {
@@ -206,9 +205,9 @@ fn endless_shapes_are_met_through_instances() {
     }
 }
 
-/// Protects: an opaque object ends a query and nobody is asked about it, one to ask about is shown
-/// hit by hit, and one that is nothing to such queries is not there; of an instance it is the
-/// instance that says so.
+/// Protects: an opaque object ends a query without a call of the filter, an `Ask` object is passed
+/// hit by hit, and an object without occlusion is ignored; for an instance, its own occlusion
+/// decides.
 #[test]
 fn occlusion_belongs_to_objects() {
     let flat = |z: f32| {
@@ -275,8 +274,8 @@ fn occlusion_belongs_to_objects() {
     }
 }
 
-/// Protects: a hit names its object, the object's primitive and the instance, whatever was added
-/// before, between and after, and however the tree has ordered it.
+/// Protects: a hit identifies its object, the object's primitive and the instance, for any order of
+/// insertion and any order of the tree.
 #[test]
 fn hits_name_their_objects() {
     let at = |x: f32, z: f32| {
@@ -331,8 +330,8 @@ fn hits_name_their_objects() {
     }
 }
 
-/// Protects: hits at one distance are decided by the scene's own object first, whatever the object
-/// is in the part that an instance shows; then by that, then by the primitive.
+/// Protects: ties are decided by the outermost object, then by the object within the instanced
+/// part, then by the primitive.
 #[test]
 fn the_outermost_object_decides_first() {
     let mut inner = PrimitiveSet::<f32>::default();
@@ -386,7 +385,7 @@ fn the_outermost_object_decides_first() {
     assert!(found.is_sorted());
 }
 
-/// Protects: what the point does as u grows is told in the world, through an instance's map.
+/// Protects: dp/du is returned in world space, through an instance's map.
 #[test]
 fn coordinates_of_instances_run_in_the_world() {
     let mut inner = PrimitiveSet::<f32>::default();
@@ -398,7 +397,7 @@ fn coordinates_of_instances_run_in_the_world() {
     let part = group
         .part(Geometry::new(inner, AcceleratorKind::Linear))
         .unwrap();
-    // x goes to 3y and y to −x.
+    // Maps x to 3y and y to −x.
     let turn = DMat3::from_cols(DVec3::Y * 3.0, -DVec3::X, DVec3::Z);
     group
         .instance(part, DAffine3::from_mat3(turn), Visibility::default())
@@ -413,9 +412,9 @@ fn coordinates_of_instances_run_in_the_world() {
     assert!((parameters.u - 0.25).abs() < 1e-6, "{}", parameters.u);
 }
 
-/// Protects: of surfaces in one place that tests of different shapes find, the first object is hit
-/// everywhere in f64 too, where each test leaves its own last digits, by a scan and by trees; what
-/// lies before them by more than rounding is hit first, however long the direction is.
+/// Protects: if surfaces of different shapes coincide, the first object is hit in f64 too, where
+/// each test has other last digits, by a scan and by trees; a surface nearer by more than rounding
+/// is hit first, for any length of the direction.
 #[test]
 fn the_first_of_coincident_objects_is_hit() {
     let face = Quad {

@@ -1,4 +1,4 @@
-//! Areas and densities: what sampling says of a surface against what random lines find of it.
+//! Areas and densities: sampling of a surface, compared with random lines.
 
 use glam::{DAffine3, DVec3};
 use raywright_bvh::shapes::{Shape, ShapeHit, Sphere, TransformedShape};
@@ -6,14 +6,14 @@ use raywright_bvh::{Interval, PreparedRay, Ray, Side, Vector};
 
 use super::gallery::{Random, gallery};
 
-/// A quantity that tells parts and normals of a surface apart, so that a density that is wrong in
-/// one place shows.
+/// A test function that differs between parts and normals of a surface, so that a locally wrong
+/// density shows.
 fn measured(p: DVec3, n: DVec3) -> f64 {
     1.0 + (2.0 * p.x + p.y).sin() * 0.5 + n.z * 0.4 + n.y * p.z * 0.2
 }
 
-/// The integral of `measured` over the surface by evenly distributed lines: each piece of area is
-/// met twice as often as its share of the sphere the lines go through (Crofton's formula).
+/// The integral of `measured` over the surface by uniformly distributed lines. A piece of area has
+/// twice its fraction of the sphere through which the lines pass in crossings (Crofton's formula).
 fn by_lines(all_hits: impl Fn(&PreparedRay, f64) -> Option<(DVec3, DVec3, f64)>) -> f64 {
     const RADIUS: f64 = 4.0;
     const LINES: u32 = 300_000;
@@ -48,7 +48,7 @@ fn by_samples(sample: impl Fn(f64, f64) -> (DVec3, DVec3, f64)) -> f64 {
         / f64::from(STEPS * STEPS)
 }
 
-/// Protects `sample_area` and its density: the mean of a quantity over samples, weighed by the
+/// Protects: `sample_area` and its density: the mean of a function over samples, divided by the
 /// density, is its integral.
 #[test]
 fn samples_agree_with_lines() {
@@ -105,9 +105,9 @@ fn samples_agree_with_lines() {
     }
 }
 
-/// Protects: the density of every drawn point, one by one and not in the mean: it is one over the
-/// area that a small square of the two numbers covers, plain and under a map. A ring that is drawn
-/// thickest where it is widest has the right mean, too.
+/// Protects: the density of every sampled point individually, not only in the mean: one over the
+/// area that a small square of the two numbers covers, plain and under a map. A torus sampled most
+/// densely where it is widest would have the right mean, too.
 #[test]
 fn m02_densities_are_those_of_small_squares() {
     const STEP: f64 = 1e-5;
@@ -133,8 +133,8 @@ fn m02_densities_are_those_of_small_squares() {
                     at(u, v + STEP),
                 ];
                 let [left, right, down, up] = ends.map(|end| end.point);
-                // Where two parts meet, or numbers start anew, or crowd as about the middle of a
-                // disk, a square is not small.
+                // Where parts join, numbers wrap around, or samples crowd as near the centre of a
+                // disk, the square is not small.
                 let bent = |a: DVec3, b: DVec3| {
                     (a + b - here.point * 2.0).length() > 1e-3 * (a - b).length()
                 };
@@ -158,8 +158,8 @@ fn m02_densities_are_those_of_small_squares() {
     }
 }
 
-/// Area of a surface of revolution, by Simpson's rule: the outline's radius and its slope over the
-/// height.
+/// Area of a surface of revolution, by Simpson's rule over the height, from the meridian's radius
+/// and slope.
 fn revolved(from: f64, to: f64, outline: impl Fn(f64) -> (f64, f64)) -> f64 {
     const STEPS: u32 = 2000;
     let step = (to - from) / f64::from(STEPS);
@@ -181,8 +181,8 @@ fn revolved(from: f64, to: f64, outline: impl Fn(f64) -> (f64, f64)) -> f64 {
         / 3.0
 }
 
-/// Area of the ellipsoid with these half-lengths, by the midpoint rule over its angles (exact to
-/// every order where a function runs around; at the poles the integrand vanishes).
+/// Area of the ellipsoid with these semi-axes, by the midpoint rule over its angles (exact to every
+/// order for a periodic function; at the poles the integrand vanishes).
 fn ellipsoid_area(s: DVec3) -> f64 {
     const STEPS: u32 = 2000;
     let angle = |i: u32, full: f64| (f64::from(i) + 0.5) / f64::from(STEPS) * full;
@@ -201,7 +201,8 @@ fn ellipsoid_area(s: DVec3) -> f64 {
         / f64::from(STEPS).powi(2)
 }
 
-/// Protects `area` and the density: closed forms, and integrals where there is none.
+/// Protects: `area` and the density, compared with closed forms, and with integrals where none
+/// exist.
 #[test]
 fn areas_are_those_of_the_textbooks() {
     let pi = core::f64::consts::PI;
@@ -228,7 +229,7 @@ fn areas_are_those_of_the_textbooks() {
             "torus" => 4.0 * pi * pi * 1.25 * 0.375,
             other => panic!("no area known of the {other}"),
         };
-        // Those by quadrature promise a hundredth at extremes, and these are none.
+        // Quadrature promises one percent at extremes; these shapes are not extreme.
         let room = if matches!(name, "ellipsoid" | "hyperboloid" | "paraboloid") {
             1e-3
         } else {
@@ -252,8 +253,8 @@ fn areas_are_those_of_the_textbooks() {
     }
 }
 
-/// Protects the areas of mapped shapes: even scaling, a disk that becomes an ellipse, a sphere that
-/// becomes a spheroid as flat or long as the quadrature promises to bear.
+/// Protects: the areas of mapped shapes: a uniform scale, a disk that becomes an ellipse, and a
+/// sphere that becomes a spheroid as flat or long as quadrature promises to handle.
 #[test]
 fn mapped_areas() {
     use raywright_bvh::shapes::{AnyShape, Disk, Quad};
@@ -288,7 +289,7 @@ fn mapped_areas() {
             radius: 1.0,
         }
         .into();
-        // Prolate by the arc sine of its eccentricity, oblate by the inverse hyperbolic tangent.
+        // Prolate by the arc sine of the eccentricity, oblate by the inverse hyperbolic tangent.
         let wanted = if k > 1.0 {
             let e = (1.0 - 1.0 / (k * k)).sqrt();
             2.0 * pi * (1.0 + k / e * e.asin())
@@ -305,7 +306,7 @@ fn mapped_areas() {
     }
 }
 
-/// Protects the error bounds of drawn points: a ray that leaves one does not meet the convex
+/// Protects: the error bounds of sampled points: an outward ray from one does not hit the convex
 /// surface again.
 #[test]
 fn rays_leave_drawn_points() {
@@ -338,9 +339,9 @@ fn rays_leave_drawn_points() {
     }
 }
 
-/// Protects the error bound of points drawn on quads whose corners are rounded: both halves lie
-/// within it of the plane through the point, which is where shadow rays end; of a quad that is flat
-/// as it is stored only the error of the test is left, so that rays end near it.
+/// Protects: the error bound of points sampled on quads with rounded corners: both halves lie
+/// within it of the plane through the point, where shadow rays end. For a quad that is flat as
+/// stored only the error of the test remains, so that rays end close to it.
 #[test]
 fn drawn_points_of_quads_are_off_by_their_fold() {
     use raywright_bvh::shapes::{Quad, SampleArea};
@@ -373,9 +374,9 @@ fn drawn_points_of_quads_are_off_by_their_fold() {
     assert!(folded > 100, "{folded}");
 }
 
-/// Protects the area of what is leant, where the sides of a cube stay equally long: a ball becomes
-/// an ellipsoid whose half axes are √(1 ± 0.6) and 1, and so does one that is turned besides; a
-/// cube's faces become parallelograms.
+/// Protects: the area under a shear that keeps the edges of a cube equally long: a sphere becomes
+/// an ellipsoid with semi-axes √(1 ± 0.6) and 1, also with a rotation; a box's faces become
+/// parallelograms.
 #[test]
 fn leaning_changes_areas() {
     use raywright_bvh::shapes::{Cuboid, Ellipsoid};
@@ -400,7 +401,7 @@ fn leaning_changes_areas() {
             (area / expected.unwrap() - 1.0).abs() < 1e-3,
             "{area} {expected:?}"
         );
-        // Faces of 1 × 2, 2 × 3 and 3 × 1; those across z lean to 0.8 of themselves.
+        // Faces of 1 × 2, 2 × 3 and 3 × 1; those perpendicular to z shrink to 0.8.
         let cuboid = Cuboid::new(DVec3::ZERO, DVec3::new(1.0, 2.0, 3.0));
         let area = TransformedShape::<f64>::new(cuboid.into(), turn * lean)
             .unwrap()

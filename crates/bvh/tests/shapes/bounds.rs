@@ -1,16 +1,16 @@
-//! Boxes touch what they hold: a box that is merely large enough costs time in every tree.
+//! Boxes are tight: a box that is too large costs time in every tree.
 
 use glam::{DAffine3, DVec3};
 use raywright_bvh::shapes::TransformedShape;
 
 use super::gallery::gallery;
 
-/// How far a surface reaches in a direction: the best of a grid of its points, improved by steps in
-/// both numbers that it is drawn by, halved where none gains.
+/// Support of a surface by search: the best of a grid of its points, improved by steps in both
+/// sampling numbers, which are halved when neither improves.
 fn reach(shape: &TransformedShape<f64>, direction: DVec3) -> f64 {
     const STEPS: u32 = 60;
     let value = |u: f64, v: f64| {
-        // Angles run around; at the very end lies a border.
+        // Angles wrap around; the very end is a border.
         let inside = |x: f64| {
             if x == 1.0 {
                 1.0 - 1e-15
@@ -53,7 +53,7 @@ fn reach(shape: &TransformedShape<f64>, direction: DVec3) -> f64 {
     best
 }
 
-/// Protects bounds, plain and turned: they hold every point and leave no room.
+/// Protects: bounds, plain and mapped, contain every point and are tight.
 #[test]
 fn bounds_are_tight() {
     let turned = DAffine3::from_translation(DVec3::new(0.2, -0.1, 0.3))

@@ -24,14 +24,14 @@ impl Random {
         let ring = (1.0 - z * z).sqrt();
         DVec3::new(ring * a.cos(), ring * a.sin(), z)
     }
-    /// In the cube [−1, 1]³.
+    /// Uniform in the cube [−1, 1]³.
     pub fn cube(&mut self) -> DVec3 {
         DVec3::new(self.unit(), self.unit(), self.unit()) * 2.0 - 1.0
     }
 }
 
-/// A surface as the zeros of `value` within `clip`; `value` is positive outside and its slope about
-/// one.
+/// A surface as the zeros of `value` within `clip`. `value` is positive outside, with a slope of
+/// about one.
 pub struct Oracle {
     pub value: Box<dyn Fn(DVec3) -> f64 + Sync>,
     pub clip: Box<dyn Fn(DVec3) -> bool + Sync>,

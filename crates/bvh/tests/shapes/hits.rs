@@ -1,4 +1,4 @@
-//! Hits against a march along the ray that looks for changes of sign of the implicit function.
+//! Hits, compared with ray marching for sign changes of the implicit function.
 
 use glam::{DAffine3, DVec3};
 use raywright_bvh::shapes::{AnyShape, Quad, Shape, ShapeHit, TransformedShape};
@@ -8,7 +8,7 @@ use raywright_bvh::{
 
 use super::gallery::{Oracle, Random, gallery};
 
-/// A shape in the world or under a map.
+/// A shape, with or without a map.
 trait Subject<R: Real> {
     fn hit(&self, probe: &PreparedRay, range: Interval<R>, side: Side) -> Option<ShapeHit<R>>;
     fn at(&self, probe: &PreparedRay, hit: ShapeHit<R>) -> SurfacePoint;
@@ -46,10 +46,9 @@ impl<R: Real> Subject<R> for TransformedShape<R> {
     }
 }
 
-/// Distances at which the function changes sign along the ray up to `end`, with whether it falls; a
-/// march in even steps and a bisection. Crossings outside the clip are left out. The flag says that
-/// the function came near zero between two crossings closer than the march can tell apart, so that
-/// their number is not known.
+/// Distances up to `end` at which the function changes sign along the ray, and whether it falls
+/// there, by even steps and bisection. Crossings outside the clip are omitted. The flag marks a ray
+/// on which the function came near zero between steps, so that the number of crossings is unknown.
 fn crossings(
     oracle: &Oracle,
     origin: DVec3,
@@ -82,7 +81,7 @@ fn crossings(
                 found.push((low, next < 0.0));
             }
         } else {
-            // Nearer to zero than on either side: it may have dipped through in between.
+            // Nearer to zero than on either side: it may have crossed zero twice in between.
             doubtful |=
                 last.abs() <= before.abs() && last.abs() <= next.abs() && last.abs() < 3.0 * step;
         }
@@ -183,7 +182,7 @@ fn check_surface<R: Real>(
     let slope =
         |axis: DVec3| ((oracle.value)(p + axis * 1e-6) - (oracle.value)(p - axis * 1e-6)) / 2e-6;
     let gradient = DVec3::new(slope(DVec3::X), slope(DVec3::Y), slope(DVec3::Z)).normalize();
-    // At an edge of a solid the difference mixes two faces.
+    // At an edge of a solid the difference quotient mixes two faces.
     let edge = [DVec3::X, DVec3::Y, DVec3::Z].iter().any(|&axis| {
         let bend = (oracle.value)(p + axis * 1e-4) + (oracle.value)(p - axis * 1e-4)
             - 2.0 * (oracle.value)(p);
@@ -230,21 +229,22 @@ fn all<R: Real>(tolerance: f64) {
     }
 }
 
-/// Protects every formula of every shape: distance, sides, clipping, point, normal, bounds,
-/// coordinates; also under a map that mirrors.
+/// Protects: every formula of every shape: distance, sides, clipping, point, normal, bounds and
+/// texture coordinates, also under a reflection.
 #[test]
 fn robust_shapes_meet_their_implicit_functions() {
     all::<f32>(4e-7);
 }
 
-/// Protects: the same in f64, far more closely: a formula that is only nearly right shows here.
+/// Protects: the same formulas in f64 with a far smaller tolerance, where a nearly right formula
+/// fails.
 #[test]
 fn reference_shapes_meet_their_implicit_functions() {
     all::<f64>(1e-12);
 }
 
-/// Protects: a point at the border of a quad is kept from it by eight roundings of its greatest
-/// coordinate on each side, also where one side is a hundred times the other: rays that start at an
+/// Protects: a point near the border of a quad is moved off it by eight roundings of its greatest
+/// coordinate, on either side, even if one edge is a hundred times the other: rays that start at an
 /// inner edge of a long room start inside.
 #[test]
 fn points_keep_from_borders_of_long_quads() {
@@ -264,7 +264,7 @@ fn points_keep_from_borders_of_long_quads() {
                 Vector::from_f64(ray.origin),
                 Vector::from_f64(ray.direction),
             ));
-            // What rounding takes over the border is no hit.
+            // A ray that rounding moved over the border has no hit.
             let Some(hit) = quad.intersect(&probe, Interval::positive(), Side::Both) else {
                 continue;
             };

@@ -1,5 +1,5 @@
-//! What every shape promises, against oracles that share no formula with it: implicit functions for
-//! hits and normals, the mean number of crossings of random lines for areas and densities.
+//! Properties of every shape, compared with oracles that share no formula with it: implicit
+//! functions for hits and normals, and crossings of random lines for areas and densities.
 
 mod area;
 mod bounds;

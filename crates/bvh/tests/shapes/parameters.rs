@@ -1,4 +1,4 @@
-//! Texture coordinates: where they start and end, and that dp/du is what the point does as u grows.
+//! Texture coordinates: their range, and dp/du as the derivative of the point by u.
 
 use glam::{DAffine3, DVec2, DVec3};
 use raywright_bvh::shapes::{AnyShape, TransformedShape};
@@ -6,7 +6,7 @@ use raywright_bvh::{Interval, Parameters, PreparedRay, Ray, Side};
 
 use super::gallery::{Random, gallery};
 
-/// Point, normal and coordinates at the first hit of a ray.
+/// Point, normal and texture coordinates at the first hit of a ray.
 struct Found {
     point: DVec3,
     normal: DVec3,
@@ -24,7 +24,7 @@ fn found(shape: &TransformedShape<f64>, origin: DVec3, direction: DVec3) -> Opti
     })
 }
 
-/// A difference of coordinates that may run around.
+/// A difference of coordinates that may wrap around.
 fn around(difference: f64) -> f64 {
     difference - difference.round()
 }
@@ -57,12 +57,12 @@ fn derivative(name: &str, shape: AnyShape<f64>, map: DAffine3) {
             "{name}: {along:?} is not along the surface"
         );
         hits += 1;
-        // The foot of the moved point, straight down onto the surface.
+        // The foot of the moved point, projected down onto the surface.
         let moved = at.point + along * STEP;
         let Some(next) = found(&placed, moved + at.normal * 1e-3, -at.normal) else {
             continue;
         };
-        // Over an edge there is another part of the surface with coordinates of its own.
+        // Beyond an edge lies another part of the surface with other coordinates.
         if next.normal.dot(at.normal) < 0.999 || next.point.distance(moved) > 1e-5 * along.length()
         {
             continue;
@@ -77,7 +77,7 @@ fn derivative(name: &str, shape: AnyShape<f64>, map: DAffine3) {
             "{name}: u changes by {du}, v by {dv} a unit; {along:?} at {:?}",
             at.point
         );
-        // To the right as u grows, the image's rows run down where it is not mirrored.
+        // Right is the direction of growing u; rows of an image run down unless mirrored.
         let below = at.point + along.cross(at.normal) * STEP;
         let Some(lower) = found(&placed, below + at.normal * 1e-3, -at.normal) else {
             continue;
@@ -102,8 +102,8 @@ fn derivative(name: &str, shape: AnyShape<f64>, map: DAffine3) {
     );
 }
 
-/// Protects dp/du of every shape, plain and mapped: a step along it changes u by as much and v by
-/// nothing; and on which side of it v grows, under a map that mirrors too.
+/// Protects: dp/du of every shape, plain and mapped: a step along it changes u by the step and v by
+/// zero; and the side of it on which v grows, also under a reflection.
 #[test]
 fn dpdu_is_the_derivative_by_u() {
     let map = DAffine3::from_translation(DVec3::new(0.2, -0.1, 0.3))
@@ -115,7 +115,7 @@ fn dpdu_is_the_derivative_by_u() {
     }
 }
 
-/// Protects where textures lie: coordinates of points that everyone can picture.
+/// Protects: texture coordinates of points that are easy to visualise.
 #[test]
 fn coordinates_of_known_points() {
     use raywright_bvh::shapes::{Cuboid, Cylinder, Ellipsoid, Quad, Sphere, Torus};
@@ -133,7 +133,7 @@ fn coordinates_of_known_points() {
     let ring: AnyShape<f64> = Torus::new(DVec3::ZERO, DVec3::Y, 2.0, 0.5).into();
     let slant = DVec3::new(1.0, 1.0, 0.0).normalize();
     let cases = [
-        // From the −x side about +y, from the top down, as a map on a globe.
+        // From the −x side around +y, and from the top down, like a map on a globe.
         ("sphere", sphere, DVec3::X, Some(0.5), Some(0.5)),
         ("sphere", sphere, DVec3::Z, Some(0.25), Some(0.5)),
         ("sphere", sphere, DVec3::NEG_Z, Some(0.75), Some(0.5)),
@@ -145,7 +145,7 @@ fn coordinates_of_known_points() {
         ("quad", quad, DVec3::Y, Some(0.5), Some(0.5)),
         ("box", cube, DVec3::X, Some(0.5), Some(0.5)),
         ("cylinder", can, DVec3::Y, None, Some(0.0)),
-        // Without ends it is counted from where its base point is.
+        // Without ends, v is measured from the base point.
         ("infinite cylinder", pipe, DVec3::X, None, Some(0.0)),
         ("torus", ring, DVec3::X, None, Some(0.5)),
     ];
@@ -160,7 +160,7 @@ fn coordinates_of_known_points() {
             "{name} from {towards:?}: {got:?} for {wanted:?}"
         );
     }
-    // Off the middle of each face of a box: to the right and down as it is seen from outside.
+    // Off the centre of each face of a box: to the right and down, as seen from outside.
     let placed = TransformedShape::<f64>::new(cube, DAffine3::IDENTITY).unwrap();
     for (side, right, down) in [
         (DVec3::X, DVec3::NEG_Z, DVec3::NEG_Y),
@@ -180,8 +180,8 @@ fn coordinates_of_known_points() {
     }
 }
 
-/// Protects: an image, whose rows run down and columns to the right, is upright and not mirrored on
-/// a body of which the outside is seen with its axis up.
+/// Protects: an image, with rows running down and columns to the right, appears upright and
+/// unmirrored on a solid seen from outside with its axis up.
 #[test]
 fn images_are_upright() {
     use raywright_bvh::shapes::{

@@ -1,5 +1,4 @@
-//! Shapes that no ray can be asked about: a number that is none, or beyond every measure, in any of
-//! their fields.
+//! Invalid shapes: NaN, infinite or huge numbers in any of their fields.
 
 use glam::{DAffine3, DVec3};
 use raywright_bvh::shapes::{
@@ -8,7 +7,7 @@ use raywright_bvh::shapes::{
 };
 use raywright_bvh::{PrimitiveSet, Visibility};
 
-/// Shapes of eleven numbers, each of which is used by some of them, under its own name.
+/// Shapes from eleven numbers, with the indices of the numbers that each uses.
 fn shapes(x: [f64; 11]) -> Vec<(&'static str, Vec<usize>, AnyShape<f64>)> {
     let (at, axis, edge) = (
         DVec3::new(x[0], x[1], x[2]),
@@ -103,8 +102,8 @@ fn shapes(x: [f64; 11]) -> Vec<(&'static str, Vec<usize>, AnyShape<f64>)> {
     ]
 }
 
-/// Protects: a group takes no shape with a number in it that is none or infinite, whichever field
-/// it is in, as it is or under a map; and what it refuses leaves nothing behind.
+/// Protects: a set refuses every shape with a NaN or infinite number in any field, with or without
+/// a map, and a refused shape leaves nothing behind.
 #[test]
 fn numbers_that_are_none_are_refused() {
     let sound = [0.1, 0.2, 0.3, 0.0, 1.0, 0.5, 1.5, 2.0, 2.5, 0.5, 1.5];

@@ -1,9 +1,8 @@
-//! What a scalar does by itself.
+//! Functions of a scalar.
 
 use raywright_bvh::Real;
 
-/// Protects: rounding down without the processor's instruction for it is rounding down, and never
-/// to −0.
+/// Protects: `floor` without the processor's instruction rounds down, and never to −0.
 #[test]
 fn floors_are_those_of_the_standard_library() {
     let magnitudes = [
@@ -41,9 +40,9 @@ fn floors_are_those_of_the_standard_library() {
     assert!(Real::floor(f32::NAN).is_nan());
 }
 
-/// Protects: angles of points are those of the library in f64 within three units of rounding, all
-/// the way round, close to the axes and the diagonals, of points near and far; the origin has none,
-/// and the sign of zero tells the side.
+/// Protects: angles of points agree with the f64 library within three units of rounding, for a
+/// whole turn, close to axes and diagonals, and near and far; the origin has angle zero, and the
+/// sign of zero decides the side.
 #[test]
 fn angles_are_those_of_the_library() {
     let mut worst = 0.0_f64;
@@ -87,8 +86,8 @@ fn angles_are_those_of_the_library() {
     assert_eq!(Real::angle(-3.0, -4.0_f64), libm::atan2(-3.0, -4.0));
 }
 
-/// Protects: cosines and sines of shares of a turn, from none to a whole one, within 1.5e-7, and
-/// exact at its quarters.
+/// Protects: cosines and sines of fractions of a turn from 0 to 1, within 1.5e-7, and exact at its
+/// quarters.
 #[test]
 fn turns_are_cosines_and_sines() {
     let mut worst = 0.0_f64;
@@ -109,8 +108,8 @@ fn turns_are_cosines_and_sines() {
     }
 }
 
-/// Protects: the next number on a side is the one above or below, also of zero and at the ends, and
-/// nothing moves where there is no side.
+/// Protects: `next_towards` returns the adjacent number, also from zero and at the ends, and the
+/// number itself without a direction.
 #[test]
 fn next_numbers_on_a_side() {
     for x in [0.0_f32, 1.0, 1.5e-45, 1e-40, 0.1, 16_777_216.0, f32::MAX] {
