@@ -1,5 +1,5 @@
-//! How long trees take to build over arrangements that builders are known to dislike, against
-//! random primitives of the same number, and what a ray then costs. `benches/README.md` quotes it.
+//! Build times of trees over arrangements that are hard for builders, relative to random primitives
+//! of the same number, and the ray cost of these trees. `benches/README.md` quotes the table.
 #![expect(clippy::print_stdout, reason = "the table is this program's result")]
 
 #[path = "../crates/bvh/tests/builds/families.rs"]
@@ -15,10 +15,10 @@ use families::{FAMILIES, Family, Item, Random, group, random, uneven};
 
 const ROUNDS: usize = 5;
 
-/// `cargo bench --bench builds -- 1000000 High`: how many primitives, and which preset.
+/// `cargo bench --bench builds -- 1000000 High`: number of primitives, and build quality.
 fn main() {
     let arguments: Vec<String> = std::env::args().collect();
-    // Not a run that measures, but one that only lists or checks the benches.
+    // Cargo runs benches also to list or check them.
     if arguments
         .iter()
         .any(|argument| ["--test", "--list"].contains(&argument.as_str()))
@@ -48,7 +48,7 @@ fn main() {
         .for_each(|family| row(family, count, quality));
 }
 
-/// Seconds of CPU that a build takes, and what it built.
+/// CPU seconds of a build, and its result.
 fn build(items: &[Item], quality: BuildQuality) -> (f64, Geometry<f32>) {
     let group = group(items);
     let start = process_seconds();
@@ -56,7 +56,7 @@ fn build(items: &[Item], quality: BuildQuality) -> (f64, Geometry<f32>) {
     (process_seconds() - start, geometry)
 }
 
-/// One family against random primitives, in turns.
+/// One family compared with random primitives, in turns.
 fn row((name, family): Family, count: usize, quality: BuildQuality) {
     let (items, base) = (family(count), random(count));
     let ratio = |_| {
@@ -70,7 +70,7 @@ fn row((name, family): Family, count: usize, quality: BuildQuality) {
     println!("{name:40}{time:>18}{nodes:>14.1}{tests:>14.1}");
 }
 
-/// Nodes and primitives that a ray visits which is aimed at one of them from a few of its sizes
+/// Nodes and primitives visited per ray. Each ray is aimed at a primitive from a few of its sizes
 /// away.
 fn visits(geometry: &Geometry<f32>, items: &[Item]) -> [f64; 2] {
     const RAYS: usize = 400;

@@ -1,15 +1,14 @@
-//! Whether the error that a whole picture claims is the one it has: how often the interval of its
-//! root relMSE holds the distance to the truth, scene by scene, and how often it is said that the
-//! interval means nothing; and how often the errors of single pixels hold. Scenes are presets, two
-//! that are hard, and those of `benches/calibration/`. docs/accuracy.md quotes it.
+//! Calibration of error estimates for whole pictures: how often the interval of the root relMSE
+//! contains the true error, scene by scene, and how often the interval is flagged as meaningless;
+//! and how often the errors of single pixels hold. Scenes are presets, two hard scenes, and those
+//! of `benches/calibration/`. docs/accuracy.md quotes the table.
 //!
 //! `cargo bench --bench calibration -- 1000` takes 1000 renders of each scene, which takes an hour;
-//! the default is 100. The truth is the mean of all renders but the one that is judged.
-//! `cargo bench --bench calibration -- 1000 max-error` does it for pictures that are asked for an
-//! error: how often they have it, and what they cost beside an oracle that knows how many samples
-//! suffice everywhere. Names of scenes behind that choose some of them. With `films=FOLDER` the
-//! renders of the first are kept there and taken from there if they are, so that another way to
-//! judge them takes seconds.
+//! the default is 100. The truth is the mean of all renders except the one judged. `cargo bench
+//! --bench calibration -- 1000 max-error` judges pictures with a target error instead: how often
+//! they reach it, and their cost compared with an oracle that knows the sufficient uniform number
+//! of samples. Further words select scenes by name. `films=FOLDER` stores the renders of the first
+//! mode in a folder and reuses them, so that another evaluation takes seconds.
 #![expect(clippy::print_stdout, reason = "the table is this program's result")]
 
 #[path = "support/judged.rs"]
@@ -30,8 +29,8 @@ use raywright::core::{Ready, Scene, Settings, prepare};
 use raywright::io::Limits;
 use raywright::io::output::{KeptFilm, Metadata, read_film, write_film};
 
-/// What pictures are asked for that get as many samples as it takes: errors for which sixteen
-/// samples, the least there is, do not suffice.
+/// Scenes and target errors for adaptive sampling: sixteen samples, the minimum, do not suffice for
+/// any of them.
 const ASKED: [(&str, f64); 15] = [
     ("cornell", 0.08),
     ("glossy-box", 0.12),
@@ -50,12 +49,12 @@ const ASKED: [(&str, f64); 15] = [
     ("door-ajar", 0.2),
 ];
 
-/// Samples of a pixel in the pictures whose intervals are judged: with fewer there are too few
-/// replicates for one.
+/// Samples per pixel of pictures whose intervals are judged: fewer samples have too few replicates
+/// for an interval.
 const SAMPLES: u32 = 64;
 
-/// One render: its colours, the green ones' standard errors, what it claims, and samples of a pixel
-/// on average.
+/// One render: its colours, the standard errors of green, the estimated error, and the mean number
+/// of samples per pixel.
 struct Taken {
     colours: Vec<[f32; 3]>,
     errors: Vec<f32>,
@@ -117,7 +116,7 @@ fn film(scene: &Scene, size: [u32; 2], samples: u32, max_error: Option<f64>, see
     film
 }
 
-/// Renders with seeds from the first on, several at a time.
+/// Renders with consecutive seeds from `first` on, several in parallel.
 fn all_of(renders: u64, first: u64, film: impl Fn(u64) -> Film + Sync) -> Vec<Taken> {
     (first..first + renders)
         .into_par_iter()
@@ -125,7 +124,7 @@ fn all_of(renders: u64, first: u64, film: impl Fn(u64) -> Film + Sync) -> Vec<Ta
         .collect()
 }
 
-/// A film from a file, or from `render` and then in that file.
+/// A film from a file; if the file is missing, from `render`, and then stored in the file.
 fn kept(file: &Path, render: impl FnOnce() -> Film) -> Film {
     if let Ok(kept) = read_film(file, &Limits::default()) {
         return kept.film;
@@ -139,7 +138,7 @@ fn kept(file: &Path, render: impl FnOnce() -> Film) -> Film {
     kept.film
 }
 
-/// Root relMSE of a render beside the truth.
+/// Root relMSE of a render relative to the truth.
 fn error(render: &Taken, truth: impl Fn(usize, usize) -> f64) -> f64 {
     let of = |(pixel, colour): (usize, &[f32; 3])| {
         (0..3)
@@ -164,9 +163,9 @@ fn sum_of(renders: &[Taken]) -> Vec<[f64; 3]> {
     sum
 }
 
-/// Share of pixels whose error, times Student's factor for its replicates, holds the green of the
-/// others' mean, whose own variance is added; and of those that claim to have none. Where nothing
-/// is left to chance, nothing is counted.
+/// Fraction of pixels whose error, times Student's factor for its replicates, covers the green mean
+/// of the other renders, including the variance of that mean; and fraction of pixels with an error
+/// estimate of zero. Deterministic pixels are not counted.
 fn pixels(renders: &[Taken], sum: &[[f64; 3]]) -> [String; 2] {
     let n = renders.len() as f64;
     let (mut counted, mut held, mut none) = (0, 0, 0);
@@ -213,7 +212,7 @@ fn root(of: f64) -> f64 {
     of.sqrt()
 }
 
-/// Whether intervals hold what they are of.
+/// Judges the coverage of intervals.
 fn intervals(renders: u64, films: Option<&Path>) {
     println!("{renders} renders of 60 x 40 pixels each\n");
     println!(
@@ -228,7 +227,7 @@ fn intervals(renders: u64, films: Option<&Path>) {
             None => render(seed),
         });
         let (sum, n) = (sum_of(&all), renders as f64);
-        // The others' own error adds a share of one in so many.
+        // The error of the other renders' mean adds one part in n.
         let of = |render: &Taken| {
             let others = |pixel: usize, i: usize| {
                 (sum[pixel][i] - f64::from(render.colours[pixel][i])) / (n - 1.0)
@@ -273,8 +272,8 @@ fn intervals(renders: u64, films: Option<&Path>) {
     }
 }
 
-/// Samples of every pixel with which renders of a scene have an error on average: between the two
-/// powers of two that are nearest.
+/// Uniform number of samples per pixel at which renders of a scene reach an error on average,
+/// interpolated between the two nearest powers of two.
 fn oracle(scene: &Scene, size: [u32; 2], truth: &[[f64; 3]], asked: f64) -> f64 {
     let (mut before, mut samples) = (f64::INFINITY, 8_u32);
     loop {
@@ -295,7 +294,7 @@ fn oracle(scene: &Scene, size: [u32; 2], truth: &[[f64; 3]], asked: f64) -> f64 
     }
 }
 
-/// Whether pictures have the error that they are asked for, and what that costs.
+/// Judges pictures with a target error, and their cost.
 fn targets(renders: u64) {
     const SIZE: [u32; 2] = [128, 96];
     println!(
@@ -325,7 +324,7 @@ fn targets(renders: u64) {
             .collect();
         let samples = mean(all.iter().map(|render| render.samples));
         let ([brightness, of_truth], [found, spread]) = (brightness(&truths), brightness(&all));
-        // Of the mean of the renders, and of the truth beside it.
+        // Standard error of the renders' mean, and of the truth.
         let unsure = root(1.0 / renders as f64 + (of_truth / spread).powi(2) / truths.len() as f64);
         println!(
             "| {name} | {asked} | {:.4} | {} | {samples:.0} | {needed:.0} | {:.2} | {:.2} ± {unsure:.2} |",
@@ -340,7 +339,7 @@ fn targets(renders: u64) {
     }
 }
 
-/// Mean brightness of renders, and how far one lies from it.
+/// Mean brightness of renders, and its standard deviation.
 fn brightness(renders: &[Taken]) -> [f64; 2] {
     let of = mean(renders.iter().map(Taken::mean));
     [

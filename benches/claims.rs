@@ -1,12 +1,11 @@
-//! What renders claim of themselves, noisy and denoised, beside what is true: how often nothing is
-//! claimed, and how often the claims that are made hold. docs/accuracy.md quotes it.
+//! Error estimates of noisy and denoised renders, compared with the truth: how often an estimate is
+//! missing, and how often existing estimates hold. docs/accuracy.md quotes the table.
 //!
-//! `cargo bench --bench claims -- 100` takes 100 renders of 48 x 32 pixels with 16 and with 64
-//! samples each; `samples=16,64,256` says other numbers, and names choose some of the scenes of
-//! `benches/calibration/` and the presets. The truth is the mean of all renders of a scene but the
-//! one that is judged, each as often as it has samples, and its own variance is taken off. With
-//! `films=FOLDER` films are kept there and taken from there, so that another way to judge them
-//! takes seconds.
+//! `cargo bench --bench claims -- 100` takes 100 renders of 48 x 32 pixels, with 16 and with 64
+//! samples each. `samples=16,64,256` selects other numbers, and names select scenes among
+//! `benches/calibration/` and the presets. The truth is the mean of all renders of a scene except
+//! the one judged, weighted by samples, and its own variance is subtracted. `films=FOLDER` stores
+//! films in a folder and reuses them, so that another evaluation takes seconds.
 #![expect(clippy::print_stdout, reason = "the table is this program's result")]
 
 #[path = "support/judged.rs"]
@@ -30,8 +29,8 @@ use raywright::io::output::{KeptFilm, Metadata, read_film, write_film};
 
 const SIZE: [u32; 2] = [48, 32];
 
-/// One render: both pictures, what is claimed of each, and the standard errors of the noisy one's
-/// pixels.
+/// One render: the noisy and the denoised picture, the error estimate of each, and the standard
+/// errors of the noisy picture's pixels.
 struct Render {
     samples: f64,
     pictures: [Vec<[f32; 3]>; 2],
@@ -78,7 +77,7 @@ fn render(scene: &Scene, samples: u32, seed: u64) -> Film {
     film
 }
 
-/// A film from a file, or rendered and then in that file.
+/// A film from a file; if the file is missing, rendered and then stored in the file.
 fn film(file: Option<PathBuf>, scene: &Scene, samples: u32, seed: u64) -> Film {
     let Some(file) = file else {
         return render(scene, samples, seed);
@@ -96,7 +95,7 @@ fn film(file: Option<PathBuf>, scene: &Scene, samples: u32, seed: u64) -> Film {
     kept.film
 }
 
-/// What all renders of a scene say together: per pixel and channel the sum of samples, and the
+/// Pooled statistics of a scene's renders: per pixel and channel the sum of samples, and the
 /// variance of one sample.
 struct Truth {
     samples: f64,
@@ -137,7 +136,7 @@ impl Truth {
         }
     }
 
-    /// The mean of the others, and its variance.
+    /// The mean of the other renders, and its variance.
     fn without(&self, render: &Render, pixel: usize, i: usize) -> [f64; 2] {
         let others = self.samples - render.samples;
         let sum = self.sums[pixel][i] - render.samples * f64::from(render.pictures[0][pixel][i]);
@@ -158,8 +157,8 @@ impl Truth {
             / (3 * pixels) as f64
     }
 
-    /// Of the pixels that vary: those whose standard error holds the truth, those that claim to
-    /// have none, and all.
+    /// Counts of varying pixels: those whose standard error covers the truth, those with an error
+    /// estimate of zero, and all.
     fn pixels(&self, renders: &[&Render]) -> [usize; 3] {
         let mut counts = [0; 3];
         for render in renders {
@@ -190,7 +189,8 @@ fn percent(count: usize, of: usize) -> String {
     }
 }
 
-/// True error, claimed where known, share without a claim, and share of claims that hold.
+/// True error, estimated error where known, fraction without an estimate, and fraction of estimates
+/// that hold.
 fn judge(truth: &Truth, renders: &[&Render], which: usize) -> String {
     let squares: Vec<f64> = renders
         .iter()

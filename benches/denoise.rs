@@ -1,12 +1,12 @@
-//! What denoising brings, scene by scene: how much less the squared error is, how often the
-//! interval that a denoised picture claims holds its error, how much error was added where it made
-//! things worse, and how long it takes. docs/accuracy.md quotes it.
+//! Benefit of denoising, scene by scene: the reduction of squared error, how often the interval of
+//! a denoised picture contains its error, how much error was added where the picture became worse,
+//! and the time. docs/accuracy.md quotes the table.
 //!
 //! `cargo bench --bench denoise -- 100` takes 100 renders of each scene with 16 and 64 samples; the
-//! default is 10, and 256 samples with them. `size=96x64` says how large they are, and further
-//! words choose scenes by name or add model files. The truth is two renders of `truth=2048` samples
-//! each: what a picture differs from the one by, times what it differs from the other by, is free
-//! of their noise. `cargo bench --bench denoise -- time` takes the time for 1280 x 720 pixels.
+//! default is 10, also with 256 samples. `size=96x64` sets their size, and further words select
+//! scenes by name or add model files. The truth consists of two renders of `truth=2048` samples
+//! each: the product of a picture's differences from both is free of their noise. `cargo bench
+//! --bench denoise -- time` measures the time for 1280 x 720 pixels.
 #![expect(clippy::print_stdout, reason = "the table is this program's result")]
 
 #[path = "support/judged.rs"]
@@ -27,7 +27,7 @@ use raywright::core::settings::Sampling;
 use raywright::core::{Scene, Settings, prepare};
 use raywright::io::{Input, LoadOptions, load};
 
-/// Scenes on which the denoiser's numbers were chosen.
+/// Scenes for which the denoiser's parameters were tuned.
 const TUNED: [&str; 7] = [
     "cornell",
     "product",
@@ -38,10 +38,10 @@ const TUNED: [&str; 7] = [
     "depth-of-field",
 ];
 
-/// Presets beside those whose claims are judged.
+/// Presets in addition to the calibration scenes.
 const FURTHER: [&str; 2] = ["rough-refraction", "instances"];
 
-/// Pixels to each side of the blocks that are looked at one by one.
+/// Side length in pixels of the blocks in which errors are compared.
 const BLOCK: usize = 8;
 
 fn film(scene: &Scene, size: [u32; 2], samples: u32, seed: u64, denoise: bool) -> Film {
@@ -63,7 +63,7 @@ fn film(scene: &Scene, size: [u32; 2], samples: u32, seed: u64, denoise: bool) -
     film
 }
 
-/// Squared errors of a picture relative to the truth, pixel by pixel, right on average.
+/// Squared errors of a picture relative to the truth, pixel by pixel, unbiased.
 fn errors(picture: &Picture, truth: &[Picture; 2]) -> Vec<f64> {
     let of = |(pixel, colour): (usize, &[f32; 3])| {
         let of = |i: usize| {
@@ -90,7 +90,7 @@ fn blocks(errors: &[f64], width: usize) -> Vec<f64> {
     sums
 }
 
-/// What renders of one scene with so many samples say.
+/// Results of one scene's renders with a given number of samples.
 #[derive(Default)]
 struct Row {
     before: Vec<f64>,
@@ -162,7 +162,7 @@ impl Row {
     }
 }
 
-/// The scenes that are judged: those named, or all.
+/// The scenes to judge: the named ones, or all.
 fn all(words: &[String]) -> Vec<(String, Scene)> {
     let file = |word: &String| {
         let loaded = load(&Input::Path(word.into()), &LoadOptions::default())
@@ -235,8 +235,8 @@ fn compare(renders: u64, size: [u32; 2], of_truth: u32, words: &[String]) {
     }
 }
 
-/// What it takes for 1280 x 720 pixels: where only lamps are seen by themselves, and where a noisy
-/// sky is everywhere.
+/// Time for 1280 x 720 pixels: for a scene whose only directly visible emitters are lamps, and for
+/// a scene with a noisy sky everywhere.
 fn time() {
     for name in ["cornell", "depth-of-field"] {
         let Some(scene) = scenes::preset(name) else {

@@ -1,10 +1,10 @@
-//! Compiled expressions against closures that a programmer would write for the same formula.
+//! Compiled expressions compared with handwritten closures for the same formula.
 //!
-//! Each formula is timed three ways, in turns, on the same hits: the program; a boxed closure,
-//! called as a renderer would call one that it keeps with a material; and a closure that the
-//! compiler may inline into the loop, which no renderer of scenes from files can have, as the lower
-//! bound. Two tables: of few hits, which the processor's branch predictor soon knows by heart, and
-//! of more than it can, as in a picture. `cargo bench --bench expressions` prints them.
+//! Each formula is timed three times, in turns, on the same hits: the compiled program; a boxed
+//! closure, as a renderer would store it with a material; and a closure that the compiler may
+//! inline into the loop, which no renderer of scene files can have, as the lower bound. Two tables:
+//! for few hits, which the branch predictor learns, and for more than it can learn, as in a
+//! picture. `cargo bench --bench expressions` prints both.
 #![expect(clippy::print_stdout, reason = "the table is this program's result")]
 
 use std::collections::BTreeMap;
@@ -20,7 +20,7 @@ type Closure = Box<dyn Fn(&Inputs<f32>) -> Vec3 + Send + Sync>;
 /// A closure over many hits.
 type Inlined = Box<dyn Fn(&[Inputs<f32>]) -> Vec3>;
 
-/// One formula in both forms, as vectors; a number is one in every component.
+/// One formula in three forms, as vectors; a number is a vector of equal components.
 struct Case {
     name: &'static str,
     /// One program.
@@ -48,7 +48,7 @@ macro_rules! case {
     }};
 }
 
-/// Sixteen squarings at most, as the language does whole powers.
+/// At most sixteen squarings, as the language computes integer powers.
 fn power(x: f32, exponent: u32) -> f32 {
     raywright_core::bvh::scalar::Real::powi(x, exponent)
 }
@@ -114,7 +114,7 @@ const BALL: &str =
         20*p.x/(2*-1000/999.9*(1 + 0.5*p.x + 0.5*(p.y - 2) + p.z - 5)) + 0.1*t,
         20*(p.y - 2)/(2*-1000/999.9*(1 + 0.5*p.x + 0.5*(p.y - 2) + p.z - 5)) + 0.5*t, 8))))";
 
-/// Hits as they come from a picture: unlike each other, in no order.
+/// Hits as in a picture: unlike each other, in no order.
 fn hits(count: usize) -> Vec<Inputs<f32>> {
     let mut state = 1_u32;
     let mut random = || {
@@ -134,8 +134,8 @@ fn hits(count: usize) -> Vec<Inputs<f32>> {
     (0..count).map(hit).collect()
 }
 
-/// Nanoseconds per evaluation of one pass over the hits; short, so that few are interrupted on a
-/// busy machine.
+/// Nanoseconds per evaluation in one pass over the hits. Passes are short, so that few are
+/// interrupted on a busy machine.
 fn pass(hits: &[Inputs<f32>], sum: &dyn Fn(&[Inputs<f32>]) -> Vec3) -> f64 {
     let start = Instant::now();
     black_box(sum(black_box(hits)));

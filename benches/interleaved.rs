@@ -1,7 +1,7 @@
-//! Comparisons whose difference is smaller than what a machine's speed changes between two benches:
-//! the contestants take turns, and the table says how far apart repeats were. `benches/README.md`
-//! quotes it. Scenes that are named (`-- preset:product model.glb`) are rendered by each precision,
-//! and nothing else is.
+//! Comparisons with differences below the drift of a machine's speed between two benches: the
+//! contestants take turns, and the table gives the spread of repeats. `benches/README.md` quotes
+//! it. Named scenes (`-- preset:product model.glb`) are rendered in each precision, and nothing
+//! else is.
 #![expect(clippy::print_stdout, reason = "the tables are this program's result")]
 
 #[path = "support/mesh.rs"]
@@ -23,7 +23,7 @@ use threads::threads;
 use turns::{Contestant, interleaved, measuring};
 
 const ROUNDS: usize = 15;
-/// Where a pixel takes long.
+/// Size for scenes with slow pixels.
 const TINY: [u32; 2] = [320, 180];
 const SMALL: [u32; 2] = [640, 360];
 const FULL: [u32; 2] = [1920, 1080];
@@ -55,7 +55,7 @@ fn main() {
     }
 }
 
-/// A scene by the name that the program would take.
+/// A scene by the name that the program accepts.
 fn scene(name: &str) -> Scene {
     let input = name.strip_prefix("preset:").map_or_else(
         || Input::Path(name.into()),
@@ -66,10 +66,10 @@ fn scene(name: &str) -> Scene {
         .scene
 }
 
-/// A name in the table and what it changes in the settings.
+/// Name in the table, and the change of settings.
 type Variant<'a> = (&'a str, &'a dyn Fn(&mut Settings));
 
-/// Renders by each of several settings on one thread, in turns.
+/// Renders with several settings on one thread, in turns.
 fn compare(title: &str, scene: &Scene, size: [u32; 2], variants: &[Variant<'_>]) {
     let prepared: Vec<_> = variants
         .iter()
@@ -87,7 +87,7 @@ fn compare(title: &str, scene: &Scene, size: [u32; 2], variants: &[Variant<'_>])
     print!("{}", interleaved(title, ROUNDS, &contestants));
 }
 
-/// How far a second thread goes: wall clock.
+/// Speedup of a second thread, in wall-clock time.
 fn two_threads(scene: &Scene, name: &str, size: [u32; 2]) {
     let title = format!("{name} at {}x{}, one thread and two", size[0], size[1]);
     let (ready, pools) = (ready(scene, size, |_| {}), [threads(1), threads(2)]);
@@ -107,7 +107,7 @@ fn two_threads(scene: &Scene, name: &str, size: [u32; 2]) {
     print!("{}", interleaved(&title, ROUNDS, &contestants));
 }
 
-/// What each rung of the arithmetic ladder costs. Scenes by chance take 4 samples a pixel.
+/// Cost of each precision. Randomly sampled scenes use 4 samples per pixel.
 fn precisions(scene: &Scene, name: &str, size: [u32; 2]) {
     let with = |precision| {
         move |settings: &mut Settings| {

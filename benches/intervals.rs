@@ -1,6 +1,6 @@
-//! Whether a picture's claim of accuracy holds: how often the 95 % intervals of its pixels hold the
-//! truth, by the number of replicates and samples, and what the replicates cost in error.
-//! `benches/README.md` quotes it.
+//! Calibration of pixel errors: how often the 95 % intervals of pixels contain the truth, by the
+//! number of replicates and samples, and the error that replicates add. `benches/README.md` quotes
+//! the tables.
 //!
 //! `cargo bench --bench intervals -- 20` takes 20 seeds in place of 200.
 #![expect(clippy::print_stdout, reason = "the tables are this program's result")]
@@ -14,7 +14,7 @@ mod turns;
 use chance::{Taken, judge, picture, scenes};
 
 const SIZE: [u32; 2] = [40, 27];
-/// The reference's samples: its variance is a small part of what it judges, and is added.
+/// Samples of the reference. Its variance is a small part of a judged pixel's, and is added.
 const REFERENCE: u32 = 8192;
 
 fn main() {

@@ -1,6 +1,6 @@
-//! What leaves of spheres and of quads bring: trees over random spheres, quads, boxes and all three
-//! in one heap, asked by each kernel that this processor has and by a scan, in turns.
-//! `benches/README.md` quotes it.
+//! Benefit of leaves of spheres and quads: trees over random spheres, quads, boxes and a mixture of
+//! all three, traversed by each kernel of this processor and compared with a scan, in turns.
+//! `benches/README.md` quotes the table.
 #![expect(clippy::print_stdout, reason = "the table is this program's result")]
 
 #[path = "support/random.rs"]
@@ -22,16 +22,16 @@ use raywright::bvh::{
 use random::Random;
 use turns::{Contestant, interleaved, measuring};
 
-/// Rays of a turn, and rounds.
+/// Rays per turn, and rounds.
 const RAYS: usize = 20_000;
 const ROUNDS: usize = 9;
-/// More primitives than this are not scanned.
+/// Most primitives for which the scan is timed.
 const SCANNED: usize = 1000;
 
-/// Asks a tree all rays of a kind.
+/// Traces all rays of a kind through a tree.
 type Ask<'a> = &'a dyn Fn(&Geometry<f32>);
 
-/// Puts a primitive of about a size somewhere into the cube.
+/// Adds a primitive of about a given size at a random position in the cube.
 type Put = fn(&mut PrimitiveSet<f32>, &mut Random, f64);
 
 fn sphere(group: &mut PrimitiveSet<f32>, random: &mut Random, size: f64) {
@@ -70,7 +70,7 @@ fn any_kind(group: &mut PrimitiveSet<f32>, random: &mut Random, size: f64) {
     kinds[(random.unit() * 3.0) as usize % 3](group, random, size);
 }
 
-/// So many of a kind, 1 % of the cube each where there are a hundred.
+/// `count` primitives of a kind; each takes 1 % of the cube if there are a hundred.
 fn geometry(put: Put, count: usize, kind: AcceleratorKind) -> Geometry<f32> {
     let (mut group, mut random) = (PrimitiveSet::default(), Random(count as u64));
     let size = 0.5 * (count as f64).powf(-1.0 / 3.0);
@@ -78,7 +78,7 @@ fn geometry(put: Put, count: usize, kind: AcceleratorKind) -> Geometry<f32> {
     Geometry::new(group, kind)
 }
 
-/// `cargo bench --bench leaves -- 1000 100000`: how many primitives.
+/// `cargo bench --bench leaves -- 1000 100000`: numbers of primitives.
 fn main() {
     if !measuring() {
         return;

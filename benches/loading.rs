@@ -1,11 +1,10 @@
-//! How loading grows with what there is to load: for each kind of thing that a scene has many of,
-//! the time to read and check its file, and to explain and prepare it, at 10³, 10⁴ and 10⁵ of it.
-//! `tests/integration/many.rs` holds that it stays linear.
+//! Scaling of load times: for each kind of item that a scene may contain many times, the time to
+//! read and check its file, and to explain and prepare it, for 10³, 10⁴ and 10⁵ items.
+//! `tests/integration/many.rs` checks that the time stays linear.
 //!
-//! `cargo bench --bench loading -- sheet [SIDE]` loads a generated GLB of 2·SIDE² triangles (five
-//! million) beside the least that there is to do, reading its bytes and building its tree, and says
-//! what memory it takes; `-- model FILE` a whole run over a model beside decoding its largest
-//! image.
+//! `cargo bench --bench loading -- sheet [SIDE]` loads a generated GLB file of 2·SIDE² triangles
+//! (five million) beside the necessary minimum, reading its bytes and building its tree, and prints
+//! the memory; `-- model FILE` times a whole run over a model beside decoding its largest image.
 #![expect(clippy::print_stdout, reason = "the table is this program's result")]
 
 #[path = "support/many.rs"]
@@ -99,7 +98,7 @@ fn least((what, write): &Family, n: usize) -> [f64; 2] {
         })
 }
 
-/// Peak resident memory in bytes, as Linux tells it; zero elsewhere.
+/// Peak resident memory in bytes, from Linux; zero elsewhere.
 fn peak_bytes() -> u64 {
     let status = std::fs::read_to_string("/proc/self/status").unwrap_or_default();
     let line = status
@@ -113,15 +112,15 @@ fn peak_bytes() -> u64 {
         * 1024
 }
 
-/// CPU seconds of all threads that some work takes, and what it makes.
+/// CPU seconds of all threads for some work, and its result.
 fn timed<T>(work: impl FnOnce() -> T) -> (f64, T) {
     let start = process_seconds();
     let made = work();
     (process_seconds() - start, made)
 }
 
-/// Import and preparation of a large file, and what of it can't be saved: in CPU seconds, in turns,
-/// since machines are shared.
+/// Import and preparation of a large file, beside the unavoidable part of both: in CPU seconds, in
+/// turns, since machines are shared.
 fn sheet_beside_its_tree(side: u32) {
     let folder = tempfile::tempdir().expect("a temporary folder");
     let path = folder.path().join("sheet.glb");
@@ -147,7 +146,7 @@ fn sheet_beside_its_tree(side: u32) {
             panic!("inline")
         };
         let whole = ready.memory().total();
-        // Only the first round's is that of a process which does nothing else.
+        // Only in the first round has the process done nothing else.
         if peak == 0 {
             peak = peak_bytes();
             println!(
@@ -191,7 +190,7 @@ fn decoded(file: &[u8]) -> Vec<u8> {
         .into_vec()
 }
 
-/// Milliseconds of a process from its start to its end.
+/// Milliseconds of a process from start to end.
 fn run(command: &mut Command) -> f64 {
     let start = Instant::now();
     let status = command.status().expect("it starts");
@@ -200,9 +199,9 @@ fn run(command: &mut Command) -> f64 {
     1e3 * seconds
 }
 
-/// The program from its start until a model is prepared, beside a process that decodes the model's
-/// largest image and nothing else, in turns: a process meets all of its memory for the first time,
-/// which takes longer than what it does there. And decoding again and again in one.
+/// The program from its start until a model is prepared, beside a process that only decodes the
+/// model's largest image, in turns. A new process touches all of its memory for the first time,
+/// which takes longer than the work. Repeated decoding within one process is timed too.
 fn run_beside_an_image(path: &Path) {
     const ROUNDS: usize = 40;
     let loaded = load(&Input::Path(path.to_owned()), &LoadOptions::default())
@@ -249,8 +248,8 @@ fn run_beside_an_image(path: &Path) {
             .arg(&path)
             .current_dir(folder.path());
         let whole = run(&mut render);
-        // A run of its own: what it takes to write down how long a run took comes after preparation
-        // and would count as a part of it.
+        // A separate run, since the time to write the statistics comes after preparation and would
+        // be included.
         run(render.args(["--stats", "run.json"]));
         let stats = std::fs::read(folder.path().join("run.json")).expect("statistics");
         let stats: serde_json::Value = serde_json::from_slice(&stats).expect("JSON");
@@ -284,8 +283,8 @@ fn run_beside_an_image(path: &Path) {
     println!("of the last two, one by the other    {}", told[4]);
 }
 
-/// The bytes of the image of that size in a GLB file: found by its signature, since this bench is
-/// no reader of glTF.
+/// The bytes of the image of the given size in a GLB file, found by its signature, since this bench
+/// has no glTF reader.
 fn largest_image(path: &Path, size: [u32; 2]) -> Vec<u8> {
     let bytes = std::fs::read(path).expect("a file");
     let starts = (0..bytes.len()).filter(|&at| {

@@ -1,9 +1,9 @@
-//! How often `compare --noise` raises an alarm: pairs of pictures of one scene by different seeds,
-//! which differ by noise alone, and pairs of which one is brighter by half a percent in a tenth of
-//! it.
+//! False and true alarms of `compare --noise`: pairs of pictures of a scene with different seeds,
+//! which differ by noise alone, and pairs in which one picture is brighter by half a percent in a
+//! tenth of its area.
 //!
-//! `cargo bench --bench noise -- 1000` judges so many pairs of each scene, the default; of every
-//! pair both pictures are its own. Names of scenes behind that choose some of them.
+//! `cargo bench --bench noise -- 1000` judges 1000 pairs of each scene, the default; each pair has
+//! two new pictures. Further words select scenes by name.
 #![expect(clippy::print_stdout, reason = "the table is this program's result")]
 
 use rayon::iter::{IntoParallelIterator, ParallelIterator};
@@ -16,22 +16,21 @@ use raywright::io::{Input, LoadOptions, load};
 /// Scenes with even noise, with rare light, and with edges.
 const SCENES: [&str; 4] = ["cornell", "product", "many-lights", "glossy-box"];
 
-/// Samples of a pixel.
+/// Samples per pixel.
 const SAMPLES: u32 = 64;
 
-/// Size of the pictures that differ by noise alone, and of those with a planted bias, of which
-/// there are few.
+/// Size of the pictures that differ by noise alone, and of the few pictures with a planted bias.
 const SMALL: [u32; 2] = [64, 48];
 const LARGE: [u32; 2] = [640, 480];
 const BIASED_PAIRS: u64 = 4;
 
-/// Levels at which the tests are held.
+/// Significance levels of the tests.
 const LEVELS: [f64; 2] = [0.05, 0.01];
 
-/// What the planted bias adds.
+/// Factor of the planted bias.
 const BIAS: f32 = 1.005;
 
-/// Colours, standard errors and the degrees of freedom of each.
+/// Colours, standard errors, and degrees of freedom.
 struct Side {
     size: [u32; 2],
     rgb: Vec<[f32; 3]>,
@@ -66,7 +65,7 @@ impl Side {
         }
     }
 
-    /// The same, brighter in the middle: by the root of a tenth of each edge.
+    /// The picture, brighter in the middle: within the root of a tenth of each edge.
     fn biased(mut self) -> Self {
         let [width, height] = self.size;
         let inside = |at: u32, of: u32| {
@@ -92,7 +91,7 @@ impl Side {
         }
     }
 
-    /// Whether the two differ beyond noise, at each level.
+    /// Whether both pictures differ beyond noise, at each level.
     fn differs(&self, other: &Self) -> [bool; LEVELS.len()] {
         let judged = |level| {
             judge_noise(&self.noisy(), &other.noisy(), level).unwrap_or_else(|e| panic!("{e}"))
@@ -101,7 +100,7 @@ impl Side {
     }
 }
 
-/// How many of so many pairs raise an alarm at each level.
+/// Number of pairs with an alarm at each level.
 fn alarms(pairs: u64, differ: impl Fn(u64) -> [bool; LEVELS.len()] + Sync) -> [u64; LEVELS.len()] {
     let add = |a: [u64; 2], b: [u64; 2]| [a[0] + b[0], a[1] + b[1]];
     (0..pairs)
@@ -111,7 +110,7 @@ fn alarms(pairs: u64, differ: impl Fn(u64) -> [bool; LEVELS.len()] + Sync) -> [u
 }
 
 fn main() {
-    // Cargo adds a flag of its own.
+    // Cargo adds a flag.
     let words: Vec<String> = std::env::args()
         .skip(1)
         .filter(|word| !word.starts_with('-'))

@@ -1,6 +1,6 @@
-//! What accuracy costs, and what is wrong without it: the table in docs/accuracy.md of the
-//! textbook's formulas in f32, of `robust` and of `reference`. The textbook's are no part of the
-//! program; they are the comparator of its tests.
+//! Cost of accuracy, and errors without it: the table in docs/accuracy.md of textbook formulas in
+//! f32, of `robust` and of `reference`. The textbook formulas are not part of the program; they are
+//! the comparator of its tests.
 #![expect(clippy::print_stdout, reason = "the table is this program's result")]
 
 #[path = "support/mesh.rs"]
@@ -23,7 +23,7 @@ use threads::threads;
 const ROUNDS: usize = 15;
 
 fn main() {
-    // Not where benches are only listed or checked.
+    // Cargo runs benches also to list or check them.
     if std::env::args().any(|argument| ["--test", "--list"].contains(&argument.as_str())) {
         return;
     }
@@ -35,7 +35,7 @@ fn main() {
     cases();
 }
 
-/// Work done by each of several, in turns: CPU time over that of `robust`.
+/// Times several implementations in turns: CPU time relative to `robust`.
 fn row(name: &str, works: [Option<&dyn Fn()>; 3]) {
     let mut ratios = [(); 3].map(|()| Vec::with_capacity(ROUNDS));
     for round in 0..=ROUNDS {
@@ -70,7 +70,7 @@ fn row(name: &str, works: [Option<&dyn Fn()>; 3]) {
     );
 }
 
-/// The work of a ray or sample, of every hard case whose textbook's formula there is.
+/// Time per ray or sample, for every hard case with a textbook formula.
 fn tests() {
     for number in hard_cases().map(|case| case.number) {
         let Some(Contest {
@@ -89,7 +89,7 @@ fn tests() {
     }
 }
 
-/// Whole pictures, which the textbook's formulas are not part of any more.
+/// Whole pictures, for which no textbook implementation exists.
 fn pictures() {
     let picture = |name: &str, scene: Option<Scene>, size: [u32; 2]| {
         let Some(scene) = scene else { return };
@@ -123,7 +123,7 @@ fn pictures() {
     );
 }
 
-/// What is wrong in the hard cases, where the textbook's formulas are judged on the same rays.
+/// Error rates in the hard cases with textbook formulas, on the same rays.
 fn cases() {
     let shot = if std::env::var("RAYS").is_ok_and(|rays| rays == "all") {
         Rays::All

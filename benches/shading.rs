@@ -1,9 +1,8 @@
-//! What shading costs a lane: value, density and a sample of the lobes that answer to light, for
-//! one path alone and for 8 and 16 side by side. The contestants do the same work on the same paths
-//! and take turns; `benches/README.md` quotes the table.
+//! Cost of shading per lane: value, density and sampling of the lobes that light sampling
+//! evaluates, for single paths and for 8 and 16 paths in lanes. The contestants do the same work on
+//! the same paths in turns; `benches/README.md` quotes the table.
 //!
-//! A compiler that no longer turns the loops over lanes into vectors shows here, as a ratio near
-//! one.
+//! If the compiler stops vectorising the loops over lanes, the ratio here is close to one.
 #![expect(clippy::print_stdout, reason = "the tables are this program's result")]
 
 #[path = "support/turns.rs"]
@@ -19,12 +18,12 @@ use raywright::core::number::{Lanes, Number, Vector3};
 use turns::{Contestant, interleaved, measuring};
 
 const ROUNDS: usize = 31;
-/// As many as fit into the second-level cache with what comes out.
+/// As many as fit into the second-level cache with their results.
 const PATHS: usize = 4096;
-/// How often each round goes through them.
+/// Passes over the paths per round.
 const TIMES: usize = 40;
 
-/// What paths met, in lanes.
+/// Surface data of paths, in lanes.
 struct Met<N: Number> {
     wo: N::Vec3,
     wi: N::Vec3,
@@ -33,7 +32,7 @@ struct Met<N: Number> {
     drawn: [N; 3],
 }
 
-/// An even number in [0, 1) for each place (SplitMix64).
+/// A uniform number in [0, 1) for each index (SplitMix64).
 fn even(place: usize) -> f64 {
     let mut z = (place as u64 + 1).wrapping_mul(0x9e37_79b9_7f4a_7c15);
     z = (z ^ z >> 30).wrapping_mul(0xbf58_476d_1ce4_e5b9);
@@ -41,7 +40,7 @@ fn even(place: usize) -> f64 {
     ((z ^ z >> 31) >> 11) as f64 / (1_u64 << 53) as f64
 }
 
-/// A direction above the plane across z.
+/// A direction in the upper hemisphere around z.
 fn above(place: usize) -> DVec3 {
     let (height, turn) = (
         0.02 + 0.98 * even(place),
@@ -93,7 +92,7 @@ fn sample<N: Number>(met: &Met<N>) -> BsdfSample<N> {
         .sample(&met.frame, met.wo, met.drawn)
 }
 
-/// Work that writes what a function makes of all paths.
+/// Work that applies a function to all paths and stores the results.
 fn over_paths<N: Number, T>(of: impl Fn(&Met<N>) -> T) -> impl Fn() {
     let met = met::<N>();
     let out = RefCell::new(met.iter().map(&of).collect::<Vec<T>>());

@@ -1,9 +1,10 @@
-//! What a test of each shape costs in each precision, and what the surface at a hit costs:
-//! nanoseconds per test.
+//! Time of an intersection test for each shape in each precision, and of the surface at a hit, in
+//! nanoseconds.
 //!
-//! Rays from a sphere around aim at points near the shape, so that about half of them hit. The
-//! precisions of a shape run one after another, so that drift of the machine shows as a difference
-//! between shapes. Medians of many passes over the rays, with half the distance of their quartiles.
+//! Rays from a surrounding sphere aim at points near the shape, so that about half of them hit. The
+//! precisions of a shape run one after another, so that drift of the machine's speed appears as a
+//! difference between shapes. Medians of many passes over the rays, with half the interquartile
+//! range.
 #![expect(clippy::print_stdout, reason = "the table is this program's result")]
 
 #[path = "support/random.rs"]
@@ -39,7 +40,7 @@ fn rays<R: Real>() -> Vec<Ray<R>> {
     (0..4096).map(|_| ray(random)).collect()
 }
 
-/// The shapes with their names; each of a size around one.
+/// The shapes with their names, each of about unit size.
 fn shapes<R: Real>() -> Vec<(&'static str, AnyShape<R>)> {
     let v = |p: DVec3| R::Vec3::from_f64(p);
     let (zero, axis) = (DVec3::ZERO, DVec3::new(0.3, 1.0, -0.2));
@@ -98,10 +99,10 @@ fn shapes<R: Real>() -> Vec<(&'static str, AnyShape<R>)> {
     ]
 }
 
-/// Passes over what is tested, after one that does not count.
+/// Number of timed passes, after one warm-up pass.
 const PASSES: usize = 101;
 
-/// Times `test` over the probes again and again, and prints what one takes.
+/// Times repeated passes of `test` over the inputs, and prints the time per test.
 fn run<P, T>(group: &str, id: &str, probes: &[P], mut test: impl FnMut(&P) -> T) {
     let mut pass = || {
         let start = Instant::now();
@@ -126,8 +127,8 @@ fn precision<R: Real>(name: &str) {
     for (shape_name, shape) in shapes::<R>() {
         let id = format!("{shape_name}/{name}");
         let range = Interval::<R>::positive();
-        // Each shape's own test, as a tree calls it for its kind; black boxes keep the shape out of
-        // the loop's constants.
+        // Each shape's own test, as a tree calls it for that kind; black boxes prevent constant
+        // propagation of the shape into the loop.
         macro_rules! each {
             ($($variant:ident),*) => {
                 match shape {

@@ -1,6 +1,6 @@
-//! Scenes said in two ways, for as long as there is time: random ones, presets, and models that are
-//! named. What is apart is listed with its seed, so that it can be repeated. `cargo bench --bench
-//! symmetry -- SECONDS [FIRST_SEED] [MODEL ...]`
+//! Pairs of equivalent scene descriptions, rendered and compared for a given time: random scenes,
+//! presets, and named models. Differences are listed with their seed, so that they can be repeated.
+//! `cargo bench --bench symmetry -- SECONDS [FIRST_SEED] [MODEL ...]`
 #![expect(
     clippy::print_stdout,
     reason = "what is found is this program's result"
@@ -23,7 +23,7 @@ use twins::{Apart, Symmetry, of_scene, of_world};
 
 const PRECISIONS: [PrecisionChoice; 2] = [PrecisionChoice::Robust, PrecisionChoice::Reference];
 
-/// What was compared in one symmetry.
+/// Results of one symmetry.
 #[derive(Default)]
 struct Tally {
     compared: u64,
@@ -47,7 +47,7 @@ fn main() {
         .skip(1)
         .filter(|argument| argument != "--bench")
         .collect();
-    // Not where benches are only listed or checked.
+    // Cargo runs benches also to list or check them.
     let Some(seconds) = arguments.first().and_then(|argument| argument.parse().ok()) else {
         return;
     };

@@ -1,5 +1,5 @@
-//! Renders a scene and tells at each doubling of its samples how wrong the picture is by then, with
-//! the interval that the truth lies in.
+//! Renders a scene and prints, at each doubling of its samples, the estimated error of the picture
+//! so far, with its interval.
 //!
 //! ```sh
 //! cargo run --release --example stages -- scenes/cornell.scene.toml cornell.png

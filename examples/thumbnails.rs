@@ -1,4 +1,4 @@
-//! Renders a small picture of every model in a folder, and goes on where one can't be read.
+//! Renders a small picture of every model in a folder, and skips models that can't be read.
 //!
 //! ```sh
 //! cargo run --release --example thumbnails -- models thumbnails
@@ -46,7 +46,7 @@ fn is_model(file: &Path) -> bool {
 }
 
 fn thumbnail(file: &Path, target: &Path) -> Result<(), Box<dyn std::error::Error>> {
-    // Files of strangers: what a limit refuses is an error, and nothing in a file can make the
+    // Untrusted files: a file beyond a limit is an error, and nothing in a file can make the
     // program panic.
     let options = LoadOptions {
         limits: Limits {

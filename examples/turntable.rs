@@ -4,7 +4,7 @@
 //! cargo run --release --example turntable -- scenes/models/armillary.glb spin 12
 //! ```
 //!
-//! writes spin-0.png to spin-11.png. Each has the bits of a render of its own.
+//! writes spin-0.png to spin-11.png. Each has the bits of a separate render.
 
 use std::path::Path;
 
@@ -42,7 +42,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let mut ready = prepare(&loaded.scene, &settings, &())?;
     for turn in 0..count {
         let camera = from(turn);
-        // Another camera may call for other effects; then everything is prepared anew.
+        // Another camera may need other effects; then the scene is prepared again.
         if !ready.turn_to(&loaded.scene, &camera) {
             ready = prepare(
                 &loaded.scene,

@@ -1,5 +1,4 @@
-//! Raywright renders a model or a scene file to a picture that says how far it is from the true
-//! one.
+//! Raywright renders a model or a scene file to a picture with an estimate of its error.
 //!
 //! ```
 //! use raywright::prelude::*;
@@ -17,7 +16,7 @@
 //! }
 //! ```
 //!
-//! # The way of a picture
+//! # Stages of a render
 //!
 //! | step | what it gives |
 //! |---|---|
@@ -27,15 +26,15 @@
 //! | [`Ready::render`](prelude::Ready::render) | a [`Rendered`](prelude::Rendered): picture, error, counts. Any number of threads gives the same bits |
 //! | [`write_picture`](prelude::write_picture) | a PNG to look at or an EXR to compute with |
 //!
-//! A scene is shaded by Whitted's integrator if that is all that it calls for, and by a path tracer
-//! otherwise. [`Ready::effects`](prelude::Ready::effects) says which effects are simulated, absent
+//! A scene is shaded by Whitted's integrator if it needs nothing more, and by a path tracer
+//! otherwise. [`Ready::effects`](prelude::Ready::effects) lists which effects are simulated, absent
 //! and left out.
 //!
-//! # Wrong input
+//! # Errors
 //!
-//! Everything that can fail returns a typed error: [`io::Error`] for files,
-//! [`core::settings::SettingsError`] for settings, [`core::prepare::PrepareError`] for what does
-//! not fit into memory. Nothing is printed, and nothing in a file can cause a panic.
+//! Every fallible operation returns a typed error: [`io::Error`] for files,
+//! [`core::settings::SettingsError`] for settings, [`core::prepare::PrepareError`] for a scene that
+//! does not fit into memory. Nothing is printed, and nothing in a file can cause a panic.
 //!
 //! ```
 //! use raywright::core::prepare::PrepareError;
@@ -59,10 +58,10 @@
 //! # The crates
 //!
 //! This crate only re-exports. [`bvh`] has rays, shapes and the tree over them; [`core`] scenes,
-//! effects, light and film; [`io`] files; `cli` the program. `default-features = false` leaves the
-//! program out, with the crates that only a command line needs.
+//! effects, light and film; [`io`] files; `cli` the program. `default-features = false` omits the
+//! program and the crates that only a command line needs.
 //!
-//! Not here yet: caustics of lights without size, subsurface scattering, lights that move.
+//! Not implemented yet: caustics of lights without size, subsurface scattering, moving lights.
 #![forbid(unsafe_code)]
 
 pub use raywright_bvh as bvh;
@@ -73,7 +72,7 @@ pub use raywright_core::stability;
 pub use raywright_core::stress;
 pub use raywright_io as io;
 
-/// What most programs need to load, render and write.
+/// The items that most programs need to load, render and write.
 pub mod prelude {
     pub use raywright_core::display::Display;
     pub use raywright_core::effects::{Effect, EffectReport, Status};

@@ -1,7 +1,6 @@
-//! The program: everything is in `raywright_cli`, but for the heap, which a program alone may
-//! choose.
+//! The program. Everything is in `raywright_cli`, except the heap, which only a program can choose.
 
-/// Counts what the program holds, so that no scene takes memory unasked.
+/// Counts the memory of the program, so that no scene exceeds its limit.
 #[global_allocator]
 static HEAP: raywright_bvh::CountingHeap = raywright_bvh::CountingHeap;
 

@@ -1,5 +1,4 @@
-//! Pictures by chance, and how often the intervals that are claimed for their pixels hold the
-//! truth.
+//! Randomly sampled pictures, and how often the intervals of their pixels contain the truth.
 
 use raywright::core::metrics::student_95;
 use raywright::core::picture::Picture;
@@ -7,7 +6,7 @@ use raywright::core::settings::{Aov, Sampling, Settings, replicates};
 use raywright::core::{Scene, prepare};
 use raywright::io::{Input, LoadOptions, load};
 
-/// A ball casts a soft shadow on a floor: a lamp of some size, points of which are drawn.
+/// A sphere with a soft shadow on a floor: an area light is sampled.
 const SOFT_LIGHT: &str = r#"
 format = 1
 
@@ -36,8 +35,8 @@ shape.disk = { centre = [1.5, 3.5, 1], normal = [-0.4, -1, -0.2], radius = 1 }
 material = "lamp"
 "#;
 
-/// Balls before, in and behind the plane of focus, on a mottled floor under a sky: a lens, points
-/// of which are drawn.
+/// Spheres before, in and behind the focal plane, on a mottled floor under a sky: a lens is
+/// sampled.
 const LENS: &str = r#"
 format = 1
 
@@ -91,12 +90,12 @@ pub fn scenes() -> [(&'static str, Scene); 2] {
     })
 }
 
-/// How samples are taken.
+/// Sampling settings.
 #[derive(Clone, Copy)]
 pub struct Taken {
     pub size: [u32; 2],
     pub samples: u32,
-    /// None: as many as there are where nothing is asked for.
+    /// Number of replicates; `None` for the default.
     pub replicates: Option<u32>,
 }
 
@@ -120,37 +119,36 @@ fn errors(picture: &Picture) -> &[f32] {
         .samples
 }
 
-/// What came of many pictures.
+/// Statistics of many pictures.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Tally {
-    /// Pixels by chance, in all pictures.
+    /// Random pixels in all pictures.
     pub intervals: u64,
-    /// Those whose interval holds the truth.
+    /// Pixels whose interval contains the truth.
     pub held: u64,
-    /// Those whose interval has no width, because all replicates agree.
+    /// Pixels whose interval has zero width, since all replicates agree.
     pub empty: u64,
     squares: f64,
     claimed: f64,
 }
 
 impl Tally {
-    /// Share of intervals that hold the truth.
+    /// Fraction of intervals that contain the truth.
     pub fn coverage(&self) -> f64 {
         self.held as f64 / self.intervals.max(1) as f64
     }
-    /// Root mean square of what pixels are off.
+    /// Root mean square of the true pixel errors.
     pub fn error(&self) -> f64 {
         (self.squares / self.intervals.max(1) as f64).sqrt()
     }
-    /// Root mean square of what they are said to be off.
+    /// Root mean square of the estimated pixel errors.
     pub fn claimed(&self) -> f64 {
         (self.claimed / self.intervals.max(1) as f64).sqrt()
     }
 }
 
-/// Judges the pictures of some seeds by a reference, whose own variance is added to that of each
-/// pixel. Pixels in which nothing is left to chance, in the reference and in the picture, are not
-/// counted.
+/// Judges pictures of several seeds by a reference, whose variance is added to that of each pixel.
+/// Pixels that are deterministic in both the reference and the picture are not counted.
 pub fn judge(
     scene: &Scene,
     reference: &Picture,

@@ -1,4 +1,4 @@
-//! Scenes whose claimed errors are judged: presets, two that are hard, and those of
+//! Scenes for judging error estimates: presets, two hard scenes, and those of
 //! `benches/calibration/`.
 
 use std::path::{Path, PathBuf};
@@ -16,7 +16,8 @@ const PRESETS: [&str; 7] = [
     "depth-of-field",
 ];
 
-/// A floor that is lit through a glass ball alone: every light path is a caustic, found by chance.
+/// A floor lit only through a glass sphere: every light path is a caustic that random sampling must
+/// find.
 const CAUSTIC: &str = r#"{ "format": 1,
     "cameras": [{ "pose": { "look_at": { "eye": [0, 3, 4], "target": [0, 0.4, 0] } }, "projection": { "pinhole": { "vertical_fov": 40 } } }],
     "materials": [{ "name": "floor", "model": { "physical": { "base_colour": 0.7 } } },
@@ -26,8 +27,8 @@ const CAUSTIC: &str = r#"{ "format": 1,
                 { "shape": { "sphere": { "centre": [0, 0.7, 0], "radius": 0.6 } }, "material": "glass" },
                 { "shape": { "sphere": { "centre": [1, 4, -1], "radius": 0.5 } }, "material": "lamp" }] }"#;
 
-/// A dim room with a tiny, very bright lamp inside a ball of glass, which no ray towards it can
-/// reach: few paths find it.
+/// A dim room with a tiny, very bright lamp inside a glass sphere, which no shadow ray reaches: few
+/// paths find the lamp.
 const RARE: &str = r#"{ "format": 1, "sky": { "constant": 0.1 },
     "cameras": [{ "pose": { "look_at": { "eye": [0, 2, 5], "target": [0, 0.5, 0] } }, "projection": { "pinhole": { "vertical_fov": 40 } } }],
     "materials": [{ "name": "floor", "model": { "physical": { "base_colour": 0.7 } } },
@@ -37,7 +38,7 @@ const RARE: &str = r#"{ "format": 1, "sky": { "constant": 0.1 },
                 { "shape": { "sphere": { "centre": [0, 1, 0], "radius": 0.3 } }, "material": "glass" },
                 { "shape": { "sphere": { "centre": [0, 1, 0], "radius": 0.01 } }, "material": "lamp" }] }"#;
 
-/// What is judged: presets that there are, two scenes that are hard, and those of the folder.
+/// The scenes: existing presets, two hard scenes, and those of the folder.
 pub fn scenes() -> Vec<(String, Scene)> {
     let preset = |name: &str| {
         load(&Input::Preset(name.to_owned()), &LoadOptions::default())

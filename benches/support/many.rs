@@ -1,15 +1,14 @@
-//! Files with great numbers of one kind of thing, written on the spot: what loading must take in
-//! its stride.
+//! Generated files with many items of one kind, which must load in linear time.
 
 use std::fmt::Write as _;
 
 /// Files with their names; the first is the one to load.
 pub type Files = Vec<(&'static str, Vec<u8>)>;
 
-/// What there is many of, and how to write so many of it.
+/// Name of a kind of item, and a function that writes a file with a given number of items.
 pub type Family = (&'static str, fn(usize) -> Files);
 
-/// Each list of a scene that something refers to by name or index, and what refers to it.
+/// Every list of a scene whose items are referred to by name or index, with the references.
 pub const FAMILIES: [Family; 9] = [
     ("meshes of a GLB file", meshes),
     ("materials of a glTF file", materials),
@@ -25,11 +24,11 @@ pub const FAMILIES: [Family; 9] = [
 /// A red pixel.
 const PNG: &str = "data:image/png;base64,iVBORw0KGgoAAAANSUhEUgAAAAEAAAABCAYAAAAfFcSJAAAADUlEQVR42mNk+M9QDwADhgGAWjR9awAAAABJRU5ErkJggg==";
 
-/// `a,b,c` of the texts of 0, 1, …
+/// The items 0, 1, … as text, separated by commas.
 fn list(n: usize, item: impl Fn(usize) -> String) -> String {
     let mut text = String::new();
     for i in 0..n {
-        // Writing to a String cannot fail.
+        // Writing to a `String` cannot fail.
         let _ = write!(text, "{}{}", if i > 0 { "," } else { "" }, item(i));
     }
     text
@@ -64,7 +63,7 @@ fn glb(json: &str) -> Vec<u8> {
     [head.as_flattened(), &chunks].concat()
 }
 
-/// Nodes in a row, each with the mesh of its number; what else a file has stands in `more`.
+/// Nodes in rows, each with the mesh of its number; `more` is the rest of the file.
 fn rows(n: usize, material: impl Fn(usize) -> String, more: &str) -> Files {
     let nodes = list(n, |i| {
         format!(

@@ -1,4 +1,4 @@
-//! A mesh that needs no file.
+//! A generated mesh.
 
 use std::f32::consts::{PI, TAU};
 use std::sync::Arc;
@@ -7,8 +7,7 @@ use raywright::core::Scene;
 use raywright::core::noise::fbm3;
 use raywright::core::scene::{Mesh, MeshData, MeshSource};
 
-/// A crumpled ball of some 65 000 triangles on a plane, in a sun: the same on every machine, with
-/// no file to be had.
+/// A crumpled sphere of about 65 000 triangles on a plane under a sun, the same on every machine.
 pub fn mesh() -> Scene {
     const COLUMNS: u32 = 256;
     const ROWS: u32 = 128;

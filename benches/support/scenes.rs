@@ -1,9 +1,9 @@
-//! Scenes for the benches that render, and how they get ready.
+//! Scenes for benches that render, and their preparation.
 
 use raywright::core::{Ready, Scene, Settings, prepare};
 use raywright::io::{Input, LoadOptions, load};
 
-/// A built-in scene; none where the program does not carry it.
+/// A built-in scene; `None` if the program does not include it.
 pub fn preset(name: &str) -> Option<Scene> {
     let options = LoadOptions::default();
     load(&Input::Preset(name.to_owned()), &options)
@@ -11,7 +11,7 @@ pub fn preset(name: &str) -> Option<Scene> {
         .map(|loaded| loaded.scene)
 }
 
-/// A scene prepared on its own terms but for size and what `adjust` changes.
+/// A scene prepared with its own settings, except for the size and the changes of `adjust`.
 pub fn ready(scene: &Scene, size: [u32; 2], adjust: impl Fn(&mut Settings)) -> Ready {
     let mut settings = Settings::of(scene);
     settings.size = size;

@@ -4,8 +4,8 @@ use std::fs::File;
 use std::io::{self, BufWriter, Write};
 use std::path::Path;
 
-/// Writes a wavy sheet of `side`² squares, two triangles each, with normals and texture
-/// coordinates; one primitive with 32-bit indices.
+/// Writes a wavy sheet of `side`² squares, of two triangles each, with normals and texture
+/// coordinates: one primitive with 32-bit indices.
 pub fn write(path: &Path, side: u32) -> io::Result<()> {
     let row = side + 1;
     let (vertices, triangles) = (u64::from(row).pow(2), 2 * u64::from(side).pow(2));

@@ -1,8 +1,8 @@
-//! Pools of so many threads, for the benches that say how many.
+//! Thread pools of a given size.
 
 use rayon::{ThreadPool, ThreadPoolBuilder};
 
-/// A pool to work on.
+/// A pool of `count` threads.
 pub fn threads(count: usize) -> ThreadPool {
     ThreadPoolBuilder::new()
         .num_threads(count)

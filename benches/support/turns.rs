@@ -1,21 +1,21 @@
-//! Contestants timed in turns.
+//! Timing of contestants in turns.
 
 use std::time::Instant;
 
 use raywright::core::bench::Spread;
 use raywright::core::bench::clock::process_seconds;
 
-/// One of those timed in turns.
+/// A contestant to be timed.
 pub struct Contestant<'a> {
-    /// In the table.
+    /// Name in the table.
     pub name: &'a str,
-    /// What is timed.
+    /// Work to be timed.
     pub work: &'a dyn Fn(),
 }
 
-/// Times contestants in turns, another one first in each round, after a round that does not count,
-/// and returns a table: wall-clock and CPU seconds of all threads, median ± half the distance of
-/// the quartiles, and wall clock and CPU as multiples of the first one's in the same round.
+/// Times contestants in turns, with another one first in each round, after a warm-up round. Returns
+/// a table: wall-clock and CPU seconds of all threads, median ± half the interquartile range, and
+/// both as multiples of the first contestant's in the same round.
 pub fn interleaved(title: &str, repeats: usize, contestants: &[Contestant<'_>]) -> String {
     let mut rounds: Vec<Vec<[f64; 2]>> = Vec::with_capacity(repeats);
     for round in 0..=repeats {
@@ -49,7 +49,7 @@ pub fn interleaved(title: &str, repeats: usize, contestants: &[Contestant<'_>]) 
     table
 }
 
-/// Whether this is a run that measures, and not one that only lists or checks the benches.
+/// Whether this run measures, rather than lists or checks the benches.
 pub fn measuring() -> bool {
     !std::env::args().any(|argument| ["--test", "--list"].contains(&argument.as_str()))
 }

@@ -1,13 +1,13 @@
-//! Rays through many instances of one mesh, beside Embree where there is one: CPU time in turns,
-//! and whether hits agree. What a ray pays on entering a part is most of what such scenes take.
+//! Rays through many instances of one mesh, beside Embree if it is available: CPU time in turns,
+//! and whether hits agree. Such scenes spend most time on rays that enter a part.
 //!
 //! ```sh
 //! EMBREE_LIB=libembree4.so.4 cargo run --release -p raywright-peer --example instances -- 10000 [MESH] [REPEATS]
 //! ```
 //!
-//! A MESH is a file of the harness of ray kernels (`benches/README.md`); without one it is a ball
-//! of 1280 triangles. Without `EMBREE_LIB` there is no peer, so that instructions can be counted
-//! (`ONLY=camera` or another kind asks that kind of ray alone).
+//! MESH is a file of the harness of ray kernels (`benches/README.md`); the default is a sphere of
+//! 1280 triangles. Without `EMBREE_LIB` only this library runs, so that instructions can be counted
+//! (`ONLY=camera`, or another kind, traces only rays of that kind).
 #![expect(unsafe_code, reason = "the C interface of another library")]
 #![expect(clippy::print_stdout, reason = "the table is this program's result")]
 
@@ -27,7 +27,7 @@ use raywright_bvh::{AcceleratorKind, Geometry, Interval, PrimitiveSet, Ray, Visi
 use embree::Embree;
 
 type Mesh = Vec<[Vec3; 3]>;
-/// A distance, the instance and the triangle.
+/// Distance, instance and triangle of a hit.
 type Answer = Option<(f32, u32, u32)>;
 
 /// A seeded generator, so that every run has the same scene.
@@ -44,7 +44,7 @@ impl Random {
     }
 }
 
-/// A ball of radius one.
+/// A sphere of radius one.
 fn ball() -> Mesh {
     let (around, down) = (40_u32, 17_u32);
     let corner = |i: u32, j: u32| {
@@ -69,7 +69,7 @@ fn ball() -> Mesh {
         .collect()
 }
 
-/// The mesh in the cube from −1 to 1.
+/// The mesh scaled into the cube [−1, 1]³.
 fn within_one(mesh: Mesh) -> Mesh {
     let corners = || mesh.iter().flatten();
     let least = corners().fold(Vec3::INFINITY, |all, p| all.min(*p));
@@ -80,7 +80,7 @@ fn within_one(mesh: Mesh) -> Mesh {
         .collect()
 }
 
-/// As many on a square, turned and scaled anew, three apart.
+/// Maps of `count` instances on a square, rotated and scaled randomly, at distances of three.
 fn placed(count: usize) -> Vec<Affine3A> {
     let (random, side) = (&mut Random(7), (count as f32).sqrt().ceil() as usize);
     let mut one = |i: usize| {
@@ -134,7 +134,7 @@ fn camera_rays(count: usize, side: usize) -> Vec<Ray<f32>> {
     (0..side * side).map(ray).collect()
 }
 
-/// From each hit one ray by the cosine, and one to a light that is far or to the sky.
+/// For each hit, a cosine-distributed ray, and a ray to a distant light or to the sky.
 fn later_rays(scene: &Geometry<f32>, rays: &[Ray<f32>]) -> [Vec<Ray<f32>>; 2] {
     let (random, mut bounced, mut shadow) = (&mut Random(3), Vec::new(), Vec::new());
     for ray in rays {
@@ -171,7 +171,7 @@ fn seconds() -> f64 {
         fn clock_gettime(clock: i32, time: *mut Time) -> i32;
     }
     let mut time = Time(0, 0);
-    // SAFETY: there is room for a time; 3 is the clock of the calling thread on Linux.
+    // SAFETY: `time` is large enough; 3 is the clock of the calling thread on Linux.
     unsafe { clock_gettime(3, &mut time) };
     time.0 as f64 + time.1 as f64 * 1e-9
 }

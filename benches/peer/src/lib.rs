@@ -1,10 +1,9 @@
-//! Raywright's tree as one of the peers of a harness that traces the same rays with several
-//! kernels: the four functions that such a harness loads from a shared library. `benches/README.md`
-//! says how to run it.
+//! Raywright's tree as a peer of a harness that traces the same rays with several kernels: the four
+//! functions that the harness loads from a shared library. `benches/README.md` says how to run it.
 //!
 //! A variant is a precision, `robust` or `reference`, and after a colon the name of a kernel or of
-//! a build preset, in any order. With `together` those rays that follow one another from one point,
-//! with one range, are asked together.
+//! a build quality, in any order. With `together`, consecutive rays with a common origin and range
+//! are traced as packets.
 #![expect(unsafe_code, reason = "a C interface: pointers come from the harness")]
 
 use std::ffi::{CStr, c_char};
@@ -25,7 +24,7 @@ pub struct RayIn {
     max: f32,
 }
 
-/// A hit of the harness; a miss is the greatest number of a primitive.
+/// A hit of the harness; a miss has the greatest primitive number.
 #[repr(C)]
 #[derive(Clone, Copy)]
 pub struct HitOut {
@@ -73,7 +72,7 @@ impl<R: Real> Peer for Geometry<R> {
     }
 }
 
-/// Asks rays from one point together.
+/// Traces rays with a common origin as packets.
 struct Together<R: Real>(Geometry<R>);
 
 impl<R: Real> Peer for Together<R> {
@@ -137,7 +136,7 @@ fn build<R: Real + 'static>(
     } else {
         AcceleratorKind::Tree(quality)
     };
-    // As many threads as the harness lets this one run on.
+    // As many threads as the harness allows for this one.
     let threads = std::thread::available_parallelism().map_or(1, std::num::NonZero::get);
     let pool = rayon::ThreadPoolBuilder::new()
         .num_threads(threads)
@@ -158,11 +157,12 @@ fn build<R: Real + 'static>(
     }
 }
 
-/// Builds over a mesh; nothing where that is refused.
+/// Builds a tree over a mesh; null if the mesh or the variant is refused.
 ///
 /// # Safety
-/// `variant` is a C string, there are `vertices` times three numbers at `places` and `triangles`
-/// times three indices below `vertices` at `indices`, and one number may be written at `bytes`.
+/// `variant` is a C string, `places` points to three numbers for each of `vertices`, `indices`
+/// points to three indices below `vertices` for each of `triangles`, and one number may be written
+/// at `bytes`.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn peer_build(
     variant: *const c_char,
@@ -172,7 +172,7 @@ pub unsafe extern "C" fn peer_build(
     triangles: u32,
     bytes: *mut u64,
 ) -> *mut std::ffi::c_void {
-    // SAFETY: the caller promises all of it.
+    // SAFETY: the caller guarantees these conditions.
     let (variant, places, indices, bytes) = unsafe {
         (
             CStr::from_ptr(variant).to_string_lossy(),
@@ -197,8 +197,8 @@ pub unsafe extern "C" fn peer_build(
 /// The closest hit of each ray.
 ///
 /// # Safety
-/// `peer` comes from [`peer_build`] and was not freed; there are `count` rays at `rays` and room
-/// for as many hits at `hits`.
+/// `peer` comes from [`peer_build`] and was not freed; `rays` points to `count` rays, and `hits` to
+/// room for as many hits.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn peer_closest(
     peer: *const std::ffi::c_void,
@@ -206,7 +206,7 @@ pub unsafe extern "C" fn peer_closest(
     count: usize,
     hits: *mut HitOut,
 ) {
-    // SAFETY: the caller promises all of it.
+    // SAFETY: the caller guarantees these conditions.
     unsafe {
         let peer = &**peer.cast::<Box<dyn Peer>>();
         peer.closest(
@@ -216,7 +216,7 @@ pub unsafe extern "C" fn peer_closest(
     }
 }
 
-/// Whether each ray hits anything: 1 or 0.
+/// Whether each ray has a hit: 1 or 0.
 ///
 /// # Safety
 /// As for [`peer_closest`].
@@ -227,7 +227,7 @@ pub unsafe extern "C" fn peer_any(
     count: usize,
     hits: *mut u8,
 ) {
-    // SAFETY: the caller promises all of it.
+    // SAFETY: the caller guarantees these conditions.
     unsafe {
         let peer = &**peer.cast::<Box<dyn Peer>>();
         peer.any(
@@ -237,12 +237,12 @@ pub unsafe extern "C" fn peer_any(
     }
 }
 
-/// Frees what [`peer_build`] made.
+/// Frees a tree from [`peer_build`].
 ///
 /// # Safety
 /// `peer` comes from [`peer_build`] and is not used again.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn peer_free(peer: *mut std::ffi::c_void) {
-    // SAFETY: the caller promises all of it.
+    // SAFETY: the caller guarantees these conditions.
     drop(unsafe { Box::from_raw(peer.cast::<Box<dyn Peer>>()) });
 }

@@ -1,6 +1,6 @@
-//! Whether everything that answers a ray gives the same answer, over as many rays as one has
-//! patience for: kernels and builds of the wide tree, the tree in f64, the scan; and whether closed
-//! meshes leak. What tests hold for thousands of rays this holds for millions.
+//! Checks that all accelerators give the same hits, for any number of rays: kernels and builds of
+//! the wide tree, the tree in f64, and the scan; and that closed meshes do not leak. The tests do
+//! this for thousands of rays, this program for millions.
 //!
 //! ```sh
 //! cargo run --release -p raywright-bvh --example agreement -- trees 10000000 [MESH..]   # rays a mesh
@@ -8,9 +8,9 @@
 //! cargo run --release -p raywright-bvh --example agreement -- leaks 1000000              # rays a batch
 //! ```
 //!
-//! A MESH is a file: two u32, how many corners and how many triangles, then three f32 a corner and
-//! three u32 a triangle, little endian. Without one, meshes are made: the hard ones of the tests.
-//! Exit code 1 where anything differs or leaks.
+//! MESH is a file: two u32, the numbers of corners and of triangles, then three f32 per corner and
+//! three u32 per triangle, little endian. The default is the hard meshes of the tests. The exit
+//! code is 1 if any hit differs or a mesh leaks.
 #![expect(clippy::print_stdout, reason = "the table is this program's result")]
 
 #[expect(dead_code, reason = "`visits` reads rays too")]
@@ -34,7 +34,7 @@ use raywright_bvh::{
 
 use meshes::{Mesh, Random, families, range, ray};
 
-/// Rays that a thread takes at once.
+/// Rays per parallel task.
 const PIECE: u64 = 4096;
 
 fn main() -> ExitCode {
@@ -95,7 +95,7 @@ fn built<R: Real>(mesh: &Mesh, kind: AcceleratorKind) -> Geometry<R> {
     Geometry::new(group, kind)
 }
 
-/// Counts over pieces of rays, each from random numbers of its own.
+/// Sums counts over parallel pieces of rays, each with its own random numbers.
 fn over<const N: usize>(count: u64, one: impl Fn(&mut Random) -> [u64; N] + Sync) -> [u64; N] {
     let piece = |number: u64| {
         let random = &mut Random(number.wrapping_mul(0x9e37_79b9_7f4a_7c15) ^ 77);
@@ -117,22 +117,23 @@ fn bits(hit: Option<Hit<f32>>) -> Bits {
     hit.map(|hit| ([hit.t, hit.u, hit.v].map(f32::to_bits), hit.primitive))
 }
 
-/// Where a ray is asked: everything before it, or where its first hit just counts or just does not.
+/// A range of accepted distances: everything ahead of the ray, or a range whose end just includes
+/// or excludes the first hit.
 fn ranges(random: &mut Random, first: Option<Hit<f32>>) -> Interval<f32> {
     range(random, first.map(|hit| hit.t))
 }
 
-/// What a distance is in f32, and what one is that is as far but for the last digits of f64: at a
-/// corner of several triangles f64 takes the first of them, whose test may leave other last digits
-/// than the nearest one's, and these decide between two neighbours in f32.
+/// A distance in f32, and the f32 values of distances that differ in the last digits of f64. At a
+/// common corner of several triangles, f64 takes the first of them. Its test may leave other last
+/// digits than the nearest one's, and these decide between two neighbours in f32.
 fn rounded(t: f64) -> [f32; 3] {
     const LAST: f64 = 1.0 / (1_u64 << 44) as f64;
     [t - t.abs() * LAST, t, t + t.abs() * LAST].map(Real::to_f32)
 }
 
-/// Every build in every kernel against the tree in f64, whose distances are rounded here: a hit of
-/// another triangle at the same rounded distance is none that differs. Between kernels and builds
-/// every bit counts.
+/// Compares every build in every kernel with the tree in f64, whose distances are rounded here. A
+/// hit of another triangle at the same rounded distance is no difference. Kernels and builds must
+/// agree to the bit.
 fn trees(name: &str, mesh: &Mesh, count: u64) -> u64 {
     let exact = built::<f64>(mesh, AcceleratorKind::default());
     let mut all: Vec<(BuildQuality, Kernel, Geometry<f32>)> = Vec::new();
@@ -186,7 +187,7 @@ fn trees(name: &str, mesh: &Mesh, count: u64) -> u64 {
     exactly + between + any
 }
 
-/// A mesh as the scan here reads it: each corner once, an array a coordinate.
+/// A mesh in the layout of the scan below: each corner once, one array per coordinate.
 struct Corners {
     places: [Vec<f64>; 3],
     triangles: Vec<[u32; 3]>,
@@ -210,9 +211,9 @@ impl Corners {
         Self { places, triangles }
     }
 
-    /// Numbers of the triangles that a line may meet, in ascending order: all but those that have
-    /// it on one side of two edges, and on the other of a third, by more than rounding to f64 could
-    /// say. No tree, no box, no f32.
+    /// Indices of the triangles that a line may hit, in ascending order: all except those that are
+    /// certainly missed, with the line on one side of two edges and on the other side of the third
+    /// by more than the rounding of f64. No tree, no box, no f32.
     fn met(&self, ray: &Ray<f32>, [across, upwards]: &mut [Vec<f64>; 2], found: &mut Vec<u32>) {
         let d = ray.direction.as_dvec3().normalize_or_zero();
         let (side, up) = d.any_orthonormal_pair();
@@ -230,9 +231,9 @@ impl Corners {
             let size = (x - origin.x).abs() + (y - origin.y).abs() + (z - origin.z).abs();
             most = if size > most { size } else { most };
         }
-        // A coordinate is wrong by 8 w of the farthest corner's distance, w = 2⁻⁵³, for the pair's
-        // own rounding too, and an edge function by less than 40 times that and the distance; four
-        // times as much is asked for.
+        // A coordinate has an error of 8 w times the farthest corner's distance, with w = 2⁻⁵³,
+        // including the rounding of the basis. An edge function has an error below 40 w times the
+        // squared distance; four times as much is required.
         let unsure = most * most * (f64::EPSILON * 0.5 * 160.0);
         found.clear();
         for (number, &[a, b, c]) in (0..).zip(&self.triangles) {
@@ -249,12 +250,12 @@ impl Corners {
 }
 
 thread_local! {
-    /// Room for a scan's projected corners and for what it leaves.
+    /// Buffers for a scan's projected corners and its candidates.
     static ROOM: RefCell<([Vec<f64>; 2], Vec<u32>)> = RefCell::default();
 }
 
-/// The default tree against a scan in f64: whatever that can't tell to be missed is tested by the
-/// exact test of single triangles. [`Corners::met`] makes the scan affordable and shares nothing
+/// Compares the default tree with a scan in f64: every triangle that can't be ruled out goes
+/// through the single-triangle test. [`Corners::met`] makes the scan affordable, and shares nothing
 /// with the tree but that test.
 fn scan(name: &str, mesh: &Mesh, count: u64) -> u64 {
     let (tree, corners) = (
@@ -273,7 +274,7 @@ fn scan(name: &str, mesh: &Mesh, count: u64) -> u64 {
         );
         for &number in &*found {
             let triangle = Triangle::<f32>::new(mesh[number as usize]);
-            // Of the same distance the first one stays.
+            // At equal distance the first triangle stays.
             if let Some(hit) = triangle.intersect(&probe, range, Side::Both) {
                 range.max = hit.t;
                 best = Some(([hit.t, hit.u, hit.v].map(f32::to_bits), number));
@@ -305,15 +306,16 @@ fn scan(name: &str, mesh: &Mesh, count: u64) -> u64 {
     wrong
 }
 
-/// A closed room of walls divided into squares, and sheets within it, all corners jittered in their
-/// planes.
+/// A closed room with walls divided into squares, and sheets inside it, with all corners jittered
+/// within their planes.
 fn room(side: usize, place: Vec3, scale: f32) -> Mesh {
     let mut mesh = Mesh::new();
     let random = &mut Random(3);
     let levels: Vec<f32> = (0..=8).map(|i| i as f32 / 4.0 - 1.0).collect();
     for axis in 0..3 {
         for &level in &levels {
-            // The same jitter on every sheet, none on the border: walls share their edges.
+            // The same jitter on every sheet and none on the border, so that walls share their
+            // edges.
             let mut grid = vec![Vec3::ZERO; (side + 1) * (side + 1)];
             for (i, corner) in grid.iter_mut().enumerate() {
                 let mut at = |i: usize| {
@@ -330,7 +332,7 @@ fn room(side: usize, place: Vec3, scale: f32) -> Mesh {
                 };
                 let mut p = [level; 3];
                 (p[(axis + 1) % 3], p[(axis + 2) % 3]) = (at(i % (side + 1)), at(i / (side + 1)));
-                // Corners on the border lie where the next wall has them.
+                // Border corners coincide with those of the next wall.
                 let border = i % (side + 1) == 0
                     || i % (side + 1) == side
                     || i / (side + 1) == 0
@@ -352,8 +354,8 @@ fn room(side: usize, place: Vec3, scale: f32) -> Mesh {
     mesh
 }
 
-/// Rays from inside closed rooms: at corners, at edges, and along the sheets in them, whose faces
-/// they see edge-on. Whatever else they meet, they must hit something.
+/// Traces rays from inside closed rooms: at corners, at edges, and along the sheets, whose
+/// triangles they see edge-on. Every ray must hit something.
 fn leaks(count: u64) -> u64 {
     let rooms = [
         ("a room", Vec3::ZERO, 1.0),
@@ -377,7 +379,7 @@ fn leaks(count: u64) -> u64 {
                         let (origin, target) = match kind {
                             0 => (inside, a),
                             1 => (inside, a + (b - a) * u),
-                            // From the middle of one face of a sheet to that of another.
+                            // From the centre of one triangle of a sheet to that of another.
                             _ => {
                                 let [d, e, f] = mesh[random.below(mesh.len())];
                                 let from = (d + e + f) / 3.0;
@@ -395,7 +397,7 @@ fn leaks(count: u64) -> u64 {
                             .as_dvec3()
                             .normalize_or(glam::DVec3::X)
                             .as_vec3();
-                        // On a wall itself a ray may leave it.
+                        // A ray that starts on a wall may leave the room.
                         let within = |p: Vec3| ((p - place) / scale).abs().max_element() < 0.999;
                         let range = Interval {
                             min: 0.0,

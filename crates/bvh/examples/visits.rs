@@ -1,13 +1,13 @@
-//! What a ray visits in the trees of each quality, which no load on the machine changes: nodes,
-//! blocks, and triangles of these.
+//! Traversal statistics per ray for the tree of each build quality, independent of the machine's
+//! load: nodes, blocks, and triangles.
 //!
 //! ```sh
 //! cargo run --release -p raywright-bvh --example visits -- MESH RAYS..
 //! ```
 //!
-//! MESH is a file as `agreement` reads it. RAYS are files of eight f32 a ray, little endian:
-//! origin, least distance, direction, greatest distance; every sixteenth block of 4096 is traced.
-//! Where the name has `shadow` in it, any hit is asked for, otherwise the closest.
+//! MESH is a file as for `agreement`. RAYS are files of eight f32 per ray, little endian: origin,
+//! least distance, direction, greatest distance. One block of 4096 rays in sixteen is traced. Files
+//! with `shadow` in their name use any-hit queries, the others closest-hit queries.
 #![expect(clippy::print_stdout, reason = "the table is this program's result")]
 
 mod files;
@@ -18,7 +18,7 @@ use raywright_bvh::{
     Visibility,
 };
 
-/// Rays of a block, and how many blocks there are for one that is traced.
+/// Rays per block, and blocks per traced block.
 const BLOCK: usize = 4096;
 const THIN: usize = 16;
 
@@ -51,7 +51,7 @@ fn main() {
     }
 }
 
-/// Nodes, blocks, triangles and hits a ray.
+/// Nodes, blocks, triangles and hits per ray.
 fn visited(tree: &Geometry<f32>, rays: &[[f32; 8]], any: bool) -> String {
     let (mut visits, mut hits, mut count) = (TraversalStats::default(), 0, 0);
     for &[ox, oy, oz, min, dx, dy, dz, max] in rays.chunks(BLOCK).step_by(THIN).flatten() {

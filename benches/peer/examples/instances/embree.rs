@@ -1,4 +1,4 @@
-//! Embree 4 by its C interface, loaded when the program runs.
+//! Embree 4 through its C interface, loaded at run time.
 
 use std::ffi::{CString, c_char, c_void};
 
@@ -36,11 +36,11 @@ struct RayHit {
     primitive: u32,
     geometry: u32,
     instance: u32,
-    /// Instances have further numbers in some builds.
+    /// Some builds have several levels of instances.
     rest: [u32; 4],
 }
 
-/// The arguments of a query: none but the default ones.
+/// Default arguments of a query.
 #[repr(C)]
 struct Arguments {
     flags: u32,
@@ -59,10 +59,10 @@ pub struct Embree {
 /// A function of the library.
 ///
 /// # Safety
-/// `F` is its type.
+/// `F` is the type of the function.
 unsafe fn function<F: Copy>(library: Handle, name: &str) -> F {
     let text = CString::new(name).unwrap_or_default();
-    // SAFETY: a library that is open, and the caller knows the type of what it has under this name.
+    // SAFETY: the library is open, and the caller guarantees the type of the function.
     unsafe {
         let found = dlsym(library, text.as_ptr());
         assert!(!found.is_null(), "no {name}");
@@ -78,8 +78,8 @@ impl Embree {
         const UINT3: u32 = 0x5003;
         const COLUMNS: u32 = 0x9234;
         let text = CString::new(file).unwrap_or_default();
-        // SAFETY: types, numbers and the order of calls are those of Embree's manual; buffers have
-        // the sizes that they were asked for.
+        // SAFETY: types, numbers and the order of calls follow Embree's manual; buffers have the
+        // sizes that were requested.
         unsafe {
             let library = dlopen(text.as_ptr(), 2);
             assert!(!library.is_null(), "{file} can't be loaded");
@@ -167,7 +167,7 @@ impl Embree {
             rest: [0; 2],
         };
         let query = if any { self.any } else { self.closest };
-        // SAFETY: a ray with room for a hit, aligned, and arguments of the library's layout.
+        // SAFETY: an aligned ray with room for a hit, and arguments in the library's layout.
         unsafe {
             query(
                 self.scene,

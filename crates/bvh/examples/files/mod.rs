@@ -1,5 +1,5 @@
-//! Meshes and rays as the harness of ray kernels writes them, which `benches/README.md` names, for
-//! the examples that read some.
+//! Readers of the mesh and ray files of the harness of ray kernels (`benches/README.md`), for the
+//! examples.
 
 use glam::Vec3;
 
@@ -11,8 +11,8 @@ fn words(file: &str) -> Vec<[u8; 4]> {
         .collect()
 }
 
-/// The triangles of a file: two u32, how many corners and how many triangles, then three f32 a
-/// corner and three u32 a triangle, little endian.
+/// The triangles of a file: two u32, the numbers of corners and of triangles, then three f32 per
+/// corner and three u32 per triangle, little endian.
 pub fn mesh(file: &str) -> Vec<[Vec3; 3]> {
     let words = words(file);
     let whole = |at: usize| u32::from_le_bytes(words[at]) as usize;
