@@ -1,6 +1,6 @@
-//! What ends a run at once until there is something to keep: the first Ctrl-C, the end of its time,
-//! and more memory than it may take. Loading and preparing go through parsers, decoders and
-//! builders, which need not ask whether to go on, and hold no file open for writing.
+//! Early exits, before a run has any result to keep: the first Ctrl-C, the end of the time budget,
+//! and the memory limit. Loading and preparation run in parsers, decoders and builders that need no
+//! cancellation checks and hold no file open for writing.
 
 use std::ffi::OsStr;
 use std::io::{self, IsTerminal, Write};
@@ -19,35 +19,35 @@ use crate::failure::{Exit, Failure};
 use crate::ready::NOTHING_KEPT;
 use crate::threads;
 
-/// Whether a run is at its beginning, which whoever takes this flag away ends.
+/// Whether a run is still in its early stage. The thread that clears the flag ends that stage, and
+/// perhaps the program.
 static IS_UNDER_WAY: AtomicBool = AtomicBool::new(false);
 
-/// Whether the program was asked to stop. That may come before the beginning does, when nobody
-/// takes its flag away.
+/// Whether the program was asked to stop. A request may arrive before the early stage begins, when
+/// the flag of that stage is still clear.
 static IS_INTERRUPTED: AtomicBool = AtomicBool::new(false);
 
-/// What is loaded, and how much memory it may take, in words: for the message of an allocation that
-/// is refused.
+/// Name of the input and its memory limit, in words, for the message of a refused allocation.
 static SUBJECT: Mutex<Option<[String; 2]>> = Mutex::new(None);
 
-/// What the program itself takes besides any scene: its threads, tables of its own, texts.
+/// Memory of the program itself without any scene: threads, tables and texts.
 const OWN_BYTES: u64 = 16 << 20;
 
-/// What helps where there is too little memory or time.
+/// Advice for too little memory or time.
 const RAISE: &str = "raise the limit with --max-memory, or ";
 const LESS: &str = "show fewer objects, coarser meshes and smaller images";
 
-/// Loading and preparing are given this long whatever the budget is: a machine that is busy needs a
-/// part of it to start.
+/// Least time for loading and preparation, whatever the budget: a busy machine needs a part of this
+/// second to start.
 const LEAST_TIME: Duration = Duration::from_secs(1);
 
-/// The beginning of a run, until it is dropped.
+/// Guard of a run's early stage, which ends when the guard is dropped.
 #[must_use]
 pub struct Beginning(());
 
 impl Beginning {
-    /// Begins a run over what has that name, with at most so many bytes and so much time since a
-    /// moment.
+    /// Begins a run over the input `name` with a limit in bytes and, where given, a start and a
+    /// time budget.
     pub fn of(
         name: &OsStr,
         memory: u64,
@@ -89,7 +89,7 @@ impl Drop for Beginning {
     }
 }
 
-/// Ends the program if the run is at its beginning: for the first Ctrl-C.
+/// Ends the program if the run is in its early stage: for the first Ctrl-C.
 pub fn interrupt() {
     IS_INTERRUPTED.store(true, Ordering::SeqCst);
     end(Exit::Interrupted, || {
@@ -97,7 +97,8 @@ pub fn interrupt() {
     });
 }
 
-/// Memory that nobody asked about beforehand is refused with a message and the exit code of limits.
+/// Sets the handler of refused allocations: a message and the exit code of limits, for memory that
+/// no limit check covered beforehand.
 pub fn watch_memory() {
     on_heap_refusal(refuse);
 }
@@ -121,19 +122,19 @@ fn late(name: &str, budget: Duration) -> Failure {
     .with_hint(format_args!("give it a larger --budget, or {LESS}"))
 }
 
-/// Says on standard error, without any memory, that there is none, and ends the program.
+/// Reports on standard error, without allocating, that memory has run out, and ends the program.
 fn refuse(refusal: Refusal) -> ! {
     static ONCE: AtomicBool = AtomicBool::new(false);
     if ONCE.swap(true, Ordering::SeqCst) {
         park();
     }
-    // Whoever would take the flag now finds that the run is over.
+    // A thread that swaps the flag after this store finds the early stage over.
     IS_UNDER_WAY.store(false, Ordering::SeqCst);
     clear_line();
     let mut out = io::stderr().lock();
     let subject = SUBJECT.try_lock().ok();
     let subject = subject.as_deref().and_then(Option::as_ref);
-    // Nobody is left who could be told that nobody hears this.
+    // A failed write to standard error cannot be reported anywhere.
     let _ = match (refusal, subject) {
         (Refusal::Limit, Some([name, limit])) => {
             writeln!(
@@ -155,7 +156,7 @@ fn refuse(refusal: Refusal) -> ! {
     exit(Exit::Limit as i32)
 }
 
-/// Takes a progress bar off the terminal.
+/// Erases a progress bar from the terminal.
 fn clear_line() {
     let mut out = io::stderr().lock();
     if out.is_terminal() {
@@ -171,7 +172,7 @@ fn park() -> ! {
 }
 
 fn set_subject(subject: Option<[String; 2]>) {
-    // What was there is dropped once nothing is locked: it gives back memory.
+    // The old value is dropped after the lock is released, because the drop frees memory.
     let _before = SUBJECT
         .lock()
         .map(|mut current| core::mem::replace(&mut *current, subject));

@@ -1,4 +1,4 @@
-//! How long the stages of a run took.
+//! Times of the stages of a run.
 
 use std::time::Instant;
 
@@ -8,22 +8,22 @@ use serde::Serialize;
 /// Seconds of each stage.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
 pub struct Seconds {
-    /// Reading and checking the scene.
+    /// Load and validation of the scene.
     pub load: f64,
-    /// Building accelerators and tables.
+    /// Build of accelerators and tables.
     pub prepare: f64,
-    /// Tracing rays.
+    /// Ray tracing.
     pub render: f64,
-    /// Writing pictures.
+    /// Writing of pictures.
     pub write: f64,
     /// From the start of the program to the end of the last finished stage.
     pub total: f64,
-    /// CPU seconds of all threads while rays were traced, which other programs do not lengthen;
-    /// seconds where the system does not tell.
+    /// CPU seconds of all threads during ray tracing, independent of other programs; wall-clock
+    /// seconds where the system reports no CPU time.
     pub render_cpu: f64,
 }
 
-/// Measures stage after stage.
+/// Clock of successive stages.
 #[derive(Clone, Copy, Debug)]
 pub struct Clock {
     start: Instant,
@@ -42,12 +42,12 @@ impl Clock {
         }
     }
 
-    /// Seconds since the end of the last stage; the next one starts.
+    /// Returns the seconds since the end of the last stage, and starts the next.
     pub fn lap(&mut self) -> f64 {
         self.lap_with_cpu()[0]
     }
 
-    /// The same with the CPU seconds of all threads since then.
+    /// The same with the CPU seconds of all threads in that stage.
     pub fn lap_with_cpu(&mut self) -> [f64; 2] {
         let (now, cpu) = (Instant::now(), process_seconds());
         let seconds = now
@@ -56,7 +56,7 @@ impl Clock {
         [seconds, cpu - std::mem::replace(&mut self.last_cpu, cpu)]
     }
 
-    /// When it started.
+    /// Time of the start.
     pub fn began(&self) -> Instant {
         self.start
     }
@@ -67,7 +67,7 @@ impl Clock {
     }
 }
 
-/// A duration as people read it: `35 ms`, `1.24 s`, `75.0 s`, `12 min 5 s`.
+/// Formats a duration: `35 ms`, `1.24 s`, `75.0 s`, `12 min 5 s`.
 pub fn spoken(seconds: f64) -> String {
     match seconds {
         s if s < 0.9995 => format!("{:.0} ms", s * 1e3),
@@ -77,7 +77,7 @@ pub fn spoken(seconds: f64) -> String {
     }
 }
 
-/// Whole seconds as people read them: `8 s`, `3 min 20 s`, `2 h 5 min`.
+/// Formats whole seconds: `8 s`, `3 min 20 s`, `2 h 5 min`.
 pub fn whole(seconds: u64) -> String {
     match seconds {
         0..60 => format!("{seconds} s"),
@@ -90,7 +90,7 @@ pub fn whole(seconds: u64) -> String {
 mod tests {
     use super::*;
 
-    /// Protects: three digits at most, and no unit beyond what they can carry.
+    /// Protects: durations have at most three digits, in the unit that fits.
     #[test]
     fn durations_are_short() {
         let cases = [
@@ -106,7 +106,7 @@ mod tests {
         assert_eq!(spoken(7500.0), "2 h 5 min");
     }
 
-    /// Protects: stages follow each other without gaps: their sum is never more than the whole.
+    /// Protects: stages do not overlap: the sum of their times is at most the total.
     #[test]
     fn laps_add_up() {
         let mut clock = Clock::start();

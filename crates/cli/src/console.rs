@@ -1,5 +1,5 @@
-//! What the user reads: results on standard output, everything else on standard error, and nothing
-//! of it steers a terminal.
+//! Text output: results on standard output, everything else on standard error. No output contains
+//! terminal control characters.
 
 use std::borrow::Cow;
 use std::env;
@@ -17,7 +17,7 @@ use crate::failure::Failure;
 /// When messages are coloured.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
 pub enum ColorChoice {
-    /// Where a terminal shows them and no variable says otherwise
+    /// In a terminal that supports them, unless a variable says otherwise
     #[default]
     Auto,
     /// Everywhere
@@ -29,9 +29,9 @@ pub enum ColorChoice {
 /// Whether messages are coloured.
 static COLOURED: AtomicBool = AtomicBool::new(false);
 
-/// Decides about the colours of all messages that follow. Unless a flag says so, NO_COLOR
-/// (<https://no-color.org>) goes before CLICOLOR_FORCE and CLICOLOR
-/// (<https://bixense.com/clicolors>), and these before what standard error is.
+/// Sets the colours of all later messages. A flag takes precedence, then NO_COLOR
+/// (<https://no-color.org>), then CLICOLOR_FORCE and CLICOLOR (<https://bixense.com/clicolors>),
+/// then the kind of standard error.
 pub fn set_colour(choice: ColorChoice) {
     let variable = |name| env::var(name).ok().filter(|value| !value.is_empty());
     let coloured = match choice {
@@ -46,7 +46,7 @@ pub fn set_colour(choice: ColorChoice) {
     COLOURED.store(coloured, Ordering::Relaxed);
 }
 
-/// Words that begin messages, and what a terminal shows them in: red, yellow, cyan, green.
+/// First words of messages and their ANSI colours: red, yellow, cyan, green.
 const LABELS: [(&str, u8); 5] = [
     ("error:", 31),
     ("warning:", 33),
@@ -55,7 +55,7 @@ const LABELS: [(&str, u8); 5] = [
     ("tip:", 32),
 ];
 
-/// The same text with its labels bold and coloured.
+/// Returns the text with its labels bold and coloured.
 fn coloured(text: &str) -> String {
     let line = |line: &str| {
         let indent = line.len() - line.trim_start().len();
@@ -76,8 +76,8 @@ fn coloured(text: &str) -> String {
     text.split('\n').map(line).collect::<Vec<_>>().join("\n")
 }
 
-/// Characters in a line of standard output: those of the terminal, or as COLUMNS says; none where
-/// lines are not broken, since programs read them.
+/// Line width of standard output in characters, from the terminal or COLUMNS. `None` where lines
+/// stay unbroken because a program reads them.
 pub fn width() -> Option<usize> {
     let told = env::var("COLUMNS")
         .ok()
@@ -87,11 +87,11 @@ pub fn width() -> Option<usize> {
     told.or_else(own).map(|width| width.max(NARROWEST))
 }
 
-/// Lines are not broken into shorter ones.
+/// Least line width: lines are never broken below this number of characters.
 const NARROWEST: usize = 40;
 
-/// Writes a result to standard output, masked. A reader that has seen enough
-/// (`raywright schema | head`) is no failure.
+/// Writes a result to standard output, masked. A reader that closes the pipe early (`raywright
+/// schema | head`) is no failure.
 pub fn print(text: impl AsRef<str>) -> Result<(), Failure> {
     match write(masked(text.as_ref()).as_bytes()) {
         Err(error) if error.kind() != io::ErrorKind::BrokenPipe => Err(Failure::stdout(&error)),
@@ -99,8 +99,8 @@ pub fn print(text: impl AsRef<str>) -> Result<(), Failure> {
     }
 }
 
-/// Writes a picture to standard output, as it is. Where nobody reads it to its end it is lost,
-/// which is a failure.
+/// Writes a picture to standard output unchanged. A pipe that closes early is a failure, because
+/// the picture is lost.
 pub fn print_picture(bytes: &[u8]) -> Result<(), Failure> {
     write(bytes).map_err(|error| Failure::stdout(&error))
 }
@@ -110,16 +110,15 @@ fn write(bytes: &[u8]) -> io::Result<()> {
     out.write_all(bytes).and_then(|()| out.flush())
 }
 
-/// A value as indented JSON with a line break at its end. Characters that steer a terminal are
-/// written as their codes, so that names are read back as they are and [`print`] finds nothing to
-/// mask.
+/// Formats a value as indented JSON with a final line break. Control characters are written as
+/// escapes, so that names are read back unchanged and [`print`] finds nothing to mask.
 pub fn json(value: &impl Serialize) -> String {
-    // None of our structures has keys that are not text, the one thing that this can fail on.
+    // Serialization fails only on keys that are not text, and no structure here has any.
     let text = serde_json::to_string_pretty(value).unwrap_or_default() + "\n";
     masked_json(&text).into_owned()
 }
 
-/// Writes one message to standard error, masked. Nothing can be done, or said, where that fails.
+/// Writes one message to standard error, masked. A failed write is ignored.
 pub fn tell(message: impl fmt::Display) {
     let message = message.to_string();
     let shown = masked(&message);
@@ -131,42 +130,41 @@ pub fn tell(message: impl fmt::Display) {
     let _ = writeln!(io::stderr().lock(), "{shown}");
 }
 
-/// How much is said on standard error besides errors.
+/// Amount of messages on standard error besides errors.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Verbosity {
     /// Errors only.
     Quiet,
-    /// Warnings, and what was written.
+    /// Warnings, and the names of written files.
     #[default]
     Normal,
-    /// Effects, accelerator, times and rays too.
+    /// Also effects, accelerator, times and ray counts.
     Verbose,
 }
 
 impl Verbosity {
-    /// Something the user should know although the picture is made: one message, whose further
-    /// lines belong to it.
+    /// Prints a warning about a picture that is still made: one message, perhaps of several lines.
     pub fn warn(self, message: impl fmt::Display) {
         if self > Self::Quiet {
             tell(format_args!("warning: {message}"));
         }
     }
 
-    /// What was chosen or read in one way of several.
+    /// Prints a note about a choice among several possibilities.
     pub fn note(self, message: impl fmt::Display) {
         if self > Self::Quiet {
             tell(format_args!("note: {message}"));
         }
     }
 
-    /// What was done.
+    /// Prints a result of the run.
     pub fn say(self, message: impl fmt::Display) {
         if self > Self::Quiet {
             tell(message);
         }
     }
 
-    /// What those want to know who ask for more.
+    /// Prints a message for verbose runs only.
     pub fn detail(self, message: impl fmt::Display) {
         if self == Self::Verbose {
             tell(message);
@@ -178,7 +176,7 @@ impl Verbosity {
 mod tests {
     use super::*;
 
-    /// Protects: labels alone are coloured, wherever a line begins with one.
+    /// Protects: only labels at the beginning of a line are coloured.
     #[test]
     fn labels_stand_out() {
         let shown = coloured("error: no\n  tip: yes\nan error: in a line");

@@ -1,5 +1,4 @@
-//! How a run ends: the exit codes that scripts rely on, and the one message that goes with each
-//! failure.
+//! Ends of a run: the exit codes that scripts rely on, and the single message of each failure.
 
 use std::fmt;
 use std::io;
@@ -11,12 +10,11 @@ use raywright_io::{Error, ErrorKind};
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[repr(u8)]
 pub enum Exit {
-    /// Everything asked for was done.
+    /// The whole request was done.
     Done = 0,
     /// The work itself failed, or a comparison lies beyond its threshold.
     Failed = 1,
-    /// The command line asks for something that does not exist: a flag, a preset, a camera, a
-    /// value.
+    /// The command line names something that does not exist: a flag, a preset, a camera, a value.
     Usage = 2,
     /// A scene, model or picture whose content cannot be used.
     Input = 3,
@@ -24,7 +22,7 @@ pub enum Exit {
     File = 4,
     /// The input is larger than a limit allows.
     Limit = 5,
-    /// Written, but the error that was asked for is not reached.
+    /// The picture was written, but its error is above the requested limit.
     Unreached = 6,
     /// Ctrl-C, or a request to terminate.
     Interrupted = 130,
@@ -47,17 +45,17 @@ impl From<ErrorKind> for Exit {
     }
 }
 
-/// A run that ends without doing what was asked: its exit code and what the user reads about it.
+/// Failure of a run: its exit code and its message to the user.
 #[derive(Debug)]
 pub struct Failure {
     /// Exit code.
     pub exit: Exit,
-    /// The whole message: what went wrong, where, and what to do about it.
+    /// The whole message: what went wrong, where, and advice.
     pub message: String,
 }
 
 impl Failure {
-    /// A failure whose message gets its `error: ` here.
+    /// Creates a failure; `error: ` is put before the message.
     pub fn new(exit: Exit, message: impl fmt::Display) -> Self {
         Self {
             exit,
@@ -65,13 +63,13 @@ impl Failure {
         }
     }
 
-    /// The same with advice in a line of its own.
+    /// Adds advice in a line of its own.
     pub fn with_hint(mut self, advice: impl fmt::Display) -> Self {
         self.message += &format!("\nhelp: {advice}");
         self
     }
 
-    /// Standard output could not be written.
+    /// Failure to write to standard output.
     pub fn stdout(cause: &io::Error) -> Self {
         Self::new(
             Exit::File,
@@ -93,7 +91,7 @@ impl From<Error> for Failure {
 mod tests {
     use super::*;
 
-    /// Protects: the exit codes of the command line's contract, by what went wrong.
+    /// Protects: each kind of error has the exit code that the command line promises.
     #[test]
     fn each_failure_has_its_code() {
         let code = |error: Error| Failure::from(error).exit as u8;

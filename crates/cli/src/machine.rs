@@ -1,8 +1,8 @@
-//! What a reader of measured times needs to know of the machine.
+//! Description of the machine for readers of measured times.
 
 use std::fs;
 
-/// What Linux calls the processor.
+/// Model name of the processor on Linux.
 pub fn processor() -> Option<String> {
     let known = fs::read_to_string("/proc/cpuinfo").ok()?;
     let line = known.lines().find(|line| line.starts_with("model name"))?;

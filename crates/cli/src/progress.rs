@@ -1,5 +1,5 @@
-//! How far a long computation has come: a bar on a terminal, a line now and then elsewhere, always
-//! on standard error.
+//! Progress of a long computation: a bar on a terminal, occasional lines elsewhere, always on
+//! standard error.
 
 use std::io::{self, IsTerminal};
 use std::sync::Mutex;
@@ -12,26 +12,26 @@ use crate::args::ProgressStyle;
 use crate::clock::whole;
 use crate::console::{self, Verbosity};
 
-/// Before the first plain line; each later one waits twice as long as the one before it, up to
-/// [`LONGEST_PAUSE`], so that an hour-long render does not fill a log.
+/// Time before the first plain line. Each later pause is twice as long, up to [`LONGEST_PAUSE`], so
+/// that a render of an hour does not fill a log.
 const FIRST_PAUSE: Duration = Duration::from_secs(1);
 const LONGEST_PAUSE: Duration = Duration::from_secs(32);
 
-/// Shows how far the work has come. Any thread may report.
+/// Progress display. Any thread may report.
 #[derive(Debug)]
 pub struct Progress {
     what: &'static str,
     start: Instant,
     display: Display,
     reports: AtomicU64,
-    /// Pieces of the same work that are finished, of how many.
+    /// Number of finished pieces of the work; `of` is their total number.
     finished: AtomicU64,
     of: u64,
-    /// Greatest share of all of it that was reported as done, in 2³²ths.
+    /// Largest share of the whole work reported so far, in units of 2⁻³².
     share: AtomicU64,
 }
 
-/// Parts of a whole.
+/// Units of a share in the whole.
 const SHARES: f64 = (1_u64 << 32) as f64;
 
 #[derive(Debug)]
@@ -42,7 +42,8 @@ enum Display {
 }
 
 impl Progress {
-    /// A display of work in a word that suits where standard error goes, unless the user chose one.
+    /// Starts a display of the work `what`. Its style suits standard error unless the user chose a
+    /// style.
     pub fn start(what: &'static str, style: ProgressStyle, verbosity: Verbosity) -> Self {
         let display = Display::of(what, style, verbosity, io::stderr().is_terminal());
         Self {
@@ -56,12 +57,12 @@ impl Progress {
         }
     }
 
-    /// Shows nothing.
+    /// Returns a display that shows nothing.
     pub fn hidden() -> Self {
         Self::start("", ProgressStyle::None, Verbosity::Quiet)
     }
 
-    /// The same of work in so many pieces, each of which reports for itself.
+    /// Divides the work into `of` pieces, each of which reports for itself.
     pub fn of_pieces(self, of: usize) -> Self {
         Self {
             of: of as u64,
@@ -69,23 +70,24 @@ impl Progress {
         }
     }
 
-    /// The work begins now, not when the display was made.
+    /// Restarts the clock: the work begins now.
     pub fn begin(&mut self) {
         self.start = Instant::now();
     }
 
-    /// One more piece is finished.
+    /// Counts one more finished piece.
     pub fn finish_piece(&self) {
         self.finished.fetch_add(1, Ordering::Relaxed);
     }
 
-    /// `done` of `total` steps of the work, or of the piece under way, are finished.
+    /// Reports that `done` of `total` steps are finished, of the whole work or of the current
+    /// piece.
     pub fn report(&self, done: u64, total: u64) {
         let (done, total) = (
             done + self.finished.load(Ordering::Relaxed) * total,
             total * self.of,
         );
-        // Where an error decides, what is to be done grows on the way; what is shown never falls.
+        // With a target error the total grows during the render; the displayed share never falls.
         let share = (done as f64 / total.max(1) as f64 * SHARES) as u64;
         let share = self.share.fetch_max(share, Ordering::Relaxed).max(share);
         let reports = 1 + self.reports.fetch_add(1, Ordering::Relaxed);
@@ -100,13 +102,13 @@ impl Progress {
         }
     }
 
-    /// How many pieces are finished, of how many.
+    /// Returns the finished pieces and the total number of pieces.
     pub fn pieces(&self) -> [u64; 2] {
         [self.finished.load(Ordering::Relaxed), self.of]
     }
 
-    /// Seconds since the start, and those that the rest takes if it goes on as it did; none before
-    /// anything is known.
+    /// Returns the seconds since the start and an estimate of the seconds left at the same rate, or
+    /// `None` before an estimate is possible.
     pub fn seconds(&self) -> (f64, Option<f64>) {
         let share = self.share.load(Ordering::Relaxed) as f64 / SHARES;
         let elapsed = self.start.elapsed().as_secs_f64();
@@ -116,7 +118,7 @@ impl Progress {
         )
     }
 
-    /// Takes the display away, so that messages can follow.
+    /// Removes the display, so that messages can follow.
     pub fn finish(&self) {
         if let Display::Bar(bar) = &self.display {
             bar.finish_and_clear();
@@ -128,14 +130,14 @@ impl Display {
     fn of(what: &str, style: ProgressStyle, verbosity: Verbosity, is_terminal: bool) -> Self {
         match style {
             _ if verbosity == Verbosity::Quiet => Self::Nothing,
-            // JSON is told by who knows samples and errors.
+            // JSON progress is printed by the render command, which has the samples and errors.
             ProgressStyle::None | ProgressStyle::Json => Self::Nothing,
             ProgressStyle::Auto if is_terminal => Self::Bar(bar(what)),
             ProgressStyle::Auto | ProgressStyle::Plain => Self::Lines(Mutex::new(Pace::new())),
         }
     }
 
-    /// Moves the bar; the line to print, where one is due.
+    /// Moves the bar; returns the line to print where a line is due.
     fn report(&self, what: &str, work: Work) -> Option<String> {
         match self {
             Self::Nothing => None,
@@ -146,7 +148,7 @@ impl Display {
                 None
             }
             Self::Lines(pace) => {
-                // A thread that finds another one at work here has nothing newer to say.
+                // Another thread holds the lock and reports already; this report is skipped.
                 let due = pace
                     .try_lock()
                     .is_ok_and(|mut pace| pace.is_due(work.elapsed));
@@ -156,8 +158,8 @@ impl Display {
     }
 }
 
-/// A bar on a terminal for work of several steps, each in words, gone when it ends; elsewhere a
-/// line now and then.
+/// Display of work in several named steps: on a terminal a bar that disappears at the end,
+/// elsewhere occasional lines.
 #[derive(Debug)]
 pub struct Steps {
     start: Instant,
@@ -166,7 +168,7 @@ pub struct Steps {
 }
 
 impl Steps {
-    /// Nothing is done yet.
+    /// Starts the display with no step done.
     pub fn start(verbosity: Verbosity) -> Self {
         let quiet = verbosity == Verbosity::Quiet;
         let bar = if quiet {
@@ -187,7 +189,7 @@ impl Steps {
         }
     }
 
-    /// What is done now, and the share of the whole that is done already.
+    /// Shows the current step and the share of the whole that is done.
     pub fn show(&mut self, what: &str, share: f64) {
         self.bar.set_position((1000.0 * share) as u64);
         self.bar.set_message(console::on_one_line(what));
@@ -217,23 +219,23 @@ fn bar(what: &str) -> ProgressBar {
     bar
 }
 
-/// Pieces that must have ended before the rest is estimated from them, or else this share of all:
-/// the first ones of a picture may be the slowest, and many times the time of one tells nothing.
+/// Least number of finished pieces, or least share of the whole, before an estimate of the time
+/// left: the first pieces of a picture may be its slowest, so that a single one allows no estimate.
 const ENOUGH: u64 = 16;
 const ENOUGH_SHARE: f64 = 0.05;
 
-/// How far work has come.
+/// Progress of the work.
 #[derive(Clone, Copy, Debug)]
 struct Work {
     elapsed: Duration,
-    /// How often it has said so.
+    /// Number of reports so far.
     reports: u64,
     done: u64,
     total: u64,
 }
 
 impl Work {
-    /// One plain line.
+    /// Formats one plain line.
     fn line(self, what: &str) -> String {
         let percent = 100 * self.done / self.total.max(1);
         let left = self.left();
@@ -244,8 +246,7 @@ impl Work {
         }
     }
 
-    /// How long it will take still, if it goes on as it did; empty while there is too little to go
-    /// by.
+    /// Estimated time left at the same rate; empty before an estimate is possible.
     fn left(self) -> String {
         let Self {
             elapsed,
@@ -261,7 +262,7 @@ impl Work {
     }
 }
 
-/// When the next plain line is due.
+/// Schedule of the plain lines.
 #[derive(Debug)]
 struct Pace {
     next: Duration,
@@ -290,8 +291,8 @@ impl Pace {
 mod tests {
     use super::*;
 
-    /// Protects: the estimate is the time so far in proportion, rounded up so that it never says 0
-    /// s before the end.
+    /// Protects: the estimate is proportional to the elapsed time, rounded up so that `0 s` never
+    /// appears before the end.
     #[test]
     fn time_left_is_in_proportion() {
         let line = |what, elapsed, done, total| {
@@ -325,8 +326,8 @@ mod tests {
         );
     }
 
-    /// Protects: progress towards an error never runs backwards, though what is to be done grows on
-    /// the way, and the time that is left is that of the share which is shown.
+    /// Protects: progress towards a target error never falls although the total grows during the
+    /// render, and the time left belongs to the displayed share.
     #[test]
     fn progress_never_runs_backwards() {
         let progress = Progress::hidden().of_pieces(2);
@@ -337,8 +338,8 @@ mod tests {
         assert_eq!(shares, [0.125, 0.25, 0.25, 0.28125, 0.3125]);
     }
 
-    /// Protects: no time is told by the first few of many pieces; from the sixteenth on, or a
-    /// twentieth of the work, it is.
+    /// Protects: no time estimate comes from the first few of many pieces; it appears with the
+    /// sixteenth piece or a twentieth of the work.
     #[test]
     fn no_time_is_told_by_one_piece() {
         let line = |reports, done| {
@@ -356,8 +357,8 @@ mod tests {
         assert_eq!(line(1, 5000), "rendering: 5 %, 2 min 32 s left");
     }
 
-    /// Protects: quiet is silent whatever style is asked for, no style is, a terminal alone has a
-    /// bar, and everything else has lines.
+    /// Protects: quiet runs and the style `none` show nothing; only a terminal has a bar,
+    /// everything else has lines.
     #[test]
     fn the_display_suits_the_place() {
         use ProgressStyle::{Auto, None, Plain};
@@ -381,8 +382,8 @@ mod tests {
         }
     }
 
-    /// Protects: a line comes when it is due and while there is work left; that all is done is no
-    /// news.
+    /// Protects: a line appears only when due and before the work ends; the end itself prints no
+    /// line.
     #[test]
     fn the_end_is_no_line() {
         let lines = || Display::Lines(Mutex::new(Pace::new()));
@@ -403,7 +404,7 @@ mod tests {
     }
 
     /// Protects: a thousand reports within a minute make a handful of lines, each pause twice the
-    /// one before.
+    /// last.
     #[test]
     fn lines_become_rarer() {
         let mut pace = Pace::new();

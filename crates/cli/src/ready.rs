@@ -1,5 +1,5 @@
-//! From a loaded scene to one that is ready to render: the view where there is none, and what can
-//! go wrong, in the user's words.
+//! Preparation of a loaded scene for rendering: adds a view where the scene has none, and reports
+//! failures in the user's terms.
 
 use std::cmp::Reverse;
 
@@ -11,10 +11,14 @@ use raywright_io::{Error, Loaded, SourceInfo, human_bytes};
 use crate::failure::{Exit, Failure};
 use crate::memory;
 
-/// How a run ends that was stopped before there was anything to keep.
+/// Message of a run that was stopped before any result existed.
 pub const NOTHING_KEPT: &str = "interrupted; nothing was written";
 
-/// Prepares a scene, or says in the words of the command line why that can't be.
+/// Prepares a scene.
+///
+/// # Errors
+///
+/// A failure in the terms of the command line.
 pub fn prepared(
     loaded: &Loaded,
     settings: &Settings,
@@ -23,7 +27,7 @@ pub fn prepared(
     prepare(&loaded.scene, settings, observer).map_err(|error| failed(&loaded.source, error))
 }
 
-/// Why a scene from there can't be prepared, in the words of the command line.
+/// Failure message for a scene from `source` that cannot be prepared.
 pub fn failed(source: &SourceInfo, error: PrepareError) -> Failure {
     let name = source.name.as_str();
     match error {
@@ -36,8 +40,8 @@ pub fn failed(source: &SourceInfo, error: PrepareError) -> Failure {
     }
 }
 
-/// What needs how much memory, and what to do about the part that needs most; without a limit the
-/// system has not got so much.
+/// Error that lists the memory needed by each part, largest first, with advice about the largest
+/// part. Without a limit, the message says that the system has not enough memory.
 fn too_much(name: &str, needed: &Memory, allowed: Option<u64>) -> Error {
     let advice = |part: &str| match part {
         "picture" => "render less with --size or --crop",
@@ -84,12 +88,12 @@ mod tests {
         }
     }
 
-    /// A scene with nothing in it.
+    /// Returns an empty scene.
     fn empty() -> (Loaded, Settings) {
         loaded("")
     }
 
-    /// A scene of that text.
+    /// Returns a scene with this TOML text.
     fn loaded(text: &str) -> (Loaded, Settings) {
         let folder = tempfile::tempdir().expect("a temporary folder");
         let file = folder.path().join("empty.scene.toml");
@@ -102,8 +106,8 @@ mod tests {
         (loaded, settings)
     }
 
-    /// Protects: what single precision loses is refused at its line of the scene, listed or
-    /// generated, and doubles show it.
+    /// Protects: an object too thin for single precision is refused at its line of the scene,
+    /// listed or generated, and double precision renders the object.
     #[test]
     fn what_a_precision_loses_is_refused_by_it_alone() {
         let material = "[[materials]]\nname = \"m\"\nmodel.physical = {}\n";
@@ -115,7 +119,7 @@ mod tests {
             thin(0)
         );
         for (scene, line) in [(listed, "scene.toml:7:"), (generated, "scene.toml:7:")] {
-            // Most of the scene is about zero, so that coordinates are counted from there.
+            // Most objects lie near zero, so that the coordinates have zero as their origin.
             let balls = "[[objects]]\nmaterial = \"m\"\nshape.sphere = { centre = [0, 0, 0], radius = 1 }\n".repeat(3);
             let (loaded, settings) = loaded(&format!("{material}{scene}{balls}"));
             let with = |precision| {
@@ -146,8 +150,8 @@ mod tests {
         }
     }
 
-    /// Protects: Ctrl-C ends the preparation too, with the code and the words of a run that was
-    /// interrupted.
+    /// Protects: Ctrl-C ends the preparation too, with the exit code and message of an interrupted
+    /// run.
     #[test]
     fn preparation_can_be_interrupted() {
         let (loaded, settings) = empty();
@@ -161,8 +165,8 @@ mod tests {
         assert!(prepared(&loaded, &settings, &()).is_ok());
     }
 
-    /// Protects: who has too little memory hears what takes how much, most first, and what would
-    /// help with that.
+    /// Protects: the message about too little memory lists the parts, largest first, with advice
+    /// about the largest.
     #[test]
     fn too_little_memory_is_explained() {
         let of = |needed: Memory| too_much("a.glb", &needed, Some(1 << 20)).to_string();

@@ -1,13 +1,13 @@
-//! A few points in a terminal: double-logarithmic, in plain characters, no wider than sixty
-//! columns.
+//! Scatter plot for a terminal: double-logarithmic, in plain characters, at most sixty columns
+//! wide.
 
 use crate::table::significant;
 
 const WIDTH: usize = 44;
 const HEIGHT: usize = 10;
 
-/// Points (x, y) above zero, with the names of the vertical and the horizontal axis; those at or
-/// below zero lie on the edge. Empty without two different places.
+/// Plots points (x, y) with the names of the vertical and the horizontal axis. Values at or below
+/// zero lie on the edge. The result is empty unless two points differ.
 pub fn scatter(points: &[(f64, f64)], vertical: &str, horizontal: &str) -> String {
     let ends = |of: fn(&(f64, f64)) -> f64| {
         let known = points.iter().map(of).filter(|v| *v > 0.0 && v.is_finite());
@@ -60,7 +60,7 @@ pub fn scatter(points: &[(f64, f64)], vertical: &str, horizontal: &str) -> Strin
 mod tests {
     use super::*;
 
-    /// Protects: less time is to the left and less error below, decades are as wide as each other,
+    /// Protects: less time lies to the left and less error below, all decades have the same width,
     /// and lines fit a small terminal.
     #[test]
     fn corners_are_where_they_belong() {
@@ -92,7 +92,7 @@ mod tests {
         );
     }
 
-    /// Protects: nothing to show, and points at zero, do no harm.
+    /// Protects: an empty input gives no plot, and points at zero are drawn.
     #[test]
     fn few_points_are_no_plot() {
         assert_eq!(scatter(&[], "y", "x"), "");

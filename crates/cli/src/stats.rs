@@ -1,5 +1,5 @@
-//! `--stats`: what a render took, as JSON that scripts can rely on. Fields may be added; none is
-//! renamed or removed without a new [`FORMAT`].
+//! Statistics of a render for `--stats`, as JSON that scripts can rely on. New fields may appear;
+//! no field is renamed or removed without a new [`FORMAT`].
 
 use raywright_core::counters::Counters;
 use raywright_core::denoise::Denoised;
@@ -12,10 +12,10 @@ use serde::Serialize;
 use crate::clock::Seconds;
 use crate::{memory, origin};
 
-/// Version of the layout below.
+/// Version of this JSON layout.
 pub const FORMAT: u32 = 1;
 
-/// The whole file.
+/// Contents of the whole file.
 #[derive(Debug, Serialize)]
 pub struct Stats<'a> {
     format: u32,
@@ -25,33 +25,34 @@ pub struct Stats<'a> {
     seconds: Seconds,
     rays: Rays,
     samples: u64,
-    /// Samples that did not enter the picture because they were not finite.
+    /// Samples that were left out of the picture because they were not finite.
     dropped: u64,
-    /// Rays that ended at the limit of surfaces that are passed unchanged.
+    /// Rays that ended at the limit of surfaces crossed without a change of direction.
     cut_short: u64,
     effects: &'a [Finding],
     memory: Memory,
     accelerator: &'static str,
-    /// About the scene, its files or the picture.
+    /// Warnings about the scene, its files or the picture.
     warnings: &'a [Warning],
-    /// Absent where it can't be told.
+    /// Estimated error; absent where the samples allow no estimate.
     #[serde(skip_serializing_if = "Option::is_none")]
     error: Option<Uncertainty>,
-    /// Absent where the picture was not denoised.
+    /// Error claimed for the denoised picture; absent where the picture was not denoised.
     #[serde(skip_serializing_if = "Option::is_none")]
     denoised: Option<Claim>,
 }
 
-/// What is claimed of a denoised picture.
+/// Error that the denoiser claims for its picture.
 #[derive(Debug, Serialize)]
 struct Claim {
     #[serde(flatten)]
     error: Uncertainty,
-    /// What denoising did to the picture's light, as a share of it: below zero where it is darker.
+    /// Relative change of the picture's total light through denoising: negative where the result is
+    /// darker.
     brightened: f64,
 }
 
-/// Rays by kind.
+/// Numbers of rays by kind.
 #[derive(Debug, Serialize)]
 struct Rays {
     camera: u64,
@@ -81,17 +82,17 @@ impl From<&Counters> for Rays {
     }
 }
 
-/// Bytes.
+/// Memory use in bytes.
 #[derive(Debug, Serialize)]
 struct Memory {
-    /// Of the whole process; null where the system does not tell.
+    /// Peak of the whole process; null where the system does not report this value.
     peak_bytes: Option<u64>,
     geometry_bytes: u64,
     texture_bytes: u64,
 }
 
 impl<'a> Stats<'a> {
-    /// Gathers what is known after a finished render.
+    /// Collects the statistics of a finished render.
     pub fn new(
         loaded: &'a Loaded,
         ready: &'a Ready,

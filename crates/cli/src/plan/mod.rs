@@ -1,6 +1,6 @@
-//! What arguments amount to. Clap's structures end here: what is below knows what is to be done,
-//! and not what was typed. Mistakes that need the scene to be seen - a camera that it has not, a
-//! crop outside its picture - are found here too, before anything is computed.
+//! The plan of a run, resolved from its arguments. Code below this module knows the work to be
+//! done, not the words typed. Errors that depend on the scene - an unknown camera, a crop outside
+//! the picture - are found here too, before anything is computed.
 
 mod rungs;
 mod shots;
@@ -35,75 +35,75 @@ use crate::scene_input;
 pub use rungs::Choices;
 pub use shots::Shot;
 
-/// Samples of a pixel for a first look.
+/// Samples per pixel of a quick preview.
 const QUICK_SAMPLES: u32 = 16;
-/// Most pixels along the edges of a first look.
+/// Largest width and height of a quick preview, in pixels.
 const QUICK_SIZE: [u32; 2] = [640, 360];
 
-/// How one picture is made.
+/// Settings of one picture.
 #[derive(Clone, Debug)]
 pub struct Plan {
-    /// Everything that decides the picture's numbers besides the scene.
+    /// Everything besides the scene that determines the pixel values.
     pub settings: Settings,
-    /// How a PNG shows them.
+    /// Conversion of pixel values for a PNG.
     pub display: Display,
-    /// Whether the picture chooses its own exposure.
+    /// Whether the exposure is chosen from the picture.
     pub is_exposed: bool,
 }
 
-/// What a run of `render` is to do.
+/// Work of a `render` run.
 #[derive(Debug)]
 pub struct Task {
-    /// Names of scenes, at least one.
+    /// Names of the scenes, at least one.
     pub scenes: Vec<OsString>,
-    /// What is changed in them, and what of them is refused.
+    /// Changes to the scenes, and limits above which they are refused.
     pub options: LoadOptions,
-    /// Rungs and switches.
+    /// Chosen rungs and switched-off effects.
     pub choices: Choices,
-    /// The pictures of each, at least one.
+    /// Pictures of each scene, at least one.
     pub shots: Vec<Shot>,
-    /// Whether that is one picture, and no file that holds several.
+    /// Whether the run makes a single picture and no file with several.
     pub is_single: bool,
-    /// Pictures a second of an animation.
+    /// Pictures per second of an animation.
     pub rate: f64,
-    /// Files that were asked for, numbered or not.
+    /// Output files that the user named, numbered or not.
     pub outputs: Vec<PathBuf>,
-    /// Where all pictures are side by side.
+    /// Output file of the contact sheet with all pictures.
     pub sheet: Option<PathBuf>,
-    /// Whether a picture may show nothing.
+    /// Whether an empty picture is allowed.
     pub allows_empty: bool,
-    /// Whether files say where they come from.
+    /// Whether output files record their origin.
     pub has_metadata: bool,
-    /// Layers besides the colours.
+    /// Layers besides colour.
     pub layers: Vec<Aov>,
-    /// The error that is to be reached.
+    /// Target error.
     pub max_error: Option<f64>,
-    /// Whether it is a first look.
+    /// Whether the run is a quick preview.
     pub is_quick: bool,
-    /// How many threads; none: one for each processor.
+    /// Number of threads; `None`: one for each processor.
     pub threads: Option<u32>,
-    /// Until when the picture is to be there, counted from the start.
+    /// Time limit for the whole run, counted from the program's start.
     pub budget: Option<Duration>,
-    /// Where the film is kept, which one is gone on with, which one's samples are taken, and which
-    /// share is rendered.
+    /// Film files: the checkpoint to write, the film to resume, the film to replay, and the share
+    /// of the picture to render.
     pub checkpoint: Option<PathBuf>,
     pub resume: Option<PathBuf>,
     pub replay: Option<PathBuf>,
     pub part: Option<Share>,
-    /// Where times and counts are written.
+    /// Output file of times and counts.
     pub stats: Option<PathBuf>,
     /// Whether hashes are printed.
     pub hash: bool,
-    /// Where the picture is shown while it is rendered: a file, and a viewer.
+    /// Previews during the render: a file, and a viewer.
     pub preview: Option<PathBuf>,
     pub display: Option<TevAddress>,
-    /// How progress is shown, and how much is said.
+    /// Style of progress, and amount of messages.
     pub progress: ProgressStyle,
     pub verbosity: Verbosity,
     look: Look,
 }
 
-/// What flags say of settings and display, where they do.
+/// Flags for settings and display, each present only where the user gave it.
 #[derive(Debug)]
 struct Look {
     view: ViewArgs,
@@ -113,7 +113,11 @@ struct Look {
 }
 
 impl Task {
-    /// What the arguments ask for; wrong where they mean one picture and several.
+    /// Builds the task of the arguments.
+    ///
+    /// # Errors
+    ///
+    /// A failure where a flag for one picture is combined with several pictures.
     pub fn new(args: RenderArgs, verbosity: Verbosity) -> Result<Self, Failure> {
         let RenderArgs {
             scenes,
@@ -189,13 +193,13 @@ impl Task {
         Ok(task)
     }
 
-    /// Whether a scene is refused of which nothing is seen: a part of its picture may well be
+    /// Whether a scene with nothing visible is refused. A crop or a share of a picture may well be
     /// empty.
     pub fn refuses_empty(&self) -> bool {
         !self.allows_empty && self.look.view.crop.is_none() && self.part.is_none()
     }
 
-    /// Quality of JPEGs, where one is asked for.
+    /// Requested JPEG quality, or `None`.
     pub fn quality(&self) -> Option<u8> {
         self.look.display.quality
     }
@@ -230,8 +234,8 @@ impl Task {
             .into())
     }
 
-    /// Settles how one of the pictures of a scene is made; its silhouette is found where a camera
-    /// is to show the whole of it.
+    /// Resolves the settings of one picture of a scene. The silhouette is computed only where a
+    /// camera frames the whole scene.
     pub fn settle_shot(
         &self,
         scene: &mut Scene,
@@ -245,10 +249,9 @@ impl Task {
         })
     }
 
-    /// Settles how a picture of a scene from a view is made, and puts the scene on the rungs that
-    /// were asked for. `framed` makes the camera that shows the whole of the scene from a view
-    /// under a vertical angle, for an aspect; it is asked only where a flag says something of that
-    /// camera.
+    /// Resolves the settings of a picture of a scene from a view, and applies the chosen rungs to
+    /// the scene. `framed` returns the camera that frames the whole scene from a view, given a
+    /// vertical angle and an aspect ratio; it is called only where a flag changes that camera.
     pub fn settle(
         &self,
         scene: &mut Scene,
@@ -285,7 +288,7 @@ impl Task {
             background: match flags.background {
                 None => own.background,
                 Some(BackgroundChoice::Environment) => Background::Environment,
-                // What a colour is laid behind is rendered apart from it.
+                // A picture over a colour is rendered with coverage, and composited afterwards.
                 Some(BackgroundChoice::Transparent | BackgroundChoice::Colour(_)) => {
                     Background::Transparent
                 }
@@ -318,9 +321,8 @@ impl Task {
         })
     }
 
-    /// Samples of a pixel: a time or an error that was asked for instead takes as many as there may
-    /// be. A pattern says where samples lie and has no others; its error is none that more of them
-    /// would lower.
+    /// Samples per pixel. A time budget or a target error sets the count to its maximum. A fixed
+    /// pattern has no more samples than its own, and its error does not fall with more of them.
     fn sampling(&self, scene: &Scene) -> Sampling {
         let spp = self.look.light.spp;
         let named = spp.is_some() || self.choices.has(Ladder::Samples);
@@ -334,7 +336,7 @@ impl Task {
     }
 }
 
-/// Seconds of the animation of the one scene of a film.
+/// Length in seconds of the animation in the single scene of a film.
 fn length(scenes: &[OsString], options: &LoadOptions, rate: f64) -> Result<f64, Failure> {
     let [name] = scenes else {
         return Err(Error::usage("--frames all is of one model, and several are named").into());
@@ -367,7 +369,7 @@ fn length(scenes: &[OsString], options: &LoadOptions, rate: f64) -> Result<f64, 
     }
 }
 
-/// The samples of a first look. A fixed pattern has few as it is.
+/// Samples of a quick preview. A fixed pattern has few and keeps them.
 pub fn quick_sampling(own: Sampling) -> Sampling {
     match own {
         Sampling::General(samples) => Sampling::General(samples.min(QUICK_SAMPLES)),
@@ -375,7 +377,7 @@ pub fn quick_sampling(own: Sampling) -> Sampling {
     }
 }
 
-/// The size of a first look: a half, or what fits into [`QUICK_SIZE`] where that is less.
+/// Size of a quick preview: a half, or the largest that fits [`QUICK_SIZE`].
 fn quick_size([width, height]: [u32; 2]) -> [u32; 2] {
     let [most_width, most_height] = QUICK_SIZE.map(f64::from);
     let factor = 0.5_f64
@@ -384,7 +386,7 @@ fn quick_size([width, height]: [u32; 2]) -> [u32; 2] {
     [width, height].map(|edge| ((f64::from(edge) * factor).round() as u32).max(1))
 }
 
-/// What is refused where at most so many bytes may be taken; none: the usual number.
+/// Load limits for a memory limit in bytes; `None`: the default limit.
 pub fn limits(memory: Option<u64>) -> Limits {
     let own = Limits::default();
     Limits {
@@ -393,7 +395,7 @@ pub fn limits(memory: Option<u64>) -> Limits {
     }
 }
 
-/// How a scene is read that is changed so.
+/// Load options of the scene arguments.
 pub fn options(changes: &SceneArgs, memory: Option<u64>) -> LoadOptions {
     LoadOptions {
         overrides: Overrides {
@@ -427,7 +429,7 @@ pub fn options(changes: &SceneArgs, memory: Option<u64>) -> LoadOptions {
     }
 }
 
-/// The view with the direction that is up in it. Views of the whole scene choose their own.
+/// Puts the up direction into the view's flags. Views of the whole scene choose their own.
 fn with_up(view: ViewArgs, up: Option<Up>) -> Result<ViewArgs, Failure> {
     let Some(Up::Direction(direction)) = up else {
         return Ok(view);
@@ -451,7 +453,7 @@ fn with_up(view: ViewArgs, up: Option<Up>) -> Result<ViewArgs, Failure> {
     })
 }
 
-/// How a picture is shown: as its own scene or file says, where no flag says something else.
+/// Display settings of the scene or file, as changed by flags.
 pub fn shown(asked: &DisplayArgs, own: Display) -> Display {
     Display {
         tone_map: asked.tonemap.unwrap_or(own.tone_map),
@@ -464,7 +466,7 @@ pub fn shown(asked: &DisplayArgs, own: Display) -> Display {
     }
 }
 
-/// The same with the exposure that suits a picture, where that is asked for.
+/// The same with an automatic exposure for this picture where requested.
 pub fn shown_as_suits(asked: &DisplayArgs, own: Display, picture: &Picture) -> Display {
     let display = shown(asked, own);
     match asked.exposure {
@@ -473,7 +475,7 @@ pub fn shown_as_suits(asked: &DisplayArgs, own: Display, picture: &Picture) -> D
     }
 }
 
-/// The crop, if it lies inside the picture.
+/// Returns the crop if it lies inside the picture, or a usage error.
 fn within(crop: Crop, [width, height]: [u32; 2]) -> Result<Crop, Failure> {
     let fits = |start: u32, extent: u32, whole: u32| {
         start.checked_add(extent).is_some_and(|end| end <= whole)
@@ -501,8 +503,8 @@ mod tests {
 
     use super::*;
 
-    /// Protects: a first look is half as wide and as high, fits into its frame without another
-    /// shape, and has a pixel at least.
+    /// Protects: a quick preview has half the width and height, fits its frame without a change of
+    /// shape, and has at least one pixel.
     #[test]
     fn first_looks_are_small() {
         let sizes = [
@@ -526,8 +528,8 @@ mod tests {
         );
     }
 
-    /// Protects: clap's structures end here. Below, nothing knows what was typed, but that the
-    /// module of a command which makes no pictures reads its own arguments.
+    /// Protects: clap's structures end in this module. Below it only the modules of commands that
+    /// make no pictures read arguments, each its own.
     #[test]
     fn what_was_typed_is_not_known_below() {
         let (root, mut folders, mut looked_at) = (
@@ -560,8 +562,8 @@ mod tests {
         assert!(looked_at > 30, "{looked_at}");
     }
 
-    /// Protects: each edge of a crop is held against its own extent of the picture, to the last
-    /// pixel, and no sum wraps round.
+    /// Protects: each edge of a crop is compared with its own extent of the picture, to the last
+    /// pixel, and no sum overflows.
     #[test]
     fn crops_lie_inside_the_picture() {
         let fits = |x, y, width, height| {

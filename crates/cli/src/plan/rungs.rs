@@ -1,5 +1,4 @@
-//! Rungs of ladders that were asked for by name: put onto scene and settings, where nothing else
-//! says something different.
+//! Rungs of ladders chosen by name, applied to scene and settings unless another flag contradicts.
 
 use raywright_core::effects::{Effect, EffectSet};
 use raywright_core::ladder::{Choice, Ladder};
@@ -10,12 +9,12 @@ use super::Look;
 use crate::args::ChoiceArgs;
 use crate::failure::Failure;
 
-/// Which rungs of which ladders, and which effects not.
+/// Chosen rungs and switched-off effects.
 #[derive(Clone, Debug, Default)]
 pub struct Choices {
-    /// The rungs, at most one a ladder.
+    /// The rungs, at most one per ladder.
     pub rungs: Vec<Choice>,
-    /// Effects that are switched off.
+    /// Switched-off effects.
     pub without: Vec<Effect>,
 }
 
@@ -29,7 +28,7 @@ impl From<&ChoiceArgs> for Choices {
 }
 
 impl Choices {
-    /// Puts scene and settings on the rungs, and switches the effects off.
+    /// Applies the rungs to scene and settings, and switches the effects off.
     pub fn apply(&self, scene: &mut Scene, settings: &mut Settings) -> Result<(), Failure> {
         settings.without = self.without.iter().copied().collect::<EffectSet>();
         for (i, choice) in self.rungs.iter().enumerate() {
@@ -48,12 +47,12 @@ impl Choices {
         Ok(())
     }
 
-    /// Whether a rung of a ladder is asked for.
+    /// Whether a rung of this ladder was chosen.
     pub fn has(&self, ladder: Ladder) -> bool {
         self.rungs.iter().any(|choice| choice.ladder() == ladder)
     }
 
-    /// Each with the word that it is told by: rungs as they are typed, effects with hyphens for
+    /// Formats each choice after its prefix: rungs as typed, effects with hyphens in place of
     /// blanks.
     pub fn words(&self, rung: &str, without: &str) -> Vec<String> {
         let rungs = self.rungs.iter().map(|choice| format!("{rung}{choice}"));
@@ -65,7 +64,7 @@ impl Choices {
     }
 }
 
-/// Refuses a rung of a ladder that has a flag of its own, where that is given too.
+/// Refuses a rung whose ladder is set by another given flag too.
 pub(super) fn refuse_two_words(rungs: &[Choice], look: &Look) -> Result<(), Failure> {
     let light = &look.light;
     for choice in rungs {
@@ -123,7 +122,7 @@ mod tests {
         }
     }
 
-    /// Protects: rungs and switches reach the settings, and two words for one thing are refused.
+    /// Protects: rungs and switches reach the settings, and contradictory flags are refused.
     #[test]
     fn choices_reach_the_settings_once() {
         let (mut scene, mut settings) = (Scene::default(), Settings::of(&Scene::default()));
@@ -150,8 +149,8 @@ mod tests {
         assert!(both.apply(&mut scene, &mut settings).is_err());
     }
 
-    /// Protects: what `--rung` renders is what the ladder measures, by every rung of every ladder:
-    /// one scene and one set of settings.
+    /// Protects: `--rung` renders exactly the scene and settings that the ladder measures, for
+    /// every rung of every ladder.
     #[test]
     fn what_is_rendered_is_what_is_measured() {
         let texture = serde_json::json!({ "name": "t", "image": "i", "filter": "bilinear" });
@@ -176,7 +175,7 @@ mod tests {
         }
     }
 
-    /// Protects: every flag contradicts the rungs of what it says, and no others.
+    /// Protects: each flag contradicts the rungs of its own ladder only.
     #[test]
     fn each_flag_has_its_ladders() {
         let refused = |flag: &[&str]| {
@@ -207,7 +206,7 @@ mod tests {
         assert_eq!(refused(&[]), [0; 7]);
     }
 
-    /// Protects: choices are told as they are typed.
+    /// Protects: choices are printed as typed.
     #[test]
     fn choices_have_their_own_words() {
         let choices = Choices {

@@ -1,4 +1,4 @@
-//! Which pictures of each scene a run makes.
+//! The pictures of each scene in a run.
 
 use raywright_core::framing::{Silhouette, View};
 
@@ -7,20 +7,20 @@ use crate::args::ViewArgs;
 /// One picture of a scene.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Shot {
-    /// What its file is called after where the user named none; empty: after the scene alone.
+    /// Suffix of the file name where the user named no file; empty: none.
     pub label: String,
-    /// What is written below it on a sheet.
+    /// Caption on a contact sheet.
     pub caption: String,
-    /// The moment, where it is not the one of all.
+    /// Time in the animation, where it differs from that of the run.
     pub at: Option<f64>,
-    /// From where it is taken, where that is not from the scene's own camera.
+    /// View, where it is not the scene's own camera.
     view: Option<View>,
-    /// Degrees further around than the view in force.
+    /// Rotation in degrees around the subject from the current view.
     turn: Option<f64>,
 }
 
 impl Shot {
-    /// From where the picture is taken, where that is not the scene's own camera.
+    /// View of the picture; `None`: the scene's own camera.
     pub fn seen_from<'a>(&self, silhouette: impl FnOnce() -> &'a Silhouette) -> Option<View> {
         let Some(turn) = self.turn else {
             return self.view;
@@ -33,8 +33,8 @@ impl Shot {
     }
 }
 
-/// The pictures of each scene that the flags ask for: the usual one, which has no label, where they
-/// ask for no others.
+/// Pictures of each scene for these flags: the default picture, which has no label, unless they ask
+/// for others.
 pub(super) fn shots(args: &ViewArgs) -> Vec<Shot> {
     let numbered = |number: usize, caption: String| Shot {
         label: format!("{number:04}"),
@@ -75,8 +75,8 @@ pub(super) fn shots(args: &ViewArgs) -> Vec<Shot> {
     }
 }
 
-/// Pictures a second of an animation: those of a film as they say, a turn smoothly, and others
-/// slowly enough to be looked at.
+/// Pictures per second of an animation: the rate of a film, 25 for a turntable, and 1 for other
+/// series, so that each picture can be looked at.
 pub(super) fn rate(args: &ViewArgs) -> f64 {
     match (args.frames, args.turntable) {
         (Some(frames), _) => frames.rate,
@@ -90,8 +90,8 @@ mod tests {
     use super::*;
     use crate::args::values;
 
-    /// Protects: each flag makes the pictures that it says, in order, and none asks for the usual
-    /// one, from the view that is asked for.
+    /// Protects: each flag makes its pictures in order; without such flags, the default picture has
+    /// the requested view.
     #[test]
     fn flags_make_pictures() {
         let view = Some(View {

@@ -1,4 +1,4 @@
-//! Which camera the picture is taken with: the chosen one, with what the flags change of it.
+//! The camera of a picture: the chosen camera with the changes of the flags.
 
 use glam::DVec3;
 use raywright_core::framing::{FIELD_OF_VIEW, View};
@@ -9,9 +9,9 @@ use crate::args::ViewArgs;
 use crate::failure::Failure;
 use crate::suggest;
 
-/// The camera that the flags ask for, from a view where there is one; none: the scene has none,
-/// nothing is changed, and framing is left to the renderer. `framed` makes the camera that shows
-/// everything from a view, or from the one that suits the scene, under a vertical angle.
+/// Returns the camera for these flags and this view. `None`: the scene has no camera, no flag
+/// changes any, and the renderer frames the scene. `framed` returns the camera that frames the
+/// whole scene from a view, or from the default view, under a vertical angle.
 pub fn camera(
     scene: &Scene,
     (args, view): (&ViewArgs, Option<View>),
@@ -33,18 +33,18 @@ pub fn camera(
     };
     if args.eye.is_some() || args.target.is_some() || args.up.is_some() {
         camera.pose = moved(&camera.pose, args)?;
-        // Where it is to stand is said for all times.
+        // A pose given by flags holds for all times.
         camera.pose_end = None;
     }
     match args.fov {
         Some(fov) => {
             set_fov(&mut camera.projection, fov)?;
-            // The angle is that of the picture.
+            // The requested angle is that of the picture.
             camera.aspect = camera.aspect.filter(|_| camera.fit == Fit::Stretch);
         }
         None => keep_vertical_fov(&mut camera, scene.render.size, args.size),
     }
-    // A camera that is made for the picture has its shape.
+    // A framed camera already has the aspect ratio of the picture.
     if let Some(fit) = args.fit.filter(|_| is_own) {
         let [width, height] = scene.render.size.map(f64::from);
         (camera.aspect, camera.fit) = (camera.aspect.or(Some(width / height)), fit);
@@ -89,8 +89,8 @@ fn chosen(scene: &Scene, name: &str) -> Result<Camera, Failure> {
     .into())
 }
 
-/// The pose with another eye, target or up. A camera given by its axes keeps its orientation when
-/// it is only moved.
+/// Returns the pose with another eye, target or up vector. A camera given by its axes keeps its
+/// orientation when only its eye is moved.
 fn moved(pose: &Pose, args: &ViewArgs) -> Result<Pose, Failure> {
     let (eye, target, up) = match *pose {
         Pose::LookAt { eye, target, up } => (eye, target, up),
@@ -127,8 +127,8 @@ fn moved(pose: &Pose, args: &ViewArgs) -> Result<Pose, Failure> {
             let target = args
                 .target
                 .unwrap_or((DVec3::from(eye) - DVec3::from(back)).into());
-            // Turned to a point, a camera stands upright, however it leans in its file; straight up
-            // and down, its own will do.
+            // A camera turned to a target stands upright, whatever its roll in the file. Straight
+            // up or down, its own up vector is used.
             let upright = (DVec3::from(target) - DVec3::from(eye))
                 .normalize_or_zero()
                 .cross(DVec3::Y)
@@ -193,7 +193,7 @@ fn set_fov(projection: &mut Projection, fov: f64) -> Result<(), Failure> {
     }
 }
 
-/// Makes everything so many times as large in the picture as it was, about its middle.
+/// Magnifies the picture about its centre by a factor.
 fn zoom(projection: &mut Projection, factor: f64) {
     match projection {
         Projection::Pinhole(pinhole) | Projection::ThinLens { pinhole, .. } => {
@@ -212,8 +212,8 @@ fn zoom(projection: &mut Projection, factor: f64) {
     }
 }
 
-/// A horizontal angle is meant for the shape of picture that the file asks for; in another shape
-/// the vertical one that follows from it is kept.
+/// Keeps the vertical angle of a camera in a picture of another shape. A horizontal angle applies
+/// to the aspect ratio in the file.
 fn keep_vertical_fov(camera: &mut Camera, file: [u32; 2], asked: Option<[u32; 2]>) {
     let [width, height] = file.map(f64::from);
     let other_shape = asked.is_some_and(|[w, h]| {
@@ -310,7 +310,7 @@ mod tests {
         }
     }
 
-    /// Protects: names come before indices, and what is neither is an error that helps.
+    /// Protects: names take precedence over indices, and an unknown name gives a helpful error.
     #[test]
     fn cameras_are_found_by_name_and_by_index() {
         assert_eq!(
@@ -329,8 +329,8 @@ mod tests {
         assert!(taken(&named("3")).is_err());
     }
 
-    /// Protects: a flag changes what it names and leaves the rest, whatever way the file gives the
-    /// pose.
+    /// Protects: a flag changes its own part of a pose and leaves the rest, for each form of pose
+    /// in the file.
     #[test]
     fn flags_change_one_part_of_a_pose() {
         let pose = |args: ViewArgs| taken(&args).expect("a camera").pose;
@@ -382,8 +382,8 @@ mod tests {
         );
     }
 
-    /// Protects: a camera of a model that leans stands upright once it is turned to a point, but
-    /// where that is straight below it.
+    /// Protects: a camera with roll stands upright after a turn to a target, unless the target is
+    /// straight below.
     #[test]
     fn a_turned_camera_stands_upright() {
         let mut scene = scene();
@@ -425,8 +425,8 @@ mod tests {
         );
     }
 
-    /// Protects: a camera that moves stands still where a flag puts it, and keeps its shutter for
-    /// what else moves.
+    /// Protects: an animated camera placed by a flag stands still, and keeps its shutter for other
+    /// motion.
     #[test]
     fn a_camera_that_is_put_somewhere_stands_there() {
         let mut scene = scene();
@@ -457,9 +457,8 @@ mod tests {
         assert_eq!((put.pose_end, put.shutter), (None, Some([0.0, 1.0])));
     }
 
-    /// Protects: a zoom enlarges by its factor whatever kind of camera it is, beside an angle of
-    /// its own too; a view takes the place of the scene's cameras and is framed for the angle in
-    /// force.
+    /// Protects: a zoom magnifies by its factor for every kind of camera, also beside a given
+    /// angle; a view replaces the scene's cameras and is framed for the current angle.
     #[test]
     fn zooms_and_views_go_with_an_angle() {
         let half = |args: ViewArgs| {
@@ -514,7 +513,7 @@ mod tests {
         }
     }
 
-    /// Protects: a view that shows nothing sensible is refused before anything is rendered.
+    /// Protects: a degenerate view is refused before the render.
     #[test]
     fn impossible_views_are_refused() {
         assert!(
@@ -540,8 +539,8 @@ mod tests {
         );
     }
 
-    /// Protects: another shape of picture shows more at the sides, not another height; the file's
-    /// own shape is left exactly as it is.
+    /// Protects: a picture of another shape shows more at the sides and the same height; the file's
+    /// own shape is left unchanged.
     #[test]
     fn the_vertical_angle_survives_another_shape() {
         let projection = |size| {
@@ -578,8 +577,8 @@ mod tests {
         );
     }
 
-    /// Protects: `--fit` takes the camera's shape or, where it has none, the file's; an angle that
-    /// is asked for is that of the picture.
+    /// Protects: `--fit` uses the camera's aspect ratio or, without one, the file's; a requested
+    /// angle is that of the picture.
     #[test]
     fn pictures_of_another_shape_are_fitted() {
         let mut scene = scene();
@@ -627,7 +626,7 @@ mod tests {
         assert_eq!((taken.aspect, taken.fit), (framed.aspect, framed.fit));
     }
 
-    /// Protects: a camera with a shape of its own shows the same in every picture.
+    /// Protects: a camera with its own aspect ratio shows the same in every picture.
     #[test]
     fn a_fixed_shape_is_kept() {
         let mut scene = scene();
