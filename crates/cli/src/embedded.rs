@@ -1,7 +1,7 @@
-//! The program for a module of another language that holds it: scenes are named by what they are,
-//! all else by the words of the command line, whose meaning and messages are those of the program.
-//! Nothing is printed, no thread is started and no signal is watched: work is done on the thread
-//! pool from which it is called, and asks an observer whether to go on.
+//! The program embedded in a module of another language. Scenes are given as data; everything else
+//! is given in the words of the command line, with its meaning and its messages. Nothing is
+//! printed, no thread is started and no signal is handled: the work runs on the caller's thread
+//! pool and checks an observer for cancellation.
 //!
 //! ```
 //! use raywright_cli::embedded::{Request, load};
@@ -34,17 +34,20 @@ pub use crate::scene_input::load_watched as load;
 pub use crate::threads::refused;
 use crate::{origin, wrong_words};
 
-/// A command with its words, but for what it is about.
+/// A command with its arguments, without the names of its inputs.
 pub struct Request {
     command: Command,
     words: Vec<OsString>,
 }
 
 impl Request {
-    /// Of `render`, `explain`, `accuracy` or `compare`. What is wrong with the words is said
-    /// without the command line around them.
+    /// Parses the arguments of `render`, `explain`, `accuracy` or `compare`.
+    ///
+    /// # Errors
+    ///
+    /// A usage failure whose message does not repeat the command line.
     pub fn new(command: &str, words: Vec<OsString>) -> Result<Self, Failure> {
-        // What a command must be given, in place of what it will be.
+        // Placeholders for the required inputs of the command.
         let names: &[&str] = if command == "compare" {
             &["a", "b"]
         } else {
@@ -70,7 +73,7 @@ impl Request {
         Ok(Self { command, words })
     }
 
-    /// How a scene is read that the words change.
+    /// Load options of the arguments.
     pub fn options(&self) -> LoadOptions {
         match &self.command {
             Command::Render(args) => plan::options(&args.changes, args.machine.max_memory),
@@ -80,7 +83,7 @@ impl Request {
         }
     }
 
-    /// How many threads are asked for; none: one for each processor.
+    /// Requested number of threads; `None`: one for each processor.
     pub fn threads(&self) -> Option<u32> {
         match &self.command {
             Command::Render(args) => args.machine.threads,
@@ -89,7 +92,7 @@ impl Request {
         }
     }
 
-    /// The picture of a scene that was read with these options, of `render`.
+    /// Renders a scene loaded with these options, for `render`.
     pub fn picture(
         &self,
         loaded: Loaded,
@@ -99,7 +102,7 @@ impl Request {
         picture::render(loaded, &self.task()?, command, observer)
     }
 
-    /// What `render` is to do.
+    /// Task of `render`.
     pub(crate) fn task(&self) -> Result<Task, Failure> {
         let Command::Render(args) = &self.command else {
             return Err(other("a picture"));
@@ -107,7 +110,7 @@ impl Request {
         Task::new((**args).clone(), Verbosity::Quiet)
     }
 
-    /// What `explain --json` or `accuracy --json` prints of a scene that was read with these
+    /// Returns the JSON of `explain --json` or `accuracy --json` for a scene loaded with these
     /// options.
     pub fn report(&self, loaded: Loaded, observer: &dyn Observer) -> Result<String, Failure> {
         match &self.command {
@@ -120,7 +123,7 @@ impl Request {
         }
     }
 
-    /// What `compare --json` prints of two pictures with these names; that they differ is no
+    /// Returns the JSON of `compare --json` for two pictures with these names. A difference is no
     /// failure.
     pub fn comparison(&self, names: [PathBuf; 2], pair: &[Judged; 2]) -> Result<String, Failure> {
         let Command::Compare(args) = &self.command else {
@@ -129,7 +132,7 @@ impl Request {
         compare::embedded(args, names, pair)
     }
 
-    /// What the program would have been given.
+    /// The equivalent command line.
     fn of_program(&self, command: &str, loaded: &Loaded) -> String {
         let first = [OsString::from(command), OsString::from(&loaded.source.name)];
         origin::command_of(&[&first, self.words.as_slice()].concat())
@@ -153,8 +156,8 @@ mod tests {
         Request::new(command, words.iter().map(OsString::from).collect())
     }
 
-    /// Protects: words mean what they mean to the program, wrong ones are told in its own message,
-    /// and files are refused.
+    /// Protects: arguments mean the same as on the command line, a wrong one gives the same
+    /// message, and files are refused.
     #[test]
     fn words_are_those_of_the_program() {
         let request = |words: &[&str]| request("render", words);
@@ -204,8 +207,8 @@ mod tests {
         }
     }
 
-    /// Protects: reports are those of the program, and a comparison beyond its threshold is told
-    /// and no failure.
+    /// Protects: reports equal those of the program, and a comparison beyond its threshold is
+    /// reported without a failure.
     #[test]
     fn reports_are_handed_over() {
         let sheet = Input::Bytes {

@@ -1,5 +1,5 @@
-//! Ctrl-C: the first one asks the work to stop where it can, and ends the program where there is
-//! nothing to keep yet; the second one ends it at once.
+//! Ctrl-C: the first stops the work at its next check, or ends the program where no result exists
+//! yet; the second ends the program at once.
 
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, OnceLock};
@@ -18,16 +18,16 @@ use crate::failure::{Exit, Failure};
 
 static STOP: AtomicBool = AtomicBool::new(false);
 
-/// Makes a file that outgrows what it may (`ulimit -f`) a write that fails, as on a full disk. The
-/// system would end the program at once, and the unfinished file would stay.
+/// Turns a file beyond the size limit (`ulimit -f`) into a failed write, as on a full disk.
+/// Otherwise the system would end the program at once and leave the unfinished file behind.
 pub fn outlive_file_limits() {
-    // Where that cannot be had, everything is as it would be without.
+    // If the handler cannot be registered, the system's default applies.
     #[cfg(unix)]
     let _ = signal_hook::flag::register(signal_hook::consts::SIGXFSZ, Arc::default());
 }
 
-/// Watches for requests to stop, once for the whole program, and returns the flag that the first
-/// Ctrl-C (or request to terminate) sets.
+/// Installs the signal handlers once for the whole program, and returns the flag set by the first
+/// Ctrl-C or termination request.
 pub fn flag() -> Result<&'static AtomicBool, Failure> {
     static WATCH: OnceLock<Result<(), String>> = OnceLock::new();
     match WATCH.get_or_init(|| watch().map_err(|error| error.to_string())) {
@@ -39,8 +39,7 @@ pub fn flag() -> Result<&'static AtomicBool, Failure> {
     }
 }
 
-/// What a request to stop does: it is made on a thread of its own, where anything may be written
-/// and locked.
+/// Handler of a stop request. It runs on a thread of its own, where writes and locks are allowed.
 fn stop() {
     beginning::interrupt();
     if STOP.swap(true, Ordering::Relaxed) {
@@ -55,7 +54,7 @@ fn watch() -> io::Result<()> {
     Ok(())
 }
 
-/// Elsewhere a signal can set a flag and no more, which is looked at so often that nobody waits.
+/// On other systems a signal only sets a flag; a thread polls the flag at short intervals.
 #[cfg(not(unix))]
 fn watch() -> io::Result<()> {
     let request = Arc::new(AtomicBool::new(false));

@@ -54,14 +54,14 @@ use clap::Parser;
 use args::Arguments;
 use failure::{Exit, Failure};
 
-/// The whole program: reads the command line, does what it says, reports, and returns the exit
-/// code.
+/// Runs the whole program: parses the command line, executes the command, prints errors, and
+/// returns the exit code.
 pub fn main() -> ExitCode {
     main_with(std::env::args_os().collect()).into()
 }
 
-/// The same for a program that holds this one, whose own command line has other words before these.
-/// The first is a name.
+/// The same for an embedding program, whose own command line has further words before these. The
+/// first word is a program name.
 pub fn main_with(words: Vec<OsString>) -> Exit {
     panic::set_hook(Box::new(report_panic));
     interrupt::outlive_file_limits();
@@ -78,7 +78,7 @@ pub fn main_with(words: Vec<OsString>) -> Exit {
 }
 
 fn run(words: Vec<OsString>) -> Result<(), Failure> {
-    // What is wrong with the command line is coloured too.
+    // Errors of the command line are coloured too.
     console::set_colour(words::colour(&words));
     match Arguments::try_parse_from(words::with_command(words)) {
         Ok(arguments) => {
@@ -90,7 +90,7 @@ fn run(words: Vec<OsString>) -> Result<(), Failure> {
     }
 }
 
-/// What is wrong with the words, and what was probably meant.
+/// Failure of a malformed command line, with advice.
 fn wrong_words(error: &clap::Error) -> Failure {
     let message = synonyms::explained(error).unwrap_or_else(|| error.render().to_string());
     Failure {
@@ -99,8 +99,7 @@ fn wrong_words(error: &clap::Error) -> Failure {
     }
 }
 
-/// The last resort: a bug shows itself in two lines instead of a trace, and once however many
-/// threads it strikes.
+/// Panic handler: reports a bug in two lines instead of a trace, once for all threads.
 fn report_panic(panic: &panic::PanicHookInfo<'_>) {
     static ONCE: Once = Once::new();
     ONCE.call_once(|| {

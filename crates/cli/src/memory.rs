@@ -1,9 +1,8 @@
-//! Memory in words, and how much of it the process has used at most, from what the operating system
-//! says.
+//! Memory use in words, and the peak memory of the process as reported by the operating system.
 
 use raywright_io::human_bytes;
 
-/// The parts that take any, in their order: `geometry 1.2 MiB, picture 300 KiB`.
+/// Lists the nonzero parts in their order: `geometry 1.2 MiB, picture 300 KiB`.
 pub fn listed(parts: &[(&str, u64)]) -> String {
     let taken = parts.iter().filter(|(_, bytes)| *bytes > 0);
     taken
@@ -12,7 +11,7 @@ pub fn listed(parts: &[(&str, u64)]) -> String {
         .join(", ")
 }
 
-/// Peak resident memory in bytes; none where the system does not say it in a file.
+/// Peak resident memory in bytes; `None` where the system has no `/proc`.
 pub fn peak_bytes() -> Option<u64> {
     let status = std::fs::read_to_string("/proc/self/status").ok()?;
     let line = status
@@ -24,7 +23,7 @@ pub fn peak_bytes() -> Option<u64> {
 
 #[cfg(all(test, target_os = "linux"))]
 mod tests {
-    /// Protects: memory that was touched is counted.
+    /// Protects: touched memory counts towards the peak.
     #[test]
     fn touched_memory_is_counted() {
         let block = vec![1_u8; 32 << 20];

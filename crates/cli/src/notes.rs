@@ -1,5 +1,5 @@
-//! What a run has to say besides its result: all of it with `-v`, a line for each file with a
-//! problem otherwise, and nothing with `-q`.
+//! Messages of a run besides its result: all of them with `-v`, otherwise one line for each file
+//! with a problem, and none with `-q`.
 
 use std::collections::HashSet;
 
@@ -7,14 +7,14 @@ use raywright_io::{Loaded, Severity};
 
 use crate::console::{self, Verbosity};
 
-/// What matters more is said first.
+/// Importance of a message; greater values come first.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 enum Weight {
-    /// What the program did by itself.
+    /// An automatic choice of the program.
     Note,
-    /// What would make the picture better.
+    /// Advice for a better picture.
     Hint,
-    /// What is wrong with it.
+    /// A defect of the picture.
     Warning(Severity),
 }
 
@@ -28,33 +28,33 @@ impl From<Severity> for Weight {
     }
 }
 
-/// A message that waits for the end of a run.
+/// A message kept until the end of a run.
 #[derive(Debug)]
 struct Message {
     weight: Weight,
-    /// The place of what it is about among the files of the run.
+    /// Index of its file in the order of the run.
     file: usize,
     text: String,
 }
 
-/// Messages that wait for the end of a run.
+/// Messages kept until the end of a run.
 #[derive(Debug)]
 pub struct Notes {
     verbosity: Verbosity,
-    /// What they are about, where a run has several scenes.
+    /// Name of the current scene, where a run has several.
     about: Option<String>,
-    /// How many files there have been.
+    /// Number of files so far.
     file: usize,
     kept: Vec<Message>,
-    /// Texts of all that is kept.
+    /// Texts of all kept messages, so that none is kept twice.
     texts: HashSet<String>,
 }
 
-/// Files that have a line of their own at most.
+/// Largest number of files with a line of their own.
 const MOST_FILES: usize = 20;
 
 impl Notes {
-    /// None yet.
+    /// Creates an empty collection.
     pub fn new(verbosity: Verbosity) -> Self {
         Self {
             verbosity,
@@ -65,34 +65,33 @@ impl Notes {
         }
     }
 
-    /// What follows is about this file.
+    /// Sets the file that later messages belong to.
     pub fn turn_to(&mut self, name: &str) {
         self.about = Some(name.to_owned());
         self.file += 1;
     }
 
-    /// Something that the user should know although the picture is made: a part of it is not as it
-    /// should be.
+    /// Adds a warning: a part of the picture is incomplete or wrong.
     pub fn warn(&mut self, message: impl Into<String>) {
         self.add(Weight::Warning(Severity::LeftOut), message.into());
     }
 
-    /// Something to try.
+    /// Adds advice.
     pub fn hint(&mut self, message: impl Into<String>) {
         self.add(Weight::Hint, message.into());
     }
 
-    /// Something that was done unasked.
+    /// Adds a note on an automatic choice.
     pub fn note(&mut self, message: impl Into<String>) {
         self.add(Weight::Note, message.into());
     }
 
-    /// What those want to know who ask for more, with a word before it or without.
+    /// Prints a message for verbose runs, with or without a label.
     pub fn detail(&self, message: impl std::fmt::Display) {
         self.verbosity.detail(message);
     }
 
-    /// The warnings that came with a scene.
+    /// Adds the warnings of a loaded scene.
     pub fn warn_of(&mut self, loaded: &Loaded) {
         loaded
             .warnings
@@ -117,12 +116,13 @@ impl Notes {
         }
     }
 
-    /// What was kept, for whoever says it elsewhere.
+    /// Returns the kept texts, for another output.
     pub fn into_texts(self) -> Vec<String> {
         self.kept.into_iter().map(|message| message.text).collect()
     }
 
-    /// Says what was kept in a line for each file with a problem, or in one where none has any.
+    /// Prints the kept messages: one line for each file with a problem, or a single line without
+    /// problems.
     pub fn finish(&mut self) {
         if self.verbosity == Verbosity::Normal {
             self.lines().iter().for_each(console::tell);
@@ -130,8 +130,8 @@ impl Notes {
         (self.kept, self.texts) = (Vec::new(), HashSet::new());
     }
 
-    /// Of each file with a problem the worst message and how many more there are, the worst file
-    /// first; without any problem, one line of all.
+    /// Formats the worst message of each file with a problem and the number of its others, worst
+    /// file first. Without any problem, a single line covers all files.
     fn lines(&self) -> Vec<String> {
         let is_fine = !self
             .kept
@@ -156,7 +156,7 @@ impl Notes {
     }
 }
 
-/// The first of the worst messages, and how many more there are.
+/// Formats the first of the worst messages and the number of the others.
 fn line(messages: &[Message]) -> Option<(Weight, String)> {
     let most = messages.iter().map(|message| message.weight).max()?;
     let first = messages.iter().find(|message| message.weight == most)?;
@@ -180,8 +180,8 @@ fn labelled(weight: Weight, message: &str) -> String {
 mod tests {
     use super::*;
 
-    /// Protects: the first of the worst messages is the one that is said, with the number of the
-    /// others; what is said twice counts once.
+    /// Protects: the first of the worst messages is printed with the number of the others; repeated
+    /// messages count once.
     #[test]
     fn one_line_has_what_matters_most() {
         let mut notes = Notes::new(Verbosity::Normal);
@@ -196,8 +196,8 @@ mod tests {
         assert_eq!(notes.lines(), ["warning: nothing to see (and 4 more: -v)"]);
     }
 
-    /// Protects: a file with a problem is not silent because another has one, and a file without
-    /// any takes no line from it.
+    /// Protects: every file with a problem has a line, whatever other files have, and a file
+    /// without problems has none.
     #[test]
     fn each_file_with_a_problem_has_a_line() {
         let mut notes = Notes::new(Verbosity::Normal);

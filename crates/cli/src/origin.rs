@@ -1,4 +1,4 @@
-//! What a picture's file says about where it comes from: enough to make it again.
+//! Origin metadata in picture files: enough to render the picture again.
 
 use std::ffi::OsString;
 use std::sync::OnceLock;
@@ -20,7 +20,7 @@ use crate::table::significant;
 /// Program and version.
 pub const SOFTWARE: &str = concat!("Raywright ", env!("CARGO_PKG_VERSION"));
 
-/// The entries of a picture's file.
+/// Metadata of a picture's file.
 pub fn metadata(loaded: &Loaded, plan: &Plan, choices: &Choices) -> Metadata {
     Metadata {
         software: SOFTWARE.to_owned(),
@@ -32,8 +32,8 @@ pub fn metadata(loaded: &Loaded, plan: &Plan, choices: &Choices) -> Metadata {
     }
 }
 
-/// What a picture's file says of its error: both measures with their intervals, what was sampled
-/// and whether noise was taken out; empty where nothing can be told.
+/// Error statement of a picture's file: both measures with their intervals, the number of samples
+/// and whether the picture was denoised. Empty without an estimate.
 pub fn error(noisy: Option<&Uncertainty>, rendered: &Rendered, film: &Film) -> String {
     let denoised = rendered.denoised();
     let Some(claim) = denoised.map(|denoised| &denoised.error).or(noisy) else {
@@ -66,8 +66,7 @@ pub fn error(noisy: Option<&Uncertainty>, rendered: &Rendered, film: &Film) -> S
     )
 }
 
-/// What tells a scene from others, with all that flags change in it: parts of one picture have the
-/// same.
+/// Identity of a scene with all changes of the flags: equal for all parts of one picture.
 pub fn identity(loaded: &Loaded, options: &LoadOptions, choices: &Choices) -> String {
     let LoadOptions {
         overrides,
@@ -77,7 +76,7 @@ pub fn identity(loaded: &Loaded, options: &LoadOptions, choices: &Choices) -> St
         section,
         ..
     } = options;
-    // What an environment is read from counts towards the hash.
+    // The content of an environment's file already contributes to the scene's hash.
     let source = environment
         .source
         .as_ref()
@@ -96,8 +95,8 @@ pub fn identity(loaded: &Loaded, options: &LoadOptions, choices: &Choices) -> St
     )
 }
 
-/// Those of them that parts of one picture have in common: how many samples there are, and whether
-/// they are denoised, is the film's business.
+/// The choices shared by all parts of one picture. The number of samples and denoising are
+/// properties of the film, so that their rungs are left out.
 fn of_picture(choices: &Choices) -> String {
     let of_film = [Ladder::Samples, Ladder::Reconstruction];
     let mut own = choices.clone();
@@ -106,35 +105,35 @@ fn of_picture(choices: &Choices) -> String {
     own.words(RUNG, WITHOUT).concat()
 }
 
-/// What rungs and switched-off effects are told by, which change the scene besides the settings.
+/// Prefixes of rungs and of switched-off effects, which change the scene besides the settings.
 const RUNG: &str = " rung:";
 const WITHOUT: &str = " without=";
 
-/// Settings as a picture's file says them, with the samples that there are.
+/// Replaces the sample count in a picture's settings text.
 pub fn with_samples(settings: &str, samples: &str) -> String {
     let plain = settings.split(" taken=").next().unwrap_or_default();
     format!("{plain} taken={}", quoted(samples))
 }
 
-/// The words of this run: those of the process, unless another program holds this one.
+/// Command line of this run: that of the process, unless another program embeds this crate.
 static WORDS: OnceLock<Vec<OsString>> = OnceLock::new();
 
-/// Says which words this run has, the first of them a name.
+/// Sets the command line of this run; its first word is a program name.
 pub fn set_words(words: &[OsString]) {
     WORDS.get_or_init(|| words.to_vec());
 }
 
-/// The words of this run.
+/// Returns the command line of this run.
 pub fn words() -> &'static [OsString] {
     WORDS.get_or_init(|| std::env::args_os().collect())
 }
 
-/// The command line as a shell would take it.
+/// Returns the command line, quoted for a shell.
 pub fn command_line() -> String {
     command_of(words().get(1..).unwrap_or_default())
 }
 
-/// The command with these arguments.
+/// Returns the command with these arguments, quoted for a shell.
 pub fn command_of(arguments: &[OsString]) -> String {
     let arguments = arguments
         .iter()
@@ -145,7 +144,7 @@ pub fn command_of(arguments: &[OsString]) -> String {
         .join(" ")
 }
 
-/// A word in single quotes where a shell would otherwise take it apart.
+/// Puts a word in single quotes where a shell would otherwise split or expand it.
 pub fn quoted(word: &str) -> String {
     let plain = |c: char| c.is_alphanumeric() || "-_./,:=+@%".contains(c);
     if !word.is_empty() && word.chars().all(plain) {
@@ -155,7 +154,7 @@ pub fn quoted(word: &str) -> String {
     }
 }
 
-/// The settings that decide a picture's bits, as `name=value` with spaces between.
+/// Settings that determine a picture's bits, as `name=value` separated by spaces.
 fn settings(settings: &Settings, display: Display) -> String {
     let [width, height] = settings.size;
     let samples = match settings.sampling {
@@ -202,7 +201,7 @@ fn settings(settings: &Settings, display: Display) -> String {
     )
 }
 
-/// The name that scene files use for a variant.
+/// Name of an enum variant in scene files.
 pub fn name<T: Serialize>(variant: &T) -> String {
     match serde_json::to_value(variant) {
         Ok(serde_json::Value::String(name)) => name,
@@ -230,7 +229,7 @@ pub fn accelerator(kind: AcceleratorKind) -> &'static str {
 mod tests {
     use super::*;
 
-    /// Protects: what a shell would take apart is kept together, so that the command can be pasted.
+    /// Protects: words that a shell would split are quoted, so that the command can be pasted.
     #[test]
     fn words_are_quoted_where_needed() {
         assert_eq!(quoted("--crop"), "--crop");
@@ -240,7 +239,7 @@ mod tests {
         assert_eq!(quoted(""), "''");
     }
 
-    /// Protects: names of variants are those of scene files.
+    /// Protects: names of variants are the names in scene files.
     #[test]
     fn variants_have_their_file_names() {
         assert_eq!(
@@ -250,7 +249,7 @@ mod tests {
         assert_eq!(name(&raywright_core::scene::TransferCurve::Gamma22), "2.2");
     }
 
-    /// Protects: what a picture and a report call the ways to search and to compute.
+    /// Protects: the names of accelerators and precisions in picture files and reports.
     #[test]
     fn ways_have_their_own_words() {
         use raywright_core::bvh::BuildQuality;

@@ -1,4 +1,4 @@
-//! Reading the scene that a command names, for every command that reads one.
+//! Input of scenes, for every command that reads one by name.
 
 use std::ffi::{OsStr, OsString};
 use std::io::IsTerminal;
@@ -20,7 +20,7 @@ use crate::notes::Notes;
 use crate::progress::Progress;
 use crate::watch::Watch;
 
-/// Reads and checks the scene of a name and notes its warnings.
+/// Loads and validates a scene and records its warnings.
 pub fn read(name: &OsStr, options: &LoadOptions, notes: &mut Notes) -> Result<Loaded, Failure> {
     let _beginning = Beginning::of(name, options.limits.memory_bytes, None)?;
     let loaded = load(&input(name, &options.limits)?, options, &Progress::hidden())?;
@@ -28,7 +28,7 @@ pub fn read(name: &OsStr, options: &LoadOptions, notes: &mut Notes) -> Result<Lo
     Ok(loaded)
 }
 
-/// Reads and checks a scene, and shows how far it has come where that takes a while.
+/// Loads and validates a scene, with a progress display for slow loads.
 pub fn load(input: &Input, options: &LoadOptions, progress: &Progress) -> Result<Loaded, Failure> {
     let loaded = load_watched(
         input,
@@ -42,7 +42,7 @@ pub fn load(input: &Input, options: &LoadOptions, progress: &Progress) -> Result
     loaded
 }
 
-/// The same for whoever looks on.
+/// The same with an observer.
 pub fn load_watched(
     input: &Input,
     options: &LoadOptions,
@@ -51,13 +51,13 @@ pub fn load_watched(
     load_observed(input, options, observer).map_err(|error| explained(error, input).into())
 }
 
-/// The scene that is meant where none is named.
+/// Name of the default scene, for a command line without any.
 pub fn unnamed() -> Result<OsString, Failure> {
     Ok(default_of(&presets::names().collect::<Vec<_>>())?.into())
 }
 
-/// The default among the presets that there are: a build may come without it, because presets are
-/// files that can be deleted.
+/// Selects the default among the built-in presets. A build may lack the default, because presets
+/// are files that can be deleted.
 fn default_of(carried: &[&str]) -> Result<String, Error> {
     if carried.contains(&DEFAULT_PRESET) {
         return Ok(format!("preset:{DEFAULT_PRESET}"));
@@ -74,7 +74,7 @@ fn default_of(carried: &[&str]) -> Result<String, Error> {
     }))
 }
 
-/// Notes what a scene lacked that its picture needs, and what is there in its place.
+/// Records which light, camera or material the scene lacked and what replaced it.
 pub fn note_completed(loaded: &Loaded, notes: &mut Notes) {
     let light = loaded
         .added_sky
@@ -108,8 +108,8 @@ pub fn note_completed(loaded: &Loaded, notes: &mut Notes) {
     }
 }
 
-/// Whether no ray could meet anything of a scene: neither what has an end, nor an infinite plane,
-/// nor a sky that the scene itself brings.
+/// Whether every ray misses a scene: no bounded shape, no infinite plane, and no sky of the scene's
+/// own.
 pub fn shows_nothing(loaded: &Loaded) -> bool {
     let scene = &loaded.scene;
     if matches!(loaded.source.format, Format::Native(_))
@@ -123,7 +123,7 @@ pub fn shows_nothing(loaded: &Loaded) -> bool {
     listed || extent.bounds.is_empty() && extent.unbounded == 0
 }
 
-/// Why nothing is to be seen of a scene, where that is so.
+/// Failure of a scene in which every ray misses, or `None`.
 pub fn nothing_to_see(loaded: &Loaded) -> Option<Failure> {
     if !shows_nothing(loaded) {
         return None;
@@ -144,10 +144,11 @@ pub fn nothing_to_see(loaded: &Loaded) -> Option<Failure> {
     Some(empty(&loaded.source.name, why))
 }
 
-/// Why a picture shows the background alone, where it does, which is seldom what was meant.
+/// Explanation of a picture that shows the background alone, which is rarely intended; `None` for
+/// any other picture.
 pub fn nothing_met(loaded: &Loaded, rendered: &Rendered, settings: &Settings) -> Option<String> {
     let bounds = extent(&loaded.scene, settings.precision).bounds;
-    // Rays that ended too early met much.
+    // Rays cut short have crossed many surfaces.
     if rendered.counters.met > 0 || rendered.counters.cut_short > 0 || bounds.is_empty() {
         return None;
     }
@@ -159,13 +160,13 @@ pub fn nothing_met(loaded: &Loaded, rendered: &Rendered, settings: &Settings) ->
     ))
 }
 
-/// The failure of a picture without anything in it.
+/// Failure of an empty picture.
 pub fn empty(name: &str, why: impl std::fmt::Display) -> Failure {
     let message = format!("{name}: there is nothing to see: {why}");
     Failure::new(Exit::Input, message)
 }
 
-/// A path, `preset:NAME`, or `-` for what comes through standard input.
+/// Resolves a path, `preset:NAME`, or `-` for standard input.
 pub fn input(name: &OsStr, limits: &Limits) -> Result<Input, Error> {
     if name == "-" {
         return piped(limits);
@@ -178,7 +179,7 @@ pub fn input(name: &OsStr, limits: &Limits) -> Result<Input, Error> {
     )
 }
 
-/// What comes through standard input. A terminal would be waited for without a word.
+/// Reads standard input. A terminal is refused, because the program would wait silently.
 fn piped(limits: &Limits) -> Result<Input, Error> {
     let source = std::io::stdin();
     if source.is_terminal() {
@@ -191,8 +192,8 @@ fn piped(limits: &Limits) -> Result<Input, Error> {
     Input::from_reader("standard input", source.lock(), limits)
 }
 
-/// A file that does not exist is sometimes a preset without its prefix, or a neighbour with another
-/// name; a folder may hold what is meant.
+/// Adds a hint to the error of a missing file: a preset written without its prefix, a file with a
+/// similar name, or a file inside the folder.
 fn explained(error: Error, input: &Input) -> Error {
     let Input::Path(path) = input else {
         return error;
@@ -237,7 +238,7 @@ fn explained(error: Error, input: &Input) -> Error {
     }
 }
 
-/// The first few of many names.
+/// Lists the first few of many names.
 fn listed(names: &[String]) -> String {
     const SHOWN: usize = 8;
     let more = if names.len() > SHOWN {
@@ -256,8 +257,7 @@ fn is_preset(path: &Path) -> bool {
 mod tests {
     use super::*;
 
-    /// Protects: whoever deletes the default preset's file is told what there is to render instead,
-    /// and how.
+    /// Protects: a build without the default preset lists the other presets and how to render one.
     #[test]
     fn without_the_default_preset_the_others_are_listed() {
         assert_eq!(

@@ -1,10 +1,10 @@
-//! The error for a name that does not exist: which one was probably meant, or which there are.
+//! Error for an unknown name: the closest known name, or all of them.
 
 use raywright_core::suggest::closest;
 use raywright_io::Error;
 
-/// Says that there is no such thing and suggests the nearest one or, where none is near, lists what
-/// there is.
+/// Returns the error for an unknown name, with the closest known name or, without a close name, the
+/// list of known names.
 pub fn unknown(what: &str, name: &str, known: &[&str]) -> Error {
     let error = Error::usage(format_args!("there is no {what} `{name}`"));
     match closest(name, known.iter().copied()) {

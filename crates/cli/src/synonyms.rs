@@ -1,8 +1,8 @@
-//! Flags that other renderers and converters have: who types one is told what it is here.
+//! Flags of other renderers and converters, with the equivalent flag of this program.
 
 use clap::error::{ContextKind, ContextValue, ErrorKind};
 
-/// Flags of other programs, without dashes, and what they are here.
+/// Flags of other programs, without dashes, and their equivalents in this program.
 const SYNONYMS: [(&[&str], &str); 21] = [
     (
         &["samples", "sample", "n-samples", "aa"],
@@ -95,7 +95,7 @@ const SYNONYMS: [(&[&str], &str); 21] = [
     ),
 ];
 
-/// What an argument that is not known is here; none where no other program has it.
+/// Explains an unknown argument; `None` where no other program has it.
 pub fn explained(error: &clap::Error) -> Option<String> {
     let Some(ContextValue::String(argument)) = error.get(ContextKind::InvalidArg) else {
         return None;
@@ -122,8 +122,8 @@ mod tests {
     use super::*;
     use crate::args::Arguments;
 
-    /// Protects: what other programs call a flag leads to ours, however it is spelled, and what
-    /// nobody has is left to the parser's own advice.
+    /// Protects: another program's flag leads to the equivalent flag, in any spelling, and an
+    /// unknown flag is left to the parser's own advice.
     #[test]
     fn flags_of_other_programs_lead_to_ours() {
         let said = |word: &str| {
@@ -143,8 +143,8 @@ mod tests {
         assert_eq!((said("--sampels"), said("--spp=x")), (None, None));
     }
 
-    /// Protects: no flag of ours is explained as another program's, and each flag that is named is
-    /// one of ours.
+    /// Protects: no flag of this program is explained as another program's, and each recommended
+    /// flag exists.
     #[test]
     fn synonyms_name_flags_that_exist() {
         let command = Arguments::command();

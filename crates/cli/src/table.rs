@@ -1,15 +1,15 @@
-//! Plain tables for standard output, as wide as its terminal, and numbers short enough for them.
+//! Plain tables for standard output, within the terminal's width, and short numbers.
 
 pub use raywright_io::report::{Align, Table, TableRow, wrapped};
 
 use crate::console;
 
-/// Lays rows out in columns of text; every row has one cell a column.
+/// Formats rows as columns of text; every row has one cell for each column.
 pub fn lay_out<const N: usize>(rows: &[[String; N]]) -> String {
     lay_out_aligned([Align::Left; N], rows)
 }
 
-/// Lays rows out in columns, each with its alignment, within the width of the terminal.
+/// Formats rows as columns with these alignments, within the terminal's width.
 pub fn lay_out_aligned<const N: usize>(columns: [Align; N], rows: &[[String; N]]) -> String {
     Table {
         columns: columns.to_vec(),
@@ -21,17 +21,17 @@ pub fn lay_out_aligned<const N: usize>(columns: [Align; N], rows: &[[String; N]]
     .text(console::width())
 }
 
-/// A paragraph within the width of the terminal.
+/// Wraps a paragraph at the terminal's width.
 pub fn paragraph(text: &str) -> String {
     wrapped(text, 0, console::width().unwrap_or(usize::MAX))
 }
 
-/// A number with four significant digits.
+/// Formats a number with four significant digits.
 pub fn short(value: f64) -> String {
     significant(value, 4)
 }
 
-/// A number with so many significant digits, zeros at its end left away.
+/// Formats a number with this many significant digits, without trailing zeros.
 pub fn significant(value: f64, digits: i32) -> String {
     let magnitude = value.abs();
     if value == 0.0 {
@@ -53,7 +53,7 @@ pub fn significant(value: f64, digits: i32) -> String {
 mod tests {
     use super::*;
 
-    /// Protects: numbers of any size keep four digits and lose empty ones.
+    /// Protects: numbers of any size have four digits and no trailing zeros.
     #[test]
     fn numbers_are_short() {
         let cases = [

@@ -1,5 +1,5 @@
-//! Where results go, checked before any work is done: a long render must not end with "no such
-//! folder", and no result may take the place of what it is made from.
+//! Output files, checked before the work begins: a long render must not end with "no such folder",
+//! and no output may overwrite an input.
 
 use std::collections::HashMap;
 use std::path::{Path, PathBuf};
@@ -9,20 +9,20 @@ use raywright_io::{Clash, Error, ErrorKind, Inputs};
 
 use crate::failure::{Exit, Failure};
 
-/// One place to write the picture to.
+/// An output of the picture.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Target {
     /// PNG on standard output.
     Stdout,
-    /// A file that the user named, by its final name: what is there is replaced.
+    /// A file named by the user; an existing file is replaced.
     File(PathBuf, Format),
-    /// A picture that is called after the scene, because the user named none: it replaces a picture
-    /// of ours and nothing else.
+    /// A file named after the scene, because the user named none. Only a picture made by this
+    /// program is replaced.
     Unnamed(PathBuf, Format),
 }
 
 impl Target {
-    /// Whether it can hold more than colour and coverage.
+    /// Whether the format holds more than colour and coverage.
     pub fn has_layers(&self) -> bool {
         matches!(
             self,
@@ -30,12 +30,12 @@ impl Target {
         )
     }
 
-    /// Whether it can hold coverage.
+    /// Whether the format holds coverage.
     pub fn has_coverage(&self) -> bool {
         !matches!(self, Self::File(_, Format::Jpeg { .. }))
     }
 
-    /// The file, if it is one.
+    /// Path of the file, if the output is a file.
     pub fn path(&self) -> Option<&Path> {
         match self {
             Self::Stdout => None,
@@ -44,31 +44,31 @@ impl Target {
     }
 }
 
-/// Every file that a run is going to write.
+/// All output files of a run.
 #[derive(Debug, Default)]
 pub struct Outputs {
     all: Vec<Output>,
-    /// Which of them lies where, and which one is what file: a run may have thousands, and each is
-    /// compared with all.
+    /// Indices of the outputs by path and by file identity: a run may have thousands of outputs,
+    /// and each new output is compared with all.
     by_spelling: HashMap<PathBuf, usize>,
     by_fingerprint: HashMap<u64, usize>,
-    /// Quality of JPEGs, where one is asked for.
+    /// Requested JPEG quality.
     quality: Option<u8>,
 }
 
 #[derive(Debug)]
 struct Output {
-    /// As the user named it.
+    /// Path as the user wrote it.
     path: PathBuf,
-    /// What names another one.
+    /// Flag that names another output.
     flag: &'static str,
     place: Place,
-    /// What tells the file that lies there at the start of the run.
+    /// Identity of the existing file at the start of the run.
     fingerprint: Option<u64>,
 }
 
 impl Outputs {
-    /// None yet; JPEGs get a quality from 1 to 100.
+    /// Creates an empty list; the JPEG quality is 1 to 100.
     pub fn with_quality(quality: Option<u8>) -> Self {
         Self {
             quality,
@@ -76,8 +76,11 @@ impl Outputs {
         }
     }
 
-    /// Adds a file, if it can be made and is none of those that are there already; `flag` is what
-    /// names it.
+    /// Adds an output named by `flag`.
+    ///
+    /// # Errors
+    ///
+    /// A failure where the file cannot be created or is already an output.
     pub fn add(&mut self, path: &Path, flag: &'static str) -> Result<(), Failure> {
         let place = Place::check(path)?;
         let fingerprint = place.fingerprint();
@@ -106,15 +109,14 @@ impl Outputs {
         Ok(())
     }
 
-    /// The one of them that is this place, or another name of the file there.
+    /// Returns the output with this path or the same existing file.
     fn find(&self, place: &Place, fingerprint: Option<u64>) -> Option<&Output> {
         let there = || fingerprint.and_then(|fingerprint| self.by_fingerprint.get(&fingerprint));
         let index = self.by_spelling.get(&place.spelling()).or_else(there)?;
         self.all.get(*index).filter(|other| other.place.is(place))
     }
 
-    /// Refuses to go on where an output would take the place of something that the run reads or its
-    /// scene names.
+    /// Checks that no output overwrites an input of the run or a file named by the scene.
     pub fn keep_clear_of(&self, inputs: &Inputs) -> Result<(), Failure> {
         let places = self
             .all
@@ -144,13 +146,13 @@ impl Outputs {
             .into())
     }
 
-    /// Whether anything lies where one of them goes.
+    /// Whether any output exists already.
     pub fn replace_any(&self) -> bool {
         self.all.iter().any(|output| output.path.exists())
     }
 
-    /// Whether a file that nobody named would take the place of no output and no input. Where no
-    /// file can be made at all, writing it will say so.
+    /// Whether a file that the user did not name would overwrite no output and no input. A path
+    /// where no file can be created passes; the later write reports the error.
     pub fn leave_free(&self, path: &Path, inputs: &Inputs) -> bool {
         match Place::check(path) {
             Ok(place) => {
@@ -161,8 +163,8 @@ impl Outputs {
     }
 }
 
-/// The pictures that the user asked for: each of a known format, in a folder that can be written
-/// to, nothing twice.
+/// Resolves the output pictures named by the user: each of a known format, in a writable folder,
+/// none twice.
 pub fn pictures(named: &[PathBuf], outputs: &mut Outputs) -> Result<Vec<Target>, Failure> {
     let mut targets = Vec::with_capacity(named.len());
     for path in named {
@@ -184,7 +186,8 @@ pub fn pictures(named: &[PathBuf], outputs: &mut Outputs) -> Result<Vec<Target>,
     Ok(targets)
 }
 
-/// The picture that is called after the scene, where that name is free or holds a picture of ours.
+/// Resolves the output named after the scene, where the path is free or holds a picture of this
+/// program.
 pub fn unnamed(
     stem: &str,
     format: Format,
@@ -210,7 +213,7 @@ pub fn unnamed(
     Ok(Target::Unnamed(path, format))
 }
 
-/// The path without the parts that mean nothing.
+/// Removes `.` components from a path.
 fn plain(path: &Path) -> PathBuf {
     path.components()
         .filter(|part| *part != std::path::Component::CurDir)
@@ -225,7 +228,7 @@ mod tests {
         pictures(named, &mut Outputs::default())
     }
 
-    /// Protects: two spellings of one file are one file.
+    /// Protects: two spellings of a path are one file.
     #[test]
     fn the_same_file_twice_is_refused() {
         let folder = tempfile::tempdir().expect("a temporary folder");
@@ -242,7 +245,7 @@ mod tests {
         assert!(check(&[one, link]).is_err());
     }
 
-    /// Protects: looking whether a folder can be written to leaves nothing behind in it.
+    /// Protects: the check for a writable folder leaves no file behind.
     #[test]
     fn checking_leaves_no_trace() {
         let folder = tempfile::tempdir().expect("a temporary folder");
@@ -253,8 +256,8 @@ mod tests {
         );
     }
 
-    /// Protects: a file that nobody named is not made where an input or an output of the run is, or
-    /// would be.
+    /// Protects: a file that the user did not name never overwrites an input or an output of the
+    /// run.
     #[test]
     fn unnamed_files_keep_clear() {
         let folder = tempfile::tempdir().expect("a temporary folder");
@@ -275,8 +278,8 @@ mod tests {
         assert_eq!(refused.exit, Exit::Usage);
     }
 
-    /// Protects: layers have a place in a named EXR picture alone, not in a PNG, on the standard
-    /// output or in what nobody named.
+    /// Protects: only a named EXR picture holds layers; a PNG, standard output or an unnamed file
+    /// does not.
     #[test]
     fn layers_need_a_named_exr() {
         let file = |format| Target::File("a".into(), format);

@@ -1,5 +1,4 @@
-//! The one place that decides how many threads work: libraries use whichever pool they are called
-//! from.
+//! The single place that sets the number of threads: libraries use the pool of their caller.
 
 use std::error::Error;
 use std::fmt::Display;
@@ -9,32 +8,32 @@ use raywright_core::memory::is_available;
 
 use crate::failure::{Exit, Failure};
 
-/// Addresses that a thread takes: its stack, another one for its overflow, and their guards.
+/// Address space of a thread in bytes: its stack, an overflow stack, and their guard pages.
 const BYTES: u64 = (2 << 20) + (128 << 10);
 
-/// What computes.
+/// Thread pool of the program.
 pub struct Threads(Option<ThreadPool>);
 
 impl Threads {
-    /// So many threads; where no number is given, the pool that rayon keeps for the whole program,
-    /// with one for each processor, of which this thread is one: handing work over to another one
-    /// and waiting for it takes a twentieth of a millisecond each time, and preparing a small model
-    /// is many pieces of work.
+    /// Creates a pool of `count` threads. Without a count, the pool is rayon's global pool with one
+    /// thread for each processor, this thread included: a hand-over to another thread and back
+    /// takes a twentieth of a millisecond, and preparing a small model consists of many small
+    /// tasks.
     pub fn new(count: Option<u32>) -> Result<Self, Failure> {
         let whole = ThreadPoolBuilder::new().use_current_thread();
-        // Where a number is given, what runs beside those has this thread alone.
+        // With a count, work outside that pool runs on this thread alone.
         let built = if count.is_some() {
             whole.num_threads(1)
         } else {
             whole
         }
         .build_global();
-        // An error without a source says that there is such a pool already, which will do.
+        // An error without a source means that the global pool exists already, which is fine.
         if let Some(cause) = built.err().as_ref().and_then(Error::source) {
             return Err(refused(&cause));
         }
-        // Where addresses end while a thread begins, the standard library ends the program in place
-        // of the call that made it.
+        // If address space runs out while a thread starts, the standard library aborts the program;
+        // this check comes first.
         if count.is_some_and(|count| !is_available(u64::from(count) * BYTES)) {
             return Err(refused(&"there are no addresses for their stacks"));
         }
@@ -47,7 +46,7 @@ impl Threads {
         ))
     }
 
-    /// Runs something on them.
+    /// Runs a closure in the pool.
     pub fn run<T: Send>(&self, work: impl FnOnce() -> T + Send) -> T {
         match &self.0 {
             Some(pool) => pool.install(work),
@@ -56,7 +55,7 @@ impl Threads {
     }
 }
 
-/// The system does not give a thread.
+/// Failure of the system to start a thread.
 pub fn refused(cause: &dyn Display) -> Failure {
     Failure::new(Exit::Limit, format_args!("cannot start the threads: {cause}"))
         .with_hint("ask for fewer with --threads, or raise the limit on processes or addresses (ulimit -u, ulimit -v)")
@@ -66,7 +65,7 @@ pub fn refused(cause: &dyn Display) -> Failure {
 mod tests {
     use super::*;
 
-    /// Protects: `--threads` says how many work, in whatever is called, and nothing else does.
+    /// Protects: `--threads` alone sets the number of threads, in every library.
     #[test]
     fn as_many_as_are_asked_for() {
         let at_work = |count| {

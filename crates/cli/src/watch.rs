@@ -1,5 +1,4 @@
-//! What the program looks at while a picture is prepared and made: progress to show, Ctrl-C, and
-//! how long it may take.
+//! Observer of preparation and render: progress, Ctrl-C, and time limits.
 
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::time::Instant;
@@ -8,33 +7,33 @@ use raywright_core::Observer;
 
 use crate::progress::Progress;
 
-/// Passes progress on, and stops the work when asked to or when its time is over.
+/// Forwards progress, and stops the work on request or at its deadline.
 pub struct Watch<'a> {
-    /// Where a render's progress is shown; none while there is no render.
+    /// Progress display of a render; `None` outside a render.
     pub progress: Option<&'a Progress>,
-    /// Until when it may go on.
+    /// Limits at which the render pauses or ends.
     pub patience: Patience,
-    /// When the run began that has so much time.
+    /// Start of the run that the deadline belongs to.
     pub began: Instant,
     /// Set by Ctrl-C.
     pub stop: &'a AtomicBool,
-    /// Samples of all pixels that there are.
+    /// Finished samples, summed over all pixels.
     pub done: AtomicU64,
 }
 
-/// Times at which a render pauses or ends.
+/// Limits at which a render pauses or ends.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Patience {
-    /// When it ends, if every pixel has samples by then.
+    /// Time at which the render ends, provided that every pixel has samples by then.
     pub deadline: Option<Instant>,
-    /// When it pauses, to be kept in a file or told of.
+    /// Time at which the render pauses, for a checkpoint or a report.
     pub pause_at: Option<Instant>,
-    /// Samples of all pixels at which it pauses, to be shown.
+    /// Sample count over all pixels at which the render pauses, for a preview.
     pub pause_with: Option<u64>,
 }
 
 impl<'a> Watch<'a> {
-    /// Looks at Ctrl-C alone.
+    /// Creates an observer of Ctrl-C alone.
     pub fn until(stop: &'a AtomicBool) -> Self {
         Self {
             progress: None,
@@ -50,7 +49,7 @@ impl<'a> Watch<'a> {
         self.stop.load(Ordering::Relaxed)
     }
 
-    /// Whether its time is over.
+    /// Whether the deadline has passed.
     pub fn is_late(&self) -> bool {
         is_past(self.patience.deadline)
     }
@@ -67,7 +66,7 @@ impl Observer for Watch<'_> {
             return;
         };
         match self.patience.deadline {
-            // What can be done is not known, but when it ends.
+            // Only the end is known, not the amount of work.
             Some(deadline) => {
                 let all = deadline.saturating_duration_since(self.began).as_millis() as u64;
                 progress.report((self.began.elapsed().as_millis() as u64).min(all), all);
@@ -93,8 +92,8 @@ impl Observer for Watch<'_> {
 mod tests {
     use super::*;
 
-    /// Protects: a budget ends a render once there is something everywhere and not before; a pause
-    /// to keep it needs nothing.
+    /// Protects: a budget ends a render only once every pixel has samples; a pause for a checkpoint
+    /// has no such condition.
     #[test]
     fn time_ends_what_is_somewhere_everywhere() {
         let stop = AtomicBool::new(false);

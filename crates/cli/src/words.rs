@@ -1,5 +1,4 @@
-//! The words of the command line before clap takes them apart: files without a command are to be
-//! rendered.
+//! Preprocessing of the command line before clap: files without a command are rendered.
 
 use std::ffi::{OsStr, OsString};
 use std::path::Path;
@@ -9,9 +8,9 @@ use clap::{CommandFactory, ValueEnum};
 use crate::args::Arguments;
 use crate::console::ColorChoice;
 
-/// The words with `render` put where a command is left out: before files, and before flags that are
-/// not those of every command. Flags of every command that stand before it are put behind it, so
-/// that the last of them counts wherever they stand.
+/// Inserts `render` where the command is missing: before files, and before flags that not every
+/// command has. Flags of every command that precede it are moved behind it, so that the last of
+/// them is in force.
 pub fn with_command(mut words: Vec<OsString>) -> Vec<OsString> {
     let Some(place) = place_of_command(&words) else {
         return words;
@@ -27,7 +26,8 @@ pub fn with_command(mut words: Vec<OsString>) -> Vec<OsString> {
     words
 }
 
-/// Where a command stands or is lacking; none where nothing is left to be done.
+/// Index of the command, or of its missing place; `None` where the line needs no command, as for
+/// `--help`.
 fn place_of_command(words: &[OsString]) -> Option<usize> {
     let mut place = 1;
     while let Some(word) = words.get(place).and_then(|word| word.to_str()) {
@@ -47,14 +47,14 @@ fn is_flag(word: &OsStr) -> bool {
         .is_some_and(|word| word.len() > 1 && word.starts_with('-'))
 }
 
-/// Whether a word is more likely a file than a command that is spelled wrong.
+/// Whether a word is more likely a file than a misspelled command.
 fn is_scene(word: &OsStr) -> bool {
     let looks =
         |word: &str| word == "-" || word.starts_with("preset:") || word.contains(['.', '/']);
     word.to_str().is_none_or(looks) || Path::new(word).exists()
 }
 
-/// What `--color` says, looked for before anything else is known of the words.
+/// Value of `--color`, read before the rest of the line is parsed.
 pub fn colour(words: &[OsString]) -> ColorChoice {
     let named = |name: &str| ColorChoice::from_str(name, false).ok();
     let after = |(i, word): (usize, &str)| match word.strip_prefix("--color") {
@@ -81,8 +81,8 @@ mod tests {
         line.split(' ').map(OsString::from).collect()
     }
 
-    /// Protects: files and flags alone ask for a render; commands, requests for help and words that
-    /// are neither are left as they are.
+    /// Protects: files and flags alone mean a render; commands, requests for help and other words
+    /// are left unchanged.
     #[test]
     fn files_alone_are_rendered() {
         let full = |line| {
@@ -120,7 +120,7 @@ mod tests {
         }
     }
 
-    /// Protects: the last word about colours counts, however it is spelled.
+    /// Protects: the last `--color` is in force, however it is spelled.
     #[test]
     fn colours_are_found_early() {
         assert_eq!(

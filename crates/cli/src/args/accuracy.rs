@@ -28,11 +28,11 @@ pub struct AccuracyArgs {
     #[arg(value_name = "SCENE")]
     pub scene: Option<OsString>,
 
-    /// What is changed in the scene.
+    /// Changes to the scene.
     #[command(flatten)]
     pub changes: SceneArgs,
 
-    /// The setting that the others are compared with.
+    /// The settings that others are compared with.
     #[command(flatten)]
     pub choices: ChoiceArgs,
 
@@ -40,7 +40,7 @@ pub struct AccuracyArgs {
     #[arg(long, value_name = "NAME", value_parser = names::variants::<Integrator>())]
     pub integrator: Option<Integrator>,
 
-    /// Time that it may take in all, such as 90s or 5min; renders end where it does
+    /// Total time, such as 90s or 5min; renders end when it is over
     #[arg(long, value_name = "TIME", allow_hyphen_values = true, default_value = "60s", value_parser = values::duration)]
     pub budget: Duration,
 
@@ -48,12 +48,12 @@ pub struct AccuracyArgs {
     #[arg(long, value_name = "WxH", allow_hyphen_values = true, value_parser = values::size)]
     pub size: Option<[u32; 2]>,
 
-    /// Times that what is worth naming is rendered where all of the picture is measured, with other
-    /// random numbers each; fewer where time is out
+    /// Number of renders, each with other random numbers, of every setting worth naming, where the
+    /// whole picture is measured; fewer where time runs out
     #[arg(long, value_name = "K", allow_hyphen_values = true, default_value_t = 5, value_parser = clap::value_parser!(u32).range(2..=1000))]
     pub rounds: u32,
 
-    /// Keep the reference in this file, or compare with the one that it holds
+    /// Keep the reference picture in this file, or compare with the one in it
     #[arg(long, value_name = "FILE")]
     pub reference: Option<PathBuf>,
 
@@ -69,7 +69,7 @@ pub struct AccuracyArgs {
     #[arg(long)]
     pub json: bool,
 
-    /// Write the report too: .html (a page with plot and table), .csv, .json or .svg (the plot);
+    /// Also write the report: .html (a page with plot and table), .csv, .json or .svg (the plot);
     /// may be repeated
     #[arg(short = 'o', long, value_name = "FILE", action = clap::ArgAction::Append)]
     pub output: Vec<PathBuf>,

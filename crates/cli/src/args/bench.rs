@@ -28,11 +28,11 @@ pub struct BenchArgs {
     #[arg(value_name = "SCENE")]
     pub scene: Option<OsString>,
 
-    /// What is changed in the scene.
+    /// Changes to the scene.
     #[command(flatten)]
     pub changes: SceneArgs,
 
-    /// What generated scenes are made of
+    /// Primitives of generated scenes
     #[arg(
         long,
         value_name = "KIND",
@@ -46,16 +46,16 @@ pub struct BenchArgs {
     #[arg(long, value_name = "N", allow_hyphen_values = true, default_value_t = 1_000_000, value_parser = clap::value_parser!(u32).range(1..=10_000_000), conflicts_with = "scene")]
     pub max_n: u32,
 
-    /// How the tree is built: a rung of the ladder `build`, fast, medium or high
+    /// Build of the tree: a rung of the ladder `build`, fast, medium or high
     #[arg(long, value_name = "RUNG", default_value = "fast", value_parser = build)]
     pub build: BuildQuality,
 
-    /// Times that each is measured, in turn; more make median and spread more certain
+    /// Number of measurements of each case, in turns; more give a surer median and spread
     #[arg(long, value_name = "K", allow_hyphen_values = true, default_value_t = 7, value_parser = clap::value_parser!(u32).range(1..=1000))]
     pub repeats: u32,
 
-    /// CPU seconds that the rays may take, roughly; builds come on top. Less time makes shorter
-    /// samples, which are less certain, and leaves out the scans that take longer
+    /// CPU seconds for the rays, approximately; builds take further time. Less time means shorter
+    /// measurements, which are less certain, and leaves out the slowest scans
     #[arg(long, value_name = "S", allow_hyphen_values = true, default_value_t = 40.0, value_parser = seconds)]
     pub seconds: f64,
 
@@ -67,12 +67,12 @@ pub struct BenchArgs {
     #[arg(long)]
     pub markdown: bool,
 
-    /// Draw time a ray against N too, to an .svg that reads in light and dark
+    /// Also draw time a ray against N, to an .svg readable on light and dark backgrounds
     #[arg(short = 'o', long, value_name = "FILE", conflicts_with = "scene")]
     pub plot: Option<PathBuf>,
 }
 
-/// How the tree is built.
+/// Parses a rung of the build ladder.
 fn build(text: &str) -> Result<BuildQuality, String> {
     let names = || {
         Ladder::Build
@@ -85,7 +85,7 @@ fn build(text: &str) -> Result<BuildQuality, String> {
     build_quality(text).ok_or_else(|| format!("expected one of {}", names()))
 }
 
-/// A time that is worth measuring in, in seconds.
+/// Parses a measuring time in seconds.
 fn seconds(text: &str) -> Result<f64, String> {
     match values::number(text)? {
         seconds if (0.001..=86_400.0).contains(&seconds) => Ok(seconds),
@@ -93,7 +93,7 @@ fn seconds(text: &str) -> Result<f64, String> {
     }
 }
 
-/// What generated scenes are made of.
+/// Primitives of generated scenes.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
 pub enum Shapes {
     /// Spheres only
@@ -106,7 +106,7 @@ pub enum Shapes {
 }
 
 impl Shapes {
-    /// The kinds to measure.
+    /// The kinds of primitives to measure.
     pub fn kinds(self) -> Vec<Kind> {
         match self {
             Self::Spheres => vec![Kind::Spheres],

@@ -25,7 +25,7 @@ pub struct CompareArgs {
     #[arg(value_name = "A")]
     pub picture: PathBuf,
 
-    /// Picture it is judged by, of the same size
+    /// Picture to compare with, of the same size
     #[arg(value_name = "B")]
     pub reference: PathBuf,
 
@@ -49,32 +49,32 @@ pub struct CompareArgs {
     #[arg(long, value_name = "DB", allow_hyphen_values = true, value_parser = values::number, help_heading = "Thresholds")]
     pub min_psnr: Option<f64>,
 
-    /// Fail if they differ by more than their noise, as the layer stderr of an .exr or a .film
-    /// tells it; a picture without is taken to have none. Blocks of all sizes are tested, from 16
-    /// pixels to the whole
+    /// Fail if the pictures differ by more than their noise, read from the layer stderr of an .exr
+    /// or from a .film; a picture without either counts as noiseless. Blocks of all sizes are
+    /// tested, from 16 pixels to the whole
     #[arg(long, help_heading = "Thresholds")]
     pub noise: bool,
 
-    /// Probability of a false alarm of --noise, of all its tests together
+    /// Probability of a false alarm of --noise, over all its tests together
     #[arg(long, value_name = "P", allow_hyphen_values = true, value_parser = values::level, default_value = "0.01", requires = "noise", help_heading = "Thresholds")]
     pub level: f64,
 
-    /// Write a picture of where they differ, .png: black where alike, ever lighter the more an eye
-    /// would notice
+    /// Write a picture of the differences, .png: black where the pictures are alike, lighter where
+    /// an eye would notice more
     #[arg(long, value_name = "FILE")]
     pub diff: Option<PathBuf>,
 
-    /// Brighten .exr pictures by stops before they are compared as an eye sees them [default: as
-    /// their files say, or 0]
+    /// Brighten .exr pictures by stops before the perceptual comparison [default: as their files
+    /// say, or 0]
     #[arg(long, value_name = "STOPS", value_parser = values::number, allow_hyphen_values = true, help_heading = "Display of .exr")]
     pub exposure: Option<f64>,
 
-    /// How their bright light is compressed for that [default: as their files say, or
+    /// Tone map of .exr pictures in that comparison [default: as their files say, or
     /// khronos-neutral]
     #[arg(long, value_name = "NAME", value_parser = names::variants::<ToneMap>(), help_heading = "Display of .exr")]
     pub tonemap: Option<ToneMap>,
 
-    /// Curve of their codes for that [default: as their files say, or srgb]
+    /// Transfer curve of .exr pictures in that comparison [default: as their files say, or srgb]
     #[arg(long, value_name = "CURVE", value_parser = names::variants::<TransferCurve>(), help_heading = "Display of .exr")]
     pub gamma: Option<TransferCurve>,
 
@@ -84,7 +84,7 @@ pub struct CompareArgs {
 }
 
 impl CompareArgs {
-    /// Whether the pictures are to be judged.
+    /// Whether any threshold is given.
     pub fn has_threshold(&self) -> bool {
         [
             self.max_rmse,

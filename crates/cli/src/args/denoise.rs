@@ -19,16 +19,16 @@ samples on.";
 #[derive(Clone, Debug, Args)]
 #[command(after_help = EXAMPLES)]
 pub struct DenoiseArgs {
-    /// File of a render, as --checkpoint writes it, or of merged parts
+    /// File of a render, written by --checkpoint, or of merged parts
     #[arg(value_name = "FILM")]
     pub film: PathBuf,
 
-    /// Picture to write, .png, .jpg or .webp (denoised) or .exr (as it is, with layers denoised and
+    /// Picture to write, .png, .jpg or .webp (denoised) or .exr (noisy, with layers denoised and
     /// denoised.stderr); may be repeated; - for PNG on standard output
     #[arg(short, long = "output", value_name = "OUT", action = ArgAction::Append, required = true)]
     pub outputs: Vec<PathBuf>,
 
-    /// How a PNG shows it.
+    /// Display of the picture as PNG.
     #[command(flatten)]
     pub display: DisplayArgs,
 

@@ -23,21 +23,20 @@ pub struct MergeArgs {
     #[arg(value_name = "PART", required = true)]
     pub parts: Vec<PathBuf>,
 
-    /// Picture to write, .png, .jpg or .webp (display) or .exr (linear, with the layers that the
-    /// parts have); may be repeated; - for PNG on standard output
+    /// Picture to write, .png, .jpg or .webp (display) or .exr (linear, with the layers of the
+    /// parts); may be repeated; - for PNG on standard output
     #[arg(short, long = "output", value_name = "OUT", action = ArgAction::Append, required_unless_present = "checkpoint")]
     pub outputs: Vec<PathBuf>,
 
-    /// Keep all the parts together in this file, to merge it with others or to go on from it with
-    /// --resume
+    /// Keep all the parts together in this file, for another merge or for --resume
     #[arg(long, value_name = "FILE")]
     pub checkpoint: Option<PathBuf>,
 
-    /// Write the picture though samples are missing, as of parts that a --budget ended
+    /// Write the picture even if samples are missing, as in parts that a --budget ended
     #[arg(long)]
     pub unfinished: bool,
 
-    /// How a PNG shows it.
+    /// Display of the picture as PNG.
     #[command(flatten)]
     pub display: DisplayArgs,
 

@@ -1,4 +1,4 @@
-//! The command line as clap reads it: how flags are spelled, documented and taken apart.
+//! The command line as parsed by clap: names, help texts and parsers of all flags.
 
 pub mod names;
 pub mod values;
@@ -37,8 +37,7 @@ use clap_complete::Shell;
 
 use crate::console::{ColorChoice, Verbosity};
 
-/// The preset that is rendered where no scene is named. It is the only one whose name the program
-/// knows.
+/// Name of the preset that is rendered by default. No other preset's name is known to the program.
 pub const DEFAULT_PRESET: &str = "whitted";
 
 fn examples() -> String {
@@ -68,23 +67,23 @@ For TOML, the first line of a scene may name it:
 #[command(subcommand_value_name = "COMMAND", args_override_self = true)]
 #[command(override_usage = "raywright [OPTIONS] [COMMAND]\n       raywright [OPTIONS] FILE...")]
 pub struct Arguments {
-    /// What to do; without it, the default preset is rendered.
+    /// Command to run; without one, the default preset is rendered.
     #[command(subcommand)]
     pub command: Option<Command>,
 
-    /// How much is said, and in which colours.
+    /// Amount and colours of messages.
     #[command(flatten)]
     pub messages: MessageArgs,
 }
 
-/// Flags that every command takes, before its name or after it.
+/// Flags of every command, before or after its name.
 #[derive(Clone, Copy, Debug, Default, Args)]
 pub struct MessageArgs {
     /// Print errors only, besides the result
     #[arg(short, long, global = true, overrides_with = "verbose")]
     pub quiet: bool,
 
-    /// Print more: every warning and note, of a render the effects, times, rays and memory
+    /// Print more: every warning and note, and of a render its effects, times, rays and memory
     #[arg(short, long, global = true, overrides_with = "quiet")]
     pub verbose: bool,
 
@@ -103,7 +102,7 @@ pub struct MessageArgs {
 }
 
 impl MessageArgs {
-    /// How much is said.
+    /// Amount of messages.
     pub fn verbosity(self) -> Verbosity {
         match (self.quiet, self.verbose) {
             (true, _) => Verbosity::Quiet,
@@ -113,20 +112,20 @@ impl MessageArgs {
     }
 }
 
-/// One thing the program does.
+/// A command of the program.
 #[derive(Debug, Subcommand)]
 pub enum Command {
-    /// Render scenes to pictures, which is also what files without a command ask for
+    /// Render scenes to pictures; files without a command are rendered too
     Render(Box<RenderArgs>),
-    /// Show a scene in the browser while it renders, from wherever you turn it
+    /// Show a scene in the browser while it renders, and move the camera there
     View(Box<ViewerArgs>),
-    /// Make one picture of parts that were rendered apart
+    /// Make one picture of parts that were rendered separately
     Merge(MergeArgs),
-    /// Filter the noise out of a render that was kept, and tell how wrong the result is
+    /// Filter the noise out of a kept render, and report the error of the result
     Denoise(DenoiseArgs),
-    /// Say which effects of a scene are simulated, which it has none of, and which are left out
+    /// List the effects of a scene: simulated, absent, and left out
     Explain(ExplainArgs),
-    /// Measure how far two pictures are apart
+    /// Measure the difference of two pictures
     Compare(CompareArgs),
     /// Show what is in a scene, model or picture file
     Info(InfoArgs),
@@ -137,9 +136,9 @@ pub enum Command {
     Accuracy(AccuracyArgs),
     /// Measure what a ray costs by scan and by tree, and how both grow
     Bench(BenchArgs),
-    /// Measure the hard cases of numerics on this machine, and how far each is from its bound
+    /// Measure hard numerical cases on this machine, and the distance of each from its bound
     Stability(StabilityArgs),
-    /// Find what of a scene makes its picture wrong or noisy: place, reason and remedy
+    /// Find what makes a scene's picture wrong or noisy: place, reason and remedy
     Stress(Box<StressArgs>),
     /// Make a small picture of every model below a folder
     Thumbs(ThumbsArgs),
@@ -162,7 +161,7 @@ pub enum Command {
   raywright presets {DEFAULT_PRESET} > my.scene.toml  A scene to start from"
 ))]
 pub struct PresetsArgs {
-    /// Print this preset's scene file instead of the table
+    /// Preset whose scene file is printed instead of the table
     pub name: Option<String>,
 }
 
@@ -172,7 +171,7 @@ pub struct PresetsArgs {
     after_help = "Example:\n  raywright completions bash > ~/.local/share/bash-completion/completions/raywright"
 )]
 pub struct CompletionsArgs {
-    /// Which shell
+    /// Shell of the script
     pub shell: Shell,
 }
 
@@ -183,6 +182,6 @@ Examples:
   raywright man | man -l -                   Read it
   raywright man render > raywright-render.1  The page of one command")]
 pub struct ManArgs {
-    /// The command whose page is printed; none: the program's own
+    /// Command of the manual page; none: the program's own
     pub command: Option<String>,
 }

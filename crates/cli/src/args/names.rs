@@ -1,6 +1,5 @@
-//! Flags whose values are the variants of a data type: the names come from the type's own serde
-//! names, so that a scene file and the command line cannot drift apart and no table is kept by
-//! hand.
+//! Flags whose values are the variants of a data type. The names come from the type's own serde
+//! names, so that scene files and the command line cannot diverge and no table is kept by hand.
 
 use std::fmt;
 
@@ -28,7 +27,7 @@ pub fn aov() -> impl TypedValueParser<Value = Aov> {
     PossibleValuesParser::new(Aov::ALL.map(|(name, _)| name)).try_map(find)
 }
 
-/// What serde says when a name is no variant: the variants there are.
+/// Serde's error for an unknown variant: the known variants.
 #[derive(Debug)]
 pub(crate) struct Refused(&'static [&'static str]);
 
@@ -49,7 +48,7 @@ impl serde::de::Error for Refused {
     }
 }
 
-/// A name that the list of possible values let through and the type then refused.
+/// A name accepted by the list of possible values and then refused by the type.
 #[derive(Debug)]
 struct Unknown(String);
 
@@ -61,7 +60,7 @@ impl fmt::Display for Unknown {
 
 impl std::error::Error for Unknown {}
 
-/// The variant of a name.
+/// Parses the name of a variant.
 pub(crate) fn parse<T: DeserializeOwned>(name: &str) -> Result<T, Refused> {
     T::deserialize(IntoDeserializer::<Refused>::into_deserializer(name))
 }

@@ -1,28 +1,28 @@
-//! Which pictures are asked for: how many samples at most, which views, moments and shares.
+//! Requested pictures: limits of samples, views, times and shares.
 
 use raywright_core::Settings;
 use raywright_core::framing::View;
 
-/// Samples a pixel that can be asked for.
+/// Largest number of samples per pixel.
 pub const MOST_SAMPLES: u32 = Settings::MOST_SAMPLES;
 
-/// How radiance is scaled before it is shown.
+/// Scale of radiance before display.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Exposure {
-    /// By so many stops.
+    /// A number of stops.
     Stops(f64),
-    /// By what suits the picture.
+    /// The exposure that suits the picture.
     Auto,
 }
 
-/// What is seen where nothing is hit.
+/// Value of pixels whose rays hit nothing.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum BackgroundChoice {
     /// The sky, or a studio's backdrop.
     Environment,
-    /// Nothing: coverage is kept.
+    /// No background: coverage is kept.
     Transparent,
-    /// A colour, by its values in 0..1 as sRGB has them: those of its codes.
+    /// A colour by its sRGB-encoded values in 0..1, which are the values of its codes.
     Colour([f64; 3]),
 }
 
@@ -30,48 +30,48 @@ pub enum BackgroundChoice {
 #[derive(Clone, Debug, PartialEq)]
 pub struct Views(pub Vec<(String, View)>);
 
-/// Moments of a film: from the first second up to the last, so many a second; up to infinity where
-/// the animation says when it ends.
+/// Times of a film, in seconds: from `from` up to `to` at a rate per second. An infinite `to`
+/// stands for the end of the animation.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Frames {
-    /// The first moment.
+    /// First time.
     pub from: f64,
-    /// Where the moments end.
+    /// End of the times, exclusive.
     pub to: f64,
-    /// How many a second.
+    /// Pictures per second.
     pub rate: f64,
 }
 
 impl Frames {
-    /// Moments that can be asked for.
+    /// Largest number of times.
     pub const MOST: f64 = 1e5;
 
-    /// Each moment.
+    /// All times in order.
     pub fn times(self) -> impl Iterator<Item = f64> {
         let count = ((self.to - self.from) * self.rate - 1e-9).ceil().max(1.0) as u32;
         (0..count).map(move |i| self.from + f64::from(i) / self.rate)
     }
 }
 
-/// Where tev listens.
+/// Address of tev.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct TevAddress {
-    /// A name or an address.
+    /// Host name or address.
     pub host: String,
-    /// Its port.
+    /// Port.
     pub port: u16,
 }
 
 impl TevAddress {
-    /// The port on which tev listens unless it is told another one.
+    /// Default port of tev.
     pub const PORT: u16 = 14158;
 }
 
 /// One of several shares of a picture.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Share {
-    /// Which, counted from one.
+    /// Number of the share, counted from one.
     pub number: u32,
-    /// How many there are.
+    /// Number of shares.
     pub of: u32,
 }

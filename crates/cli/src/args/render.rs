@@ -42,30 +42,30 @@ Exit code: 0 done, 1 failed, 2 wrong use, 3 bad scene or nothing to see of it, 4
 #[derive(Clone, Debug, Default, Args)]
 #[command(after_help = examples())]
 pub struct RenderArgs {
-    /// What is rendered.
+    /// Scenes to render.
     #[arg(value_name = "SCENE", help = format!(
         "Scene files (.scene.toml, .scene.json), glTF/GLB, OBJ, STL or PLY models, preset:NAME, or - for standard input [default: preset:{DEFAULT_PRESET}]"
     ))]
     pub scenes: Vec<OsString>,
 
     /// Picture to write, .png, .jpg or .webp (display) or .exr (linear); may be repeated; - for PNG
-    /// on standard output. Several pictures are numbered where %04d is in the name; .gif or .apng
-    /// holds all of them, one after the other [default: the scene's name .png in the current
+    /// on standard output. Several pictures are numbered in place of %04d in the name; .gif or
+    /// .apng holds all of them as an animation [default: the scene's name .png in the current
     /// directory]
     #[arg(short, long = "output", value_name = "OUT", action = ArgAction::Append)]
     pub outputs: Vec<PathBuf>,
 
-    /// Write all pictures side by side into one, .png, each with its name below; others are then
-    /// written where -o says alone
+    /// Write all pictures side by side into one, .png, each with its name below; without -o no
+    /// other picture is written
     #[arg(long, value_name = "FILE")]
     pub sheet: Option<PathBuf>,
 
-    /// Write pictures in which there is nothing to see, too, in place of ending with exit code 3
+    /// Also write pictures that show nothing, instead of ending with exit code 3
     #[arg(long)]
     pub allow_empty: bool,
 
-    /// Leave out of pictures where they come from, so that equal pixels are equal files. Without -o
-    /// a picture of that kind is not replaced
+    /// Leave out the origin of pictures, so that equal pixels are equal files. Without -o, a
+    /// picture without origin is not replaced
     #[arg(long)]
     pub no_metadata: bool,
 
@@ -75,15 +75,15 @@ pub struct RenderArgs {
     #[arg(long, value_name = "LIST", value_delimiter = ',', value_parser = names::aov(), hide_possible_values = true)]
     pub aov: Vec<Aov>,
 
-    /// What is changed in the scene.
+    /// Changes to the scene.
     #[command(flatten)]
     pub changes: SceneArgs,
 
-    /// What the picture shows.
+    /// View of the picture.
     #[command(flatten)]
     pub view: ViewArgs,
 
-    /// How light is computed.
+    /// Light transport settings.
     #[command(flatten)]
     pub light: LightArgs,
 
@@ -91,24 +91,24 @@ pub struct RenderArgs {
     #[command(flatten)]
     pub choices: ChoiceArgs,
 
-    /// How a PNG shows it.
+    /// Display of the picture as PNG.
     #[command(flatten)]
     pub display: DisplayArgs,
 
-    /// What the machine may spend.
+    /// Limits on the machine's resources.
     #[command(flatten)]
     pub machine: MachineArgs,
 
-    /// Renders of more than one run.
+    /// Renders that span several runs.
     #[command(flatten)]
     pub film: FilmArgs,
 
-    /// What is reported.
+    /// Reports.
     #[command(flatten)]
     pub report: ReportArgs,
 }
 
-/// What the picture shows, and from where.
+/// View of the picture.
 #[derive(Clone, Debug, Default, Args)]
 #[command(next_help_heading = "View")]
 pub struct ViewArgs {
@@ -121,10 +121,10 @@ pub struct ViewArgs {
     #[arg(long, value_name = "NAME|INDEX")]
     pub camera: Option<String>,
 
-    /// Show the whole scene from there: front, back, left, right, top, bottom, iso, or azimuth and
-    /// elevation in degrees (0,0 is the front, on the +z side, 90,0 the right) [default: the
-    /// scene's camera; without one slightly above and to the side, flat things and open rooms from
-    /// their front]
+    /// Show the whole scene from a direction: front, back, left, right, top, bottom, iso, or
+    /// azimuth and elevation in degrees (0,0 is the front, on the +z side, 90,0 the right)
+    /// [default: the scene's camera; without one slightly above and to the side, flat things and
+    /// open rooms from their front]
     #[arg(long, value_name = "VIEW|AZ,EL", value_parser = values::view, allow_hyphen_values = true,
         conflicts_with_all = ["camera", "eye", "target"])]
     pub view: Option<View>,
@@ -135,17 +135,18 @@ pub struct ViewArgs {
         conflicts_with_all = ["view", "camera", "eye", "target", "turntable", "frames"])]
     pub views: Option<Views>,
 
-    /// N pictures once around the whole scene, from the height of the view in force
+    /// N pictures once around the whole scene, at the height of the current view
     #[arg(long, value_name = "N", allow_hyphen_values = true, value_parser = clap::value_parser!(u32).range(1..=3600),
         conflicts_with_all = ["camera", "eye", "target", "frames"])]
     pub turntable: Option<u32>,
 
-    /// One picture for each moment from A up to, but not at, B seconds, so many a second, such as
-    /// 0..2:25; all:25 is the whole length of a model's animation. Each is that of --at
+    /// One picture for each time from A up to, but not at, B seconds, at this rate per second, such
+    /// as 0..2:25; all:25 is the whole length of a model's animation. Each picture equals that of
+    /// --at
     #[arg(long, value_name = "A..B:FPS|all:FPS", value_parser = values::frames, allow_hyphen_values = true, conflicts_with = "at")]
     pub frames: Option<Frames>,
 
-    /// Enlarge what is in the middle of the picture
+    /// Enlarge the middle of the picture
     #[arg(long, value_name = "X", allow_hyphen_values = true, value_parser = values::zoom)]
     pub zoom: Option<f64>,
 
@@ -157,17 +158,17 @@ pub struct ViewArgs {
     #[arg(long, value_name = "X,Y,Z", value_parser = values::triple, allow_hyphen_values = true)]
     pub target: Option<[f64; 3]>,
 
-    /// The direction that `--up X,Y,Z` makes the camera's.
+    /// Up vector of the camera, from `--up X,Y,Z`.
     #[arg(skip)]
     pub up: Option<[f64; 3]>,
 
-    /// Vertical field of view in degrees; a scene that is shown whole stays whole
+    /// Vertical field of view in degrees; a view of the whole scene still shows all of it
     #[arg(long, value_name = "DEG", allow_hyphen_values = true, value_parser = values::field_of_view)]
     pub fov: Option<f64>,
 
-    /// What a picture shows whose shape is not that of the scene's camera: all of the camera's view
-    /// and more at two sides (contain), or a part of it (cover) [default: of glTF cameras contain;
-    /// otherwise the height is kept, or what the scene's `fit` says]
+    /// Fit of a picture whose shape differs from the camera's: all of the camera's view and more at
+    /// two sides (contain), or a part of it (cover) [default: of glTF cameras contain; otherwise
+    /// the height is kept, or what the scene's `fit` says]
     #[arg(long, value_name = "contain|cover", value_parser = values::fit, conflicts_with_all = ["view", "views", "turntable", "fov"])]
     pub fit: Option<Fit>,
 
@@ -176,26 +177,25 @@ pub struct ViewArgs {
     #[arg(long, value_name = "X,Y,W,H", allow_hyphen_values = true, value_parser = values::crop)]
     pub crop: Option<Crop>,
 
-    /// Draw the edges of the model's own triangles, a pixel wide, on what the camera sees first; on
-    /// triangles of a few pixels finer. Spheres and other shapes have none. With --material clay
-    /// for a look at shapes
+    /// Draw the edges of the model's own triangles, a pixel wide, on the first surface the camera
+    /// sees; finer on triangles of a few pixels. Spheres and other shapes have no such edges. With
+    /// --material clay to judge shapes
     #[arg(long)]
     pub wireframe: bool,
 
-    /// What is seen where nothing is hit: env (the sky), transparent, or a colour such as
-    /// white, #e6b219 or rgb(230,178,25), which .png, .jpg and .webp have by exactly these codes,
-    /// whatever exposure and tone map are; .exr has its linear value. R,G,B are linear, from 0
-    /// to 1. The shadow on a studio's ground stays: under transparent as alpha [default: env]
+    /// Background where rays hit nothing: env (the sky), transparent, or a colour such as white,
+    /// #e6b219 or rgb(230,178,25), which .png, .jpg and .webp show with exactly these codes,
+    /// whatever exposure and tone map are; .exr has its linear value. R,G,B are linear, from 0 to
+    /// 1. The shadow on a studio's ground stays: under transparent as alpha [default: env]
     #[arg(long, value_name = "env|transparent|COLOUR", allow_hyphen_values = true, value_parser = values::background)]
     pub background: Option<BackgroundChoice>,
 }
 
-/// How light is computed, and how carefully.
+/// Light transport settings and their accuracy.
 #[derive(Clone, Debug, Default, Args)]
 #[command(next_help_heading = "Light")]
 pub struct LightArgs {
-    /// How light is computed; auto takes the one that the scene calls for [default: the scene's;
-    /// models auto]
+    /// Integrator; auto takes the one that suits the scene [default: the scene's; models auto]
     #[arg(long, value_name = "NAME", value_parser = names::variants::<Integrator>())]
     pub integrator: Option<Integrator>,
 
@@ -205,31 +205,31 @@ pub struct LightArgs {
     #[arg(long, value_name = "N", value_parser = values::samples, allow_hyphen_values = true)]
     pub spp: Option<u32>,
 
-    /// Filter the noise out of the picture, from 8 samples on, and tell how wrong it still is. It
-    /// is biased: what is fine or faint is blurred. PNG shows it; EXR keeps the noisy picture and
-    /// gains layers denoised and denoised.stderr
+    /// Filter the noise out of the picture, from 8 samples on, and report the remaining error. The
+    /// filter is biased: it blurs fine and faint detail. PNG shows the result; EXR keeps the noisy
+    /// picture and gains layers denoised and denoised.stderr
     #[arg(long)]
     pub denoise: bool,
 
-    /// A first look: at most 16 samples, denoised, half as wide and as high, at most 640x360,
-    /// unless --size says it. The fixed pattern of a scene stays as it is
+    /// A quick preview: at most 16 samples, denoised, half as wide and as high, at most 640x360,
+    /// unless --size says otherwise. The fixed pattern of a scene stays as it is
     #[arg(long, conflicts_with_all = ["spp", "max_error", "budget", "replay", "resume"])]
     pub quick: bool,
 
-    /// Add samples where the error is until the root relMSE is below E, by the upper end of its 95
-    /// % interval: 0.1 is grainy, 0.02 clean; at most --spp samples a pixel, or what --budget
-    /// leaves time for; with --denoise it is the denoised picture's error [default: every pixel
-    /// takes --spp]
+    /// Add samples where the error is largest until the root relMSE is below E, by the upper end of
+    /// its 95 % interval: 0.1 is grainy, 0.02 clean; at most --spp samples a pixel, or the number
+    /// that --budget allows; with --denoise E limits the denoised picture's error [default: every
+    /// pixel takes --spp]
     #[arg(long, value_name = "E", allow_hyphen_values = true, value_parser = values::max_error)]
     pub max_error: Option<f64>,
 
-    /// Ray segments a light path may have, 1 to 64, or unlimited: chance alone then ends it; 1 is
-    /// the camera ray alone [default: the scene's; models 8]
+    /// Ray segments of a light path, 1 to 64, or unlimited: only Russian roulette then ends paths;
+    /// 1 is the camera ray alone [default: the scene's; models 8]
     #[arg(long, value_name = "N", allow_hyphen_values = true, value_parser = depth)]
     pub max_depth: Option<u32>,
 
-    /// Radiance to which samples of paths that are brighter are dimmed: fewer fireflies, but light
-    /// is lost, and the picture is biased [default: none is]
+    /// Limit on the radiance of a sample; brighter samples are dimmed to it: fewer fireflies, but
+    /// light is lost, and the picture is biased [default: no limit]
     #[arg(long, value_name = "X", allow_hyphen_values = true, value_parser = limit)]
     pub clamp: Option<f64>,
 
@@ -261,7 +261,7 @@ impl From<Precision> for PrecisionChoice {
     }
 }
 
-/// How radiance becomes the colours of a PNG. EXR files stay linear.
+/// Conversion of radiance to the colours of a PNG. EXR files stay linear.
 #[derive(Clone, Debug, Default, Args)]
 #[command(next_help_heading = "Display (PNG)")]
 pub struct DisplayArgs {
@@ -271,11 +271,11 @@ pub struct DisplayArgs {
     #[arg(long, value_name = "STOPS|auto", value_parser = values::exposure, allow_hyphen_values = true)]
     pub exposure: Option<Exposure>,
 
-    /// How bright light is compressed [default: the scene's; models khronos-neutral]
+    /// Compression of bright light [default: the scene's; models khronos-neutral]
     #[arg(long, value_name = "NAME", value_parser = names::variants::<ToneMap>())]
     pub tonemap: Option<ToneMap>,
 
-    /// Curve of the picture's codes [default: the scene's; models srgb]
+    /// Transfer curve of the picture's codes [default: the scene's; models srgb]
     #[arg(long, value_name = "CURVE", value_parser = names::variants::<TransferCurve>())]
     pub gamma: Option<TransferCurve>,
 
@@ -284,7 +284,7 @@ pub struct DisplayArgs {
     pub quality: Option<u8>,
 }
 
-/// What the machine may spend.
+/// Limits on the machine's resources.
 #[derive(Clone, Debug, Default, Args)]
 #[command(next_help_heading = "Machine")]
 pub struct MachineArgs {
@@ -296,32 +296,31 @@ pub struct MachineArgs {
     #[arg(long, value_name = "BYTES", allow_hyphen_values = true, value_parser = values::bytes)]
     pub max_memory: Option<u64>,
 
-    /// How rays find what they hit; the picture does not depend on it [default: bvh]
+    /// Acceleration structure; the picture does not depend on it [default: bvh]
     #[arg(long, value_name = "NAME", value_enum)]
     pub accel: Option<Accelerator>,
 }
 
-/// Renders that end by time, go on later, or are divided.
+/// Renders with a time limit, checkpoints, or shares.
 #[derive(Clone, Debug, Default, Args)]
 #[command(next_help_heading = "Long renders")]
 pub struct FilmArgs {
-    /// Render as many samples as there is time for, counted from the program's start, such as 10s
-    /// or 5min: at least one pass over the picture, unless a second or more are over before it can
-    /// begin (exit code 5), at most --spp [default: no limit; with it, up to 65536 samples]
+    /// Render as many samples as the time allows, counted from the program's start, such as 10s or
+    /// 5min: at least one pass over the picture, unless a second or more are over before the render
+    /// can begin (exit code 5), at most --spp [default: no limit; with it, up to 65536 samples]
     #[arg(long, value_name = "TIME", allow_hyphen_values = true, value_parser = values::duration)]
     pub budget: Option<Duration>,
 
-    /// Keep what there is of the picture in this file, every minute and in the end, to go on from
-    /// with --resume
+    /// Keep the unfinished picture in this file, every minute and at the end, for --resume
     #[arg(long, value_name = "FILE")]
     pub checkpoint: Option<PathBuf>,
 
-    /// Go on from this file with the same scene and flags; --spp may be more. The picture has the
-    /// bits of one run
+    /// Continue from this file with the same scene and flags; --spp may be larger. The picture has
+    /// the same bits as a single run
     #[arg(long, value_name = "FILE")]
     pub resume: Option<PathBuf>,
 
-    /// Take the samples that this file has, tile by tile, with the same scene and flags but
+    /// Take the sample counts of this file, tile by tile, with the same scene and flags but
     /// --budget: the bits of a render that a budget ended, whose file --checkpoint wrote
     #[arg(long, value_name = "FILE", conflicts_with_all = ["budget", "resume", "part"])]
     pub replay: Option<PathBuf>,
@@ -332,12 +331,12 @@ pub struct FilmArgs {
     pub part: Option<Share>,
 }
 
-/// How rays find what they hit.
+/// Acceleration structure.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 pub enum Accelerator {
-    /// A tree of bounding boxes
+    /// Bounding volume hierarchy
     Bvh,
-    /// Every object is tested: for comparison
+    /// Linear scan of all objects, for comparison
     Linear,
 }
 
@@ -350,7 +349,7 @@ impl From<Accelerator> for AcceleratorKind {
     }
 }
 
-/// What is reported besides the picture.
+/// Reports besides the picture.
 #[derive(Clone, Debug, Default, Args)]
 #[command(next_help_heading = "Report")]
 pub struct ReportArgs {
@@ -362,14 +361,13 @@ pub struct ReportArgs {
     #[arg(long, conflicts_with = "part")]
     pub hash: bool,
 
-    /// Write what there is of the picture to this file each time that there are about twice as many
-    /// samples, for those who look at it with what they have; each time it is there whole. In the
-    /// end it is the picture
+    /// Write the unfinished picture to this file at each doubling of the samples, for an image
+    /// viewer; the file is always complete. At the end it is the picture
     #[arg(long, value_name = "FILE.png")]
     pub preview: Option<PathBuf>,
 
-    /// Show each such stage in tev, the viewer of pictures, with its layers: denoised where it is
-    /// asked for, and standard errors [default host and port: 127.0.0.1:14158]
+    /// Show the same stages in tev, an image viewer, with their layers: denoised where requested,
+    /// and standard errors [default host and port: 127.0.0.1:14158]
     #[arg(long, value_name = "tev[:HOST:PORT]", value_parser = values::tev)]
     pub display: Option<TevAddress>,
 
@@ -385,15 +383,15 @@ pub enum ProgressStyle {
     /// A bar where standard error is a terminal, lines elsewhere
     #[default]
     Auto,
-    /// A line now and then
+    /// Occasional lines
     Plain,
-    /// JSON, a line at a time
+    /// JSON, one object a line
     Json,
     /// Nothing
     None,
 }
 
-/// Reads a number of segments, or that there is no limit.
+/// Parses a number of segments, or `unlimited`.
 fn depth(text: &str) -> Result<u32, String> {
     if text == "unlimited" {
         return Ok(Settings::UNLIMITED);
@@ -409,7 +407,7 @@ fn depth(text: &str) -> Result<u32, String> {
     }
 }
 
-/// Reads a radiance above zero.
+/// Parses a radiance above zero.
 fn limit(text: &str) -> Result<f64, String> {
     let number = text
         .parse()

@@ -1,4 +1,4 @@
-//! Arguments of the commands that read a scene and say something about it.
+//! Arguments of the commands that load a scene without rendering a picture.
 
 use std::ffi::OsString;
 use std::time::Duration;
@@ -10,7 +10,7 @@ use raywright_io::{EnvironmentSource, GroundRule, Section, WarningCode};
 
 use super::values;
 
-/// Which scene, and what is changed in it before anything else happens.
+/// The scene, and changes to it.
 #[derive(Clone, Debug, Default, Args)]
 pub struct SceneArgs {
     /// Time in seconds at which the scene's expressions are evaluated, or a glTF file's animations
@@ -31,25 +31,26 @@ pub struct SceneArgs {
     #[arg(long, value_name = "NAME")]
     pub variant: Option<String>,
 
-    /// Animation of a glTF file that is shown, by name, by index from 0, or all of them together
+    /// Animation of a glTF file to show, by name, by index from 0, or all of them together
     /// [default: all]
     #[arg(long, value_name = "NAME|INDEX|all")]
     pub animation: Option<String>,
 
-    /// What is up: an axis of a model (y, z, x, -y, -z, -x), which turns it under studio, views and
-    /// films; or a direction X,Y,Z, which turns the camera alone [default: y; of STL z]
+    /// What is up: an axis of a model (y, z, x, -y, -z, -x), which turns the model before studio,
+    /// views and films are set up; or a direction X,Y,Z, which turns only the camera [default: y;
+    /// of STL z]
     #[arg(long, value_name = "AXIS|X,Y,Z", value_parser = values::up, allow_hyphen_values = true)]
     pub up: Option<values::Up>,
 
-    /// What every surface is made of, for those who look at shapes: clay, a matte neutral grey.
-    /// What alpha cuts out stays cut out, glass becomes opaque, lamps go on
+    /// What every surface is made of, to judge shapes: clay, a matte neutral grey. Alpha cut-outs
+    /// stay cut out, glass becomes opaque, lamps still emit light
     #[arg(long, value_name = "clay", value_parser = values::material)]
     pub material: Option<values::MaterialChoice>,
 
-    /// Cut models: x=0.3 leaves what lies below 0.3 along x, in units of the file once its up axis
-    /// is y; x=30% counts through the box around all; -x=0.3 leaves the other side. Closed meshes
-    /// get a cap of their own material, grey where images colour that; shapes that are no meshes
-    /// stay whole
+    /// Cut models: x=0.3 keeps the side below 0.3 along x, in units of the file after its up axis
+    /// is turned to y; x=30% measures through the box around everything; -x=0.3 keeps the other
+    /// side. Closed meshes get a cap of their own material, grey where images colour that material;
+    /// shapes that are no meshes stay whole
     #[arg(long, value_name = "AXIS=VALUE", value_parser = values::section, allow_hyphen_values = true)]
     pub section: Option<Section>,
 
@@ -58,23 +59,23 @@ pub struct SceneArgs {
     #[arg(long, value_name = "none|default|FILE", value_parser = values::environment())]
     pub env: Option<EnvironmentSource>,
 
-    /// Light the scene by the default studio in place of its own lights and sky. A model that
-    /// brings no lights stands in it anyway: soft key, fill and rim lights that go round with the
-    /// camera, a backdrop that is dark behind bright models and light behind dark ones, and a
-    /// ground that catches shadows alone; --env none leaves all of it out
+    /// Light the scene by the default studio in place of its own lights and sky. A model without
+    /// lights gets the studio anyway: soft key, fill and rim lights that turn with the camera, a
+    /// backdrop that is dark behind bright models and light behind dark ones, and a ground that
+    /// shows only shadows; --env none leaves all of it out
     #[arg(long, conflicts_with = "env")]
     pub studio: bool,
 
-    /// Ground of the studio: auto (it catches shadows and is not seen otherwise) or none
+    /// Ground of the studio: auto (it shows shadows and is otherwise invisible) or none
     #[arg(long, value_name = "auto|none", value_parser = values::ground, default_value = "auto", hide_default_value = true)]
     pub ground: GroundRule,
 
-    /// Backdrop of the studio, of all pictures of a run: dark, light, or auto: dark behind bright
-    /// models and light behind dark ones, as the first model of the run is
+    /// Backdrop of the studio, for all pictures of a run: dark, light, or auto: dark behind a
+    /// bright first model and light behind a dark one
     #[arg(long, value_name = "auto|dark|light", value_parser = values::backdrop)]
     pub backdrop: Option<values::Backdrop>,
 
-    /// Turn the environment by so many degrees about +y: 90 shows along +z what was along +x
+    /// Turn the environment by this many degrees about +y: 90 shows along +z what was along +x
     #[arg(long, value_name = "DEG", value_parser = values::number, allow_hyphen_values = true)]
     pub env_rotation: Option<f64>,
 
@@ -87,15 +88,15 @@ pub struct SceneArgs {
     pub allow_outside: bool,
 }
 
-/// Which rungs of which ladders, and which effects not.
+/// Choice of rungs and of switched-off effects.
 #[derive(Clone, Debug, Default, Args)]
 pub struct ChoiceArgs {
-    /// Stand on another rung of a ladder, such as ray-offset=constant; may be repeated.
-    /// `raywright explain SCENE` lists the ladders that a scene reaches
+    /// Use another rung of a ladder, such as ray-offset=constant; may be repeated. `raywright
+    /// explain SCENE` lists the ladders that affect a scene
     #[arg(long = "rung", value_name = "LADDER=RUNG", value_parser = Choice::parse, value_delimiter = ',')]
     pub rungs: Vec<Choice>,
 
-    /// Effects that are switched off
+    /// Effects to switch off
     #[arg(
         long,
         value_name = "LIST",
@@ -114,7 +115,7 @@ pub struct ExplainArgs {
     #[arg(value_name = "SCENE")]
     pub scene: OsString,
 
-    /// What is changed in the scene.
+    /// Changes to the scene.
     #[command(flatten)]
     pub changes: SceneArgs,
 
@@ -122,12 +123,12 @@ pub struct ExplainArgs {
     #[command(flatten)]
     pub choices: ChoiceArgs,
 
-    /// Render the scene with and without each effect, in turns and at a reduced size, and tell what
-    /// it costs in time and changes in the picture
+    /// Render the scene with and without each effect, in turns and at a reduced size, and report
+    /// the cost in time and the change of the picture
     #[arg(long)]
     pub measure: bool,
 
-    /// Time that measuring may take in all, such as 90s or 5min
+    /// Total time for measuring, such as 90s or 5min
     #[arg(long, value_name = "TIME", allow_hyphen_values = true, default_value = "30s", value_parser = values::duration, requires = "measure")]
     pub budget: Duration,
 
@@ -140,11 +141,11 @@ pub struct ExplainArgs {
 #[derive(Debug, Args)]
 pub struct InfoArgs {
     /// Scene file (.scene.toml, .scene.json), glTF/GLB, OBJ, STL or PLY model, preset:NAME, - for
-    /// standard input, or a picture (.png, .exr), which says its error and what made it
+    /// standard input, or a picture (.png, .exr), for its error and its origin
     #[arg(value_name = "FILE")]
     pub scene: OsString,
 
-    /// What is changed in the scene.
+    /// Changes to the scene.
     #[command(flatten)]
     pub changes: SceneArgs,
 
@@ -169,16 +170,16 @@ pub struct CheckArgs {
     #[arg(long)]
     pub json: bool,
 
-    /// Take warnings for errors; notes are none
+    /// Treat warnings as errors; notes stay notes
     #[arg(long)]
     pub deny_warnings: bool,
 
-    /// Warnings that --deny-warnings allows, by the codes that follow them in brackets; separated
-    /// by commas
+    /// Warnings that --deny-warnings allows, by their codes (in brackets after each warning);
+    /// separated by commas
     #[arg(long, value_name = "CODE", value_delimiter = ',', value_parser = values::warning_code, requires = "deny_warnings")]
     pub allow: Vec<WarningCode>,
 
-    /// What is changed in the scene.
+    /// Changes to the scene.
     #[command(flatten)]
     pub changes: SceneArgs,
 }

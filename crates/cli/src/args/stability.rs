@@ -22,7 +22,7 @@ pub struct StabilityArgs {
     #[arg(long, value_name = "LIST", value_delimiter = ',')]
     pub cases: Vec<String>,
 
-    /// How many of the rays are shot
+    /// Share of the rays to trace
     #[arg(long, value_name = "SHARE", value_enum, default_value_t)]
     pub rays: RaysChoice,
 
@@ -30,19 +30,19 @@ pub struct StabilityArgs {
     #[arg(long)]
     pub json: bool,
 
-    /// Write a page with plot and table too, or by the file's ending: .svg the plot of margins, .md
-    /// the table, .json
+    /// Also write a page with plot and table, or by the file's ending: .svg the plot of margins,
+    /// .md the table, .json
     #[arg(short, long, value_name = "FILE")]
     pub output: Option<PathBuf>,
 }
 
-/// How many rays are shot.
+/// Share of the rays to trace.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
 pub enum RaysChoice {
-    /// A quarter of them, but of small cases all
+    /// A quarter; all rays of small cases
     #[default]
     Quarter,
-    /// All of them, which takes minutes
+    /// All rays, which takes minutes
     All,
 }
 

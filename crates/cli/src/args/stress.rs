@@ -27,7 +27,7 @@ pub struct StressArgs {
     #[arg(value_name = "SCENE")]
     pub scene: OsString,
 
-    /// What is changed in the scene.
+    /// Changes to the scene.
     #[command(flatten)]
     pub changes: SceneArgs,
 
@@ -43,12 +43,12 @@ pub struct StressArgs {
     #[arg(long, value_name = "NAME", value_enum)]
     pub precision: Option<Precision>,
 
-    /// Seed of the rays: the same seed sends the same ones [default: the scene's; models 0]
+    /// Seed of the rays: the same seed gives the same rays [default: the scene's; models 0]
     #[arg(long, value_name = "N", allow_hyphen_values = true)]
     pub seed: Option<u64>,
 
-    /// Time after which no more rays are sent, such as 90s or 5min; meshes and images are looked at
-    /// whatever it takes
+    /// Time after which no more rays are traced, such as 90s or 5min; meshes and images are always
+    /// examined in full
     #[arg(long, value_name = "TIME", allow_hyphen_values = true, default_value = "30s", value_parser = values::duration)]
     pub budget: Duration,
 
@@ -60,7 +60,7 @@ pub struct StressArgs {
     #[arg(long, value_name = "BYTES", allow_hyphen_values = true, value_parser = values::bytes)]
     pub max_memory: Option<u64>,
 
-    /// The mildest finding that ends with exit code 1
+    /// Mildest finding that ends with exit code 1
     #[arg(long, value_name = "KIND", value_enum, default_value_t)]
     pub deny: DeniedSeverity,
 
@@ -68,20 +68,20 @@ pub struct StressArgs {
     #[arg(long)]
     pub json: bool,
 
-    /// Write a quick picture with the places of the findings marked in it, as PNG
+    /// Write a quick picture with the findings marked, as PNG
     #[arg(short, long, value_name = "FILE.png")]
     pub output: Option<PathBuf>,
 }
 
-/// The mildest finding that is denied.
+/// Mildest denied finding.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
 pub enum DeniedSeverity {
-    /// What makes the picture wrong
+    /// Findings that make the picture wrong
     #[default]
     PictureWrong,
-    /// What makes it slow or noisy, too
+    /// Also findings that make it slow or noisy
     SlowOrNoisy,
-    /// Anything
+    /// All findings
     Harmless,
 }
 

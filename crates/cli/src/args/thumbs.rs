@@ -15,12 +15,12 @@ Examples:
   raywright thumbs models -o thumbnails
   raywright thumbs . -o .thumbnails --size 512")]
 pub struct ThumbsArgs {
-    /// Folder whose scenes and models are shown, those in folders below too; names that begin with
-    /// a dot are passed over
+    /// Folder of the scenes and models, including folders below; names that begin with a dot are
+    /// skipped
     #[arg(value_name = "DIR")]
     pub folder: PathBuf,
 
-    /// Folder of the pictures, which has the same folders; it is made where it is not there
+    /// Folder for the pictures, with the same subfolders; created if missing
     #[arg(short, long = "output", value_name = "OUT")]
     pub output: PathBuf,
 

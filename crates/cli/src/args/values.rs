@@ -1,7 +1,7 @@
 //! Values of flags that are more than a number or a word: sizes, vectors, rectangles, assignments,
 //! amounts of memory.
 //!
-//! Each parser says in its error what it expected; clap adds the flag and the value.
+//! The error of each parser names the expected form; clap adds the flag and the value.
 
 use std::path::{Path, PathBuf};
 
@@ -23,7 +23,8 @@ use super::{BackgroundChoice, Exposure, Frames, MOST_SAMPLES, Share, TevAddress,
 /// Largest width or height of a picture, in pixels.
 pub const MAX_EDGE: u32 = Settings::MOST_EDGE;
 
-/// A time from a second to a day: a number with `s`, `min` or `h`, seconds without.
+/// Parses a time from a second to a day: numbers with `s`, `min` or `h`; a number alone is in
+/// seconds.
 pub fn duration(text: &str) -> Result<Duration, String> {
     const EXPECTED: &str = "expected a time from 1s to 24h, such as 90s, 5min or 1h30min";
     let (mut rest, mut seconds, mut unit_before) = (text.trim(), 0.0, f64::INFINITY);
@@ -37,7 +38,7 @@ pub fn duration(text: &str) -> Result<Duration, String> {
                 .unwrap_or(tail.len()),
         );
         let unit = match unit {
-            // An hour and a number may mean minutes or seconds.
+            // A number without a unit after hours could mean minutes or seconds.
             "" if unit_before < f64::INFINITY => return Err(EXPECTED.to_owned()),
             "" | "s" => 1.0,
             "min" | "m" => 60.0,
@@ -57,7 +58,7 @@ pub fn duration(text: &str) -> Result<Duration, String> {
     }
 }
 
-/// What a picture of another shape than its camera's shows.
+/// Parses the fit of a picture whose shape differs from the camera's.
 pub fn fit(text: &str) -> Result<Fit, String> {
     match text {
         "contain" => Ok(Fit::Contain),
@@ -66,7 +67,7 @@ pub fn fit(text: &str) -> Result<Fit, String> {
     }
 }
 
-/// Stops, or `auto`.
+/// Parses an exposure: stops, or `auto`.
 pub fn exposure(text: &str) -> Result<Exposure, String> {
     if text == "auto" {
         return Ok(Exposure::Auto);
@@ -76,7 +77,7 @@ pub fn exposure(text: &str) -> Result<Exposure, String> {
         .map_err(|_| "expected a number of stops, or auto".to_owned())
 }
 
-/// The code of a warning.
+/// Parses the code of a warning.
 pub fn warning_code(text: &str) -> Result<WarningCode, String> {
     let names = WarningCode::ALL.map(WarningCode::name);
     WarningCode::of(text).ok_or_else(|| match closest(text, names) {
@@ -85,7 +86,7 @@ pub fn warning_code(text: &str) -> Result<WarningCode, String> {
     })
 }
 
-/// A share of a picture, `K/N` with 1 ≤ K ≤ N.
+/// Parses a share of a picture, `K/N` with 1 ≤ K ≤ N.
 pub fn share(text: &str) -> Result<Share, String> {
     let parts = text
         .split_once('/')
@@ -99,7 +100,7 @@ pub fn share(text: &str) -> Result<Share, String> {
     }
 }
 
-/// Width and height of a picture, `WxH`, each from 1 to [`MAX_EDGE`].
+/// Parses the size of a picture, `WxH`, each from 1 to [`MAX_EDGE`].
 pub fn size(text: &str) -> Result<[u32; 2], String> {
     const EXPECTED: &str = "expected WIDTHxHEIGHT in pixels, such as 1280x720";
     let (width, height) = text.split_once(['x', 'X']).ok_or(EXPECTED)?;
@@ -113,7 +114,7 @@ pub fn size(text: &str) -> Result<[u32; 2], String> {
     Ok([edge(width)?, edge(height)?])
 }
 
-/// A number that is neither NaN nor infinite.
+/// Parses a finite number.
 pub fn number(text: &str) -> Result<f64, String> {
     match text.trim().parse::<f64>() {
         Ok(value) if value.is_finite() => Ok(value),
@@ -122,8 +123,8 @@ pub fn number(text: &str) -> Result<f64, String> {
     }
 }
 
-/// A root relMSE to be reached: half a millionth is all that 65536 samples of well-behaved noise
-/// can do.
+/// Parses a target for the root relMSE. The least target is half a millionth, the error of 65536
+/// samples of well-behaved noise.
 pub fn max_error(text: &str) -> Result<f64, String> {
     let percent = text.trim().strip_suffix('%');
     let value = percent.map_or_else(|| number(text), |percent| Ok(number(percent)? / 100.0))?;
@@ -133,7 +134,7 @@ pub fn max_error(text: &str) -> Result<f64, String> {
     }
 }
 
-/// A finite number of at least zero.
+/// Parses a finite number of at least zero.
 pub fn at_least_zero(text: &str) -> Result<f64, String> {
     match number(text)? {
         value if value >= 0.0 => Ok(value),
@@ -141,7 +142,7 @@ pub fn at_least_zero(text: &str) -> Result<f64, String> {
     }
 }
 
-/// A probability that is small and not zero.
+/// Parses a small probability above zero.
 pub fn level(text: &str) -> Result<f64, String> {
     match number(text)? {
         value if (1e-9..=0.5).contains(&value) => Ok(value),
@@ -149,7 +150,7 @@ pub fn level(text: &str) -> Result<f64, String> {
     }
 }
 
-/// An opening angle in degrees, above 0 and below 180.
+/// Parses an opening angle in degrees, above 0 and below 180.
 pub fn field_of_view(text: &str) -> Result<f64, String> {
     match number(text)? {
         value if value > 0.0 && value < 180.0 => Ok(value),
@@ -157,7 +158,7 @@ pub fn field_of_view(text: &str) -> Result<f64, String> {
     }
 }
 
-/// Where tev is: on this machine, at a host, or at a host's port.
+/// Parses the address of tev: this machine, a host, or a host and port.
 pub fn tev(text: &str) -> Result<TevAddress, String> {
     const EXPECTED: &str = "expected tev, tev:HOST or tev:HOST:PORT";
     let rest = match text.strip_prefix("tev") {
@@ -170,7 +171,7 @@ pub fn tev(text: &str) -> Result<TevAddress, String> {
         Some(rest) => rest.strip_prefix(':').ok_or(EXPECTED)?,
         None => return Err(EXPECTED.to_owned()),
     };
-    // The colons of an address of IPv6 stand in brackets.
+    // The colons of an IPv6 address stand in brackets.
     let (host, port) = match rest.rsplit_once(':') {
         Some((host, port)) if !port.ends_with(']') => (host, port.parse().map_err(|_| EXPECTED)?),
         _ => (rest, TevAddress::PORT),
@@ -195,7 +196,7 @@ fn list<T: FromStr, const N: usize>(text: &str) -> Option<[T; N]> {
     parts.try_into().ok()
 }
 
-/// A point or direction, `x,y,z`.
+/// Parses a point or direction, `x,y,z`.
 pub fn triple(text: &str) -> Result<[f64; 3], String> {
     match list::<f64, 3>(text) {
         Some(triple) if triple.iter().all(|v| v.is_finite()) => Ok(triple),
@@ -203,16 +204,16 @@ pub fn triple(text: &str) -> Result<[f64; 3], String> {
     }
 }
 
-/// What is up: an axis of a model or a direction of the camera.
+/// The up direction: an axis of a model or a direction of the camera.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Up {
-    /// A model is turned until it is.
+    /// The axis of a model that is turned to +y.
     Axis(UpAxis),
-    /// The camera is turned.
+    /// The up vector of the camera.
     Direction([f64; 3]),
 }
 
-/// An axis or three numbers.
+/// Parses an axis or three numbers.
 pub fn up(text: &str) -> Result<Up, String> {
     match (text.parse::<UpAxis>(), triple(text)) {
         (Ok(axis), _) => Ok(Up::Axis(axis)),
@@ -221,7 +222,7 @@ pub fn up(text: &str) -> Result<Up, String> {
     }
 }
 
-/// A rectangle of pixels, `x,y,w,h`.
+/// Parses a rectangle of pixels, `x,y,w,h`.
 pub fn crop(text: &str) -> Result<Crop, String> {
     match list::<u32, 4>(text) {
         Some([x, y, width, height]) if width > 0 && height > 0 => Ok(Crop {
@@ -238,7 +239,7 @@ pub fn crop(text: &str) -> Result<Crop, String> {
     }
 }
 
-/// A value for one of the scene's parameters, `NAME=VALUE`.
+/// Parses a value of a scene parameter, `NAME=VALUE`.
 pub fn assignment(text: &str) -> Result<(String, f64), String> {
     const EXPECTED: &str = "expected NAME=VALUE with a number, such as roughness=0.3";
     let (name, value) = text.split_once('=').ok_or(EXPECTED)?;
@@ -248,7 +249,7 @@ pub fn assignment(text: &str) -> Result<(String, f64), String> {
     }
 }
 
-/// An amount of memory in bytes, with an optional suffix K, M, G or T (powers of 1024).
+/// Parses an amount of memory in bytes, with an optional suffix K, M, G or T (powers of 1024).
 pub fn bytes(text: &str) -> Result<u64, String> {
     const EXPECTED: &str = "expected bytes, such as 800000000, 512M or 2G";
     let digits = text.trim_end_matches(|c: char| c.is_ascii_alphabetic());
@@ -267,9 +268,10 @@ pub fn bytes(text: &str) -> Result<u64, String> {
     }
 }
 
-/// A background: `env`, `transparent` or a colour. One that is written as codes has exactly those.
+/// Parses a background: `env`, `transparent` or a colour. A colour given as codes keeps exactly
+/// those codes.
 pub fn background(text: &str) -> Result<BackgroundChoice, String> {
-    // White is white: the curve's own rounding leaves it a little below.
+    // Codes of white stay white; the rounding of the curve would give a value slightly below.
     let encoded = |linear: [f64; 3]| {
         linear.map(|value| {
             if value == 1.0 {
@@ -291,7 +293,7 @@ pub fn background(text: &str) -> Result<BackgroundChoice, String> {
     }
 }
 
-/// An environment: `none`, `default` or a file, whatever its name is made of.
+/// Parses an environment: `none`, `default` or a file with any name.
 pub fn environment() -> impl TypedValueParser<Value = EnvironmentSource> {
     OsStringValueParser::new().try_map(|text| match text.to_str() {
         Some("none") => Ok(EnvironmentSource::None),
@@ -299,7 +301,7 @@ pub fn environment() -> impl TypedValueParser<Value = EnvironmentSource> {
         Some("studio") if !Path::new(&text).exists() => {
             Err("the studio has a flag of its own: --studio")
         }
-        // A word is more likely a name than a file, unless there is one.
+        // Without such a file, a plain word is more likely a misspelled name.
         Some(word) if !word.contains(['.', '/']) && !Path::new(&text).exists() => {
             Err("expected none, default or an equirectangular picture (.hdr, .exr, .png, .jpg)")
         }
@@ -307,7 +309,7 @@ pub fn environment() -> impl TypedValueParser<Value = EnvironmentSource> {
     })
 }
 
-/// Samples of a pixel.
+/// Parses the samples per pixel.
 pub fn samples(text: &str) -> Result<u32, String> {
     let number = text
         .trim()
@@ -319,7 +321,7 @@ pub fn samples(text: &str) -> Result<u32, String> {
     })
 }
 
-/// What lies below a scene in a studio.
+/// Parses the ground of a studio.
 pub fn ground(text: &str) -> Result<GroundRule, String> {
     match text {
         "auto" => Ok(GroundRule::Auto),
@@ -328,14 +330,14 @@ pub fn ground(text: &str) -> Result<GroundRule, String> {
     }
 }
 
-/// What every surface is made of.
+/// Material of every surface.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum MaterialChoice {
     /// A matte neutral grey.
     Clay,
 }
 
-/// A material by its name.
+/// Parses the name of a material.
 pub fn material(text: &str) -> Result<MaterialChoice, String> {
     if text == "clay" {
         Ok(MaterialChoice::Clay)
@@ -344,31 +346,31 @@ pub fn material(text: &str) -> Result<MaterialChoice, String> {
     }
 }
 
-/// A cut across an axis.
+/// Parses a cut across an axis.
 pub fn section(text: &str) -> Result<Section, String> {
     text.parse()
 }
 
-/// What is behind a scene in a studio.
+/// Backdrop of a studio.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Backdrop {
-    /// What sets off the first model of a run, unless its file says it.
+    /// The backdrop that contrasts with the first model of a run, unless its file sets it.
     Auto,
-    /// What is behind bright things.
+    /// The backdrop behind bright models.
     Dark,
-    /// What is behind dark things.
+    /// The backdrop behind dark models.
     Light,
 }
 
 impl Backdrop {
-    /// All of them with their names.
+    /// All backdrops with their names.
     const NAMED: [(&'static str, Self); 3] = [
         ("auto", Self::Auto),
         ("dark", Self::Dark),
         ("light", Self::Light),
     ];
 
-    /// Its name.
+    /// Name of the backdrop.
     pub fn name(self) -> &'static str {
         Self::NAMED
             .iter()
@@ -376,7 +378,7 @@ impl Backdrop {
             .map_or("auto", |(name, _)| name)
     }
 
-    /// Its radiance, where it is named.
+    /// Radiance of the backdrop; `None` for `auto`.
     pub fn radiance(self) -> Option<f64> {
         match self {
             Self::Auto => None,
@@ -386,7 +388,7 @@ impl Backdrop {
     }
 }
 
-/// A backdrop by its name.
+/// Parses the name of a backdrop.
 pub fn backdrop(text: &str) -> Result<Backdrop, String> {
     let found = Backdrop::NAMED.iter().find(|(name, _)| *name == text);
     found
@@ -394,7 +396,7 @@ pub fn backdrop(text: &str) -> Result<Backdrop, String> {
         .ok_or_else(|| "expected auto, dark or light".to_owned())
 }
 
-/// A view by its name, or by azimuth and elevation in degrees, `AZ,EL`.
+/// Parses a view by name, or by azimuth and elevation in degrees, `AZ,EL`.
 pub fn view(text: &str) -> Result<View, String> {
     let named = View::NAMED
         .iter()
@@ -416,7 +418,7 @@ pub fn view(text: &str) -> Result<View, String> {
     }
 }
 
-/// Views, separated by commas: names, or pairs of degrees.
+/// Parses views separated by commas: names, or pairs of degrees.
 pub fn views(text: &str) -> Result<Views, String> {
     let mut parts = text.split(',');
     let mut views = Vec::new();
@@ -433,7 +435,7 @@ pub fn views(text: &str) -> Result<Views, String> {
     Ok(Views(views))
 }
 
-/// Moments of a film, `A..B:FPS`, at most 100,000.
+/// Parses the times of a film, `A..B:FPS`, at most 100,000.
 pub fn frames(text: &str) -> Result<Frames, String> {
     let expected = || {
         "expected A..B:FPS, such as 0..2:25 for two seconds of 25 pictures each, or all:25 for all of a model's animation"
@@ -471,7 +473,7 @@ pub fn frames(text: &str) -> Result<Frames, String> {
     }
 }
 
-/// A factor above zero.
+/// Parses a factor above zero.
 pub fn zoom(text: &str) -> Result<f64, String> {
     match number(text)? {
         value if (1e-3..=1e3).contains(&value) => Ok(value),
@@ -479,7 +481,7 @@ pub fn zoom(text: &str) -> Result<f64, String> {
     }
 }
 
-/// An effect that can be switched off, spelled with hyphens for blanks.
+/// Parses an effect that can be switched off, with hyphens for blanks.
 pub fn effect(text: &str) -> Result<Effect, String> {
     if let Some(effect) = Effect::named(&text.replace('-', " ")) {
         return if SWITCHABLE.has(effect) {
@@ -495,7 +497,7 @@ pub fn effect(text: &str) -> Result<Effect, String> {
     })
 }
 
-/// All effects that can be switched off, as they are spelled on the command line.
+/// Names of all effects that can be switched off, as on the command line.
 pub fn effects() -> String {
     SWITCHABLE
         .iter()
@@ -508,7 +510,8 @@ pub fn effects() -> String {
 mod tests {
     use super::*;
 
-    /// Protects: times are read in their units, and what is none, too short or too long is refused.
+    /// Protects: times are parsed in their units, and anything else, too short or too long is
+    /// refused.
     #[test]
     fn times_have_units() {
         for (text, seconds) in [
@@ -534,7 +537,7 @@ mod tests {
         }
     }
 
-    /// Protects: shares are counted from one, and what is none is told how they are counted.
+    /// Protects: shares count from one, and the error of a malformed share says so.
     #[test]
     fn shares_are_counted_from_one() {
         assert_eq!(share("1/1"), Ok(Share { number: 1, of: 1 }));
@@ -567,7 +570,7 @@ mod tests {
         }
     }
 
-    /// Protects: the forms that the help texts show are read, and mean what they say.
+    /// Protects: the forms in the help texts are parsed with their documented meaning.
     #[test]
     fn documented_forms_are_read() {
         assert_eq!(size("1280x720"), Ok([1280, 720]));
@@ -603,8 +606,7 @@ mod tests {
         assert_eq!(field_of_view("45"), Ok(45.0));
     }
 
-    /// Protects: tev is found where it listens by itself, at another host and port, and by
-    /// addresses with colons.
+    /// Protects: the address of tev is its default port, another host and port, or an IPv6 address.
     #[test]
     fn viewers_have_places() {
         let at = |text: &str| tev(text).map(|place| (place.host, place.port));
@@ -627,7 +629,7 @@ mod tests {
         }
     }
 
-    /// Protects: effects are found by their name, and only those that a scene can do without.
+    /// Protects: effects are found by name, and only those that can be switched off.
     #[test]
     fn effects_are_named() {
         assert_eq!(effect("mirror-reflection"), Ok(Effect::MirrorReflection));
@@ -636,7 +638,7 @@ mod tests {
         assert!(effect("magic").is_err_and(|e| e.contains("known: ambient-light, direct-light")));
     }
 
-    /// Protects: values that look almost right are refused instead of guessed at.
+    /// Protects: nearly correct values are refused, not guessed.
     #[test]
     fn malformed_values_are_refused() {
         for text in [
@@ -672,7 +674,7 @@ mod tests {
         }
     }
 
-    /// Protects: of several values the wrong one is named, and so is what is wrong with moments.
+    /// Protects: the error names the wrong value among several, and the fault of a film's times.
     #[test]
     fn what_is_wrong_is_named() {
         assert!(

@@ -17,23 +17,23 @@ Examples:
   raywright view preset:cornell --spp 1024   See how its error shrinks
   raywright view my.scene.toml --watch       See it anew whenever the file is saved")]
 pub struct ViewerArgs {
-    /// What is rendered, and how it begins.
+    /// Arguments of the render.
     #[command(flatten)]
     pub render: RenderArgs,
 
-    /// Render anew when the scene, an image or a mesh changes on disk, from where the camera stands
+    /// Render again when the scene, an image or a mesh changes on disk, with the camera where it is
     #[arg(long, help_heading = "Viewer")]
     pub watch: bool,
 
-    /// Go on when the page has been closed
+    /// Keep running after the page is closed
     #[arg(long, help_heading = "Viewer", conflicts_with = "linger")]
     pub keep: bool,
 
-    /// How long the program goes on when the last page has been closed
+    /// Time that the program keeps running after the last page is closed
     #[arg(long, value_name = "TIME", help_heading = "Viewer", allow_hyphen_values = true, default_value = "1min", value_parser = values::duration)]
     pub linger: Duration,
 
-    /// Port of the page [default: one that is free]
+    /// Port of the page [default: a free port]
     #[arg(
         long,
         value_name = "N",
@@ -43,7 +43,7 @@ pub struct ViewerArgs {
     )]
     pub port: u16,
 
-    /// Print the page's address, and do not open it
+    /// Print the page's address without opening it
     #[arg(long, help_heading = "Viewer")]
     pub no_open: bool,
 }
