@@ -1,5 +1,5 @@
-//! `check`: whether files can be rendered, and everything that stands in the way if not. Who names
-//! no precision renders in the default one, so that what its numbers lose is a problem here too.
+//! `check`: whether files can be rendered, and every problem that prevents it. The check uses the
+//! default precision, so that coordinates lost in that precision are problems here too.
 
 use raywright_core::{Settings, collapsed};
 use raywright_io::{Loaded, Severity, Warning, WarningCode};
@@ -14,27 +14,27 @@ use crate::{plan, scene_input};
 /// Version of the layout of [`Checked`].
 const FORMAT: u32 = 2;
 
-/// What is found in all files.
+/// Results for all files.
 #[derive(Serialize)]
 struct CheckReport {
     format: u32,
     files: Vec<Checked>,
 }
 
-/// What is found in a file.
+/// Result for a file.
 #[derive(Serialize)]
 struct Checked {
     file: String,
-    /// Whether it can be rendered, and has no warnings where these count.
+    /// Whether the file can be rendered and, where warnings count as errors, has none.
     ok: bool,
-    /// The exit code that a check of this file alone has.
+    /// Exit code of a check of this file alone.
     code: u8,
-    /// What stands in the way of a picture.
+    /// Problem that prevents a picture.
     error: Option<String>,
     warnings: Vec<Warning>,
 }
 
-/// Reads and validates each file; the exit code is that of the first one that is not right.
+/// Loads and validates each file; the exit code is that of the first file with a problem.
 pub fn run(args: &CheckArgs, verbosity: Verbosity) -> Result<(), Failure> {
     let mut report = CheckReport {
         format: FORMAT,
@@ -72,7 +72,7 @@ pub fn run(args: &CheckArgs, verbosity: Verbosity) -> Result<(), Failure> {
     }
 }
 
-/// The scene, unless the default precision loses a part of it.
+/// Returns the scene unless the default precision loses a part of it.
 fn right(loaded: Loaded) -> Result<Loaded, Failure> {
     let lost = collapsed(&loaded.scene, Settings::of(&loaded.scene).precision);
     if lost.is_empty() {
@@ -82,7 +82,7 @@ fn right(loaded: Loaded) -> Result<Loaded, Failure> {
     }
 }
 
-/// What is said of a file, and how a check of it alone ends.
+/// Returns the result for a file, and the failure of a check of that file alone.
 fn judged(
     file: String,
     loaded: Result<Loaded, Failure>,
@@ -123,7 +123,7 @@ fn judged(
         ));
     }
     warnings.sort_by_key(|warning| std::cmp::Reverse(warning.severity()));
-    // What was read in one way or the other is no problem of the picture.
+    // Notes on automatic choices are no problem of the picture.
     let is_denied = |warning: &&Warning| {
         warning.severity() > Severity::Note && !args.allow.contains(&warning.code)
     };
@@ -163,8 +163,8 @@ fn counted(n: usize, what: &str) -> String {
     }
 }
 
-/// A line on standard output for a file that is right; the rest goes to standard error, errors of
-/// several files one by one.
+/// Prints a line on standard output for a file without problems, and everything else on standard
+/// error; the errors of several files are printed one by one.
 fn tell(checked: &Checked, failure: Option<&Failure>, verbosity: Verbosity) -> Result<(), Failure> {
     for Warning { code, message } in &checked.warnings {
         let message = format_args!("{message} [{}]", code.name());

@@ -1,4 +1,4 @@
-//! `completions`: a script that teaches a shell the commands and flags.
+//! `completions`: completion scripts for shells.
 
 use clap::CommandFactory;
 
@@ -6,7 +6,7 @@ use crate::args::{Arguments, CompletionsArgs};
 use crate::console;
 use crate::failure::Failure;
 
-/// Prints the completion script of one shell.
+/// Prints the completion script of a shell.
 pub fn run(args: &CompletionsArgs) -> Result<(), Failure> {
     let mut command = Arguments::command();
     let mut script = Vec::new();

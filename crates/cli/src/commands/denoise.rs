@@ -1,4 +1,4 @@
-//! `denoise`: the picture of a film, with less noise.
+//! `denoise`: the picture of a film, denoised.
 
 use std::path::Path;
 use std::sync::atomic::AtomicBool;
@@ -22,7 +22,7 @@ use crate::threads::Threads;
 use crate::watch::{Patience, Watch};
 use crate::{interrupt, origin, plan};
 
-/// Reads a film, denoises it and writes what is asked for.
+/// Reads a film, denoises it and writes the requested files.
 pub fn run(args: &DenoiseArgs, verbosity: Verbosity) -> Result<(), Failure> {
     let clock = Clock::start();
     let (mut outputs, mut inputs) = (
@@ -79,7 +79,7 @@ fn refused(film: &str, error: &DenoiseError) -> Failure {
     }
 }
 
-/// What a render's film amounts to, denoised where it is to be, which is shown as it goes on.
+/// Renders a film's picture, denoised where requested, with a progress display.
 pub fn rendered(
     film: &Film,
     (style, verbosity): (ProgressStyle, Verbosity),
@@ -109,5 +109,5 @@ pub fn rendered(
     rendered
 }
 
-/// Pictures of fewer pixels are denoised before anyone could look.
+/// Pictures with fewer pixels are denoised before a progress display would be noticed.
 const SMALL: u64 = 1 << 18;

@@ -1,5 +1,5 @@
-//! `explain`: which effects of a scene a render would simulate, which the scene has none of, and
-//! which are left out; and on which rungs of which ladders it would stand.
+//! `explain`: the effects of a scene that a render would simulate, those that are absent, and those
+//! left out; and the current rung of each ladder.
 
 use raywright_core::accuracy::{EffectCosts, measure_effects};
 use raywright_core::effects::{EffectReport, Finding, Status, detect};
@@ -47,7 +47,7 @@ pub fn run(args: &ExplainArgs, verbosity: Verbosity) -> Result<(), Failure> {
     })
 }
 
-/// The report as JSON, for a scene in memory, on the thread pool that this is called from.
+/// Returns the report as JSON, for a scene in memory, on the caller's thread pool.
 pub fn embedded(
     args: &ExplainArgs,
     mut loaded: Loaded,
@@ -62,7 +62,7 @@ pub fn embedded(
     Ok(json(&loaded, &found, costs.as_ref()))
 }
 
-/// What a scene calls for, and where it stands.
+/// Settings, effects and current rungs of a scene.
 struct Found {
     settings: Settings,
     report: EffectReport,
@@ -83,7 +83,7 @@ impl Found {
     }
 }
 
-/// What the effects cost, by rendering.
+/// Measures the cost of each effect by renders.
 fn measured(
     args: &ExplainArgs,
     loaded: &Loaded,
@@ -113,7 +113,7 @@ fn measured_by(
     costs.map_err(|error| failed(&loaded.source, error))
 }
 
-/// The costs as a table, dearest first.
+/// Formats the costs as a table, most expensive first.
 pub fn dear(costs: &EffectCosts) -> String {
     let [width, height] = costs.size;
     let percent = |ratio: f64| format!("{:+.0} %", 100.0 * (ratio - 1.0));
@@ -146,7 +146,7 @@ pub fn dear(costs: &EffectCosts) -> String {
     format!("\n{}\n{}{late}", paragraph(&title), lay_out(&rows))
 }
 
-/// Version of the layout below.
+/// Version of this JSON layout.
 const FORMAT: u32 = 1;
 
 #[derive(Serialize)]
@@ -157,7 +157,7 @@ struct Explanation<'a> {
     #[serde(flatten)]
     report: &'a EffectReport,
     ladders: &'a [CurrentRung],
-    /// What effects cost, where it was measured.
+    /// Costs of the effects, where measured.
     #[serde(skip_serializing_if = "Option::is_none")]
     costs: Option<&'a EffectCosts>,
 }
@@ -179,8 +179,8 @@ fn json(
     })
 }
 
-/// What is simulated first, then what is left out, then what there is none of: its names alone, or
-/// why in full.
+/// Lists the simulated effects, then those left out, then the absent ones: their names alone, or
+/// with their reasons.
 pub fn text(source: &SourceInfo, report: &EffectReport, in_full: bool) -> String {
     let mut text = format!(
         "{}\n{}\n",
@@ -226,10 +226,11 @@ pub fn text(source: &SourceInfo, report: &EffectReport, in_full: bool) -> String
     text
 }
 
-/// What no time and no memory goes to.
+/// Label of effects that take neither time nor memory.
 const ABSENT: &str = "absent, and nothing is spent on it";
 
-/// The ladders that the scene reaches: the rung in use with what it is, and the others.
+/// Lists the ladders that affect the scene: the current rung with its description, and the other
+/// rungs.
 fn rungs(ladders: &[CurrentRung]) -> String {
     let row = |standing: &CurrentRung| {
         let own = standing
@@ -263,7 +264,7 @@ fn rungs(ladders: &[CurrentRung]) -> String {
     text
 }
 
-/// One effect: its reason, and below it where in the file that comes from and what to do about it.
+/// Formats an effect with its reason and, below it, the place in the file and advice.
 fn lines(finding: &Finding, source: &SourceInfo, width: usize) -> String {
     let from = finding.source.as_ref().map(|path| match source.text {
         Some(_) => format!("from {path}, {}", source.locate(path)),

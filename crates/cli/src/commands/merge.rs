@@ -1,4 +1,4 @@
-//! `merge`: parts of one picture become the picture of one run.
+//! `merge`: parts of a picture are joined to the picture of a single run.
 
 use std::path::{Path, PathBuf};
 
@@ -17,7 +17,7 @@ use crate::notes::Notes;
 use crate::targets::{self, Outputs};
 use crate::{origin, plan};
 
-/// Reads the parts, joins them and writes what is asked for.
+/// Reads the parts, joins them and writes the requested files.
 pub fn run(args: &MergeArgs, verbosity: Verbosity) -> Result<(), Failure> {
     let clock = Clock::start();
     let (mut outputs, mut inputs) = (
@@ -36,7 +36,7 @@ pub fn run(args: &MergeArgs, verbosity: Verbosity) -> Result<(), Failure> {
     if missing > 0 && !targets.is_empty() && !args.unfinished {
         return Err(incomplete(&kept.film, missing));
     }
-    // A film that can't be kept is no reason to give up the picture.
+    // If the film cannot be written, the picture is still worth writing.
     let filmed = args
         .checkpoint
         .as_ref()
@@ -79,8 +79,7 @@ pub fn run(args: &MergeArgs, verbosity: Verbosity) -> Result<(), Failure> {
     Ok(filmed?)
 }
 
-/// The union of all parts, read one after the other: in memory are the union so far, one part, and
-/// the two merged.
+/// Joins all parts, read in turn. Memory holds the union so far, one part, and the merged result.
 fn joined(paths: &[PathBuf], limits: &Limits) -> Result<KeptFilm, Failure> {
     let mut all: Option<KeptFilm> = None;
     for path in paths {
@@ -117,7 +116,7 @@ fn refused(path: &Path, first: &Path, error: PartError) -> Failure {
     }
 }
 
-/// Which share is missing can't be known, but how much.
+/// Failure for missing samples: their number is known, the missing share is not.
 fn incomplete(film: &Film, missing: u64) -> Failure {
     let whole = film.whole();
     let tiles = film.lacking(&whole);

@@ -1,5 +1,5 @@
-//! One module a command: it takes its arguments apart, calls the libraries and prints what they
-//! return.
+//! One module for each command: each resolves its arguments, calls the libraries and prints the
+//! results.
 
 pub mod accuracy;
 mod bench;
@@ -24,11 +24,11 @@ use crate::failure::Failure;
 use crate::plan::Task;
 use crate::threads::Threads;
 
-/// Runs one command; none: the default preset is rendered.
+/// Runs a command; `None`: renders the default preset.
 pub fn run(command: Option<Command>, verbosity: Verbosity) -> Result<(), Failure> {
     let command = command.unwrap_or_else(|| Command::Render(Box::default()));
-    // Of those that are not told how many threads there are. A pool that starts by itself panics
-    // where it can't.
+    // These commands have no flag for threads. Rayon panics where it starts its pool implicitly and
+    // the system refuses a thread.
     if matches!(
         command,
         Command::Merge(_)

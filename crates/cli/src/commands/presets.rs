@@ -1,4 +1,4 @@
-//! `presets`: the scenes that the program carries.
+//! `presets`: the built-in scenes.
 
 use raywright_io::presets;
 

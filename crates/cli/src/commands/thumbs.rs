@@ -1,4 +1,4 @@
-//! `thumbs`: a small picture of every model below a folder, made anew only where one of its files
+//! `thumbs`: a small picture of every model below a folder, rendered only where a file of the model
 //! has changed.
 
 use std::collections::BTreeMap;
@@ -25,27 +25,27 @@ use crate::{origin, plan, scene_input};
 
 /// Version of the layout of [`Index`].
 const FORMAT: u32 = 1;
-/// The file of the index among the pictures.
+/// Name of the index file among the pictures.
 const INDEX: &str = "thumbs.json";
-/// Folders within folders that are looked into: links may lead around in circles.
+/// Largest depth of searched folders, because links may form cycles.
 const DEEPEST: usize = 64;
 
-/// What pictures were made of.
+/// Inputs of all pictures, kept between runs.
 #[derive(Debug, Default, Deserialize, Serialize)]
 struct Index {
     format: u32,
-    /// By the model's file below the folder.
+    /// Entries by the model's path below the folder.
     thumbnails: BTreeMap<String, Thumbnail>,
 }
 
-/// What a picture was made of.
+/// Inputs of a picture.
 #[derive(Debug, Deserialize, PartialEq, Serialize)]
 struct Thumbnail {
     version: String,
     size: u32,
-    /// Every file that was read for it.
+    /// Every file read for the picture.
     files: Vec<PathBuf>,
-    /// Of their contents.
+    /// Hash of their contents.
     hash: String,
 }
 
@@ -60,7 +60,7 @@ impl Thumbnail {
         }
     }
 
-    /// Whether it would be made the same way again.
+    /// Whether a new render would have the same inputs.
     fn is_current(&self, size: u32) -> bool {
         let mut inputs = Inputs::default();
         self.files.iter().for_each(|file| inputs.read(file));
@@ -68,11 +68,11 @@ impl Thumbnail {
     }
 }
 
-/// Makes what is missing; one line a model.
+/// Renders the missing pictures and prints a line for each model.
 pub fn run(args: &ThumbsArgs, verbosity: Verbosity) -> Result<(), Failure> {
     let (stop, threads) = (interrupt::flag()?, Threads::new(None)?);
     let mut models = models(args)?;
-    // The newest first: they are what someone waits for.
+    // The newest models come first: someone may be waiting for them.
     models.sort_by(|a, b| b.0.cmp(&a.0).then_with(|| a.1.cmp(&b.1)));
     let index_file = args.output.join(INDEX);
     let mut index = read_index(&index_file)?;
@@ -121,7 +121,7 @@ pub fn run(args: &ThumbsArgs, verbosity: Verbosity) -> Result<(), Failure> {
     }
 }
 
-/// Every model below the folder with the time of its last change, but for those among the pictures.
+/// Lists every model below the folder, except among the pictures, with its modification time.
 fn models(args: &ThumbsArgs) -> Result<Vec<(SystemTime, PathBuf)>, Failure> {
     let (mut found, mut folders) = (Vec::new(), vec![(args.folder.clone(), 0)]);
     let pictures = fs::canonicalize(&args.output).ok();
@@ -129,7 +129,7 @@ fn models(args: &ThumbsArgs) -> Result<Vec<(SystemTime, PathBuf)>, Failure> {
         let entries = match fs::read_dir(&folder) {
             Ok(entries) => entries,
             Err(cause) if depth == 0 => return Err(Error::read(&folder, &cause).into()),
-            // What is not to be read further down is passed over as a shell would.
+            // An unreadable folder further down is skipped, as a shell does.
             Err(_) => continue,
         };
         for path in entries.flatten().map(|entry| entry.path()) {
@@ -152,7 +152,7 @@ fn models(args: &ThumbsArgs) -> Result<Vec<(SystemTime, PathBuf)>, Failure> {
     Ok(found)
 }
 
-/// The picture of a model, and whether it was made now.
+/// Returns the path of a model's picture, and whether it was rendered now.
 fn thumbnail(
     args: &ThumbsArgs,
     model: &Path,
@@ -193,14 +193,14 @@ fn thumbnail(
     Ok((picture, true))
 }
 
-/// `a/b.glb` becomes `OUT/a/b.glb.png`, so that `b.obj` beside it has a picture of its own.
+/// `a/b.glb` becomes `OUT/a/b.glb.png`, so that `b.obj` beside it has a different picture.
 fn picture_of(output: &Path, below: &Path) -> PathBuf {
     let mut name = below.file_name().unwrap_or_default().to_owned();
     name.push(".png");
     output.join(below.with_file_name(name))
 }
 
-/// Renders a model whole, or a scene from its own camera, and writes it.
+/// Renders the whole of a model, or a scene from its own camera, and writes the picture.
 fn render(
     loaded: &Loaded,
     size: u32,
@@ -237,18 +237,18 @@ fn render(
         ..Metadata::default()
     };
     make_folder(picture)?;
-    // Nobody is there to choose another exposure.
+    // No user is present to choose the exposure.
     let display = Display::of(&loaded.scene.render).suited_to(rendered.shown());
     Ok(write_png(picture, rendered.shown(), display, &metadata)?)
 }
 
-/// Makes the folder of a file.
+/// Creates the folder of a file.
 fn make_folder(file: &Path) -> Result<(), Failure> {
     let folder = file.parent().unwrap_or(Path::new(""));
     fs::create_dir_all(folder).map_err(|cause| Error::write(folder, &cause).into())
 }
 
-/// What earlier runs remember; nothing where there is none, or one of another version.
+/// Reads the index of earlier runs; empty without a file or for another version.
 fn read_index(file: &Path) -> Result<Index, Failure> {
     let fresh = Index {
         format: FORMAT,

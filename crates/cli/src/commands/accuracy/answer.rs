@@ -1,5 +1,4 @@
-//! The first lines of a measurement: what the scene costs and gets wrong as it is, and what to ask
-//! for instead.
+//! Summary of a measurement: cost and error of the scene as it is, and recommended settings.
 
 use raywright_core::accuracy::{Advice, Measured, Report};
 use raywright_io::report::uncertain;
@@ -8,16 +7,16 @@ use crate::clock::spoken;
 use crate::origin::quoted;
 use crate::table::significant;
 
-/// The command that renders a scene, in two parts: what all settings have, and what one of them
-/// adds.
+/// Command that renders a scene, in two parts: the part common to all settings, and the flags of
+/// each setting.
 pub struct RenderCommand {
-    /// The scene with all flags that were asked for but rungs.
+    /// Command with all flags of the measurement except rungs.
     pub own: String,
-    /// Rungs that were asked for.
+    /// Rungs among the flags of the measurement.
     rungs: Vec<String>,
 }
 
-/// The rung of a flag that asks for one.
+/// Extracts the rung from a `--rung` flag.
 fn rung(flag: &str) -> Option<&str> {
     flag.strip_prefix("--rung ")
 }
@@ -27,7 +26,7 @@ fn ladder(rung: &str) -> Option<&str> {
 }
 
 impl RenderCommand {
-    /// Of a scene with flags that were asked for.
+    /// Creates the command for a scene and the flags of its measurement.
     pub fn new(scene: &str, asked: &[String]) -> Self {
         let others = asked.iter().filter(|flag| rung(flag).is_none()).cloned();
         let words: Vec<String> = ["raywright render".to_owned(), quoted(scene)]
@@ -44,8 +43,8 @@ impl RenderCommand {
         }
     }
 
-    /// What a setting adds, whose rungs come before those that were asked for: a flag each, so that
-    /// a line can be broken between them.
+    /// Returns the flags of a setting, whose rungs replace those of the measurement on the same
+    /// ladder. Each rung has a flag of its own, so that the line can be broken between flags.
     pub fn flags(&self, setting: &[String]) -> String {
         let chosen: Vec<&str> = setting.iter().filter_map(|flag| rung(flag)).collect();
         let stays = |asked: &&str| !chosen.iter().any(|other| ladder(other) == ladder(asked));
@@ -73,7 +72,8 @@ impl RenderCommand {
     }
 }
 
-/// `In use: error 0.18, 11 s. Half of it: ...`, with what each setting that is named really has.
+/// Returns `In use: error 0.18, 11 s. Half of it: ...`, with the measured figures of each named
+/// setting.
 pub fn answer(report: &Report, command: &RenderCommand) -> String {
     let own = &report.own;
     let time = format!("{} of CPU time", uncertain(&own.seconds, spoken));
@@ -135,7 +135,7 @@ pub fn answer(report: &Report, command: &RenderCommand) -> String {
     format!("In use: error {}, {time}. {half} {same}", about(own))
 }
 
-/// A budget as the flag takes it, rounded up to what is easily remembered.
+/// Formats a budget for the flag, rounded up to a memorable value.
 fn budget(seconds: f64) -> String {
     let step = if seconds < 60.0 { 10.0 } else { 60.0 };
     let rounded = (seconds / step).ceil() * step;
@@ -146,8 +146,8 @@ fn budget(seconds: f64) -> String {
     }
 }
 
-/// Four times the samples in use, which halve an error that is noise, where there was no time to
-/// look.
+/// Returns four times the current samples, which halve an error that is noise, where such a setting
+/// had no time.
 fn more_samples(report: &Report) -> Option<u32> {
     let samples = report
         .ladders
@@ -181,8 +181,8 @@ mod tests {
         list.iter().map(|&word| word.to_owned()).collect()
     }
 
-    /// Protects: a command asks for what the measured one asked for, but for the ladders that the
-    /// setting moves; samples and denoising have flags of their own, and no ladder is named twice.
+    /// Protects: a command repeats the flags of the measurement, except on ladders that the setting
+    /// changes; samples and denoising have flags of their own, and no ladder is named twice.
     #[test]
     fn commands_ask_for_everything() {
         let command = RenderCommand::new(
@@ -207,9 +207,9 @@ mod tests {
         assert_eq!(RenderCommand::new("preset:x", &[]).flags(&[]), "");
     }
 
-    /// Protects: the first lines have the error and the time in use, and of each setting that is
-    /// named its own error, as the tables have it, and its time; what nothing has is said so, more
-    /// samples are named where they were not measured, and a budget where a setting is in doubt.
+    /// Protects: the summary has the current error and time, and for each named setting its own
+    /// error, as in the tables, and its time. It says so where no setting qualifies, names more
+    /// samples where they were not measured, and names a budget where a setting is in doubt.
     #[test]
     fn the_answer_is_a_sentence() {
         let command = RenderCommand::new("x.glb", &[]);
@@ -280,8 +280,7 @@ mod tests {
         assert!(answer(&report, &command).starts_with("There was no time"));
     }
 
-    /// Protects: what the sentence advises is what was measured: its words ask `render` for the
-    /// rungs of the setting.
+    /// Protects: the recommended flags select exactly the rungs of the measured setting.
     #[test]
     fn what_is_advised_is_what_was_measured() {
         let ladders = [

@@ -1,6 +1,5 @@
-//! A measurement as one table of comma-separated values, for spreadsheets and scripts: a line for
-//! each rung, effect and combination, in columns that are empty where a kind of line has nothing to
-//! say.
+//! A measurement as a table of comma-separated values, for spreadsheets and scripts: a line for
+//! each rung, effect and combination. Columns that do not apply to a kind of line are empty.
 
 use raywright_core::accuracy::{
     Candidate, EffectCost, Interval, Measured, OutputReport, Price, Report,
@@ -57,7 +56,7 @@ impl Line {
             .with("in_use", in_use)
     }
 
-    /// Fills a column.
+    /// Sets a column.
     fn with(mut self, column: &str, value: impl ToString) -> Self {
         let at = COLUMNS
             .iter()
@@ -67,7 +66,7 @@ impl Line {
         self
     }
 
-    /// Median and quartiles.
+    /// Sets the columns of median and quartiles.
     fn seconds(self, of: &Spread) -> Self {
         self.with("seconds", of.median)
             .with("seconds_low", of.lower_quartile)
@@ -127,7 +126,7 @@ impl Line {
         of.seconds.iter().fold(line, Self::seconds)
     }
 
-    /// What an effect adds: its time without it, and the ratio with it.
+    /// Line of an effect: the time without the effect, and the ratio of the time with it.
     fn of_effect(of: &EffectCost) -> Self {
         let line = Self::new("effect", of.effect, true).seconds(&of.seconds_without);
         line.with("ratio", of.ratio.median)
@@ -136,8 +135,9 @@ impl Line {
     }
 }
 
-/// The scene's own setting, each rung of each ladder, settings of several rungs (`together`), those
-/// worth their time (`frontier`), what files keep (`output`), and what effects add (`effect`).
+/// Returns the table: the scene's own setting, each rung of each ladder, settings of several rungs
+/// (`together`), those on the frontier (`frontier`), file contents (`output`), and effects
+/// (`effect`).
 pub fn csv(report: &Report) -> String {
     let mut lines = vec![Line::new("own", "", true).measured(&report.own)];
     for ladder in &report.ladders {

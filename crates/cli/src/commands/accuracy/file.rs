@@ -1,4 +1,4 @@
-//! A measurement as files: JSON and CSV, with what a reader needs to judge and to repeat it.
+//! Measurement files: JSON and CSV, with everything needed to judge and to repeat the measurement.
 
 use std::path::Path;
 
@@ -20,14 +20,14 @@ use crate::machine::processor;
 use crate::origin::command_line;
 use crate::table::significant;
 
-/// Version of [`Document`]. 3: all numbers are of the picture at its own size, as tiles tell it,
-/// with intervals.
+/// Version of [`Document`]. 3: all figures apply to the picture at its own size, estimated from
+/// tiles, with intervals.
 const FORMAT: u32 = 3;
 
-/// What a file is to hold, by its ending.
+/// Content of a file, by its extension.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Kind {
-    /// Everything.
+    /// The whole report.
     Json,
     /// A line for each rung, effect and combination.
     Csv,
@@ -38,7 +38,7 @@ pub enum Kind {
 }
 
 impl Kind {
-    /// By the ending of a name.
+    /// Selects the content by the extension of a file name.
     pub fn of(path: &Path) -> Result<Self, Failure> {
         let ending = path
             .extension()
@@ -58,7 +58,7 @@ impl Kind {
     }
 }
 
-/// The figures with scene and machine.
+/// Report with scene and machine.
 #[derive(Debug, Serialize)]
 pub struct Document<'a> {
     /// Version of this structure.
@@ -68,33 +68,33 @@ pub struct Document<'a> {
     /// Name of the file or preset.
     pub scene: &'a str,
     scene_hash: String,
-    /// The command line that asked for it.
+    /// Command line of the measurement.
     pub command: String,
-    /// Name of the processor; none where the system does not tell.
+    /// Name of the processor; `None` where the system does not report it.
     pub processor: Option<String>,
-    /// Threads that rendered.
+    /// Number of render threads.
     pub threads: usize,
-    /// What the times count.
+    /// Clock of the times.
     pub clock: &'static str,
-    /// How it was measured, in sentences.
+    /// Conditions of the measurement, in sentences.
     #[serde(skip)]
     pub circumstances: Vec<String>,
-    /// The command that renders each setting on the frontier.
+    /// Command for each setting on the frontier.
     pub commands: Vec<String>,
-    /// The answer to what most ask first, in sentences.
+    /// Summary in sentences, for the first lines of the report.
     #[serde(skip)]
     pub answer: String,
-    /// The command that renders the scene as it is, but for rungs that were asked for.
+    /// Command for the scene as it is, without the rungs of the command line.
     #[serde(skip)]
     pub own_command: String,
-    /// What each setting on the frontier adds to it.
+    /// Flags that each setting on the frontier adds to that command.
     #[serde(skip)]
     pub flags: Vec<String>,
     #[serde(skip)]
     effects: EffectReport,
     #[serde(skip)]
     display: Display,
-    /// The figures.
+    /// The measured figures.
     #[serde(flatten)]
     pub report: &'a Report,
 }
@@ -180,7 +180,7 @@ impl<'a> Document<'a> {
         }
     }
 
-    /// The text of a file of it.
+    /// Returns the text of a file of this kind.
     pub fn text(&self, kind: Kind) -> String {
         match kind {
             Kind::Json => console::json(self),
@@ -193,7 +193,7 @@ impl<'a> Document<'a> {
     }
 }
 
-/// How it was measured: the machine, the size, the reference, and what is missing.
+/// Describes the conditions: the machine, the size, the reference, and missing measurements.
 fn circumstances(
     processor: Option<&str>,
     threads: usize,

@@ -1,5 +1,5 @@
-//! `accuracy`: what each rung of each ladder costs and gets wrong on one scene, and which
-//! combinations are worth their time.
+//! `accuracy`: cost and error of each rung of each ladder on a scene, and the combinations worth
+//! their time.
 
 mod answer;
 mod csv;
@@ -30,7 +30,7 @@ use crate::watch::Watch;
 use crate::{interrupt, origin, scene_input};
 use file::{Document, Kind};
 
-/// Measures, writes what was asked for, and prints a table or JSON.
+/// Measures, writes the requested files, and prints a table or JSON.
 pub fn run(args: &AccuracyArgs, verbosity: Verbosity) -> Result<(), Failure> {
     let mut outputs = Outputs::default();
     let mut files = Vec::new();
@@ -67,7 +67,7 @@ pub fn run(args: &AccuracyArgs, verbosity: Verbosity) -> Result<(), Failure> {
     let (report, kept) =
         threads.run(|| measured(args, (&loaded, &settings), start, &watch, &mut steps))?;
     drop(steps);
-    // A reference that can't be kept is no reason to give up what was measured with it.
+    // If the reference cannot be written, the measurement is still worth reporting.
     let wanted = args
         .reference
         .as_deref()
@@ -109,7 +109,7 @@ pub fn run(args: &AccuracyArgs, verbosity: Verbosity) -> Result<(), Failure> {
     referred
 }
 
-/// The figures as JSON, of a scene in memory, on the thread pool that this is called from.
+/// Returns the report as JSON, for a scene in memory, on the caller's thread pool.
 pub fn embedded(
     args: &AccuracyArgs,
     mut loaded: Loaded,
@@ -148,7 +148,7 @@ pub fn embedded(
     Ok(console::json(&document))
 }
 
-/// How the scene is rendered that everything is compared with.
+/// Settings that all others are compared with.
 fn settled(
     args: &AccuracyArgs,
     loaded: &mut Loaded,
@@ -187,7 +187,7 @@ fn measured(
     })
 }
 
-/// The flags that say what is measured, as `render` takes them.
+/// Flags that define the measurement, as `render` accepts them.
 fn asked(args: &AccuracyArgs) -> Vec<String> {
     let SceneArgs {
         at,

@@ -1,5 +1,4 @@
-//! The reference of a measurement in a file: a film, whose settings say the rungs that it was
-//! rendered on.
+//! The reference of a measurement as a file: a film whose settings name the rungs of its render.
 
 use std::path::Path;
 
@@ -14,10 +13,10 @@ use crate::commands::render::film::refuse_other_program;
 use crate::failure::Failure;
 use crate::origin::{SOFTWARE, command_line};
 
-/// What the settings of such a film begin with.
+/// First word of the settings in such a film.
 const MARK: &str = "reference";
 
-/// The one that a file holds; none where there is no file yet.
+/// Reads a reference file; `None` where no file exists yet.
 pub fn read(path: &Path, limits: &Limits) -> Result<Option<KeptReference>, Failure> {
     if !path.exists() {
         return Ok(None);
@@ -35,7 +34,7 @@ pub fn read(path: &Path, limits: &Limits) -> Result<Option<KeptReference>, Failu
     Ok(Some(KeptReference { rungs, film }))
 }
 
-/// Keeps one.
+/// Writes a reference file.
 pub fn write(path: &Path, reference: KeptReference, loaded: &Loaded) -> Result<(), Failure> {
     let words = [MARK.to_owned()]
         .into_iter()
@@ -58,7 +57,7 @@ pub fn write(path: &Path, reference: KeptReference, loaded: &Loaded) -> Result<(
     )?)
 }
 
-/// Why a kept one is none of this scene.
+/// Failure for a reference that belongs to another scene.
 pub fn foreign(path: &Path, error: &PartError) -> Failure {
     let what = match error {
         PartError::Foreign { what, .. } => {

@@ -1,4 +1,4 @@
-//! A measurement as a table for the terminal, with a small plot of the frontier.
+//! Measurement tables for the terminal, with a small plot of the frontier.
 
 use raywright_core::accuracy::{
     Candidate, Interval, LadderReport, Measured, OutputReport, Price, PriceReport, Report,
@@ -17,7 +17,7 @@ use crate::table::{Align, lay_out_aligned, paragraph, significant};
 const RIGHT: Align = Align::Right;
 const COLUMNS: [Align; 8] = [Align::Left, RIGHT, RIGHT, RIGHT, RIGHT, RIGHT, RIGHT, RIGHT];
 
-/// All of it, the answer first.
+/// Formats the whole report, summary first.
 pub fn table(document: &Document<'_>) -> String {
     let report = document.report;
     let mut text = format!("{}\n{}\n", document.scene, paragraph(&document.answer));
@@ -38,7 +38,7 @@ pub fn table(document: &Document<'_>) -> String {
     text
 }
 
-/// A line of names; nothing where there are none.
+/// Formats a line of names; empty without names.
 fn listed<T: AsRef<str>>(words: &str, names: impl Iterator<Item = T>) -> String {
     let names: Vec<T> = names.collect();
     let names: Vec<&str> = names.iter().map(AsRef::as_ref).collect();
@@ -52,8 +52,8 @@ fn listed<T: AsRef<str>>(words: &str, names: impl Iterator<Item = T>) -> String 
     }
 }
 
-/// Every rung under its ladder, but those that are slower and worse than the one in use, and those
-/// that there was no time for.
+/// Lists every rung under its ladder, except rungs that are slower and worse than the current one,
+/// and rungs that had no time.
 fn rungs(report: &Report) -> String {
     let heads = [
         "", "time", "x in use", "error", "bias", "light", "FLIP", "alone",
@@ -105,8 +105,8 @@ fn rungs(report: &Report) -> String {
     text + &together(&report.combinations)
 }
 
-/// Which rungs of a ladder there was no time for: the ladder's name alone where that is all of
-/// them.
+/// Lists the rungs of a ladder that had no time: the ladder's name alone where all of them lacked
+/// it.
 fn late<'a>(ladder: &str, rungs: impl Iterator<Item = (&'a str, bool)>) -> Option<String> {
     let (late, there): (Vec<_>, Vec<_>) = rungs.partition(|(_, is_late)| *is_late);
     let names: Vec<String> = late
@@ -120,7 +120,8 @@ fn late<'a>(ladder: &str, rungs: impl Iterator<Item = (&'a str, bool)>) -> Optio
     }
 }
 
-/// Settings of several rungs, beside the scene as it is; their flags, which may be long, come last.
+/// Lists settings of several rungs beside the scene's own; their flags, which may be long, come
+/// last.
 fn together(all: &[Candidate]) -> String {
     if all.is_empty() {
         return String::new();
@@ -143,7 +144,7 @@ fn together(all: &[Candidate]) -> String {
     )
 }
 
-/// A ladder's title and its rungs, if there is more to say than what is in use.
+/// Formats a ladder's title and its rungs, unless only the current rung was measured.
 fn rows_of(ladder: &LadderReport) -> Vec<[String; 8]> {
     let shown: Vec<&RungReport> = ladder
         .rungs
@@ -170,7 +171,7 @@ fn rows_of(ladder: &LadderReport) -> Vec<[String; 8]> {
     [title_row(title)].into_iter().chain(rows).collect()
 }
 
-/// A row of one cell.
+/// Builds a row with text in its first cell only.
 fn title_row<const N: usize>(title: String) -> [String; N] {
     let mut row = std::array::from_fn(|_| String::new());
     row[0] = title;
@@ -195,7 +196,7 @@ fn short(of: &Interval) -> String {
     uncertain(of, |value| significant(value, 2))
 }
 
-/// Times shorter than a second with three digits.
+/// Formats a time with three digits if shorter than a second.
 fn spoken_finely(seconds: f64) -> String {
     if seconds < 0.9995 {
         format!("{} ms", significant(seconds * 1e3, 3))
@@ -208,7 +209,7 @@ fn spread(of: &Spread) -> String {
     format!("±{:.0} %", 100.0 * of.relative())
 }
 
-/// Ladders without error.
+/// Table of the ladders that change no picture.
 fn prices(report: &Report) -> String {
     let mut rows = vec![
         [
@@ -274,7 +275,7 @@ fn price(of: &Price) -> Option<[String; 6]> {
     ])
 }
 
-/// What files keep of the picture.
+/// Table of the picture data that each file format keeps.
 fn files(report: &Report) -> String {
     let heads = [
         "what a file keeps",
@@ -314,7 +315,7 @@ fn files(report: &Report) -> String {
     format!("\n{}{}\n", lay_out_aligned(columns, &rows), paragraph(note))
 }
 
-/// The settings worth their time, as commands, and as a plot.
+/// Lists the settings on the frontier, as commands and as a plot.
 fn frontier(document: &Document<'_>) -> String {
     let points: Vec<&Measured> = document
         .report
@@ -362,7 +363,7 @@ fn frontier(document: &Document<'_>) -> String {
     )
 }
 
-/// The root of a mean square, or of the upper end of what it may be.
+/// Formats the square root of a mean square and of its interval.
 fn root(of: &Interval) -> String {
     short(&of.map(f64::sqrt))
 }

@@ -1,4 +1,4 @@
-//! The plot of `bench`: time a ray against N, scan and tree, and where the tree takes the lead.
+//! Plot of `bench`: time per ray against N, scan and tree, and the crossover of both.
 
 use raywright_core::bench::{Cost, Crossover, Kind, PowerLaw, Row, Series};
 
@@ -83,7 +83,7 @@ fn mark(series: &Series) -> Option<Mark> {
     }
 }
 
-/// 1, 10, 100, 1 000 … as on the axis of counts.
+/// Label of a power of ten on the axis of counts: 1, 10, 100, 1 000 …
 fn count(exponent: i32) -> String {
     let zeros = exponent.max(0) as usize;
     let digits: Vec<char> = format!("1{}", "0".repeat(zeros)).chars().collect();
@@ -95,7 +95,7 @@ fn count(exponent: i32) -> String {
     groups.join("\u{2009}")
 }
 
-/// A power of ten of nanoseconds in the unit that fits.
+/// Label of a power of ten in nanoseconds, in the unit that fits.
 fn duration(exponent: i32) -> String {
     let (unit, name) = match exponent {
         ..3 => (0, "ns"),
@@ -110,7 +110,7 @@ fn duration(exponent: i32) -> String {
 mod tests {
     use super::*;
 
-    /// Protects: what stands at the axes means what the lines mean.
+    /// Protects: the labels of the axes match the scale of the lines.
     #[test]
     fn ticks_read_as_numbers_with_units() {
         assert_eq!(

@@ -1,5 +1,5 @@
-//! `bench`: what a ray costs when every primitive or its box is tested, what it costs with a tree,
-//! and how each grows with N.
+//! `bench`: time per ray with a linear scan of primitives or of their boxes, time with a tree, and
+//! the growth of each with N.
 
 mod chart;
 mod report;
@@ -21,7 +21,8 @@ use crate::threads::Threads;
 use crate::{plan, scene_input};
 use report::{Measured, Report, THREADS};
 
-/// Longest sample that is worth its time, in seconds: by then the spread comes from elsewhere.
+/// Longest useful sample in seconds: beyond it, the spread has other causes than the sample's
+/// length.
 const LONGEST_SAMPLE: f64 = 0.05;
 /// Rows of a given scene: camera rays and bounces.
 const GIVEN_ROWS: usize = 2;
@@ -32,7 +33,7 @@ pub fn run(args: &BenchArgs, verbosity: Verbosity) -> Result<(), Failure> {
         refuse_other_formats(path)?;
         Outputs::default().add(path, "-o")?;
     }
-    // Builds are timed too, and what they take should not depend on the machine's other processors.
+    // Builds are timed too, independent of the machine's other processors.
     let report = Threads::new(Some(THREADS))?.run(|| match &args.scene {
         Some(_) => of_scene(args, verbosity),
         None => of_generated(args, verbosity),
@@ -63,8 +64,7 @@ fn refuse_other_formats(path: &Path) -> Result<(), Failure> {
     .into())
 }
 
-/// How long a sample may be so that `rows` of them, of both scans and the tree, keep within the
-/// time given.
+/// Sample length at which `rows` rows, each of two scans and the tree, fit the requested time.
 fn care(args: &BenchArgs, rows: usize) -> BenchOptions {
     let samples = f64::from(args.repeats) * 3.0 * rows as f64;
     BenchOptions {
@@ -135,9 +135,8 @@ mod tests {
     use super::*;
     use crate::args::{Arguments, Command};
 
-    /// Protects: a row is three samples, of two scans and the tree, each as often as it is
-    /// repeated: together they last as long as was asked for, and no sample is longer than is worth
-    /// its time.
+    /// Protects: a row consists of three samples, two scans and the tree, each repeated: together
+    /// they last the requested time, and no sample is longer than useful.
     #[test]
     fn the_samples_share_the_time() {
         let care = |seconds: &str, rows| {
@@ -172,7 +171,7 @@ mod tests {
     }
 
     /// Protects: a disagreement of scan and tree is a failure of the program, with its own exit
-    /// code; everything else is the file's.
+    /// code; every other failure belongs to the file.
     #[test]
     fn a_disagreement_is_not_the_files_fault() {
         let disagreement = raywright_core::bench::Disagreement {

@@ -1,4 +1,4 @@
-//! What was measured, on what, and how carefully: the one structure behind table, JSON and plot.
+//! Figures, subject and conditions of a measurement: the single source of table, JSON and plot.
 
 use std::thread::available_parallelism;
 
@@ -9,55 +9,55 @@ use serde::Serialize;
 
 use crate::machine::processor;
 
-/// Threads that everything is measured on.
+/// Number of threads in every measurement.
 pub const THREADS: u32 = 1;
 
-/// Everything that a reader needs to judge the figures.
+/// Everything needed to judge the figures.
 #[derive(Debug, Serialize)]
 pub struct Report {
     /// Version of this structure.
     format: u32,
     /// Program version.
     version: &'static str,
-    /// Name of the processor; none where the system does not tell.
+    /// Name of the processor; `None` where the system does not report it.
     pub processor: Option<String>,
-    /// Processors of the machine, of which one was used.
+    /// Processors of the machine, of which a single one was used.
     processors: usize,
     threads: u32,
-    /// What the times count.
+    /// Clock of the times.
     pub clock: &'static str,
     precision: &'static str,
     /// Builder preset of the tree.
     builder: &'static str,
     /// Interleaved repeats.
     pub repeats: usize,
-    /// Seconds that a sample was to take.
+    /// Target length of a sample in seconds.
     pub sample_seconds: f64,
-    /// The figures.
+    /// The measured figures.
     #[serde(flatten)]
     pub measured: Measured,
 }
 
-/// The figures.
+/// The measured figures.
 #[derive(Debug, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Measured {
-    /// Cost against size.
+    /// Time against the number of primitives.
     Generated(Vec<Series>),
-    /// Cost on one scene.
+    /// Time on a given scene.
     Given {
         /// Name of the file or preset.
         scene: String,
         /// Hash of the scene.
         hash: String,
-        /// Its rows.
+        /// Rows of the table.
         #[serde(flatten)]
         rows: Box<Given>,
     },
 }
 
 impl Report {
-    /// Adds what is known of the machine.
+    /// Adds the description of the machine.
     pub fn new(care: BenchOptions, measured: Measured) -> Self {
         Self {
             format: 1,
@@ -74,7 +74,7 @@ impl Report {
         }
     }
 
-    /// How the figures came about, in sentences.
+    /// Describes the measurement in sentences.
     pub fn preamble(&self) -> Vec<String> {
         let what = match &self.measured {
             Measured::Generated(_) => {

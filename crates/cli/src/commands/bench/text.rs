@@ -1,4 +1,4 @@
-//! The tables of `bench`, as plain text and as Markdown.
+//! Tables of `bench`, as plain text and as Markdown.
 
 use raywright_core::bench::{Cost, Crossover, Given, PowerLaw, Row, Series, Spread};
 use raywright_io::human_bytes;
@@ -7,14 +7,14 @@ use super::report::{Measured, Report};
 use crate::console;
 use crate::table::{Align, Table, paragraph};
 
-/// A table with what is to be said below it.
+/// A table with notes below it.
 struct Sheet {
     heading: String,
     table: Table,
     notes: Vec<String>,
 }
 
-/// The report for a terminal.
+/// Formats the report for a terminal.
 pub fn plain(report: &Report) -> String {
     let preamble = report
         .preamble()
@@ -25,7 +25,7 @@ pub fn plain(report: &Report) -> String {
         .collect()
 }
 
-/// The report for a document.
+/// Formats the report as Markdown.
 pub fn markdown(report: &Report) -> String {
     let preamble = report.preamble().into_iter().map(|line| line + "\n");
     preamble
@@ -43,7 +43,7 @@ fn sheets(report: &Report) -> Vec<Sheet> {
     }
 }
 
-/// What the columns of time are called.
+/// Headings of the time columns.
 const TIMES: [&str; 3] = ["scan, ns/ray", "tree, ns/ray", "scan : tree"];
 
 fn of_series(series: &Series, report: &Report) -> Sheet {
@@ -98,7 +98,7 @@ fn lead(crossover: Option<Crossover>) -> String {
     }
 }
 
-/// What it takes to have the structures.
+/// Table of build times and memory.
 fn upkeep_of_series(series: &Series) -> Sheet {
     let names = [
         "N",
@@ -192,7 +192,7 @@ fn upkeep_of_given(given: &Given) -> Sheet {
     }
 }
 
-/// Cells of [`TIMES`].
+/// Cells of the columns [`TIMES`].
 fn times(row: &Row) -> [String; 3] {
     let time = |cost: Option<Cost>| {
         cost.map_or_else(
@@ -215,7 +215,7 @@ fn times(row: &Row) -> [String; 3] {
     [time(row.scan), time(Some(row.tree)), ratio(row.ratio)]
 }
 
-/// Rays that hit, and what the tree visits for each ray.
+/// Cells for the share of rays that hit, and the tree's visits per ray.
 fn visits(row: &Row) -> [String; 3] {
     [
         format!("{:.1} %", row.hit_share * 100.0),
@@ -224,7 +224,7 @@ fn visits(row: &Row) -> [String; 3] {
     ]
 }
 
-/// Build time with its spread, and memory.
+/// Cells for build time with its spread, and memory.
 fn upkeep(cost: Option<Cost>, memory: impl Fn(usize) -> String) -> [String; 2] {
     cost.map_or_else(
         || ["not run".to_owned(), "-".to_owned()],
@@ -254,12 +254,12 @@ fn left_out<'a>(mut rows: impl Iterator<Item = &'a Row>, report: &Report) -> Opt
     })
 }
 
-/// Half the distance of the quartiles, in percent.
+/// Formats half the interquartile range in percent.
 fn spread(of: &Spread) -> String {
     format!(" ±{:>4.1} %", of.relative() * 100.0)
 }
 
-/// Three significant digits.
+/// Rounds to three significant digits.
 pub fn rounded(x: f64) -> String {
     if !x.is_finite() {
         return "-".to_owned();
@@ -322,7 +322,7 @@ impl Sheet {
 mod tests {
     use super::*;
 
-    /// Protects: three significant digits, whatever the size, and no digits that were not measured.
+    /// Protects: numbers of any size have three significant digits, and none that was not measured.
     #[test]
     fn numbers_are_rounded_to_three_digits() {
         let cases = [
@@ -361,8 +361,8 @@ mod tests {
         }
     }
 
-    /// Protects: each figure of a row in its column: scan and tree in this order, their ratio,
-    /// shares in percent, and of a whole scene's structures time and memory.
+    /// Protects: each figure of a row is in its column: scan before tree, their ratio, shares in
+    /// percent, and for a whole scene's structures time and memory.
     #[test]
     fn figures_are_in_their_columns() {
         let row = Row {

@@ -1,5 +1,5 @@
-//! How `compare` shows linear pictures where display values are needed: as flags say, else as the
-//! pictures' own files do.
+//! Display of linear pictures in `compare`, for metrics of display values: from flags, otherwise
+//! from the pictures' own files.
 
 use raywright_core::display::Display;
 use raywright_core::picture::Encoding;
@@ -15,17 +15,17 @@ pub struct ChosenDisplay {
     pub source: DisplaySource,
 }
 
-/// Where the parts of a display come from that no flag gives.
+/// Source of the display settings that no flag gives.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum DisplaySource {
-    /// Flags give all of them.
+    /// Flags give all settings.
     Flags,
     /// The first picture's file.
     Picture,
-    /// The second one's.
+    /// The second picture's file.
     Reference,
-    /// Neither file says anything: the display of scenes that ask for none.
+    /// Neither file: the default display.
     Default,
 }
 
@@ -39,9 +39,9 @@ pub struct DisplayReport {
 }
 
 impl ChosenDisplay {
-    /// The display for two pictures; none where both are of display values. Display values say how
-    /// they were made, so theirs goes first. `with_flags` puts what flags say in the place of what
-    /// files do; they may say all of it.
+    /// Chooses the display for two pictures; `None` where both hold display values already. If one
+    /// of them does, the display recorded in its file takes precedence. `with_flags` replaces
+    /// settings by those of the flags; `all_given` says that the flags give all of them.
     pub fn of(
         (with_flags, all_given): (impl FnOnce(Display) -> Display, bool),
         picture: &Judged,
@@ -84,7 +84,7 @@ impl ChosenDisplay {
         })
     }
 
-    /// The display in a row of the table.
+    /// Formats the display as a row of the table.
     pub fn described(&self, [picture, reference]: [&str; 2]) -> String {
         let DisplayReport {
             tone_map,
@@ -101,7 +101,7 @@ impl ChosenDisplay {
         format!("tone map {tone_map}, gamma {gamma}, exposure {exposure}{from}")
     }
 
-    /// The display in JSON.
+    /// Returns the display for the JSON report.
     pub fn report(&self) -> DisplayReport {
         let Display {
             tone_map,

@@ -1,5 +1,5 @@
-//! `compare`: how far two pictures are apart, judged by thresholds or by their noise, with a
-//! picture of where.
+//! `compare`: differences of two pictures, judged by thresholds or by their noise, with a picture
+//! of the differences.
 
 mod display;
 mod noise;
@@ -24,7 +24,7 @@ use crate::table::{lay_out, short};
 use crate::targets::Outputs;
 use crate::{origin, plan};
 
-/// Compares, prints, and judges.
+/// Compares two pictures, prints the result, and applies the thresholds.
 pub fn run(args: &CompareArgs) -> Result<(), Failure> {
     if let Some(path) = &args.diff {
         check_difference_target(path, args)?;
@@ -53,8 +53,8 @@ pub fn run(args: &CompareArgs) -> Result<(), Failure> {
     }
 }
 
-/// The comparison as JSON, of pictures in memory with these names; what is beyond a threshold is in
-/// it, and no failure.
+/// Returns the comparison as JSON, for pictures in memory with these names. A value beyond a
+/// threshold is reported there and is no failure.
 pub fn embedded(
     args: &CompareArgs,
     [picture, reference]: [PathBuf; 2],
@@ -74,12 +74,12 @@ pub fn embedded(
     Ok(Judgement::of(&args, pair)?.json(pair))
 }
 
-/// What there is to say of two pictures.
+/// Result of a comparison.
 struct Judgement {
     comparison: Comparison,
     shown: Option<ChosenDisplay>,
     verdict: Option<NoiseVerdict>,
-    /// What lies beyond a threshold.
+    /// Descriptions of the values beyond their thresholds.
     beyond: Vec<String>,
 }
 
@@ -172,7 +172,7 @@ fn check_difference_target(path: &Path, args: &CompareArgs) -> Result<(), Failur
     outputs.keep_clear_of(&inputs)
 }
 
-/// Pixel beside pixel, two parts of a picture that lie elsewhere in it say nothing.
+/// Refuses crops from different places of a picture, whose pixels do not correspond.
 fn refuse_other_places(
     picture: &Picture,
     reference: &Picture,
@@ -193,7 +193,7 @@ fn refuse_other_places(
     Err(error.with_hint("compare pictures of one --crop").into())
 }
 
-/// Where the pictures lie in larger ones, if one of them says that it does.
+/// Describes the windows of the pictures in larger ones, if either has a window.
 fn place(windows: [Option<DataWindow>; 2]) -> Option<String> {
     match windows {
         [None, None] => None,
@@ -219,7 +219,7 @@ fn side(stored: &StoredPicture) -> Side<'_> {
     }
 }
 
-/// FLIP by pixel, from black (alike) to pale yellow (as different as can be).
+/// Writes FLIP by pixel, from black (alike) to pale yellow (largest difference).
 fn write_difference(path: &Path, comparison: &Comparison) -> Result<(), Failure> {
     let picture = heat_map(
         comparison.width,
@@ -235,7 +235,7 @@ fn write_difference(path: &Path, comparison: &Comparison) -> Result<(), Failure>
     Ok(write_png(path, &picture, Display::PLAIN, &metadata)?)
 }
 
-/// What lies beyond the thresholds given, in words. A figure that is not a number is beyond any.
+/// Describes the values beyond the given thresholds. NaN is beyond any threshold.
 fn beyond(args: &CompareArgs, comparison: &Comparison) -> Vec<String> {
     let Errors {
         non_finite,
@@ -263,7 +263,7 @@ fn beyond(args: &CompareArgs, comparison: &Comparison) -> Vec<String> {
         .collect()
 }
 
-/// The same of colours or coverage, with a word for which.
+/// The same for colour or coverage, named by `of`.
 fn beyond_in(args: &CompareArgs, of: &str, figures: &CoverageErrors) -> Vec<String> {
     let above = [
         ("RMSE", figures.rmse, args.max_rmse),
@@ -289,7 +289,7 @@ fn beyond_in(args: &CompareArgs, of: &str, figures: &CoverageErrors) -> Vec<Stri
     above.chain(below).chain(lost).collect()
 }
 
-/// Version of the layout below.
+/// Version of this JSON layout.
 const FORMAT: u32 = 1;
 
 #[derive(Serialize)]
@@ -297,14 +297,14 @@ struct ComparisonReport<'a> {
     format: u32,
     #[serde(flatten)]
     comparison: &'a Comparison,
-    /// How linear pictures were shown; null where there are none.
+    /// Display of linear pictures; null without linear pictures.
     display: Option<DisplayReport>,
-    /// Where each picture lies in a larger one; null: it is whole, or does not say.
+    /// Window of each picture in a larger one; null for a whole picture or without that metadata.
     windows: [Option<DataWindow>; 2],
-    /// Whether it differs by more than noise, where that was asked for.
+    /// Whether the difference exceeds the noise, where requested.
     #[serde(skip_serializing_if = "Option::is_none")]
     noise: Option<&'a NoiseVerdict>,
-    /// What lies beyond a threshold; empty: nothing does.
+    /// Descriptions of the values beyond their thresholds.
     beyond_thresholds: &'a [String],
 }
 

@@ -1,4 +1,4 @@
-//! `compare --noise`: pictures with what is known of their noise, and the verdict in words.
+//! `compare --noise`: pictures with their standard errors, and the verdict in words.
 
 use std::path::Path;
 
@@ -12,21 +12,21 @@ use crate::args::names;
 use crate::failure::Failure;
 use crate::table::{short, significant};
 
-/// A picture as `compare` takes it.
+/// A picture with its standard errors.
 pub struct Judged {
-    /// Its numbers.
+    /// Pixel values.
     pub stored: StoredPicture,
-    /// How its file says that it is shown.
+    /// Display recorded in the picture's file.
     pub display: Option<Display>,
     /// Standard errors, with the degrees of freedom of each.
     pub errors: Option<(Vec<[f32; 3]>, f64)>,
 }
 
-/// What a file name ends in that holds a film.
+/// Extension of a film file.
 const FILM: &str = "film";
 
-/// Reads a picture, or the film of one. Its standard errors are the film's, or those of its layer
-/// `stderr`.
+/// Reads a picture, or the picture of a film. Its standard errors come from the film or from the
+/// layer `stderr`.
 pub fn read(path: &Path) -> Result<Judged, Failure> {
     let limits = Limits::default();
     if path
@@ -71,7 +71,7 @@ pub fn read(path: &Path) -> Result<Judged, Failure> {
     })
 }
 
-/// The standard errors that a picture brings.
+/// Standard errors of a picture, with their degrees of freedom.
 fn errors(picture: &Picture, metadata: &Metadata) -> Option<(Vec<[f32; 3]>, f64)> {
     layer(picture).map(|errors| (errors, freedom(metadata)))
 }
@@ -89,9 +89,9 @@ fn layer(picture: &Picture) -> Option<Vec<[f32; 3]>> {
     )
 }
 
-/// Degrees of freedom of a picture's standard errors, by the samples that it says it has: from 64
-/// on, and where it was denoised, there are four replicates, below two. Of another program's
-/// nothing is known, and the least is taken.
+/// Degrees of freedom of a picture's standard errors, derived from its recorded samples: from 64
+/// samples on, and for denoised pictures, four replicates exist, below that two. For another
+/// program's pictures the number is unknown, and the least is assumed.
 fn freedom(metadata: &Metadata) -> f64 {
     let many = metadata
         .setting("samples")
@@ -104,7 +104,7 @@ fn freedom(metadata: &Metadata) -> f64 {
     }
 }
 
-/// The display that a picture's file says it is shown by, or was.
+/// Display recorded in a picture's file.
 fn told(metadata: &Metadata) -> Option<Display> {
     Some(Display {
         tone_map: names::parse(metadata.setting("tone_map")?).ok()?,
@@ -115,12 +115,12 @@ fn told(metadata: &Metadata) -> Option<Display> {
 }
 
 impl Judged {
-    /// What a file of its name holds.
+    /// Reads a file by its name.
     pub fn read(path: &Path) -> Result<Self, Failure> {
         read(path)
     }
 
-    /// A picture in memory, with what a file of it would say.
+    /// Wraps a picture in memory, with the metadata that its file would have.
     pub fn of(picture: &Picture, display: Display, metadata: &Metadata) -> Self {
         let stored = StoredPicture {
             notation: "memory",
@@ -154,7 +154,7 @@ impl Judged {
     }
 }
 
-/// Whether the two differ by more than noise.
+/// Tests whether two pictures differ by more than their noise.
 pub fn judge(
     picture: &Judged,
     reference: &Judged,
@@ -188,7 +188,7 @@ pub fn judge(
     })?)
 }
 
-/// The verdict in a row.
+/// Formats the verdict as a row.
 pub fn described(verdict: &NoiseVerdict) -> String {
     let NoiseVerdict {
         level,

@@ -1,5 +1,4 @@
-//! What `info` tells as JSON: the same facts as its table, as numbers and lists that a script can
-//! use.
+//! `info` as JSON: the content of its table, as numbers and lists for scripts.
 
 use raywright_core::scene::{Image, Shape};
 use raywright_core::{Lookup, Scene, Settings, estimate, extent};
@@ -7,19 +6,19 @@ use raywright_io::Loaded;
 use serde::Serialize;
 use serde_json::{Map, Value, json};
 
-/// A file and what is in it. Lists are empty where there is none of a thing.
+/// A file and its contents. Lists are empty where the file has no such items.
 #[derive(Serialize)]
 pub struct Facts {
     /// Version of this layout.
     format: u32,
     file: String,
-    /// What it is written in.
+    /// File format.
     notation: &'static str,
     title: String,
-    /// Width and height that a picture has without flags.
+    /// Width and height of a picture without flags.
     size: [u32; 2],
     cameras: Vec<String>,
-    /// Counts by kind, as those of objects.
+    /// Counts by kind, of lights and of objects.
     lights: Map<String, Value>,
     objects: Map<String, Value>,
     triangles: Triangles,
@@ -30,25 +29,25 @@ pub struct Facts {
     variants: Vec<String>,
     animations: Vec<Value>,
     extensions: Vec<Value>,
-    /// Least and greatest corner of all that has an end; null where nothing has.
+    /// Least and greatest corner of all bounded shapes; null without any.
     bounds: Option<[[f64; 3]; 2]>,
-    /// Bytes that a picture would take at the most, by what takes them.
+    /// Upper bound of a picture's memory in bytes, by part.
     memory: Map<String, Value>,
     hash: String,
 }
 
-/// Triangles of meshes.
+/// Numbers of mesh triangles.
 #[derive(Serialize)]
 struct Triangles {
-    /// Each mesh once.
+    /// Triangles of all meshes, each mesh counted once.
     stored: usize,
-    /// As often as listed objects show them.
+    /// Triangles of all listed objects, instances included.
     shown: usize,
     meshes: usize,
 }
 
 impl Facts {
-    /// The facts of a loaded file.
+    /// Collects the facts of a loaded file.
     pub fn of(loaded: &Loaded) -> Self {
         let (scene, contents) = (&loaded.scene, &loaded.contents);
         let settings = Settings::of(scene);

@@ -1,4 +1,4 @@
-//! `info`: what is in a scene or model file, or in a picture, as a table or as JSON.
+//! `info`: contents of a scene, model or picture file, as a table or as JSON.
 
 mod json;
 mod picture;
@@ -98,8 +98,9 @@ fn rows(loaded: &Loaded) -> Vec<[String; 2]> {
         .collect()
 }
 
-/// The extent of everything together, and the memory that a picture would take at the most. Both
-/// come from the data: a model of millions of triangles is not built to be told about.
+/// Bounds of the whole scene, and an upper bound of a picture's memory. Both are computed from the
+/// scene's data without building any accelerator, which would be slow for models of millions of
+/// triangles.
 fn whole(scene: &Scene) -> [(&'static str, String); 2] {
     let settings = Settings::of(scene);
     let Extent { bounds, unbounded } = extent(scene, settings.precision);
@@ -150,7 +151,7 @@ fn render_size(scene: &Scene) -> String {
     )
 }
 
-/// A count, empty for none, so that the row is left out.
+/// Formats a count; empty for zero, so that the row is left out.
 fn count(n: usize) -> String {
     if n == 0 { String::new() } else { n.to_string() }
 }
@@ -159,7 +160,7 @@ fn listed(items: impl Iterator<Item = String>) -> String {
     items.collect::<Vec<_>>().join(", ")
 }
 
-/// The scenes of a file that has several, each by its index and its name.
+/// Lists the scenes of a file with several, by index and name.
 fn numbered(names: &[String]) -> String {
     let numbered =
         |(index, name): (usize, &String)| format!("{index} {name}").trim_end().to_owned();
@@ -170,7 +171,7 @@ fn numbered(names: &[String]) -> String {
     }
 }
 
-/// `walk (0.71 s)`.
+/// Formats an animation: `walk (0.71 s)`.
 fn animation(info: &AnimationInfo) -> String {
     let name = if info.name.is_empty() {
         "unnamed"
@@ -183,7 +184,7 @@ fn animation(info: &AnimationInfo) -> String {
     )
 }
 
-/// `KHR_texture_transform`, or `VENDOR_thing (not read)`.
+/// Formats an extension: `KHR_texture_transform`, or `VENDOR_thing (not read)`.
 fn extension(info: &ExtensionInfo) -> String {
     format!(
         "{}{}",
@@ -192,7 +193,7 @@ fn extension(info: &ExtensionInfo) -> String {
     )
 }
 
-/// How many, and the names of those that have one.
+/// Formats a count, with the names of the named items.
 fn named<'a>(names: impl Iterator<Item = &'a str>) -> String {
     let names: Vec<&str> = names.collect();
     let given = listed(
@@ -208,8 +209,8 @@ fn named<'a>(names: impl Iterator<Item = &'a str>) -> String {
     }
 }
 
-/// How many in all and of each kind: `6: 5 sphere, 1 plane`; `6 sphere` where there is one kind
-/// only.
+/// Formats the total and the count of each kind: `6: 5 sphere, 1 plane`; `6 sphere` for a single
+/// kind.
 fn kinds<'a>(kinds: impl Iterator<Item = &'a str>) -> String {
     let mut counts = BTreeMap::<&str, usize>::new();
     kinds.for_each(|kind| *counts.entry(kind).or_default() += 1);
@@ -251,7 +252,7 @@ fn light_kind(kind: &LightKind) -> &'static str {
     }
 }
 
-/// What kind of sky the file has; one that was added is none of it.
+/// Kind of the file's own sky; a sky added by the program does not count.
 fn sky(loaded: &Loaded) -> String {
     let own = loaded
         .scene
@@ -278,7 +279,7 @@ fn model_kind(model: &Model) -> &'static str {
     }
 }
 
-/// What generators add: `1000 sphere`.
+/// Lists the objects of generators: `1000 sphere`.
 fn generated(scene: &Scene) -> String {
     let mut counts = BTreeMap::<&str, u64>::new();
     for generator in &scene.generators {
@@ -293,8 +294,8 @@ fn generated(scene: &Scene) -> String {
     listed(counts.into_iter().map(|(kind, n)| format!("{n} {kind}")))
 }
 
-/// Triangles of the meshes, each counted once, and as often as objects show them where that
-/// differs.
+/// Formats the number of mesh triangles, with each mesh counted once, and the number with instances
+/// where that differs.
 fn triangles(scene: &Scene) -> String {
     let lookup = Lookup::new(scene);
     let of = |name: &str| lookup.mesh_data(name).map(|data| data.indices.len());
@@ -340,7 +341,7 @@ mod tests {
 
     use super::*;
 
-    /// Protects: kinds are called what a file calls them.
+    /// Protects: kinds have their names in scene files.
     #[test]
     fn kinds_have_their_file_names() {
         let o = [0.0; 3];
@@ -398,8 +399,8 @@ mod tests {
         }
     }
 
-    /// Protects: what a table says of pictures, triangles and images of a scene: fixed patterns by
-    /// name, what is stored against what is shown, and images that are missing.
+    /// Protects: the table's rows for pictures, triangles and images of a scene: fixed patterns by
+    /// name, stored and shown triangles, and missing images.
     #[test]
     fn sums_of_a_scene() {
         let with = |parts: serde_json::Value| {

@@ -1,5 +1,5 @@
-//! What is in a picture, and what its file says of it: how far it probably is from the true one,
-//! and what made it.
+//! Contents of a picture file, and its metadata: the estimated error of the picture, and its
+//! origin.
 
 use std::path::Path;
 
@@ -15,7 +15,7 @@ use crate::table::lay_out;
 /// Version of the layout of [`PictureFacts`].
 const FORMAT: u32 = 1;
 
-/// A picture's file. Entries are null or empty where the file does not say them.
+/// Facts about a picture file. Entries are null or empty where the file lacks them.
 #[derive(Serialize)]
 struct PictureFacts {
     format: u32,
@@ -23,7 +23,7 @@ struct PictureFacts {
     notation: &'static str,
     /// Width and height in pixels.
     size: [u32; 2],
-    /// Where its pixels lie in a larger picture that it is a part of, and that one's size.
+    /// Offset of the pixels in the larger picture that they were cropped from, and its size.
     window: Option<Value>,
     layers: Vec<String>,
     software: String,
@@ -34,12 +34,12 @@ struct PictureFacts {
     command: String,
 }
 
-/// Whether a name is a picture's.
+/// Whether a file name is that of a picture.
 pub fn is_picture(path: &Path) -> bool {
     Format::of(path).is_ok()
 }
 
-/// Prints what a picture's file says, as a table or as JSON.
+/// Prints the facts about a picture file, as a table or as JSON.
 pub fn run(path: &Path, as_json: bool) -> Result<(), Failure> {
     let stored = read_picture(path, &plan::limits(None))?;
     let facts = PictureFacts::of(path, &stored);
@@ -116,7 +116,7 @@ impl PictureFacts {
     }
 }
 
-/// ` at 16, 8 of 320x180`.
+/// Formats the window: ` at 16, 8 of 320x180`.
 fn place(window: &Value) -> String {
     let number = |list: &str, i: usize| &window[list][i];
     format!(
@@ -128,7 +128,7 @@ fn place(window: &Value) -> String {
     )
 }
 
-/// What a file says of its picture's error, numbers as numbers; none where it says nothing.
+/// Error metadata with numbers as numbers; `None` where the file has none.
 fn error(metadata: &Metadata) -> Option<Value> {
     let number = |name: &str| {
         metadata
@@ -150,7 +150,7 @@ fn error(metadata: &Metadata) -> Option<Value> {
     }))
 }
 
-/// The error in words.
+/// Formats the error in words.
 fn told(error: &Value) -> String {
     let of = |name: &str| {
         let estimate = &error[name];

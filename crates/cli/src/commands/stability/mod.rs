@@ -1,4 +1,4 @@
-//! `stability`: the hard cases, measured on this machine.
+//! `stability`: hard numerical cases, measured on this machine.
 
 mod page;
 mod text;
@@ -18,7 +18,7 @@ use crate::machine::processor;
 use crate::progress::Steps;
 use crate::targets::Outputs;
 
-/// A case in one setting.
+/// Result of a case in one setting.
 #[derive(Clone, Debug, Serialize)]
 struct Row {
     case: &'static str,
@@ -28,49 +28,49 @@ struct Row {
     setting: String,
     judged: u64,
     wrong: u64,
-    /// How many times its worst error the bound is; none where only right and wrong are told.
+    /// Ratio of the bound to the worst error; `None` for cases that are only right or wrong.
     margin: Option<f64>,
-    /// Share that the textbook's formulas get wrong.
+    /// Share of wrong results by the textbook's formulas.
     textbook_wrong: Option<f64>,
-    /// What being right costs; none where the textbook has no formula for it.
+    /// Cost of the library's formula; `None` where the textbook has no such formula.
     price: Option<RowPrice>,
-    /// The first that is wrong, with its bits.
+    /// First wrong result, with its bits.
     first_wrong: Option<String>,
 }
 
-/// What being right costs, in nanoseconds of CPU time a ray or sample.
+/// Cost of correctness, in nanoseconds of CPU time per ray or sample.
 #[derive(Clone, Copy, Debug, Serialize)]
 struct RowPrice {
-    /// What is done once a ray or sample.
+    /// Operation done per ray or sample.
     what: &'static str,
-    /// What the textbook's formula takes.
+    /// Time of the textbook's formula.
     textbook: f64,
-    /// How much more the library's takes, and half the distance of its quartiles.
+    /// Additional time of the library's formula; `spread` is half the interquartile range.
     more: f64,
     spread: f64,
 }
 
-/// What a run measured.
+/// Results of a run.
 #[derive(Debug, Serialize)]
 struct StabilityReport {
     version: &'static str,
-    /// Name of the processor; none where the system does not tell.
+    /// Name of the processor; `None` where the system does not report it.
     processor: Option<String>,
     rows: Vec<Row>,
-    /// Numbers that are held to their bounds by tests alone.
+    /// Numbers of the cases whose bounds only tests verify.
     tested_only: Vec<&'static str>,
-    /// What of a case this program has no such thing for, or does not reach.
+    /// Parts of cases that this program lacks or does not reach.
     left_out: Vec<[&'static str; 2]>,
     seconds: f64,
 }
 
-/// What a file is to hold, by its ending.
+/// Content of a file, by its extension.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Kind {
     Markdown,
     /// A page with plot and table.
     Html,
-    /// The plot of margins.
+    /// Plot of margins.
     Svg,
     Json,
 }
@@ -95,7 +95,11 @@ impl Kind {
     }
 }
 
-/// Measures, and prints a table or JSON; fails where a bound is broken.
+/// Measures, and prints a table or JSON.
+///
+/// # Errors
+///
+/// A failure where a bound is broken.
 pub fn run(args: &StabilityArgs, verbosity: Verbosity) -> Result<(), Failure> {
     let target = args
         .output
@@ -144,7 +148,7 @@ pub fn run(args: &StabilityArgs, verbosity: Verbosity) -> Result<(), Failure> {
     }
 }
 
-/// The cases of these numbers; all where none is named.
+/// Selects the cases of these numbers; all cases for an empty list.
 fn chosen(numbers: &[String]) -> Result<Vec<HardCase>, Failure> {
     let known =
         |number: &String| hard_cases().find(|case| case.number.eq_ignore_ascii_case(number.trim()));
@@ -241,8 +245,8 @@ fn row(
 mod tests {
     use super::*;
 
-    /// Protects: numbers are found whatever their case is, and a wrong one is a usage error that
-    /// says how they are named.
+    /// Protects: numbers are found in upper or lower case, and a wrong number is a usage error that
+    /// explains the numbering.
     #[test]
     fn cases_are_chosen_by_number() {
         let numbers =
@@ -262,8 +266,8 @@ mod tests {
         );
     }
 
-    /// Protects: a file's ending says what it holds, and another one is a mistake of usage that
-    /// names those.
+    /// Protects: the extension of a file selects its content, and an unknown one is a usage error
+    /// that lists the known ones.
     #[test]
     fn endings_say_what_is_written() {
         let kind = |name: &str| Kind::of(Path::new(name));

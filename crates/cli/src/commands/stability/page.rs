@@ -1,4 +1,4 @@
-//! What `stability` measured, as a plot of margins and a page around it.
+//! `stability` as a plot of margins and as a page around it.
 
 use raywright_io::report::{Colour, MarginRow, Margins, document};
 
@@ -8,10 +8,10 @@ use crate::origin::command_line;
 
 const TITLE: &str = "How far hard cases stay within their bounds";
 
-/// The precisions in their colours.
+/// Colours of the precisions.
 const PRECISIONS: [(&str, Colour); 2] = [("robust", Colour::First), ("reference", Colour::Second)];
 
-/// The plot: a line for each case.
+/// Builds the plot with a line for each case.
 pub(super) fn margins(report: &StabilityReport) -> Margins {
     let machine = report
         .processor
@@ -31,8 +31,8 @@ pub(super) fn margins(report: &StabilityReport) -> Margins {
     }
 }
 
-/// A case's line, by the least margin of its kernels and parts; none where something is beyond the
-/// bound.
+/// Builds the line of a case from the least margin of its kernels and parts; no margin where a
+/// result is beyond the bound.
 fn line(rows: &[Row]) -> MarginRow {
     let least = |precision: &str| {
         let is_held = of(rows, precision).all(|row| row.wrong == 0);
@@ -63,7 +63,7 @@ fn line(rows: &[Row]) -> MarginRow {
     }
 }
 
-/// A page of plot and table.
+/// Builds the page of plot and table.
 pub(super) fn html(report: &StabilityReport) -> String {
     let plot = Margins {
         title: String::new(),
@@ -91,7 +91,7 @@ pub(super) fn html(report: &StabilityReport) -> String {
     document(TITLE, &body, "")
 }
 
-/// Text as a page holds it.
+/// Escapes text for HTML.
 fn masked(text: &str) -> String {
     raywright_io::report::escaped(text).replace('`', "")
 }
@@ -101,8 +101,8 @@ mod tests {
     use super::*;
     use crate::commands::stability::text::tests::report;
 
-    /// Protects: a case is one line by its least margin in each precision, and says what is beyond
-    /// its bound; the page has plot, table and notes.
+    /// Protects: a case has a single line with its least margin in each precision, and shows
+    /// results beyond the bound; the page has plot, table and notes.
     #[test]
     fn margins_are_the_least() {
         let mut report = report();

@@ -1,9 +1,9 @@
-//! What `stability` measured, as text.
+//! `stability` as text.
 
 use super::{Row, RowPrice, StabilityReport};
 use crate::table::{Align, Table, TableRow, lay_out_aligned, significant};
 
-/// The cells of a row but for what is hard and its bound.
+/// Cells of a row, without the case's description and bound.
 fn cells(row: &Row) -> [String; 7] {
     let number =
         |value: Option<f64>, of: &dyn Fn(f64) -> String| value.map_or_else(|| "-".to_owned(), of);
@@ -24,7 +24,7 @@ pub(super) fn percent(share: f64) -> String {
     format!("{} %", significant(100.0 * share, 3))
 }
 
-/// How much more it takes, with its spread.
+/// Formats the additional time with its spread.
 fn more(price: &RowPrice) -> String {
     format!("{:+.1} ± {:.1}", price.more, price.spread)
 }
@@ -39,7 +39,7 @@ const HEADS: [&str; 7] = [
     "costs more",
 ];
 
-/// A line for each case in each setting.
+/// Formats a line for each case in each setting.
 pub(super) fn plain(report: &StabilityReport) -> String {
     let rows: Vec<[String; 7]> = core::iter::once(HEADS.map(str::to_owned))
         .chain(report.rows.iter().map(cells))
@@ -56,7 +56,7 @@ pub(super) fn plain(report: &StabilityReport) -> String {
     format!("{}{}", lay_out_aligned(columns, &rows), rest(report))
 }
 
-/// What the table does not have.
+/// Formats the notes below the table.
 pub(super) fn rest(report: &StabilityReport) -> String {
     let mut text = String::new();
     if !report.tested_only.is_empty() {
@@ -71,18 +71,18 @@ pub(super) fn rest(report: &StabilityReport) -> String {
     text
 }
 
-/// The rows of each case, in their order.
+/// Splits the rows by case, in their order.
 pub(super) fn cases(report: &StabilityReport) -> impl Iterator<Item = &[Row]> {
     report.rows.chunk_by(|a, b| a.case == b.case)
 }
 
-/// The rows of a case that are of a precision.
+/// Selects the rows of a precision.
 pub(super) fn of<'a>(rows: &'a [Row], precision: &'a str) -> impl Iterator<Item = &'a Row> + Clone {
     rows.iter()
         .filter(move |row| row.setting.starts_with(precision))
 }
 
-/// How many are wrong in a precision, and the least margin.
+/// Formats the number of wrong results in a precision, and the least margin.
 fn told(rows: &[Row], precision: &str) -> String {
     let of = of(rows, precision);
     let wrong: u64 = of.clone().map(|row| row.wrong).sum();
@@ -96,7 +96,7 @@ fn told(rows: &[Row], precision: &str) -> String {
     )
 }
 
-/// What being right costs in both precisions.
+/// Formats the cost of correctness in both precisions.
 fn costs(rows: &[Row]) -> String {
     let price = |precision| of(rows, precision).find_map(|row| row.price);
     let (Some(robust), Some(reference)) = (price("robust"), price("reference")) else {
@@ -110,7 +110,7 @@ fn costs(rows: &[Row]) -> String {
     )
 }
 
-/// A line for each case.
+/// Builds the table with a line for each case.
 pub(super) fn table(report: &StabilityReport) -> Table {
     let columns = [
         Align::Left,
@@ -147,7 +147,7 @@ pub(super) fn table(report: &StabilityReport) -> Table {
     Table::new(columns, heads, rows)
 }
 
-/// What the columns of that table mean.
+/// Meaning of the table's columns.
 pub(super) const COLUMNS: &str = "For each precision: how many are wrong of those that were judged, by all kernels of the processor together, and how many times its worst \
      error the bound is, where there is more to tell than right and wrong. Textbook: what share its formulas get wrong. ns: CPU time of one thread for an ordinary \
      ray or sample by the textbook's formula in f32, and how much more it is in `robust` and in `reference`.";
@@ -201,8 +201,8 @@ pub(super) mod tests {
         }
     }
 
-    /// Protects: tables say what was measured, what it costs, what tests alone hold and what is
-    /// left out; a bar in a bound ends no cell.
+    /// Protects: tables have the measured values, their costs, the cases verified by tests alone
+    /// and the parts left out; a vertical bar in a bound does not end its cell.
     #[test]
     fn tables_say_everything() {
         let report = report();

@@ -1,5 +1,4 @@
-//! Figures in their cells: a report made by hand, and what its tables and its CSV say of each
-//! number.
+//! Cells of the tables: an artificial report, and its figures in text tables and CSV.
 
 use raywright_core::accuracy::{
     Answer, Base, EffectCost, EffectCosts, Errors, Reference, RungCost, Tiles,
@@ -9,7 +8,7 @@ use raywright_core::bench::Spread;
 use super::super::csv::csv;
 use super::*;
 
-/// Times about a median, so that half the distance of the quartiles is a tenth of it.
+/// Times around a median whose half interquartile range is a tenth of the median.
 fn spread(median: f64) -> Spread {
     Spread {
         median,
@@ -24,7 +23,7 @@ fn interval(value: f64, low: f64, high: f64) -> Interval {
     Interval { value, low, high }
 }
 
-/// Every figure of it is another one.
+/// Creates a measurement in which all figures differ.
 fn measured(relmse: Interval, rmse: Interval) -> Measured {
     let errors = Errors {
         rmse,
@@ -161,7 +160,7 @@ pub fn report() -> Report {
     }
 }
 
-/// The words of the line that begins with these.
+/// Words of the line with this start.
 #[track_caller]
 fn words(text: &str, start: &str) -> String {
     let line = text
@@ -171,8 +170,8 @@ fn words(text: &str, start: &str) -> String {
     line.split_whitespace().collect::<Vec<_>>().join(" ")
 }
 
-/// Protects: the root is taken of a mean square and of the upper end of what it may be alike; what
-/// is lost in noise is shown by its upper end.
+/// Protects: the square root applies to a mean square and to both ends of its interval; a value
+/// lost in noise is shown by its upper end.
 #[test]
 fn intervals_are_shown_by_root_and_end() {
     assert_eq!(root(&interval(0.09, 0.04, 0.16)), "0.3 (0.2 to 0.4)");
@@ -186,9 +185,9 @@ fn intervals_are_shown_by_root_and_end() {
     assert_eq!(root(&interval(0.01, 0.0, 0.04)), "<0.2");
 }
 
-/// Protects: each figure of a rung in its column: time, the ratio, the roots of relMSE and bias,
-/// light, FLIP, and what it gets wrong alone, each with what it may be off by: nothing within the
-/// last digit, a share, or ends that are far away; and settings of several rungs below.
+/// Protects: each figure of a rung is in its column: time, ratio, roots of relMSE and bias, light,
+/// FLIP, and the rung's error alone. Each has its uncertainty: none within the last digit, a share,
+/// or distant ends. Settings of several rungs follow below.
 #[test]
 fn figures_of_rungs() {
     let mut report = report();
@@ -255,8 +254,8 @@ fn figures_of_rungs() {
     assert_eq!(last.as_deref(), Some(figures), "{text}");
 }
 
-/// Protects: the answer comes first, and the settings worth their time before everything else, each
-/// with its flags alone: what all commands have in common stands there once.
+/// Protects: the summary comes first, and the settings on the frontier before everything else, each
+/// with its own flags only: the common part of the commands appears once.
 #[test]
 fn what_to_do_comes_first() {
     let input = raywright_io::Input::Bytes {
@@ -299,8 +298,8 @@ fn what_to_do_comes_first() {
     assert_eq!(lines.iter().filter(|line| row(line)).count(), 1, "{text}");
 }
 
-/// Protects: page and plot have the table's numbers, a line for what is slower and worse, an arrow
-/// for what is only known to be smaller than something, and the numbers of the table in the plot.
+/// Protects: page and plot have the table's figures, a line for slower and worse settings, an arrow
+/// for a value known only by its upper bound, and the numbers of the table in the plot.
 #[test]
 fn the_page_says_the_same() {
     let input = raywright_io::Input::Bytes {
@@ -347,7 +346,7 @@ fn the_page_says_the_same() {
             && svg.contains(">at most: lost in noise<"),
         "{svg}"
     );
-    // All points lie between ten and a hundred seconds, where the axis begins and ends.
+    // All points lie between ten and a hundred seconds, which are the ends of the axis.
     assert!(
         svg.contains(">10 s</text>")
             && svg.contains(">100 s</text>")
@@ -356,8 +355,8 @@ fn the_page_says_the_same() {
     );
 }
 
-/// Protects: each figure of a rung without error, of a kind of file and of an effect in its column:
-/// memory in its unit, shares in percent, what an effect adds and not what is there with it.
+/// Protects: each figure of a rung without error, of a file format and of an effect is in its
+/// column: memory in its unit, shares in percent, and the time that an effect adds, not the total.
 #[test]
 fn figures_of_prices_files_and_effects() {
     let report = report();
@@ -407,7 +406,7 @@ fn figures_of_prices_files_and_effects() {
     assert_eq!(words(&text, "no time for"), "no time for: sky");
 }
 
-/// Protects: each figure in the column of CSV that is called after it, as it was measured.
+/// Protects: each figure is in the CSV column of its name, as measured.
 #[test]
 fn figures_in_csv() {
     let text = csv(&report());
@@ -463,7 +462,7 @@ fn figures_in_csv() {
         ("shadows", "ratio", "1.5"),
         ("shadows", "rmse", "0.0125"),
     ] {
-        // Quartiles are products, and so end in a rounding.
+        // Quartiles are products and carry a rounding error.
         let found = at(rung, column);
         let near = || Some((found.parse::<f64>().ok()? - value.parse::<f64>().ok()?).abs() < 1e-12);
         assert!(
