@@ -1,5 +1,5 @@
-//! Renders that are more than one run: kept in a file, gone on with, divided among machines, or as
-//! good as a time allows.
+//! Film files: renders that are checkpointed, resumed, divided among machines, or limited by a time
+//! budget.
 
 use std::path::Path;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -25,27 +25,26 @@ use crate::progress::Progress;
 use crate::targets::{Outputs, Target};
 use crate::watch::{Patience, Watch};
 
-/// A long render is kept this often, and less often where keeping takes more than a twentieth of
-/// the time.
+/// Interval of checkpoints; longer where writing takes more than a twentieth of the time.
 const KEEP_EVERY: Duration = Duration::from_secs(60);
 
-/// How often a line of progress is told as JSON.
+/// Interval of JSON progress lines.
 const TELL_EVERY: Duration = Duration::from_secs(1);
 
-/// An error is estimated again when this many times as long has passed as the last estimate took:
-/// on large pictures it takes longer than a line of progress may cost.
+/// Least interval between error estimates, as a multiple of the last estimate's duration: on large
+/// pictures an estimate takes longer than a progress line may cost.
 const ESTIMATE_EVERY: u32 = 50;
 
-/// The last estimate of a picture's error while it is rendered.
+/// Latest estimate of a picture's error during the render.
 #[derive(Default)]
 struct LatestError {
     error: Option<Uncertainty>,
-    /// When it was finished, and how long it took.
+    /// Time of the latest estimate, and its duration.
     made: Option<(Instant, Duration)>,
 }
 
 impl LatestError {
-    /// The error by now, estimated anew where that is due.
+    /// Returns the current error, from a new estimate where one is due.
     fn update(&mut self, film: &Film, is_last: bool) -> Option<Uncertainty> {
         if is_last
             || self
@@ -60,7 +59,7 @@ impl LatestError {
     }
 }
 
-/// Whether an estimate that took so long may be made once more after a time.
+/// Whether another estimate is due, given the time since the last and its duration.
 fn is_due(passed: Duration, took: Duration) -> bool {
     passed >= took * ESTIMATE_EVERY
 }
@@ -72,22 +71,22 @@ const PASS_FORMAT: u32 = 1;
 #[derive(Serialize)]
 struct Pass {
     format: u32,
-    /// Which picture of the run, counted from one, and how many there are.
+    /// Number of the picture in the run, counted from one, and number of pictures.
     picture: u64,
     pictures: u64,
-    /// Least and most samples of a pixel.
+    /// Least and greatest sample count of a pixel.
     samples: [u32; 2],
-    /// How many each is to have; null where time or error decide.
+    /// Sample count of the finished picture; null with a time budget or a target error.
     of: Option<u32>,
-    /// As in the statistics, by the latest estimate; null where nothing can be told.
+    /// Latest estimate, in the form of the statistics; null without an estimate.
     error: Option<Uncertainty>,
-    /// Since the first picture began, and until the last one is finished; null where that is not
-    /// known.
+    /// Seconds since the first picture began, and seconds until the last is finished; null where
+    /// unknown.
     seconds: f64,
     seconds_left: Option<f64>,
 }
 
-/// Mistakes that can be seen before the scene is read.
+/// Refuses contradictory flags before the scene is loaded.
 pub fn check(task: &Task, targets: &[Target], outputs: &mut Outputs) -> Result<(), Failure> {
     if task.part.is_some() {
         if task.max_error.is_some() {
@@ -118,7 +117,7 @@ pub fn check(task: &Task, targets: &[Target], outputs: &mut Outputs) -> Result<(
         return Ok(());
     };
     outputs.add(path, "--checkpoint")?;
-    // What is gone on with may be what is kept, since nothing in it is lost.
+    // The resumed file may be the checkpoint itself, whose samples are all kept.
     let mut inputs = Inputs::default();
     task.resume
         .iter()
@@ -128,21 +127,21 @@ pub fn check(task: &Task, targets: &[Target], outputs: &mut Outputs) -> Result<(
     outputs.keep_clear_of(&inputs)
 }
 
-/// One run's share of a picture in the making.
+/// This run's share of an unfinished picture.
 pub struct Session<'a> {
     kept: KeptFilm,
     part: Part,
     task: &'a Task,
-    /// Whether everything was rendered that was to be.
+    /// Whether all requested samples were rendered.
     is_done: bool,
-    /// Why the film is not in its file, although it was to be kept.
+    /// Error of the last checkpoint, if its file could not be written.
     unkept: Option<Error>,
-    /// Those who look on.
+    /// Live previews.
     onlookers: Onlookers,
 }
 
 impl<'a> Session<'a> {
-    /// An empty film, or the one that is gone on with.
+    /// Starts with an empty film or the resumed film.
     pub fn start(
         task: &'a Task,
         ready: &Ready,
@@ -191,13 +190,13 @@ impl<'a> Session<'a> {
         })
     }
 
-    /// The same, shown to these while it is rendered.
+    /// Adds live previews.
     pub fn with_onlookers(self, onlookers: Onlookers) -> Self {
         Self { onlookers, ..self }
     }
 
-    /// Renders what is lacking, and keeps it now and then and in the end. A film that can't be kept
-    /// is no reason to give up the picture.
+    /// Renders the missing samples, with checkpoints during the render and at its end. A failed
+    /// checkpoint does not end the render.
     pub fn render(
         &mut self,
         ready: &Ready,
@@ -247,8 +246,7 @@ impl<'a> Session<'a> {
         }
     }
 
-    /// Shows whoever looks on what there is, where that is due. That nobody can be shown anything
-    /// is no reason to give up the picture.
+    /// Updates the live previews where due. A failed preview does not end the render.
     fn show_stage(&mut self, watch: &Watch<'_>, ends: bool) {
         let KeptFilm {
             film,
@@ -279,7 +277,7 @@ impl<'a> Session<'a> {
         }
     }
 
-    /// How far the picture has come, as a line of JSON.
+    /// Formats the progress as a line of JSON.
     fn pass(&self, progress: &Progress, error: Option<Uncertainty>) -> String {
         let ([picture, pictures], (seconds, left)) = (progress.pieces(), progress.seconds());
         let samples = self.kept.film.samples(&self.part);
@@ -300,7 +298,7 @@ impl<'a> Session<'a> {
         serde_json::to_string(&pass).unwrap_or_default()
     }
 
-    /// Writes the film where it is to be kept. A disk may have room again by the next time.
+    /// Writes the checkpoint. After a failure the next one is tried again: the disk may have room.
     fn keep(&mut self) {
         let Some(path) = &self.task.checkpoint else {
             return;
@@ -320,12 +318,12 @@ impl<'a> Session<'a> {
         self.unkept = failed;
     }
 
-    /// Why the film is not in its file, once all the rest is done.
+    /// Returns the error of the last checkpoint, at the end of the run.
     pub fn into_unkept(self) -> Option<Error> {
         self.unkept
     }
 
-    /// Notes where there was no time for anything but the first pass.
+    /// Adds a note where the budget allowed only the first pass.
     pub fn note_slow(&self, clock: &Clock, notes: &mut Notes) {
         if let Some(budget) = self.task.budget.map(|budget| budget.as_secs_f64())
             && clock.total() > 1.1 * budget
@@ -338,37 +336,37 @@ impl<'a> Session<'a> {
         }
     }
 
-    /// Tiles of the part that lack samples.
+    /// Number of tiles in the part that lack samples.
     fn lacks(&self) -> usize {
         self.kept.film.lacking(&self.part)
     }
 
-    /// What there is of the picture.
+    /// The film so far.
     pub fn film(&self) -> &Film {
         &self.kept.film
     }
 
-    /// Shows the picture with another exposure.
+    /// Sets the display and metadata of the picture.
     pub fn show(&mut self, display: Display, metadata: Metadata) {
         (self.kept.display, self.kept.metadata) = (display, metadata);
     }
 
-    /// What a file of it says.
+    /// Metadata of the picture's file.
     pub fn metadata(&self) -> &Metadata {
         &self.kept.metadata
     }
 
-    /// Whether everything was rendered that was to be, or all that the time allowed.
+    /// Whether all requested samples were rendered, or all that the budget allowed.
     pub fn is_done(&self) -> bool {
         self.is_done
     }
 
-    /// Samples of each pixel, in words.
+    /// Samples per pixel, in words.
     pub fn samples(&self) -> String {
         samples(&self.kept.film, &self.part)
     }
 
-    /// Files that were written, this run's film among them.
+    /// Adds this run's film to the list of written files.
     pub fn with_own(&self, mut written: Vec<String>) -> Vec<String> {
         let kept = self
             .task
@@ -379,7 +377,7 @@ impl<'a> Session<'a> {
         written
     }
 
-    /// The end of an interrupted run, with how to go on where it was kept.
+    /// Failure of an interrupted run, with the command to resume where a checkpoint exists.
     pub fn explained(&self, failure: Failure) -> Failure {
         match (&self.task.checkpoint, &self.unkept) {
             (Some(_), Some(error)) => failure.with_hint(format_args!(
@@ -395,7 +393,7 @@ impl<'a> Session<'a> {
     }
 }
 
-/// Samples of each pixel of a part, in words: `16 samples`, `12 to 16 of 64 samples`.
+/// Formats the samples per pixel of a part: `16 samples`, `12 to 16 of 64 samples`.
 pub fn samples(film: &Film, part: &Part) -> String {
     let (there, all) = (film.samples(part), film.asked());
     let (least, most) = (*there.start(), *there.end());
@@ -414,7 +412,7 @@ pub fn samples(film: &Film, part: &Part) -> String {
     }
 }
 
-/// Another version may take other samples.
+/// Refuses a film of another program version, which may use other random numbers.
 pub fn refuse_other_program(path: &Path, metadata: &Metadata) -> Result<(), Failure> {
     if metadata.software == origin::SOFTWARE {
         return Ok(());
@@ -432,7 +430,7 @@ pub fn refuse_other_program(path: &Path, metadata: &Metadata) -> Result<(), Fail
         .into())
 }
 
-/// Why a film cannot be gone on with.
+/// Failure for a film that cannot be resumed.
 fn foreign(path: &Path, error: PartError) -> Failure {
     match error {
         PartError::Foreign { what, .. } => {
@@ -465,8 +463,8 @@ mod tests {
 
     use super::*;
 
-    /// Protects: estimating the error for lines of progress takes at most a fiftieth of a render's
-    /// time, however large the picture.
+    /// Protects: error estimates for progress lines take at most a fiftieth of the render time,
+    /// whatever the size of the picture.
     #[test]
     fn estimates_have_a_bounded_share() {
         let [millisecond, second] = [Duration::from_millis(1), Duration::from_secs(1)];
@@ -478,8 +476,8 @@ mod tests {
         assert!(!is_due(second, second / 49) && !is_due(40 * second, second));
     }
 
-    /// Protects: samples are told as they are: one is not several, and what differs from pixel to
-    /// pixel is a range.
+    /// Protects: a sample count has its singular and plural, and counts that differ between pixels
+    /// are a range.
     #[test]
     fn samples_are_told_in_words() {
         let film = |sampling, tiles: u32| {

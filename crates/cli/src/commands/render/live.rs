@@ -1,5 +1,4 @@
-//! Whoever looks on while a picture is rendered, shown each time that it has about twice as many
-//! samples as before: a file, and a viewer.
+//! Live previews, updated at each doubling of the sample count: a file, and the image viewer tev.
 
 use std::path::PathBuf;
 
@@ -14,19 +13,19 @@ use super::tev::Tev;
 use crate::failure::{Exit, Failure};
 use crate::plan::Task;
 
-/// Those who look on, if there are any.
+/// Live previews of a picture, if any.
 #[derive(Default)]
 pub struct Onlookers {
     preview: Option<PathBuf>,
     tev: Option<Tev>,
-    /// Whether the picture chooses its own exposure.
+    /// Whether the exposure is chosen from the picture.
     is_exposed: bool,
-    /// Samples of all pixels that the next stage has; none before the first one.
+    /// Sample count over all pixels for the next update; `None` before the first.
     next: Option<u64>,
 }
 
 impl Onlookers {
-    /// Those whom a task has, of a picture with that name.
+    /// Creates the previews that a task requests, for a picture with this name.
     pub fn of(task: &Task, name: &str, is_exposed: bool) -> Result<Self, Failure> {
         let refused = |cause: std::io::Error, host: &str, port: u16| {
             let failure = Failure::new(
@@ -50,15 +49,15 @@ impl Onlookers {
         })
     }
 
-    /// Samples of all pixels at which they are shown the picture, first one of each pixel; none
-    /// where nobody looks on.
+    /// Sample count over all pixels at which the previews are updated, first at one per pixel;
+    /// `None` without previews.
     pub fn next(&self, film: &Film) -> Option<u64> {
         let pixels = || film.size().into_iter().map(u64::from).product();
         (self.preview.is_some() || self.tev.is_some()).then(|| self.next.unwrap_or_else(pixels))
     }
 
-    /// Shows what there is; what went wrong, which is no reason to give up the picture. Whoever has
-    /// gone is not shown anything again.
+    /// Updates the previews and returns the errors, none of which ends the render. A viewer that
+    /// closed its connection gets no further updates.
     pub fn show(
         &mut self,
         film: &Film,
@@ -94,7 +93,7 @@ impl Onlookers {
     }
 }
 
-/// The picture with all its layers, and with the standard errors of its pixels.
+/// Returns the picture with all its layers and the standard errors of its pixels.
 fn with_errors(film: &Film, rendered: &Rendered) -> Picture {
     let mut picture = rendered.all_layers().into_owned();
     if let Some((errors, _)) = film

@@ -1,4 +1,4 @@
-//! `render`: a scene becomes pictures.
+//! `render`: renders scenes to pictures.
 
 pub mod film;
 mod live;
@@ -32,11 +32,11 @@ use film::Session;
 use live::Onlookers;
 pub use series::run;
 
-/// What to do where nothing is to be seen.
+/// Advice for a scene with nothing visible.
 const ALLOW_EMPTY: &str = "--allow-empty makes a picture all the same";
 
-/// The error of the noise, where a picture's line and its file tell it: of paths, of what is
-/// denoised, and where it was asked for.
+/// Error for a picture's line and its file: for path tracing, for denoised pictures, and where
+/// requested.
 fn claimed<'a>(
     task: &Task,
     (ready, rendered): (&Ready, &Rendered),
@@ -47,7 +47,7 @@ fn claimed<'a>(
     })
 }
 
-/// What a picture's file says of where it comes from, and of its error.
+/// Origin and error for the metadata of a picture's file.
 fn metadata(
     task: &Task,
     session: &Session,
@@ -63,8 +63,8 @@ fn metadata(
     }
 }
 
-/// The hash of a picture's pixels, where it is asked for, beside each file that has them; beside a
-/// name where none has.
+/// Prints the hash of a picture's pixels, where requested, before the name of each file that holds
+/// them, or before a name where no file does.
 fn print_hash(
     task: &Task,
     (rendered, display): (&Rendered, Display),
@@ -88,7 +88,7 @@ fn print_hash(
     )
 }
 
-/// What a picture is written in where its name is not the user's.
+/// File format of a picture whose name the user did not give.
 fn default_format(task: &Task) -> Format {
     if wants_floats(task) {
         Format::Exr
@@ -97,7 +97,7 @@ fn default_format(task: &Task) -> Format {
     }
 }
 
-/// A session for one picture of a scene.
+/// Starts the session of one picture of a scene.
 fn start<'a>(
     task: &'a Task,
     options: &LoadOptions,
@@ -116,7 +116,7 @@ fn start<'a>(
     Ok(Session::start(task, ready, identity, metadata, plan.display)?.with_onlookers(onlookers))
 }
 
-/// What is known of a picture before it is rendered.
+/// Records the notes that are known before the render.
 fn note_prepared(loaded: &mut Loaded, ready: &Ready, settings: &Settings, notes: &mut Notes) {
     tell::note_effects(loaded, ready.effects(), notes);
     tell::note_lost(loaded, ready, notes);
@@ -127,7 +127,7 @@ fn note_prepared(loaded: &mut Loaded, ready: &Ready, settings: &Settings, notes:
     tell::note_clamp(loaded, ready, settings, notes);
 }
 
-/// What a picture itself tells.
+/// Records the notes that depend on the rendered picture.
 fn note_rendered(
     loaded: &Loaded,
     rendered: &Rendered,
@@ -141,7 +141,7 @@ fn note_rendered(
     tell::note_exposure(rendered, plan, targets, notes);
 }
 
-/// Whether the files of a picture hold what is asked for.
+/// Checks that the output files can hold the requested data.
 fn check(task: &Task, targets: &[Target]) -> Result<(), Failure> {
     refuse_terminal(task, targets)?;
     refuse_layers_without_place(task, targets)?;
@@ -149,7 +149,7 @@ fn check(task: &Task, targets: &[Target]) -> Result<(), Failure> {
     refuse_codes_for_floats(task, targets)
 }
 
-/// Binary data would garble a terminal, and text the binary data.
+/// Refuses binary data on a terminal, and text and binary data on the same standard output.
 fn refuse_terminal(task: &Task, targets: &[Target]) -> Result<(), Failure> {
     if targets.contains(&Target::Stdout) && task.hash {
         let error = Error::usage("-o - and --hash both write to standard output");
@@ -164,7 +164,8 @@ fn refuse_terminal(task: &Task, targets: &[Target]) -> Result<(), Failure> {
     Ok(())
 }
 
-/// Denoising was asked for by name where it can't be. A first look is one without, too.
+/// Refuses `--denoise` where the picture cannot be denoised. A quick preview then goes without
+/// denoising.
 fn refuse_to_denoise(
     task: &Task,
     settings: &Settings,
@@ -192,7 +193,7 @@ fn refuse_to_denoise(
     Ok(())
 }
 
-/// Layers fit into an EXR or a film only.
+/// Refuses layers without an EXR or a film to hold them.
 fn refuse_layers_without_place(task: &Task, targets: &[Target]) -> Result<(), Failure> {
     if task.layers.is_empty() || task.checkpoint.is_some() || targets.iter().any(Target::has_layers)
     {
@@ -202,7 +203,7 @@ fn refuse_layers_without_place(task: &Task, targets: &[Target]) -> Result<(), Fa
     Err(error.with_hint("add one: -o picture.exr").into())
 }
 
-/// Whether pictures are to keep linear numbers alone.
+/// Whether only linear values are to be written.
 fn wants_floats(task: &Task) -> bool {
     task.choices
         .rungs
@@ -210,7 +211,7 @@ fn wants_floats(task: &Task) -> bool {
         .any(|choice| choice.value() == RungValue::Output(Output::Float))
 }
 
-/// A JPEG has no transparency.
+/// Refuses transparency in a JPEG.
 fn refuse_transparent_jpegs(task: &Task, targets: &[Target]) -> Result<(), Failure> {
     if !task.is_transparent() || targets.iter().all(Target::has_coverage) {
         return Ok(());
@@ -223,7 +224,7 @@ fn refuse_transparent_jpegs(task: &Task, targets: &[Target]) -> Result<(), Failu
         .into())
 }
 
-/// All but OpenEXR hold codes.
+/// Refuses linear values in formats that hold codes, which are all but OpenEXR.
 fn refuse_codes_for_floats(task: &Task, targets: &[Target]) -> Result<(), Failure> {
     if !wants_floats(task) || targets.iter().all(Target::has_layers) {
         return Ok(());
@@ -236,7 +237,7 @@ fn refuse_codes_for_floats(task: &Task, targets: &[Target]) -> Result<(), Failur
         .into())
 }
 
-/// What shows the picture on its way is a PNG in a file of its own.
+/// Checks that the live preview is a PNG in a file of its own.
 fn check_preview_target(task: &Task, outputs: &mut Outputs) -> Result<(), Failure> {
     let Some(path) = &task.preview else {
         return Ok(());
@@ -256,7 +257,7 @@ fn check_preview_target(task: &Task, outputs: &mut Outputs) -> Result<(), Failur
     outputs.add(path, "--preview")
 }
 
-/// The report is JSON in a file of its own.
+/// Checks that the report is JSON in a file of its own.
 fn check_stats_target(task: &Task, outputs: &mut Outputs) -> Result<(), Failure> {
     let Some(path) = &task.stats else {
         return Ok(());
@@ -276,8 +277,8 @@ fn check_stats_target(task: &Task, outputs: &mut Outputs) -> Result<(), Failure>
     outputs.add(path, "--stats")
 }
 
-/// The beginning of a render: until there is something to keep. A scene of several that takes too
-/// much does not keep the others away.
+/// Starts the early stage of a render. With several scenes the memory limit does not apply, so that
+/// one large scene does not end the others.
 fn begin(task: &Task, clock: &Clock) -> Result<Beginning, Failure> {
     let time = task.budget.map(|budget| (clock.began(), budget));
     let memory = if task.scenes.len() > 1 {
@@ -288,7 +289,7 @@ fn begin(task: &Task, clock: &Clock) -> Result<Beginning, Failure> {
     Beginning::of(&task.scenes[0], memory, time)
 }
 
-/// The picture in a few words: its size, its samples, and how far it probably is from the true one.
+/// Formats the picture's size, its samples, and its estimated error.
 fn described(
     task: &Task,
     settings: &Settings,

@@ -1,4 +1,4 @@
-//! A picture that is handed over instead of written.
+//! A picture returned in memory instead of a file.
 
 use std::cell::OnceCell;
 use std::path::Path;
@@ -19,29 +19,29 @@ use crate::plan::Task;
 use crate::ready::{NOTHING_KEPT, prepared};
 use crate::{origin, scene_input};
 
-/// A picture in memory, with all that a file of it says.
+/// A picture in memory, with the metadata of its file.
 #[derive(Debug)]
 pub struct FinishedPicture {
-    /// What was rendered, before the linear value of a background.
+    /// The rendered picture, composited over the linear value of a background.
     pub rendered: Rendered,
-    /// The same with its coverage, where a background is laid behind it.
+    /// The picture with its coverage, where a background colour is behind it.
     covered: Option<Rendered>,
-    /// How it is shown.
+    /// Display settings.
     pub display: Display,
-    /// Where it comes from.
+    /// Origin.
     pub metadata: Metadata,
-    /// How far what is shown probably is from the true picture, where chance decides about it.
+    /// Estimated error of the displayed picture, where it depends on random samples.
     pub error: Option<Uncertainty>,
-    /// Whether the error that was asked for is reached; none where none was.
+    /// Whether the target error is reached; `None` without a target.
     pub converged: Option<bool>,
-    /// Samples of a pixel, in words.
+    /// Samples per pixel, in words.
     pub samples: String,
-    /// What the program would have said of scene and picture.
+    /// Messages that the program would print about scene and picture.
     pub notes: Vec<String>,
 }
 
-/// Renders the one picture of a task on the thread pool that this is called from. `command` is what
-/// the program would have been given.
+/// Renders the single picture of a task on the caller's thread pool. `command` is the equivalent
+/// command line.
 pub fn render(
     mut loaded: Loaded,
     task: &Task,
@@ -116,13 +116,13 @@ pub fn render(
 }
 
 impl FinishedPicture {
-    /// The bytes of a PNG that shows it.
+    /// Encodes the picture as PNG.
     pub fn png(&self) -> Result<Vec<u8>, Failure> {
         let bytes = output::png_bytes(self.covered().shown(), self.display, &self.metadata);
         bytes.map_err(|cause| Error::write(Path::new("PNG"), &cause).into())
     }
 
-    /// Writes it as its name says, as `render -o` does.
+    /// Writes the picture to a file in the format of its name, as `render -o` does.
     pub fn save(&self, path: &Path) -> Result<(), Failure> {
         let picture = write::picture(self.covered(), Format::of(path)?, self.display);
         Ok(output::write_picture(
@@ -133,23 +133,23 @@ impl FinishedPicture {
         )?)
     }
 
-    /// Why the interval of its error may not hold, in a word; none where it does.
+    /// Reason why the error's interval may not hold; `None` without doubt.
     pub fn doubt(&self) -> Option<String> {
         self.error?.doubt.as_ref().map(origin::name)
     }
 
-    /// What was rendered, apart from a background.
+    /// The picture before a background colour is put behind it.
     fn covered(&self) -> &Rendered {
         self.covered.as_ref().unwrap_or(&self.rendered)
     }
 
-    /// The colours that are to be looked at, with all layers.
+    /// The displayed colours, with all layers.
     pub fn shown(&self) -> &Picture {
         self.rendered.shown()
     }
 }
 
-/// Files are written by whoever has the picture.
+/// Refuses flags for files, because the caller writes files.
 pub fn refuse_files(task: &Task) -> Result<(), Failure> {
     let flags = [
         ("--output", !task.outputs.is_empty()),
@@ -175,7 +175,7 @@ pub fn refuse_files(task: &Task) -> Result<(), Failure> {
         .into())
 }
 
-/// Looks on, and ends a render when its time is over.
+/// Observer that ends a render at its deadline.
 struct Budgeted<'a> {
     observer: &'a dyn Observer,
     deadline: Option<Instant>,

@@ -1,5 +1,4 @@
-//! What `render` says besides its result: what is left out, lost or not met, and with `-v` where
-//! the time went.
+//! Messages of `render`: effects left out, objects lost, lights unreached, and with `-v` the times.
 
 use raywright_core::counters::{Counters, SampleLoss};
 use raywright_core::denoise::FEWEST_SAMPLES;
@@ -21,7 +20,7 @@ use crate::table::{lay_out, significant};
 use crate::targets::Target;
 use crate::{memory, origin};
 
-/// What the scene has and the picture will not show; all effects where the user asks for more.
+/// Notes the effects that are left out; lists all effects in verbose runs.
 pub(super) fn note_effects(loaded: &Loaded, report: &EffectReport, notes: &mut Notes) {
     notes.detail(explain::text(&loaded.source, report, false));
     let names: Vec<&str> = report
@@ -37,7 +36,7 @@ pub(super) fn note_effects(loaded: &Loaded, report: &EffectReport, notes: &mut N
     }
 }
 
-/// What a clamp does to the picture, also for the list of warnings in the statistics.
+/// Notes the bias of a clamp, also for the warnings in the statistics.
 pub(super) fn note_clamp(
     loaded: &mut Loaded,
     ready: &Ready,
@@ -59,7 +58,7 @@ pub(super) fn note_clamp(
     });
 }
 
-/// Objects that vanish without being left out.
+/// Warns of objects lost by the chosen precision.
 pub(super) fn note_lost(loaded: &Loaded, ready: &Ready, notes: &mut Notes) {
     let [first, others @ ..] = ready.lost() else {
         return;
@@ -76,7 +75,7 @@ pub(super) fn note_lost(loaded: &Loaded, ready: &Ready, notes: &mut Notes) {
     ));
 }
 
-/// Objects too far from the others for their shape to be stored.
+/// Warns of objects so far from the others that their shape exceeds the precision.
 pub(super) fn note_unresolved(loaded: &Loaded, ready: &Ready, notes: &mut Notes) {
     let Some(first) = ready
         .unresolved()
@@ -91,7 +90,7 @@ pub(super) fn note_unresolved(loaded: &Loaded, ready: &Ready, notes: &mut Notes)
     ));
 }
 
-/// Edges that are asked for where shapes have none.
+/// Notes that shapes without edges have no wireframe.
 pub(super) fn note_edges(loaded: &Loaded, settings: &Settings, notes: &mut Notes) {
     let objects = loaded.scene.objects.iter().chain(
         loaded
@@ -115,7 +114,7 @@ pub(super) fn note_edges(loaded: &Loaded, settings: &Settings, notes: &mut Notes
     ));
 }
 
-/// Bodies so near to each other that light passes from the one to beyond the other.
+/// Warns of bodies so close together that light passes through the gap.
 pub(super) fn note_closed_gaps(
     loaded: &mut Loaded,
     ready: &Ready,
@@ -157,7 +156,7 @@ pub(super) fn note_closed_gaps(
     });
 }
 
-/// Lamps so near behind an opaque object that their light shines through it.
+/// Warns of lights so close behind an opaque object that their light leaks through.
 pub(super) fn note_light_leaks(
     loaded: &mut Loaded,
     ready: &Ready,
@@ -203,7 +202,7 @@ pub(super) fn note_light_leaks(
     });
 }
 
-/// A light without size by its name, or by its place in the scene's list.
+/// Name of a light without size, or its number in the scene.
 fn light_name(loaded: &Loaded, index: usize) -> String {
     match loaded.scene.lights.get(index) {
         Some(light) if !light.name.is_empty() => format!("light `{}`", on_one_line(&light.name)),
@@ -211,8 +210,7 @@ fn light_name(loaded: &Loaded, index: usize) -> String {
     }
 }
 
-/// An object by its name, or by its place in the scene's list, of which the generated ones are the
-/// last.
+/// Name of an object, or its number in the scene, where generated objects follow the listed ones.
 fn object_name(loaded: &Loaded, index: usize) -> String {
     match loaded.scene.objects.get(index) {
         Some(object) if !object.name.is_empty() => {
@@ -222,7 +220,7 @@ fn object_name(loaded: &Loaded, index: usize) -> String {
     }
 }
 
-/// What of a picture's samples is not in it, also for the list of warnings in the statistics.
+/// Warns of samples lost from the picture, also for the warnings in the statistics.
 pub fn note_losses(counters: &Counters, notes: &mut Notes) -> Vec<Warning> {
     let message = |loss| match loss {
         SampleLoss::NotFinite { dropped, of } => format!(
@@ -248,9 +246,8 @@ pub fn note_losses(counters: &Counters, notes: &mut Notes) -> Vec<Warning> {
     warnings
 }
 
-/// What to try where more than a tenth of the pixels of a display picture is clipped, or black that
-/// is not so in the scene: the exposure that changes it, in whole stops. A fifth clipped is a
-/// picture that shows too little.
+/// Recommends an exposure in whole stops where more than a tenth of the pixels of a display picture
+/// are clipped, or are black although the scene is not. More than a fifth clipped is a warning.
 pub(super) fn note_exposure(
     rendered: &Rendered,
     plan: &Plan,
@@ -283,7 +280,8 @@ pub(super) fn note_exposure(
     }
 }
 
-/// Lights of which nothing was seen; no warning, since who puts a lamp into a box may mean it.
+/// Notes lights that no path reached. This is no warning, because a lamp inside a box may be
+/// intended.
 pub(super) fn note_shut_away(loaded: &Loaded, ready: &Ready, film: &Film, notes: &mut Notes) {
     let shut = ready.shut_away(film);
     let light = |shut: &ShutAway| match *shut {
@@ -313,8 +311,8 @@ pub(super) fn note_shut_away(loaded: &Loaded, ready: &Ready, film: &Film, notes:
     }
 }
 
-/// How far the picture probably is from the true one, in the few words that follow its samples;
-/// notes say what is wrong with it, and all figures where the user asks for more.
+/// Formats the estimated error for the line of samples, adds notes on doubts about the estimate,
+/// and prints all figures in verbose runs.
 pub fn error(
     noisy: Option<&Uncertainty>,
     film: &Film,
@@ -362,7 +360,7 @@ pub fn error(
     Some(denoised(rendered, notes).unwrap_or(phrase) + &met)
 }
 
-/// Whether what is shown of a render has an error, denoised where it was.
+/// Whether the displayed picture, denoised or not, reaches an error.
 fn reaches(asked: f64, noisy: &Uncertainty, rendered: &Rendered) -> bool {
     rendered
         .denoised()
@@ -371,7 +369,7 @@ fn reaches(asked: f64, noisy: &Uncertainty, rendered: &Rendered) -> bool {
         })
 }
 
-/// Why the error that was asked for is not reached; none where it is.
+/// Reason why the target error is not reached; `None` where it is.
 pub fn shortfall(
     asked: f64,
     noisy: Option<&Uncertainty>,
@@ -389,7 +387,7 @@ pub fn shortfall(
     })
 }
 
-/// Why samples were added after the error that was asked for seemed to be met.
+/// Reason why samples were added after the target error first seemed reached.
 fn doubted(film: &Film, asked: f64) -> Option<String> {
     let first = film.doubted_aim()?;
     let [least, most] = first.samples;
@@ -412,11 +410,11 @@ fn doubted(film: &Film, asked: f64) -> Option<String> {
     ))
 }
 
-/// An error from which on denoising is named.
+/// Least error at which denoising is recommended.
 const NOTICEABLE: f64 = 0.05;
 
-/// What denoising brings, where a picture that nothing was asked of has noise that is seen. The
-/// shares are those of docs/accuracy.md with 64 samples.
+/// Recommends denoising for a picture with visible noise and no chosen settings. The shares are
+/// those of docs/accuracy.md with 64 samples.
 pub(super) fn note_denoising(noisy: &Uncertainty, settings: &Settings, notes: &mut Notes) {
     let can = !settings.sampling.is_fixed()
         && settings.sampling.count() >= FEWEST_SAMPLES
@@ -428,7 +426,7 @@ pub(super) fn note_denoising(noisy: &Uncertainty, settings: &Settings, notes: &m
     }
 }
 
-/// Both errors with their intervals.
+/// Formats both errors with their intervals.
 fn told(of: &Uncertainty) -> String {
     format!(
         "root relMSE {}, RMSE {}",
@@ -449,7 +447,7 @@ fn with_interval(of: Estimate) -> String {
     )
 }
 
-/// Why nothing is claimed of a denoised picture.
+/// Reason why a denoised picture has no error estimate.
 fn unknown(doubt: Doubt) -> &'static str {
     match doubt {
         Doubt::FewSamples => "there are too few samples to tell",
@@ -459,7 +457,7 @@ fn unknown(doubt: Doubt) -> &'static str {
     }
 }
 
-/// What is claimed of a denoised picture; none where there is none.
+/// Formats the error of a denoised picture; `None` without one.
 fn denoised(rendered: &Rendered, notes: &mut Notes) -> Option<String> {
     let denoised = match rendered.denoised.as_ref()? {
         Ok(denoised) => denoised,
@@ -498,7 +496,7 @@ fn denoised(rendered: &Rendered, notes: &mut Notes) -> Option<String> {
     Some(format!("denoised (biased), {error}"))
 }
 
-/// What `-v` adds: where the time went, what was traced, what was held in memory.
+/// Formats the times, ray counts and memory of verbose runs.
 pub(super) fn details(ready: &Ready, rendered: &Rendered, seconds: &Seconds) -> String {
     let rays = &rendered.counters;
     let stages = [
@@ -549,8 +547,8 @@ pub(super) fn details(ready: &Ready, rendered: &Rendered, seconds: &Seconds) -> 
 mod tests {
     use super::*;
 
-    /// Protects: a squared error that was estimated below zero is no error of nothing: its upper
-    /// bound is what is known.
+    /// Protects: a squared error estimated below zero is shown as its upper bound, not as an error
+    /// of zero.
     #[test]
     fn an_error_of_nothing_is_a_bound() {
         let of = |value: f64, low: f64, high: f64| {

@@ -1,6 +1,6 @@
-//! Pictures for tev, a viewer of pictures (<https://github.com/Tom94/tev>), by its protocol:
-//! packets over TCP, each its length, its kind and what belongs to it, all little-endian, with
-//! texts that end in a zero.
+//! Client of tev, an image viewer (<https://github.com/Tom94/tev>). Its protocol sends packets over
+//! TCP, each with its length, its kind and its content, all little-endian, with zero-terminated
+//! texts.
 
 use std::io::{self, Write};
 use std::net::{TcpStream, ToSocketAddrs};
@@ -10,25 +10,25 @@ use raywright_core::picture::Picture;
 
 use crate::args::TevAddress;
 
-/// Kinds of packets: a picture begins, and new values of some of its channels.
+/// Kinds of packets: create an image, and update some of its channels.
 const CREATE_IMAGE: u8 = 4;
 const UPDATE_IMAGE: u8 = 6;
 
-/// Values of a packet at most: a picture goes in bands of rows.
+/// Largest number of values in a packet: an image is sent in bands of rows.
 const MOST_VALUES: usize = 4 << 20;
-/// How long a viewer may take to answer and to read.
+/// Timeout of the connection and of each write.
 const MOST_TIME: Duration = Duration::from_secs(10);
 
-/// A connection with one picture.
+/// A connection that shows one image.
 pub struct Tev {
     stream: TcpStream,
     name: String,
-    /// Size and channels that the picture has there.
+    /// Size and channels of the image in the viewer.
     shown: Option<([u32; 2], Vec<String>)>,
 }
 
 impl Tev {
-    /// Connects for a picture of that name.
+    /// Connects to a viewer, for an image with this name.
     pub fn connect(address: &TevAddress, name: &str) -> io::Result<Self> {
         let mut last = io::Error::from(io::ErrorKind::NotFound);
         for place in (address.host.as_str(), address.port).to_socket_addrs()? {
@@ -47,8 +47,8 @@ impl Tev {
         Err(last)
     }
 
-    /// Shows a picture with its layers. One with other channels than before, or of another size,
-    /// takes the place of that.
+    /// Sends a picture with its layers. A picture with other channels or of another size replaces
+    /// the image.
     pub fn show(&mut self, picture: &Picture) -> io::Result<()> {
         let channels = channels(picture);
         let names: Vec<String> = channels.iter().map(|(name, _)| name.clone()).collect();
@@ -69,7 +69,7 @@ impl Tev {
     }
 }
 
-/// A channel by its name, with its value of each pixel.
+/// Name of a channel, and its value at each pixel.
 type Channel<'a> = (String, Box<dyn Fn(usize) -> f32 + 'a>);
 
 fn channels(picture: &Picture) -> Vec<Channel<'_>> {
@@ -102,7 +102,7 @@ fn create(name: &str, picture: &Picture, channels: &[Channel<'_>]) -> Vec<u8> {
     packet.finish()
 }
 
-/// New values of rows of a picture, channel after channel.
+/// Encodes new values for rows of an image, channel after channel.
 fn update(
     name: &str,
     channels: &[Channel<'_>],
@@ -126,11 +126,11 @@ fn update(
     packet.finish()
 }
 
-/// A packet in the making: room for its length, and what follows.
+/// A packet under construction: four bytes for its length, and its content.
 struct Packet(Vec<u8>);
 
 impl Packet {
-    /// Of a kind, about a picture that keeps the focus where it is.
+    /// Starts a packet of this kind about an image, without a change of the viewer's focus.
     fn new(kind: u8, name: &str) -> Self {
         let mut packet = Self(vec![0, 0, 0, 0, kind, 0]);
         packet.text(name);
@@ -163,8 +163,8 @@ mod tests {
 
     use super::*;
 
-    /// Protects: packets have the bytes that tev reads: length, kind, focus, name, numbers, names
-    /// of channels, and values channel after channel.
+    /// Protects: packets have the bytes of tev's protocol: length, kind, focus, name, numbers,
+    /// channel names, and values channel after channel.
     #[test]
     fn packets_have_their_bytes() {
         let layers = vec![Layer {

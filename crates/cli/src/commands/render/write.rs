@@ -1,4 +1,4 @@
-//! Where the pictures of `render` and `merge` go, finished or not.
+//! Writing of pictures for `render` and `merge`, finished or not.
 
 use std::borrow::Cow;
 use std::path::{Path, PathBuf};
@@ -14,9 +14,9 @@ use crate::failure::{Exit, Failure};
 use crate::ready::NOTHING_KEPT;
 use crate::targets::Target;
 
-/// Writes the picture everywhere it should go; the files that were written. One that can't be
-/// written does not keep the others away, and is kept beside the input or in the temporary folder,
-/// which the failure tells.
+/// Writes the picture to all targets and returns the written files. A failed write does not stop
+/// the others; its picture is kept beside the input or in the temporary folder, and the failure
+/// names that file.
 pub fn write(
     rendered: &Rendered,
     targets: &[Target],
@@ -42,8 +42,9 @@ pub fn write(
     failed.map_or(Ok(written), Err)
 }
 
-/// Writes a file for which there was no place under its own name to the folder of the first input
-/// or to the temporary folder, where it replaces nothing: its name there, if it has a place.
+/// Writes a file that could not be written under its own name to the folder of the first input or to
+/// the temporary folder, where it replaces nothing. Returns the new file, or `None` without a
+/// writable folder.
 pub fn keep_elsewhere(
     path: &Path,
     (inputs, is_free): (&Inputs, impl Fn(&Path) -> bool),
@@ -59,7 +60,7 @@ pub fn keep_elsewhere(
         .find_map(|folder| write(&folder.join(name), &is_new).ok())
 }
 
-/// A failure to write a file, with the place where it is kept instead.
+/// Adds the path of the file written instead to a failure.
 pub fn with_shelter(failure: Failure, file: &str, shelter: Option<PathBuf>) -> Failure {
     match shelter {
         Some(kept) => failure.with_hint(format_args!("the {file} is kept in {}", shown(&kept))),
@@ -67,7 +68,7 @@ pub fn with_shelter(failure: Failure, file: &str, shelter: Option<PathBuf>) -> F
     }
 }
 
-/// Writes the picture to one target; the file's name, where it is one.
+/// Writes the picture to a target and returns the file's name, if the target is a file.
 fn write_to(
     target: &Target,
     rendered: &Rendered,
@@ -92,7 +93,7 @@ fn write_to(
             )?;
             Some(shown(path))
         }
-        // Something else may lie there by now; a picture that took an hour is not given up for it.
+        // The file may have appeared during the render; the picture then gets another name.
         Target::Unnamed(path, format) => {
             let is_free = |other: &Path| other == path || is_free(other);
             let picture = picture(rendered, *format, display);
@@ -103,13 +104,13 @@ fn write_to(
     })
 }
 
-/// A file's name in the one line that tells of it.
+/// Formats a path for a one-line message.
 pub fn shown(path: &Path) -> String {
     console::on_one_line(&path.display().to_string())
 }
 
-/// What a format keeps: of display values those that are to be looked at, of linear numbers all
-/// there are, before the linear value of a background.
+/// Selects the content for a format: the displayed colours for display formats; all layers, over
+/// the linear background if any, for EXR.
 pub fn picture(rendered: &Rendered, format: Format, display: Display) -> Cow<'_, Picture> {
     match (format, display.linear_background()) {
         (Format::Exr, None) => rendered.all_layers(),
@@ -118,8 +119,8 @@ pub fn picture(rendered: &Rendered, format: Format, display: Display) -> Cow<'_,
     }
 }
 
-/// The end of a run that was stopped, with the files of what there is; of a series with how many
-/// pictures of how many are finished.
+/// Failure of an interrupted run, with the files written; for a series, with the number of finished
+/// pictures.
 pub fn interrupted(kept: Result<Vec<String>, Error>, series: Option<[usize; 2]>) -> Failure {
     let kept = match kept {
         Err(error) => {
@@ -145,8 +146,8 @@ pub fn interrupted(kept: Result<Vec<String>, Error>, series: Option<[usize; 2]>)
     Failure::new(Exit::Interrupted, message)
 }
 
-/// Writes what there is of a picture that was stopped, if there is anything, under names that
-/// nobody chose and that replace nobody's files; these names.
+/// Writes an interrupted picture, if it has any samples, under new names that replace no file;
+/// returns these names.
 pub fn keep(
     rendered: &Rendered,
     targets: &[Target],
@@ -188,14 +189,14 @@ mod tests {
         }
     }
 
-    /// Protects: a name with a line break in it leaves a message on one line.
+    /// Protects: a file name with a line break stays on one line of a message.
     #[test]
     fn names_stay_on_one_line() {
         assert_eq!(shown(Path::new("a\nb.png")), "a\u{fffd}b.png");
     }
 
-    /// Protects: a render that was stopped before its first tile leaves no picture, which would be
-    /// black; one that was not keeps what it has, beside whatever lies under that name.
+    /// Protects: a render stopped before its first tile leaves no picture, which would be black; a
+    /// later stop keeps the samples in a new file beside any existing file.
     #[test]
     fn only_what_was_made_is_kept() {
         let folder = tempfile::tempdir().expect("a temporary folder");

@@ -1,5 +1,4 @@
-//! What is seen as a command: the flags of `render` that the page began with, and those that it
-//! changes.
+//! The page's current view as a command: the flags at the start, and those changed by the page.
 
 use std::ffi::{OsStr, OsString};
 
@@ -14,8 +13,7 @@ use crate::origin;
 /// A flag by its long name, with its value where it takes one.
 pub type Flag = (String, Option<String>);
 
-/// Flags that the page may give and take. None of them names a file, lifts a limit or allows
-/// anything.
+/// Flags that the page may set. None of them names a file, raises a limit or grants access.
 const OF_PAGE: [&str; 31] = [
     "animation",
     "at",
@@ -50,21 +48,21 @@ const OF_PAGE: [&str; 31] = [
     "zoom",
 ];
 
-/// Most flags of a page, and bytes of each.
+/// Largest number of flags from a page, and largest length of each in bytes.
 const MOST_FLAGS: usize = 200;
 const MOST_BYTES: usize = 1000;
 
-/// The command of what is seen.
+/// The `render` command of the current view.
 #[derive(Clone, Debug)]
 pub struct CommandLine {
     scene: OsString,
-    /// As they were typed; no page changes them.
+    /// Flags as typed, which no page changes.
     fixed: Vec<Flag>,
 }
 
 impl CommandLine {
-    /// The flags of `render` among the words of the program, apart into those that are fixed and
-    /// those that a page may change.
+    /// Splits the `render` flags of the program's command line into fixed flags and flags that a
+    /// page may change.
     pub fn of_program(scene: OsString, words: Vec<OsString>) -> (Self, Vec<Flag>) {
         let matches = Arguments::command().try_get_matches_from(words).ok();
         let typed = matches
@@ -78,7 +76,7 @@ impl CommandLine {
         (Self { scene, fixed }, own)
     }
 
-    /// Refuses flags that are not a page's.
+    /// Refuses flags that a page may not set.
     pub fn check(flags: &[Flag]) -> Result<(), Failure> {
         let refuse = |why: String| Err(Failure::new(Exit::Usage, why));
         if flags.len() > MOST_FLAGS {
@@ -96,7 +94,7 @@ impl CommandLine {
         Ok(())
     }
 
-    /// What `render` would do with these flags.
+    /// Resolves the `render` request of these flags.
     pub fn request(&self, flags: &[Flag]) -> Result<Request, Failure> {
         let word = |(name, value): &Flag| match value {
             Some(value) => OsString::from(format!("--{name}={value}")),
@@ -105,7 +103,7 @@ impl CommandLine {
         Request::new("render", self.fixed.iter().chain(flags).map(word).collect())
     }
 
-    /// The words that a shell takes for it.
+    /// Formats the command for a shell.
     pub fn text(&self, flags: &[Flag]) -> String {
         let mut words = vec![OsString::from("render"), self.scene.clone()];
         for (name, value) in self.fixed.iter().chain(flags) {
@@ -121,7 +119,7 @@ impl CommandLine {
     }
 }
 
-/// The flags of `render` that were typed, by their long names.
+/// Lists the typed flags of `render` by their long names.
 fn typed(matches: &ArgMatches) -> Vec<Flag> {
     let program = Arguments::command();
     let Some(render) = program.find_subcommand("render") else {
@@ -165,9 +163,9 @@ mod tests {
         CommandLine::of_program("a b.glb".into(), words)
     }
 
-    /// Protects: what was typed is what the page begins with and what its command says, lists and
-    /// switches too; the viewer's own flags are none of `render`'s; and what names files or lifts
-    /// limits stays as it was typed.
+    /// Protects: the page and its command start with the typed flags, lists and switches included;
+    /// the viewer's own flags are not among them; flags that name files or raise limits stay as
+    /// typed.
     #[test]
     fn a_command_is_what_was_typed() {
         let (line, flags) = command(
@@ -192,7 +190,7 @@ mod tests {
         assert!(line.request(&flags).is_ok());
     }
 
-    /// Protects: no page gives a flag that opens a file, writes one, lifts a limit or lets a scene
+    /// Protects: no page sets a flag that reads or writes a file, raises a limit or lets a scene
     /// read elsewhere.
     #[test]
     fn a_page_has_no_files() {

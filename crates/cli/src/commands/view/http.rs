@@ -1,5 +1,5 @@
-//! HTTP/1.1 as one page on the loopback needs it: a request a connection, each with a bound on its
-//! size and its time.
+//! HTTP/1.1 for one page on the loopback interface: one request per connection, limited in size and
+//! time.
 
 use std::io::{self, ErrorKind, Read, Write};
 use std::net::TcpStream;
@@ -7,28 +7,28 @@ use std::time::{Duration, Instant};
 
 use httparse::{EMPTY_HEADER, Status};
 
-/// Bytes of a request's line and headers, how many headers, and bytes of its body.
+/// Limits of a request: bytes of its first line and headers, number of headers, bytes of its body.
 const MOST_HEAD: usize = 8 << 10;
 const MOST_HEADERS: usize = 48;
 const MOST_BODY: usize = 16 << 10;
-/// How long a request may take to arrive, and each piece of an answer to leave.
+/// Time limit for a whole request, and for each write of a response.
 const MOST_TIME: Duration = Duration::from_secs(5);
 
-/// What was asked for.
+/// A parsed request.
 #[derive(Debug, Default)]
 pub struct HttpRequest {
     pub method: String,
-    /// Without what follows a question mark.
+    /// Path without the query after `?`.
     pub path: String,
     pub query: String,
     pub host: String,
     pub origin: Option<String>,
-    /// Where the request comes from, as browsers say it (`Sec-Fetch-Site`).
+    /// Origin of the request as reported by the browser (`Sec-Fetch-Site`).
     pub site: Option<String>,
     pub body: Vec<u8>,
 }
 
-/// What is answered.
+/// A response.
 pub struct HttpResponse {
     pub status: u16,
     pub kind: &'static str,
@@ -38,7 +38,7 @@ pub struct HttpResponse {
 }
 
 impl HttpResponse {
-    /// Something that was asked for.
+    /// Creates a successful response.
     pub fn of(kind: &'static str, body: impl Into<Vec<u8>>) -> Self {
         Self {
             status: 200,
@@ -48,7 +48,7 @@ impl HttpResponse {
         }
     }
 
-    /// Why there is nothing.
+    /// Creates an error response with its reason.
     pub fn refusal(status: u16, why: &str) -> Self {
         Self {
             status,
@@ -56,7 +56,7 @@ impl HttpResponse {
         }
     }
 
-    /// Sends it, and ends the connection.
+    /// Sends the response and closes the connection.
     pub fn send(&self, stream: &mut TcpStream) -> io::Result<()> {
         let Self {
             status,
@@ -78,7 +78,8 @@ impl HttpResponse {
     }
 }
 
-/// The page loads its own script and style and asks its own server, and nobody shows it in a frame.
+/// Content security policy: the page loads its own script and style, connects to its own server,
+/// and may not be framed.
 const POLICY: &str = "default-src 'none'; script-src 'self'; style-src 'self'; connect-src 'self'; img-src 'self' data:; \
                       base-uri 'none'; form-action 'none'; frame-ancestors 'none'";
 
@@ -97,7 +98,7 @@ fn reason(status: u16) -> &'static str {
     }
 }
 
-/// Reads a request, or says why it is refused.
+/// Reads a request, or returns the response that refuses it.
 pub fn read(stream: &mut TcpStream) -> Result<HttpRequest, HttpResponse> {
     let deadline = Instant::now() + MOST_TIME;
     let mut bytes = Vec::new();
@@ -120,7 +121,7 @@ pub fn read(stream: &mut TcpStream) -> Result<HttpRequest, HttpResponse> {
     Ok(request)
 }
 
-/// What comes next of a request.
+/// Receives the next bytes of a request.
 fn receive(
     stream: &mut TcpStream,
     deadline: Instant,
@@ -149,8 +150,8 @@ fn receive(
     }
 }
 
-/// The request without its body, bytes of its head, and how long its body is; none while the head
-/// is not whole.
+/// Parses the request's head. Returns the request without its body, the length of the head and the
+/// length of the body, or `None` while the head is incomplete.
 fn parse(bytes: &[u8]) -> Result<Option<(HttpRequest, usize, usize)>, HttpResponse> {
     let wrong = |why: &str| HttpResponse::refusal(400, why);
     let mut headers = [EMPTY_HEADER; MOST_HEADERS];
@@ -190,8 +191,8 @@ fn parse(bytes: &[u8]) -> Result<Option<(HttpRequest, usize, usize)>, HttpRespon
             "host" => (request.host, hosts) = (text()?, hosts + 1),
             "origin" => request.origin = Some(text()?),
             "sec-fetch-site" => request.site = Some(text()?),
-            // How long a body is, is said once and in one way: two readers of a request must not
-            // differ on where it ends.
+            // The length of a body must be unambiguous: two readers of a request must agree on
+            // where it ends.
             "transfer-encoding" => return Err(wrong("a body of unknown length is not read")),
             "content-length" => {
                 let value = text()?
@@ -214,8 +215,8 @@ fn parse(bytes: &[u8]) -> Result<Option<(HttpRequest, usize, usize)>, HttpRespon
 mod tests {
     use super::*;
 
-    /// Protects: a request is read as it is written, and what could be read in two ways, or is
-    /// larger than the page's own, is refused.
+    /// Protects: well-formed requests are parsed; ambiguous ones, and requests larger than the page
+    /// sends, are refused.
     #[test]
     fn requests_are_read_or_refused() {
         let status = |text: &str| {

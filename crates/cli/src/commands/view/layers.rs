@@ -1,12 +1,12 @@
-//! Pictures as a screen shows them, and layers as colours: directions as red, green and blue,
-//! objects by hue, errors as heat.
+//! Display of pictures and layers as 8-bit colours: directions as red, green and blue, objects by
+//! hue, errors as heat.
 
 use raywright_core::display::{Display, Output};
 use raywright_core::film::Film;
 use raywright_core::picture::{Layer, Picture};
 use raywright_core::settings::Aov;
 
-/// Red, green, blue and coverage of each pixel of a picture.
+/// Red, green, blue and coverage codes of each pixel.
 pub fn colours(picture: &Picture, display: Display) -> Vec<u8> {
     let output = if matches!(display.output, Output::Dithered) {
         Output::Dithered
@@ -24,13 +24,13 @@ pub fn colours(picture: &Picture, display: Display) -> Vec<u8> {
     }
 }
 
-/// The layer of a name that first hits tell of; none: it is no such layer.
+/// First-hit layer with this name; `None` for other layers.
 pub fn of_hits(name: &str) -> Option<Aov> {
     let layer = Aov::ALL.into_iter().find(|(known, _)| *known == name)?.1;
     (!matches!(layer, Aov::Samples | Aov::StandardError)).then_some(layer)
 }
 
-/// Codes of a layer that a picture has; black where it has none.
+/// Codes of a picture's layer; black where the picture lacks the layer.
 pub fn hits(picture: &Picture, layer: Aov) -> Vec<u8> {
     let of = |name: &str| {
         picture
@@ -90,8 +90,8 @@ pub fn hits(picture: &Picture, layer: Aov) -> Vec<u8> {
     }
 }
 
-/// Standard errors of a film's pixels as heat, brightest at a fifth of what the picture has there;
-/// grey where nothing is known.
+/// Standard errors of a film's pixels as heat, brightest at a fifth of the pixel's value; grey
+/// where the errors are unknown.
 pub fn errors(film: &Film, picture: &Picture) -> Vec<u8> {
     let Some((errors, _)) = film.standard_errors() else {
         return codes(picture.rgb.iter().map(|_| [0.3; 3]));
@@ -108,7 +108,7 @@ pub fn errors(film: &Film, picture: &Picture) -> Vec<u8> {
     )
 }
 
-/// Black, red, yellow, white.
+/// Colour scale from black over red and yellow to white.
 fn heat(share: f32) -> [f32; 3] {
     let share = share.clamp(0.0, 1.0);
     [
@@ -128,7 +128,7 @@ fn code(value: f32) -> u8 {
     (255.0 * value.clamp(0.0, 1.0) + 0.5) as u8
 }
 
-/// Least and greatest of finite numbers.
+/// Least and greatest of the finite numbers.
 fn range(numbers: impl Iterator<Item = f32>) -> [f32; 2] {
     let finite = numbers.filter(|number| number.is_finite());
     finite.fold(
@@ -145,12 +145,12 @@ fn share(number: f32, [least, most]: [f32; 2]) -> f32 {
     }
 }
 
-/// A colour for each identifier, far from those of its neighbours; black for none.
+/// Colour of an identifier, distinct from its neighbours' colours; black for a negative one.
 fn hue(id: f32) -> [f32; 3] {
     if id < 0.0 {
         return [0.0; 3];
     }
-    // Steps of the golden section leave the widest gaps between so many hues.
+    // Steps of the golden ratio leave the widest gaps between hues.
     let turn = (id * 0.618_034).fract();
     [0.0, 1.0 / 3.0, 2.0 / 3.0].map(|offset| {
         let distance = ((turn + offset).fract() - 0.5).abs() * 2.0;
@@ -162,8 +162,8 @@ fn hue(id: f32) -> [f32; 3] {
 mod tests {
     use super::*;
 
-    /// Protects: each layer has four bytes a pixel, neighbours among objects differ, nothing hit is
-    /// black, and what is nearer is brighter.
+    /// Protects: each layer has four bytes per pixel, neighbouring objects differ, pixels without a
+    /// hit are black, and nearer surfaces are brighter.
     #[test]
     fn layers_have_colours() {
         let layer = |name: &str, samples: [f32; 3]| Layer {

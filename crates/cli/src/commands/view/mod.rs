@@ -1,9 +1,9 @@
-//! `view`: a page on the loopback that shows a scene while it renders.
+//! `view`: a page on the loopback interface that shows a scene while it renders.
 //!
-//! One thread computes (`worker`): it takes the page's last wish, which is the flags of a command,
-//! does no more than the wish asks for (`subject`), shows a sketch at once and then the render in
-//! pieces (`progress`). Others answer requests (`server`, `http`). They meet in `shared`, and
-//! nowhere else.
+//! One thread computes (`worker`). It takes the page's last wish, which is a set of flags, does
+//! only the work that the wish requires (`subject`), shows a sketch at once and then renders in
+//! pieces (`progress`). Other threads serve requests (`server`, `http`). All threads communicate
+//! through `shared` only.
 
 mod flags;
 mod http;
@@ -30,7 +30,7 @@ use server::Server;
 use shared::{Shared, Wish};
 use worker::Worker;
 
-/// Serves the page until nobody looks at it any more.
+/// Serves the page until its last visitor has left.
 pub fn run(args: ViewerArgs, verbosity: Verbosity) -> Result<(), Failure> {
     let scene = match args.render.scenes.as_slice() {
         [] => scene_input::unnamed()?,
@@ -83,8 +83,7 @@ pub fn run(args: ViewerArgs, verbosity: Verbosity) -> Result<(), Failure> {
     Ok(())
 }
 
-/// Opens the page where the system has a program for that. Where it has none, the address was
-/// printed.
+/// Opens the page with the system's opener, if any. The address is printed in any case.
 fn open(address: &str) {
     let program = if cfg!(target_os = "macos") {
         "open"
@@ -99,8 +98,8 @@ fn open(address: &str) {
         .stderr(quietly())
         .spawn()
     {
-        // Waited for, so that nothing of it stays when it has ended; where there is no thread, it
-        // stays until the program ends.
+        // The thread waits for the opener, so that no zombie process remains; without a thread the
+        // zombie lasts until the program ends.
         let _ = thread::Builder::new().spawn(move || opened.wait());
     }
 }

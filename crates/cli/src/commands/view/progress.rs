@@ -1,5 +1,5 @@
-//! A picture in the making: a sketch at once, finer ones, and the render, in pieces that leave room
-//! for other wishes.
+//! Progressive render: a first sketch at once, finer sketches, and the render in pieces, between
+//! which newer wishes are served.
 
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::time::{Duration, Instant};
@@ -12,35 +12,35 @@ use super::shared::Shared;
 use super::status::RenderProgress;
 use crate::watch::{Patience, Watch};
 
-/// How long the first sketch may take, about, of the tenth of a second in which it is to be there.
+/// Target time of the first sketch in seconds, so that it appears within a tenth of a second.
 const SKETCH: f64 = 0.03;
-/// Pixels of a sketch that are rendered in a second, before any is known.
+/// Initial guess of the pixels rendered per second in a sketch.
 const FIRST_GUESS: f64 = 300_000.0;
-/// Largest pixels of a sketch.
+/// Largest edge of a sketch's pixels, in pixels of the picture.
 const LARGEST: u32 = 16;
-/// How long pieces of a render take, at least and at most.
+/// Least and greatest duration of a piece.
 const PIECES: [Duration; 2] = [Duration::from_millis(120), Duration::from_millis(1500)];
-/// The first stage has one sample in so many.
+/// Reciprocal share of all samples in the first stage.
 const FIRST_STAGE: u64 = 128;
-/// What is looked at takes one part in so many of the time: estimates, denoising.
+/// Reciprocal shares of the time for error estimates and for denoising.
 const ERROR_SHARE: u32 = 10;
 const DENOISE_SHARE: u32 = 4;
-/// Estimates that are kept.
+/// Largest number of kept estimates.
 const MOST_HISTORY: usize = 300;
 
-/// Looks on for the viewer: as every run does, and it stops for a newer wish too.
+/// Observer that also stops for a newer wish.
 pub struct WishWatch<'a> {
     pub watch: Watch<'a>,
     shared: &'a Shared,
-    /// The wish that is fulfilled; none: nothing else is waited for.
+    /// Number of the current wish; `None`: newer wishes do not stop the work.
     wish: Option<u64>,
-    /// Samples of all pixels that there are to be.
+    /// Total sample count over all pixels.
     total: AtomicU64,
     has_paused: AtomicBool,
 }
 
 impl<'a> WishWatch<'a> {
-    /// Stops where the program does, and for another wish than this one.
+    /// Creates an observer that stops with the program or for a wish newer than this one.
     pub fn new(shared: &'a Shared, stop: &'a AtomicBool, wish: Option<u64>) -> Self {
         Self {
             watch: Watch::until(stop),
@@ -51,7 +51,7 @@ impl<'a> WishWatch<'a> {
         }
     }
 
-    /// Samples of all pixels that there are.
+    /// Finished samples over all pixels.
     fn done(&self) -> u64 {
         self.watch.done.load(Ordering::Relaxed)
     }
@@ -77,7 +77,7 @@ impl Observer for WishWatch<'_> {
     }
 }
 
-/// Pixels of sketches that are rendered in a second, as the last one had it.
+/// Pixels rendered per second in sketches, a running mean.
 pub struct Speed(f64);
 
 impl Default for Speed {
@@ -87,38 +87,38 @@ impl Default for Speed {
 }
 
 impl Speed {
-    /// How large the pixels of a first sketch are, so that it takes the time that it may.
+    /// Edge of the first sketch's pixels, for its target time.
     pub fn edge(&self, [width, height]: [u32; 2]) -> u32 {
         let pixels = f64::from(width) * f64::from(height);
         ((pixels / (self.0 * SKETCH)).sqrt().ceil() as u32).clamp(1, LARGEST)
     }
 
     fn measure(&mut self, pixels: usize, time: Duration) {
-        // A sketch that a large tile or another program held up says less than those before it.
+        // The mean dampens a sketch delayed by a slow tile or another program.
         self.0 = 0.5 * self.0 + 0.5 * (pixels as f64 / time.as_secs_f64().max(1e-4)).min(1e8);
     }
 }
 
-/// A render with what it took.
+/// A render with its statistics.
 pub struct LiveRender {
     pub film: Film,
-    /// Pixels of the next sketch; none: there is no other one.
+    /// Pixel edge of the next sketch; `None`: no further sketch.
     next_edge: Option<u32>,
     spent: Duration,
     piece: Duration,
-    /// Samples of all pixels that the next stage has at most: each has about twice those of the one
-    /// before, or is as long as a piece may be.
+    /// Largest sample count over all pixels at the end of the next stage. Each stage about doubles
+    /// the samples, or lasts as long as a piece may.
     next_stage: u64,
     estimated: Option<(Duration, Duration)>,
     denoised: Option<(Duration, Duration)>,
     pub progress: RenderProgress,
-    /// What is shown now, once there is more than a sketch.
+    /// The displayed picture after the sketches.
     pub rendered: Option<Rendered>,
     pub is_done: bool,
 }
 
 impl LiveRender {
-    /// Nothing is there yet.
+    /// Creates an empty render.
     pub fn new(ready: &Ready) -> Self {
         let film = ready.film("");
         let progress = RenderProgress {
@@ -129,7 +129,7 @@ impl LiveRender {
         };
         let pixels = film.size().into_iter().map(u64::from).product::<u64>();
         Self {
-            // Where the error decides, nobody knows how many there will be.
+            // With a target error the final number of samples is unknown.
             next_stage: film.asked().map_or(u64::MAX, |samples| {
                 (pixels * u64::from(samples)).div_ceil(FIRST_STAGE)
             }),
@@ -145,7 +145,7 @@ impl LiveRender {
         }
     }
 
-    /// A look at once: nothing but the end of the program interrupts it.
+    /// Renders the first sketch; only the end of the program interrupts it.
     pub fn first_sketch(
         &mut self,
         ready: &Ready,
@@ -161,8 +161,8 @@ impl LiveRender {
         (sketch, edge)
     }
 
-    /// A finer watch, until that would take as long as the render's own first pass; none where
-    /// there is no further one or it was interrupted.
+    /// Renders a finer sketch, unless it would take as long as the render's first pass; `None`
+    /// where no finer sketch follows or a newer wish interrupted it.
     pub fn next_sketch(
         &mut self,
         ready: &Ready,
@@ -175,12 +175,12 @@ impl LiveRender {
         sketch.finished.then_some((sketch, edge))
     }
 
-    /// Whether anything is left to be done.
+    /// Whether the render is unfinished.
     pub fn has_more(&self) -> bool {
         !self.is_done
     }
 
-    /// Renders a piece of the picture; whether there is something new to show.
+    /// Renders a piece of the picture; returns whether a new picture is ready to show.
     pub fn step(&mut self, ready: &Ready, mut watch: WishWatch<'_>) -> bool {
         let began = Instant::now();
         watch.watch.patience = Patience {
@@ -189,13 +189,13 @@ impl LiveRender {
             ..Patience::default()
         };
         let whole = self.film.whole();
-        // The film is this picture's own.
+        // The film was created for this scene, so that the call cannot fail.
         let _ = ready.render_part(&mut self.film, &whole, &watch);
         self.spent += began.elapsed();
         let was_paused = watch.has_paused.load(Ordering::Relaxed);
         let lacks = self.film.lacking(&whole) > 0;
         let is_cancelled = watch.cancelled();
-        // Where samples go where the error is, each round that ends decides about a next one.
+        // With adaptive sampling, each finished round decides on the next.
         let goes_on = was_paused && ready.settings().max_error.is_some();
         self.is_done = !(lacks || is_cancelled || goes_on);
         self.next_stage = self.next_stage.max(watch.done()).saturating_mul(2);
@@ -211,7 +211,7 @@ impl LiveRender {
         is_new
     }
 
-    /// What the render took so far.
+    /// Updates the statistics of the render.
     fn account(&mut self, watch: &WishWatch<'_>) {
         let samples = self.film.samples(&self.film.whole());
         let [done, total] =
@@ -228,8 +228,8 @@ impl LiveRender {
         };
     }
 
-    /// Makes the picture and its error of the samples that there are, as far as that takes little
-    /// of the time.
+    /// Updates the picture and its error from the samples so far, where that takes a small share of
+    /// the time.
     fn develop(&mut self, watch: &WishWatch<'_>) -> bool {
         let is_due = |last: Option<(Duration, Duration)>, share: u32, spent: Duration| {
             last.is_none_or(|(at, took)| spent.saturating_sub(at) >= took * share)
@@ -253,7 +253,7 @@ impl LiveRender {
         }
         let began = Instant::now();
         let rendered = stage.rendered(watch);
-        // What was interrupted is no news, and done once more.
+        // An interrupted result is discarded and computed again.
         if watch.cancelled() {
             self.is_done = false;
             return false;
@@ -264,7 +264,7 @@ impl LiveRender {
     }
 }
 
-/// Adds an estimate to those before it; of very many, every other one is given up.
+/// Adds an estimate to the history; a full history drops every second entry.
 fn remember(
     history: &mut Vec<[f64; 5]>,
     spent: Duration,
@@ -290,8 +290,8 @@ fn remember(
 mod tests {
     use super::*;
 
-    /// Protects: a first sketch has pixels so large that it takes its time, whatever the size of
-    /// the picture and the speed.
+    /// Protects: the pixels of the first sketch are large enough for its target time, at any size
+    /// and speed.
     #[test]
     fn sketches_take_their_time() {
         assert_eq!(Speed(1e9).edge([640, 360]), 1);

@@ -1,5 +1,5 @@
-//! Writing the picture under a name that the page asks for: beside the working folder's files, by
-//! the rules of every other output.
+//! Saving of the picture under a name from the page, in the working folder, by the rules of every
+//! other output.
 
 use std::path::{Component, Path, PathBuf};
 
@@ -13,7 +13,7 @@ use crate::commands::render::write;
 use crate::failure::Failure;
 use crate::targets::Outputs;
 
-/// Writes it; a status of HTTP with what there is to say.
+/// Writes the picture; returns an HTTP status and a message.
 pub fn save(
     wish: &SaveWish,
     rendered: &Rendered,
@@ -53,7 +53,7 @@ pub fn save(
     let picture = write::picture(rendered, format, display);
     let written = match wish.replace {
         true => write_picture_as(&path, format, &picture, display, metadata),
-        // What has come meanwhile is not replaced either.
+        // A file created in the meantime is not replaced.
         false => {
             let is_free = |other: &Path| other == path && other.symlink_metadata().is_err();
             write_unnamed_picture(&path, &picture, display, metadata, is_free).map(|_| ())
@@ -65,7 +65,7 @@ pub fn save(
     }
 }
 
-/// The path of a name that is nothing but a name, on every system.
+/// Path of a plain file name that is valid on every system; `None` for any other name.
 fn plain_name(name: &str) -> Option<PathBuf> {
     let is_odd = |c: char| c.is_control() || "/\\:*?\"<>|".contains(c);
     if name.len() > 200 || name.starts_with(['.', '-', '~']) || name.contains(is_odd) {
@@ -84,7 +84,7 @@ fn plain_name(name: &str) -> Option<PathBuf> {
 mod tests {
     use super::*;
 
-    /// Protects: no name leads out of the working folder, to a hidden file or to a device.
+    /// Protects: no name leads outside the working folder, to a hidden file or to a device.
     #[test]
     fn names_have_no_folder() {
         for name in [

@@ -1,4 +1,4 @@
-//! The page and what it asks for, for this machine alone.
+//! Server of the page and its requests, for this machine alone.
 
 use std::collections::hash_map::RandomState;
 use std::hash::BuildHasher;
@@ -17,28 +17,28 @@ use super::flags::CommandLine;
 use super::http::{HttpRequest, HttpResponse, read};
 use super::shared::{Job, SaveWish, Shared, Wish};
 
-/// Connections at a time.
+/// Largest number of simultaneous connections.
 const MOST_CONNECTIONS: usize = 32;
-/// How long a page waits for news before it is told the same again.
+/// Longest wait of a page for a new status; then it gets the same status again.
 const NEWS: Duration = Duration::from_secs(5);
-/// How long a page waits for its file: a denoised picture may be in the making.
+/// Longest wait of a page for its saved file: denoising may be in progress.
 const SAVING: Duration = Duration::from_secs(120);
 
 const PAGE: &str = include_str!("page.html");
 const STYLE: &str = include_str!("page.css");
 const SCRIPT: &str = include_str!("page.js");
 
-/// The server of one page.
+/// Server of a single page.
 pub struct Server {
     listener: TcpListener,
-    /// Who may be meant: this machine by its address, or by its name for it.
+    /// Accepted `Host` values: the loopback address and its name, each with the port.
     hosts: [String; 2],
     token: String,
     shared: Arc<Shared>,
 }
 
-/// 128 bits that nobody can guess: the standard library keys its hash function by random numbers of
-/// the system, and its values of different numbers tell nothing of each other.
+/// Random token of 128 bits. The standard library keys its hash function with random numbers of the
+/// system, and hash values of different inputs do not reveal one another.
 fn token() -> String {
     let keyed = RandomState::new();
     (0..2)
@@ -47,7 +47,7 @@ fn token() -> String {
 }
 
 impl Server {
-    /// Listens on this machine's loopback; port 0 is any that is free.
+    /// Listens on the loopback interface; port 0 selects a free port.
     pub fn start(port: u16, shared: Arc<Shared>) -> io::Result<Self> {
         let listener = TcpListener::bind((Ipv4Addr::LOCALHOST, port))?;
         let port = listener.local_addr()?.port();
@@ -59,23 +59,24 @@ impl Server {
         })
     }
 
-    /// Where the page is.
+    /// URL of the page.
     pub fn address(&self) -> String {
         format!("http://{}/{}/", self.hosts[0], self.token)
     }
 
-    /// Answers requests, each on a thread of its own, until the program ends.
+    /// Serves requests, each on a thread of its own, until the program ends.
     pub fn serve(self) {
         let (server, busy) = (Arc::new(self), Arc::new(AtomicUsize::new(0)));
         for stream in server.listener.incoming() {
             let Ok(mut stream) = stream else {
-                // Too many files are open, say: whoever has them needs time.
+                // The process may be out of file descriptors; a pause lets other threads release
+                // some.
                 thread::sleep(Duration::from_millis(50));
                 continue;
             };
             if busy.fetch_add(1, Ordering::Relaxed) >= MOST_CONNECTIONS {
                 busy.fetch_sub(1, Ordering::Relaxed);
-                // Whoever does not hear this has gone.
+                // A failed write means that the client has gone.
                 let _ = HttpResponse::refusal(503, "too many connections").send(&mut stream);
                 continue;
             }
@@ -95,13 +96,13 @@ impl Server {
             Ok(request) => self.respond(&request),
             Err(refusal) => refusal,
         };
-        // Whoever does not hear this has gone.
+        // A failed write means that the client has gone.
         let _ = response.send(stream);
     }
 
-    /// The answer to a request. Pages of other sites can send requests here, through a name that
-    /// they let point to this machine too; so the host that is meant, the page that asks and the
-    /// token are looked at first.
+    /// Responds to a request. Pages of other sites can send requests here through a domain name
+    /// that resolves to this machine; therefore the host, the origin and the token are checked
+    /// first.
     fn respond(&self, request: &HttpRequest) -> HttpResponse {
         let is_own = |origin: &str| {
             self.hosts
@@ -132,8 +133,8 @@ impl Server {
                 "the address is not that of the page: take the one that the program printed",
             );
         };
-        // A link from elsewhere may lead to the page, by whoever has its address; all else is the
-        // page's.
+        // A link from elsewhere may lead to the page, if its address is known; every other request
+        // must come from the page.
         if !(["same-origin", "none"].contains(&site) || is_read && path.1.is_empty()) {
             return HttpResponse::refusal(403, "pages of other sites are not answered");
         }
@@ -151,7 +152,7 @@ impl Server {
         }
     }
 
-    /// Whether that is the token, in a time that does not tell how much of it is.
+    /// Whether a word is the token, compared in constant time.
     fn is_token(&self, word: &str) -> bool {
         let differs = word
             .bytes()
@@ -160,7 +161,7 @@ impl Server {
         word.len() == self.token.len() && differs == 0
     }
 
-    /// What there is to say, once it is not what the page was told before.
+    /// Returns the status once it differs from the one that the page has.
     fn status(&self, query: &str) -> HttpResponse {
         let told = query
             .strip_prefix("after=")
@@ -173,7 +174,7 @@ impl Server {
         )
     }
 
-    /// The picture as bytes, with its number, its size and how large its pixels are.
+    /// Returns the picture's bytes, with its number, its size and the edge of its pixels.
     fn picture(&self) -> HttpResponse {
         let frame = self.shared.frame();
         let [width, height] = frame.size;
@@ -233,7 +234,7 @@ fn parsed<'a, T: Deserialize<'a>>(body: &'a [u8]) -> Result<T, HttpResponse> {
 mod tests {
     use super::*;
 
-    /// Protects: two programs have two tokens, of 128 bits.
+    /// Protects: two programs have different tokens of 128 bits.
     #[test]
     fn tokens_differ() {
         let [one, other] = [token(), token()];
@@ -243,8 +244,8 @@ mod tests {
         );
     }
 
-    /// Protects: only requests that mean this machine, know the token and come from the page itself
-    /// are answered; the page alone may be reached by a link.
+    /// Protects: only requests with this machine as host, the token, and the page as origin are
+    /// served; a link reaches only the page itself.
     #[test]
     fn others_are_refused() {
         let server = Server::start(0, Arc::default()).expect("a port that is free");

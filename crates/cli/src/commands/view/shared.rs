@@ -1,5 +1,5 @@
-//! What the threads of the viewer have in common: what is wished for, what is shown, and who looks
-//! on.
+//! State shared by the viewer's threads: the current wish, the displayed picture, and the open
+//! pages.
 
 use std::collections::VecDeque;
 use std::sync::mpsc::SyncSender;
@@ -10,47 +10,47 @@ use serde::Deserialize;
 
 use super::flags::Flag;
 
-/// What the page wants to see.
+/// Requested view of the page.
 #[derive(Clone, Debug, Default, Deserialize, PartialEq)]
 #[serde(deny_unknown_fields)]
 pub struct Wish {
-    /// The flags of `render`.
+    /// Flags of `render`.
     pub flags: Vec<Flag>,
-    /// What of the picture; empty: its colours.
+    /// Name of the displayed layer; empty: colours.
     #[serde(default)]
     pub layer: String,
-    /// Whether it is to be rendered anew though nothing changed.
+    /// Whether to render again although nothing changed.
     #[serde(default)]
     pub anew: bool,
 }
 
-/// A file that the page wants written.
+/// Request of the page to save the picture.
 #[derive(Clone, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct SaveWish {
-    /// Its name in the working folder.
+    /// File name in the working folder.
     pub name: String,
-    /// Whether what has that name may be replaced.
+    /// Whether an existing file may be replaced.
     #[serde(default)]
     pub replace: bool,
 }
 
-/// Something that is done once, between two steps of a render.
+/// Work done once, between two pieces of a render.
 pub enum Job {
-    /// Writes the picture; the answer is a status of HTTP and what to say.
+    /// Saves the picture; the result is an HTTP status and a message.
     Save(SaveWish, SyncSender<(u16, String)>),
-    /// Measures what effects cost.
+    /// Measures the costs of effects.
     Measure,
 }
 
-/// A picture as the page shows it.
+/// A picture for the page.
 #[derive(Default)]
 pub struct Frame {
     pub number: u64,
     pub size: [u32; 2],
-    /// Pixels of the picture along an edge of one here.
+    /// Edge of a sketch's pixel, in pixels of the picture.
     pub edge: u32,
-    /// Red, green, blue and coverage of each pixel.
+    /// Red, green, blue and coverage codes of each pixel.
     pub codes: Vec<u8>,
 }
 
@@ -61,23 +61,23 @@ pub struct Shared {
     changed: Condvar,
 }
 
-/// What there is at a moment.
+/// State behind the lock.
 #[derive(Default)]
 struct State {
     wish: Wish,
-    /// Counts wishes.
+    /// Number of wishes so far.
     wished: u64,
     jobs: VecDeque<Job>,
     frame: Arc<Frame>,
-    /// What is said besides, as JSON, and how often it changed.
+    /// Status as JSON, and the number of its changes.
     status: Arc<String>,
     told: u64,
-    /// Pages that wait for news, and when the last one was heard of.
+    /// Number of pages that wait for a status, and time of the last request.
     waiting: usize,
     heard: Option<Instant>,
 }
 
-/// Things that are yet to be done at most.
+/// Largest number of waiting jobs.
 const MOST_JOBS: usize = 4;
 
 impl Shared {
@@ -87,7 +87,7 @@ impl Shared {
             .unwrap_or_else(|poisoned| poisoned.into_inner())
     }
 
-    /// Takes the place of what was wished for; the wish's number.
+    /// Replaces the current wish; returns the number of the new one.
     pub fn wish(&self, wish: Wish) -> u64 {
         let mut state = self.state();
         (state.wish, state.wished) = (wish, state.wished + 1);
@@ -95,19 +95,19 @@ impl Shared {
         state.wished
     }
 
-    /// The last wish, if it is not this one.
+    /// Returns the current wish with its number, if newer than `number`.
     pub fn wish_after(&self, number: u64) -> Option<(u64, Wish)> {
         let state = self.state();
         (state.wished != number).then(|| (state.wished, state.wish.clone()))
     }
 
-    /// Whether there is another wish by now, or something else to do.
+    /// Whether a newer wish or a job is waiting.
     pub fn is_interrupted(&self, wish: u64) -> bool {
         let state = self.state();
         state.wished != wish || !state.jobs.is_empty()
     }
 
-    /// Adds something to do; false where too much is waiting.
+    /// Adds a job; returns false where too many are waiting.
     pub fn add_job(&self, job: Job) -> bool {
         let mut state = self.state();
         let has_room = state.jobs.len() < MOST_JOBS;
@@ -118,19 +118,19 @@ impl Shared {
         has_room
     }
 
-    /// What is to be done next.
+    /// Removes and returns the next job.
     pub fn take_job(&self) -> Option<Job> {
         self.state().jobs.pop_front()
     }
 
-    /// Waits for something to do, or for a while.
+    /// Waits for a newer wish or a job, up to a time limit.
     pub fn wait_for_work(&self, wish: u64, time: Duration) {
         let is_idle = |state: &mut State| state.wished == wish && state.jobs.is_empty();
         drop(self.changed.wait_timeout_while(self.state(), time, is_idle));
     }
 
-    /// Shows a picture, where there is a new one, and says something.
-    /// What is said is told how often that was, and the number of the picture.
+    /// Publishes a picture, if new, and a status. `status` receives the number of the status and of
+    /// the picture.
     pub fn show(&self, frame: Option<Frame>, status: impl FnOnce(u64, u64) -> String) {
         let mut state = self.state();
         if let Some(frame) = frame {
@@ -142,12 +142,12 @@ impl Shared {
         self.changed.notify_all();
     }
 
-    /// The picture that is shown.
+    /// The displayed picture.
     pub fn frame(&self) -> Arc<Frame> {
         self.state().frame.clone()
     }
 
-    /// What is said, once it is not what was told before; the same again after a while.
+    /// Returns the status once it is newer than number `told`, or the same one after a time limit.
     pub fn status_after(&self, told: u64, time: Duration) -> Arc<String> {
         let mut state = self.state();
         state.waiting += 1;
@@ -160,12 +160,12 @@ impl Shared {
         state.status.clone()
     }
 
-    /// A page was heard of.
+    /// Records a request of a page.
     pub fn hear(&self) {
         self.state().heard = Some(Instant::now());
     }
 
-    /// Whether there were pages, and none was heard of for so long.
+    /// Whether pages existed and none has sent a request for this long.
     pub fn is_abandoned(&self, linger: Duration) -> bool {
         let state = self.state();
         state.waiting == 0 && state.heard.is_some_and(|heard| heard.elapsed() >= linger)
@@ -176,8 +176,7 @@ impl Shared {
 mod tests {
     use super::*;
 
-    /// Protects: a program without a page waits for one, and ends a while after the last one was
-    /// heard of.
+    /// Protects: a program without a page waits for one, and ends after a while without requests.
     #[test]
     fn a_viewer_ends_after_its_pages() {
         let shared = Shared::default();
@@ -188,8 +187,7 @@ mod tests {
         );
     }
 
-    /// Protects: what has not been told comes at once, and each wish has a number of its own though
-    /// it is the same.
+    /// Protects: a new status is returned at once, and each wish has a new number even if repeated.
     #[test]
     fn news_come_at_once() {
         let shared = Shared::default();

@@ -1,4 +1,4 @@
-//! What the page is told besides the picture, as JSON.
+//! Status of the viewer for the page, as JSON.
 
 use std::collections::BTreeMap;
 
@@ -13,41 +13,40 @@ use super::flags::Flag;
 use super::subject::Subject;
 use crate::origin;
 
-/// See the fields of the page's script that have these names.
+/// Status; the page's script reads fields of the same names.
 #[derive(Serialize)]
 pub struct Status {
-    /// How often something was told.
+    /// Number of this status.
     pub told: u64,
-    /// Which wish this is about.
+    /// Number of the wish.
     pub wish: u64,
-    /// What is being done: `loading`, `rendering` or `done`.
+    /// Current activity: `loading`, `rendering` or `done`.
     pub phase: &'static str,
-    /// What is wrong with the last wish or the files, over the last picture.
+    /// Error of the last wish or of the files, shown over the last picture.
     pub failure: Option<String>,
-    /// What was done for the wish, and how long that took.
+    /// Work done for the wish, and its duration.
     pub said: String,
-    /// The command that renders what is seen.
+    /// Command that renders the current view.
     pub command: String,
     pub flags: Vec<Flag>,
     pub layer: String,
     /// Number of the picture.
     pub picture: u64,
-    /// Width and height of the picture in its own pixels.
+    /// Width and height of the picture in pixels.
     pub size: [u32; 2],
     pub progress: Option<RenderProgress>,
     pub scene: Option<SceneStatus>,
     pub effects: Vec<EffectSwitch>,
 }
 
-/// How far a render has come.
+/// Progress of a render.
 #[derive(Clone, Default, Serialize)]
 pub struct RenderProgress {
-    /// Fewest and most samples of a pixel, and how many there are to be; null where the error
-    /// decides.
+    /// Least and greatest sample count of a pixel, and the final count; null with a target error.
     pub samples: [u32; 2],
     pub of: Option<u32>,
     pub error: Option<Uncertainty>,
-    /// Why there is no error to be told.
+    /// Whether the picture has no random error.
     pub exact: bool,
     /// Seconds, samples, and the error with its interval, at each estimate.
     pub history: Vec<[f64; 5]>,
@@ -56,13 +55,13 @@ pub struct RenderProgress {
     pub seconds_left: Option<f64>,
     /// Milliseconds from the wish to its first picture.
     pub first_ms: f64,
-    /// The error that ends the render, where one does.
+    /// Target error that ends the render, if any.
     pub max_error: Option<f64>,
     /// SHA-256 of the finished picture, as `--hash` prints it.
     pub hash: Option<String>,
 }
 
-/// What there is to choose from in a scene.
+/// Contents of a scene that the page can choose from.
 #[derive(Serialize)]
 pub struct SceneStatus {
     pub name: String,
@@ -72,7 +71,7 @@ pub struct SceneStatus {
     pub animations: Vec<String>,
     pub parameters: BTreeMap<String, f64>,
     pub at: f64,
-    /// Seconds over which something moves; null where nothing does.
+    /// Length of the animation in seconds; null for a static scene.
     pub seconds: Option<f64>,
     pub camera: CameraStatus,
     pub exposure: f64,
@@ -81,34 +80,34 @@ pub struct SceneStatus {
     pub notes: Vec<String>,
 }
 
-/// Where the camera is.
+/// Pose of the camera.
 #[derive(Serialize)]
 pub struct CameraStatus {
     pub eye: [f64; 3],
     pub target: [f64; 3],
     pub up: [f64; 3],
-    /// Degrees, vertically, about; null of parallel rays.
+    /// Approximate vertical field of view in degrees; null for parallel projections.
     pub fov: Option<f64>,
 }
 
-/// An effect of the scene, as `explain` has it.
+/// An effect of the scene, as in `explain`.
 #[derive(Serialize)]
 pub struct EffectSwitch {
     pub name: String,
-    /// As `--without` takes it.
+    /// Name of the effect for `--without`.
     pub word: String,
     pub status: &'static str,
     pub because: String,
     pub can_switch: bool,
-    /// Share of the time that it adds, where that was measured.
+    /// Share of the time due to the effect, where measured.
     pub cost: Option<f64>,
 }
 
-/// Seconds of a scene of formulas, which has no end of its own.
+/// Assumed length in seconds of a scene with time expressions, which has no length of its own.
 const SECONDS: f64 = 10.0;
 
 impl SceneStatus {
-    /// Of what is looked at.
+    /// Collects the status of the current scene.
     pub fn of(subject: &Subject) -> Self {
         let Subject { loaded, plan, .. } = subject;
         let contents = &loaded.contents;
@@ -154,7 +153,7 @@ impl SceneStatus {
     }
 }
 
-/// Whether the text of a scene has `t` among the words of a formula.
+/// Whether an expression in a scene's text contains the variable `t`.
 fn mentions_time(text: &str) -> bool {
     let formulas = text
         .lines()
@@ -167,8 +166,8 @@ fn mentions_time(text: &str) -> bool {
 }
 
 impl CameraStatus {
-    /// Eye, target and up of a camera; one that is given by its axes looks at what is as far away
-    /// as the middle of everything.
+    /// Eye, target and up vector of a camera. A camera given by its axes gets a target at the
+    /// distance of the scene's centre.
     fn of(camera: Option<&Camera>, (middle, radius): ([f64; 3], f64)) -> Self {
         let Some(camera) = camera else {
             return Self {
@@ -238,7 +237,7 @@ impl CameraStatus {
     }
 }
 
-/// The effects that a scene calls for, and those that are switched off.
+/// Lists the effects of a scene, and those switched off.
 pub fn switches(report: &EffectReport, costs: &BTreeMap<String, f64>) -> Vec<EffectSwitch> {
     let shown = report
         .effects
@@ -264,8 +263,8 @@ pub fn switches(report: &EffectReport, costs: &BTreeMap<String, f64>) -> Vec<Eff
 mod tests {
     use super::*;
 
-    /// Protects: a scene moves where a formula has the time in it, and not where a name or a
-    /// comment has a t.
+    /// Protects: a scene is animated where an expression contains the time `t`, and not where a
+    /// name or a comment contains that letter.
     #[test]
     fn scenes_that_move_are_told() {
         for text in ["a = \"0.15*sin(0.8*t)\"", "a = [0, \"t+1\", 0]"] {

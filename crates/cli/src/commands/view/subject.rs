@@ -1,5 +1,4 @@
-//! What is looked at: a scene that was read and prepared once, for as long as what is wished for
-//! allows.
+//! The displayed scene, loaded and prepared, and updated by no more work than a wish requires.
 
 use std::cell::OnceCell;
 use std::collections::BTreeMap;
@@ -22,32 +21,32 @@ use crate::ready::prepared;
 use crate::scene_input;
 use crate::watch::Watch;
 
-/// What was done for a wish.
+/// Work done for a wish.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Change {
-    /// Nothing but how the same picture is shown.
+    /// Only the display of the same picture changed.
     Display,
-    /// The camera was turned.
+    /// The camera moved.
     Camera,
-    /// The scene was prepared anew, because a setting asks for it.
+    /// A changed setting required a new preparation.
     Preparation,
-    /// It was read anew, because what is read depends on it.
+    /// A changed option required a new load.
     Reading,
 }
 
-/// A scene as it is looked at.
+/// The displayed scene.
 pub struct Subject {
     pub loaded: Loaded,
     pub ready: Ready,
     pub plan: Plan,
     pub task: Task,
     silhouette: OnceCell<Silhouette>,
-    /// Middle and radius of what has an end.
+    /// Centre and radius of the bounded shapes.
     pub reach: ([f64; 3], f64),
 }
 
 impl Subject {
-    /// Reads and prepares a scene.
+    /// Loads and prepares a scene.
     pub fn read(name: &OsStr, task: Task, stop: &AtomicBool) -> Result<Self, Failure> {
         refuse_files(&task)?;
         let limits = &task.options.limits;
@@ -78,7 +77,7 @@ impl Subject {
         })
     }
 
-    /// Does no more than a wish asks for; where that fails, what there is stays.
+    /// Applies a wish with the least work; a failure leaves the scene unchanged.
     pub fn change(
         &mut self,
         name: &OsStr,
@@ -113,12 +112,12 @@ impl Subject {
         Ok(change)
     }
 
-    /// How it was read.
+    /// Load options of the scene.
     pub fn options(&self) -> &LoadOptions {
         &self.task.options
     }
 
-    /// Every file that it was read from, as it is now.
+    /// All files of the scene, with their current stamps.
     pub fn files(&self) -> Files {
         let of = |path: PathBuf| {
             let stamp = path
@@ -135,15 +134,15 @@ impl Subject {
     }
 }
 
-/// When files were last written and how long they are; none of what is not there.
+/// Modification time and length of each file; `None` for a missing file.
 pub type Files = BTreeMap<PathBuf, Option<(SystemTime, u64)>>;
 
 fn rungs(task: &Task) -> &[Choice] {
     &task.choices.rungs
 }
 
-/// How the picture is made. A scene without a camera gets the one that preparation would frame, so
-/// that it can be turned away and back.
+/// Resolves the settings of the picture. A scene without a camera gets the framed one, so that the
+/// page can turn it.
 fn settle(
     task: &Task,
     loaded: &mut Loaded,

@@ -1,5 +1,5 @@
-//! The one thread that computes: takes a wish, shows a sketch, goes on until the picture is
-//! finished, and does what else is asked for between two pieces of it.
+//! The thread that computes: it takes a wish, shows a sketch, continues until the picture is
+//! finished, and does jobs between two pieces.
 
 use std::collections::BTreeMap;
 use std::ffi::OsString;
@@ -26,21 +26,21 @@ use crate::origin;
 use crate::progress::Steps;
 use crate::threads::Threads;
 
-/// How often files are looked at, and whether pages are left.
+/// Interval of checks for changed files and for open pages.
 const LOOK_EVERY: Duration = Duration::from_millis(300);
-/// How long measuring effects may take.
+/// Time limit for measuring effects.
 const MEASURING: Duration = Duration::from_secs(20);
 
-/// The thread that computes, with what it has at hand.
+/// The thread that computes, with its state.
 pub struct Worker {
     pub scene: OsString,
     pub line: CommandLine,
     pub shared: Arc<Shared>,
     pub threads: Threads,
     pub stop: &'static AtomicBool,
-    /// Whether the scene is rendered anew when its files change.
+    /// Whether the scene is rendered again when its files change.
     pub watches: bool,
-    /// After how long without a page the program ends; none: it does not.
+    /// Time without a page after which the program ends; `None`: never.
     pub linger: Option<Duration>,
     wish: (u64, Wish),
     subject: Option<Subject>,
@@ -54,7 +54,7 @@ pub struct Worker {
 }
 
 impl Worker {
-    /// Nothing is read yet.
+    /// Creates a worker that has loaded nothing.
     pub fn new(
         scene: OsString,
         line: CommandLine,
@@ -82,7 +82,7 @@ impl Worker {
         }
     }
 
-    /// Reads the scene and shows a first sketch; a failure is told to whoever began.
+    /// Loads the scene and shows a first sketch; a failure is returned.
     pub fn begin(&mut self) -> Result<(), Failure> {
         match self.shared.wish_after(self.wish.0) {
             Some(wish) => self.fulfil(wish, false),
@@ -90,7 +90,7 @@ impl Worker {
         }
     }
 
-    /// Works until the program is asked to end, or nobody looks on any more.
+    /// Works until the program is stopped or no page is left.
     pub fn work(mut self) {
         while !self.stop.load(Ordering::Relaxed)
             && !self
@@ -110,7 +110,7 @@ impl Worker {
         }
     }
 
-    /// Says what is wrong over the last picture.
+    /// Runs an operation; a failure is shown over the last picture.
     fn try_to(&mut self, what: impl FnOnce(&mut Self) -> Result<(), Failure>) {
         if let Err(failure) = what(self) {
             (self.failure, self.said) = (Some(failure.message), String::new());
@@ -118,8 +118,7 @@ impl Worker {
         }
     }
 
-    /// Does what a wish asks for, and shows a sketch of it; files are read anew where they have
-    /// changed.
+    /// Applies a wish and shows a sketch; changed files are loaded again.
     fn fulfil(&mut self, (number, wish): (u64, Wish), anew: bool) -> Result<(), Failure> {
         let began = Instant::now();
         self.wish = (number, wish);
@@ -179,12 +178,12 @@ impl Worker {
         Ok(())
     }
 
-    /// The layer of first hits that is shown in place of the colours.
+    /// First-hit layer displayed in place of the colours.
     fn layer(&self) -> Option<Aov> {
         layers::of_hits(&self.wish.1.layer)
     }
 
-    /// Goes on with the picture; false where there is nothing left to do.
+    /// Continues the picture; returns false where no work is left.
     fn step(&mut self) -> bool {
         let layers: Vec<Aov> = self.layer().into_iter().collect();
         let (Some(subject), Some(mut render)) = (&self.subject, self.render.take()) else {
@@ -193,7 +192,7 @@ impl Worker {
         let (ready, wish, threads) = (&subject.ready, self.wish.0, &self.threads);
         let (shared, stop) = (&self.shared, self.stop);
         let watch = || WishWatch::new(shared, stop, Some(wish));
-        // Layers are finer sketches; colours have the render's own samples soon.
+        // First-hit layers get finer sketches; colours soon have the render's own samples.
         if let Some((sketch, edge)) = threads.run(|| render.next_sketch(ready, &layers, &watch())) {
             self.render = Some(render);
             let frame = self.frame(&sketch, edge);
@@ -223,7 +222,7 @@ impl Worker {
         }
     }
 
-    /// Shows what the render has, and keeps it.
+    /// Shows the rendered picture and keeps it.
     fn show_rendered(&mut self, rendered: Rendered) {
         let is_done = self.render.as_ref().is_some_and(|render| render.is_done);
         if let Some(render) = self.render.as_mut().filter(|_| is_done) {
@@ -236,7 +235,7 @@ impl Worker {
         {
             subject.plan.display = subject.plan.display.suited_to(rendered.shown());
         }
-        // The layers of first hits are finished by then.
+        // First-hit layers are already complete.
         let frame = if self.layer().is_some() {
             None
         } else {
@@ -246,11 +245,11 @@ impl Worker {
         self.show(frame);
     }
 
-    /// A picture as the page is to show it.
+    /// Converts a picture for the page.
     fn frame(&self, rendered: &Rendered, edge: u32) -> Frame {
         let (picture, noisy) = (rendered.shown(), &rendered.picture);
         let film = self.render.as_ref().map(|render| &render.film);
-        // Of a sketch no error is known.
+        // A sketch has no error estimate.
         let film = film.filter(|film| {
             self.wish.1.layer == "stderr" && edge == 1 && film.size() == [noisy.width, noisy.height]
         });
@@ -273,7 +272,7 @@ impl Worker {
         }
     }
 
-    /// Tells the page what there is, with a picture or without.
+    /// Publishes the status, with or without a new picture.
     fn show(&self, frame: Option<Frame>) {
         let (number, wish) = &self.wish;
         let phase = match &self.render {
@@ -315,13 +314,13 @@ impl Worker {
 
     fn perform(&mut self, job: Job) {
         match job {
-            // Whoever asked may have gone.
+            // The receiver may have gone.
             Job::Save(wish, tell) => drop(tell.try_send(self.save(&wish))),
             Job::Measure => self.measure(),
         }
     }
 
-    /// Writes what there is of the picture.
+    /// Saves the current picture.
     fn save(&mut self, wish: &SaveWish) -> (u16, String) {
         let (Some(subject), Some(render)) = (&self.subject, &self.render) else {
             return (503, "there is no picture yet".to_owned());
@@ -360,7 +359,7 @@ impl Worker {
             .run(|| save::save(wish, rendered, display, &metadata, inputs))
     }
 
-    /// Measures what effects cost, until there is another wish.
+    /// Measures the costs of effects, unless a newer wish arrives.
     fn measure(&mut self) {
         let Some(subject) = &self.subject else { return };
         self.said = "measuring what effects cost".to_owned();
@@ -385,7 +384,7 @@ impl Worker {
         self.show(None);
     }
 
-    /// Whether any file of the scene is another one now.
+    /// Whether any file of the scene has changed.
     fn have_files_changed(&mut self) -> bool {
         if self.looked.elapsed() < LOOK_EVERY {
             return false;

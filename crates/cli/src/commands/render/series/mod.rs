@@ -1,7 +1,6 @@
-//! The pictures of a run: one, or several of several scenes, from several views, once around, or of
-//! several moments. A scene is loaded once for each moment and prepared once where only the camera
-//! moves; each picture has the bits of a run of its own, but for the studio's backdrop, which is
-//! one for all.
+//! The pictures of a run: a single one, or several from scenes, views, a turntable, or times. A
+//! scene is loaded once for each time and prepared once where only the camera moves. Each picture
+//! has the bits of a run of its own, except for the studio's backdrop, which is the same for all.
 
 mod moment;
 mod names;
@@ -50,59 +49,59 @@ pub fn run(task: &Task) -> Result<(), Failure> {
     series.verdict()
 }
 
-/// The pictures of a run. A single one is a series of one, which alone may be kept as a film or go
-/// to standard output.
+/// The pictures of a run. A single picture is a series of one; only that may have a film or go to
+/// standard output.
 struct Series<'a> {
     task: &'a Task,
     clock: Clock,
-    /// Until the first picture is begun.
+    /// Guard of the early stage, until the first picture begins.
     beginning: Option<Beginning>,
     stop: &'static AtomicBool,
     threads: Threads,
     progress: Progress,
     outputs: Outputs,
     inputs: Vec<Input>,
-    /// Scenes that were read before their turn, by number, at the moment of their first picture.
+    /// Scenes loaded before their turn, by number, at the time of their first picture.
     loaded: HashMap<usize, Result<Loaded, Failure>>,
-    /// What the scene read that the outputs were last held against.
+    /// Inputs of the scene that the outputs were last checked against.
     clear_of: Inputs,
-    /// The files of each picture, scene after scene.
+    /// Output files of each picture, scene after scene.
     targets: Vec<Vec<Target>>,
     together: Together,
-    /// Files that were written, picture by picture.
+    /// Written files of each picture.
     names: Vec<Vec<String>>,
     finished: usize,
-    /// The last picture in a few words, and what holds for all of them.
+    /// Summary of the last picture, and the summary for all pictures.
     description: [String; 2],
-    /// The greatest error of all.
+    /// Largest error of all pictures.
     error: Option<f64>,
-    /// The exposure of the scene's pictures, where the first of them chooses it.
+    /// Exposure of the scene's pictures, chosen from the first.
     exposure: Option<f64>,
-    /// Radiance of the studio's backdrop, which the first picture of the run that has one chooses
-    /// for all.
+    /// Radiance of the studio's backdrop, chosen for all pictures by the first picture with a
+    /// studio.
     backdrop: Option<f64>,
-    /// Whether any picture of the scene shows anything.
+    /// Whether any picture of the scene shows an object.
     shows: bool,
-    /// How the first of the scenes that failed did.
+    /// Exit codes of the failed scenes, in order.
     failed: Vec<Exit>,
-    /// Why pictures do not reach the error that was asked for.
+    /// Reasons why pictures do not reach the target error.
     shortfalls: Vec<String>,
-    /// Why a film is not in its file.
+    /// Error of a film that could not be written.
     unkept: Option<Error>,
 }
 
-/// A picture that was rendered.
+/// A rendered picture.
 struct Taken<'a> {
     plan: Plan,
     session: Session<'a>,
     rendered: Rendered,
-    /// How wrong it is without being denoised.
+    /// Error of the picture before denoising.
     noisy: Option<Uncertainty>,
     seconds: Seconds,
 }
 
 impl<'a> Series<'a> {
-    /// Everything that can be known before a scene is read.
+    /// Checks everything that is known before a scene is loaded.
     fn start(task: &'a Task) -> Result<Self, Failure> {
         let clock = Clock::start();
         let mut outputs = Outputs::with_quality(task.quality());
@@ -163,14 +162,15 @@ impl<'a> Series<'a> {
             unkept,
         };
         if !task.is_single {
-            // Scenes are no pictures; what they name besides is known when they are read.
+            // Scene files are never output pictures; the other files that a scene names are known
+            // once it is loaded.
             series.name_pictures(&Inputs::default())?;
             series.keep_clear_of_all()?;
         }
         Ok(series)
     }
 
-    /// Calls the pictures after their scenes, where no file was asked for.
+    /// Names the pictures after their scenes where the user named no file.
     fn name_pictures(&mut self, inputs: &Inputs) -> Result<(), Failure> {
         let has_own = self.targets.iter().any(|targets| !targets.is_empty());
         if !has_own && !self.together.is_some() && self.task.part.is_none() {
@@ -185,10 +185,10 @@ impl<'a> Series<'a> {
         Ok(())
     }
 
-    /// What a later scene names is known when it is read, which is too late for a file of its that
-    /// an earlier picture would replace. So where a picture would replace anything at all, all
-    /// scenes are read beforehand, and kept for their turn as far as they are small; what is wrong
-    /// with one is said then.
+    /// Checks the outputs against the files of all scenes. The files of a later scene are known
+    /// only after it is loaded, which is too late if an earlier picture has overwritten one of
+    /// them. Therefore, if any output exists already, all scenes are loaded first, and small ones
+    /// are kept for their turn; errors appear then.
     fn keep_clear_of_all(&mut self) -> Result<(), Failure> {
         let mut named = Inputs::default();
         self.inputs.iter().for_each(|input| {
@@ -214,7 +214,7 @@ impl<'a> Series<'a> {
         Ok(())
     }
 
-    /// How a scene is read for a picture: at its moment, or at the one that the flags say.
+    /// Load options of a picture, at its own time or at the time of the flags.
     fn options(&self, shot: &Shot) -> LoadOptions {
         let mut options = self.task.options.clone();
         options.overrides.at = shot.at.or(options.overrides.at);
@@ -228,7 +228,7 @@ impl<'a> Series<'a> {
             verbosity,
             ..
         } = *self.task;
-        // Of a series, the pictures are the progress.
+        // In a series, the finished pictures are the progress.
         let loading = if is_single {
             Progress::start("loading", progress, verbosity)
         } else {
@@ -238,8 +238,8 @@ impl<'a> Series<'a> {
             .run(|| scene_input::load(&self.inputs[scene], &self.options(shot), &loading))
     }
 
-    /// Renders the pictures of all scenes; what is said in the end, but of one that went to
-    /// standard output alone. A scene that can't be rendered does not keep the others away.
+    /// Renders the pictures of all scenes. Returns the final message, or `None` for a picture that
+    /// went to standard output alone. A failed scene does not stop the others.
     fn render(&mut self, notes: &mut Notes) -> Result<Option<String>, Failure> {
         for scene in 0..self.inputs.len() {
             let Err(failure) = self.render_scene(scene, notes) else {
@@ -298,7 +298,7 @@ impl<'a> Series<'a> {
         let mut moment: Option<Moment> = None;
         (self.exposure, self.shows) = (None, false);
         for (i, shot) in self.task.shots.iter().enumerate() {
-            // What holds for one picture of a scene mostly holds for all.
+            // Notes on the first picture of a scene usually apply to all of them.
             let mut silent = Notes::new(console::Verbosity::Quiet);
             let notes = if i == 0 { &mut *notes } else { &mut silent };
             let now = match moment.take() {
@@ -322,7 +322,7 @@ impl<'a> Series<'a> {
         }
     }
 
-    /// A scene at the moment of one of its pictures.
+    /// Loads a scene at the time of one of its pictures.
     fn moment(&mut self, scene: usize, i: usize, notes: &mut Notes) -> Result<Moment, Failure> {
         let early = if i == 0 {
             self.loaded.remove(&scene)
@@ -337,7 +337,7 @@ impl<'a> Series<'a> {
         if self.task.is_single {
             self.name_pictures(&loaded.inputs)?;
         }
-        // Each of thousands of moments reads the same files.
+        // The scene at thousands of times has the same input files.
         if loaded.inputs != self.clear_of {
             self.outputs.keep_clear_of(&loaded.inputs)?;
             self.clear_of = loaded.inputs.clone();
@@ -355,7 +355,7 @@ impl<'a> Series<'a> {
         Ok(Moment::new(loaded))
     }
 
-    /// Renders one picture and writes it.
+    /// Renders a picture and writes it.
     fn render_shot(
         &mut self,
         number: usize,
@@ -398,7 +398,7 @@ impl<'a> Series<'a> {
         }
         self.threads
             .run(|| session.render(ready, &self.progress, (&self.clock, self.stop)))?;
-        // In a series, each has progress of its own, and the run has one line.
+        // In a series, the run has a single progress line and the pictures have none.
         let mut verbosity = console::Verbosity::Quiet;
         if self.task.is_single {
             self.progress.finish();
@@ -437,7 +437,7 @@ impl<'a> Series<'a> {
         )
     }
 
-    /// Writes a picture, finished or not, and says what there is to say of it.
+    /// Writes a picture, finished or not, and prints its messages.
     fn finish(
         &mut self,
         number: usize,
@@ -521,8 +521,8 @@ impl<'a> Series<'a> {
         Ok(())
     }
 
-    /// Refuses a picture that shows nothing before it is written, where it is the only one of its
-    /// scene.
+    /// Refuses a picture that shows nothing, before it is written, where it is the only picture of
+    /// its scene.
     fn refuse_empty(
         &mut self,
         loaded: &Loaded,
@@ -537,15 +537,15 @@ impl<'a> Series<'a> {
         }
     }
 
-    /// The exposure that suits the scene's first picture.
+    /// Returns the exposure chosen from the scene's first picture.
     fn exposure_of(&mut self, rendered: &Rendered, own: Display) -> f64 {
         *self
             .exposure
             .get_or_insert_with(|| own.suited_to(rendered.shown()).exposure_stops)
     }
 
-    /// Whether all scenes were rendered, a film that was to be kept is, and an error that was asked
-    /// for is reached.
+    /// Result of the run: a failure where a scene failed, a film could not be written, or a target
+    /// error is not reached.
     fn verdict(self) -> Result<(), Failure> {
         if let Some(error) = self.unkept {
             return Err(error.into());
@@ -573,8 +573,8 @@ impl<'a> Series<'a> {
     }
 }
 
-/// The files of pictures in a few words: of each that a picture has, the first picture's to the
-/// last one's.
+/// Formats the files of the pictures: for each output, the first picture's file to the last
+/// picture's.
 fn ranges(names: &[Vec<String>]) -> Vec<String> {
     let (Some(first), Some(last)) = (names.first(), names.last()) else {
         return Vec::new();
@@ -589,11 +589,10 @@ fn ranges(names: &[Vec<String>]) -> Vec<String> {
     first.iter().zip(last).map(range).collect()
 }
 
-/// Bytes of scenes that are kept at most until it is their turn; the others are read once more
-/// then.
+/// Largest size in bytes of all scenes kept for their turn; the others are loaded again.
 const MOST_KEPT: u64 = 1 << 30;
 
-/// What a scene takes in memory, as far as it can be known.
+/// Estimated memory of a scene.
 fn bytes_of(scene: &Scene) -> u64 {
     estimate(scene, &Settings::of(scene)).total()
 }
@@ -605,8 +604,8 @@ mod tests {
     use super::*;
     use crate::args::{Arguments, Command};
 
-    /// Protects: scenes that are read before their turn, since their files could be replaced, are
-    /// read once: the picture is made of what was read then, though the file is gone.
+    /// Protects: scenes loaded before their turn, because outputs could overwrite their files, are
+    /// loaded once: the picture shows the loaded content even if the file is gone.
     #[test]
     fn scenes_are_read_once() {
         let folder = tempfile::tempdir().expect("a temporary folder");
@@ -643,8 +642,8 @@ mod tests {
         assert!(series.failed.is_empty() && std::path::Path::new(&at("1.png")).exists());
     }
 
-    /// Protects: files of many pictures are told by the first and the last of each kind, those of
-    /// one picture by name, and nothing by nothing.
+    /// Protects: the files of many pictures are listed as first to last for each output, those of a
+    /// single picture by name, and an empty list is empty.
     #[test]
     fn files_are_told_by_the_first_and_the_last_of_a_kind() {
         let told = |names: &[&[&str]]| {

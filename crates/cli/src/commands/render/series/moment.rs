@@ -1,4 +1,4 @@
-//! A scene at a moment, with what its pictures have in common.
+//! A scene at one time of its animation, with the data shared by its pictures.
 
 use std::cell::OnceCell;
 use std::sync::atomic::AtomicBool;
@@ -13,18 +13,18 @@ use crate::ready::prepared;
 use crate::threads::Threads;
 use crate::watch::Watch;
 
-/// A scene at a moment.
+/// A scene at one time.
 pub struct Moment {
-    /// As it was read, on the rungs of the last picture.
+    /// The loaded scene, on the rungs of the last picture.
     pub loaded: Loaded,
-    /// Made where a camera is to show the whole of it.
+    /// Silhouette, computed where a camera frames the whole scene.
     silhouette: OnceCell<Silhouette>,
-    /// Made for a picture.
+    /// Prepared scene of the last picture.
     pub ready: Option<Ready>,
 }
 
 impl Moment {
-    /// Nothing is made of it yet.
+    /// Wraps a loaded scene that is not prepared yet.
     pub fn new(loaded: Loaded) -> Self {
         Self {
             loaded,
@@ -33,12 +33,13 @@ impl Moment {
         }
     }
 
-    /// How a picture of it is made.
+    /// Resolves the settings of a picture.
     pub fn settle(&mut self, task: &Task, shot: &Shot) -> Result<Plan, Failure> {
         task.settle_shot(&mut self.loaded.scene, shot, &self.silhouette)
     }
 
-    /// Makes it ready for a picture, by turning the camera alone where that is all that changed.
+    /// Prepares the scene for a picture, by a change of the camera alone where nothing else
+    /// differs.
     pub fn prepare(
         &mut self,
         plan: &Plan,

@@ -1,4 +1,4 @@
-//! What the files of a run's pictures are called.
+//! File names of a run's pictures.
 
 use std::collections::HashMap;
 use std::path::PathBuf;
@@ -10,8 +10,8 @@ use crate::failure::Failure;
 use crate::plan::Shot;
 use crate::targets::{self, Outputs, Target};
 
-/// The files of each of so many pictures, by names with a place for its number; those that hold all
-/// pictures are none of them. Without a count there is one, and names are taken as they are.
+/// Resolves the files of each picture from names with a place for a number, without files that hold
+/// all pictures. Without a count, the series has a single picture and the names are used unchanged.
 pub fn named(
     outputs: &[PathBuf],
     count: Option<usize>,
@@ -54,8 +54,8 @@ pub fn named(
         .collect()
 }
 
-/// The files of each picture where the user named none: after the scenes, of which two may have one
-/// name, and the pictures of each. `read` is what is known to be read by then.
+/// Resolves the files of each picture where the user named none: after the scenes, two of which may
+/// share a name, and after the views. `read` lists the known inputs.
 pub fn unnamed(
     format: Format,
     inputs: &[Input],
@@ -84,8 +84,8 @@ pub fn unnamed(
     Ok(targets)
 }
 
-/// A name with a number in place of `%d`, `%4d`, `%04d` or `####`, padded with zeros; none where it
-/// has no such place.
+/// Puts a number in place of `%d`, `%4d`, `%04d` or `####`, padded with zeros; `None` without such
+/// a place.
 fn with_number(name: &str, number: usize) -> Option<String> {
     const MOST_DIGITS: usize = 20;
     if let Some(start) = name.find("##") {
@@ -118,8 +118,7 @@ fn with_number(name: &str, number: usize) -> Option<String> {
 mod tests {
     use super::*;
 
-    /// Protects: numbers stand where a name has a place for them, with as many digits, and nowhere
-    /// else.
+    /// Protects: numbers replace only the place in a name, with its number of digits.
     #[test]
     fn names_are_numbered() {
         assert_eq!(with_number("a-%04d.png", 7).as_deref(), Some("a-0007.png"));
@@ -143,7 +142,7 @@ mod tests {
         }
     }
 
-    /// Protects: pictures of scenes with one name have names of their own, in the order of the
+    /// Protects: pictures of scenes with the same name have distinct names, in the order of the
     /// scenes.
     #[test]
     fn equal_names_are_told_apart() {

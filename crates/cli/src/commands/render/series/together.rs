@@ -1,4 +1,4 @@
-//! Files that hold all the pictures of a run: a contact sheet and animations.
+//! Files that hold all pictures of a run: a contact sheet and animations.
 
 use std::io;
 use std::path::{Path, PathBuf};
@@ -14,7 +14,7 @@ use crate::origin;
 use crate::plan::Task;
 use crate::targets::Outputs;
 
-/// The files, each with what it has so far.
+/// The files, each with the pictures so far.
 pub struct Together {
     sheet: Option<(PathBuf, Sheet)>,
     animations: Vec<(PathBuf, Animation)>,
@@ -22,7 +22,7 @@ pub struct Together {
 }
 
 impl Together {
-    /// Files for so many pictures.
+    /// Creates the files for `count` pictures.
     pub fn start(task: &Task, count: usize, outputs: &mut Outputs) -> Result<Self, Failure> {
         let metadata = match task.has_metadata {
             false => Metadata::default(),
@@ -61,12 +61,12 @@ impl Together {
         })
     }
 
-    /// Whether there is any.
+    /// Whether any such file was requested.
     pub fn is_some(&self) -> bool {
         self.sheet.is_some() || !self.animations.is_empty()
     }
 
-    /// Adds the next picture to each of them.
+    /// Adds the next picture to each file.
     pub fn add(
         &mut self,
         picture: &Picture,
@@ -84,8 +84,8 @@ impl Together {
         Ok(())
     }
 
-    /// Writes all of them; their names. One that can't be written does not keep the others away,
-    /// and is kept beside the input or in the temporary folder, which the failure tells.
+    /// Writes all files and returns their names. A failed write does not stop the others; its file
+    /// is kept beside the input or in the temporary folder, and the failure names that file.
     pub fn write(
         &mut self,
         (inputs, is_free): (&Inputs, impl Fn(&Path) -> bool),
@@ -120,8 +120,8 @@ impl Together {
         failed.map_or(Ok(names), Err)
     }
 
-    /// Writes what there is when a run is stopped, under names that replace nobody's files; these
-    /// names.
+    /// Writes the pictures of an interrupted run under new names that replace no file; returns
+    /// these names.
     pub fn keep(&mut self, is_free: impl Fn(&Path) -> bool) -> Result<Vec<String>, Error> {
         let sheet = self.sheet.as_ref().filter(|(_, sheet)| !sheet.is_empty());
         let sheet = sheet.map(|(path, sheet)| (path.clone(), sheet.bytes(&self.metadata)));
