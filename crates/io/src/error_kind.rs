@@ -1,14 +1,14 @@
-//! Kinds of failure: what callers decide by, whatever the failure says.
+//! Kinds of failure, on which callers can decide without reading the message.
 
-/// What a failure means for the caller; the command line gives each its exit code.
+/// Kind of a failure; the command line maps each kind to an exit code.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum ErrorKind {
     /// The content of a file is wrong.
     Input,
     /// A file cannot be read or written.
     File,
-    /// A file asks for more than the limits allow.
+    /// A file needs more than the limits allow.
     Limit,
-    /// What was asked for does not exist: a preset, a camera, a parameter.
+    /// The caller names something that does not exist: a preset, a camera, a parameter.
     Usage,
 }

@@ -1,6 +1,6 @@
-//! The one gate through which files named inside a scene are read: nothing outside the scene's
-//! folder, nothing over the limits, every byte counts towards the scene's hash, and every name is
-//! remembered as one that no output may replace.
+//! The single gate for reading files named inside a scene: nothing outside the scene's folder,
+//! nothing over the limits. Every byte contributes to the scene's hash, and every name is recorded
+//! as a file that no output may replace.
 
 mod resolver;
 
@@ -18,7 +18,7 @@ use crate::hash::SceneHash;
 use crate::inputs::Inputs;
 use crate::limits::human_bytes;
 
-/// Why a file named inside a scene was not read.
+/// Error of a file named inside a scene.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum ReadError {
     /// The reference may not be followed.
@@ -39,37 +39,37 @@ impl fmt::Display for ReadError {
     }
 }
 
-/// Where the files lie that a scene names.
+/// Location of the files that a scene names.
 #[derive(Clone, Debug)]
 enum Root {
-    /// Below a folder, by its canonical path.
+    /// Below a folder, given by its canonical path.
     Disk(PathBuf),
-    /// Where a caller finds them, below a prefix: empty, or ending in `/`.
+    /// In a caller's resolver, below a prefix: empty, or ending in `/`.
     Resolver(Resolver, String),
-    /// Nowhere: every reference is refused, for this reason.
+    /// No location: every reference is refused, for this reason.
     Nowhere(&'static str),
 }
 
-/// Where a file is that a scene names.
+/// Location of a file that a scene names.
 enum Location<'f> {
     Disk(PathBuf),
     Resolver(&'f Resolver, String),
 }
 
-/// A scene's folder, the hash of everything read so far, and the files that were read or named.
+/// A scene's folder, with the hash of all bytes read so far and the files read or named.
 #[derive(Debug)]
 pub struct Folder {
     root: Root,
-    /// Whether files elsewhere may be read too, because the user says so.
+    /// Whether files outside the folder may be read, by the user's choice.
     outside: bool,
     file_bytes: u64,
     hash: RefCell<SceneHash>,
-    /// Shared with the folders of files that were read from this one.
+    /// Shared with the folders of files read from this folder.
     inputs: Rc<RefCell<Inputs>>,
 }
 
 impl Folder {
-    /// The folder that holds a file.
+    /// Creates the folder that contains a file.
     pub fn around(file: &Path, file_bytes: u64) -> std::io::Result<Self> {
         let parent = match file.parent() {
             Some(parent) if parent != Path::new("") => parent,
@@ -81,7 +81,7 @@ impl Folder {
         })
     }
 
-    /// The folder that holds a file which was read from this one, for what that file names in turn.
+    /// Returns the folder of a file below this folder, for references inside that file.
     pub fn beside(&self, reference: &str) -> Result<Self, ReadError> {
         let root = match self.resolve(reference)? {
             Location::Disk(path) => path
@@ -102,7 +102,7 @@ impl Folder {
         })
     }
 
-    /// The same folder, from which references may lead out where `allowed`.
+    /// Sets whether references may lead outside the folder.
     pub fn allowing_outside(self, allowed: bool) -> Self {
         Self {
             outside: allowed,
@@ -110,7 +110,7 @@ impl Folder {
         }
     }
 
-    /// The folder of a scene that the program carries, which has none.
+    /// Creates the folder of a built-in scene, which has no files.
     pub fn none(file_bytes: u64) -> Self {
         let root = Root::Nowhere("a scene that the program carries cannot read files");
         Self {
@@ -122,7 +122,7 @@ impl Folder {
         }
     }
 
-    /// The folder of what came as bytes alone, which has none, or what a caller has in its place.
+    /// Creates the folder of a scene given as bytes: a caller's resolver, or no folder.
     pub fn of_bytes(resolver: Option<&Resolver>, file_bytes: u64) -> Self {
         let root = match resolver {
             Some(resolver) => Root::Resolver(resolver.clone(), String::new()),
@@ -136,8 +136,8 @@ impl Folder {
         }
     }
 
-    /// The bytes of a file named inside the scene, by a path relative to the folder with `/`
-    /// between its parts.
+    /// Reads a file named inside the scene, by its path relative to the folder with `/` as
+    /// separator.
     pub fn read(&self, reference: &str) -> Result<Vec<u8>, ReadError> {
         self.name(reference);
         let unreadable = |cause: std::io::Error| {
@@ -146,8 +146,8 @@ impl Folder {
         let bytes = match self.resolve(reference)? {
             Location::Disk(path) => {
                 self.inputs.borrow_mut().read(&path);
-                // A pipe or a device could keep a reader waiting for ever, and a pipe already when
-                // it is opened.
+                // A pipe or a device could block the reader for ever, a pipe even when it is
+                // opened.
                 if !path.is_file() {
                     return Err(ReadError::Refused(format!(
                         "`{reference}` is not a regular file"
@@ -170,15 +170,15 @@ impl Folder {
         Ok(bytes)
     }
 
-    /// Remembers the scene's own file, which is not read through this gate.
+    /// Records the scene's own file, which is not read through this gate.
     pub(crate) fn note_file(&self, path: &Path) {
         self.inputs.borrow_mut().read(path);
     }
 
-    /// Remembers a file that the scene names, whether it is there, may be read, is read, or not.
+    /// Records a file that the scene names, whether it exists, may be read, is read, or not.
     pub fn name(&self, reference: &str) {
-        // A picture of the scene that was written under a name which the scene takes for a
-        // texture's would change the next one.
+        // An output picture with the name of a missing texture would become that texture in the
+        // next render.
         let path = Path::new(reference.strip_prefix("file://").unwrap_or(reference));
         if let Root::Disk(root) = &self.root
             && !reference.is_empty()
@@ -187,18 +187,18 @@ impl Folder {
         }
     }
 
-    /// The files that were read or named so far, by this folder and those beside it.
+    /// Files read or named so far, by this folder and the folders of its files.
     pub fn inputs(&self) -> Inputs {
         self.inputs.borrow().clone()
     }
 
-    /// Makes bytes that did not come through [`Self::read`] count towards the hash.
+    /// Adds bytes to the hash that were not read by [`Self::read`].
     pub fn note(&self, bytes: &[u8]) {
         self.hash.borrow_mut().note(bytes);
     }
 
-    /// The hash of everything read and noted since it was last taken, in order. Taken and not
-    /// copied: it holds up to a megabyte.
+    /// Takes the hash of everything read and added since the last call, in order. The hash is
+    /// moved, not copied: it holds up to a megabyte.
     pub fn take_hash(&self) -> SceneHash {
         self.hash.take()
     }
@@ -253,11 +253,11 @@ impl Folder {
     }
 }
 
-/// A reference without `.` and `..`, by its text alone; none where it begins at a root or leads
-/// above the folder on its way.
+/// Resolves `.` and `..` in a reference as text; `None` for an absolute path, and where a prefix of
+/// the path leaves the folder.
 fn inside(reference: &str) -> Option<PathBuf> {
-    // What Windows reads as a path is none anywhere, so that a scene is refused by every machine or
-    // by none.
+    // Windows paths are refused on every system, so that a scene is accepted by all machines or by
+    // none.
     let on_drive =
         matches!(reference.as_bytes(), [letter, b':', ..] if letter.is_ascii_alphabetic());
     if on_drive
@@ -278,8 +278,8 @@ fn inside(reference: &str) -> Option<PathBuf> {
     Some(plain)
 }
 
-/// The one file inside a folder whose name differs from a reference in the case of letters alone:
-/// many files were written where that makes no difference.
+/// The only file in a folder whose name equals a reference except for letter case: many models were
+/// written on systems that ignore case.
 fn in_any_case(root: &Path, reference: &str) -> Option<PathBuf> {
     let mut path = root.to_owned();
     for part in &inside(reference)? {
@@ -289,7 +289,7 @@ fn in_any_case(root: &Path, reference: &str) -> Option<PathBuf> {
             .ok()?
             .filter_map(|entry| entry.ok()?.file_name().into_string().ok());
         let mut fitting = names.filter(|name| name.to_lowercase() == wanted);
-        // Of several, none is more right than the others.
+        // An ambiguous match is no match.
         let (name, other) = (fitting.next()?, fitting.next());
         if other.is_some() {
             return None;
@@ -299,7 +299,8 @@ fn in_any_case(root: &Path, reference: &str) -> Option<PathBuf> {
     path.canonicalize().ok()
 }
 
-/// Whether a reference starts like an address (`http:`, `file:`). One letter is a drive's (`C:`).
+/// Whether a reference starts with a URL scheme (`http:`, `file:`). A single letter is a drive
+/// (`C:`).
 fn has_scheme(reference: &str) -> bool {
     let (scheme, rest) = reference.split_once(':').unwrap_or_default();
     let word = scheme.starts_with(|c: char| c.is_ascii_alphabetic())
@@ -310,20 +311,20 @@ fn has_scheme(reference: &str) -> bool {
         && (rest.starts_with('/') || matches!(scheme, "data" | "file" | "http" | "https"))
 }
 
-/// All bytes of a file, or none if there are more than `limit`.
+/// Reads all bytes of a file, or `None` if the file is longer than `limit`.
 pub(crate) fn read_file(file: &File, limit: u64) -> std::io::Result<Option<Vec<u8>>> {
     read_limited(file, file.metadata().map_or(0, |told| told.len()), limit)
 }
 
-/// All bytes of a source that says how many it has, or none if there are more than `limit`.
+/// Reads all bytes of a source of length `told`, or `None` if it is longer than `limit`.
 pub(crate) fn read_limited(
     source: impl Read,
     told: u64,
     limit: u64,
 ) -> std::io::Result<Option<Vec<u8>>> {
     let mut bytes = Vec::new();
-    // Without this they are copied each time that the list grows. What can't be had at once may not
-    // be there at all.
+    // The reservation avoids copies while the list grows. It may fail where the claimed length is
+    // false; the list then grows as bytes arrive.
     let _ = bytes.try_reserve_exact(usize::try_from(told.min(limit)).unwrap_or_default());
     source
         .take(limit.saturating_add(1))

@@ -19,7 +19,7 @@ use crate::{Limits, ktx2};
 
 pub(crate) use self::size::check_size;
 
-/// What a file's first bytes say it is.
+/// Format of a picture by its signature.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Kind {
     Png,
@@ -28,12 +28,12 @@ pub(crate) enum Kind {
     Hdr,
     Exr,
     Ktx2,
-    /// Known, but not read here.
+    /// Known, but unsupported.
     Foreign(&'static str),
     Unknown,
 }
 
-/// Looks at the first bytes; names and media types in files lie.
+/// Detects the format from the first bytes; names and media types in files may be wrong.
 pub(crate) fn sniff(bytes: &[u8]) -> Kind {
     const SIGNATURES: [(&[u8], Kind); 8] = [
         (b"\x89PNG\r\n\x1a\n", Kind::Png),
@@ -57,13 +57,13 @@ pub(crate) fn sniff(bytes: &[u8]) -> Kind {
         .map_or(Kind::Unknown, |&(_, kind)| kind)
 }
 
-/// A picture, and what of it was not taken as it is.
+/// A decoded picture, and its deviations from the file.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Decoded {
     pub image: ImageData,
-    /// What a user should know, each a sentence whose subject is the picture.
+    /// Remarks for the user, each a sentence with the picture as its subject.
     pub remarks: Vec<String>,
-    /// Channels that were infinite or no numbers.
+    /// Number of infinite and NaN channels.
     pub mended: u64,
 }
 
@@ -88,7 +88,7 @@ impl From<ImageData> for Decoded {
 pub(crate) fn decode(bytes: &[u8], limits: &Limits) -> Outcome<Decoded> {
     let kind = sniff(bytes);
     if !matches!(kind, Kind::Foreign(_) | Kind::Unknown) {
-        // What the decoder gives, and the same as it is kept.
+        // The decoder's buffer, and the stored picture of the same size.
         let [width, height] = size(bytes, limits)?;
         ask_system(2 * u64::from(width) * u64::from(height) * bytes_a_pixel(kind) as u64)?;
     }
@@ -130,7 +130,7 @@ fn bytes_a_pixel(kind: Kind) -> usize {
     }
 }
 
-/// Width and height that a header gives a picture.
+/// Reads width and height from a header.
 fn size(bytes: &[u8], limits: &Limits) -> Outcome<[u32; 2]> {
     let size = |format| {
         opened(format, bytes, limits)
@@ -144,14 +144,14 @@ fn size(bytes: &[u8], limits: &Limits) -> Outcome<[u32; 2]> {
         Kind::Hdr => radiance::size(bytes, limits),
         Kind::Exr => open_exr::size(bytes, limits),
         Kind::Ktx2 => ktx2::size(bytes, limits),
-        // Decoding says what is wrong with it.
+        // Decoding gives the error for these.
         Kind::Foreign(_) | Kind::Unknown => {
             decode(bytes, limits).map(|decoded| [decoded.image.width, decoded.image.height])
         }
     }
 }
 
-/// What the decoder of a format says that is wrong.
+/// Converts a decoder's error.
 fn broken(error: image::ImageError) -> Fault {
     match error {
         image::ImageError::Limits(e) => Fault::limit(format!(
@@ -161,8 +161,8 @@ fn broken(error: image::ImageError) -> Fault {
     }
 }
 
-/// The length of a PNG's palette, where that is not three bytes for each of up to 256 colours: the
-/// decoder (`png` 0.18.1), which would have to refuse it, panics.
+/// Length of a PNG's palette, if it is not three bytes for each of up to 256 colours. The decoder
+/// (`png` 0.18.1) should refuse such a palette, but panics.
 fn broken_palette(bytes: &[u8]) -> Option<usize> {
     let mut chunks = bytes.get(8..)?;
     while let Some((head, rest)) = chunks.split_first_chunk::<8>() {
@@ -171,14 +171,14 @@ fn broken_palette(bytes: &[u8]) -> Option<usize> {
         match &kind {
             b"PLTE" if !length.is_multiple_of(3) || length > 3 * 256 => return Some(length),
             b"IDAT" => return None,
-            // Its checksum comes behind it.
+            // A checksum follows the data.
             _ => chunks = rest.get(length..)?.get(4..)?,
         }
     }
     None
 }
 
-/// The decoder of a picture that is not too large.
+/// Opens the decoder of a picture within the limits.
 fn opened<'b>(
     format: ImageFormat,
     bytes: &'b [u8],
@@ -192,8 +192,7 @@ fn opened<'b>(
         )));
     }
     let mut reader = ImageReader::with_format(Cursor::new(bytes), format);
-    // The pixel count is checked below; this bounds what the decoder itself may allocate on the
-    // way.
+    // The pixel count is checked below; this bounds the decoder's own allocations.
     let mut own = image::Limits::default();
     own.max_alloc = Some(limits.image_pixels.saturating_mul(16));
     reader.limits(own);
@@ -208,8 +207,8 @@ fn decode_with(format: ImageFormat, bytes: &[u8], limits: &Limits) -> Outcome<Im
     let (width, height) = decoder.dimensions();
     let picture = DynamicImage::from_decoder(decoder).map_err(broken)?;
     let pixels = match picture {
-        // The two most common kinds are copied as they are; the general way looks at every pixel's
-        // colour space.
+        // The two most common kinds are copied directly; the general conversion examines the colour
+        // space of every pixel.
         DynamicImage::ImageRgb8(picture) => Pixels::Codes(
             picture
                 .as_raw()
@@ -228,12 +227,12 @@ fn decode_with(format: ImageFormat, bytes: &[u8], limits: &Limits) -> Outcome<Im
     })
 }
 
-/// Decodes a PNG with a palette of eight bits in less than half of the time that it takes by way of
-/// three colours a pixel. None for every other picture, and for one that is broken or too large:
-/// the general way says why. Row by row, since a list of all codes is as much memory again, which
-/// takes the system as long to provide as decoding takes.
+/// Decodes a PNG with an 8-bit palette in less than half the time of the decoder's expansion to
+/// RGB. `None` for every other picture, and for a broken or oversized one, whose error the general
+/// decoder gives. The rows are converted one by one: a buffer of all codes would double the memory,
+/// which the system takes as long to provide as the decoding takes.
 fn decode_palette(bytes: &[u8], limits: &Limits) -> Option<ImageData> {
-    // Depth and kind of colour stand at fixed places of the first chunk.
+    // Depth and colour type are at fixed offsets of the first chunk.
     if bytes.get(24..26) != Some(&[png::BitDepth::Eight as u8, png::ColorType::Indexed as u8])
         || broken_palette(bytes).is_some()
     {
@@ -254,8 +253,8 @@ fn decode_palette(bytes: &[u8], limits: &Limits) -> Option<ImageData> {
         return None;
     }
     let colours = info.palette.as_ref()?.as_chunks().0;
-    // As the decoder has it, what is beyond the palette is black, what is beyond the list of alphas
-    // opaque, and a list that is longer than the palette is none.
+    // As in the decoder: codes beyond the palette are black, codes beyond the list of alphas are
+    // opaque, and a list longer than the palette is ignored.
     let alphas = info
         .trns
         .as_deref()

@@ -1,5 +1,5 @@
-//! The files that something is made from, so that no output replaces one of them: compared as the
-//! file system compares files, through links of both kinds, and not by how their names are spelled.
+//! Input files of a run, so that no output replaces them. Files are compared by identity, through
+//! symbolic and hard links, not by the spelling of their names.
 
 use std::collections::{BTreeSet, HashSet};
 use std::path::{Component, Path, PathBuf};
@@ -9,31 +9,31 @@ use same_file::Handle;
 use crate::hash::SceneHash;
 use crate::output::{Place, fingerprint};
 
-/// Files that were read, and places that were named for files.
+/// Files that were read, and paths that a scene names.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Inputs {
-    /// As they were opened.
+    /// Paths as opened.
     read: BTreeSet<PathBuf>,
-    /// They were looked for and are not there.
+    /// Paths that were opened without success, because no file exists.
     absent: BTreeSet<PathBuf>,
-    /// Without `.` and `..`. Such a place is never looked at: a scene may name whatever it likes,
-    /// and a network's folders notice when they are asked for.
+    /// Paths without `.` and `..`. They are never opened or tested: a scene may name any path, and
+    /// network folders notice each access.
     named: BTreeSet<PathBuf>,
 }
 
-/// Why a place may not be written to.
+/// Reason why a path must not be written to.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Clash {
-    /// A file that was read, by the name it was read under, lies there.
+    /// An input file is at this path; the value is the name under which it was read.
     Read(PathBuf),
-    /// The scene names this place for a file of its own, which was not there or not needed.
+    /// The scene names this path for a file that was missing or not needed.
     Named(PathBuf),
 }
 
 impl Inputs {
-    /// SHA-256 of the names and the contents of all files that were read or looked for, as 64
-    /// hexadecimal digits: another one where any of them has changed, is gone or has come. It is
-    /// worked out anew, so that it tells of files as they are now.
+    /// SHA-256 over the names and contents of all files that were read or found missing, as 64
+    /// hexadecimal digits. The hash changes when any of these files changes, disappears or appears;
+    /// each call reads the files again.
     pub fn content_hash(&self) -> String {
         let mut hash = SceneHash::default();
         for path in self.files() {
@@ -46,28 +46,28 @@ impl Inputs {
         hash.to_string()
     }
 
-    /// Adds a file that is read.
+    /// Adds a file that was read.
     pub fn read(&mut self, path: &Path) {
         self.read.insert(path.to_owned());
     }
 
-    /// Adds a file that was looked for and is not there.
+    /// Adds a file that was opened without success.
     pub fn miss(&mut self, path: &Path) {
         self.absent.insert(path.to_owned());
     }
 
-    /// Adds an absolute path that something names for a file, whatever is there.
+    /// Adds an absolute path that a scene names, whether or not a file exists there.
     pub fn name(&mut self, path: &Path) {
         self.named.insert(plain(path));
     }
 
-    /// The files that are read or were looked for, in order of their names.
+    /// Returns the files that were read or found missing, ordered by name.
     pub fn files(&self) -> impl Iterator<Item = &Path> {
         self.read.union(&self.absent).map(PathBuf::as_path)
     }
 
-    /// The first of many places that must not be written to, each with the fingerprint of what is
-    /// there: every file is opened once, however many places there are.
+    /// Returns the first of many places that must not be written to, each given with the
+    /// fingerprint of its existing file. Every input is opened once, however many places are given.
     pub fn first_clash<'a>(
         &self,
         places: impl IntoIterator<Item = (&'a Place, Option<u64>)>,
@@ -92,10 +92,10 @@ impl Inputs {
             })
     }
 
-    /// What would be lost if this place were written to.
+    /// Returns the input that a write to this place would destroy.
     pub fn clash(&self, place: &Place) -> Option<Clash> {
         let there = place.existing();
-        // A pipe that a scene came through would be waited for, and no output replaces it.
+        // Opening the pipe of a piped scene would block, and no output replaces a pipe.
         let handle = |path: &Path| {
             if path.is_file() {
                 Handle::from_path(path).ok()
@@ -121,7 +121,7 @@ impl Inputs {
     }
 }
 
-/// A path without `.` and `..`, by its text alone.
+/// Removes `.` and `..` from a path, as text.
 fn plain(path: &Path) -> PathBuf {
     let mut plain = PathBuf::new();
     for part in path.components() {
@@ -146,7 +146,7 @@ mod tests {
         Place::check(path).expect("a place that can be written to")
     }
 
-    /// Protects: a file is the same one under every spelling, through symbolic and hard links, and
+    /// Protects: a file is recognised under every spelling, through symbolic and hard links, and
     /// through a linked folder.
     #[cfg(unix)]
     #[test]
@@ -182,15 +182,14 @@ mod tests {
         for name in ["copy.png", "new.png", "sub/wood.png"] {
             assert_eq!(inputs.clash(&place(&folder.join(name))), None, "{name}");
         }
-        // And the other way round: read through a link, written under the file's own name.
+        // The reverse: read through a link, written under the file's own name.
         let mut linked = Inputs::default();
         linked.read(&folder.join("link to link.png"));
         assert!(linked.clash(&place(&wood)).is_some());
     }
 
-    /// Protects: of many places the first one is told that would be lost, for each of the reasons
-    /// for which one alone is: its spelling, a link to a file that was read, and a name that a
-    /// scene gives.
+    /// Protects: the first of many places that clashes is reported, for each reason that alone
+    /// suffices: its spelling, a link to an input, and a name in the scene.
     #[test]
     fn the_first_clash_of_many_is_told() {
         let outer = tempfile::tempdir().unwrap();
@@ -212,8 +211,7 @@ mod tests {
         assert_eq!(clash("named.png"), Some((1, Clash::Named(at("named.png")))));
     }
 
-    /// Protects: what was read keeps its place also where nothing lies there any more that could be
-    /// compared.
+    /// Protects: an input keeps its path reserved even after the file is gone.
     #[test]
     fn a_file_that_went_away_was_still_read() {
         let outer = tempfile::tempdir().unwrap();
@@ -224,8 +222,8 @@ mod tests {
         assert_eq!(inputs.clash(&place(&wood.with_extension("exr"))), None);
     }
 
-    /// Protects: a place that is named for a file is kept free of outputs also before there is such
-    /// a file, by whatever detour it is named.
+    /// Protects: a path named by a scene is reserved before a file exists there, however it is
+    /// spelled.
     #[test]
     fn named_places_are_kept_free() {
         let outer = tempfile::tempdir().unwrap();

@@ -1,9 +1,9 @@
-//! KTX 2.0 files that are flat and have one layer: Basis Universal pictures, as KHR_texture_basisu
-//! allows them (ETC1S or UASTC), and eight bits a channel as they are, both perhaps compressed by
-//! Zstandard. Transcoding is `basisu`'s and decompression `ruzstd`'s; that every range of the
-//! container lies in the file, that each level has the size that its pixels make, and that the
-//! picture is not larger than is allowed, is looked at here first, since the transcoder adds
-//! offsets before it compares them.
+//! Flat KTX 2.0 files with one layer: Basis Universal pictures (ETC1S or UASTC), as in
+//! KHR_texture_basisu, and uncompressed pictures of eight bits a channel, both optionally with
+//! Zstandard. `basisu` transcodes and `ruzstd` decompresses. This module first checks that every
+//! range of the container lies in the file, that each level has the size that its pixels need, and
+//! that the picture is within the limits, because the transcoder adds offsets before it compares
+//! them.
 
 use basisu::{DecodeFlags, TargetFormat, Transcoder};
 use raywright_core::scene::{ImageData, Pixels};
@@ -19,34 +19,32 @@ pub(crate) const SIGNATURE: &[u8] = b"\xabKTX 20\xbb\r\n\x1a\n";
 
 /// Bytes of the header, the index of sections included (KTX 2.0, section 3).
 const HEADER: u64 = 80;
-/// Levels that a picture of 2³² pixels a side could have at most, and more than the transcoder
-/// reads.
+/// More levels than a picture of 2³² pixels a side has, and than the transcoder reads.
 const MOST_LEVELS: u32 = 32;
-/// Codes of supercompression (KTX 2.0, section 3.6.1), besides none.
+/// Codes of supercompression schemes (KTX 2.0, section 3.6.1); zero is none.
 const BASIS_LZ: u32 = 1;
 const ZSTANDARD: u32 = 2;
 /// Colour models of the two encodings of Basis Universal (Khronos Data Format 1.3, section 5.6).
 const ETC1S: u8 = 163;
 const UASTC: u8 = 166;
 
-/// How pixels are stored.
+/// Storage of pixels.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Coding {
-    /// As a Basis Universal picture.
+    /// A Basis Universal picture.
     Basis,
-    /// Eight bits a channel.
+    /// Uncompressed, with eight bits a channel.
     Plain {
-        /// Red, green, blue and perhaps alpha.
+        /// Number of channels: 3, or 4 with alpha.
         channels: usize,
-        /// Whether blue comes first.
+        /// Whether the order is blue, green, red.
         reversed: bool,
     },
 }
 
 impl Coding {
-    /// The coding of a `VkFormat` (Vulkan 1.3, section 34.1.1). Which curve colours are stored by
-    /// is the business of who reads the texture, as with every other picture: UNORM and SRGB are
-    /// the same codes.
+    /// Returns the coding of a `VkFormat` (Vulkan 1.3, section 34.1.1). UNORM and SRGB have the
+    /// same codes: the transfer curve is chosen by the texture, as for every other picture format.
     fn of(format: u32) -> Option<Self> {
         let plain = |channels, reversed| Some(Self::Plain { channels, reversed });
         match format {
@@ -60,22 +58,22 @@ impl Coding {
     }
 }
 
-/// What a file's header says, as far as it is needed.
+/// The used part of a file's header.
 #[derive(Debug)]
 struct Ktx2Container<'b> {
     width: u32,
     height: u32,
     coding: Coding,
-    /// The largest level as it is stored.
+    /// The stored bytes of the largest level.
     level: &'b [u8],
     compressed: bool,
 }
 
-/// The largest level of a file, in the order and with the codes of its channels.
+/// Decodes the largest level of a file to RGBA codes.
 ///
 /// # Errors
-/// A fault of kind input for a broken file and for one that is no flat picture in a coding that is
-/// read, of kind limit for a larger one than `limits` allow.
+/// A fault of kind input for a broken file and for an unsupported layout or coding, of kind limit
+/// for a picture larger than `limits` allow.
 pub(crate) fn decode(bytes: &[u8], limits: &Limits) -> Outcome<ImageData> {
     let container = Ktx2Container::read(bytes, limits)?;
     let Ktx2Container { width, height, .. } = container;
@@ -93,7 +91,7 @@ pub(crate) fn decode(bytes: &[u8], limits: &Limits) -> Outcome<ImageData> {
     })
 }
 
-/// The pixels of a Basis Universal picture.
+/// Transcodes a Basis Universal picture.
 fn transcoded(bytes: &[u8]) -> Outcome<Vec<[u8; 4]>> {
     let transcoder = Transcoder::new(bytes).map_err(|_| broken("its codebooks"))?;
     let codes = transcoder
@@ -106,10 +104,10 @@ fn broken(why: &str) -> Fault {
     Fault::input(format!("is a broken KTX2 picture ({why})"))
 }
 
-/// Width and height of a file's largest level, by its header.
+/// Reads width and height of a file's largest level from its header.
 ///
 /// # Errors
-/// As [`decode`] for what a header can say.
+/// As [`decode`], for all faults that the header shows.
 pub(crate) fn size(bytes: &[u8], limits: &Limits) -> Outcome<[u32; 2]> {
     Ktx2Container::read(bytes, limits).map(|Ktx2Container { width, height, .. }| [width, height])
 }
@@ -165,7 +163,7 @@ impl<'b> Ktx2Container<'b> {
             let level = range(bytes, long(at)?, long(at + 8)?)?;
             let side = |pixels: u32| u64::from((pixels >> number.min(31)).max(1));
             let whole = match coding {
-                // Blocks of sixteen bytes for four by four pixels.
+                // Blocks of sixteen bytes for 4×4 pixels.
                 Coding::Basis => side(width).div_ceil(4) * side(height).div_ceil(4) * 16,
                 Coding::Plain { channels, .. } => side(width) * side(height) * channels as u64,
             };
@@ -191,13 +189,13 @@ impl<'b> Ktx2Container<'b> {
         })
     }
 
-    /// The pixels of a plain coding; what has no alpha is opaque.
+    /// Decodes uncompressed pixels; pictures without alpha are opaque.
     fn plain(&self, channels: usize, reversed: bool) -> Outcome<Vec<[u8; 4]>> {
         let mut unpacked = Vec::new();
         let level = match self.compressed {
             false => self.level,
             true => {
-                // Known to be what the pixels take, which is within the limits.
+                // The size was checked against the pixels and the limits.
                 unpacked.resize(self.width as usize * self.height as usize * channels, 0);
                 let mut decoder =
                     StreamingDecoder::new(self.level).map_err(|e| broken(&e.to_string()))?;
@@ -218,14 +216,14 @@ impl<'b> Ktx2Container<'b> {
     }
 }
 
-/// The colour model of the first descriptor.
+/// Colour model of the first data format descriptor.
 fn model(bytes: &[u8]) -> Option<u8> {
     bytes
         .get(usize::try_from(word(bytes, 48)?).ok()?.checked_add(12)?)
         .copied()
 }
 
-/// A part of the file.
+/// Returns a range of the file's bytes.
 fn range(bytes: &[u8], start: u64, length: u64) -> Outcome<&[u8]> {
     let end = start
         .checked_add(length)
@@ -241,7 +239,7 @@ fn range(bytes: &[u8], start: u64, length: u64) -> Outcome<&[u8]> {
         })
 }
 
-/// The parts of BasisLZ's global data lie in it (KTX 2.0, section 3.12.2).
+/// Checks that the parts of BasisLZ's global data lie inside it (KTX 2.0, section 3.12.2).
 fn codebooks(bytes: &[u8], start: u64, length: u64, images: u32) -> Outcome<()> {
     let broken = || Fault::input("is a broken KTX2 picture (its codebooks reach beyond it)");
     let word = |at: u64| word(bytes, at).map(u64::from).ok_or_else(broken);
@@ -257,7 +255,7 @@ fn codebooks(bytes: &[u8], start: u64, length: u64, images: u32) -> Outcome<()> 
     Ok(())
 }
 
-/// A little-endian number.
+/// Reads a little-endian number.
 fn word(bytes: &[u8], at: u64) -> Option<u32> {
     let at = usize::try_from(at).ok()?;
     bytes
@@ -272,13 +270,13 @@ mod tests {
     use super::*;
     use crate::import::FaultKind;
 
-    /// A block of one colour: UASTC's mode 8, then eight bits a channel.
+    /// Encodes a UASTC block of a single colour: mode 8, then eight bits a channel.
     fn block(colour: [u8; 4]) -> [u8; 16] {
         (u128::from(u32::from_le_bytes(colour)) << 5 | 0x17).to_le_bytes()
     }
 
-    /// Bytes as a Zstandard frame: one segment with its size in four bytes, one last block that is
-    /// not compressed (RFC 8878, section 3.1.1).
+    /// Encodes bytes as a Zstandard frame: a single segment with its size in four bytes, and one
+    /// last raw block (RFC 8878, section 3.1.1).
     fn frame(data: &[u8]) -> Vec<u8> {
         let length = (data.len() as u32).to_le_bytes();
         let header = ((data.len() as u32) << 3 | 1).to_le_bytes();
@@ -291,8 +289,8 @@ mod tests {
         .concat()
     }
 
-    /// A file of one level in a `VkFormat`, with the colour model of its descriptor, stored as it
-    /// is or as Zstandard.
+    /// Encodes a file with one level, in this `VkFormat` and with this colour model in its
+    /// descriptor, raw or with Zstandard.
     fn file(
         [width, height]: [u32; 2],
         format: u32,
@@ -317,8 +315,8 @@ mod tests {
                 .into_iter()
                 .flat_map(u64::to_le_bytes),
         );
-        // One basic descriptor: colour model, primaries, the sRGB curve; blocks of four by four; a
-        // sample of all channels.
+        // One basic descriptor: colour model, primaries, the sRGB curve; 4×4 blocks; a single
+        // sample for all channels.
         let sample = [127 << 16 | 3 << 24, 0, 0, u32::MAX];
         out.extend(
             [
@@ -338,14 +336,14 @@ mod tests {
         out
     }
 
-    /// A picture of UASTC blocks, row by row.
+    /// Encodes a picture of UASTC blocks, row by row.
     fn uastc(size: [u32; 2], blocks: &[[u8; 4]], zstandard: bool) -> Vec<u8> {
         let data: Vec<u8> = blocks.iter().flat_map(|colour| block(*colour)).collect();
         file(size, 0, UASTC, &data, zstandard)
     }
 
-    /// Protects: plain pixels have the codes that are written, whatever the order of their
-    /// channels, sRGB or not, opaque where there is no alpha, stored or compressed.
+    /// Protects: uncompressed pixels keep their codes, for any order of channels, sRGB or not,
+    /// opaque without alpha, raw or with Zstandard.
     #[test]
     fn plain_pixels() {
         let colours = [
@@ -378,7 +376,7 @@ mod tests {
                         (3, 2, Pixels::Codes(expected.to_vec())),
                         "{format}"
                     );
-                    // One pixel more or less than there is data for.
+                    // Sizes that need more or fewer pixels than the data has.
                     for size in [[3, 3], [3, 1], [7, 1]] {
                         assert!(
                             decode(&file(size, format, 1, &data, zstandard), &Limits::default())
@@ -401,8 +399,8 @@ mod tests {
         assert!(foreign.contains("VkFormat 97"), "{foreign}");
     }
 
-    /// Protects: pixels have the codes that their blocks say, in rows from the top, cut at the
-    /// picture's edge, stored or compressed.
+    /// Protects: pixels have the codes of their blocks, in rows from the top, cropped at the
+    /// picture's edge, raw or with Zstandard.
     #[test]
     fn blocks_of_one_colour() {
         let colours = [
@@ -426,8 +424,8 @@ mod tests {
         }
     }
 
-    /// Protects: nothing is taken for a picture larger than allowed, and no cut or lie in the
-    /// container is more than an error.
+    /// Protects: nothing is allocated for a picture beyond the limits, and every truncated or false
+    /// container is an error.
     #[test]
     fn broken_containers_are_refused() {
         let good = uastc([8, 4], &[[5; 4], [6; 4]], true);

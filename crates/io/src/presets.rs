@@ -1,5 +1,4 @@
-//! Scenes that the program carries: the files of `scenes/` as they were when it was built, and
-//! nothing more.
+//! Built-in scenes: the files of `scenes/` at the time of the build.
 
 use raywright_core::suggest::closest;
 
@@ -8,18 +7,18 @@ use crate::native;
 
 include!(concat!(env!("OUT_DIR"), "/embedded.rs"));
 
-/// A scene that the program carries.
+/// A built-in scene.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Preset {
-    /// Name without the ending `.scene.toml`.
+    /// Name without the extension `.scene.toml`.
     pub name: &'static str,
-    /// The scene's own line about itself; may be empty.
+    /// Title from the scene file; may be empty.
     pub title: String,
-    /// The whole file.
+    /// Text of the whole file.
     pub text: &'static str,
 }
 
-/// All presets, by name.
+/// Returns all presets, ordered by name.
 pub fn list() -> Vec<Preset> {
     PRESETS
         .iter()
@@ -31,16 +30,16 @@ pub fn list() -> Vec<Preset> {
         .collect()
 }
 
-/// Names of all presets, in order.
+/// Returns the names of all presets, in order.
 pub fn names() -> impl Iterator<Item = &'static str> {
     PRESETS.iter().map(|&(name, _)| name)
 }
 
-/// The preset of this name.
+/// Returns the preset with this name.
 ///
 /// # Errors
-/// Of kind [`ErrorKind::Usage`](crate::ErrorKind::Usage) if there is none; it suggests the nearest
-/// one.
+/// Of kind [`ErrorKind::Usage`](crate::ErrorKind::Usage) for an unknown name, with the closest
+/// known name.
 pub fn get(name: &str) -> Result<Preset, Error> {
     if let Some(&(name, text)) = PRESETS.iter().find(|(known, _)| *known == name) {
         return Ok(Preset {
@@ -57,7 +56,7 @@ pub fn get(name: &str) -> Result<Preset, Error> {
     Err(Error::usage(format!("there is no preset `{name}`")).with_hint(hint))
 }
 
-/// An asset that the program carries for its presets: `embedded:NAME` in a scene.
+/// Returns a built-in asset of the presets: `embedded:NAME` in a scene.
 pub(crate) fn asset(name: &str) -> Option<&'static [u8]> {
     ASSETS
         .iter()
@@ -65,7 +64,7 @@ pub(crate) fn asset(name: &str) -> Option<&'static [u8]> {
         .map(|(_, bytes)| *bytes)
 }
 
-/// Names of all assets.
+/// Returns the names of all assets.
 pub(crate) fn asset_names() -> impl Iterator<Item = &'static str> {
     ASSETS.iter().map(|&(name, _)| name)
 }

@@ -1,9 +1,9 @@
-//! Cuts through models: what lies beyond a plane is left away, and closed meshes get a cap there,
-//! so that bodies look solid.
+//! Sections through models: the geometry on one side of a plane is removed, and closed meshes get a
+//! cap in the plane, so that they look solid.
 //!
-//! Each mesh is cut where each object that shows it lies, once it is known how the whole is turned.
-//! A vertex that storing can't tell from the plane counts as in it, so that a plane through a face
-//! leaves no film of it.
+//! Each mesh is cut in the world space of each object, after the up axis is applied. A vertex whose
+//! distance from the plane is within rounding error counts as in the plane, so that a plane through
+//! a face leaves no sliver of the mesh.
 
 mod cap;
 mod clip;
@@ -23,22 +23,22 @@ use crate::clay;
 use crate::warning::{Warning, WarningCode};
 use clip::{Cut, CutMesh, MeshCutter};
 
-/// A plane across an axis, and which side of it is kept.
+/// A plane perpendicular to an axis, and its kept side.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Section {
     /// 0 for x, 1 for y, 2 for z.
     axis: usize,
-    /// Whether what lies beyond the plane along the axis is kept, and not what lies before it.
+    /// Whether the side of greater coordinates is kept.
     keeps_above: bool,
     position: Position,
 }
 
-/// Where a plane crosses its axis.
+/// Position of a plane on its axis.
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum Position {
     /// In units of the model.
     Coordinate(f64),
-    /// As a share of the way through the box around all meshes.
+    /// As a fraction of the bounding box of all meshes, from its least coordinate.
     Share(f64),
 }
 
@@ -92,17 +92,17 @@ impl fmt::Display for Section {
 }
 
 impl Section {
-    /// 1 where what lies before the plane is kept, -1 where it is what lies beyond.
+    /// 1 where the side of lesser coordinates is kept, -1 otherwise.
     fn sign(&self) -> f64 {
         if self.keeps_above { -1.0 } else { 1.0 }
     }
 }
 
-/// Coordinates of f32 that far apart, as a share of the largest one, are taken for one: four units
-/// in the last place of half of it.
+/// Tolerance for equal f32 coordinates, relative to the largest coordinate: four units in the last
+/// place of half that coordinate.
 const SAME: f64 = 2.5e-7;
 
-/// Cuts a scene. `name` is what warnings call it.
+/// Cuts a scene, called `name` in warnings.
 pub(crate) fn cut(scene: &mut Scene, section: &Section, name: &str) -> Vec<Warning> {
     let meshes = meshes_of(scene);
     let mut warnings: Vec<Warning> = not_cut(scene, &meshes, name).into_iter().collect();
@@ -140,7 +140,7 @@ pub(crate) fn cut(scene: &mut Scene, section: &Section, name: &str) -> Vec<Warni
             Cut::Through(cut) => {
                 let CutMesh { mesh, cap, is_open } = *cut;
                 if is_open {
-                    // Its inside is seen now.
+                    // The inside is visible now.
                     object.side = SideRule::Both;
                     open += 1;
                 }
@@ -178,7 +178,7 @@ pub(crate) fn cut(scene: &mut Scene, section: &Section, name: &str) -> Vec<Warni
     warnings
 }
 
-/// A new mesh in place of an object's.
+/// Replaces an object's mesh.
 fn shape_of(scene: &mut Scene, object: &Object, data: MeshData) -> Shape {
     let own = if let Shape::Mesh(own) = &object.shape {
         own
@@ -194,10 +194,11 @@ fn shape_of(scene: &mut Scene, object: &Object, data: MeshData) -> Shape {
     Shape::Mesh(name)
 }
 
-/// What caps are made of: what their bodies are, or grey clay where images or vertices say that,
-/// which a cap has none of.
+/// Materials of caps: the body's own material, or grey clay where that material uses images or
+/// vertex colours, which a cap lacks.
 struct CapMaterials {
-    /// Whether the material of a name is such a one, for those that there were before the cut.
+    /// Whether the material with this name uses images or vertex colours, for all materials before
+    /// the cut.
     varies: HashMap<String, bool>,
 }
 
@@ -216,7 +217,7 @@ impl CapMaterials {
         }
     }
 
-    /// The name of the material of a cap, which is added where it is new.
+    /// Returns the name of a cap's material, and adds the material to the scene if new.
     fn add(&mut self, scene: &mut Scene, body: &str) -> String {
         if self.varies.get(body) != Some(&true) {
             return body.to_owned();
@@ -232,7 +233,7 @@ impl CapMaterials {
     }
 }
 
-/// The mesh of each object that is cut; none of what moves and of other shapes.
+/// Mesh of each object that is cut; `None` for moving objects and other shapes.
 fn meshes_of(scene: &Scene) -> Vec<Option<Arc<MeshData>>> {
     let inline = |mesh: &Mesh| {
         if let MeshSource::Inline(data) = &mesh.source {
@@ -241,7 +242,7 @@ fn meshes_of(scene: &Scene) -> Vec<Option<Arc<MeshData>>> {
             None
         }
     };
-    // The first one of a name counts.
+    // The first of several meshes with a name is the one in force.
     let by_name: HashMap<&str, &Mesh> = scene
         .meshes
         .iter()
@@ -260,7 +261,7 @@ fn meshes_of(scene: &Scene) -> Vec<Option<Arc<MeshData>>> {
     scene.objects.iter().map(of).collect()
 }
 
-/// Least and greatest coordinate of all that is cut; none where nothing is.
+/// Least and greatest coordinate of all cut meshes; `None` without any.
 fn extent(scene: &Scene, meshes: &[Option<Arc<MeshData>>], axis: usize) -> Option<[f64; 2]> {
     let along = |(object, data): (&Object, &Option<Arc<MeshData>>)| {
         let (data, map) = (data.as_ref()?, affine(&object.transform));
@@ -282,7 +283,7 @@ fn extent(scene: &Scene, meshes: &[Option<Arc<MeshData>>], axis: usize) -> Optio
         .reduce(|[a, b], [c, d]| [a.min(c), b.max(d)])
 }
 
-/// A warning of what is not cut.
+/// Warning about objects that are not cut.
 fn not_cut(scene: &Scene, meshes: &[Option<Arc<MeshData>>], name: &str) -> Option<Warning> {
     let count = meshes.iter().filter(|mesh| mesh.is_none()).count() + scene.generators.len();
     let message = format!(

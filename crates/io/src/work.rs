@@ -1,10 +1,10 @@
-//! How far a long import has come, for whoever looks on.
+//! Progress of a long import, for an observer.
 
 use std::sync::atomic::{AtomicU64, Ordering};
 
 use raywright_core::Observer;
 
-/// Work that is planned and done, in vertices and indices of meshes. Any thread may report.
+/// Planned and finished work, in vertices and indices of meshes. Any thread may report.
 pub(crate) struct Work<'a> {
     observer: &'a dyn Observer,
     total: u64,
@@ -12,10 +12,10 @@ pub(crate) struct Work<'a> {
 }
 
 impl<'a> Work<'a> {
-    /// What an image counts for: about as many vertices take as long.
+    /// Work of an image, as the number of vertices that take about the same time.
     pub const IMAGE: u64 = 1 << 20;
 
-    /// Nothing is planned yet.
+    /// Starts without planned work.
     pub fn new(observer: &'a dyn Observer) -> Self {
         Self {
             observer,
@@ -24,15 +24,15 @@ impl<'a> Work<'a> {
         }
     }
 
-    /// So much is to be done.
+    /// Sets the planned work.
     pub fn plan(&mut self, total: u64) {
         self.total = total;
     }
 
-    /// So much more is done.
+    /// Adds finished work.
     pub fn done(&self, amount: u64) {
         let before = self.done.fetch_add(amount, Ordering::Relaxed);
-        // What is made in several poses was planned once.
+        // A mesh built in several poses was planned only once.
         self.observer
             .progress(before.saturating_add(amount).min(self.total), self.total);
     }

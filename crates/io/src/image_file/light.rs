@@ -1,12 +1,11 @@
-//! What the numbers of a float picture are as light, and how many of them can't be light.
+//! Float pixels as radiance, with a count of the values that radiance cannot have.
 
-/// What stands for an infinite number: the largest one of the half floats that most such pictures
-/// overflow.
+/// Replacement of infinity: the largest half float, where most such pictures overflow.
 const INFINITE: f32 = 65504.0;
-/// Greatest number that is read: sums over a picture must fit single precision.
+/// Largest accepted value, so that sums over a picture fit single precision.
 const GREATEST: f32 = 1e30;
 
-/// Numbers that light can't have, counted over a picture.
+/// Counts of invalid radiance values in a picture.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub(super) struct Unusable {
     infinite: u64,
@@ -16,7 +15,7 @@ pub(super) struct Unusable {
 }
 
 impl Unusable {
-    /// The nearest value that light can have.
+    /// Returns the nearest valid radiance.
     pub fn mend(&mut self, value: f32) -> f32 {
         if (0.0..=GREATEST).contains(&value) {
             return value;
@@ -31,13 +30,13 @@ impl Unusable {
         instead
     }
 
-    /// How many were infinite or no numbers. Negative ones are rounding, mostly, and of those too
-    /// great nothing is lost that would be seen.
+    /// Number of infinite and NaN values. Negative values are mostly rounding errors, and clamping
+    /// excessive ones loses nothing visible.
     pub fn count(&self) -> u64 {
         self.infinite + self.undefined
     }
 
-    /// What was mended, for a warning; none: nothing.
+    /// Summary of the replaced values for a warning; `None` without any.
     pub fn remark(&self) -> Option<String> {
         let kinds = [
             (self.infinite, format!("infinite ({INFINITE} was taken)")),

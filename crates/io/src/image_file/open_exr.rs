@@ -1,5 +1,5 @@
-//! OpenEXR pictures: which part and which of its channels are the picture, and where they lie in
-//! the window that is displayed.
+//! OpenEXR pictures: choice of the part and its channels, and the data window in the display
+//! window.
 
 use std::io::Cursor;
 
@@ -18,17 +18,17 @@ fn broken(error: exr::error::Error) -> Fault {
     Fault::input(format!("is a broken EXR picture ({error})"))
 }
 
-/// Channels of one part that are a picture: red, green and blue, or one luminance.
+/// Colour channels of a part: red, green and blue, or a single luminance.
 #[derive(Clone, Debug)]
 struct ColourChannels {
-    /// The layer's name, with the dot behind it; empty: none.
+    /// Name of the layer with its final dot; empty without a layer.
     layer: String,
-    /// Three names, or one.
+    /// Names of three channels, or of one.
     names: Vec<Text>,
     alpha: Option<Text>,
 }
 
-/// Layer and name of a channel.
+/// Splits a channel into layer and name.
 fn split(channel: &str) -> (&str, &str) {
     channel
         .rfind('.')
@@ -36,8 +36,7 @@ fn split(channel: &str) -> (&str, &str) {
 }
 
 impl ColourChannels {
-    /// The pictures of a part, those of its layers included, in the order in which the file has
-    /// them.
+    /// Returns the pictures of a part, those of its layers included, in the order of the file.
     fn all(header: &Header) -> Vec<Self> {
         let names: Vec<(String, &Text)> = header
             .channels
@@ -77,15 +76,15 @@ impl ColourChannels {
     }
 }
 
-/// The picture of a file.
+/// The chosen picture of a file.
 struct Chosen<'m> {
     header: &'m Header,
     channels: ColourChannels,
-    /// Why this one, where there are others or it is a layer.
+    /// Reason for the choice, among several pictures or for a layer.
     remark: Option<String>,
 }
 
-/// Chooses the picture: the first one that belongs to no layer, or else the first layer.
+/// Chooses the first picture outside any layer, or otherwise the first layer.
 fn choose(meta: &MetaData) -> Outcome<Chosen<'_>> {
     let flat = || meta.headers.iter().filter(|header| !header.deep);
     let all: Vec<(&Header, ColourChannels)> = flat()
@@ -132,7 +131,7 @@ fn choose(meta: &MetaData) -> Outcome<Chosen<'_>> {
     })
 }
 
-/// The headers of a file, all of them within limits.
+/// Reads the headers of a file, all within the limits.
 fn headers(bytes: &[u8], limits: &Limits) -> Outcome<MetaData> {
     let meta = MetaData::read_from_buffered(Cursor::new(bytes), false).map_err(broken)?;
     for header in &meta.headers {
@@ -151,11 +150,11 @@ fn headers(bytes: &[u8], limits: &Limits) -> Outcome<MetaData> {
     Ok(meta)
 }
 
-/// Width and height of what decoding makes room for: the display window, or the data window where
-/// that is larger.
+/// Returns width and height of the pixels allocated by the decoder: the display window, or the data
+/// window if larger.
 ///
 /// # Errors
-/// As [`decode`] as far as headers tell.
+/// As [`decode`], for all faults that headers show.
 pub(super) fn size(bytes: &[u8], limits: &Limits) -> Outcome<[u32; 2]> {
     let meta = headers(bytes, limits)?;
     let header = choose(&meta)?.header;
@@ -165,16 +164,15 @@ pub(super) fn size(bytes: &[u8], limits: &Limits) -> Outcome<[u32; 2]> {
     ]
     .into_iter()
     .max_by_key(|size| size.area());
-    // Fewer than `image_pixels`, which no side exceeds.
+    // Fewer than `image_pixels`, which also bounds each side.
     Ok(larger.map_or([0; 2], |size| [size.0 as u32, size.1 as u32]))
 }
 
-/// Decodes the picture that is displayed: what of the data window lies outside of it is cut off,
-/// and what the data window leaves out of it is black and transparent.
+/// Decodes the picture in the display window: data outside the window is cropped, and pixels
+/// without data are black and transparent.
 ///
 /// # Errors
-/// A fault of kind limit for a picture that is too large, of kind input for one that is broken or
-/// not read here.
+/// A fault of kind limit for an oversized picture, of kind input for a broken or unsupported one.
 pub(super) fn decode(bytes: &[u8], limits: &Limits) -> Outcome<Decoded> {
     let meta = headers(bytes, limits)?;
     let Chosen {
@@ -209,7 +207,7 @@ pub(super) fn decode(bytes: &[u8], limits: &Limits) -> Outcome<Decoded> {
     })
 }
 
-/// What a display window shows of the pixels of a data window.
+/// Crops or pads a data window to a display window.
 fn displayed(
     pixels: &[[f32; 4]],
     data: IntegerBounds,
@@ -219,7 +217,7 @@ fn displayed(
         i64::from(axis(window.position)) - i64::from(axis(data.position))
     };
     let (left, top) = (offset(|at| at.0), offset(|at| at.1));
-    // Columns of the window that have data, and the column of the data in the first of them.
+    // Columns of the window with data, and the data's column in the first of them.
     let start = (-left).clamp(0, window.size.0 as i64) as usize;
     let end = (data.size.0 as i64 - left).clamp(start as i64, window.size.0 as i64) as usize;
     let first = (start as i64 + left).max(0) as usize;
@@ -243,7 +241,7 @@ fn displayed(
     }
 }
 
-/// Red, green, blue and alpha of the first part that has these channels.
+/// Reads red, green, blue and alpha of the first part with these channels.
 fn read_channels(bytes: &[u8], channels: &ColourChannels) -> Outcome<Vec<[f32; 4]>> {
     type Stored = (usize, Vec<[f32; 4]>);
     fn room(size: Vec2<usize>) -> Stored {

@@ -1,5 +1,5 @@
-//! Radiance pictures (`.hdr`, `.pic`): the header as any program writes it, and the order of the
-//! pixels. The decoder of scan lines is `image`'s, which knows one signature and one order.
+//! Radiance pictures (`.hdr`, `.pic`): headers of any program, and pixels in any order. Scan lines
+//! are decoded by `image`, which accepts a single signature and order.
 
 use std::io::{Cursor, Read};
 
@@ -13,22 +13,22 @@ use crate::Limits;
 use crate::import::{Fault, Outcome, shown};
 use crate::text::without_mark;
 
-/// Bytes that a header may have.
+/// Largest length of a header in bytes.
 const LONGEST: usize = 1 << 16;
 
-/// Whether bytes begin as every such file does: `#?` and the name of a program.
+/// Whether bytes have the signature of the format: `#?` and the name of a program.
 pub(super) fn is_radiance(bytes: &[u8]) -> bool {
     matches!(without_mark(bytes), [b'#', b'?', letter, ..] if letter.is_ascii_alphabetic())
 }
 
-/// What a header says, and what follows it.
+/// A parsed header, and the data after it.
 struct RadianceHeader<'b> {
-    /// Scan lines, and the pixels of each.
+    /// Number of scan lines, and pixels in each.
     lines: u32,
     length: u32,
-    /// Whether scan lines are columns.
+    /// Whether scan lines are columns of the picture.
     is_upright: bool,
-    /// Whether columns are counted from the right, rows from the bottom.
+    /// Whether columns start from the right, and rows from the bottom.
     from_right: bool,
     from_bottom: bool,
     data: &'b [u8],
@@ -60,7 +60,8 @@ impl<'b> RadianceHeader<'b> {
         ))
     }
 
-    /// A line such as `-Y 512 +X 1024`: the axis across scan lines, then the one along them.
+    /// Parses a line such as `-Y 512 +X 1024`: the axis across scan lines, then the axis along
+    /// them.
     fn resolution(line: &str, data: &'b [u8]) -> Option<Self> {
         let words: Vec<&str> = line.split_ascii_whitespace().collect();
         let [across, lines, along, length] = *words.as_slice() else {
@@ -100,16 +101,16 @@ impl<'b> RadianceHeader<'b> {
     }
 }
 
-/// Width and height.
+/// Reads width and height.
 ///
 /// # Errors
-/// A fault of kind input for a broken header, of kind limit for a larger picture than is allowed.
+/// A fault of kind input for a broken header, of kind limit for an oversized picture.
 pub(super) fn size(bytes: &[u8], limits: &Limits) -> Outcome<[u32; 2]> {
     RadianceHeader::read(bytes, limits).map(|header| header.size())
 }
 
-/// Decodes a picture. `EXPOSURE` and the like, by which programs multiply all pixels alike, are
-/// left to who looks at it.
+/// Decodes a picture. `EXPOSURE` and similar factors on all pixels are ignored; the exposure is the
+/// viewer's choice.
 ///
 /// # Errors
 /// As [`size`], and of kind input for broken data.

@@ -1,9 +1,9 @@
-//! How large a picture may be.
+//! Limits on the size of a picture.
 
 use crate::Limits;
 use crate::import::{Fault, Outcome};
 
-/// Checks a header's dimensions before anything is allocated for them.
+/// Checks the dimensions in a header before any allocation.
 pub(crate) fn check_size(width: u64, height: u64, limits: &Limits) -> Outcome<()> {
     if width == 0 || height == 0 {
         return Err(Fault::input("is a picture without pixels"));

@@ -1,4 +1,4 @@
-//! Pictures of every kind that is read, and those that are refused.
+//! Tests of all supported picture formats, and of refused pictures.
 
 use super::*;
 use crate::import::FaultKind;
@@ -13,7 +13,7 @@ fn png(
     let mut encoder = png::Encoder::new(&mut out, 2, 1);
     encoder.set_color(colour);
     encoder.set_depth(depth);
-    // Half the usual gamma: must not matter.
+    // Half the usual gamma, which must have no effect.
     encoder.set_source_gamma(png::ScaledFloat::new(1.0));
     if let Some((colours, alphas)) = palette {
         encoder.set_palette(colours);
@@ -34,7 +34,7 @@ fn codes(bytes: &[u8]) -> Vec<[u8; 4]> {
     }
 }
 
-/// Protects: every kind of PNG becomes the same RGBA codes; 16 bits are rounded, gamma chunks
+/// Protects: every kind of PNG gives the same RGBA codes; 16 bits are rounded, gamma chunks
 /// ignored.
 #[test]
 fn png_kinds_agree() {
@@ -68,9 +68,9 @@ fn png_kinds_agree() {
     );
 }
 
-/// Protects: a palette of eight bits gives what the other decoder says, with alphas for all
-/// colours, some or none, codes beyond the palette, rows that are filtered or interlaced, several
-/// pixels and one; and what is broken or too large is refused as ever.
+/// Protects: an 8-bit palette gives the result of the general decoder: with alphas for all colours,
+/// some or none, codes beyond the palette, filtered or interlaced rows, several pixels and a single
+/// one. Broken and oversized pictures are refused.
 #[test]
 fn palettes_agree_with_the_general_decoder() {
     let colours: Vec<u8> = (0..200 * 3).map(|i| (i * 37 % 256) as u8).collect();
@@ -130,7 +130,7 @@ fn palettes_agree_with_the_general_decoder() {
     );
 }
 
-/// Protects: the rows of an interlaced palette, which come in seven passes, land where they belong.
+/// Protects: the seven passes of an interlaced palette picture are put in their rows.
 #[test]
 fn interlaced_palettes_are_put_together() {
     let mut file = Vec::new();
@@ -140,8 +140,8 @@ fn interlaced_palettes_are_put_together() {
     let colours: Vec<u8> = (0..18).map(|i| i / 3).collect();
     encoder.set_palette(&colours[..]);
     encoder.set_filter(png::Filter::NoFilter);
-    // A row of ten is also what two by three have in the four passes that they have a share in,
-    // each row with the number of its filter before it.
+    // A row of ten bytes has the same length as 2×3 pixels in the four passes that are not empty,
+    // each row with its filter byte.
     encoder
         .write_header()
         .unwrap()
@@ -156,8 +156,8 @@ fn interlaced_palettes_are_put_together() {
     );
 }
 
-/// Protects: a palette of one byte more or less than three for each colour, or of more than 256
-/// colours, is refused with its length, at every depth; the decoder panics over it.
+/// Protects: a palette whose length is not three bytes per colour, or of more than 256 colours, is
+/// refused with its length at every depth; the decoder would panic.
 #[test]
 fn palettes_of_odd_lengths_are_refused() {
     use png::BitDepth::*;
@@ -198,7 +198,7 @@ fn palettes_of_odd_lengths_are_refused() {
     }
 }
 
-/// The checksum of a PNG chunk, bit by bit.
+/// Computes the checksum of a PNG chunk, bit by bit.
 pub(crate) fn crc32(bytes: &[u8]) -> u32 {
     !bytes.iter().fold(u32::MAX, |crc, &byte| {
         (0..8).fold(crc ^ u32::from(byte), |crc, _| {
@@ -211,7 +211,7 @@ pub(crate) fn crc32(bytes: &[u8]) -> u32 {
     })
 }
 
-/// Protects: the two float formats keep what is brighter than white, and clamp what light can't be.
+/// Protects: both float formats keep values above white, and clamp invalid radiance.
 #[test]
 fn float_formats_stay_linear() {
     let values = [[0.5_f32, 2.0, 40.0], [0.25, 1.0, 0.0]];
@@ -240,9 +240,8 @@ fn float_formats_stay_linear() {
     }
 }
 
-/// Protects: no number of a float picture gets in that light can't have, nor a coverage: negative
-/// ones and what is no number are zero, infinite ones the largest half float, in each channel; and
-/// how many were so is said.
+/// Protects: invalid radiance or coverage never enters a float picture: negative and NaN values
+/// become zero, infinite ones the largest half float, in each channel; their number is reported.
 #[test]
 fn floats_are_what_light_can_be() {
     use exr::prelude::WritableImage;
@@ -285,8 +284,8 @@ fn floats_are_what_light_can_be() {
     }
 }
 
-/// Protects: size is checked in the header, for every format; broken and foreign data are told
-/// apart.
+/// Protects: size is checked in the header, for every format; broken and unsupported data have
+/// different errors.
 #[test]
 fn limits_and_faults() {
     let limits = Limits {
@@ -326,8 +325,8 @@ fn limits_and_faults() {
     }
 }
 
-/// Protects: pictures are known by their first bytes, those that are read and those that are only
-/// named; a Radiance picture by the name of any program.
+/// Protects: formats are detected by signature, supported or not; a Radiance picture with the name
+/// of any program.
 #[test]
 fn kinds_of_pictures_are_told() {
     let foreign = |bytes: &[u8]| match sniff(bytes) {
@@ -362,8 +361,8 @@ fn kinds_of_pictures_are_told() {
     }
 }
 
-/// Protects: a picture claims the memory of what it becomes before it is decoded: four bytes a
-/// pixel of codes, sixteen of light; at exactly as much it is taken, a byte below refused.
+/// Protects: a picture reserves the memory of its decoded form before decoding: four bytes per
+/// pixel of codes, sixteen of radiance. Exactly that budget is enough; one byte less is refused.
 #[test]
 fn pictures_claim_what_they_become() {
     let png = png(
@@ -393,12 +392,12 @@ fn pictures_claim_what_they_become() {
     }
 }
 
-/// A picture of scan lines that are not run together, behind a header.
+/// Encodes a Radiance picture without run-length encoding, after a header.
 fn radiance(header: &str, pixels: &[[u8; 4]]) -> Vec<u8> {
     [header.as_bytes(), pixels.as_flattened()].concat()
 }
 
-/// The red of each pixel, row by row.
+/// Returns the red channel of each pixel, row by row.
 fn reds(bytes: &[u8]) -> (u32, u32, Vec<f32>) {
     let image = decode(bytes, &Limits::default())
         .unwrap_or_else(|fault| panic!("{}", fault.message))
@@ -413,9 +412,9 @@ fn reds(bytes: &[u8]) -> (u32, u32, Vec<f32>) {
     )
 }
 
-/// Protects: a Radiance picture is read whichever program signed it, with comments, with factors
-/// and without a format line, with both ends of lines; the older way of runs; and what is no such
-/// picture is told with its cause.
+/// Protects: a Radiance picture is read with any program's signature, with comments, factors,
+/// without a format line, with both kinds of line ends, and with the older run-length encoding;
+/// broken headers are refused with their cause.
 #[test]
 fn radiance_headers_of_all_programs() {
     let one = [128, 64, 32, 129];
@@ -452,8 +451,8 @@ fn radiance_headers_of_all_programs() {
     }
 }
 
-/// Protects: all eight orders in which a Radiance picture may have its pixels give the same picture
-/// of three columns and two rows.
+/// Protects: all eight pixel orders of a Radiance picture give the same picture of three columns
+/// and two rows.
 #[test]
 fn radiance_pixels_in_every_order() {
     let expected: Vec<f32> = (1..=6_u8).map(f32::from).collect();
@@ -476,8 +475,8 @@ fn radiance_pixels_in_every_order() {
     }
 }
 
-/// An EXR file of parts, each of channels whose pixels are counted from a number, with its windows:
-/// position and size.
+/// Encodes an EXR file of parts, each with channels whose pixels count up from a number, and with
+/// its windows given by position and size.
 fn exr_parts(
     parts: &[(&str, &[(&str, f32)])],
     data: ([i32; 2], [usize; 2]),
@@ -518,9 +517,9 @@ fn exr_parts(
     file.into_inner()
 }
 
-/// Protects: an EXR picture is read where it is grey, with alpha or without, and where its colours
-/// are a layer's; the first of several is taken, its own colours before those of layers, and said;
-/// and channels that are no colours are named.
+/// Protects: an EXR picture is read from luminance with or without alpha, and from the colours of a
+/// layer; of several pictures the first is taken, one outside layers before any layer, with a
+/// remark; channels without colours are listed in the error.
 #[test]
 fn exr_channels_by_any_name() {
     let whole = ([0; 2], [1, 1]);
@@ -612,9 +611,9 @@ fn exr_channels_by_any_name() {
     }
 }
 
-/// Protects: an EXR picture is what its display window shows: black where the data leaves it out,
-/// without what lies outside of it, wherever either window begins; data that is nowhere to be seen
-/// is refused, and a display window beyond the limits.
+/// Protects: an EXR picture is its display window: black without data, without the data outside,
+/// wherever either window begins. Data entirely outside the window, and a display window beyond the
+/// limits, are refused.
 #[test]
 fn exr_windows_are_heeded() {
     let of = |data, display| {

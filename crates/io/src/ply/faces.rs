@@ -1,4 +1,4 @@
-//! The faces of a PLY file: polygons and strips of triangles, and what is said of a face alone.
+//! Faces of a PLY file: polygons and triangle strips, with the properties of faces.
 
 use glam::DVec3;
 use raywright_core::scene::MeshData;
@@ -10,7 +10,7 @@ use crate::import::{Budget, Fault, Outcome, Warnings};
 use crate::polygon::Clipper;
 use crate::warning::WarningCode;
 
-/// What a property of a face is.
+/// Meaning of a face's property.
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum Role {
     Corners,
@@ -36,26 +36,26 @@ impl Role {
     }
 }
 
-/// What faces say, and what is taken of those that say nothing, where none of the images is meant.
+/// Image number of a face without an image; the default of faces without the property.
 const NO_TEXTURE: i64 = -1;
 
-/// Polygons, one after the other.
+/// Polygons, stored in sequence.
 #[derive(Default)]
 pub(super) struct Faces {
-    /// PlyVertices, of all polygons.
+    /// Vertex indices of all polygons.
     corners: Vec<u32>,
-    /// How many of them each polygon has.
+    /// Number of corners of each polygon.
     arities: Vec<u32>,
-    /// Of each corner, where faces have their own.
+    /// Texture coordinates of each corner, if faces have them.
     uvs: Vec<[f32; 2]>,
-    /// Of each polygon, where faces have their own.
+    /// Colour of each polygon, if faces have them.
     colours: Colours,
     coloured: bool,
-    /// The number of each polygon's image, where faces say it.
+    /// Image number of each polygon, if faces have them.
     textures: Vec<i64>,
 }
 
-/// What is read of one face; lists keep their memory from face to face.
+/// Properties of a single face; the lists are reused from face to face.
 #[derive(Default)]
 struct Row {
     corners: Vec<i64>,
@@ -73,7 +73,7 @@ impl Faces {
         !self.uvs.is_empty()
     }
 
-    /// Whether faces say which image they show.
+    /// Whether faces have image numbers.
     pub fn has_textures(&self) -> bool {
         !self.textures.is_empty()
     }
@@ -81,7 +81,7 @@ impl Faces {
     /// Reads the faces or the strips of a file.
     ///
     /// # Errors
-    /// A fault of kind input for a file that ends, of kind limit for more than is allowed.
+    /// A fault of kind input for a truncated file, of kind limit beyond the limits.
     pub fn read(
         &mut self,
         element: &Element,
@@ -89,7 +89,7 @@ impl Faces {
         budget: &mut Budget,
     ) -> Outcome<()> {
         let mut roles: Vec<Role> = element.properties.iter().map(Role::of).collect();
-        // Of two names of one thing the first counts.
+        // The first of several properties with the same meaning is the one in force.
         for i in 1..roles.len() {
             if roles[..i].contains(&roles[i]) {
                 roles[i] = Role::Other;
@@ -163,7 +163,7 @@ impl Faces {
         Ok(())
     }
 
-    /// Gives what strips have not to those so far, where faces have it.
+    /// Fills in defaults for polygons without the properties that other polygons have.
     fn pad(&mut self, mapped: bool) {
         if self.coloured {
             self.colours.pad(self.arities.len());
@@ -173,14 +173,14 @@ impl Faces {
         }
     }
 
-    /// Adds the triangles of a strip, which −1 cuts; every other one is turned round, so that all
-    /// face one way.
+    /// Adds the triangles of a strip, in which −1 starts a new strip. Every second triangle is
+    /// reversed, so that all have the same orientation.
     fn strip(&mut self, corners: &[i64], budget: &mut Budget) -> Outcome<()> {
         budget.memory(corners.len(), 32)?;
         for run in corners.split(|&corner| corner == -1) {
             for (i, window) in run.windows(3).enumerate() {
                 let [a, b, c] = [window[i % 2], window[1 - i % 2], window[2]];
-                // Strips join their parts by triangles that use a vertex twice.
+                // Degenerate triangles join the parts of a strip.
                 if a != b && b != c && c != a {
                     for corner in [a, b, c] {
                         self.corners.push(
@@ -195,13 +195,12 @@ impl Faces {
         Ok(())
     }
 
-    /// The triangles of all faces over the file's vertices, and the number of each one's image
-    /// where faces say it. Where faces have colours or coordinates of their own, each corner
-    /// becomes a vertex.
+    /// Returns the triangles of all faces over the file's vertices, and each triangle's image
+    /// number if faces have them. If faces have colours or texture coordinates, each corner becomes
+    /// a vertex.
     ///
     /// # Errors
-    /// A fault of kind input for a vertex that there is not, of kind limit for more than is
-    /// allowed.
+    /// A fault of kind input for a vertex index out of range, of kind limit beyond the limits.
     pub fn mesh(
         mut self,
         vertices: PlyVertices,
@@ -284,7 +283,7 @@ impl Faces {
         Ok((self.apart(&vertices, indices, budget)?, numbers))
     }
 
-    /// The mesh whose vertices are the corners.
+    /// Returns a mesh whose vertices are the corners of all polygons.
     fn apart(
         self,
         vertices: &PlyVertices,
@@ -302,7 +301,7 @@ impl Faces {
                 + size_of::<[f32; 4]>(),
         )?;
         fn each<T: Copy>(corners: &[u32], of: &[T]) -> Vec<T> {
-            // Without such values there are none; with them, one a vertex.
+            // An empty list stays empty; any other has a value for each vertex.
             corners
                 .iter()
                 .filter_map(|&corner| of.get(corner as usize))
@@ -375,8 +374,8 @@ impl Row {
                 }
                 (role @ (Role::Corners | Role::Coordinates), Some(count)) => {
                     let count = values.count(count, *number, name)?;
-                    // Of a corner, its number here and in the list of all, which may be twice as
-                    // long as it is full.
+                    // Bytes per corner: its index here, and in the list of all corners, whose
+                    // capacity may be twice its length.
                     budget.memory(count, 32)?;
                     for _ in 0..count {
                         let value = values.number(*number, name)?;

@@ -1,14 +1,13 @@
-//! The header of a PLY file: lines of ASCII that say what elements there are, in which order, and
-//! what is said of each.
+//! Header of a PLY file: ASCII lines that list the elements in order, with their properties.
 
 use crate::import::{Fault, Outcome, shown};
 
-/// More elements and properties than any program writes; each takes memory.
+/// Limit on elements and properties, beyond any real file; each of them takes memory.
 const MOST: usize = 1000;
-/// Bytes of a line of the header.
+/// Largest length of a header line in bytes.
 const LONGEST: usize = 4096;
 
-/// How the data behind the header is written.
+/// Encoding of the data after the header.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Encoding {
     Ascii,
@@ -16,7 +15,7 @@ pub(super) enum Encoding {
     BigEndian,
 }
 
-/// Types of numbers.
+/// Number types.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Number {
     I8,
@@ -44,7 +43,7 @@ impl Number {
         })
     }
 
-    /// Bytes in a binary file.
+    /// Size in a binary file, in bytes.
     pub fn size(self) -> usize {
         match self {
             Self::I8 | Self::U8 => 1,
@@ -54,7 +53,7 @@ impl Number {
         }
     }
 
-    /// The code that stands for all of something, where numbers of this type count so.
+    /// Code of the value 1, for types that store fractions as codes.
     pub fn whole(self) -> Option<f32> {
         match self {
             Self::U8 => Some(255.0),
@@ -68,16 +67,16 @@ impl Number {
     }
 }
 
-/// What is said of an element.
+/// Property of an element.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(super) struct Property {
     pub name: String,
-    /// The type of how many there are, for a list.
+    /// Type of the length, for a list.
     pub count: Option<Number>,
     pub number: Number,
 }
 
-/// Things of one kind, one after the other.
+/// Sequence of items of one kind.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(super) struct Element {
     pub name: String,
@@ -85,14 +84,14 @@ pub(super) struct Element {
     pub properties: Vec<Property>,
 }
 
-/// What a header says.
+/// A parsed header.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(super) struct PlyHeader {
     pub encoding: Encoding,
     pub elements: Vec<Element>,
-    /// Images on the mesh, as MeshLab names them in comments.
+    /// Image files of the mesh, from MeshLab's comments.
     pub images: Vec<String>,
-    /// Bytes and lines of it.
+    /// Length of the header in bytes and in lines.
     pub bytes: usize,
     pub lines: usize,
 }
@@ -100,7 +99,7 @@ pub(super) struct PlyHeader {
 /// Reads the header of a file.
 ///
 /// # Errors
-/// A fault of kind input naming line and cause.
+/// A fault of kind input that names line and cause.
 pub(super) fn read(bytes: &[u8]) -> Outcome<PlyHeader> {
     let mut header = PlyHeader {
         encoding: Encoding::Ascii,
@@ -110,8 +109,8 @@ pub(super) fn read(bytes: &[u8]) -> Outcome<PlyHeader> {
         lines: 0,
     };
     let mut format = None;
-    // Binary data begins right behind the last line's end, and its first byte may be a line feed,
-    // so lines end as the first one does.
+    // Binary data starts right after the last line, perhaps with a line-feed byte, so that all
+    // lines must end as the first one does.
     let end: &[u8] = match bytes.get(3..5) {
         Some([b'\r', next]) if *next != b'\n' => b"\r",
         _ => b"\n",

@@ -1,17 +1,19 @@
 //! Import of PLY, the Stanford triangle format ("The PLY Polygon File Format", Turk, 1994), in
 //! ASCII and in binary of either byte order.
 //!
-//! What is read: vertices with normals, colours and texture coordinates, in properties of any order
-//! and type; faces of any number of corners, cut into triangles as those of OBJ are; colours and
+//! The importer reads vertices with normals, colours and texture coordinates, in properties of any
+//! order and type; faces with any number of corners, triangulated as in OBJ files; colours and
 //! texture coordinates of faces, as scanners and MeshLab write them; triangle strips; and the
-//! images that MeshLab names in comments, each on the faces whose `texnumber` is its place. Other
-//! elements and properties, lists among them, are passed over.
+//! images that MeshLab names in comments, each on the faces whose `texnumber` is its index. Other
+//! elements and properties, lists included, are skipped.
 //!
-//! A file without normals shows flat facets, as OBJ does without smoothing groups: nothing in it
-//! says which edges are sharp, a cube is as likely as a scan, and the facets are what was measured.
+//! A file without normals is shown with flat facets, as in OBJ without smoothing groups: the file
+//! does not say which edges are sharp, a cube is as likely as a scan, and the facets are the
+//! measured data.
 //!
-//! `ply-rs` makes a map of names to values for each element, some hundred times the memory of the
-//! file, and takes memory by the counts that a header claims, so the reader is our own.
+//! `ply-rs` creates a map from names to values for each element, some hundred times the size of the
+//! file, and allocates by the counts that a header claims; therefore this reader does not use that
+//! crate.
 
 mod faces;
 mod header;
@@ -31,11 +33,11 @@ use faces::Faces;
 use values::Values;
 use vertices::PlyVertices;
 
-/// Reads a PLY file, given its bytes, with the image beside it.
+/// Imports a PLY file from its bytes, with the image beside the file.
 ///
 /// # Errors
-/// An error of kind input naming line or element and cause, or of kind limit. An image that can't
-/// be had is only a warning.
+/// An error of kind input that names line or element and cause, or of kind limit. A missing image
+/// is only a warning.
 pub(crate) fn load(
     file: &Path,
     bytes: &[u8],
@@ -45,7 +47,7 @@ pub(crate) fn load(
     import(file, bytes, folder, limits).map_err(|fault| fault.into_error(file.display()))
 }
 
-/// Whether bytes begin as a PLY file does, for who does not know it by its name.
+/// Whether bytes have the signature of a PLY file, for input without a file name.
 pub(crate) fn is_ply(bytes: &[u8]) -> bool {
     matches!(without_mark(bytes), [b'p', b'l', b'y', b'\r' | b'\n', ..])
 }
@@ -108,7 +110,7 @@ fn import(file: &Path, bytes: &[u8], folder: &Folder, limits: &Limits) -> Outcom
     obj::of_parts(file, parts, images, (folder, limits), budget, warnings)
 }
 
-/// Names of images, for a message.
+/// Formats names of images for a message.
 fn texture_names(images: &[String]) -> String {
     format!("the texture `{}`", shown(&images.join("`, `")))
 }

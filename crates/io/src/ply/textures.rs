@@ -1,4 +1,4 @@
-//! Which image each face of a PLY file shows: one mesh of all becomes one for each image.
+//! Split of a PLY mesh by the image of each face: one mesh for each image.
 
 use std::collections::{BTreeMap, HashMap};
 
@@ -7,11 +7,11 @@ use raywright_core::scene::MeshData;
 use crate::import::{Budget, Outcome, Warnings};
 use crate::warning::WarningCode;
 
-/// The triangles of each image, and of none, with the vertices that they use. Images without a
-/// triangle and numbers without an image are said.
+/// Returns the triangles of each image, and of no image, with the vertices that they use. Warnings
+/// name images without a triangle and numbers without an image.
 ///
 /// # Errors
-/// A fault of kind limit for more than is allowed.
+/// A fault of kind limit beyond the limits.
 pub(super) fn split(
     mesh: &MeshData,
     numbers: &[i64],
@@ -58,7 +58,7 @@ pub(super) fn split(
         .collect())
 }
 
-/// A mesh of some triangles of another, with the vertices that they use.
+/// Extracts some triangles of a mesh, with the vertices that they use.
 fn part(mesh: &MeshData, triangles: &[[u32; 3]]) -> MeshData {
     let (mut numbers, mut used) = (HashMap::new(), Vec::new());
     let mut number = |old: u32| {

@@ -1,19 +1,19 @@
-//! The numbers behind a PLY header, one after the other, whatever they are written in.
+//! Sequence of numbers after a PLY header, in any encoding.
 
 use super::header::{Element, Encoding, Number, PlyHeader, Property};
 use crate::import::{Fault, Outcome, shown};
 use crate::text::{no_number, number};
 
-/// What is left of a file's numbers.
+/// The numbers of a file that are not read yet.
 pub(super) struct Values<'b> {
     rest: &'b [u8],
     encoding: Encoding,
-    /// Line at hand of a text, from 1.
+    /// Current line of an ASCII file, from 1.
     line: usize,
 }
 
 impl<'b> Values<'b> {
-    /// All that follows a header.
+    /// Starts after the header.
     pub fn behind(header: &PlyHeader, bytes: &'b [u8]) -> Self {
         Self {
             rest: bytes.get(header.bytes..).unwrap_or_default(),
@@ -22,7 +22,7 @@ impl<'b> Values<'b> {
         }
     }
 
-    /// Bytes that are left, without the blanks at the end of a text.
+    /// Bytes left, without the white space at the end of an ASCII file.
     pub fn left(&self) -> usize {
         if self.encoding == Encoding::Ascii {
             self.rest.trim_ascii().len()
@@ -31,7 +31,7 @@ impl<'b> Values<'b> {
         }
     }
 
-    /// Where the reader is, for messages: a line of a text.
+    /// Current position for messages: in ASCII files with the line.
     pub fn place(&self, element: &Element, index: u64) -> String {
         match self.encoding {
             Encoding::Ascii => format!("line {}: {} {index}", self.line, shown(&element.name)),
@@ -39,8 +39,8 @@ impl<'b> Values<'b> {
         }
     }
 
-    /// Refuses a count of elements for which there are not enough bytes, before anything is made
-    /// for them.
+    /// Refuses a count of elements larger than the remaining bytes allow, before anything is
+    /// allocated.
     ///
     /// # Errors
     /// A fault of kind input.
@@ -57,7 +57,7 @@ impl<'b> Values<'b> {
             .iter()
             .map(|property| least(property.count.unwrap_or(property.number)))
             .sum();
-        // The last number of a text needs nothing behind it.
+        // The last number of an ASCII file needs no separator.
         if u128::from(element.count) * each as u128 > self.rest.len() as u128 + 1 {
             let (name, count) = (shown(&element.name), element.count);
             return Err(Fault::input(format!(
@@ -68,10 +68,10 @@ impl<'b> Values<'b> {
         Ok(())
     }
 
-    /// The next number.
+    /// Reads the next number.
     ///
     /// # Errors
-    /// A fault of kind input where there is none.
+    /// A fault of kind input where no number follows.
     pub fn number(&mut self, kind: Number, name: &str) -> Outcome<f64> {
         if self.encoding == Encoding::Ascii {
             let word = String::from_utf8_lossy(self.word()?);
@@ -100,10 +100,12 @@ impl<'b> Values<'b> {
         })
     }
 
-    /// How many items a list has, which are all there as far as bytes tell.
+    /// Reads the length of a list, which is at most the number of items that the remaining bytes
+    /// can hold.
     ///
     /// # Errors
-    /// A fault of kind input for a negative number, and for more than there can be.
+    /// A fault of kind input for a negative number, and for more items than the remaining bytes can
+    /// hold.
     pub fn count(&mut self, kind: Number, item: Number, name: &str) -> Outcome<usize> {
         let count = self.number(kind, name)?;
         let least = if self.encoding == Encoding::Ascii {
@@ -123,12 +125,12 @@ impl<'b> Values<'b> {
         Ok(count as usize)
     }
 
-    /// Passes over a whole element.
+    /// Skips a whole element.
     ///
     /// # Errors
-    /// A fault of kind input where the file ends before it does.
+    /// A fault of kind input if the file ends inside the element.
     pub fn skip(&mut self, element: &Element) -> Outcome<()> {
-        // Of nothing there may be as many as numbers can say.
+        // Items without properties take no bytes, so that their count is unbounded.
         for index in 0..if element.properties.is_empty() {
             0
         } else {
@@ -142,7 +144,7 @@ impl<'b> Values<'b> {
         Ok(())
     }
 
-    /// Passes over what a property says.
+    /// Skips the value of a property.
     ///
     /// # Errors
     /// As [`Self::number`].
@@ -159,13 +161,13 @@ impl<'b> Values<'b> {
         Ok(())
     }
 
-    /// The next word of a text.
+    /// Returns the next word of an ASCII file.
     fn word(&mut self) -> Outcome<&'b [u8]> {
         let blank = self
             .rest
             .iter()
             .take_while(|byte| byte.is_ascii_whitespace());
-        // Lines that end by carriage returns alone count as one.
+        // Lines separated by carriage returns alone count as a single line.
         let (skipped, lines) = blank.fold((0, 0), |(all, lines), &byte| {
             (all + 1, lines + usize::from(byte == b'\n'))
         });
@@ -189,10 +191,10 @@ fn cut_off() -> Fault {
     Fault::input("the file ends here")
 }
 
-/// A word as a number of a type. One of single precision is rounded once, as in other formats.
+/// Parses a word as a number of a type. Single precision is rounded only once, as in other formats.
 fn parsed(word: &str, kind: Number) -> Option<f64> {
     match kind {
-        // As written: a text may have more digits than the type that it names.
+        // The written value: an ASCII number may have more digits than its declared type holds.
         Number::F32 | Number::F64 => number(word).map(|(_, value)| value),
         // Some programs write whole numbers as `255.0`.
         _ => word

@@ -1,18 +1,17 @@
-//! The vertices of a PLY file: what of their properties is known, whatever it is called and in
-//! whichever order it stands.
+//! Vertices of a PLY file: all known properties, under any of their names and in any order.
 
 use super::header::{Element, Number, Property};
 use super::values::Values;
 use crate::import::{Budget, Fault, Outcome};
 use crate::mesh_tools::painted;
 
-/// Numbers of a vertex that are read: place, normal, colour, texture coordinates.
+/// Numbers read per vertex: position, normal, colour, texture coordinates.
 const SLOTS: usize = 11;
 const NORMAL: usize = 3;
 const COLOUR: usize = 6;
 const UV: usize = 9;
 
-/// Where a property's value goes.
+/// Index of a property among the numbers of a vertex.
 fn slot(name: &str) -> Option<usize> {
     Some(match name {
         "x" => 0,
@@ -27,7 +26,7 @@ fn slot(name: &str) -> Option<usize> {
     })
 }
 
-/// Which channel of a colour a property is.
+/// Colour channel of a property.
 pub(super) fn channel(name: &str) -> Option<usize> {
     const NAMES: [[&str; 3]; 3] = [
         ["red", "r", "diffuse_red"],
@@ -37,17 +36,17 @@ pub(super) fn channel(name: &str) -> Option<usize> {
     NAMES.iter().position(|names| names.contains(&name))
 }
 
-/// Colours as they are written, until all are known: those in fractions may count to 255 all the
-/// same, as in OBJ files.
+/// Colours as written. Their scale is known only once all are read: floats may range to 255, as in
+/// OBJ files.
 #[derive(Default)]
 pub(super) struct Colours {
     written: Vec<[f32; 3]>,
-    /// What takes codes to fractions, where the type of the numbers says so.
+    /// Factor from codes to fractions, where the number type determines it.
     scale: Option<f32>,
 }
 
 impl Colours {
-    /// None yet, of such numbers.
+    /// Creates an empty list of colours of this number type.
     pub fn of(number: Number) -> Self {
         Self {
             written: Vec::new(),
@@ -55,7 +54,7 @@ impl Colours {
         }
     }
 
-    /// White for what has none, until there are so many.
+    /// Extends the list to `count` with white, for items without a colour.
     pub fn pad(&mut self, count: usize) {
         self.written.resize(count, [f32::NAN; 3]);
     }
@@ -64,7 +63,7 @@ impl Colours {
         self.written.push(colour);
     }
 
-    /// All of them, linear.
+    /// Returns all colours, linear.
     pub fn linear(self) -> impl Iterator<Item = [f32; 4]> {
         let bytes = || {
             self.written
@@ -81,7 +80,7 @@ impl Colours {
     }
 }
 
-/// The vertices of a file. Lists that no property is for are empty.
+/// Vertices of a file. Lists without a property in the file are empty.
 #[derive(Default)]
 pub(super) struct PlyVertices {
     pub positions: Vec<[f64; 3]>,
@@ -99,11 +98,11 @@ impl PlyVertices {
         !self.uvs.is_empty()
     }
 
-    /// Reads all of them.
+    /// Reads all vertices.
     ///
     /// # Errors
-    /// A fault of kind input for vertices without a place and for a file that ends, of kind limit
-    /// for too many.
+    /// A fault of kind input for vertices without a position and for a truncated file, of kind
+    /// limit beyond the limits.
     pub fn read(
         &mut self,
         element: &Element,
@@ -125,7 +124,8 @@ impl PlyVertices {
             return Err(Fault::limit("has more than 4294967295 vertices"));
         }
         let [normals, colours, uvs] = [has(NORMAL, 3), has(COLOUR, 3), has(UV, 2)];
-        // Positions are doubles first, then single precision about an origin.
+        // Bytes per vertex: positions first as doubles, then in single precision relative to an
+        // origin.
         let each =
             36 + 12 * usize::from(normals) + 28 * usize::from(colours) + 8 * usize::from(uvs);
         budget.memory(element.count as usize, each)?;
@@ -155,7 +155,7 @@ impl PlyVertices {
     }
 }
 
-/// A vertex's numbers.
+/// Reads the numbers of a vertex.
 fn row(
     properties: &[Property],
     slots: &[Option<usize>],
@@ -172,7 +172,7 @@ fn row(
     Ok(([x, y, z], row.map(|value| value as f32)))
 }
 
-/// The format counts v from the bottom row, a scene from the top.
+/// Converts v from the bottom row, as in the format, to the top row, as in scenes.
 pub(super) fn from_the_top([u, v]: [f32; 2]) -> [f32; 2] {
     if u.is_finite() && v.is_finite() {
         [u, 1.0 - v]
