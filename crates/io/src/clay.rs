@@ -1,4 +1,4 @@
-//! Models of clay: shapes without what they are made of.
+//! Clay rendering: shapes without their materials.
 
 use std::collections::BTreeMap;
 use std::sync::Arc;
@@ -10,10 +10,10 @@ use raywright_core::scene::{
 /// Base colour of clay: a neutral grey.
 const CLAY: f64 = 0.6;
 
-/// Share of alpha below which what was blended is not there.
+/// Alpha cut-off of surfaces that were blended.
 const HALF: f64 = 0.5;
 
-/// A matte neutral material.
+/// Returns a matte neutral material.
 pub(crate) fn model() -> Model {
     Model::Physical(Box::new(matte(Physical::default())))
 }
@@ -26,10 +26,9 @@ fn matte(own: Physical) -> Physical {
     }
 }
 
-/// Makes every surface a matte neutral one. What gives off light evenly goes on, since it may be
-/// all the light there is. Shapes that alpha cuts out of larger ones are kept: masks as they are,
-/// and blended surfaces are cut at half where an image says how far they are there. The others
-/// become opaque, and so does glass.
+/// Replaces every material by a matte neutral one. Uniform emission stays, because it may be the
+/// only light. Alpha cut-outs stay: masks are unchanged, and blended surfaces with an alpha texture
+/// are masked at half. Other blended surfaces become opaque, and so does glass.
 pub(crate) fn apply(scene: &mut Scene) {
     let mut cuts = Cutouts::default();
     for material in &mut scene.materials {
@@ -47,12 +46,13 @@ pub(crate) fn apply(scene: &mut Scene) {
     scene.unread.clear();
 }
 
-/// Textures that say where surfaces are, by the names of those that have colours too.
+/// Textures needed only for alpha: names of their colourless copies, by the names of the textures
+/// with colour.
 #[derive(Default)]
 struct Cutouts(BTreeMap<String, String>);
 
 impl Cutouts {
-    /// What of a material says where it is.
+    /// Returns the alpha settings of a material.
     fn of(&mut self, model: &Physical) -> Physical {
         let texture = model.base_colour_texture.as_ref();
         let (alpha, opacity) = match (model.alpha, texture) {
@@ -80,7 +80,7 @@ impl Cutouts {
             .clone()
     }
 
-    /// Adds the textures, whose images are white copies.
+    /// Adds the copies, whose images are white with the original alpha.
     fn add_to(self, scene: &mut Scene) {
         for (name, white) in self.0 {
             let Some(texture) = scene
@@ -113,7 +113,7 @@ impl Cutouts {
     }
 }
 
-/// An image of which only the alpha is left.
+/// Returns the image in white with its alpha.
 fn whitened(data: &ImageData) -> ImageData {
     let pixels = match &data.pixels {
         Pixels::Codes(pixels) => Pixels::Codes(
@@ -138,9 +138,9 @@ mod tests {
 
     use super::*;
 
-    /// Protects: what every kind of material becomes: matte grey, with the light that it gives off
-    /// evenly and the shape that alpha cuts out, from an image that has no colour of its own any
-    /// more; glass and what a number makes blend are opaque.
+    /// Protects: every kind of material becomes matte grey, with its uniform emission and its alpha
+    /// cut-outs, read from an image without colour; glass and surfaces blended by a constant become
+    /// opaque.
     #[test]
     fn materials_become_clay() {
         let physical = |name: &str, terms: serde_json::Value| json!({ "name": name, "model": { "physical": terms } });

@@ -1,12 +1,12 @@
-//! Colours as people write them elsewhere: `#e6b219`, `white`, `rgb(230, 178, 25)`. They are codes
-//! of the sRGB curve, and become linear.
+//! Colours in CSS notation: `#e6b219`, `white`, `rgb(230, 178, 25)`. They are sRGB codes and are
+//! converted to linear values.
 
 use css_color::Srgb;
 use raywright_core::display::curve::decode;
 use raywright_core::scene::TransferCurve;
 
-/// The linear colour that a text means; none where it is no opaque colour of CSS. Digits without
-/// `#` are a number.
+/// Parses an opaque CSS colour to linear values; `None` for any other text. Digits without `#` are
+/// a number.
 pub fn parse_colour(text: &str) -> Option<[f64; 3]> {
     let text = text.trim();
     let is_name = || {
@@ -32,8 +32,8 @@ pub fn parse_colour(text: &str) -> Option<[f64; 3]> {
 mod tests {
     use super::*;
 
-    /// Protects: the three notations mean one colour, in linear numbers by the definition of sRGB
-    /// (IEC 61966-2-1), and what is a number or an expression is none.
+    /// Protects: the three notations give the same linear colour, by the definition of sRGB (IEC
+    /// 61966-2-1), and numbers and expressions are no colours.
     #[test]
     fn notations_of_one_colour_agree() {
         let linear = |code: f64| ((code / 255.0 + 0.055) / 1.055_f64).powf(2.4);

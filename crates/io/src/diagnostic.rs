@@ -1,4 +1,4 @@
-//! Problems in a text, shown with file, line, column, the line itself and a caret.
+//! Problems in a text, displayed with file, line, column, the line itself and a caret.
 
 use std::ops::Range;
 use std::sync::Arc;
@@ -7,40 +7,40 @@ use annotate_snippets::{AnnotationKind, Group, Level, Renderer, Snippet};
 
 use crate::error_kind::ErrorKind;
 
-/// Problems shown in full; a text that was never a scene can have thousands.
+/// Largest number of problems displayed in full; a text that is no scene can have thousands.
 const SHOWN: usize = 20;
 
-/// Bytes shown of a long line on each side of the place.
+/// Bytes of a long line displayed on each side of the position.
 const MARGIN: usize = 60;
 
-/// One problem of a text.
+/// A problem in a text.
 #[derive(Clone, Debug, PartialEq, Eq, Hash)]
 pub struct Diagnostic {
-    /// What is wrong, in one sentence.
+    /// Description in one sentence.
     pub message: String,
-    /// Bytes of the text that are wrong; none: the text as a whole.
+    /// Byte range of the problem; `None`: the text as a whole.
     pub span: Option<Range<usize>>,
-    /// A few words beside the caret; may be empty.
+    /// Short label beside the caret; may be empty.
     pub label: String,
-    /// What to do about it.
+    /// Advice.
     pub hint: Option<String>,
 }
 
-/// The problems of one text, in the order of their places.
+/// Problems of a text, ordered by position.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Diagnostics {
     /// Name of the file as the user gave it.
     pub file: String,
     /// The whole text.
     pub text: Arc<str>,
-    /// At least one.
+    /// The problems, at least one.
     pub problems: Vec<Diagnostic>,
-    /// What they mean for the caller.
+    /// Kind of the failure for the caller.
     pub kind: ErrorKind,
 }
 
 impl Diagnostics {
-    /// Sorts the problems by place; they mean that the content is wrong.
+    /// Sorts the problems by position; their kind is wrong content.
     pub fn new(
         file: impl Into<String>,
         text: impl Into<Arc<str>>,
@@ -55,7 +55,7 @@ impl Diagnostics {
         }
     }
 
-    /// All problems as text, at most twenty in full.
+    /// Renders all problems as text, at most twenty in full.
     pub(crate) fn render(&self, renderer: &Renderer) -> String {
         let mut blocks: Vec<String> = self
             .problems
@@ -85,7 +85,7 @@ impl Diagnostics {
         };
         let hint = problem.hint.as_ref().map(|hint| Level::HELP.message(hint));
         let title = Level::ERROR.primary_title(&problem.message);
-        // Only the line of the place goes to the renderer, or a piece of it, so that a long file
+        // The renderer gets only the line of the position, or a piece of it, so that a long file
         // costs no more than a short one.
         let place = Place::of(&self.text, span);
         let label = Some(problem.label.as_str()).filter(|label| !label.is_empty());
@@ -108,36 +108,36 @@ impl Diagnostics {
     }
 }
 
-/// A message without a place, and its advice.
+/// Renders a message without a position, and its advice.
 pub(crate) fn plain(message: &str, hint: Option<&str>, renderer: &Renderer) -> String {
     let error = renderer.render(&[Group::with_title(Level::ERROR.primary_title(message))]);
     let help =
         hint.map(|hint| renderer.render(&[Group::with_title(Level::HELP.secondary_title(hint))]));
-    // Two reports, because one would put an empty gutter between them.
+    // Two reports, because a single report would put an empty gutter between them.
     help.map_or_else(|| error.clone(), |help| format!("{error}\n{help}"))
 }
 
-/// Where a span lies in a text.
+/// Position of a span in a text.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Place {
     /// Line, from 1.
     pub line: usize,
     /// Column in characters, from 1.
     pub column: usize,
-    /// Bytes of the text that are shown: the line, or a piece of a long one.
+    /// Displayed byte range: the line, or a piece of a long one.
     shown: Range<usize>,
-    /// The span within what is shown.
+    /// The span within the displayed range.
     within: Range<usize>,
-    /// Column in what is shown.
+    /// Column in the displayed range.
     column_within: usize,
 }
 
 impl Place {
-    /// The place of a span; out-of-range and mid-character offsets are moved to the nearest
-    /// sensible ones.
+    /// Finds the position of a span; out-of-range and mid-character offsets are moved to the
+    /// nearest valid ones.
     pub fn of(text: &str, span: &Range<usize>) -> Self {
         let mut start = text.floor_char_boundary(span.start.min(text.len()));
-        // The end of a text that ends with a line break belongs to its last line.
+        // The end of a text with a final line break belongs to its last line.
         if start == text.len() && text.ends_with('\n') {
             start = text.len() - 1;
         }
@@ -180,9 +180,8 @@ mod tests {
         Diagnostics::new("a.json", text, vec![problem]).render(&Renderer::plain())
     }
 
-    /// Protects: a message has its place once, as the line and the column of the text, in short
-    /// lines and far along long ones, in any line, and where the line has characters of several
-    /// bytes.
+    /// Protects: a message has its position once, as line and column of the text, in short lines
+    /// and far along long ones, in any line, and in lines with multi-byte characters.
     #[test]
     fn places_are_told_once() {
         let place = |text: &str, span| {

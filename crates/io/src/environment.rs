@@ -1,5 +1,5 @@
-//! What a scene is seen under: its own sky, none, the neutral one, the default studio, or a picture
-//! from a file of the user's; and what is added where a scene brings no light.
+//! Environment of a scene: its own sky, none, the neutral sky, the default studio, or a picture
+//! file from the user; and the light added to scenes without any.
 
 use std::fs::File;
 use std::path::{Path, PathBuf};
@@ -18,62 +18,61 @@ use crate::limits::{Limits, human_bytes};
 use crate::source::Format;
 use crate::warning::{Warning, WarningCode};
 
-/// What is to be the environment, and how it is turned and weighed. Nothing: a scene keeps its own
-/// as it is, a scene that would be black gets the neutral sky, and a model that brings no lights
-/// stands in the default studio.
+/// Environment options. By default a scene keeps its own environment, a scene without light gets
+/// the neutral sky, and a model without lights gets the default studio.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Environment {
-    /// In place of the scene's own sky.
+    /// Replacement of the scene's own sky.
     pub source: Option<EnvironmentSource>,
-    /// What lies below a scene in a studio.
+    /// Ground of a studio.
     pub ground: GroundRule,
-    /// Radiance of a studio's backdrop; none: as the studio says.
+    /// Radiance of a studio's backdrop; `None`: the studio's own.
     pub backdrop: Option<f64>,
-    /// Degrees by which it is turned further about +y.
+    /// Further rotation about +y in degrees.
     pub rotation: Option<f64>,
-    /// Factor on its radiance, at least zero.
+    /// Factor on the radiance, at least zero.
     pub strength: Option<f64>,
 }
 
-/// Where an environment comes from.
+/// Source of an environment.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum EnvironmentSource {
-    /// There is none: what hits nothing is black.
+    /// No environment: rays that hit nothing are black.
     None,
     /// The neutral grey sky of scenes without light.
     Default,
-    /// The default studio, also in place of the scene's lights.
+    /// The default studio, which also replaces the scene's lights.
     Studio,
     /// An equirectangular picture: HDR, EXR, PNG or JPEG.
     File(PathBuf),
 }
 
-/// What lies below a scene in a studio.
+/// Ground of a studio.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum GroundRule {
-    /// As the studio says: the default one has a ground that catches shadows.
+    /// The studio's own: the default studio has a ground that shows only shadows.
     #[default]
     Auto,
-    /// Nothing.
+    /// No ground.
     None,
 }
 
-/// Why a scene was given light that neither its file nor the user asks for.
+/// Reason for adding light that neither the file nor the user requested.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum LightShortage {
-    /// Nothing in it gives light; of a model: it has no lights of its own, whatever glows in it.
+    /// No lights; a model's emissive surfaces do not count.
     NoLight,
-    /// The lights that it has are too faint to be seen by.
+    /// Lights too faint for a visible picture.
     TooDim,
 }
 
-/// Puts an environment into a scene; what was read counts towards the folder's hash and inputs.
-/// Returns why light was added where nobody asked for any: the neutral sky to scenes of our format,
-/// the default studio around models.
+/// Applies an environment to a scene; the bytes read contribute to the folder's hash and inputs.
+/// Returns the reason for light added without request: the neutral sky for native scenes, the
+/// default studio for models.
 ///
 /// # Errors
-/// A file that can't be read, is no picture or is over a limit, and a sky that can't be turned or
-/// weighed.
+/// An unreadable file, a file that is no picture or exceeds a limit, and a sky that cannot be
+/// rotated or scaled.
 pub(crate) fn apply(
     scene: &mut Scene,
     format: Format,
@@ -140,8 +139,8 @@ pub(crate) fn apply(
     Ok(shortage)
 }
 
-/// What light a scene lacks. Who writes a scene may want it dark; a model without lights that reach
-/// it is of no use to anyone, since what glows in it seldom lights it.
+/// Shortage of light in a scene. The author of a scene may want it dark. A model without effective
+/// lights is of no use, because its emissive surfaces rarely light the rest.
 fn shortage(scene: &Scene, format: Format) -> Option<LightShortage> {
     match format {
         Format::Native(_) => (!has_light(scene)).then_some(LightShortage::NoLight),
@@ -160,7 +159,7 @@ fn picture(
 ) -> Result<(), Error> {
     let unreadable = |cause: std::io::Error| Error::read(path, &cause);
     folder.note_file(path);
-    // A pipe could keep a reader waiting for ever, and a folder is none.
+    // A pipe could block the reader for ever, and a folder has no content.
     if path.exists() && !path.is_file() {
         return Err(Error::input(path.display(), "is not a regular file"));
     }
@@ -215,7 +214,7 @@ fn turn(sky: &mut Sky, degrees: f64) -> Result<(), Error> {
         Sky::Map(map) => map.rotation += degrees,
         Sky::Studio(studio) => studio.rotation += degrees,
         Sky::Gradient { suns, .. } => {
-            // As a picture: what was along +x is seen along +z after 90°.
+            // As for a picture: after 90°, the view along +z shows the former +x.
             let turn = DQuat::from_rotation_y(-degrees.to_radians());
             for sun in suns {
                 sun.direction = (turn * DVec3::from(sun.direction)).to_array();
@@ -285,7 +284,7 @@ mod tests {
         }
     }
 
-    /// Protects: each kind of sky is turned and weighed as a picture is: 90° shows along +z what
+    /// Protects: each kind of sky is rotated and scaled as a picture is: 90° shows along +z what
     /// was along +x.
     #[test]
     fn skies_are_turned_and_weighed() {
@@ -342,9 +341,9 @@ mod tests {
         );
     }
 
-    /// Protects: whoever loads a scene without light gets one that can be seen, with the reason,
-    /// unless no environment is wished for: the neutral sky for a scene that somebody wrote, where
-    /// dim light is enough, and the studio for a model whose own lights don't reach it.
+    /// Protects: a scene without light gets a visible environment, with the reason, unless the user
+    /// chose none: the neutral sky for a native scene, where dim light is enough, and the studio
+    /// for a model whose own lights are too faint.
     #[test]
     fn scenes_that_would_be_black_get_light() {
         let to_light = [0.0, 1.0, 0.0];
@@ -415,8 +414,8 @@ mod tests {
         }
     }
 
-    /// Protects: the studio that a model stands in is turned and weighed as any sky, and its ground
-    /// can be left out.
+    /// Protects: the studio added to a model is rotated and scaled as any sky, and its ground can
+    /// be omitted.
     #[test]
     fn a_studio_is_turned_and_weighed() {
         let wish = Environment {
@@ -437,7 +436,8 @@ mod tests {
         );
     }
 
-    /// Protects: a sky goes, and the neutral one comes; what can't be read is said with its place.
+    /// Protects: the neutral sky replaces the scene's sky, and an unreadable file is reported with
+    /// its path.
     #[test]
     fn skies_are_replaced() {
         let with = |source| Environment {

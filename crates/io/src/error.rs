@@ -1,5 +1,5 @@
-//! Everything that can go wrong between a path and a scene, or between a picture and its file, as
-//! one complete message.
+//! Failures between a path and a scene, or between a picture and its file, each as one complete
+//! message.
 
 use std::fmt;
 use std::path::Path;
@@ -9,40 +9,40 @@ use annotate_snippets::Renderer;
 use crate::diagnostic::{Diagnostics, plain};
 use crate::error_kind::ErrorKind;
 
-/// A failure. Its `Display` is the whole message for a user, with place, cause and remedy, in plain
-/// text.
+/// A failure. Its `Display` is the whole message for a user, with position, cause and advice, in
+/// plain text.
 #[derive(Debug)]
 pub enum Error {
-    /// Problems in the text of a native scene, each with its place.
+    /// Problems in the text of a native scene, each with its position.
     Scene(Diagnostics),
     /// Any other failure.
     Plain {
-        /// What it means.
+        /// Kind of the failure.
         kind: ErrorKind,
-        /// One sentence that names the file where there is one.
+        /// One sentence that names the file, if any.
         message: String,
-        /// What to do about it.
+        /// Advice.
         hint: Option<String>,
     },
 }
 
 impl Error {
-    /// Wrong content of a file that is not a native scene.
+    /// Creates the error for wrong content in a file other than a native scene.
     pub fn input(path: impl fmt::Display, message: impl fmt::Display) -> Self {
         Self::plain(ErrorKind::Input, format!("{path}: {message}"))
     }
 
-    /// A file that asks for more than a limit allows.
+    /// Creates the error for a file beyond a limit.
     pub fn limit(path: impl fmt::Display, message: impl fmt::Display) -> Self {
         Self::plain(ErrorKind::Limit, format!("{path}: {message}"))
     }
 
-    /// Something asked for that does not exist.
+    /// Creates the error for something that does not exist.
     pub fn usage(message: impl fmt::Display) -> Self {
         Self::plain(ErrorKind::Usage, message.to_string())
     }
 
-    /// A file that cannot be read, or that the system has no memory for.
+    /// Creates the error for a file that cannot be read, or that exceeds the available memory.
     pub fn read(path: &Path, cause: &std::io::Error) -> Self {
         if cause.kind() == std::io::ErrorKind::OutOfMemory {
             return Self::limit(
@@ -56,7 +56,7 @@ impl Error {
         )
     }
 
-    /// A file that cannot be written.
+    /// Creates the error for a file that cannot be written.
     pub fn write(path: &Path, cause: &std::io::Error) -> Self {
         Self::plain(
             ErrorKind::File,
@@ -72,7 +72,7 @@ impl Error {
         }
     }
 
-    /// The same failure with advice; the problems of a scene carry theirs already.
+    /// Adds advice; the problems of a scene have their own.
     #[must_use]
     pub fn with_hint(mut self, advice: impl Into<String>) -> Self {
         if let Self::Plain { hint, .. } = &mut self {
@@ -81,7 +81,7 @@ impl Error {
         self
     }
 
-    /// What the failure means for the caller.
+    /// Kind of the failure for the caller.
     pub fn kind(&self) -> ErrorKind {
         match self {
             Self::Scene(diagnostics) => diagnostics.kind,
@@ -89,7 +89,7 @@ impl Error {
         }
     }
 
-    /// What is wrong, without the place and the advice.
+    /// Message without the position and the advice.
     pub fn message(&self) -> &str {
         match self {
             Self::Scene(diagnostics) => diagnostics
@@ -100,7 +100,7 @@ impl Error {
         }
     }
 
-    /// The whole message, coloured for a terminal where asked.
+    /// Renders the whole message, coloured for a terminal on request.
     pub fn render(&self, colour: bool) -> String {
         let renderer = if colour {
             Renderer::styled()

@@ -1,23 +1,23 @@
-//! The hash of what a scene was made from, worked out when someone asks: a preview of a small model
-//! takes less time than its hash.
+//! Hash of a scene's sources, computed on request: a preview of a small model takes less time than
+//! its hash.
 
 use std::fmt;
 use std::sync::OnceLock;
 
 use sha2::{Digest, Sha256};
 
-/// Bytes that are put aside. What is larger is hashed as it comes and kept nowhere.
+/// Largest number of buffered bytes. Larger pieces are hashed at once and not kept.
 const ASIDE: usize = 1 << 20;
 
-/// SHA-256 of pieces of bytes, in order, each with its length before it; shown as 64 hexadecimal
-/// digits. Where the processor has no instructions for it, hashing takes fifty of others a byte, so
-/// a megabyte at most waits until it is shown.
+/// SHA-256 of a sequence of byte pieces, each preceded by its length; displayed as 64 hexadecimal
+/// digits. On processors without SHA instructions, hashing takes fifty instructions per byte;
+/// therefore up to a megabyte is buffered until the hash is displayed.
 #[derive(Clone, Debug, Default)]
 pub struct SceneHash {
     so_far: Sha256,
-    /// What comes after that.
+    /// Buffered bytes that follow the hashed ones.
     aside: Vec<u8>,
-    /// The digits, once they were asked for.
+    /// The digits, once computed.
     digits: OnceLock<String>,
 }
 
@@ -59,8 +59,8 @@ impl Eq for SceneHash {}
 mod tests {
     use super::*;
 
-    /// Protects: the hash is SHA-256 of lengths and pieces (FIPS 180-4), whether pieces waited,
-    /// were too large to, or came before or after one that was, and asking for it changes nothing.
+    /// Protects: the hash is SHA-256 of lengths and pieces (FIPS 180-4), whether pieces were
+    /// buffered or too large, in any order, and reading the hash changes nothing.
     #[test]
     fn what_waits_counts_as_what_does_not() {
         let expected = |pieces: &[&[u8]]| {

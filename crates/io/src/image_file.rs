@@ -111,10 +111,10 @@ pub(crate) fn decode(bytes: &[u8], limits: &Limits) -> Outcome<Decoded> {
     }
 }
 
-/// Claims the memory that a picture will take, by its header.
+/// Reserves the memory of a decoded picture, by its header.
 ///
 /// # Errors
-/// As [`decode`] as far as a header tells, and of kind limit when the budget does not last.
+/// As [`decode`], for all faults that a header shows; of kind limit when the budget is exceeded.
 pub(crate) fn claim(bytes: &[u8], limits: &Limits, budget: &mut Budget) -> Outcome<()> {
     let [width, height] = size(bytes, limits)?;
     budget.memory(

@@ -1,20 +1,20 @@
-//! How much a file may ask of the machine before it is refused.
+//! Limits on the resources that a file may use.
 
-/// Upper limits on what loading may read, keep and make. Passing one is an error of kind
+/// Upper limits for loading. Exceeding one is an error of kind
 /// [`ErrorKind::Limit`](crate::ErrorKind::Limit), never a crash and never a slow death by swapping.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Limits {
-    /// Bytes of a native scene's text. A parsed text takes some thirty times its size in memory.
+    /// Bytes of a native scene's text. Parsing takes about thirty times that memory.
     pub text_bytes: u64,
     /// Bytes of any other single file: a model, a buffer, an image.
     pub file_bytes: u64,
-    /// Objects of a scene, those that generators make and every instance included.
+    /// Objects of a scene, with those of generators and every instance.
     pub objects: u64,
     /// Triangles of all meshes together, each mesh counted once.
     pub triangles: u64,
-    /// Pixels of one image.
+    /// Pixels of an image.
     pub image_pixels: u64,
-    /// Bytes that everything loaded may take together; `--max-memory`.
+    /// Bytes of everything loaded; `--max-memory`.
     pub memory_bytes: u64,
 }
 
@@ -31,7 +31,7 @@ impl Default for Limits {
     }
 }
 
-/// Bytes as a person reads them: `64 MiB`, `1.5 GiB`, `300 bytes`.
+/// Formats bytes for people: `64 MiB`, `1.5 GiB`, `300 bytes`.
 pub fn human_bytes(bytes: u64) -> String {
     const UNITS: [(&str, u32); 3] = [("GiB", 30), ("MiB", 20), ("KiB", 10)];
     match UNITS.iter().find(|(_, shift)| bytes >> shift > 0) {
@@ -48,7 +48,7 @@ pub fn human_bytes(bytes: u64) -> String {
 mod tests {
     use super::human_bytes;
 
-    /// Protects: sizes read as a person writes them.
+    /// Protects: sizes are formatted with a short number and unit.
     #[test]
     fn sizes_read_as_a_person_writes_them() {
         let cases = [

@@ -1,4 +1,4 @@
-//! From a path or preset to a checked scene, whatever notation or model format it is in.
+//! Loading: from a path or preset to a validated scene, in any supported format.
 
 use std::fs::File;
 use std::io::Read;
@@ -23,30 +23,29 @@ use crate::up::{UpAxis, turn};
 use crate::warning::Warning;
 use crate::{model_file, presets};
 
-/// Where a scene comes from.
+/// Source of a scene.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Input {
     /// A file: a native scene, glTF, GLB, OBJ, STL or PLY.
     Path(PathBuf),
-    /// The content of such a file without a place of its own, as a pipe or an archive has it.
+    /// Content of such a file without a path, from a pipe or an archive.
     Bytes {
-        /// What messages call it.
+        /// Name for messages.
         name: String,
-        /// All of it, from which its format is told.
+        /// The whole content, from which the format is detected.
         bytes: Vec<u8>,
-        /// Finds the files that it names; none: they can't be read.
+        /// Resolver of the files that it names; `None`: those files cannot be read.
         resolver: Option<Resolver>,
     },
-    /// One that the program carries, by its name.
+    /// A built-in scene, by its name.
     Preset(String),
 }
 
 impl Input {
-    /// All that a reader gives, under a name for messages.
+    /// Reads the whole of a source, under a name for messages.
     ///
     /// # Errors
-    /// An error of kind file where it can't be read, of kind limit where it gives more than a file
-    /// may have.
+    /// An error of kind file if reading fails, of kind limit for more bytes than a file may have.
     pub fn from_reader(name: &str, source: impl Read, limits: &Limits) -> Result<Self, Error> {
         let bytes = limited(
             Path::new(name),
@@ -60,7 +59,7 @@ impl Input {
         })
     }
 
-    /// The name without folders and endings, for naming pictures.
+    /// Name without folders and extensions, for pictures.
     pub fn stem(&self) -> String {
         match self {
             Self::Path(path) => stem(path),
@@ -70,78 +69,79 @@ impl Input {
     }
 }
 
-/// What loading may be told.
+/// Options for loading.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct LoadOptions {
-    /// Time and parameters in place of the file's. For a model, the time is that of its animations;
-    /// none: it is shown at rest.
+    /// Time and parameters in place of the file's. For a model, the time of its animations; `None`:
+    /// the rest pose.
     pub overrides: Overrides,
-    /// What of a model is meant.
+    /// Choices among a model's contents.
     pub model: ModelOptions,
-    /// The environment in place of the scene's own.
+    /// Environment in place of the scene's own.
     pub environment: Environment,
-    /// Whether every surface is made of neutral clay.
+    /// Whether every surface gets a neutral clay material.
     pub clay: bool,
-    /// Where it is cut, once it is turned.
+    /// Section plane, applied after the up axis.
     pub section: Option<Section>,
-    /// Whether files outside the scene's folder that it names are read; otherwise they are refused.
+    /// Whether files outside the scene's folder may be read; otherwise they are refused.
     pub allow_outside: bool,
-    /// What is refused.
+    /// Limits above which input is refused.
     pub limits: Limits,
 }
 
-/// What of a model is meant. Files other than glTF have an up axis alone, native scenes nothing to
-/// choose from.
+/// Choices among a model's contents. Formats other than glTF have only the up axis, native scenes
+/// have no choices.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct ModelOptions {
-    /// Name of a scene or, where no name fits, its index; none: the file's default.
+    /// Name of a scene or, if no name matches, its index; `None`: the file's default.
     pub scene: Option<String>,
-    /// Name of a variant of its materials (KHR_materials_variants); none: the default look.
+    /// Name of a material variant (KHR_materials_variants); `None`: the default materials.
     pub variant: Option<String>,
-    /// Name of an animation or, where no name fits, its index; none: all together. Without a time
-    /// it is shown at its beginning.
+    /// Name of an animation or, if no name matches, its index; `None`: all together. Without a
+    /// time, the start of the animation is shown.
     pub animation: Option<String>,
-    /// The axis of any model that is up; none: z of STL, where no file says it, y of all others.
+    /// Up axis of a model; `None`: z for STL, whose files do not state it, y for all others.
     pub up: Option<UpAxis>,
 }
 
-/// A scene that was read and found right.
+/// A loaded and validated scene.
 #[derive(Clone, Debug)]
 pub struct Loaded {
-    /// The scene; every number evaluated, every image and mesh in memory.
+    /// The scene, with every expression evaluated and every image and mesh in memory.
     pub scene: Scene,
-    /// What the user should know.
+    /// Warnings for the user.
     pub warnings: Vec<Warning>,
-    /// SHA-256 of all bytes read, the time and the overridden parameters: equal hashes, equal
+    /// SHA-256 of all bytes read, the time and the overridden parameters: equal hashes mean equal
     /// scenes.
     pub hash: SceneHash,
-    /// Where it came from.
+    /// Origin of the scene.
     pub source: SourceInfo,
-    /// Every file that was read for it or that it names: what no output of the same run may
-    /// replace.
+    /// Every file that was read or that the scene names; no output of the same run may replace
+    /// these.
     pub inputs: Inputs,
-    /// What a glTF file holds besides; empty for every other.
+    /// Contents of a glTF file; empty for every other format.
     pub contents: Contents,
-    /// Why the neutral sky was added to it or, of a model, the default studio; none: it has light,
-    /// or an environment was asked for.
+    /// Reason why the neutral sky or, for a model, the default studio was added; `None`: the scene
+    /// has light, or an environment was given.
     pub added_sky: Option<LightShortage>,
-    /// The axis that was taken for up though no file says so; none: it is y, as everywhere here, or
-    /// was asked for.
+    /// Up axis assumed for a file that does not state it; `None`: the axis is y, as everywhere
+    /// here, or was given.
     pub assumed_up: Option<UpAxis>,
 }
 
-/// Reads and checks a scene, and completes it: one without light gets the neutral sky, and a model
-/// whose own lights are none or too faint to be seen by stands in the default studio
-/// ([`Loaded::added_sky`] says so). Where it has no camera, preparation frames the whole of it.
+/// Loads and validates a scene, and completes it: a scene without light gets the neutral sky, and a
+/// model whose own lights are absent or too faint gets the default studio (see
+/// [`Loaded::added_sky`]). Without a camera, preparation frames the whole scene.
 ///
 /// # Errors
-/// [`Error`] says which kind: content, file, limit, or a preset or parameter that does not exist.
+/// [`Error`] has one of the kinds content, file, limit, or usage for an unknown preset or
+/// parameter.
 pub fn load(input: &Input, options: &LoadOptions) -> Result<Loaded, Error> {
     load_observed(input, options, &())
 }
 
-/// As [`load`]; the observer hears how far the import of a glTF file has come, and is not asked
-/// whether to stop.
+/// As [`load`], with an observer of the import of a glTF file. The observer cannot cancel the
+/// import.
 ///
 /// # Errors
 /// As [`load`].
@@ -191,7 +191,7 @@ pub fn load_observed(
     }
 }
 
-/// A scene or model, by its bytes.
+/// Loads a scene or model from its bytes.
 fn content(
     path: &Path,
     stem: &str,
@@ -212,7 +212,7 @@ fn content(
     }
 }
 
-/// Refuses what only glTF files can be asked for.
+/// Refuses choices that only glTF files have.
 fn refuse_choice(name: &str, model: &ModelOptions) -> Result<(), Error> {
     let wishes = [
         ("scene", &model.scene),
@@ -229,7 +229,7 @@ fn refuse_choice(name: &str, model: &ModelOptions) -> Result<(), Error> {
     Err(Error::usage(message).with_hint(format!("only glTF and GLB files have {what}s")))
 }
 
-/// Refuses to turn what says itself where everything is.
+/// Refuses an up axis for native scenes, which state all positions themselves.
 fn refuse_axis(name: &str, model: &ModelOptions) -> Result<(), Error> {
     let Some(up) = model.up else { return Ok(()) };
     let message = format!(
@@ -239,7 +239,7 @@ fn refuse_axis(name: &str, model: &ModelOptions) -> Result<(), Error> {
     Err(Error::usage(message).with_hint("a camera is turned by three numbers, such as --up 0,0,1"))
 }
 
-/// A model becomes a whole scene.
+/// Loads a model as a complete scene.
 fn model(
     path: &Path,
     stem: &str,
@@ -368,7 +368,7 @@ fn native_scene(
     })
 }
 
-/// Changes what surfaces are made of and cuts what is there, as the options say.
+/// Applies clay and section to a scene.
 fn restyle(scene: &mut Scene, options: &LoadOptions, name: &str, folder: &Folder) -> Vec<Warning> {
     if options.clay {
         folder.note(b"clay");
@@ -381,8 +381,7 @@ fn restyle(scene: &mut Scene, options: &LoadOptions, name: &str, folder: &Folder
     section::cut(scene, section, name)
 }
 
-/// Refuses scenes of more objects or triangles than the limits allow, before anything is made of
-/// them.
+/// Refuses scenes with more objects or triangles than the limits allow, before anything is built.
 fn within_limits(name: &str, scene: &Scene, limits: &Limits) -> Result<(), Error> {
     let objects = generate::count(scene);
     if objects > limits.objects {
@@ -411,7 +410,7 @@ fn within_limits(name: &str, scene: &Scene, limits: &Limits) -> Result<(), Error
     Ok(())
 }
 
-/// The hash covers what the command line changed.
+/// Adds the changes of the command line to the hash.
 fn note_overrides(folder: &Folder, overrides: &Overrides) {
     if let Some(t) = overrides.at {
         folder.note(b"t");
@@ -428,12 +427,12 @@ fn read(path: &Path, limits: &Limits) -> Result<Vec<u8>, Error> {
     limited(path, read_file(&file, most(limits)), limits)
 }
 
-/// Bytes that any input may have; which kind it is of is not known before.
+/// Size limit for input whose format is not known yet, in bytes.
 fn most(limits: &Limits) -> u64 {
     limits.file_bytes.max(limits.text_bytes)
 }
 
-/// What was read, if it was not too much.
+/// Returns the bytes read, unless they exceed the limit.
 fn limited(
     path: &Path,
     read: std::io::Result<Option<Vec<u8>>>,
@@ -451,7 +450,7 @@ fn limited(
         })
 }
 
-/// The file's name without its folder and endings.
+/// File name without folders and extensions.
 fn stem(path: &Path) -> String {
     let name = path
         .file_name()
@@ -474,7 +473,7 @@ fn stem(path: &Path) -> String {
     name[..name.len() - ending.map_or(0, |ending| ending.len())].to_owned()
 }
 
-/// What an input is written in.
+/// Detects the format of an input.
 fn format_of(path: &Path, bytes: &[u8]) -> Result<Format, Error> {
     Format::of(path, bytes).ok_or_else(|| {
         if let Some((format, remedy)) = foreign(path) {

@@ -1,21 +1,20 @@
-//! What of foreign text may be shown: names come out of files, and a name can hold what a terminal
-//! or a page obeys. Messages, tables, reports and plots all ask here.
+//! Masking of untrusted text: names in files can contain characters that control a terminal or a
+//! page. All messages, tables, reports and plots use this module.
 
 use std::borrow::Cow;
 
-/// Text that shows and does nothing else: each character that steers is the sign for one that
-/// cannot be shown.
+/// Replaces each control character by the replacement character U+FFFD.
 pub fn masked(text: &str) -> Cow<'_, str> {
     replaced(text, |_, out| out.push(char::REPLACEMENT_CHARACTER))
 }
 
-/// The same on one line, for what others' lines follow.
+/// The same with line breaks and tabs replaced too, for one-line messages.
 pub fn on_one_line(text: &str) -> String {
     masked(&text.replace(['\n', '\t'], "\u{fffd}")).into_owned()
 }
 
-/// JSON in which characters that steer are written as their codes, so that texts are read back as
-/// they are and nothing is left to mask. Outside of texts JSON is ASCII.
+/// Writes control characters in JSON as escapes, so that texts are read back unchanged and nothing
+/// is left to mask. Outside of strings JSON is ASCII.
 pub fn masked_json(json: &str) -> Cow<'_, str> {
     replaced(json, |c, out| {
         c.encode_utf16(&mut [0; 2])
@@ -39,11 +38,10 @@ fn replaced(text: &str, put: impl Fn(char, &mut String)) -> Cow<'_, str> {
     Cow::Owned(out)
 }
 
-/// Whether a character is obeyed instead of shown: control characters but line breaks and tabs, the
-/// separators of lines and paragraphs, and Unicode's format characters, which turn the direction of
-/// text or hide in it. Of these the joiners (U+200C, U+200D) stay, without which some scripts
-/// cannot be written, and the signs that are seen (such as U+0600, the sign before an Arabic
-/// number).
+/// Whether a character controls the display: control characters except line breaks and tabs, line
+/// and paragraph separators, and Unicode's format characters, which reverse or hide text.
+/// Exceptions are the joiners (U+200C, U+200D), required by some scripts, and visible signs (such
+/// as U+0600, the Arabic number sign).
 fn steers(c: char) -> bool {
     match c {
         '\n' | '\t' => false,
@@ -60,8 +58,7 @@ fn steers(c: char) -> bool {
 mod tests {
     use super::*;
 
-    /// Protects: nothing that a terminal obeys is shown, whatever stands in a name, and everything
-    /// else is.
+    /// Protects: no control character of a name is displayed, and every other character is.
     #[test]
     fn what_steers_is_masked() {
         let name = "\u{1b}[31mré\u{9b}2J\u{7f}\u{7}\r\u{202e}d\u{2066}\n\t世";
@@ -75,8 +72,8 @@ mod tests {
         }
     }
 
-    /// Protects: JSON has names as they are, in codes that no terminal obeys, those beyond 16 bits
-    /// as two.
+    /// Protects: JSON keeps names unchanged, with control characters as escapes, beyond 16 bits as
+    /// surrogate pairs.
     #[test]
     fn json_has_codes() {
         let name = "\u{1b}[31m\u{9b}2J\u{7f}\r\n\u{202e}é\u{2028}\u{e0041}";

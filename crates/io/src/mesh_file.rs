@@ -1,4 +1,4 @@
-//! A model file as one mesh: what a native scene's `source.file` means.
+//! A model file as a single mesh: `source.file` in a native scene.
 
 use std::path::Path;
 
@@ -15,8 +15,8 @@ use crate::model_file;
 use crate::source::Format;
 use crate::warning::Warning;
 
-/// All triangles of a model file, where the file puts them in the scene and at the time that are
-/// asked for.
+/// Reads all triangles of a model file, for the chosen scene and time, at the positions in that
+/// scene.
 pub(crate) fn read(
     file: &Path,
     bytes: &[u8],
@@ -46,7 +46,7 @@ pub(crate) fn read(
     Ok((merged(&model.scene), model.warnings))
 }
 
-/// The meshes of a scene in one, each as often as an object shows it.
+/// Merges the meshes of a scene, with a copy for each object.
 fn merged(scene: &Scene) -> MeshData {
     let lookup = Lookup::new(scene);
     let shown = scene
@@ -60,7 +60,7 @@ fn merged(scene: &Scene) -> MeshData {
         });
     let parts: Vec<(&MeshData, DAffine3)> = shown.collect();
     let smooth = parts.iter().any(|(part, _)| !part.normals.is_empty());
-    // Tangents that only some parts have are made for all where something asks for them.
+    // If only some parts have tangents, tangents are computed for all on demand.
     let combed = parts.iter().all(|(part, _)| !part.tangents.is_empty());
     let (mut whole, mut positions) = (MeshData::default(), Vec::new());
     for (part, transform) in parts {
@@ -77,7 +77,7 @@ fn merged(scene: &Scene) -> MeshData {
     whole
 }
 
-/// The same triangles with corners of their own, whose normals are those of the flat facets.
+/// Returns the same triangles with separate corners, whose normals are those of flat facets.
 fn faceted(part: &MeshData) -> MeshData {
     let corners = || part.indices.iter().flatten().map(|index| *index as usize);
     let positions = part.positions.select(corners());
@@ -118,7 +118,7 @@ fn append(
     let after = before + vertices;
     let double = |v: &[f32; 3]| Vec3::from_array(*v).as_dvec3();
     positions.extend(part.positions.iter().map(|p| transform.transform_point3(p)));
-    // A mirrored triangle faces the other way until two of its corners are swapped.
+    // A reflected triangle is reversed, unless two of its corners are swapped.
     let mirrored = transform.matrix3.determinant() < 0.0;
     let shift = |index: u32| index.saturating_add(u32::try_from(before).unwrap_or(u32::MAX));
     whole.indices.extend(part.indices.iter().map(|&[a, b, c]| {
@@ -141,7 +141,7 @@ fn append(
         [x, y, z, if mirrored { -t[3] } else { t[3] }]
     };
     whole.tangents.extend(part.tangents.iter().map(along));
-    // Parts without colours or coordinates get neutral ones as soon as one part has them.
+    // Parts without colours or coordinates get neutral values as soon as one part has them.
     if !part.colours.is_empty() || !whole.colours.is_empty() {
         whole.colours.resize(before, [1.0; 4]);
         whole.colours.extend(&part.colours);
@@ -164,7 +164,7 @@ mod tests {
 
     use super::*;
 
-    /// A file of these parts, each shown once under its steps.
+    /// Creates a scene of these parts, each with one object under its transform steps.
     fn file(parts: Vec<(MeshData, Vec<TransformStep>)>) -> Scene {
         let mut scene = Scene::default();
         for (i, (data, transform)) in parts.into_iter().enumerate() {
@@ -187,7 +187,7 @@ mod tests {
         scene
     }
 
-    /// The corners 0, x and y, facing +z.
+    /// A triangle with the corners 0, x and y, facing +z.
     fn leaf() -> MeshData {
         let positions = vec![[0.0_f32; 3], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]];
         MeshData {
@@ -207,9 +207,8 @@ mod tests {
         }
     }
 
-    /// Protects: parts become one mesh in which each keeps what it has, and what it lacks is what a
-    /// mesh alone would be taken to have: white, (0, 0) and the facet's own normal; whichever comes
-    /// first.
+    /// Protects: merged parts keep their own attributes, and missing ones get the defaults of a
+    /// mesh without them: white, (0, 0) and the facet's normal; in either order.
     #[test]
     fn parts_keep_what_they_have() {
         for bare_first in [true, false] {
@@ -243,8 +242,8 @@ mod tests {
         assert!(merged(&file(vec![(leaf(), Vec::new())])).normals.is_empty());
     }
 
-    /// Protects: a part stands where its node puts it; normals stay perpendicular under what
-    /// stretches, and a mirror turns no triangle inside out.
+    /// Protects: a part has the transform of its node; normals stay perpendicular under non-uniform
+    /// scale, and a reflection does not reverse triangles.
     #[test]
     fn parts_stand_where_they_are_put() {
         let stretched = merged(&file(vec![(
@@ -252,7 +251,7 @@ mod tests {
             vec![TransformStep::Scale([1.0, 3.0, 4.0])],
         )]));
         assert_eq!(stretched.positions.offsets()[2], [0.0, 3.0, 0.0]);
-        // (0, 0.6/3, 0.8/4) has equal parts.
+        // (0, 0.6/3, 0.8/4) has equal components.
         let half = std::f32::consts::FRAC_1_SQRT_2;
         assert!(
             stretched.normals[0]

@@ -1,5 +1,4 @@
-//! A model file of any format, as a scene: for who names it on the command line, and for scenes
-//! that name it.
+//! Import of a model file of any format, for the command line and for scenes that name model files.
 
 use std::path::Path;
 
@@ -11,11 +10,11 @@ use crate::limits::Limits;
 use crate::source::Format;
 use crate::{Error, obj, ply, stl};
 
-/// Reads a model, given its bytes, with what lies in its folder. Formats without scenes and time
-/// make nothing of the choice.
+/// Imports a model from its bytes, with the files in its folder. Formats without scenes and time
+/// ignore the choices.
 ///
 /// # Errors
-/// An error of kind input, limit or usage, as the importers say.
+/// An error of kind input, limit or usage, from the importers.
 pub(crate) fn load(
     format: Format,
     file: &Path,

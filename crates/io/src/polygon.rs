@@ -5,22 +5,22 @@ use glam::{DVec2, DVec3};
 
 use crate::import::{Budget, Fault, Outcome};
 
-/// Comparisons that the concave polygons of one file may take: about a second.
+/// Largest number of comparisons for the concave polygons of a file, about a second of work.
 const MOST_WORK: u64 = 300_000_000;
 
-/// Cuts polygons into triangles, with bounded work.
+/// Triangulates polygons, with bounded work.
 pub(crate) struct Clipper {
     work: u64,
-    /// Corners of the largest polygon whose memory was claimed.
+    /// Corners of the largest polygon whose memory was reserved.
     largest: usize,
 }
 
-/// Memory for each corner while a polygon is cut: as a point in space and in its plane, as a part
-/// of the outline and of a triangle, in lists that may be twice as long as they are full.
+/// Memory per corner during triangulation, in bytes: a 3D point, its 2D projection, an index of the
+/// outline and a triangle, in lists whose capacity may be twice their length.
 const BYTES_A_CORNER: usize = 160;
 
 impl Default for Clipper {
-    /// A fresh allowance of work.
+    /// Starts with the whole allowance of work.
     fn default() -> Self {
         Self {
             work: MOST_WORK,
@@ -30,20 +30,20 @@ impl Default for Clipper {
 }
 
 impl Clipper {
-    /// Claims the memory that cutting a polygon takes, which the next one takes again.
+    /// Reserves the memory to triangulate a polygon; smaller polygons reuse the reservation.
     ///
     /// # Errors
-    /// A fault of kind limit when more is asked for than is left.
+    /// A fault of kind limit when the budget is exceeded.
     pub fn claim(&mut self, corners: usize, budget: &mut Budget) -> Outcome<()> {
         budget.memory(corners.saturating_sub(self.largest), BYTES_A_CORNER)?;
         self.largest = self.largest.max(corners);
         Ok(())
     }
 
-    /// Adds three corners (as places in `points`) a triangle, facing as the polygon does.
+    /// Adds the triangles as indices into `points`, with the orientation of the polygon.
     ///
     /// # Errors
-    /// A fault of kind limit when the file's concave polygons take too much work.
+    /// A fault of kind limit when the concave polygons of the file take too much work.
     pub fn triangulate(&mut self, points: &[DVec3], out: &mut Vec<[usize; 3]>) -> Outcome<()> {
         if points.len() <= 3 {
             out.extend((points.len() == 3).then_some([0, 1, 2]));
@@ -69,12 +69,12 @@ impl Clipper {
                 .work
                 .checked_sub(n as u64)
                 .ok_or_else(|| Fault::limit("its concave polygons are too large"))?;
-            // A polygon that crosses itself may have no ear left: then any corner goes, and the
-            // loop ends all the same.
+            // A self-intersecting polygon may have no ear left; then any corner is cut off, and the
+            // loop still ends.
             if failed > n || is_ear(points, &left, ear) {
                 out.push(ear);
                 left.remove(tip);
-                // The corner before the ear has a new neighbour: its turn again.
+                // The corner before the ear has a new neighbour and is examined again.
                 at = if tip == 0 { n - 2 } else { at }.saturating_sub(1);
                 failed = 0;
             } else {
@@ -99,7 +99,7 @@ pub(crate) fn normal(points: &[DVec3]) -> DVec3 {
         .sum()
 }
 
-/// Drops the axis that the normal is closest to, so that the polygon turns counter-clockwise.
+/// Projects along the axis closest to the normal, so that the polygon is counter-clockwise.
 fn project(p: DVec3, normal: DVec3) -> DVec2 {
     let size = normal.abs();
     let (a, b, along) = if size.x >= size.y && size.x >= size.z {
@@ -116,21 +116,20 @@ fn project(p: DVec3, normal: DVec3) -> DVec2 {
     }
 }
 
-/// Whether a counter-clockwise polygon never turns right and goes round once.
+/// Whether a counter-clockwise polygon only turns left, and winds around once.
 fn is_convex(points: &[DVec2]) -> bool {
     let n = points.len();
     let edge = |i: usize| points[(i + 1) % n] - points[i % n];
     let turns_left = (0..n).all(|i| edge(i).perp_dot(edge(i + 1)) >= 0.0);
-    // A star turns left everywhere, too; going round once, edges turn from pointing left to
-    // pointing right just once.
+    // A star also turns left everywhere; with a single winding, the edges change from pointing left
+    // to pointing right only once.
     let rounds = (0..n)
         .filter(|&i| edge(i).x < 0.0 && edge(i + 1).x >= 0.0)
         .count();
     turns_left && rounds <= 1
 }
 
-/// Whether cutting a corner off leaves the rest whole: it turns left, and no other corner lies in
-/// its triangle.
+/// Whether a corner is an ear: it turns left, and no other corner lies in its triangle.
 fn is_ear(points: &[DVec2], left: &[usize], ear: [usize; 3]) -> bool {
     let [a, b, c] = ear.map(|i| points[i]);
     if side(a, b, c) <= 0.0 {
@@ -138,7 +137,7 @@ fn is_ear(points: &[DVec2], left: &[usize], ear: [usize; 3]) -> bool {
     }
     left.iter().all(|&i| {
         let p = points[i];
-        // Keyhole polygons use a place twice; a corner of the ear does not stand in its own way.
+        // Keyhole polygons use a position twice; a copy of the ear's own corner is no obstacle.
         p == a
             || p == b
             || p == c
@@ -148,7 +147,7 @@ fn is_ear(points: &[DVec2], left: &[usize], ear: [usize; 3]) -> bool {
     })
 }
 
-/// Twice the area of a triangle; above zero where p is left of the way from a to b.
+/// Returns twice the signed area of a triangle, positive if p lies left of the line from a to b.
 fn side(a: DVec2, b: DVec2, p: DVec2) -> f64 {
     (b - a).perp_dot(p - a)
 }
@@ -171,7 +170,8 @@ mod tests {
             .sum()
     }
 
-    /// Protects: a fan over an L covers what is outside of it: the sum of areas tells.
+    /// Protects: a concave polygon is covered exactly; a fan would cover its outside too, as the
+    /// sum of areas shows.
     #[test]
     fn concave_polygons_are_covered_exactly() {
         let corners = [
@@ -208,8 +208,9 @@ mod tests {
         }
     }
 
-    /// Protects: what turns left everywhere is convex only if it goes round once, whichever corner
-    /// it starts from: a pentagon is, a pentagram goes round twice. A dent is none.
+    /// Protects: a polygon that turns left everywhere is convex only with a single winding, from
+    /// any first corner: a pentagon is convex, a pentagram winds twice. A dented polygon is not
+    /// convex.
     #[test]
     fn stars_are_not_convex() {
         let corner = |i: usize| DVec2::from_angle(0.3 + std::f64::consts::TAU * i as f64 / 5.0);
@@ -229,7 +230,7 @@ mod tests {
         }
     }
 
-    /// Protects: what is no polygon at all still ends, with the right number of triangles.
+    /// Protects: degenerate input still gives the right number of triangles.
     #[test]
     fn degenerate_polygons_end() {
         let same = vec![DVec3::ONE; 50];

@@ -1,4 +1,4 @@
-//! Where a scene came from, and where in its text its parts stand.
+//! Origin of a scene, and positions of its parts in the text.
 
 use std::path::Path;
 use std::sync::{Arc, OnceLock};
@@ -11,14 +11,14 @@ use crate::native::{self, Notation};
 use crate::text::{lines, without_mark};
 use crate::{ply, stl};
 
-/// What a scene was written in.
+/// Format of a scene.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Format {
     /// A native scene.
     Native(Notation),
     /// glTF 2.0 with its buffers beside it or inside as text.
     Gltf,
-    /// glTF 2.0 in one binary file.
+    /// glTF 2.0 as a single binary file.
     Glb,
     /// Wavefront OBJ.
     Obj,
@@ -28,7 +28,7 @@ pub enum Format {
     Ply,
 }
 
-/// A format that is not read, by its ending: its name, and what makes of it one that is.
+/// Unsupported format of an extension: its name, and a program that converts it.
 pub(crate) fn foreign(path: &Path) -> Option<(&'static str, &'static str)> {
     const BLENDER: &str = "Blender imports it and exports glTF: File, Export, glTF 2.0 (.glb)";
     const FOREIGN: [(&[&str], &str, &str); 12] = [
@@ -85,7 +85,7 @@ pub(crate) fn foreign(path: &Path) -> Option<(&'static str, &'static str)> {
 }
 
 impl Format {
-    /// The format of a model file with that name.
+    /// Format of a model file with this name.
     pub(crate) fn of_model(file: &Path) -> Option<Self> {
         let ending = file.extension()?.to_string_lossy().to_ascii_lowercase();
         match ending.as_str() {
@@ -98,12 +98,12 @@ impl Format {
         }
     }
 
-    /// Whether files of it may have scenes, variants and animations.
+    /// Whether files of the format may have scenes, variants and animations.
     pub(crate) fn has_choices(self) -> bool {
         matches!(self, Self::Gltf | Self::Glb)
     }
 
-    /// A file of it, as messages call one.
+    /// Description of a file in this format for messages.
     pub(crate) fn file(self) -> &'static str {
         match self {
             Self::Native(_) => "a scene file",
@@ -114,7 +114,7 @@ impl Format {
         }
     }
 
-    /// What an input is written in, by its ending or, where that says nothing, by its content.
+    /// Format of an input, from its extension or otherwise from its content.
     pub(crate) fn of(file: &Path, bytes: &[u8]) -> Option<Self> {
         let ending = file
             .extension()
@@ -144,8 +144,8 @@ impl Format {
                 Self::Native(Notation::Json)
             });
         }
-        // The first line that is no comment tells the two formats of lines apart: a key and its
-        // value, or a keyword.
+        // The first line that is no comment distinguishes the two text formats: a key with a value,
+        // or a keyword.
         let mut statements = lines(start)
             .map(|line| line.trim_ascii())
             .filter(|line| !line.is_empty() && !line.starts_with(b"#"));
@@ -166,9 +166,9 @@ impl Format {
     }
 }
 
-/// Names of the scenes and models in a folder, in order; none where it can't be read.
+/// Names of the scenes and models in a folder, in order; empty for an unreadable folder.
 pub fn models_in(folder: &Path) -> Vec<String> {
-    /// A folder with more entries is no place to look for a misspelled name in.
+    /// Larger folders are not searched for similar names.
     const MOST: usize = 10_000;
     let folder = if folder == Path::new("") {
         Path::new(".")
@@ -188,7 +188,7 @@ pub fn models_in(folder: &Path) -> Vec<String> {
     names
 }
 
-/// Whether a file is a scene or a model by its name.
+/// Whether the name of a file is that of a scene or a model.
 pub fn is_scene_or_model(file: &Path) -> bool {
     let name = file.file_name().unwrap_or_default().to_string_lossy();
     name.ends_with(".scene.toml")
@@ -196,18 +196,18 @@ pub fn is_scene_or_model(file: &Path) -> bool {
         || Format::of_model(file).is_some()
 }
 
-/// Where a scene came from.
+/// Origin of a scene.
 #[derive(Clone, Debug)]
 pub struct SourceInfo {
-    /// As the user named it: a path, or `preset:NAME`.
+    /// Name given by the user: a path, or `preset:NAME`.
     pub name: String,
-    /// The name without folders and endings, for naming pictures.
+    /// Name without folders and extensions, for pictures.
     pub stem: String,
-    /// What it was written in.
+    /// Format of the scene.
     pub format: Format,
     /// The text of a native scene.
     pub text: Option<Arc<str>>,
-    /// The text's tree, made when it is first asked for.
+    /// Syntax tree of the text, built on first use.
     tree: OnceLock<Option<native::Tree>>,
 }
 
@@ -227,8 +227,8 @@ impl SourceInfo {
         }
     }
 
-    /// An error with what is wrong with the scene, each problem at its place in the text, or with
-    /// its path where there is no text.
+    /// Creates the error for a scene's problems, each at its position in the text, or with its path
+    /// in the scene where no text exists.
     pub fn error(&self, problems: Vec<Problem>) -> Error {
         let message = |problem: &Problem| format!("{}: {}", problem.path, problem.message);
         if let (Some(text), Format::Native(_)) = (&self.text, self.format) {
@@ -253,7 +253,7 @@ impl SourceInfo {
         hint.into_iter().fold(error, Error::with_hint)
     }
 
-    /// The text's tree; none where there is no text.
+    /// Syntax tree of the text; `None` without a text.
     fn tree(&self) -> Option<&native::Tree> {
         let (Some(text), Format::Native(notation)) = (&self.text, self.format) else {
             return None;
@@ -263,9 +263,9 @@ impl SourceInfo {
             .as_ref()
     }
 
-    /// Where a part of the scene stands, for a user: `x.scene.toml:12:5`, or
-    /// `duck.glb: materials[2]` where there is no text. The path starts at the root:
-    /// `objects[3].material`; what the text leaves out stands at the part around it.
+    /// Formats the position of a part of the scene: `x.scene.toml:12:5`, or `duck.glb:
+    /// materials[2]` without a text. The path starts at the root: `objects[3].material`; a part
+    /// that the text omits is at its parent's position.
     pub fn locate(&self, path: &str) -> String {
         let (Some(text), Format::Native(_)) = (&self.text, self.format) else {
             return format!("{}: {path}", self.name);
@@ -284,8 +284,8 @@ impl SourceInfo {
 mod tests {
     use super::*;
 
-    /// Protects: places are told by line and column in a text, by the path alone in a model, and by
-    /// the file where neither is known.
+    /// Protects: positions are line and column in a text, the path alone in a model, and the file
+    /// where neither is known.
     #[test]
     fn places_are_told_as_well_as_they_can_be() {
         let text = "format = 1\n[render]\n  samples = 4\n";

@@ -1,11 +1,11 @@
-//! What model formats of words and numbers have in common, whatever their words mean.
+//! Shared parts of the text formats for models: lines, words and numbers.
 
 use crate::import::{Fault, MODELS, Outcome, shown};
 
-/// Refuses what is no text of ASCII statements: a text of two bytes a character, or no text.
+/// Refuses input other than ASCII-based text: UTF-16 or binary data.
 ///
 /// # Errors
-/// A fault of kind input that names what the file is.
+/// A fault of kind input that names the detected content.
 pub(crate) fn refuse_foreign(bytes: &[u8]) -> Outcome<()> {
     let head = bytes.get(..bytes.len().min(4096)).unwrap_or_default();
     let paired =
@@ -23,12 +23,12 @@ pub(crate) fn refuse_foreign(bytes: &[u8]) -> Outcome<()> {
     Ok(())
 }
 
-/// A text without the byte order mark of UTF-8 that some editors put before it.
+/// Removes the UTF-8 byte order mark that some editors write.
 pub(crate) fn without_mark(bytes: &[u8]) -> &[u8] {
     bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(bytes)
 }
 
-/// The lines of a text, each of which may end by a line feed, a carriage return or both.
+/// Splits a text into lines, which may end in a line feed, a carriage return or both.
 pub(crate) fn lines(bytes: &[u8]) -> impl Iterator<Item = &[u8]> {
     let mut rest = Some(bytes);
     std::iter::from_fn(move || {
@@ -42,8 +42,8 @@ pub(crate) fn lines(bytes: &[u8]) -> impl Iterator<Item = &[u8]> {
     })
 }
 
-/// The part of a word that is a number, and its value, as C's `strtod` finds it: files have `1.0f`
-/// and `3.1+e2`. A number with a decimal comma is none: `strtod` would lose its fraction.
+/// Parses the longest numeric prefix of a word, as C's `strtod` does: files contain `1.0f` and
+/// `3.1+e2`. A number with a decimal comma is refused, because `strtod` would lose its fraction.
 pub(crate) fn number(word: &str) -> Option<(&str, f64)> {
     if let Ok(value) = word.parse() {
         return Some((word, value));
@@ -51,7 +51,7 @@ pub(crate) fn number(word: &str) -> Option<(&str, f64)> {
     if has_decimal_comma(word) {
         return None;
     }
-    // Bounded: a hostile word must not cost its length squared.
+    // Bounded, so that a hostile word does not take time quadratic in its length.
     let ends: Vec<usize> = word
         .char_indices()
         .map(|(i, c)| i + c.len_utf8())
@@ -63,15 +63,14 @@ pub(crate) fn number(word: &str) -> Option<(&str, f64)> {
     })
 }
 
-/// Whether a word has a comma before a digit, as programs write numbers that heed the settings of
-/// some countries.
+/// Whether a word has a comma before a digit, as programs write numbers under some locales.
 pub(crate) fn has_decimal_comma(word: &str) -> bool {
     word.as_bytes()
         .windows(2)
         .any(|pair| pair[0] == b',' && pair[1].is_ascii_digit())
 }
 
-/// The fault of a word where a number should be.
+/// Fault for a word in place of a number.
 pub(crate) fn no_number(keyword: &str, word: &str) -> Fault {
     let remedy = if has_decimal_comma(word) {
         "; decimals have a point, so export it again with points in place of commas"
@@ -85,8 +84,8 @@ pub(crate) fn no_number(keyword: &str, word: &str) -> Fault {
 mod tests {
     use super::*;
 
-    /// Protects: each of the three ends of a line ends one, also where a text mixes them, and a
-    /// pair ends one and not two.
+    /// Protects: each of the three line ends separates lines, also in a mixture, and a pair counts
+    /// once.
     #[test]
     fn lines_end_in_three_ways() {
         let found: Vec<&[u8]> = lines(b"a\rb\nc\r\n\r\nd\n\re").collect();
@@ -95,7 +94,7 @@ mod tests {
         assert_eq!(lines(b"a\r").collect::<Vec<_>>(), [b"a".as_slice(), b""]);
     }
 
-    /// Protects: numbers that other programs write.
+    /// Protects: numbers are parsed in the forms that other programs write.
     #[test]
     fn numbers_are_read_as_c_reads_them() {
         for (word, value) in [

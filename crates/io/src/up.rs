@@ -1,5 +1,5 @@
-//! Models whose own up is another axis than y: turned as a whole, so that studio, ground, views and
-//! films go with them.
+//! Up axis of models: a model whose up axis is not y is rotated as a whole, before studio, ground,
+//! views and films are set up.
 
 use core::str::FromStr;
 
@@ -7,25 +7,25 @@ use glam::{DAffine3, DVec3};
 use raywright_core::affine;
 use raywright_core::scene::{Camera, Light, LightKind, Pose, Scene, TransformStep, Triple};
 
-/// The axis of a model's file that is up.
+/// Up axis of a model's file.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum UpAxis {
-    /// As glTF has it.
+    /// The axis of glTF.
     Y,
-    /// As printers and most programs for makers have it.
+    /// The axis of 3D printers and most CAD programs.
     Z,
-    /// Upside down.
+    /// Upside down from glTF.
     NegativeY,
-    /// The other way round.
+    /// The reverse of z.
     NegativeZ,
-    /// To the right of glTF's.
+    /// The positive x axis.
     X,
-    /// To its left.
+    /// The negative x axis.
     NegativeX,
 }
 
 impl UpAxis {
-    /// All of them with their names.
+    /// All axes with their names.
     pub const NAMED: [(&'static str, Self); 6] = [
         ("y", Self::Y),
         ("z", Self::Z),
@@ -35,7 +35,7 @@ impl UpAxis {
         ("-x", Self::NegativeX),
     ];
 
-    /// Its name.
+    /// Name of the axis.
     pub fn name(self) -> &'static str {
         Self::NAMED
             .iter()
@@ -43,8 +43,8 @@ impl UpAxis {
             .map_or("y", |(name, _)| name)
     }
 
-    /// The quarter turns about x or z that make it y. Each number changes its place or its sign
-    /// alone, so that nothing is rounded.
+    /// Rows of the rotation by quarter turns about x or z that maps the axis to y. Coordinates only
+    /// change place or sign, so that nothing is rounded.
     fn rows(self) -> [[f64; 4]; 3] {
         let [x, y, z] = match self {
             Self::Y => [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]],
@@ -71,7 +71,7 @@ impl FromStr for UpAxis {
     }
 }
 
-/// Turns all that a model brings, so that an axis becomes y.
+/// Rotates the whole model so that an axis becomes y.
 pub(crate) fn turn(scene: &mut Scene, up: UpAxis) {
     if up == UpAxis::Y {
         return;
@@ -95,7 +95,7 @@ pub(crate) fn turn(scene: &mut Scene, up: UpAxis) {
     }
 }
 
-/// Turns a camera. Those of models have axes.
+/// Rotates a camera. Cameras of models are given by axes.
 fn turn_pose(pose: &mut Pose, map: &DAffine3) {
     let turn = |v: &mut Triple| *v = map.transform_vector3(DVec3::from(*v)).to_array();
     match pose {
@@ -113,7 +113,7 @@ fn turn_pose(pose: &mut Pose, map: &DAffine3) {
     };
 }
 
-/// A light where a transform puts it. What it gives stays, as in glTF, where no node changes it.
+/// Transforms a light. Its intensity is unchanged, as in glTF, where node scales do not affect it.
 pub(crate) fn moved(light: &Light, map: &DAffine3) -> Light {
     let mut light = light.clone();
     let point = |p: &mut Triple| *p = map.transform_point3(DVec3::from(*p)).to_array();
@@ -142,8 +142,8 @@ pub(crate) fn moved(light: &Light, map: &DAffine3) -> Light {
 mod tests {
     use super::*;
 
-    /// Protects: each axis becomes y by a turn, which mirrors nothing and rounds nothing, and is
-    /// found by its name.
+    /// Protects: each axis becomes y by a rotation without reflection or rounding, and is found by
+    /// its name.
     #[test]
     fn every_axis_becomes_up() {
         let axes = [
@@ -166,7 +166,7 @@ mod tests {
         assert!("up".parse::<UpAxis>().is_err());
     }
 
-    /// Protects: what stands on the axis stands upright afterwards, cameras and lights included.
+    /// Protects: everything along the axis becomes upright, cameras and lights included.
     #[test]
     fn all_is_turned_together() {
         let pose = Pose::Axes {

@@ -1,5 +1,4 @@
-//! References of glTF files: data that travels inside the reference, or the name of a file beside
-//! the scene.
+//! References in glTF files: embedded data, or the name of a file beside the scene.
 
 use std::borrow::Cow;
 
@@ -11,7 +10,7 @@ use percent_encoding::percent_decode_str;
 use crate::folder::{Folder, ReadError};
 use crate::import::{Fault, Outcome, shown};
 
-/// Writers differ in how they end base64 data; what they mean is never in doubt.
+/// Writers pad base64 data differently; the content is always unambiguous.
 const BASE64: GeneralPurpose = GeneralPurpose::new(
     &STANDARD,
     GeneralPurposeConfig::new()
@@ -19,7 +18,7 @@ const BASE64: GeneralPurpose = GeneralPurpose::new(
         .with_decode_allow_trailing_bits(true),
 );
 
-/// Whether a reference carries its data itself.
+/// Whether a reference embeds its data.
 pub(crate) fn is_data(uri: &str) -> bool {
     uri.get(..5)
         .is_some_and(|head| head.eq_ignore_ascii_case("data:"))
@@ -33,7 +32,7 @@ pub(crate) fn name(folder: &Folder, uri: &str) {
     }
 }
 
-/// Reads what a reference means (RFC 3986 relative references and RFC 2397 data).
+/// Reads the data of a reference (RFC 3986 relative references and RFC 2397 data).
 ///
 /// # Errors
 /// A fault of kind input: broken base64, a percent escape that is not UTF-8, or a file that
@@ -48,8 +47,8 @@ pub(crate) fn read(folder: &Folder, uri: &str) -> Outcome<Vec<u8>> {
             shown(uri)
         ))
     })?;
-    // Some writers do not escape, and a file may really be called `50%25.png`; some part folders as
-    // Windows does.
+    // Some writers do not escape, so that a file may be called `50%25.png`; others separate folders
+    // as Windows does.
     let others = [uri.to_owned(), decoded.replace('\\', "/")];
     match folder.read(&decoded) {
         Err(ReadError::Unreadable(why)) => {
@@ -65,7 +64,7 @@ pub(crate) fn read(folder: &Folder, uri: &str) -> Outcome<Vec<u8>> {
     }
 }
 
-/// The bytes of a data reference, given what follows `data:`.
+/// Decodes an embedded reference after its `data:`.
 fn data(text: &str) -> Outcome<Vec<u8>> {
     let (head, body) = text
         .split_once(',')
@@ -77,7 +76,7 @@ fn data(text: &str) -> Outcome<Vec<u8>> {
     {
         return Ok(bytes.into_owned());
     }
-    // Buffers of a gigabyte travel this way: copied only where lines are broken.
+    // Embedded buffers may have a gigabyte: they are copied only if they have line breaks.
     let packed = match bytes.iter().any(u8::is_ascii_whitespace) {
         true => bytes
             .iter()
@@ -117,7 +116,7 @@ mod tests {
         }
     }
 
-    /// Protects: escapes are undone, but a file that is really called so is found as well.
+    /// Protects: escapes are decoded, and a file whose name contains the escape is found as well.
     #[test]
     fn names_are_read_escaped_and_as_they_are() {
         let folder = tempfile::tempdir().unwrap();

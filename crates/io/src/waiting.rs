@@ -1,4 +1,4 @@
-//! Pictures of a model that were found and are decoded together.
+//! Images of a model, collected first and then decoded in parallel.
 
 use std::borrow::Cow;
 use std::collections::HashSet;
@@ -12,31 +12,31 @@ use crate::image_file::{Decoded, decode};
 use crate::import::{Outcome, endurable};
 use crate::warning::WarningCode;
 
-/// What became of pictures, each with its place, in the order in which they came.
+/// Results of decoding, each with its position, in the order of collection.
 #[derive(Debug, Default)]
 pub(crate) struct DecodeReport {
-    /// Why those can't be decoded that can't: what uses them takes its factor alone, as
-    /// [`drop_missing`] sees to.
+    /// Errors of undecodable images: their textures are dropped and only the factors remain, see
+    /// [`drop_missing`].
     pub broken: Vec<String>,
-    /// What of the others was not taken as it is.
+    /// Remarks about the other images.
     pub remarks: Vec<(WarningCode, String)>,
 }
 
-/// Pictures on their way into a scene: looked at one by one, in order, and decoded together on the
-/// threads of the current pool.
+/// Images to decode: collected one by one, in order, and decoded in parallel on the current thread
+/// pool.
 #[derive(Debug, Default)]
 pub(crate) struct Waiting<'a>(Vec<(usize, String, Cow<'a, [u8]>)>);
 
 impl<'a> Waiting<'a> {
-    /// Adds the picture of a scene's image, with the place that messages name.
+    /// Adds the data of a scene's image, with its position for messages.
     pub fn add(&mut self, image: usize, place: String, bytes: Cow<'a, [u8]>) {
         self.0.push((image, place, bytes));
     }
 
-    /// Decodes all of them into their images; `done` is told of each.
+    /// Decodes all of them into the images; `done` is called after each.
     ///
     /// # Errors
-    /// A fault of kind limit of the first picture that asks for more than is allowed.
+    /// A fault of kind limit for the first image beyond the limits.
     pub fn decode(
         self,
         images: &mut [Image],
@@ -48,7 +48,7 @@ impl<'a> Waiting<'a> {
             done();
             (image, place, data)
         };
-        // A single one need not wake a pool.
+        // A single image is decoded without the pool.
         let decoded: Vec<(usize, String, Outcome<Decoded>)> = match self.0.len() {
             0 | 1 => self.0.into_iter().map(one).collect(),
             _ => self.0.into_par_iter().map(one).collect(),
@@ -74,7 +74,7 @@ impl<'a> Waiting<'a> {
     }
 }
 
-/// Takes images without pixels, with the textures of them and their uses, out of an imported scene.
+/// Removes images without pixels from an imported scene, with their textures and uses.
 pub(crate) fn drop_missing(scene: &mut Scene) {
     let missing: HashSet<String> = scene
         .images

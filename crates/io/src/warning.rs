@@ -1,46 +1,45 @@
-//! Warnings: what a user should know of a picture although it is made, each with a code that
-//! scripts rely on and a severity by which the worst is said first.
+//! Warnings about pictures that are still made, each with a code that scripts rely on and a
+//! severity for their order, worst first.
 
 use std::fmt;
 
 use serde::ser::SerializeStruct;
 use serde::{Serialize, Serializer};
 
-/// How bad a warning is. What is worse is greater.
+/// Severity of a warning; worse is greater.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Severity {
-    /// The picture is as the file says, or as near as makes no difference; something was chosen or
-    /// read in a certain way.
+    /// The picture follows the file, or differs negligibly; the program made a choice.
     Note,
-    /// Something that the file has is not in the picture, or not as it was meant.
+    /// A part of the file is absent from the picture or shown differently.
     LeftOut,
-    /// Something that the file names is not there.
+    /// A part named by the file does not exist.
     Missing,
-    /// Nothing is to be seen.
+    /// Nothing is visible.
     Empty,
 }
 
-/// Declares the codes with their names and severities in one table.
+/// Declares the codes with their names and severities in a single table.
 macro_rules! codes {
     ($($(#[$doc:meta])* $code:ident $name:literal $severity:ident,)*) => {
-        /// What a warning is about. Names are part of the command line's contract:
-        /// `raywright check --allow NAME`.
+        /// Subject of a warning. Names are part of the command line's contract: `raywright check
+        /// --allow NAME`.
         #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
         pub enum WarningCode {
             $($(#[$doc])* $code,)*
         }
 
         impl WarningCode {
-            /// All of them, the worst first.
+            /// All codes, worst first.
             pub const ALL: [Self; [$($name),*].len()] = [$(Self::$code),*];
 
-            /// As scripts name it.
+            /// Name for scripts.
             pub const fn name(self) -> &'static str {
                 match self { $(Self::$code => $name,)* }
             }
 
-            /// How bad it is.
+            /// Severity of the code.
             pub const fn severity(self) -> Severity {
                 match self { $(Self::$code => Severity::$severity,)* }
             }
@@ -49,50 +48,50 @@ macro_rules! codes {
 }
 
 codes! {
-    /// There is nothing to see.
+    /// Nothing is visible.
     NothingToSee "nothing-to-see" Empty,
-    /// A texture, a sky or another picture is not there, or can't be read.
+    /// A missing or unreadable texture, sky or other picture.
     Picture "picture" Missing,
-    /// A material or a library of materials is not there.
+    /// A missing material or material library.
     Material "material" Missing,
-    /// A mesh lacks texture coordinates that its material asks for.
+    /// A mesh without the texture coordinates that its material needs.
     TextureCoordinates "texture-coordinates" Missing,
-    /// Objects, triangles or gaps are lost to rounding.
+    /// Objects, triangles or gaps lost to rounding.
     Precision "precision" LeftOut,
-    /// Samples are dropped, dimmed or cut short.
+    /// Samples dropped, dimmed or cut short.
     Samples "samples" LeftOut,
-    /// Triangles without area to render, of too few corners or with numbers that are not finite.
+    /// Degenerate triangles: zero area, too few corners or non-finite coordinates.
     Geometry "geometry" LeftOut,
-    /// Shapes that a section does not cut, cuts without a cap, and sections that leave nothing.
+    /// Shapes that a section does not cut, cuts without a cap, and sections that remove everything.
     Section "section" LeftOut,
     /// Points and lines.
     PointsAndLines "points-and-lines" LeftOut,
-    /// An extension, a statement or a chunk that is not known.
+    /// An unknown extension, statement or chunk.
     Unsupported "unsupported" LeftOut,
-    /// A property that no animation moves here.
+    /// An animated property that is not supported.
     Animation "animation" LeftOut,
-    /// Colours that are most likely codes from 0 to 255.
+    /// Colours that are probably codes from 0 to 255.
     ColourCodes "colour-codes" LeftOut,
-    /// Texels that are no light: NaN, infinite or below zero.
+    /// Invalid texels: NaN, infinite or negative.
     Texels "texels" LeftOut,
-    /// A camera or light that makes no sense.
+    /// An invalid camera or light.
     CameraOrLight "camera-or-light" LeftOut,
     /// More warnings than are listed.
     More "more" LeftOut,
-    /// A number out of range: another is taken.
+    /// A number out of range, replaced by another.
     Range "range" Note,
-    /// A file that breaks a rule of its format and can be read in one way alone.
+    /// A file that breaks a rule of its format and still has a single interpretation.
     Format "format" Note,
-    /// One of several scenes, variants or readings is chosen.
+    /// A choice among several scenes, variants or interpretations.
     Choice "choice" Note,
-    /// A material is converted to what this program has.
+    /// A material converted to the closest supported one.
     Conversion "conversion" Note,
-    /// Animations are there, and none is asked for.
+    /// Animations exist, and none was requested.
     AtRest "at-rest" Note,
 }
 
 impl WarningCode {
-    /// The code of what is said of an image, so many texels of which were mended.
+    /// Code of a remark about an image with this number of replaced texels.
     pub(crate) fn of_image(mended: impl Into<u64>) -> Self {
         if mended.into() > 0 {
             Self::Texels
@@ -101,7 +100,7 @@ impl WarningCode {
         }
     }
 
-    /// The code of a name.
+    /// Code with this name.
     pub fn of(name: &str) -> Option<Self> {
         Self::ALL.into_iter().find(|code| code.name() == name)
     }
@@ -113,17 +112,17 @@ impl Serialize for WarningCode {
     }
 }
 
-/// Something that a user should know and that does not stop the work.
+/// A message to the user that does not stop the work.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Warning {
-    /// What it is about.
+    /// Subject of the warning.
     pub code: WarningCode,
-    /// One sentence that names the file where there is one.
+    /// One sentence that names the file, if any.
     pub message: String,
 }
 
 impl Warning {
-    /// A warning about a file.
+    /// Creates a warning about a file.
     pub fn new(code: WarningCode, path: impl fmt::Display, message: impl fmt::Display) -> Self {
         Self {
             code,
@@ -131,7 +130,7 @@ impl Warning {
         }
     }
 
-    /// How bad it is.
+    /// Severity of the warning.
     pub fn severity(&self) -> Severity {
         self.code.severity()
     }
@@ -158,8 +157,8 @@ impl fmt::Display for Warning {
 mod tests {
     use super::*;
 
-    /// Protects: names are found again and are of one kind, and the worst come first, so that lists
-    /// of them need no order of their own.
+    /// Protects: each name is unique, in kebab case, and finds its code; the worst codes come
+    /// first.
     #[test]
     fn codes_have_names_in_order() {
         let names: Vec<&str> = WarningCode::ALL.iter().map(|code| code.name()).collect();

@@ -1,9 +1,9 @@
-//! What files and their names are taken for.
+//! Tests of file formats and names.
 
 use super::*;
 
-/// Protects: the kind of a file by its ending in any case, else by how it begins; binary glTF by
-/// its first bytes, whatever its name.
+/// Protects: the format follows the extension in any case, otherwise the first bytes; binary glTF
+/// is detected by its first bytes under any name.
 #[test]
 fn kinds_of_files_are_told() {
     let toml = Format::Native(Notation::Toml);
@@ -51,8 +51,8 @@ fn kinds_of_files_are_told() {
     }
 }
 
-/// Protects: what a picture is called after its scene: the longest known ending goes, in any case,
-/// and nothing else does.
+/// Protects: the name of a picture is that of its scene without the longest known extension, in any
+/// case.
 #[test]
 fn stems_lack_their_ending() {
     for (name, expected) in [

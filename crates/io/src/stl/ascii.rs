@@ -1,5 +1,5 @@
-//! STL as text: `solid`, facets, each with a loop of corners, `endsolid`; in any case of letters,
-//! with any line ends, perhaps several solids one after the other.
+//! ASCII STL: `solid`, facets, each with a loop of corners, `endsolid`; in any letter case, with
+//! any line ends, perhaps several solids in sequence.
 
 use glam::DVec3;
 use raywright_core::scene::MeshData;
@@ -9,45 +9,44 @@ use crate::polygon::Clipper;
 use crate::text::{lines, no_number, number, without_mark};
 use crate::warning::WarningCode;
 
-/// What comes next.
+/// Expected next input.
 #[derive(Default)]
 enum Wanted {
-    /// A word of the format.
+    /// A keyword of the format.
     #[default]
     Word,
-    /// So many numbers of a normal, which mean nothing here, or a word where a writer has left them
-    /// out.
+    /// This many numbers of a normal, which are ignored, or a keyword if the writer omitted them.
     Normal(usize),
-    /// The numbers of a corner, of which these are known.
+    /// Coordinates of a corner, with those read so far.
     Vertex(Vec<f64>),
 }
 
-/// What is being read.
+/// State of the reader.
 #[derive(Default)]
 struct AsciiReader {
     wanted: Wanted,
     mesh: MeshData,
-    /// Corners of the loop at hand.
+    /// Corners of the current loop.
     corners: Vec<[f64; 3]>,
-    /// Corners of all loops before it.
+    /// Corners of all earlier loops.
     positions: Vec<[f64; 3]>,
-    /// Whether a facet has begun.
+    /// Whether a facet is open.
     open: bool,
     clipper: Clipper,
     triangles: Vec<[usize; 3]>,
 }
 
-/// The mesh of a text.
+/// Reads the mesh of a text.
 ///
 /// # Errors
-/// A fault of kind input naming line and cause, of kind limit for more than is allowed.
+/// A fault of kind input that names line and cause, of kind limit beyond the limits.
 pub(super) fn read(
     bytes: &[u8],
     budget: &mut Budget,
     warnings: &mut Warnings,
 ) -> Outcome<MeshData> {
-    // A corner takes at least 13 characters, and 36 bytes in memory, of which a list that grows
-    // needs three times as many.
+    // A corner takes at least 13 characters, and 36 bytes of memory, of which a growing list needs
+    // three times as many.
     budget.memory(bytes.len(), 9)?;
     let mut reader = AsciiReader::default();
     let mut last = 0;
@@ -70,8 +69,7 @@ pub(super) fn read(
 }
 
 impl AsciiReader {
-    /// Reads one line, which may hold several of the format's words, or a part of what belongs
-    /// together.
+    /// Reads one line, which may hold several keywords with their numbers, or only a part of them.
     fn line(&mut self, line: &str, budget: &mut Budget, warnings: &mut Warnings) -> Outcome<()> {
         for word in line.split_whitespace() {
             match &mut self.wanted {
@@ -94,7 +92,7 @@ impl AsciiReader {
                 }
             }
             match word.to_ascii_lowercase().as_str() {
-                // What follows is a name.
+                // A name follows.
                 "solid" | "endsolid" => return Ok(()),
                 "facet" if self.open => {
                     return Err(Fault::input("facet: the one before has no endfacet"));
@@ -117,7 +115,7 @@ impl AsciiReader {
         Ok(())
     }
 
-    /// Makes triangles of the loop's corners.
+    /// Triangulates the loop.
     fn end_loop(&mut self, budget: &mut Budget, warnings: &mut Warnings) -> Outcome<()> {
         let before = self.positions.len();
         if self.corners.len() < 3 {

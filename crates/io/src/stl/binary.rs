@@ -1,5 +1,5 @@
-//! Binary STL: 80 bytes of anything, the number of facets, and 50 bytes each: normal, corners, and
-//! two bytes that were meant as a length and serve as a colour.
+//! Binary STL: 80 arbitrary bytes, the number of facets, and 50 bytes per facet: normal, corners,
+//! and two bytes that were meant as a length and are used as a colour.
 
 use raywright_core::scene::MeshData;
 
@@ -12,17 +12,17 @@ const HEAD: usize = 84;
 /// Bytes of a facet.
 const FACET: usize = 50;
 
-/// The dialects of colours.
+/// Dialects of facet colours.
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum Dialect {
-    /// Materialise Magics: the header names a colour for all, which a facet's own replaces where
-    /// its top bit is clear; red in the low bits.
+    /// Materialise Magics: the header has a default colour, replaced by a facet's colour where its
+    /// top bit is clear; red in the low bits.
     Magics([f32; 3]),
     /// VisCAM and SolidView: a facet has a colour where its top bit is set; blue in the low bits.
     VisCam,
 }
 
-/// Whether a file is as long as its number of facets makes it.
+/// Whether the length of a file matches its number of facets.
 pub(super) fn has_its_length(bytes: &[u8]) -> bool {
     count(bytes).is_some_and(|count| {
         count
@@ -36,11 +36,10 @@ fn count(bytes: &[u8]) -> Option<usize> {
     usize::try_from(u32::from_le_bytes(*bytes.get(80..)?.first_chunk()?)).ok()
 }
 
-/// The mesh of a file.
+/// Reads the mesh of a file.
 ///
 /// # Errors
-/// A fault of kind input for a file that ends too early, of kind limit for more facets than are
-/// allowed.
+/// A fault of kind input for a truncated file, of kind limit for more facets than allowed.
 pub(super) fn read(
     bytes: &[u8],
     budget: &mut Budget,
@@ -88,7 +87,7 @@ pub(super) fn read(
             .flat_map(|facet| [0, 1, 2].map(|at| corner(facet, at)))
             .collect::<Vec<_>>()
             .into(),
-        // As many as were claimed, each of three vertices of its own.
+        // Three vertices of its own for each facet of the reserved count.
         indices: (0..count as u32)
             .map(|i| [3 * i, 3 * i + 1, 3 * i + 2])
             .collect(),
@@ -105,8 +104,8 @@ fn attribute(facet: &[u8; FACET]) -> u16 {
     u16::from_le_bytes([facet[48], facet[49]])
 }
 
-/// The dialect that a header or, where it says nothing, the facets speak; none: the two bytes of
-/// facets are no colours.
+/// Dialect given by the header or, without a colour there, by the facets; `None`: the facets' two
+/// bytes are no colours.
 fn dialect(header: &[u8], facets: &[[u8; FACET]]) -> Option<Dialect> {
     const KEY: &[u8] = b"COLOR=";
     let colour = header
@@ -125,7 +124,7 @@ fn dialect(header: &[u8], facets: &[[u8; FACET]]) -> Option<Dialect> {
 }
 
 impl Dialect {
-    /// The colour of a facet whose two bytes are these.
+    /// Decodes the two bytes of a facet to a colour.
     fn colour(self, attribute: u16) -> [f32; 3] {
         let [low, middle, high] = [0, 5, 10].map(|shift| f32::from(attribute >> shift & 31) / 31.0);
         let marked = attribute & 0x8000 != 0;

@@ -1,13 +1,13 @@
-//! Import of STL, binary and text ("StereoLithography Interface Specification", 3D Systems, 1988),
-//! with the two usual ways to write colours into binary files.
+//! Import of STL, binary and ASCII ("StereoLithography Interface Specification", 3D Systems, 1988),
+//! with the two common dialects of colours in binary files.
 //!
-//! A file is one mesh of flat facets. Their normals are those of their corners by the right-hand
-//! rule: those that are written say the same or are wrong, and many programs write zeros. Which of
-//! the two kinds a file is tell its length and its content, since many binary files begin with the
-//! word of the text ones.
+//! A file is a single mesh of flat facets. Their normals follow from their corners by the
+//! right-hand rule: the written normals are equal or wrong, and many programs write zeros. The kind
+//! of a file is detected from its length and content, because many binary files begin with the
+//! keyword of ASCII files.
 //!
-//! `stl_io` reads neither colours nor loops of more than three corners, and takes memory by the
-//! count that a file claims, so the reader is our own.
+//! `stl_io` reads neither colours nor loops of more than three corners, and allocates by the count
+//! that a file claims; therefore this reader does not use that crate.
 
 mod ascii;
 mod binary;
@@ -19,10 +19,10 @@ use crate::import::{Budget, Imported, Outcome, Warnings};
 use crate::text::without_mark;
 use crate::{Error, Limits, obj};
 
-/// Reads an STL file, given its bytes.
+/// Imports an STL file from its bytes.
 ///
 /// # Errors
-/// An error of kind input naming facet or line and cause, or of kind limit.
+/// An error of kind input that names facet or line and cause, or of kind limit.
 pub(crate) fn load(
     file: &Path,
     bytes: &[u8],
@@ -41,13 +41,14 @@ fn import(file: &Path, bytes: &[u8], folder: &Folder, limits: &Limits) -> Outcom
     obj::of_mesh(file, mesh, (folder, limits), budget, warnings)
 }
 
-/// Whether bytes are an STL file of either kind, for who does not know it by its name.
+/// Whether bytes are an STL file of either kind, for input without a file name.
 pub(crate) fn is_stl(bytes: &[u8]) -> bool {
     is_text(bytes) || binary::has_its_length(bytes)
 }
 
-/// Whether bytes are the text kind: they begin as one, have no byte in their first lines that texts
-/// have not, and not the very length that their count of facets would make a binary file.
+/// Whether bytes are an ASCII file: the first keyword is present, the first lines have no byte
+/// foreign to texts, and the length differs from that of a binary file with the same count of
+/// facets.
 fn is_text(bytes: &[u8]) -> bool {
     let start = without_mark(bytes).trim_ascii_start();
     let begins = start
