@@ -1,5 +1,4 @@
-//! What the importers of foreign formats share: faults that do not know their file yet, warnings,
-//! unique names, a budget.
+//! Shared parts of the importers: faults without a file name yet, warnings, unique names, a budget.
 
 use std::collections::HashSet;
 use std::fmt;
@@ -12,17 +11,17 @@ use crate::folder::ReadError;
 use crate::warning::WarningCode;
 use crate::{Error, Limits, Warning, human_bytes};
 
-/// The endings of model files, for messages.
+/// Extensions of model files, for messages.
 pub(crate) const MODELS: &str = ".stl, .ply, .obj, .gltf and .glb";
 
-/// What kind of failure a [`Fault`] is.
+/// Kind of a [`Fault`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum FaultKind {
     /// The content is wrong.
     Input,
-    /// The content asks for more than the limits allow.
+    /// The content needs more than the limits allow.
     Limit,
-    /// The user asked for a part that the content has not.
+    /// The user chose a part that the content lacks.
     Choice,
 }
 
@@ -36,11 +35,11 @@ pub(crate) struct Fault {
 /// Result of an importer's step.
 pub(crate) type Outcome<T> = Result<T, Fault>;
 
-/// A scene that came out of a foreign file, with what was ignored on the way.
+/// A scene from a foreign file, with the warnings of its import.
 pub(crate) type Imported = (Scene, Vec<Warning>);
 
 impl Fault {
-    /// The content is wrong.
+    /// Creates a fault for wrong content.
     pub fn input(message: impl Into<String>) -> Self {
         Self {
             kind: FaultKind::Input,
@@ -48,7 +47,7 @@ impl Fault {
         }
     }
 
-    /// The content asks for too much.
+    /// Creates a fault for content beyond the limits.
     pub fn limit(message: impl Into<String>) -> Self {
         Self {
             kind: FaultKind::Limit,
@@ -56,7 +55,7 @@ impl Fault {
         }
     }
 
-    /// The user asked for what is not there.
+    /// Creates a fault for a choice that the content lacks.
     pub fn choice(message: impl Into<String>) -> Self {
         Self {
             kind: FaultKind::Choice,
@@ -64,13 +63,13 @@ impl Fault {
         }
     }
 
-    /// The same fault with the place where it happened in front.
+    /// Puts the position of the fault in front of its message.
     pub fn at(mut self, place: impl fmt::Display) -> Self {
         self.message = format!("{place}: {}", self.message);
         self
     }
 
-    /// The fault as an error about a file.
+    /// Converts the fault to an error about a file.
     pub fn into_error(self, file: impl fmt::Display) -> Error {
         match self.kind {
             FaultKind::Input => Error::input(file, self.message),
@@ -84,14 +83,14 @@ impl From<ReadError> for Fault {
     fn from(error: ReadError) -> Self {
         match error {
             ReadError::TooLarge(_) => Self::limit(error.to_string()),
-            // The file named by the user was read; one that it names and that is not there makes it
+            // The user's own file is readable; a missing file that it names makes its content
             // wrong.
             ReadError::Refused(_) | ReadError::Unreadable(_) => Self::input(error.to_string()),
         }
     }
 }
 
-/// What a picture can do without: wrong content becomes why it is not there, and stays no fault.
+/// Converts wrong content of an optional picture to the reason for its absence.
 ///
 /// # Errors
 /// A fault of any other kind.
@@ -106,8 +105,7 @@ pub(crate) fn endurable<T>(outcome: Outcome<T>) -> Outcome<Result<T, String>> {
     }
 }
 
-/// A scene that the rest of the program may rely on: whatever slipped through the importer is
-/// refused here.
+/// Validates an imported scene, so that the rest of the program can rely on it.
 ///
 /// # Errors
 /// A fault of kind input with the first problem.
@@ -121,7 +119,7 @@ pub(crate) fn checked(scene: Scene) -> Outcome<Scene> {
     }
 }
 
-/// Text of a file as messages show it: on one line, and not longer than a reader can bear.
+/// Formats text of a file for messages: on one line and of bounded length.
 pub(crate) fn shown(text: &str) -> String {
     const MOST: usize = 100;
     let clean = |c: char| if c.is_control() { '\u{fffd}' } else { c };
@@ -129,7 +127,7 @@ pub(crate) fn shown(text: &str) -> String {
     text.chars().take(MOST).map(clean).chain(more).collect()
 }
 
-/// A number of a file as messages show it: without a row of zeros.
+/// Formats a number of a file for messages, without long rows of zeros.
 pub(crate) fn number(value: f64) -> String {
     if value == 0.0 || (1e-6..1e6).contains(&value.abs()) {
         value.to_string()
@@ -138,7 +136,7 @@ pub(crate) fn number(value: f64) -> String {
     }
 }
 
-/// Warnings, each said once and not more than a reader can take in.
+/// Warnings without repetitions, bounded in number.
 #[derive(Debug, Default)]
 pub(crate) struct Warnings {
     list: Vec<(WarningCode, String)>,
@@ -148,7 +146,7 @@ pub(crate) struct Warnings {
 impl Warnings {
     const MOST: usize = 100;
 
-    /// Adds a warning unless it was said already.
+    /// Adds a warning unless it exists already.
     pub fn add(&mut self, code: WarningCode, message: impl Into<String>) {
         let message = message.into();
         if self.list.iter().any(|(_, said)| *said == message) {
@@ -161,7 +159,7 @@ impl Warnings {
         }
     }
 
-    /// A number of a file within what can be worked with, with a warning where it lies outside.
+    /// Clamps a number of a file to a range, with a warning if outside.
     pub fn clamped(&mut self, value: f64, [least, most]: [f64; 2], place: &str, what: &str) -> f64 {
         if (least..=most).contains(&value) {
             return value;
@@ -179,7 +177,7 @@ impl Warnings {
         clamped
     }
 
-    /// The list for the user.
+    /// Returns the list for the user.
     pub fn finish(mut self, file: impl fmt::Display) -> Vec<Warning> {
         if self.left_out > 0 {
             self.list.push((
@@ -194,7 +192,7 @@ impl Warnings {
     }
 }
 
-/// Hands out names that differ from all the earlier ones, as close to the wish as possible.
+/// Generates unique names, as close as possible to the requested ones.
 #[derive(Debug, Default)]
 pub(crate) struct Names {
     taken: HashSet<String>,
@@ -202,13 +200,13 @@ pub(crate) struct Names {
 }
 
 impl Names {
-    /// The wish itself, or the wish with a number.
+    /// Returns the requested name, or that name with a number.
     pub fn unique(&mut self, wish: &str) -> String {
         let wish = if wish.is_empty() { "unnamed" } else { wish };
         let mut name = wish.to_owned();
         while !self.taken.insert(name.clone()) {
-            // One counter for all wishes: a million meshes of one name must not cost a million
-            // tries each.
+            // A single counter for all names: a million meshes of one name must not need a million
+            // attempts each.
             self.counter += 1;
             name = format!("{wish} ({})", self.counter);
         }
@@ -216,14 +214,14 @@ impl Names {
     }
 }
 
-/// Arrays of fewer bytes are made without a question to the system, which has room for them or none
-/// for the program.
+/// Smaller allocations, in bytes, are made without a check, because the system has room for them or
+/// none for the program.
 const LARGE: u64 = 1 << 20;
 
-/// Asks the system for so much memory before it is allocated.
+/// Checks that the system has this much memory, before an allocation.
 ///
 /// # Errors
-/// A fault of kind limit when the system does not give it.
+/// A fault of kind limit without that memory.
 pub(crate) fn ask_system(bytes: u64) -> Outcome<()> {
     if bytes < LARGE || is_available(bytes) {
         return Ok(());
@@ -234,7 +232,7 @@ pub(crate) fn ask_system(bytes: u64) -> Outcome<()> {
     )))
 }
 
-/// What decoding may still take.
+/// Remaining allowance of an import.
 #[derive(Debug)]
 pub(crate) struct Budget {
     limits: Limits,
@@ -244,7 +242,7 @@ pub(crate) struct Budget {
 }
 
 impl Budget {
-    /// The whole of what the limits allow.
+    /// Starts with the whole of the limits.
     pub fn new(limits: &Limits) -> Self {
         Self {
             limits: *limits,
@@ -254,10 +252,10 @@ impl Budget {
         }
     }
 
-    /// Claims memory before it is allocated.
+    /// Reserves memory before an allocation.
     ///
     /// # Errors
-    /// A fault of kind limit when more is asked for than is left.
+    /// A fault of kind limit when the budget is exceeded.
     pub fn memory(&mut self, count: usize, bytes_each: usize) -> Outcome<()> {
         let bytes = (count as u64).saturating_mul(bytes_each as u64);
         let total = self.limits.memory_bytes;
@@ -271,10 +269,10 @@ impl Budget {
         ask_system(bytes)
     }
 
-    /// Claims triangles and the memory of their indices.
+    /// Reserves triangles and the memory of their indices.
     ///
     /// # Errors
-    /// A fault of kind limit when more are asked for than are left.
+    /// A fault of kind limit when the budget is exceeded.
     pub fn triangles(&mut self, count: usize) -> Outcome<()> {
         let total = self.limits.triangles;
         self.triangles = self
@@ -284,17 +282,17 @@ impl Budget {
         self.memory(count, size_of::<[u32; 3]>())
     }
 
-    /// Claims an object.
+    /// Reserves an object.
     ///
     /// # Errors
-    /// A fault of kind limit when there are too many.
+    /// A fault of kind limit for too many objects.
     pub fn object(&mut self) -> Outcome<()> {
         let total = self.limits.objects;
         self.objects = self
             .objects
             .checked_sub(1)
             .ok_or_else(|| Fault::limit(format!("has more than {total} objects")))?;
-        // Its names are texts of their own.
+        // 128 bytes for the texts of its names.
         self.memory(1, size_of::<raywright_core::scene::Object>() + 128)
     }
 }
@@ -303,7 +301,7 @@ impl Budget {
 mod tests {
     use super::*;
 
-    /// Protects: two meshes of one name would make every reference to them ambiguous.
+    /// Protects: names are unique, so that no reference to a mesh is ambiguous.
     #[test]
     fn names_are_unique_even_against_numbered_wishes() {
         let mut names = Names::default();
@@ -316,7 +314,8 @@ mod tests {
         assert_eq!(made[0], "a");
     }
 
-    /// Protects: a file with a million faults must not print a million lines.
+    /// Protects: repeated warnings appear once, and a file with a million faults prints no million
+    /// lines.
     #[test]
     fn warnings_are_said_once_and_capped() {
         let mut warnings = Warnings::default();
@@ -336,7 +335,7 @@ mod tests {
         assert_eq!(said, ["f: a", "f: b"]);
     }
 
-    /// Protects: claims add up, also when a single product overflows.
+    /// Protects: reservations add up, even when a product overflows.
     #[test]
     fn budget_refuses_what_exceeds_it() {
         let mut budget = Budget::new(&Limits {
@@ -355,7 +354,7 @@ mod tests {
         assert!(budget.memory(44, 1).is_ok());
     }
 
-    /// Protects: what a hostile file calls itself must not fill the terminal or steer it.
+    /// Protects: a name in a hostile file neither fills the terminal nor controls it.
     #[test]
     fn shown_text_is_short_and_clean() {
         assert_eq!(shown("a\x1b[31m\nb"), "a\u{fffd}[31m\u{fffd}b");

@@ -1,8 +1,7 @@
-//! Pictures that follow each other in one file: GIF with the colours that 256 codes can hold, APNG
-//! with all of them.
+//! Animations in a single file: GIF with 256 colours per picture, APNG with full colour.
 //!
-//! How many there are is known when the last one is finished, since a run may be interrupted. Until
-//! then each waits, packed, in a file without a name beside the one that is to be made.
+//! The number of pictures is known only at the end, because a run may be interrupted. Until then
+//! each picture waits, compressed, in an unnamed file beside the output file.
 
 use std::borrow::Cow;
 use std::fs::File;
@@ -20,17 +19,17 @@ use super::place::folder_of;
 use super::png::{encoder, png_bytes};
 use crate::error::Error;
 
-/// A file format for moving pictures.
+/// File format of an animation.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum AnimationFormat {
-    /// 256 colours a picture, and times in hundredths of a second.
+    /// 256 colours per picture, and times in hundredths of a second.
     Gif,
-    /// PNG of several pictures.
+    /// PNG with several pictures.
     Apng,
 }
 
 impl AnimationFormat {
-    /// The format that the end of a file's name says; none where it is of a single picture.
+    /// Format by the extension of a file name; `None` for formats of a single picture.
     pub fn of(path: &Path) -> Option<Self> {
         let ending = path.extension()?.to_string_lossy().to_ascii_lowercase();
         [("gif", Self::Gif), ("apng", Self::Apng)]
@@ -40,14 +39,14 @@ impl AnimationFormat {
     }
 }
 
-/// An animation in the making.
+/// An animation under construction.
 #[derive(Debug)]
 pub struct Animation {
     format: AnimationFormat,
-    /// Pictures a second.
+    /// Pictures per second.
     rate: f64,
     metadata: Metadata,
-    /// Packed pictures, one after the other.
+    /// Compressed pictures in sequence.
     spool: File,
     lengths: Vec<usize>,
     size: [u32; 2],
@@ -55,15 +54,15 @@ pub struct Animation {
     has_alpha: bool,
 }
 
-/// Shortest time of a picture in a GIF, in hundredths of a second: what is shorter is shown as a
-/// tenth of a second by most viewers.
+/// Shortest duration of a picture in a GIF, in hundredths of a second: most viewers show a shorter
+/// one for a tenth of a second.
 const SHORTEST: f64 = 2.0;
 
 impl Animation {
-    /// Without any picture yet; `path` is the file that it will become, `rate` pictures a second.
+    /// Creates an empty animation for the file `path`, with `rate` pictures per second.
     ///
     /// # Errors
-    /// Of kind [`File`](crate::ErrorKind::File) where no file can be made beside it.
+    /// Of kind [`File`](crate::ErrorKind::File) where no file can be created beside it.
     pub fn new(
         path: &Path,
         format: AnimationFormat,
@@ -85,10 +84,10 @@ impl Animation {
         })
     }
 
-    /// Adds the next picture as the display shows it.
+    /// Adds the next picture, converted for display.
     ///
     /// # Errors
-    /// Of kind other where it differs from the first one in size, or can't be kept.
+    /// A picture whose size differs from the first one's, or a failed write.
     pub fn add(&mut self, picture: &Picture, display: Display) -> io::Result<()> {
         let display = Display {
             output: Output::Eight,
@@ -107,7 +106,7 @@ impl Animation {
                 "some of its pictures are transparent and some are not",
             ));
         }
-        // What a GIF covers in part it covers wholly, and a shadow would be a black spot.
+        // A GIF makes partly covered pixels opaque, which would turn a shadow into a black spot.
         let is_alone = self.format == AnimationFormat::Gif && has_alpha && picture.shadow.is_some();
         let picture = if is_alone {
             Cow::Owned(picture.without_shadow())
@@ -123,7 +122,7 @@ impl Animation {
         Ok(())
     }
 
-    /// Moves the pictures that wait to the temporary folder, where theirs has no room for more.
+    /// Moves the waiting pictures to the temporary folder, because their own has no room left.
     fn move_spool(&mut self) -> io::Result<()> {
         let mut spool = tempfile::tempfile()?;
         self.spool.seek(SeekFrom::Start(0))?;
@@ -133,29 +132,29 @@ impl Animation {
         Ok(())
     }
 
-    /// How many pictures there are.
+    /// Number of pictures.
     pub fn len(&self) -> usize {
         self.lengths.len()
     }
 
-    /// Whether there is none.
+    /// Whether the animation is empty.
     pub fn is_empty(&self) -> bool {
         self.lengths.is_empty()
     }
 
-    /// Writes what there is, whole or not at all; it is played again and again.
+    /// Writes the animation, atomically; it repeats for ever.
     ///
     /// # Errors
-    /// Of kind [`File`](crate::ErrorKind::File) where it can't be written.
+    /// Of kind [`File`](crate::ErrorKind::File) if the file cannot be written.
     pub fn write(&mut self, path: &Path) -> Result<(), Error> {
         write_with(path, Replace::Anything, |out| self.encode(out))
             .map_err(|cause| Error::write(path, &cause))
     }
 
-    /// What there is as the bytes of a file.
+    /// Returns the animation as the bytes of a file.
     ///
     /// # Errors
-    /// Where the pictures that wait can't be read back.
+    /// A failure to read the waiting pictures.
     pub fn bytes(&mut self) -> io::Result<Vec<u8>> {
         let mut bytes = Vec::new();
         self.encode(&mut bytes)?;
@@ -199,7 +198,7 @@ impl Animation {
             .set_repeat(Repeat::Infinite)
             .map_err(io::Error::other)?;
         let (rate, has_alpha) = (self.rate, self.has_alpha);
-        // Rounded times add up to the right one.
+        // The rounded durations add up to the exact total.
         let end = |picture: usize| (100.0 * (picture + 1) as f64 / rate).round();
         let time =
             |picture: usize| end(picture) - if picture == 0 { 0.0 } else { end(picture - 1) };
@@ -225,7 +224,7 @@ impl Animation {
         })
     }
 
-    /// Hands over the codes of each picture in turn.
+    /// Passes the codes of each picture to `take`, in order.
     fn each(&mut self, mut take: impl FnMut(Vec<u8>, usize) -> io::Result<()>) -> io::Result<()> {
         self.spool.seek(SeekFrom::Start(0))?;
         let mut spool = BufReader::new(&self.spool);
@@ -250,7 +249,7 @@ impl Animation {
 mod tests {
     use super::*;
 
-    /// The bytes of three pictures of one grey each, so many a second.
+    /// Returns an animation of three uniform grey pictures, at this rate.
     fn animation(format: AnimationFormat, rate: f64, alpha: Option<f32>) -> Vec<u8> {
         let folder = tempfile::tempdir().expect("a folder");
         let mut animation =
@@ -268,8 +267,9 @@ mod tests {
         animation.bytes().expect("all of them")
     }
 
-    /// Protects: a GIF plays as fast as was asked for, each picture to the nearest hundredth and
-    /// all of them together, for ever; a picture that is transparent does not stay below the next.
+    /// Protects: a GIF has the requested rate, each picture to the nearest hundredth of a second
+    /// and exactly in total, and repeats for ever; a transparent picture is removed before the
+    /// next.
     #[test]
     fn gifs_keep_their_time() {
         for (alpha, dispose) in [
@@ -345,8 +345,8 @@ mod tests {
         }
     }
 
-    /// Protects: a GIF, which has no partial coverage, leaves shadows away in place of black spots;
-    /// an APNG keeps them, and before a background both do.
+    /// Protects: a GIF, which has no partial coverage, omits shadows instead of black spots; an
+    /// APNG keeps them, and over a background both do.
     #[test]
     fn shadows_are_no_black_spots() {
         let folder = tempfile::tempdir().expect("a temporary folder");

@@ -1,5 +1,4 @@
-//! Files that are there whole or not at all: written under a temporary name in the same folder,
-//! then renamed.
+//! Atomic file writes: a temporary file in the same folder is written, then renamed.
 
 use std::fs;
 use std::io::{self, Write};
@@ -9,34 +8,34 @@ use super::own::is_own_picture;
 use super::place::{TEMPORARY, folder_of, follow};
 use crate::error::Error;
 
-/// What a file may take the place of.
+/// Which existing files may be replaced.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Replace {
-    /// Whatever the user named.
+    /// Any file, because the user named it.
     Anything,
-    /// A picture of ours, or nothing.
+    /// Only pictures of this program.
     Own,
 }
 
-/// Writes a file so that its name holds either what it held before or all of `bytes`, whatever goes
-/// wrong. A failure leaves no temporary file behind. What is not a regular file, such as a device
-/// or a pipe, is written to directly, and what is write-protected is left alone.
+/// Writes a file so that its name refers either to the old content or to all of `bytes`, whatever
+/// goes wrong. A failure leaves no temporary file behind. A device or a pipe is written directly,
+/// and a write-protected file is left unchanged.
 pub fn write_atomically(path: &Path, bytes: &[u8]) -> Result<(), Error> {
     write(path, bytes, Replace::Anything).map_err(|cause| Error::write(path, &cause))
 }
 
-/// An error of kind `AlreadyExists` where something is there that may not be replaced.
+/// Fails with `AlreadyExists` where a file exists that may not be replaced.
 pub(super) fn write(path: &Path, bytes: &[u8], replace: Replace) -> io::Result<()> {
     write_with(path, replace, |out| out.write_all(bytes))
 }
 
-/// The same for what is too large to be held as bytes: `write` is handed the file.
+/// The same for large content: `write` writes to the file.
 pub(super) fn write_with(
     path: &Path,
     replace: Replace,
     write: impl FnOnce(&mut dyn Write) -> io::Result<()>,
 ) -> io::Result<()> {
-    // A link keeps its place: what it leads to is replaced, or made.
+    // A symbolic link stays; its target is replaced or created.
     let target = follow(path)?;
     let there = fs::metadata(&target).ok();
     let is_protected = there
@@ -55,19 +54,19 @@ pub(super) fn write_with(
     }
     let mut file = new_file_beside(&target, there.as_ref())?;
     write(&mut file)?;
-    // Some file systems report a full disk only now.
+    // Some file systems report a full disk only on this call.
     file.as_file().sync_all()?;
     let persisted = match replace {
         Replace::Anything => file.persist(&target),
-        // Written bytes take their time: what lies there now is what counts.
+        // The file may have changed during the write; its current state decides.
         Replace::Own if is_own_picture(&target) => file.persist(&target),
         Replace::Own => file.persist_noclobber(&target),
     };
     persisted.map(|_| ()).map_err(|failure| failure.error)
 }
 
-/// A file under a temporary name: as any new one, readable as far as the user's mask allows, or
-/// owned and readable as the file that it is to replace, from its first byte on.
+/// Creates a file under a temporary name. A new file gets the user's default mode; a replacement
+/// gets the owner and mode of the replaced file before any byte is written.
 fn new_file_beside(
     target: &Path,
     replaced: Option<&fs::Metadata>,
@@ -77,8 +76,8 @@ fn new_file_beside(
     #[cfg(unix)]
     {
         use std::os::unix::fs::PermissionsExt;
-        // Temporary files are private otherwise; the one that takes another's place is private
-        // until it is like that one.
+        // Temporary files are private by default. A replacement stays private until it has the mode
+        // of the old file.
         let mode = if replaced.is_some() { 0o600 } else { 0o666 };
         builder.permissions(fs::Permissions::from_mode(mode));
     }
@@ -92,9 +91,8 @@ fn new_file_beside(
     Ok(file)
 }
 
-/// Gives a file the owner, the group and the mode of another one. Only root may give files away:
-/// where the owner or the group cannot be kept, whoever has the file's group now may do no more
-/// with it than all others.
+/// Copies owner, group and mode of another file. Only root may change the owner: where owner or
+/// group cannot be kept, the file's current group gets no more rights than all other users.
 #[cfg(unix)]
 fn take_after(file: &fs::File, other: &fs::Metadata) -> io::Result<()> {
     use std::os::unix::fs::{MetadataExt, PermissionsExt, fchown};
@@ -122,7 +120,7 @@ mod tests {
         names
     }
 
-    /// Protects: a new file and a replaced one hold exactly the bytes, and nothing else is left in
+    /// Protects: a new file and a replaced one hold exactly the bytes, and no other file is left in
     /// the folder.
     #[test]
     fn writes_and_replaces_whole_files() {
@@ -134,7 +132,7 @@ mod tests {
         assert_eq!(names(folder.path()), ["a.bin"]);
     }
 
-    /// Protects: a file is never written in place, so that whoever reads the old one meanwhile
+    /// Protects: a file is never written in place, so that a concurrent reader of the old file
     /// reads all of it.
     #[test]
     fn an_open_file_keeps_its_bytes() {
@@ -152,9 +150,8 @@ mod tests {
         );
     }
 
-    /// Protects: where only a picture of ours may be replaced, a file of another's, a folder and a
-    /// link to either stay as they are and nothing is left beside them; where nothing is, the file
-    /// is made.
+    /// Protects: where only a picture of this program may be replaced, a foreign file, a folder and
+    /// a link to either stay unchanged and no file is left beside them; a free name is written.
     #[test]
     fn foreign_files_are_not_replaced() {
         let folder = tempfile::tempdir().unwrap();
@@ -179,8 +176,8 @@ mod tests {
         );
     }
 
-    /// Protects: a file that is write-protected is left alone, though the folder would let it be
-    /// replaced.
+    /// Protects: a write-protected file is left unchanged, even if the folder would allow its
+    /// replacement.
     #[test]
     fn write_protected_files_are_left_alone() {
         let folder = tempfile::tempdir().unwrap();
@@ -195,7 +192,7 @@ mod tests {
     }
 
     /// Protects: a missing folder and a folder under the final name are errors of kind `File` that
-    /// leave nothing behind.
+    /// leave no file behind.
     #[test]
     fn failures_leave_nothing_behind() {
         let folder = tempfile::tempdir().unwrap();
@@ -213,7 +210,7 @@ mod tests {
         assert_eq!(names(folder.path()), ["taken"]);
     }
 
-    /// Protects: a failed rename removes the temporary file and leaves the old content alone.
+    /// Protects: a failed rename removes the temporary file and keeps the old content.
     #[cfg(unix)]
     #[test]
     fn an_old_file_survives_a_failure() {
@@ -226,8 +223,8 @@ mod tests {
         assert_eq!(names(folder.path()), ["a.bin"]);
     }
 
-    /// Protects: a link stays a link, its target is replaced; the new file is as readable as any
-    /// other of the user's.
+    /// Protects: a link stays a link and its target is replaced; the new file has the default
+    /// permissions.
     #[cfg(unix)]
     #[test]
     fn links_and_permissions_are_kept() {
@@ -244,7 +241,7 @@ mod tests {
         assert!(fs::symlink_metadata(&link).unwrap().is_symlink());
         assert_eq!(fs::read(&real).unwrap(), b"new");
         fs::write(&plain, "plain").unwrap();
-        // Where the link leads to nothing, that is where the file is made.
+        // A link without a target: the target is created.
         let (ahead, made) = (folder.path().join("ahead"), folder.path().join("made"));
         std::os::unix::fs::symlink("made", &ahead).unwrap();
         write_atomically(&ahead, b"new").unwrap();
@@ -256,8 +253,8 @@ mod tests {
         assert_eq!(mode(&real), mode(&plain));
     }
 
-    /// Protects: a file that takes another's place has its mode, its owner and its group, and so
-    /// has one behind a link; while it is written, nobody may read what nobody might read before.
+    /// Protects: a replacement has the mode, owner and group of the old file, also behind a link;
+    /// during the write, no further user can read it.
     #[cfg(unix)]
     #[test]
     fn the_mode_is_kept() {

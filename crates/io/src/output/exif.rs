@@ -1,23 +1,23 @@
-//! Metadata as Exif has them, for formats without texts of their own: the program by the tag made
-//! for it, all else as lines of the picture's description (JEITA, "Exchangeable image file format
-//! for digital still cameras: Exif Version 2.3", 2010).
+//! Exif metadata, for formats without text entries: the program in its own tag, everything else as
+//! lines of the image description (JEITA, "Exchangeable image file format for digital still
+//! cameras: Exif Version 2.3", 2010).
 
 use std::collections::BTreeMap;
 
 use super::metadata::{Metadata, SOFTWARE};
 
-/// First bytes of a little-endian block, and where its directory begins.
+/// Header of a little-endian block, with the offset of its directory.
 const HEAD: &[u8; 8] = b"II*\0\x08\0\0\0";
 const DESCRIPTION: u16 = 0x010e;
 const PROGRAM: u16 = 0x0131;
-/// The type of a text that ends with a zero.
+/// Type of a zero-terminated text.
 const ASCII: u16 = 2;
-/// Bytes of a directory's entry.
+/// Size of a directory entry in bytes.
 const ENTRY: usize = 12;
-/// Most bytes of a block: a segment of a JPEG has no room for more.
+/// Largest size of a block in bytes: a JPEG segment holds no more.
 const MOST_BYTES: usize = 60_000;
 
-/// The block of a picture; empty where there is nothing to say. Entries that have no room are left
+/// Encodes the metadata of a picture; empty without any. Entries beyond the size limit are left
 /// out.
 pub(super) fn block(metadata: &Metadata) -> Vec<u8> {
     let (mut software, mut lines, mut bytes) = (String::new(), String::new(), 0);
@@ -48,7 +48,7 @@ pub(super) fn block(metadata: &Metadata) -> Vec<u8> {
         block.extend(tag.to_le_bytes());
         block.extend(ASCII.to_le_bytes());
         block.extend((length as u32).to_le_bytes());
-        // Texts of up to four bytes stand in the entry itself.
+        // Texts of up to four bytes are stored in the entry itself.
         let mut bytes = text.clone().into_bytes();
         bytes.push(0);
         if length <= 4 {
@@ -65,8 +65,8 @@ pub(super) fn block(metadata: &Metadata) -> Vec<u8> {
     block
 }
 
-/// Texts of a block by the names that OpenEXR files have for them; nothing of a block that is
-/// broken or not ours.
+/// Decodes the texts of a block, under their names in OpenEXR files; empty for a broken or foreign
+/// block.
 pub(super) fn texts(block: &[u8]) -> BTreeMap<String, String> {
     let mut texts = BTreeMap::new();
     let Some(count) = block
@@ -98,7 +98,7 @@ pub(super) fn texts(block: &[u8]) -> BTreeMap<String, String> {
     texts
 }
 
-/// The tag and the text of a directory's entry, where it is one of ours.
+/// Tag and text of a directory entry, if the tag is known.
 fn text(block: &[u8], entry: &[u8]) -> Option<(u16, String)> {
     let short = |at: usize| u16::from_le_bytes([entry[at], entry[at + 1]]);
     let long = |at: usize| {
@@ -130,8 +130,8 @@ mod tests {
         }
     }
 
-    /// Protects: what is written is read again, a line's end apart, and nothing is written where
-    /// there is nothing to say.
+    /// Protects: written metadata are read back, except for line ends, and empty metadata write no
+    /// block.
     #[test]
     fn blocks_are_read_again() {
         let texts = texts(&block(&metadata()));
@@ -151,8 +151,8 @@ mod tests {
         assert_eq!(Metadata::of_texts(&super::texts(&block(&short))), short);
     }
 
-    /// Protects: a text that no segment has room for costs no other one, and a block that ends
-    /// anywhere or lies about its lengths is read without a panic.
+    /// Protects: a text beyond the size limit does not displace others, and a truncated block or
+    /// false lengths cause no panic.
     #[test]
     fn broken_blocks_are_read_as_far_as_they_go() {
         let long = Metadata {

@@ -1,5 +1,4 @@
-//! The picture's numbers as OpenEXR: linear, 32-bit floating point, one part, whatever layers there
-//! are.
+//! OpenEXR output: linear 32-bit floating point, in a single part, with all layers.
 
 use std::io::{self, Cursor};
 
@@ -12,15 +11,14 @@ use raywright_core::picture::{DataWindow, Picture};
 
 use super::metadata::{Metadata, SOFTWARE};
 
-/// An OpenEXR file of the picture: one part, scan lines, ZIP, channels `R`, `G`, `B`, `A` where
-/// there is a coverage (associated), and one channel a layer under the layer's name. The metadata
-/// are text attributes. The display window is the whole picture, and the data window the part of it
-/// that this is.
+/// Encodes the picture as OpenEXR: one part, scan lines, ZIP, channels `R`, `G`, `B`, and `A` with
+/// coverage (associated alpha), and one channel for each layer under the layer's name. The metadata
+/// are text attributes. The display window is the whole picture, and the data window its rendered
+/// part.
 ///
 /// Every finite number is stored exactly. An infinite colour is stored as the largest finite number
-/// of its sign, because infinities spoil every filter that a file meets later; a NaN stays one,
-/// because no number could stand for it. Layers are stored as they are. The same picture gives the
-/// same bytes.
+/// of its sign, because infinities spoil every later filter; a NaN stays NaN, because no number
+/// could replace it. Layers are stored unchanged. The same picture gives the same bytes.
 pub fn exr_bytes(picture: &Picture, metadata: &Metadata) -> io::Result<Vec<u8>> {
     super::check_consistent(picture)?;
     let encoding = Encoding {
@@ -105,9 +103,9 @@ fn channels(picture: &Picture) -> SmallVec<[AnyChannel<FlatSamples>; 4]> {
     channels
 }
 
-/// Puts the attributes of the header into the order of their names: the encoder keeps some of them
-/// in a hash table, whose order differs from run to run. The header keeps its length, so every
-/// offset in the file stays right.
+/// Sorts the header's attributes by name: the encoder keeps some of them in a hash table, whose
+/// order differs from run to run. The header keeps its length, so that every offset in the file
+/// stays valid.
 fn sort_attributes(bytes: &mut [u8]) -> io::Result<()> {
     /// Magic number and version.
     const START: usize = 8;
@@ -122,13 +120,13 @@ fn sort_attributes(bytes: &mut [u8]) -> io::Result<()> {
         attributes.push(rest[..length].to_vec());
         position += length;
     }
-    // Each begins with its name and a NUL, and no two names are the same.
+    // Each attribute begins with its unique name and a NUL.
     attributes.sort();
     bytes[START..position].copy_from_slice(&attributes.concat());
     Ok(())
 }
 
-/// Bytes of the attribute at the start of `header` (name, NUL, type, NUL, four bytes of size,
+/// Length of the attribute at the start of `header` (name, NUL, type, NUL, four bytes of size,
 /// value); 0 at the header's end.
 fn attribute_length(header: &[u8]) -> Option<usize> {
     let name = header.iter().position(|&b| b == 0)?;

@@ -1,9 +1,9 @@
-//! Films on disk, so that a render can be gone on with and divided among machines: a format of our
-//! own, since no other keeps the sums of replicates apart.
+//! Film files, to resume a render or divide it among machines. The format is specific to this
+//! program, because no other keeps the sums of replicates separately.
 //!
-//! A file is sixteen bytes that say what it is, the version of the format (u32), the length of the
-//! header (u64), the header as JSON, the numbers of the film as [`Film::pass`] gives them, and the
-//! SHA-256 of all that; everything is little-endian.
+//! A file consists of sixteen magic bytes, the version of the format (u32), the length of the
+//! header (u64), the header as JSON, the film's numbers in the order of [`Film::pass`], and the
+//! SHA-256 of everything before; all little-endian.
 
 use std::fs::File;
 use std::io::{self, BufReader, BufWriter, Read, Write};
@@ -22,18 +22,18 @@ use crate::limits::{Limits, human_bytes};
 const MAGIC: [u8; 16] = *b"\x93raywright film\n";
 const VERSION: u32 = 4;
 
-/// Bytes of the longest header that is read: the list of tiles of a picture with 2³² pixels has a
-/// tenth of it.
+/// Largest length of an accepted header in bytes: the list of tiles of a picture with 2³² pixels
+/// takes a tenth of it.
 const MOST_HEADER: u64 = 256 << 20;
 
-/// A film with what its picture needs to become a file.
+/// A film with the metadata of its picture.
 #[derive(Clone, Debug)]
 pub struct KeptFilm {
-    /// The picture in the making.
+    /// The unfinished picture.
     pub film: Film,
-    /// Where it comes from.
+    /// Origin of the picture.
     pub metadata: Metadata,
-    /// How a PNG is to show it.
+    /// Display settings for a PNG.
     pub display: Display,
 }
 
@@ -45,10 +45,10 @@ struct Header {
     display: Display,
 }
 
-/// Writes a film, whole or not at all. It is handed over to be read; nothing in it changes.
+/// Writes a film, atomically. The film is borrowed mutably for reading only; nothing in it changes.
 ///
 /// # Errors
-/// Of kind [`File`](crate::ErrorKind::File) where it can't be written.
+/// Of kind [`File`](crate::ErrorKind::File) if the file cannot be written.
 pub fn write_film(path: &Path, kept: &mut KeptFilm) -> Result<(), Error> {
     write_with(path, Replace::Anything, |out| write(out, kept))
         .map_err(|cause| Error::write(path, &cause))
@@ -75,12 +75,12 @@ fn write(out: &mut dyn Write, kept: &mut KeptFilm) -> io::Result<()> {
     out.out.flush()
 }
 
-/// Reads a film. Memory is taken only for what the file's header and the limits agree on.
+/// Reads a film. Memory is allocated only within both the file's header and the limits.
 ///
 /// # Errors
-/// Of kind [`File`](crate::ErrorKind::File) where it can't be read,
-/// [`Input`](crate::ErrorKind::Input) where it is no whole film of this version,
-/// [`Limit`](crate::ErrorKind::Limit) where it takes more memory than allowed.
+/// Of kind [`File`](crate::ErrorKind::File) for an unreadable file,
+/// [`Input`](crate::ErrorKind::Input) for anything but a complete film of this version,
+/// [`Limit`](crate::ErrorKind::Limit) for a film beyond the memory limit.
 pub fn read_film(path: &Path, limits: &Limits) -> Result<KeptFilm, Error> {
     let file = File::open(path).map_err(|cause| Error::read(path, &cause))?;
     if file.metadata().is_ok_and(|there| there.is_dir()) {
@@ -111,7 +111,7 @@ pub fn read_film(path: &Path, limits: &Limits) -> Result<KeptFilm, Error> {
     })
 }
 
-/// Why a film can't be read.
+/// Reason why a film cannot be read.
 enum Fault {
     Cause(io::Error),
     Content(String),
@@ -149,7 +149,7 @@ fn read(from: &mut Reader<impl Read>, limits: &Limits) -> Result<KeptFilm, Fault
             "its header is longer than any that this program writes",
         ));
     }
-    // As many bytes as there are, not as many as it says.
+    // Reads the existing bytes, whatever length is claimed.
     let mut header = Vec::new();
     from.from.by_ref().take(length).read_to_end(&mut header)?;
     if (header.len() as u64) < length {
@@ -214,7 +214,7 @@ impl<R: Read> Reader<R> {
     }
 }
 
-/// The methods of both directions for numbers of one type.
+/// Methods for reading and writing numbers of one type.
 macro_rules! numbers {
     ($($method:ident: $number:ty),*) => {
         impl<W: Write> Numbers for Writer<W> {

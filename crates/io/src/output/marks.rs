@@ -1,4 +1,4 @@
-//! A picture with places marked in it.
+//! A picture with marked points.
 
 use std::io;
 use std::path::Path;
@@ -13,28 +13,27 @@ use super::png::encoder;
 use super::sheet::{letter_width, over_paper, write_letters};
 use crate::error::Error;
 
-/// A place that is marked: a ring with a label beside it.
+/// A marked point: a ring with a label.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Mark {
-    /// Pixels from the top left corner.
+    /// Position in pixels from the top left corner.
     pub pixel: [f64; 2],
-    /// What stands beside it.
+    /// Text beside the ring.
     pub label: String,
     /// Codes of the ring's colour.
     pub colour: [u8; 3],
 }
 
-/// Radii of the ring and of the dark rings about it, in pixels, where the picture is large.
+/// Radius of the ring, and width of the ring and its dark outline, in pixels of a large picture.
 const RADIUS: f64 = 11.0;
 const WIDTH: f64 = 1.5;
-/// Share of a small picture's shorter edge that a ring may have.
+/// Largest radius as a share of a small picture's shorter edge.
 const SHARE: f64 = 0.08;
 
-/// Writes a picture as the display shows it with places marked over it, as PNG, whole or not at
-/// all.
+/// Writes a picture with marks over it as PNG, converted for display, atomically.
 ///
 /// # Errors
-/// Of kind [`File`](crate::ErrorKind::File) where it can't be written.
+/// Of kind [`File`](crate::ErrorKind::File) if the file cannot be written.
 pub fn write_marked(
     path: &Path,
     picture: &Picture,
@@ -94,7 +93,7 @@ fn draw(shown: &mut RgbImage, mark: &Mark) {
     let room = width.saturating_sub(letters.len() as u32 * letter_width());
     let left = ((mark.pixel[0] + reach).max(0.0) as u32).min(room);
     let top = ((mark.pixel[1] - 8.0).max(0.0) as u32).min(height.saturating_sub(16));
-    // Dark letters around the bright ones, so that they stand out of anything.
+    // A dark outline keeps the bright letters readable on any background.
     for [x, y] in [[0, 1], [2, 1], [1, 0], [1, 2]] {
         write_letters(
             shown,
@@ -112,9 +111,8 @@ mod tests {
     use crate::limits::Limits;
     use crate::output::read_picture;
 
-    /// Protects: a mark is a ring of its colour about its place, with its label beside it;
-    /// everything else of the picture stays, and marks at the edge and beyond it are drawn as far
-    /// as they lie within.
+    /// Protects: a mark is a ring of its colour about its point, with its label beside it; the rest
+    /// of the picture is unchanged, and marks at or beyond the edge are clipped.
     #[test]
     fn marks_lie_over_the_picture() {
         let folder = tempfile::tempdir().expect("a temporary folder");

@@ -1,31 +1,31 @@
-//! What a picture says about its origin, the same in both formats.
+//! Origin metadata of a picture, the same in all formats.
 
 use std::collections::BTreeMap;
 
 use serde::{Deserialize, Serialize};
 
-/// Where a picture comes from. Empty entries are left out of files.
+/// Origin of a picture. Empty entries are left out of files.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Metadata {
     /// Program and version, such as `Raywright 0.1.0`.
     pub software: String,
-    /// Hash of everything the scene was made from.
+    /// Hash of all sources of the scene.
     pub scene_hash: String,
-    /// The settings that decide the picture's bits, in a form that people and programs can read.
+    /// Settings that determine the picture's bits, as `name=value` separated by spaces.
     pub settings: String,
     /// Seed of the sampler.
     pub seed: Option<u64>,
-    /// The command line.
+    /// Command line.
     pub command: String,
-    /// How far the picture probably is from the true one, as `name=value` with spaces between, as
-    /// the settings are; empty where it can't be told.
+    /// Estimated error of the picture, as `name=value` separated by spaces; empty without an
+    /// estimate.
     #[serde(default)]
     pub error: String,
 }
 
 impl Metadata {
-    /// What the texts of a picture's file say, whichever format it has; empty where they say
-    /// nothing.
+    /// Collects the metadata from the texts of a picture's file, in any format; empty without such
+    /// texts.
     pub(super) fn of_texts(texts: &BTreeMap<String, String>) -> Self {
         let text = |(png, exr): (&str, &str)| {
             texts
@@ -50,7 +50,7 @@ impl Metadata {
         word(&self.settings, name)
     }
 
-    /// Value of a name in what is said of the error, such as `root_relmse`.
+    /// Value of a name in the error entry, such as `root_relmse`.
     pub fn error_value(&self, name: &str) -> Option<&str> {
         word(&self.error, name)
     }
@@ -76,18 +76,18 @@ impl Metadata {
     }
 }
 
-/// What the entry for the software begins with in a picture of ours.
+/// Start of the software entry in a picture of this program.
 pub(super) const PROGRAM: &str = "Raywright";
 
-/// Whether an entry of a PNG or OpenEXR file bears a name that we write.
+/// Whether an entry of a PNG or OpenEXR file has a name used by this program.
 pub(super) fn is_own_entry(name: &str) -> bool {
     NAMES.iter().any(|&(png, exr)| name == png || name == exr)
 }
 
-/// OpenEXR's own attribute for the program.
+/// Standard OpenEXR attribute for the program.
 pub(super) const SOFTWARE: &str = "software";
 
-/// Value of a name in an entry of `name=value` words, each of which may stand in single quotes.
+/// Value of a name in an entry of `name=value` words, each perhaps in single quotes.
 fn word<'a>(entry: &'a str, name: &str) -> Option<&'a str> {
     let starts = entry
         .match_indices(name)
@@ -102,7 +102,8 @@ fn word<'a>(entry: &'a str, name: &str) -> Option<&'a str> {
     }
 }
 
-/// `Software` and `software` are the formats' own conventions; the others say whose they are.
+/// `Software` and `software` follow the formats' own conventions; the others carry the program's
+/// name.
 const NAMES: [(&str, &str); 6] = [
     ("Software", SOFTWARE),
     ("Raywright scene hash", "raywright_scene_hash"),

@@ -1,5 +1,5 @@
-//! Pictures on disk: PNG, JPEG and WebP for the screen, OpenEXR for the numbers, films for pictures
-//! in the making; all written whole or not at all, and read back.
+//! Picture files: PNG, JPEG and WebP for display, OpenEXR for linear values, films for unfinished
+//! pictures; all written atomically, and read back.
 
 mod animation;
 mod atomic;
@@ -39,28 +39,30 @@ pub(crate) use read::can_abort;
 pub use read::{StoredPicture, decode_picture, read_picture};
 pub use sheet::Sheet;
 
-/// A picture format, as the end of a file's name says it.
+/// A picture format, chosen by file extension.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Format {
     /// Display values of 8 or 16 bits.
     Png,
-    /// Display values of 8 bits, with losses and without coverage.
+    /// Display values of 8 bits, lossy and without coverage.
     Jpeg {
-        /// From 1 to 100.
+        /// Quality from 1 to 100.
         quality: u8,
     },
-    /// Display values of 8 bits, without losses.
+    /// Display values of 8 bits, lossless.
     WebP,
     /// Linear scene-referred 32-bit floating point with all layers.
     Exr,
 }
 
-/// Quality of a JPEG where none is asked for.
+/// Default quality of a JPEG.
 pub const QUALITY: u8 = 90;
 
 impl Format {
-    /// The format that a path asks for; an error of kind [`Usage`](crate::ErrorKind::Usage) where
-    /// it asks for none of ours.
+    /// Selects the format of a path.
+    ///
+    /// # Errors
+    /// Of kind [`Usage`](crate::ErrorKind::Usage) for an unsupported extension.
     pub fn of(path: &Path) -> Result<Self, Error> {
         let extension = path
             .extension()
@@ -77,7 +79,7 @@ impl Format {
     }
 }
 
-/// Writes a picture in the format that its name asks for. The final name only ever holds a finished
+/// Writes a picture in the format of its extension. The final name only ever holds a finished
 /// picture.
 pub fn write_picture(
     path: &Path,
@@ -88,7 +90,7 @@ pub fn write_picture(
     write_picture_as(path, Format::of(path)?, picture, display, metadata)
 }
 
-/// The same in a format that was chosen before.
+/// The same in a given format.
 pub fn write_picture_as(
     path: &Path,
     format: Format,
@@ -102,9 +104,9 @@ pub fn write_picture_as(
     )
 }
 
-/// Writes a picture under a name that the user did not choose: it replaces nothing but a picture of
-/// ours, and where something else is there, or `is_free` says no, it takes the next free name
-/// (`NAME-2.EXT`). Returns the name.
+/// Writes a picture under a name that the user did not choose. It replaces only a picture of this
+/// program; where another file exists, or `is_free` returns false, the next free name
+/// (`NAME-2.EXT`) is used. Returns the name.
 pub fn write_unnamed_picture(
     path: &Path,
     picture: &Picture,
@@ -119,7 +121,7 @@ pub fn write_unnamed_picture(
     )
 }
 
-/// The same for any file.
+/// The same for the bytes of any file.
 pub fn write_unnamed(
     path: &Path,
     bytes: &[u8],
@@ -142,7 +144,7 @@ pub fn write_unnamed(
     ))
 }
 
-/// Names that are tried before a picture is given up.
+/// Number of attempted names before the write fails.
 const MOST_NAMES: u32 = 1000;
 
 fn numbered(path: &Path, number: u32) -> PathBuf {
@@ -187,16 +189,16 @@ pub fn write_exr(path: &Path, picture: &Picture, metadata: &Metadata) -> Result<
     write_atomically(path, &bytes)
 }
 
-/// The name for what an interrupted render has so far: `NAME.partial.EXT`.
+/// Name for the unfinished picture of an interrupted render: `NAME.partial.EXT`.
 pub fn partial_name(path: &Path) -> PathBuf {
     with_suffix(path, ".partial")
 }
 
-/// Bytes of the longest name that file systems have.
+/// Longest file name in bytes on common file systems.
 const LONGEST_NAME: usize = 255;
 
-/// The name with something between its stem and its ending; a stem that has no room for it loses
-/// its end.
+/// Inserts a suffix between the stem and the extension of a name; a stem too long for it is
+/// truncated.
 fn with_suffix(path: &Path, suffix: &str) -> PathBuf {
     let mut end = OsString::from(suffix);
     if let Some(extension) = path.extension() {
@@ -216,8 +218,8 @@ fn with_suffix(path: &Path, suffix: &str) -> PathBuf {
 }
 
 /// SHA-256 of a picture's width and height, the linear red, green and blue of each pixel row by
-/// row, and the coverage of each where it has one: 32-bit numbers, little-endian, whatever file
-/// they go to. 64 hexadecimal digits.
+/// row, and the coverage of each pixel if present: 32-bit numbers, little-endian, independent of
+/// the file format. 64 hexadecimal digits.
 pub fn pixel_hash(picture: &Picture) -> String {
     let mut hash = Sha256::new();
     [picture.width, picture.height]
@@ -235,7 +237,7 @@ pub fn pixel_hash(picture: &Picture) -> String {
         .collect()
 }
 
-/// A picture whose buffers do not fit its size cannot become a file.
+/// Refuses a picture whose buffers do not match its size.
 fn check_consistent(picture: &Picture) -> std::io::Result<()> {
     if picture.pixels() == 0 {
         return Err(std::io::Error::other("the picture has no pixels"));

@@ -1,5 +1,5 @@
-//! Which files are pictures of ours: what is written under a name that the user did not choose
-//! replaces nothing else.
+//! Recognition of this program's own pictures: a file named without the user's choice replaces
+//! nothing else.
 
 use std::collections::BTreeMap;
 use std::fs;
@@ -12,10 +12,11 @@ use super::metadata::{PROGRAM, is_own_entry};
 use super::read::{EXR, PNG, read_picture};
 use crate::limits::Limits;
 
-/// Whether a regular file is a whole picture that this program wrote: it has our entries, no text
-/// of another program's (which would have worked on the picture since), and can be read to its end.
+/// Whether a regular file is a complete picture written by this program: it has this program's
+/// entries, no text of another program (which would have edited the picture since), and can be read
+/// to its end.
 pub fn is_own_picture(path: &Path) -> bool {
-    // A pipe would keep a reader waiting.
+    // Reading a pipe would block.
     if !path.is_file() {
         return false;
     }
@@ -44,8 +45,8 @@ fn are_own(texts: &BTreeMap<String, String>) -> bool {
     ours && texts.len() > 1 && texts.keys().all(|name| is_own_entry(name))
 }
 
-/// The texts of a PNG that can be read to its end, row by row, so that a picture of any size can be
-/// looked at.
+/// Reads the texts of a PNG if the whole file decodes, row by row, so that pictures of any size are
+/// accepted.
 fn png_texts(file: impl BufRead + Seek) -> Option<BTreeMap<String, String>> {
     let mut decoder = Decoder::new(file);
     decoder.set_transformations(Transformations::IDENTITY);
@@ -95,9 +96,9 @@ mod tests {
         is_own_picture(&path)
     }
 
-    /// Protects: our pictures are known in both formats, and nothing else is: no picture without
-    /// our entries, none that another program has written a text into, no folder and nothing at
-    /// all.
+    /// Protects: pictures of this program are recognised in both formats, and nothing else is: no
+    /// picture without its entries, none with a text of another program, no folder and no missing
+    /// file.
     #[test]
     fn only_pictures_of_ours_are_ours() {
         assert!(owns(&png(&metadata())));
@@ -148,7 +149,7 @@ mod tests {
         assert!(!is_own_picture(folder.path()) && !is_own_picture(&folder.path().join("none.png")));
     }
 
-    /// Protects: a file of ours that was cut off or damaged is the user's to judge.
+    /// Protects: a truncated or damaged picture of this program is never replaced.
     #[test]
     fn damaged_pictures_are_not_ours() {
         for bytes in [

@@ -1,4 +1,4 @@
-//! The display picture as pages show it: JPEG and lossless WebP, written and read back.
+//! Display pictures for web pages: JPEG and lossless WebP, written and read.
 
 use std::io::{self, Cursor};
 
@@ -11,8 +11,9 @@ use raywright_core::picture::Picture;
 use super::exif;
 use super::metadata::Metadata;
 
-/// A JPEG of the picture as the display settings show it, colour at full resolution; `quality` from
-/// 1 to 100. It has no coverage.
+/// Encodes the picture as JPEG, converted for display, with colour at full resolution; `quality`
+/// from 1 to
+/// 100. JPEG has no coverage.
 pub fn jpeg_bytes(
     picture: &Picture,
     quality: u8,
@@ -32,8 +33,8 @@ pub fn jpeg_bytes(
     Ok(bytes)
 }
 
-/// A lossless WebP of the picture as the display settings show it, with its coverage, stored
-/// straight, where it has one.
+/// Encodes the picture as lossless WebP, converted for display, with its coverage as straight alpha
+/// if present.
 pub fn webp_bytes(picture: &Picture, display: Display, metadata: &Metadata) -> io::Result<Vec<u8>> {
     let mut bytes = Vec::new();
     encode(
@@ -56,7 +57,7 @@ fn encode(
     if !exif.is_empty() {
         encoder.set_exif_metadata(exif).map_err(io::Error::other)?;
     }
-    // Both formats have codes of eight bits.
+    // Both formats have 8-bit codes.
     let output = if display.output.bytes() == 1 {
         display.output
     } else {
@@ -73,14 +74,14 @@ fn encode(
         .map_err(io::Error::other)
 }
 
-/// A file of one of these formats whose header was read.
+/// A file of one of these formats with a parsed header.
 pub(super) enum PageFile<'b> {
     Jpeg(JpegDecoder<Cursor<&'b [u8]>>),
     WebP(WebPDecoder<Cursor<&'b [u8]>>),
 }
 
 impl<'b> PageFile<'b> {
-    /// Reads the header; none where the bytes begin as no such file.
+    /// Parses the header; `None` for any other signature.
     pub fn open(bytes: &'b [u8]) -> Option<ImageResult<Self>> {
         let cursor = Cursor::new(bytes);
         if bytes.starts_with(b"\xff\xd8\xff") {
@@ -90,7 +91,7 @@ impl<'b> PageFile<'b> {
         is_webp.then(|| WebPDecoder::new(cursor).map(Self::WebP))
     }
 
-    /// The format's name.
+    /// Name of the format.
     pub fn notation(&self) -> &'static str {
         if matches!(self, Self::Jpeg(_)) {
             "JPEG"
@@ -107,7 +108,7 @@ impl<'b> PageFile<'b> {
         }
     }
 
-    /// The first picture, and the Exif block.
+    /// Decodes the first picture, and returns it with the Exif block.
     pub fn decode(self) -> ImageResult<(DynamicImage, Vec<u8>)> {
         fn both(mut decoder: impl ImageDecoder) -> ImageResult<(DynamicImage, Vec<u8>)> {
             let exif = decoder.exif_metadata()?.unwrap_or_default();

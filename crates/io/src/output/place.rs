@@ -1,5 +1,5 @@
-//! Where a file name leads: the one place behind all its spellings and links, and whether a file
-//! can be made there.
+//! Resolution of output paths: the single location behind all spellings and links, and whether a
+//! file can be created there.
 
 use std::collections::BTreeSet;
 use std::ffi::OsStr;
@@ -12,26 +12,25 @@ use same_file::Handle;
 
 use crate::error::Error;
 
-/// Links in a row before they are taken for a circle; Linux follows as many.
+/// Largest number of links in a chain before it counts as a cycle, as on Linux.
 const MOST_LINKS: usize = 40;
 
-/// What the names of unfinished files begin with.
+/// Prefix of the names of temporary files.
 pub(super) const TEMPORARY: &str = ".raywright-";
 
-/// A place to write a file to.
+/// Location of an output file.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Place {
-    /// Where the name leads: through links, also where nothing is at their end.
+    /// Path with all links resolved, even if nothing exists at its end.
     path: PathBuf,
-    /// The file system takes names that differ in case for one.
+    /// Whether the file system ignores letter case.
     ignores_case: bool,
 }
 
 impl Place {
-    /// The place behind a name, if a file of it can be made, as far as this can be known
-    /// beforehand: there is such a folder, it can be written to and has room (shown by making
-    /// another file in it for a moment), the name is none that the file system refuses, and neither
-    /// a folder nor a file that may not be replaced is there.
+    /// Resolves a path, and checks as far as possible that a file can be created there: the folder
+    /// exists, is writable and has room (tested by creating another file in it for a moment), the
+    /// file system accepts the name, and no folder or irreplaceable file has that name.
     ///
     /// # Errors
     /// An error of kind [`File`](crate::ErrorKind::File).
@@ -52,7 +51,7 @@ impl Place {
         let there = match fs::metadata(&end) {
             Ok(there) => Some(there),
             Err(cause) if cause.kind() == io::ErrorKind::NotFound => None,
-            // Such as a name that is longer than any file's can be.
+            // For example a name that is too long for any file.
             Err(cause) => return Err(fail(cause)),
         };
         if there
@@ -63,7 +62,7 @@ impl Place {
                 "the file is write-protected; name another one, or allow writing to it first";
             return Err(fail(io::ErrorKind::PermissionDenied.into()).with_hint(hint));
         }
-        // What is no regular file, a device or a pipe, is written to where it is.
+        // A device or a pipe is written to directly.
         let ignores_case = match &there {
             Some(there) if !there.is_file() => false,
             _ => {
@@ -83,12 +82,12 @@ impl Place {
         Ok(Self { path, ignores_case })
     }
 
-    /// The name of the file at the end of all links.
+    /// File name after all links are resolved.
     pub fn file_name(&self) -> Option<&OsStr> {
         self.path.file_name()
     }
 
-    /// Whether both are one place, or two names of one file.
+    /// Whether both are the same location, or names of the same file.
     pub fn is(&self, other: &Self) -> bool {
         self.is_spelled(&other.path)
             || self
@@ -96,8 +95,7 @@ impl Place {
                 .is_some_and(|file| other.existing().is_some_and(|there| file == there))
     }
 
-    /// Its path, in one spelling of all that the file system takes for one: to look it up among
-    /// many.
+    /// Path in a normal form for the file system's letter case, as a key for look-up.
     pub fn spelling(&self) -> PathBuf {
         if self.ignores_case {
             self.path.to_string_lossy().to_lowercase().into()
@@ -106,19 +104,19 @@ impl Place {
         }
     }
 
-    /// Whether an absolute path without links is this place's.
+    /// Whether an absolute path without links is this location.
     pub(crate) fn is_spelled(&self, path: &Path) -> bool {
         self.path == path
             || (self.ignores_case
                 && self.spelling() == Path::new(&path.to_string_lossy().to_lowercase()))
     }
 
-    /// What tells the file that is there now from other ones; none where there is none.
+    /// Fingerprint of the existing file's identity; `None` without a file.
     pub fn fingerprint(&self) -> Option<u64> {
         fingerprint(&self.path)
     }
 
-    /// Whether one of these absolute paths without links is this place's.
+    /// Whether one of these absolute paths without links is this location.
     pub(crate) fn is_among(&self, paths: &BTreeSet<PathBuf>) -> bool {
         if self.ignores_case {
             paths.iter().any(|path| self.is_spelled(path))
@@ -127,8 +125,7 @@ impl Place {
         }
     }
 
-    /// The regular file that is there. Only such a one is opened, because opening a pipe waits for
-    /// its other end.
+    /// Opens the existing regular file. Anything else is not opened, because opening a pipe blocks.
     pub(crate) fn existing(&self) -> Option<Handle> {
         if self.path.is_file() {
             Handle::from_path(&self.path).ok()
@@ -146,7 +143,7 @@ fn check_folder(folder: &Path) -> io::Result<()> {
     }
 }
 
-/// A file in a folder that is gone in a moment, of one byte, for which a full disk has no room.
+/// Creates a temporary file of one byte in a folder, which fails on a full disk.
 fn probe(folder: &Path) -> io::Result<tempfile::NamedTempFile> {
     let mut probe = tempfile::Builder::new()
         .prefix(TEMPORARY)
@@ -158,12 +155,13 @@ fn probe(folder: &Path) -> io::Result<tempfile::NamedTempFile> {
     Ok(probe)
 }
 
-/// The same failure without the name of the temporary file, which says nothing to a user.
+/// Removes the name of the temporary file from an error, which means nothing to the user.
 fn named_by_kind(cause: &io::Error) -> io::Error {
     cause.kind().into()
 }
 
-/// In a folder of all, such as `/tmp`, a file can be replaced by its owner and the folder's alone.
+/// Checks that the file can be replaced: in a shared folder such as `/tmp`, only the owners of the
+/// file and of the folder may do so.
 #[cfg(unix)]
 fn check_replaceable(
     folder: &Path,
@@ -196,8 +194,8 @@ fn check_replaceable(
     Ok(())
 }
 
-/// What tells the regular file at a path from other ones, without keeping it open; none where there
-/// is none. Files of one fingerprint are nearly surely one file.
+/// Fingerprint of the regular file at a path, which needs no open handle; `None` without a file.
+/// Equal fingerprints almost certainly mean the same file.
 pub(crate) fn fingerprint(path: &Path) -> Option<u64> {
     let handle = if path.is_file() {
         Handle::from_path(path).ok()?
@@ -209,7 +207,7 @@ pub(crate) fn fingerprint(path: &Path) -> Option<u64> {
     Some(hasher.finish())
 }
 
-/// The name at the end of all links, whether something is there or not.
+/// Resolves all links of a path, whether its target exists or not.
 pub(super) fn follow(path: &Path) -> io::Result<PathBuf> {
     let mut path = path.to_path_buf();
     for _ in 0..MOST_LINKS {
@@ -221,7 +219,7 @@ pub(super) fn follow(path: &Path) -> io::Result<PathBuf> {
     Err(io::Error::other("its symbolic links run in a circle"))
 }
 
-/// The folder that holds a file of this name.
+/// Folder of a file with this name.
 pub(super) fn folder_of(path: &Path) -> PathBuf {
     match path.parent() {
         Some(parent) if parent != Path::new("") => parent.to_path_buf(),
@@ -233,8 +231,8 @@ pub(super) fn folder_of(path: &Path) -> PathBuf {
 mod tests {
     use super::*;
 
-    /// Protects: a link to nothing leads where a file behind it would be made, a circle of links
-    /// ends, and looking leaves no trace.
+    /// Protects: a dangling link resolves to the file it would create, a cycle of links ends with
+    /// an error, and the check leaves no file behind.
     #[cfg(unix)]
     #[test]
     fn links_lead_to_one_place() {
@@ -262,7 +260,7 @@ mod tests {
         assert_eq!(fs::read_dir(folder.path()).unwrap().count(), 4);
     }
 
-    /// Protects: two names of one file are one place, and a copy is another.
+    /// Protects: two names of a file are one location, and a copy is another.
     #[test]
     fn hard_links_are_one_place() {
         let folder = tempfile::tempdir().unwrap();
@@ -275,8 +273,8 @@ mod tests {
         assert!(!place("a").is(&place("copy")));
     }
 
-    /// Protects: where the file system takes `A.png` for `a.png`, two outputs of these names are
-    /// one; elsewhere they are two.
+    /// Protects: where the file system ignores case, outputs named `A.png` and `a.png` are the
+    /// same; elsewhere they differ.
     #[test]
     fn case_counts_where_the_file_system_says_so() {
         let place = |ignores_case| Place {
@@ -298,8 +296,8 @@ mod tests {
         );
     }
 
-    /// Protects: a name that no file can have is refused, as one part of it and as a whole, and the
-    /// longest that one can have is not.
+    /// Protects: an impossible name is refused, whether a component or the whole is too long; the
+    /// longest possible name is accepted.
     #[cfg(unix)]
     #[test]
     fn names_that_no_file_can_have_are_refused() {
@@ -324,7 +322,7 @@ mod tests {
         assert!(place("link.png").is_err());
     }
 
-    /// Protects: a write-protected file is the user's word that it stays as it is.
+    /// Protects: a write-protected file is refused as an output.
     #[test]
     fn write_protected_files_are_refused() {
         let folder = tempfile::tempdir().unwrap();

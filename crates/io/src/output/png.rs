@@ -1,4 +1,4 @@
-//! The display picture as a PNG of 8 or 16 bits.
+//! PNG output of 8 or 16 bits.
 
 use std::io;
 
@@ -9,10 +9,10 @@ use raywright_core::scene::TransferCurve;
 
 use super::metadata::Metadata;
 
-/// A PNG of the picture as the display settings show it: RGB of 8 bits, or of 16 where they ask for
-/// more, or RGBA where what is shown has a coverage (stored straight). An sRGB curve is declared by
-/// the sRGB chunk, any other by gAMA alone; metadata are tEXt chunks, or iTXt where a text is not
-/// plain ASCII. Pixels with a NaN have the codes of [`raywright_core::display::NAN_MARKER`].
+/// Encodes the picture as PNG, converted for display: RGB of 8 bits, or of 16 if the settings ask
+/// for them, or RGBA with coverage (straight alpha). An sRGB curve is declared by the sRGB chunk,
+/// any other by gAMA alone; metadata are tEXt chunks, or iTXt for text beyond plain ASCII. Pixels
+/// with a NaN have the codes of [`raywright_core::display::NAN_MARKER`].
 pub fn png_bytes(picture: &Picture, display: Display, metadata: &Metadata) -> io::Result<Vec<u8>> {
     super::check_consistent(picture)?;
     let mut bytes = Vec::new();
@@ -31,7 +31,7 @@ pub fn png_bytes(picture: &Picture, display: Display, metadata: &Metadata) -> io
     Ok(bytes)
 }
 
-/// An encoder for what a display shows of a size, with everything but the pixels told to it.
+/// Returns an encoder with all settings of a picture of this size.
 pub(super) fn encoder<'a, W: io::Write>(
     out: W,
     [width, height]: [u32; 2],
@@ -51,7 +51,7 @@ pub(super) fn encoder<'a, W: io::Write>(
         BitDepth::Sixteen
     });
     encoder.set_compression(Compression::Fast);
-    // The specification wants this gamma beside an sRGB chunk too, for readers that do not know it.
+    // The specification requires this gamma beside an sRGB chunk too, for decoders without sRGB.
     let gamma_times_100_000 = if display.curve == TransferCurve::None {
         100_000
     } else {

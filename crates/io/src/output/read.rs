@@ -1,5 +1,5 @@
-//! Pictures from files, for comparing and for tests: PNG of 8 and 16 bits, JPEG, WebP, OpenEXR with
-//! any channels.
+//! Reading of pictures, for comparison and for tests: PNG of 8 and 16 bits, JPEG, WebP, OpenEXR
+//! with any channels.
 
 use std::collections::BTreeMap;
 use std::fs::File;
@@ -22,41 +22,41 @@ use crate::error::Error;
 use crate::folder::read_file;
 use crate::limits::{Limits, human_bytes};
 
-/// A picture as a file holds it.
+/// A picture as stored in a file.
 #[derive(Clone, Debug, PartialEq)]
 pub struct StoredPicture {
-    /// The format's name.
+    /// Name of the format.
     pub notation: &'static str,
-    /// The numbers: floating-point numbers as they are from an OpenEXR, display values 0..1 from
-    /// all others.
+    /// Pixel values: unchanged floating-point numbers from an OpenEXR, display values 0..1 from all
+    /// others.
     pub picture: Picture,
-    /// What the numbers mean.
+    /// Meaning of the values.
     pub encoding: Encoding,
     /// Whether the file has colour: channels `R`, `G`, `B`, or `Y` alone. Otherwise `rgb` is black
-    /// and the file's channels are all layers.
+    /// and all channels of the file are layers.
     pub has_colour: bool,
-    /// Texts of the file by name, those of Exif by the names that OpenEXR has for them.
+    /// Texts of the file by name; those of Exif under their names in OpenEXR.
     pub texts: BTreeMap<String, String>,
 }
 
 impl StoredPicture {
-    /// What the file says of where the picture comes from, as far as it is one of ours.
+    /// Origin metadata, for a picture of this program.
     pub fn metadata(&self) -> Metadata {
         Metadata::of_texts(&self.texts)
     }
 }
 
-/// No format that we read packs more than this many bytes of picture into one byte of file (DEFLATE
-/// reaches 1032), so a small file cannot ask for a large picture.
+/// Upper bound of the picture bytes per file byte in all supported formats (DEFLATE reaches 1032),
+/// so that a small file cannot claim a large picture.
 const MAX_EXPANSION: u64 = 4096;
 
-/// First bytes of formats.
+/// Signatures of formats.
 pub(super) const PNG: &[u8] = b"\x89PNG\r\n\x1a\n";
 pub(super) const EXR: &[u8] = b"\x76\x2f\x31\x01";
 
-/// Reads a PNG, JPEG, WebP or OpenEXR file; which of them it is, its first bytes say. Animations:
-/// the first picture; OpenEXR of several parts: all of them, if they have one size, with `part.`
-/// before their channels' names.
+/// Reads a PNG, JPEG, WebP or OpenEXR file, detected by its signature. Of an animation, the first
+/// picture is read; of an OpenEXR file with several parts of one size, all parts, with `part.`
+/// before the names of their channels.
 pub fn read_picture(path: &Path, limits: &Limits) -> Result<StoredPicture, Error> {
     let unreadable = |cause: std::io::Error| Error::read(path, &cause);
     let file = File::open(path).map_err(unreadable)?;
@@ -73,7 +73,7 @@ pub fn read_picture(path: &Path, limits: &Limits) -> Result<StoredPicture, Error
     decode_picture(path, &bytes.ok_or_else(too_large)?, limits)
 }
 
-/// The picture in the bytes of a file; `path` is for messages only.
+/// Decodes the picture in the bytes of a file; `path` is for messages only.
 pub fn decode_picture(path: &Path, bytes: &[u8], limits: &Limits) -> Result<StoredPicture, Error> {
     let decoded = if bytes.starts_with(PNG) {
         decode_png(bytes, limits)
@@ -93,7 +93,7 @@ pub fn decode_picture(path: &Path, bytes: &[u8], limits: &Limits) -> Result<Stor
     })
 }
 
-/// Why bytes are no picture for us, without the name of the file.
+/// Reason why bytes cannot be decoded, without the name of the file.
 enum Failure {
     Wrong(String),
     TooLarge(String),
@@ -117,7 +117,7 @@ impl From<exr::error::Error> for Failure {
     }
 }
 
-/// Refuses a size before memory is taken for it.
+/// Checks a size before any allocation.
 fn check_size(
     width: u64,
     height: u64,
@@ -225,7 +225,8 @@ fn decode_png(bytes: &[u8], limits: &Limits) -> Result<StoredPicture, Failure> {
 
 fn decode_page(file: PageFile<'_>, limits: &Limits) -> Result<StoredPicture, Failure> {
     let (notation, (width, height)) = (file.notation(), file.dimensions());
-    // A few bytes of a lossless WebP can be any number of equal pixels: memory is what limits them.
+    // A few bytes of lossless WebP can encode any number of equal pixels, so that only the memory
+    // limit applies.
     check_size(width.into(), height.into(), 16 + 4, usize::MAX, limits)?;
     let (image, exif) = file.decode()?;
     let share = |code: u8| (f64::from(code) / 255.0) as f32;
@@ -277,7 +278,7 @@ fn decode_exr(bytes: &[u8], limits: &Limits) -> Result<StoredPicture, Failure> {
     picture_of(image)
 }
 
-/// Refuses what we do not read, with the reason.
+/// Refuses unsupported features, with the reason.
 fn check_header(header: &Header, first: &Header) -> Result<(), Failure> {
     let refuse = |what: &str| Err(Failure::Wrong(format!("an OpenEXR file with {what}")));
     if header.layer_size != first.layer_size {
@@ -301,8 +302,8 @@ fn check_header(header: &Header, first: &Header) -> Result<(), Failure> {
     Ok(())
 }
 
-/// Whether a damaged file of this compression can end the process: the DWA decoder of exr 1.74
-/// trusts the sizes inside its blocks, asks for petabytes and aborts.
+/// Whether a damaged file with this compression can abort the process: the DWA decoder of exr 1.74
+/// trusts the sizes inside its blocks, allocates petabytes and aborts.
 pub(crate) fn can_abort(compression: Compression) -> bool {
     matches!(compression, Compression::DWAA(_) | Compression::DWAB(_))
 }
@@ -371,7 +372,7 @@ fn picture_of(image: FlatImage) -> Result<StoredPicture, Failure> {
     })
 }
 
-/// Where pixels of a size and a place lie in the display window; none: they are all of it.
+/// Window of pixels in the display window, given by their size and position; `None`: they fill it.
 fn window_of(display: IntegerBounds, place: Vec2<i32>, size: Vec2<usize>) -> Option<DataWindow> {
     let origin = [
         place.0.saturating_sub(display.position.0),
@@ -389,8 +390,8 @@ fn to_f32(samples: FlatSamples) -> Vec<f32> {
     }
 }
 
-/// Moves `R`, `G`, `B` (or `Y` alone, as grey) and `A` from the layers to their places; whether
-/// there was colour.
+/// Moves `R`, `G`, `B` (or `Y` alone, as grey) and `A` from the layers to the picture; returns
+/// whether the file has colour.
 fn take_colour(picture: &mut Picture) -> bool {
     let mut take = |name: &str| {
         let index = picture.layers.iter().position(|layer| layer.name == name)?;

@@ -1,5 +1,4 @@
-//! A contact sheet: many pictures side by side in one, each made small and with a line of text
-//! below it.
+//! Contact sheet: many small pictures side by side, each with a line of text below.
 
 use std::io;
 use std::path::Path;
@@ -15,20 +14,20 @@ use super::metadata::Metadata;
 use super::png::encoder;
 use crate::error::Error;
 
-/// Widest a picture is shown, in pixels, where there are few and where there are many.
+/// Largest width of a picture in pixels, for few and for many pictures.
 const WIDEST: u32 = 480;
 const NARROWEST: u32 = 160;
-/// Width of a sheet that its pictures share.
+/// Total width of a sheet in pixels.
 const ROOM: u32 = 2560;
-/// Between pictures and around them.
+/// Gap between and around pictures in pixels.
 const GAP: u32 = 12;
-/// Height of a line of text with what is above and below it.
+/// Height of a text line with its margins in pixels.
 const LINE: u32 = 24;
-/// Codes of what is behind the pictures, and of the text.
+/// Codes of the background and of the text.
 const PAPER: [u8; 3] = [28; 3];
 const INK: [u8; 3] = [230; 3];
 
-/// Pictures that are shown together.
+/// A contact sheet.
 #[derive(Debug)]
 pub struct Sheet {
     columns: u32,
@@ -43,10 +42,10 @@ struct Cell {
 }
 
 impl Sheet {
-    /// A sheet for so many pictures, without any yet.
+    /// Creates an empty sheet for this number of pictures.
     pub fn new(pictures: usize) -> Self {
         let pictures = u32::try_from(pictures).unwrap_or(u32::MAX).max(1);
-        // As many columns as make pictures of the usual shape fill a sheet of the same.
+        // A square grid of cells gives the sheet the aspect ratio of its pictures.
         let columns = f64::from(pictures).sqrt().ceil() as u32;
         let width = ((ROOM - GAP) / columns)
             .saturating_sub(GAP)
@@ -58,7 +57,7 @@ impl Sheet {
         }
     }
 
-    /// Adds a picture as the display shows it, with its label.
+    /// Adds a picture, converted for display, with its label.
     pub fn add(&mut self, picture: &Picture, display: Display, label: impl Into<String>) {
         let shown = over_paper(
             picture,
@@ -84,15 +83,15 @@ impl Sheet {
         });
     }
 
-    /// Whether there is no picture in it.
+    /// Whether the sheet is empty.
     pub fn is_empty(&self) -> bool {
         self.cells.is_empty()
     }
 
-    /// Writes the sheet as PNG, whole or not at all.
+    /// Writes the sheet as PNG, atomically.
     ///
     /// # Errors
-    /// Of kind [`File`](crate::ErrorKind::File) where it can't be written.
+    /// Of kind [`File`](crate::ErrorKind::File) if the file cannot be written.
     pub fn write(&self, path: &Path, metadata: &Metadata) -> Result<(), Error> {
         let bytes = self
             .bytes(metadata)
@@ -100,10 +99,10 @@ impl Sheet {
         write_atomically(path, &bytes)
     }
 
-    /// The sheet as the bytes of a PNG.
+    /// Encodes the sheet as PNG.
     ///
     /// # Errors
-    /// Where it is too large for one.
+    /// A sheet too large for the format.
     pub fn bytes(&self, metadata: &Metadata) -> io::Result<Vec<u8>> {
         let image = self.lay_out();
         let mut bytes = Vec::new();
@@ -120,7 +119,7 @@ impl Sheet {
         Ok(bytes)
     }
 
-    /// Rows from the top, each as high as its highest picture, which stand on their labels.
+    /// Lays out rows from the top, each as high as its highest picture, aligned at the bottom.
     fn lay_out(&self) -> RgbImage {
         let columns = self.columns.min(self.cells.len().max(1) as u32);
         let cell = self
@@ -163,7 +162,7 @@ impl Sheet {
     }
 }
 
-/// Codes of a picture, over the colour of the sheet where it is transparent.
+/// Codes of a picture over the sheet's background.
 pub(super) fn over_paper(picture: &Picture, display: Display) -> RgbImage {
     let codes = display.to_codes(picture);
     let (width, height) = (picture.width, picture.height);
@@ -192,20 +191,20 @@ pub(super) fn over_paper(picture: &Picture, display: Display) -> RgbImage {
 
 const FONT: RasterHeight = RasterHeight::Size16;
 
-/// Writes a line in the middle of so many pixels; the middle of one that is too long is left out,
-/// since names differ at both ends.
+/// Writes a centred line into this width; a line too long loses its middle, because names differ at
+/// both ends.
 fn write_line(sheet: &mut RgbImage, [left, top]: [u32; 2], width: u32, text: &str) {
     let line = shortened(text, (width / letter_width()) as usize);
     let start = left + width.saturating_sub(line.len() as u32 * letter_width()) / 2;
     write_letters(sheet, [start, top], &line, INK);
 }
 
-/// Pixels from one letter to the next.
+/// Advance of a letter in pixels.
 pub(super) fn letter_width() -> u32 {
     get_raster_width(FontWeight::Regular, FONT) as u32
 }
 
-/// Writes letters from a place on, as far as they lie in the image.
+/// Writes letters from a position, clipped to the image.
 pub(super) fn write_letters(
     sheet: &mut RgbImage,
     [start, top]: [u32; 2],
@@ -230,7 +229,7 @@ pub(super) fn write_letters(
     }
 }
 
-/// At most so many letters of a text.
+/// Shortens a text to a number of letters.
 fn shortened(text: &str, most: usize) -> Vec<char> {
     const DOTS: &str = "...";
     let letters: Vec<char> = text.chars().collect();
@@ -260,9 +259,8 @@ mod tests {
         }
     }
 
-    /// Protects: pictures lie in rows in the order that they came in, made smaller where they are
-    /// larger than their place and never larger, each above its own text; transparent ones show the
-    /// sheet.
+    /// Protects: pictures are laid out in rows in their order, reduced where larger than their cell
+    /// and never enlarged, each above its own text; transparent ones show the sheet's background.
     #[test]
     fn pictures_lie_in_rows() {
         let mut sheet = Sheet::new(3);
@@ -319,7 +317,7 @@ mod tests {
         );
     }
 
-    /// Protects: what is higher than wide is no higher than a place is wide.
+    /// Protects: a picture higher than wide is at most as high as its cell is wide.
     #[test]
     fn high_pictures_fit_their_place() {
         let mut sheet = Sheet::new(4);
@@ -336,7 +334,7 @@ mod tests {
         );
     }
 
-    /// Protects: a long text keeps both its ends and its place.
+    /// Protects: a long text keeps both ends and fits its cell.
     #[test]
     fn long_texts_lose_their_middle() {
         let short = |text: &str, most| shortened(text, most).into_iter().collect::<String>();
