@@ -1,8 +1,8 @@
-//! Filters: what numbers of a packet stand for, in place.
+//! Filters of decoded numbers, in place.
 
 use super::{Broken, STRIDE};
 
-/// Elements of four numbers of one or two bytes.
+/// Applies a function to elements of four numbers, each of one or two bytes.
 fn each(
     stride: usize,
     bytes: &mut [u8],
@@ -33,18 +33,18 @@ fn each(
     }
 }
 
-/// A multiple to the nearest whole number, halves away from 0 where it is of a positive number.
+/// Scales and rounds to nearest, halves away from 0 for a positive scale.
 fn scaled(x: f32, scale: f32) -> i32 {
     (x * scale + 0.5_f32.copysign(x)) as i32
 }
 
-/// Unit vectors from the octahedron that they were mapped to; the fourth number stays.
+/// Decodes unit vectors from their octahedral map; the fourth number is unchanged.
 pub(crate) fn octahedral(stride: usize, bytes: &mut [u8]) -> Result<(), Broken> {
     let most = if stride == 4 { 127.0 } else { 32767.0 };
     each(stride, bytes, |[x, y, one, fourth]| {
         let [mut x, mut y, one] = [x, y, one].map(|number| number as f32);
         let z = one - x.abs() - y.abs();
-        // What is below the middle was folded over the edges.
+        // The lower half of the octahedron is folded over the edges.
         let fold = z.min(0.0);
         x += if x >= 0.0 { fold } else { -fold };
         y += if y >= 0.0 { fold } else { -fold };
@@ -54,8 +54,8 @@ pub(crate) fn octahedral(stride: usize, bytes: &mut [u8]) -> Result<(), Broken> 
     })
 }
 
-/// Rotations from their three smaller numbers; the lowest bits of the fourth say which is the
-/// largest, its others how large 1 is.
+/// Decodes rotations from three quaternion components. The lowest bits of the fourth number are the
+/// index of the omitted largest component, its other bits the code of 1.
 pub(crate) fn quaternions(stride: usize, bytes: &mut [u8]) -> Result<(), Broken> {
     if stride != 8 {
         return Err(STRIDE);
@@ -76,7 +76,7 @@ pub(crate) fn quaternions(stride: usize, bytes: &mut [u8]) -> Result<(), Broken>
     })
 }
 
-/// Floats from an exponent of eight bits and a whole number of 24.
+/// Decodes floats from an 8-bit exponent and a 24-bit mantissa.
 pub(crate) fn exponential(stride: usize, bytes: &mut [u8]) -> Result<(), Broken> {
     if !stride.is_multiple_of(4) {
         return Err(STRIDE);
@@ -89,15 +89,14 @@ pub(crate) fn exponential(stride: usize, bytes: &mut [u8]) -> Result<(), Broken>
     Ok(())
 }
 
-/// Colours from brightness and two differences; the highest bit of alpha says how many bits each
-/// has.
+/// Decodes colours from luma and two differences; the highest set bit of alpha gives the bit depth.
 pub(crate) fn colours(stride: usize, bytes: &mut [u8]) -> Result<(), Broken> {
     let most = if stride == 4 { 255 } else { 65535 };
     each(stride, bytes, |[y, orange, green, alpha]| {
         let (y, alpha) = (y & most, alpha & most);
         let bits = alpha.checked_ilog2()? + 1;
         let all = (1 << bits) - 1;
-        // Alpha has one bit less than the others.
+        // Alpha has one bit less than the other channels.
         let alpha = alpha << 1 & all | alpha & 1;
         let scale = most as f32 / all as f32;
         let found = [y + orange - green, y + green, y - orange - green, alpha]

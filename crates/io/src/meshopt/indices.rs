@@ -1,16 +1,16 @@
-//! Indices: triangles by the edges and corners that came before them, and sequences by differences
-//! to one of two that did.
+//! Index decoding: triangles from recent edges and vertices, and sequences as differences to one of
+//! two recent indices.
 
 use super::{Broken, LONG, SHORT, STRIDE, difference, opened, take};
 
-/// The last sixteen of what there was.
+/// Ring buffer of the sixteen latest entries.
 struct Recent<T> {
     values: [T; 16],
     next: usize,
 }
 
 impl<T: Copy> Recent<T> {
-    /// What there was before the first ones is no vertex's index.
+    /// Creates a buffer filled with `nothing`, which is no vertex index.
     fn new(nothing: T) -> Self {
         Self {
             values: [nothing; 16],
@@ -23,13 +23,13 @@ impl<T: Copy> Recent<T> {
         self.next = (self.next + 1) % 16;
     }
 
-    /// The last one is 1.
+    /// Returns the entry `steps` back; the latest is 1.
     fn back(&self, steps: usize) -> T {
         self.values[self.next.wrapping_sub(steps) % 16]
     }
 }
 
-/// A whole number of seven bits a byte, the lowest first.
+/// Reads an integer of seven bits per byte, lowest first.
 fn whole(rest: &mut &[u8]) -> Result<u32, Broken> {
     let mut value = 0;
     for shift in (0..35).step_by(7) {
@@ -42,12 +42,12 @@ fn whole(rest: &mut &[u8]) -> Result<u32, Broken> {
     Ok(value)
 }
 
-/// What indices are built from.
+/// State of index decoding.
 struct Corners<'p> {
     rest: &'p [u8],
-    /// The lowest index that there was not yet.
+    /// Lowest index not used so far.
     new: u32,
-    /// The index that was written out last.
+    /// Latest explicitly coded index.
     last: u32,
     recent: Recent<u32>,
 }
@@ -58,7 +58,8 @@ impl Corners<'_> {
         self.new.wrapping_sub(1)
     }
 
-    /// A new corner, one that was there, or one that is not known before [`Self::written`].
+    /// Returns a new vertex, a recent one, or a placeholder for an explicit one read by
+    /// [`Self::written`].
     fn of(&mut self, code: u8) -> u32 {
         if code == 0 {
             self.take_new()
@@ -67,7 +68,7 @@ impl Corners<'_> {
         }
     }
 
-    /// One that is written out, where the code says so.
+    /// Reads an explicitly coded vertex, if the code says so.
     fn written(&mut self, corner: &mut u32, code: u8) -> Result<(), Broken> {
         if code == 15 {
             self.last = self.last.wrapping_add(difference(whole(&mut self.rest)?));
@@ -76,7 +77,7 @@ impl Corners<'_> {
         Ok(())
     }
 
-    /// A triangle of three codes, those of its first corner 0 or 15.
+    /// Reads a triangle from three codes, of which the first is 0 or 15.
     fn triangle(&mut self, codes: [u8; 3]) -> Result<[u32; 3], Broken> {
         let mut corners = codes.map(|code| self.of(code));
         for (corner, code) in corners.iter_mut().zip(codes) {
@@ -90,7 +91,7 @@ impl Corners<'_> {
         Ok(corners)
     }
 
-    /// The third corner of a triangle at an edge.
+    /// Reads the third vertex of a triangle on a recent edge.
     fn third(&mut self, code: u8, version: u8) -> Result<u32, Broken> {
         let mut corner = match code {
             0 => self.take_new(),
@@ -108,7 +109,7 @@ impl Corners<'_> {
     }
 }
 
-/// The corners of so many indices' triangles, each index of so many bytes.
+/// Decodes `count` indices as triangles, with `stride` bytes per index.
 pub(crate) fn triangles(count: usize, stride: usize, packet: &[u8]) -> Result<Vec<u8>, Broken> {
     if !matches!(stride, 2 | 4) {
         return Err(STRIDE);
@@ -159,7 +160,7 @@ pub(crate) fn triangles(count: usize, stride: usize, packet: &[u8]) -> Result<Ve
     }
 }
 
-/// So many indices of so many bytes, in any order.
+/// Decodes `count` indices in any order, with `stride` bytes each.
 pub(crate) fn sequence(count: usize, stride: usize, packet: &[u8]) -> Result<Vec<u8>, Broken> {
     if !matches!(stride, 2 | 4) {
         return Err(STRIDE);

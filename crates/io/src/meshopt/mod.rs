@@ -1,9 +1,9 @@
-//! What meshoptimizer's codecs pack into buffer views, by the texts of EXT_meshopt_compression and
-//! KHR_meshopt_compression: vertices, triangles, sequences of indices, and the filters that follow.
-//! Versions 0 and 1 of each codec are read.
+//! Decoder of meshoptimizer's buffer views, by the texts of EXT_meshopt_compression and
+//! KHR_meshopt_compression: vertices, triangles, index sequences, and filters. Versions 0 and 1 of
+//! each codec are supported.
 //!
-//! No length in a packet is believed: what is taken is taken from the bytes that are there, and a
-//! packet has to end where its last element does.
+//! No length in a packet is trusted: only existing bytes are read, and a packet must end with its
+//! last element.
 
 mod filters;
 mod indices;
@@ -13,14 +13,14 @@ pub(crate) use filters::{colours, exponential, octahedral, quaternions};
 pub(crate) use indices::{sequence, triangles};
 pub(crate) use vertices::vertices;
 
-/// What is wrong with a packet.
+/// Description of a fault in a packet.
 pub(crate) type Broken = &'static str;
 
 const SHORT: Broken = "it ends too early";
 const LONG: Broken = "something follows its end";
 const STRIDE: Broken = "no elements of this packet have this many bytes";
 
-/// The version of a packet, with what follows its first byte.
+/// Returns the version of a packet, and the bytes after the first.
 fn opened(packet: &[u8], kind: u8) -> Result<(u8, &[u8]), Broken> {
     let (first, rest) = packet.split_first().ok_or(SHORT)?;
     match first ^ kind {
@@ -30,12 +30,12 @@ fn opened(packet: &[u8], kind: u8) -> Result<(u8, &[u8]), Broken> {
     }
 }
 
-/// Takes so many bytes from the front.
+/// Takes bytes from the front.
 fn take<'p>(rest: &mut &'p [u8], length: usize) -> Result<&'p [u8], Broken> {
     rest.split_off(..length).ok_or(SHORT)
 }
 
-/// The difference that a whole number stands for: 0, -1, 1, -2 and so on.
+/// Decodes a zigzag difference: 0, -1, 1, -2 and so on.
 fn difference(code: u32) -> u32 {
     (code >> 1) ^ (code & 1).wrapping_neg()
 }

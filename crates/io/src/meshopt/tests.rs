@@ -1,5 +1,5 @@
-//! Packets that meshoptimizer's encoder (1.3, by its Rust translation 0.2.17) made of the numbers
-//! here, whole and broken.
+//! Tests of packets encoded by meshoptimizer (1.3, in its Rust translation 0.2.17), whole and
+//! broken.
 
 use super::*;
 
@@ -11,7 +11,7 @@ fn bytes(digits: &str) -> Vec<u8> {
         .collect()
 }
 
-/// Forty vertices of 12 bytes, and their packets of versions 0 and 1.
+/// Forty vertices of 12 bytes, and their packets in versions 0 and 1.
 fn of_bytes() -> (Vec<u8>, [Vec<u8>; 2]) {
     let vertex = |i: u32| {
         let (a, b) = ((i * i % 97) as u8, (i / 3) as u8);
@@ -42,8 +42,8 @@ fn of_bytes() -> (Vec<u8>, [Vec<u8>; 2]) {
     ((0..40).flat_map(vertex).collect(), packets.map(bytes))
 }
 
-/// Protects: vertices of both versions come out as they went in: differences of bytes, of halves of
-/// a word, and turned bits of floats.
+/// Protects: vertices of both versions are decoded exactly: byte differences, 16-bit differences,
+/// and rotated float bits.
 #[test]
 fn vertices_come_out() {
     let (expected, packets) = of_bytes();
@@ -54,8 +54,7 @@ fn vertices_come_out() {
         .flat_map(|i| (1.0 / (i as f32 + 3.0)).to_le_bytes())
         .collect();
     assert_eq!(vertices(20, 4, &bytes(FLOATS)), Ok(floats));
-    // Two vertices, each byte as it is: nothing is changed, and then the lowest bit, which was
-    // turned up by four.
+    // Two vertices with literal bytes: no difference, and then the lowest bit, rotated up by four.
     let turned = [
         &[0xa1, 0xff, 0, 0x10, 0, 0, 0, 0, 0, 0][..],
         &[0; 19],
@@ -70,13 +69,13 @@ fn vertices_come_out() {
 /// Thirds, quarters and so on.
 const FLOATS: &str = "a1bf00aa65430b498d287e3ea367c8ee1d6ffa2ec8b600aa6644c392e37dc3f841817eee1ec50b717e44005367432f23392d231f1915130f1f191715111100000000000000000000000000000000000000abaaaa3e01";
 
-/// A strip, and corners far from each other.
+/// A strip, and distant indices.
 fn indices() -> Vec<u32> {
     let strip = (0..6).flat_map(|i| [i, i + 1, i + 8, i + 8, i + 1, i + 9]);
     strip.chain([0, 70_000, 9, 200, 201, 5]).collect()
 }
 
-/// Indices of a width that were decoded.
+/// Converts decoded indices of any width.
 fn wide(bytes: Result<Vec<u8>, Broken>) -> Vec<u32> {
     bytes
         .expect("a packet")
@@ -96,8 +95,8 @@ const SEQUENCES: [&str; 2] = [
     "d100041c001a201e041c001a201e041c001a201e041c001a201e041c001a201e041c001a2036c18b11249f8511050e00000000",
 ];
 
-/// Protects: triangles come out of both versions with their corners turned at most, sequences to
-/// the letter; narrow indices are the low halves of wide ones.
+/// Protects: triangles of both versions are decoded up to a cyclic order of corners, sequences
+/// exactly; 16-bit indices are the low halves of 32-bit ones.
 #[test]
 fn indices_come_out() {
     let sorted = |indices: &[u32]| -> Vec<[u32; 3]> {
@@ -128,8 +127,8 @@ fn indices_come_out() {
     }
 }
 
-/// Protects: a packet that is cut, longer than its elements, of another codec or of a later version
-/// is refused, and none that is changed makes the reader panic or give another number of bytes.
+/// Protects: a truncated packet, trailing bytes, another codec and a later version are refused, and
+/// no changed byte causes a panic or another output size.
 #[test]
 fn broken_packets_are_refused() {
     type Decode = fn(usize, usize, &[u8]) -> Result<Vec<u8>, Broken>;
@@ -168,8 +167,8 @@ fn broken_packets_are_refused() {
     }
 }
 
-/// Protects: filters by hand: directions of length 1 to the last step, rotations likewise, powers
-/// of two times whole numbers, and colours of fewer bits than a channel has.
+/// Protects: filters on computed examples: directions of length 1 to the last step, rotations
+/// likewise, powers of two times integers, and colours with fewer bits than a channel.
 #[test]
 fn filters_by_hand() {
     let changed = |filter: fn(usize, &mut [u8]) -> Result<(), Broken>, stride, bytes: &[u8]| {
@@ -190,7 +189,7 @@ fn filters_by_hand() {
         Ok(vec![0, 0, byte(-127), 9])
     );
     assert!(changed(octahedral, 4, &[0; 4]).is_err() && changed(octahedral, 12, &[0; 12]).is_err());
-    // Three numbers of 0 and a largest, which is 1, at each of its places.
+    // Three components 0 and the largest 1, at each index.
     for place in 0..4_u8 {
         let found =
             changed(quaternions, 8, &[0, 0, 0, 0, 0, 0, 0xfc | place, 7]).expect("a rotation");
@@ -212,7 +211,7 @@ fn filters_by_hand() {
         .map(|four| f32::from_le_bytes(*four))
         .collect();
     assert_eq!(found, [6.0, -0.75]);
-    // Five bits: white, and a green of thirty 31sts.
+    // Five bits: white, and a green of 30/31.
     assert_eq!(changed(colours, 4, &[31, 0, 0, 31]), Ok(vec![255; 4]));
     assert_eq!(
         changed(colours, 4, &[15, 0, 15, 31]),

@@ -1,26 +1,26 @@
-//! Vertices: blocks of at most 256, each byte of them by itself, as differences to the vertex
-//! before.
+//! Vertex decoding: blocks of at most 256 vertices, each byte of a vertex coded separately, as the
+//! difference to the vertex before.
 
 use super::{Broken, LONG, SHORT, STRIDE, difference, opened, take};
 
-/// Vertices that share a width of their codes.
+/// Number of vertices that share a code width.
 const GROUP: usize = 16;
-/// Bytes and vertices of a block, at most.
+/// Largest size of a block in bytes, and largest number of its vertices.
 const BLOCK_BYTES: usize = 8192;
 const BLOCK: usize = 256;
 
-/// One byte each of the vertices of a block.
+/// One byte of each vertex in a block.
 type Plane = [u8; BLOCK];
 
-/// So many vertices of so many bytes.
+/// Decodes `count` vertices of `stride` bytes.
 pub(crate) fn vertices(count: usize, stride: usize, packet: &[u8]) -> Result<Vec<u8>, Broken> {
     if !(4..=256).contains(&stride) || !stride.is_multiple_of(4) {
         return Err(STRIDE);
     }
     let (version, rest) = opened(packet, 0xa0)?;
     let words = if version == 0 { 0 } else { stride / 4 };
-    // The first vertex stands at the end, behind what makes it long enough for decoders that read
-    // ahead, and is followed by a rule for each word.
+    // The first vertex is stored at the end, after padding for decoders that read ahead, and is
+    // followed by a rule for each word.
     let tail = (stride + words).max(if version == 0 { 32 } else { 24 });
     let (mut rest, tail) = rest
         .split_at_checked(rest.len().wrapping_sub(tail))
@@ -59,7 +59,7 @@ pub(crate) fn vertices(count: usize, stride: usize, packet: &[u8]) -> Result<Vec
     if rest.is_empty() { Ok(out) } else { Err(LONG) }
 }
 
-/// Reads one byte of each vertex of a block. A block of version 1 says how.
+/// Reads one byte of each vertex in a block. In version 1, `control` selects the coding.
 fn read_plane(
     rest: &mut &[u8],
     control: Option<u8>,
@@ -87,8 +87,8 @@ fn read_plane(
     Ok(())
 }
 
-/// Reads the codes of a group, each of so many bits. The largest says that the byte itself stands
-/// behind the group.
+/// Reads the codes of a group with `bits` bits each. The largest code means that the byte itself
+/// follows the group.
 fn read_group(rest: &mut &[u8], bits: usize, group: &mut [u8; GROUP]) -> Result<(), Broken> {
     if matches!(bits, 0 | 8) {
         group[..2 * bits].copy_from_slice(take(rest, 2 * bits)?);
@@ -97,7 +97,7 @@ fn read_group(rest: &mut &[u8], bits: usize, group: &mut [u8; GROUP]) -> Result<
     let (packed, largest) = (take(rest, 2 * bits)?, (1 << bits) - 1);
     for (i, value) in group.iter_mut().enumerate() {
         let place = i * bits % 8;
-        // Codes of one bit stand from the lowest bit on, others from the highest.
+        // Codes of one bit start at the lowest bit, others at the highest.
         let shift = if bits == 1 { place } else { 8 - bits - place };
         let code = packed[i * bits / 8] >> shift & largest;
         *value = if code == largest {
@@ -109,8 +109,8 @@ fn read_group(rest: &mut &[u8], bits: usize, group: &mut [u8; GROUP]) -> Result<
     Ok(())
 }
 
-/// Puts a word of every vertex where it belongs. A rule says what is added up: bytes, halves of the
-/// word, or turned bits of all of it.
+/// Sums the differences of a word and stores it for every vertex. A rule selects byte sums, 16-bit
+/// sums, or rotated bits of the whole word.
 fn add_up(
     planes: &[Plane; 4],
     rule: u8,

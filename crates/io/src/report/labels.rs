@@ -1,16 +1,17 @@
-//! Words beside the points of a plot, so that none covers another, a point or the legend.
+//! Placement of labels beside the points of a plot, without overlap with points, labels or the
+//! legend.
 
-/// The plotted area: left, top, right, bottom.
+/// Plot area: left, top, right, bottom.
 pub(super) const AREA: [f64; 4] = [84.0, 96.0, 816.0, 510.0];
 
-/// Of a character, on average, and of a line of the small words.
+/// Average width of a character, and height of a line, in the small font.
 const CHARACTER: f64 = 6.6;
 const HEIGHT: f64 = 13.0;
-/// From a point's centre to its words, and half of a marker's edge.
+/// Distance from a point's centre to its label, and half of a marker's edge.
 const GAP: f64 = 7.0;
 const MARKER: f64 = 4.5;
 
-/// What is covered already: boxes of left, top, right and bottom.
+/// Occupied boxes: left, top, right and bottom of each.
 pub(super) struct Labels {
     covered: Vec<[f64; 4]>,
 }
@@ -23,8 +24,8 @@ impl Labels {
         }
     }
 
-    /// Where words beside a point begin, on their base line; none where all places beside it are
-    /// taken.
+    /// Returns the start of a label's base line beside a point; `None` where all positions are
+    /// occupied.
     pub(super) fn place(&mut self, words: &str, x: f64, y: f64) -> Option<(f64, f64)> {
         let width = CHARACTER * words.chars().count() as f64;
         let (right, left, middle) = (x + GAP, x - GAP - width, x - width / 2.0);
@@ -60,8 +61,8 @@ fn overlap(a: &[f64; 4], b: &[f64; 4]) -> bool {
 mod tests {
     use super::*;
 
-    /// Protects: words stand to the right of a point, elsewhere where something is there, and
-    /// nowhere where there is no room at all; they stay on the plot.
+    /// Protects: a label is placed to the right of its point, elsewhere if that is occupied, and
+    /// nowhere without room; labels stay inside the plot.
     #[test]
     fn words_cover_nothing() {
         let legend = [600.0, 100.0, 800.0, 160.0];

@@ -1,4 +1,4 @@
-//! How far cases stay within their bounds, as one plot: a line for each, its margins on a
+//! Plot of margins: a line for each case, with the ratio of its bound to its worst error on a
 //! logarithmic scale, and the bound at one.
 
 use std::fmt::Write;
@@ -10,13 +10,13 @@ use super::scale::Scale;
 /// Cases with their margins.
 #[derive(Clone, Debug, Default)]
 pub struct Margins {
-    /// Headline; empty: a page around it has one.
+    /// Title; empty for a plot inside a page with its own title.
     pub title: String,
-    /// How it was measured, in a line below it.
+    /// Conditions of the measurement, in a line below the title.
     pub circumstances: String,
-    /// What stands in the column on the right.
+    /// Heading of the right column.
     pub aside: String,
-    /// What the colours stand for.
+    /// Meaning of the colours.
     pub legend: Vec<(Colour, String)>,
     /// Cases, from top to bottom.
     pub rows: Vec<MarginRow>,
@@ -25,34 +25,34 @@ pub struct Margins {
 /// A case.
 #[derive(Clone, Debug, Default)]
 pub struct MarginRow {
-    /// Its number.
+    /// Number of the case.
     pub name: String,
-    /// What it is, in a sentence.
+    /// Description in a sentence.
     pub words: String,
-    /// How many times its worst error the bound is, in each setting that has one.
+    /// Ratio of the bound to the worst error, in each setting with a bound.
     pub margins: Vec<(Colour, f64)>,
-    /// What stands in place of margins or beside them.
+    /// Text in place of or beside the margins.
     pub told: String,
     /// Whether the bound is broken.
     pub is_broken: bool,
-    /// In the column on the right.
+    /// Text in the right column.
     pub aside: String,
 }
 
 const WIDTH: f64 = 980.0;
 const ROW: f64 = 21.0;
-/// Numbers, the scale from one end to the other, words, and the right edge of the last column.
-/// Numbers and scale come first, so that a narrow window shows them.
+/// Columns: numbers, both ends of the scale, text, and the right edge of the last column. Numbers
+/// and scale come first, so that a narrow window shows them.
 const COLUMNS: [f64; 5] = [20.0, 56.0, 440.0, 464.0, 960.0];
-/// Where the first row is, below a headline and the words above the scale.
+/// Position of the first row, below the title and the labels of the scale.
 const TOP: f64 = 140.0;
-/// What a plot without a headline leaves out above.
+/// Height removed above a plot without a title.
 const BARE: f64 = 66.0;
-/// What is beyond the last row.
+/// Height below the last row.
 const FOOT: f64 = 44.0;
 
 impl Margins {
-    /// The plot as an SVG file.
+    /// Formats the plot as an SVG file.
     pub fn svg(&self) -> String {
         let [_, left, right, _, edge] = COLUMNS;
         let margins = self
@@ -75,7 +75,7 @@ impl Margins {
             if title.is_empty() { "margins" } else { &title }
         );
         if !title.is_empty() {
-            // Writing to a string can't fail.
+            // Writing to a string cannot fail.
             let _ = writeln!(
                 svg,
                 "<text class=\"title\" x=\"20\" y=\"32\">{title}</text>\n<text class=\"soft\" x=\"20\" y=\"54\">{circumstances}</text>"
@@ -99,7 +99,7 @@ impl Margins {
                 "<path class=\"{class}\" d=\"M{x:.1} {}V{bottom}\"/>",
                 TOP - 12.0
             );
-            // As many words as there is room for.
+            // Only as many labels as fit.
             if exponent % every(&scale) == 0 {
                 for y in [TOP - 22.0, bottom + 20.0] {
                     let _ = writeln!(
@@ -179,7 +179,7 @@ impl MarginRow {
             );
         }
         for (x, (colour, margin)) in places.iter().zip(&self.margins) {
-            // Of two colours one is above the other, so that both are seen.
+            // Dots of different colours have different heights, so that both stay visible.
             let y = if *colour == Colour::First {
                 y - 2.5
             } else {
@@ -204,13 +204,13 @@ impl MarginRow {
     }
 }
 
-/// Every how many decades there is room for a word.
+/// Number of decades between labels.
 fn every(scale: &Scale) -> i32 {
     let [first, last] = scale.decades;
     (last - first + 5) / 6
 }
 
-/// A power of ten.
+/// Formats a power of ten.
 fn power(exponent: i32) -> String {
     if (-2..5).contains(&exponent) {
         10_f64.powi(exponent).to_string()
@@ -223,9 +223,9 @@ fn power(exponent: i32) -> String {
 mod tests {
     use super::*;
 
-    /// Protects: each case has its line, a dot for each margin right of the bound, and words where
-    /// it has none; what breaks its bound says so; colours follow the reader's theme and text can't
-    /// be taken for marks.
+    /// Protects: each case has its line, a dot for each margin on the right of the bound, and text
+    /// without a margin; a broken bound is marked; colours follow the reader's theme, and text is
+    /// escaped.
     #[test]
     fn cases_have_lines() {
         let row = |name: &str, margins: &[(Colour, f64)], is_broken: bool| MarginRow {
@@ -265,7 +265,7 @@ mod tests {
         assert!(svg.contains("prefers-color-scheme:dark") && svg.contains(">bound<"));
     }
 
-    /// Where a dot is.
+    /// Horizontal position of a dot.
     fn place(line: &str) -> Option<f64> {
         line.split("cx=\"").nth(1)?.split('"').next()?.parse().ok()
     }

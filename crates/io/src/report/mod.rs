@@ -1,5 +1,4 @@
-//! What was measured, for people to look at: plots as SVG, and pages that need nothing but a
-//! browser.
+//! Measurement reports: plots as SVG, and self-contained HTML pages.
 
 mod labels;
 mod margins;

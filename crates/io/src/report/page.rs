@@ -1,6 +1,6 @@
-//! A measurement of ladders as one HTML file that opens anywhere: plot, tables, pictures beside
-//! each other, errors as heat maps, and what the scene calls for. Nothing is fetched, and what is
-//! not looked at by a script can be read without one.
+//! HTML report of a measurement of ladders, in a single self-contained file: plot, tables, pictures
+//! side by side, errors as heat maps, and the scene's effects. Nothing is downloaded, and only the
+//! picture comparison needs a script.
 
 use std::fmt::Write;
 
@@ -15,30 +15,31 @@ use raywright_core::picture::Picture;
 use super::plot::{Axis, Colour, Line, Plot, Point, escaped};
 use crate::output::{Metadata, png_bytes};
 
-/// What a page is made of.
+/// Contents of a page.
 #[derive(Clone, Copy, Debug)]
 pub struct Page<'a> {
     /// Name of the scene.
     pub scene: &'a str,
-    /// How it was measured, sentence by sentence.
+    /// Conditions of the measurement, sentence by sentence.
     pub circumstances: &'a [String],
-    /// The command that makes the page.
+    /// Command that generates the page.
     pub command: &'a str,
-    /// The figures.
+    /// The measured figures.
     pub report: &'a Report,
-    /// The answer to what most ask first, in sentences.
+    /// Summary in sentences.
     pub answer: &'a str,
-    /// The command that renders the scene as it is.
+    /// Command that renders the scene as it is.
     pub own_command: &'a str,
-    /// What each setting on the frontier adds to it.
+    /// Flags that each setting on the frontier adds to that command.
     pub flags: &'a [String],
-    /// What the scene calls for.
+    /// Effects of the scene.
     pub effects: &'a EffectReport,
-    /// How its pictures are shown.
+    /// Display settings of its pictures.
     pub display: Display,
 }
 
-/// Error over time of every rung, and the frontier, whose points are numbered as `flags` are.
+/// Plots error against time for every rung, and the frontier, whose points are numbered as in
+/// `flags`.
 pub fn accuracy_plot(scene: &str, circumstances: &str, report: &Report, flags: &[String]) -> Plot {
     let point = |of: &Measured, label: String, name: String| Point {
         label: Some(label),
@@ -77,7 +78,7 @@ pub fn accuracy_plot(scene: &str, circumstances: &str, report: &Report, flags: &
             points: others.filter_map(point).collect(),
         }
     });
-    // What the frontier or the scene's own point shows is not drawn twice.
+    // Points of the frontier and of the scene's own setting are not drawn twice.
     let drawn: Vec<Point> = report
         .frontier
         .iter()
@@ -150,7 +151,8 @@ pub fn accuracy_plot(scene: &str, circumstances: &str, report: &Report, flags: &
     }
 }
 
-/// Where a setting lies; what can't be told from no error lies at the upper end of what it may be.
+/// Position of a setting; an error indistinguishable from zero is drawn at the upper end of its
+/// interval.
 fn place(of: &Measured) -> Point {
     let root = |value: f64| value.max(1e-12).sqrt();
     let error = &of.errors.relmse;
@@ -165,7 +167,7 @@ fn place(of: &Measured) -> Point {
     }
 }
 
-/// Most screen pixels of a pixel.
+/// Largest magnification of a pixel on the screen.
 const MOST_SCALE: u32 = 16;
 
 fn seconds(exponent: i32) -> String {
@@ -180,7 +182,7 @@ fn power(exponent: i32) -> String {
     10_f64.powi(exponent).to_string()
 }
 
-/// Three significant digits.
+/// Formats a number with three significant digits.
 pub(super) fn number(value: f64) -> String {
     if value == 0.0 || (1e-3..1e4).contains(&value.abs()) {
         let digits = if value == 0.0 {
@@ -194,7 +196,7 @@ pub(super) fn number(value: f64) -> String {
     }
 }
 
-/// A page by itself: a headline, marks below it, and a script that may be empty.
+/// Formats a standalone page: a title, its HTML body, and a script that may be empty.
 pub fn document(title: &str, body: &str, script: &str) -> String {
     let (title, style) = (escaped(title), include_str!("page.css"));
     let script = if script.is_empty() {
@@ -210,7 +212,7 @@ pub fn document(title: &str, body: &str, script: &str) -> String {
 }
 
 impl Page<'_> {
-    /// The page.
+    /// Formats the page.
     pub fn html(&self) -> String {
         let circumstances: String = self
             .circumstances
@@ -218,14 +220,14 @@ impl Page<'_> {
             .map(|line| format!("<p class=\"soft\">{}</p>\n", escaped(line)))
             .collect();
         let plot = accuracy_plot(self.scene, "", self.report, self.flags);
-        // What its numbers stand for is in the table below it.
+        // The table below explains its numbers.
         let plot = Plot {
             title: String::new(),
             key: Vec::new(),
             ..plot
         }
         .svg();
-        // Every second part stands between back quotes.
+        // Every second part is between back quotes.
         let parts = self.answer.split('`').map(escaped).enumerate();
         let answer: String = parts
             .map(|(i, part)| {
@@ -255,7 +257,7 @@ impl Page<'_> {
         )
     }
 
-    /// Two pictures under a slider, the error of one, and all of them small.
+    /// Two pictures under a slider, the error of one of them, and thumbnails of all.
     fn pictures(&self) -> String {
         let Some(reference) = self.report.pictures.first() else {
             return String::new();
@@ -283,7 +285,7 @@ impl Page<'_> {
                 map.unwrap_or_default()
             );
         }
-        // A tile of few pixels is not blown up to the page's width.
+        // Pictures of few pixels are not enlarged to the page's width.
         let wide = format!(
             " style=\"max-width:{}px\"",
             MOST_SCALE * reference.picture.width
@@ -303,7 +305,7 @@ impl Page<'_> {
         )
     }
 
-    /// Where the pictures lie; nothing where they are the whole.
+    /// Position of the pictures in the whole; empty for whole pictures.
     fn place_of(&self, shown: &Picture) -> String {
         let ([x, y], Picture { width, height, .. }) = (self.report.tiles.shown, shown);
         if [*width, *height] == self.report.size {
@@ -314,8 +316,8 @@ impl Page<'_> {
         )
     }
 
-    /// What is palest in all heat maps: an error that one in a hundred pixels of the scene's own
-    /// setting exceeds.
+    /// Brightest error in all heat maps: the value exceeded by one in a hundred pixels of the
+    /// scene's own setting.
     fn heat_scale(&self, reference: &Picture) -> f32 {
         let own = self
             .report
@@ -329,7 +331,7 @@ impl Page<'_> {
     }
 
     fn png(&self, picture: &Picture, display: Display) -> String {
-        // A picture in memory can be written to memory; what can't be shown is an empty image.
+        // A picture that cannot be encoded becomes an empty image.
         let bytes = png_bytes(picture, display, &Metadata::default()).unwrap_or_default();
         format!("data:image/png;base64,{}", STANDARD.encode(bytes))
     }

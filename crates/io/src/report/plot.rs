@@ -1,6 +1,6 @@
-//! Double-logarithmic plots as SVG text: lines with their spread, marked places, a legend. Colours
-//! follow the reader's light or dark theme; a background of its own keeps it readable wherever it
-//! is embedded.
+//! Double-logarithmic plots as SVG: lines with their spread, marks, a legend. Colours follow the
+//! reader's light or dark theme; a background of its own keeps the plot readable wherever it is
+//! embedded.
 
 use std::fmt::Write;
 
@@ -12,45 +12,45 @@ use crate::masking::masked;
 /// A plot.
 #[derive(Clone, Debug, Default)]
 pub struct Plot {
-    /// Headline; empty: a page around it has one.
+    /// Title; empty for a plot inside a page with its own title.
     pub title: String,
-    /// What is compared, in a line below it.
+    /// Subject of the comparison, in a line below the title.
     pub subtitle: String,
-    /// How it was measured, in another.
+    /// Conditions of the measurement, in another line.
     pub circumstances: String,
     /// Horizontal axis.
     pub x: Axis,
     /// Vertical axis.
     pub y: Axis,
-    /// What is plotted.
+    /// The plotted lines.
     pub lines: Vec<Line>,
-    /// Places on the horizontal axis.
+    /// Marks on the horizontal axis.
     pub marks: Vec<Mark>,
-    /// Lines fall from left to right, so that there is room for the legend on the right.
+    /// Whether lines fall from left to right, which leaves room for the legend on the right.
     pub falling: bool,
-    /// Lines of text below everything, such as what short names of points stand for.
+    /// Lines of text below the plot, such as an explanation of short names.
     pub key: Vec<String>,
 }
 
-/// An axis, logarithmic. It spans whole decades around what is plotted.
+/// A logarithmic axis, which spans whole decades around the values.
 #[derive(Clone, Debug, Default)]
 pub struct Axis {
-    /// What is measured, with its unit.
+    /// Quantity with its unit.
     pub label: String,
-    /// What stands at a power of ten, by its exponent.
+    /// Label of a power of ten, by its exponent.
     pub tick: Option<fn(i32) -> String>,
 }
 
-/// Points in ascending order, joined.
+/// A polyline through points in ascending order.
 #[derive(Clone, Debug, Default)]
 pub struct Line {
-    /// In the legend.
+    /// Name in the legend.
     pub name: String,
-    /// Lines of one colour belong together.
+    /// Colour; related lines share a colour.
     pub colour: Colour,
-    /// Dashed, with square markers, to tell two lines of one colour apart.
+    /// Whether the line is dashed with square markers, to distinguish lines of the same colour.
     pub dashed: bool,
-    /// Its points stand alone.
+    /// Whether the points are not joined.
     pub apart: bool,
     /// Points with coordinates above zero.
     pub points: Vec<Point>,
@@ -59,26 +59,26 @@ pub struct Line {
 /// A measured point.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Point {
-    /// Horizontal.
+    /// Horizontal coordinate.
     pub x: f64,
-    /// Vertical.
+    /// Vertical coordinate.
     pub y: f64,
-    /// Ends of its spread.
+    /// Ends of its vertical spread.
     pub spread: [f64; 2],
-    /// What it is, where that is not the line's name: shown where a pointer rests.
+    /// Description, if other than the line's name, shown under a pointer.
     pub label: Option<String>,
-    /// The same in so few characters that it is written beside the point, where there is room.
+    /// Short name, written beside the point where room is left.
     pub name: String,
-    /// Whether the value is an upper bound: it may be anything below.
+    /// Whether the value is an upper bound.
     pub is_bound: bool,
 }
 
-/// A dotted line up from a place on the horizontal axis, with words.
+/// A dotted vertical line at a value on the horizontal axis, with a label.
 #[derive(Clone, Debug)]
 pub struct Mark {
-    /// Where.
+    /// Horizontal coordinate.
     pub x: f64,
-    /// Words.
+    /// Label.
     pub label: String,
 }
 
@@ -97,18 +97,18 @@ pub enum Colour {
 const WIDTH: f64 = 860.0;
 const HEIGHT: f64 = 578.0;
 
-/// Where a plot without a headline begins.
+/// Upper edge of a plot without a title.
 const BARE_TOP: f64 = 80.0;
 
 pub(super) const STYLE: &str = include_str!("plot.css");
 
-/// Of a line of the key, and from the words below the horizontal axis to its first one.
+/// Height of a line of the key, and distance from the axis labels to the first line.
 const KEY_LINE: f64 = 19.0;
 const KEY_START: f64 = 14.0;
 
 impl Plot {
-    /// The plot as an SVG file. Lines without points are left out; without any point there is
-    /// nothing but words.
+    /// Formats the plot as an SVG file. Lines without points are omitted; without any point, only
+    /// text is left.
     pub fn svg(&self) -> String {
         let points = || self.lines.iter().flat_map(|line| &line.points);
         let frame = Frame {
@@ -152,7 +152,7 @@ impl Plot {
         } else {
             title.clone()
         };
-        // Writing to a string can't fail.
+        // Writing to a string cannot fail.
         let _ = write!(
             svg,
             "<svg xmlns=\"http://www.w3.org/2000/svg\" viewBox=\"0 {top} {WIDTH} {height}\" width=\"{WIDTH}\" height=\"{height}\" \
@@ -168,7 +168,7 @@ impl Plot {
         }
     }
 
-    /// Lines at powers of ten with their words, and the names of the axes.
+    /// Draws grid lines at powers of ten with their labels, and the names of the axes.
     fn grid(&self, svg: &mut String, frame: &Frame) {
         let [left, top, right, bottom] = AREA;
         let words =
@@ -219,7 +219,7 @@ impl Plot {
                 top + (bottom - top) * 0.35
             );
         }
-        // In the lower right corner, which rising lines leave free, one above the other.
+        // Labels are stacked in the lower right corner, which rising lines leave free.
         for (i, mark) in self.marks.iter().enumerate() {
             let (x, y) = (
                 right - 10.0,
@@ -244,7 +244,7 @@ impl Plot {
             .any(|point| point.is_bound)
     }
 
-    /// The legend's left, top, right and bottom.
+    /// Returns left, top, right and bottom of the legend.
     fn legend_box(&self) -> [f64; 4] {
         let left = if self.falling {
             AREA[2] - 300.0
@@ -260,7 +260,7 @@ impl Plot {
         ]
     }
 
-    /// Beside each point that has a name, as far as there is room.
+    /// Writes the names of points, where room is left.
     fn names(&self, svg: &mut String, frame: &Frame) {
         let places: Vec<(f64, f64)> = self
             .lines
@@ -285,7 +285,7 @@ impl Plot {
         }
     }
 
-    /// What short names stand for.
+    /// Writes the explanation of short names.
     fn notes(&self, svg: &mut String) {
         for (i, line) in self.key.iter().enumerate() {
             let y = HEIGHT + KEY_START + KEY_LINE * (i as f64 + 0.2);
@@ -297,7 +297,7 @@ impl Plot {
         }
     }
 
-    /// In the upper corner where the lines leave room.
+    /// Draws the legend in an upper corner that the lines leave free.
     fn legend(&self, svg: &mut String) {
         let [left, ..] = self.legend_box();
         let row = |i: usize| AREA[1] + 20.0 + 23.0 * i as f64;
@@ -333,7 +333,7 @@ impl Plot {
 }
 
 impl Colour {
-    /// In the style.
+    /// Class in the style sheet.
     pub(super) fn class(self) -> &'static str {
         match self {
             Self::First => "first",
@@ -423,13 +423,12 @@ impl Line {
     }
 }
 
-/// Down from a place: a value is not above it.
+/// Downward arrow from a point, for an upper bound.
 fn arrow(x: f64, y: f64) -> String {
     format!("M{x:.1} {y:.1}v18m-4 -6l4 6l4 -6")
 }
 
-/// Text as a page or a plot holds it: what steers is masked, and what means something to them
-/// escaped.
+/// Escapes text for HTML and SVG, with control characters masked.
 pub fn escaped(text: &str) -> String {
     masked(text)
         .replace('&', "&amp;")

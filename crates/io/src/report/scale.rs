@@ -1,12 +1,12 @@
-//! Where values lie on a plot: logarithmic scales that span whole decades.
+//! Logarithmic scales of a plot, which span whole decades.
 
-/// Both scales of a plot.
+/// Horizontal and vertical scale.
 pub(super) struct Frame {
     pub x: Scale,
     pub y: Scale,
 }
 
-/// Maps decades to picture coordinates.
+/// Map from decades to picture coordinates.
 pub(super) struct Scale {
     /// Exponents of the ends.
     pub decades: [i32; 2],

@@ -1,33 +1,32 @@
-//! One table, written as text, Markdown, comma-separated values or HTML.
+//! Tables, formatted as text, Markdown, comma-separated values or HTML.
 
 use raywright_core::accuracy::Interval;
 
 use super::plot::escaped;
 use crate::masking::on_one_line;
 
-/// On which side a column's cells touch its edge.
+/// Alignment of a column's cells.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Align {
-    /// Text.
+    /// For text.
     Left,
-    /// Numbers.
+    /// For numbers.
     Right,
 }
 
-/// A row of a table. One with fewer cells than there are columns has its last one over those that
-/// are left.
+/// A row of a table. In a row with fewer cells than columns, the last cell spans the rest.
 #[derive(Clone, Debug, Default)]
 pub struct TableRow {
-    /// Its cells; one between back quotes is to be typed as it is.
+    /// Cells; text between back quotes is code.
     pub cells: Vec<String>,
-    /// What a page shows it as; empty: as any other.
+    /// Class of the row in a page; empty: none.
     pub class: &'static str,
-    /// What a page says of it to whoever points at its first cell.
+    /// Tooltip of the first cell in a page.
     pub about: String,
 }
 
 impl TableRow {
-    /// A row of a kind.
+    /// Creates a row with a class.
     pub fn of_class(class: &'static str, cells: impl IntoIterator<Item = String>) -> Self {
         Self {
             class,
@@ -45,17 +44,17 @@ impl FromIterator<String> for TableRow {
     }
 }
 
-/// Rows in columns.
+/// A table.
 #[derive(Clone, Debug)]
 pub struct Table {
-    /// How the cells of each column lie.
+    /// Alignment of each column.
     pub columns: Vec<Align>,
-    /// The first one names the columns, where they have names.
+    /// Rows; the first has the headings, or is empty without headings.
     pub rows: Vec<TableRow>,
 }
 
 impl Table {
-    /// A table of names of columns and rows below them.
+    /// Creates a table from headings and rows.
     pub fn new<const N: usize>(
         columns: [Align; N],
         names: [&str; N],
@@ -68,8 +67,7 @@ impl Table {
         }
     }
 
-    /// The same without columns that are empty in every row, but for their names; the first column
-    /// stays.
+    /// Removes columns that are empty in every row except the headings; the first column stays.
     #[must_use]
     pub fn without_empty_columns(mut self) -> Self {
         let cell = |row: &TableRow, column: usize| {
@@ -87,12 +85,12 @@ impl Table {
         self
     }
 
-    /// Plain text: columns padded to their widest cell, two spaces apart, within so many
-    /// characters, and no spaces at the end of a line. A cell with several lines would look like
-    /// several rows, and is made one.
+    /// Formats as plain text: columns padded to their widest cell, two spaces apart, within `room`
+    /// characters, without trailing spaces. A cell with several lines would look like several rows,
+    /// so that its line breaks are replaced.
     ///
-    /// Where it is too wide, text in its last column is broken, or the columns that have no room
-    /// follow in a table of their own, after the first one once more.
+    /// In a table that is too wide, text in the last column is wrapped, or the columns beyond the
+    /// width follow in a table of their own, which repeats the first column.
     pub fn text(&self, room: Option<usize>) -> String {
         let one_line = |row: &TableRow| -> Vec<String> {
             row.cells.iter().map(|cell| on_one_line(cell)).collect()
@@ -147,7 +145,7 @@ impl Table {
         bands.iter().map(band).collect::<Vec<_>>().join("\n")
     }
 
-    /// Markdown.
+    /// Formats as Markdown.
     pub fn markdown(&self) -> String {
         let line = |cells: &[String]| format!("| {} |\n", cells.join(" | "));
         let side = |column: &Align| {
@@ -163,7 +161,7 @@ impl Table {
         lines.concat()
     }
 
-    /// Comma-separated values.
+    /// Formats as comma-separated values.
     pub fn csv(&self) -> String {
         self.rows
             .iter()
@@ -171,7 +169,7 @@ impl Table {
             .collect()
     }
 
-    /// A table of a page.
+    /// Formats as an HTML table.
     pub fn html(&self) -> String {
         let Some((names, rows)) = self.rows.split_first() else {
             return String::new();
@@ -239,13 +237,13 @@ fn attribute(name: &str, value: &str) -> String {
     format!(" {name}=\"{}\"", escaped(value))
 }
 
-/// Between columns.
+/// Gap between columns.
 const GAP: &str = "  ";
-/// Characters of text that a line has at least, where it is broken.
+/// Least number of characters in a wrapped line.
 const LEAST_TEXT: usize = 20;
 
-/// Some of a row's cells in a line, of which the last one may go on in further lines below its
-/// beginning.
+/// Formats some of a row's cells as a line; the last cell may continue in further lines below its
+/// start.
 fn line(
     row: &[String],
     widths: &[usize],
@@ -261,7 +259,7 @@ fn line(
             && columns[column] == Align::Left
             && text.chars().count() + longest_word(cell) > room
         {
-            // No room beside the figures: below them.
+            // Without room beside the figures, the text goes below them.
             return format!("{}\n  {}\n", text.trim_end(), wrapped(cell, 2, room));
         }
         text += &match columns[column] {
@@ -283,8 +281,7 @@ fn longest_word(text: &str) -> usize {
         .unwrap_or(0)
 }
 
-/// A text broken between words so that it fits beside so many characters, which further lines are
-/// indented by.
+/// Wraps a text between words to `room` characters, further lines indented by `indent`.
 pub fn wrapped(text: &str, indent: usize, room: usize) -> String {
     let room = room.saturating_sub(indent).max(LEAST_TEXT);
     if text.chars().count() <= room {
@@ -309,9 +306,9 @@ pub fn wrapped(text: &str, indent: usize, room: usize) -> String {
     lines.join(&format!("\n{}", " ".repeat(indent)))
 }
 
-/// A number with what it may be off by: nothing where that is within the last digit that `number`
-/// writes, a share of it, or the ends of its interval where they are far from it. What can't be
-/// told from nothing is at most its upper end.
+/// Formats a number with its uncertainty: none within the last digit written by `number`, a share,
+/// or the ends of the interval if far from the value. A number indistinguishable from zero is given
+/// by its upper end.
 pub fn uncertain(of: &Interval, number: impl Fn(f64) -> String) -> String {
     let value = number(of.value);
     if of.is_lost_in_noise() && of.high > 0.0 {
@@ -335,7 +332,7 @@ pub fn uncertain(of: &Interval, number: impl Fn(f64) -> String) -> String {
     }
 }
 
-/// From this share of a number on the ends of its interval are written.
+/// Relative uncertainty above which the ends of the interval are written.
 const FAR: f64 = 0.3;
 
 #[cfg(test)]
@@ -352,9 +349,8 @@ mod tests {
         }
     }
 
-    /// Protects: numbers say what they may be off by, where that is more than their last digit: as
-    /// a share, or by ends that are far from them; what can't be told from nothing is at most its
-    /// upper end.
+    /// Protects: numbers have their uncertainty where it exceeds the last digit: as a share, or by
+    /// distant ends; a number indistinguishable from zero is given by its upper end.
     #[test]
     fn numbers_say_what_they_may_be_off_by() {
         let told = |value, low, high| {
@@ -384,9 +380,9 @@ mod tests {
         );
     }
 
-    /// Protects: a table that is too wide breaks the text of its last column below its beginning,
-    /// or goes on below with the first column once more; a word that has no room beside the others
-    /// stands below them; nothing is lost.
+    /// Protects: in a table that is too wide, the last column's text is wrapped below its start, or
+    /// the further columns follow below with the first one repeated; a long word without room goes
+    /// below the others; nothing is lost.
     #[test]
     fn tables_fit() {
         let text = table(
@@ -418,7 +414,7 @@ mod tests {
         assert_eq!(numbers.text(None).lines().count(), 2);
     }
 
-    /// Protects: a column that no row has anything in is left out, and no other.
+    /// Protects: exactly the columns that are empty in all rows are removed.
     #[test]
     fn empty_columns_are_left_out() {
         let rows = [
@@ -435,9 +431,9 @@ mod tests {
         assert_eq!(table.columns, [Align::Left, Align::Right, Align::Left]);
     }
 
-    /// Protects: one table is the same rows in every notation; a page marks rows and says what they
-    /// are, what is typed is code, a short row's last cell goes on to the edge, and nothing of a
-    /// name is read as markup.
+    /// Protects: a table has the same rows in every format; a page has classes and tooltips of
+    /// rows, code in `<code>`, a last cell that spans the rest of a short row, and all names
+    /// escaped.
     #[test]
     fn every_notation_has_the_rows() {
         let mut table = table(

@@ -1,4 +1,4 @@
-//! The tables of the page: settings worth their time, rungs, prices, effects.
+//! Tables of the page: settings on the frontier, rungs, ladders without error, effects.
 
 use raywright_core::accuracy::{
     EffectCost, EffectCosts, Interval, LadderReport, Measured, OutputReport, RungCost, RungReport,
@@ -15,17 +15,17 @@ fn interval(of: Interval) -> String {
     uncertain(&of, number)
 }
 
-/// What marks the rows of what is in use.
+/// Class of rows for the current setting.
 fn own(in_use: bool) -> &'static str {
     if in_use { "own" } else { "" }
 }
 
-/// The heading of a ladder's rungs.
+/// Heading row of a ladder.
 fn heading(ladder: &str) -> TableRow {
     TableRow::of_class("ladder", [ladder.to_owned()])
 }
 
-/// A rung with what a page says of it, and what is to be told in its row.
+/// Row of a rung, with its tooltip and its cells.
 fn rung(
     name: &str,
     about: &str,
@@ -39,14 +39,14 @@ fn rung(
 }
 
 impl Page<'_> {
-    /// The settings worth their time, each with its command.
+    /// Table of the settings on the frontier, each with its command.
     pub(super) fn frontier(&self) -> String {
         if self.report.frontier.is_empty() {
             return String::new();
         }
         let named = (1..).zip(self.report.frontier.iter().zip(self.flags));
         let rows = named.map(|(i, (candidate, flags))| {
-            // What else is known of them stands in the table of rungs.
+            // The other figures are in the table of rungs.
             let [time, ratio, error, _, _, light, ..] = self.cells(&candidate.measured, None);
             let cells = [
                 format!("({i})"),
@@ -144,8 +144,7 @@ impl Page<'_> {
         )
     }
 
-    /// A ladder with the rungs that have something to say: measured, and not slower and worse than
-    /// the one in use.
+    /// Rows of a ladder for all measured rungs, except those slower and worse than the current one.
     fn rows_of(&self, ladder: &LadderReport) -> Vec<TableRow> {
         let shown: Vec<&RungReport> = ladder
             .rungs
@@ -186,7 +185,7 @@ impl Page<'_> {
         ]
     }
 
-    /// Of a render of the whole picture.
+    /// Time of a render of the whole picture.
     fn time(&self, of: &Spread) -> String {
         format!("{} ±{:.0} %", spoken(of.median), of.relative() * 100.0)
     }
@@ -206,7 +205,7 @@ impl Page<'_> {
         ]
     }
 
-    /// Rungs that no picture depends on.
+    /// Table of the ladders that change no picture.
     pub(super) fn prices(&self) -> String {
         let mut rows = Vec::new();
         for ladder in &self.report.prices {
@@ -229,7 +228,7 @@ impl Page<'_> {
         )
     }
 
-    /// What files keep of the picture.
+    /// Table of the picture data that each file format keeps.
     pub(super) fn outputs(&self) -> String {
         let row = |of: &OutputReport| {
             let coding = of
@@ -268,7 +267,7 @@ impl Page<'_> {
         )
     }
 
-    /// What the scene calls for, and what each effect that can be switched off adds.
+    /// Table of the scene's effects, and the cost of each effect that can be switched off.
     pub(super) fn effects(&self) -> String {
         let costs = self.report.costs.as_ref();
         let present = self
@@ -324,7 +323,7 @@ impl Page<'_> {
     }
 }
 
-/// What an effect adds: median and range of its rounds.
+/// Cost of an effect: median and range over its rounds.
 fn added(of: &EffectCost) -> [String; 4] {
     let percent = |ratio: f64| format!("{:+.0} %", 100.0 * (ratio - 1.0));
     let time = format!(
@@ -349,7 +348,7 @@ fn how_measured(costs: &EffectCosts) -> String {
     )
 }
 
-/// The columns of every measured setting.
+/// Headings for a measured setting.
 const HEADS: [&str; 8] = [
     "CPU time",
     "× in use",
@@ -361,8 +360,8 @@ const HEADS: [&str; 8] = [
     "alone",
 ];
 
-/// What a setting does to the picture's light, in per cent; nothing where that can't be told from
-/// nothing.
+/// Formats the relative change of the picture's light, in per cent; empty if indistinguishable from
+/// zero.
 pub fn light_change(of: &Interval) -> String {
     let is_known = of.low > 1.0 || of.high < 1.0;
     let change = format!("{:+.1} %", 100.0 * (of.value - 1.0));
@@ -373,7 +372,7 @@ pub fn light_change(of: &Interval) -> String {
     }
 }
 
-/// A time with three digits.
+/// Formats a time with three digits.
 fn spoken(seconds: f64) -> String {
     if seconds < 0.9995 {
         format!("{} ms", number(1e3 * seconds))

@@ -1,15 +1,15 @@
-//! The area inside an outline in a plane, as triangles: trapezoids between the edges that a line
-//! sweeps over, from vertex to vertex. What winds around a point any way but not at all is inside,
-//! so that bodies that overlap are one, and an inner wall bounds a hole.
+//! Triangulation of the area inside a planar outline: a sweep line from vertex to vertex builds
+//! trapezoids between edges. Points with a nonzero winding number are inside, so that overlapping
+//! bodies are joined and an inner wall bounds a hole.
 
 use std::collections::{BTreeMap, BTreeSet};
 
-/// Directed edges that close: vertices at their ends, and where these lie.
+/// Directed edges that form closed loops: the vertices at their ends, and their positions.
 pub(super) struct Outline {
     pub edges: Vec<([u32; 2], [[f64; 2]; 2])>,
 }
 
-/// A corner of the cap: between two vertices of an edge, at a share of the way.
+/// A corner of the cap: at a fraction between the two vertices of an edge.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct CapCorner {
     pub vertices: [u32; 2],
@@ -17,12 +17,12 @@ pub(super) struct CapCorner {
     place: [f64; 2],
 }
 
-/// An edge that rises.
+/// An ascending edge.
 struct Rising {
     vertices: [u32; 2],
     from: [f64; 2],
     to: [f64; 2],
-    /// 1 where the outline goes up along it, -1 where it goes down.
+    /// 1 where the outline ascends the edge, -1 where it descends.
     winding: i32,
 }
 
@@ -49,14 +49,14 @@ impl Rising {
     }
 }
 
-/// Trapezoids: the edges at their left and right, and from where to where they go.
+/// Trapezoids: indices of their left and right edges, and their lower and upper ends.
 pub(super) struct Cap {
     edges: Vec<Rising>,
     trapezoids: Vec<([usize; 2], [f64; 2])>,
 }
 
 impl Cap {
-    /// Of an outline.
+    /// Triangulates an outline.
     pub fn of(outline: &Outline) -> Self {
         let rising = |&(vertices, [a, b]): &([u32; 2], [[f64; 2]; 2])| {
             let [v, w] = vertices;
@@ -92,9 +92,9 @@ impl Cap {
         cap
     }
 
-    /// From height to height: trapezoids between two edges go on as long as these are neighbours.
-    /// It takes time by the edges times those beside each other at a height: of n edges of a body
-    /// that is the root of n, and n where all of them are side by side, as a comb's teeth.
+    /// Sweeps from height to height; a trapezoid continues as long as its edges are neighbours. The
+    /// time is the number of edges times the number of active edges: for n edges of a typical body
+    /// about the root of n are active, and all n for the teeth of a comb.
     fn sweep(&mut self, heights: &[f64]) {
         let (mut next, mut active) = (0, Vec::new());
         let mut begun: BTreeMap<[usize; 2], f64> = BTreeMap::new();
@@ -130,7 +130,7 @@ impl Cap {
             .extend(begun.into_iter().map(|(edges, from)| (edges, [from, end])));
     }
 
-    /// Pairs of edges between which all is inside, from the left.
+    /// Pairs of edges that bound the inside, from the left.
     fn spans(&self, active: &[usize]) -> BTreeSet<[usize; 2]> {
         let (mut winding, mut left, mut spans) = (0, 0, BTreeSet::new());
         for &edge in active {
@@ -145,7 +145,7 @@ impl Cap {
         spans
     }
 
-    /// Counter-clockwise triangles, none without area.
+    /// Returns counter-clockwise triangles of nonzero area.
     pub fn triangles(&self) -> impl Iterator<Item = [CapCorner; 3]> + '_ {
         let two = |&([left, right], [low, high]): &([usize; 2], [f64; 2])| {
             let [left, right] = [left, right].map(|edge| &self.edges[edge]);
@@ -168,7 +168,7 @@ impl Cap {
 mod tests {
     use super::*;
 
-    /// The area of what an outline of closed rings caps.
+    /// Returns the area of the cap for an outline of closed rings.
     fn area(rings: &[&[[f64; 2]]]) -> f64 {
         let edges = rings
             .iter()
@@ -187,8 +187,8 @@ mod tests {
         cap.triangles().map(area).sum()
     }
 
-    /// Protects: areas of what is convex and what is not, with a hole, of two that overlap and two
-    /// that touch, whichever way they turn; and that nothing is inside of nothing.
+    /// Protects: areas of convex and concave outlines, with a hole, with overlap and with contact,
+    /// in both orientations; an empty outline has no area.
     #[test]
     fn areas_are_those_of_their_outlines() {
         let square: &[[f64; 2]] = &[[0.0, 0.0], [2.0, 0.0], [2.0, 2.0], [0.0, 2.0]];

@@ -1,5 +1,5 @@
-//! A mesh is cut by a plane, triangle by triangle (Sutherland and Hodgman, "Reentrant Polygon
-//! Clipping", 1974), and what the cut leaves open is found.
+//! Clipping of a mesh by a plane, triangle by triangle (Sutherland and Hodgman, "Reentrant Polygon
+//! Clipping", 1974), and the outline of its open section.
 
 use std::collections::HashMap;
 
@@ -9,41 +9,42 @@ use raywright_core::scene::{MeshData, Positions};
 use super::Section;
 use super::cap::{Cap, CapCorner, Outline};
 
-/// What a plane leaves of a mesh.
+/// Result of clipping a mesh.
 pub(super) enum Cut {
-    /// All of it, as it is.
+    /// The whole mesh, unchanged.
     Kept,
     Gone,
-    /// A part of it.
+    /// A part of the mesh.
     Through(Box<CutMesh>),
 }
 
-/// What is left of a mesh and the cap on it, which may be empty; whether some of the cut has none.
+/// The rest of a mesh and its cap, which may be empty; the flag says whether a part of the section
+/// is uncapped.
 pub(super) struct CutMesh {
     pub mesh: MeshData,
     pub cap: MeshData,
     pub is_open: bool,
 }
 
-/// A mesh on its way through a cut.
+/// State of clipping a mesh.
 pub(super) struct MeshCutter<'a> {
     data: &'a MeshData,
-    /// Of each vertex above the plane, in the world; what is at or below zero is kept.
+    /// Height of each vertex above the plane, in world space; heights of at most zero are kept.
     heights: &'a [f64],
     map: DAffine3,
     section: &'a Section,
     out: MeshData,
     positions: Vec<DVec3>,
-    /// Which point each new vertex is at, whatever else it carries, and whether that lies in the
-    /// plane.
+    /// Point of each new vertex, shared by vertices that differ in other attributes only, and
+    /// whether the point lies in the plane.
     points: Vec<(u32, bool)>,
-    /// New vertices of old ones, and of edges that cross the plane.
+    /// New vertices, by old vertices and by edges that cross the plane.
     kept: HashMap<u32, u32>,
     crossings: HashMap<[u32; 2], u32>,
-    /// Points of old vertices, and of edges between those.
+    /// Points of old vertices, and of crossings by the points of their edges.
     welded: Vec<u32>,
     crossed: HashMap<[u32; 2], u32>,
-    /// Edges of the new triangles in the plane, by their points, with a vertex at each.
+    /// Edges of new triangles in the plane, by their points, with the vertices at their ends.
     border: HashMap<[u32; 2], Vec<[u32; 2]>>,
 }
 
@@ -87,7 +88,7 @@ impl<'a> MeshCutter<'a> {
         }
     }
 
-    /// What is left.
+    /// Clips the mesh.
     pub fn cut(mut self) -> Cut {
         let most = self
             .heights
@@ -114,7 +115,7 @@ impl<'a> MeshCutter<'a> {
         }))
     }
 
-    /// The triangles of the cap, each with corners of its own.
+    /// Returns the triangles of the cap, with separate corners.
     fn cap(&self, outline: &Outline) -> MeshData {
         let at = |corner: CapCorner| {
             let [a, b] = corner
@@ -123,7 +124,7 @@ impl<'a> MeshCutter<'a> {
             a.lerp(b, corner.share)
         };
         let corners: Vec<DVec3> = Cap::of(outline).triangles().flatten().map(at).collect();
-        // Triangles turn the other way where the other side is kept, or the map mirrors.
+        // The orientation is reversed for the other kept side, and by a reflection.
         let is_reversed = self.section.keeps_above != (self.map.matrix3.determinant() < 0.0);
         let triangle = |k: u32| {
             if is_reversed {
@@ -141,7 +142,7 @@ impl<'a> MeshCutter<'a> {
         }
     }
 
-    /// Positions as they are stored, about the origin of the mesh.
+    /// Converts positions to storage relative to the mesh's origin.
     fn stored(&self, points: impl Iterator<Item = DVec3>) -> Positions {
         let origin = self.data.positions.origin();
         let mut positions = Positions::about(origin);
@@ -149,10 +150,10 @@ impl<'a> MeshCutter<'a> {
         positions
     }
 
-    /// Adds what is left of a triangle.
+    /// Adds the kept part of a triangle.
     fn clip(&mut self, triangle: [u32; 3]) {
         let heights = triangle.map(|vertex| self.heights[vertex as usize]);
-        // A face in the plane is the border of what lies on the side to which it does not face.
+        // A face in the plane bounds only the body behind it.
         if heights == [0.0; 3] && !self.faces_out(triangle) {
             return;
         }
@@ -184,14 +185,14 @@ impl<'a> MeshCutter<'a> {
         }
     }
 
-    /// Whether the outside of a triangle in the plane is the side that is cut away.
+    /// Whether a triangle in the plane faces the removed side.
     fn faces_out(&self, triangle: [u32; 3]) -> bool {
         let [a, b, c] = triangle.map(|vertex| self.data.positions.at(vertex as usize));
         let normal = self.map.matrix3.inverse().transpose() * (b - a).cross(c - a);
         self.section.sign() * normal[self.section.axis] > 0.0
     }
 
-    /// An old vertex among the new ones.
+    /// Returns the new index of an old vertex.
     fn keep(&mut self, vertex: u32) -> u32 {
         if let Some(&known) = self.kept.get(&vertex) {
             return known;
@@ -206,10 +207,10 @@ impl<'a> MeshCutter<'a> {
         new
     }
 
-    /// The vertex where an edge crosses the plane: one for both directions, at a point that is one
-    /// for all edges between its ends.
+    /// Returns the vertex where an edge crosses the plane: the same for both directions, at the
+    /// same point for all edges between these ends.
     fn cross(&mut self, from: u32, to: u32) -> u32 {
-        // In one order, so that the point has the same bits from both sides.
+        // A fixed order gives the point the same bits from both sides.
         let [a, b] = if self.welded[from as usize] < self.welded[to as usize] {
             [from, to]
         } else {
@@ -229,7 +230,7 @@ impl<'a> MeshCutter<'a> {
         new
     }
 
-    /// Adds a vertex between two old ones.
+    /// Adds a vertex interpolated between two old ones.
     fn push_between(&mut self, [a, b]: [u32; 2], share: f64, point: u32, in_plane: bool) -> u32 {
         let [a, b] = [a, b].map(|vertex| vertex as usize);
         let MeshData {
@@ -258,8 +259,8 @@ impl<'a> MeshCutter<'a> {
         self.points.len() as u32 - 1
     }
 
-    /// The edges of what the cut leaves open, as they bound the cap, and whether some of them don't
-    /// close.
+    /// Returns the edges of the open section as the cap's outline, and whether some of them are not
+    /// closed.
     fn outline(&self) -> (Outline, bool) {
         let mut edges: Vec<([u32; 2], [u32; 2])> = Vec::new();
         for (points, of) in &self.border {
@@ -270,7 +271,7 @@ impl<'a> MeshCutter<'a> {
                     .map(|&[from, to]| ([points[1], points[0]], [to, from])),
             );
         }
-        // The order of a table is not that of another run.
+        // The order of a hash table differs between runs.
         edges.sort_unstable();
         let closed = closed_parts(edges.iter().map(|(points, _)| *points));
         let all = edges.len();
@@ -289,8 +290,8 @@ impl<'a> MeshCutter<'a> {
     }
 }
 
-/// Tells of points whether the part of the directed edges that they lie on leaves each of its
-/// points as often as it comes there.
+/// Tests for a point whether its connected part of the directed edges is closed: each point has as
+/// many incoming as outgoing edges.
 fn closed_parts(edges: impl Iterator<Item = [u32; 2]> + Clone) -> impl Fn(u32) -> bool {
     let mut parents: HashMap<u32, u32> = HashMap::new();
     fn root(parents: &mut HashMap<u32, u32>, point: u32) -> u32 {
@@ -298,7 +299,7 @@ fn closed_parts(edges: impl Iterator<Item = [u32; 2]> + Clone) -> impl Fn(u32) -
         while let Some(&parent) = parents.get(&root).filter(|parent| **parent != root) {
             root = parent;
         }
-        // All on the way lead there at once from now on, so that no chain stays long.
+        // Path compression keeps chains short.
         let mut at = point;
         while at != root {
             at = parents.insert(at, root).unwrap_or(root);
@@ -328,7 +329,7 @@ fn between<const N: usize>(a: [f32; N], b: [f32; N], share: f64) -> [f32; N] {
     core::array::from_fn(|i| (f64::from(a[i]) + share * (f64::from(b[i]) - f64::from(a[i]))) as f32)
 }
 
-/// A sign has nothing between.
+/// The sign is not interpolated.
 fn tangent_between(a: [f32; 4], b: [f32; 4], share: f64) -> [f32; 4] {
     let [x, y, z, _] = between(a, b, share);
     [x, y, z, a[3]]

@@ -2,10 +2,10 @@ use serde_json::{Value, json};
 
 use super::*;
 
-/// Corners, and triangles of them.
+/// Positions, and triangles of their indices.
 type Triangles = (Vec<[f64; 3]>, Vec<[u32; 3]>);
 
-/// The corners and the triangles of a cube that faces out, or in.
+/// Positions and triangles of a cube that faces outwards or inwards.
 fn cube(least: f64, most: f64, inwards: bool) -> Triangles {
     let at = |bit: u32| if bit == 0 { least } else { most };
     let corners = (0..8_u32)
@@ -31,7 +31,7 @@ fn cube(least: f64, most: f64, inwards: bool) -> Triangles {
     (corners, triangles)
 }
 
-/// A scene of meshes with objects that show them.
+/// Builds a scene of meshes and objects.
 fn scene(meshes: &[(&str, Value)], objects: Value) -> Scene {
     let meshes: Vec<Value> = meshes
         .iter()
@@ -49,8 +49,7 @@ fn object(mesh: &str, transform: Value) -> Value {
     json!({ "shape": { "mesh": mesh }, "material": "m", "transform": transform })
 }
 
-/// What is left of a scene: the volumes in the world of what its objects show, and the codes of
-/// warnings.
+/// Volumes of the objects in world space after a section, and the codes of the warnings.
 fn left(scene: &Scene, section: &str) -> (Vec<f64>, Vec<WarningCode>) {
     let mut scene = scene.clone();
     let warnings = cut(&mut scene, &section.parse().expect("a section"), "s");
@@ -71,7 +70,7 @@ fn left(scene: &Scene, section: &str) -> (Vec<f64>, Vec<WarningCode>) {
             a.dot(b.cross(c)) / 6.0
         });
         let volume = volume.sum::<f64>() * map.matrix3.determinant().abs();
-        // A cap comes before its body.
+        // A cap precedes its body.
         if data.is_cap {
             capped = volume
         } else {
@@ -98,9 +97,9 @@ fn leaves(scene: &Scene, section: &str, expected: &[f64]) {
     );
 }
 
-/// Protects: what is left of a closed body is closed, of the right volume and faces out, on either
-/// side, along each axis, turned, scaled and mirrored; of one that is shown twice each is cut where
-/// it lies.
+/// Protects: a closed body stays closed after a section, with the right volume and outward
+/// orientation: on either side, along each axis, rotated, scaled and reflected; each instance is
+/// cut at its own position.
 #[test]
 fn closed_bodies_stay_closed() {
     let bodies = [("cube", data(cube(0.0, 1.0, false)))];
@@ -125,8 +124,8 @@ fn closed_bodies_stay_closed() {
     leaves(&scene(&bodies, twice), "x=0.75", &[0.75, 0.25]);
 }
 
-/// Protects: a plane through faces takes a body whole or leaves it whole, without a film; a plane
-/// beyond leaves all or nothing, which is told.
+/// Protects: a plane through faces keeps or removes the body as a whole, without a sliver; a plane
+/// outside keeps or removes everything, with a warning.
 #[test]
 fn planes_through_faces_leave_no_film() {
     let body = scene(
@@ -134,7 +133,7 @@ fn planes_through_faces_leave_no_film() {
         json!([object("cube", json!([]))]),
     );
     let whole = 0.2_f64.powi(3);
-    // Neither of these numbers is one of single precision.
+    // Neither number is exact in single precision.
     leaves(&body, "x=0.3", &[whole]);
     leaves(&body, "-x=0.1", &[whole]);
     leaves(&body, "x=7", &[whole]);
@@ -147,9 +146,8 @@ fn planes_through_faces_leave_no_film() {
     }
 }
 
-/// Protects: inner walls bound holes, so that a hollow body shows its wall, bodies of one mesh that
-/// overlap are one cap, and what touches the plane with a face from beyond leaves nothing of
-/// itself.
+/// Protects: inner walls bound holes, so that a hollow body shows its wall; overlapping bodies of a
+/// mesh share a cap; a body that only touches the plane from the removed side leaves nothing.
 #[test]
 fn caps_have_holes() {
     let join = |parts: Vec<Triangles>| {
@@ -180,9 +178,9 @@ fn caps_have_holes() {
     );
 }
 
-/// Protects: a mesh that is open where it is cut has no cap there and is named, its closed
-/// neighbours in the same mesh have theirs; spheres and what moves stay whole and are counted;
-/// vertices between carry what lies between.
+/// Protects: an open section has no cap and is named in a warning, while closed neighbours in the
+/// same mesh have caps; spheres and moving objects stay whole and are counted; attributes are
+/// interpolated.
 #[test]
 fn open_meshes_and_other_shapes_are_told() {
     let (corners, triangles) = cube(0.0, 1.0, false);
@@ -227,8 +225,8 @@ fn open_meshes_and_other_shapes_are_told() {
     assert_eq!(between, [([0.5, 0.0], 0.5), ([0.5, 0.5], 0.5)]);
 }
 
-/// Protects: a cap is of its body's material, unless images or vertices colour that, and of one new
-/// one for all bodies of such.
+/// Protects: a cap has the material of its body, unless images or vertex colours determine that;
+/// then all such bodies share one new material.
 #[test]
 fn caps_are_of_their_bodies() {
     let two = json!([
@@ -254,7 +252,7 @@ fn caps_are_of_their_bodies() {
     }
 }
 
-/// Protects: what names no section is refused with an example.
+/// Protects: malformed sections are refused with an example.
 #[test]
 fn sections_are_read() {
     assert_eq!(

@@ -1,5 +1,5 @@
-//! Pictures written and read back; submodules: files of other programs, hostile ones, and the real
-//! reference pictures.
+//! Tests of pictures written and read back; submodules test files of other programs, hostile files,
+//! and the shared reference pictures.
 
 mod reading;
 mod reference;
@@ -24,7 +24,7 @@ fn metadata() -> Metadata {
     }
 }
 
-/// A picture with values of every kind of trouble: large, tiny, negative, subnormal.
+/// A picture with extreme values: large, tiny, negative, subnormal.
 fn trouble() -> Picture {
     let mut picture = Picture::new(3, 2);
     let values = [
@@ -98,13 +98,13 @@ fn f08_exr_has_no_infinite_colour() {
     assert!(read.picture.rgb[0][2].is_nan());
 }
 
-/// Protects: the same picture gives the same file: no hash table's order, time or random number
-/// gets in.
+/// Protects: the same picture gives the same file, without the order of a hash table, the time or a
+/// random number in it.
 #[test]
 fn files_are_reproducible() {
     let picture = trouble();
     let first = exr_bytes(&picture, &metadata()).unwrap();
-    // Each table has its own random order; eight all in the same order would be chance one in 120⁷.
+    // Each hash table has a random order; eight equal orders have a probability of one in 120⁷.
     for _ in 0..8 {
         assert!(exr_bytes(&picture, &metadata()).unwrap() == first);
     }
@@ -112,8 +112,7 @@ fn files_are_reproducible() {
     assert!(png() == png());
 }
 
-/// Protects: both formats say where the picture comes from, in any language, and leave out what is
-/// not known.
+/// Protects: both formats record the picture's origin, in any language, and omit unknown entries.
 #[test]
 fn metadata_are_kept() {
     let picture = trouble();
@@ -145,8 +144,8 @@ fn metadata_are_kept() {
     );
 }
 
-/// Protects: a PNG holds exactly the codes of the display, straight coverage included, and declares
-/// the curve that made them.
+/// Protects: a PNG has exactly the display's codes, straight alpha included, and declares their
+/// curve.
 #[test]
 fn png_holds_the_codes_of_the_display() {
     let mut picture = trouble();
@@ -185,9 +184,8 @@ fn png_holds_the_codes_of_the_display() {
     }
 }
 
-/// Protects: a WebP holds exactly the codes of the display, straight coverage included, and a JPEG
-/// of the best quality nearly; both say where they come from, as numbers of 8 bits where more are
-/// asked for.
+/// Protects: a WebP has exactly the display's codes, straight alpha included, and a JPEG of the
+/// best quality nearly so; both record their origin, and have 8 bits even if more are requested.
 #[test]
 fn pages_show_the_codes_of_the_display() {
     let codes = |read: &StoredPicture| -> Vec<u8> {
@@ -246,8 +244,8 @@ fn pages_show_the_codes_of_the_display() {
     assert!(jpeg_bytes(&clear, 90, Display::PLAIN, &metadata()).is_err());
 }
 
-/// Protects: writing through the file system: format by name, the final name only, and a folder
-/// that is not there said beforehand.
+/// Protects: a file is written in the format of its name, under its final name only, and a missing
+/// folder is reported beforehand.
 #[test]
 fn pictures_are_written_by_name() {
     let folder = tempfile::tempdir().unwrap();
@@ -279,8 +277,8 @@ fn pictures_are_written_by_name() {
     assert!(Place::check(Path::new("no_folder_in_the_name.png")).is_ok());
 }
 
-/// Protects: a picture under a name that nobody chose goes over one of ours, and beside anything
-/// else; what lies in its way, or is said not to be free, is left alone.
+/// Protects: a picture under a default name replaces only a picture of this program, and gets
+/// another name beside any other file; a name reported as not free is left unchanged.
 #[test]
 fn unnamed_pictures_make_way() {
     let folder = tempfile::tempdir().unwrap();
@@ -313,7 +311,7 @@ fn unnamed_pictures_make_way() {
     );
 }
 
-/// Protects: an interrupted render goes beside the final name, with the format's ending kept.
+/// Protects: an interrupted render gets a name beside the final one, with the same extension.
 #[test]
 fn partial_names_keep_folder_and_ending() {
     assert_eq!(
@@ -321,12 +319,12 @@ fn partial_names_keep_folder_and_ending() {
         Path::new("out/a.b.partial.png")
     );
     assert_eq!(partial_name(Path::new("a")), Path::new("a.partial"));
-    // The longest names keep within what a file system takes, and whole characters.
+    // The longest names stay within the limit of file systems, in whole characters.
     let long = partial_name(Path::new(&("é".repeat(125) + ".png")));
     assert_eq!(long, Path::new(&("é".repeat(121) + ".partial.png")));
 }
 
-/// Protects: pictures that cannot be a file are refused, not written wrongly.
+/// Protects: inconsistent pictures are refused instead of written wrongly.
 #[test]
 fn impossible_pictures_are_refused() {
     for picture in [

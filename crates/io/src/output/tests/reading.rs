@@ -1,4 +1,4 @@
-//! Files that other programs write, and files that nobody should.
+//! Tests of files from other programs, and of malformed files.
 
 use ::exr::prelude::{
     AnyChannel, AnyChannels, Blocks, Compression, FlatSamples, Image, LayerAttributes, LineOrder,
@@ -9,7 +9,7 @@ use raywright_core::picture::DataWindow;
 use super::*;
 use crate::image_file::tests::crc32;
 
-/// Protects: 16-bit, grey, palette and coverage PNGs are read to the values they store.
+/// Protects: 16-bit, grey, palette and alpha PNGs are read with their stored values.
 #[test]
 fn other_kinds_of_png_are_read() {
     let encode = |colour, depth, data: &[u8], palette: Option<Vec<u8>>| {
@@ -77,8 +77,8 @@ fn halves() -> Vec<f16> {
         .collect()
 }
 
-/// Protects: half floats, whole numbers, grey alone, tiles and every lossless compression come out
-/// as the numbers that went in.
+/// Protects: half floats, integers, luminance alone, tiles and every lossless compression are read
+/// back exactly.
 #[test]
 fn other_kinds_of_exr_are_read() {
     let tiles = Blocks::Tiles(Vec2(16, 16));
@@ -130,8 +130,8 @@ fn other_kinds_of_exr_are_read() {
     assert_eq!((depth.has_colour, depth.picture.layers.len()), (false, 1));
 }
 
-/// Protects: a decoder that a damaged file can make abort is not entered at all, for pictures and
-/// for environments, and the message says what to do.
+/// Protects: a decoder that damaged files can abort is never called, for pictures and for
+/// environments, and the message gives advice.
 #[test]
 fn dwa_compression_is_refused() {
     for compression in [Compression::DWAA(None), Compression::DWAB(None)] {
@@ -147,9 +147,9 @@ fn dwa_compression_is_refused() {
     }
 }
 
-/// Protects: the windows of a file become the place of its picture in the whole, wherever the
-/// display window begins and whatever reaches beyond it, and the place is written as it is read;
-/// parts in different places are refused.
+/// Protects: the data window is read as the picture's window, wherever the display window begins
+/// and even if data extends beyond it, and is written back equally; parts with different windows
+/// are refused.
 #[test]
 fn windows_become_places() {
     let part = |name: &str, x: i32, y: i32| {
@@ -263,8 +263,8 @@ fn smallvec_of<T>(value: T) -> SmallVec<[T; 4]> {
     std::iter::once(value).collect()
 }
 
-/// Protects: no truncation and no changed byte of a valid file makes the reader panic or take
-/// memory unasked.
+/// Protects: no truncation and no changed byte of a valid file makes the reader panic or allocate
+/// beyond the limits.
 #[test]
 fn damaged_files_give_errors() {
     let mut picture = trouble();
@@ -304,8 +304,8 @@ fn damaged_files_give_errors() {
     assert_eq!(decode(b"").unwrap_err().kind(), ErrorKind::Input);
 }
 
-/// Protects: a small file that claims a large picture is refused before memory is taken, and limits
-/// are limits.
+/// Protects: a small file that claims a large picture is refused before any allocation, and the
+/// limits are exact.
 #[test]
 fn sizes_are_checked_before_memory_is_taken() {
     let bytes = png_bytes(&trouble(), Display::PLAIN, &Metadata::default()).unwrap();

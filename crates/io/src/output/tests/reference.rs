@@ -1,9 +1,9 @@
-//! The shared reference pictures, where they are at hand.
+//! Tests of the shared reference pictures, where available.
 
 use super::*;
 
-/// A folder of the shared reference pictures; none, and a line that says so, where they are not at
-/// hand.
+/// Returns a folder of the shared reference pictures, or prints a line and returns `None` without
+/// them.
 fn reference(name: &str) -> Option<PathBuf> {
     let folder = Path::new(env!("CARGO_MANIFEST_DIR"))
         .join("../../../shared/reference")
@@ -18,9 +18,8 @@ fn reference(name: &str) -> Option<PathBuf> {
     None
 }
 
-/// Protects: the documented shader's own display picture comes out of its linear one, code for
-/// code; what is left are values on the border of two codes, which its single-precision power
-/// moved.
+/// Protects: the reference's display picture follows from its linear one, code for code. Exceptions
+/// lie on the border of two codes, where the single-precision power of the shader moved them.
 #[test]
 fn reference_display_pictures_are_reproduced() {
     let Some(folder) = reference("whitted") else {
@@ -74,7 +73,7 @@ fn reference_display_pictures_are_reproduced() {
     }
 }
 
-/// The reference's display transform, with the platform's own power.
+/// The reference's tone map and transfer curve, with the platform's power function.
 fn exact_display_value(x: f32) -> f64 {
     let x = f64::from(x);
     (x * (2.51 * x + 0.03) / (x * (2.43 * x + 0.59) + 0.14))
@@ -82,7 +81,7 @@ fn exact_display_value(x: f32) -> f64 {
         .powf(1.0 / 2.2)
 }
 
-/// Protects: every reference picture can be read, its colour or its named channels included.
+/// Protects: every reference picture can be read, with its colour or its named channels.
 #[test]
 fn every_reference_picture_is_read() {
     let Some(root) = reference("") else { return };
@@ -123,8 +122,7 @@ fn every_reference_picture_is_read() {
             "material", "normal.X", "normal.Y", "normal.Z", "object", "t"
         ]
     );
-    // The camera looks at the middle of the scene from 6.5 away and 2.8 above; the sky is at the
-    // top.
+    // The camera is 6.5 units from the scene's centre and 2.8 above it; the sky is at the top.
     let distance = aov.layer("t").unwrap();
     assert_eq!(distance.samples[0], -1.0);
     assert!((1.0..8.0).contains(&distance.samples[180 * 640 + 320]));

@@ -1,4 +1,4 @@
-//! Places on a plot by hand, and that words and empty lines do no harm.
+//! Tests of positions in a plot, of text and of empty lines.
 
 use super::*;
 
@@ -11,8 +11,7 @@ fn point(x: f64, y: f64) -> Point {
     }
 }
 
-/// Protects: a decade is as wide as any other, on the whole width of the area, upwards as values
-/// grow.
+/// Protects: all decades have the same width, over the whole plot area, upwards for greater values.
 #[test]
 fn scales_are_logarithmic() {
     let scale = Scale::new([2.0, 500.0].into_iter(), 0.0, 300.0);
@@ -20,12 +19,12 @@ fn scales_are_logarithmic() {
     for (value, at) in [(1.0, 0.0), (10.0, 100.0), (1000.0, 300.0)] {
         assert!((scale.at(value) - at).abs() < 1e-9, "{value}");
     }
-    // A single value, or none, still has a width to be drawn on.
+    // A single value, or none, still spans a decade.
     assert_eq!(Scale::new([10.0].into_iter(), 0.0, 1.0).decades, [1, 2]);
     assert_eq!(Scale::new([f64::NAN].into_iter(), 0.0, 1.0).decades, [0, 1]);
 }
 
-/// Protects: names and file names can hold anything without breaking the file.
+/// Protects: no name or file name breaks the SVG.
 #[test]
 fn words_are_escaped() {
     let plot = Plot {
@@ -48,7 +47,7 @@ fn words_are_escaped() {
     );
 }
 
-/// Protects: the whole spread of a point lies on the area, where its ends are a decade's line from
+/// Protects: the whole spread of a point lies inside the plot, even where it extends a decade from
 /// the point.
 #[test]
 fn spreads_lie_on_the_area() {
@@ -76,8 +75,8 @@ fn spreads_lie_on_the_area() {
     );
 }
 
-/// Protects: every line is drawn, marked and named once, an empty one not at all, and no coordinate
-/// is NaN.
+/// Protects: every line is drawn, marked and named once, an empty line not at all, and no
+/// coordinate is NaN.
 #[test]
 fn lines_are_drawn_and_named() {
     let line = |name: &str, points| Line {
@@ -111,9 +110,9 @@ fn lines_are_drawn_and_named() {
     assert!(!svg.contains("NaN") && !svg.contains("inf"), "{svg}");
 }
 
-/// Protects: an upper bound is an arrow that points down from it, with words in the legend; a name
-/// stands beside its point, where a pointer and a keyboard find what it stands for; what names
-/// stand for makes the plot higher, and a headline that is the page's makes it less high.
+/// Protects: an upper bound is a downward arrow, explained in the legend; a name is beside its
+/// point, with a tooltip and a keyboard focus that explain it; the key makes the plot higher, and a
+/// missing title lower.
 #[test]
 fn bounds_and_names_are_drawn() {
     let bound = Point {
