@@ -1,5 +1,5 @@
-//! Files that lie in no folder: in an archive, in memory, behind a network. Whoever loads a scene
-//! from bytes finds them.
+//! Files outside any folder: in an archive, in memory, on a network. The caller who loads a scene
+//! from bytes provides them.
 
 use std::fmt;
 use std::io;
@@ -7,24 +7,25 @@ use std::sync::Arc;
 
 type Read = dyn Fn(&str) -> io::Result<Vec<u8>> + Send + Sync;
 
-/// Finds the files that a scene names, by their paths relative to it with `/` between their parts.
+/// Provides the files that a scene names, by their paths relative to the scene with `/` as
+/// separator.
 ///
-/// Paths never lead out of the scene's own folder: those that would are refused before. What is
-/// larger than [`Limits::file_bytes`](crate::Limits) is refused after. Two are equal if they are
-/// clones of one.
+/// Paths never lead outside the scene's own folder: such paths are refused before the call. Content
+/// larger than [`Limits::file_bytes`](crate::Limits) is refused after it. Two resolvers are equal
+/// if they are clones of the same one.
 #[derive(Clone)]
 pub struct Resolver(Arc<Read>);
 
 impl Resolver {
-    /// One that reads by this function.
+    /// Creates a resolver from a function.
     pub fn new(read: impl Fn(&str) -> io::Result<Vec<u8>> + Send + Sync + 'static) -> Self {
         Self(Arc::new(read))
     }
 
-    /// The content of a file.
+    /// Reads a file.
     ///
     /// # Errors
-    /// As the function says; [`io::ErrorKind::NotFound`] where there is none.
+    /// The function's own; [`io::ErrorKind::NotFound`] for a missing file.
     pub fn read(&self, path: &str) -> io::Result<Vec<u8>> {
         (self.0)(path)
     }

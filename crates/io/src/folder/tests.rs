@@ -1,4 +1,4 @@
-//! What may be read from a scene's folder, and what of it the hash covers.
+//! Tests of readable files in a scene's folder, and of their part in the hash.
 
 use super::{Folder, ReadError};
 
@@ -10,7 +10,7 @@ fn scene_folder() -> tempfile::TempDir {
     outer
 }
 
-/// Protects: a file beside the scene is read and counts towards the hash.
+/// Protects: a file beside the scene is read and contributes to the hash.
 #[test]
 fn a_file_beside_the_scene_is_read_and_counts_towards_the_hash() {
     let outer = scene_folder();
@@ -22,8 +22,7 @@ fn a_file_beside_the_scene_is_read_and_counts_towards_the_hash() {
     assert_eq!(after.to_string().len(), 64);
 }
 
-/// Protects: the hash says which file it was that held the bytes: two that are exchanged make
-/// another scene.
+/// Protects: the hash depends on which file held the bytes: two exchanged files give another scene.
 #[test]
 fn names_count_towards_the_hash() {
     let outer = scene_folder();
@@ -38,9 +37,8 @@ fn names_count_towards_the_hash() {
     assert_ne!(hash("own.txt"), hash("twin.txt"));
 }
 
-/// Protects: every file that is read or named is known afterwards, through folders beside this one
-/// too, and so is one that is not there or leads out: none of them may be replaced by a picture of
-/// the scene.
+/// Protects: every file read or named is recorded, also through the folders of such files, and so
+/// are missing and outside files: no picture of the scene may replace any of them.
 #[test]
 fn what_is_read_and_named_is_remembered() {
     use crate::output::Place;
@@ -61,7 +59,7 @@ fn what_is_read_and_named_is_remembered() {
         assert!(held(name), "{name}");
     }
     assert!(!held("none.txt") && !held("sub/own.txt"));
-    // What is looked for and may come counts; what is refused does not.
+    // Missing files that may appear later count; refused ones do not.
     assert_eq!(inputs.files().count(), 3);
 }
 
@@ -107,9 +105,8 @@ fn nothing_outside_the_folder_is_read() {
     }
 }
 
-/// Protects: a way that turns back inside the folder stays inside, also past a folder that is not
-/// there or is a link; and who asks for it reads other files too, but no addresses and nothing that
-/// is no file.
+/// Protects: a path that turns back inside the folder stays inside, even past a missing folder or a
+/// link; on request other files are read too, but never URLs or special files.
 #[cfg(unix)]
 #[test]
 fn ways_inside_and_ways_out() {
@@ -152,7 +149,7 @@ fn ways_inside_and_ways_out() {
     }
 }
 
-/// Protects: a link that leads out of the folder is not followed.
+/// Protects: a link that leads outside the folder is not followed.
 #[cfg(unix)]
 #[test]
 fn a_link_that_leads_out_of_the_folder_is_not_followed() {
@@ -170,7 +167,7 @@ fn a_link_that_leads_out_of_the_folder_is_not_followed() {
     }
 }
 
-/// Protects: opening a pipe waits for someone to write into it.
+/// Protects: a pipe is refused without opening it, which would block.
 #[cfg(unix)]
 #[test]
 fn a_pipe_is_refused_without_waiting() {
@@ -194,8 +191,7 @@ fn a_preset_reads_no_file() {
     ));
 }
 
-/// Protects: what is noted is told apart by where it ends, so that no other contents have the same
-/// hash.
+/// Protects: the hash separates its pieces, so that no other sequence of pieces has the same hash.
 #[test]
 fn a_hash_knows_where_things_end() {
     let hash = |parts: &[&[u8]]| {
@@ -216,8 +212,8 @@ fn a_hash_knows_where_things_end() {
     );
 }
 
-/// Protects: a name in another case finds its file, in folders too, but never one of two, one
-/// outside, or one through a link that leads out; where a file has the very name, that is the one.
+/// Protects: a name in another letter case finds its file, in folders too, but never an ambiguous
+/// or outside one, nor through a link to the outside; an exact match takes precedence.
 #[test]
 fn names_in_another_case_are_found() {
     let outer = scene_folder();
@@ -227,7 +223,7 @@ fn names_in_another_case_are_found() {
         std::fs::write(scene.join(name), text).expect("a file");
     }
     if std::fs::read_dir(&scene).expect("a folder").count() < 4 {
-        return; // this file system takes both for one
+        return; // this file system ignores case
     }
     let folder = Folder::around(&scene.join("x.toml"), 10).expect("the folder exists");
     assert_eq!(folder.read("maps/wood ü.png"), Ok(b"1".to_vec()));

@@ -1,4 +1,4 @@
-//! Going through the elements of arrays and the keys of tables, one by one, for serde.
+//! Iteration over array elements and table entries, for serde.
 
 use serde::de::{DeserializeSeed, IntoDeserializer, MapAccess, SeqAccess};
 
@@ -6,7 +6,7 @@ use super::de::Reader;
 use super::failure::{Failure, Step};
 use super::node::{Entry, Node, Value};
 
-/// The elements of an array.
+/// Elements of an array.
 pub(super) struct Items<'a> {
     reader: Reader<'a>,
     items: std::slice::Iter<'a, Node>,
@@ -50,17 +50,17 @@ impl<'a> Items<'a> {
     }
 }
 
-/// The keys of a table with their values.
+/// Entries of a table.
 pub(super) struct Entries<'a> {
     reader: Reader<'a>,
     entries: std::slice::Iter<'a, Entry>,
-    /// Others are passed over; none: all are read.
+    /// Keys to read, others are skipped; `None`: all are read.
     keys: Option<&'static [&'static str]>,
     value: Option<&'a Entry>,
 }
 
 impl<'a> Entries<'a> {
-    /// All of them, or those with the given keys.
+    /// Iterates over all entries, or those with the given keys.
     pub fn new(
         reader: Reader<'a>,
         entries: &'a [Entry],
@@ -76,7 +76,7 @@ impl<'a> Entries<'a> {
 }
 
 impl<'a> Entries<'a> {
-    /// The next one that is read.
+    /// Returns the next entry to read.
     fn advance(&mut self) -> Option<&'a Entry> {
         let keys = self.keys;
         let wanted = |entry: &&Entry| {
@@ -87,7 +87,7 @@ impl<'a> Entries<'a> {
         self.value
     }
 
-    /// The one whose key was read last.
+    /// Returns the entry whose key was read last.
     fn current(&mut self) -> Result<(&'a Entry, Reader<'a>), Failure> {
         let entry = self
             .value
@@ -97,12 +97,12 @@ impl<'a> Entries<'a> {
     }
 }
 
-/// A failure below the value of a key.
+/// Adds a key to the path of a failure.
 fn at_key(failure: Failure, entry: &Entry) -> Failure {
     failure.under(Step::Key(entry.key.clone()))
 }
 
-/// Little is done here, because both are compiled for every type of value.
+/// Kept short, because both methods are compiled for every type of value.
 impl<'a> MapAccess<'a> for Entries<'a> {
     type Error = Failure;
 

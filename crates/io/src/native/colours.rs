@@ -1,4 +1,4 @@
-//! Colours that a scene gives as text: where a colour is wanted they stand for three numbers.
+//! Colours given as text, in place of three numbers.
 
 use std::collections::BTreeMap;
 
@@ -9,7 +9,7 @@ use super::node::{Node, Value};
 use crate::colour::parse_colour;
 use crate::warning::{Warning, WarningCode};
 
-/// Keys whose values are colours, besides those that end in `colour`.
+/// Keys with colour values, besides those that end in `colour`.
 const KEYS: [&str; 9] = [
     "ambient",
     "emission",
@@ -22,8 +22,7 @@ const KEYS: [&str; 9] = [
     "refracted_tint",
 ];
 
-/// Puts numbers in the place of colours, unless a parameter of that name makes the text an
-/// expression.
+/// Replaces colour texts by numbers, unless a parameter of that name makes the text an expression.
 pub(super) fn replace(node: &mut Node, parameters: &BTreeMap<String, f64>) {
     match &mut node.value {
         Value::Array(items) => items.iter_mut().for_each(|item| replace(item, parameters)),
@@ -49,7 +48,7 @@ pub(super) fn replace(node: &mut Node, parameters: &BTreeMap<String, f64>) {
     }
 }
 
-/// Materials whose colours are most likely meant as codes from 0 to 255.
+/// Warns of materials whose colours are probably codes from 0 to 255.
 pub(super) fn warnings(file: &str, scene: &Scene) -> Vec<Warning> {
     let warning = |material: &Material| {
         let (key, colour) = match &material.model {

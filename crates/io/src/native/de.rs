@@ -1,9 +1,9 @@
-//! A serde deserializer over the tree, because the plain structs of the scene must stay plain: it
-//! evaluates numbers written as expressions, and gives every failure its place.
+//! Serde deserializer of the syntax tree. It evaluates numbers written as expressions and gives
+//! every failure its position, so that the scene's structs stay plain.
 //!
-//! A failure in one value need not hide the next: unknown keys, wrong words and broken numbers are
-//! noted and replaced by a harmless stand-in, so that one reading finds them all. What is read is
-//! thrown away when anything was noted.
+//! A failure in one value need not hide the next: unknown keys, wrong words and malformed numbers
+//! are recorded and replaced by a harmless value, so that one pass finds them all. The result is
+//! discarded if any failure was recorded.
 
 use std::cell::RefCell;
 use std::collections::BTreeMap;
@@ -18,13 +18,13 @@ use super::enums::Variant;
 use super::failure::{Failure, did_you_mean};
 use super::node::{Entry, Node, Value};
 
-/// What the deserializers of one reading share.
+/// State shared by the deserializers of one pass.
 pub(crate) struct Context<'a> {
     /// The whole text.
     pub text: &'a str,
-    /// What expressions may name: `t` and the parameters.
+    /// Variables of expressions: `t` and the parameters.
     pub names: &'a BTreeMap<String, f64>,
-    /// What was noted so far.
+    /// Recorded failures.
     pub noted: RefCell<Vec<Failure>>,
 }
 
@@ -34,14 +34,14 @@ impl Context<'_> {
     }
 }
 
-/// A value with the name it goes by in messages.
+/// A value with its name for messages.
 #[derive(Clone, Copy)]
 pub(crate) struct Reader<'a> {
     pub node: &'a Node,
     pub context: &'a Context<'a>,
-    /// The key this value belongs to, its own or that of an array around it; empty at the root.
+    /// The value's key, or the key of the array around it; empty at the root.
     pub name: &'a str,
-    /// Position in the array of that name.
+    /// Index in the array of that name.
     pub index: Option<usize>,
 }
 
@@ -74,18 +74,18 @@ impl<'a> Reader<'a> {
         }
     }
 
-    /// "`radius` must be a number, not an array", at this value.
+    /// Failure with the message "`radius` must be a number, not an array" at this value.
     pub fn wrong(&self, wanted: &str) -> Failure {
         let message = format!("{self} must be {wanted}, not {}", self.node.kind());
         Failure::new(message).at(self.node.span.clone())
     }
 
-    /// Gives a failure that has no place yet this value's.
+    /// Gives a failure without a position the position of this value.
     pub fn place<T>(&self, result: Result<T, Failure>) -> Result<T, Failure> {
         result.map_err(|failure| self.placed(failure))
     }
 
-    /// Apart from [`Self::place`], which is compiled for every type of value.
+    /// Separate from [`Self::place`], which is compiled for every type of value.
     fn placed(&self, mut failure: Failure) -> Failure {
         if failure.span.is_none() {
             let key = failure.key.as_deref().and_then(|key| self.node.entry(key));
@@ -96,7 +96,7 @@ impl<'a> Reader<'a> {
         failure
     }
 
-    /// The number this value is or evaluates to. A failure is noted, and a 1 stands in.
+    /// Evaluates the value as a number. A failure is recorded, and replaced by 1.
     fn number(&self) -> f64 {
         match &self.node.value {
             Value::Integer(value) => *value as f64,
@@ -116,7 +116,7 @@ impl<'a> Reader<'a> {
         }
     }
 
-    /// A failure of the expression in this value.
+    /// Failure of the expression in this value.
     fn expression(&self, error: expr::ExprError) -> Failure {
         let span = self.node.span_within(self.context.text, &error.span);
         let message = format!("in the expression of {self}: {}", error.message);
@@ -125,15 +125,15 @@ impl<'a> Reader<'a> {
         failure
     }
 
-    /// The whole number this value is or evaluates to, within a range. A failure is noted, and a 1
-    /// stands in.
+    /// Evaluates the value as a whole number within a range. A failure is recorded, and replaced by
+    /// 1.
     fn whole(&self, least: i128, greatest: i128) -> i128 {
         let value = match &self.node.value {
             Value::Integer(value) => i128::from(*value),
             Value::Unsigned(value) => i128::from(*value),
             _ => {
                 let value = self.number();
-                // Casts of floats saturate, so that what is out of range stays so.
+                // Casts of floats saturate, so that numbers out of range stay out of range.
                 if value.fract() != 0.0 || !value.is_finite() {
                     let message = format!("{self} must be a whole number, not {value}");
                     self.context
@@ -153,7 +153,7 @@ impl<'a> Reader<'a> {
         1
     }
 
-    /// The text of this value. A failure is noted, and an empty one stands in.
+    /// Returns the value's text. A failure is recorded, and replaced by an empty text.
     fn text(&self) -> &'a str {
         match &self.node.value {
             Value::Text(text) => text,
@@ -178,7 +178,7 @@ impl<'a> Reader<'a> {
         }
     }
 
-    /// Reads a table as a struct: unknown keys are noted and left out.
+    /// Reads a table as a struct: unknown keys are recorded and skipped.
     pub fn read_struct<V: Visitor<'a>>(
         self,
         keys: &'static [&'static str],
@@ -188,7 +188,7 @@ impl<'a> Reader<'a> {
         self.place(visitor.visit_map(Entries::new(self, entries, Some(keys))))
     }
 
-    /// The entries of a table that is to be a struct, the unknown ones noted. Apart from
+    /// Returns the entries of a table for a struct, and records unknown ones. Separate from
     /// [`Self::read_struct`], which is compiled for every struct.
     fn fields(&self, keys: &[&str]) -> Result<&'a [Entry], Failure> {
         let entries = self
@@ -215,7 +215,7 @@ impl<'a> Reader<'a> {
         Ok(entries)
     }
 
-    /// The two kinds of TOML headers are easily mistaken for each other.
+    /// Adds advice where the two kinds of TOML headers are confused.
     fn explain_header(&self, failure: Failure) -> Failure {
         let header = self
             .context
@@ -308,9 +308,9 @@ impl<'a> Deserializer<'a> for Reader<'a> {
         }
     }
 
-    /// A colour may be one number, and so an expression; inputs of the hit read through
-    /// [`Self::deserialize_any`] and keep their text, some of them only where it is no number of
-    /// the scene.
+    /// A colour may be a single number, and therefore an expression. Inputs that depend on the hit
+    /// point are read through [`Self::deserialize_any`] and keep their text; some of them keep it
+    /// only if it does not evaluate to a number.
     fn deserialize_newtype_struct<V: Visitor<'a>>(
         self,
         name: &'static str,

@@ -1,4 +1,4 @@
-//! Choices among named alternatives: a word, or a table whose one key is the word.
+//! Enum values: a word, or a table whose only key is the word.
 
 use serde::Deserializer;
 use serde::de::value::StrDeserializer;
@@ -8,11 +8,11 @@ use super::de::Reader;
 use super::failure::{Failure, Step, did_you_mean};
 use super::node::{Node, Value};
 
-/// The alternative that a value chooses.
+/// The variant that a value names.
 pub(crate) struct Variant<'a> {
     reader: Reader<'a>,
     word: &'a str,
-    /// What the word's table key holds; none: the word alone.
+    /// Content of the table under the word; `None`: the word alone.
     content: Option<&'a Node>,
 }
 
@@ -47,7 +47,7 @@ impl<'a> Variant<'a> {
         })
     }
 
-    /// The content under the word's name, or a failure that shows how to write it.
+    /// Returns the content under the word, or a failure that shows the syntax.
     fn content(&self, keys: &[&str]) -> Result<Reader<'a>, Failure> {
         match self.content {
             Some(node) => Ok(Reader {

@@ -1,5 +1,4 @@
-//! The error that travels up through serde while a tree becomes a scene, collecting its place on
-//! the way.
+//! Deserialization failure, which collects its path on the way up through serde.
 
 use std::fmt;
 use std::ops::{Deref, DerefMut, Range};
@@ -9,15 +8,14 @@ use serde::de::{self, Expected, Unexpected};
 
 use crate::diagnostic::Diagnostic;
 
-/// One step from a table or array to what is inside.
+/// A step from a table or array to its content.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(crate) enum Step {
     Key(String),
     Index(usize),
 }
 
-/// Why a value is not what the scene needs there. Boxed, because every step of serde hands it on by
-/// value.
+/// Reason why a value does not fit. Boxed, because every step of serde passes it by value.
 #[derive(Debug)]
 pub(crate) struct Failure(Box<Details>);
 
@@ -26,11 +24,11 @@ pub(crate) struct Details {
     pub message: String,
     pub label: String,
     pub hint: Option<String>,
-    /// None until a value on the way up gives its own.
+    /// Position; `None` until an enclosing value sets it.
     pub span: Option<Range<usize>>,
-    /// A key of the table that reports the failure, to be shown in place of the whole table.
+    /// Key of the reporting table to point at, in place of the whole table.
     pub key: Option<String>,
-    /// From the value that failed up to the root.
+    /// Path from the value up to the root.
     pub path: Vec<Step>,
 }
 
@@ -71,7 +69,7 @@ impl Failure {
         self
     }
 
-    /// The same failure, one level further up.
+    /// Adds a step to the path.
     pub fn under(mut self, step: Step) -> Self {
         self.path.push(step);
         self
@@ -135,7 +133,7 @@ impl de::Error for Failure {
     }
 }
 
-/// Advice after an unknown word: the nearest known one, or all of them.
+/// Advice for an unknown word: the closest known word, or all of them.
 pub(crate) fn did_you_mean(wrong: &str, known: &[&str], what: &str) -> String {
     match closest(wrong, known.iter().copied()) {
         Some(word) => format!("did you mean `{word}`?"),

@@ -1,5 +1,4 @@
-//! The images and meshes that a native scene names: read through its folder's gate and put into the
-//! scene.
+//! Images and meshes named by a native scene, read through its folder and added to the scene.
 
 use std::path::Path;
 use std::sync::Arc;
@@ -20,11 +19,11 @@ use crate::limits::Limits;
 use crate::warning::{Warning, WarningCode};
 use crate::{mesh_file, presets};
 
-/// Marks an image that the program carries.
+/// Prefix of a built-in image.
 const EMBEDDED: &str = "embedded:";
 
-/// Reads every file that a scene names. A missing texture is only a warning, everything else that
-/// cannot be had an error at its place.
+/// Reads every file that a scene names. A missing texture is only a warning; any other missing file
+/// is an error at its position.
 pub(crate) fn read(
     parsed: &mut Parsed<'_>,
     outer: &Folder,
@@ -50,7 +49,7 @@ pub(crate) fn read(
     }
     let decode = |(i, bytes): (usize, Vec<u8>)| (i, image_file::decode(&bytes, limits));
     let decoded: Vec<_> = match waiting.len() {
-        // A single one need not wake a pool.
+        // A single image is decoded without the pool.
         0 | 1 => waiting.into_iter().map(decode).collect(),
         _ => waiting.into_par_iter().map(decode).collect(),
     };
@@ -84,7 +83,7 @@ pub(crate) fn read(
             let (mesh, more) =
                 mesh_file::read(Path::new(reference), &bytes, &folder, limits, &part).map_err(
                     |error| match error.kind() {
-                        // What a command line is blamed for there stands in the scene here.
+                        // A usage error on the command line is wrong content in a scene.
                         ErrorKind::Usage => parsed.error(
                             ErrorKind::Input,
                             &format!("meshes[{i}].model.scene"),
@@ -115,7 +114,7 @@ pub(crate) fn read(
     Ok(warnings)
 }
 
-/// The bytes of an image, or why only its factor counts.
+/// Reads the bytes of an image, or returns the reason why only the factor is used.
 fn image(
     parsed: &Parsed<'_>,
     index: usize,
@@ -130,14 +129,14 @@ fn image(
         },
         None => match folder.read(path) {
             Ok(bytes) => Ok(Ok(bytes)),
-            // A sky without its picture would be another scene; a texture is a refinement.
+            // A sky without its picture would change the whole scene; a texture is a detail.
             Err(ReadError::Unreadable(why)) if !is_sky(parsed, name) => Ok(Err(why)),
             Err(why) => Err(unread(parsed, &at, &why)),
         },
     }
 }
 
-/// An image whose bytes are no picture that can be had.
+/// Error for an image whose bytes cannot be decoded.
 fn no_picture(parsed: &Parsed<'_>, index: usize, fault: &Fault) -> Error {
     let kind = if fault.kind == FaultKind::Limit {
         ErrorKind::Limit

@@ -1,4 +1,4 @@
-//! Strict JSON to a tree with places.
+//! Parser from strict JSON to a syntax tree with positions.
 
 use jsonc_parser::ast;
 use jsonc_parser::common::Ranged;
@@ -8,7 +8,7 @@ use jsonc_parser::{CollectOptions, ParseOptions, parse_to_ast};
 use super::node::{Entry, Node, Value};
 use crate::diagnostic::Diagnostic;
 
-/// JSON as RFC 8259 has it: none of the parser's extensions.
+/// JSON by RFC 8259, without the parser's extensions.
 const STRICT: ParseOptions = ParseOptions {
     allow_comments: false,
     allow_loose_object_property_names: false,

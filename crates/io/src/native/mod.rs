@@ -1,4 +1,4 @@
-//! The native scene format: TOML or JSON text to a [`Scene`], with every problem at its place.
+//! Native scene format: TOML or JSON text to a [`Scene`], with every problem at its position.
 
 mod access;
 mod colours;
@@ -32,10 +32,10 @@ use crate::limits::human_bytes;
 use crate::text::without_mark;
 use crate::warning::{Warning, WarningCode};
 
-/// Readings of one text at most: each finds one more failure that stands in the way of the rest.
+/// Largest number of passes over a text: each finds one more failure that hides others.
 const READINGS: usize = 20;
 
-/// Which of the two notations a text is in.
+/// Notation of a text.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Notation {
     /// TOML 1.1.
@@ -44,17 +44,17 @@ pub enum Notation {
     Json,
 }
 
-/// A scene with the text and tree it was read from, for the places of what is found out later.
+/// A scene with its text and syntax tree, for the positions of later problems.
 pub(crate) struct Parsed<'a> {
     pub scene: Scene,
-    /// The text's name in messages.
+    /// File name for messages.
     pub file: &'a str,
     text: &'a str,
     root: Node,
 }
 
 impl Parsed<'_> {
-    /// An error at the place of a path: `meshes[2].source.file`.
+    /// Creates an error at the position of a path: `meshes[2].source.file`.
     pub fn error(&self, kind: ErrorKind, path: &str, message: impl Into<String>) -> Error {
         let span = places::span(&self.root, path);
         let problem = Diagnostic {
@@ -69,7 +69,7 @@ impl Parsed<'_> {
         })
     }
 
-    /// A warning with the line of a problem that leaves a picture possible.
+    /// Creates a warning with the line of a problem that does not prevent a picture.
     pub fn warning(&self, problem: &Problem) -> Warning {
         let before = places::span(&self.root, &problem.path)
             .and_then(|span| self.text.get(..span.start))
@@ -83,8 +83,8 @@ impl Parsed<'_> {
     }
 }
 
-/// Reads and checks a scene; `file` is its name in messages. Images and meshes in other files are
-/// not read.
+/// Parses and validates a scene; `file` is its name in messages. Images and meshes in other files
+/// are not read.
 pub(crate) fn parse<'a>(
     file: &'a str,
     text: &'a str,
@@ -118,7 +118,8 @@ pub(crate) fn parse<'a>(
     }
 }
 
-/// A text of another version may be wrong in every line; only the version is worth a message then.
+/// Refuses a text of another format version with that message alone, because any line of the text
+/// may be wrong.
 fn other_format(root: &Node) -> Result<(), Vec<Diagnostic>> {
     let Some(entry) = root.entry("format") else {
         let hint =
@@ -159,17 +160,16 @@ fn tree(text: &str, notation: Notation) -> Result<Node, Vec<Diagnostic>> {
     }
 }
 
-/// Reads the tree as a scene. A failure that cannot be replaced by a stand-in takes its object,
-/// material or section out of the tree, and what is left is read again, so that one wrong thing
-/// does not hide the next.
+/// Deserializes the tree as a scene. A failure without a stand-in removes its object, material or
+/// section from the tree, and the rest is read again, so that one failure does not hide the next.
 fn read(
     root: &mut Node,
     text: &str,
     names: &BTreeMap<String, f64>,
 ) -> Result<Scene, Vec<Diagnostic>> {
     let mut problems: Vec<Diagnostic> = Vec::new();
-    // Each reading notes once more what the ones before it noted: a hundred thousand wrong keys,
-    // twenty times.
+    // Each pass finds the failures of the earlier ones again: a hundred thousand wrong keys, twenty
+    // times.
     let mut known = HashSet::new();
     for _ in 0..READINGS {
         let context = Context {
@@ -203,7 +203,7 @@ fn read(
     Err(problems)
 }
 
-/// Removes the element of a top-level array, or the top-level key, that a path leads into.
+/// Removes the top-level key, or the element of a top-level array, on a path.
 fn take_out(root: &mut Node, path: &[Step]) -> bool {
     let mut down = path.iter().rev();
     let (Some(Step::Key(key)), Value::Table(entries)) = (down.next(), &mut root.value) else {
@@ -221,23 +221,23 @@ fn take_out(root: &mut Node, path: &[Step]) -> bool {
     true
 }
 
-/// The tree of a right text, for the places of its parts.
+/// Syntax tree of a valid text, for the positions of its parts.
 #[derive(Clone, Debug)]
 pub(crate) struct Tree(Node);
 
 impl Tree {
-    /// None for a text that cannot be parsed.
+    /// Parses a text; `None` for a syntax error.
     pub fn new(text: &str, notation: Notation) -> Option<Self> {
         tree(text, notation).ok().map(Self)
     }
 
-    /// The place of the deepest value on a path that the text has; none for the root.
+    /// Position of the deepest existing value on a path; `None` for the root.
     pub fn span(&self, path: &str) -> Option<std::ops::Range<usize>> {
         places::span(&self.0, path)
     }
 }
 
-/// The bytes of a file as text, without a byte order mark.
+/// Converts the bytes of a file to text, without a byte order mark.
 pub(crate) fn text(file: &str, mut bytes: Vec<u8>, limit: u64) -> Result<String, Error> {
     if bytes.len() as u64 > limit {
         let message = format!(
@@ -258,7 +258,7 @@ pub(crate) fn text(file: &str, mut bytes: Vec<u8>, limit: u64) -> Result<String,
     })
 }
 
-/// The title of a scene in TOML; empty if it has none.
+/// Title of a scene in TOML; empty without one.
 pub(crate) fn title(text: &str) -> String {
     let root = toml::parse(text).ok();
     match root

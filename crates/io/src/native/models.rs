@@ -1,5 +1,5 @@
-//! Models that a native scene places: what their files hold becomes part of the scene, under names
-//! of its own.
+//! Models placed by a native scene: the contents of their files become part of the scene, under
+//! unique names.
 
 use std::collections::{BTreeMap, HashMap};
 use std::path::Path;
@@ -22,19 +22,20 @@ use crate::source::Format;
 use crate::up::moved;
 use crate::warning::Warning;
 
-/// What is read once: a file, with the scene, variant and time that are meant of it.
+/// Key of a loaded file: its path with the chosen scene, variant and time.
 type Key = (String, Option<String>, Option<String>, Option<u64>);
 
-/// What placing a model takes: its things are in the scene, but for objects and lights.
+/// Data for placing a model. Its images, textures, materials and meshes are already in the scene;
+/// objects and lights are added by each placement.
 struct Part {
-    /// With the file's own names of materials.
+    /// Objects, with the file's own material names.
     objects: Vec<Object>,
     lights: Vec<Light>,
-    /// Names in the scene by names in the file.
+    /// Material names in the scene, by names in the file.
     materials: BTreeMap<String, String>,
 }
 
-/// Names of a scene's things, so that those of models differ.
+/// Names used in the scene, so that those of models are unique.
 struct Taken {
     images: Names,
     textures: Names,
@@ -58,11 +59,11 @@ impl Taken {
     }
 }
 
-/// Puts all models into the scene that places them; none are left in its list.
+/// Adds all models to the scene that places them, and empties its list of models.
 ///
 /// # Errors
-/// At the place of the model: a file that can't be had, that is wrong or that has not what is asked
-/// of it, and a transform that takes it beyond every measure.
+/// At the position of the model: an unreadable or invalid file, a missing choice, and a transform
+/// beyond the range of coordinates.
 pub(super) fn read(
     parsed: &mut Parsed<'_>,
     outer: &Folder,
@@ -93,7 +94,7 @@ pub(super) fn read(
     Ok(warnings)
 }
 
-/// What names of a model's things begin with.
+/// Prefix of a model's names.
 fn label(model: &ModelFile) -> String {
     let stem = || {
         Path::new(&model.file)
@@ -108,7 +109,7 @@ fn label(model: &ModelFile) -> String {
     }
 }
 
-/// A model's file as a scene of its own.
+/// Loads a model's file as a scene of its own.
 fn load(
     parsed: &Parsed<'_>,
     outer: &Folder,
@@ -134,7 +135,7 @@ fn load(
         MeshSource::Inline(data) => data.bytes(),
         MeshSource::File(_) => 0,
     });
-    // What earlier models took is gone.
+    // Memory used by earlier models is no longer available.
     let taken = images.chain(meshes).sum::<usize>() as u64;
     let limits = Limits {
         memory_bytes: limits.memory_bytes.saturating_sub(taken),
@@ -170,7 +171,7 @@ fn load(
     loaded
         .map(|loaded| (loaded.scene, loaded.warnings))
         .map_err(|error| match error.kind() {
-            // What a command line is blamed for there stands in the scene here.
+            // A usage error on the command line is wrong content in a scene.
             ErrorKind::Usage if error.message().contains("has no variant") => {
                 parsed.error(ErrorKind::Input, &at("variant"), error.message())
             }
@@ -179,7 +180,7 @@ fn load(
         })
 }
 
-/// Gives all but objects and lights of a file to the scene, under names that begin with a label.
+/// Moves everything but objects and lights of a file into the scene, under names with a prefix.
 fn adopt(scene: &mut Scene, mut own: Scene, label: &str, taken: &mut Taken) -> Part {
     let wish = |name: &str| format!("{label}/{name}");
     let (mut images, mut textures, mut materials, mut meshes) = (
@@ -213,7 +214,7 @@ fn adopt(scene: &mut Scene, mut own: Scene, label: &str, taken: &mut Taken) -> P
         .iter_mut()
         .for_each(|texture| follow(&mut texture.image, &images));
     for material in &mut own.materials {
-        // Importers make physical materials alone.
+        // Importers create physical materials only.
         let Model::Physical(model) = &mut material.model else {
             continue;
         };
@@ -247,7 +248,7 @@ fn adopt(scene: &mut Scene, mut own: Scene, label: &str, taken: &mut Taken) -> P
     }
 }
 
-/// Adds a model's objects and lights where its transform puts them.
+/// Adds a model's objects and lights under its transform.
 fn place(
     parsed: &mut Parsed<'_>,
     part: &Part,
@@ -303,7 +304,7 @@ fn place(
     Ok(())
 }
 
-/// The fault of a file that could not be read.
+/// Error for an unreadable file.
 pub(super) fn unread(parsed: &Parsed<'_>, at: &str, why: &ReadError) -> Error {
     let kind = match why {
         ReadError::Refused(_) => ErrorKind::Input,

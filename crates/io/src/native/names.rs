@@ -1,5 +1,5 @@
-//! `t` and the parameters: read first, in the order of the text, because every other number may use
-//! them.
+//! `t` and the parameters: evaluated first, in the order of the text, because every other number
+//! may use them.
 
 use std::collections::{BTreeMap, HashMap, HashSet};
 
@@ -10,20 +10,20 @@ use super::node::{Entry, Node, Value};
 use crate::diagnostic::Diagnostic;
 use crate::error::Error;
 
-/// What the command line puts in the place of the file's values.
+/// Values of the command line that replace those of the file.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Overrides {
-    /// Time in seconds; none: the file's.
+    /// Time in seconds; `None`: the file's.
     pub at: Option<f64>,
-    /// Values of parameters that the file has.
+    /// Values of the file's parameters.
     pub set: Vec<(String, f64)>,
 }
 
-/// Evaluates `t` and `[parameters]`, writes the values into the tree and returns them as the names
-/// of all expressions.
+/// Evaluates `t` and `[parameters]`, writes the values into the tree and returns them as the
+/// variables of all expressions.
 ///
-/// A parameter may use `t` and those above it. A value from `overrides` stands in place of the
-/// text, which is then not evaluated.
+/// A parameter may use `t` and earlier parameters. A value from `overrides` replaces the text,
+/// which is then not evaluated.
 pub(crate) fn settle(
     root: &mut Node,
     text: &str,
@@ -50,7 +50,7 @@ pub(crate) fn settle(
         });
     }
     names.insert("t".to_owned(), t);
-    // Of two values for one name the later counts.
+    // The later of two values for the same name is in force.
     let set: HashMap<&str, f64> = overrides
         .set
         .iter()
@@ -99,7 +99,7 @@ fn check_overrides(root: &Node, overrides: &Overrides) -> Result<(), Error> {
     Ok(())
 }
 
-/// The value of a number or an expression; a problem is noted, and a 1 stands in.
+/// Evaluates a number or an expression; a problem is recorded, and replaced by 1.
 fn number(
     node: &Node,
     name: &str,

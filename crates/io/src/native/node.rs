@@ -1,19 +1,18 @@
-//! A parsed text as a tree in which every value and key knows its place: what TOML and JSON have in
-//! common.
+//! Syntax tree shared by TOML and JSON, in which every value and key has its position.
 
 use std::ops::Range;
 
-/// A value and the bytes of the text it stands in.
+/// A value and its byte range in the text.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Node {
-    /// For a table under a `[header]`: the header.
+    /// Byte range; for a table under a `[header]`, that of the header.
     pub span: Range<usize>,
     pub value: Value,
 }
 
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) enum Value {
-    /// JSON's `null`: the key counts as absent.
+    /// JSON's `null`: the key is treated as absent.
     Null,
     Boolean(bool),
     Integer(i64),
@@ -21,7 +20,7 @@ pub(crate) enum Value {
     Unsigned(u64),
     Float(f64),
     Text(String),
-    /// A TOML date or time, which nothing in a scene is.
+    /// A TOML date or time, which a scene never uses.
     Date,
     Array(Vec<Node>),
     /// In the order of the text, keys unique.
@@ -37,12 +36,12 @@ pub(crate) struct Entry {
 }
 
 impl Node {
-    /// The value of a key, if this is a table that has it.
+    /// Returns the value of a key, if this is a table with that key.
     pub fn get(&self, key: &str) -> Option<&Node> {
         self.entry(key).map(|entry| &entry.node)
     }
 
-    /// The key and its value, if this is a table that has it.
+    /// Returns a key and its value, if this is a table with that key.
     pub fn entry(&self, key: &str) -> Option<&Entry> {
         match &self.value {
             Value::Table(entries) => entries.iter().find(|entry| entry.key == key),
@@ -50,7 +49,7 @@ impl Node {
         }
     }
 
-    /// The value of a key to change, if this is a table that has it.
+    /// Returns the value of a key for changes, if this is a table with that key.
     pub fn get_mut(&mut self, key: &str) -> Option<&mut Node> {
         match &mut self.value {
             Value::Table(entries) => entries
@@ -61,7 +60,7 @@ impl Node {
         }
     }
 
-    /// For messages: "a number", "an array".
+    /// Description for messages: "a number", "an array".
     pub fn kind(&self) -> &'static str {
         match self.value {
             Value::Null => "null",
@@ -74,8 +73,8 @@ impl Node {
         }
     }
 
-    /// The bytes of the text that a part of this text value stands in; the whole value where
-    /// escapes or line breaks make the two differ.
+    /// Byte range of a part of this text value; the range of the whole value where escapes or line
+    /// breaks make the two differ.
     pub fn span_within(&self, source: &str, part: &Range<usize>) -> Range<usize> {
         let Value::Text(text) = &self.value else {
             return self.span.clone();

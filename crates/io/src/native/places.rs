@@ -1,4 +1,4 @@
-//! From the path of a problem (`objects[3].shape.sphere.radius`) to its place in the text.
+//! Conversion of a problem's path (`objects[3].shape.sphere.radius`) to its position in the text.
 
 use std::ops::Range;
 
@@ -7,14 +7,14 @@ use raywright_core::validate::Problem;
 use super::node::{Node, Value};
 use crate::diagnostic::Diagnostic;
 
-/// A problem at its place.
+/// Creates a diagnostic at the position of a problem.
 pub(crate) fn diagnostic(root: &Node, text: &str, problem: Problem) -> Diagnostic {
     let (node, whole) = find(root, &problem.path);
     let span = match problem.within {
         Some(part) if whole => node.span_within(text, &part),
         _ => node.span.clone(),
     };
-    // The root has no place of its own: what is wrong with it is said of the file.
+    // Problems of the root have no position; they belong to the file.
     let span = (!std::ptr::eq(node, root)).then_some(span);
     Diagnostic {
         message: problem.message,
@@ -24,9 +24,9 @@ pub(crate) fn diagnostic(root: &Node, text: &str, problem: Problem) -> Diagnosti
     }
 }
 
-/// The deepest value on a path that the text has, and whether that is the end of the path: what is
-/// left out of a text has its default, and what is wrong then stands where it would have been
-/// written.
+/// Returns the deepest existing value on a path, and whether the whole path exists: a value omitted
+/// from the text has its default, and a problem with that default is reported at the enclosing
+/// value.
 pub(crate) fn find<'a>(root: &'a Node, path: &str) -> (&'a Node, bool) {
     let mut node = root;
     for step in path.split(['.', '[']).filter(|step| !step.is_empty()) {
@@ -45,7 +45,7 @@ pub(crate) fn find<'a>(root: &'a Node, path: &str) -> (&'a Node, bool) {
     (node, true)
 }
 
-/// The place of the deepest value on a path that the text has; none for the root.
+/// Position of the deepest existing value on a path; `None` for the root.
 pub(crate) fn span(root: &Node, path: &str) -> Option<Range<usize>> {
     let (node, _) = find(root, path);
     (!std::ptr::eq(node, root)).then(|| node.span.clone())

@@ -1,14 +1,14 @@
-//! TOML 1.1 to a tree with places.
+//! Parser from TOML 1.1 to a syntax tree with positions.
 
 use toml::de::{DeTable, DeValue};
 
 use super::node::{Entry, Node, Value};
 use crate::diagnostic::Diagnostic;
 
-/// Messages kept of a broken text: after the first ones the parser mostly repeats itself.
+/// Largest number of kept messages: after the first ones the parser mostly repeats itself.
 const KEPT: usize = 5;
 
-/// Parses a whole file; on failure every independent error the parser found, in order.
+/// Parses a whole file; on failure returns the parser's independent errors, in order.
 pub(crate) fn parse(text: &str) -> Result<Node, Vec<Diagnostic>> {
     let (table, errors) = DeTable::parse_recoverable(text);
     if !errors.is_empty() {
@@ -38,7 +38,7 @@ fn table_value(table: &DeTable<'_>, wrong: &mut Vec<Diagnostic>) -> Value {
             },
         })
         .collect();
-    // The parser sorts keys by name; parameters build on each other in the order of the text.
+    // The parser sorts keys by name; parameters depend on each other in the order of the text.
     entries.sort_by_key(|entry| entry.key_span.start);
     Value::Table(entries)
 }

@@ -1,4 +1,4 @@
-//! OBJ and MTL text as statements: continued lines joined, comments and byte order marks gone, line
+//! OBJ and MTL statements: continued lines are joined, comments and byte order marks removed, line
 //! numbers kept.
 
 use std::borrow::Cow;
@@ -8,17 +8,17 @@ use crate::text::{lines, without_mark};
 /// A statement of an OBJ or MTL file.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(super) struct Statement<'a> {
-    /// Line where it begins, from 1.
+    /// Number of its first line, from 1.
     pub line: usize,
     /// First word.
     pub keyword: &'a str,
-    /// Everything behind it, without blanks at its ends.
+    /// The rest of the statement, trimmed.
     pub rest: &'a str,
 }
 
-/// The text of a file, with every line that ends in `\` joined to the next, and line feeds where
-/// carriage returns alone end lines. Names in other encodings than UTF-8 become unreadable, not the
-/// file: its numbers are ASCII.
+/// Decodes the text of a file: lines that end in `\` are joined to the next, and carriage returns
+/// become line feeds. In other encodings than UTF-8 only names become unreadable, because numbers
+/// are ASCII.
 pub(super) fn decode(bytes: &[u8]) -> Cow<'_, str> {
     let bytes = without_mark(bytes);
     let text = if bytes
@@ -44,8 +44,7 @@ pub(super) fn decode(bytes: &[u8]) -> Cow<'_, str> {
             }
             None => {
                 out.push_str(line);
-                // The lines that were joined are made up for, so that the numbers of the following
-                // ones stay.
+                // Empty lines replace the joined ones, so that later line numbers stay.
                 out.extend(std::iter::repeat_n('\n', owed + 1));
                 owed = 0;
             }
@@ -54,7 +53,7 @@ pub(super) fn decode(bytes: &[u8]) -> Cow<'_, str> {
     Cow::Owned(out)
 }
 
-/// The statements of a decoded text.
+/// Splits a decoded text into statements.
 pub(super) fn statements(text: &str) -> impl Iterator<Item = Statement<'_>> {
     text.lines().enumerate().filter_map(|(i, line)| {
         let line = line.split('#').next().unwrap_or_default().trim();
@@ -67,8 +66,7 @@ pub(super) fn statements(text: &str) -> impl Iterator<Item = Statement<'_>> {
     })
 }
 
-/// A path as files from other systems write it, in the form that
-/// [`Folder::read`](crate::Folder::read) takes.
+/// Normalises a path from another system to the form of [`Folder::read`](crate::Folder::read).
 pub(super) fn relative(path: &str) -> String {
     path.trim().trim_matches('"').replace('\\', "/")
 }
@@ -77,8 +75,8 @@ pub(super) fn relative(path: &str) -> String {
 mod tests {
     use super::*;
 
-    /// Protects: carriage returns alone end lines, also of a text that mixes them with line feeds,
-    /// and the lines keep their numbers.
+    /// Protects: carriage returns alone end lines, even mixed with line feeds, and line numbers are
+    /// right.
     #[test]
     fn carriage_returns_end_lines() {
         let text = decode(b"# a\rv 1\\\r2\rmtllib m\nf 1\r\n\r\ng x\r");
@@ -96,8 +94,8 @@ mod tests {
         );
     }
 
-    /// Protects: what follows a continued line is part of it; comments and blank lines are nothing;
-    /// `\r\n` is a line's end.
+    /// Protects: a continued line is joined to the next; comments and blank lines are skipped;
+    /// `\r\n` ends a line.
     #[test]
     fn statements_are_joined_and_stripped() {
         let text = decode(b"\xef\xbb\xbf  # x\r\nf 1 2 \\\r\n 3 # y\r\n\r\nusemtl  a b \n s\toff");

@@ -1,21 +1,21 @@
 //! MTL materials as physical materials.
 //!
-//! MTL describes Phong shading and names rendering tricks (`illum`); what is meant by common files
-//! is read like this:
+//! MTL describes Phong shading and names rendering tricks (`illum`). Common files are interpreted
+//! as follows:
 //!
 //! | in the file | becomes |
 //! |---|---|
 //! | `illum` 6, 7; 4, 9 with `d` below 1 or `Tf` | smooth glass with index `Ni`, tinted by `Tf` |
-//! | `illum` 3 | a mirror tinted by `Ks`; with a `Kd` that is not black, a metal of colour `Kd` as rough as `Ns` says (Blender writes metals so) |
+//! | `illum` 3 | a mirror tinted by `Ks`; with a `Kd` that is not black, a metal of colour `Kd` and roughness by `Ns` (as Blender writes metals) |
 //! | `illum` 5 | a polished dielectric with index `Ni` over `Kd` |
-//! | `Kd` black, `Ks` not | a metal of colour `Ks`, as rough as `Ns` says |
+//! | `Kd` black, `Ks` not | a metal of colour `Ks` and roughness by `Ns` |
 //! | no `Ks`, or `illum` 0, 1 | matte: `Kd` without any highlight (index 1, so that nothing mirrors) |
-//! | anything else | a dielectric of index 1.5 over `Kd`, as rough as `Ns` says |
+//! | anything else | a dielectric of index 1.5 over `Kd`, with roughness by `Ns` |
 //!
 //! Mirrors are physical metals and not classic ones, so that every integrator can trace all
-//! materials of a file. `d` or `Tr` below opaque is coverage; `Ke` is radiance; `Pr`, `Pm`, their
-//! images and `norm` of the PBR extension go before what is derived, and its `Ps`, `Pc`, `Pcr`,
-//! `aniso` and `anisor` lie over it. `Ka` means nothing where light is simulated.
+//! materials of a file. `d` or `Tr` below opaque is coverage; `Ke` is radiance. `Pr`, `Pm`, their
+//! images and `norm` of the PBR extension take precedence over derived values; its `Ps`, `Pc`,
+//! `Pcr`, `aniso` and `anisor` add layers. `Ka` is ignored, because light is simulated.
 
 use raywright_core::Scene;
 use raywright_core::scene::{
@@ -27,14 +27,14 @@ use super::texture::{Map, Textures};
 use crate::import::{Warnings, shown};
 use crate::warning::WarningCode;
 
-/// Perceptual roughness of the lobe that a Phong exponent describes: its α is √(2/(n+2)) (Walter,
-/// Marschner, Li, Torrance, "Microfacet Models for Refraction through Rough Surfaces", 2007), and
-/// roughness is √α.
+/// Perceptual roughness of a Phong lobe with this exponent: its α is √(2/(n+2)) (Walter, Marschner,
+/// Li, Torrance, "Microfacet Models for Refraction through Rough Surfaces", 2007), and roughness is
+/// √α.
 fn roughness(exponent: f64) -> f64 {
     (2.0 / (exponent.max(0.0) + 2.0)).sqrt().sqrt()
 }
 
-/// The statements of a material that name images which are read.
+/// Returns the statements of a material that name used images.
 pub(super) fn images(source: &tobj::Material) -> impl Iterator<Item = &str> {
     let known = [&source.diffuse_texture, &source.dissolve_texture]
         .into_iter()
@@ -46,12 +46,12 @@ pub(super) fn images(source: &tobj::Material) -> impl Iterator<Item = &str> {
     )
 }
 
-/// What stands behind a key that `tobj` does not know.
+/// Returns the text after a key unknown to `tobj`.
 fn unknown<'s>(source: &'s tobj::Material, key: &str) -> Option<&'s str> {
     source.unknown_param.get(key).map(String::as_str)
 }
 
-/// A material as the scene wants it, with the images that there are.
+/// Converts a material for the scene, with the images that could be read.
 pub(super) fn convert(
     source: &tobj::Material,
     textures: &mut Textures,
@@ -111,12 +111,12 @@ pub(super) fn convert(
     out
 }
 
-/// A number of a material: seven digits of it count.
+/// Rounds a number of a material to single precision.
 fn single(value: f64) -> f64 {
     f64::from(value as f32)
 }
 
-/// Colour and lobes, by the table above.
+/// Returns colour and lobes, by the table above.
 fn surface(source: &tobj::Material) -> Physical {
     let rgb = |colour: Option<[f64; 3]>, missing: f64| {
         colour.map_or([missing; 3], |c| c.map(|c| unit(single(c))))
@@ -196,8 +196,8 @@ fn surface(source: &tobj::Material) -> Physical {
     }
 }
 
-/// What the PBR extension's keys lay over a surface: `Ps` fibres, `Pc` and `Pcr` a coat, `aniso`
-/// and `anisor` (in turns) combed facets.
+/// Adds the layers of the PBR extension: `Ps` sheen, `Pc` and `Pcr` a clearcoat, `aniso` and
+/// `anisor` (in turns) anisotropy.
 fn layers(source: &tobj::Material, out: &mut Physical) {
     let number = |key: &str| {
         source
@@ -223,13 +223,13 @@ fn layers(source: &tobj::Material, out: &mut Physical) {
     });
 }
 
-/// `d`, or 1 − `Tr` where that is all there is.
+/// Returns `d`, or 1 − `Tr` without a `d`.
 fn opacity(source: &tobj::Material, warnings: &mut Warnings) -> f64 {
     if let Some(dissolve) = source.dissolve {
         return unit(single(dissolve));
     }
     match source.unknown_param.get("Tr").and_then(|text| parsed(text)) {
-        // Old exporters wrote Tr for d: nobody describes what can't be seen.
+        // Old exporters wrote Tr for d: a file hardly describes an invisible material.
         Some(1.0) => {
             warnings.add(
                 WarningCode::Choice,
@@ -245,7 +245,7 @@ fn opacity(source: &tobj::Material, warnings: &mut Warnings) -> f64 {
     }
 }
 
-/// A number that an image gives by its red channel, times a factor.
+/// Returns a number from an image's red channel, times a factor.
 fn pictured(image: TextureRef, factor: f64) -> NumberInput {
     NumberInput::Texture(TextureInput {
         texture: TextureRef {
@@ -256,7 +256,7 @@ fn pictured(image: TextureRef, factor: f64) -> NumberInput {
     })
 }
 
-/// Keys of a material that have no words in a scene and would change how it looks.
+/// Lists the keys of a material that would change its look but have no equivalent here.
 pub(super) fn unread(source: &tobj::Material) -> Vec<String> {
     const READ: [&str; 14] = [
         "Tf", "Tr", "Pr", "Pm", "map_Pr", "map_Pm", "map_Ke", "norm", "Kt", "Ps", "Pc", "Pcr",
@@ -278,7 +278,7 @@ pub(super) fn unread(source: &tobj::Material) -> Vec<String> {
             .filter(|(_, texture)| texture.is_some())
             .map(|(name, _)| *name),
     );
-    // The parameters come from a map without order.
+    // The parameters come from a hash map.
     ignored.sort_unstable();
     ignored.truncate(20);
     ignored

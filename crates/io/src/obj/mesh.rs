@@ -1,5 +1,5 @@
-//! From polygons with welded vertices to triangle meshes, one for each material and kind of
-//! shading.
+//! Conversion of polygons with welded vertices to triangle meshes, one for each material and kind
+//! of shading.
 
 use std::collections::HashMap;
 
@@ -11,7 +11,7 @@ use crate::import::{Fault, Outcome};
 use crate::mesh_tools::painted;
 use crate::polygon::{self, Clipper};
 
-/// The faces of one material that are all flat, or all smooth.
+/// Faces of one material, all flat or all smooth.
 #[derive(Debug)]
 pub(super) struct Part {
     /// As in [`Run::material`].
@@ -19,14 +19,14 @@ pub(super) struct Part {
     pub data: MeshData,
 }
 
-/// A place, by the bits of its stored coordinates: vertices that differ in texture coordinates only
-/// share a smooth normal.
+/// A smoothing group and a position by its stored bits: vertices that differ in texture coordinates
+/// only share a smooth normal.
 type Place = (u32, [u32; 3]);
 
-/// Makes the meshes of all runs.
+/// Builds the meshes of all runs.
 ///
 /// # Errors
-/// A fault of kind limit when there are too many vertices or concave polygons are too large.
+/// A fault of kind limit for too many vertices or oversized concave polygons.
 pub(super) fn build(runs: &[Run], models: Vec<tobj::Model>) -> Outcome<Vec<Part>> {
     let models: Vec<(Run, tobj::Mesh)> = models
         .into_iter()
@@ -37,7 +37,7 @@ pub(super) fn build(runs: &[Run], models: Vec<tobj::Model>) -> Outcome<Vec<Part>
         .flat_map(|(_, mesh)| mesh.positions.as_chunks::<3>().0);
     let origin = origin_near(coordinates.map(|&p| p.into()));
     let normals = smooth_normals(&models, origin);
-    // Some programs count colours to 255.
+    // Some programs write colours from 0 to 255.
     let bytes = models
         .iter()
         .flat_map(|(_, mesh)| &mesh.vertex_color)
@@ -68,9 +68,9 @@ pub(super) fn build(runs: &[Run], models: Vec<tobj::Model>) -> Outcome<Vec<Part>
     Ok(parts)
 }
 
-/// The places in `mesh.indices` of each polygon's corners.
+/// Returns the corners of each polygon as a slice of `mesh.indices`.
 fn polygons(mesh: &tobj::Mesh) -> impl Iterator<Item = &[u32]> {
-    // tobj leaves the arities out where all are triangles.
+    // tobj omits the arities if all faces are triangles.
     let count = if mesh.face_arities.is_empty() {
         mesh.indices.len() / 3
     } else {
@@ -99,7 +99,7 @@ fn triple(values: &[f64], i: usize) -> [f64; 3] {
         .unwrap_or_default()
 }
 
-/// The values in single precision.
+/// Rounds to single precision.
 fn single(values: [f64; 3]) -> [f32; 3] {
     values.map(|value| value as f32)
 }
@@ -109,11 +109,11 @@ fn double(p: [f32; 3]) -> DVec3 {
 }
 
 fn place(group: u32, p: [f32; 3]) -> Place {
-    // + 0 makes one of the two zeros.
+    // Adding 0 maps −0 to 0.
     (group, p.map(|c| (c + 0.0).to_bits()))
 }
 
-/// For each smoothing group and place the sum of the polygons' normals, weighted by area.
+/// Sums the area-weighted normals of the polygons for each smoothing group and position.
 fn smooth_normals(models: &[(Run, tobj::Mesh)], origin: DVec3) -> HashMap<Place, DVec3> {
     let mut sums = HashMap::new();
     let mut points = Vec::new();
@@ -174,13 +174,13 @@ fn append_vertices(
     Ok(())
 }
 
-/// Adds the triangles of a run whose vertices were added last.
+/// Adds the triangles of the run whose vertices were added last.
 fn append_triangles(
     out: &mut MeshData,
     (mesh, origin): (&tobj::Mesh, DVec3),
     clipper: &mut Clipper,
 ) -> Outcome<()> {
-    // The count was checked when the vertices were added.
+    // The number of vertices was checked before.
     let offset = (out.positions.len() - mesh.positions.len() / 3) as u32;
     let (mut points, mut triangles) = (Vec::new(), Vec::new());
     for face in polygons(mesh) {
@@ -198,7 +198,7 @@ fn append_triangles(
     Ok(())
 }
 
-/// Adds texture coordinates; where only some runs of a mesh have them, the others get zero.
+/// Adds texture coordinates; in a mesh where only some runs have them, the others get zero.
 fn append_uvs(out: &mut MeshData, run: &Run, mesh: &tobj::Mesh, before: usize, count: usize) {
     if run.textured && out.uvs.is_empty() {
         out.uvs.push(vec![[0.0; 2]; before]);

@@ -1,10 +1,10 @@
 //! Import of Wavefront OBJ with its MTL material libraries (the Advanced Visualizer's manual,
 //! appendices B1 and "MTL").
 //!
-//! What is read: polygons with any number of corners, normals given or by smoothing groups, texture
-//! coordinates, vertex colours, and materials with their textures as [`material`] describes. Each
-//! material becomes a mesh (two, where some of its faces are flat and others smooth); objects and
-//! groups by name are not kept. Curves, surfaces, points and lines are named in a warning.
+//! The importer reads polygons with any number of corners, normals given or by smoothing groups,
+//! texture coordinates, vertex colours, and materials with their textures, see [`material`]. Each
+//! material becomes a mesh, or two if some of its faces are flat and others smooth; named objects
+//! and groups are not kept. Curves, surfaces, points and lines are reported in a warning.
 
 mod lines;
 mod material;
@@ -32,11 +32,11 @@ use mtl::Library;
 use survey::Survey;
 use texture::Textures;
 
-/// Reads an OBJ file, given its bytes, with the material libraries and images beside it.
+/// Imports an OBJ file from its bytes, with the material libraries and images beside the file.
 ///
 /// # Errors
-/// An error of kind input naming line and cause, or of kind limit. A missing library or texture is
-/// only a warning.
+/// An error of kind input that names line and cause, or of kind limit. A missing library or texture
+/// is only a warning.
 pub(crate) fn load(
     file: &Path,
     bytes: &[u8],
@@ -58,8 +58,8 @@ fn import(file: &Path, bytes: &[u8], folder: &Folder, limits: &Limits) -> Outcom
     scene(file, parts, materials, budget, warnings)
 }
 
-/// The scene of a file that is one mesh: as that of an OBJ file without a material, so that the
-/// same mesh gives the same picture in every format.
+/// Returns the scene of a file with a single mesh, equal to that of an OBJ file without a material,
+/// so that the same mesh gives the same picture in every format.
 pub(crate) fn of_mesh(
     file: &Path,
     data: MeshData,
@@ -77,8 +77,7 @@ pub(crate) fn of_mesh(
     )
 }
 
-/// The scene of a file of meshes, each perhaps with one of some images on it, as [`of_mesh`] but
-/// for that.
+/// Returns the scene of several meshes, each with an optional image, otherwise as [`of_mesh`].
 pub(crate) fn of_parts(
     file: &Path,
     parts: Vec<(Option<usize>, MeshData)>,
@@ -102,7 +101,7 @@ pub(crate) fn of_parts(
     )
 }
 
-/// A scene with an object for each part.
+/// Builds a scene with an object for each part.
 fn scene(
     file: &Path,
     parts: Vec<Part>,
@@ -165,7 +164,7 @@ fn scene(
     Ok((checked(scene)?, warnings.finish(file.display())))
 }
 
-/// What tobj makes of the rewritten text: for each run a list of welded vertices, and polygons.
+/// Parses the rewritten text with tobj: for each run a list of welded vertices, and polygons.
 fn models(survey: &Survey) -> Outcome<Vec<tobj::Model>> {
     let options = tobj::LoadOptions {
         single_index: true,
@@ -178,19 +177,19 @@ fn models(survey: &Survey) -> Outcome<Vec<tobj::Model>> {
     }
 }
 
-/// The materials of a file, converted when they are first used.
+/// Materials of a file, converted on first use.
 struct Materials<'a> {
-    /// The names that the file uses, by number.
+    /// Names used by the file, by number.
     used: Vec<String>,
     library: Library,
     textures: Textures<'a>,
     names: Names,
-    /// Place in the scene's list by number in the survey, and whether vertex colours count.
+    /// Name in the scene, by the number in the survey and by the use of vertex colours.
     known: HashMap<(Option<usize>, bool), String>,
 }
 
 impl<'a> Materials<'a> {
-    /// None converted yet.
+    /// Starts without any converted material.
     fn new(used: Vec<String>, library: Library, textures: Textures<'a>) -> Self {
         Self {
             used,
@@ -201,14 +200,14 @@ impl<'a> Materials<'a> {
         }
     }
 
-    /// The name that the file uses.
+    /// Returns the name used by the file.
     fn label(&self, number: Option<usize>) -> &str {
         number
             .and_then(|i| self.used.get(i))
             .map_or(mtl::DEFAULT, String::as_str)
     }
 
-    /// Reads the images of the materials that some parts show.
+    /// Reads the images of the materials used by the parts.
     fn read_images(
         &mut self,
         parts: &[Part],
@@ -229,7 +228,7 @@ impl<'a> Materials<'a> {
         )
     }
 
-    /// Name in the scene of a material for meshes with or without colours of their own.
+    /// Returns a material's name in the scene, for meshes with or without vertex colours.
     fn get(
         &mut self,
         number: Option<usize>,

@@ -1,7 +1,7 @@
-//! Material libraries: found, made safe for `tobj`, parsed by it.
+//! Material libraries: located, repaired for `tobj`, and parsed.
 //!
-//! `tobj` panics on a colour with fewer than three numbers (one is enough by the manual) and gives
-//! a whole library up for a line that it can't read; such lines are completed or dropped before.
+//! `tobj` panics on a colour with fewer than three numbers (the manual allows one) and rejects a
+//! whole library for one malformed line; such lines are completed or dropped first.
 
 use std::borrow::Cow;
 use std::collections::{HashMap, HashSet};
@@ -13,18 +13,19 @@ use crate::import::{Fault, Outcome, Warnings, shown};
 use crate::text::{has_decimal_comma, number};
 use crate::warning::WarningCode;
 
-/// The materials of all libraries that an OBJ file names; of two of one name, the later counts.
+/// Materials of all libraries named by an OBJ file; the later of two with the same name is in
+/// force.
 #[derive(Debug, Default)]
 pub(super) struct Library {
     materials: HashMap<String, tobj::Material>,
 }
 
-/// The name of what faces show that name no material.
+/// Name of the material for faces without one.
 pub(super) const DEFAULT: &str = "default";
 
 impl Library {
-    /// The default material with each of some images on it, under names that stand for their places
-    /// in the list. The only one that a whole file shows has the name of the default.
+    /// Returns the default material with each of the images, under names by their indices. The
+    /// material of a file with a single image for all faces keeps the default name.
     pub fn of_images(images: Vec<String>, is_whole: bool) -> (Vec<String>, Self) {
         let is_default = is_whole && images.len() == 1;
         let name = |i: usize| {
@@ -47,8 +48,7 @@ impl Library {
         (names, Self { materials })
     }
 
-    /// A material by name; a default one, with a warning if `asked` for by name, when there is
-    /// none.
+    /// Returns a material by name, or a default one, with a warning if the file asked for the name.
     pub fn get(&self, name: &str, asked: bool, warnings: &mut Warnings) -> Cow<'_, tobj::Material> {
         match self.materials.get(name) {
             Some(material) => Cow::Borrowed(material),
@@ -68,10 +68,10 @@ impl Library {
     }
 }
 
-/// Reads the libraries named by `mtllib` statements. One that can't be had is a warning.
+/// Reads the libraries named by `mtllib` statements. A missing library is a warning.
 ///
 /// # Errors
-/// A fault of kind limit when one is too large.
+/// A fault of kind limit for an oversized library.
 pub(super) fn load(names: &[String], folder: &Folder, warnings: &mut Warnings) -> Outcome<Library> {
     let mut library = Library::default();
     let mut seen = HashSet::new();
@@ -81,7 +81,7 @@ pub(super) fn load(names: &[String], folder: &Folder, warnings: &mut Warnings) -
         }
         for bytes in files(rest, folder, warnings)? {
             let text = safe(&decode(&bytes), warnings);
-            // Textures that nothing visible uses are not read, and are the user's all the same.
+            // Images of unused materials are not read, but are the user's files too.
             statements(&text)
                 .filter(names_image)
                 .for_each(|statement| folder.name(&Map::parse(statement.rest).path));
@@ -105,7 +105,7 @@ fn names_image(statement: &Statement) -> bool {
     keyword.starts_with("map_") || matches!(keyword, "bump" | "disp" | "decal" | "refl" | "norm")
 }
 
-/// The libraries behind one `mtllib`: one file whose name may have blanks, or else several files.
+/// Reads the libraries of an `mtllib`: one file whose name may contain blanks, or several files.
 fn files(rest: &str, folder: &Folder, warnings: &mut Warnings) -> Outcome<Vec<Vec<u8>>> {
     let whole = folder.read(&relative(rest));
     let words: Vec<&str> = rest.split_whitespace().collect();
@@ -132,7 +132,7 @@ fn files(rest: &str, folder: &Folder, warnings: &mut Warnings) -> Outcome<Vec<Ve
     }
 }
 
-/// A library's text with every statement complete, or gone with a warning.
+/// Returns a library's text with incomplete statements completed, or dropped with a warning.
 fn safe(text: &str, warnings: &mut Warnings) -> String {
     let mut out = String::with_capacity(text.len());
     for statement in statements(text) {
@@ -155,15 +155,15 @@ fn safe(text: &str, warnings: &mut Warnings) -> String {
     out
 }
 
-/// Keys in the case of the manual, which is how `tobj` and this importer know them; some programs
-/// write others.
+/// Keys in the case of the manual, as expected by `tobj` and this importer; some programs use
+/// another case.
 const KEYS: [&str; 33] = [
     "newmtl", "Ka", "Kd", "Ks", "Ke", "Kt", "Tf", "Tr", "d", "Ns", "Ni", "illum", "Pr", "Pm", "Ps",
     "Pc", "Pcr", "aniso", "anisor", "norm", "bump", "disp", "decal", "refl", "map_Ka", "map_Kd",
     "map_Ks", "map_Ke", "map_Ns", "map_d", "map_Bump", "map_Pr", "map_Pm",
 ];
 
-/// A key as the manual writes it.
+/// Returns a key in the case of the manual.
 fn key(keyword: &str) -> &str {
     KEYS.iter()
         .find(|key| key.eq_ignore_ascii_case(keyword))
@@ -171,7 +171,7 @@ fn key(keyword: &str) -> &str {
         .unwrap_or(keyword)
 }
 
-/// A statement as tobj takes it.
+/// Returns a statement in a form that tobj accepts.
 fn completed(statement: &Statement) -> Option<String> {
     let Statement { keyword, rest, .. } = *statement;
     let keyword = key(keyword);
@@ -181,7 +181,7 @@ fn completed(statement: &Statement) -> Option<String> {
             .map(|(word, _)| word)
     };
     match keyword {
-        // A colour that breaks off there would be taken for grey.
+        // With a decimal comma, the part before the comma would be parsed as grey.
         "Ka" | "Kd" | "Ks" | "Ke" | "Tf" if rest.split_whitespace().any(has_decimal_comma) => None,
         "newmtl" => Some(format!(
             "newmtl {}",
@@ -212,7 +212,8 @@ fn completed(statement: &Statement) -> Option<String> {
 mod tests {
     use super::*;
 
-    /// Protects: tobj panics on the first of these and gives up on the others.
+    /// Protects: incomplete statements are completed or dropped: tobj panics on the first of these
+    /// and rejects the library for the others.
     #[test]
     fn incomplete_statements_do_no_harm() {
         let text = "newmtl\nKd 0.5\nnewmtl a b\nKe 1 2\nNs\nillum x\nd -halo 0.25\nKs spectral f\nmap_Kd\nTf 1f 2 3 4\n";
@@ -233,8 +234,8 @@ mod tests {
         );
     }
 
-    /// Protects: keys in another case than the manual's mean the same; those that no one knows stay
-    /// as they are.
+    /// Protects: keys in another case than the manual's have the same meaning; unknown keys stay
+    /// unchanged.
     #[test]
     fn keys_are_known_in_any_case() {
         let text = "NEWMTL a\nKD 0.25 0.5 1\nmap_kd x.png\nMAP_PR y.png\nillum 2\nXy 1\n";

@@ -1,11 +1,11 @@
-//! A first walk over an OBJ file: every number and index is checked, and the text is rewritten into
-//! the part of the format that `tobj` reads right.
+//! First pass over an OBJ file: checks every number and index, and rewrites the text into a subset
+//! of the format that `tobj` reads correctly.
 //!
-//! `tobj` parses numbers and welds vertices. Given a file as it is, it would refuse numbers that
-//! other programs write, lose smoothing groups and the names of unknown materials, shift vertex
-//! colours when only some vertices have them, take index 0 for "none", and compute with indices
-//! before it compares them; and its errors name no line. The rewritten text has all vertices first,
-//! then one group for each [`Run`], named by its number, with absolute indices that exist.
+//! `tobj` parses numbers and welds vertices. From the original text it would reject numbers of
+//! other programs, lose smoothing groups and the names of unknown materials, shift vertex colours
+//! when only some vertices have them, take index 0 for "none", and compute with indices before it
+//! compares them; its errors name no line. The rewritten text has all vertices first, then one
+//! group for each [`Run`], named by its number, with valid absolute indices.
 
 use std::collections::HashMap;
 use std::fmt::Write as _;
@@ -15,38 +15,38 @@ use crate::import::{Budget, Fault, Outcome, Warnings, shown};
 use crate::text::{no_number, number};
 use crate::warning::WarningCode;
 
-/// Where a run's normals come from.
+/// Source of a run's normals.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub(super) enum Shading {
     /// Flat facets.
     Flat,
     /// The file's own normals.
     Given,
-    /// The mean of the facets of a smoothing group that meet in a point.
+    /// Mean of the facet normals of a smoothing group at each point.
     Group(u32),
 }
 
-/// What the faces of one group of the rewritten text have in common.
+/// Common properties of the faces in one group of the rewritten text.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub(super) struct Run {
-    /// Index into [`Survey::materials`]; none before the first `usemtl`.
+    /// Index into [`Survey::materials`]; `None` before the first `usemtl`.
     pub material: Option<usize>,
-    /// Normals.
+    /// Source of the normals.
     pub shading: Shading,
     /// Whether all corners have texture coordinates.
     pub textured: bool,
 }
 
-/// What the first walk found.
+/// Result of the first pass.
 #[derive(Debug, Default)]
 pub(super) struct Survey {
     /// The rewritten text.
     pub text: String,
-    /// What its groups mean, by number.
+    /// Properties of its groups, by number.
     pub runs: Vec<Run>,
     /// Names of materials in order of first use.
     pub materials: Vec<String>,
-    /// What stands behind each `mtllib`.
+    /// Text after each `mtllib`.
     pub libraries: Vec<String>,
 }
 
@@ -65,24 +65,24 @@ struct Walk<'s, 'a> {
     run_numbers: HashMap<Run, usize>,
     /// Faces of the rewritten text, by run.
     faces: Vec<String>,
-    /// Of faces that refer to texture coordinates and to normals that there are not.
+    /// Faces that refer to missing texture coordinates, and to missing normals.
     dangling: [Option<Dangling>; 2],
 }
 
-/// References to what a file does not have.
+/// References to missing data.
 struct Dangling {
-    /// The first: line, corner and cause.
+    /// The first of them: line, corner and cause.
     first: String,
     faces: usize,
 }
 
-/// Walks over a text.
+/// Runs the first pass over a text.
 ///
 /// # Errors
-/// A fault of kind input naming line and cause; of kind limit when there is too much of anything.
+/// A fault of kind input that names line and cause; of kind limit beyond any limit.
 pub(super) fn survey(text: &str, budget: &mut Budget, warnings: &mut Warnings) -> Outcome<Survey> {
     let (totals, coloured, corners) = count(text);
-    // The text once more, what tobj keeps of a vertex and of a corner, and what becomes of it.
+    // A second copy of the text, tobj's data per vertex and per corner, and the resulting meshes.
     budget.memory(text.len(), 2)?;
     budget.memory(totals.iter().sum::<usize>(), 48)?;
     budget.memory(corners, 128)?;
@@ -133,8 +133,7 @@ pub(super) fn survey(text: &str, budget: &mut Budget, warnings: &mut Warnings) -
     Ok(survey)
 }
 
-/// How many vertices of each kind there are, whether any has a colour, and how many corners the
-/// faces have.
+/// Counts the vertices of each kind and the corners of all faces, and detects vertex colours.
 fn count(text: &str) -> (Counts, bool, usize) {
     let (mut counts, mut coloured, mut corners) = ([0; 3], false, 0);
     for statement in statements(text) {
@@ -167,7 +166,7 @@ impl<'a> Walk<'_, 'a> {
                 }
                 self.material = Some(number);
             }
-            // "off", "0", or a group's number; whatever else stands there is one group, too.
+            // "off", "0", or the number of a group; any other text is a group too.
             "s" => {
                 self.smoothing = if matches!(statement.rest, "off" | "") {
                     0
@@ -188,8 +187,8 @@ impl<'a> Walk<'_, 'a> {
         Ok(())
     }
 
-    /// `v x y z`, with a weight that divides (4 numbers), or with a colour (6, or 7 with an alpha
-    /// that is ignored).
+    /// Reads `v x y z`, with a homogeneous weight (4 numbers), or with a colour (6, or 7 with an
+    /// ignored alpha).
     fn position(&mut self, rest: &str) -> Outcome<()> {
         let mut words = Vec::with_capacity(8);
         for word in rest.split_whitespace().take(8) {
@@ -215,14 +214,14 @@ impl<'a> Walk<'_, 'a> {
             self.survey.text.push_str(word);
         }
         if self.coloured && kept < 6 {
-            // White, in whichever numbers the other colours are.
+            // White, on the scale of the other colours.
             self.survey.text.push_str(" nan nan nan");
         }
         self.survey.text.push('\n');
         Ok(())
     }
 
-    /// A texture coordinate or normal; numbers that may be missing are zero.
+    /// Reads a texture coordinate or normal; optional numbers default to zero.
     fn vertex(
         &mut self,
         kind: usize,
@@ -302,7 +301,7 @@ impl<'a> Walk<'_, 'a> {
                 texture,
                 normal,
             } = corner;
-            // Writing to a text can't fail.
+            // Writing to a string cannot fail.
             let _ = match (texture.filter(|_| textured), normal.filter(|_| given)) {
                 (Some(vt), Some(vn)) => write!(out, " {position}/{vt}/{vn}"),
                 (Some(vt), None) => write!(out, " {position}/{vt}"),
@@ -314,9 +313,9 @@ impl<'a> Walk<'_, 'a> {
         Ok(())
     }
 
-    /// The indices of a corner, each of something that exists. A texture coordinate or normal that
-    /// there is not is none, and noted where it is the face's first: some programs write indices of
-    /// lines that they leave out, and what is lost is a refinement.
+    /// Reads the indices of a corner and checks that each exists. A missing texture coordinate or
+    /// normal is dropped, and recorded for the face's first one: some programs write indices of
+    /// omitted lines, and only detail is lost.
     fn corner(&self, word: &str, dangling: &mut [Option<String>; 2]) -> Outcome<Corner> {
         let mut parts = word.split('/');
         let [v, vt, vn] = [
@@ -356,14 +355,14 @@ impl<'a> Walk<'_, 'a> {
         })
     }
 
-    /// An absolute index from 1, or none where nothing has it.
+    /// Returns an absolute index from 1, or `None` if out of range.
     fn index(&self, part: &str, kind: usize) -> Outcome<Option<usize>> {
         let index: i64 = part
             .parse()
             .map_err(|_| Fault::input(format!("`{}` is no whole number", shown(part))))?;
         let absolute = match index {
             0 if kind == 0 => return Err(Fault::input("indices start at 1")),
-            // Some programs write it of a corner that has no such thing.
+            // Some programs write 0 for a corner without the attribute.
             0 => None,
             i if i > 0 => usize::try_from(i).ok(),
             i => usize::try_from(i.unsigned_abs())
@@ -374,7 +373,7 @@ impl<'a> Walk<'_, 'a> {
     }
 }
 
-/// Absolute indices from 1 of a face's corner.
+/// Absolute indices of a corner, from 1.
 struct Corner {
     position: usize,
     texture: Option<usize>,

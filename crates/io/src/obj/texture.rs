@@ -13,22 +13,22 @@ use crate::waiting::Waiting;
 use crate::warning::WarningCode;
 use crate::{Limits, image_file};
 
-/// A texture statement taken apart.
+/// A parsed texture statement.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct Map {
     /// Path of the image.
     pub path: String,
-    /// Whether the image ends at its borders.
+    /// Whether texture coordinates are clamped to the image.
     pub clamp: bool,
     /// Factor on u and v.
     pub scale: [f64; 2],
-    /// Added to u and v after that.
+    /// Offset of u and v after the scale.
     pub offset: [f64; 2],
-    /// Factor of bumps.
+    /// Bump scale.
     pub bump: f64,
 }
 
-/// Options and how many words they take at most; those with `0` stand for one to three numbers.
+/// Options with their largest number of words; `0` marks options of one to three numbers.
 const OPTIONS: [(&str, usize); 15] = [
     ("-blendu", 1),
     ("-blendv", 1),
@@ -48,7 +48,7 @@ const OPTIONS: [(&str, usize); 15] = [
 ];
 
 impl Map {
-    /// Takes `[options] file name [options]` apart; the name may have blanks.
+    /// Parses `[options] file name [options]`; the name may contain blanks.
     pub fn parse(text: &str) -> Self {
         let mut map = Self {
             path: String::new(),
@@ -61,7 +61,7 @@ impl Map {
         while let Some(after) = map.option(rest) {
             rest = after;
         }
-        // Some programs put options behind the name.
+        // Some programs write options after the name.
         let option = |at: &usize| {
             rest.get(*at..)
                 .is_some_and(|tail| OPTIONS.iter().any(|(name, _)| first_word(tail).0 == *name))
@@ -79,7 +79,7 @@ impl Map {
         map
     }
 
-    /// Reads one option and returns what follows it.
+    /// Parses an option and returns the text after it.
     fn option<'t>(&mut self, text: &'t str) -> Option<&'t str> {
         let (name, mut rest) = first_word(text);
         let (_, words) = OPTIONS.iter().find(|(option, _)| *option == name)?;
@@ -117,8 +117,8 @@ impl Map {
         Some(rest)
     }
 
-    /// The map of a scene's texture coordinates, whose v counts from the top; none where it changes
-    /// nothing.
+    /// Returns the transform of a scene's texture coordinates, with v from the top; `None` for the
+    /// identity.
     fn rows(&self) -> Option<[[f64; 3]; 2]> {
         let ([su, sv], [ou, ov]) = (self.scale, self.offset);
         let finite = [su, sv, ou, ov].iter().all(|x| x.is_finite());
@@ -128,28 +128,27 @@ impl Map {
     }
 }
 
-/// The first word and what follows it.
+/// Splits off the first word.
 fn first_word(text: &str) -> (&str, &str) {
     let text = text.trim_start();
     let (word, rest) = text.split_once(char::is_whitespace).unwrap_or((text, ""));
     (word, rest.trim_start())
 }
 
-/// The images and textures made so far.
+/// Images and textures created so far.
 pub(super) struct Textures<'f> {
     folder: &'f Folder,
     limits: &'f Limits,
-    /// Paths of images that statements name, and of those among them that are in the scene, by that
-    /// name.
+    /// Paths of images named by statements, and the subset that is in the scene under that name.
     asked: HashSet<String>,
     images: HashSet<String>,
-    /// Name of a texture by its image, whether that holds colours, and whether it is clamped.
+    /// Texture names by image, by whether the image holds colours, and by clamping.
     textures: HashMap<(String, bool, bool), String>,
     names: Names,
 }
 
 impl<'f> Textures<'f> {
-    /// None yet.
+    /// Starts without any texture.
     pub fn new(folder: &'f Folder, limits: &'f Limits) -> Self {
         let (asked, images) = Default::default();
         Self {
@@ -162,12 +161,11 @@ impl<'f> Textures<'f> {
         }
     }
 
-    /// Reads and decodes the images that statements name, all of them before any material is made:
-    /// what a material is depends on whether its images are there. One that can't be had is a
-    /// warning.
+    /// Reads and decodes the images of all statements before any material is created, because a
+    /// material depends on whether its images exist. An unreadable image is a warning.
     ///
     /// # Errors
-    /// A fault of kind limit when an image is too large.
+    /// A fault of kind limit for an oversized image.
     pub fn load<'s>(
         &mut self,
         statements: impl Iterator<Item = &'s str>,
@@ -221,7 +219,7 @@ impl<'f> Textures<'f> {
         Ok(())
     }
 
-    /// A use of the texture that a statement describes; none where its image could not be had.
+    /// Returns a reference to the texture of a statement; `None` without its image.
     pub fn get(
         &mut self,
         statement: &str,
@@ -263,7 +261,7 @@ impl<'f> Textures<'f> {
 mod tests {
     use super::*;
 
-    /// Protects: options stand before and behind names, and names have blanks.
+    /// Protects: options precede or follow names, and names contain blanks.
     #[test]
     fn statements_are_taken_apart() {
         let map = |text: &str| {
@@ -282,8 +280,8 @@ mod tests {
         assert_eq!(map("-s"), plain(""));
     }
 
-    /// Protects: scale and offset are meant for v from the bottom: the bottom-left texel of a
-    /// doubled image stays where it is.
+    /// Protects: scale and offset apply to v from the bottom: the bottom-left texel of a doubled
+    /// image stays at its corner.
     #[test]
     fn scale_keeps_the_bottom_left_corner() {
         let [u, v] = Map::parse("-s 2 2 x.png").rows().unwrap();
@@ -292,8 +290,8 @@ mod tests {
         assert_eq!(at(0.5, 0.5), [1.0, 0.0]);
     }
 
-    /// Protects: an offset moves what is read to the right and up, as its numbers count: v from the
-    /// bottom.
+    /// Protects: an offset moves the lookup to the right and up for positive numbers, with v from
+    /// the bottom.
     #[test]
     fn offsets_count_from_the_bottom() {
         let [u, v] = Map::parse("-o 0.25 0.125 x.png").rows().unwrap();

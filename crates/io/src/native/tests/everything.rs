@@ -1,5 +1,5 @@
-//! A scene that says everything that can be said, and what must hold for it: it is read, written
-//! and described alike.
+//! A scene that uses the whole format, and tests that it is read, written and described
+//! consistently.
 
 use std::collections::BTreeSet;
 
@@ -10,22 +10,22 @@ use super::good;
 use crate::native::{Notation, Overrides, parse};
 use crate::presets;
 
-/// One of everything.
+/// A scene with every key of the format.
 pub(super) const EVERYTHING: &str = include_str!("everything.scene.toml");
 
-/// Keys and words that the scene above cannot have beside its others.
+/// Keys and words that exclude others in the scene above.
 const ALTERNATIVES: &str = "constant = expression = map = { image = rotation = strength = } studio = backdrop = ground = file = blend opaque blinn \
     blinn_reflected grazing error_bound first_in_order drop scene = time = corners whitted path none aces aces-hill khronos-neutral 2.2 bilinear mipmaps \
     repeat both culled split normal gaussian blackman-harris tent contain stretch";
 
-/// Protects: the scene of everything is right.
+/// Protects: the scene with every key is valid.
 #[test]
 fn the_scene_of_everything_is_right() {
     assert_eq!(good(EVERYTHING).title, "Everything");
 }
 
-/// Protects: whatever is added to the format must be added to the scene of everything, or the other
-/// tests here do not see it.
+/// Protects: every addition to the format is also added to the scene with every key, because the
+/// other tests here depend on its completeness.
 #[test]
 fn the_scene_of_everything_is_complete() {
     let schema: Value = serde_json::from_str(SCHEMA).expect("the schema is JSON");
@@ -47,7 +47,7 @@ fn the_scene_of_everything_is_complete() {
     );
 }
 
-/// Names of properties and constant words of a schema.
+/// Collects property names and constant words of a schema.
 fn collect(schema: &Value, words: &mut BTreeSet<String>) {
     match schema {
         Value::Array(items) => items.iter().for_each(|item| collect(item, words)),
@@ -73,7 +73,7 @@ fn collect(schema: &Value, words: &mut BTreeSet<String>) {
     }
 }
 
-/// Protects: a scene written as JSON is read back the same.
+/// Protects: a scene written as JSON is read back unchanged.
 #[test]
 fn a_scene_written_as_json_is_read_back_the_same() {
     let mut texts: Vec<&str> = presets::list()

@@ -1,5 +1,5 @@
-//! Texts that were cut, damaged or made to hurt: always a message or a scene, never a panic, never
-//! a long wait.
+//! Tests of truncated, damaged and malicious texts: always a message or a scene, never a panic,
+//! never a long wait.
 
 use std::sync::LazyLock;
 
@@ -25,7 +25,7 @@ fn survive(bytes: &[u8], notation: Notation) {
     }
 }
 
-/// The scene of everything and every shipped one.
+/// The scene with every key, and every built-in scene.
 fn texts() -> impl Iterator<Item = &'static str> {
     presets::list()
         .into_iter()
@@ -33,7 +33,7 @@ fn texts() -> impl Iterator<Item = &'static str> {
         .chain([EVERYTHING])
 }
 
-/// The same in both notations.
+/// The same texts in both notations.
 static SCENES: LazyLock<Vec<(Vec<u8>, Notation)>> = LazyLock::new(|| {
     let both = texts().flat_map(|text| {
         let json = to_json(&tree(text, Notation::Toml).expect("valid TOML")).to_string();
@@ -45,7 +45,7 @@ static SCENES: LazyLock<Vec<(Vec<u8>, Notation)>> = LazyLock::new(|| {
     both.collect()
 });
 
-/// Protects: every truncation of every scene is survived.
+/// Protects: no truncation of any scene causes a panic.
 #[test]
 fn every_truncation_of_every_scene_is_survived() {
     for (bytes, notation) in &*SCENES {
@@ -58,7 +58,7 @@ fn every_truncation_of_every_scene_is_survived() {
 proptest! {
     #![proptest_config(ProptestConfig { failure_persistence: None, ..ProptestConfig::with_cases(2000) })]
 
-    /// Protects: damaged bytes are survived.
+    /// Protects: damaged bytes cause no panic.
     #[test]
     fn damaged_bytes_are_survived(at in any::<prop::sample::Index>(), which in any::<prop::sample::Index>(), bytes: [u8; 3], count in 1..4_usize) {
         let (mut scene, notation) = which.get(&SCENES).clone();
@@ -68,7 +68,7 @@ proptest! {
         survive(&scene, notation);
     }
 
-    /// Protects: well-formed texts whose values are not what a scene expects there.
+    /// Protects: well-formed texts with unexpected values cause no panic.
     #[test]
     fn any_value_anywhere_is_survived(at in any::<prop::sample::Index>(), which in any::<prop::sample::Index>(), value in strange()) {
         let texts: Vec<_> = texts().collect();
@@ -111,7 +111,7 @@ fn count(node: &Node) -> usize {
     }
 }
 
-/// The value of the nth node in the order of [`count`].
+/// Returns the value of the nth node in the order of [`count`].
 fn nth<'a>(node: &'a mut Node, n: &mut usize) -> Option<&'a mut Value> {
     if *n == 0 {
         return Some(&mut node.value);
@@ -124,7 +124,7 @@ fn nth<'a>(node: &'a mut Node, n: &mut usize) -> Option<&'a mut Value> {
     }
 }
 
-/// The message for a text that must be refused as wrong input.
+/// Returns the message for a text that must be refused as wrong input.
 fn refused(text: &str, notation: Notation) -> String {
     let error = parse("x", text, notation, &Overrides::default())
         .err()
@@ -133,7 +133,7 @@ fn refused(text: &str, notation: Notation) -> String {
     error.to_string()
 }
 
-/// Protects: nesting without end is one message.
+/// Protects: unbounded nesting gives a single message.
 #[test]
 fn nesting_without_end_is_one_message() {
     const DEPTH: usize = 100_000;
@@ -162,7 +162,7 @@ fn nesting_without_end_is_one_message() {
     }
 }
 
-/// Protects: a line without end is shown in part.
+/// Protects: an endless line is shown in part.
 #[test]
 fn a_line_without_end_is_shown_in_part() {
     let text = format!(
@@ -174,7 +174,7 @@ fn a_line_without_end_is_shown_in_part() {
     assert!(message.len() < 1000, "{} bytes", message.len());
 }
 
-/// Protects: thousands of problems are cut off and counted.
+/// Protects: thousands of problems are truncated and counted.
 #[test]
 fn thousands_of_problems_are_cut_off_and_counted() {
     let text = format!("format = 1\n{}", "[[lights]]\ncolor = 1\n".repeat(3000));
@@ -184,7 +184,7 @@ fn thousands_of_problems_are_cut_off_and_counted() {
         message.lines().count() < 200 && message.ends_with("more problems not shown"),
         "{message}"
     );
-    // Each of the readings goes through the whole text: their number must not grow with it.
+    // Each pass covers the whole text: the number of passes must not grow with the text.
     assert!(
         started.elapsed().as_secs() < 20,
         "took {:?}",

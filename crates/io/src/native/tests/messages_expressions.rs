@@ -1,4 +1,4 @@
-//! Messages about expressions. Each was read as a newcomer would.
+//! Messages about expressions, each read from a newcomer's point of view.
 
 use super::shows;
 

@@ -1,4 +1,4 @@
-//! Messages about scenes that make no sense. Each was read as a newcomer would.
+//! Messages about inconsistent scenes, each read from a newcomer's point of view.
 
 use super::shows;
 

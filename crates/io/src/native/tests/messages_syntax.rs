@@ -1,4 +1,5 @@
-//! Messages about texts that are no TOML, or no scene at all. Each was read as a newcomer would.
+//! Messages about texts that are no TOML, or no scene at all, each read from a newcomer's point of
+//! view.
 
 use super::shows;
 

@@ -1,5 +1,5 @@
-//! Messages about values of the wrong kind, unknown words and missing keys. Each was read as a
-//! newcomer would.
+//! Messages about values of the wrong kind, unknown words and missing keys, each read from a
+//! newcomer's point of view.
 
 use super::shows;
 

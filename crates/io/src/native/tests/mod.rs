@@ -1,4 +1,4 @@
-//! What the native format promises, by example.
+//! Tests of the native format.
 
 mod everything;
 mod hostile;
@@ -21,12 +21,12 @@ fn toml(text: &str) -> Result<Scene, Error> {
     parse("x.scene.toml", text, Notation::Toml, &Overrides::default()).map(|parsed| parsed.scene)
 }
 
-/// Reads a TOML scene that must be right.
+/// Reads a TOML scene that must be valid.
 fn good(text: &str) -> Scene {
     toml(text).unwrap_or_else(|error| panic!("{error}"))
 }
 
-/// A wrong scene must be refused with exactly this message, which stands between line breaks.
+/// Checks that a wrong scene is refused with exactly this message, given between line breaks.
 fn shows(file: &str, text: &str, message: &str) {
     let notation = if file.ends_with("json") {
         Notation::Json

@@ -1,5 +1,5 @@
-//! Rules that hold for each number of the format, whatever it means: found by walking a scene, not
-//! by naming keys.
+//! Rules for every number of the format, whatever its meaning: found by walking a scene, not by
+//! listing keys.
 
 use serde_json::{Value, json};
 
@@ -7,7 +7,7 @@ use super::everything::EVERYTHING;
 use super::good;
 use crate::native::{Notation, Overrides, parse};
 
-/// Numbers that stand where [`EVERYTHING`] has another kind, a text or nothing.
+/// Numbers where [`EVERYTHING`] has another kind of value, or none.
 const OTHERS: &str = r#"
 format = 1
 sky.map = { image = "grain", rotation = 10, strength = 2 }
@@ -41,7 +41,7 @@ opacity = 0.5
 emission = { texture = { name = "wood", uv = [0.5, 0.5], factor = 0.5 } }
 "#;
 
-/// The JSON pointers to all numbers of a value.
+/// Collects the JSON pointers to all numbers of a value.
 fn numbers(value: &Value, at: &str, found: &mut Vec<String>) {
     match value {
         Value::Number(_) => found.push(at.to_owned()),
@@ -66,9 +66,8 @@ fn refused(scene: &Value) -> bool {
     .is_err()
 }
 
-/// Protects: no number of a scene goes unlooked at. Whatever a key means, 1e300 is beyond it, on
-/// either side of zero; so a rule that is forgotten, for a shape, a term or a light, is one that
-/// lets infinities into a picture.
+/// Protects: every number of a scene is range-checked: 1e300 is out of range for every key, with
+/// either sign. A missing check for a shape, a term or a light would let infinities into a picture.
 #[test]
 fn every_number_has_bounds_on_both_sides() {
     for text in [EVERYTHING, OTHERS, "format = 1\nsky.constant = [1, 2, 3]"] {
@@ -87,8 +86,8 @@ fn every_number_has_bounds_on_both_sides() {
     }
 }
 
-/// Protects: what a key means that is left out, as the page of the format says it: each default,
-/// written out, changes nothing.
+/// Protects: defaults of omitted keys are those on the page of the format: each default, written
+/// out, changes nothing.
 #[test]
 fn what_is_left_out_is_what_the_page_says() {
     const SHORT: &str = r#"

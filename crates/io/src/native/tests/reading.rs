@@ -1,4 +1,4 @@
-//! Right scenes: notation, expressions, parameters and overrides.
+//! Tests of valid scenes: notation, expressions, parameters and overrides.
 
 use raywright_core::scene::{Colour, ColourInput, Model, Shape, Weight};
 
@@ -37,7 +37,7 @@ fn numbers_may_be_expressions_of_the_time_and_of_earlier_parameters() {
     );
 }
 
-/// Protects: inputs of the hit keep their text and colours do not.
+/// Protects: inputs that depend on the hit keep their text, and colours do not.
 #[test]
 fn inputs_of_the_hit_keep_their_text_and_colours_do_not() {
     let Model::Classic(classic) = &good(BALL).materials[0].model else {
@@ -51,9 +51,9 @@ fn inputs_of_the_hit_keep_their_text_and_colours_do_not() {
     assert_eq!(classic.ambient, Some(Colour([5.0; 3])));
 }
 
-/// Protects: an input of the physical model whose text asks nothing of the hit is a number before
-/// anything is rendered, so that an emission by the time still lights others; one that does keeps
-/// its text.
+/// Protects: an input of the physical model whose text does not depend on the hit is a number
+/// before the render, so that an emission that depends on time still lights other objects; an input
+/// that depends on the hit keeps its text.
 #[test]
 fn inputs_that_ask_nothing_of_the_hit_are_numbers() {
     let classic =
@@ -74,7 +74,7 @@ fn inputs_that_ask_nothing_of_the_hit_are_numbers() {
     );
 }
 
-/// Protects: overrides stand in place of the file and reach later parameters.
+/// Protects: overrides replace the file's values and affect later parameters.
 #[test]
 fn overrides_stand_in_place_of_the_file_and_reach_later_parameters() {
     let overrides = Overrides {
@@ -90,7 +90,7 @@ fn overrides_stand_in_place_of_the_file_and_reach_later_parameters() {
     );
 }
 
-/// Protects: the time can be given to a scene that says none.
+/// Protects: a time can be given to a scene without one.
 #[test]
 fn the_time_can_be_given_to_a_scene_that_says_none() {
     let overrides = Overrides {
@@ -106,7 +106,7 @@ fn the_time_can_be_given_to_a_scene_that_says_none() {
     );
 }
 
-/// Protects: a parameter that the scene does not have is a usage error with a suggestion.
+/// Protects: an unknown parameter is a usage error with a suggestion.
 #[test]
 fn a_parameter_that_the_scene_does_not_have_is_a_usage_error_with_a_suggestion() {
     let overrides = Overrides {
@@ -127,7 +127,7 @@ fn a_parameter_may_not_use_a_later_one() {
     assert!(error.to_string().contains("unknown name `a`"), "{error}");
 }
 
-/// Protects: JSON says the same as TOML.
+/// Protects: JSON gives the same scene as TOML.
 #[test]
 fn json_says_the_same_as_toml() {
     let json = r#"{ "format": 1, "t": 2, "parameters": { "z": 3, "a": "z + t" }, "sky": null,

@@ -1,5 +1,5 @@
-//! The JSON Schema must accept what the loader accepts and refuse what it refuses, as far as a
-//! schema can tell.
+//! Tests that the JSON Schema accepts what the loader accepts and refuses what it refuses, as far
+//! as a schema can express it.
 
 use raywright_core::scene::SCHEMA;
 use serde_json::{Map, Value, json};
@@ -9,8 +9,8 @@ use crate::native::node::{Node, Value as Tree};
 use crate::native::{Notation, tree};
 use crate::presets;
 
-/// The part of JSON Schema that the scene's schema uses. An unknown keyword that would restrict
-/// something fails the test.
+/// Validator for the part of JSON Schema that the scene's schema uses. An unknown restricting
+/// keyword fails the test.
 fn accepts(root: &Value, schema: &Value, value: &Value) -> bool {
     let Value::Object(keywords) = schema else {
         return schema.as_bool().expect("a schema");
@@ -132,7 +132,7 @@ fn schema_accepts(text: &str) -> bool {
     )
 }
 
-/// Protects: the shipped scenes fit the schema.
+/// Protects: the shipped scenes conform to the schema.
 #[test]
 fn the_shipped_scenes_fit_the_schema() {
     for preset in presets::list() {
@@ -141,7 +141,7 @@ fn the_shipped_scenes_fit_the_schema() {
     assert!(schema_accepts(EVERYTHING));
 }
 
-/// Protects: any number may be an expression but the format.
+/// Protects: any number except the format may be an expression.
 #[test]
 fn any_number_may_be_an_expression_but_the_format() {
     assert!(schema_accepts(
@@ -153,7 +153,7 @@ fn any_number_may_be_an_expression_but_the_format() {
     assert!(!schema_accepts("format = \"1\""));
 }
 
-/// Protects: what the loader refuses for its form the schema refuses.
+/// Protects: the schema refuses what the loader refuses for its form.
 #[test]
 fn what_the_loader_refuses_for_its_form_the_schema_refuses() {
     let wrong = [
