@@ -132,8 +132,8 @@ fn rounded(t: f64) -> [f32; 3] {
 }
 
 /// Compares every build in every kernel with the tree in f64, whose distances are rounded here. A
-/// hit of another triangle at the same rounded distance is no difference. Kernels and builds must
-/// agree to the bit.
+/// hit of another triangle at the same rounded distance does not count as a difference. Kernels and
+/// builds must agree to the bit.
 fn trees(name: &str, mesh: &Mesh, count: u64) -> u64 {
     let exact = built::<f64>(mesh, AcceleratorKind::default());
     let mut all: Vec<(BuildQuality, Kernel, Geometry<f32>)> = Vec::new();

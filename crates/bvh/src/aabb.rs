@@ -139,7 +139,7 @@ pub(crate) struct BoundingSphere {
 }
 
 impl BoundingSphere {
-    /// The sphere about `centre` around all boxes.
+    /// The sphere with the given centre around all boxes.
     pub fn new(centre: DVec3, boxes: &[PaddedBox]) -> Self {
         let farthest = |bounds: &PaddedBox| {
             (bounds.max.as_dvec3() - centre)

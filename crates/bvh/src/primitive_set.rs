@@ -102,6 +102,10 @@ impl<R: Real> PrimitiveSet<R> {
     }
 
     /// Adds a sphere and returns its object id.
+    ///
+    /// # Errors
+    /// [`GeometryError::NotFinite`] for a coordinate that is NaN, infinite or beyond the range of f32;
+    /// [`GeometryError::TooMany`] if the set is full.
     pub fn sphere(
         &mut self,
         sphere: Sphere<R>,
@@ -113,6 +117,9 @@ impl<R: Real> PrimitiveSet<R> {
     }
 
     /// Adds a plane and returns its object id.
+    ///
+    /// # Errors
+    /// As [`PrimitiveSet::sphere`].
     pub fn plane(&mut self, plane: Plane<R>, visibility: Visibility) -> Result<u32, GeometryError> {
         if !(plane.point.is_finite() && plane.normal.is_finite()) {
             return Err(GeometryError::NotFinite);
@@ -122,6 +129,9 @@ impl<R: Real> PrimitiveSet<R> {
     }
 
     /// Adds a single triangle and returns its object id.
+    ///
+    /// # Errors
+    /// As [`PrimitiveSet::sphere`].
     pub fn triangle(
         &mut self,
         vertices: [R::Vec3; 3],
@@ -147,7 +157,7 @@ impl<R: Real> PrimitiveSet<R> {
     /// primitives in their order; a mesh may be empty.
     ///
     /// # Errors
-    /// If a triangle is refused, none is added.
+    /// As [`PrimitiveSet::sphere`], for any of the triangles; then none is added.
     pub fn mesh(
         &mut self,
         triangles: impl IntoIterator<Item = [R::Vec3; 3]>,
@@ -183,6 +193,9 @@ impl<R: Real> PrimitiveSet<R> {
     }
 
     /// Adds any shape and returns its object id.
+    ///
+    /// # Errors
+    /// As [`PrimitiveSet::sphere`].
     pub fn shape(
         &mut self,
         shape: AnyShape<R>,
@@ -201,6 +214,9 @@ impl<R: Real> PrimitiveSet<R> {
     }
 
     /// Adds any shape under an affine map and returns its object id.
+    ///
+    /// # Errors
+    /// As [`PrimitiveSet::sphere`]; [`GeometryError::Singular`] for a map without an inverse.
     pub fn placed(
         &mut self,
         shape: AnyShape<R>,
@@ -236,6 +252,9 @@ impl<R: Real> PrimitiveSet<R> {
     /// Adds an instance of a part under an affine map, as one object, and returns its id. In
     /// any-hit queries the instance's occlusion replaces that of the part's objects. Which sides
     /// can be hit is a property of the part's objects.
+    ///
+    /// # Errors
+    /// As [`PrimitiveSet::placed`]; [`GeometryError::NoPart`] for an unknown part.
     pub fn instance(
         &mut self,
         part: u32,
@@ -252,8 +271,8 @@ impl<R: Real> PrimitiveSet<R> {
     /// the angle.
     ///
     /// # Errors
-    /// [`GeometryError::SingularOnTheWay`] if the map is singular, or can't be proven invertible,
-    /// at some time in [0, 1], for example halfway through half a turn.
+    /// As [`PrimitiveSet::instance`]; [`GeometryError::SingularOnTheWay`] if the map is singular, or
+    /// can't be proven invertible, at some time in [0, 1], for example halfway through half a turn.
     pub fn moving(
         &mut self,
         part: u32,

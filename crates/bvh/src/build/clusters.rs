@@ -1,7 +1,7 @@
 //! Binary trees by `obvhs`: boxes are clustered along a curve, subtrees reinserted where they cost
-//! less, small subtrees of one leaf kind collapsed to leaves, and subtrees reinserted again.
-//! `obvhs` can't be interrupted. So many boxes are clustered in pieces of the curve, and then the
-//! tops of the pieces' trees.
+//! less, small subtrees of one leaf kind collapsed to leaves, and subtrees reinserted again. A call
+//! of `obvhs` can't be cancelled. For that reason large sets are clustered in pieces of the curve,
+//! and a further tree joins the tops of the pieces' trees.
 
 use glam::Vec3A;
 use obvhs::aabb::Aabb;

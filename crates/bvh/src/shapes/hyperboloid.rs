@@ -125,8 +125,8 @@ impl<R: Real> Shape<R> for Hyperboloid<R> {
         let point = point_at(probe, self.crossings(probe, true), hit);
         let located = self.at(point, (probe.origin - point).abs().max_element());
         off_bends::<R>(located, maps, || {
-            // On the outer side the meridian is concave, most at the waist. On the inner side the
-            // circle is, also most at the waist.
+            // Radii of curvature at the waist, where both are least: of the meridian for the outer
+            // side, of the circle for the inner side.
             let (waist, slope) = (self.waist.to_f64(), self.slope.to_f64());
             [slope * (slope / waist), waist]
         })

@@ -211,7 +211,7 @@ fn p16_extreme_normals() {
     }
 }
 
-/// Protects: the comparison: the textbook formula fails where the specification says so.
+/// Protects: the textbook formula fails where the specification says so, so the cases are hard.
 #[test]
 fn textbook_loses_vanishing_coefficients_and_extremes() {
     let [hyperboloid, cone] = ["hyperboloid", "cone"].map(|case| {

@@ -399,7 +399,7 @@ fn s02_shadows_at_every_scale() {
     }
 }
 
-/// Protects: the comparison: textbook formulas with a constant offset fail at both ends where the
+/// Protects: textbook formulas with a constant offset fail at both ends of the scale, where the
 /// specification says so.
 #[test]
 fn textbook_offset_fails_at_scale() {

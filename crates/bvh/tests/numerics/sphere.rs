@@ -184,7 +184,7 @@ fn p05_tiny_and_giant_together() {
     );
 }
 
-/// Protects: the comparison: the textbook formula fails where the specification says so.
+/// Protects: the textbook formula fails where the specification says so, so the cases are hard.
 #[test]
 fn textbook_misses_far_spheres() {
     let missed = textbook_share([

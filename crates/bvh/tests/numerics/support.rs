@@ -25,7 +25,7 @@ pub fn judge(
     judge::judge(case, seed, count, rays(), f)
 }
 
-/// A checked outcome.
+/// An outcome to be checked.
 pub trait Expect {
     /// Asserts that no ray is wrong, that at least `least` of all rays are judged (in proportion if
     /// fewer are shot), and that at most one in a thousand is too close to decide.

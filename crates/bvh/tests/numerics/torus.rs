@@ -124,8 +124,8 @@ fn p18_even_from_outside() {
     );
 }
 
-/// Protects: the comparison: the textbook formula fails where the specification says so, for half
-/// the rays at a hundred radii.
+/// Protects: the textbook formula fails where the specification says so, for half the rays at a
+/// hundred radii, so the cases are hard.
 #[test]
 fn textbook_loses_far_tori() {
     let wrong = textbook_share([

@@ -108,7 +108,7 @@ fn p22_no_leaks_in_either_winding() {
     expect_all("P22", 1_600_000);
 }
 
-/// Protects: the comparison: the textbook test leaks where the specification says so.
+/// Protects: the textbook test leaks where the specification says so, so the cases are hard.
 #[test]
 fn textbook_triangles_leak() {
     let both = |leaks: &dyn Fn(&str, &Mesh) -> Outcome| {

@@ -7,7 +7,7 @@ use super::super::projected_ray::{ProjectedRay, Unsure, rotated_axes};
 use super::super::triangle8::Triangle8;
 use crate::shapes::{EDGE_ON, TriangleHit};
 
-/// Lanes of corners.
+/// Mask of the three corners' lanes.
 const CORNERS: i32 = 7;
 /// Margin for the sums in the edge-on bound, which have another order here.
 const SLACK: f64 = 1.0 + 1e-9;
