@@ -104,8 +104,8 @@ impl<R: Real> PrimitiveSet<R> {
     /// Adds a sphere and returns its object id.
     ///
     /// # Errors
-    /// [`GeometryError::NotFinite`] for a coordinate that is NaN, infinite or beyond the range of f32;
-    /// [`GeometryError::TooMany`] if the set is full.
+    /// [`GeometryError::NotFinite`] for a coordinate that is NaN, infinite or beyond the range of
+    /// f32; [`GeometryError::TooMany`] if the set is full.
     pub fn sphere(
         &mut self,
         sphere: Sphere<R>,
@@ -271,8 +271,9 @@ impl<R: Real> PrimitiveSet<R> {
     /// the angle.
     ///
     /// # Errors
-    /// As [`PrimitiveSet::instance`]; [`GeometryError::SingularOnTheWay`] if the map is singular, or
-    /// can't be proven invertible, at some time in [0, 1], for example halfway through half a turn.
+    /// As [`PrimitiveSet::instance`]; [`GeometryError::SingularOnTheWay`] if the map is singular,
+    /// or can't be proven invertible, at some time in [0, 1], for example halfway through half a
+    /// turn.
     pub fn moving(
         &mut self,
         part: u32,
