@@ -1,5 +1,5 @@
-//! What may be added to the pixels of a tile: what the filter makes of their light and of what is
-//! seen by itself, and what it takes from fireflies.
+//! Candidate changes to the pixels of a tile: filtered light, filtered direct emission, and the
+//! removal of fireflies.
 
 use core::array::from_fn;
 
@@ -9,16 +9,16 @@ use super::plane::{Colour, PixelPlane, Window, black, brightest, mean, smooth_va
 use super::{CandidatePixel, FOUR, ReplicateQuad, TILE};
 use crate::observer::Observer;
 
-/// Added to the albedo that light is divided by: black surfaces reflect, too.
+/// Offset of the albedo in demodulation: black surfaces reflect too.
 const LEAST_ALBEDO: f32 = 0.1;
 
-/// Light counts up to so much more than the brightest of the other replicates near it, and a
-/// little.
+/// Firefly limit: light counts up to this factor of the brightest value near it in the other
+/// replicates, plus a small offset.
 const FIREFLY: f32 = 1.2;
 const DARK: f32 = 0.02;
 
-/// The first pass is strict, since it only makes the guide of the second. What is let through
-/// beyond noise: 0.6 and 1.5 standard deviations.
+/// The first pass is strict, since it only makes the guide of the second. Tolerances beyond noise:
+/// 0.6 and 1.5 standard deviations.
 const FIRST: Strictness = Strictness {
     inverse: 1.0 / (0.6 * 0.6),
     own: 0.0,
@@ -28,28 +28,28 @@ const SECOND: Strictness = Strictness {
     own: 0.5,
 };
 
-/// A share of the second guide that counts as its noise.
+/// Share of the second guide that counts as its noise.
 const UNSURE: f32 = 0.04 * 0.04;
 
-/// A pixel that has more of its own filtered colour keeps it in what is made without it.
+/// Weight of a pixel's own value above which its leave-one-out colour keeps that value.
 const ALONE: f32 = 0.9;
 
-/// How far the second pass looks, with the patches that it compares; how far its guide's variance
-/// does; and the first pass, with the variances of fireflies that are dimmed.
+/// Reach of the second pass, including the compared patches; reach of its guide's variance; and
+/// reach of the first pass, including the variances of dimmed fireflies.
 const SECOND_REACH: usize = 9;
 const GUIDE_REACH: usize = SECOND_REACH + 2;
 const MARGIN: usize = GUIDE_REACH + 3 + 2 + 1;
 
-/// All replicates of a window.
+/// The data of all replicates in a window.
 struct Tile {
-    /// Light that comes from elsewhere, what is seen by itself, albedo and normal of each.
+    /// Reflected light, directly visible emission, albedo and normal of each replicate.
     light: [Colour; FOUR],
     emission: [Colour; FOUR],
     albedo: [Colour; FOUR],
     normal: [Colour; FOUR],
-    /// Distances as a feature.
+    /// Distance as a feature.
     distance: (PixelPlane, PixelPlane),
-    /// What each replicate's radiance has beyond the mean of all.
+    /// Difference of each replicate's radiance from the mean of all.
     noise: [Colour; FOUR],
 }
 
@@ -90,7 +90,7 @@ impl Tile {
         tile
     }
 
-    /// Whether what is seen by itself differs between replicates anywhere.
+    /// Whether directly visible emission differs between replicates anywhere.
     fn flickers(&self) -> bool {
         let [first, others @ ..] = &self.emission;
         others
@@ -99,7 +99,7 @@ impl Tile {
     }
 }
 
-/// Fills rows of pixels from `top` on, tile by tile.
+/// Fills the rows of pixels from `top` on, tile by tile.
 pub(super) fn fill_band(
     four: &ReplicateQuad<'_>,
     size: [usize; 2],
@@ -132,7 +132,7 @@ pub(super) fn fill_band(
 }
 
 impl Tile {
-    /// Adds what the weights of one half make of the other one.
+    /// Filters one half of the replicates with the weights of the other.
     fn cross_filter(
         &self,
         filtered: [usize; 2],
@@ -142,7 +142,8 @@ impl Tile {
     ) {
         let places = [GUIDE_REACH, 0].map(|reach| core.grow(reach, size).within(window));
         let [one, other] = by;
-        // Each of the guiding half by its fellow, the others by both.
+        // Each replicate of the guiding half is limited by the other one, the filtered half by
+        // both.
         let limits = by.map(|r| brightest(&self.light[r]));
         let guides = [0, 1].map(|k: usize| dim_fireflies(&self.light[by[k]], &limits[1 - k]));
         let limit = PixelPlane::of(
@@ -214,7 +215,7 @@ impl Tile {
     }
 }
 
-/// Light no brighter than what a limit of the brightest channel near it allows, in its own hue.
+/// Light clamped to a limit from the brightest channel near it, with its hue kept.
 fn dim_fireflies(light: &Colour, limit: &PixelPlane) -> Colour {
     let share = PixelPlane::of([&brightest(light), &limit.max_filter()], |[own, near]| {
         ((FIREFLY * near.max(0.0) + DARK) / own.max(1e-9)).min(1.0)
@@ -222,8 +223,8 @@ fn dim_fireflies(light: &Colour, limit: &PixelPlane) -> Colour {
     from_fn(|i| PixelPlane::of([&light[i], &share], |[of, share]| of * share))
 }
 
-/// Both passes: of the guides themselves, and of the targets by what comes of that. `places`: where
-/// the second guide is wanted, and where the result is.
+/// Both passes: the guides filter themselves, then the result filters the targets. `places`:
+/// windows of the second guide and of the result.
 fn filter_twice(
     guides: [&Colour; 2],
     targets: [&Colour; 2],
@@ -268,7 +269,7 @@ fn filter_twice(
     filter(&second, &targets, places[1], &FAR)
 }
 
-/// A rectangle of a plane as the whole of it; the rest is not looked at.
+/// Places a rectangle in a plane of full size; the rest is unused.
 fn expand(of: &PixelPlane, place: Window, [width, height]: [usize; 2]) -> PixelPlane {
     let mut all = PixelPlane::zero(width, height);
     for (y, row) in of.at.chunks_exact(place.width).enumerate() {

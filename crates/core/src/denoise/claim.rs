@@ -1,22 +1,21 @@
-//! What is claimed of a denoised picture, by the squared errors of its pixels, each of them right
-//! on average and most of them noisy.
+//! Error estimate of a denoised picture, from unbiased but noisy squared errors of its pixels.
 //!
-//! Neighbours share their noise, since a filter made them, so that the standard error of the mean
-//! is taken from blocks: half the mean square of what adjacent ones differ by is the variance of
-//! one. An error that few pixels carry is missed more often than it is taken for too large, so that
-//! the interval reaches farther up than down: a mean of blocks like that is a product rather than a
-//! sum of chances.
+//! The filter correlates neighbouring pixels, so the standard error of the mean is taken from
+//! blocks: the variance of a block is half the mean square of differences between adjacent blocks.
+//! An error carried by few pixels is underestimated more often than overestimated, so the interval
+//! reaches farther up than down: such a mean of blocks behaves like a product rather than a sum of
+//! random variables.
 //!
-//! What errors are relative to, the true colour, is not known either. The picture's own goes with
-//! the error: a dark pixel into which light was spread is wrong by much, and looks less dark. The
-//! true colour lies above or below by the error as the surroundings have it, so that the claim
-//! takes the mean of what is relative to both. A quarter of how far it is from the claim by the
-//! picture's own colour counts as a standard error of it, which does not become less in larger
+//! The true colour, to which errors are relative, is unknown too. The picture's own colour is
+//! correlated with the error: a dark pixel into which light was spread has a large error and looks
+//! less dark. The true colour lies above or below by the error of the surroundings, so the estimate
+//! uses the mean of the relative errors for both. A quarter of its difference from the estimate by
+//! the picture's own colour counts as a further standard error, which does not shrink in larger
 //! pictures.
 //!
-//! What makes the noisy picture's error doubtful makes this one doubtful: light that the samples
-//! did not find is in neither. Light that is so rare that what it is relative to is far apart in
-//! two ways leaves it in doubt too, even where other pixels vouch for it.
+//! Doubts about the noisy picture's error apply here too: light that no sample found is missing in
+//! both. Rare light, which makes the two relative errors differ widely, leaves the estimate in
+//! doubt too, even if other pixels support it.
 
 use core::array::from_fn;
 
@@ -29,31 +28,30 @@ use crate::film::{BRIGHTEST, Doubt, Estimate, Film, ReplicateQuad, Uncertainty};
 use crate::metrics::student_95;
 use crate::picture::Picture;
 
-/// Pixels to each side of a block.
+/// Edge of a block in pixels.
 const BLOCK: usize = 8;
 
-/// A claim says nothing if its standard error is a larger share of the noisy picture's squared
-/// error. A share of the claim itself would leave out those that happen to be low, and of the
-/// others more than one in twenty would be too high.
+/// An estimate is meaningless if its standard error exceeds this share of the noisy picture's
+/// squared error. A share of the estimate itself would drop estimates that happen to be low, and
+/// more than one in twenty of the remaining ones would be too high.
 const UNKNOWN: f64 = 0.5;
 
-/// Most of a standard error, as a share of a claim, for which the log-normal interval is taken.
+/// Greatest standard error, relative to the estimate, for the log-normal interval.
 const SKEWED: f64 = 0.5;
 
-/// Pixels to each side by which a pixel's error is told, and by which the true colour is looked
-/// for.
+/// Reach in pixels of the averages for a pixel's error, and for the true colour.
 const REACH: usize = 10;
 const NEAR: usize = 4;
 
-/// The sums of a claim over a picture.
+/// Sums of squared errors over a picture.
 struct ErrorSums {
-    /// Sums over blocks, row by row, and their sum.
+    /// Sums over blocks, row by row, and their total.
     blocks: Vec<f64>,
     columns: usize,
     sum: f64,
     square: f64,
     pixels: f64,
-    /// Whole blocks to each side; the others are no neighbours of theirs.
+    /// Numbers of whole blocks along each side; only these count as neighbours.
     whole: [usize; 2],
 }
 
@@ -82,12 +80,12 @@ impl ErrorSums {
         self.sum / self.pixels
     }
 
-    /// Of the mean, with its degrees of freedom; none where there are no two blocks.
+    /// Standard error of the mean, with its degrees of freedom; `None` without two adjacent blocks.
     ///
-    /// The differences of n blocks, two of each, sum up to squares of mean 4nσ² and variance 40nσ⁴
-    /// if blocks are normal, since each shares a block with six others: that is (4n)²·2/(40n) =
-    /// 4n/5 degrees of freedom. As (Σd²)²/Σd⁴ is 2n/3 then, 6/5 of it are taken, which is less
-    /// where few blocks have most of what differs.
+    /// For normally distributed blocks, the squared differences of n blocks, two for each, sum up
+    /// to a mean of 4nσ² and a variance of 40nσ⁴, since each difference shares a block with six
+    /// others: (4n)²·2/(40n) = 4n/5 degrees of freedom. As (Σd²)²/Σd⁴ is then 2n/3, 6/5 of it are
+    /// taken, which is less if few blocks dominate the differences.
     fn standard_error(&self) -> Option<(f64, f64)> {
         let [columns, rows] = self.whole;
         let at = |x: usize, y: usize| self.blocks[y * self.columns + x] / (BLOCK * BLOCK) as f64;
@@ -110,9 +108,9 @@ impl ErrorSums {
         })
     }
 
-    /// What the mean may be wrong by, with something else that it may be off by; nothing where
-    /// nothing differs. And Student's factor for it: what it is off by is no estimate from blocks,
-    /// and the more of it there is the more degrees of freedom (Satterthwaite, 1946).
+    /// Standard error of the mean combined with a further error `off`, and Student's factor for it;
+    /// zero without any error. The further error is no estimate from blocks, so a greater share of
+    /// it raises the degrees of freedom (Satterthwaite, 1946).
     fn unsure(&self, off: f64) -> (f64, f64) {
         let (own, freedom) = self
             .standard_error()
@@ -130,8 +128,8 @@ impl ErrorSums {
         (unsure, student_95((of_both as u32).max(1)))
     }
 
-    /// The root of the mean with its interval: below it by Student's factor, above it by the
-    /// log-normal one, as far as anything is known.
+    /// Square root of the mean with its interval: below by Student's factor, above by the
+    /// log-normal one, as far as it is defined.
     fn estimate(&self, off: f64) -> Estimate {
         let (mean, (unsure, factor)) = (self.mean(), self.unsure(off));
         let share = if unsure < SKEWED * mean {
@@ -158,13 +156,13 @@ impl ErrorSums {
         }
     }
 
-    /// Whether the interval would say nothing of a picture whose squared error was so much before.
+    /// Whether the interval is meaningless for a picture with this squared error before.
     fn is_unknown(&self, off: f64, noise: f64) -> bool {
         self.square > 0.0 && self.unsure(off).0 > UNKNOWN * noise
     }
 }
 
-/// The picture of mixed pixels, with its claim.
+/// The denoised picture of mixed pixels, with its error estimate.
 pub(super) fn estimate(
     film: &Film,
     four: &ReplicateQuad<'_>,
@@ -199,15 +197,15 @@ pub(super) fn estimate(
             .into_iter()
             .zip(sums)
             .for_each(|(of, sum)| of.add(x, y, sum));
-        // What is beyond any picture stays as it is.
+        // Values beyond the range of pictures stay unchanged.
         if mean.iter().all(|mean| mean.abs() < BRIGHTEST) {
             picture.rgb[place] = colour.map(|c| c as f32);
         }
     }
     let off = (relative.mean() - by_own.mean()).abs() / 4.0;
     let is_unknown = relative.is_unknown(off, noise / relative.pixels);
-    // Light that few samples found is spread by the filter, and what was not found is in no part of
-    // the picture: the parts agree on both.
+    // The filter spreads light that few samples found, and light that no sample found is missing
+    // everywhere: the parts agree in both cases.
     let (noisy, is_rare) = film.uncertainty_and_rarity().unzip();
     let rare = is_rare.is_some_and(|is| is).then_some(Doubt::FewPixels);
     let doubt = noisy
@@ -230,14 +228,14 @@ pub(super) fn estimate(
     }
 }
 
-/// What makes squared errors relative to a true colour that lies above or below a colour by so
-/// much.
+/// Weight that makes squared errors relative to a true colour that lies above or below `colour` by
+/// `apart`.
 fn weight(colour: f64, apart: f64) -> f64 {
     let over = |colour: f64| 1.0 / (colour.max(0.0).powi(2) + FLOOR);
     f64::midpoint(over(colour + apart), over(colour - apart))
 }
 
-/// Means of something over the squares around pixels.
+/// Mean of a quantity over the square around each pixel.
 fn local_mean(
     [width, height]: [usize; 2],
     pixels: &[CandidatePixel],
@@ -252,9 +250,9 @@ fn local_mean(
     .box_mean(reach)
 }
 
-/// Roots of the squared errors of pixels, by what their neighbours' are, in radiance or relative to
-/// theirs, whichever says less: beside a lamp the one is the lamp's, and of a lamp the other is
-/// what is dark beside it, times its own brightness.
+/// Root mean squared errors of pixels, by the errors of their neighbours, absolute or relative,
+/// whichever is less. Beside a lamp the absolute error belongs to the lamp; at a lamp the relative
+/// error belongs to dark neighbours, scaled by the lamp's brightness.
 fn errors(size: [usize; 2], pixels: &[CandidatePixel]) -> Vec<[f32; 3]> {
     let near = |of: &(dyn Fn(&CandidatePixel) -> f32 + Sync)| local_mean(size, pixels, REACH, of);
     let channels: Vec<[PixelPlane; 2]> = (0..3)
@@ -278,7 +276,7 @@ fn errors(size: [usize; 2], pixels: &[CandidatePixel]) -> Vec<[f32; 3]> {
     pixels.iter().enumerate().map(of).collect()
 }
 
-/// What a pixel's squared error is relative to.
+/// Denominator of a pixel's relative squared error.
 fn relative_to(pixel: &CandidatePixel, channel: usize) -> f32 {
     pixel.added[1][channel].max(0.0) * pixel.base[channel].max(0.0) + FLOOR as f32
 }
@@ -287,11 +285,11 @@ fn relative_to(pixel: &CandidatePixel, channel: usize) -> f32 {
 mod tests {
     use super::*;
 
-    /// Protects: the standard error is that of blocks as neighbours say it: columns of blocks that
-    /// are 0 and 1 in turn differ by 1 along rows and by 0 down, so that eight blocks of four by
-    /// two have (6/10)/2/8 for the square. Six equal squares are 6/5 of six degrees of freedom. A
-    /// rim that is no whole block is in the mean alone. What is no estimate from blocks, as much as
-    /// theirs, makes four times the degrees.
+    /// Protects: the standard error follows from differences of neighbouring blocks. Columns of
+    /// blocks of 0 and 1 in turn differ by 1 along rows and by 0 down, so that eight blocks of four
+    /// by two have (6/10)/2/8 for its square. Six equal squares are 6/5 of six degrees of freedom.
+    /// A rim of partial blocks counts in the mean alone. A further error as great as that of the
+    /// blocks gives four times the degrees of freedom.
     #[test]
     fn blocks_say_how_sure_a_mean_is() {
         let mut sums = ErrorSums::new([33, 16]);
@@ -312,8 +310,8 @@ mod tests {
         assert_eq!(ErrorSums::new([15, 9]).standard_error(), None);
     }
 
-    /// Protects: the true colour is looked for to both sides of a picture's own, and is not less
-    /// than black.
+    /// Protects: the true colour is assumed on both sides of the picture's own, and not below
+    /// black.
     #[test]
     fn errors_are_relative_to_what_may_be_true() {
         assert!((weight(0.5, 0.3) - (1.0 / 0.65 + 1.0 / 0.05) / 2.0).abs() < 1e-12);
@@ -321,9 +319,9 @@ mod tests {
         assert_eq!(weight(2.0, 0.0), 1.0 / 4.01);
     }
 
-    /// Protects: a quarter of what the claim would be changed by if errors were relative to the
-    /// picture's own colour counts as a standard error of it, where blocks alone say that nothing
-    /// is unsure: of 0.5 with a squared error of 0.01 everywhere.
+    /// Protects: a quarter of the difference to the estimate by the picture's own colour counts as
+    /// a standard error, where blocks alone show none: for 0.5 with a squared error of 0.01
+    /// everywhere.
     #[test]
     fn an_unknown_true_colour_widens_the_interval() {
         use crate::film::tests::{ReplicateSample, film_of};
@@ -354,10 +352,10 @@ mod tests {
         );
     }
 
-    /// Protects: an interval reaches up as far as a log-normal error would, down as a normal one,
-    /// by Student's factor for the seven degrees of freedom of eight blocks, and on from where
-    /// nothing is known of it without a step. Their squared standard error is (6/10)/2/8, for a
-    /// mean of a half or a fifth of it.
+    /// Protects: an interval reaches up as for a log-normal error, down as for a normal one, by
+    /// Student's factor for the seven degrees of freedom of eight blocks, and changes without a
+    /// step where it becomes undefined. The squared standard error is (6/10)/2/8, for a mean of a
+    /// half or a fifth of it.
     #[test]
     fn intervals_reach_farther_up() {
         let sums = |base: f64, height: f64| {
@@ -382,9 +380,9 @@ mod tests {
         assert!(sums(-0.5, 1.0).estimate(0.0).high > (factor * unsure).sqrt());
     }
 
-    /// Protects: a pixel's error is told by its surroundings' in radiance or relative to theirs,
-    /// whichever says less. A lamp of 100 among eight black pixels with squared errors of 0.9 and
-    /// 0.09 has the mean in radiance, 0.18; they have the mean of what is relative to 0.01.
+    /// Protects: a pixel's error is the lesser of the absolute and the relative error of its
+    /// surroundings. A lamp of 100 among eight black pixels with squared errors of 0.9 and 0.09 has
+    /// the mean absolute one, 0.18; they have the mean of the errors relative to 0.01.
     #[test]
     fn a_lamp_does_not_lend_its_error() {
         let pixel = |colour: f32, squared: f32| {
@@ -411,10 +409,10 @@ mod tests {
         }
     }
 
-    /// Protects: whether anything is known is told by the noisy picture's squared error, whatever
-    /// the claim is. Errors that are 1 in every other column of blocks, or a half and less than
-    /// nothing, have a standard error of 0.16 to 0.19. Replicates that are 0.25 or 0.05 from a mean
-    /// of black have a variance of 2.1 or 0.083 relative to it.
+    /// Protects: the noisy picture's squared error decides whether an estimate is meaningful,
+    /// whatever its value. Errors of 1 in every other column of blocks, or of a half and a negative
+    /// half, have a standard error of 0.16 to 0.19. Replicates that are 0.25 or 0.05 from a mean of
+    /// black have a variance of 2.1 or 0.083 relative to it.
     #[test]
     fn what_says_nothing_is_told_by_the_noise() {
         use crate::film::tests::{ReplicateSample, film_of};

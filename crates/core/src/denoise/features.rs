@@ -1,24 +1,23 @@
-//! What one half of the replicates says of surfaces: features by which places are told apart, each
-//! with the difference that is let through.
+//! Features of surfaces from one half of the replicates, each with its tolerance.
 
 use super::plane::{Colour, PixelPlane, mean};
 
-/// Differences that are always let through, squared: of the albedo of light and of what is seen by
-/// itself, of normals and of logarithms of distances.
+/// Squared differences that are always tolerated: of the albedo for light and for directly visible
+/// emission, of normals and of logarithms of distances.
 const ALBEDO: f32 = 0.1 * 0.1;
 const SHARP_ALBEDO: f32 = 0.03 * 0.03;
 const NORMAL: f32 = 0.15 * 0.15;
 const DEPTH: f32 = 0.05 * 0.05;
 
-/// Times noise and slopes are let through.
+/// Multiple of noise and slopes that is tolerated.
 const MORE: f32 = 2.0;
 
-/// The logarithm of a distance where nothing is hit.
+/// Logarithm of the distance of pixels without a hit.
 const ENDLESS: f32 = 12.0;
 
-/// Features, each with the inverse of the squared difference that is let through: three of the
-/// albedo, three of the normal, one of the distance. `sharp`: for what is seen by itself, which
-/// takes less than lit surfaces do to be something else.
+/// Features, each with the inverse of the tolerated squared difference: three of the albedo, three
+/// of the normal, one of the distance. `sharp` is for directly visible emission, which changes with
+/// smaller differences than lit surfaces.
 pub(super) fn features(
     albedo: [&Colour; 2],
     normal: [&Colour; 2],
@@ -46,7 +45,7 @@ pub(super) fn features(
     features
 }
 
-/// The feature that distances are, of whichever half.
+/// The feature of distances, the same for both halves.
 pub(super) fn distance(depth: &PixelPlane) -> (PixelPlane, PixelPlane) {
     let log = PixelPlane::of([depth], |[z]| {
         if z > 0.0 {
@@ -64,8 +63,7 @@ mod tests {
     use super::super::plane::{Window, black};
     use super::*;
 
-    /// Protects: how much of a difference in what is seen is let through: a tenth of albedo, less
-    /// for lamps, more where it is noise.
+    /// Protects: tolerances of features: a tenth of albedo, less for lamps, more for noise.
     #[test]
     fn tolerances_by_hand() {
         let window = Window {

@@ -1,9 +1,9 @@
-//! One pass of non-local means: each pixel becomes a mean of those around it whose surroundings are
-//! like its own by a guide, and whose features are.
+//! One pass of non-local means: each pixel becomes a mean of pixels around it with similar
+//! surroundings in a guide, and similar features.
 //!
-//! What two places differ by in the guide is put over what noise would make of it (Rousselle, Knaus
+//! Differences in the guide are related to the differences that noise would cause (Rousselle, Knaus
 //! and Zwicker, "Adaptive Rendering with Non-Local Means Filtering", 2012) and averaged over three
-//! by three pixels. Each feature can only forbid.
+//! by three pixels. A feature can only reduce a weight.
 
 use std::sync::LazyLock;
 
@@ -11,45 +11,45 @@ use raywright_bvh::{Loops, widest};
 
 use super::plane::{Colour, PixelPlane, Window};
 
-/// What a difference is squared by: the inverse of the square of how much more than noise is let
-/// through, and how far the pixel's own difference counts beside the mean over its neighbours.
+/// Strictness of the comparison: inverse of the squared tolerance in units of noise, and the least
+/// share of a pixel's own difference in the mean over its neighbours.
 #[derive(Clone, Copy)]
 pub(super) struct Strictness {
     pub inverse: f32,
     pub own: f32,
 }
 
-/// By what pixels are compared.
+/// Guide for comparing pixels.
 pub(super) struct Guide<'a> {
     pub colour: &'a Colour,
-    /// Its variance, all channels together.
+    /// Variance of the guide, summed over channels.
     pub variance: &'a PixelPlane,
-    /// Variance of what is filtered: what has much more of it counts less. With it its inverse.
+    /// Variance of the targets, and its inverse: much noisier pixels get less weight.
     pub noise: &'a PixelPlane,
     pub inverse_noise: &'a PixelPlane,
-    /// Features, each with the inverse of the squared difference that is let through.
+    /// Features, each with the inverse of the tolerated squared difference.
     pub features: &'a [(PixelPlane, PixelPlane)],
     pub strictness: Strictness,
 }
 
-/// Means, and the share that pixels have in their own.
+/// Filtered means, and the weight of each pixel in its own mean.
 pub(super) struct FilterOutput {
     pub means: Vec<PixelPlane>,
     pub own: PixelPlane,
 }
 
-/// Places around a pixel, as steps down and to the right. With one there is its opposite, so that
-/// no picture is moved.
+/// Offsets around a pixel, down and to the right. Each comes with its opposite, so that no picture
+/// is shifted.
 pub(super) type Offsets = Vec<[isize; 2]>;
 
-/// All within a disc of so many pixels and a half.
+/// All offsets within a disc of two and a half pixels.
 pub(super) static NEAR: LazyLock<Offsets> = LazyLock::new(|| offsets(2, 0.0, 2));
-/// All of a square of five by five, and beyond it a fifth of those in a disc of eight pixels and a
-/// half.
+/// All offsets of a square of five by five, and beyond it a fifth of those in a disc of eight and a
+/// half pixels.
 pub(super) static FAR: LazyLock<Offsets> = LazyLock::new(|| offsets(8, 0.2, 2));
 
-/// Those within `radius`; beyond a square of `dense` to each side a share of them, spread evenly
-/// (Roberts, "The Unreasonable Effectiveness of Quasirandom Sequences", 2018).
+/// Offsets within `radius`; beyond a square of `dense` pixels to each side a share of them, spread
+/// evenly (Roberts, "The Unreasonable Effectiveness of Quasirandom Sequences", 2018).
 fn offsets(radius: isize, share: f64, dense: isize) -> Offsets {
     let chosen = |y: isize, x: isize| {
         let (a, b) = if (y, x) > (-y, -x) { (y, x) } else { (-y, -x) };
@@ -61,9 +61,9 @@ fn offsets(radius: isize, share: f64, dense: isize) -> Offsets {
         .collect()
 }
 
-/// Filters the targets within `core`, a rectangle of their planes, by offsets. Nothing beyond the
-/// planes is looked at: where they end before the picture does, they are to be wider than the core
-/// by what offsets reach, and one more.
+/// Filters the targets within `core`, a rectangle of their planes, by offsets. Pixels beyond the
+/// planes are ignored: planes that end before the picture does must exceed the core by the reach of
+/// the offsets, and one more.
 pub(super) fn filter(
     guide: &Guide<'_>,
     targets: &[&PixelPlane],
@@ -85,7 +85,7 @@ struct Pass<'a> {
     offsets: &'a Offsets,
 }
 
-/// Rows that wait for their neighbours: differences, and means of three along them.
+/// Buffered rows: differences, and means of three along them.
 struct Rows {
     differences: [Vec<f32>; 3],
     means: [Vec<f32>; 3],
@@ -134,7 +134,7 @@ impl Pass<'_> {
         (means, sums, own): (&mut [PixelPlane], &mut PixelPlane, &mut PixelPlane),
     ) {
         let (width, height) = (self.guide.variance.width, self.guide.variance.height);
-        // Where both places are in the planes, and where they are asked for.
+        // Range in which both pixels lie in the planes, limited to the core.
         let both = |step: isize, end: usize| {
             (
                 (-step).max(0) as usize,
@@ -190,7 +190,7 @@ impl Pass<'_> {
         }
     }
 
-    /// How far apart two rows are by the guide, and means of three along them.
+    /// Differences of two rows in the guide, and means of three along them.
     #[inline(always)]
     fn compare(
         &self,
@@ -265,9 +265,8 @@ impl Pass<'_> {
     }
 }
 
-/// Loops over rows of equal length. Each is a function of its own, and has few rows: so a compiler
-/// knows that what is written is none of what is read, and takes as many numbers at a time as
-/// registers hold.
+/// Loops over rows of equal length. Each is a function of its own with few rows, so that the
+/// compiler knows that outputs do not alias inputs, and vectorises it.
 pub(super) mod loops {
     /// Adds squares of differences.
     #[inline(always)]
@@ -279,7 +278,7 @@ pub(super) mod loops {
         }
     }
 
-    /// Squared differences over what noise of these variances would make of them.
+    /// Squared differences relative to the noise of these variances.
     #[inline(always)]
     pub fn relate(to: &mut [f32], own: &[f32], there: &[f32], inverse: f32) {
         let (own, there) = (&own[..to.len()], &there[..to.len()]);
@@ -289,7 +288,7 @@ pub(super) mod loops {
         }
     }
 
-    /// Means of three along a row, whose ends count twice where they have no neighbours.
+    /// Means of three along a row; the ends count twice.
     #[inline(always)]
     pub fn average(to: &mut [f32], of: &[f32]) {
         const THIRD: f32 = 1.0 / 3.0;
@@ -307,7 +306,7 @@ pub(super) mod loops {
         }
     }
 
-    /// Means of three rows, none less than zero.
+    /// Means of three rows, clamped to zero.
     #[inline(always)]
     pub fn most(to: &mut [f32], above: &[f32], here: &[f32], below: &[f32]) {
         let (above, here, below) = (&above[..to.len()], &here[..to.len()], &below[..to.len()]);
@@ -317,7 +316,7 @@ pub(super) mod loops {
         }
     }
 
-    /// At least a share of other numbers.
+    /// Maximum with a share of other numbers.
     #[inline(always)]
     pub fn at_least(to: &mut [f32], of: &[f32], share: f32) {
         let of = &of[..to.len()];
@@ -327,7 +326,7 @@ pub(super) mod loops {
         }
     }
 
-    /// At least the squared differences of a feature over what is let through.
+    /// Maximum with a feature's squared differences relative to the tolerance.
     #[inline(always)]
     pub fn forbid(to: &mut [f32], a: &[f32], b: &[f32], inverse: &[f32]) {
         let (a, b, inverse) = (&a[..to.len()], &b[..to.len()], &inverse[..to.len()]);
@@ -338,8 +337,8 @@ pub(super) mod loops {
         }
     }
 
-    /// Weights of such distances, exp(-x) with an end, and less where there is more than twice the
-    /// noise.
+    /// Weights of these distances, exp(-x) with finite support, reduced if the noise is more than
+    /// doubled.
     #[inline(always)]
     pub fn close(to: &mut [f32], noise: &[f32], inverse: &[f32]) {
         let (noise, inverse) = (&noise[..to.len()], &inverse[..to.len()]);
@@ -351,7 +350,7 @@ pub(super) mod loops {
         }
     }
 
-    /// Adds numbers by their weights.
+    /// Adds weighted numbers.
     #[inline(always)]
     pub fn add_weighed(to: &mut [f32], weights: &[f32], of: &[f32]) {
         let (weights, of) = (&weights[..to.len()], &of[..to.len()]);
@@ -374,8 +373,8 @@ pub(super) mod loops {
 mod tests {
     use super::*;
 
-    /// Protects: neighbours are taken in opposite pairs, so that no filter moves a picture; 21 and
-    /// 69 of them.
+    /// Protects: offsets come in opposite pairs, so that no filter shifts a picture; 21 and 69 of
+    /// them.
     #[test]
     fn offsets_are_symmetric() {
         for (offsets, count) in [(&*NEAR, 21), (&*FAR, 69)] {

@@ -1,11 +1,11 @@
-//! How much of each candidate a pixel takes: what would make the error least in its surroundings,
-//! by what the replicates say of it.
+//! Shares of the candidates in a pixel: the shares that minimise the error in its surroundings, by
+//! the replicates.
 //!
-//! With shares α the squared error changes by 2 Σ αb + Σ ααQ, where Q has the products of what
-//! candidates add and b how little that goes with the partners' noise. Both are taken relative, as
-//! the error is judged, and averaged over the neighbours *without the pixel itself*: so a pixel's
-//! own noise does not choose what makes its own claim small. (With it claims were up to a half too
-//! small.)
+//! With shares α the squared error changes by 2 Σ αb + Σ ααQ, where Q holds the products of the
+//! candidates' changes and b their negated correlation with the partners' noise. Both are relative,
+//! as the error is, and averaged over the neighbours *without the pixel itself*: so a pixel's own
+//! noise does not choose the shares that lower its own error estimate. (With the pixel, estimates
+//! were up to a half too small.)
 
 use core::array::from_fn;
 use core::ops::Range;
@@ -16,27 +16,27 @@ use rayon::slice::ParallelSliceMut;
 use super::{CANDIDATES, CandidatePixel, FOUR, ReplicateQuad};
 pub(super) use crate::metrics::RELATIVE_FLOOR as FLOOR;
 
-/// Pixels to each side that count as surroundings.
+/// Reach of the surroundings in pixels.
 const REACH: usize = 20;
 
-/// Rows that are mixed together.
+/// Rows mixed together.
 const BAND: usize = 64;
 
-/// The colour without the pixel's own noise says what errors are relative to as far as it is like
-/// the colour itself, to this factor.
+/// Factor within which the colour without the pixel's own noise must agree with the filtered
+/// colour, to serve as the reference of relative errors.
 const UNLIKE: f64 = 1.5;
 
-/// Times each share is brought to its best while the others stay.
+/// Rounds of coordinate descent over the shares.
 const SWEEPS: usize = 12;
 
-/// Products of candidates, once each.
+/// Pairs of candidates, once each.
 const PAIRS: [[usize; 2]; 6] = [[0, 0], [1, 1], [2, 2], [0, 1], [0, 2], [1, 2]];
 
-/// First and second moments of a pixel, or of its surroundings.
+/// First and second moments of the candidates in a pixel, or in its surroundings.
 type Moments = [f64; CANDIDATES + PAIRS.len()];
 
-/// The colour that all candidates together would make, and the one without the pixel's own noise,
-/// as far as they are alike.
+/// The colour with all candidates in full, and the colour without the pixel's own noise, clamped to
+/// agree with it.
 pub(super) fn colours(mean: [f64; 3], pixel: &CandidatePixel) -> [[f64; 3]; 2] {
     let whole = from_fn(|i| {
         mean[i]
@@ -53,9 +53,9 @@ pub(super) fn colours(mean: [f64; 3], pixel: &CandidatePixel) -> [[f64; 3]; 2] {
     [whole, base]
 }
 
-/// What a pixel's replicates are on average, the variance of that, and the squared error of the
-/// mean by the products of partners, whose mean is the variance, too: what is subtracted from it
-/// goes with the candidates' noise.
+/// Mean of a pixel's replicates, its variance, and an estimate of the mean's squared error by the
+/// products of partners. The expectation of the estimate is the variance, and its noise is
+/// correlated with that of the candidates.
 pub(super) fn replicate_statistics(radiance: [[f64; 3]; FOUR]) -> [[f64; 3]; 3] {
     let mean: [f64; 3] = from_fn(|i| radiance.iter().map(|of| of[i]).sum::<f64>() / FOUR as f64);
     let apart = radiance.map(|of| -> [f64; 3] { from_fn(|i| of[i] - mean[i]) });
@@ -70,7 +70,7 @@ pub(super) fn replicate_statistics(radiance: [[f64; 3]; FOUR]) -> [[f64; 3]; 3] 
     ]
 }
 
-/// Mixes all pixels.
+/// Mixes the candidates of all pixels.
 pub(super) fn mix(
     four: &ReplicateQuad<'_>,
     [width, height]: [usize; 2],
@@ -92,8 +92,7 @@ pub(super) fn mix(
         });
 }
 
-/// Leaves of a pixel what is added in all, what its colour is without its own noise, and its
-/// squared error.
+/// Reduces a pixel to its total change, its colour without its own noise, and its squared error.
 fn settle(pixel: &mut CandidatePixel, shares: [f32; CANDIDATES], radiance: [[f64; 3]; FOUR]) {
     let [mean, _, error] = replicate_statistics(radiance);
     let sum = |of: &[[f32; 3]; CANDIDATES], i: usize| {
@@ -116,7 +115,7 @@ fn settle(pixel: &mut CandidatePixel, shares: [f32; CANDIDATES], radiance: [[f64
     };
 }
 
-/// Shares of each candidate in the pixels of some rows.
+/// Shares of the candidates in the pixels of some rows.
 fn shares(
     four: &ReplicateQuad<'_>,
     [width, height]: [usize; 2],
@@ -138,7 +137,7 @@ fn shares(
         let around = near(y, height);
         for other in around.clone() {
             let row = &moments[(other - first) * width..][..width];
-            // As plain numbers, of which a compiler takes several at a time.
+            // As plain numbers, which the compiler vectorises.
             columns
                 .as_flattened_mut()
                 .iter_mut()
@@ -161,7 +160,7 @@ fn shares(
     out
 }
 
-/// What a pixel says of the candidates, relative to its colour and its noise.
+/// Moments of the candidates in a pixel, relative to its colour and its noise.
 fn moments(radiance: [[f64; 3]; FOUR], pixel: &CandidatePixel) -> Moments {
     let [mean, variance, _] = replicate_statistics(radiance);
     let [_, base] = colours(mean, pixel);
@@ -180,7 +179,7 @@ fn moments(radiance: [[f64; 3]; FOUR], pixel: &CandidatePixel) -> Moments {
     })
 }
 
-/// Shares from 0 to 1 that make 2 Σ αb + Σ ααQ least, one after the other, from all on.
+/// Shares from 0 to 1 that minimise 2 Σ αb + Σ ααQ, by coordinate descent from all ones.
 fn solve(moments: &Moments) -> [f32; CANDIDATES] {
     let product = |a: usize, b: usize| {
         let pair = PAIRS
@@ -206,8 +205,8 @@ fn solve(moments: &Moments) -> [f32; CANDIDATES] {
 mod tests {
     use super::*;
 
-    /// Protects: shares are where the error is least: of one candidate −b/Q, of two that add the
-    /// same one half of it between them at least, and none of what makes it larger.
+    /// Protects: shares minimise the error: −b/Q for one candidate, a sum of one for two equal
+    /// candidates, and zero for a harmful one.
     #[test]
     fn shares_make_the_error_least() {
         assert_eq!(
@@ -228,8 +227,7 @@ mod tests {
         assert!(solve(&[f64::NAN; 9]).iter().all(|&share| share == 0.0));
     }
 
-    /// Protects: a pixel does not choose its own shares: what it says itself changes its
-    /// neighbours' and not its own.
+    /// Protects: a pixel does not affect its own shares, only those of its neighbours.
     #[test]
     fn a_pixel_does_not_choose_for_itself() {
         use crate::film::tests::{ReplicateSample, film_of};
@@ -260,7 +258,7 @@ mod tests {
         assert!(!close(before[41], after[41]), "{:?}", after[41]);
     }
 
-    /// Protects: what is known of a pixel by hand: of 1, 2, 3 and 6 the mean is 3, its variance
+    /// Protects: the statistics of a pixel by hand: for 1, 2, 3 and 6 the mean is 3, its variance
     /// 14/12, and the error by partners −14/12 − 2·(2·1 + 0·3)/2 = −3.1667.
     #[test]
     fn statistics_by_hand() {

@@ -1,22 +1,22 @@
-//! A picture with less noise, and how wrong it is: film in, picture and claim out.
+//! Denoising with an error estimate: from a film to a picture and its error.
 //!
 //! Two passes of non-local means (Buades, Coll and Morel, "A Non-Local Algorithm for Image
 //! Denoising", 2005), with features and variances as by Rousselle, Manzi and Zwicker ("Robust
-//! Denoising Using Feature and Color Information", 2013). The four replicates of a film are two
-//! halves, and the weights of each half filter the other. What is filtered is light over the albedo
-//! and a tenth: texture is no noise. What camera rays see by themselves, lamps and sky, is filtered
-//! apart, where it is noisy at all. How much of the filter a pixel takes is solved from its
-//! surroundings without itself (`mixture`).
+//! Denoising Using Feature and Color Information", 2013). The four replicates of a film form two
+//! halves, and the weights of each half filter the other. Reflected light is divided by the albedo
+//! plus a tenth before filtering, so that texture is not taken for noise. Directly visible
+//! emission, of lamps and sky, is filtered separately, if it is noisy at all. The share of the
+//! filter in a pixel is solved from its surroundings without the pixel itself (`mixture`).
 //!
-//! So each of the four parts Pᵢ of the picture D = ¼ Σ Pᵢ knows nothing of one replicate, its
+//! So each of the four parts Pᵢ of the picture D = ¼ Σ Pᵢ is independent of one replicate, its
 //! partner xᵢ′ in the same half, and mean (Pᵢ − xᵢ′)² − s² − mean (Pᵢ − D)² has the squared error
-//! of D for a mean, s² being the sample variance of the four: the first two terms are the mean
-//! error of the parts, and a mean's error is less than that by its parts' spread. No reference is
-//! needed, and nothing is assumed of the filter; what it takes is that replicates are independent
-//! (`claim` says how an interval comes of it).
+//! of D as its expectation, where s² is the sample variance of the four: the first two terms are
+//! the mean error of the parts, and the error of a mean is less than that by the spread of its
+//! parts. No reference is needed, and nothing is assumed of the filter, only that replicates are
+//! independent (`claim` derives an interval).
 //!
-//! Bits depend on the film alone: tiles here are of one size, and sums are taken row by row. Pixels
-//! at the edge of a crop have fewer neighbours than the whole picture's.
+//! Bits depend on the film alone: tiles have a fixed size, and sums are taken row by row. Pixels at
+//! the edge of a crop have fewer neighbours than in the whole picture.
 
 mod candidates;
 mod claim;
@@ -40,22 +40,22 @@ use crate::settings::Aov;
 use demand::{CANDIDATES, CandidatePixel, FOUR};
 pub use demand::{FEWEST_SAMPLES, LAYERS, is_possible};
 
-/// Pixels of a tile, which are filtered together.
+/// Width and height of a tile, filtered as a unit.
 const TILE: [usize; 2] = [128, 64];
 
-/// Why a film can't be denoised.
+/// Reason why a film can't be denoised.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum DenoiseError {
-    /// There is no noise.
+    /// A deterministic picture without noise.
     #[error("chance has no part in the picture, so that there is no noise")]
     NoChance,
-    /// The film was rendered without a layer that the denoiser reads.
+    /// The film lacks a layer that the denoiser needs.
     #[error("it has no layer `{0}`, which tells noise from what is seen")]
     Layer(&'static str),
-    /// Some pixels have no four replicates.
+    /// Some pixels have fewer than four replicates.
     #[error("some pixels have fewer than four replicates, which tell noise from what is seen")]
     Replicates,
-    /// The observer stopped it.
+    /// The observer cancelled denoising.
     #[error("it was stopped")]
     Cancelled,
 }
@@ -74,32 +74,31 @@ impl From<QuadError> for DenoiseError {
     }
 }
 
-/// A denoised picture with what is claimed of it.
+/// A denoised picture with its error estimate.
 #[derive(Clone, Debug)]
 pub struct Denoised {
     /// Colour, with the film's coverage and no layers.
     pub picture: Picture,
-    /// Root of the squared error to be expected in each pixel, bias included, as its neighbourhood
-    /// of 21 by 21 says it.
+    /// Root of the expected squared error of each pixel, bias included, averaged over its
+    /// neighbourhood of 21 by 21 pixels.
     pub standard_error: Vec<[f32; 3]>,
-    /// How far the picture is from the true one.
+    /// Error of the picture.
     pub error: Uncertainty,
-    /// What the filter did to the picture's light, as a share of it: less than zero where it is
-    /// darker.
+    /// Relative change of the picture's light by the filter; negative for a darker picture.
     pub brightened: f64,
 }
 
 impl Denoised {
-    /// Whether its relative error is below another one: where its own interval says so, or says
-    /// little but ends below and the noisy picture's error is below, too. A picture of less than
-    /// two blocks has no interval, and then its value counts.
+    /// Whether the relative error is below `error`: by its interval, or, if the interval is
+    /// doubtful, by the interval's upper end and the noisy picture's error together. A picture of
+    /// less than two blocks has no interval, and its value counts.
     pub fn reaches(&self, error: f64, noisy: &Uncertainty) -> bool {
         let Estimate { value, high, .. } = self.error.root_relmse;
         let most = if high.is_finite() { high } else { value };
         most <= error && (self.error.doubt.is_none() || noisy.reaches(error))
     }
 
-    /// Its colour and its errors as layers of another picture.
+    /// The colour and the errors as layers of another picture.
     pub fn layers(&self) -> Vec<Layer> {
         const NAMES: [[&str; 3]; 2] = [
             ["denoised.R", "denoised.G", "denoised.B"],
@@ -121,7 +120,7 @@ impl Denoised {
     }
 }
 
-/// Denoises a film on the current thread pool, and tells how wrong the result is.
+/// Denoises a film on the current thread pool and estimates the error of the result.
 ///
 /// # Errors
 /// See [`DenoiseError`].

@@ -1,4 +1,4 @@
-//! Rectangles of a picture with numbers in them.
+//! Windows of a picture, and planes of numbers over them.
 
 /// A rectangle of a picture, in its pixels.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -10,7 +10,7 @@ pub(super) struct Window {
 }
 
 impl Window {
-    /// With so many more pixels to each side, as far as the picture goes.
+    /// Extends the window by `by` pixels on each side, within the picture.
     pub fn grow(self, by: usize, [width, height]: [usize; 2]) -> Self {
         let (x, y) = (self.x.saturating_sub(by), self.y.saturating_sub(by));
         let (right, bottom) = (
@@ -25,7 +25,7 @@ impl Window {
         }
     }
 
-    /// Where it lies in a larger one.
+    /// The window relative to a larger one.
     pub fn within(self, outer: Self) -> Self {
         Self {
             x: self.x - outer.x,
@@ -60,11 +60,11 @@ impl PixelPlane {
         &self.at[y * self.width..][..self.width]
     }
 
-    /// Made of the numbers at the same places of others.
+    /// A plane computed from the numbers of other planes at the same pixel.
     pub fn of<const N: usize>(from: [&Self; N], make: impl Fn([f32; N]) -> f32) -> Self {
         let (width, height) = (from[0].width, from[0].height);
         let mut made = Self::zero(width, height);
-        // As long as what is film_of, so that no place is looked for beyond an end.
+        // Slices of equal length, so that no bounds checks remain.
         let from = from.map(|plane| &plane.at[..width * height]);
         for (i, to) in made.at.iter_mut().enumerate() {
             *to = make(from.map(|plane| plane[i]));
@@ -72,7 +72,7 @@ impl PixelPlane {
         made
     }
 
-    /// Each number joined with those up to `reach` to both sides of it, along rows and then along
+    /// Combines each number with those up to `reach` away on both sides, along rows and then along
     /// columns.
     fn combine(&self, reach: usize, join: impl Fn(f32, f32) -> f32) -> Self {
         let (width, height) = (self.width, self.height);
@@ -101,7 +101,7 @@ impl PixelPlane {
         all
     }
 
-    /// Means over squares of 2 `reach` + 1 pixels, of those that there are.
+    /// Means over squares of 2 `reach` + 1 pixels, limited to the plane.
     pub fn box_mean(&self, reach: usize) -> Self {
         let mut sums = self.combine(reach, |a, b| a + b);
         let count = |at: usize, end: usize| (at + reach + 1).min(end) - at.saturating_sub(reach);
@@ -114,13 +114,12 @@ impl PixelPlane {
         sums
     }
 
-    /// The largest number of three by three pixels.
+    /// Maximum of three by three pixels.
     pub fn max_filter(&self) -> Self {
         self.combine(1, |a, b| if b > a { b } else { a })
     }
 
-    /// Squares of the smaller one of both differences to neighbours, those along rows and columns
-    /// added.
+    /// Squares of the smaller difference to both neighbours, added for rows and columns.
     pub fn slope(&self) -> Self {
         let (width, height) = (self.width, self.height);
         let mut slope = Self::zero(width, height);
@@ -155,7 +154,7 @@ impl PixelPlane {
     }
 }
 
-/// The square of the smaller one of both differences.
+/// The square of the smaller difference.
 #[inline(always)]
 fn least(here: f32, others: [f32; 2]) -> f32 {
     let [one, other] = others.map(|other| (here - other).abs());
@@ -170,7 +169,7 @@ fn least(here: f32, others: [f32; 2]) -> f32 {
 /// A plane for each channel.
 pub(super) type Colour = [PixelPlane; 3];
 
-/// A colour whose pixels are all black.
+/// A black colour plane.
 pub(super) fn black(window: Window) -> Colour {
     [(); 3].map(|()| PixelPlane::zero(window.width, window.height))
 }
@@ -180,7 +179,7 @@ pub(super) fn brightest(of: &Colour) -> PixelPlane {
     PixelPlane::of(of.each_ref(), |[r, g, b]| r.max(g).max(b))
 }
 
-/// The variance of the mean of two colours, all channels added.
+/// The variance of the mean of two colours, summed over channels.
 pub(super) fn variance([one, other]: [&Colour; 2]) -> PixelPlane {
     PixelPlane::of(
         [&one[0], &one[1], &one[2], &other[0], &other[1], &other[2]],
@@ -193,8 +192,8 @@ pub(super) fn mean([one, other]: [&Colour; 2]) -> Colour {
     [0, 1, 2].map(|i: usize| PixelPlane::of([&one[i], &other[i]], |[a, b]| (a + b) / 2.0))
 }
 
-/// Numbers where a variance is known from few: those of the surroundings, and no less than half of
-/// the pixel's own.
+/// Smoothed variances, for estimates from few samples: the mean of the surroundings, at least half
+/// of the pixel's own.
 pub(super) fn smooth_variance(variance: &PixelPlane) -> PixelPlane {
     const REACH: usize = 2;
     PixelPlane::of([&variance.box_mean(REACH), variance], |[near, own]| {
@@ -206,7 +205,7 @@ pub(super) fn smooth_variance(variance: &PixelPlane) -> PixelPlane {
 mod tests {
     use super::*;
 
-    /// Protects: a slope is the smaller difference to either side, along rows and columns, so that
+    /// Protects: a slope is the smaller difference to both sides, along rows and columns, so that
     /// edges have none.
     #[test]
     fn slopes_leave_edges_out() {

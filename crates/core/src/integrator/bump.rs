@@ -1,5 +1,5 @@
-//! Normals that an image bends, for every integrator alike: made where an interaction is, so that
-//! none has to ask.
+//! Normal maps for every integrator: applied when an interaction is made, so that integrators need
+//! not check.
 
 use raywright_bvh::{Hit, Real, Vector};
 
@@ -10,8 +10,8 @@ use crate::prepare::{Material, Prepared};
 use crate::texture::Bump;
 
 impl<R: Real> Interaction<R> {
-    /// Bends the shading normal by the material's image. Out of line, so that surfaces without one
-    /// have only the question.
+    /// Perturbs the shading normal by the material's normal map. Not inlined, so that surfaces
+    /// without one only pay for a check.
     #[inline(never)]
     pub(super) fn perturb_normal(
         &mut self,
@@ -27,7 +27,7 @@ impl<R: Real> Interaction<R> {
         }
     }
 
-    /// What an image says of the shading normal.
+    /// The normal map's value at an interaction.
     #[inline(always)]
     pub(super) fn normal_map(
         &self,
@@ -38,7 +38,7 @@ impl<R: Real> Interaction<R> {
     ) -> NormalMap<R> {
         let code = bump.image.colour(&scene.sources.at(self));
         let [x, y, z] = [code.x(), code.y(), code.z()].map(|c| c + c - R::ONE);
-        // The image stands for a surface that rises and falls; from behind, its rises are hollows.
+        // The image describes the relief of the front; from behind, hills are valleys.
         let behind = self.normal.dot(self.surface.normal) < R::ZERO;
         let scale = if behind { -bump.scale } else { bump.scale };
         let (along, mirrored) = self.along(scene, leg, hit);

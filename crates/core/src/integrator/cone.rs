@@ -1,9 +1,9 @@
-//! What of an image a ray stands for: how large the spot is that it makes on a surface, in texture
-//! coordinates. Asked only where a texture has mip maps.
+//! Texture footprint of a ray: the size of its spot on a surface, in texture coordinates. Used only
+//! for textures with mip maps.
 //!
-//! A cone widens with the length of its path alone. Rough and curved surfaces would widen it more;
-//! that is left to samples, since a level chosen too coarse mixes what lies side by side in an
-//! atlas, and one chosen too fine only costs noise.
+//! A cone widens with the length of its path alone. Rough and curved surfaces would widen it
+//! further; that is left to samples, since too coarse a level mixes neighbouring parts of an atlas,
+//! and too fine a level only costs noise.
 
 use raywright_bvh::{Hit, Real, Vector};
 
@@ -13,9 +13,9 @@ use crate::interaction::Interaction;
 use crate::prepare::Prepared;
 
 impl<R: Real> Interaction<R> {
-    /// Makes the footprints, for the sets of texture coordinates that the material reads
+    /// Computes the footprints for the sets of texture coordinates that the material reads
     /// (Akenine-Möller et al., "Texture Level of Detail Strategies for Real-Time Ray Tracing",
-    /// 2019): by the areas of a mesh's triangles, of shapes by how fast u grows. A spot on a
+    /// 2019): by the areas of a mesh's triangles, or by a shape's derivative of u. A spot on a
     /// slanted surface counts as wide as it is long.
     #[inline(never)]
     pub(super) fn cover(
@@ -45,8 +45,8 @@ impl<R: Real> Interaction<R> {
         let corners = data.indices[hit.primitive as usize].map(|i| i as usize);
         let [a, b, c] = corners.map(|i| data.positions.at(i));
         let (own, [x, y, z]) = ((b - a).cross(c - a), mesh.normals_at(scene, leg, hit));
-        // The area vector in the world: its map's cofactors are those of normals, times its
-        // determinant.
+        // The area vector in the world: the cofactors of its map are those of the normals' map,
+        // times its determinant.
         let area = ((x * own.x + y * own.y + z * own.z) / x.dot(y.cross(z))).length();
         for set in (0..self.footprint.len()).filter(|set| mesh.sets >> set & 1 != 0) {
             let own = match data.uvs.get(set).filter(|uvs| !uvs.is_empty()) {
@@ -54,7 +54,7 @@ impl<R: Real> Interaction<R> {
                     let [p, q, r] = corners.map(|i| uvs[i].map(f64::from));
                     ((q[0] - p[0]) * (r[1] - p[1]) - (r[0] - p[0]) * (q[1] - p[1])).abs()
                 }
-                // What stands in for a first set are the weights of the corners.
+                // A missing first set is replaced by barycentric coordinates.
                 None => 1.0,
             };
             self.footprint[set] = R::from_f64(spot * (own / area).sqrt());

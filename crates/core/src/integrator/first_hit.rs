@@ -1,5 +1,5 @@
-//! What camera rays hit first: asked together where they leave one point, and shown by the layers
-//! beside the colour.
+//! First hits of camera rays: intersected as packets if they share an origin, and stored for the
+//! layers beside the colour.
 
 use raywright_bvh::{Hit, Interval, PacketBackoff, Ray, RayPacket, Real, Vector};
 
@@ -7,7 +7,7 @@ use super::PathSegment;
 use crate::interaction::Interaction;
 use crate::prepare::{Material, Prepared};
 
-/// What the layers beside the colour show of a first hit.
+/// Data of a first hit for the layers beside the colour.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct FirstHit {
     pub albedo: [f64; 3],
@@ -19,8 +19,8 @@ pub(crate) struct FirstHit {
 }
 
 impl FirstHit {
-    /// Out of line, and with a surface point of its own: a picture without such layers has only the
-    /// question in its loop, and its surface points stay in registers.
+    /// Not inlined, and with its own surface point: a picture without these layers only has a check
+    /// in its loop, and keeps its surface points in registers.
     #[inline(never)]
     pub(super) fn new<R: Real>(scene: &Prepared<R>, leg: &PathSegment<R>, hit: &Hit<R>) -> Self {
         let at = Interaction::of(scene, leg, hit);
@@ -40,7 +40,7 @@ impl FirstHit {
         }
     }
 
-    /// The first hit of a camera ray that is followed no further; none for the sky.
+    /// The first hit of a camera ray without further path; `None` for the sky.
     pub(super) fn of_ray<R: Real>(scene: &Prepared<R>, ray: Ray<R>) -> Option<Self> {
         let leg = PathSegment {
             ray,
@@ -55,7 +55,7 @@ impl FirstHit {
     }
 }
 
-/// The hits of some camera rays that were intersected together.
+/// The hits of camera rays that were intersected together.
 #[derive(Default)]
 pub(super) struct FirstHits<R: Real> {
     directions: Vec<R::Vec3>,
@@ -64,13 +64,13 @@ pub(super) struct FirstHits<R: Real> {
 }
 
 impl<R: Real> FirstHits<R> {
-    /// The hit of one of them; none where they were not intersected.
+    /// The hit of one ray; `None` if the rays were not intersected together.
     #[inline(always)]
     pub fn get(&self, ray: usize) -> Option<&Option<Hit<R>>> {
         self.hits.get(ray)
     }
 
-    /// Intersects camera rays that leave one point at one time; no others.
+    /// Intersects camera rays of a common origin and time; ignores others.
     pub fn intersect(&mut self, scene: &Prepared<R>, rays: &[Ray<R>]) {
         let Self {
             directions,

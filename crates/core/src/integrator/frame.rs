@@ -1,6 +1,5 @@
-//! The shading frame of an interaction, for who asks: along the texture coordinates, where rough
-//! surfaces are combed and normal maps lie. Nothing of it is stored, so a picture that needs none
-//! pays for none.
+//! The shading frame of an interaction on demand: along the texture coordinates, for anisotropy and
+//! normal maps. Nothing is stored, so pictures that need no frame do not pay for it.
 
 use glam::DVec3;
 use raywright_bvh::{Hit, Real, Vector};
@@ -12,15 +11,15 @@ use crate::prepare::{MeshUse, Prepared};
 use crate::scene::MeshData;
 
 impl<R: Real> Interaction<R> {
-    /// The frame about the shading normal whose tangent goes as the first texture coordinate grows,
-    /// or that of an image that bends normals. The bitangent is up in an image there: the frame is
-    /// left-handed where the image is seen mirrored, as from behind, or by a mirroring map.
+    /// The frame about the shading normal with its tangent along the first texture coordinate, or
+    /// along the coordinates of the normal map. The bitangent is up in the image: the frame is
+    /// left-handed if the image appears mirrored, as from behind, or under a mirroring transform.
     pub fn frame(&self, scene: &Prepared<R>, leg: &PathSegment<R>, hit: &Hit<R>) -> Frame<R> {
         let (along, mirrored) = self.along(scene, leg, hit);
         Frame::along(self.normal, along, mirrored)
     }
 
-    /// The unit direction along which its tangent goes, and whether it is left-handed.
+    /// Unit direction of the tangent before projection, and whether the frame is left-handed.
     #[inline(always)]
     pub fn along(
         &self,
@@ -47,7 +46,7 @@ impl<R: Real> Interaction<R> {
 }
 
 impl<R: Real> MeshUse<R> {
-    /// The columns of the map that takes the mesh's normals to the world where a ray hit it.
+    /// Columns of the map from the mesh's normals to world normals at a hit.
     pub(super) fn normals_at(
         &self,
         scene: &Prepared<R>,
@@ -69,8 +68,8 @@ impl<R: Real> MeshUse<R> {
 }
 
 impl<R: Real> Prepared<R> {
-    /// The way in a mesh's own space in which the texture coordinate grows where a ray hit it, of
-    /// any length, and whether an image is seen mirrored there from outside.
+    /// Tangent at a hit in the mesh's own space, of any length, and whether an image appears
+    /// mirrored there from outside.
     fn tangent(&self, mesh: &MeshUse<R>, hit: &Hit<R>) -> (DVec3, bool) {
         let data = &self.meshes[mesh.mesh as usize];
         let corners = data.indices[hit.primitive as usize].map(|i| i as usize);
@@ -94,9 +93,9 @@ impl<R: Real> Prepared<R> {
     }
 }
 
-/// The way in which the first coordinate grows on a triangle of a mesh, and whether an image is
-/// seen mirrored there. Without a first set it is what [`Interaction`] reads: the weight of the
-/// second corner.
+/// Direction of the first coordinate's growth on a triangle of a mesh, and whether an image appears
+/// mirrored there. Without a first set it is [`Interaction`]'s default: the barycentric coordinate
+/// of the second corner.
 fn along_first(data: &MeshData, corners: [usize; 3]) -> (DVec3, bool) {
     let [a, b, c] = corners.map(|i| data.positions.at(i));
     let set = data.uvs.first().filter(|set| !set.is_empty());
@@ -108,15 +107,15 @@ fn along_first(data: &MeshData, corners: [usize; 3]) -> (DVec3, bool) {
     if area == 0.0 {
         return (DVec3::ZERO, false);
     }
-    // dp/du times what has no say in its direction.
+    // dp/du, up to a positive factor.
     (((b - a) * v2 - (c - a) * v1) * area.signum(), area > 0.0)
 }
 
-/// A way in a mesh's own space in the world. `normals` are the columns of the map that takes
-/// normals there.
+/// Maps a tangent from a mesh's own space to the world. The first argument holds the columns of the
+/// map of normals.
 fn to_world([x, y, z]: [DVec3; 3], own: DVec3, mirrored: bool) -> (DVec3, bool) {
-    // The map's linear part is the inverse transpose of that of normals, so but for the determinant
-    // its cofactors.
+    // The map's linear part is the inverse transpose of the normals' map, so its cofactors up to
+    // the determinant.
     let mapped = y.cross(z) * own.x + z.cross(x) * own.y + x.cross(y) * own.z;
     let mirrors = x.dot(y.cross(z)) < 0.0;
     (if mirrors { -mapped } else { mapped }, mirrored != mirrors)
@@ -131,7 +130,7 @@ mod tests {
     use raywright_bvh::{Interval, Ray};
     use serde_json::{Value, json};
 
-    /// Tangent and bitangent where a ray meets an object.
+    /// Tangent, bitangent and normal where a ray hits an object.
     fn frame<R: Real>(object: &Value, data: &Value, [origin, direction]: [DVec3; 2]) -> [DVec3; 3] {
         let scene: Scene = serde_json::from_value(json!({
             "format": 1, "materials": [{ "name": "paint", "model": { "physical": {} } }], "objects": [object],
@@ -155,8 +154,7 @@ mod tests {
         [frame.tangent, frame.bitangent, frame.normal].map(Vector::to_f64)
     }
 
-    /// The frame is this one, in every precision, and its directions are unit and across each
-    /// other.
+    /// Asserts the frame in every precision, and that its directions are orthonormal.
     #[track_caller]
     fn is(object: Value, data: &Value, ray: [DVec3; 2], tangent: DVec3, bitangent: DVec3) {
         let found = [frame::<f32>, frame::<f64>].map(|frame| frame(&object, data, ray));
@@ -181,7 +179,7 @@ mod tests {
         }
     }
 
-    /// A triangle in the plane z = 0, seen from +z, and its coordinates if it has any.
+    /// A triangle in the plane z = 0, facing +z, with optional texture coordinates.
     fn leaf(uvs: Option<Value>) -> Value {
         let mut data =
             json!({ "positions": [[0, 0, 0], [3, 0, 0], [0, 3, 0]], "indices": [[0, 1, 2]] });
@@ -194,8 +192,8 @@ mod tests {
     const ONTO: [DVec3; 2] = [DVec3::new(0.5, 0.5, 4.0), DVec3::NEG_Z];
     const MIRRORED: [f64; 3] = [-1.0, 1.0, 1.0];
 
-    /// Protects: on a sphere the tangent is east and the bitangent north, from within mirrored; on
-    /// a floor x and −z; stretched, turned and mirrored as maps do it.
+    /// Protects: on a sphere the tangent is east and the bitangent north, from inside mirrored; on
+    /// a floor x and −z; stretched, rotated and mirrored by transforms.
     #[test]
     fn frames_of_shapes() {
         let shape = |shape: Value, steps: Value| json!({ "shape": shape, "material": "paint", "transform": steps });
@@ -227,7 +225,7 @@ mod tests {
             -east,
             north,
         );
-        // Stretched along x by 2: the point over n/(2, 1, 1), whose normal leans.
+        // Stretched along x by 2: the point is scaled, and the normal is n/(2, 1, 1), which leans.
         let stretched = ball(json!([{ "scale": [2, 1, 1] }]));
         let (at, normal) = (n * DVec3::new(2.0, 1.0, 1.0), n * DVec3::new(0.5, 1.0, 1.0));
         let along = east * DVec3::new(2.0, 1.0, 1.0);
@@ -262,9 +260,9 @@ mod tests {
         );
     }
 
-    /// Protects: on a mesh the tangent goes as u of its own coordinates grows and the bitangent
-    /// against v, whatever the order of corners, the map and the side; without coordinates they are
-    /// the weights of the corners.
+    /// Protects: on a mesh the tangent follows u of its own coordinates and the bitangent −v, for
+    /// any order of corners, transform and side; without coordinates they follow the barycentric
+    /// coordinates.
     #[test]
     fn frames_of_meshes() {
         let shown = |steps: Value| json!({ "shape": { "mesh": "leaf" }, "material": "paint", "transform": steps });
@@ -287,8 +285,8 @@ mod tests {
             DVec3::NEG_X,
             DVec3::Y,
         );
-        // u = (x + y)/3, v = y/3: dp/dv is not across dp/du, along (−1, 1), and the bitangent is
-        // across the tangent.
+        // u = (x + y)/3, v = y/3: dp/dv, along (−1, 1), is not perpendicular to dp/du, but the
+        // bitangent is perpendicular to the tangent.
         is(
             plain(),
             &leaf(Some(json!([[0, 0], [1, 0], [1, 1]]))),
@@ -297,7 +295,7 @@ mod tests {
             DVec3::NEG_Y,
         );
         is(plain(), &leaf(None), ONTO, DVec3::X, DVec3::NEG_Y);
-        // Mirrored in x: the triangle is turned over so that it is still seen from +z.
+        // Mirrored in x: the triangle is reversed, so that it still faces +z.
         let over = [ONTO[0] * DVec3::new(-1.0, 1.0, 1.0), ONTO[1]];
         is(
             shown(json!([{ "scale": MIRRORED }])),
@@ -323,7 +321,7 @@ mod tests {
             t,
             b,
         );
-        // Coordinates without an area say nothing: any frame is right.
+        // Coordinates without an area define no tangent: any frame is right.
         let [t, b, n] = frame::<f32>(&plain(), &leaf(Some(json!([[0, 0], [1, 1], [2, 2]]))), ONTO);
         assert!(
             t.cross(b).distance(n) < 1e-6 && t.dot(n).abs() < 1e-6,
@@ -331,8 +329,8 @@ mod tests {
         );
     }
 
-    /// Protects: the tangent lies across the shading normal, which may lean from the surface's:
-    /// here by 37° along x.
+    /// Protects: the tangent is perpendicular to the shading normal, which may lean from the
+    /// geometric one: here by 37° along x.
     #[test]
     fn frames_follow_the_shading_normal() {
         let mut data = leaf(Some(json!([[0, 1], [1, 1], [0, 0]])));
@@ -341,7 +339,8 @@ mod tests {
         is(object, &data, ONTO, DVec3::new(4.0, 0.0, -3.0), DVec3::Y);
     }
 
-    /// Protects: the tangent of an instance that turns on its way is that of the ray's time.
+    /// Protects: the tangent of an instance that changes during the exposure belongs to the ray's
+    /// time.
     #[test]
     fn frames_of_what_moves() {
         let matrix =
@@ -380,7 +379,7 @@ mod tests {
         }
     }
 
-    /// Protects: an instance that mirrors, of a mesh that is stored once.
+    /// Protects: the tangent of a mirrored instance of a shared mesh.
     #[test]
     fn frames_of_mirrored_instances() {
         let shown = |steps: Value| json!({ "shape": { "mesh": "leaf" }, "material": "paint", "transform": steps });

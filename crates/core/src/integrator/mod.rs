@@ -1,6 +1,6 @@
-//! From camera rays to what they bring: Whitted ray tracing (Whitted, "An Improved Illumination
-//! Model for Shaded Display", 1980) in [`whitted`], and path tracing in [`path_tracing`]. Two types
-//! behind one small trait; what both ask of a scene is beside them.
+//! Integrators, from camera rays to radiance: Whitted ray tracing (Whitted, "An Improved
+//! Illumination Model for Shaded Display", 1980) in [`whitted`], and path tracing in
+//! [`path_tracing`]. Both implement one small trait; code that they share lies beside them.
 
 mod bump;
 mod cone;
@@ -28,16 +28,16 @@ use crate::observer::Observer;
 use crate::prepare::Prepared;
 use crate::sampler::Address;
 
-/// As many camera rays as are intersected together.
+/// Number of camera rays in a packet.
 pub(crate) const PACKET: usize = 16;
 
-/// What a camera ray brought.
+/// Result of a camera ray.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct PathResult<R: Real> {
     pub radiance: R::Vec3,
-    /// Share of the ray that something covers, seen through what is there in part.
+    /// Coverage (alpha) of the ray.
     pub coverage: R,
-    /// Share of what it sees of the studio's ground that lies in shadow, where nothing covers it.
+    /// Shadowed share of the studio's ground, for uncovered rays.
     pub shadow: R,
 }
 
@@ -48,12 +48,12 @@ pub(crate) struct CameraRays<'a, R: Real> {
     pub addresses: &'a [Address],
 }
 
-/// What camera rays brought, in their order.
+/// Results of camera rays, in their order.
 #[derive(Debug, Default)]
 pub(crate) struct PathResults<R: Real> {
     pub paths: Vec<PathResult<R>>,
-    /// What each ray hit first, none for the sky, and what it saw without light from elsewhere;
-    /// empty where layers ask for neither.
+    /// First hit of each ray, `None` for the sky, and its radiance without reflected light; empty
+    /// if no layer needs them.
     pub first_hits: Vec<Option<FirstHit>>,
     pub direct: Vec<R::Vec3>,
 }
@@ -65,19 +65,20 @@ impl<R: Real> PathResults<R> {
         self.direct.clear();
     }
 
-    /// The first hit of a ray, and what it saw without light from elsewhere.
+    /// The first hit of a ray, and its radiance without reflected light.
     pub fn first(&self, place: usize) -> (Option<&FirstHit>, R::Vec3) {
         let direct = self.direct.get(place).copied().unwrap_or(Vector::ZERO);
         (self.first_hits.get(place).and_then(Option::as_ref), direct)
     }
 }
 
-/// An algorithm that finds the radiance along camera rays; one a worker.
+/// An integrator: computes the radiance along camera rays; one per worker.
 pub(crate) trait LightTransport<'a, R: Real> {
-    /// Most camera rays that it takes at a time.
+    /// Most camera rays in a batch.
     const BATCH: usize;
 
-    /// For paths of so many segments. `keeps_first`: whether layers ask what camera rays hit first.
+    /// An integrator for paths of at most `max_depth` segments. `keeps_first`: whether layers need
+    /// the first hits of camera rays.
     fn new(
         scene: &'a Prepared<R>,
         max_depth: u32,
@@ -85,22 +86,21 @@ pub(crate) trait LightTransport<'a, R: Real> {
         observer: &'a dyn Observer,
     ) -> Self;
 
-    /// Finds what camera rays bring, in place of what `out` held.
+    /// Computes the results of camera rays, overwriting `out`.
     fn trace(&mut self, rays: CameraRays<'_, R>, out: &mut PathResults<R>);
 
-    /// The first hit of a ray that is followed no further; none for the sky.
+    /// The first hit of a ray without further path; `None` for the sky.
     fn first_hit(&mut self, ray: Ray<R>) -> Option<FirstHit>;
 
-    /// Hands over what was counted since this was last called.
+    /// Returns the counters since the last call.
     fn take_counters(&mut self) -> Counters;
 
-    /// Whether the observer stopped a path halfway, so that what was traced is worth nothing.
+    /// Whether the observer cancelled a path midway, so that the results are invalid.
     fn is_stopped(&self) -> bool {
         false
     }
 
-    /// Which lights lit anything, once all is traced; nothing is known of them where it does not
-    /// count.
+    /// Usage of lights at the end of tracing; empty for an integrator that does not count it.
     fn into_light_usage(self) -> LightUsage
     where
         Self: Sized,

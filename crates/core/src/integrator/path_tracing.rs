@@ -1,11 +1,10 @@
-//! Path tracing (Kajiya, "The Rendering Equation", 1986): at each vertex a path asks one light and
-//! goes on in one direction, both drawn by chance, and what both ways find of the same light is
-//! combined by multiple importance sampling (Veach, Guibas, "Optimally Combining Sampling
-//! Techniques for Monte Carlo Rendering", 1995). In the mean it is right whatever the chances are,
-//! but for the paths that are longer than the scene allows.
+//! Path tracing (Kajiya, "The Rendering Equation", 1986). Each vertex samples one light and one
+//! scattered direction, and multiple importance sampling combines both (Veach, Guibas, "Optimally
+//! Combining Sampling Techniques for Monte Carlo Rendering", 1995). The estimate is unbiased,
+//! except for paths beyond the depth limit.
 //!
-//! A path's state is numbers alone ([`PathState`]), and what one more segment makes of it does not
-//! know which others go beside it.
+//! A path's state is plain numbers ([`PathState`]), and the next segment does not depend on other
+//! paths traced beside it.
 
 mod arrival;
 mod classic;
@@ -41,22 +40,22 @@ use crate::observer::Observer;
 use crate::prepare::Prepared;
 use crate::sampler::{Address, SampleHash};
 
-/// As many paths as go side by side: what there is of them stays in a core's own cache.
+/// Number of paths traced side by side: their state fits in a core's own cache.
 const PATHS: usize = 256;
 
-/// Follows rays as light goes, by chance.
+/// The path tracer.
 pub(crate) struct PathTracer<'a, R: Real> {
     scene: &'a Prepared<R>,
     counters: Counters,
     usage: LightUsage,
-    /// Whether the first hits of camera rays are kept, the one of the path at hand, and what that
-    /// saw without light from elsewhere.
+    /// Whether first hits of camera rays are kept; the first hit of the current path, and its
+    /// radiance without reflected light.
     keeps_first: bool,
     first: Option<FirstHit>,
     direct: R::Vec3,
     max_depth: u32,
     least: LeastDistances<R>,
-    /// Bodies that the camera is in.
+    /// Media around the camera.
     media: Media,
     wavefront: Wavefront<R>,
 }
@@ -104,69 +103,66 @@ impl<'a, R: Real> LightTransport<'a, R> for PathTracer<'a, R> {
     }
 }
 
-/// Density of a direction, over solid angle, from which on a lobe counts as a mirror: it is seven
-/// times narrower than the sun's disc, which has a 14,700th of a unit, so that of directions drawn
-/// towards a light hardly any has a share in what the lobe finds.
+/// Density by solid angle from which on a lobe counts as a mirror: it is seven times narrower than
+/// the sun's disc of 1/14,700 sr, so hardly any direction sampled towards a light falls into such a
+/// lobe.
 const NARROW: f64 = 1e5;
 
-/// Where a path is: all that its next segment depends on.
+/// State of a path: everything that its next segment depends on.
 #[derive(Clone, Copy, Debug)]
 struct PathState<R: Real> {
-    /// The ray to be traced.
+    /// The next ray.
     leg: PathSegment<R>,
-    /// What arrives along it counts so much.
+    /// Throughput of the path (beta).
     throughput: R::Vec3,
-    /// What the path has brought so far.
+    /// Radiance collected so far.
     radiance: R::Vec3,
-    /// The vertex in the making, for random numbers.
+    /// Address of the next vertex, for random numbers.
     address: Address,
     way: SampleHash,
     draws: VertexSamples,
     /// Segments traced so far.
     traced: u32,
-    /// How many of them it came to unchanged by a border of equal media, and the surfaces that it
-    /// passed unchanged in all.
+    /// Segments among them that end at index-matched boundaries, and all surfaces passed unchanged.
     matched: u32,
     passages: u32,
-    /// Whether it has met a surface.
+    /// Whether the path has hit a surface.
     hit: bool,
-    /// Share of the studio's light that is kept from the ground where its camera ray came to it.
+    /// Blocked share of the studio's light where the camera ray reaches the ground.
     shadow: R,
-    /// Least density with which it left one, the last one apart: how far it was scattered before.
+    /// Least density of a scattered direction before the last vertex: how diffuse the path has
+    /// become.
     spread: f64,
-    /// The bodies that it is in.
+    /// Media around the path.
     media: Media,
-    /// Where the ray left, and how.
+    /// The vertex that the ray left.
     previous: PreviousVertex<R>,
-    /// The one wavelength, in nanometres, by which a path goes on that was bent apart; none: it is
-    /// white.
+    /// Wavelength in nanometres after dispersion; `None` for a white path.
     wavelength: Option<f64>,
 }
 
-/// Numbers in [0, 1) that nearly every vertex asks for.
+/// Numbers in [0, 1) that nearly every vertex needs.
 #[derive(Clone, Copy, Debug, Default)]
 struct VertexSamples {
-    /// Which light it asks, and where on it.
+    /// For choosing a light and sampling a point on it.
     light: [f32; 4],
-    /// Which way the path goes on, by the lobe and a direction of it, and whether.
+    /// For the lobe, its direction, and Russian roulette.
     scatter: [f32; 4],
 }
 
-/// How a ray left its vertex: what it takes to know how else the light at its end could have been
-/// found.
+/// The previous vertex of a path, as needed for the density of sampling its light otherwise.
 #[derive(Clone, Copy, Debug)]
 struct PreviousVertex<R: Real> {
-    /// The vertex, and the normal there on the side that the path came from; zero where light comes
-    /// from both.
+    /// The vertex, and its normal on the receiving side; zero if both sides receive light.
     from: R::Vec3,
     normal: R::Vec3,
-    /// Density over solid angle of the direction; infinite where no light could have been drawn
-    /// instead: for rays of the camera, and of lobes without a density.
+    /// Density of the direction by solid angle; infinite if no light could have been sampled
+    /// instead: for camera rays and delta lobes.
     density: f64,
 }
 
 impl<R: Real> PathTracer<'_, R> {
-    /// The path of a camera ray before its first segment.
+    /// The initial path of a camera ray.
     #[inline(always)]
     fn camera_path(&self, ray: Ray<R>, address: Address) -> PathState<R> {
         PathState {
@@ -195,7 +191,7 @@ impl<R: Real> PathTracer<'_, R> {
         }
     }
 
-    /// Keeps what a camera ray hits first, where layers ask for it.
+    /// Keeps the first hit of a camera ray, if layers need it.
     #[inline(always)]
     fn keep_first(&mut self, path: &PathState<R>, hit: &Hit<R>) {
         if self.keeps_first && path.traced == 0 && path.passages == 0 {
@@ -203,7 +199,7 @@ impl<R: Real> PathTracer<'_, R> {
         }
     }
 
-    /// Takes a path on through a surface that is not there where it met it.
+    /// Continues a path through a surface that is absent at the hit.
     fn pass(&mut self, path: &mut PathState<R>, at: &Interaction<R>) -> bool {
         path.address.bounce += 1;
         let rest = path.leg.rest;
@@ -215,7 +211,7 @@ impl<R: Real> PathTracer<'_, R> {
         self.counts_passage(path)
     }
 
-    /// Counts a surface that a path passed unchanged. Whether it may pass more.
+    /// Counts a surface that a path passed unchanged. Returns whether it may pass more.
     fn counts_passage(&mut self, path: &mut PathState<R>) -> bool {
         path.passages += 1;
         let ends = path.passages > MOST_PASSAGES;
@@ -223,7 +219,8 @@ impl<R: Real> PathTracer<'_, R> {
         !ends
     }
 
-    /// Whether a path has all its segments. Those between borders of equal media are one.
+    /// Whether a path has reached its depth limit. Segments between index-matched boundaries count
+    /// as one.
     #[inline(always)]
     fn is_at_limit(&self, path: &PathState<R>) -> bool {
         path.traced - path.matched >= self.max_depth

@@ -69,11 +69,11 @@ pub trait Number:
     fn from_f64(x: f64) -> Self;
     /// The nearest value to `value(lane)` in each lane.
     fn of_lanes(value: impl FnMut(usize) -> f64) -> Self;
-    /// One lane, exactly.
+    /// The value of one lane, exactly.
     fn lane(self, index: usize) -> f64;
     /// `value(lane)` in each lane.
     fn exact(value: impl FnMut(usize) -> f64) -> Self::Exact;
-    /// One lane.
+    /// The value of one lane.
     fn exact_lane(exact: Self::Exact, index: usize) -> f64;
     /// Whether this number is greater than another; false for NaN.
     fn above(self, other: Self) -> Self::Mask;
@@ -121,7 +121,7 @@ pub trait Vector3<N: Number>:
     fn splat(value: N) -> Self;
     /// The nearest vector to `value(lane)` in each lane.
     fn of_lanes(value: impl FnMut(usize) -> DVec3) -> Self;
-    /// One lane, exactly.
+    /// The value of one lane, exactly.
     fn lane(self, index: usize) -> DVec3;
     /// First component.
     fn x(self) -> N;
@@ -160,7 +160,7 @@ pub trait Mask:
 {
     /// Whether any lane is set.
     fn any(self) -> bool;
-    /// One lane.
+    /// The value of one lane.
     fn lane(self, index: usize) -> bool;
     /// Sets one lane.
     fn set(&mut self, index: usize);

@@ -1,4 +1,4 @@
-//! How much arrives of what a vertex would receive from the light that it asks.
+//! Visibility of a vertex's sampled light: shadow rays and transmittance.
 
 use raywright_bvh::{Hit, Interval, Ray, Real, Vector};
 
@@ -15,7 +15,7 @@ use crate::prepare::{Material, Spawn};
 use crate::scene::AlphaMode;
 
 impl<R: Real> PathTracer<'_, R> {
-    /// Adds what a vertex sends back of a light, as far as it arrives.
+    /// Adds the reflected light of a sampled light, times its visibility.
     #[inline(always)]
     pub(super) fn add_light(
         &mut self,
@@ -71,7 +71,7 @@ impl<R: Real> PathTracer<'_, R> {
         path.radiance += path.throughput * sent;
     }
 
-    /// Whether all that comes of a light may be asked of one shadow ray to where it was drawn.
+    /// Whether a single shadow ray to the sampled point determines a light's visibility.
     #[inline(always)]
     fn straight_to_lights(&self, light: LightId) -> bool {
         let (scene, lights) = (self.scene, &self.scene.lights);
@@ -84,8 +84,8 @@ impl<R: Real> PathTracer<'_, R> {
             && matches!(scene.rules.spawn, Spawn::ErrorBound)
     }
 
-    /// What arrives of what a surface would send back of a light, `through` itself or not, if
-    /// nothing were in between.
+    /// Visible part of `sent`, the unoccluded light that a surface reflects, or transmits if
+    /// `through`.
     #[inline(always)]
     fn arriving(
         &mut self,
@@ -115,7 +115,7 @@ impl<R: Real> PathTracer<'_, R> {
             };
             let media = media();
             let arrives = self.arrives_straight(path, media, (&seen, emitter), at);
-            // Also of what is no number.
+            // Zero for NaN too.
             sent = if arrives == Vector::ZERO {
                 Vector::ZERO
             } else {
@@ -138,7 +138,7 @@ impl<R: Real> PathTracer<'_, R> {
         sent
     }
 
-    /// Share of a light that arrives where it is asked from.
+    /// Visible share of a light at an interaction.
     #[inline]
     fn arrives(&mut self, light: &LightSample<R>, at: &Interaction<R>) -> R {
         // Where the light is where the ray would start, nothing is in between.
@@ -147,7 +147,7 @@ impl<R: Real> PathTracer<'_, R> {
         };
         let sizeless = light.density == Density::Delta;
         if matches!(light.target, Target::Infinity) && !sizeless {
-            // The scene's limit on shadows is that of its lights, not of its sky.
+            // The scene's limit on shadow distance applies to lights, not to the sky.
             range = Interval {
                 max: R::INFINITY,
                 ..range
@@ -156,8 +156,7 @@ impl<R: Real> PathTracer<'_, R> {
         self.passes(&ray.at_time(at.time), range, Some(&light.target), sizeless)
     }
 
-    /// Share of light that passes the way of a shadow ray. What it aims at is told where that may
-    /// be its own occluder.
+    /// Transmittance along a shadow ray. `target` is set if the light may be its own occluder.
     #[inline(always)]
     fn passes(
         &mut self,
@@ -186,9 +185,8 @@ impl<R: Real> PathTracer<'_, R> {
         }
     }
 
-    /// Share of light that passes an occluder straight: where it is absent, and the light of a
-    /// light without size where it casts no shadow. Light with a size is found by paths too, which
-    /// meet everything.
+    /// Straight transmittance of an occluder: of its absent share, and of delta lights if it casts
+    /// no shadow. Area lights are found by paths too, which hit every object.
     fn lets_through(&self, ray: &Ray<R>, hit: &Hit<R>, sizeless: bool) -> R {
         let record = &self.scene.objects[hit.outermost() as usize];
         if sizeless && !record.casts_shadow {

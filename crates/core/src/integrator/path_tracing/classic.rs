@@ -1,4 +1,4 @@
-//! What classic terms mean to light: the lobes that a path tracer reads them as.
+//! BSDFs of classic materials in a path tracer.
 
 use raywright_bvh::{Real, Vector};
 
@@ -10,8 +10,8 @@ use crate::texture::ShadingContext;
 
 /// The lobes of a classic surface: `local`·`colour`·`diffuse` is Lambert's albedo, `specular`
 /// microfacets as sharp as its exponent, `reflection` a mirror of its weight at every angle,
-/// `transmission` a smooth dielectric, whose glass is handed on with the index that it has there.
-/// What all of them together would send back beyond one is taken from the diffuse one.
+/// `transmission` a smooth dielectric, given as `glass` with its relative index. Reflectance beyond
+/// one in total is taken from the diffuse lobe.
 #[inline(always)]
 pub(super) fn lobes<R: Real>(
     (m, glass): (&ClassicInputs<R>, Option<&Glass<R>>),
@@ -69,7 +69,8 @@ pub(super) fn lobes<R: Real>(
     }
 }
 
-/// A matte surface as a physical one that reflects nothing: the same numbers as its one lobe.
+/// A matte surface as a metallic-roughness model without specular reflection: the same numbers as
+/// its single lobe.
 #[inline(always)]
 pub(super) fn matte<R: Real>(
     m: &ClassicInputs<R>,
@@ -89,8 +90,8 @@ pub(super) fn matte<R: Real>(
 }
 
 /// The perceptual roughness √α of a highlight's exponent: α = √(2/(n + 2)) about the half vector
-/// ("Microfacet Models for Refraction through Rough Surfaces", Walter et al. 2007); about the
-/// mirrored view a highlight is as wide at a quarter of the exponent.
+/// ("Microfacet Models for Refraction through Rough Surfaces", Walter et al. 2007); a highlight
+/// about the mirrored view has the same width at a quarter of the exponent.
 fn roughness<R: Real>(specular: &SpecularInputs<R>) -> R {
     let exponent = f64::from(specular.exponent);
     let about_half = match specular.model {
@@ -101,7 +102,7 @@ fn roughness<R: Real>(specular: &SpecularInputs<R>) -> R {
 }
 
 fn unit<R: Real>(x: R) -> R {
-    // Also zero for what is no number.
+    // Zero for NaN too.
     Real::clamp(x.max(R::ZERO), R::ZERO, R::ONE)
 }
 

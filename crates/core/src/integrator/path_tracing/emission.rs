@@ -1,5 +1,5 @@
-//! What a path finds by itself: light that a surface gives off where it comes to it, or the sky; in
-//! the share that its ray has in finding it.
+//! Light found by scattering: emission of surfaces that a path hits, or the sky, with its weight of
+//! multiple importance sampling.
 
 use raywright_bvh::{Hit, Real, Vector};
 
@@ -10,7 +10,7 @@ use crate::light::{LightId, SkySample, Target};
 use crate::settings::LightSampling;
 
 impl<R: Real> PathTracer<'_, R> {
-    /// Adds what a surface gives off, in the share that a ray has in finding it.
+    /// Adds the emission of a hit surface, with its weight.
     #[inline]
     pub(super) fn emits(
         &mut self,
@@ -19,7 +19,7 @@ impl<R: Real> PathTracer<'_, R> {
         at: &Interaction<R>,
         emission: R::Vec3,
     ) {
-        // What glows in parts is dark mostly; no share of nothing is worth asking for.
+        // Partly emissive surfaces are mostly dark, and zero emission needs no weight.
         if emission == Vector::ZERO || !self.scene.shines(at) {
             return;
         }
@@ -50,8 +50,7 @@ impl<R: Real> PathTracer<'_, R> {
         self.see(path.traced == 1, emitted);
     }
 
-    /// Adds what a path saw of what its surface gives off by itself, where that is kept of camera
-    /// rays.
+    /// Adds directly visible emission of camera rays, if it is kept.
     #[inline(always)]
     pub(super) fn see(&mut self, camera: bool, radiance: R::Vec3) {
         if camera && self.keeps_first {
@@ -59,8 +58,8 @@ impl<R: Real> PathTracer<'_, R> {
         }
     }
 
-    /// Ends the path of a camera ray on an edge, which is seen as it is: its base is black, so that
-    /// denoising keeps it.
+    /// Ends the path of a camera ray on an edge with the edge's colour. The albedo is black there,
+    /// so that denoising keeps the edge.
     pub(super) fn draw_edge(&mut self, path: &mut PathState<R>, edge: R::Vec3) {
         let shown = path.throughput * edge;
         path.radiance += shown;
@@ -70,7 +69,7 @@ impl<R: Real> PathTracer<'_, R> {
             .for_each(|first| first.albedo = [0.0; 3]);
     }
 
-    /// What a ray brings that hit nothing and sees this of the sky, in its share.
+    /// Radiance of a ray that escapes to the sky, with its weight.
     #[inline(always)]
     pub(super) fn escaped(&mut self, path: &PathState<R>, seen: &SkySample<R>) -> R::Vec3 {
         let direction = path.leg.ray.direction;
@@ -88,15 +87,15 @@ impl<R: Real> PathTracer<'_, R> {
             })
     }
 
-    /// Whether a path was scattered and then went on as by a mirror: what it meets then, it meets
+    /// Whether a path was scattered diffusely before and then left as by a mirror: it hits lights
     /// by chance alone.
     #[inline(always)]
     pub(super) fn is_unaided(&self, path: &PathState<R>) -> bool {
         path.spread < NARROW && path.previous.density >= NARROW
     }
 
-    /// Share that a ray has in finding the light that it met, which is drawn with a density by the
-    /// probability of being asked.
+    /// Weight of scattering in finding a hit light; `drawn` is the density of sampling the light
+    /// for the probability of its choice.
     #[inline(always)]
     fn found(&self, path: &PathState<R>, light: LightId, drawn: impl FnOnce(f64) -> f64) -> R {
         let PreviousVertex {
