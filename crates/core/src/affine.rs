@@ -1,11 +1,11 @@
-//! The map that an object's transform steps amount to: what generators, validation, preparation and
-//! importers all ask.
+//! The affine map of an object's transform steps, shared by generators, validation, preparation and
+//! importers.
 
 use glam::{DAffine3, DMat3, DVec3};
 
 use crate::scene::TransformStep;
 
-/// The affine map of the steps, the first one applied first.
+/// Returns the affine map of the steps; the first step is applied first.
 pub fn affine(steps: &[TransformStep]) -> DAffine3 {
     steps.iter().fold(DAffine3::IDENTITY, |map, step| {
         let next = match *step {

@@ -1,15 +1,15 @@
-//! What a render did, counted per worker and summed at the end.
+//! Counts of a render's work: counted per worker, summed at the end.
 
 use core::ops::AddAssign;
 
 use serde::{Deserialize, Serialize};
 
-/// Surfaces that the rays of a sample may pass as they go on unchanged, because nothing is there,
-/// or a part, or the same on both sides. It is no segment of a path, and a limit only so that there
-/// is an end: rays that reach it are counted.
+/// Limit on the surfaces that the rays of a sample may pass unchanged: fully or partly transparent
+/// coverage, or a boundary between equal media. Such a passage is no segment of a path. The limit
+/// only guarantees termination; rays that reach it are counted.
 pub(crate) const MOST_PASSAGES: u32 = 1 << 13;
 
-/// Rays by kind and samples by fate.
+/// Rays by kind, and samples kept and dropped.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Counters {
     /// Rays from the camera.
@@ -22,48 +22,48 @@ pub struct Counters {
     pub scatter: u64,
     /// Rays towards lights.
     pub shadow: u64,
-    /// Paths that went on by a mirror, or a lobe as narrow, or through glass after they had been
-    /// scattered: lamps and suns that they meet can't be asked for, so that such light is found by
-    /// chance alone. Counted where there are lamps, and where a sky has small bright parts.
+    /// Paths that continued by a mirror, a lobe as narrow, or glass after a diffuse scattering
+    /// event. Lamps and suns that such a path hits cannot be sampled directly, so their light is
+    /// found by chance alone. Counted where the scene has lamps or a sky with small bright parts.
     #[serde(default)]
     pub unaided: u64,
-    /// Lamps, and small bright parts of a sky, met by such paths.
+    /// Lamps, and small bright parts of a sky, that such paths hit.
     #[serde(default)]
     pub found: u64,
     /// Samples that entered the film.
     pub samples: u64,
-    /// Samples dropped because they were not finite.
+    /// Samples dropped because their value was not finite.
     pub dropped: u64,
-    /// Rays that ended because those of their sample had passed as many surfaces as they may that
-    /// were not there, or there in part.
+    /// Rays that ended because the rays of their sample had passed the greatest number of surfaces
+    /// with no or partial coverage.
     #[serde(default)]
     pub cut_short: u64,
-    /// Samples whose camera ray met something.
+    /// Samples whose camera ray hit a surface.
     pub met: u64,
 }
 
-/// What is not in a picture, though it was to be.
+/// Loss of samples or rays, to be reported with the picture.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum SampleLoss {
-    /// Samples were dropped because they were not finite.
+    /// Samples dropped because their value was not finite.
     NotFinite {
-        /// How many.
+        /// Number of dropped samples.
         dropped: u64,
-        /// Of so many.
+        /// Number of all samples.
         of: u64,
     },
-    /// Rays ended because those of their sample had passed as many surfaces as they may that were
-    /// not there, or there in part.
+    /// Rays that ended because the rays of their sample had passed the greatest number of surfaces
+    /// with no or partial coverage.
     CutShort {
-        /// How many.
+        /// Number of rays.
         rays: u64,
-        /// Surfaces that the rays of a sample may pass.
+        /// Greatest number of surfaces that the rays of a sample may pass.
         most: u32,
     },
 }
 
 impl Counters {
-    /// What was lost of the samples.
+    /// Returns the losses that occurred.
     pub fn losses(&self) -> impl Iterator<Item = SampleLoss> + use<> {
         let Self {
             samples,
@@ -82,7 +82,7 @@ impl Counters {
         not_finite.into_iter().chain(cut_short)
     }
 
-    /// Rays of all kinds.
+    /// Returns the number of rays of all kinds.
     pub fn rays(&self) -> u64 {
         self.camera + self.reflection + self.refraction + self.scatter + self.shadow
     }

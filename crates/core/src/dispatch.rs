@@ -17,7 +17,8 @@ use crate::scene::{Camera, Integrator, MeshSource, Pattern, Scene};
 use crate::settings::{Aov, Crop, PrecisionChoice, Sampling, Settings};
 use crate::validate::Problem;
 
-/// Edge of a sketch's tiles: it has few pixels, and each thread is to have some of them.
+/// Edge of a preview's tiles in pixels: small, because a preview has few pixels to share among the
+/// threads.
 const SKETCH_TILE: u32 = 16;
 
 /// A scene prepared for one set of settings, ready to render.
@@ -33,7 +34,7 @@ enum AnyPrepared {
     Reference(Box<Prepared<f64>>),
 }
 
-/// Evaluates an expression for whichever precision was prepared.
+/// Evaluates an expression for the prepared precision.
 macro_rules! each {
     ($ready:expr, $prepared:ident => $value:expr) => {
         match $ready {
@@ -43,17 +44,17 @@ macro_rules! each {
     };
 }
 
-/// Work with a prepared scene of whichever precision.
+/// Work on a prepared scene, generic over the precision.
 pub(crate) trait PreparedWork {
-    /// What comes of it.
+    /// Result of the work.
     type Output;
 
-    /// Does it.
+    /// Does the work.
     fn run<R: Real>(&self, prepared: &Prepared<R>) -> Self::Output;
 }
 
-/// Prepares a validated scene on the current thread pool: what it calls for is found first, and
-/// then built.
+/// Prepares a validated scene on the current thread pool: detects the effects that the scene needs,
+/// then builds their data.
 ///
 /// # Errors
 /// See [`PrepareError`].
@@ -85,8 +86,9 @@ pub fn prepare(
     })
 }
 
-/// What of it is not taken yet: meshes and images are there with the scene. A tree is built beside
-/// lists of about its size, and a picture is brought into its file's order beside the film.
+/// Returns the bytes that preparation and rendering have still to allocate. Meshes and images are
+/// already in memory. A tree is built beside lists of about its size, and a picture is reordered
+/// for its file beside the film.
 fn yet_to_take(needed: &Memory, scene: &Scene) -> u64 {
     let images = scene
         .images
@@ -105,9 +107,9 @@ fn yet_to_take(needed: &Memory, scene: &Scene) -> u64 {
         .saturating_add(needed.film / 2)
 }
 
-/// What memory a scene will take: at least what [`Ready::memory`] says once it is prepared, and at
-/// most twice of it, three times with the tree of `robust`, five where triangles and shapes mix,
-/// four times as much where triangles may be split (`build=high`).
+/// Estimates the memory of a scene. The estimate is at least the result of [`Ready::memory`] after
+/// preparation, and at most twice that; three times with the tree of `robust`, five times where
+/// triangles and shapes mix, four times where triangles may be split (`build=high`).
 pub fn estimate(scene: &Scene, settings: &Settings) -> Memory {
     reckon(&RenderSetup::new(scene, settings))
 }
@@ -119,7 +121,8 @@ fn reckon(setup: &RenderSetup<'_>) -> Memory {
     }
 }
 
-/// Where a scene is, as a precision stores it, from its data alone: nothing is built.
+/// Returns the extent of a scene, as a precision stores it. Computed from the scene data alone;
+/// nothing is built.
 pub fn extent(scene: &Scene, precision: PrecisionChoice) -> Extent {
     let lookup = Lookup::new(scene);
     match precision {
@@ -128,9 +131,9 @@ pub fn extent(scene: &Scene, precision: PrecisionChoice) -> Extent {
     }
 }
 
-/// What of a scene a precision can't show, because nothing is left of it once its coordinates are
-/// stored: preparing would be refused with the same problems. Every listed object and the first one
-/// of every generator, at most a hundred.
+/// Returns the objects that a precision cannot show, because they collapse when their coordinates
+/// are stored. Preparation would fail with the same problems. Covers every listed object and the
+/// first object of every generator; at most a hundred problems.
 pub fn collapsed(scene: &Scene, precision: PrecisionChoice) -> Vec<Problem> {
     match precision {
         PrecisionChoice::Robust => prepare::collapsed::<f32>(scene),
@@ -156,7 +159,7 @@ impl AnyPrepared {
     }
 }
 
-/// Ends a render once a 2ᵏ-th of its samples are there, and some of each pixel.
+/// Ends a render once a 2ᵏ-th of its samples are finished, and every pixel has some.
 struct Stage<'a> {
     observer: &'a dyn Observer,
     halving: u32,
@@ -180,10 +183,10 @@ impl Observer for Stage<'_> {
 }
 
 impl Ready {
-    /// Takes another camera: as if the scene, which has to be the one it was made from, had been
-    /// prepared for it, to the bit, without building again what no camera changes. False, and
-    /// nothing changed, where that would be another picture altogether: with a shutter, other
-    /// effects, or effects switched off.
+    /// Replaces the camera without rebuilding what does not depend on it. `scene` must be the one
+    /// that was prepared. The result equals a new preparation to the bit. Returns false and changes
+    /// nothing where the new camera would need another preparation: a shutter, other effects, or
+    /// effects switched off.
     pub fn turn_to(&mut self, scene: &Scene, camera: &Camera) -> bool {
         let settings = Settings {
             camera: Some(camera.clone()),
@@ -220,9 +223,9 @@ impl Ready {
         Rendered::of(&film, observer)
     }
 
-    /// As [`Self::render`]; `look` sees pixels, samples and error each time that there are about
-    /// twice as many samples as before, the last time excepted: a first look at a 128th of them.
-    /// The bits of the result are those of [`Self::render`].
+    /// Renders as [`Self::render`] and calls `look` with pixels, samples and error each time that
+    /// the number of samples has about doubled, except at the end. The first call comes at a 128th
+    /// of the samples. The result equals that of [`Self::render`] to the bit.
     pub fn render_showing(
         &self,
         observer: &dyn Observer,
@@ -246,9 +249,9 @@ impl Ready {
         Rendered::of(&film, observer)
     }
 
-    /// A film as by other settings, and what of it is rendered into it; they may differ from its
-    /// own in crop, seed, samples, sampler, replicates, tiles and denoising, for which nothing of
-    /// the scene is prepared.
+    /// Renders a film with other settings. They may differ from the prepared ones in crop, seed,
+    /// samples, sampler, replicates, tiles and denoising, because nothing of the prepared scene
+    /// depends on these.
     pub(crate) fn expose_as(&self, settings: &Settings, observer: &dyn Observer) -> Film {
         debug_assert_eq!(
             self.settings.sampling.is_fixed(),
@@ -265,10 +268,10 @@ impl Ready {
         film
     }
 
-    /// A quick look at the picture in pixels of its own, `edge` times as wide and as high as the
-    /// picture's and counted from the same corner, so that the last ones may reach beyond it; with
-    /// so many samples each, a pattern's middle one alone, and such layers. It takes a share of the
-    /// picture's time, whatever that is to be, and nothing is prepared for it.
+    /// Renders a quick preview in pixels `edge` times as wide and as high as the picture's, counted
+    /// from the same corner; the last pixels may reach beyond the picture. Each pixel gets
+    /// `samples` samples (of a pattern, the middle sample alone) and the given layers. The preview
+    /// costs a fraction of the picture's time and needs no preparation.
     pub fn sketch(
         &self,
         edge: u32,
@@ -313,15 +316,15 @@ impl Ready {
         Rendered::noisy(&film)
     }
 
-    /// A film with nothing on it yet, to be rendered part by part. `scene` is whatever tells scenes
-    /// apart, such as a hash of their files: parts of different scenes do not merge.
+    /// Returns an empty film, to be rendered part by part. `scene` identifies the scene, for
+    /// example by a hash of its files: parts of different scenes do not merge.
     pub fn film(&self, scene: &str) -> Film {
         Film::new(scene, &self.settings, self.plan())
     }
 
-    /// Renders what `part` names and the film lacks on the current thread pool, in passes over it;
-    /// what the picture does not have is left out. Where the observer stops it, the film keeps what
-    /// is finished, and a further call goes on from there.
+    /// Renders the samples that `part` names and the film lacks, on the current thread pool, in
+    /// passes over the picture. Parts outside the picture are left out. Where the observer stops
+    /// the render, the film keeps the finished units, and another call continues from there.
     ///
     /// # Errors
     /// [`PartError::Foreign`] for the film of another picture.
@@ -338,8 +341,8 @@ impl Ready {
         Ok(())
     }
 
-    /// Until nothing lacks: where samples go where the error is, each round decides how many there
-    /// are to be in the next one. That takes all tiles, so a part of them ends with the round.
+    /// Renders until no unit is missing. With samples placed by the error, each round decides the
+    /// sample counts of the next one from all tiles; so a part ends with its round.
     fn render_rounds(&self, film: &mut Film, part: &Part, observer: &dyn Observer) {
         loop {
             self.render_units(film, part, observer);
@@ -371,12 +374,12 @@ impl Ready {
         }
     }
 
-    /// Radiance of the studio's backdrop that camera rays see; none where they see none.
+    /// Returns the radiance of the studio's backdrop where camera rays see it, else `None`.
     pub fn backdrop(&self) -> Option<f64> {
         each!(&self.inner, prepared => prepared.studio_backdrop)
     }
 
-    /// How the picture is divided.
+    /// Returns the division of the picture into units.
     fn plan(&self) -> Plan {
         Plan::new(&self.settings, self.is_by_chance(), self.has_ground())
     }
@@ -385,45 +388,45 @@ impl Ready {
         each!(&self.inner, prepared => prepared.ground.is_some())
     }
 
-    /// Whether another seed would give another picture: where samples lie anywhere in their pixel
-    /// or draw points of a lens or of lights, or follow paths.
+    /// Whether another seed would change the picture: samples at random places of their pixel, on a
+    /// lens or on lights, or path tracing.
     pub fn is_by_chance(&self) -> bool {
         let drawn = each!(&self.inner, p => p.camera.has_lens() || !p.lights.emitters.is_empty());
         drawn || self.follows_paths() || !self.settings.sampling.is_fixed()
     }
 
-    /// Whether light is followed by chance over all surfaces, so that its error is what a picture
-    /// has most of.
+    /// Whether the integrator traces random paths over all surfaces, so that noise is the picture's
+    /// largest error.
     pub fn follows_paths(&self) -> bool {
         self.follows_paths
     }
 
-    /// Lights of which nothing has been seen in what was rendered into a film of this picture,
-    /// though many rays were sent to them: they are shut away, or so placed that chance has not
-    /// found the way. Of pictures whose light is followed by chance over all surfaces; else none.
-    /// What a film has from a file does not count.
+    /// Returns the lights that contributed nothing to a film of this picture although many rays
+    /// were sent towards them. Such a light is enclosed, or so placed that chance has not found a
+    /// path to it. Empty for pictures that are not path traced. Samples that the film read from a
+    /// file do not count.
     pub fn shut_away(&self, film: &Film) -> Vec<ShutAway> {
         each!(&self.inner, p => p.shut_away(film.usage()))
     }
 
-    /// Pairs of objects with a gap between them that this precision closes, as far as straight rays
+    /// Returns the pairs of objects whose gap this precision closes, as far as straight rays
     /// through the picture find them.
     pub fn closed_gaps(&self) -> Vec<ClosedGap> {
         each!(&self.inner, p => p.closed_gaps(self.settings.size))
     }
 
-    /// Lamps that shine through an opaque object which this precision does not tell apart from
-    /// them, as far as rays through the picture find what they light.
+    /// Returns the lamps that shine through an opaque object because this precision cannot separate
+    /// the two, as far as rays through the picture find the lit places.
     pub fn light_leaks(&self) -> Vec<LightLeak> {
         each!(&self.inner, p => p.light_leaks(self.settings.size))
     }
 
-    /// Does some work with what was prepared, in its precision.
+    /// Does work on the prepared scene, in its precision.
     pub(crate) fn work<W: PreparedWork>(&self, work: &W) -> W::Output {
         each!(&self.inner, p => work.run(p))
     }
 
-    /// What is held in memory.
+    /// Returns the memory in use, by its purpose.
     pub fn memory(&self) -> Memory {
         Memory {
             film: self.plan().bytes(),
@@ -431,31 +434,31 @@ impl Ready {
         }
     }
 
-    /// Sizes of the tables that effects need; an absent effect's are empty.
+    /// Returns the sizes of the tables that effects need; the table of an absent effect is empty.
     pub fn tables(&self) -> Tables {
         each!(&self.inner, p => p.tables())
     }
 
-    /// Objects that nothing can be seen of, ascending: so far from the origin that all triangles of
-    /// their mesh collapse where coordinates are stored. By index of the scene's objects, generated
-    /// ones last.
+    /// Returns the objects that are invisible because all triangles of their mesh collapse when
+    /// stored so far from the origin. Ascending indices of the scene's objects, generated ones
+    /// last.
     pub fn lost(&self) -> &[u32] {
         each!(&self.inner, p => &p.lost)
     }
 
-    /// The first object of which the precision can't tell points a thousandth of its size apart, so
-    /// far away is it from what coordinates are counted from. By index of the scene's objects,
+    /// Returns the first object that is so far from the storage origin that the precision cannot
+    /// separate points a thousandth of the object's size apart. Index of the scene's objects,
     /// generated ones last.
     pub fn unresolved(&self) -> Option<u32> {
         each!(&self.inner, p => p.origin.unresolved)
     }
 
-    /// What is simulated, absent and left out.
+    /// Returns the effects: simulated, absent and left out.
     pub fn effects(&self) -> &EffectReport {
         &self.effects
     }
 
-    /// The settings it was prepared for.
+    /// Returns the settings of the preparation.
     pub fn settings(&self) -> &Settings {
         &self.settings
     }

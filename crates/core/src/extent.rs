@@ -1,4 +1,4 @@
-//! Where a scene is, from its data alone: framing a camera needs no tree.
+//! Extent of a scene from its data alone: framing a camera needs no tree.
 
 mod uses;
 
@@ -16,17 +16,17 @@ use crate::scene::{MeshData, Scene, Shape};
 use crate::shape::{map_about, own_shape, placed_shape};
 pub(crate) use uses::Uses;
 
-/// Where a scene is.
+/// Extent of a scene.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Extent {
-    /// The box around everything that has an end; empty when there is nothing.
+    /// Box around all bounded objects; empty without objects.
     pub bounds: Aabb,
-    /// How many objects have no end.
+    /// Number of unbounded objects.
     pub unbounded: usize,
 }
 
-/// The extent of a scene whose numbers are stored in a precision: to the bit that of the geometry
-/// that would be built, about its origin. What can't be built has no place.
+/// Returns the extent of a scene as stored in a precision, relative to the storage origin: equal to
+/// the bit to the extent of the built geometry. Objects that cannot be built do not count.
 pub(crate) fn extent<R: Real>(scene: &Scene, lookup: &Lookup<'_>) -> Extent {
     let origin = StorageOrigin::of::<R>(scene, lookup).origin;
     let uses = Uses::of(scene);
@@ -37,7 +37,7 @@ pub(crate) fn extent<R: Real>(scene: &Scene, lookup: &Lookup<'_>) -> Extent {
     };
     for shown in all_about(scene, origin) {
         let (object, map, ends) = (shown.object, shown.map(), shown.ends());
-        // A point on its way is between its ends.
+        // The path of a moving point lies between its ends.
         let instance = |own: Aabb, origin: DVec3| match ends
             .map(|ends| ends.map(|end| map_about(end, origin)))
         {
@@ -90,8 +90,8 @@ pub(crate) fn extent<R: Real>(scene: &Scene, lookup: &Lookup<'_>) -> Extent {
 }
 
 impl Extent {
-    /// As a geometry takes in a primitive with this box: what no tree can hold counts as without
-    /// end.
+    /// Adds the box of a primitive as the construction of a geometry does: a box that no tree can
+    /// hold counts as unbounded.
     fn include(&mut self, bounds: Option<Aabb>) {
         match bounds {
             Some(bounds) if bounds.is_empty() => {}
@@ -101,7 +101,7 @@ impl Extent {
     }
 }
 
-/// The box around the triangles of a mesh, as they are stored, under a map or in their own space.
+/// Returns the box around the triangles of a mesh as stored, under a map or in their own space.
 fn around<R: Real>(data: &MeshData, map: Option<DAffine3>) -> Aabb {
     let position = |i: u32| {
         let own = || DVec3::from(data.positions.offsets()[i as usize].map(f64::from));

@@ -1,41 +1,42 @@
-//! Reconstruction filters: how much of a pixel's surroundings counts towards it.
+//! Reconstruction filters: the weight of a pixel's surroundings in the pixel.
 //!
-//! Samples are drawn by the filter instead of being weighed by it (Ernst, Stamminger and Greiner,
-//! "Filter Importance Sampling", 2006): each counts for one pixel and as much as any other, so
-//! tiles need nothing of their neighbours and no weight varies. That asks for filters without
-//! negative parts, which these are. All are separable, so each axis has a table of its own draws.
+//! Filters are sampled instead of weighting the samples (Ernst, Stamminger and Greiner, "Filter
+//! Importance Sampling", 2006). Every sample counts for one pixel, with equal weight. So tiles need
+//! nothing of their neighbours, and weights add no variance. The method needs filters without
+//! negative lobes. All filters are separable: each axis has its own table.
 
 use core::f64::consts::PI;
 use std::sync::LazyLock;
 
 use serde::{Deserialize, Serialize};
 
-/// How much of a pixel's surroundings counts towards it. Fixed patterns of samples have places of
-/// their own and no filter.
+/// Pixel filter: the weight of a pixel's surroundings in the pixel. Fixed patterns of samples use
+/// no filter, because they place their samples themselves.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, Serialize, Deserialize)]
 #[cfg_attr(test, derive(schemars::JsonSchema))]
 #[serde(rename_all = "kebab-case")]
 pub enum PixelFilter {
-    /// The pixel alone, all of it alike: the mean over its square.
+    /// Uniform over the pixel's square.
     #[default]
     Box,
-    /// Up to the middles of its neighbours, falling off evenly.
+    /// Linear falloff to the centres of the neighbouring pixels.
     Tent,
-    /// A bell of standard deviation 0.5 pixels, cut off at 1.5.
+    /// Gaussian of standard deviation 0.5 pixels, cut off at 1.5.
     Gaussian,
-    /// A narrow bell up to 1.5 pixels that ends without a step: the four-term window of Harris, "On
-    /// the Use of Windows for Harmonic Analysis with the Discrete Fourier Transform" (1978).
+    /// Narrow bell up to 1.5 pixels that falls to zero without a step: the four-term window of
+    /// Harris, "On the Use of Windows for Harmonic Analysis with the Discrete Fourier Transform"
+    /// (1978).
     BlackmanHarris,
 }
 
-/// Places of a table of draws between its ends.
+/// Intervals of a table of filter samples.
 const STEPS: usize = 256;
 
 impl PixelFilter {
-    /// Every filter, from the widest blur to none.
+    /// Every filter, from the widest to the narrowest.
     pub const ALL: [Self; 4] = [Self::Gaussian, Self::BlackmanHarris, Self::Tent, Self::Box];
 
-    /// Pixels from its middle to where it ends.
+    /// Returns the filter's radius in pixels.
     pub const fn radius(self) -> f64 {
         match self {
             Self::Box => 0.5,
@@ -44,8 +45,8 @@ impl PixelFilter {
         }
     }
 
-    /// How much counts what lies so many pixels off the middle, up to a factor; zero beyond the
-    /// radius.
+    /// Returns the unnormalised weight at a distance from the pixel's centre, in pixels; zero
+    /// beyond the radius.
     pub fn weight(self, offset: f64) -> f64 {
         let share = offset.abs() / self.radius();
         if share > 1.0 {
@@ -62,7 +63,7 @@ impl PixelFilter {
         }
     }
 
-    /// The draws of one axis.
+    /// Returns the sampler of one axis.
     pub(crate) fn draws(self) -> Draws {
         static TENT: LazyLock<Box<Table>> = LazyLock::new(|| inverse(PixelFilter::Tent));
         static GAUSSIAN: LazyLock<Box<Table>> = LazyLock::new(|| inverse(PixelFilter::Gaussian));
@@ -77,19 +78,20 @@ impl PixelFilter {
     }
 }
 
-/// Where samples lie along one axis, from numbers in [0, 1).
+/// Samples offsets along one axis from uniform numbers in [0, 1).
 ///
-/// The half of the filter below its middle is tabulated by the root of what lies below, so that the
-/// thin ends of bells are as well drawn as their middles; a tent's table is a straight line.
+/// The table holds the lower half of the filter, inverted by the square root of the tail's
+/// integral: the thin tails are resolved as well as the middle. The table of a tent is a straight
+/// line.
 #[derive(Clone, Debug)]
 pub(crate) struct Draws(Option<&'static Table>);
 
-/// Distances from the middle.
+/// Distances from the pixel's centre.
 type Table = [f32; STEPS + 1];
 
 impl Draws {
-    /// A place from the pixel's low edge, in pixels: in [0, 1) for the box, which takes the number
-    /// as it is.
+    /// Returns a position in pixels from the pixel's low edge. The box filter returns the number
+    /// unchanged, in [0, 1).
     #[inline(always)]
     pub fn place(&self, number: f32) -> f32 {
         match &self.0 {
@@ -100,7 +102,8 @@ impl Draws {
     }
 }
 
-/// Distance from the middle beyond which a filter has this share on one side, up to a half.
+/// Returns the distance beyond which one side of the filter has this share of its integral, at most
+/// a half.
 fn between(table: &Table, share: f32) -> f32 {
     let at = (2.0 * share).sqrt() * STEPS as f32;
     let step = (at as usize).min(STEPS - 1);
@@ -108,8 +111,8 @@ fn between(table: &Table, share: f32) -> f32 {
     near + (far - near) * (at - step as f32)
 }
 
-/// Distances beyond which a filter has the shares s²/2 for evenly spaced s, by its integral from
-/// outside, which Simpson's rule has to twelve digits.
+/// Tabulates the distances beyond which the filter has the shares s²/2, for evenly spaced s. The
+/// integral runs from the outside inwards, by Simpson's rule, exact to twelve digits.
 fn inverse(filter: PixelFilter) -> Box<Table> {
     const FINE: usize = 1 << 14;
     let step = filter.radius() / FINE as f64;
@@ -139,7 +142,7 @@ fn inverse(filter: PixelFilter) -> Box<Table> {
 mod tests {
     use super::*;
 
-    /// Mean of a function of places that a filter draws, relative to the pixel's middle, over
+    /// Returns the mean of a function of filter samples, relative to the pixel's centre, over
     /// evenly spaced numbers.
     fn mean(filter: PixelFilter, of: impl Fn(f64) -> f64) -> f64 {
         let (draws, n) = (filter.draws(), 1 << 20);
@@ -149,9 +152,9 @@ mod tests {
             / f64::from(n)
     }
 
-    /// Protects: draws lie about the middle with the variance of the filter: 1/12 of the box, 1/6
-    /// of the tent, of the cut-off bell σ²(1 − 2cφ(c)/(2Φ(c) − 1)) with c = 3, and of the window,
-    /// whose cosines are integrated by hand, r²(1/3 + Σ aₖ 2(−1)ᵏ/(kπ)²/a₀).
+    /// Protects: filter samples have mean zero and the filter's variance: 1/12 for the box, 1/6 for
+    /// the tent, σ²(1 − 2cφ(c)/(2Φ(c) − 1)) with c = 3 for the cut-off Gaussian, and r²(1/3 + Σ aₖ
+    /// 2(−1)ᵏ/(kπ)²/a₀) for the window, whose cosines are integrated by hand.
     #[test]
     fn draws_have_the_filters_variance() {
         let bell = 0.25 * (1.0 - 6.0 * 0.004_431_848_411_938_008 / 0.997_300_203_936_739_8);
@@ -175,9 +178,9 @@ mod tests {
         }
     }
 
-    /// Protects: draws are spread as the filter says: of the whole of it, the share within any
-    /// distance of the middle is that of the draws, nothing is drawn outside, and the tent's are
-    /// its closed form, 1 − √(2(1 − u)) above the middle.
+    /// Protects: filter samples follow the filter. The share of samples within any distance of the
+    /// centre equals the filter's integral, no sample lies outside the radius, and the tent's
+    /// samples equal the closed form 1 − √(2(1 − u)) above the centre.
     #[test]
     fn draws_follow_the_filter() {
         for filter in PixelFilter::ALL {
@@ -220,8 +223,8 @@ mod tests {
         }
     }
 
-    /// Protects: the box takes the number as it is, so that pictures without a filter keep their
-    /// bits.
+    /// Protects: the box filter returns its number unchanged, so pictures without a filter keep
+    /// their bits.
     #[test]
     fn the_box_changes_no_number() {
         let draws = PixelFilter::Box.draws();

@@ -1,4 +1,4 @@
-//! Generators: rules in a scene that stand for many objects.
+//! Generators: rules of a scene that each stand for many objects.
 
 use glam::{DAffine3, DVec3};
 
@@ -7,26 +7,26 @@ use crate::hash::mix;
 use crate::motion::ends;
 use crate::scene::{GeneratorKind, Object, Scene, TransformStep};
 
-/// One of all the objects of a scene: a listed one, or one that a generator moves to a place. A
-/// million of them are a million offsets, and not a million copies of a name, a material's name and
-/// a shape.
+/// An object of the scene: a listed object, or a generator's object with its offset. A million
+/// generated objects are a million offsets, not a million copies of a name, a material's name and a
+/// shape.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct PlacedObject<'a> {
     pub object: &'a Object,
-    /// Where a generator puts it, less the origin about which it stands; none for a listed one
-    /// about zero.
+    /// Offset by the generator, less the storage origin; `None` for a listed object about zero.
     pub place: Option<DVec3>,
 }
 
 impl PlacedObject<'_> {
-    /// From the object's own space to the world. Its own transform comes first.
+    /// Returns the map from the object's own space to the world: the object's own transform first,
+    /// then the offset.
     pub fn map(&self) -> DAffine3 {
         let own = affine(&self.object.transform);
         self.placed(own)
     }
 
-    /// The same at both ends of its way, for one that moves: it does so from where a generator puts
-    /// it.
+    /// Returns the same map at both ends of the motion of a moving object; the generator's offset
+    /// applies to both.
     pub fn ends(&self) -> Option<[DAffine3; 2]> {
         ends(self.object).map(|ends| ends.map(|end| self.placed(end)))
     }
@@ -37,7 +37,7 @@ impl PlacedObject<'_> {
     }
 }
 
-/// The scene's objects with the generated ones after them.
+/// Iterates over the scene's objects, generated ones last.
 pub(crate) fn all(scene: &Scene) -> impl Iterator<Item = PlacedObject<'_>> {
     let listed = scene.objects.iter().map(|object| PlacedObject {
         object,
@@ -52,7 +52,7 @@ pub(crate) fn all(scene: &Scene) -> impl Iterator<Item = PlacedObject<'_>> {
     listed.chain(made)
 }
 
-/// The same as they stand about an origin.
+/// Iterates over the scene's objects relative to an origin.
 pub(crate) fn all_about(scene: &Scene, origin: DVec3) -> impl Iterator<Item = PlacedObject<'_>> {
     let moved = move |shown: PlacedObject<'_>| {
         (origin != DVec3::ZERO).then(|| shown.place.unwrap_or_default() - origin)
@@ -63,7 +63,8 @@ pub(crate) fn all_about(scene: &Scene, origin: DVec3) -> impl Iterator<Item = Pl
     })
 }
 
-/// The same, each with how many of it there are: generated ones differ in their places alone.
+/// Iterates over the listed objects and the generators' objects, each with its count. The objects
+/// of one generator differ in their offset alone.
 pub(crate) fn counted(scene: &Scene) -> impl Iterator<Item = (&Object, u64)> {
     let listed = scene.objects.iter().map(|object| (object, 1));
     listed.chain(
@@ -74,8 +75,7 @@ pub(crate) fn counted(scene: &Scene) -> impl Iterator<Item = (&Object, u64)> {
     )
 }
 
-/// A copy of each of the scene's objects, with the generated ones after them as objects of their
-/// own.
+/// Returns a copy of each of the scene's objects, generated ones last as objects of their own.
 pub fn expand(scene: &Scene) -> Vec<Object> {
     all(scene)
         .map(|shown| {
@@ -93,14 +93,14 @@ pub fn expand(scene: &Scene) -> Vec<Object> {
         .collect()
 }
 
-/// How many objects [`expand`] returns.
+/// Returns the number of objects that [`expand`] returns.
 pub fn count(scene: &Scene) -> u64 {
     counted(scene)
         .map(|(_, count)| count)
         .fold(0, u64::saturating_add)
 }
 
-/// How many objects a generator stands for.
+/// Returns the number of objects of a generator.
 pub(crate) fn count_of(kind: &GeneratorKind) -> u64 {
     match kind {
         GeneratorKind::Grid { counts, .. } => counts
@@ -110,7 +110,7 @@ pub(crate) fn count_of(kind: &GeneratorKind) -> u64 {
     }
 }
 
-/// The offsets of a generator's objects, in the order of the objects.
+/// Iterates over the offsets of a generator's objects, in the order of the objects.
 pub(crate) fn places(kind: &GeneratorKind) -> Box<dyn Iterator<Item = DVec3>> {
     match *kind {
         GeneratorKind::Grid {
@@ -127,7 +127,7 @@ pub(crate) fn places(kind: &GeneratorKind) -> Box<dyn Iterator<Item = DVec3>> {
                 })
             }))
         }
-        // Place i is a function of seed and i alone.
+        // Offset i depends on the seed and i alone.
         GeneratorKind::Scatter {
             count,
             min,

@@ -1,8 +1,8 @@
-//! The one mixing function behind everything that is random but must be the same in every run.
+//! The mixing function behind every random number that must repeat in every run.
 
-/// The finaliser of SplitMix64 (Steele, Lea, Flood, "Fast Splittable Pseudorandom Number
-/// Generators", 2014): a permutation of the 64-bit numbers in which every bit of the argument
-/// counts for every bit of the result.
+/// Finaliser of SplitMix64 (Steele, Lea, Flood, "Fast Splittable Pseudorandom Number Generators",
+/// 2014): a permutation of the 64-bit numbers in which every bit of the argument affects every bit
+/// of the result.
 #[inline(always)]
 pub(crate) fn mix(z: u64) -> u64 {
     let z = z.wrapping_add(0x9e37_79b9_7f4a_7c15);
@@ -15,8 +15,8 @@ pub(crate) fn mix(z: u64) -> u64 {
 mod tests {
     use super::mix;
 
-    /// Protects: pictures and scattered objects keep their places. The first numbers of SplitMix64
-    /// seeded with 0, as its authors' reference program prints them.
+    /// Protects: pictures and scattered objects stay the same. The expected values are the first
+    /// numbers of SplitMix64 with seed 0, as printed by its authors' reference program.
     #[test]
     fn numbers_are_those_of_the_reference() {
         const STEP: u64 = 0x9e37_79b9_7f4a_7c15;

@@ -1,4 +1,5 @@
-//! A ray meets a surface: the one record of it that materials, lights and spawned rays read.
+//! The interaction of a ray with a surface: the record that materials, lights and spawned rays
+//! read.
 
 use raywright_bvh::{Real, Surface, Vector};
 
@@ -6,16 +7,15 @@ use crate::expr::Inputs;
 use crate::scene::MOST_UV_SETS;
 use crate::texture::Place;
 
-/// A point where a ray met a surface. What only some readers want is made from it when they ask:
-/// [`Self::inputs`] where an expression is evaluated, [`Self::mirrored`] where something reflects,
-/// [`Self::frame`] where directions are drawn.
+/// A surface point that a ray hit. Derived values are computed on demand: [`Self::inputs`] for an
+/// expression, [`Self::mirrored`] for a reflection, [`Self::frame`] for sampled directions.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Interaction<R: Real> {
-    /// The geometric frame: point, how far it may be off, normal outwards. Spawned rays start from
+    /// Geometric frame: point, error bound of the point, outward normal. Spawned rays start from
     /// it.
     pub surface: Surface<R>,
-    /// The shading frame's axis: unit, interpolated where the mesh has normals, and on the viewer's
-    /// side where the object says so.
+    /// Shading normal: unit, interpolated where the mesh has normals, and turned towards the viewer
+    /// where the object's sides rule requires.
     pub normal: R::Vec3,
     /// Whether the ray arrived against the outward normal.
     pub outside: bool,
@@ -23,46 +23,46 @@ pub(crate) struct Interaction<R: Real> {
     pub direction: R::Vec3,
     /// Where the ray began.
     pub origin: R::Vec3,
-    /// How far away that is.
+    /// Distance from the ray's origin.
     pub distance: R,
-    /// The ray's time, at which rays to lights leave too.
+    /// Time of the ray; rays to lights get the same time.
     pub time: R,
-    /// Texture coordinates by set, as far as the material reads them.
+    /// Texture coordinates by set; only the sets that the material reads are filled.
     pub uv: [[R; 2]; MOST_UV_SETS],
-    /// Side of the square of texture coordinates that the ray covers as wide as it is, by set; zero
-    /// where no texture asks.
+    /// Width of the ray's footprint in texture coordinates, by set: the edge of a square of the
+    /// same width. Zero where no texture needs it.
     pub footprint: [R; MOST_UV_SETS],
-    /// Where its textures lie in their images, and the first use that lies there, where that is
-    /// known already.
+    /// Texel footprint of the material's textures, where already computed, with the first texture
+    /// use that has this footprint.
     pub lies: Option<(u32, Place<R>)>,
-    /// Colour of the mesh's vertices with alpha; white where there is none.
+    /// Interpolated vertex colour with alpha; white where the mesh has none.
     pub colour: [R; 4],
     pub object: u32,
     pub material: u32,
 }
 
-/// What the corners of a triangle carry, by their weights at a point of it. Rounding never leads
-/// beyond the corners: where all carry the same it is that everywhere, and an alpha at a mask's
-/// cutoff stays there.
+/// Interpolates a vertex attribute by barycentric weights. The result is clamped to the range of
+/// the corners: equal attributes stay equal everywhere, and an alpha at a mask's cutoff stays
+/// there.
 #[inline(always)]
 pub(crate) fn interpolate<R: Real>([a, b, c]: [R; 3], [wa, wb, wc]: [R; 3]) -> R {
     let (least, most) = (Real::min(Real::min(a, b), c), Real::max(Real::max(a, b), c));
     Real::clamp(a * wa + b * wb + c * wc, least, most)
 }
 
-/// What an expression may ask of the light that is weighed.
+/// Light inputs of an expression: the light whose contribution is evaluated.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Beam<R: Real> {
-    /// Unit direction to the light.
+    /// Unit direction towards the light.
     pub direction: R::Vec3,
-    /// Share of it that arrives.
+    /// Share of the light that arrives.
     pub share: R,
-    /// Distance of what hides it; infinite where nothing does.
+    /// Distance of the occluder; infinite without an occluder.
     pub occluder: R,
 }
 
 impl<R: Real> Default for Beam<R> {
-    /// No light yet, and nothing in its way.
+    /// Unoccluded light without a direction.
     #[inline(always)]
     fn default() -> Self {
         Self {
@@ -74,7 +74,7 @@ impl<R: Real> Default for Beam<R> {
 }
 
 impl<R: Real> Interaction<R> {
-    /// To be filled.
+    /// Placeholder to be filled.
     pub const NOWHERE: Self = Self {
         surface: Surface {
             point: <R::Vec3 as Vector<R>>::ZERO,
@@ -103,7 +103,7 @@ impl<R: Real> Interaction<R> {
         self.direction - self.normal * (R::from_f64(2.0) * self.direction.dot(self.normal))
     }
 
-    /// What an expression sees here, of a light too.
+    /// Returns the inputs of an expression at this point, for a given light.
     #[inline(always)]
     pub fn inputs(&self, beam: &Beam<R>) -> Inputs<R> {
         Inputs {

@@ -1,8 +1,9 @@
-//! Scene data, validation, expressions, effects, preparation, integrators, film, display and
-//! metrics: everything between a scene in memory and a picture in memory.
+//! From a scene in memory to a picture in memory: scene data, validation, expressions, effects,
+//! preparation, integrators, film, display and metrics.
 //!
-//! A [`Scene`] is plain data. [`validate`] finds what is wrong with it, [`effects`] what it calls
-//! for; [`prepare()`] turns it into what an integrator walks, and [`Ready::render`] into a picture.
+//! A [`Scene`] is plain data. [`validate`] reports its errors, [`effects`] lists the features that
+//! it needs. [`prepare()`] builds the data that an integrator traverses, and [`Ready::render`]
+//! renders the picture.
 //!
 //! ```
 //! use raywright_core::{Scene, Settings, prepare};
@@ -26,11 +27,8 @@
 //!
 //! # Threads and stopping
 //!
-//! Nothing here starts a thread. Preparation and rendering work on whichever rayon pool they are
-//! called from, which is the one of the whole program unless the caller makes another, and ask an
-//! [`Observer`] whether to go on.
-//!
-//! ```
+//! The crate starts no threads. Preparation and rendering run on the rayon pool from which they are
+//! called: the global pool, unless the caller installs another. An [`Observer`] can stop both.
 //! use core::sync::atomic::{AtomicBool, Ordering};
 //! use raywright_core::prepare::PrepareError;
 //! use raywright_core::{Observer, Scene, Settings, prepare};

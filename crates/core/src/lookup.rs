@@ -1,12 +1,11 @@
-//! From the names that a scene gives its things to their places in its lists: made once, so that
-//! nothing scans a list for each object.
+//! Lookup of a scene's named items by name, built once so that no list is scanned for each object.
 
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
 use crate::scene::{Image, Material, Mesh, MeshData, MeshSource, Scene, Texture};
 
-/// The named things of a scene. Of two with one name, which validation refuses, the first counts.
+/// Named items of a scene. Of two items with one name, which validation refuses, the first counts.
 #[derive(Clone, Debug)]
 pub struct Lookup<'a> {
     scene: &'a Scene,
@@ -16,14 +15,14 @@ pub struct Lookup<'a> {
     pub(crate) meshes: Names<'a>,
 }
 
-/// The names of one list, in an order that is the same in every run: messages suggest the first of
-/// several that are as near.
+/// Names of one list in alphabetical order. The order is the same in every run, so that a message
+/// always suggests the same of several equally near names.
 #[derive(Clone, Debug)]
 pub(crate) struct Names<'a>(BTreeMap<&'a str, usize>);
 
 impl<'a> Names<'a> {
     fn new<T>(things: &'a [T], name: impl Fn(&'a T) -> &'a String) -> Self {
-        // Later ones are overwritten by earlier ones.
+        // Earlier items overwrite later ones.
         Self(
             things
                 .iter()
@@ -42,14 +41,14 @@ impl<'a> Names<'a> {
         self.0.len()
     }
 
-    /// All of them, by the alphabet.
+    /// Iterates over the names in alphabetical order.
     pub fn iter(&self) -> impl Iterator<Item = &'a str> {
         self.0.keys().copied()
     }
 }
 
 impl<'a> Lookup<'a> {
-    /// Walks each of the scene's lists once.
+    /// Builds the lookup in a single scan of each list.
     pub fn new(scene: &'a Scene) -> Self {
         Self {
             scene,
@@ -60,31 +59,32 @@ impl<'a> Lookup<'a> {
         }
     }
 
-    /// The image of a name.
+    /// Returns the image with this name.
     pub fn image(&self, name: &str) -> Option<&'a Image> {
         self.images.get(name).map(|index| &self.scene.images[index])
     }
 
-    /// The texture of a name.
+    /// Returns the texture with this name.
     pub fn texture(&self, name: &str) -> Option<&'a Texture> {
         self.textures
             .get(name)
             .map(|index| &self.scene.textures[index])
     }
 
-    /// The material of a name, with its place in the scene's list.
+    /// Returns the material with this name, and its index in the scene's list.
     pub fn material(&self, name: &str) -> Option<(usize, &'a Material)> {
         self.materials
             .get(name)
             .map(|index| (index, &self.scene.materials[index]))
     }
 
-    /// The mesh of a name.
+    /// Returns the mesh with this name.
     pub fn mesh(&self, name: &str) -> Option<&'a Mesh> {
         self.meshes.get(name).map(|index| &self.scene.meshes[index])
     }
 
-    /// The arrays of the mesh of a name; none where they are still in a file of their own.
+    /// Returns the arrays of the mesh with this name, or `None` for arrays that are still in a file
+    /// of their own.
     pub fn mesh_data(&self, name: &str) -> Option<&'a Arc<MeshData>> {
         match &self.mesh(name)?.source {
             MeshSource::Inline(data) => Some(data),
@@ -97,7 +97,7 @@ impl<'a> Lookup<'a> {
 mod tests {
     use super::*;
 
-    /// Protects: each name leads to the first thing that has it, in its own list and no other.
+    /// Protects: a name returns the first item with this name, from its own list alone.
     #[test]
     fn names_lead_to_the_first_that_has_them() {
         let material = |name: &str| Material {

@@ -1,48 +1,47 @@
-//! What memory a picture takes, part by part.
+//! Memory of a render, by purpose.
 
 use raywright_bvh::allocate_fallibly;
 pub use raywright_bvh::{Refusal, limit_heap, on_heap_refusal};
 
-/// Bytes, by what takes them.
+/// Bytes by purpose.
 ///
-/// Not counted are expressions (a compiled one has about half a KiB, a text in the scene each), the
-/// tiles being worked on, one a thread, and what a tree needs while it is being built.
+/// Not counted: expressions (about half a KiB compiled, and their text in the scene), the tiles in
+/// progress (one per thread), and the temporary memory of a tree's build.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Memory {
-    /// Primitives and accelerators; geometry that instances share once.
+    /// Primitives and accelerators; geometry shared by instances counts once.
     pub geometry: u64,
-    /// Arrays of the meshes that are shown.
+    /// Arrays of the meshes that objects show.
     pub meshes: u64,
-    /// What shading looks up: objects, materials, uses of textures, lights.
+    /// Tables read by shading: objects, materials, texture uses, lights.
     pub tables: u64,
     /// Decoded images in use.
     pub textures: u64,
-    /// Sums of the picture, and the picture with its layers that is made of them: 128 bytes a pixel
-    /// in four replicates without layers, 38 without chance.
+    /// Sums of the film, and the finished picture with its layers: 128 bytes a pixel in four
+    /// replicates without layers, 38 without random sampling.
     pub film: u64,
 }
 
-/// Whether the system gives so many bytes at once. They are given back: it is asked before arrays
-/// are made that have no other way to say that there is no room for them, and would end the
-/// program.
+/// Whether the system can allocate this many bytes at once. The memory is freed again. The check
+/// precedes allocations that would abort the program on failure.
 pub fn is_available(bytes: u64) -> bool {
     let mut room = Vec::<u8>::new();
     let given = usize::try_from(bytes)
         .is_ok_and(|bytes| allocate_fallibly(|| room.try_reserve_exact(bytes).is_ok()));
-    // Without this a compiler may leave out memory that nobody uses, and say that it was there.
+    // Without this line, a compiler may remove the unused allocation and assume its success.
     core::hint::black_box(&room);
     given
 }
 
 impl Memory {
-    /// All of it.
+    /// Returns the sum of all parts.
     pub fn total(&self) -> u64 {
         self.parts()
             .into_iter()
             .fold(0, |sum, (_, bytes)| sum.saturating_add(bytes))
     }
 
-    /// Each part with its name.
+    /// Returns each part with its name.
     pub fn parts(&self) -> [(&'static str, u64); 5] {
         let Self {
             geometry,
@@ -65,7 +64,8 @@ impl Memory {
 mod tests {
     use super::*;
 
-    /// Protects: memory that no system has is said not to be there, and a little is.
+    /// Protects: an allocation that no system can serve is reported as unavailable, a small one as
+    /// available.
     #[test]
     fn the_system_is_asked() {
         assert!(is_available(0) && is_available(1 << 20));

@@ -1,8 +1,8 @@
-//! What of a scene moves, and the scene as it stands at one time: what effects, validation,
-//! preparation and the camera all ask.
+//! Motion in a scene, and the scene at a single time: shared by effects, validation, preparation
+//! and the camera.
 //!
-//! A motion runs from time 0 to time 1. Objects go from one map to another entry by entry (see
-//! [`raywright_bvh::Motion`]), cameras from one pose to another number by number.
+//! A motion runs from time 0 to time 1. Object transforms are interpolated entry by entry (see
+//! [`raywright_bvh::Motion`]), camera poses number by number.
 
 use std::borrow::Cow;
 
@@ -13,14 +13,14 @@ use crate::affine::affine;
 use crate::effects::{Effect, EffectSet};
 use crate::scene::{Camera, Object, Pose, Scene, TransformStep};
 
-/// The maps of an object that moves, at time 0 and at time 1; none for one that stands still.
+/// Returns the maps of a moving object at time 0 and at time 1, or `None` for a static object.
 pub(crate) fn ends(object: &Object) -> Option<[DAffine3; 2]> {
     let end = affine(object.transform_end.as_ref()?);
     let start = affine(&object.transform);
     (start != end).then_some([start, end])
 }
 
-/// Whether a camera is somewhere else in the end.
+/// Whether the camera's pose at time 1 differs from the one at time 0.
 pub(crate) fn camera_moves(camera: &Camera) -> bool {
     camera
         .pose_end
@@ -28,18 +28,20 @@ pub(crate) fn camera_moves(camera: &Camera) -> bool {
         .is_some_and(|end| *end != camera.pose)
 }
 
-/// When a camera's shutter opens and closes, where it has one that is open for any time.
+/// Returns the opening and closing times of the camera's shutter, or `None` where it is open for no
+/// time.
 pub(crate) fn exposure(camera: &Camera) -> Option<[f64; 2]> {
     camera.shutter.filter(|[open, close]| open < close)
 }
 
-/// When a camera's shutter opens: what stands still in a picture stands as it does then.
+/// Returns the opening time of the camera's shutter. Where motion is not simulated, the picture
+/// shows this time.
 pub(crate) fn opening(camera: &Camera) -> f64 {
     camera.shutter.map_or(0.0, |[open, _]| open)
 }
 
-/// The pose of a camera at a time. Poses of two kinds, which validation refuses, have nothing
-/// between them.
+/// Returns the camera's pose at a time. Poses of two kinds, which validation refuses, are not
+/// interpolated.
 pub(crate) fn pose_at(camera: &Camera, time: f64) -> Pose {
     let number = |a: f64, b: f64| a + (b - a) * time;
     let triple = |a: [f64; 3], b: [f64; 3]| core::array::from_fn(|i| number(a[i], b[i]));
@@ -98,7 +100,7 @@ pub(crate) fn pose_at(camera: &Camera, time: f64) -> Pose {
     }
 }
 
-/// A camera as it stands at a time, without a shutter.
+/// Returns the camera at a time, without a shutter.
 pub(crate) fn camera_at(camera: &Camera, time: f64) -> Camera {
     Camera {
         pose: pose_at(camera, time),
@@ -108,7 +110,8 @@ pub(crate) fn camera_at(camera: &Camera, time: f64) -> Camera {
     }
 }
 
-/// The view that is prepared: where motion is not simulated, as the shutter opens.
+/// Returns the camera for preparation. Without simulated motion, this is the camera at the opening
+/// of its shutter.
 pub(crate) fn simulated_camera(camera: Camera, simulated: EffectSet) -> Camera {
     if simulated.has(Effect::Motion) {
         camera
@@ -117,8 +120,8 @@ pub(crate) fn simulated_camera(camera: Camera, simulated: EffectSet) -> Camera {
     }
 }
 
-/// The scene that is prepared: where motion is not simulated, everything stands where it is as the
-/// shutter opens. A scene without motion is itself.
+/// Returns the scene for preparation. Without simulated motion, every object stands still where it
+/// is at the opening of the shutter. A scene without motion is borrowed unchanged.
 pub(crate) fn simulated_scene<'a>(
     scene: &'a Scene,
     camera: Option<&Camera>,
@@ -147,8 +150,8 @@ pub(crate) fn simulated_scene<'a>(
     Cow::Owned(scene)
 }
 
-/// Leaves an object where it is at a time. One that can't be on its way stays as it is: geometry
-/// says why.
+/// Fixes an object at its place at a time. An object with an impossible motion stays unchanged; the
+/// construction of its geometry reports why.
 fn stand(object: &mut Object, time: f64) {
     if let Some(ends) = ends(object) {
         let Ok(motion) = Motion::new(ends) else {

@@ -1,17 +1,19 @@
-//! An origin near a box, from which coordinates are counted that would lose digits where they are.
+//! Storage origin near a box: coordinates far from zero lose digits, coordinates relative to a near
+//! origin keep them.
 
 use glam::DVec3;
 use raywright_bvh::Aabb;
 
-/// Distance from zero, in sizes, from which on a scene is far, and a mesh or shape in its own
-/// space. The former costs no bit of a scene that is about zero, as nearly all are; the latter
-/// stands anywhere in its scene, and loses six bits of 24 at the most.
+/// Distance from zero, in sizes of the box, beyond which a scene counts as far; and the same for a
+/// mesh or shape in its own space. The first limit leaves every bit of a scene about zero
+/// unchanged, as nearly all scenes are. The second allows a loss of at most six of 24 bits, because
+/// a mesh or shape stands anywhere in its scene.
 pub(crate) const FAR: f64 = 4.0;
 pub(crate) const FAR_FROM_OWN: f64 = 64.0;
 
-/// An origin near a box, zero along each axis on which the box is not so many sizes away from zero.
-/// It lies on a grid of a power of two as wide as the box, so that coordinates which f32 holds are
-/// exact when counted from it.
+/// Returns an origin near a box: zero along each axis on which the box is less than `far` sizes
+/// away from zero. The origin lies on a grid whose step is a power of two, as wide as the box, so
+/// that coordinates representable in f32 stay exact relative to it.
 pub(crate) fn near(bounds: &Aabb, far: f64) -> DVec3 {
     let size = bounds.extent().max_element();
     if bounds.is_empty() || !size.is_finite() {

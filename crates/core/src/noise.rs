@@ -8,19 +8,19 @@
 
 use raywright_bvh::scalar::{Real, Vector};
 
-/// Most octaves that a sum may have: the last one repeats 2²³ times within a unit, which is all
-/// that an f32 can tell apart.
+/// Most octaves that a sum may have: the last one repeats 2²³ times within a unit, the resolution
+/// of an f32.
 pub const MAX_OCTAVES: u32 = 24;
 
-/// Period of the lattice, and count of the hash values.
+/// Period of the lattice, and number of hash values.
 const PERIOD: usize = 289;
 
 /// perm(x) = (34 x² + x) mod 289 for every sum of two values below 289. The length is a power of
-/// two, so that a masked index needs no check; the rest is never read.
+/// two, so that a masked index needs no bounds check; the remaining entries are never read.
 static PERMUTATION: [u16; 1024] = permutation();
 
-/// Gradient of each hash value, its length corrected; in the scalar of the renderer. Lengths as in
-/// [`PERMUTATION`].
+/// Length-corrected gradient of each hash value, in the renderer's scalar. Length of the table as
+/// in [`PERMUTATION`].
 static GRADIENTS_F32: [[f32; 3]; 512] = narrow(gradients());
 static GRADIENTS_F64: [[f64; 3]; 512] = gradients();
 static PLANE_GRADIENTS_F32: [[f32; 2]; 512] = narrow(plane_gradients());
@@ -36,14 +36,14 @@ const fn permutation() -> [u16; 1024] {
     table
 }
 
-/// The gradient of a hash value before its length is corrected: a point of an octahedron over a 7 ×
-/// 7 grid.
+/// Returns the gradient of a hash value before its length correction: a point of an octahedron over
+/// a 7 × 7 grid.
 ///
-/// For 42 of the 289 hash values the point lies on the very edge where the octahedron is folded
-/// (c = 0 in real arithmetic), and which way it falls is decided by rounding. The pictures we are
-/// to reproduce were made in single precision with the division by 7 written as a product with the
-/// rounded 1/7, so that is the definition, in every precision of ours: each operation below is one
-/// correctly rounded f32 operation, and their order matters.
+/// For 42 of the 289 hash values the point lies exactly on the octahedron's fold (c = 0 in real
+/// arithmetic), and rounding decides its side. The reference pictures were made in single
+/// precision, with the division by 7 written as a product with the rounded 1/7. That arithmetic is
+/// the definition here, in every precision: each operation below is one correctly rounded f32
+/// operation, and their order matters.
 const fn octahedron_point(hash: usize) -> [f32; 3] {
     const SEVENTH: f32 = 1.0 / 7.0;
     let scaled = hash as f32 * SEVENTH;
@@ -59,8 +59,7 @@ const fn octahedron_point(hash: usize) -> [f32; 3] {
     [a, b, c]
 }
 
-/// A tangent of 1/√x at the mean squared length of the gradients: their lengths become one to first
-/// order.
+/// Tangent of 1/√x at the mean squared length of the gradients: normalises lengths to first order.
 const fn length_correction(squared: f64) -> f64 {
     1.792_842_914_001_59 - 0.853_734_720_953_14 * squared
 }
@@ -78,7 +77,7 @@ const fn gradients() -> [[f64; 3]; 512] {
     table
 }
 
-/// In the plane, 41 points of a square; no hash value is critical.
+/// Gradients in the plane: 41 points of a square. No hash value depends on rounding.
 const fn plane_gradients() -> [[f64; 2]; 512] {
     let mut table = [[0.0; 2]; 512];
     let mut hash = 0;
@@ -106,17 +105,17 @@ const fn narrow<const N: usize>(table: [[f64; N]; 512]) -> [[f32; N]; 512] {
     narrowed
 }
 
-/// The compiler drops the branch not taken: a scalar type has one size.
+/// The compiler removes the other branch, because the size of the scalar type is a constant.
 #[inline(always)]
 const fn is_single<R: Real>() -> bool {
     size_of::<R>() == size_of::<f32>()
 }
 
-/// The two lattice coordinates around `x`, modulo 289, and how far `x` is past the first one, in
-/// [0, 1).
+/// Returns the two lattice coordinates around `x`, modulo 289, and the distance of `x` from the
+/// first one, in [0, 1).
 ///
-/// Beyond 2³¹ an f32 is a whole number (2⁶³ for f64), so the distance is zero there, and which cell
-/// it is means nothing.
+/// Beyond 2³¹ every f32 is a whole number (2⁶³ for f64): the distance is zero, and the cell is
+/// arbitrary.
 #[inline(always)]
 fn cell<R: Real>(x: R) -> ([usize; 2], R) {
     let (whole, below) = if is_single::<R>() {
@@ -181,7 +180,7 @@ pub fn noise3<R: Real>(p: R::Vec3) -> R {
     };
     let (u, v, w) = (x - R::ONE, y - R::ONE, z - R::ONE);
     let (fade_x, fade_y, fade_z) = (quintic(x), quintic(y), quintic(z));
-    // One row of the cell, along z, at the hash of its x and y.
+    // Interpolation along z, at the hash of the cell's x and y.
     let row = |hash: usize, x: R, y: R| {
         blend(
             corner(permute(hash + z0), x, y, z),
@@ -240,12 +239,13 @@ fn sum<R: Real>(octaves: u32, mut noise: impl FnMut(R) -> R) -> R {
     total
 }
 
-/// Sum of octaves, each twice as fine and half as strong as the one before: Σ n(2ⁱ p) / 2ⁱ.
+/// Returns the sum of octaves, each with twice the frequency and half the amplitude of the
+/// previous: Σ n(2ⁱ p) / 2ⁱ.
 pub fn fbm3<R: Real>(p: R::Vec3, octaves: u32) -> R {
     sum(octaves, |frequency| noise3::<R>(p * frequency))
 }
 
-/// Sum of the octaves' absolute values: Σ |n(2ⁱ p)| / 2ⁱ.
+/// Returns the sum of the octaves' absolute values: Σ |n(2ⁱ p)| / 2ⁱ.
 pub fn turbulence3<R: Real>(p: R::Vec3, octaves: u32) -> R {
     sum(octaves, |frequency| noise3::<R>(p * frequency).abs())
 }

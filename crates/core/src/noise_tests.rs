@@ -1,4 +1,4 @@
-//! Noise against the shader's own values, and against what the definition says.
+//! Noise against the values of the reference shader, and against the definition.
 
 use std::path::PathBuf;
 
@@ -7,7 +7,8 @@ use serde_json::Value;
 
 use super::*;
 
-/// A JSON file of the shared reference set; `None`, said on stderr, where there is none.
+/// Reads a JSON file of the shared reference set; returns `None`, with a message on stderr, where
+/// the set is absent.
 fn reference(name: &str) -> Option<Value> {
     let path = PathBuf::from(concat!(
         env!("CARGO_MANIFEST_DIR"),
@@ -35,8 +36,8 @@ fn numbers(value: &Value) -> Vec<f64> {
         .collect()
 }
 
-/// Protects: the gradients equal the frozen table bit for bit, all 42 that rounding decides
-/// included.
+/// Protects: the gradients equal the frozen table to the bit, including all 42 that rounding
+/// decides.
 #[test]
 fn gradients_are_those_of_single_precision() {
     let Some(table) = reference("gradient_table.json") else {
@@ -114,8 +115,8 @@ fn values_are_those_of_the_reference() {
     );
 }
 
-/// Points, and in f64: noise, sum and absolute sum of eight octaves in space, and the same for x
-/// and y in the plane.
+/// Points with their expected values in f64: noise, sum and absolute sum of eight octaves in space,
+/// then the same for x and y in the plane.
 const VALUES: [([f64; 3], [f64; 6]); 5] = [
     (
         [0.5, 0.5, 0.5],
@@ -174,8 +175,8 @@ const VALUES: [([f64; 3], [f64; 6]); 5] = [
     ),
 ];
 
-/// Protects: the values that this code had when it was checked against the reference: a clone
-/// without the reference tests them too.
+/// Protects: noise values stay those that were verified against the reference, also in a clone
+/// without the reference files.
 #[test]
 fn s20_values_stay_what_they_were() {
     for ([x, y, z], expected) in VALUES {
@@ -195,7 +196,7 @@ fn s20_values_stay_what_they_were() {
     }
 }
 
-/// Protects: of the 42 hash values on the edge of the octahedron, rounding folds all but one.
+/// Protects: of the 42 hash values on the octahedron's fold, rounding folds all but one.
 #[test]
 fn rounding_folds_all_edge_points_but_one() {
     let on_edge = |hash: &usize| 2 * (hash % 7) + (2 * (hash / 7 % 7)).abs_diff(7) == 7;
@@ -208,8 +209,8 @@ fn rounding_folds_all_edge_points_but_one() {
     assert_eq!(unfolded, [147]);
 }
 
-/// Protects: both precisions agree within the bound of the reference where the argument is the same
-/// number in both.
+/// Protects: both precisions agree within the reference's bound for arguments that both represent
+/// exactly.
 #[test]
 fn precisions_agree() {
     for i in 0..1000_i16 {
@@ -225,8 +226,8 @@ fn precisions_agree() {
     }
 }
 
-/// Protects: zero on the lattice, continuous across it, and the same again after 289 units, on both
-/// sides of the origin.
+/// Protects: noise is zero on the lattice, continuous across it, and repeats after 289 units, on
+/// both sides of the origin.
 #[test]
 fn the_lattice_is_seamless() {
     for i in -300..300_i32 {
@@ -242,7 +243,7 @@ fn the_lattice_is_seamless() {
     }
 }
 
-/// Protects: arguments beyond any lattice give a number, not a panic; NaN stays NaN.
+/// Protects: arguments beyond the lattice's range give a finite number and no panic; NaN stays NaN.
 #[test]
 fn s20_extreme_arguments_are_survived() {
     for x in [

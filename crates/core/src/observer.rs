@@ -1,27 +1,25 @@
-//! Whoever asked for a picture can look on, and stop the work: one interface for preparation and
-//! rendering.
+//! Observation and cancellation of preparation and rendering, through a single interface.
 
-/// Watches preparation and rendering, and may stop both. Called from the threads that do the work,
-/// wherever they are: a few hundred times a picture, and in preparation between its stages and now
-/// and then within the long ones.
+/// Watches preparation and rendering, and may stop both. The working threads call it: a few hundred
+/// times a picture, between the stages of preparation, and now and then within long stages.
 pub trait Observer: Sync {
-    /// So much of a render is done: samples of all pixels.
+    /// Reports progress: `done` of `total` samples of all pixels.
     fn progress(&self, done: u64, total: u64) {
         let _ = (done, total);
     }
-    /// True to stop: a render at the next tile, with what it has; preparation with
-    /// [`PrepareError::Cancelled`](crate::prepare::PrepareError::Cancelled) where it next asks. A
-    /// tree that is being built is finished first.
+    /// Returns true to cancel. A render stops at the next tile and keeps its finished samples.
+    /// Preparation returns [`PrepareError::Cancelled`](crate::prepare::PrepareError::Cancelled) at
+    /// its next check; a tree under construction is finished first.
     fn cancelled(&self) -> bool {
         false
     }
-    /// True to end a render at the next tile with what it has: asked before each tile, and told
-    /// whether every pixel of what is rendered has samples by now.
+    /// Returns true to end a render at the next tile with its finished samples. Called before each
+    /// tile; `everywhere` says whether every rendered pixel has samples already.
     fn has_enough(&self, everywhere: bool) -> bool {
         let _ = everywhere;
         false
     }
 }
 
-/// Looks at nothing and stops nothing.
+/// An observer that ignores progress and never stops.
 impl Observer for () {}

@@ -1,5 +1,5 @@
-//! The origin from which coordinates are stored. f32 has seven digits, and a model far from zero
-//! spends them on where it is; counted from an origin near the model, they are left for its shape.
+//! Storage origin of coordinates. f32 has seven digits; a model far from zero spends them on its
+//! position. Relative to an origin near the model, all digits describe its shape.
 
 use std::collections::HashMap;
 
@@ -15,22 +15,22 @@ use crate::nearby::{FAR, near};
 use crate::scene::{Camera, Light, LightKind, Object, Pose, Scene, Shape, Triple};
 use crate::shape::any_shape;
 
-/// Share of an object's size that stored coordinates have to tell apart.
+/// Share of an object's size that stored coordinates must resolve.
 const RESOLVED: f64 = 1e-3;
 
-/// Where a scene's coordinates are counted from in a precision.
+/// Storage origin of a scene in a precision.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct StorageOrigin {
-    /// The origin; zero for a scene that is not far.
+    /// The origin; zero for a scene near zero.
     pub origin: DVec3,
-    /// The first object of which the precision can't tell points a thousandth of its size apart
-    /// even so; by index of the scene's objects, generated ones last.
+    /// First object of which the precision cannot separate points a thousandth of its size apart,
+    /// even relative to the origin. Index of the scene's objects, generated ones last.
     pub unresolved: Option<u32>,
 }
 
 impl StorageOrigin {
-    /// Of a scene: near everything where all of it is far from zero; else near what is far, where
-    /// more is seen from there.
+    /// Chooses the origin of a scene: near all objects where all are far from zero; else near the
+    /// far objects, where more is resolved from there.
     pub fn of<R: Real>(scene: &Scene, lookup: &Lookup<'_>) -> Self {
         let from_zero = Survey::from::<R>(DVec3::ZERO, scene, lookup);
         let near_all = near(&from_zero.bounds, FAR);
@@ -53,17 +53,17 @@ impl StorageOrigin {
     }
 }
 
-/// What of a scene stored coordinates resolve that are counted from an origin.
+/// Objects resolved by coordinates relative to an origin.
 #[derive(Clone, Copy)]
 struct Survey {
     origin: DVec3,
-    /// Around everything that has an end.
+    /// Box around all bounded objects.
     bounds: Aabb,
-    /// Around what is not resolved.
+    /// Box around the unresolved objects.
     lost: Aabb,
-    /// How many triangles and shapes are not resolved.
+    /// Number of unresolved triangles and shapes.
     unresolved: u64,
-    /// The first object that is not.
+    /// First unresolved object.
     first: Option<u32>,
 }
 
@@ -77,7 +77,7 @@ impl Survey {
             first: None,
         };
         let mut meshes: HashMap<&str, Aabb> = HashMap::new();
-        // What a generator makes differs in its places alone.
+        // The objects of one generator differ in their offset alone.
         let mut last: Option<(&Object, Option<OwnBox>)> = None;
         for (index, shown) in all(scene).enumerate() {
             let own = match last {
@@ -103,7 +103,7 @@ impl Survey {
                 .abs()
                 .max((bounds.max - origin).abs())
                 .max_element();
-            // The step of the stored scalar there.
+            // The spacing of the stored scalar at the farthest coordinate.
             if 2.0 * R::ROUNDOFF.to_f64() * farthest > RESOLVED * size && size > 0.0 {
                 found.lost = found.lost.union(bounds);
                 found.unresolved = found.unresolved.saturating_add(parts);
@@ -114,18 +114,18 @@ impl Survey {
     }
 }
 
-/// The box around an object where no generator moves it, at any time.
+/// Box around an object without a generator's offset, over its whole motion.
 #[derive(Clone, Copy)]
 struct OwnBox {
     bounds: Aabb,
-    /// Its longest edge at one time.
+    /// Longest edge at a single time.
     size: f64,
-    /// Triangles, or one.
+    /// Number of triangles; one for a shape.
     parts: u64,
 }
 
 impl OwnBox {
-    /// None of what has no end, and of nothing.
+    /// Returns `None` for unbounded and empty objects.
     fn of<'a>(
         object: &'a Object,
         lookup: &Lookup<'_>,
@@ -160,7 +160,7 @@ fn less(point: Triple, origin: DVec3) -> Triple {
     (DVec3::from(point) - origin).into()
 }
 
-/// A light as it stands about an origin.
+/// Returns a light relative to an origin.
 pub(crate) fn light_about(origin: DVec3, light: &Light) -> Light {
     let mut light = light.clone();
     match &mut light.kind {
@@ -172,7 +172,7 @@ pub(crate) fn light_about(origin: DVec3, light: &Light) -> Light {
     light
 }
 
-/// A camera as it stands about an origin.
+/// Returns a camera relative to an origin.
 pub(crate) fn camera_about(origin: DVec3, camera: &Camera) -> Camera {
     let about = |pose: &mut Pose| match pose {
         Pose::LookAt { eye, target, .. } => {

@@ -1,49 +1,49 @@
-//! A finished picture as plain data: what the film hands over, and what files, displays and metrics
-//! take.
+//! A finished picture as plain data: the film's result, and the input of files, displays and
+//! metrics.
 
-/// A picture: linear scene-referred colour, an optional coverage and any number of further layers.
+/// A picture: linear scene-referred colour, optional coverage and any number of additional layers.
 ///
-/// Every buffer holds `width · height` entries, row after row from the top, each row from the left.
+/// Every buffer holds `width · height` entries, row by row from the top, each row from the left.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Picture {
-    /// Pixels a row.
+    /// Width in pixels.
     pub width: u32,
-    /// Rows.
+    /// Height in pixels.
     pub height: u32,
-    /// Radiance in linear Rec. 709 primaries; multiplied by the coverage where there is one
-    /// (associated alpha).
+    /// Radiance in linear Rec. 709 primaries, premultiplied by the coverage where the picture has
+    /// one (associated alpha).
     pub rgb: Vec<[f32; 3]>,
-    /// Coverage, 0 (background) to 1; none: every pixel is covered.
+    /// Coverage, 0 (background) to 1; `None` where every pixel is covered.
     pub alpha: Option<Vec<f32>>,
-    /// The part of the coverage that is a shadow on a studio's ground, black; none: all of it is
-    /// surfaces.
+    /// Part of the coverage that is a shadow on a studio's ground, black; `None` where all coverage
+    /// is surfaces.
     pub shadow: Option<Vec<f32>>,
-    /// Further channels, in no particular order; names are unique.
+    /// Additional channels, in no particular order; names are unique.
     pub layers: Vec<Layer>,
-    /// Where it lies in a larger picture of which it is a part; none: it is the whole.
+    /// Position in a larger picture; `None` for a whole picture.
     pub window: Option<DataWindow>,
 }
 
-/// The place of a picture in a larger one, as the data window of an OpenEXR file has it in its
-/// display window.
+/// Position of a picture in a larger one, like the data window of an OpenEXR file in its display
+/// window.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Serialize)]
 pub struct DataWindow {
-    /// Column and row of its first pixel in the whole; negative where it begins outside.
+    /// Column and row of the first pixel in the whole; negative outside of it.
     pub origin: [i32; 2],
     /// Width and height of the whole in pixels.
     pub full: [u32; 2],
 }
 
-/// One further channel of a picture.
+/// An additional channel of a picture.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Layer {
-    /// Channel name as files have it, such as `depth.Z` or `albedo.R`.
+    /// Channel name as in files, for example `depth.Z` or `albedo.R`.
     pub name: String,
-    /// One number a pixel. Identifiers are exact up to 2²⁴.
+    /// One number per pixel. Identifiers are exact up to 2²⁴.
     pub samples: Vec<f32>,
 }
 
-/// What the numbers of a picture that was read from a file mean.
+/// Meaning of the numbers of a picture that was read from a file.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Encoding {
@@ -54,7 +54,7 @@ pub enum Encoding {
 }
 
 impl Picture {
-    /// A black picture without coverage and layers.
+    /// Returns a black picture without coverage and layers.
     pub fn new(width: u32, height: u32) -> Self {
         Self {
             width,
@@ -67,12 +67,13 @@ impl Picture {
         }
     }
 
-    /// Pixels in all.
+    /// Returns the number of pixels.
     pub fn pixels(&self) -> usize {
         pixel_count(self.width, self.height)
     }
 
-    /// Colour of the pixel in column `x`, row `y` from the top; none outside.
+    /// Returns the colour of the pixel in column `x`, row `y` from the top, or `None` outside the
+    /// picture.
     pub fn pixel(&self, x: u32, y: u32) -> Option<[f32; 3]> {
         if x >= self.width {
             return None;
@@ -82,7 +83,8 @@ impl Picture {
             .copied()
     }
 
-    /// The same with colours that no coverage multiplies; black where nothing is covered.
+    /// Returns the picture with unassociated alpha: colours divided by the coverage, black without
+    /// coverage.
     #[must_use]
     pub fn straight(&self) -> Self {
         let mut straight = self.clone();
@@ -92,7 +94,8 @@ impl Picture {
         straight
     }
 
-    /// The share of a pixel that surfaces cover, and the share that is a ground's shadow.
+    /// Returns the share of a pixel covered by surfaces, and the share covered by the ground's
+    /// shadow.
     pub fn coverage(&self, pixel: usize) -> [f32; 2] {
         let shadow = self.shadow.as_ref().map_or(0.0, |shadow| shadow[pixel]);
         [
@@ -103,7 +106,7 @@ impl Picture {
         ]
     }
 
-    /// The same without its shadow: what surfaces cover alone.
+    /// Returns the picture without its shadow: the coverage of surfaces alone.
     #[must_use]
     pub fn without_shadow(&self) -> Self {
         let surfaces = (0..self.pixels()).map(|pixel| self.coverage(pixel)[0]);
@@ -114,8 +117,8 @@ impl Picture {
         }
     }
 
-    /// The colour of what surfaces show in a pixel, without the coverage that multiplies it; none
-    /// where there are none.
+    /// Returns the colour of a pixel's surfaces, not multiplied by the coverage, or `None` without
+    /// surfaces.
     pub(crate) fn surface_colour(&self, pixel: usize) -> Option<[f32; 3]> {
         if self.alpha.is_none() {
             return Some(self.rgb[pixel]);
@@ -124,7 +127,7 @@ impl Picture {
         (surfaces > 0.0).then(|| straight_colour(self.rgb[pixel], surfaces))
     }
 
-    /// The same before a colour that is seen where nothing covers it.
+    /// Returns the picture composited over a background colour.
     #[must_use]
     pub fn over(&self, colour: [f64; 3]) -> Self {
         let mut over = Self {
@@ -139,12 +142,12 @@ impl Picture {
         over
     }
 
-    /// The layer of that name.
+    /// Returns the layer with this name.
     pub fn layer(&self, name: &str) -> Option<&Layer> {
         self.layers.iter().find(|layer| layer.name == name)
     }
 
-    /// Whether every buffer has one entry a pixel, as every reader of a picture relies on.
+    /// Whether every buffer has one entry per pixel. Every reader of a picture relies on this.
     pub fn is_consistent(&self) -> bool {
         let n = self.pixels();
         self.rgb.len() == n
@@ -157,7 +160,7 @@ impl Picture {
     }
 }
 
-/// A colour without the coverage that multiplies it; black where nothing is covered.
+/// Divides a colour by its coverage; black without coverage.
 fn straight_colour(rgb: [f32; 3], alpha: f32) -> [f32; 3] {
     if alpha > 0.0 {
         rgb.map(|x| x / alpha)
@@ -174,8 +177,8 @@ fn pixel_count(width: u32, height: u32) -> usize {
 mod tests {
     use super::*;
 
-    /// Protects: rows count from the top and columns from the left, and places outside are none,
-    /// also where the index would exist.
+    /// Protects: rows count from the top and columns from the left. Positions outside the picture
+    /// return `None`, even where the index exists.
     #[test]
     fn pixels_are_addressed_by_column_and_row() {
         let mut picture = Picture::new(3, 2);
@@ -186,7 +189,7 @@ mod tests {
         assert_eq!(picture.pixels(), 6);
     }
 
-    /// Protects: a buffer of the wrong length is seen, whichever it is.
+    /// Protects: a buffer of the wrong length is detected, whichever buffer it is.
     #[test]
     fn inconsistent_buffers_are_seen() {
         let good = Picture::new(2, 2);

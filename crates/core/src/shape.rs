@@ -1,5 +1,4 @@
-//! The one place where a shape of the scene becomes one that geometry stores, for all that ask what
-//! it will be.
+//! Conversion of a scene's shape to a stored primitive, in a single place for all callers.
 
 use glam::{DAffine3, DMat3, DVec3};
 use raywright_bvh::shapes::{
@@ -11,8 +10,9 @@ use raywright_bvh::{Real, Shape as _, Vector};
 use crate::nearby::{FAR_FROM_OWN, near};
 use crate::scene::{Shape, Triple};
 
-/// A shape of the scene as it is stored under a map: where that only moves it, by numbers of its
-/// own; else in a space of its own, about an origin near it, with the map from there.
+/// Converts a shape under a map. A map that only translates is applied to the shape's numbers.
+/// Under any other map the shape is stored in its own space, about an origin near it, together with
+/// the map from there.
 pub(crate) fn placed_shape<R: Real>(
     shape: &Shape,
     map: DAffine3,
@@ -24,20 +24,20 @@ pub(crate) fn placed_shape<R: Real>(
     Some((stored, Some(map_about(map, origin))))
 }
 
-/// A shape in a space of its own, about an origin near it.
+/// Converts a shape in its own space, about an origin near it.
 pub(crate) fn own_shape<R: Real>(shape: &Shape) -> Option<(AnyShape<R>, DVec3)> {
     let origin = own_origin(shape);
     Some((any_shape(shape, -origin)?, origin))
 }
 
-/// An origin near a shape in its own space.
+/// Returns an origin near a shape in its own space.
 pub(crate) fn own_origin(shape: &Shape) -> DVec3 {
     any_shape::<f64>(shape, DVec3::ZERO)
         .and_then(|shape| shape.bounds())
         .map_or(DVec3::ZERO, |bounds| near(&bounds, FAR_FROM_OWN))
 }
 
-/// A map of points that are counted from an origin.
+/// Returns the map for points that are stored relative to an origin.
 pub(crate) fn map_about(map: DAffine3, origin: DVec3) -> DAffine3 {
     if origin == DVec3::ZERO {
         map
@@ -46,8 +46,8 @@ pub(crate) fn map_about(map: DAffine3, origin: DVec3) -> DAffine3 {
     }
 }
 
-/// A shape of the scene, moved by an offset, in a precision's scalar; none for a mesh, which is
-/// many.
+/// Converts a shape, moved by an offset, to the scalar of a precision; `None` for a mesh, which is
+/// many primitives.
 pub(crate) fn any_shape<R: Real>(shape: &Shape, offset: DVec3) -> Option<AnyShape<R>> {
     let at = |p: Triple| DVec3::from(p) + offset;
     let v = |p: Triple| DVec3::from(p);

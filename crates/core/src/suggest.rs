@@ -1,10 +1,10 @@
 //! "Did you mean": the known word that is nearest to an unknown one.
 
-/// The candidate that a mistyped word most likely stands for, if any is near enough: at most one
-/// edit for every three characters, where swapping neighbours is one edit, and case and the choice
-/// of `-`, `_` or space do not count.
+/// Returns the candidate that a mistyped word most likely stands for, if any is near enough: at
+/// most one edit per three characters. A swap of neighbours is one edit; case and the choice of
+/// `-`, `_` or space do not count.
 pub fn closest<'a>(wrong: &str, candidates: impl IntoIterator<Item = &'a str>) -> Option<&'a str> {
-    // The distance costs the product of both lengths; nobody mistypes a word this long.
+    // The edit distance costs the product of both lengths, and no mistyped word is this long.
     const LONGEST: usize = 64;
     if wrong.len() > LONGEST {
         return None;
@@ -56,7 +56,7 @@ mod tests {
         }
     }
 
-    /// Protects: what is not near gets no suggestion.
+    /// Protects: a word far from every candidate gets no suggestion.
     #[test]
     fn what_is_not_near_gets_no_suggestion() {
         for wrong in ["banana", "x", "", &"radius".repeat(100)] {

@@ -1,4 +1,4 @@
-//! Against the geometry that is built, to the bit.
+//! The extent against the built geometry, to the bit.
 
 use raywright_bvh::AcceleratorKind;
 use serde_json::{Value, json};
@@ -10,7 +10,7 @@ fn ball(transform: Value) -> Value {
     json!({ "shape": { "sphere": { "centre": [0.1, 0.2, 0.3], "radius": 0.7 } }, "material": "m", "transform": transform })
 }
 
-/// The same on its way from where it is.
+/// Returns the object in motion from its place to `end`.
 fn moving(mut object: Value, end: Value) -> Value {
     object["transform_end"] = end;
     object
@@ -20,7 +20,7 @@ fn leaf(mesh: &str, transform: Value) -> Value {
     json!({ "shape": { "mesh": mesh }, "material": "m", "transform": transform })
 }
 
-/// Each way in which an object comes to its place, by numbers that no float holds.
+/// Objects with every kind of placement, at coordinates that f32 cannot represent.
 fn objects() -> Vec<Value> {
     let turned = json!([{ "rotate": { "axis": [1, 2, 3], "degrees": 33 } }, { "translate": [0.1, 20.3, -3.7] }]);
     let squeezed = json!([{ "scale": [0.1, -1.7, 1e-3] }, { "translate": [-50.1, 0.7, 0.3] }]);
@@ -48,8 +48,7 @@ fn objects() -> Vec<Value> {
 }
 
 fn scene(objects: &[Value]) -> Scene {
-    // The last vertex belongs to no triangle, and the second triangle has no area once it is
-    // stored.
+    // The last vertex belongs to no triangle. The second triangle has no area once stored.
     let positions = json!([
         [0, 0, 0],
         [1.1, 0.3, 0],
@@ -95,9 +94,9 @@ fn agrees<R: Real>(scene: &Scene) {
     );
 }
 
-/// Protects: a camera is framed by where things really lie, each as its precision stores it: shapes
-/// moved, turned and flattened, without end, generated, on their way; meshes shown once and more
-/// often, empty, with vertices that nothing shows.
+/// Protects: the extent equals that of the built geometry, which frames a camera correctly. Covers
+/// shapes moved, turned, flattened, unbounded, generated and in motion; meshes shown once and
+/// several times, empty, and with unused vertices.
 #[test]
 fn the_extent_is_that_of_what_is_built() {
     let objects = objects();

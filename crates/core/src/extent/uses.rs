@@ -1,5 +1,5 @@
-//! Which meshes are shown by instances, because more than once or on the move: what is asked before
-//! geometry is built, and while it is.
+//! Use counts of meshes: a mesh shown more than once, or in motion, becomes instances. Needed
+//! before geometry is built and while it is built.
 
 use std::collections::HashMap;
 
@@ -7,7 +7,7 @@ use crate::generate::counted;
 use crate::motion::ends;
 use crate::scene::{Scene, Shape, SideRule};
 
-/// How often meshes are shown.
+/// Number of uses of each mesh.
 pub(crate) struct Uses<'a>(HashMap<(&'a str, SideRule), u64>);
 
 impl<'a> Uses<'a> {
@@ -16,7 +16,7 @@ impl<'a> Uses<'a> {
         for (object, count) in counted(scene) {
             if let Shape::Mesh(name) = &object.shape {
                 let uses = uses.entry((name.as_str(), object.side)).or_insert(0_u64);
-                // One that moves is an instance of its own, however rarely it is shown.
+                // A moving object is an instance, however rarely its mesh is shown.
                 *uses = uses.saturating_add(if ends(object).is_some() {
                     count.max(2)
                 } else {
@@ -27,9 +27,9 @@ impl<'a> Uses<'a> {
         Self(uses)
     }
 
-    /// Whether the objects that show this side of a mesh are instances of one geometry, as where
-    /// there are several or one moves. Which side can be hit is told by each triangle, so only
-    /// those that show the same one share them.
+    /// Whether the objects that show this side of a mesh are instances of one geometry: several
+    /// objects, or a moving one. Each triangle stores which side can be hit, so only objects with
+    /// the same sides rule share triangles.
     pub fn share(&self, mesh: &'a str, side: SideRule) -> bool {
         self.0.get(&(mesh, side)).is_some_and(|&n| n > 1)
     }

@@ -1,4 +1,4 @@
-//! Where coordinates are counted from.
+//! Choice of the storage origin.
 
 use serde_json::{Value, json};
 
@@ -18,9 +18,9 @@ fn of(objects: &[Value]) -> StorageOrigin {
     StorageOrigin::of::<f32>(&scene, &Lookup::new(&scene))
 }
 
-/// Protects: a scene about zero, or beside it, is counted from zero, so that its pictures keep
-/// their bits; one without anything that has an end too. Only the axes on which a scene is far get
-/// an origin, on whole multiples of its size.
+/// Protects: a scene about or near zero is stored relative to zero, so that its pictures keep their
+/// bits; so is a scene without bounded objects. Only the axes along which a scene is far get an
+/// origin, at whole multiples of its size.
 #[test]
 fn only_what_is_far_has_an_origin() {
     let floor = json!({ "shape": { "plane": { "point": [0, 1e6, 0], "normal": [0, 1, 0] } }, "material": "m" });
@@ -44,8 +44,8 @@ fn only_what_is_far_has_an_origin() {
     }
 }
 
-/// Protects: where no one origin serves two clusters, the one that is more of the scene is
-/// resolved, and the first object of the other is named; in doubles both are.
+/// Protects: where no single origin serves two clusters, the cluster with more objects is resolved,
+/// and the first object of the other is reported; f64 resolves both.
 #[test]
 fn of_two_clusters_one_is_named() {
     let (near, far) = ([0.0; 3], [3e6, 0.0, 0.0]);
@@ -66,8 +66,8 @@ fn of_two_clusters_one_is_named() {
     );
 }
 
-/// Protects: an object is as large as it is shown: what its transform enlarges far away is resolved
-/// there, and what it makes small is not.
+/// Protects: resolution is judged by the transformed size of an object: enlarged far objects are
+/// resolved, shrunk ones are not.
 #[test]
 fn sizes_are_those_of_shown_objects() {
     let far = |radius: f64, scale: f64| {
