@@ -1,49 +1,49 @@
-//! Cameras: where they stand and how they project.
+//! Cameras: position, orientation and projection.
 
 use serde::{Deserialize, Serialize};
 
 use super::Triple;
 
-/// One view of the scene.
+/// A view of the scene.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(test, derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
 pub struct Camera {
-    /// Name for `--camera`; cameras without one are chosen by index.
+    /// Name for `--camera`; unnamed cameras are chosen by index.
     #[serde(default)]
     pub name: String,
     /// Position and orientation.
     pub pose: Pose,
-    /// How directions map to the picture.
+    /// Projection of directions to the picture.
     pub projection: Projection,
-    /// Width over height that the projection assumes whatever the picture's is; none: the picture's
-    /// own, so that the vertical field of view is kept.
+    /// Width over height of the view, whatever the picture's; none: the picture's own, which keeps
+    /// the vertical field of view.
     #[serde(default)]
     pub aspect: Option<f64>,
-    /// What a picture of another shape than `aspect` shows.
+    /// View in a picture whose shape differs from `aspect`.
     #[serde(default)]
     pub fit: Fit,
-    /// Where it is at time 1 if it moves; of the same kind as `pose`, which is where it is at
-    /// time 0. Each number runs linearly from one to the other. None: it stands still.
+    /// Pose at time 1 of a moving camera, of the same kind as `pose`, which holds at time 0. Each
+    /// number is interpolated linearly. None: the camera stands still.
     #[serde(default)]
     pub pose_end: Option<Pose>,
-    /// Opening and closing time of the shutter, from 0 to 1: each sample of a pixel has a time of
-    /// its own between them, at which it sees what moves. None: everything is seen at time 0.
+    /// Opening and closing time of the shutter, from 0 to 1. Each sample of a pixel sees moving
+    /// objects at its own time between them. None: everything is seen at time 0.
     #[serde(default)]
     pub shutter: Option<[f64; 2]>,
 }
 
-/// What a picture shows whose shape is not that of its camera.
+/// View of a camera in a picture of another shape.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[cfg_attr(test, derive(schemars::JsonSchema))]
 #[serde(rename_all = "kebab-case")]
 pub enum Fit {
-    /// The same, stretched.
+    /// The same view, stretched.
     #[default]
     Stretch,
-    /// All of it, and more at two sides.
+    /// The whole view, and more at two sides.
     Contain,
-    /// A part of it, cut off at two sides.
+    /// A part of the view, cut off at two sides.
     Cover,
 }
 
@@ -56,9 +56,9 @@ pub enum Pose {
     LookAt {
         /// Centre of projection.
         eye: Triple,
-        /// A point in the middle of the picture; differs from the eye.
+        /// Point in the middle of the picture; differs from the eye.
         target: Triple,
-        /// Which way is up; not parallel to the view.
+        /// Upward direction; not parallel to the view.
         #[serde(default = "y_up")]
         up: Triple,
     },
@@ -69,7 +69,7 @@ pub enum Pose {
         target: Triple,
         /// Radius of the sphere, above zero.
         distance: f64,
-        /// Azimuth a in degrees; 0 stands on the +z side.
+        /// Azimuth a in degrees; at 0 the eye is on the +z side.
         azimuth: f64,
         /// Elevation e in degrees above the horizon, within ±90 (exclusive).
         elevation: f64,
@@ -92,7 +92,7 @@ fn y_up() -> Triple {
     [0.0, 1.0, 0.0]
 }
 
-/// How a camera maps directions to the picture.
+/// Mapping of directions to the picture.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(test, derive(schemars::JsonSchema))]
 #[serde(rename_all = "snake_case", deny_unknown_fields)]
@@ -106,7 +106,7 @@ pub enum Projection {
     },
     /// A lens with an aperture, sharp at one distance.
     ThinLens {
-        /// The pinhole it becomes at aperture zero.
+        /// The pinhole camera of the same view at aperture zero.
         pinhole: Pinhole,
         /// Radius of the lens in world units, at least zero.
         aperture_radius: f64,
@@ -115,7 +115,7 @@ pub enum Projection {
     },
 }
 
-/// Opening angle of a pinhole, by exactly one of its keys.
+/// Opening angle of a pinhole camera, by exactly one of the keys.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(test, derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]

@@ -1,26 +1,26 @@
-//! Structs whose fields are listed once, by a macro: what the struct, its defaults, validation,
-//! switches and textures follow from.
+//! Structs whose fields a macro lists once: the struct, its defaults, validation, switches and
+//! textures derive from this list.
 
 use super::input::{Checker, CheckerInput, Colour, Input, TextureRef, Value};
 
-/// What a field's value may be where it is the same everywhere.
+/// Allowed values of a constant field.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Bounds {
-    /// Anything that can be written.
+    /// Any value.
     Any,
-    /// From the first number to the second one, in each channel.
+    /// From the first number to the second, in each channel.
     Within(f64, f64),
-    /// Zero, which has a meaning of its own, or from the first number to the second one.
+    /// Zero, with a special meaning, or from the first number to the second.
     ZeroOrWithin(f64, f64),
-    /// Any number that can be worked with.
+    /// Any number within the supported range.
     Finite,
     /// A length above zero.
     Length,
-    /// A colour without negative parts.
+    /// A colour without negative channels.
     Light,
 }
 
-/// A value that is the same everywhere.
+/// A constant value.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum ConstantValue {
     /// A number.
@@ -32,53 +32,54 @@ pub enum ConstantValue {
 /// A field of a material.
 #[derive(Clone, Copy)]
 pub struct Field<'a> {
-    /// The layer that has it; none: the model itself.
+    /// Layer of the field; `None` for a field of the model itself.
     pub layer: Option<&'static str>,
-    /// Its key there.
+    /// Key of the field in the file.
     pub key: &'static str,
-    /// Its value.
+    /// Value of the field.
     pub value: &'a dyn FieldValue,
-    /// Bounds of a constant.
+    /// Bounds of a constant value.
     pub bounds: Bounds,
 }
 
 impl core::fmt::Display for Field<'_> {
-    /// The path from the model.
+    /// Writes the path from the model.
     fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
         self.layer.map_or(Ok(()), |layer| write!(f, "{layer}."))?;
         f.write_str(self.key)
     }
 }
 
-/// What may be asked of any field's value.
+/// Queries on the value of any field.
 pub trait FieldValue {
-    /// The use of a texture, and the key under which it is; empty where it is the field itself.
+    /// Returns the texture use, and its key; the key is empty where the field itself is the texture
+    /// use.
     fn texture(&self) -> Option<(&'static str, &TextureRef)> {
         None
     }
-    /// The use of a texture, to be changed.
+    /// Returns the texture use for modification.
     fn texture_mut(&mut self) -> Option<&mut TextureRef> {
         None
     }
-    /// The text of an expression, and whether it must be a number.
+    /// Returns the text of an expression, and whether its value must be a number.
     fn expression(&self) -> Option<(&str, bool)> {
         None
     }
-    /// The checkerboard.
+    /// Returns the checkerboard.
     fn checker(&self) -> Option<&Checker> {
         None
     }
-    /// The value, where it is the same everywhere.
+    /// Returns the value of a constant.
     fn constant_value(&self) -> Option<ConstantValue> {
         None
     }
-    /// Turns an image into its factor, a checkerboard into the mean of its colours.
+    /// Replaces an image by its factor, and a checkerboard by the mean of its colours.
     fn flatten(&mut self, _images: bool, _checkers: bool) {}
-    /// The fields of a layer.
+    /// Returns the fields of a layer.
     fn parts(&self) -> Vec<Field<'_>> {
         Vec::new()
     }
-    /// Has their values changed.
+    /// Applies a change to the values of a layer's fields.
     fn change_parts(&mut self, _change: &mut dyn FnMut(&mut dyn FieldValue)) {}
 }
 
@@ -171,9 +172,9 @@ impl FieldValue for Colour {
 
 /// A struct whose fields a macro lists.
 pub trait Fields {
-    /// Its fields, and those of its layers.
+    /// Returns the struct's fields, and those of its layers.
     fn fields(&self) -> Vec<Field<'_>>;
-    /// Has their values changed.
+    /// Applies a change to the value of each field.
     fn change(&mut self, change: &mut dyn FnMut(&mut dyn FieldValue));
 }
 
@@ -188,7 +189,7 @@ impl<L: Fields> FieldValue for Option<L> {
     }
 }
 
-/// Lists the fields of a struct: `key: BOUNDS;`.
+/// Implements [`Fields`] for a struct, from its list of fields: `key: BOUNDS;`.
 macro_rules! fields {
     ($Name:ident $($key:ident: $bounds:expr;)*) => {
         impl Fields for $Name {
@@ -212,8 +213,8 @@ macro_rules! fields {
     };
 }
 
-/// Makes a struct of a list of fields: `key: Type = DEFAULT, BOUNDS;`, and after the bounds the
-/// effect, if any, without which the field has its default.
+/// Defines a struct by a list of fields: `key: Type = DEFAULT, BOUNDS;`. An effect after the
+/// bounds, if any, resets the field to its default where the effect is absent.
 macro_rules! file_struct {
     (
         $(#[$meta:meta])* $Name:ident

@@ -1,4 +1,4 @@
-//! Inputs that are either a number, a colour, or something evaluated at each hit.
+//! Inputs of materials: a number, a colour, or a value evaluated at each hit.
 
 mod read;
 
@@ -8,7 +8,7 @@ use super::Triple;
 
 pub(super) use read::early;
 
-/// Linear Rec. 709 red, green, blue. A single number in a file means the same in all three.
+/// Linear Rec. 709 red, green, blue. A single number in a file stands for all three channels.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
 #[serde(transparent)]
 pub struct Colour(pub Triple);
@@ -20,13 +20,13 @@ impl Colour {
     pub const BLACK: Self = Self([0.0; 3]);
 }
 
-/// A scalar factor: a number, or an expression of the hit evaluated each time it is needed.
+/// A scalar factor: a number, or an expression evaluated at each hit.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 #[serde(untagged)]
 pub enum Weight {
-    /// The same everywhere.
+    /// A constant.
     Number(f64),
-    /// Text of an expression with a scalar value; variables are those of [`crate::expr`].
+    /// Text of an expression with a scalar value; the variables are listed at [`crate::expr`].
     Expression(String),
 }
 
@@ -36,8 +36,8 @@ impl Default for Weight {
     }
 }
 
-/// Two colours in unit cells of the plane spanned by two world axes: the first where the sum of the
-/// floors is even.
+/// Two colours in unit cells of the plane spanned by two world axes; the first colour where the sum
+/// of the floors is even.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(test, derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
@@ -59,13 +59,14 @@ fn one() -> f64 {
 #[derive(Clone, Debug, PartialEq, Serialize)]
 #[serde(untagged)]
 pub enum Input<T> {
-    /// The same everywhere.
+    /// A constant.
     Constant(T),
-    /// Text of an expression of the hit; where a colour is wanted, a number means grey.
+    /// Text of an expression evaluated at each hit; for a colour, a number means grey.
     Expression(String),
     /// An image texture: `{ texture = { name = "…" } }`.
     Texture(TextureInput),
-    /// A checkerboard in world x and z: `{ checker = { even, odd } }`; of a number, its red parts.
+    /// A checkerboard in world x and z: `{ checker = { even, odd } }`; a number takes the red
+    /// channel.
     Checker(CheckerInput),
 }
 
@@ -75,15 +76,15 @@ pub type ColourInput = Input<Colour>;
 /// A number that may vary over a surface.
 pub type NumberInput = Input<f64>;
 
-/// What an [`Input`] is of: a number or a colour.
+/// Value type of an [`Input`]: a number or a colour.
 pub trait Value: Copy + PartialEq + Serialize + 'static {
-    /// What may be written, for messages.
+    /// Description of the accepted forms, for messages.
     const EXPECTED: &'static str;
-    /// What is written as one number.
+    /// Converts a single number in the file.
     fn of_number(number: f64) -> Self;
-    /// What is written as three numbers; none where one is wanted.
+    /// Converts three numbers in the file; `None` where the type is a number.
     fn of_colour(colour: Colour) -> Option<Self>;
-    /// As a colour; a number is grey.
+    /// Converts to a colour; a number becomes grey.
     fn colour(self) -> Colour;
 }
 
@@ -122,8 +123,8 @@ impl Value for Colour {
 pub struct TextureRef {
     /// Name of the texture.
     pub name: String,
-    /// Which of a mesh's sets of texture coordinates; one that it does not have reads (0, 0), and
-    /// shapes have one set.
+    /// Which of a mesh's sets of texture coordinates; a set that the mesh lacks reads (0, 0).
+    /// Shapes have one set.
     #[serde(default)]
     pub uv_set: u32,
     /// Affine map of the texture coordinates, rows of a 2×3 matrix; none: unchanged.
@@ -135,7 +136,7 @@ pub struct TextureRef {
     /// Factor on the texel.
     #[serde(default = "white")]
     pub factor: Colour,
-    /// The one channel that is read; none: of a number's texture red, of a colour's all.
+    /// The single channel to read; none: red for a number, all for a colour.
     #[serde(default)]
     pub channel: Option<Channel>,
 }
@@ -151,7 +152,7 @@ pub enum Channel {
     Green = 1,
     /// The third.
     Blue = 2,
-    /// Coverage, on which no factor counts.
+    /// Coverage; not multiplied by the factor.
     Alpha = 3,
 }
 
@@ -162,11 +163,11 @@ pub(super) fn white() -> Colour {
 /// The table form of a texture input.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct TextureInput {
-    /// Which texture, with a factor.
+    /// Table form of a texture input.
     pub texture: TextureRef,
 }
 
-/// The table form of a checker input.
+/// Table form of a checker input.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct CheckerInput {
     /// The two colours and the cell size.
@@ -187,7 +188,7 @@ impl<T: Value> From<T> for Input<T> {
 }
 
 impl<T: Value> Input<T> {
-    /// The value, where it is the same everywhere.
+    /// Returns the value of a constant.
     pub fn constant(&self) -> Option<T> {
         if let Self::Constant(value) = self {
             Some(*value)

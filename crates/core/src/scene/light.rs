@@ -19,10 +19,10 @@ pub struct Light {
     /// spot light. Classic materials multiply it by their base colour as it is, physical ones by
     /// the base colour over π.
     pub colour: Colour,
-    /// Whether something in between dims it.
+    /// Whether objects in front of the light cast shadows.
     #[serde(default = "yes")]
     pub shadows: bool,
-    /// Whether it makes highlights.
+    /// Whether the light makes highlights.
     #[serde(default = "yes")]
     pub specular: bool,
 }
@@ -43,54 +43,54 @@ pub enum LightKind {
     },
     /// From one point into all directions.
     Point {
-        /// Where it is.
+        /// Position.
         position: Triple,
-        /// How it weakens with distance.
+        /// Falloff of the light with distance.
         #[serde(default)]
         falloff: Falloff,
-        /// Distance at which it has faded to nothing (the windowing of KHR_lights_punctual); none:
-        /// never.
+        /// Distance at which the light has faded to zero (the windowing of KHR_lights_punctual);
+        /// none: no limit.
         #[serde(default)]
         range: Option<f64>,
     },
     /// From one point into a cone.
     Spot {
-        /// Where it is.
+        /// Position.
         position: Triple,
-        /// Where it points; any length above zero.
+        /// Direction of the beam; any length above zero.
         direction: Triple,
-        /// Half-angle in degrees within which it is at full strength.
+        /// Half-angle in degrees within which the light has its full strength.
         inner_angle: f64,
-        /// Half-angle in degrees beyond which it is dark; above 0, not below the inner one, at
-        /// most 90. Equal to it: a hard edge.
+        /// Half-angle in degrees beyond which the light is dark; above 0, at least the inner angle,
+        /// at most 90. Equal to the inner angle: a hard edge.
         outer_angle: f64,
-        /// How it weakens with distance.
+        /// Falloff of the light with distance.
         #[serde(default)]
         falloff: Falloff,
-        /// Distance at which it has faded to nothing; none: never.
+        /// Distance at which the light has faded to zero; none: no limit.
         #[serde(default)]
         range: Option<f64>,
     },
 }
 
-/// How a light weakens with distance.
+/// Falloff of a light with distance.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[cfg_attr(test, derive(schemars::JsonSchema))]
 #[serde(rename_all = "snake_case")]
 pub enum Falloff {
-    /// With the square of the distance, as real light does.
+    /// By the square of the distance, as real light.
     #[default]
     InverseSquare,
-    /// Not at all, as several classic shaders have it.
+    /// No falloff, as in several classic shaders.
     None,
 }
 
-/// What a ray sees that hits nothing.
+/// Radiance of rays that hit nothing.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(test, derive(schemars::JsonSchema))]
 #[serde(rename_all = "snake_case", deny_unknown_fields)]
 pub enum Sky {
-    /// The same radiance everywhere.
+    /// The same radiance in every direction.
     Constant(Colour),
     /// Linear in the height of the direction: bottom·(1−s) + top·s with s = (y + 1)/2, plus suns.
     Gradient {
@@ -98,41 +98,41 @@ pub enum Sky {
         bottom: Colour,
         /// Radiance straight up.
         top: Colour,
-        /// Bright spots added to it.
+        /// Bright spots added to the gradient.
         #[serde(default)]
         suns: Vec<Sun>,
     },
     /// An expression of the ray's direction `d` and origin `o`, and of `t` and the parameters.
     Expression(ColourInput),
-    /// An equirectangular environment picture.
+    /// An equirectangular environment map.
     Map(SkyMap),
-    /// A photographer's studio: soft lights that go round with the camera, and a grey backdrop.
+    /// A photographer's studio: soft lights that turn with the camera, and a grey backdrop.
     Studio(Studio),
 }
 
-/// A studio: key, fill and rim lights far away, which stand about the camera's azimuth, and a grey
-/// backdrop that camera rays alone see.
+/// A photographer's studio: distant key, fill and rim lights placed around the camera's azimuth,
+/// and a grey backdrop that only camera rays see.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(test, derive(schemars::JsonSchema))]
 #[serde(default, deny_unknown_fields)]
 pub struct Studio {
-    /// Degrees by which the lights are turned about +y from where they stand about the camera; 90
-    /// brings to +z what was at +x.
+    /// Rotation in degrees of the lights about +y from their place around the camera; 90 moves a
+    /// light at +x to +z.
     pub rotation: f64,
     /// Factor on the lights.
     pub strength: f64,
-    /// Radiance of the backdrop in the middle of the picture; none: dark behind what is bright and
-    /// light behind what is dark.
+    /// Radiance of the backdrop in the middle of the picture; none: dark behind bright objects and
+    /// light behind dark ones.
     pub backdrop: Option<f64>,
-    /// Whether a ground below everything catches shadows: camera rays see the backdrop dimmed there
-    /// by what the scene takes of the studio's light. No other ray meets it.
+    /// Whether a ground below everything catches shadows: camera rays see the backdrop dimmed by
+    /// the share of the studio's light that the scene blocks. No other ray hits the ground.
     pub ground: bool,
 }
 
 impl Studio {
-    /// Radiance of the backdrop behind what is bright, and behind what is dark.
+    /// Radiance of the backdrop behind bright objects.
     pub const DARK_BACKDROP: f64 = 0.075;
-    /// See [`Self::DARK_BACKDROP`].
+    /// Radiance of the backdrop behind dark objects.
     pub const LIGHT_BACKDROP: f64 = 0.62;
 }
 
@@ -169,10 +169,10 @@ pub struct Sun {
 pub struct SkyMap {
     /// Name of the image.
     pub image: String,
-    /// Degrees by which the picture is turned about +y; 90 shows along +z what was along +x.
+    /// Rotation of the map in degrees about +y; 90 shows along +z what was along +x.
     #[serde(default)]
     pub rotation: f64,
-    /// Factor on its radiance.
+    /// Factor on the radiance.
     #[serde(default = "unit")]
     pub strength: f64,
 }

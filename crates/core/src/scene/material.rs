@@ -21,12 +21,12 @@ pub use physical::{AlphaMode, Physical};
 pub struct Material {
     /// Unique name that objects refer to.
     pub name: String,
-    /// What it does to light.
+    /// Model of the scattered and emitted light.
     pub model: Model,
 }
 
 impl Material {
-    /// Whether it gives off light anywhere.
+    /// Whether the material emits light anywhere.
     pub fn emits(&self) -> bool {
         match &self.model {
             Model::Classic(m) => m
@@ -37,7 +37,7 @@ impl Material {
         }
     }
 
-    /// Radiance that the whole surface gives off evenly; none where it gives off none or it varies.
+    /// Returns the radiance of a constant emission; `None` for no emission or a varying one.
     pub fn even_emission(&self) -> Option<Colour> {
         let emission = match &self.model {
             Model::Classic(m) => m.emission.as_ref(),
@@ -48,12 +48,12 @@ impl Material {
             .filter(|emission| *emission != Colour::BLACK)
     }
 
-    /// Whether its surface may be there in part.
+    /// Whether the surface may be partly absent (alpha mask or blend).
     pub fn is_cut(&self) -> bool {
         matches!(&self.model, Model::Physical(m) if m.alpha != AlphaMode::Opaque)
     }
 
-    /// Its uses of textures.
+    /// Iterates over the texture uses.
     pub fn textures(&self) -> impl Iterator<Item = &TextureRef> {
         let values: Vec<&dyn FieldValue> = match &self.model {
             Model::Classic(m) => core::iter::once(&m.colour)
@@ -68,7 +68,8 @@ impl Material {
             .map(|(_, texture)| texture)
     }
 
-    /// Sets of texture coordinates that its textures read, ascending, each once.
+    /// Returns the sets of texture coordinates that the material's textures read, ascending, each
+    /// once.
     pub fn uv_sets(&self) -> Vec<u32> {
         let mut sets: Vec<u32> = self
             .textures()
@@ -81,7 +82,7 @@ impl Material {
     }
 }
 
-/// The two families of materials. Any integrator can read both.
+/// The two families of materials. Every integrator supports both.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(test, derive(schemars::JsonSchema))]
 #[serde(rename_all = "snake_case", deny_unknown_fields)]
@@ -92,11 +93,12 @@ pub enum Model {
     Physical(Box<Physical>),
 }
 
-/// A local lighting model made of terms. Seen along unit d at a point with normal n it adds
+/// A local lighting model made of terms. Seen along the unit direction d, at a point with normal n,
+/// its radiance is
 ///
 /// local · ( colour·(ambient + Σ diffuse·max(0, n·l)·shadow·light) + Σ specular + rim ) + emission
 ///
-/// and then follows a reflected or refracted ray where it has one.
+/// plus that of a reflected or refracted ray where the material has one.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(test, derive(schemars::JsonSchema))]
 #[serde(default, deny_unknown_fields)]
@@ -109,23 +111,23 @@ pub struct Classic {
     pub ambient: Option<Colour>,
     /// Factor of the Lambert term; an expression is evaluated for each light.
     pub diffuse: Weight,
-    /// A highlight of the lights.
+    /// Highlight of the lights.
     pub specular: Option<Specular>,
     /// Light at grazing angles.
     pub rim: Option<Rim>,
     /// A traced mirror reflection.
     pub reflection: Option<Reflection>,
-    /// Traced refraction; with it the reflection of glass too. Excludes `reflection`.
+    /// Traced refraction, with the reflection of glass. Excludes `reflection`.
     pub transmission: Option<Transmission>,
-    /// Radiance the surface gives off by itself.
+    /// Emitted radiance.
     pub emission: Option<ColourInput>,
-    /// What path tracing reads in place of the other terms but `colour` and `emission`.
+    /// Mixture that path tracing reads in place of all other terms but `colour` and `emission`.
     pub mixture: Option<Mixture>,
-    /// Share of a light that passes when this surface is the occluder, 0 (opaque) to 1.
+    /// Share of a light that passes where this surface is the occluder, 0 (opaque) to 1.
     pub shadow_transmittance: f64,
-    /// How much of a shadowed light arrives, in place of the rule's own factor: an expression of
-    /// `occluder_distance` (infinite where nothing occludes), `shadow` (the rule's factor) and the
-    /// hit. One that reads neither needs no ray.
+    /// Share of a light that arrives, in place of the shadow rule's factor: an expression of
+    /// `occluder_distance` (infinite without an occluder), `shadow` (the rule's factor) and the
+    /// hit. An expression that reads neither variable needs no shadow ray.
     pub shadow: Option<Weight>,
 }
 
@@ -137,14 +139,14 @@ pub enum SpecularModel {
     /// max(0, n·h)^exponent with h halfway between light and viewer (Blinn, "Models of Light
     /// Reflection for Computer Synthesized Pictures", 1977).
     Blinn,
-    /// As Blinn, but with the *reflected* direction in the viewer's place: h = unit(l − r). The
-    /// documented preset's mirror does so.
+    /// As Blinn, but with the *reflected* direction in the viewer's place: h = unit(l − r), as in
+    /// the documented preset's mirror.
     BlinnReflected,
     /// max(0, r·l)^exponent with r the mirrored view (Phong, "Illumination for Computer Generated
     /// Pictures", 1975).
     Phong,
-    /// max(0, d·r)^exponent: a sheen at grazing angles wherever the light is, as some procedural
-    /// shaders have it.
+    /// max(0, d·r)^exponent: a sheen at grazing angles wherever the light is, as in some procedural
+    /// shaders.
     Grazing,
 }
 
@@ -159,14 +161,14 @@ pub struct Specular {
     pub exponent: u32,
     /// Factor.
     pub strength: Weight,
-    /// Whether the light's colour tints it; otherwise it is white.
+    /// Whether the light's colour tints the highlight; otherwise the highlight is white.
     #[serde(default = "yes")]
     pub lit: bool,
-    /// Whether a shadow dims it.
+    /// Whether shadows dim the highlight.
     #[serde(default = "yes")]
     pub shadowed: bool,
-    /// Whether the reflection's own throughput tints it, outside the `local` factor: the preset's
-    /// mirror does so.
+    /// Whether the reflection's own throughput tints the highlight, outside the `local` factor, as
+    /// in the preset's mirror.
     #[serde(default)]
     pub on_reflection: bool,
 }
@@ -191,10 +193,10 @@ pub struct Rim {
 #[cfg_attr(test, derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
 pub struct Reflection {
-    /// Factor of what the mirrored ray sees. An expression finds in `l`, `shadow` and
-    /// `occluder_distance` what the local term found of the first light that reaches the point.
+    /// Factor on the radiance of the mirrored ray. In an expression, `l`, `shadow` and
+    /// `occluder_distance` have the values of the first light that reaches the point.
     pub weight: Weight,
-    /// Whether the base colour tints it.
+    /// Whether the base colour tints the reflection.
     #[serde(default = "yes")]
     pub tinted: bool,
     /// Disturbs the mirrored direction.
@@ -222,18 +224,18 @@ pub struct Fuzz {
 pub struct Transmission {
     /// Index of refraction of the inside over the outside, above zero.
     pub ior: f64,
-    /// Which of the two rays is followed.
+    /// Choice of the traced rays.
     #[serde(default)]
     pub choice: TransmissionChoice,
-    /// Factor of what the reflected ray sees.
+    /// Factor on the radiance of the reflected ray.
     #[serde(default = "white")]
     pub reflected_tint: Colour,
-    /// Factor of what the refracted ray sees.
+    /// Factor on the radiance of the refracted ray.
     #[serde(default = "white")]
     pub refracted_tint: Colour,
 }
 
-/// Which rays a refracting surface spawns.
+/// Choice of the rays that a refracting surface traces.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(test, derive(schemars::JsonSchema))]
 #[serde(rename_all = "snake_case", deny_unknown_fields)]
@@ -241,8 +243,8 @@ pub enum TransmissionChoice {
     /// Both, weighted by the exact dielectric Fresnel equations.
     #[default]
     Split,
-    /// One of them, unweighted: the reflection where Schlick's reflectance, taken at the incident
-    /// angle on both sides, exceeds the threshold or refraction is impossible.
+    /// One ray, unweighted: the reflection where Schlick's reflectance, at the incident angle on
+    /// both sides, exceeds the threshold, or where refraction is impossible.
     Switch {
         /// Reflectance above which the ray reflects.
         threshold: f64,

@@ -6,7 +6,7 @@ use serde::{Deserialize, Serialize};
 
 use super::Positions;
 
-/// Sets of texture coordinates that a mesh may have.
+/// Most sets of texture coordinates of a mesh.
 pub const MOST_UV_SETS: usize = 8;
 
 /// A named triangle mesh.
@@ -16,25 +16,25 @@ pub const MOST_UV_SETS: usize = 8;
 pub struct Mesh {
     /// Unique name that objects refer to.
     pub name: String,
-    /// Where its triangles are.
+    /// Source of the triangles.
     pub source: MeshSource,
-    /// What of a glTF or GLB file is meant; none: its default scene at rest.
+    /// Part of a glTF or GLB file; none: its default scene at rest.
     #[serde(default)]
     pub model: Option<ModelPart>,
 }
 
-/// What of a model file a mesh is.
+/// The part of a model file that a mesh shows.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(test, derive(schemars::JsonSchema))]
 #[serde(default, deny_unknown_fields)]
 pub struct ModelPart {
-    /// Name of one of its scenes or, where no name fits, its index; none: the file's default.
+    /// Name of a scene of the file or, where no name fits, its index; none: the file's default.
     pub scene: Option<String>,
-    /// Seconds after the beginning of its animations; none: at rest.
+    /// Seconds after the start of the file's animations; none: at rest.
     pub time: Option<f64>,
 }
 
-/// Where a mesh's triangles are. The loader replaces files by their data.
+/// Source of a mesh's triangles. The loader replaces files by their data.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(test, derive(schemars::JsonSchema))]
 #[serde(rename_all = "snake_case", deny_unknown_fields)]
@@ -46,34 +46,34 @@ pub enum MeshSource {
     File(String),
 }
 
-/// The arrays of a mesh. Transforms are applied in doubles.
+/// The arrays of a mesh. Transforms are applied in f64.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(test, derive(schemars::JsonSchema))]
 #[serde(default, deny_unknown_fields)]
 pub struct MeshData {
     /// Vertex positions in the mesh's own space.
     pub positions: Positions,
-    /// Three vertex indices a triangle; counter-clockwise seen from outside.
+    /// Three vertex indices per triangle; counter-clockwise seen from outside.
     pub indices: Vec<[u32; 3]>,
-    /// Shading normals a vertex; empty: flat facets.
+    /// Shading normal per vertex; empty: flat facets.
     pub normals: Vec<[f32; 3]>,
-    /// The way in which u of a normal map grows, a vertex, and on which side the image is up:
-    /// bitangent = w·(normal × tangent), w being 1 or −1 (as in glTF 2.0, section 3.7.2.1); empty:
-    /// made where a material has a normal map.
+    /// Tangent per vertex, the direction of growing u of a normal map, with the sign w of the
+    /// bitangent: bitangent = w·(normal × tangent), w being 1 or −1 (as in glTF 2.0, section
+    /// 3.7.2.1). Empty: computed where a material has a normal map.
     pub tangents: Vec<[f32; 4]>,
-    /// Sets of texture coordinates a vertex (v = 0 is the image's top row); empty: none.
+    /// Sets of texture coordinates per vertex (v = 0 is the image's top row); empty: none.
     pub uvs: Vec<Vec<[f32; 2]>>,
-    /// Linear colours a vertex with alpha; empty: white.
+    /// Linear colour with alpha per vertex; empty: white.
     pub colours: Vec<[f32; 4]>,
-    /// Whether it is the cap of a section: its triangles are none of a file's, and none of their
-    /// edges is drawn.
+    /// Whether the mesh is the cap of a section. A cap's triangles come from no file, and its edges
+    /// are not drawn.
     #[serde(skip)]
     #[cfg_attr(test, schemars(skip))]
     pub is_cap: bool,
 }
 
 impl MeshData {
-    /// Bytes that the arrays take.
+    /// Returns the size of the arrays in bytes.
     pub fn bytes(&self) -> usize {
         size_of_val(self.positions.offsets())
             + size_of_val(self.indices.as_slice())
@@ -95,33 +95,33 @@ impl MeshData {
 pub struct Image {
     /// Unique name that textures refer to.
     pub name: String,
-    /// Path relative to the scene's folder, or `embedded:NAME` for what the program carries.
+    /// Path relative to the scene's folder, or `embedded:NAME` for an image built into the program.
     pub path: String,
-    /// Decoded pixels; filled in by the loader, none when the file could not be had (a warning, and
-    /// the factor alone counts).
+    /// Decoded pixels, filled in by the loader. `None` where the file could not be read: the loader
+    /// warns, and the factor alone counts.
     #[serde(skip)]
     #[cfg_attr(test, schemars(skip))]
     pub data: Option<Arc<ImageData>>,
-    /// Channels of texels that were infinite or no numbers in its file, in place of which the
-    /// loader has put what light can be.
+    /// Number of texel channels that were infinite or not a number in the file; the loader replaced
+    /// them by valid values.
     #[serde(skip)]
     #[cfg_attr(test, schemars(skip))]
     pub mended: u64,
 }
 
-/// Decoded pixels, first row = top.
+/// Decoded pixels; the first row is the top.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ImageData {
-    /// Columns, above zero.
+    /// Width in pixels, above zero.
     pub width: u32,
-    /// Rows, above zero.
+    /// Height in pixels, above zero.
     pub height: u32,
-    /// Red, green, blue, alpha, row by row.
+    /// Red, green, blue, alpha; row by row.
     pub pixels: Pixels,
 }
 
 impl ImageData {
-    /// Bytes that the pixels take.
+    /// Returns the size of the pixels in bytes.
     pub fn bytes(&self) -> usize {
         match &self.pixels {
             Pixels::Codes(pixels) => size_of_val(pixels.as_slice()),
@@ -130,16 +130,16 @@ impl ImageData {
     }
 }
 
-/// Storage of pixels.
+/// Pixels as stored.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Pixels {
-    /// Codes 0 to 255, four a pixel.
+    /// Codes 0 to 255, four per pixel.
     Codes(Vec<[u8; 4]>),
-    /// Linear values, four a pixel.
+    /// Linear values, four per pixel.
     Linear(Vec<[f32; 4]>),
 }
 
-/// A named texture: an image with how it is read.
+/// A named texture: an image with the rules for reading it.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(test, derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
@@ -148,21 +148,21 @@ pub struct Texture {
     pub name: String,
     /// Name of the image.
     pub image: String,
-    /// How 8-bit codes become numbers.
+    /// Conversion of 8-bit codes to numbers.
     #[serde(default)]
     pub colour_space: ColourSpace,
-    /// How texels are combined.
+    /// Interpolation between texels.
     #[serde(default)]
     pub filter: Filter,
-    /// Outside 0..1 horizontally.
+    /// Wrap mode outside 0..1, horizontally.
     #[serde(default)]
     pub wrap_u: Wrap,
-    /// Outside 0..1 vertically.
+    /// Wrap mode outside 0..1, vertically.
     #[serde(default)]
     pub wrap_v: Wrap,
 }
 
-/// How 8-bit codes become numbers.
+/// Conversion of 8-bit codes to numbers.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, Serialize, Deserialize)]
 #[cfg_attr(test, derive(schemars::JsonSchema))]
 #[serde(rename_all = "snake_case")]
@@ -174,31 +174,31 @@ pub enum ColourSpace {
     Linear,
 }
 
-/// How texels are combined. Texel centres lie at half-integers.
+/// Interpolation between texels. Texel centres lie at half-integers.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[cfg_attr(test, derive(schemars::JsonSchema))]
 #[serde(rename_all = "snake_case")]
 pub enum Filter {
     /// The nearest texel.
     Nearest,
-    /// Weighted mean of four.
+    /// Weighted mean of four texels.
     #[default]
     Bilinear,
-    /// Weighted mean of four in each of two smaller images, whose texels are as wide as a pixel is
-    /// there.
+    /// Weighted mean of four texels in each of two smaller images, whose texels are about as wide
+    /// as the pixel is on the surface.
     Mipmaps,
 }
 
-/// What lies outside 0..1.
+/// Wrap mode outside 0..1.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[cfg_attr(test, derive(schemars::JsonSchema))]
 #[serde(rename_all = "snake_case")]
 pub enum Wrap {
-    /// The image again.
+    /// Repeats the image.
     #[default]
     Repeat,
-    /// The image mirrored, in turns.
+    /// Repeats the image, every second copy mirrored.
     MirroredRepeat,
-    /// The border texel.
+    /// Repeats the border texel.
     Clamp,
 }

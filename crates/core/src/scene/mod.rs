@@ -1,10 +1,10 @@
-//! The scene as plain data: what a file says, in doubles, with names as references and no
+//! The scene as plain data: the content of a file, in f64, with names as references and without
 //! behaviour.
 //!
-//! Everything here is serde data and nothing else; [`crate::validate`] checks it,
-//! [`crate::effects`] reads it, and [`crate::prepare()`] turns it into what an integrator walks.
-//! Numbers in a file may be expressions of `t` and the scene's parameters; the loader evaluates
-//! them, so here every number is a number. What is evaluated per hit stays text
+//! This module holds serde data alone. [`crate::validate`] checks it, [`crate::effects`] lists the
+//! features that it needs, and [`crate::prepare()`] builds the data that an integrator traverses.
+//! Numbers in a file may be expressions of `t` and the scene's parameters. The loader evaluates
+//! them, so every number here is a number. Values evaluated at each hit stay text
 //! ([`Weight::Expression`], [`ColourInput::Expression`]).
 //!
 //! Units: metres, seconds, degrees; radiance in linear Rec. 709 primaries.
@@ -46,23 +46,23 @@ use std::collections::BTreeMap;
 
 use serde::{Deserialize, Serialize};
 
-/// The version of the scene format that this program reads.
+/// Version of the scene format that this program reads.
 pub const FORMAT: u32 = 1;
 
-/// The JSON Schema (draft 2020-12) of scene files, in TOML and JSON alike, for editors and
-/// generators: what the types say, and that numbers may be expressions. A file, since making it
-/// takes a compiler longer than all that it describes; a test holds it to the types.
+/// JSON Schema (draft 2020-12) of scene files, in TOML and JSON alike, for editors and generators.
+/// Derived from the scene types; numbers may also be expressions. Kept as a file, because deriving
+/// it compiles longer than the scene types themselves; a test compares it with the types.
 pub const SCHEMA: &str = include_str!("schema.json");
 
 /// A point or direction of a scene file: x, y, z in world units.
 pub type Triple = [f64; 3];
 
-/// One scene: everything a picture depends on besides the flags of the command line.
+/// A scene: everything that a picture depends on besides the flags of the command line.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(test, derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
 pub struct Scene {
-    /// Version of the format; must be 1 and stands first in a file.
+    /// Version of the format; must be 1 and comes first in a file.
     pub format: u32,
     /// One line about the scene, shown by `presets` and `info`.
     #[serde(default)]
@@ -70,7 +70,7 @@ pub struct Scene {
     /// Time in seconds at which the expressions are evaluated; `--at` overrides it.
     #[serde(default)]
     pub t: f64,
-    /// Named numbers for expressions; a later one may use the earlier ones. `--set NAME=VALUE`
+    /// Named numbers for expressions; a parameter may use earlier ones. `--set NAME=VALUE`
     /// overrides.
     #[serde(default)]
     pub parameters: BTreeMap<String, f64>,
@@ -80,11 +80,10 @@ pub struct Scene {
     /// Rules that the classic materials of this scene share.
     #[serde(default)]
     pub classic: ClassicRules,
-    /// Views; the first one is the default. Empty: the scene is framed automatically.
+    /// Views; the first is the default. Empty: the scene is framed automatically.
     #[serde(default)]
     pub cameras: Vec<Camera>,
-    /// What a ray sees that hits nothing, and the light it brings. None: black, and no light from
-    /// it.
+    /// Radiance of rays that hit nothing, which also lights the scene. None: black, and no light.
     #[serde(default)]
     pub sky: Option<Sky>,
     /// Light sources besides the sky and emissive surfaces.
@@ -99,31 +98,32 @@ pub struct Scene {
     /// Named materials.
     #[serde(default)]
     pub materials: Vec<Material>,
-    /// Named triangle meshes; an object that names a mesh shows it.
+    /// Named triangle meshes; an object shows a mesh by its name.
     #[serde(default)]
     pub meshes: Vec<Mesh>,
-    /// Models in files of their own, placed with all that they bring.
+    /// Models in their own files, placed with their objects, materials and lights.
     #[serde(default)]
     pub models: Vec<ModelFile>,
-    /// What can be hit, in order: the order decides ties and "first occluder".
+    /// Objects that rays can hit. Their order decides ties and the "first occluder".
     #[serde(default)]
     pub objects: Vec<Object>,
-    /// Rules that make many objects, for scaling studies; their objects follow the listed ones.
+    /// Rules that each make many objects, for scaling studies; their objects follow the listed
+    /// ones.
     #[serde(default)]
     pub generators: Vec<Generator>,
-    /// What the file that a scene was imported from says of materials beyond what they have here;
-    /// filled in by importers.
+    /// Material properties of an imported file that the scene format cannot represent; filled in by
+    /// importers.
     #[serde(skip)]
     #[cfg_attr(test, schemars(skip))]
     pub unread: Vec<Unread>,
 }
 
-/// A part of a material that the scene has no words for.
+/// A material property of an imported file that the scene format cannot represent.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Unread {
     /// Name of the material.
     pub material: String,
-    /// What the file's format calls it: the name of an extension.
+    /// Name in the file's format: the name of an extension.
     pub what: String,
 }
 

@@ -1,4 +1,4 @@
-//! Models in files of their own, with all that they bring.
+//! Models in their own files, with their objects, materials and lights.
 
 use std::collections::BTreeMap;
 
@@ -6,33 +6,32 @@ use serde::{Deserialize, Serialize};
 
 use super::TransformStep;
 
-/// A glTF, GLB or OBJ file whose objects, materials and lights become the scene's. The loader puts
-/// them there, under names that begin with the model's; models of one file, scene, variant and time
-/// share what they are made of.
+/// A glTF, GLB or OBJ file whose objects, materials and lights become part of the scene. The loader
+/// adds them under names that begin with the model's name. Models with the same file, scene,
+/// variant and time share their meshes, materials and images.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(test, derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
 pub struct ModelFile {
-    /// What names of its things begin with; empty: the file's name without its ending.
+    /// Prefix of the names of the model's items; empty: the file's name without its extension.
     #[serde(default)]
     pub name: String,
     /// Path relative to the scene's folder.
     pub file: String,
-    /// Of a glTF or GLB file: name of one of its scenes or, where no name fits, its index; none:
+    /// Of a glTF or GLB file: name of a scene of the file or, where no name fits, its index; none:
     /// the file's default.
     #[serde(default)]
     pub scene: Option<String>,
-    /// Of a glTF or GLB file: name of a variant of its materials; none: the default look.
+    /// Of a glTF or GLB file: name of a material variant; none: the default materials.
     #[serde(default)]
     pub variant: Option<String>,
-    /// Of a glTF or GLB file: seconds after the beginning of its animations; none: at rest.
+    /// Of a glTF or GLB file: seconds after the start of its animations; none: at rest.
     #[serde(default)]
     pub time: Option<f64>,
-    /// Where it is put: steps in the order in which they are applied; empty: where it is in its
-    /// file.
+    /// Placement: transform steps in the order of their application; empty: as in the file.
     #[serde(default)]
     pub transform: Vec<TransformStep>,
-    /// Materials of the scene in place of the file's, by the names that the file gives its own.
+    /// Materials of the scene in place of the file's, by the names of the file's materials.
     #[serde(default)]
     pub materials: BTreeMap<String, String>,
 }

@@ -1,11 +1,10 @@
-//! What can be hit: shapes with their material, transform and visibility rules, and generators of
-//! many of them.
+//! Objects: shapes with material, transform and visibility rules, and generators of many objects.
 
 use serde::{Deserialize, Serialize};
 
 use super::Triple;
 
-/// One thing that can be hit.
+/// An object that rays can hit.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(test, derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
@@ -17,22 +16,23 @@ pub struct Object {
     pub shape: Shape,
     /// Name of its material.
     pub material: String,
-    /// Which sides of it can be hit.
+    /// Which sides can be hit.
     #[serde(default)]
     pub side: SideRule,
-    /// Whether its normal points outwards always, or is turned against the ray for shading.
+    /// Whether the normal is turned against the ray for shading; otherwise it always points
+    /// outwards.
     #[serde(default = "yes")]
     pub face_viewer: bool,
-    /// Whether it stands in the way of light.
+    /// Whether the object blocks light.
     #[serde(default = "yes")]
     pub casts_shadow: bool,
-    /// Affine transform: steps in the order in which they are applied; empty: none.
+    /// Affine transform: steps in the order of their application; empty: none.
     #[serde(default)]
     pub transform: Vec<TransformStep>,
-    /// Where it is at time 1 if it moves, by steps of its own; `transform` is where it is at
-    /// time 0. Between them each entry of the map runs linearly: every point goes along a straight
-    /// line at a constant speed, and what turns shrinks on the way, halfway by the cosine of half
-    /// the angle. None: it stands still. Rays have times where the camera has a `shutter`.
+    /// Transform at time 1 of a moving object, as its own list of steps; `transform` holds at time
+    /// 0. Each entry of the map is interpolated linearly: every point moves along a straight line
+    /// at constant speed, and a turning object shrinks on its path, halfway by the cosine of half
+    /// the angle. None: the object stands still. Rays have times where the camera has a `shutter`.
     #[serde(default)]
     pub transform_end: Option<Vec<TransformStep>>,
 }
@@ -46,16 +46,16 @@ fn yes() -> bool {
 #[cfg_attr(test, derive(schemars::JsonSchema))]
 #[serde(rename_all = "snake_case")]
 pub enum SideRule {
-    /// Either.
+    /// Both sides.
     #[default]
     Both,
-    /// Only rays that arrive from outside.
+    /// The outside only.
     Outside,
-    /// Only rays that arrive from inside: a room.
+    /// The inside only, as for a room.
     Inside,
-    /// Either, but rays of the camera see only the outside, and only that gives off light:
-    /// back-face culling, as of glTF's materials with one side. A wall that the camera looks
-    /// through from behind still stops light.
+    /// Both sides, but camera rays hit only the outside, and only the outside emits light:
+    /// back-face culling, as for single-sided glTF materials. A wall that the camera sees through
+    /// from behind still blocks light.
     Culled,
 }
 
@@ -68,7 +68,7 @@ pub enum TransformStep {
     Translate(Triple),
     /// Scales along the axes; no factor may be zero.
     Scale(Triple),
-    /// Turns about an axis through the origin, counter-clockwise seen from its tip.
+    /// Rotates about an axis through the origin, counter-clockwise seen from the axis's tip.
     Rotate {
         /// Axis; any length above zero.
         axis: Triple,
@@ -84,27 +84,27 @@ pub enum TransformStep {
 #[cfg_attr(test, derive(schemars::JsonSchema))]
 #[serde(rename_all = "snake_case", deny_unknown_fields)]
 pub enum Shape {
-    /// All points at a distance from a centre. u runs about +y, from −x over +z, +x and −z; v from
-    /// 0 at the top to 1 at the bottom.
+    /// A sphere. u runs about +y, from −x over +z, +x and −z; v from 0 at the top to 1 at the
+    /// bottom.
     Sphere {
         /// Centre.
         centre: Triple,
         /// Radius.
         radius: f64,
     },
-    /// An infinite plane. u and v are metres from its point: along x and z on a floor; elsewhere u
-    /// along x, as far as the plane allows it, and v along that direction × normal.
+    /// An infinite plane. u and v are metres from its point. On a floor they run along x and z.
+    /// Elsewhere u runs along x, projected to the plane, and v along that direction × normal.
     Plane {
-        /// Any point of it.
+        /// Any point of the plane.
         point: Triple,
-        /// The outside; any length.
+        /// Outward normal; any length.
         normal: Triple,
     },
-    /// A flat round plate. u runs about the normal, v from 0 at the centre to 1 at the rim.
+    /// A flat disk. u runs about the normal, v from 0 at the centre to 1 at the rim.
     Disk {
         /// Centre.
         centre: Triple,
-        /// The outside; any length.
+        /// Outward normal; any length.
         normal: Triple,
         /// Radius.
         radius: f64,
@@ -112,26 +112,25 @@ pub enum Shape {
     /// A parallelogram; its outside is edge_u × edge_v. u runs along edge_u, v along edge_v, from 0
     /// to 1.
     Quad {
-        /// One corner.
+        /// A corner.
         corner: Triple,
         /// From the corner along the first edge.
         edge_u: Triple,
         /// From the corner along the second edge.
         edge_v: Triple,
     },
-    /// An axis-parallel box. On each face u runs to the right and v down as it is seen from
-    /// outside, from 0 to 1; v along +z on the top and along −z on the bottom.
+    /// An axis-parallel box. On each face u runs to the right and v down, seen from outside, from 0
+    /// to 1; v runs along +z on the top and along −z on the bottom.
     Box {
         /// Least corner.
         min: Triple,
         /// Greatest corner, above the least in every axis.
         max: Triple,
     },
-    /// A round tube about an axis. u runs about the axis; v down it, from 0 at the far end to 1 at
-    /// the base, or in metres from the base without a height; on an end from 0 at its centre to 1
-    /// at its rim.
+    /// A cylinder. u runs about the axis. v runs from 0 at the far end to 1 at the base, or in
+    /// metres from the base without a height; on a cap, from 0 at its centre to 1 at its rim.
     Cylinder {
-        /// A point of the axis; with a height, the centre of one end.
+        /// A point of the axis; with a height, the centre of the base.
         base: Triple,
         /// Direction of the axis; any length.
         axis: Triple,
@@ -140,12 +139,12 @@ pub enum Shape {
         /// Length along the axis; none: infinite.
         #[serde(default)]
         height: Option<f64>,
-        /// Whether a finite one is closed at its ends.
+        /// Whether a finite cylinder has caps.
         #[serde(default = "yes")]
         caps: bool,
     },
-    /// A cone or, with a top radius, a truncated one; closed at its ends. u runs about the axis; v
-    /// from 0 at the top to 1 at the base, on an end from 0 at its centre to 1 at its rim.
+    /// A cone or, with a top radius, a truncated cone; closed at its ends. u runs about the axis; v
+    /// from 0 at the top to 1 at the base, on a cap from 0 at its centre to 1 at its rim.
     Cone {
         /// Centre of the base.
         base: Triple,
@@ -159,7 +158,7 @@ pub enum Shape {
         /// Length along the axis.
         height: f64,
     },
-    /// A sphere scaled along the axes. u and v are those of the sphere.
+    /// A sphere scaled along the axes, with the u and v of the sphere.
     Ellipsoid {
         /// Centre.
         centre: Triple,
@@ -175,11 +174,11 @@ pub enum Shape {
         waist_radius: f64,
         /// Slope constant c.
         c: f64,
-        /// |y| up to which it reaches.
+        /// Greatest |y| relative to the centre.
         half_height: f64,
     },
     /// A paraboloid about y from its lowest point: y = (x² + z²)·height/radius², open at the top. u
-    /// runs about +y, v from 0 at the rim to 1 at the apex, with the height.
+    /// runs about +y; v runs with the height, from 0 at the rim to 1 at the apex.
     Paraboloid {
         /// Lowest point.
         apex: Triple,
@@ -188,8 +187,8 @@ pub enum Shape {
         /// Height of the rim above the apex.
         height: f64,
     },
-    /// A ring with a round section. u runs about the axis, v about the tube: ½ on its outer side, ¼
-    /// on the side to which the axis points.
+    /// A torus. u runs about the axis, v about the tube: ½ on its outer side, ¼ on the side to
+    /// which the axis points.
     Torus {
         /// Centre.
         centre: Triple,
@@ -200,14 +199,14 @@ pub enum Shape {
         /// Radius of the tube, below the major one.
         minor_radius: f64,
     },
-    /// A single triangle, counter-clockwise seen from outside. u and v are the weights of its
-    /// second and third corner.
+    /// A single triangle, counter-clockwise seen from outside. u and v are the barycentric weights
+    /// of the second and third corner.
     Triangle {
         /// Corners.
         vertices: [Triple; 3],
     },
-    /// A mesh by name; objects that name the same mesh share it. u and v are its own first set;
-    /// without one, each triangle's.
+    /// A mesh by name; objects that name the same mesh share it. u and v are the mesh's first set;
+    /// without one, each triangle's weights.
     Mesh(String),
 }
 
@@ -218,18 +217,18 @@ pub enum Shape {
 pub struct Generator {
     /// The rule.
     pub kind: GeneratorKind,
-    /// The object that is repeated; its shape is moved by each place's offset.
+    /// The repeated object; each copy is moved by its offset.
     pub object: Object,
 }
 
-/// Where a generator puts its objects.
+/// Positions of a generator's objects.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(test, derive(schemars::JsonSchema))]
 #[serde(rename_all = "snake_case", deny_unknown_fields)]
 pub enum GeneratorKind {
     /// At the points of a regular grid.
     Grid {
-        /// Points along x, y, z.
+        /// Number of points along x, y, z.
         counts: [u32; 3],
         /// First point.
         origin: Triple,
@@ -238,13 +237,13 @@ pub enum GeneratorKind {
     },
     /// At random points of a box, uniformly.
     Scatter {
-        /// How many.
+        /// Number of objects.
         count: u32,
         /// Least corner.
         min: Triple,
         /// Greatest corner.
         max: Triple,
-        /// Seed; the same seed makes the same places.
+        /// Seed; the same seed gives the same positions.
         #[serde(default)]
         seed: u64,
     },

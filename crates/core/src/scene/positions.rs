@@ -1,4 +1,4 @@
-//! Vertex positions with the digits that files have: single precision about an origin of their own.
+//! Vertex positions with the digits of their file: f32 relative to an origin near the mesh.
 
 use glam::DVec3;
 use serde::{Deserialize, Serialize};
@@ -8,8 +8,8 @@ use crate::nearby::{FAR_FROM_OWN, near};
 use crate::validate::FARTHEST;
 use raywright_bvh::Aabb;
 
-/// The positions of a mesh's vertices in the mesh's own space. Those of a mesh far from zero are
-/// stored about an origin near it, so that they have their digits at the cost of three numbers.
+/// Vertex positions of a mesh in its own space. Positions far from zero are stored relative to an
+/// origin near the mesh, which keeps their digits at the cost of three numbers.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(test, derive(schemars::JsonSchema))]
 #[serde(from = "Vec<Triple>", into = "Vec<Triple>")]
@@ -19,45 +19,46 @@ pub struct Positions {
 }
 
 impl Positions {
-    /// How many.
+    /// Returns the number of vertices.
     pub fn len(&self) -> usize {
         self.offsets.len()
     }
 
-    /// Whether there is none.
+    /// Whether there are no vertices.
     pub fn is_empty(&self) -> bool {
         self.offsets.is_empty()
     }
 
-    /// The position of a vertex.
+    /// Returns the position of a vertex.
     ///
     /// # Panics
-    /// If there is no such vertex.
+    /// If the vertex does not exist.
     pub fn at(&self, vertex: usize) -> DVec3 {
         self.origin() + DVec3::from(self.offsets[vertex].map(f64::from))
     }
 
-    /// Each position, in order.
+    /// Iterates over the positions in order.
     pub fn iter(&self) -> impl ExactSizeIterator<Item = DVec3> + '_ {
         (0..self.len()).map(|vertex| self.at(vertex))
     }
 
-    /// What the offsets are counted from; zero for a mesh that is not far from zero.
+    /// Returns the origin of the offsets; zero for a mesh near zero.
     pub fn origin(&self) -> DVec3 {
         self.origin.into()
     }
 
-    /// The positions less their origin.
+    /// Returns the positions relative to the origin.
     pub fn offsets(&self) -> &[[f32; 3]] {
         &self.offsets
     }
 
-    /// The same, to be changed.
+    /// Returns the offsets for modification.
     pub fn offsets_mut(&mut self) -> &mut [[f32; 3]] {
         &mut self.offsets
     }
 
-    /// Those of some vertices, about the same origin; of a vertex that does not exist none.
+    /// Returns the positions of some vertices, relative to the same origin; skips vertices that do
+    /// not exist.
     pub fn select(&self, vertices: impl Iterator<Item = usize>) -> Self {
         Self {
             origin: self.origin,
@@ -67,7 +68,7 @@ impl Positions {
         }
     }
 
-    /// None yet, to be counted from an origin.
+    /// Returns an empty list with a given origin.
     pub fn about(origin: DVec3) -> Self {
         Self {
             origin: origin.into(),
@@ -75,12 +76,12 @@ impl Positions {
         }
     }
 
-    /// Adds positions less their origin.
+    /// Appends positions relative to the origin.
     pub fn extend(&mut self, offsets: impl IntoIterator<Item = [f32; 3]>) {
         self.offsets.extend(offsets);
     }
 
-    /// Points as they are stored about an origin near them.
+    /// Stores points relative to an origin near them.
     fn of<P: Iterator<Item = DVec3>>(points: impl Fn() -> P) -> Self {
         let origin = origin_near(points());
         Self {
@@ -92,7 +93,7 @@ impl Positions {
     }
 }
 
-/// An origin near the points that are usable: zero where they are not far from it.
+/// Returns an origin near the points that are finite and within range; zero for points near zero.
 pub fn origin_near(points: impl IntoIterator<Item = DVec3>) -> DVec3 {
     let usable = points
         .into_iter()
@@ -113,7 +114,7 @@ impl From<Vec<DVec3>> for Positions {
 }
 
 impl From<Vec<[f32; 3]>> for Positions {
-    /// As they are: single precision has no digits to lose.
+    /// Keeps the numbers unchanged: f32 input has no more digits to preserve.
     fn from(offsets: Vec<[f32; 3]>) -> Self {
         Self {
             origin: [0.0; 3],

@@ -1,5 +1,5 @@
-//! Settings of a picture that are data like the rest: size, samples, depth, display, and the
-//! classic model's rules.
+//! Settings of a picture in the scene: size, samples, depth, display, and the classic model's
+//! rules.
 
 use serde::{Deserialize, Serialize};
 
@@ -13,23 +13,23 @@ use crate::filter::PixelFilter;
 pub struct Render {
     /// Width and height in pixels, each 1 to 65536.
     pub size: [u32; 2],
-    /// Samples a pixel, above zero; ignored where a pattern is given.
+    /// Samples per pixel, above zero; ignored with a pattern.
     pub samples: u32,
     /// A fixed pattern in place of the general sampler.
     pub pattern: Option<Pattern>,
-    /// How much of a pixel's surroundings counts towards it; ignored where a pattern is given.
+    /// Pixel filter: the weight of a pixel's surroundings in the pixel; ignored with a pattern.
     pub filter: PixelFilter,
-    /// Ray segments a path may have, the camera ray included; 1 to 64.
+    /// Most ray segments of a path, the camera ray included; 1 to 64.
     pub max_depth: u32,
-    /// How light is computed.
+    /// Computation of light.
     pub integrator: Integrator,
     /// Seed of the general sampler.
     pub seed: u64,
-    /// How radiance becomes display values.
+    /// Tone map from radiance to display values.
     pub tone_map: ToneMap,
     /// Transfer curve of an 8-bit picture.
     pub gamma: TransferCurve,
-    /// Stops: radiance is multiplied by 2 to this power before the tone map.
+    /// Exposure in stops: radiance is multiplied by 2 to this power before the tone map.
     pub exposure: f64,
     /// Radiance added to every sample: a veil over the whole picture.
     pub veil: Colour,
@@ -60,12 +60,12 @@ impl Default for Render {
 pub enum Pattern {
     /// One sample at the centre.
     Centre,
-    /// Four at the corners, shared with the neighbours.
+    /// Four samples at the corners, shared with the neighbours.
     Corners,
 }
 
 impl Pattern {
-    /// Samples a pixel.
+    /// Returns the samples per pixel.
     pub fn count(self) -> u32 {
         match self {
             Self::Centre => 1,
@@ -74,28 +74,28 @@ impl Pattern {
     }
 }
 
-/// How light is computed.
+/// Computation of light.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[cfg_attr(test, derive(schemars::JsonSchema))]
 #[serde(rename_all = "snake_case")]
 pub enum Integrator {
-    /// The one that the scene calls for.
+    /// The integrator that the scene needs.
     #[default]
     Auto,
     /// Local lighting, mirror reflection and refraction (Whitted, "An Improved Illumination Model
     /// for Shaded Display", 1980).
     Whitted,
-    /// Light as it goes: every surface lights every other, found by paths that are followed by
-    /// chance (Kajiya, "The Rendering Equation", 1986).
+    /// Path tracing: every surface lights every other, by random paths (Kajiya, "The Rendering
+    /// Equation", 1986).
     Path,
 }
 
-/// How linear radiance becomes display-linear values in 0..1.
+/// Tone map from linear radiance to display-linear values in 0..1.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[cfg_attr(test, derive(schemars::JsonSchema))]
 #[serde(rename_all = "kebab-case")]
 pub enum ToneMap {
-    /// Clipped.
+    /// Clipped to 0..1.
     None,
     /// Narkowicz's fit of the ACES curve ("ACES Filmic Tone Mapping Curve", 2015), per channel.
     Aces,
@@ -119,38 +119,38 @@ pub enum TransferCurve {
     /// Pure power 1/2.2.
     #[serde(rename = "2.2")]
     Gamma22,
-    /// None: the code is the value.
+    /// None: the code is the linear value.
     #[serde(rename = "none")]
     None,
 }
 
-/// Rules that the classic materials of a scene share. The defaults are the sensible ones; the
-/// others exist because documented shaders behave so.
+/// Rules shared by the classic materials of a scene. The defaults are the sensible rules; the
+/// others exist because documented shaders use them.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(test, derive(schemars::JsonSchema))]
 #[serde(default, deny_unknown_fields)]
 pub struct ClassicRules {
-    /// Light that reaches every surface.
+    /// Ambient light on every surface.
     pub ambient: Colour,
-    /// Where a ray that leaves a surface starts.
+    /// Origin of spawned rays.
     pub spawn: SpawnRule,
-    /// What stands in the way of light.
+    /// Occluders that block light.
     pub shadow: ShadowRule,
     /// Farthest occluder of a directional light; none: no limit.
     pub shadow_max_distance: Option<f64>,
-    /// What happens to a reflection that would exceed the maximum depth.
+    /// Treatment of a reflection beyond the maximum depth.
     pub depth_limit: DepthLimit,
 }
 
-/// Where a ray that leaves a surface starts, and the least distance it may hit.
+/// Origin of a spawned ray, and the least distance of its hits.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(test, derive(schemars::JsonSchema))]
 #[serde(rename_all = "snake_case", deny_unknown_fields)]
 pub enum SpawnRule {
-    /// Outside the rounding error of the hit point, per hit: right at every scale.
+    /// Outside the rounding error of each hit point: correct at every scale.
     #[default]
     ErrorBound,
-    /// By constants, as shaders do: right at one scale.
+    /// By constants, as in shaders: correct at one scale.
     Constant(ConstantOffset),
 }
 
@@ -159,56 +159,55 @@ pub enum SpawnRule {
 #[cfg_attr(test, derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
 pub struct ConstantOffset {
-    /// How far a spawned ray's origin is moved.
+    /// Distance by which a spawned ray's origin is moved.
     pub offset: f64,
-    /// Which way reflected and refracted origins are moved; a shadow ray's is always moved along
-    /// itself.
+    /// Direction in which the origins of reflected and refracted rays are moved; a shadow ray's
+    /// origin always moves along the ray.
     #[serde(default)]
     pub along: OffsetDirection,
-    /// Least distance that counts as a hit of a camera ray.
+    /// Least distance of a camera ray's hit.
     #[serde(default)]
     pub camera_min: f64,
-    /// Least distance that counts as a hit of a reflected or refracted ray.
+    /// Least distance of a reflected or refracted ray's hit.
     #[serde(default)]
     pub secondary_min: f64,
-    /// Least distance that counts as a hit of a shadow ray.
+    /// Least distance of a shadow ray's hit.
     #[serde(default)]
     pub shadow_min: f64,
 }
 
-/// Which way a spawned origin is moved.
+/// Direction in which a spawned origin is moved.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[cfg_attr(test, derive(schemars::JsonSchema))]
 #[serde(rename_all = "snake_case")]
 pub enum OffsetDirection {
-    /// Along the normal, to the side the ray leaves on.
+    /// Along the normal, to the side on which the ray leaves.
     #[default]
     Normal,
-    /// Along the ray itself.
+    /// Along the ray.
     Ray,
 }
 
-/// What stands in the way of light.
+/// Occluders that block light.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[cfg_attr(test, derive(schemars::JsonSchema))]
 #[serde(rename_all = "snake_case")]
 pub enum ShadowRule {
-    /// Every occluder: their transmittances are multiplied.
+    /// All occluders: the product of their transmittances.
     #[default]
     Product,
-    /// The occluder that comes first in the scene's order decides alone, wherever it is on the ray.
+    /// Only the occluder that comes first in the scene's order, wherever it lies on the ray.
     FirstInOrder,
 }
 
-/// What happens at the maximum depth.
+/// Treatment of rays beyond the maximum depth.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[cfg_attr(test, derive(schemars::JsonSchema))]
 #[serde(rename_all = "snake_case")]
 pub enum DepthLimit {
-    /// What the reflected or refracted ray would have brought is dropped.
+    /// Their radiance is dropped.
     #[default]
     Drop,
-    /// A surface hit by the last segment shows its local term with weight one, as if it did not
-    /// reflect.
+    /// A surface hit by the last segment shows its local term with weight one, without reflection.
     LocalOnly,
 }

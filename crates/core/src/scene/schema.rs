@@ -1,6 +1,6 @@
-//! The JSON Schema of scene files as the types of a scene say it, with what only their readers
-//! know: that numbers may be expressions. Compiled for the tests alone, which hold the file that is
-//! shipped to it.
+//! JSON Schema of scene files, derived from the scene types, with a rule that only the loader
+//! knows: numbers may be expressions. Compiled for tests alone, which compare the shipped file with
+//! it.
 
 use std::path::Path;
 
@@ -10,8 +10,8 @@ use serde_json::{Map, Value as Json, json};
 use super::{Checker, Colour, FORMAT, Input, SCHEMA, Scene, TextureRef, Triple, Value, Weight};
 use crate::expr::{Scope, constant_names, function_names};
 
-/// Protects: the schema that is shipped says what the types say. `TAKE_SCHEMA=1 cargo test -p
-/// raywright-core --lib scene::schema` writes it anew.
+/// Protects: the shipped schema matches the scene types. `TAKE_SCHEMA=1 cargo test -p
+/// raywright-core --lib scene::schema` rewrites the file.
 #[test]
 fn the_shipped_schema_is_that_of_the_types() {
     let schema = schema();
@@ -32,7 +32,7 @@ fn schema() -> String {
     join_lines(&mut schema);
     if let Json::Object(root) = &mut schema {
         root.insert("title".to_owned(), json!("Raywright scene"));
-        // The one number that is not evaluated: it says how to read the others.
+        // The only number that cannot be an expression: it selects the reader of the others.
         if let Some(format) = root
             .get_mut("properties")
             .and_then(|properties| properties.get_mut("format"))
@@ -43,7 +43,7 @@ fn schema() -> String {
     format!("{schema:#}\n")
 }
 
-/// Every number may also be a text that holds an expression.
+/// Allows every number to be a string with an expression.
 fn allow_expressions(schema: &mut Json) {
     match schema {
         Json::Array(items) => items.iter_mut().for_each(allow_expressions),
@@ -55,7 +55,7 @@ fn allow_expressions(schema: &mut Json) {
     }
 }
 
-/// Where a line of the source ends is no part of a description; an empty line is.
+/// Joins the source lines of each description into paragraphs; an empty line separates paragraphs.
 fn join_lines(schema: &mut Json) {
     match schema {
         Json::Array(items) => items.iter_mut().for_each(join_lines),
@@ -74,7 +74,7 @@ fn join_lines(schema: &mut Json) {
 
 fn allow_expression(members: &mut Map<String, Json>) {
     let is_number = |kind: &Json| matches!(kind.as_str(), Some("number" | "integer"));
-    // A property may be called `type`, so only what a schema can say there counts.
+    // A property may be called `type`, so only the values that a schema allows count.
     match members.get_mut("type") {
         Some(Json::Array(kinds))
             if kinds.iter().any(is_number) && !kinds.contains(&json!("string")) =>
@@ -99,7 +99,7 @@ impl JsonSchema for Colour {
     }
 }
 
-/// What an expression may name, for whoever writes one with nothing but the schema at hand.
+/// Describes the names that an expression may use, for authors who have the schema alone.
 fn language(scope: Scope) -> String {
     let list = |names: &mut dyn Iterator<Item = &'static str>| names.collect::<Vec<_>>().join(", ");
     let place = match scope {
@@ -130,7 +130,7 @@ impl JsonSchema for Weight {
     }
 }
 
-/// What an input is of, with the input's name in the schema.
+/// Value type of an input, with the input's name in the schema.
 trait NamedValue: Value + JsonSchema {
     const NAME: &'static str;
 }

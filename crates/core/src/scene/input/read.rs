@@ -1,4 +1,4 @@
-//! How inputs are written in a file, for serde.
+//! Serde forms of inputs in a file.
 
 use core::fmt;
 use core::marker::PhantomData;
@@ -8,8 +8,8 @@ use serde::{Deserialize, Deserializer};
 
 use super::{CheckerInput, Colour, Input, TextureInput, Triple, Value, Weight};
 
-/// A number that may be written as text: the loader's deserializer evaluates the text, any other
-/// format refuses it.
+/// A number that may be written as a string: the loader's deserializer evaluates the string, any
+/// other format refuses it.
 struct Number(f64);
 
 impl<'de> Deserialize<'de> for Number {
@@ -61,8 +61,8 @@ impl<'de> Visitor<'de> for ColourVisitor {
 
 impl<'de> Deserialize<'de> for Colour {
     fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
-        // The name tells the loader that a text here is the expression of a number, evaluated once,
-        // and no input of the hit.
+        // The name tells the loader that a string here is a numeric expression, evaluated once, not
+        // an input evaluated at each hit.
         deserializer.deserialize_newtype_struct("Colour", ColourVisitor)
     }
 }
@@ -154,9 +154,9 @@ impl<'de, T: Value> Deserialize<'de> for Input<T> {
     }
 }
 
-/// An input whose text is a number of the scene, evaluated once, wherever it asks nothing of the
-/// hit: then it is known before anything is rendered how smooth a surface is, or what light it
-/// gives off. The name tells the loader so.
+/// Reads an input whose string is evaluated once where it does not depend on the hit. So the
+/// roughness or emission of a surface is known before rendering. The newtype name tells the loader
+/// so.
 pub(in crate::scene) fn early<'de, T: Value, D: Deserializer<'de>>(
     deserializer: D,
 ) -> Result<Input<T>, D::Error> {

@@ -1,5 +1,5 @@
-//! What may lie over, under and in the metallic-roughness model: glTF's extensions of it, as a file
-//! says them.
+//! Layers over, under and in the metallic-roughness model: the material extensions of glTF, as in a
+//! file.
 
 use serde::{Deserialize, Serialize};
 
@@ -7,7 +7,7 @@ use super::super::field::Bounds::{Any, Finite, Within};
 use super::super::field::{Bounds, Field, FieldValue, Fields, fields, file_struct};
 use super::super::input::{Colour, ColourInput, NumberInput, TextureRef, early};
 
-/// Shares of a whole, and of a colour's channels.
+/// Bounds of a share, and of a colour's channels.
 pub(super) const SHARE: Bounds = Within(0.0, 1.0);
 
 /// Least and greatest index of refraction.
@@ -20,15 +20,14 @@ file_struct! {
     /// Share of the surface that it covers, 0 to 1.
     #[serde(deserialize_with = "early")]
     factor: NumberInput = 1.0.into(), SHARE;
-    /// Image that multiplies it, by its red channel where it names no other.
+    /// Image that multiplies the share, by its red channel unless it names another.
     factor_texture: Option<TextureRef> = None, Any;
     /// Perceptual roughness of the coat, 0 to 1.
     #[serde(deserialize_with = "early")]
     roughness: NumberInput = 0.0.into(), SHARE;
-    /// Image that multiplies it, by its red channel where it names no other.
+    /// Image that multiplies the roughness, by its red channel unless it names another.
     roughness_texture: Option<TextureRef> = None, Any;
-    /// Image of directions about the coat's normal; none: it is smooth, whatever bends the surface
-    /// below.
+    /// Normal map of the coat; none: the coat is smooth, whatever the surface below.
     normal_texture: Option<TextureRef> = None, Any;
     /// Factor of the image's red and green directions.
     normal_scale: f64 = 1.0, Finite;
@@ -37,62 +36,63 @@ file_struct! {
 file_struct! {
     /// Fibres that catch light at grazing angles, as on velvet (KHR_materials_sheen).
     Sheen
-    /// Colour, which is also how much of it there is.
+    /// Colour, which is also the strength of the sheen.
     colour: ColourInput = ColourInput::default(), SHARE;
     /// Image that multiplies the colour.
     colour_texture: Option<TextureRef> = None, Any;
-    /// Perceptual roughness of the fibres, 0 to 1; below 0.07 as at it.
+    /// Perceptual roughness of the fibres, 0 to 1; values below 0.07 act as 0.07.
     #[serde(deserialize_with = "early")]
     roughness: NumberInput = 0.5.into(), SHARE;
-    /// Image that multiplies it, by its red channel where it names no other.
+    /// Image that multiplies the roughness, by its red channel unless it names another.
     roughness_texture: Option<TextureRef> = None, Any;
 }
 
 file_struct! {
-    /// Facets that are rougher along one direction than across it, as on brushed metal
+    /// Microfacets that are rougher along one direction than across it, as on brushed metal
     /// (KHR_materials_anisotropy).
     Anisotropy
-    /// From 0, as rough either way, to 1: α along the direction goes to one with its square.
+    /// Strength from 0, equally rough in both directions, to 1: α along the direction goes to one
+    /// with the square of the strength.
     #[serde(deserialize_with = "early")]
     strength: NumberInput = 0.5.into(), SHARE;
-    /// Angle in degrees from the way in which the texture coordinate u grows to the rougher
-    /// direction, counter-clockwise.
+    /// Angle in degrees from the direction of growing u to the rougher direction,
+    /// counter-clockwise.
     rotation: f64 = 0.0, Finite;
-    /// Image of that direction in red and green, from −1 to 1 over the codes, turned by the angle,
-    /// and of a factor of the strength in blue. Its texture's colour space must be linear.
+    /// Image of the rougher direction in red and green, from −1 to 1 over the codes, turned by the
+    /// angle, and of a factor on the strength in blue. Its texture's colour space must be linear.
     texture: Option<TextureRef> = None, Any;
 }
 
 file_struct! {
-    /// A film as thin as light's waves on the facets (KHR_materials_iridescence).
+    /// A thin film on the microfacets, about a wavelength thick (KHR_materials_iridescence).
     Iridescence
-    /// Share of the surface that has it, 0 to 1.
+    /// Share of the surface that has the film, 0 to 1.
     #[serde(deserialize_with = "early")]
     factor: NumberInput = 1.0.into(), SHARE;
-    /// Image that multiplies it, by its red channel where it names no other.
+    /// Image that multiplies the share, by its red channel unless it names another.
     factor_texture: Option<TextureRef> = None, Any;
     /// Index of refraction of the film, 1 to 1000.
     ior: f64 = 1.3, INDICES;
     /// Thickness in nanometres, 0 to 1e6.
     #[serde(deserialize_with = "early")]
     thickness: NumberInput = 400.0.into(), Within(0.0, 1e6);
-    /// Image by which the thickness goes from `thinnest` to `thickness`, by its red channel where
-    /// it names no other.
+    /// Image that interpolates the thickness from `thinnest` to `thickness`, by its red channel
+    /// unless it names another.
     thickness_texture: Option<TextureRef> = None, Any;
     /// Thickness in nanometres where that image is black.
     thinnest: f64 = 100.0, Within(0.0, 1e6);
 }
 
 file_struct! {
-    /// What is diffused to the other side, as by leaves and paper
+    /// Light diffused to the other side, as by leaves and paper
     /// (KHR_materials_diffuse_transmission).
     DiffuseTransmission
-    /// Share of diffused light that goes through, 0 to 1.
+    /// Share of diffused light that passes through, 0 to 1.
     #[serde(deserialize_with = "early")]
     factor: NumberInput = 0.5.into(), SHARE;
-    /// Image that multiplies it, by its red channel where it names no other.
+    /// Image that multiplies the share, by its red channel unless it names another.
     factor_texture: Option<TextureRef> = None, Any;
-    /// Its colour.
+    /// Colour of the light diffused through.
     colour: ColourInput = ColourInput::default(), SHARE;
     /// Image that multiplies the colour.
     colour_texture: Option<TextureRef> = None, Any;

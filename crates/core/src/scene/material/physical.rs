@@ -1,4 +1,4 @@
-//! The physical family of materials: what a file says of one.
+//! The physical family of materials, as in a file.
 
 use serde::{Deserialize, Serialize};
 
@@ -9,8 +9,8 @@ use super::layers::{
     Anisotropy, Clearcoat, Conductor, DiffuseTransmission, IOR, Iridescence, SHARE, Sheen,
 };
 
-/// Hands the list of the model's fields to a macro, each as `key: Type = DEFAULT, BOUNDS, Effect;`,
-/// see [`file_struct`].
+/// Passes the list of the model's fields to a macro, each as `key: Type = DEFAULT, BOUNDS,
+/// Effect;`, see [`file_struct`].
 macro_rules! physical_fields {
     ($then:ident) => {
         $then! {
@@ -21,7 +21,7 @@ macro_rules! physical_fields {
             base_colour: ColourInput = ColourInput::default(), Bounds::Light;
             /// Image that multiplies the base colour.
             base_colour_texture: Option<TextureRef> = None, Any;
-            /// Whether the colours of the mesh's vertices multiply the base colour.
+            /// Whether the mesh's vertex colours multiply the base colour.
             vertex_colours: bool = false, Any, VertexColours;
             /// 0 dielectric to 1 metal.
             #[serde(deserialize_with = "early")]
@@ -31,70 +31,69 @@ macro_rules! physical_fields {
             roughness: NumberInput = 1.0.into(), SHARE;
             /// Image with roughness in green and metalness in blue.
             metallic_roughness_texture: Option<TextureRef> = None, Any;
-            /// Image of directions about the normal: red along the way in which u grows, green up
-            /// in the image, blue outwards, each from −1 to 1 over the codes. Its texture's colour
-            /// space must be linear.
+            /// Normal map: red along the direction of growing u, green up in the image, blue
+            /// outwards, each from −1 to 1 over the codes. Its texture's colour space must be
+            /// linear.
             normal_texture: Option<TextureRef> = None, Any, NormalMaps;
             /// Factor of the image's red and green directions; 0: the surface is smooth.
             normal_scale: f64 = 1.0, Finite;
-            /// Index of refraction, from 1 to 1000; what varies is clamped to that where it is
-            /// read. 0: the dielectric part reflects all light at every angle but what `specular`
-            /// and its colour take away, and lets none through.
+            /// Index of refraction, from 1 to 1000; a varying value is clamped to that range. 0:
+            /// the dielectric part reflects all light at every angle, reduced only by `specular`
+            /// and its colour, and transmits none.
             #[serde(deserialize_with = "early")]
             ior: NumberInput = 1.5.into(), Bounds::ZeroOrWithin(IOR[0], IOR[1]);
-            /// Share of light that passes through the surface instead of being diffused, 0 to 1;
-            /// what varies is clamped to that.
+            /// Share of light that passes through the surface instead of being diffused, 0 to 1; a
+            /// varying value is clamped to that range.
             #[serde(deserialize_with = "early")]
             transmission: NumberInput = 0.0.into(), SHARE, Refraction;
-            /// Image whose red channel, where it names no other, multiplies the transmission.
+            /// Image that multiplies the transmission, by its red channel unless it names another.
             transmission_texture: Option<TextureRef> = None, Any, Refraction;
-            /// Colour that white light has after `attenuation_distance` inside.
+            /// Colour of white light after `attenuation_distance` inside.
             attenuation_colour: Colour = Colour([1.0; 3]), SHARE;
             /// Distance in metres after which light inside has the `attenuation_colour`, above
-            /// zero; none: nothing is absorbed.
+            /// zero; none: no absorption.
             attenuation_distance: Option<f64> = None, Length, Absorption;
-            /// Whether the surface is a wall too thin to bend light, without an inside; else it
-            /// bounds a body.
+            /// Whether the surface is a thin wall without an inside, which does not refract;
+            /// otherwise it bounds a body.
             thin_walled: bool = false, Any, ThinWalls;
-            /// Which body light is in where several overlap: the one of the greatest priority, of
-            /// equal ones the one that it entered last. Where no shown body of glass has one above
-            /// zero, each boundary bends light as from and into air.
+            /// Priority of the body where several bodies overlap: light is in the body of the
+            /// greatest priority, of equal ones in the last entered. Where no visible body of glass
+            /// has a priority above zero, each boundary refracts as from and into air.
             priority: u32 = 0, Any, NestedMedia;
-            /// How much more short waves bend than long ones: 20 over the Abbe number, from 0, as
-            /// none, to 400.
+            /// Strength of dispersion: 20 over the Abbe number, from 0 (none) to 400.
             dispersion: f64 = 0.0, Within(0.0, 400.0), Dispersion;
-            /// Factor of what the dielectric part reflects, 0 to 1.
+            /// Factor on the reflection of the dielectric part, 0 to 1.
             #[serde(deserialize_with = "early")]
             specular: NumberInput = 1.0.into(), SHARE, TintedReflection;
-            /// Image that multiplies it, by its red channel where it names no other.
+            /// Image that multiplies `specular`, by its red channel unless it names another.
             specular_texture: Option<TextureRef> = None, Any, TintedReflection;
-            /// Colour of what the dielectric part reflects at normal incidence; may be above one.
+            /// Colour of the dielectric part's reflection at normal incidence; may be above one.
             specular_colour: ColourInput = Colour::WHITE.into(), Bounds::Light, TintedReflection;
-            /// Image that multiplies that colour.
+            /// Image that multiplies `specular_colour`.
             specular_colour_texture: Option<TextureRef> = None, Any, TintedReflection;
             /// Complex index of the metallic part, in place of the base colour.
             conductor: Option<Conductor> = None, Any, Conductors;
-            /// Light that is diffused to the other side.
+            /// Light diffused to the other side.
             diffuse_transmission: Option<DiffuseTransmission> = None, Any, DiffuseTransmission;
-            /// Facets that are rougher one way.
+            /// Microfacets that are rougher along one direction.
             anisotropy: Option<Anisotropy> = None, Any, Anisotropy;
-            /// A thin film on the facets.
+            /// A thin film on the microfacets.
             iridescence: Option<Iridescence> = None, Any, Iridescence;
-            /// Fibres over all this.
+            /// Fibres over the layers above.
             sheen: Option<Sheen> = None, Any, Sheen;
             /// A clear coat over everything.
             clearcoat: Option<Clearcoat> = None, Any, Clearcoat;
-            /// Radiance given off.
+            /// Emitted radiance.
             #[serde(deserialize_with = "early")]
             emission: ColourInput = Colour::BLACK.into(), Bounds::Light, Emission;
             /// Image that multiplies the emission.
             emission_texture: Option<TextureRef> = None, Any;
-            /// What the alpha of the base colour means.
+            /// Meaning of the base colour's alpha.
             alpha: AlphaMode = AlphaMode::Opaque, Any, Transparency;
-            /// Alpha that multiplies the texture's.
+            /// Alpha that multiplies the texture's alpha.
             #[serde(deserialize_with = "early")]
             opacity: NumberInput = 1.0.into(), SHARE;
-            /// Whether the base colour is shown as it is, without light.
+            /// Whether the base colour is shown as it is, without lighting.
             unlit: bool = false, Any;
         }
     };
@@ -106,10 +105,11 @@ physical_fields!(file_struct);
 impl FieldValue for AlphaMode {}
 
 impl Physical {
-    /// Least and greatest index of refraction that it may have.
+    /// Least and greatest index of refraction.
     pub const IOR: [f64; 2] = IOR;
 
-    /// What it absorbs of light that passes through it, per metre; none where it absorbs nothing.
+    /// Returns the absorption coefficient per metre of transmitted light, or `None` without
+    /// absorption.
     pub fn absorption(&self) -> Option<[f64; 3]> {
         let body = (self.may_transmit() || self.may_diffuse_through()) && !self.thin_walled;
         let distance = self
@@ -122,43 +122,44 @@ impl Physical {
         )
     }
 
-    /// The image that bends its normals, where light asks for them.
+    /// Returns the normal map where it changes shading.
     pub fn bent_by(&self) -> Option<&TextureRef> {
         self.normal_texture
             .as_ref()
             .filter(|_| self.normal_scale != 0.0 && !self.unlit)
     }
 
-    /// What it gives off; none where it is nothing. What is unlit shows its base colour alone
+    /// Returns the emission, or `None` for black. An unlit material shows its base colour alone
     /// (KHR_materials_unlit).
     pub fn gives_off(&self) -> Option<&ColourInput> {
         Some(&self.emission).filter(|emission| **emission != Colour::BLACK.into() && !self.unlit)
     }
 
-    /// Whether light may pass through it undiffused somewhere.
+    /// Whether the material may transmit light without diffusing it.
     pub fn may_transmit(&self) -> bool {
         self.transmission != 0.0.into() && self.ior != 0.0.into() && !self.unlit
     }
 
-    /// Whether it bounds a body with a priority.
+    /// Whether the material bounds a body with a priority.
     pub fn is_nested(&self) -> bool {
         self.priority > 0 && self.may_transmit() && !self.thin_walled
     }
 
-    /// Whether light may be diffused to its other side somewhere.
+    /// Whether the material may diffuse light to the other side.
     pub fn may_diffuse_through(&self) -> bool {
         self.diffuse_transmission
             .as_ref()
             .is_some_and(|layer| layer.factor != 0.0.into() && !self.unlit)
     }
 
-    /// Whether what its dielectric part reflects is not what its index says.
+    /// Whether the dielectric reflection differs from that of the index of refraction alone.
     pub fn tints_reflections(&self) -> bool {
         self.specular != 1.0.into() || self.specular_texture.is_some() || self.colours_reflections()
     }
 
-    /// What its dielectric part reflects over what its index says, from 0 to 1, where that is one
-    /// number and all of that part reflects so: a boundary of glass has layers of its own.
+    /// Returns the ratio of the dielectric reflection to that of the index of refraction, from 0 to
+    /// 1, where the ratio is one constant for the whole dielectric part. A boundary of glass has
+    /// its own layers, so it has no such ratio.
     pub fn factor_of_reflections(&self) -> Option<f64> {
         let even =
             self.specular_texture.is_none() && !self.colours_reflections() && !self.may_transmit();
@@ -169,33 +170,33 @@ impl Physical {
         self.specular_colour != Colour::WHITE.into() || self.specular_colour_texture.is_some()
     }
 
-    /// The complex index of its metal, where there may be some.
+    /// Returns the metal's complex index where the material may be metallic.
     pub fn metal(&self) -> Option<Conductor> {
         self.conductor.filter(|_| self.metallic != 0.0.into())
     }
 
-    /// The layers that something is of: what a file names with a factor of zero is not there.
+    /// Returns the coat unless its factor is zero: a layer without effect counts as absent.
     pub fn coat(&self) -> Option<&Clearcoat> {
         self.clearcoat
             .as_ref()
             .filter(|layer| layer.factor != 0.0.into())
     }
 
-    /// As [`Self::coat`].
+    /// Returns the sheen, as [`Self::coat`].
     pub fn fibres(&self) -> Option<&Sheen> {
         self.sheen
             .as_ref()
             .filter(|layer| layer.colour != Colour::BLACK.into())
     }
 
-    /// As [`Self::coat`].
+    /// Returns the anisotropy, as [`Self::coat`].
     pub fn combed(&self) -> Option<&Anisotropy> {
         self.anisotropy
             .as_ref()
             .filter(|layer| layer.strength != 0.0.into())
     }
 
-    /// As [`Self::coat`].
+    /// Returns the iridescence, as [`Self::coat`].
     pub fn film(&self) -> Option<&Iridescence> {
         let thick = |layer: &&Iridescence| {
             let images = layer.thickness_texture.is_some() && layer.thinnest > 0.0;
@@ -204,7 +205,8 @@ impl Physical {
         self.iridescence.as_ref().filter(thick)
     }
 
-    /// The image along which tangents go, where directions on the surface count.
+    /// Returns the texture use along which tangents are defined, where directions on the surface
+    /// matter.
     pub fn directed_by(&self) -> Option<&TextureRef> {
         let coat = || {
             self.coat()
@@ -220,19 +222,19 @@ impl Physical {
     }
 }
 
-/// What the alpha channel of a base colour means.
+/// Meaning of the base colour's alpha.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(test, derive(schemars::JsonSchema))]
 #[serde(rename_all = "snake_case", deny_unknown_fields)]
 pub enum AlphaMode {
-    /// Nothing.
+    /// Alpha is ignored.
     #[default]
     Opaque,
     /// The surface is absent where alpha is below the cutoff.
     Mask {
-        /// Cutoff, 0 to 1; above it, nothing is there.
+        /// Cutoff, at least 0; above 1 the surface is absent everywhere.
         cutoff: f64,
     },
-    /// The surface covers what is behind it by alpha.
+    /// The surface covers the background by alpha.
     Blend,
 }
