@@ -1,5 +1,5 @@
-//! What a reader wants to know first: which setting has half of the error, and which has the same
-//! error sooner.
+//! The report's first sentences: which setting halves the error, and which has the same error in
+//! less time.
 
 use super::estimate::{Errors, Interval};
 use super::measurements::RelativeCost;
@@ -7,25 +7,26 @@ use super::report::{Advice, Answer, Measured};
 use super::setting::Setting;
 use crate::ladder::Ladder;
 
-/// Half of an error is at most this share of it, and by its interval at most the second: four times
-/// the samples halve noise.
+/// Bounds on the ratio of errors that counts as half: of the estimate, and of its interval's upper
+/// end. Four times the samples halve noise.
 const HALF: [f64; 2] = [0.55, 0.6];
-/// The same error is at most this share of it, by its interval too.
+/// Bounds on the ratio that counts as the same error: of the estimate, and of its interval's upper
+/// end.
 const SAME: [f64; 2] = [1.05, 1.05];
-/// Less time is at most this share of it, by its interval.
+/// Bound on the ratio of times that counts as less time, for the interval's upper end.
 const SOONER: f64 = 0.8;
-/// What does not go away with more samples may be at most this share of a squared error.
+/// Largest share of bias in the squared error.
 const MOST_BIAS: f64 = 0.25;
-/// By its interval it may be at most this.
+/// Largest share of bias by the upper end of its interval.
 const SURE_BIAS: f64 = 0.5;
-/// Light may change by this share.
+/// Largest relative change of the picture's total light.
 const MOST_LIGHT: f64 = 0.005;
-/// A simpler setting that takes up to so many times as long is named instead.
+/// Largest ratio of times at which a simpler setting is named instead of a faster one.
 const NEAR: f64 = 1.1;
-/// A measurement that would take longer than so many times its budget is not promised.
+/// Largest ratio of the needed budget to the given one that the report names.
 const LONGEST: f64 = 60.0;
 
-/// A setting beside the scene's own.
+/// A setting considered as advice.
 #[derive(Clone, Debug)]
 pub(super) struct AdviceCandidate {
     pub setting: Setting,
@@ -34,9 +35,8 @@ pub(super) struct AdviceCandidate {
     pub is_sound: bool,
 }
 
-/// Whether a setting may be advised: it has the picture's light and little error that more samples
-/// leave, as surely as was measured, or surely less of both kinds of fault than the setting in use,
-/// or it differs from that in noise alone.
+/// Whether a setting may be advised. Its light must be right and its bias small, or both surely
+/// better than those of the setting in use. A setting that differs in noise alone is always sound.
 pub(super) fn is_sound(setting: &Setting, measured: &Measured, own: &Measured) -> bool {
     let off = |light: &Interval| [light.low - 1.0, light.high - 1.0].map(f64::abs);
     let most_off = off(&measured.errors.light).into_iter().fold(0.0, f64::max);
@@ -50,7 +50,8 @@ pub(super) fn is_sound(setting: &Setting, measured: &Measured, own: &Measured) -
         let less = own.errors.bias.is_some_and(|own| bias.high < own.low);
         less || bias.value <= MOST_BIAS * relmse.value && bias.high <= SURE_BIAS * relmse.value
     });
-    // A filter's error goes away with more samples as noise does, but it may take light with it.
+    // The error of a filter falls with more samples as noise does, but the filter may change the
+    // light.
     let is_filtered = setting.rung(Ladder::Reconstruction).is_some();
     let is_free = setting.without(Ladder::Reconstruction).is_free_of_bias();
     if is_free && !is_filtered {
@@ -60,7 +61,7 @@ pub(super) fn is_sound(setting: &Setting, measured: &Measured, own: &Measured) -
     }
 }
 
-/// Chooses among measured settings; `budget` in seconds is what they had.
+/// Chooses among measured settings. `budget` is the time of the measurement in seconds.
 pub(super) fn answer(mut all: Vec<AdviceCandidate>, budget: f64) -> Answer {
     all.retain(|of| of.setting != Setting::default() && of.is_sound);
     let length = |of: &AdviceCandidate| of.setting.choices().len();
@@ -88,7 +89,7 @@ pub(super) fn answer(mut all: Vec<AdviceCandidate>, budget: f64) -> Answer {
             error: of.cost.error.map(f64::sqrt),
             measured: of.measured.clone(),
         });
-        // Intervals shrink with the root of the time.
+        // Intervals shrink with the square root of the time.
         let needed = all.iter().filter(promises).map(|of| {
             let wide = libm::log(of.cost.error.high / of.cost.error.value)
                 / libm::log(high * high / of.cost.error.value);

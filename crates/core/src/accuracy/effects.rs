@@ -1,5 +1,5 @@
-//! What each effect of a scene costs in time and what it changes in the picture: rendered with it
-//! and without it, in turns.
+//! Cost of each effect of a scene, in time and in the picture: rendered with and without the
+//! effect, in turns.
 
 use core::time::Duration;
 use std::time::Instant;
@@ -19,48 +19,48 @@ use crate::prepare::PrepareError;
 use crate::scene::Scene;
 use crate::settings::Settings;
 
-/// Times that each is rendered with and without.
+/// Renders with and without each effect.
 const ROUNDS: u64 = 3;
-/// Columns of the picture by which the size is chosen.
+/// Width in pixels of the pictures by which the size is chosen.
 const LEAST_WIDTH: f64 = 40.0;
 
-/// What one effect costs.
+/// Cost of an effect.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct EffectCost {
     /// Name of the effect.
     pub effect: &'static str,
-    /// Seconds of all threads without it, for rendering alone.
+    /// Seconds of all threads without the effect, for rendering alone.
     pub seconds_without: Spread,
-    /// Time with it over time without it, round by round.
+    /// Ratio of the times with and without the effect, per round.
     pub ratio: Spread,
-    /// Rays with it over rays without it.
+    /// Ratio of the rays with and without the effect.
     pub rays: f64,
-    /// Root mean squared difference of the pictures with and without it, in radiance. Both are by
-    /// the same random numbers, and what still differs from round to round is subtracted.
+    /// Root mean squared difference of the pictures with and without the effect, in radiance. Both
+    /// use the same random numbers; the noise that still differs between rounds is subtracted.
     pub rmse: f64,
     /// Mean FLIP difference, from 0 to 1, of the first two pictures.
     pub flip: f64,
 }
 
-/// What the effects of a scene cost.
+/// Costs of the effects of a scene.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct EffectCosts {
     /// Width and height of the renders in pixels.
     pub size: [u32; 2],
     /// Seconds of all threads with all effects.
     pub seconds: Spread,
-    /// Those that can be switched off, dearest first.
+    /// Effects that can be switched off, by descending cost.
     pub effects: Vec<EffectCost>,
-    /// Names of effects for which there was no time.
+    /// Names of effects left out for lack of time.
     pub late: Vec<&'static str>,
 }
 
-/// Measures every effect that a scene's picture simulates and that can be switched off, in about
-/// the time given, on the current thread pool.
+/// Measures every simulated effect that can be switched off, in about the given time, on the
+/// current thread pool.
 ///
 /// # Errors
-/// See [`PrepareError`]; [`PrepareError::Cancelled`] where the observer stopped it, or not even one
-/// render fits into the time.
+/// See [`PrepareError`]; [`PrepareError::Cancelled`] where the observer stopped the measurement, or
+/// the time is too short for a single render.
 pub fn measure_effects(
     scene: &Scene,
     settings: &Settings,
@@ -84,7 +84,7 @@ pub fn measure_effects(
     }
 }
 
-/// Renders with and without, in the time that there is.
+/// Renders with and without effects, within a time budget.
 pub(super) struct Bench<'a> {
     pub scene: &'a Scene,
     pub observer: &'a dyn Observer,
@@ -171,8 +171,8 @@ impl Bench<'_> {
         renderer.render(self.scene, &settings, self.start + self.budget)
     }
 
-    /// Size at which all renders take four fifths of the time, by what the smallest takes; at most
-    /// the scene's.
+    /// Returns the size at which all renders take four fifths of the time, extrapolated from the
+    /// smallest size; at most the scene's.
     fn affordable(&self, settings: &Settings, effects: usize) -> Result<[u32; 2], PrepareError> {
         let least = (LEAST_WIDTH / f64::from(settings.size[0])).min(1.0);
         let scaled = |factor: f64| {
@@ -220,14 +220,15 @@ impl Bench<'_> {
             ratio: Spread::of(&ratios),
             rays: with[0].rays as f64 / (without[0].rays as f64).max(1.0),
             rmse: root_mean_square(&pairs),
-            // Both have one size, which is not zero.
+            // Both pictures have the same size, which is not zero.
             flip: statistics(&flip(&shown, &other, DEFAULT_PIXELS_PER_DEGREE).unwrap_or_default())
                 .mean,
         }
     }
 }
 
-/// Root of the mean square of the mean difference, less what its rounds say is noise of that mean.
+/// Returns the root mean square of the mean difference. The noise of that mean, estimated from the
+/// rounds, is subtracted.
 fn root_mean_square(pairs: &[(&Picture, &Picture)]) -> f64 {
     let (n, numbers) = (pairs.len() as f64, 3 * pairs[0].0.pixels());
     let mut square = 0.0;
@@ -284,9 +285,9 @@ mod tests {
         "materials": [{"name": "m", "model": {"classic": {"local": 0, "emission": 1, "reflection": {"weight": 0.5}}}}],
         "objects": [{"shape": {"plane": {"point": [0, 0, 0], "normal": [0, 1, 0]}}, "material": "m"}]}"#;
 
-    /// Protects: costs are told by a clock that counts rays. A mirror that fills the picture and
-    /// shows a sky of 0.5 by half doubles the rays and adds 0.25; the sky itself costs no ray and
-    /// adds as much; what glows adds 1 and costs none.
+    /// Protects: costs follow the clock, which here counts rays. A mirror that fills the picture
+    /// and reflects half of a sky of 0.5 doubles the rays and adds 0.25. The sky itself costs no
+    /// ray and adds as much; the emission adds 1 and costs none.
     #[test]
     fn effects_cost_what_the_clock_says() {
         let costs = measured(MIRROR, Duration::from_secs(600)).expect("a small picture");
@@ -323,8 +324,8 @@ mod tests {
         );
     }
 
-    /// Protects: what is switched off stays off while the others are: without mirrors, what glows
-    /// adds 1, of 8 rays with it and without.
+    /// Protects: an effect that the user switched off stays off while others are measured: without
+    /// mirrors, the emission adds 1, with 8 rays with and without it.
     #[test]
     fn what_is_off_stays_off() {
         let costs = measured_without(
@@ -342,8 +343,8 @@ mod tests {
         assert!((glow.rmse - 1.0).abs() < 1e-6, "{glow:?}");
     }
 
-    /// Protects: with and without have the same random numbers: of stripes much finer than a pixel,
-    /// which are noise, nothing is left in what the mirror over them adds.
+    /// Protects: renders with and without an effect use the same random numbers. Stripes much finer
+    /// than a pixel, which are noise, cancel in the difference that the mirror makes.
     #[test]
     fn both_have_the_same_noise() {
         let text = MIRROR.replace("\"pattern\": \"centre\"", "\"samples\": 4");
@@ -357,8 +358,7 @@ mod tests {
         assert!((mirror.rmse - 0.25).abs() < 1e-6, "{mirror:?}");
     }
 
-    /// Protects: where there is no time for anything it is said, and a scene without effects has no
-    /// costs.
+    /// Protects: a measurement without time reports so, and a scene without effects has no costs.
     #[test]
     fn nothing_costs_nothing() {
         assert!(matches!(
@@ -373,8 +373,9 @@ mod tests {
         assert!(bare.effects.is_empty() && bare.late.is_empty());
     }
 
-    /// Protects: noise that rounds share is the effect's, noise that they do not share is none: of
-    /// differences 1, 2, 3 in one number the mean is 2 and its variance 1/3.
+    /// Protects: noise common to all rounds counts as the effect's, noise that differs between
+    /// rounds is subtracted: differences of 1, 2, 3 in one number have the mean 2 with variance
+    /// 1/3.
     #[test]
     fn noise_is_no_change() {
         let picture = |value: f32| Picture {

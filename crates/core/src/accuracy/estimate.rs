@@ -1,6 +1,5 @@
-//! How far a tile is from the truth, told from a reference that is itself not free of noise: its
-//! own variance is subtracted, and what is left is divided into noise, which more samples lower,
-//! and bias, which they do not.
+//! Errors of a tile against a noisy reference. The reference's own variance is subtracted; the rest
+//! is divided into noise, which more samples lower, and bias, which they do not.
 
 use serde::Serialize;
 
@@ -9,10 +8,10 @@ use crate::film::MeanVariance;
 use crate::metrics::{DEFAULT_PIXELS_PER_DEGREE, RELATIVE_FLOOR, flip};
 use crate::picture::Picture;
 
-/// Edge of the squares of pixels whose errors count as independent of each other.
+/// Edge in pixels of the blocks whose errors count as independent.
 pub(super) const BLOCK: usize = 8;
 
-/// A number with the interval that holds it in about 95 of 100 cases.
+/// An estimate with its confidence interval of about 95 %.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
 pub struct Interval {
     /// The estimate.
@@ -24,7 +23,7 @@ pub struct Interval {
 }
 
 impl Interval {
-    /// A number that is known.
+    /// Returns the interval of an exact number.
     pub fn exact(value: f64) -> Self {
         Self {
             value,
@@ -33,12 +32,12 @@ impl Interval {
         }
     }
 
-    /// Whether it can't be told from no error at all.
+    /// Whether the value is indistinguishable from zero.
     pub fn is_lost_in_noise(&self) -> bool {
         self.low <= 0.0
     }
 
-    /// The interval of a function of it that does not fall.
+    /// Returns the interval of a non-decreasing function of the value.
     #[must_use]
     pub fn map(self, f: impl Fn(f64) -> f64) -> Self {
         Self {
@@ -48,8 +47,8 @@ impl Interval {
         }
     }
 
-    /// Of a value above zero and an error that already has its factor. It is one of factors: what
-    /// is left of a sum of a few large parts reaches farther up than down.
+    /// Returns the interval of a positive value with a given half width. The interval is
+    /// multiplicative, because the rest of a sum of a few large parts extends farther up than down.
     pub(super) fn of_factors(value: f64, error: f64) -> Self {
         let spread = libm::exp(error / value);
         Self {
@@ -59,7 +58,7 @@ impl Interval {
         }
     }
 
-    /// Of what can't be told from nothing.
+    /// Returns the interval of a value that is indistinguishable from zero.
     pub(super) fn from_zero(value: f64, error: f64) -> Self {
         let high = value.max(0.0) + error;
         Self {
@@ -69,7 +68,7 @@ impl Interval {
         }
     }
 
-    /// Over another one whose error is independent.
+    /// Returns the ratio to another value with an independent error.
     pub(super) fn over(&self, other: &Self) -> Self {
         let value = self.value / other.value;
         if self.is_lost_in_noise() || other.is_lost_in_noise() {
@@ -90,7 +89,7 @@ impl Interval {
         }
     }
 
-    /// Times another one above zero whose error is independent.
+    /// Returns the product with another positive value with an independent error.
     pub(super) fn times(&self, other: &Self) -> Self {
         if other.low == other.high || self.value <= 0.0 {
             return Self {
@@ -111,56 +110,56 @@ impl Interval {
         }
     }
 
-    /// Half of its width, as a share of the value.
+    /// Returns half of the interval's width relative to the value.
     pub fn relative(&self) -> f64 {
         0.5 * (self.high - self.low) / self.value
     }
 }
 
-/// Errors of one setting in the whole picture, in linear radiance, over pixels and channels.
+/// Errors of a setting in the whole picture, in linear radiance, over pixels and channels.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
 pub struct Errors {
-    /// Root of the mean squared error against the truth.
+    /// Root mean squared error against the truth.
     pub rmse: Interval,
-    /// Mean of (I − R)² / (R² + 0.01), the reference's own share subtracted.
+    /// Mean of (I − R)² / (R² + 0.01), less the reference's own share.
     pub relmse: Interval,
-    /// The part of `relmse` that does not go away with more samples; none where one render leaves
-    /// it unknown.
+    /// Part of `relmse` that remains with more samples; `None` where a single render leaves it
+    /// unknown.
     pub bias: Option<Interval>,
-    /// The picture's light over the reference's.
+    /// Ratio of the picture's total light to the reference's.
     pub light: Interval,
 }
 
-/// What is known of a tile.
+/// Reference data of a tile.
 #[derive(Clone, Debug)]
 pub(super) struct TruthTile {
-    /// The mean.
+    /// Mean of the samples.
     pub picture: Picture,
-    /// Variance of the mean, pixel by pixel.
+    /// Variance of the mean, per pixel.
     variance: Vec<[f64; 3]>,
-    /// As displays show it.
+    /// Display values of the mean.
     shown: Picture,
-    /// Variance that a sum of relative errors of the tile has by the reference's noise alone.
+    /// Variance that the reference's noise alone gives to a sum of relative errors of the tile.
     pub doubt: f64,
 }
 
-/// Errors of a setting in a tile, as sums over its pixels; those with several parts by block.
+/// Errors of a setting in a tile, summed over its pixels; vectors hold a sum per block.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub(super) struct TileErrors {
     pub relative: Vec<f64>,
     pub squared: Vec<f64>,
-    /// The part of `relative` that renders with other random numbers have in common; empty where
-    /// there is one.
+    /// Part of `relative` common to renders with different random numbers; empty for a single
+    /// render.
     pub bias: Vec<f64>,
     pub light: f64,
     pub flip: f64,
-    /// Difference to renders with the same random numbers: squared, and relative; zero where there
-    /// are none.
+    /// Squared and relative difference to renders of another setting with the same random numbers;
+    /// zero without them.
     pub alone: [f64; 2],
 }
 
 impl TruthTile {
-    /// Of the means of a film's tile.
+    /// Builds the reference data from the means of a film's tile.
     pub fn new([width, height]: [u32; 2], means: &[MeanVariance], display: Display) -> Self {
         let rgb = means
             .iter()
@@ -171,8 +170,8 @@ impl TruthTile {
             ..Picture::new(width, height)
         };
         let variance: Vec<[f64; 3]> = means.iter().map(|[_, variance]| *variance).collect();
-        // A squared difference less the variance of one side has twice the square of that variance;
-        // channels go together.
+        // A squared difference less the variance of one side has twice the square of that variance.
+        // Channels are fully correlated.
         let pixel = |(of, rgb): (&[f64; 3], &[f32; 3])| {
             (0..3).map(|i| of[i] * weight(rgb[i])).sum::<f64>().powi(2) * 8.0 / 3.0
         };
@@ -185,7 +184,7 @@ impl TruthTile {
         }
     }
 
-    /// Pixels of each block.
+    /// Returns the number of pixels of each block.
     pub fn blocks(&self) -> Vec<f64> {
         let [columns, rows] = [self.picture.width, self.picture.height].map(|edge| {
             let edge = edge as usize;
@@ -198,19 +197,19 @@ impl TruthTile {
             .collect()
     }
 
-    /// Sum of the squares of its standard errors.
+    /// Returns the sum of the squared standard errors.
     pub fn variance(&self) -> f64 {
         self.variance.iter().flatten().sum::<f64>() / 3.0
     }
 
-    /// Sum of its light.
+    /// Returns the total light.
     pub fn light(&self) -> f64 {
         light(&self.picture)
     }
 
-    /// Judges renders of one setting, each with random numbers of its own; `by_chance` says whether
-    /// there are any. At least one. `beside` are renders of another setting with the same random
-    /// numbers.
+    /// Judges renders of one setting, at least one, each with different random numbers; `by_chance`
+    /// says whether the setting uses random numbers. `beside` are renders of another setting with
+    /// the same random numbers.
     pub fn judge(
         &self,
         renders: &[Picture],
@@ -246,7 +245,7 @@ impl TruthTile {
                 errors.squared[block] += square / 3.0;
                 errors.relative[block] += square * share;
                 if is_bias_known {
-                    // The mean of several has noise of its own, which their spread says.
+                    // The mean of several renders has its own noise, estimated from their spread.
                     let noise = if by_chance {
                         spread / (count - 1.0)
                     } else {
@@ -265,7 +264,7 @@ impl TruthTile {
             }
         }
         errors.light = renders.iter().map(light).sum::<f64>() / count;
-        // Both have one size, which is not zero.
+        // Both pictures have the same size, which is not zero.
         let first = renders.first().map(|first| display.to_values(first));
         let map = first.and_then(|first| flip(&first, &self.shown, DEFAULT_PIXELS_PER_DEGREE).ok());
         errors.flip = map.unwrap_or_default().iter().map(|&v| f64::from(v)).sum();
@@ -273,19 +272,19 @@ impl TruthTile {
     }
 }
 
-/// What a channel's squared error is multiplied by, a third of the inverse of what it is relative
-/// to.
+/// Returns the weight of a channel's squared error: a third of the inverse of the relative error's
+/// denominator.
 pub(super) fn weight(reference: f32) -> f64 {
     let reference = f64::from(reference);
     1.0 / (3.0 * (reference * reference + RELATIVE_FLOOR))
 }
 
-/// Variance of a pixel's mean as errors are judged.
+/// Returns the variance of a pixel's mean, weighted as the relative error.
 pub(super) fn relative_variance([mean, variance]: &MeanVariance) -> f64 {
     (0..3).map(|i| variance[i] * weight(mean[i] as f32)).sum()
 }
 
-/// Sum of a picture's light, of finite channels.
+/// Returns the total light of a picture, over its finite channels.
 pub(super) fn light(picture: &Picture) -> f64 {
     picture
         .rgb

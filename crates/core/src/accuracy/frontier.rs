@@ -1,13 +1,13 @@
-//! Which combinations of rungs are worth their time: found greedily from the setting that rungs are
-//! put on, towards less time and towards less error, by what each ladder was measured to do alone,
-//! and kept where no other measured one is better in both.
+//! Search for combinations of rungs that are worth their time. The search is greedy: it starts at a
+//! given setting and walks towards less time and towards less error, guided by the measured effect
+//! of each ladder alone. The result keeps the settings on the Pareto front.
 
 use std::collections::BTreeMap;
 
 use super::setting::Setting;
 use crate::ladder::{Choice, Ladder};
 
-/// What a setting costs and what it gets wrong.
+/// Time and error of a setting.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Point {
     /// Seconds, above zero.
@@ -18,14 +18,15 @@ pub(super) struct Point {
 
 /// Most steps in each direction.
 const LONGEST_WALK: usize = 12;
-/// A step must promise this share less.
+/// Least relative gain that a step must promise.
 const WORTH: f64 = 0.02;
 
-/// What the rungs of a ladder do alone, from fast to exact, and on which a walk begins.
+/// Measured effect of a ladder's rungs alone, from fast to exact, and the rung at which a walk
+/// starts.
 #[derive(Clone, Debug)]
 pub(super) struct Steps {
     pub ladder: Ladder,
-    /// None: the scene's own setting, which may be no rung.
+    /// Rungs with their points; `None` for the scene's own setting, which may be no rung.
     pub rungs: Vec<(Option<Choice>, Point)>,
     pub start: usize,
 }
@@ -36,14 +37,14 @@ pub(super) enum Direction {
     MoreExact,
 }
 
-/// Who measures the settings that a walk comes to.
+/// Measures the settings of a walk.
 pub(super) trait Surveyor {
-    /// Whether a setting can be asked for.
+    /// Whether a setting is valid.
     fn is_possible(&self, setting: &Setting) -> bool;
-    /// The point of a setting; none where time is out.
+    /// Returns the point of a setting, or `None` where time is out.
     fn measure(&mut self, setting: &Setting) -> Option<Point>;
-    /// Whether a setting is beyond another one in a direction, as surely as both were measured, and
-    /// may be gone on from.
+    /// Whether a setting is better than another in a direction, with certainty, and the walk may
+    /// continue from it.
     fn is_beyond(&self, setting: &Setting, other: &Setting, direction: Direction) -> bool;
 }
 
@@ -106,7 +107,7 @@ impl Walk<'_> {
         )
     }
 
-    /// The rung beside the present one that gives most for what it takes.
+    /// Returns the neighbouring rung with the best ratio of gain to price.
     fn best(&self, direction: Direction, barred: &[(Ladder, usize)]) -> Option<(Ladder, usize)> {
         let worth = |steps: &Steps| {
             let at = *self.at.get(&steps.ladder)?;
@@ -116,7 +117,7 @@ impl Walk<'_> {
             };
             let (from, to) = (steps.rungs[at].1, steps.rungs[next].1);
             let time = to.time / from.time;
-            // Errors of independent causes add up as squares.
+            // Errors of independent causes add as squares.
             let error = (self.point.error + to.error - from.error).max(1e-3 * self.point.error)
                 / self.point.error.max(1e-300);
             let (gain, price) = match direction {
@@ -141,13 +142,13 @@ impl Walk<'_> {
     }
 }
 
-/// Times and errors that differ by a smaller share are the same: clocks and noise don't know
-/// better.
+/// Relative differences of times and errors that count as equal, because clocks and noise cannot
+/// resolve them.
 const SAME_TIME: f64 = 0.03;
 const SAME_ERROR: f64 = 0.02;
 
-/// Indices of the points that no other one beats, by ascending time: none takes as little time with
-/// as little error, and less of one of them. Of points that are the same, the first.
+/// Returns the indices of the Pareto front, by ascending time. A point is dropped where another has
+/// at most its time and at most its error, and less of either. Of equal points the first remains.
 pub(super) fn pareto(points: &[Point]) -> Vec<usize> {
     let beaten = |i: usize| {
         let p = points[i];
@@ -172,8 +173,8 @@ mod tests {
         Point { time, error }
     }
 
-    /// Protects: of points, those stay that nobody beats in both, whatever their order; of the same
-    /// twice, one stays.
+    /// Protects: exactly the points that no other beats in both time and error remain, in any
+    /// order; of two equal points, one remains.
     #[test]
     fn only_the_unbeaten_stay() {
         let points = [
@@ -185,8 +186,7 @@ mod tests {
             point(4.0, 1.0),
         ];
         assert_eq!(pareto(&points), [1, 3, 0]);
-        // The same but for what a clock can't tell: the first stays, although it is a little
-        // slower.
+        // Points that a clock cannot separate: the first remains, although it is a little slower.
         assert_eq!(
             pareto(&[point(1.02, 1.0), point(1.0, 1.01), point(1.0, 0.9)]),
             [2]
@@ -195,8 +195,8 @@ mod tests {
         assert_eq!(pareto(&[]), [0_usize; 0]);
     }
 
-    /// Samples with noise 1/n, and a way to sample lights of which half the time is an error of
-    /// 10⁻⁹ more and twice the time 10⁻³ less.
+    /// Samples with noise 1/n, and a ladder of light sampling: half the time costs an error of
+    /// 10⁻⁹, twice the time saves 10⁻³.
     fn steps() -> Vec<Steps> {
         let samples = Ladder::Samples.choices().map(|choice| {
             let n: f64 = choice.rung().parse().expect("a number");
@@ -225,7 +225,7 @@ mod tests {
         ]
     }
 
-    /// What those rungs really do together.
+    /// The true points of combined rungs.
     fn truth(setting: &Setting) -> Point {
         let n = setting
             .rung(Ladder::Samples)
@@ -238,8 +238,8 @@ mod tests {
         point(n * factor, 1.0 / n + own)
     }
 
-    /// Remembers what is asked for, and answers by a rule; what is impossible, and what is beyond
-    /// another by less than a share.
+    /// Surveyor that records its queries and answers by a rule: impossible settings, and a least
+    /// share of a certain gain.
     struct Rule<'a> {
         asked: Vec<String>,
         truth: &'a dyn Fn(&Setting) -> Option<Point>,
@@ -280,9 +280,9 @@ mod tests {
         }
     }
 
-    /// Protects: towards less time the rung that costs nothing in error is taken first, towards
-    /// less error more samples before the other ladder, whose gain is are half of what is left in
-    /// the end; and the walk ends at the ends of its ladders.
+    /// Protects: towards less time, the rung without an error is taken first. Towards less error,
+    /// more samples precede the other ladder, whose gain would be half of the remaining error in
+    /// the end. The walk ends at the ends of its ladders.
     #[test]
     fn walks_take_what_gives_most() {
         let known = |setting: &Setting| Some(truth(setting));
@@ -315,8 +315,8 @@ mod tests {
         assert!(front.len() >= 5, "{found:?}");
     }
 
-    /// Protects: a walk may begin at another setting, whose rungs its first steps keep; the scene's
-    /// own numbers are a step like any other.
+    /// Protects: a walk may start at another setting and keeps its rungs in the first steps; the
+    /// scene's own sample count is a step like any other.
     #[test]
     fn walks_begin_where_they_are_told() {
         let mut steps = steps();
@@ -336,8 +336,8 @@ mod tests {
         assert_eq!(asked[2..5], ["as it is", "samples=64", "samples=256"]);
     }
 
-    /// Protects: settings that can't be asked for are neither measured nor gone on from; the walk
-    /// takes the other ladders' steps.
+    /// Protects: impossible settings are neither measured nor continued from; the walk takes the
+    /// other ladder's steps.
     #[test]
     fn walks_go_around_what_is_impossible() {
         let known = |setting: &Setting| Some(truth(setting));
@@ -361,8 +361,7 @@ mod tests {
         );
     }
 
-    /// Protects: a step that is not surely one is not taken, and not tried twice; a walk ends where
-    /// time is out.
+    /// Protects: an uncertain step is not taken and not tried twice; a walk ends where time is out.
     #[test]
     fn walks_end() {
         let known = |setting: &Setting| Some(truth(setting));

@@ -1,4 +1,4 @@
-//! What was measured of each setting, tile by tile, and what that says of the whole picture.
+//! Measurements of each setting, tile by tile, and the estimates for the whole picture.
 
 mod estimates;
 mod paid;
@@ -22,44 +22,44 @@ use crate::picture::Picture;
 use crate::prepare::PrepareError;
 use crate::settings::Crop;
 
-/// One setting in one tile.
+/// Figures of a setting in a tile.
 struct TileFigures {
     errors: TileErrors,
-    /// Of the tile without its margin, for each round a part of their mean.
+    /// Seconds for the tile without its margin; per round, a part of the mean.
     seconds: Vec<f64>,
-    /// The tile's share, by pixels, of what the first round of its part took.
+    /// The tile's share, by pixels, of the time of the first round of its part.
     first_seconds: f64,
     rays: f64,
-    /// Light before it was denoised.
+    /// Total light before denoising.
     noisy_light: f64,
 }
 
-/// The renders of a part of the picture in all rounds: which tile of the sample it has, where it
-/// lies, and the share that the tile has of it.
+/// Renders of a part of the picture in all rounds: index of its tile in the sample, position of the
+/// part, and the tile's share of the part.
 type TileRenders<'r> = (usize, Crop, f64, Vec<&'r TimedRender>);
 
-/// A part by rounds.
+/// Returns the renders of a part, by rounds.
 fn of_part(renders: &[Vec<TimedRender>], part: usize) -> Vec<&TimedRender> {
     renders.iter().map(|all| &all[part]).collect()
 }
 
-/// One setting: figures of the first tiles of the sample.
+/// Figures of a setting in the first tiles of the sample.
 #[derive(Default)]
 struct Figures {
     setting: Setting,
     rounds: u64,
     tiles: Vec<TileFigures>,
-    /// Renders of each tile, where others are held beside them.
+    /// Renders of each tile, kept for comparison with other settings.
     pictures: Vec<Vec<Picture>>,
-    /// The first render of the first tile, or of the whole picture.
+    /// First render of the first tile, or of the whole picture.
     first: Option<Picture>,
-    /// Renders of the whole picture, of which more tiles may be judged.
+    /// Renders of the whole picture, from which more tiles may be judged.
     whole: Vec<TimedRender>,
-    /// What pilots say of them.
+    /// Errors of the whole picture, estimated from the pilots.
     whole_errors: Option<WholeErrors>,
-    /// Seconds of the first render of the whole picture, where that was rendered.
+    /// Seconds of the first render of the whole picture, if any.
     whole_seconds: Option<f64>,
-    /// Time when it was taken in turns with others, over what it had been.
+    /// Ratios of the times measured in turns to the first times.
     turns: Vec<f64>,
 }
 
@@ -81,9 +81,9 @@ pub(super) struct Measurements<'a> {
     all: Vec<Figures>,
     /// Noisy pictures of the whole.
     pub pilots: Option<PilotPair>,
-    /// Denoised pictures of so many samples are rendered whole.
+    /// Most samples up to which denoised pictures are rendered whole.
     pub whole_samples: u32,
-    /// Whether settings were to be timed in turns.
+    /// Whether settings were meant to be timed in turns.
     has_turned: bool,
 }
 
@@ -101,12 +101,12 @@ impl<'a> Measurements<'a> {
         }
     }
 
-    /// Takes what the reference has of the next tiles.
+    /// Adds the reference data of the next tiles.
     pub fn learn(&mut self, tiles: impl Iterator<Item = TruthTile>) {
         self.truths.extend(tiles);
     }
 
-    /// Tiles of which the truth is known.
+    /// Returns the number of tiles with reference data.
     pub fn known(&self) -> usize {
         self.truths.len()
     }
@@ -117,7 +117,7 @@ impl<'a> Measurements<'a> {
             .find(|of| of.setting == *setting && !of.tiles.is_empty())
     }
 
-    /// All settings of which anything is known, in the order in which they were measured.
+    /// Returns all measured settings, in the order of their measurement.
     pub fn settings(&self) -> Vec<Setting> {
         self.all
             .iter()
@@ -126,14 +126,14 @@ impl<'a> Measurements<'a> {
             .collect()
     }
 
-    /// Tiles that a setting was measured on.
+    /// Returns the number of tiles on which a setting was measured.
     pub fn tiles(&self, setting: &Setting) -> usize {
         self.of(setting).map_or(0, |of| of.tiles.len())
     }
 
-    /// Measures a setting on the first tiles, in so many rounds each, unless that is there already.
-    /// `beside` is a setting whose pictures were kept, `keep` says to keep these. False where time
-    /// is out; what was finished by then stays.
+    /// Measures a setting on the first tiles, in the given number of rounds, unless already
+    /// measured. `beside` is a setting whose pictures were kept; `keep` keeps the pictures of this
+    /// one. Returns false where time is out; finished renders count.
     pub fn measure(
         &mut self,
         setting: &Setting,
@@ -250,8 +250,8 @@ impl<'a> Measurements<'a> {
         Ok(true)
     }
 
-    /// Judges all denoised pictures of the whole by the pilots, relative to the one of most
-    /// samples.
+    /// Judges all denoised pictures of the whole by the pilots, relative to the picture with the
+    /// most samples.
     fn judge_whole(&mut self) {
         let samples = |of: &Figures| {
             of.setting
@@ -280,7 +280,7 @@ impl<'a> Measurements<'a> {
         }
     }
 
-    /// What is rendered for a tile of the sample: what is around it too where it is denoised.
+    /// Returns the part to render for a tile of the sample: with a margin for a denoised setting.
     fn part(&self, setting: &Setting, at: usize) -> Crop {
         let (tile, grid) = (self.sample.order[at].tile, self.sample.grid);
         if self.is_denoised(setting) {
@@ -290,14 +290,13 @@ impl<'a> Measurements<'a> {
         }
     }
 
-    /// The tile's share of such a part.
+    /// Returns the tile's share of the part, by pixels.
     fn share(&self, at: usize, part: Crop) -> f64 {
         self.sample.grid.pixels(self.sample.order[at].tile)
             / (f64::from(part.width) * f64::from(part.height))
     }
 
-    /// Whether a denoised picture of the whole takes so little that tiles with their margins are
-    /// not worth it.
+    /// Whether a denoised picture of the whole is cheap enough to replace tiles with margins.
     fn is_whole_cheap(&self, setting: &Setting) -> bool {
         let (_, settings) = setting.applied(self.renderer.scene, self.renderer.settings);
         settings.sampling.count() <= self.whole_samples
@@ -310,7 +309,7 @@ impl<'a> Measurements<'a> {
             .denoise
     }
 
-    /// Parts by rounds; none where time is out.
+    /// Renders parts by rounds; `None` where time is out.
     fn take(
         &self,
         setting: &Setting,
@@ -323,9 +322,9 @@ impl<'a> Measurements<'a> {
             .collect()
     }
 
-    /// What tracing takes in each tile, of a denoised setting whose parts are tiles with what is
-    /// around them: as the same setting took that is not denoised. Tiles are drawn where noise is,
-    /// which takes longer than what is around it. Nothing of other settings.
+    /// Returns the tracing time of each tile for a denoised setting whose parts are tiles with
+    /// margins, as measured without denoising. Tiles are drawn where noise is, and tracing takes
+    /// longer there than in the margin. Empty for other settings.
     fn noisy_seconds(&self, place: usize) -> Vec<f64> {
         let of = &self.all[place];
         if !self.is_denoised(&of.setting) || of.whole_seconds.is_some() {
@@ -343,14 +342,13 @@ impl<'a> Measurements<'a> {
         })
     }
 
-    /// Whether settings differ in that the second one is denoised.
+    /// Whether the settings differ only in that the second is denoised.
     fn is_noisy_twin(&self, noisy: &Setting, denoised: &Setting) -> bool {
         let without = |setting: &Setting| setting.without(Ladder::Reconstruction);
         without(noisy) == without(denoised) && !self.is_denoised(noisy)
     }
 
-    /// Judges renders of parts of the picture in one tile each, of which that part's time has a
-    /// share.
+    /// Judges renders of parts, each with one tile; the tile gets its share of the part's time.
     fn judge(
         &mut self,
         place: usize,
@@ -407,7 +405,7 @@ impl<'a> Measurements<'a> {
         }
     }
 
-    /// Pictures of a setting that were kept, with their chances.
+    /// Returns the kept pictures of a setting, with the inclusion probabilities of their tiles.
     pub fn kept(&self, setting: &Setting) -> Vec<(f64, &Picture)> {
         let pictures = self.of(setting).map_or(&[][..], |of| &of.pictures);
         let chances = self.sample.chances(pictures.len());
@@ -418,19 +416,19 @@ impl<'a> Measurements<'a> {
             .collect()
     }
 
-    /// The first render of the first tile by a setting, or of the whole picture where that was
-    /// measured.
+    /// Returns the first render of the first tile by a setting, or of the whole picture where the
+    /// whole was measured.
     pub fn first(&self, setting: &Setting) -> Option<&Picture> {
         self.of(setting)?.first.as_ref()
     }
 
-    /// The first tile as it is.
+    /// Returns the reference picture of the first tile.
     pub fn truth(&self) -> Option<&Picture> {
         self.truths.first().map(|tile| &tile.picture)
     }
 }
 
-/// The part of a part of a picture.
+/// Cuts a tile out of the picture of a part.
 pub(super) fn cut(picture: &Picture, part: Crop, tile: Crop) -> Picture {
     let (x, y) = ((tile.x - part.x) as usize, (tile.y - part.y) as usize);
     let rows = picture

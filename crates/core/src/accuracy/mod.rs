@@ -1,12 +1,12 @@
-//! What accuracy costs in time on one scene: every rung of every ladder that the scene reaches,
-//! rendered in turn and compared with a reference better than all of them, and the combinations
-//! that are worth their time. It prints nothing.
+//! Accuracy against time on one scene. Every rung of every ladder that matters to the scene is
+//! rendered and compared with a reference better than all of them, and combinations that are worth
+//! their time are found. The module prints nothing.
 //!
-//! Pictures are measured at the size at which they are rendered, on tiles drawn with known
-//! probabilities (`tiles`), since a part of a picture has the bits of the whole. What tiles say of
-//! the whole is an estimate with an interval that counts both which tiles were drawn and the noise
-//! within them. Renders of one setting differ in their random numbers, round by round; within a
-//! round all settings have the same, so that what a choice alone changes is seen free of noise.
+//! Pictures are measured at their full size, on tiles drawn with known probabilities (`tiles`); a
+//! tile has the bits of the whole picture. The estimate for the whole has an interval that includes
+//! both the choice of tiles and the noise within them. Renders of one setting use different random
+//! numbers in each round. Within a round all settings use the same random numbers, so that the
+//! change by a single choice is measured free of noise.
 
 mod answer;
 mod effects;
@@ -42,67 +42,67 @@ pub use report::{
 };
 pub use setting::Setting;
 
-/// How much is measured, and of what picture.
+/// Extent of a measurement.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Effort {
-    /// Time that all of it may take: renders end where it does.
+    /// Time budget of the measurement; renders end with it.
     pub budget: Duration,
-    /// Width and height of the picture in pixels; none: the scene's.
+    /// Width and height of the picture in pixels; `None`: the scene's.
     pub size: Option<[u32; 2]>,
-    /// Times that a tile is rendered where all tiles were, at least two; fewer where time is out.
+    /// Renders of each tile where all tiles were rendered, at least two; fewer where time is out.
     pub rounds: u32,
 }
 
-/// Hears how far a measurement is.
+/// Receives the progress of a measurement.
 pub trait Listener {
-    /// Something begins: in words, with the share of the budget that is spent.
+    /// Reports the next step in words, with the spent share of the budget.
     fn step(&mut self, what: &str, share: f64);
 }
 
-/// Hears nothing.
+/// A listener that ignores progress.
 impl Listener for () {
     fn step(&mut self, _: &str, _: f64) {}
 }
 
-/// The reference of a measurement, which the next one of the same scene can do with.
+/// Reference of a measurement, for reuse by the next measurement of the same scene.
 #[derive(Clone, Debug)]
 pub struct KeptReference {
-    /// The rungs that it was rendered on, besides the scene's own.
+    /// Rungs of the reference, besides the scene's own.
     pub rungs: Vec<Choice>,
-    /// What was rendered.
+    /// Rendered film of the reference.
     pub film: Film,
 }
 
-/// Where a measurement begins.
+/// Starting point of a measurement.
 #[derive(Clone, Debug, Default)]
 pub struct Start<'a> {
-    /// What tells the scene from others, in a text that is only ever compared.
+    /// Text that identifies the scene; only compared.
     pub scene: &'a str,
-    /// The reference of an earlier measurement, whose rungs are taken over; none: one is rendered.
+    /// Reference of an earlier measurement, whose rungs are reused; `None`: a new one is rendered.
     pub reference: Option<KeptReference>,
 }
 
-/// Why there is no measurement.
+/// Error of a measurement.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum MeasureError {
-    /// A render can't be prepared, or the observer stopped it.
+    /// A render cannot be prepared, or the observer stopped it.
     #[error(transparent)]
     Prepare(#[from] PrepareError),
-    /// There was not even time for the reference and the scene's own picture.
+    /// The time was too short for the reference and the scene's own picture.
     #[error("the time is over before the reference and one picture are there")]
     NoTime,
-    /// The reference is of another scene, or of other settings.
+    /// The reference belongs to another scene, or to other settings.
     #[error(transparent)]
     Reference(PartError),
 }
 
-/// Measures a validated scene as its settings ask for it, on the current thread pool. Times are
-/// those of all threads together. Gives the reference back, to be kept. Where time is out or the
-/// observer stops it, the report has what was measured by then.
+/// Measures a validated scene with its settings, on the current thread pool. Times are those of all
+/// threads together. Returns the report, and the reference for reuse. Where time is out or the
+/// observer stops the measurement, the report holds the results so far.
 ///
 /// # Errors
-/// See [`MeasureError`]; [`PrepareError::Cancelled`] where the observer stopped it before there was
-/// anything to report.
+/// See [`MeasureError`]; [`PrepareError::Cancelled`] where the observer stopped the measurement
+/// before its first result.
 pub fn measure(
     scene: &Scene,
     settings: &Settings,

@@ -1,5 +1,5 @@
-//! What files keep of the scene's own picture: every kind of them beside the display values that
-//! were computed, which no file of codes has.
+//! Errors of output formats on the scene's own picture: the codes of each format against the
+//! computed display values, which no integer format holds exactly.
 
 use serde::Serialize;
 
@@ -10,36 +10,35 @@ use crate::ladder::{Choice, Ladder, RungValue};
 use crate::metrics::{DEFAULT_PIXELS_PER_DEGREE, flip};
 use crate::picture::Picture;
 
-/// Times that a picture is coded, of which the median counts.
+/// Repetitions of the encoding; the median counts.
 const ROUNDS: usize = 5;
 
-/// One kind of file.
+/// Report of an output format.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct OutputReport {
     /// Name of the rung.
     pub rung: &'static str,
-    /// What it is.
+    /// Description.
     pub about: &'static str,
-    /// Whether it is the one in use.
+    /// Whether the format is the one in use.
     pub in_use: bool,
-    /// Bytes of a pixel without coverage, before a file packs them.
+    /// Bytes per pixel without coverage, before compression.
     pub bytes_per_pixel: u32,
-    /// Seconds of all threads for making codes of the picture; none where there are none to make.
+    /// Seconds of all threads for the encoding; `None` for a format without codes.
     pub seconds: Option<Spread>,
-    /// Root mean square difference of display values, which are 0 to 1, from those that were
-    /// computed.
+    /// Root mean squared difference of display values, which are 0 to 1, from the computed values.
     pub rmse: f64,
-    /// The greatest of them.
+    /// Greatest difference of display values.
     pub greatest: f64,
-    /// Mean FLIP of the two.
+    /// Mean FLIP difference.
     pub flip: f64,
-    /// Share of the pixels of which a channel is as bright as can be, so that it might as well have
-    /// been brighter: what is gone where the picture is exposed again.
+    /// Share of the pixels with a channel at its maximum. The true value of such a channel may be
+    /// larger; it is lost when the picture is exposed again.
     pub clipped: f64,
 }
 
-/// Every rung on the tiles of a picture, each with the chance that it had, as the display settings
-/// show it; `pixels` has the whole picture.
+/// Reports every rung on the tiles of a picture, each with its inclusion probability, under the
+/// display settings; `pixels` is the number of pixels of the whole picture.
 pub(super) fn outputs(
     tiles: &[(f64, &Picture)],
     pixels: f64,
@@ -129,7 +128,7 @@ pub(super) fn outputs(
     Ladder::Output.choices().filter_map(report).collect()
 }
 
-/// The display values that codes stand for.
+/// Decodes codes to display values.
 fn values(codes: &[u8], kind: Output, like: &Picture) -> Picture {
     let bytes = kind.bytes() as usize;
     let most = if bytes == 1 { 255.0 } else { 65535.0 };

@@ -1,19 +1,19 @@
-//! What two noisy pictures of the whole say of the error of a third one. Their noise is independent
-//! of each other's and of the third one's, so the product of what it differs from the one by, times
-//! what it differs from the other by, is its squared error on average, however noisy they are.
-//! Denoised pictures are judged by it: their error lies at few edges, which few tiles have. What
-//! the scene's own rungs get wrong is no part of it.
+//! Error of a picture, estimated from two noisy pictures of the whole (pilots). The noise of the
+//! pilots is independent of each other's and of the picture's. So the product of the picture's two
+//! differences, one to each pilot, is its squared error on average, however noisy the pilots are.
+//! Denoised pictures are judged in this manner: their error is concentrated at a few edges, which a
+//! few tiles may miss. The bias of the scene's own rungs is not included.
 
 use super::estimate::{BLOCK, Interval, weight};
 use super::tiles::spread_of_pieces;
 use crate::metrics::student_95;
 use crate::picture::Picture;
 
-/// Two pictures of the whole with random numbers of their own.
+/// Two pictures of the whole with different random numbers.
 #[derive(Clone, Debug)]
 pub(super) struct PilotPair(pub [Picture; 2]);
 
-/// Errors of a picture of the whole, as sums over blocks of pixels.
+/// Errors of a picture of the whole, summed over blocks of pixels.
 #[derive(Clone, Debug)]
 pub(super) struct WholeErrors {
     relative: Vec<f64>,
@@ -22,9 +22,9 @@ pub(super) struct WholeErrors {
 }
 
 impl PilotPair {
-    /// Judges renders of one setting, each with random numbers of its own; at least one, of the
-    /// pilots' size. `best` is what is nearest to the truth of what is known, apart from the
-    /// pilots, whose noise must not decide what it counts.
+    /// Judges renders of one setting, at least one, of the pilots' size, each with different random
+    /// numbers. `best` is the best known picture apart from the pilots; the relative error's
+    /// denominator uses it, so that the pilots' noise does not affect the weights.
     pub fn judge<'p>(
         &self,
         renders: impl Iterator<Item = &'p Picture>,
@@ -67,18 +67,19 @@ impl PilotPair {
 }
 
 impl WholeErrors {
-    /// Mean of (I − R)² / (R² + 0.01).
+    /// Returns the mean of (I − R)² / (R² + 0.01).
     pub fn relmse(&self) -> Interval {
         mean(&self.relative, self.pixels)
     }
 
-    /// Mean squared error.
+    /// Returns the mean squared error.
     pub fn mse(&self) -> Interval {
         mean(&self.squared, self.pixels)
     }
 }
 
-/// A mean over pixels from sums over blocks, whose noise is what neighbours differ by.
+/// Returns a mean over pixels from block sums; its noise is estimated from the differences of
+/// neighbouring blocks.
 fn mean(blocks: &[f64], pixels: f64) -> Interval {
     let value = blocks.iter().sum::<f64>() / pixels;
     if blocks.len() < 2 {
@@ -94,7 +95,7 @@ fn mean(blocks: &[f64], pixels: f64) -> Interval {
             .map(|pair| (pair[0] - pair[1]).powi(power))
             .sum::<f64>()
     };
-    // Where few blocks have most of the noise, they are few.
+    // Where few blocks hold most of the noise, the degrees of freedom are few.
     let freedom = (3.0 * steps(2) * steps(2) / steps(4).max(1e-300)).clamp(1.0, 1e6);
     let error = student_95(freedom as u32) * spread_of_pieces(blocks).sqrt() / pixels;
     if value <= error {
@@ -124,8 +125,8 @@ mod tests {
         }
     }
 
-    /// Protects: pilots ten times as noisy as a picture is wrong tell its error without bias, and
-    /// their intervals hold it in 90 to 99 of 100 cases: a picture of ones that is wrong by 0.05
+    /// Protects: pilots ten times as noisy as the picture's error estimate it without bias, and
+    /// their intervals contain it in 90 to 99 of 100 cases. The picture of ones is wrong by 0.05
     /// everywhere, and by 0.5 in one block.
     #[test]
     fn noisy_pilots_tell_small_errors() {

@@ -1,5 +1,5 @@
-//! Where settings are rendered and timed: prepared outside the clock, watched by whoever asked, and
-//! given up when time is out.
+//! Rendering and timing of settings: preparation is not timed, the observer may stop, and renders
+//! end when time is out.
 
 use std::cell::RefCell;
 use std::time::Instant;
@@ -22,40 +22,39 @@ use crate::render::Rendered;
 use crate::scene::Scene;
 use crate::settings::{Crop, Sampling, Settings};
 
-/// Parts of the reference with random numbers of their own, which its standard error is estimated
-/// from.
+/// Replicates of the reference, from which its standard error is estimated.
 const REPLICATES: u32 = 4;
 
-/// Pixels around a tile that is denoised: the filter looks no farther for what it is mixed with,
-/// though some farther for that itself.
+/// Margin in pixels around a denoised tile. The filter combines pixels within this distance; only
+/// their weights depend on a few pixels farther out.
 pub(super) const MARGIN: u32 = 20;
 
-/// Bytes of scenes that are kept prepared.
+/// Bytes of prepared scenes that are kept.
 const KEPT_BYTES: u64 = 1 << 30;
 
-/// Most samples of a first look.
+/// Most samples of the first look.
 const LOOK_SAMPLES: u32 = 4;
 
-/// Edge of what threads take at a time from a tile in pixels, where pictures do not depend on it.
+/// Edge in pixels of the threads' work items within a tile, where pictures do not depend on it.
 const UNIT: u32 = 16;
 
-/// Round of the first pilot: random numbers that no setting has.
+/// Round of the first pilot: random numbers that no setting uses.
 const PILOT_ROUND: u64 = 1000;
 
-/// Tells the time. Tests bring one that goes by how often it is asked.
+/// Clock. Tests replace it by one that advances with each call.
 pub(super) type Now<'a> = &'a (dyn Fn() -> Instant + Sync);
 
-/// Why a render is not there.
+/// Reason for a missing render.
 #[derive(Debug)]
 pub(super) enum Unfinished {
-    /// Time is out, or the user stopped it.
+    /// Time is out, or the user stopped the render.
     Late,
-    /// The scene can't be prepared.
+    /// The scene cannot be prepared.
     Failed(PrepareError),
 }
 
 impl Unfinished {
-    /// As the error of a measurement that can't go on without.
+    /// Converts to the error of a measurement that cannot continue without the render.
     pub fn into_error(self) -> PrepareError {
         match self {
             Self::Late => PrepareError::Cancelled,
@@ -63,7 +62,7 @@ impl Unfinished {
         }
     }
 
-    /// None where it is only late.
+    /// Returns `None` where time is out, and keeps other errors.
     pub fn allow<T>(result: Result<T, Self>) -> Result<Option<T>, PrepareError> {
         match result {
             Ok(value) => Ok(Some(value)),
@@ -73,8 +72,8 @@ impl Unfinished {
     }
 }
 
-/// A scene that was prepared for a setting, and for all that differ from it in ladders that nothing
-/// is prepared for.
+/// A scene prepared for a setting; valid for all settings that differ only in ladders without
+/// preparation.
 struct PreparedSetting {
     setting: Setting,
     is_fixed: bool,
@@ -86,30 +85,30 @@ pub(super) struct Renderer<'a> {
     pub scene: &'a Scene,
     pub settings: &'a Settings,
     pub observer: &'a dyn Observer,
-    /// In seconds of all threads.
+    /// Stopwatch in seconds of all threads.
     pub stopwatch: Stopwatch,
     pub now: Now<'a>,
-    /// The latest ones, so that a scene is not prepared for each tile.
+    /// Last prepared scenes, so that a scene is not prepared again for each tile.
     prepared: RefCell<Vec<PreparedSetting>>,
 }
 
-/// One finished render.
+/// A finished render with its times.
 pub(super) struct TimedRender {
     pub picture: Picture,
-    /// Light of the denoised picture over that of the noisy one; one where it is not denoised.
+    /// Ratio of the denoised picture's light to the noisy one's; one without denoising.
     pub brightened: f64,
-    /// Seconds of all threads for rendering and denoising, for denoising alone, and for preparing.
+    /// Seconds of all threads: rendering with denoising, denoising alone, and preparation.
     pub seconds: f64,
     pub denoising: f64,
     pub preparing: f64,
     pub rays: u64,
-    /// Whether other random numbers would have given another picture.
+    /// Whether other random numbers would change the picture.
     pub by_chance: bool,
     /// Bytes of geometry and accelerator.
     pub geometry: u64,
 }
 
-/// The caller's observer with a time at which all ends.
+/// The caller's observer with a deadline.
 struct Deadline<'a> {
     observer: &'a dyn Observer,
     now: Now<'a>,
@@ -139,9 +138,9 @@ impl<'a> Renderer<'a> {
         }
     }
 
-    /// Renders parts of a setting with the random numbers of a round, side by side, or all of it
-    /// where there is none. Their time is that of all together, divided by their rays: a clock of
-    /// the whole process can't tell them apart.
+    /// Renders parts of a setting side by side, with the random numbers of a round; without parts,
+    /// the whole picture. The time of all parts together is divided among them by their rays,
+    /// because a clock of the whole process cannot separate them.
     pub fn take(
         &self,
         setting: &Setting,
@@ -159,7 +158,7 @@ impl<'a> Renderer<'a> {
         })?
     }
 
-    /// Samples of a first look.
+    /// Returns the number of samples of the first look.
     pub fn look_samples(&self) -> u32 {
         let samples = self.settings.sampling.count();
         if self.settings.sampling.is_fixed() {
@@ -169,7 +168,7 @@ impl<'a> Renderer<'a> {
         }
     }
 
-    /// Looks at tiles: what each takes, and how noisy a few samples are.
+    /// Looks at tiles: the time of each, and the noise of a few samples.
     pub fn look(
         &self,
         grid: Grid,
@@ -221,8 +220,8 @@ impl<'a> Renderer<'a> {
         })?
     }
 
-    /// Renders a noisy picture of the whole as the scene is, but for its number of samples, with
-    /// random numbers of its own.
+    /// Renders a noisy picture of the whole, with the scene's settings except for the number of
+    /// samples, and its own random numbers.
     pub fn pilot(&self, samples: u32, round: u64, end: Instant) -> Result<Picture, Unfinished> {
         let seed = self.settings.seed.wrapping_add(PILOT_ROUND + round);
         let settings = Settings {
@@ -240,8 +239,7 @@ impl<'a> Renderer<'a> {
             .ok_or(Unfinished::Late)
     }
 
-    /// Makes something of parts, side by side, with the seconds of each: those of all, divided by
-    /// rays.
+    /// Renders parts side by side and returns the seconds of each: the total time, divided by rays.
     fn side_by_side<T: Send>(
         &self,
         parts: &[Crop],
@@ -289,8 +287,8 @@ impl<'a> Renderer<'a> {
             .collect()
     }
 
-    /// Does something with a scene that was prepared for these settings, or for others that nothing
-    /// else is prepared for.
+    /// Runs work on a scene prepared for these settings, or for others that need the same
+    /// preparation.
     fn with_prepared<T>(
         &self,
         setting: &Setting,
@@ -372,7 +370,7 @@ impl<'a> Renderer<'a> {
         }
     }
 
-    /// Renders parts with something that is prepared, or all where there are none.
+    /// Renders parts of a prepared scene; without parts, the whole picture.
     fn timed(
         &self,
         ready: &Ready,
@@ -403,7 +401,7 @@ impl<'a> Renderer<'a> {
         {
             return Err(Unfinished::Late);
         }
-        // A filter takes as long for each pixel.
+        // The denoising time is the same for each pixel.
         let pixels: usize = renders
             .iter()
             .map(|rendered| rendered.picture.pixels())
@@ -434,8 +432,8 @@ impl<'a> Renderer<'a> {
         }
     }
 
-    /// A reference on these rungs, with so many samples, of which nothing is there yet but what an
-    /// earlier one has.
+    /// Prepares a reference on these rungs, with this number of samples. It is empty, or holds the
+    /// film of an earlier reference.
     pub fn reference(
         &self,
         exact: &Setting,
@@ -467,7 +465,7 @@ impl<'a> Renderer<'a> {
         })
     }
 
-    /// Why there is no measurement: the user stopped it, or there was no time for the least of it.
+    /// Converts the reason of a missing measurement: stopped by the user, or too little time.
     pub fn explained(&self, error: PrepareError) -> MeasureError {
         match error {
             PrepareError::Cancelled if !self.observer.cancelled() => MeasureError::NoTime,
@@ -476,19 +474,19 @@ impl<'a> Renderer<'a> {
     }
 }
 
-/// A reference that grows tile by tile.
+/// A reference that is rendered tile by tile.
 pub(super) struct Exposure<'a> {
     renderer: &'a Renderer<'a>,
     ready: Ready,
     pub film: Film,
-    /// Rays that it had when it came.
+    /// Rays of the earlier reference.
     kept: u64,
-    /// Seconds of all threads that it took.
+    /// Seconds of all threads so far.
     pub seconds: f64,
 }
 
 impl Exposure<'_> {
-    /// Adds all samples of these tiles. False where time is out.
+    /// Renders all samples of these tiles. Returns false where time is out.
     pub fn expose(&mut self, tiles: &[u32], end: Instant) -> bool {
         let Self {
             renderer,
@@ -509,14 +507,14 @@ impl Exposure<'_> {
         }
         let before = film.counters().rays();
         self.seconds += (renderer.stopwatch)(&mut || {
-            // The film is this scene's own, so that nothing of it is refused.
+            // The film belongs to this scene, so no part is refused.
             let _ = ready.render_part(film, &part, &until);
             film.counters().rays() - before
         });
         film.lacking(&part) == 0
     }
 
-    /// Whether all of it came from an earlier measurement.
+    /// Whether all of the film comes from an earlier measurement.
     pub fn is_kept(&self) -> bool {
         self.kept > 0 && self.kept == self.film.counters().rays()
     }

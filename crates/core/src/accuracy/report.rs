@@ -1,4 +1,4 @@
-//! What a measurement of a scene's ladders amounts to: plain data for tables, files and pages.
+//! Report of a measurement of a scene's ladders: plain data for tables, files and pages.
 
 use serde::Serialize;
 
@@ -8,82 +8,85 @@ use super::outputs::OutputReport;
 use crate::bench::Spread;
 use crate::picture::Picture;
 
-/// All that was measured on one scene. Every number is of the whole picture at the size that is
-/// rendered.
+/// Results of a measurement on one scene. Every number is an estimate for the whole picture at its
+/// full size.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Report {
     /// Width and height of the picture in pixels.
     pub size: [u32; 2],
-    /// The parts of it that were measured.
+    /// Measured parts of the picture.
     pub tiles: Tiles,
-    /// What everything is compared with.
+    /// The reference of all comparisons.
     pub reference: Reference,
-    /// What to ask for instead, in two lines.
+    /// Advice in two lines.
     pub answer: Answer,
-    /// The scene as it is asked for.
+    /// The scene with its own settings.
     pub own: Measured,
-    /// What rungs other than numbers of samples were put on, where that is not the scene as it is
-    /// asked for.
+    /// Setting on which rungs other than sample counts were measured, where it is not the scene's
+    /// own.
     pub base: Option<Base>,
-    /// Ladders that the scene reaches and that pictures depend on.
+    /// Ladders that affect the scene's picture.
     pub ladders: Vec<LadderReport>,
-    /// Settings of several rungs that were measured.
+    /// Measured settings of several rungs.
     pub combinations: Vec<Candidate>,
-    /// Those that no picture depends on.
+    /// Ladders that do not change pictures, with their costs.
     pub prices: Vec<PriceReport>,
-    /// What files keep of the scene's own picture.
+    /// Errors of output formats on the scene's own picture.
     pub outputs: Vec<OutputReport>,
-    /// Ladders that the scene does not call for.
+    /// Ladders that do not affect the scene.
     pub not_called_for: Vec<&'static str>,
-    /// What each effect of the scene adds to time and picture; none where there was no time for it.
+    /// Cost of each effect in time and picture; `None` without time for it.
     pub costs: Option<EffectCosts>,
-    /// Settings that none measured beats in both time and error, by ascending time, but for those
-    /// that lose light or have much error that more samples leave.
+    /// Settings on the Pareto front of time and error, by ascending time, without those that change
+    /// the light or have a large bias.
     pub frontier: Vec<Candidate>,
-    /// Seconds that it all took.
+    /// Seconds of the measurement.
     pub seconds: f64,
-    /// Whether time was out before everything wanted was measured.
+    /// Whether time was out before the planned measurements were finished.
     pub cut_short: bool,
-    /// A tile, or the whole picture: the reference, and the first render of settings whose pictures
-    /// were kept.
+    /// Pictures of a tile, or of the whole: the reference, and the first render of settings whose
+    /// pictures were kept.
     #[serde(skip)]
     pub pictures: Vec<Shown>,
 }
 
-/// Which parts of the picture were measured.
+/// Measured parts of the picture.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct Tiles {
     /// Edge of a tile in pixels.
     pub edge: u32,
-    /// Tiles that the setting in use was measured on, and the reference.
+    /// Tiles on which the setting in use and the reference were measured.
     pub measured: usize,
-    /// All that the picture has.
+    /// Tiles of the picture.
     pub all: usize,
-    /// Column and row of the tile that is shown.
+    /// Column and row of the shown tile.
     pub shown: [u32; 2],
 }
 
-/// The settings that answer what most ask first; none where no measured one does for certain.
+/// Settings for the two most common wishes; `None` where no measured setting fulfils a wish with
+/// certainty.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
 pub struct Answer {
-    /// The fastest with about half of the error, or less.
+    /// Fastest setting with at most about half of the error.
     pub half_the_error: Option<Advice>,
-    /// Seconds of a budget that would probably tell, where a setting seems to have half of it.
+    /// Budget in seconds that would probably suffice, where a setting seems to have half of the
+    /// error.
     pub half_needs: Option<f64>,
-    /// The fastest with no larger error that clearly takes less time.
+    /// Fastest setting without a larger error that clearly takes less time.
     pub same_error: Option<Advice>,
-    /// The same of one that seems to have it.
+    /// Budget in seconds that would probably suffice, where a setting seems to have the same error
+    /// in less time.
     pub same_needs: Option<f64>,
 }
 
-/// A setting beside the scene's own.
+/// An advised setting.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Advice {
-    /// The flags that ask for it.
+    /// Flags of the setting.
     pub flags: Vec<String>,
-    /// Its time over that of the scene's own.
+    /// Ratio of its time to that of the scene's own setting.
     pub time: Interval,
-    /// Its root relMSE over that of the scene's own.
+    /// Ratio of its root relMSE to that of the scene's own setting.
     pub error: Interval,
     /// Time and error, as everywhere in the report.
     pub measured: Measured,
@@ -92,77 +95,77 @@ pub struct Advice {
 /// The scene with fewer samples.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Base {
-    /// How many.
+    /// Samples per pixel.
     pub samples: u32,
-    /// Time and error with them.
+    /// Time and error with this number of samples.
     pub measured: Measured,
 }
 
 /// A picture with its name.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Shown {
-    /// `reference`, `as it is`, or a rung as it is asked for, such as `samples=16`.
+    /// `reference`, `as it is`, or the flag value of a rung, for example `samples=16`.
     pub name: String,
     /// Linear radiance.
     pub picture: Picture,
 }
 
-/// The picture that counts as the truth: f64, every ladder on the most exact rung that does not
-/// take too long.
+/// Reference, which counts as the truth: f64, with every ladder on the most exact rung that does
+/// not take too long.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Reference {
-    /// Samples a pixel.
+    /// Samples per pixel.
     pub samples: u32,
-    /// The flags that ask for its rungs.
+    /// Flags of its rungs.
     pub rungs: Vec<String>,
-    /// Tiles that it has.
+    /// Number of rendered tiles.
     pub tiles: usize,
-    /// Root of the mean square of its own standard errors, in linear radiance; what errors are
-    /// lowered by, as squares.
+    /// Root mean square of the reference's standard errors, in linear radiance; its square is
+    /// subtracted from squared errors.
     pub standard_error: f64,
-    /// Seconds of all threads that it took.
+    /// Seconds of all threads.
     pub seconds: f64,
-    /// Whether it is that of an earlier measurement.
+    /// Whether the reference comes from an earlier measurement.
     pub kept: bool,
 }
 
-/// Time and error of one setting.
+/// Time and error of a setting.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Measured {
-    /// Tiles that it was measured on.
+    /// Number of tiles of the measurement.
     pub tiles: usize,
-    /// Times each was rendered, with different random numbers each.
+    /// Number of renders of each tile, each with different random numbers.
     pub renders: usize,
-    /// Seconds of all threads for a render, preparation apart.
+    /// Seconds of all threads per render, without preparation.
     pub seconds: Interval,
-    /// Its time over that of the setting it is compared with: the scene as it is, or for a rung
-    /// that was put on fewer samples the scene with so many. Not a number where that is not known.
+    /// Ratio of its time to that of the compared setting: the scene's own or, for a rung measured
+    /// on fewer samples, the scene with that number. NaN where unknown.
     pub ratio: Interval,
-    /// Rays of a render.
+    /// Rays per render.
     pub rays: u64,
     /// Errors against the reference.
     pub errors: Errors,
-    /// Mean FLIP of the display pictures, the reference's noise included.
+    /// Mean FLIP difference of the display pictures, the reference's noise included.
     pub flip: Interval,
 }
 
-/// One ladder.
+/// Report of a ladder.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct LadderReport {
-    /// Its name.
+    /// Name of the ladder.
     pub ladder: &'static str,
-    /// Its rung in use, which for numbers need not be one of those measured.
+    /// Rung in use; a sample count need not be a measured rung.
     pub in_use: String,
-    /// From fast to exact.
+    /// Rungs, from fast to exact.
     pub rungs: Vec<RungReport>,
 }
 
-/// Times and errors that differ by a smaller share are the same.
+/// Relative differences of times and errors that count as equal.
 const SAME_TIME: f64 = 0.03;
 const SAME_ERROR: f64 = 0.04;
 
 impl LadderReport {
-    /// Whether a rung takes longer than the one in use and is farther from the reference.
+    /// Whether the rung in use beats this one: the rung takes longer and has a larger error.
     pub fn beats(&self, rung: &RungReport) -> bool {
         let measured = |rung: &RungReport| {
             rung.measured
@@ -181,46 +184,46 @@ impl LadderReport {
     }
 }
 
-/// One rung, all other ladders as the scene has them.
+/// Report of a rung; all other ladders are as in the scene.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct RungReport {
-    /// Its name.
+    /// Name of the rung.
     pub rung: String,
-    /// What it is.
+    /// Description.
     pub about: &'static str,
-    /// Whether it is the one in use.
+    /// Whether the rung is the one in use.
     pub in_use: bool,
-    /// The flag that asks for it; none for the one in use.
+    /// Flag of the rung; `None` for the rung in use.
     pub flag: Option<String>,
-    /// None where it takes too long, or time was out.
+    /// Time and error; `None` where the rung takes too long, or time was out.
     pub measured: Option<Measured>,
-    /// Root of the mean squared difference to the same renders on the ladder's most exact rung,
-    /// random numbers included: what this choice alone gets wrong. None where the random numbers
-    /// can't be the same, and where one of both was not measured.
+    /// Error of this choice alone: root mean squared difference to the same renders on the ladder's
+    /// most exact rung, with the same random numbers. `None` where the random numbers cannot be the
+    /// same, or one of the two was not measured.
     pub own_error: Option<Interval>,
 }
 
-/// A ladder that is paid in time and memory alone.
+/// Report of a ladder that changes time and memory alone.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct PriceReport {
-    /// Its name.
+    /// Name of the ladder.
     pub ladder: &'static str,
-    /// Its rung in use.
+    /// Rung in use.
     pub in_use: String,
     /// Its rungs.
     pub rungs: Vec<Price>,
 }
 
-/// What a rung without error costs.
+/// Cost of a rung without error.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Price {
-    /// Its name.
+    /// Name of the rung.
     pub rung: String,
-    /// What it is.
+    /// Description.
     pub about: &'static str,
-    /// Whether it is the one in use.
+    /// Whether the rung is the one in use.
     pub in_use: bool,
-    /// None where it would have taken too long.
+    /// Cost; `None` where the rung would have taken too long.
     pub paid: Option<RungCost>,
 }
 
@@ -231,25 +234,25 @@ pub struct RungCost {
     pub preparing: Spread,
     /// Seconds of all threads for a render of the whole picture.
     pub seconds: Spread,
-    /// That over the time of the scene's own setting, round by round.
+    /// Ratio of its time to that of the scene's own setting, per round.
     pub ratio: Spread,
     /// Bytes of geometry and accelerator.
     pub geometry: u64,
-    /// Whether the pictures had the bits of the scene's own setting, as they must.
+    /// Whether the pictures equal those of the scene's own setting to the bit, as they must.
     pub same_bits: bool,
 }
 
 /// A setting on the frontier.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Candidate {
-    /// The flags that ask for it; none for the scene's own setting.
+    /// Flags of the setting; empty for the scene's own.
     pub flags: Vec<String>,
     /// Time and error.
     pub measured: Measured,
 }
 
 impl Candidate {
-    /// Its rungs, as they are asked for.
+    /// Returns the setting's rungs in their flag form.
     pub fn name(&self) -> String {
         let rungs: Vec<&str> = self
             .flags
@@ -290,8 +293,8 @@ mod tests {
         }
     }
 
-    /// Protects: what is slower and worse than the rung in use is told from what is only one of
-    /// both, and from what a clock or noise may have made so.
+    /// Protects: a rung that is both slower and worse than the one in use is recognised. A rung
+    /// that is only one of the two, or within the resolution of clock or noise, is not.
     #[test]
     fn the_slower_and_worse_are_known() {
         let with = |name: &str, time: f64, error: f64| {

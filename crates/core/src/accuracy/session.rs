@@ -1,6 +1,6 @@
-//! One measurement from start to end: a first look, how exact the reference may be, the plan, the
-//! reference, every rung, combinations, more tiles for what is worth naming, prices; each with its
-//! share of the time.
+//! A measurement from start to end: first look, choice of the reference's rungs, plan, reference,
+//! every rung, combinations, more tiles for promising settings, costs. Each part has its share of
+//! the time.
 
 mod plan;
 mod price;
@@ -31,7 +31,7 @@ use crate::prepare::PrepareError;
 use crate::scene::Scene;
 use crate::settings::Settings;
 
-/// Shares of the budget by the end of which each part has to be done.
+/// Shares of the budget at which each part must end.
 const LOOK: f64 = 0.06;
 const REACH: f64 = 0.12;
 const PILOTS: f64 = 0.27;
@@ -43,12 +43,13 @@ const TURNS: f64 = 0.92;
 const PRICES: f64 = 0.94;
 const COSTS: f64 = 0.96;
 
-/// Where the scene takes more samples, other rungs are measured with so many: what a rung changes
-/// is seen as well, on more tiles.
+/// Number of samples at which other rungs are measured where the scene has more samples: the change
+/// by a rung is as visible, and more tiles fit.
 const BASE_SAMPLES: u32 = 16;
-/// Time that a sample of the reference takes over one in use, before that is measured.
+/// Assumed ratio of the times of a reference sample and a sample in use, before it is measured.
 const EXACT: f64 = 1.8;
-/// Numbers of samples up to so many times the scene's own halve its error, and are measured first.
+/// Multiple of the scene's sample count up to which sample counts halve its error; these are
+/// measured first.
 const HALVES: u32 = 4;
 
 pub(super) struct Session<'a> {
@@ -60,21 +61,21 @@ pub(super) struct Session<'a> {
     stopwatch: Stopwatch,
     now: Now<'a>,
     start: Instant,
-    /// What rungs are put on other than numbers of samples: the scene as it is, or with fewer
+    /// Setting on which rungs other than sample counts are measured: the scene's own, or with fewer
     /// samples.
     base: Setting,
-    /// What the scene calls for.
+    /// Effects of the scene.
     present: EffectSet,
     pictured: Vec<Ladder>,
     priced: Vec<Ladder>,
-    /// Rungs that take too long to be looked at.
+    /// Rungs that take too long to measure.
     beyond: Vec<Choice>,
-    /// Rungs whose numbers can't store the scene: they have no picture.
+    /// Rungs whose precision cannot store the scene; they have no picture.
     unshown: Vec<Choice>,
     cut_short: bool,
     /// Wall-clock seconds of a sample of a pixel.
     pace: f64,
-    /// Time that a sample of the reference takes over one in use.
+    /// Ratio of the times of a reference sample and a sample in use.
     exact_cost: f64,
 }
 
@@ -91,7 +92,7 @@ impl<'a> Session<'a> {
         let (mut pictured, priced): (Vec<Ladder>, Vec<Ladder>) = reached(scene, settings, &effects)
             .filter(|&ladder| ladder != Ladder::Output)
             .partition(|ladder| ladder.changes_pictures());
-        // By what they usually bring.
+        // Ordered by their usual benefit.
         const FIRST: [Ladder; 7] = [
             Ladder::Samples,
             Ladder::Reconstruction,
@@ -182,7 +183,7 @@ impl<'a> Session<'a> {
         let mut measurements = Measurements::new(&renderer, &sample, self.display);
         listener.step(&plan.told(&sample), self.spent());
         self.pilots(&plan, &mut measurements)?;
-        // Two tiles at least, without which nothing can be told.
+        // At least two tiles, without which no estimate exists.
         let least = 2.min(sample.most());
         self.expose(&mut exposure, &mut measurements, least, self.at(AGAIN));
         if measurements.known() < least {
@@ -200,7 +201,8 @@ impl<'a> Session<'a> {
         self.again(&known, &mut measurements, &mut exposure, listener)?;
         let own = Setting::default();
         let pixels = f64::from(settings.size[0]) * f64::from(settings.size[1]);
-        // Before what ends by the clock: how long it takes, pixels say.
+        // Before the parts that end by the clock; the duration of this part follows from the
+        // pixels.
         let outputs = outputs(
             &measurements.kept(&own),
             pixels,
@@ -274,8 +276,8 @@ impl<'a> Session<'a> {
         ))
     }
 
-    /// Gives the reference to so many tiles, and the measurements what it has. What does not fit
-    /// into the time is left out.
+    /// Renders this number of tiles of the reference, and adds them to the measurements. Tiles that
+    /// do not fit into the time are left out.
     fn expose(
         &mut self,
         exposure: &mut Exposure<'_>,
@@ -305,19 +307,19 @@ impl<'a> Session<'a> {
         measurements.learn(new.iter().map_while(tile));
     }
 
-    /// When a share of the budget is spent.
+    /// Returns the instant at which a share of the budget is spent.
     fn at(&self, share: f64) -> Instant {
         self.start + self.effort.budget.mul_f64(share)
     }
 
-    /// Wall-clock seconds until a share of the budget is spent.
+    /// Returns the wall-clock seconds until a share of the budget is spent.
     fn left(&self, share: f64) -> f64 {
         self.at(share)
             .saturating_duration_since((self.now)())
             .as_secs_f64()
     }
 
-    /// Seconds since the start.
+    /// Returns the seconds since the start.
     fn elapsed(&self) -> f64 {
         ((self.now)() - self.start).as_secs_f64()
     }
@@ -326,7 +328,7 @@ impl<'a> Session<'a> {
         (self.elapsed() / self.effort.budget.as_secs_f64().max(1e-9)).min(1.0)
     }
 
-    /// The rungs of a ladder that are something else to this scene, and can show it.
+    /// Returns the rungs of a ladder that change this scene's picture and can store it.
     fn choices_of(&self, ladder: Ladder) -> vec::IntoIter<Choice> {
         let choices = ladder
             .choices()
@@ -338,7 +340,7 @@ impl<'a> Session<'a> {
         choice.rung() == choice.ladder().in_use(self.scene, &self.settings)
     }
 
-    /// What a ladder's rungs are put on.
+    /// Returns the setting on which a ladder's rungs are measured.
     fn beside(&self, ladder: Ladder) -> Setting {
         if ladder == Ladder::Samples {
             Setting::default()
@@ -347,7 +349,7 @@ impl<'a> Session<'a> {
         }
     }
 
-    /// What is measured of a rung, which may be the scene's own.
+    /// Returns the measured setting of a rung, which may be the scene's own.
     fn setting(&self, choice: Choice) -> Setting {
         let beside = self.beside(choice.ladder());
         if self.is_in_use(choice) {
@@ -357,14 +359,14 @@ impl<'a> Session<'a> {
         }
     }
 
-    /// The most exact rung of those within reach.
+    /// Returns the most exact feasible rung.
     fn most_exact(&self, ladder: Ladder) -> Setting {
         let reached = |choice: &Choice| choice.can_be_reference() && !self.beyond.contains(choice);
         let choice = self.choices_of(ladder).rev().find(reached);
         choice.map_or_else(|| self.beside(ladder), |choice| self.setting(choice))
     }
 
-    /// Samples of a setting.
+    /// Returns the number of samples of a setting.
     fn samples(&self, setting: &Setting) -> u32 {
         setting
             .rung(Ladder::Samples)
@@ -372,14 +374,14 @@ impl<'a> Session<'a> {
             .unwrap_or(self.settings.sampling.count())
     }
 
-    /// Whether a setting can be asked for.
+    /// Whether a setting is valid.
     fn is_possible(&self, setting: &Setting) -> bool {
         let (_, settings) = setting.applied(self.scene, &self.settings);
         !settings.denoise || denoise::is_possible(settings.sampling)
     }
 }
 
-/// Samples of a rung of that ladder.
+/// Returns the number of samples of a rung of the samples ladder.
 fn samples_of(choice: Choice) -> Option<u32> {
     let RungValue::Samples(samples) = choice.value() else {
         return None;

@@ -1,4 +1,4 @@
-//! Settings that are measured: a scene as it is asked for, with some of its ladders on other rungs.
+//! Measured settings: a scene's own settings, with some ladders on other rungs.
 
 use core::fmt;
 
@@ -6,29 +6,29 @@ use crate::ladder::{Choice, Ladder};
 use crate::scene::Scene;
 use crate::settings::{PrecisionChoice, Sampling, Settings};
 
-/// Other rungs than the scene's own, at most one a ladder; none: the scene as it is asked for.
+/// Rungs other than the scene's own, at most one per ladder; empty for the scene's own setting.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Setting(Vec<Choice>);
 
 impl Setting {
-    /// One ladder on another rung.
+    /// Returns the setting with a single ladder on another rung.
     pub fn one(choice: Choice) -> Self {
         Self(vec![choice])
     }
 
-    /// Several ladders on other rungs; the last one counts where a ladder is named twice.
+    /// Returns the setting with several ladders on other rungs; the last rung of a ladder counts.
     pub fn of(choices: &[Choice]) -> Self {
         choices
             .iter()
             .fold(Self::default(), |setting, &choice| setting.with(choice))
     }
 
-    /// The rungs, in the order of their ladders.
+    /// Returns the rungs, in the order of their ladders.
     pub fn choices(&self) -> &[Choice] {
         &self.0
     }
 
-    /// The same with one ladder on another rung.
+    /// Returns the setting with one ladder on another rung.
     #[must_use]
     pub fn with(&self, choice: Choice) -> Self {
         let others = self
@@ -41,7 +41,7 @@ impl Setting {
         Self(all)
     }
 
-    /// The same with one ladder back where the scene has it.
+    /// Returns the setting with one ladder on the scene's own rung.
     #[must_use]
     pub fn without(&self, ladder: Ladder) -> Self {
         Self(
@@ -53,7 +53,7 @@ impl Setting {
         )
     }
 
-    /// The rung that a ladder is put on; none where it stays.
+    /// Returns the rung of a ladder, or `None` for the scene's own.
     pub fn rung(&self, ladder: Ladder) -> Option<Choice> {
         self.0
             .iter()
@@ -61,7 +61,7 @@ impl Setting {
             .find(|choice| choice.ladder() == ladder)
     }
 
-    /// Scene and settings as this setting has them.
+    /// Applies the setting to a scene and its settings.
     pub fn applied(&self, scene: &Scene, settings: &Settings) -> (Scene, Settings) {
         let (mut scene, mut settings) = (scene.clone(), settings.clone());
         self.0
@@ -70,14 +70,14 @@ impl Setting {
         (scene, settings)
     }
 
-    /// Whether it differs from the scene's own in noise alone.
+    /// Whether the setting differs from the scene's own in noise alone.
     pub fn is_free_of_bias(&self) -> bool {
         self.0
             .iter()
             .all(|choice| choice.ladder().is_free_of_bias())
     }
 
-    /// The flags that ask for it, one a ladder.
+    /// Returns the setting's flags, one per ladder.
     pub fn flags(&self) -> Vec<String> {
         self.0
             .iter()
@@ -100,8 +100,8 @@ impl fmt::Display for Setting {
     }
 }
 
-/// Scene and settings of the reference: on the rungs given, in f64, with so many samples of the
-/// general sampler and random numbers that no measured render has.
+/// Returns scene and settings of the reference: on the given rungs, in f64, with this number of
+/// samples of the general sampler and random numbers that no measured render uses.
 pub(super) fn reference(
     exact: &Setting,
     scene: &Scene,
@@ -124,8 +124,8 @@ mod tests {
         Choice::parse(text).expect("a rung")
     }
 
-    /// Protects: a ladder stands on one rung at a time, and settings that ask for the same are the
-    /// same, however they came about.
+    /// Protects: a ladder has one rung at a time, and equal settings compare equal, whatever the
+    /// order of their construction.
     #[test]
     fn each_ladder_has_one_rung() {
         let one = Setting::one(choice("samples=16"))
@@ -151,8 +151,8 @@ mod tests {
         );
     }
 
-    /// Protects: the reference is in f64 with its own samples, whatever the rungs, and shares no
-    /// random numbers with renders.
+    /// Protects: the reference is in f64 with its own number of samples, whatever the rungs, and
+    /// shares no random numbers with renders.
     #[test]
     fn the_reference_is_better_than_all() {
         let scene = Scene::default();

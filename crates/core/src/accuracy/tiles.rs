@@ -1,30 +1,29 @@
-//! The parts of the picture that are measured: tiles drawn with known probabilities, and what they
-//! say of the whole.
+//! Sampling of the picture: tiles drawn with known probabilities, and estimates for the whole.
 //!
-//! A tile's chance grows with the noise that a first look saw in it, and no tile has less than a
-//! quarter of an even chance. Tiles are ordered once by a number of their own over that chance
-//! (sequential Poisson sampling: Ohlsson, "Sequential Poisson Sampling", 1998), so that the first n
-//! are a sample for every n, and more time adds tiles. The numbers are multiples of the golden
-//! ratio along rows that turn at their ends: a sample is spread evenly over the picture.
+//! A tile's inclusion probability grows with its noise in the first look, and is at least a quarter
+//! of the uniform one. Tiles are ordered once, by a key divided by that probability (sequential
+//! Poisson sampling: Ohlsson, "Sequential Poisson Sampling", 1998). So the first n tiles are a
+//! sample for every n, and more time adds tiles. The keys are multiples of the golden ratio along
+//! rows in alternating direction, which spreads a sample evenly over the picture.
 
 use super::estimate::Interval;
 use crate::hash::mix;
 use crate::metrics::student_95;
 use crate::settings::Crop;
 
-/// Multiples of it, less their whole parts, are spread evenly.
+/// Fractional parts of its multiples are evenly spread.
 const GOLDEN_RATIO: f64 = 0.618_033_988_749_894_9;
 
-/// Share of the chance that all tiles have by their area.
+/// Share of the inclusion probability distributed by area.
 const EVEN: f64 = 0.25;
 
-/// How the picture is divided, row by row as films number tiles.
+/// Division of the picture into tiles, row by row, in the film's numbering.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Grid {
     pub size: [u32; 2],
-    /// Of a tile, in pixels.
+    /// Edge of a tile in pixels.
     pub edge: u32,
-    /// Which tiles are drawn.
+    /// Seed of the sample.
     pub seed: u64,
 }
 
@@ -55,7 +54,7 @@ impl Grid {
         f64::from(width) * f64::from(height)
     }
 
-    /// A tile with so many pixels around it, as far as the picture goes.
+    /// Returns a tile with a margin in pixels, clipped to the picture.
     pub fn around(&self, index: u32, margin: u32) -> Crop {
         let Crop {
             x,
@@ -73,8 +72,7 @@ impl Grid {
         }
     }
 
-    /// The numbers of all tiles by which they are drawn, evenly spread from 0 to 1 in every
-    /// neighbourhood.
+    /// Returns the keys of all tiles: evenly spread from 0 to 1 in every neighbourhood.
     fn keys(&self) -> Vec<f64> {
         let start = mix(self.seed) as f64 / 2_f64.powi(64);
         let place = |index: u32| {
@@ -91,7 +89,7 @@ impl Grid {
             .collect()
     }
 
-    /// All tiles in an order of which every beginning is spread evenly.
+    /// Returns all tiles in an order of which every prefix is spread evenly.
     pub fn spread(&self) -> Vec<u32> {
         let keys = self.keys();
         let mut all: Vec<u32> = (0..self.count() as u32).collect();
@@ -100,7 +98,7 @@ impl Grid {
     }
 }
 
-/// What a first look saw of a tile.
+/// Result of the first look at a tile.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(super) struct PilotPass {
     pub tile: u32,
@@ -110,18 +108,18 @@ pub(super) struct PilotPass {
     pub noise: f64,
 }
 
-/// The order in which tiles are drawn.
+/// Order in which tiles are drawn.
 #[derive(Clone, Debug)]
 pub(super) struct TileSample {
     pub grid: Grid,
-    /// What was looked at, in the order in which it is drawn.
+    /// Looks in the order of drawing.
     pub order: Vec<PilotPass>,
-    /// Chance of each in that order, in all one.
+    /// Probability of each tile per draw, in the same order; the sum is one.
     share: Vec<f64>,
 }
 
 impl TileSample {
-    /// Of the tiles that were looked at, which are the first ones of [`Grid::spread`].
+    /// Orders the tiles of the first look, which are the first ones of [`Grid::spread`].
     pub fn new(grid: Grid, looks: &[PilotPass]) -> Self {
         let keys = grid.keys();
         let area = |look: &PilotPass| grid.pixels(look.tile);
@@ -142,14 +140,14 @@ impl TileSample {
         Self { grid, order, share }
     }
 
-    /// Tiles that there are to draw.
+    /// Returns the number of tiles that can be drawn.
     pub fn most(&self) -> usize {
         self.order.len()
     }
 
-    /// Pixels of the picture that the tile at a place of the order stands for: all of them in the
-    /// shares of its chance. Errors go with noise, so that errors over these differ less from tile
-    /// to tile than errors over pixels.
+    /// Returns the pixels that a tile represents: all pixels of the picture times the tile's
+    /// probability. Errors grow with noise, so errors per represented pixel differ less between
+    /// tiles than errors per pixel.
     pub fn weight(&self, at: usize) -> f64 {
         self.share[at]
             * self
@@ -159,19 +157,20 @@ impl TileSample {
                 .sum::<f64>()
     }
 
-    /// Whether so many tiles are the whole picture.
+    /// Whether this number of tiles covers the whole picture.
     pub fn is_whole(&self, count: usize) -> bool {
         count >= self.grid.count()
     }
 
-    /// Chances with which the first so many were drawn.
+    /// Returns the inclusion probabilities of the first `count` tiles.
     pub fn chances(&self, count: usize) -> Vec<f64> {
         let looked = self.most() as f64 / self.grid.count() as f64;
         let count = count.min(self.most());
         if count == self.most() {
             return vec![looked; count];
         }
-        // Where a multiple of a share is above one, the others have more of what is left.
+        // Where a multiple of a share exceeds one, the tile is certain, and the others get larger
+        // shares of the rest.
         let (mut certain, mut factor) = (vec![false; self.most()], count as f64);
         loop {
             let (mut left, mut rest) = (count as f64, 0.0);
@@ -205,19 +204,20 @@ impl TileSample {
     }
 }
 
-/// What one tile adds to the two sides of a ratio, in pieces that are independent of each other,
-/// and its chance.
+/// Contribution of a tile to numerator and denominator of a ratio, in independent pieces, and its
+/// inclusion probability.
 #[derive(Clone, Debug)]
 pub(super) struct Share<'a> {
     pub chance: f64,
     pub above: &'a [f64],
     pub below: &'a [f64],
-    /// Variance that the numerator has by the reference's noise alone.
+    /// Variance of the numerator due to the reference's noise alone.
     pub doubt: f64,
 }
 
 impl Share<'_> {
-    /// What is above less so many times what is below, and the variance that its pieces say.
+    /// Returns the numerator less `ratio` times the denominator, and the variance estimated from
+    /// the pieces.
     fn residual(&self, ratio: f64) -> (f64, f64) {
         let sum = |of: &[f64]| of.iter().sum::<f64>();
         let total = sum(self.above) - ratio * sum(self.below);
@@ -234,7 +234,8 @@ impl Share<'_> {
     }
 }
 
-/// Variance of the sum of pieces, by what neighbours differ by; at least two.
+/// Returns the variance of the sum of at least two pieces, estimated from the differences of
+/// neighbours.
 pub(super) fn spread_of_pieces(pieces: &[f64]) -> f64 {
     let steps: f64 = pieces
         .windows(2)
@@ -244,10 +245,9 @@ pub(super) fn spread_of_pieces(pieces: &[f64]) -> f64 {
     n / (2.0 * (n - 1.0)) * steps
 }
 
-/// The ratio of two totals of the whole picture as tiles tell it (Hájek, "Comment on a Paper by D.
-/// Basu", 1971), with its standard error and Student's factor. Of the error a part is due to which
-/// tiles were drawn, and the rest to noise within those that were. None where the denominator is
-/// nothing.
+/// Estimates the ratio of two totals over the whole picture (Hájek, "Comment on a Paper by D.
+/// Basu", 1971), with its standard error and Student's factor. The error combines the choice of
+/// tiles and the noise within the drawn tiles. `None` for a denominator of zero.
 pub(super) fn estimate(shares: &[Share<'_>]) -> Option<(f64, f64, f64)> {
     let total = |of: fn(&Share<'_>) -> f64| {
         shares
@@ -281,7 +281,7 @@ pub(super) fn estimate(shares: &[Share<'_>]) -> Option<(f64, f64, f64)> {
         && shares.len() > 1
         && shares.iter().all(|share| share.above.len() == 1)
     {
-        // Errors of all tiles, of one piece each: what they differ by is the noise, at most.
+        // All tiles, of one piece each: their differences bound the noise from above.
         within = spread_of_pieces(
             &shares
                 .iter()
@@ -289,7 +289,7 @@ pub(super) fn estimate(shares: &[Share<'_>]) -> Option<(f64, f64, f64)> {
                 .collect::<Vec<_>>(),
         );
     }
-    // Where few tiles have most of the spread, they are few.
+    // Where few tiles hold most of the spread, the degrees of freedom are few.
     let (freedom, correction) = match count {
         0 => (f64::INFINITY, 0.0),
         n => (
@@ -303,12 +303,13 @@ pub(super) fn estimate(shares: &[Share<'_>]) -> Option<(f64, f64, f64)> {
         drawn * correction,
         (drawn * correction + within).sqrt() / below,
     );
-    // Welch and Satterthwaite: noise within tiles is known well.
+    // Welch and Satterthwaite: the noise within tiles is well known.
     let freedom = freedom * ((drawn + within) / drawn.max(1e-300)).powi(2);
     Some((ratio, error, student_95((freedom.min(1e6) as u32).max(1))))
 }
 
-/// The same as an interval. What can't be told from the reference's noise begins at zero.
+/// Returns the same estimate as an interval, which starts at zero where the value is within the
+/// reference's noise.
 pub(super) fn ratio(shares: &[Share<'_>]) -> Interval {
     let Some((value, error, factor)) = estimate(shares) else {
         return Interval {

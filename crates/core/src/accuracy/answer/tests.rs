@@ -1,4 +1,4 @@
-//! Rules of the first sentence, by measurements made by hand.
+//! Rules of the report's first sentences, on constructed measurements.
 
 use super::*;
 use crate::accuracy::Errors;
@@ -40,8 +40,8 @@ fn setting(rungs: &str) -> Setting {
     )
 }
 
-/// A setting with its time and root error over those in use, and the factor of the error's
-/// interval.
+/// Candidate with given ratios of time and root error to the setting in use, and the factor of the
+/// error's interval.
 fn candidate(rungs: &str, time: f64, root: f64, factor: f64) -> AdviceCandidate {
     let cost = RelativeCost {
         time: about(time, 1.05),
@@ -59,10 +59,10 @@ fn told(advice: Option<Advice>) -> Option<(String, f64)> {
     advice.map(|advice| (advice.flags.concat(), advice.time.value))
 }
 
-/// Protects: half of the error is named by the fastest setting that has it, the same error by the
-/// fastest that is sooner; what may be slower, the scene's own setting and what is not sound are no
-/// advice, and where nothing will do there is none. Where a simpler one takes hardly longer it is
-/// named.
+/// Protects: the fastest setting with half of the error is named, and the fastest with the same
+/// error that is sooner. Settings that may be slower, the scene's own and unsound ones are never
+/// advised; without a suitable setting the advice is empty. A simpler setting that takes hardly
+/// longer is preferred.
 #[test]
 fn the_fastest_that_will_do_is_named() {
     let own = AdviceCandidate {
@@ -135,8 +135,8 @@ fn the_fastest_that_will_do_is_named() {
     assert_eq!(told(denoised.half_the_error).map(|of| of.1), Some(0.4));
 }
 
-/// Protects: what its interval does not say is no advice, and a budget is named with which it
-/// might: of an interval that is twice as wide as it may be, as a factor, four times the time.
+/// Protects: a setting is advised only if its interval confirms it; otherwise a sufficient budget
+/// is named. An interval twice as wide as allowed, as a factor, needs four times the time.
 #[test]
 fn a_doubtful_setting_is_no_advice() {
     let wide = (0.6_f64 / 0.5).powi(2);
@@ -159,11 +159,11 @@ fn a_doubtful_setting_is_no_advice() {
     assert_eq!(answer(vec![lost], 20.0).half_needs, None);
 }
 
-/// Protects: a setting with more bias than a quarter of its squared error, or perhaps half, or with
-/// more than half a per cent of light gone or added, is not sound, however little its error is; one
-/// that differs in noise alone always is, and one that is denoised where it keeps the light; so is
-/// one with surely less of both than is in use: longer paths are better than short ones, and still
-/// too short.
+/// Protects: a setting is unsound with a bias above a quarter of its squared error, or possibly
+/// above half, or with more than half a per cent of light lost or added, however small its error. A
+/// setting that differs in noise alone is always sound, and a denoised one where it keeps the
+/// light. So is a setting with surely less of both than the one in use: longer paths are better
+/// than short ones even if still too short.
 #[test]
 fn what_loses_light_is_not_sound() {
     let (clamp, own) = (setting("clamp=1"), measured(0.0, 1.0));

@@ -1,4 +1,4 @@
-//! Tests of what a tile's errors are, from a reference that is itself off.
+//! Errors of a tile from a reference that is itself wrong.
 
 use super::*;
 use crate::hash::mix;
@@ -47,15 +47,15 @@ fn near(value: f64, expected: f64, share: f64) {
     );
 }
 
-/// Protects: the reference's own noise is not counted, and what is left is parted into bias and
-/// noise: an offset of 0.03 with noise of 0.04 is an error of 0.05, seen from a reference that is
-/// itself 0.05 off.
+/// Protects: the reference's own noise is subtracted, and the rest is divided into bias and noise.
+/// An offset of 0.03 with noise of 0.04 is an error of 0.05, even from a reference with an error of
+/// 0.05.
 #[test]
 fn a_noisy_reference_is_seen_through() {
     let renders: Vec<Picture> = (1..=8).map(|seed| noisy(seed, 0.04, 0.03)).collect();
     near(root(&judged(0.05, &renders, true).squared), 0.05, 0.03);
-    // A reference that noisy decides by its own noise how much a pixel weighs; one of a hundredth
-    // does not.
+    // A reference that noisy affects the weight of each pixel by its noise; a reference with a
+    // hundredth of the variance does not.
     let errors = judged(0.005, &renders, true);
     near(root(&errors.relative), 0.05 / 0.26_f64.sqrt(), 0.02);
     near(root(&errors.bias), 0.03 / 0.26_f64.sqrt(), 0.02);
@@ -66,8 +66,8 @@ fn a_noisy_reference_is_seen_through() {
     );
 }
 
-/// Protects: what has no error is within what the reference's noise may do, and an offset is beyond
-/// it; one render leaves bias unknown, unless there is no chance.
+/// Protects: a setting without error is within the reference's noise, and an offset is beyond it. A
+/// single render leaves bias unknown, except without random numbers.
 #[test]
 fn no_error_is_lost_in_noise() {
     let sum = |offset: f64| {
@@ -91,8 +91,7 @@ fn no_error_is_lost_in_noise() {
     assert!(judged(0.0, &[noisy(1, 0.1, 0.0)], true).bias.is_empty());
 }
 
-/// Protects: a difference of pairs is free of the noise that both have, and light is counted as it
-/// is.
+/// Protects: the difference of pairs is free of their common noise, and light is counted unchanged.
 #[test]
 fn pairs_share_their_noise() {
     let [own, other] = [0.0, 0.01].map(|offset| {

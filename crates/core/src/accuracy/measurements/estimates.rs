@@ -1,5 +1,5 @@
-//! What tiles and pilots say of the whole picture: time, errors, light, and what one setting is
-//! over another.
+//! Estimates for the whole picture from tiles and pilots: time, errors, light, and ratios of two
+//! settings.
 
 use super::super::estimate::{Errors, Interval};
 use super::super::report::Measured;
@@ -8,21 +8,20 @@ use super::super::tiles::{Share, ratio};
 use super::{Figures, Measurements, TileFigures};
 use crate::ladder::Ladder;
 
-/// The share of a squared error that the bias of the scene's own rungs may have where pilots tell
-/// it.
+/// Largest share of the bias of the scene's own rungs in a squared error estimated from the pilots.
 const MOST_BIAS: f64 = 0.1;
 
-/// Two settings in the tiles that both have.
+/// Ratios of two settings in their common tiles.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(in super::super) struct RelativeCost {
-    /// Time of the one over that of the other.
+    /// Ratio of the times.
     pub time: Interval,
-    /// Its mean squared error over that of the other.
+    /// Ratio of the mean squared errors.
     pub error: Interval,
 }
 
 impl Measurements<'_> {
-    /// A ratio of totals of the whole picture, from the first tiles.
+    /// Estimates a ratio of two totals over the whole picture from the first tiles.
     fn total<'b>(
         &'b self,
         count: usize,
@@ -48,12 +47,12 @@ impl Measurements<'_> {
         )
     }
 
-    /// A mean over pixels of what tiles have in one number, or block by block.
+    /// Estimates a mean over pixels from tile sums, with one number per tile or one per block.
     fn mean(&self, count: usize, of: impl Fn(usize) -> Vec<f64>) -> Interval {
         self.weighted(count, false, of, |_| 1.0)
     }
 
-    /// The same of an error, which goes with the noise of a tile.
+    /// Estimates the mean of an error over pixels; errors grow with the noise of a tile.
     fn error(&self, count: usize, of: impl Fn(usize) -> Vec<f64>) -> Interval {
         let weight = |at: usize| {
             self.sample.weight(at) / self.sample.grid.pixels(self.sample.order[at].tile)
@@ -61,7 +60,7 @@ impl Measurements<'_> {
         self.weighted(count, true, of, weight)
     }
 
-    /// A mean over pixels, each of which counts so much.
+    /// Estimates a weighted mean over pixels.
     fn weighted(
         &self,
         count: usize,
@@ -82,7 +81,8 @@ impl Measurements<'_> {
         self.total(count, doubtful, |at| (&sums[at], &pixels[at]))
     }
 
-    /// Time, error and the time over that of another setting; none where it was not measured.
+    /// Returns time, error, and the ratio of its time to that of another setting; `None` without a
+    /// measurement.
     pub fn measured(&self, setting: &Setting, beside: &Setting) -> Option<Measured> {
         let of = self.of(setting)?;
         let count = of.tiles.len();
@@ -95,7 +95,8 @@ impl Measurements<'_> {
             .map(|look| look.seconds)
             .sum::<f64>()
             * self.sample.grid.count() as f64;
-        // A look counts for each round alike, so that what rounds are apart is told.
+        // The time of the first look is divided evenly over the rounds, so that the spread of the
+        // rounds stays visible.
         let rounds = of.tiles.first().map_or(1, |tile| tile.seconds.len());
         let looks: Vec<Vec<f64>> = self
             .sample
@@ -128,8 +129,8 @@ impl Measurements<'_> {
         })
     }
 
-    /// Mean squared errors, relative and absolute: by its tiles, or by pilots where they tell more
-    /// and the scene's rungs have no bias that counts.
+    /// Returns the mean squared errors, relative and absolute: estimated from tiles, or from the
+    /// pilots where these are more precise and the bias of the scene's rungs is negligible.
     fn errors(&self, of: &Figures) -> [Interval; 2] {
         let count = of.tiles.len();
         let by_tiles = [
@@ -142,8 +143,8 @@ impl Measurements<'_> {
         }
     }
 
-    /// What pilots say, which have the bias of the scene's own rungs; none where that is more than
-    /// a tenth of it, or where there are none.
+    /// Returns the errors estimated from the pilots, which share the bias of the scene's own rungs;
+    /// `None` where that bias is more than a tenth of the error, or without pilots.
     fn by_pilots(&self, of: &Figures) -> Option<[Interval; 2]> {
         let whole = of.whole_errors.as_ref()?;
         let noisy = self
@@ -159,8 +160,8 @@ impl Measurements<'_> {
         (!has_bias).then(|| [relmse, whole.mse()])
     }
 
-    /// Light over the reference's; over that of the noisy picture where denoising alone may have
-    /// changed it.
+    /// Returns the ratio of the light to the reference's. Where only denoising may have changed the
+    /// light, the ratio is to the noisy picture's.
     pub fn light(&self, setting: &Setting) -> Option<Interval> {
         let of = self.of(setting)?;
         let is_alone =
@@ -186,8 +187,8 @@ impl Measurements<'_> {
         Some(self.total(of.tiles.len(), false, |at| (&lights[at][0], &lights[at][1])))
     }
 
-    /// Time and error over those of another setting, from the tiles that both have; none where
-    /// there are none.
+    /// Returns the ratios of time and error to those of another setting, from their common tiles;
+    /// `None` without common tiles.
     pub fn relative(&self, setting: &Setting, beside: &Setting) -> Option<RelativeCost> {
         let (of, other) = (self.of(setting)?, self.of(beside)?);
         if setting == beside {
@@ -229,15 +230,15 @@ impl Measurements<'_> {
         Some(RelativeCost { time, error })
     }
 
-    /// What a choice alone changes: root of the mean squared difference to the pictures that it was
-    /// held beside, and the mean squared relative difference.
+    /// Returns the change by a single choice: root mean squared difference to the pictures of the
+    /// other setting, and mean squared relative difference.
     pub fn alone(&self, setting: &Setting) -> Option<[Interval; 2]> {
         let of = self.of(setting)?;
         let sum = |i: usize| self.mean(of.tiles.len(), |at| vec![of.tiles[at].errors.alone[i]]);
         Some([sum(0).map(f64::sqrt), sum(1)])
     }
 
-    /// Standard error of the reference: root of the mean square.
+    /// Returns the standard error of the reference, as a root mean square.
     pub fn standard_error(&self) -> f64 {
         self.mean(self.known(), |at| vec![self.truths[at].variance()])
             .value

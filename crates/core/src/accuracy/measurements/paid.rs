@@ -1,4 +1,4 @@
-//! What rungs cost that no picture depends on.
+//! Cost of rungs that do not change the picture.
 
 use std::time::{Duration, Instant};
 
@@ -10,16 +10,17 @@ use crate::bench::Spread;
 use crate::prepare::PrepareError;
 use crate::settings::Crop;
 
-/// Rounds in which a rung without error is timed, and tiles.
+/// Rounds and tiles in which a rung without error is timed.
 const PRICE_ROUNDS: u64 = 3;
 const PRICE_TILES: usize = 4;
-/// It may take this many times as long as the scene's own setting, or so long at least.
+/// Time limit of such a rung: a multiple of the time of the scene's own setting, and a least
+/// duration.
 const PATIENCE: f64 = 20.0;
 const LEAST_PATIENCE: Duration = Duration::from_secs(1);
 
 impl Measurements<'_> {
-    /// Time and memory of a setting that gives the same picture as another one, beside that in the
-    /// same rounds, on the first tiles; none where it takes too long.
+    /// Measures time and memory of a setting that gives the same picture as another one, in the
+    /// same rounds on the first tiles; `None` where the setting takes too long.
     pub fn paid(
         &self,
         setting: &Setting,

@@ -1,6 +1,5 @@
-//! Times taken once more, in turns: a machine's speed changes within a minute, so that the time of
-//! one setting over that of another one can only be relied on where both were rendered side by
-//! side.
+//! Times measured again, in turns. A machine's speed changes within a minute, so a ratio of two
+//! times is reliable only where both settings were rendered side by side.
 
 use std::time::Instant;
 
@@ -11,22 +10,22 @@ use super::{Figures, Measurements};
 use crate::prepare::PrepareError;
 use crate::settings::Crop;
 
-/// Turns at most, and those that say anything.
+/// Most turns, and fewest turns that give an estimate.
 const MOST_TURNS: usize = 5;
 const FEWEST_TURNS: usize = 3;
-/// Half the width of an interval of 95 % over half the range of three, four and five turns, about:
-/// Student's factor for the mean of as many, whose standard deviation is known from their range.
+/// Half width of the 95 % interval over half the range of three, four and five turns,
+/// approximately: Student's factor for their mean, with the standard deviation estimated from the
+/// range.
 const WIDENING: [f64; 3] = [2.9, 1.54, 1.07];
-/// How far a time may be off that was not taken in turns where there was no time for any, as a
-/// factor.
+/// Uncertainty factor of a time that was not measured in turns for lack of time.
 const UNSURE: f64 = 1.5;
 
 impl Measurements<'_> {
-    /// Times settings again, one after the other and all over again, with the random numbers of
-    /// their first round: on so many of their first tiles, or on the whole picture where they were
-    /// rendered so. The first one is what the others are held beside; where it was timed in turns
-    /// before, the others are as if they had been timed then. Where there is no time for three
-    /// turns, nothing is learned but that times are unsure.
+    /// Times settings again, one after the other and repeatedly, with the random numbers of their
+    /// first round: on their first tiles, or on the whole picture where they were rendered whole.
+    /// The other settings are compared with the first one. Where the first one was timed in turns
+    /// before, the new times are scaled to the earlier ones. Without time for three turns, the
+    /// times are only marked as uncertain.
     pub fn time_in_turns(
         &mut self,
         settings: &[Setting],
@@ -56,7 +55,8 @@ impl Measurements<'_> {
         );
         let mut scale = 1.0;
         if has_more && earlier.is_empty() {
-            // What few tiles took was told from their rays. All of them together were timed.
+            // The times of a few tiles were derived from their rays. The time of all tiles together
+            // was measured.
             let all = self
                 .drift(&settings[0], first.tiles.len(), end)?
                 .unwrap_or(1.0);
@@ -89,8 +89,8 @@ impl Measurements<'_> {
             .is_some_and(|of| of.whole_seconds.is_some())
     }
 
-    /// Time of a setting over what its first round took on the same part of the picture; none where
-    /// time is out.
+    /// Returns the ratio of a setting's time to that of its first round on the same part of the
+    /// picture; `None` where time is out.
     fn drift(
         &self,
         setting: &Setting,
@@ -127,7 +127,7 @@ impl Measurements<'_> {
         Ok((before > 0.0 && after > 0.0).then(|| after / before))
     }
 
-    /// What the time of a setting over that of another one is multiplied by.
+    /// Returns the correction factor of the ratio of two settings' times.
     pub(super) fn relative_drift(&self, of: &Figures, other: &Figures) -> Interval {
         match (&of.turns[..], &other.turns[..]) {
             ([], []) if self.has_turned => Interval {
@@ -148,8 +148,8 @@ impl Measurements<'_> {
         }
     }
 
-    /// What the time of a setting is multiplied by. One that was not timed again has drifted as the
-    /// one in use did.
+    /// Returns the correction factor of a setting's time. A setting that was not timed again has
+    /// drifted as the setting in use did.
     pub(super) fn own_drift(&self, of: &Figures) -> Interval {
         if !of.turns.is_empty() {
             return spread(of.turns.clone());
@@ -172,7 +172,7 @@ impl Measurements<'_> {
     }
 }
 
-/// Median of at least three turns, with an interval as wide as their number asks for.
+/// Returns the median of at least three turns, with an interval that fits their number.
 fn spread(mut turns: Vec<f64>) -> Interval {
     turns.sort_by(f64::total_cmp);
     let (middle, last) = (turns.len() / 2, turns.len() - 1);
@@ -190,8 +190,8 @@ fn spread(mut turns: Vec<f64>) -> Interval {
     }
 }
 
-/// What is known of a setting that was not timed again, where another one drifted so: that it may
-/// have drifted as far, or not at all.
+/// Returns the factor of a setting that was not timed again where another one drifted: it may have
+/// drifted as far, or not at all.
 fn unknown(turns: impl Iterator<Item = f64>) -> Interval {
     let drift = spread(turns.collect()).value;
     Interval {
@@ -205,8 +205,8 @@ fn unknown(turns: impl Iterator<Item = f64>) -> Interval {
 mod tests {
     use super::*;
 
-    /// Protects: turns say their median and an interval that is wide where they are few, and a
-    /// setting that was not timed again may have drifted as far as another one.
+    /// Protects: turns give their median with an interval that is wide for few turns. A setting
+    /// that was not timed again may have drifted as far as another one.
     #[test]
     fn few_turns_say_little() {
         let three = spread(vec![1.2, 0.9, 1.0]);
@@ -235,8 +235,8 @@ mod tests {
         );
     }
 
-    /// Protects: the interval of turns holds the truth in nine of ten cases and more, whose times
-    /// are off by a tenth by chance.
+    /// Protects: with times that are off by a tenth at random, the interval of turns contains the
+    /// truth in at least nine of ten cases.
     #[test]
     fn intervals_of_turns_hold() {
         let uniform = |index: u64| (crate::hash::mix(index) >> 11) as f64 / 2_f64.powi(53);

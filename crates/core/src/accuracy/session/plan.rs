@@ -1,9 +1,10 @@
-//! What will be measured, decided once by how fast the first look was: how many samples the
-//! reference has, and on how many tiles all settings are measured before any has more.
+//! Plan of a measurement, decided once from the speed of the first look: the number of samples of
+//! the reference, and the number of tiles on which all settings are measured before any setting
+//! gets more.
 //!
-//! Every plan has the same settings in the same order, and reserves twice the time that they are
-//! expected to take, so that a machine that gets slower drops none. What is left goes to more tiles
-//! for those that are worth naming.
+//! Every plan has the same settings in the same order, and reserves twice their expected time, so
+//! that a machine that becomes slower drops none. The remaining time goes to more tiles for
+//! promising settings.
 
 use super::super::Listener;
 use super::super::measurements::Measurements;
@@ -15,46 +16,46 @@ use super::{HALVES, PILOTS, REFERENCE, RUNGS, Session, samples_of};
 use crate::ladder::{Choice, Ladder};
 use crate::prepare::PrepareError;
 
-/// Samples of the reference over those in use, and at least.
+/// Multiple of the samples in use for the reference, its least number and its greatest number of
+/// samples.
 const BETTER: u32 = 4;
 const LEAST_REFERENCE: u32 = 64;
 const MOST_REFERENCE: u32 = 16_384;
-/// Tiles that settings are measured on at least, where the picture has so many.
+/// Fewest tiles of a measurement, where the picture has as many.
 const FEWEST: usize = 6;
-/// The share of the time for rungs that they are expected to take.
+/// Share of the time for rungs that their expected time may fill.
 const CAREFUL: f64 = 0.5;
-/// The share of all time that a reference of more samples than it needs may take.
+/// Share of all time for a reference with more samples than necessary.
 const SPARE: f64 = 0.1;
-/// The share of the time that is left which one setting may take.
+/// Share of the remaining time that a single setting may take.
 const MOST_OF_REST: f64 = 0.35;
-/// Rounds of most settings. One says nothing of bias.
+/// Rounds of most settings. A single round does not separate bias from noise.
 pub(super) const ROUNDS: u64 = 2;
-/// The share of the tiles that rungs are measured on which few people need, where there is no time
-/// for more.
+/// Share of the tiles for less common rungs, where time is short.
 const REST: f64 = 1.0 / 3.0;
-/// The share of all time that one denoised picture of the whole may take.
+/// Share of all time for one denoised picture of the whole.
 const WHOLE: f64 = 0.1;
-/// The share of all time that both pilots may take.
+/// Share of all time for both pilots.
 const BOTH_PILOTS: f64 = 0.16;
-/// What most people change.
+/// The ladders that most users change.
 const NUMBERS: [Ladder; 2] = [Ladder::Samples, Ladder::Reconstruction];
-/// Time that a denoised picture takes over a noisy one.
+/// Ratio of the times of a denoised and a noisy picture.
 const FILTER: f64 = 1.3;
 
-/// What will be measured.
+/// Plan of a measurement.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct MeasurementPlan {
     pub reference_samples: u32,
-    /// Tiles that the most telling settings are measured on first, apart from those that take long.
+    /// Tiles of the most important settings, except those that take long.
     pub tiles: usize,
-    /// Tiles that all others are measured on.
+    /// Tiles of all other settings.
     rest: usize,
-    /// Settings that are measured on them.
+    /// Number of settings on these tiles.
     settings: usize,
 }
 
 impl MeasurementPlan {
-    /// In words.
+    /// Describes the plan in words.
     pub(super) fn told(&self, sample: &TileSample) -> String {
         let Self {
             reference_samples,
@@ -75,7 +76,8 @@ impl MeasurementPlan {
     }
 }
 
-/// A setting with what its pictures are held beside, and whether they are kept for that.
+/// A setting, the setting to which it is compared, and whether its pictures are kept for
+/// comparisons.
 struct Item {
     setting: Setting,
     ladder: Ladder,
@@ -84,7 +86,7 @@ struct Item {
 }
 
 impl Item {
-    /// Whether most people need it.
+    /// Whether the ladder is among the most important.
     fn is_telling(&self) -> bool {
         matches!(
             self.ladder,
@@ -99,7 +101,7 @@ impl Session<'_> {
         let (tile_sample, budget) = (self.tile_sample(grid), self.effort.budget.as_secs_f64());
         let mut reference_samples = self.least_reference();
         let fitting = self.fitting(grid, 1.0);
-        // A few tiles more than what is there are not worth leaving out.
+        // Leaving out only a few of the tiles is not worthwhile.
         let is_all = fitting + fitting / 4 >= sample.most();
         let enough = |tiles: usize| tiles.max(FEWEST).min(sample.most());
         let tiles = if is_all {
@@ -128,8 +130,8 @@ impl Session<'_> {
         }
     }
 
-    /// Renders the pilots with as many samples as there is time for, where something is denoised
-    /// and not all of the picture is measured.
+    /// Renders the pilots with as many samples as the time allows, where a setting is denoised and
+    /// not all of the picture is measured.
     pub(super) fn pilots(
         &self,
         plan: &MeasurementPlan,
@@ -150,7 +152,7 @@ impl Session<'_> {
         if most < 2 {
             return Ok(());
         }
-        // Powers of two are what low-discrepancy sequences are even with.
+        // Low-discrepancy sequences are most uniform at powers of two.
         let samples = 1 << most.ilog2();
         let render = |round| {
             Unfinished::allow(
@@ -165,18 +167,19 @@ impl Session<'_> {
         Ok(())
     }
 
-    /// Wall-clock seconds of a denoised picture of the whole.
+    /// Returns the expected wall-clock seconds of a denoised picture of the whole.
     fn whole_cost(&self, samples: u32) -> f64 {
         let [width, height] = self.settings.size.map(f64::from);
         self.pace * width * height * f64::from(samples) * FILTER
     }
 
-    /// Most samples of denoised pictures that are rendered whole.
+    /// Returns the most samples with which denoised pictures are rendered whole.
     fn whole_samples(&self) -> u32 {
         (WHOLE * self.effort.budget.as_secs_f64() / self.whole_cost(1).max(1e-12)) as u32
     }
 
-    /// Whether a setting is denoised and rendered whole, though not all of the picture is measured.
+    /// Whether a setting is denoised and rendered whole, although not all of the picture is
+    /// measured.
     fn is_by_the_whole(&self, setting: &Setting) -> bool {
         let (_, settings) = setting.applied(self.scene, &self.settings);
         settings.denoise && settings.sampling.count() <= self.whole_samples()
@@ -190,12 +193,13 @@ impl Session<'_> {
             .clamp(LEAST_REFERENCE, u32::from(u16::MAX) * 4)
     }
 
-    /// Wall-clock seconds of a sample of all pixels of a tile.
+    /// Returns the wall-clock seconds of a sample of all pixels of a tile.
     fn tile_sample(&self, grid: &Grid) -> f64 {
         self.pace * f64::from(grid.size[0]) * f64::from(grid.size[1]) / grid.count() as f64
     }
 
-    /// Tiles that there is time for, where all but the most telling settings have a share of them.
+    /// Returns the number of tiles for which time suffices, where all but the most important
+    /// settings are measured on a share of them.
     pub(super) fn fitting(&self, grid: &Grid, rest: f64) -> usize {
         let (items, most) = (self.items(), self.most(grid));
         let cost = |item: &Item| {
@@ -214,8 +218,8 @@ impl Session<'_> {
         (time / a_tile.max(1e-12)) as usize
     }
 
-    /// Samples that a tile of a setting takes in all its rounds, what is around it for the denoiser
-    /// included; nothing where all of the picture is rendered.
+    /// Returns the samples of a setting on a tile in all its rounds, the denoiser's margin
+    /// included; zero where the whole picture is rendered.
     pub(super) fn cost(&self, setting: &Setting, grid: &Grid) -> f64 {
         if self.is_by_the_whole(setting) {
             return 0.0;
@@ -230,8 +234,8 @@ impl Session<'_> {
         self.rounds(setting) as f64 * f64::from(self.samples(setting)) * wide * wide
     }
 
-    /// Those of many samples are rendered once: they have the bias of those of few. So are denoised
-    /// pictures of the whole that take long.
+    /// Returns the number of rounds. Settings with more samples are rendered once, because they
+    /// share the bias of those with fewer. So are long denoised pictures of the whole.
     pub(super) fn rounds(&self, setting: &Setting) -> u64 {
         let samples = self.samples(setting);
         let is_long =
@@ -243,7 +247,7 @@ impl Session<'_> {
         }
     }
 
-    /// Wall-clock seconds that a setting is expected to take.
+    /// Returns the expected wall-clock seconds of a setting.
     pub(super) fn expected(&self, setting: &Setting, tiles: usize, grid: &Grid) -> f64 {
         match self.is_by_the_whole(setting) {
             true => self.rounds(setting) as f64 * self.whole_cost(self.samples(setting)),
@@ -251,18 +255,20 @@ impl Session<'_> {
         }
     }
 
-    /// What a setting may take on a tile, in samples, before it has fewer tiles than others.
+    /// Returns the samples that a setting may take on a tile before it gets fewer tiles than
+    /// others.
     fn most(&self, grid: &Grid) -> f64 {
         2.0 * self.cost(&Setting::default(), grid)
     }
 
-    /// Tiles that a setting is measured on where most have so many.
+    /// Returns the number of tiles of a setting where most settings have `tiles`.
     pub(super) fn tiles_of(&self, setting: &Setting, tiles: usize, sample: &TileSample) -> usize {
         let share = (self.most(&sample.grid) / self.cost(setting, &sample.grid)).min(1.0);
         ((tiles as f64 * share) as usize).max(FEWEST.min(tiles))
     }
 
-    /// Numbers of samples up to those that halve the error, and what of it denoised takes little.
+    /// Returns the sample counts up to those that halve the error, with the cheap ones also
+    /// denoised.
     pub(super) fn numbers_of_samples(&self) -> Vec<Setting> {
         let is_near = |setting: &Setting| {
             self.samples(setting) <= HALVES.saturating_mul(self.settings.sampling.count())
@@ -281,9 +287,10 @@ impl Session<'_> {
             .collect()
     }
 
-    /// Every setting of a plan, the most telling first: the scene as it is, numbers of samples that
-    /// may be worth their time, with and without denoising, what the other rungs are put on, these,
-    /// each ladder's most exact one first, and more samples than anyone needs who has so many.
+    /// Returns every setting of the plan in order of importance: the scene's own; sample counts
+    /// that may be worthwhile, with and without denoising; the setting on which the other rungs are
+    /// measured; these rungs, each ladder's most exact first; and larger sample counts than most
+    /// users need.
     fn items(&self) -> Vec<Item> {
         let item = |setting: Setting, ladder: Ladder| Item {
             setting,
@@ -359,8 +366,8 @@ impl Session<'_> {
         all
     }
 
-    /// Measures every setting of the plan in turn. Gives those that were held beside others, with
-    /// the ladders that they were held on.
+    /// Measures every setting of the plan in turn. Returns the compared settings, with their
+    /// ladders.
     pub(super) fn rungs(
         &mut self,
         plan: &MeasurementPlan,
@@ -369,7 +376,7 @@ impl Session<'_> {
     ) -> Result<Vec<(Setting, Ladder)>, PrepareError> {
         let mut pairs = Vec::new();
         if measurements.sample.is_whole(plan.tiles) {
-            // The first picture of a size also takes the time for its memory.
+            // The first picture of a size also takes the time of its memory allocation.
             let first = measurements
                 .renderer
                 .take(&Setting::default(), &[], 0, self.at(RUNGS));
@@ -391,12 +398,12 @@ impl Session<'_> {
             let left = self.left(RUNGS);
             let expected = self.expected(&setting, tiles, &measurements.sample.grid);
             if i > 0 && expected > MOST_OF_REST * left {
-                // It would take the time of many others, and perhaps not be there in the end.
+                // It would take the time of many others, and perhaps not finish.
                 self.cut_short = true;
                 continue;
             }
-            // Without the scene's own picture there is nothing to tell, so that one may take what
-            // there is.
+            // Without the scene's own picture the report is empty, so this picture may take all
+            // remaining time.
             let end = self.at(if i == 0 { 1.0 } else { RUNGS });
             let rounds = self.rounds(&setting);
             self.cut_short |=

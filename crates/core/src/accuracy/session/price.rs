@@ -1,5 +1,4 @@
-//! What costs time and memory apart from errors: rungs that no picture depends on, and the effects
-//! of the scene.
+//! Costs in time and memory: rungs that do not change pictures, and the effects of the scene.
 
 use super::super::Listener;
 use super::super::effects::{Bench, EffectCosts};
@@ -8,7 +7,7 @@ use super::super::report::{Price, PriceReport};
 use super::{COSTS, PRICES, Session};
 use crate::prepare::PrepareError;
 
-/// Tells of a part of the measurement as the stretch of the whole that it is.
+/// Maps the progress of a part to its range of the whole.
 struct ProgressRange<'a> {
     listener: &'a mut dyn Listener,
     from: f64,
@@ -53,7 +52,7 @@ impl Session<'_> {
         Ok(reports)
     }
 
-    /// What each effect costs; none where there is no time for any.
+    /// Measures the cost of each effect; `None` without time for any.
     pub fn costs(
         &mut self,
         listener: &mut dyn Listener,

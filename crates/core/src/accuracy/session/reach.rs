@@ -1,5 +1,5 @@
-//! What a measurement looks at first: how fast and how noisy the picture is where, and how exact
-//! the reference may be.
+//! First look of a measurement: speed and noise of the picture by place, and the feasible rungs of
+//! the reference.
 
 use std::time::Duration;
 
@@ -10,21 +10,21 @@ use super::{LOOK, REACH, Session};
 use crate::ladder::{Choice, Ladder};
 use crate::prepare::PrepareError;
 
-/// A rung may take this many times as long as the scene's own in a tile, or so long at least.
+/// Time limit of a rung in a tile: a multiple of the scene's own time, and a least duration.
 const PATIENCE: f64 = 20.0;
 const LEAST_PATIENCE: Duration = Duration::from_secs(2);
 
-/// Edges of tiles: the longest with which there is time for so many of them, or the last.
+/// Edges of tiles: the longest edge for which the time suffices for enough tiles, or the last.
 const EDGES: [u32; 2] = [32, 16];
 const ENOUGH_TILES: usize = 24;
-/// Tiles that say what one takes.
+/// Tiles from which the time of a tile is estimated.
 const FIRST_LOOK: usize = 8;
-/// Pictures have about so many tiles at least, down to an edge of eight pixels.
+/// Least number of tiles of a picture, down to an edge of eight pixels.
 const FEWEST_TILES: f64 = 48.0;
 
 impl Session<'_> {
-    /// How the picture is divided, by what a tile takes; `edge` is that of a reference that is
-    /// there.
+    /// Divides the picture into tiles, by the time of a tile; `edge` is given by an existing
+    /// reference.
     pub(super) fn grid(
         &mut self,
         renderer: &Renderer<'_>,
@@ -41,7 +41,7 @@ impl Session<'_> {
             seed: self.settings.seed,
         };
         let grid = of(edge.unwrap_or(fitting.min(EDGES[0])));
-        // The first picture of a scene also takes the time for preparing it and for its memory.
+        // The first picture of a scene also takes the time of preparation and memory allocation.
         let order = grid.spread();
         let tiles = &order[..FIRST_LOOK.min(order.len())];
         renderer
@@ -64,7 +64,7 @@ impl Session<'_> {
         Ok(if edge.is_some() { grid } else { of(shorter) })
     }
 
-    /// Looks at more and more tiles while there is time.
+    /// Looks at more and more tiles while time remains.
     pub fn look(
         &mut self,
         renderer: &Renderer<'_>,
@@ -87,10 +87,9 @@ impl Session<'_> {
         Ok(looks)
     }
 
-    /// The most exact rung of each ladder that does not take too long, samples apart, as the tile
-    /// shows that took longest. Paths that divide at glass and mirrors have twice as many ends with
-    /// each segment. What is not known when the time for this is over stays as it is. What they
-    /// take together is remembered.
+    /// Returns the most exact feasible rung of each ladder but samples, tested on the slowest tile.
+    /// Paths that divide at glass and mirrors double their number of ends with each segment. Rungs
+    /// not tested within the time stay as they are. The ratio of the times of a sample is stored.
     pub fn within_reach(
         &mut self,
         renderer: &Renderer<'_>,
@@ -124,8 +123,8 @@ impl Session<'_> {
                 }
                 let end = end.min((self.now)() + patience);
                 match Unfinished::allow(renderer.take(&self.setting(choice), &part, 0, end))? {
-                    // Ladders without bias stay where they are: their slower rungs bring less than
-                    // samples do.
+                    // Ladders without bias keep their rung: slower rungs gain less than more
+                    // samples.
                     Some(_) if ladder.is_free_of_bias() => break,
                     Some(_) => {
                         exact = exact.with(choice);

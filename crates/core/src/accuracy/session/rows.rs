@@ -1,5 +1,4 @@
-//! What a report has of each setting: rows of ladders, combinations, and pictures beside each
-//! other.
+//! Rows of the report: ladders, combinations, and pictures for comparison.
 
 use super::super::Interval;
 use super::super::measurements::Measurements;
@@ -22,7 +21,8 @@ impl Session<'_> {
         let rung = |choice: Choice| {
             let setting = self.setting(choice);
             let is_in_use = setting == beside;
-            // The most exact one was held beside the one in use, and the others beside that.
+            // The most exact rung was compared with the one in use, and the others with the most
+            // exact one.
             let pair = if is_in_use { &exact } else { &setting };
             let is_paired = own_errors.contains(&(pair.clone(), ladder));
             let own_error = match setting == exact {
@@ -50,7 +50,8 @@ impl Session<'_> {
         }
     }
 
-    /// What rungs other than numbers of samples were put on, where that is not the scene as it is.
+    /// Returns the setting on which rungs other than sample counts were measured, where it is not
+    /// the scene's own.
     pub(super) fn base_report(&self, measurements: &Measurements<'_>) -> Option<Base> {
         self.base.rung(Ladder::Samples)?;
         Some(Base {
@@ -59,7 +60,7 @@ impl Session<'_> {
         })
     }
 
-    /// Settings of several rungs, as far as they are no rows of a ladder.
+    /// Returns the settings of several rungs that are not rows of a ladder.
     pub(super) fn combinations(
         &self,
         known: &[Setting],
@@ -93,8 +94,8 @@ impl Session<'_> {
         })
     }
 
-    /// The tile that was drawn first, or the whole picture where that was measured: the reference,
-    /// and what was measured alike.
+    /// Returns the pictures of the first tile, or of the whole picture where the whole was
+    /// measured: the reference, and the settings measured on it.
     pub(super) fn pictures(&self, measurements: &Measurements<'_>, film: &Film) -> Vec<Shown> {
         let whole = film.picture();
         let is_whole = measurements.sample.is_whole(measurements.known());

@@ -1,4 +1,4 @@
-//! Measurements by a clock that counts rays, so that every time is known.
+//! Measurements with a clock that counts rays, so that every time is known.
 
 use core::time::Duration;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
@@ -12,7 +12,7 @@ use crate::picture::Picture;
 use crate::scene::Scene;
 use crate::settings::Crop;
 
-/// Two walls that glow and mirror: a path of n segments has n rays, and no chance.
+/// Two walls that emit and mirror: a path of n segments has n rays, without randomness.
 fn corridor() -> Scene {
     serde_json::from_str(
         r#"{"format": 1, "render": {"size": [4, 2], "pattern": "centre", "max_depth": 4},
@@ -25,7 +25,7 @@ fn corridor() -> Scene {
     .expect("a scene")
 }
 
-/// Remembers what it hears.
+/// Records the reported steps.
 #[derive(Default)]
 struct Heard(Vec<(String, f64)>);
 
@@ -61,9 +61,9 @@ fn measured_by(
     session.run(Start::default(), listener).expect("a report").0
 }
 
-/// Protects: times are those of rendering alone, and ratios are a setting's time over the scene's
-/// own: n segments take n/4 of what four take, trees and scans the same; and who listens hears of
-/// every rung.
+/// Protects: times are those of rendering alone, and ratios are a setting's time over that of the
+/// scene's own. n segments take n/4 of the time of four, and trees as long as scans. The listener
+/// is told every rung.
 #[test]
 fn times_are_what_the_clock_says() {
     let mut heard = Heard::default();
@@ -120,10 +120,10 @@ fn times_are_what_the_clock_says() {
     );
 }
 
-/// Whether the machine is busy with something else too.
+/// Whether the machine is slowed down by other work.
 static IS_BUSY: AtomicBool = AtomicBool::new(false);
 
-/// Makes it busy while the setting in use is measured, but in turns.
+/// Slows the machine while the setting in use is measured, except in turns.
 struct Disturber;
 
 impl Listener for Disturber {
@@ -132,9 +132,9 @@ impl Listener for Disturber {
     }
 }
 
-/// Protects: a machine that takes twice the time while the setting in use is measured makes no
-/// other one twice as fast: settings of the frontier take n/4 of what four segments take, and
-/// intervals of all others hold that.
+/// Protects: a machine that is slow while the setting in use is measured makes no other setting
+/// appear twice as fast. Settings of the frontier take n/4 of the time of four segments, and the
+/// intervals of all others contain that value.
 #[test]
 fn what_slows_one_setting_makes_no_other_fast() {
     let stopwatch: Stopwatch = |work| {
@@ -184,8 +184,7 @@ fn what_slows_one_setting_makes_no_other_fast() {
     );
 }
 
-/// Protects: effects are priced by the same clock: what mirrors add to one ray of camera is three
-/// more.
+/// Protects: effects are timed by the same clock: mirrors add three rays to one camera ray.
 #[test]
 fn effects_are_priced_too() {
     let report = measured(Some([4, 2]), &mut Heard::default());
@@ -206,9 +205,9 @@ fn effects_are_priced_too() {
     );
 }
 
-/// Protects: each setting of the frontier is slower and better than the one before it, and none
-/// measured is better in both; shorter paths than in use, which are all bias, are none of it, and
-/// longer ones are, though what they lack is bias too.
+/// Protects: each setting of the frontier is slower and better than the previous one, and no
+/// measured setting beats it in both. Shorter paths than in use, whose error is all bias, are
+/// excluded; longer ones are included, although their error is bias, too.
 #[test]
 fn the_frontier_is_what_nobody_beats() {
     let report = measured(Some([4, 2]), &mut Heard::default());
@@ -240,8 +239,8 @@ fn the_frontier_is_what_nobody_beats() {
     }
 }
 
-/// Protects: where no size is asked for, a scene that is rendered in no time is measured at its
-/// own, with its own pictures beside the reference's, as many as there are settings.
+/// Protects: without a given size, a scene that renders quickly is measured at its own size, with a
+/// picture of each setting beside the reference's.
 #[test]
 fn small_scenes_are_measured_as_they_are() {
     let report = measured(None, &mut Heard::default());
@@ -269,8 +268,8 @@ fn small_scenes_are_measured_as_they_are() {
     );
 }
 
-/// Protects: rungs that are no other picture to a scene are not measured: without a light or a lamp
-/// there is neither a shadow to leave out nor one to harden.
+/// Protects: rungs that do not change the scene's picture are not measured: without a light or a
+/// lamp, shadow rungs are left out.
 #[test]
 fn rungs_without_a_difference_are_left_out() {
     let scene = corridor();
@@ -298,12 +297,12 @@ fn rungs_without_a_difference_are_left_out() {
     assert_eq!(session.choices_of(Ladder::Precision).count(), 2);
 }
 
-/// Protects: rungs whose numbers can't store the scene are left out, also of what is worth its
-/// time, so that doubles that can are measured.
+/// Protects: rungs whose precision cannot store the scene are left out everywhere, also of
+/// combinations, so that f64 rungs are measured.
 #[test]
 fn rungs_that_cannot_show_the_scene_are_left_out() {
     let mut scene = corridor();
-    // Wherever the origin of storage is, one of both is far from it.
+    // Wherever the storage origin is, one of the two objects is far from it.
     for [min, max] in [
         ["[3e5, 0, 3e5]", "[300001, 2, 300000.01]"],
         ["[-300001, 0, -300000.01]", "[-3e5, 2, -3e5]"],
@@ -354,8 +353,8 @@ fn rungs_that_cannot_show_the_scene_are_left_out() {
     }));
 }
 
-/// Protects: a rung that takes too long to be looked at is not what others are held against: the
-/// most exact one is the next.
+/// Protects: a rung that takes too long to measure is not the reference of comparisons: the next
+/// most exact one is.
 #[test]
 fn what_is_beyond_reach_is_not_the_most_exact() {
     let scene = corridor();
@@ -382,8 +381,7 @@ fn what_is_beyond_reach_is_not_the_most_exact() {
     assert_eq!(session.most_exact(Ladder::PathLength), Setting::one(second));
 }
 
-/// A scene of many samples with a lamp, so that most ladders are reached and rungs differ in what
-/// they take.
+/// A scene of many samples with a lamp, so that most ladders apply and rungs differ in time.
 fn lamp() -> Scene {
     serde_json::from_str(
         r#"{"format": 1, "render": {"size": [16, 12], "samples": 16, "max_depth": 4}, "sky": {"constant": 0.2},
@@ -396,7 +394,7 @@ fn lamp() -> Scene {
     .expect("a scene")
 }
 
-/// A clock that each question moves on by a millisecond.
+/// A clock that each query advances by a millisecond.
 struct Asked {
     start: Instant,
     questions: AtomicU64,
@@ -419,9 +417,9 @@ impl Asked {
     }
 }
 
-/// Protects: the time is asked within every render, and all of it ends when it is over, whatever is
-/// under way, with what was measured by then: the scene's own picture, without which there is
-/// nothing to tell, and of the ladders the samples first.
+/// Protects: every render checks the time, and the measurement ends with its budget, whatever is in
+/// progress. The report then holds the results so far: the scene's own picture, which is required,
+/// and of the ladders the samples first.
 #[test]
 fn all_ends_with_the_time() {
     let scene = lamp();
@@ -485,8 +483,8 @@ fn all_ends_with_the_time() {
     );
 }
 
-/// Protects: more time never shows fewer settings, nor fewer tiles of any, from one that is hardly
-/// enough to one that is enough for all.
+/// Protects: more time never yields fewer settings, nor fewer tiles of any setting, from a budget
+/// that hardly suffices to one that suffices for all.
 #[test]
 fn more_time_shows_no_less() {
     let scene = lamp();
@@ -547,9 +545,9 @@ fn more_time_shows_no_less() {
     assert!(before.len() >= 20, "{before:?}");
 }
 
-/// Protects: a tile has the bits of the whole picture, by chance and by a fixed pattern. A denoised
-/// one with its margin is not far from it: less than a hundredth of what the filter does, as
-/// squares.
+/// Protects: a tile equals the whole picture to the bit, with random samples and with a fixed
+/// pattern. A denoised tile with its margin differs by less than a hundredth of the filter's
+/// change, as squares.
 #[test]
 fn a_tile_is_a_part_of_the_picture() {
     let scene = lamp();
@@ -622,8 +620,8 @@ fn a_tile_is_a_part_of_the_picture() {
     }
 }
 
-/// Protects: by a clock of rays, to which a filter is nothing, a denoised tile takes what the noisy
-/// one takes, though what is around it is rendered too and takes another time.
+/// Protects: by a clock of rays, which does not count the filter, a denoised tile takes as long as
+/// the noisy one, although its margin is rendered, too, and takes a different time.
 #[test]
 fn denoised_tiles_take_what_noisy_ones_take() {
     let scene = lamp();
@@ -680,8 +678,7 @@ fn denoised_tiles_take_what_noisy_ones_take() {
     assert!((time - 1.0).abs() < 1e-9, "{time}");
 }
 
-/// Protects: who stops a measurement gets what was measured by then; before there is a picture,
-/// that is nothing.
+/// Protects: a stopped measurement returns its results so far; before the first picture, nothing.
 #[test]
 fn what_was_measured_is_kept_when_it_is_stopped() {
     struct StopsAt<'a> {

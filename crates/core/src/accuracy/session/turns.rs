@@ -1,4 +1,4 @@
-//! Times of what the first sentence names, taken in turns.
+//! Times of the settings in the report's first sentences, measured in turns.
 
 use std::time::{Duration, Instant};
 
@@ -8,19 +8,18 @@ use super::super::setting::Setting;
 use super::{Session, TURNS};
 use crate::prepare::PrepareError;
 
-/// Settings beside those that are named which are timed in turns at most: the best of many is
-/// partly the one that was timed at the best moment.
+/// Most settings timed in turns besides the named ones. The best of many settings is partly the one
+/// timed at the best moment.
 const MOST: usize = 6;
-/// Turns that there is to be time for.
+/// Turns for which time is planned.
 const PLANNED: f64 = 4.0;
 
-/// The share of the time for all turns that each pass may take: what is named then may be another
-/// one.
+/// Shares of the time for turns at which each pass ends; a pass may change the named setting.
 const PASSES: [f64; 3] = [0.5, 0.7, 1.0];
 
 impl Session<'_> {
-    /// Times the setting in use, what is named beside it, and what else comes near, in turns; and
-    /// then what is named in their place.
+    /// Times the setting in use, the named settings and their closest competitors in turns; then
+    /// the settings that are named instead.
     pub(super) fn turns(
         &self,
         known: &[Setting],
@@ -45,8 +44,8 @@ impl Session<'_> {
         Ok(())
     }
 
-    /// Times those of these settings in turns that there is time for, the first ones first, on as
-    /// many tiles as fit.
+    /// Times as many of these settings in turns as time allows, the first ones first, on as many
+    /// tiles as fit.
     fn turns_until(
         &self,
         end: Instant,
@@ -88,7 +87,7 @@ impl Session<'_> {
         measurements.time_in_turns(&chosen, tiles, end)
     }
 
-    /// What is named beside the setting in use, and so many of those that none beats.
+    /// Returns the settings named beside the setting in use, and some of the Pareto front.
     fn contestants(
         &self,
         known: &[Setting],

@@ -1,4 +1,4 @@
-//! Combinations of rungs that are worth their time: found by steps from what rungs are put on, and
+//! Combinations of rungs that are worth their time: found by steps from the base setting, then
 //! measured on more tiles.
 
 use super::super::Listener;
@@ -13,11 +13,11 @@ use super::{AGAIN, HALVES, RUNGS, Session, WALKS};
 use crate::ladder::{Choice, Ladder};
 use crate::prepare::PrepareError;
 
-/// More tiles are added by so many times those that there are.
+/// Expected growth of the time per step when more tiles are added.
 const GROWTH: f64 = 1.3;
-/// Settings that are measured on more tiles, by what they promise.
+/// Most settings measured on more tiles, by their promise.
 const MOST_AGAIN: usize = 6;
-/// Settings in all that walks and pairs may come to.
+/// Most settings in all that walks and pairs may measure.
 const MOST_SETTINGS: usize = 56;
 
 /// A walk through a session's measurements.
@@ -76,7 +76,7 @@ impl Surveyor for SettingSurvey<'_, '_, '_> {
 }
 
 impl Session<'_> {
-    /// Every setting that was measured, those included that steps lead to.
+    /// Returns every measured setting, including the results of walks.
     pub(super) fn walks(
         &mut self,
         plan: &MeasurementPlan,
@@ -107,7 +107,7 @@ impl Session<'_> {
                 break;
             }
         }
-        // Where walks were done early, what is left is for more tiles.
+        // Where the walks end early, the remaining time goes to more tiles.
         let end = self
             .at(WALKS)
             .min((self.now)() + self.effort.budget.mul_f64(WALKS - RUNGS));
@@ -131,9 +131,9 @@ impl Session<'_> {
         failed.map_or_else(|| Ok(measurements.settings()), Err)
     }
 
-    /// Pairs of a number of samples and another rung that no walk came to, those that may be
-    /// advised first, up to so many settings in all: where walks end depends on noise, and how much
-    /// is measured must not.
+    /// Returns pairs of a sample count and another rung that no walk measured, the sound ones
+    /// first, up to a total number of settings. The end of a walk depends on noise; the number of
+    /// measured settings must not.
     fn sweep(&self, measurements: &Measurements<'_>) -> Vec<Setting> {
         let known = measurements.settings();
         let is_paired =
@@ -164,7 +164,7 @@ impl Session<'_> {
         pairs
     }
 
-    /// The steps of a walk that begins at a setting.
+    /// Returns the steps of a walk that starts at a setting.
     fn from(&self, start: &Setting, steps: &[Steps]) -> Vec<Steps> {
         let at = |steps: &Steps| {
             let chosen = start.rung(steps.ladder);
@@ -177,12 +177,12 @@ impl Session<'_> {
         steps.iter().filter_map(at).collect()
     }
 
-    /// What is known of a ladder's rungs, as far as they were measured and may be advised; none
-    /// where the scene's own has no place among them.
+    /// Returns the measured, sound rungs of a ladder; `None` where the scene's own rung is not
+    /// among them.
     ///
-    /// What a rung gets wrong is its difference to the ladder's most exact one with the same random
-    /// numbers: beside the error of few samples it would not be seen, and yet decide what many are
-    /// worth.
+    /// The error of a rung is its difference to the ladder's most exact rung with the same random
+    /// numbers. Against the noise of few samples this error would be invisible, and yet it decides
+    /// the value of many samples.
     fn steps(&self, ladder: Ladder, measurements: &Measurements<'_>) -> Option<Steps> {
         let in_use = ladder.in_use(self.scene, &self.settings);
         let (exact, beside) = (self.most_exact(ladder), self.beside(ladder));
@@ -248,8 +248,8 @@ impl Session<'_> {
             .is_some_and(|(measured, own)| is_sound(setting, &measured, &own))
     }
 
-    /// Measures what is worth naming on more tiles, chunk by chunk, or where all of them were
-    /// measured with more random numbers: the best of many is partly the luckiest.
+    /// Measures promising settings on more tiles, chunk by chunk, or with more random numbers where
+    /// all tiles were measured. The best of many settings is partly the luckiest.
     pub(super) fn again(
         &mut self,
         known: &[Setting],
@@ -291,7 +291,7 @@ impl Session<'_> {
             if sample.is_whole(tiles) {
                 return self.all_again(&chosen, measurements, listener);
             }
-            // The next ones take longer by as much as there are more of them.
+            // The next chunk takes longer in proportion to its size.
             if (self.now)() + ((self.now)() - before).mul_f64(GROWTH) > end {
                 break;
             }
@@ -299,8 +299,8 @@ impl Session<'_> {
         Ok(())
     }
 
-    /// The setting in use, numbers of samples that most ask for, what was named so far, and others
-    /// by what they promise.
+    /// Returns the setting in use, common sample counts, the settings named so far, and others by
+    /// their promise.
     fn promising(&self, known: &[Setting], measurements: &Measurements<'_>) -> Vec<Setting> {
         let own = Setting::default();
         let answer = self.answer(known, measurements);
@@ -328,7 +328,7 @@ impl Session<'_> {
         chosen
     }
 
-    /// Measures settings on all tiles that they lack, since what takes long has fewer, and then in
+    /// Measures settings on all tiles that they lack, since slow settings have fewer, and then in
     /// more rounds.
     fn all_again(
         &self,
@@ -369,7 +369,7 @@ impl Session<'_> {
         Ok(())
     }
 
-    /// The settings that none measured beats, and what they say first of all.
+    /// Returns the settings on the Pareto front, and the report's first sentences.
     pub(super) fn frontier(
         &self,
         known: &[Setting],
@@ -403,8 +403,8 @@ impl Session<'_> {
         )
     }
 
-    /// Those that were measured, may be advised and that no other one beats, simple settings before
-    /// others where both are worth the same.
+    /// Returns the measured, sound settings on the Pareto front; of two of equal value, the simpler
+    /// one.
     pub(super) fn unbeaten(
         &self,
         known: &[Setting],

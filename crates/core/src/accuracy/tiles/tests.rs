@@ -1,5 +1,5 @@
-//! Tests of the sample: that tiles are the picture, that chances are those with which tiles are
-//! drawn, and that intervals hold.
+//! Tests of the tile sample: tiles cover the picture, inclusion probabilities are right, and
+//! intervals hold.
 
 use super::*;
 
@@ -13,13 +13,13 @@ fn uniform(seed: u64, index: u64) -> f64 {
     (mix(seed ^ mix(index)) >> 11) as f64 / 2_f64.powi(53)
 }
 
-/// A number of mean and variance one, skewed.
+/// A skewed number with mean and variance one.
 fn exponential(seed: u64, index: u64) -> f64 {
     -libm::log(1.0 - uniform(seed, index))
 }
 
-/// Protects: tiles cover each pixel of a picture once, with their margins they stay in it, and
-/// every beginning of the order in which they are looked at reaches all of the picture.
+/// Protects: tiles cover each pixel of a picture once, stay inside the picture with their margins,
+/// and every prefix of their order reaches all of the picture.
 #[test]
 fn tiles_are_the_picture() {
     let mut covered = vec![0; 320 * 184];
@@ -55,7 +55,7 @@ fn tiles_are_the_picture() {
     }
 }
 
-/// Looks of a noise that some tiles have much more of.
+/// Looks with uneven noise.
 fn looks(grid: Grid) -> Vec<PilotPass> {
     let noise = |tile: u32| if tile.is_multiple_of(9) { 8.0 } else { 1.0 };
     (0..grid.count() as u32)
@@ -67,8 +67,8 @@ fn looks(grid: Grid) -> Vec<PilotPass> {
         .collect()
 }
 
-/// Protects: a tile is drawn as often as its chance says, noisy ones more often; all together are
-/// as many as were asked for, and more tiles are those before and others.
+/// Protects: a tile is drawn as often as its inclusion probability says, noisy ones more often. The
+/// probabilities sum to the number of drawn tiles, and a larger sample contains the smaller one.
 #[test]
 fn chances_are_those_with_which_tiles_are_drawn() {
     let (mut drawn, mut expected) = (vec![0.0; GRID.count()], vec![0.0; GRID.count()]);
@@ -93,8 +93,8 @@ fn chances_are_those_with_which_tiles_are_drawn() {
     assert!(all.len() == GRID.count() && all.iter().all(|&chance| chance == 1.0));
 }
 
-/// The share of intervals that hold the true mean of errors, where tiles have a mean each and
-/// blocks noise of their own.
+/// Returns the share of intervals that contain the true mean of errors, where tiles have different
+/// means and blocks their own noise.
 fn held(count: usize, mean: impl Fn(u64, u32) -> f64, has_looks: bool) -> f64 {
     let runs = 3000;
     let holds = |seed: &u64| {
@@ -164,8 +164,8 @@ fn held(count: usize, mean: impl Fn(u64, u32) -> f64, has_looks: bool) -> f64 {
     (0..runs).filter(holds).count() as f64 / runs as f64
 }
 
-/// Protects: intervals of what tiles say hold the true mean in 93 to 97 of 100 pictures of even
-/// noise, from a few tiles, from many and from the whole picture.
+/// Protects: for even noise, intervals contain the true mean in 93 to 97 of 100 pictures, with few
+/// tiles, many, and the whole picture.
 #[test]
 fn intervals_hold_even_noise() {
     for count in [12, 60, 240] {
@@ -174,9 +174,9 @@ fn intervals_hold_even_noise() {
     }
 }
 
-/// Protects: they hold as well where tiles differ at random by a factor of several, and are rather
-/// too wide where a look told which have most of it; so they are where a twentieth of the picture
-/// has most of the error.
+/// Protects: intervals hold as well where tiles differ at random by a factor of several. They are
+/// rather too wide where a look predicted the noisy tiles, and where a twentieth of the picture has
+/// most of the error.
 #[test]
 fn intervals_hold_uneven_noise() {
     let uneven = |seed: u64, tile: u32| 0.1 * (0.2 + 2.0 * exponential(seed + 5, u64::from(tile)));
@@ -203,8 +203,8 @@ fn intervals_hold_uneven_noise() {
     assert!(share >= 0.93, "{share}");
 }
 
-/// Protects: what is less than the reference's own noise may say begins at zero, and one tile of
-/// many says nothing.
+/// Protects: an estimate below the reference's own noise has an interval that starts at zero, and a
+/// single tile of many gives no information.
 #[test]
 fn what_is_lost_in_noise_begins_at_zero() {
     let share = |chance: f64, doubt: f64| Share {
@@ -223,8 +223,9 @@ fn what_is_lost_in_noise_begins_at_zero() {
     assert_eq!(ratio(&[share(0.5, 0.0)]).high, f64::INFINITY);
 }
 
-/// Protects: all tiles of a small picture, whose errors are of one piece each, have an interval,
-/// though none was left out: of 1 and 3 in turns the sum of ten is known to the noise of ten.
+/// Protects: the estimate from all tiles of a small picture, with one piece each, has an interval
+/// although no tile was left out: the sum of ten alternating values 1 and 3 is as uncertain as the
+/// noise of ten.
 #[test]
 fn all_tiles_of_a_small_picture_have_noise() {
     let above: [&[f64]; 2] = [&[1.0], &[3.0]];
