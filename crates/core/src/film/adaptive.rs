@@ -1,16 +1,17 @@
-//! Samples where the error is: after each round over the picture, which tiles are to have how many
-//! more, until the error that was asked for is reached.
+//! Adaptive sampling: after each round over the picture, the film decides the sample counts of the
+//! tiles for the next round, until the requested error is reached.
 //!
-//! What a tile has met must not decide how its own samples count: a tile that stops because it has
-//! not met a rare bright path is too dark on average. Replicates therefore form two halves, each of
-//! which decides how many samples the *other* takes, and every replicate counts the same in the
-//! end, however many samples it has. What remains is that a round's picture decides when all ends.
+//! The samples of a tile must not decide their own weight: a tile that stops because it has not yet
+//! found a rare bright path is too dark on average. Replicates therefore form two halves, each of
+//! which decides the sample counts of the *other*, and every replicate has the same weight in the
+//! end, whatever its number of samples. The remaining dependence is that a round's picture decides
+//! when the render ends.
 //!
-//! Squared errors of a tile with n samples sum up to v/n, and for a given number of samples in all
-//! their sum is least where n is proportional to √v (Neyman, "On the Two Different Aspects of the
-//! Representative Method", 1934). v is known from few replicates, so that it is smoothed over
-//! neighbours and no tile falls behind for looking quiet; numbers of samples are those of a coarse
-//! grid, at which points of a sequence are even.
+//! The squared errors of a tile with n samples sum to v/n. For a given total, the sum over tiles is
+//! least where n is proportional to √v (Neyman, "On the Two Different Aspects of the Representative
+//! Method", 1934). v is estimated from few replicates. So it is smoothed over neighbours, and a
+//! least share keeps tiles that look quiet from falling behind. Sample counts lie on a coarse grid,
+//! at which the points of a sequence are well distributed.
 
 use super::relative::weights;
 use super::{Doubt, Film, Plan, ReplicateBuffer, Uncertainty};
@@ -20,54 +21,54 @@ use crate::observer::Observer;
 /// Samples of a replicate in the first round.
 const FIRST: u32 = 4;
 
-/// A round adds at most this share of the samples that there are.
+/// Largest factor on the total number of samples per round.
 const GROWTH: f64 = 1.25;
 
-/// And, as long as the error is too large, at least this.
+/// Least factor on the total number of samples per round, as long as the error is too large.
 const LEAST_GROWTH: f64 = 1.0625;
 
-/// No tile grows by more than this in a round: what it knows of itself may be wrong.
+/// Largest factor on the samples of a tile per round, because a tile's own estimate may be wrong.
 const TILE_GROWTH: u32 = 2;
 
-/// Every tile takes at least this share of the samples that one with the mean variance takes.
+/// Least share of a tile's samples, relative to a tile with the mean variance.
 const QUIET: f64 = 0.25;
 
-/// How far a film has come towards an error.
+/// Progress of a film towards a requested error.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Aim {
-    /// It is below, as surely as the interval says.
+    /// The upper end of the error's interval is below the requested error.
     Reached,
-    /// More samples are to be taken.
+    /// More samples are needed.
     Further,
-    /// It is not, and no pixel may have more samples.
+    /// The error is too large, but every pixel has the greatest number of samples.
     Exhausted,
 }
 
-/// Why a picture went on although the error that was asked for seemed to be reached.
+/// Record of a render that continued although the requested error seemed to be reached.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct DoubtedAim {
-    /// Least and most samples of a pixel that there were.
+    /// Least and most samples of a pixel at that time.
     pub samples: [u32; 2],
-    /// The root relMSE that they claimed.
+    /// Claimed root relMSE.
     pub error: f64,
-    /// Why the claim could not be trusted.
+    /// Reason for distrusting the claim.
     pub doubt: Doubt,
 }
 
-/// Samples of a replicate in the first round.
+/// Returns the samples of a replicate in the first round.
 pub(super) fn first(plan: &Plan) -> u16 {
     FIRST.min(plan.samples_of(plan.replicates - 1)) as u16
 }
 
-/// The nearest number of samples from below that a tile may have: eight to the octave.
+/// Rounds a sample count down to the grid of allowed counts: eight per octave.
 fn on_grid(samples: f64) -> u32 {
     let whole = samples.clamp(1.0, f64::from(u16::MAX)) as u32;
     whole >> whole.ilog2().saturating_sub(3) << whole.ilog2().saturating_sub(3)
 }
 
 impl Film {
-    /// Decides after a whole round what the next one is to take for a root relMSE below `error`.
-    /// Where the picture is to be denoised, that is the denoised one's.
+    /// Decides after a complete round the sample counts of the next one, for a root relMSE below
+    /// `error`. For a picture that will be denoised, the error is that of the denoised picture.
     pub(crate) fn aim(&mut self, error: f64, observer: &dyn Observer) -> Aim {
         if self.is_replayed {
             return Aim::Exhausted;
@@ -106,8 +107,8 @@ impl Film {
             .filter(|claimed| claimed.doubt.is_none())
             .map_or(GROWTH, needed);
         let (done, _) = self.progress(&self.whole());
-        // A claim in doubt is none to go by in adding samples, but it tells how many there will be
-        // at least.
+        // A doubted claim does not decide the added samples, but it bounds their final number from
+        // below.
         self.expected =
             (done as f64 * claimed.map_or(lacking, |claimed| needed(claimed).max(lacking))) as u64;
         let growth = lacking.clamp(LEAST_GROWTH, GROWTH);
@@ -132,14 +133,14 @@ impl Film {
         Aim::Further
     }
 
-    /// The first time that the error which was asked for seemed to be reached but was in doubt;
-    /// none where it was not, and of films from files.
+    /// Returns the record of the first time that the requested error seemed to be reached but was
+    /// doubted; `None` otherwise, and for films read from files.
     pub fn doubted_aim(&self) -> Option<DoubtedAim> {
         self.doubted
     }
 
-    /// Samples of each tile in the replicates of one half, with all of them at most `growth` times
-    /// what they are; none where that is what there is.
+    /// Returns the new sample count of each tile in the replicates of one half, with at most
+    /// `growth` times the present total; `None` without a change.
     fn raised(&self, half: u32, growth: f64) -> Option<Vec<u32>> {
         let shares = self.shares(1 - half);
         let most = self.plan.samples_of(self.plan.replicates - 1);
@@ -188,8 +189,8 @@ impl Film {
             .then_some(raised)
     }
 
-    /// What the tiles' samples are to be proportional to by what the replicates of one half say,
-    /// with a largest one of 1.
+    /// Returns the weights of the tiles' sample counts, estimated from one half of the replicates;
+    /// the largest is 1.
     fn shares(&self, half: u32) -> Vec<f64> {
         let variances = self.smoothed(&self.variances(half));
         let mean = variances.iter().sum::<f64>() / variances.len() as f64;
@@ -197,14 +198,14 @@ impl Film {
             .iter()
             .map(|variance| variance.sqrt().max(QUIET * mean.sqrt()));
         let largest = roots.clone().fold(f64::MIN_POSITIVE, f64::max);
-        // Where nothing varies, all are the same.
+        // Without variance, all tiles have equal weight.
         roots
             .map(|root| if mean > 0.0 { root / largest } else { 1.0 })
             .collect()
     }
 
-    /// Relative variance of one sample in the mean over each tile's pixels, by the first two
-    /// replicates of one half.
+    /// Returns the relative variance of one sample, averaged over each tile's pixels, from the
+    /// first two replicates of one half.
     fn variances(&self, half: u32) -> Vec<f64> {
         let pair: Vec<&ReplicateBuffer> = self
             .planes
@@ -232,7 +233,7 @@ impl Film {
             .enumerate()
         {
             let samples = f64::from(first.samples[pixel]) + f64::from(second.samples[pixel]);
-            // The mean of both has a quarter of the squared difference for a variance.
+            // The mean of two replicates has a variance of a quarter of their squared difference.
             let square = |i: usize| (a[pixel][i] - b[pixel][i]) * (a[pixel][i] - b[pixel][i]);
             let of_sample = samples * (0..3).map(|i| weights[i] * square(i) / 4.0).sum::<f64>();
             let tile = self.plan.tile_of(pixel);
@@ -241,7 +242,7 @@ impl Film {
         sums
     }
 
-    /// Means over each tile and its neighbours, nearer ones with larger weights.
+    /// Returns the weighted means over each tile and its neighbours; nearer tiles weigh more.
     fn smoothed(&self, of: &[f64]) -> Vec<f64> {
         let columns = self.plan.columns() as usize;
         let near = |at: usize, end: usize| at.saturating_sub(1)..(at + 2).min(end);

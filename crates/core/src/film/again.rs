@@ -1,26 +1,26 @@
-//! Light that one replicate of a pixel saw and the others did not: whether it is seen again, and
-//! what errors are relative to there.
+//! Light that a single replicate of a pixel found: a test whether such light is confirmed
+//! elsewhere, and the reference value of its relative error.
 //!
-//! Such a pixel may be as bright as its mean says, as at the edge of a lamp smaller than it, or far
-//! darker, as where a path met a lamp that hardly any meets. Its error relative to the truth is a
-//! few in the first case and millions in the second, and its own samples can't tell. Other pixels
-//! can: where one of a pixel's replicates is held out, and of the other three one alone saw light,
-//! the one that was held out knows nothing of that choice, and it is as bright on average as such
-//! pixels are. If that is what the three have for a mean, lamps are small; if it is nothing, light
-//! is rare.
+//! Such a pixel may be as bright as its mean, as at the edge of a lamp smaller than the pixel. Or
+//! it may be far darker, as where a path hit a lamp that hardly any path hits. The relative error
+//! is a few in the first case and millions in the second, and the pixel's own samples cannot decide
+//! between the two. Other pixels can. Hold out one of a pixel's four replicates: where, of the
+//! other three, one alone found light, the held-out replicate is independent of this selection. Its
+//! expected brightness is the true mean of such pixels. If it equals the mean of the other three,
+//! lamps are small; if it is zero, light is rare.
 //!
-//! Where lamps are small, how bright a pixel is that was lit once is known as well as a Poisson
-//! number's mean from one event. What that says depends on what was expected before. Under
-//! Jeffreys' prior ("An Invariant Form for the Prior Probability in Estimation Problems", 1946) the
-//! brightness has a gamma distribution of shape 3/2 whose scale is the pixel's mean m, and 1/(T² +
-//! δ²) a mean of √(2πm/δ)/m² and a mean square of √(2π)/4 · (m/δ)^(5/2)/m⁴ where m is far above δ.
-//! If all brightnesses are as likely before, the shape is 2, and the mean ½ ln(1 + m/δ + (m/δ)²
-//! e^(−2γ))/m², to a sixth. Scenes of small lamps lie between the two, a factor of three or four
-//! apart: the first takes pixels for too dark that are lit once, and the second for too bright. The
-//! geometric mean is the most that a pixel's error is weighed by. Both what one event leaves open
-//! and where between the two the truth is, a twelfth of their squared distance as of an even
-//! distribution, belong to the interval. None of it is fitted to a scene. Products of replicates,
-//! which have nothing in common there, would say 1/δ², as if the pixel were black.
+//! Where lamps are small, the brightness of a pixel that was lit once is as uncertain as a Poisson
+//! mean after one event; the posterior depends on the prior. Under Jeffreys' prior ("An Invariant
+//! Form for the Prior Probability in Estimation Problems", 1946) the brightness has a gamma
+//! distribution of shape 3/2, with the pixel's mean m as its scale. Then 1/(T² + δ²) has a mean of
+//! √(2πm/δ)/m² and a mean square of √(2π)/4 · (m/δ)^(5/2)/m⁴, where m is far above δ. Under a
+//! uniform prior the shape is 2, and the mean is ½ ln(1 + m/δ + (m/δ)² e^(−2γ))/m², within a sixth.
+//! Scenes of small lamps lie between the two, which differ by a factor of three or four: the first
+//! takes pixels that are lit once for too dark, the second for too bright. The geometric mean
+//! bounds the weight of a pixel's error. The interval includes the uncertainty of a single event,
+//! and that between the two priors: a twelfth of their squared distance, as for a uniform
+//! distribution. Nothing is fitted to a scene. Products of replicates, which have no light in
+//! common there, would give 1/δ², as if the pixel were black.
 
 use core::f64::consts::TAU;
 use core::ops::AddAssign;
@@ -30,33 +30,33 @@ use super::relative::FLOOR;
 /// Euler's constant γ.
 const EULER: f64 = 0.577_215_664_901_532_9;
 
-/// Share of the light of three replicates that one alone saw.
+/// Share of the light of three replicates above which a single replicate counts as having found it
+/// alone.
 const ALONE: f64 = 0.8;
 
-/// Light that is seen again counts for no more than so many times what was expected: one that is
-/// brighter still says nothing of the others.
+/// Bound on the confirmed light, in multiples of the expected light: one brighter replicate gives
+/// no information about the others.
 const MOST: f64 = 4.0;
 
-/// Share of what was seen that is to be seen again.
+/// Share of the light that must be confirmed.
 const ENOUGH: f64 = 0.5;
 
-/// Pixels with such light, for their share to be known to a sixth or so.
+/// Fewest pixels with such light, which determine the confirmed share within about a sixth.
 const FEWEST: f64 = 40.0;
 
-/// What is known of the square of a pixel's true colour where light was seen once.
+/// Bound on the weight of a pixel's squared error, where a single replicate found light.
 #[derive(Clone, Copy)]
 pub(super) struct SingleReplicateBound {
-    /// Most that a squared error is weighed by.
+    /// Largest weight of a squared error.
     pub most: [f64; 3],
-    /// How far such a weight may be off by one event, as a share of it: by chance, in each pixel
-    /// another way.
+    /// Relative uncertainty of the weight due to a single event, independent between pixels.
     pub deviation: [f64; 3],
-    /// And by what was expected before, in all pixels the same way.
+    /// Relative uncertainty of the weight due to the prior, common to all pixels.
     pub prior: [f64; 3],
 }
 
 impl Default for SingleReplicateBound {
-    /// Where nothing vouches for such light.
+    /// Returns no bound, for light that is not confirmed.
     fn default() -> Self {
         Self {
             most: [f64::INFINITY; 3],
@@ -67,12 +67,12 @@ impl Default for SingleReplicateBound {
 }
 
 impl SingleReplicateBound {
-    /// By the means of four replicates.
+    /// Returns the bound for the means of four replicates.
     pub fn of(four: [[f64; 3]; 4]) -> Self {
         let mean: [f64; 3] =
             core::array::from_fn(|i| four.iter().map(|mean| mean[i]).sum::<f64>().max(0.0) / 4.0);
         let over = mean.map(|mean| mean / FLOOR.sqrt());
-        // Where it is black the factor falls out, and must be a number.
+        // For a black pixel the factor cancels, but must be a number.
         let weigh = |i: usize, factor: f64| {
             1.0 / (mean[i] * mean[i] / factor.max(f64::MIN_POSITIVE) + FLOOR)
         };
@@ -93,12 +93,12 @@ impl SingleReplicateBound {
     }
 }
 
-/// What the held out say of light that one replicate alone saw.
+/// Statistics of held-out replicates, over light that a single replicate found.
 #[derive(Clone, Copy, Default)]
 pub(super) struct LeaveOneOut {
-    /// Replicates held out.
+    /// Number of held-out replicates.
     held: f64,
-    /// Weights, their squares, and what was seen again times the weights.
+    /// Sums of the weights, of their squares, and of the weighted confirmed light.
     weights: f64,
     squares: f64,
     seen: f64,
@@ -114,10 +114,9 @@ impl AddAssign for LeaveOneOut {
 }
 
 impl LeaveOneOut {
-    /// Adds what the means of four replicates say, each held out in turn. The brighter the light
-    /// the more its error is in doubt, and the more it counts: by √m, as in
-    /// [`SingleReplicateBound`]. Of pixels too dark to have a relative error of their own nothing
-    /// is to be learned.
+    /// Adds the means of four replicates, each held out in turn. Brighter light has a more
+    /// uncertain error and a larger weight: √m, as in [`SingleReplicateBound`]. Pixels too dark for
+    /// a relative error of their own are skipped.
     pub fn add(&mut self, four: [[f64; 3]; 4]) {
         let bright = four.map(|mean| (mean[0] + mean[1] + mean[2]) / 3.0);
         for held in 0..4 {
@@ -139,8 +138,8 @@ impl LeaveOneOut {
         }
     }
 
-    /// Whether enough is seen again, as surely as two standard errors say. What is seen again
-    /// varies by about as much as it is, and the four of a pixel count as one.
+    /// Whether enough light is confirmed, by a margin of two standard errors. The confirmed light
+    /// varies by about its own value, and the four held-out replicates of a pixel count as one.
     pub fn is_enough(&self) -> bool {
         let error = 2.0 * self.squares.sqrt();
         self.held >= 4.0 * FEWEST && self.seen - 2.0 * error >= ENOUGH * self.weights

@@ -1,15 +1,15 @@
-//! What the replicates of a pixel say of its mean, and of how far that may be off.
+//! Estimates from the replicates of a pixel: the mean and its standard error.
 
 use super::relative::{REACH, around};
 use super::sums::WHOLE;
 use super::{Film, Part, ReplicateBuffer};
 
-/// The replicates of which anything is there, in ascending order.
+/// The replicates with any samples, in ascending order.
 pub(super) struct ReplicateStats<'a> {
     planes: Vec<&'a ReplicateBuffer>,
-    /// Whether each replicate counts the same, however many samples it has. Where these numbers
-    /// were decided by what other replicates saw, weights by numbers would be correlated with
-    /// colours, and the mean off.
+    /// Whether all replicates have equal weight, whatever their number of samples. Under adaptive
+    /// sampling the numbers depend on other replicates' colours, so weights by number would bias
+    /// the mean.
     even: bool,
 }
 
@@ -21,8 +21,8 @@ impl<'a> ReplicateStats<'a> {
         }
     }
 
-    /// Mean of a pixel's samples and how many there are; black without any. Sums are added in the
-    /// order of replicates.
+    /// Returns the mean of a pixel's samples and their number; black without samples. Sums are
+    /// added in the order of replicates.
     #[inline]
     pub fn mean(&self, pixel: usize) -> ([f64; 3], f64) {
         let (mut sum, mut count, mut weights) = ([0.0; 3], 0_u64, 0.0);
@@ -40,12 +40,12 @@ impl<'a> ReplicateStats<'a> {
         (sum.map(|s| s / weights.max(1.0)), count as f64)
     }
 
-    /// Share of a pixel that something covers.
+    /// Returns the covered share of a pixel.
     pub fn coverage(&self, pixel: usize) -> f64 {
         self.share(pixel, |plane| &plane.covered)
     }
 
-    /// Share of a pixel that is a ground's shadow.
+    /// Returns the share of a pixel that is a ground's shadow.
     pub fn shadow(&self, pixel: usize) -> f64 {
         self.share(pixel, |plane| &plane.shadowed)
     }
@@ -65,7 +65,7 @@ impl<'a> ReplicateStats<'a> {
         covered / f64::max(weights, 1.0)
     }
 
-    /// Means of a pixel's replicates that have any samples.
+    /// Collects the means of a pixel's replicates that have samples.
     pub fn each_mean(&self, pixel: usize, means: &mut Vec<[f64; 3]>) {
         means.clear();
         let there = self.planes.iter().filter(|plane| plane.samples[pixel] > 0);
@@ -76,19 +76,21 @@ impl<'a> ReplicateStats<'a> {
         }));
     }
 
-    /// Standard errors of the means of so many pixels in rows of `width`, per channel: the roots of
-    /// their variances. One that is less than what so few replicates claim of the mean variance of
-    /// the pixel and its neighbours in 1 of 1000 cases is taken for luck, and what they claim in 5
-    /// of 100 cases for it. Where light is rarely found, a pixel that met none of it, or the same
-    /// in each replicate, would claim far too little, and nothing at all where no sample met any.
-    /// If none of the neighbours met any, the whole picture takes their place for a black pixel,
-    /// unless it is known to have nothing in it. With one threshold for both, intervals of even
-    /// noise would hold in 97.5 of 100 pixels, or those of rare light in 83. A sample's variance is
-    /// compared, not a mean's, since neighbours may have other numbers of samples.
+    /// Returns the standard errors of the means of `pixels` pixels in rows of `width`, per channel:
+    /// the square roots of their variances.
     ///
-    /// m ± t·error holds the true mean m in 95 % of pixels if t is the quantile of Student's
+    /// The estimated variance of a pixel is compared with the mean variance of the pixel and its
+    /// neighbours. An estimate below the 0.1 % quantile of so few replicates counts as luck and is
+    /// replaced by the 5 % quantile. Where light is rarely found, a pixel without any, or with the
+    /// same amount in each replicate, would otherwise claim a far too small error, or none. If no
+    /// neighbour has light, a black pixel is compared with the whole picture, unless the pixel is
+    /// known to be empty. With a single threshold for both, intervals would hold in 97.5 % of
+    /// pixels for even noise, or in 83 % for rare light. The variance of a sample is compared, not
+    /// that of a mean, because neighbours may have other sample counts.
+    ///
+    /// m ± t·error contains the true mean m in 95 % of pixels, with the quantile t of Student's
     /// distribution for R − 1 degrees of freedom ([`student_95`](crate::metrics::student_95)): 3.18
-    /// for four replicates. Of fewer than two replicates nothing is known: −1.
+    /// for four replicates. With fewer than two replicates the error is unknown: −1.
     pub fn standard_errors(&self, pixels: usize, width: usize) -> Vec<[f32; 3]> {
         let means: Vec<Means> = (0..pixels).map(|pixel| self.means(pixel)).collect();
         let known = |means: &Means| means.replicates >= 2;
@@ -139,7 +141,7 @@ impl<'a> ReplicateStats<'a> {
         means.iter().enumerate().map(error).collect()
     }
 
-    /// Whether a pixel is black, and not for having nothing in it as far as hits are counted.
+    /// Whether a pixel is black although it may show a surface, as far as hits are counted.
     fn may_be_lit(&self, pixel: usize, channel: usize) -> bool {
         let is_empty = |plane: &ReplicateBuffer| {
             plane
@@ -153,7 +155,7 @@ impl<'a> ReplicateStats<'a> {
             && !self.planes.iter().all(|plane| is_empty(plane))
     }
 
-    /// How the means of a pixel's replicates lie about the pixel's.
+    /// Returns the deviations of a pixel's replicates from its mean.
     pub fn means(&self, pixel: usize) -> Means {
         let (mean, samples) = self.mean(pixel);
         let there = || self.planes.iter().filter(|plane| plane.samples[pixel] > 0);
@@ -177,12 +179,13 @@ impl<'a> ReplicateStats<'a> {
     }
 }
 
-/// Mean of a pixel with its variance, per channel.
+/// Mean of a pixel and variance of the mean, per channel.
 pub(crate) type MeanVariance = [[f64; 3]; 2];
 
 impl Film {
-    /// Means of a tile's pixels with the variances that their replicates say, without correction
-    /// for luck: right on average. None where fewer than two replicates have all of it.
+    /// Returns the means of a tile's pixels with the unbiased variances from their replicates,
+    /// without the correction for luck. `None` where fewer than two replicates of the tile are
+    /// complete.
     pub(crate) fn means_of(&self, tile: u32) -> Option<Vec<MeanVariance>> {
         let whole = self.whole();
         let is_done = |replicate: &u32| {
@@ -218,16 +221,15 @@ impl Film {
         })
     }
 
-    /// Edge of all tiles in pixels.
+    /// Returns the edge of all tiles in pixels.
     pub(crate) fn tile_size(&self) -> u32 {
         self.plan().tile_size()
     }
 }
 
-/// Shares of the true variance below which one that was estimated from so many degrees of freedom
-/// lies in 1 of 1000 and in 5 of 100 cases: quantiles of χ² over its mean. From a table up to
-/// three; beyond by Wilson and Hilferty ("The Distribution of Chi-Square", 1931), which there is
-/// right to a hundredth.
+/// Returns the 0.1 % and 5 % quantiles of an estimated variance relative to the true one: quantiles
+/// of χ² over its mean, by degrees of freedom. Tabulated up to three; beyond by Wilson and Hilferty
+/// ("The Distribution of Chi-Square", 1931), which is accurate to a hundredth there.
 fn least(freedom: u32) -> [f64; 2] {
     const FEW: [[f64; 2]; 4] = [
         [0.0, 0.0],
@@ -241,21 +243,20 @@ fn least(freedom: u32) -> [f64; 2] {
     })
 }
 
-/// How the means of a pixel's replicates lie about the pixel's.
+/// Deviations of a pixel's replicates from its mean.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Means {
-    /// Sum of their squared deviations, each as often as its replicate has samples, or all the same
-    /// times.
+    /// Sum of the squared deviations, weighted by the samples of each replicate, or equally.
     pub between: [f64; 3],
-    /// Replicates that have any.
+    /// Number of replicates with samples.
     pub replicates: u32,
-    /// Samples in all.
+    /// Number of samples in all replicates.
     pub samples: f64,
 }
 
 impl Means {
-    /// Variance of the pixel's mean m, per channel: Σ nᵣ(mᵣ − m)² / (n(R − 1)) over its R
-    /// replicates with nᵣ samples of mean mᵣ.
+    /// Returns the variance of the pixel's mean m, per channel: Σ nᵣ(mᵣ − m)² / (n(R − 1)) over its
+    /// R replicates with nᵣ samples of mean mᵣ.
     pub fn variance(&self) -> [f64; 3] {
         self.between
             .map(|b| b / (self.samples * f64::from(self.replicates - 1)))

@@ -1,6 +1,6 @@
-//! What makes films parts of one picture: the scene and every setting that decides a sample, as
-//! text that is only ever compared, so that a film in a file can be told from others without the
-//! scene that it shows.
+//! Identity of a picture: the scene and every setting that affects a sample, as text for comparison
+//! alone. Films with equal identities are parts of one picture, which can be checked in a file
+//! without the scene.
 
 use core::fmt::Debug;
 
@@ -8,20 +8,20 @@ use serde::{Deserialize, Serialize};
 
 use crate::settings::Settings;
 
-/// What decides the samples of a picture. How they are computed (threads, accelerator, memory) does
-/// not, and how many of them there are is the plan's business.
+/// Scene and settings that decide the samples of a picture. The manner of computation (threads,
+/// accelerator, memory) is not included; the number of samples belongs to the plan.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub(crate) struct Identity {
-    /// What tells its scene from others.
+    /// Text that identifies the scene.
     pub scene: String,
-    /// Each setting with its value.
+    /// Settings with their values.
     settings: Vec<(String, String)>,
 }
 
 impl Identity {
     pub fn new(scene: &str, settings: &Settings) -> Self {
-        // Every setting is named, so that a new one cannot be forgotten. Crop, tiles, replicates
-        // and denoising are the plan's.
+        // Every setting is listed, so that the compiler reports a new one. Crop, tiles, replicates
+        // and denoising belong to the plan.
         let Settings {
             size,
             camera,
@@ -85,7 +85,7 @@ impl Identity {
         }
     }
 
-    /// What tells another picture from this one.
+    /// Returns the name of a difference between the two pictures, or `None`.
     pub fn difference(&self, other: &Self) -> Option<String> {
         let named = |(name, value): &(String, String)| {
             other.settings.iter().any(|(n, v)| n == name && v == value)

@@ -1,39 +1,40 @@
-//! Parts of a picture become one: their union, whoever rendered which.
+//! Merging of films: the union of parts of a picture.
 
 use super::{Film, Rect};
 
-/// Why films are not parts of one picture.
+/// Reason why films are not parts of one picture.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum PartError {
-    /// No film at all.
+    /// No film was given.
     #[error("there is nothing to merge")]
     Nothing,
-    /// Films of different pictures.
+    /// The films belong to different pictures.
     #[error("part {part} belongs to another picture: its {what} differs")]
     Foreign {
-        /// Which film, counted from zero.
+        /// Index of the film, from zero.
         part: usize,
-        /// What differs.
+        /// Name of the difference.
         what: String,
     },
-    /// A film can't become part of a picture with so many samples.
+    /// The film cannot be continued to this number of samples.
     #[error(
         "it has {has} samples a pixel, which are not among the first of {asked}; of {least} they are"
     )]
     Samples {
-        /// Samples a pixel that the film is divided for.
+        /// Samples per pixel of the film's plan.
         has: u32,
-        /// Samples a pixel that are asked for.
+        /// Requested samples per pixel.
         asked: u32,
-        /// The fewest, of at least those asked for, among which they are.
+        /// Least number of samples per pixel, at or above the requested one, that continues the
+        /// film.
         least: u32,
     },
-    /// Two films hold the same samples, which must not count twice.
+    /// Two films contain the same samples, which must not count twice.
     #[error("part {part} holds replicate {replicate} of tile {tile}, which another part holds too")]
     Overlap {
-        /// The later one of the films, counted from zero.
+        /// Index of the later film, from zero.
         part: usize,
-        /// Tile, counted row by row.
+        /// Tile, numbered row by row.
         tile: u32,
         /// Replicate.
         replicate: u32,
@@ -41,15 +42,16 @@ pub enum PartError {
 }
 
 impl Film {
-    /// What tells the picture of another film from this one's; none: they are parts of one.
+    /// Returns the name of a difference between the pictures of two films; `None` where they are
+    /// parts of one picture.
     pub(crate) fn difference(&self, other: &Film) -> Option<String> {
         self.identity
             .difference(&other.identity)
             .or_else(|| self.plan.difference(&other.plan).map(str::to_owned))
     }
 
-    /// Goes on with what an earlier film holds, if that is of this picture with as many samples or
-    /// fewer: the bits of a render that was never interrupted.
+    /// Continues an earlier film of this picture with at most as many samples. The result equals an
+    /// uninterrupted render to the bit.
     ///
     /// # Errors
     /// [`PartError::Foreign`] for the film of another picture, [`PartError::Samples`] where its
@@ -86,8 +88,8 @@ impl Film {
         Ok(())
     }
 
-    /// Gets ready to take the samples that another film of this picture has, tile by tile: the bits
-    /// of a render that ended when its time was over, or when it was stopped.
+    /// Prepares to repeat the sample counts of another film of this picture, tile by tile. The
+    /// result equals to the bit a render that ended by a time limit or was stopped.
     ///
     /// # Errors
     /// [`PartError::Foreign`] for the film of another picture.
@@ -106,8 +108,8 @@ impl Film {
         Ok(())
     }
 
-    /// The union of parts of one picture, in whatever order they come: the bits of one run, where
-    /// together they hold all of it.
+    /// Returns the union of parts of one picture, given in any order. Complete parts equal a single
+    /// render to the bit.
     ///
     /// # Errors
     /// See [`PartError`].
@@ -122,14 +124,14 @@ impl Film {
             }
             film.mark(part, index)?;
         }
-        // Whatever the parts' order, their spreads are joined in that of their replicates.
+        // Whatever the order of the parts, their spreads are joined in the order of the replicates.
         let mut parts: Vec<&Film> = parts.iter().collect();
         parts.sort_by_key(|part| part.drawn.iter().position(|&drawn| drawn > 0));
         parts.into_iter().for_each(|part| film.take(part));
         Ok(film)
     }
 
-    /// Notes what a part holds.
+    /// Records the samples of a part.
     fn mark(&mut self, part: &Film, index: usize) -> Result<(), PartError> {
         let tiles = self.plan.tiles() as usize;
         for (unit, (drawn, &held)) in self.drawn.iter_mut().zip(&part.drawn).enumerate() {
@@ -146,7 +148,7 @@ impl Film {
         Ok(())
     }
 
-    /// Copies what a part holds.
+    /// Copies the samples of a part.
     fn take(&mut self, part: &Film) {
         for tile in 0..self.plan.tiles() {
             let area = Rect::within(self.plan.tile(tile), self.plan.crop.width);

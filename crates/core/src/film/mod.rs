@@ -1,21 +1,21 @@
-//! The film: what is known of every pixel so far, and the picture that it amounts to.
+//! The film: accumulated samples of every pixel, and the picture computed from them.
 //!
-//! A picture by chance takes its samples in a few *replicates*
-//! ([`replicates`](crate::settings::replicates) says how many), each with random numbers of its
-//! own. Points within a replicate depend on each other, so that their spread says too much of the
-//! error of their mean; the means of replicates do not, so theirs says it. The film therefore keeps
-//! the sums of each replicate apart and adds them up last, in ascending order.
+//! A picture with random sampling takes its samples in a few *replicates* (their number:
+//! [`replicates`](crate::settings::replicates)), each with independent random numbers. Points
+//! within a replicate are correlated, so their spread overestimates the error of their mean. The
+//! means of replicates are independent, and their spread estimates it. The film therefore keeps the
+//! sums of each replicate separate, and adds them last, in ascending order.
 //!
-//! What is rendered at a time is some samples of one tile in one replicate, from where the film has
-//! come to there. A film holds any tiles and replicates, each with its first samples, and the union
-//! of films is the film of one run: its picture has the same bits, whoever rendered which part, in
-//! what order and in how many steps.
+//! A unit of work is some samples of one tile in one replicate, continuing from those in the film.
+//! A film holds any tiles and replicates, each with its first samples. The union of films is the
+//! film of a single render: its picture has the same bits, whoever rendered which part, in any
+//! order and any number of steps.
 //!
 //! A pixel takes 128 bytes in four replicates without layers, the finished picture included, and 24
-//! more for each replicate whose last block of samples is not full; 38 where chance has no part,
-//! because then there is one replicate and no spread. A picture that is to be denoised keeps four
-//! replicates and four layers whatever else is asked for. [`Memory`](crate::Memory) counts them
-//! before anything is rendered.
+//! more for each replicate whose last block of samples is not full. Without random sampling it
+//! takes 38, because there is a single replicate and no spread. A picture to be denoised always
+//! keeps four replicates and four layers. [`Memory`](crate::Memory) estimates the bytes before the
+//! render.
 
 mod adaptive;
 mod again;
@@ -53,52 +53,51 @@ use crate::light::LightUsage;
 use crate::picture::{Layer, Picture};
 use crate::settings::{Aov, Settings};
 
-/// A picture in the making: sums of the tiles and replicates rendered so far.
+/// A picture in progress: sums of the tiles and replicates rendered so far.
 #[derive(Clone, Debug)]
 pub struct Film {
     identity: Identity,
     plan: Plan,
-    /// One a replicate; none while nothing of it is there.
+    /// Buffer of each replicate; `None` before its first samples.
     planes: Vec<Option<ReplicateBuffer>>,
-    /// Root of the summed squared deviations of samples from the means of their replicates; empty
-    /// without chance.
+    /// Square root of the summed squared deviations of samples from the means of their replicates;
+    /// empty without random sampling.
     spread: Vec<[f32; 3]>,
-    /// Layers of pixel-centre rays, which come with the first replicate.
+    /// Layers of pixel-centre rays, rendered with the first replicate.
     centre: Vec<Vec<f32>>,
-    /// Samples of each pixel that are there, tile by tile, replicate by replicate.
+    /// Samples per pixel so far, by replicate and tile.
     drawn: Vec<u16>,
-    /// How many there are to be in the end of this round, where they go where the error is or
-    /// another film's went; else empty.
+    /// Samples per pixel at the end of the round, where they are adaptive or repeat another film's;
+    /// else empty.
     goals: Vec<u16>,
-    /// Whether they are those of another film, which nothing is added to.
+    /// Whether the goals are those of another film; then no samples are added to them.
     is_replayed: bool,
-    /// Samples of all pixels that the picture will probably have taken in the end; none while
-    /// nothing is known of it.
+    /// Expected number of samples of all pixels at the end; zero where unknown.
     expected: u64,
-    /// Where the error that was asked for seemed to be reached, but could not be trusted. No file
-    /// has it.
+    /// Record of the first time that the requested error seemed to be reached but was doubted. Not
+    /// stored in files.
     doubted: Option<DoubtedAim>,
     counters: Counters,
-    /// What the renders that put samples here counted of lights. It is no part of the picture, and
-    /// no file has it.
+    /// Light usage counted by the renders of this film. It is no part of the picture and not stored
+    /// in files.
     usage: LightUsage,
 }
 
 /// Some tiles in some replicates of a picture.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Part {
-    /// Which tiles, counted row by row.
+    /// Range of tiles, numbered row by row.
     pub tiles: Range<u32>,
-    /// Every how manyeth of them, from the first on.
+    /// Stride within the range: every `step`-th tile, from the first on.
     pub step: u32,
-    /// Which replicates.
+    /// Range of replicates.
     pub replicates: Range<u32>,
-    /// Of the tiles these alone, in ascending order; none: all.
+    /// Restriction to these tiles, in ascending order; `None`: all.
     pub among: Option<Vec<u32>>,
 }
 
 impl Part {
-    /// Its tiles that a picture has.
+    /// Iterates over the part's tiles that exist in the picture.
     pub(crate) fn each_tile(&self, plan: &Plan) -> impl Iterator<Item = u32> + Clone + use<'_> {
         let is_among = |tile: &u32| {
             self.among
@@ -110,8 +109,8 @@ impl Part {
             .filter(is_among)
     }
 
-    /// One of `of` shares of about the same work, counted from zero: every `of`th tile, so that
-    /// what is hard to render is divided as well. Together they are the whole.
+    /// Returns share `index` of `of` shares with about equal work, counted from zero: every `of`th
+    /// tile, so that hard regions are divided as well. The union of the shares is the part.
     #[must_use]
     pub fn share(self, index: u32, of: u32) -> Self {
         Self {
@@ -122,23 +121,22 @@ impl Part {
     }
 }
 
-/// Some samples of one tile in one replicate, and all that came before them.
+/// Some samples of one tile in one replicate, with all earlier ones.
 #[derive(Clone, Debug)]
 pub(crate) struct TileUpdate {
     pub tile: u32,
     pub replicate: u32,
-    /// Samples of each pixel now.
+    /// Samples per pixel after the update.
     pub drawn: u32,
     pub plane: ReplicateBuffer,
-    /// Of the samples that were added.
+    /// Spread of the added samples.
     pub spread: Vec<[f32; 3]>,
     pub centre: Vec<Vec<f32>>,
     pub counters: Counters,
 }
 
 impl Film {
-    /// Nothing yet of a picture of `scene`, by which parts of one scene's pictures are told from
-    /// those of others.
+    /// Returns an empty film. `scene` identifies the scene among others.
     pub(crate) fn new(scene: &str, settings: &Settings, plan: Plan) -> Self {
         Self::empty(Identity::new(scene, settings), plan)
     }
@@ -170,17 +168,17 @@ impl Film {
         &self.plan
     }
 
-    /// What tells its scene from others, as [`Ready::film`](crate::Ready::film) was told.
+    /// Returns the text that identifies the scene, as given to [`Ready::film`](crate::Ready::film).
     pub fn scene(&self) -> &str {
         &self.identity.scene
     }
 
-    /// Width and height in pixels, of the crop where there is one.
+    /// Returns width and height in pixels, of the crop where the picture has one.
     pub fn size(&self) -> [u32; 2] {
         [self.plan.crop.width, self.plan.crop.height]
     }
 
-    /// All there is to render.
+    /// Returns the part that covers the whole picture.
     pub fn whole(&self) -> Part {
         Part {
             tiles: 0..self.plan.tiles(),
@@ -190,20 +188,20 @@ impl Film {
         }
     }
 
-    /// Samples of each pixel of a tile in a replicate; none of what the picture does not have.
+    /// Returns the samples per pixel of a tile in a replicate; zero outside the picture.
     pub fn drawn(&self, tile: u32, replicate: u32) -> u32 {
         let unit = (tile < self.plan.tiles()).then(|| self.drawn.get(self.unit(tile, replicate)));
         unit.flatten().map_or(0, |&drawn| u32::from(drawn))
     }
 
-    /// Samples of each pixel of a tile that a replicate is to have, as far as that is decided.
+    /// Returns the samples per pixel that a tile is to have in a replicate, as decided so far.
     pub(crate) fn goal(&self, tile: u32, replicate: u32) -> u32 {
         self.goals
             .get(self.unit(tile, replicate))
             .map_or(self.plan.samples_of(replicate), |&goal| u32::from(goal))
     }
 
-    /// Samples of all pixels that there are, and that will probably be there in the end.
+    /// Returns the samples of all pixels so far, and their expected final number.
     pub(crate) fn progress(&self, part: &Part) -> (u64, u64) {
         let (mut done, mut total) = (0, 0);
         for tile in part.each_tile(&self.plan) {
@@ -220,7 +218,7 @@ impl Film {
         replicate as usize * self.plan.tiles() as usize + tile as usize
     }
 
-    /// Pixels that lack samples.
+    /// Returns the number of pixels that lack samples.
     pub fn unfinished(&self) -> u64 {
         let lacking = |&tile: &u32| {
             (0..self.plan.replicates).any(|r| self.drawn(tile, r) < self.goal(tile, r))
@@ -231,18 +229,18 @@ impl Film {
             .sum()
     }
 
-    /// Whether its picture is to be denoised.
+    /// Whether the picture is to be denoised.
     pub fn is_to_be_denoised(&self) -> bool {
         self.plan.denoise.is_some()
     }
 
-    /// Samples of each pixel that the picture is to have; none where they go where the error is, or
-    /// where another film's went.
+    /// Returns the requested samples per pixel; `None` where they are adaptive or repeat another
+    /// film's.
     pub fn asked(&self) -> Option<u32> {
         self.goals.is_empty().then(|| self.plan.samples())
     }
 
-    /// Fewest and most samples that pixels of a part have.
+    /// Returns the least and the greatest number of samples of a pixel in a part.
     pub fn samples(&self, part: &Part) -> RangeInclusive<u32> {
         let of = |tile| {
             part.replicates
@@ -254,7 +252,7 @@ impl Film {
         all.clone().min().unwrap_or(0)..=all.max().unwrap_or(0)
     }
 
-    /// Tiles of a part that lack samples.
+    /// Returns the number of a part's tiles that lack samples.
     pub fn lacking(&self, part: &Part) -> usize {
         let replicates = || {
             part.replicates
@@ -266,7 +264,7 @@ impl Film {
             .count()
     }
 
-    /// What is there of a tile in a replicate, to go on with.
+    /// Returns the sums of a tile in a replicate, to be continued.
     pub(crate) fn state(&self, tile: u32, replicate: u32) -> ReplicateBuffer {
         let area = Rect::within(self.plan.tile(tile), self.plan.crop.width);
         let plane = self.planes[replicate as usize]
@@ -275,22 +273,22 @@ impl Film {
         plane.map(|plane| plane.cut(area)).unwrap_or_default()
     }
 
-    /// What it took so far.
+    /// Returns the counters of all renders so far.
     pub fn counters(&self) -> Counters {
         self.counters
     }
 
-    /// What was counted of lights.
+    /// Returns the light usage counted so far.
     pub(crate) fn usage(&self) -> &LightUsage {
         &self.usage
     }
 
-    /// Adds what a worker counted of lights.
+    /// Adds the light usage of a worker.
     pub(crate) fn add_usage(&mut self, usage: &LightUsage) {
         self.usage.add(usage);
     }
 
-    /// Bytes that the sums and layers take.
+    /// Returns the bytes of sums and layers.
     pub fn bytes(&self) -> u64 {
         let planes: usize = self
             .planes
@@ -302,7 +300,7 @@ impl Film {
         (planes + self.spread.len() * 12 + centre) as u64
     }
 
-    /// Puts a tile in its place, with samples that it did not have.
+    /// Stores a tile with its additional samples.
     pub(crate) fn put(&mut self, unit: &TileUpdate) {
         let tile = self.plan.tile(unit.tile);
         let (from, to) = (
@@ -318,9 +316,9 @@ impl Film {
         self.drawn[index] = u16::try_from(unit.drawn).unwrap_or(u16::MAX);
     }
 
-    /// How far samples that are added lie from their replicate's mean: their deviations from their
-    /// own mean, and how far that lies from the mean of those before them (Chan, Golub and LeVeque
-    /// 1983).
+    /// Returns the deviations of added samples from their replicate's mean: deviations from their
+    /// own mean, joined with its distance from the mean of the earlier samples (Chan, Golub and
+    /// LeVeque 1983).
     fn apart(&self, unit: &TileUpdate, from: Rect, to: Rect) -> Vec<[f32; 3]> {
         let before = self.planes[unit.replicate as usize]
             .as_ref()
@@ -368,9 +366,9 @@ impl Film {
         }
     }
 
-    /// Joins further deviations to those that are there. In f32 each step rounds, so that parts
-    /// joined in another order than that of replicates may end an ulp apart; no picture is made of
-    /// it.
+    /// Joins further deviations to the stored ones. Each step rounds in f32, so parts joined in
+    /// another order than that of the replicates may differ by an ulp; no picture depends on these
+    /// values.
     fn widen(&mut self, spread: &[[f32; 3]], from: Rect, to: Rect) {
         if spread.is_empty() {
             return;
@@ -386,8 +384,8 @@ impl Film {
         }
     }
 
-    /// Variance of a pixel's samples, per channel, about their mean: what one sample is worth, not
-    /// the error of the mean. None where chance has no part or there are fewer than two samples.
+    /// Returns the variance of a pixel's samples about their mean, per channel: the variance of a
+    /// sample, not of the mean. `None` without random sampling, or with fewer than two samples.
     pub fn variance(&self, x: u32, y: u32) -> Option<[f64; 3]> {
         if x >= self.plan.crop.width || y >= self.plan.crop.height {
             return None;
@@ -400,8 +398,8 @@ impl Film {
         })
     }
 
-    /// Standard error of each pixel's mean as the layer `stderr` has it, with the degrees of
-    /// freedom of each: one fewer than the replicates. None where there are fewer than two of them.
+    /// Returns the standard error of each pixel's mean, as in the layer `stderr`, with the degrees
+    /// of freedom: one less than the number of replicates. `None` with fewer than two replicates.
     pub fn standard_errors(&self) -> Option<(Vec<[f32; 3]>, u32)> {
         let freedom = self
             .plan
@@ -411,8 +409,8 @@ impl Film {
         Some((self.pixel_errors(), freedom))
     }
 
-    /// Standard errors of pixels; of a picture in which no sample found the light that was looked
-    /// for, nothing is known.
+    /// Returns the standard errors of the pixels; unknown (−1) for a picture in which no sample
+    /// found the light.
     fn pixel_errors(&self) -> Vec<[f32; 3]> {
         if self.is_unlit() {
             return vec![[-1.0; 3]; self.plan.pixels()];
@@ -425,7 +423,8 @@ impl Film {
         ReplicateStats::new(self.planes.iter().flatten(), self.plan.adaptive)
     }
 
-    /// The means of all pixels, with what lies behind a ground, and nothing else.
+    /// Returns the means of all pixels, including the backdrop behind a ground, without coverage
+    /// and layers.
     pub(crate) fn colours(&self) -> Picture {
         let (plan, planes) = (&self.plan, self.there());
         let mut picture = Picture {
@@ -438,8 +437,8 @@ impl Film {
         picture
     }
 
-    /// The picture so far: of pixels that lack samples the mean of those they have, black without
-    /// any.
+    /// Returns the picture so far. A pixel that lacks samples has the mean of its present ones, or
+    /// black without any.
     pub fn picture(&self) -> Picture {
         let (plan, planes) = (&self.plan, self.there());
         let all = 0..plan.pixels();
@@ -504,9 +503,9 @@ impl Film {
         picture
     }
 
-    /// Gives a picture of the film's colours its coverage, and takes off what lies behind a ground.
-    /// What is nothing but ground has no colour, and says itself how much of it is shadow, so that
-    /// noise that was filtered out of it stays out.
+    /// Adds the coverage to a picture of the film's colours, and subtracts the backdrop behind a
+    /// ground. A pixel of ground alone has no colour; its shadow is computed from the picture's
+    /// colour, so that noise removed by a filter stays out.
     pub(crate) fn take_off_backdrop(&self, picture: &mut Picture) {
         if !self.plan.alpha {
             return;
@@ -550,8 +549,8 @@ impl Film {
         picture.alpha = Some(alpha);
     }
 
-    /// One channel of a layer that is a mean over the samples, weighted by how many each replicate
-    /// has.
+    /// Returns one channel of a layer's mean over the samples, weighted by the samples of each
+    /// replicate.
     fn layer_mean(&self, layer: usize, aov: Aov, channel: usize, pixel: usize) -> f32 {
         let (mut sum, mut count) = (0.0, 0.0);
         let tile = self.plan.tile_of(pixel);

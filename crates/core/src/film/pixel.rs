@@ -1,36 +1,36 @@
-//! What one pixel's replicates add to the error of a picture: its variance weighed in four ways,
-//! and squared products of differences.
+//! Contribution of a pixel's replicates to the picture's error estimate: the variance under four
+//! weightings, and squared products of differences.
 
 use super::again::SingleReplicateBound;
 
-/// Ways to pair four replicates.
+/// Pairings of four replicates.
 const PAIRINGS: [[usize; 4]; 3] = [[0, 1, 2, 3], [0, 2, 1, 3], [0, 3, 1, 2]];
 
-/// What one pixel adds: its variance weighed in four ways, and squared products of differences.
+/// Contribution of a pixel to the picture's error estimate.
 #[derive(Clone, Copy, Default)]
 pub(super) struct Pixel {
-    /// Variance of the mean, weighed by what other replicates say, and by what all of them say.
+    /// Variance of the mean, weighted by the other pair of replicates, and by all four.
     pub variance: f64,
     pub among: f64,
-    /// Weighed by the mean of all four, and by that of the pair alone that it is of.
+    /// Variance weighted by the mean of all four, and by the mean of the pair itself.
     pub own: f64,
     pub seen: f64,
     /// Squared products of two independent differences between replicates.
     pub product: f64,
-    /// What it may be off by since light was seen once, in each pixel another way, and in all the
-    /// same way.
+    /// Uncertainty of the weight where light was found once: independent between pixels, and common
+    /// to all.
     pub unsure: f64,
     pub prior: f64,
 }
 
-/// Weights by the means of two replicates.
+/// Weights computed from the means of two replicates.
 pub(super) type Weigh = fn([f64; 3], [f64; 3]) -> [f64; 3];
 
 impl Pixel {
-    /// Adds what the means of four replicates say: each difference of two has twice the variance of
-    /// a replicate, and an eighth of its square is the variance of a mean of four. It is weighed by
-    /// the other two, by itself, by the mean of all four and by their products; by the first and
-    /// the last no more than light that was seen once allows.
+    /// Adds the means of four replicates. The difference of two has twice the variance of a
+    /// replicate, and an eighth of its square estimates the variance of the mean of four. It is
+    /// weighted by the other two, by the pair itself, by the mean of all four and by their
+    /// products. The first and the last weight are bounded where light was found once.
     pub fn add(
         &mut self,
         at: [[f64; 3]; 4],
@@ -76,7 +76,7 @@ impl Pixel {
     }
 }
 
-/// Squared product of two differences, weighed.
+/// Returns the squared, weighted product of two differences.
 pub(super) fn product(one: [f64; 3], two: [f64; 3], of_one: [f64; 3], of_two: [f64; 3]) -> f64 {
     let dot: f64 = (0..3)
         .map(|i| (of_one[i] * of_two[i]).sqrt() * one[i] * two[i])

@@ -1,5 +1,5 @@
-//! What is fixed before the first sample of a picture: its tiles, its replicates, the passes over
-//! it and what is kept of each pixel.
+//! Plan of a picture, fixed before its first sample: tiles, replicates, passes, and the data kept
+//! for each pixel.
 
 use core::ops::Range;
 
@@ -10,34 +10,33 @@ use crate::denoise::demand;
 use crate::picture::DataWindow;
 use crate::settings::{Aov, Background, Crop, Settings, replicates};
 
-/// Samples of a pixel in one replicate, at most: they are counted in 16 bits and are points of one
-/// sequence of 2¹⁶.
+/// Most samples of a pixel in one replicate: a 16-bit count, and points of one sequence of 2¹⁶.
 const MOST: u32 = u16::MAX as u32;
 
-/// Samples of a replicate that the passes over a picture end at, first those listed, then every
-/// [`PASS`]: few at first, so that there is soon something everywhere, then whole blocks of sums.
-/// Pictures do not depend on it.
+/// Samples of a replicate at the ends of the passes: the listed numbers, then every [`PASS`]. Few
+/// at first, so that every pixel soon has samples; then whole blocks of sums. Pictures do not
+/// depend on the passes.
 const FIRST_PASSES: [u32; 3] = [4, 16, 32];
 const PASS: u32 = 64;
 
-/// Replicates of a picture whose samples go where the error is: two that decide for the other two.
+/// Replicates under adaptive sampling: each half decides the sample counts of the other.
 const ADAPTIVE_REPLICATES: u32 = 4;
 
-/// Edge of the tiles that decide it in pixels, whatever the tiles of other pictures are, since such
-/// a picture does depend on them: with fewer pixels each would know less of its own noise, and
-/// larger ones miss where it is.
+/// Edge of the tiles of adaptive sampling in pixels, independent of the tile size setting, because
+/// such a picture depends on it. Smaller tiles estimate their noise less well, larger ones resolve
+/// it less well.
 const ADAPTIVE_TILE: u32 = 16;
 
-/// Which layers there are, by where their numbers come from, and their names in files.
+/// Layers by the source of their values, with their names in files.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(from = "Vec<Aov>", into = "Vec<Aov>")]
 pub(crate) struct Layers {
     asked: Vec<Aov>,
-    /// From the first hits of all samples.
+    /// Means over the first hits of all samples.
     pub mean: Vec<(Aov, [&'static str; 3])>,
-    /// From the first hit of the pixel-centre ray.
+    /// Values at the first hit of the pixel-centre ray.
     pub centre: Vec<(Aov, &'static str)>,
-    /// From the pixel's sums.
+    /// Values computed from the pixel's sums.
     pub samples: bool,
     pub standard_error: bool,
 }
@@ -75,46 +74,46 @@ impl From<Vec<Aov>> for Layers {
     }
 }
 
-/// How a picture is divided, and what its film holds.
+/// Division of a picture, and the content of its film.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub(crate) struct Plan {
     /// Width and height of the whole picture.
     size: [u32; 2],
-    /// The part of it that is rendered.
+    /// Rendered part of the picture.
     pub crop: Crop,
     tile_size: u32,
-    /// Samples of a pixel, in all replicates together.
+    /// Samples of a pixel in all replicates.
     samples: u32,
-    /// Replicates that were asked for; none: as many as suit the samples.
+    /// Requested number of replicates; `None`: chosen by the number of samples.
     asked: Option<u32>,
     /// Replicates of every pixel, at least one.
     pub replicates: u32,
-    /// Whether chance has a part in the picture.
+    /// Whether the picture uses random numbers.
     pub random: bool,
     /// Whether the coverage of pixels is kept.
     pub alpha: bool,
-    /// Radiance that sums have of what lies behind a studio's ground, whose shadows are kept beside
-    /// the coverage; none: there is no ground. Errors are those of the picture before a page like
-    /// that, so that a noisy shadow counts.
+    /// Radiance of the backdrop behind a studio's ground, included in the sums; the ground's
+    /// shadows are kept beside the coverage. `None` without a ground. Errors are those of the
+    /// picture in front of this backdrop, so that a noisy shadow counts.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub backdrop: Option<f64>,
     pub layers: Layers,
-    /// Whether samples are the places of a pattern, which belong together.
+    /// Whether samples follow a fixed pattern, which cannot be divided.
     is_fixed: bool,
-    /// Whether samples go where the error is, so that tiles and halves of replicates end with
-    /// different numbers.
+    /// Whether sampling is adaptive, so that tiles and halves of replicates end with different
+    /// numbers of samples.
     pub adaptive: bool,
-    /// Where the picture is to be denoised, the layers that are kept for that alone and are none of
-    /// the picture's; none: it is not.
+    /// For a picture to be denoised, the layers kept for the denoiser alone, which the picture does
+    /// not show; `None` without denoising.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub denoise: Option<Vec<Aov>>,
 }
 
-/// Replicates of so many samples.
+/// Returns the number of replicates for a number of samples.
 fn division(samples: u32, asked: Option<u32>, is_fixed: bool) -> u32 {
     match is_fixed {
-        // A pattern's samples are different places, not repetitions.
+        // The samples of a pattern are different places, not repetitions.
         true => 1,
         false => asked
             .unwrap_or(replicates(samples))
@@ -125,8 +124,8 @@ fn division(samples: u32, asked: Option<u32>, is_fixed: bool) -> u32 {
 }
 
 impl Plan {
-    /// `random`: whether samples lie at random places, or draw points of lights or lenses;
-    /// `grounded`: whether there is a ground with shadows.
+    /// Plans a picture. `random`: whether samples lie at random places, or sample lights or lenses;
+    /// `grounded`: whether the scene has a ground with shadows.
     pub fn new(settings: &Settings, random: bool, grounded: bool) -> Self {
         let [width, height] = settings.size;
         let by_replicates = random && !settings.sampling.is_fixed();
@@ -179,7 +178,7 @@ impl Plan {
         }
     }
 
-    /// What makes no sense in a plan that was read from a file.
+    /// Checks a plan that was read from a file; the error names the invalid part.
     pub fn check(&self) -> Result<(), &'static str> {
         let Crop {
             x,
@@ -191,7 +190,7 @@ impl Plan {
             edge > 0 && at.checked_add(edge).is_some_and(|end| end <= all)
         };
         let edges = lies_within(x, width, self.size[0]) && lies_within(y, height, self.size[1]);
-        // Places of pixels and numbers of tiles are 32 bits wide.
+        // Pixel indices and tile numbers are 32 bits wide.
         if !edges || u64::from(width) * u64::from(height) > u64::from(u32::MAX) {
             return Err("size");
         }
@@ -207,7 +206,7 @@ impl Plan {
         Ok(())
     }
 
-    /// Where the picture lies in the whole one; none: it is that.
+    /// Returns the position of the crop in the whole picture; `None` for a whole picture.
     pub fn window(&self) -> Option<DataWindow> {
         let Crop {
             x,
@@ -215,8 +214,7 @@ impl Plan {
             width,
             height,
         } = self.crop;
-        // Both are far below 2³¹: a picture has no more than 2³² pixels and no edge as long as
-        // that.
+        // Both are far below 2³¹: a picture has at most 2³² pixels and no edge of that length.
         let origin = [x, y].map(|at| i32::try_from(at).unwrap_or(i32::MAX));
         ([width, height] != self.size).then_some(DataWindow {
             origin,
@@ -224,17 +222,17 @@ impl Plan {
         })
     }
 
-    /// Edge of a tile in pixels.
+    /// Returns the edge of a tile in pixels.
     pub fn tile_size(&self) -> u32 {
         self.tile_size
     }
 
-    /// Samples of a pixel.
+    /// Returns the samples of a pixel.
     pub fn samples(&self) -> u32 {
         self.samples
     }
 
-    /// The same picture with another number of samples.
+    /// Returns the plan for another number of samples.
     pub fn with_samples(&self, samples: u32) -> Self {
         Self {
             samples,
@@ -243,7 +241,7 @@ impl Plan {
         }
     }
 
-    /// What divides another picture differently, apart from samples.
+    /// Returns the name of a difference between two divisions, samples apart.
     pub fn other_division(&self, other: &Self) -> Option<&'static str> {
         let differs = [
             (self.crop != other.crop, "crop"),
@@ -265,23 +263,23 @@ impl Plan {
             .map(|(_, what)| what)
     }
 
-    /// What divides another picture differently.
+    /// Returns the name of a difference between two divisions.
     pub fn difference(&self, other: &Self) -> Option<&'static str> {
         let samples = (self.samples != other.samples).then_some("number of samples");
         samples.or_else(|| self.other_division(other))
     }
 
-    /// Whether each replicate has the samples that it has in a picture with fewer, or more.
+    /// Whether each replicate has at least the samples of the other plan's replicate.
     pub fn continues(&self, fewer: &Self) -> bool {
         fewer.replicates <= self.replicates
             && (0..fewer.replicates).all(|r| fewer.samples_of(r) <= self.samples_of(r))
     }
 
-    /// The fewest samples, of at least its own, with which this plan continues another one of the
-    /// same division; none where no number does.
+    /// Returns the least number of samples, at or above its own, with which this plan continues
+    /// another one of the same division; `None` where none does.
     pub fn least_continuing(&self, fewer: &Self) -> Option<u32> {
-        // The last replicate has the fewest samples, and must have as many here: this many in each,
-        // and one more up to that one.
+        // The last replicate has the fewest samples and must have as many here: this many in each
+        // replicate, and one more up to that one.
         let (before, last) = (
             u64::from(fewer.samples / fewer.replicates - 1),
             u64::from(fewer.replicates),
@@ -292,15 +290,15 @@ impl Plan {
             if plan.continues(fewer) {
                 return Some(samples);
             }
-            // Replicates do not become fewer: with less than that there are too few samples for
+            // The number of replicates never decreases; fewer samples than this do not suffice for
             // each of them.
             let next = (u64::from(plan.replicates) * before + last).max(u64::from(samples) + 1);
             samples = u32::try_from(next).ok()?;
         }
     }
 
-    /// The pass, counted from zero, that comes next for a tile which has so many of `all` samples
-    /// of a replicate, and which samples it takes; none where all are there.
+    /// Returns the next pass of a tile, counted from zero, with its range of samples; `drawn` of
+    /// `all` samples of a replicate are finished. `None` where all are.
     pub fn pass(&self, all: u32, drawn: u32) -> Option<(u32, Range<u32>)> {
         if drawn >= all {
             return None;
@@ -319,8 +317,8 @@ impl Plan {
         Some((pass, drawn..end.min(all)))
     }
 
-    /// Samples of a pixel in one replicate: spread evenly, the first ones have one more where the
-    /// count does not divide.
+    /// Returns the samples of a pixel in one replicate: spread evenly, with one more in the first
+    /// replicates where the division leaves a rest.
     pub fn samples_of(&self, replicate: u32) -> u32 {
         self.samples / self.replicates + u32::from(replicate < self.samples % self.replicates)
     }
@@ -337,7 +335,7 @@ impl Plan {
         self.crop.width.div_ceil(self.tile_size)
     }
 
-    /// A tile, counted row by row, in film coordinates: relative to the crop.
+    /// Returns a tile, numbered row by row, relative to the crop.
     pub fn tile(&self, index: u32) -> Crop {
         let (x, y) = (
             index % self.columns() * self.tile_size,
@@ -355,13 +353,13 @@ impl Plan {
         }
     }
 
-    /// Pixels of a tile.
+    /// Returns the number of pixels of a tile.
     pub fn pixels_of(&self, index: u32) -> u64 {
         let tile = self.tile(index);
         u64::from(tile.width) * u64::from(tile.height)
     }
 
-    /// The tile that a pixel of the film lies in.
+    /// Returns the tile of a pixel of the film.
     pub fn tile_of(&self, pixel: usize) -> u32 {
         let (x, y) = (
             pixel as u32 % self.crop.width,
@@ -370,13 +368,14 @@ impl Plan {
         y / self.tile_size * self.columns() + x / self.tile_size
     }
 
-    /// Bytes of the film and of the picture made of it.
+    /// Returns the bytes of the film and of its picture.
     pub fn bytes(&self) -> u64 {
         (self.pixels() as u64).saturating_mul(self.bytes_a_pixel())
     }
 
-    /// Bytes of both a pixel. With four replicates and no layers 128: for each replicate
-    /// three sums in f64 and a count, once the spread of the samples, and the picture's colour.
+    /// Returns the bytes of both per pixel: 128 with four replicates and no layers. Each replicate
+    /// has three sums in f64 and a count; the spread of the samples and the picture's colour exist
+    /// once.
     fn bytes_a_pixel(&self) -> u64 {
         let (mean, centre) = (
             self.layers.mean.len() as u64,
@@ -400,7 +399,7 @@ impl Plan {
         film + picture + denoised
     }
 
-    /// Channels that the picture has beside its colour.
+    /// Returns the number of the picture's channels besides its colour.
     fn channels(&self) -> u64 {
         let Layers {
             mean,
@@ -419,7 +418,7 @@ impl Plan {
             + 3 * u64::from(*standard_error)
     }
 
-    /// Whether the picture shows a layer; else it is kept for denoising alone.
+    /// Whether the picture shows a layer; other layers are kept for the denoiser alone.
     pub fn shows(&self, aov: Aov) -> bool {
         !self
             .denoise
@@ -427,7 +426,7 @@ impl Plan {
             .is_some_and(|unasked| unasked.contains(&aov))
     }
 
-    /// Whether a layer is a mean over the samples that hit something.
+    /// Whether a layer is a mean over the samples that hit a surface.
     pub fn counts_first_hits(&self) -> bool {
         self.layers
             .mean

@@ -1,5 +1,4 @@
-//! What is kept of each pixel in one replicate, of a tile or of the whole film, and how one is put
-//! into the other.
+//! Buffer of one replicate, for a tile or the whole film, and copies between the two.
 
 use core::ops::Range;
 
@@ -7,27 +6,28 @@ use super::sums::{BLOCK, has_open};
 use super::{Plan, Sums};
 use crate::settings::Crop;
 
-/// One replicate of a rectangle of pixels, row by row. What a picture does not ask for is empty.
+/// One replicate of a rectangle of pixels, row by row. Vectors that the picture does not need are
+/// empty.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct ReplicateBuffer {
-    /// Of the full blocks; of all samples where there is but one block.
+    /// Sums of the full blocks; sums of all samples where there is only one block.
     pub sums: Vec<[f64; 3]>,
-    /// Of a block that is not full and not the only one; empty while there is none.
+    /// Sums of a block that is neither full nor the only one; empty without one.
     pub open: Vec<[f64; 3]>,
-    /// Samples that entered.
+    /// Number of finite samples.
     pub samples: Vec<u16>,
-    /// What of them something covers, in parts of [`WHOLE`](super::sums::WHOLE), for the alpha.
+    /// Summed coverage of the samples, in units of 1/[`WHOLE`](super::sums::WHOLE), for the alpha.
     pub covered: Vec<u32>,
-    /// What of them is a ground's shadow, in such parts.
+    /// Summed coverage by a ground's shadow, in the same units.
     pub shadowed: Vec<u32>,
-    /// Camera rays that hit something first, for layers that are means over those; they include
-    /// dropped samples.
+    /// Number of camera rays that hit a surface, for layers that are means over hits; dropped
+    /// samples are included.
     pub first_hits: Vec<u16>,
-    /// Sums of the layers that come from first hits.
+    /// Sums of the layers of first hits.
     pub layers: Vec<Vec<[f64; 3]>>,
 }
 
-/// Where a rectangle lies in rows of a wider one.
+/// Position of a rectangle in the rows of a wider buffer.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Rect {
     start: usize,
@@ -37,7 +37,7 @@ pub(crate) struct Rect {
 }
 
 impl Rect {
-    /// All of a buffer of so many pixels.
+    /// Returns the rectangle of a whole buffer.
     pub fn all(width: u32, height: u32) -> Self {
         Self {
             start: 0,
@@ -47,7 +47,7 @@ impl Rect {
         }
     }
 
-    /// A tile in a film whose rows have `stride` pixels.
+    /// Returns the rectangle of a tile in a film with rows of `stride` pixels.
     pub fn within(tile: Crop, stride: u32) -> Self {
         let start = tile.y as usize * stride as usize + tile.x as usize;
         Self {
@@ -58,7 +58,7 @@ impl Rect {
         }
     }
 
-    /// Its rows as ranges of the buffer.
+    /// Iterates over the rows as ranges of the buffer.
     pub fn rows(self) -> impl Iterator<Item = Range<usize>> {
         (0..self.height)
             .map(move |row| self.start + row * self.stride)
@@ -66,7 +66,7 @@ impl Rect {
     }
 }
 
-/// Copies a rectangle; where nothing is kept there is nothing to copy.
+/// Copies a rectangle; an empty source is skipped.
 pub(crate) fn copy<T: Copy>(into: &mut [T], to: Rect, of: &[T], from: Rect) {
     if of.is_empty() {
         return;
@@ -76,7 +76,7 @@ pub(crate) fn copy<T: Copy>(into: &mut [T], to: Rect, of: &[T], from: Rect) {
     }
 }
 
-/// A rectangle of a buffer; nothing of one that is not kept.
+/// Extracts a rectangle of a buffer; empty for an empty buffer.
 fn cut<T: Copy>(of: &[T], from: Rect) -> Vec<T> {
     if of.is_empty() {
         Vec::new()
@@ -88,7 +88,7 @@ fn cut<T: Copy>(of: &[T], from: Rect) -> Vec<T> {
 }
 
 impl ReplicateBuffer {
-    /// Zeros for a whole film.
+    /// Returns zeros for a whole film.
     pub fn zero(plan: &Plan) -> Self {
         let n = plan.pixels();
         Self {
@@ -102,7 +102,7 @@ impl ReplicateBuffer {
         }
     }
 
-    /// Room for a tile whose pixels are pushed.
+    /// Reserves memory for a tile whose pixels are pushed.
     pub fn with_room(plan: &Plan, pixels: usize) -> Self {
         Self {
             sums: Vec::with_capacity(pixels),
@@ -112,7 +112,7 @@ impl ReplicateBuffer {
         }
     }
 
-    /// Adds the next pixel's sums, of so many samples drawn.
+    /// Appends the sums of the next pixel, after `drawn` samples.
     pub fn push(&mut self, plan: &Plan, pixel: &Sums, drawn: u32) {
         match has_open(drawn) {
             true => {
@@ -130,7 +130,7 @@ impl ReplicateBuffer {
         }
     }
 
-    /// What a pixel's sums were after so many samples, to go on with.
+    /// Returns the sums of a pixel after `drawn` samples, to be continued.
     pub fn pixel(&self, pixel: usize, drawn: u32) -> Sums {
         if drawn == 0 {
             return Sums::default();
@@ -153,7 +153,7 @@ impl ReplicateBuffer {
         }
     }
 
-    /// Sum of all of a pixel's samples.
+    /// Returns the sum of all samples of a pixel.
     #[inline]
     pub fn total(&self, pixel: usize) -> [f64; 3] {
         let (sum, open) = (
@@ -163,7 +163,7 @@ impl ReplicateBuffer {
         core::array::from_fn(|i| sum[i] + open[i])
     }
 
-    /// Takes over a rectangle of another one.
+    /// Copies a rectangle of another buffer.
     pub fn copy(&mut self, to: Rect, of: &Self, from: Rect) {
         if self.open.len() < self.sums.len() && !of.open.is_empty() {
             self.open.resize(self.sums.len(), [0.0; 3]);
@@ -183,7 +183,7 @@ impl ReplicateBuffer {
         }
     }
 
-    /// A rectangle as a plane of its own.
+    /// Extracts a rectangle as its own buffer.
     pub fn cut(&self, from: Rect) -> Self {
         Self {
             sums: cut(&self.sums, from),

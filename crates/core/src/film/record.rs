@@ -1,5 +1,5 @@
-//! A film as a header and numbers, for whoever keeps it in a file: what is written and what is read
-//! go through one function, so that neither can know of a number that the other does not.
+//! A film as a header and numbers, for storage in a file. Reading and writing use the same
+//! function, so that the two always agree.
 
 use serde::{Deserialize, Serialize};
 
@@ -8,46 +8,46 @@ use super::sums::has_open;
 use super::{Film, Plan, Rect, ReplicateBuffer};
 use crate::counters::Counters;
 
-/// What a film is of and how far it has come; its numbers come after it.
+/// Identity, plan and progress of a film; its numbers follow in the file.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct FilmHeader {
     identity: Identity,
     plan: Plan,
     counters: Counters,
-    /// Samples of each pixel that are there, tile by tile, replicate by replicate.
+    /// Samples per pixel so far, by replicate and tile.
     drawn: Vec<u16>,
-    /// How many there are to be, where they go where the error is or another film's went; else
+    /// Samples per pixel to be reached, where they are adaptive or repeat another film's; else
     /// empty.
     goals: Vec<u16>,
     is_replayed: bool,
 }
 
-/// Why a header is none of a film.
+/// Reason why a header is invalid.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 #[error("its {0} makes no sense")]
 pub struct HeaderError(&'static str);
 
-/// Whoever takes a film's numbers, or gives them: both by changing what is handed over, or not.
+/// Reader or writer of a film's numbers: a reader fills the slices, a writer leaves them unchanged.
 pub trait Numbers {
-    /// Why that failed.
+    /// Error of reading or writing.
     type Error;
-    /// Numbers of double precision.
+    /// Passes f64 numbers.
     fn doubles(&mut self, numbers: &mut [f64]) -> Result<(), Self::Error>;
-    /// Numbers of single precision.
+    /// Passes f32 numbers.
     fn singles(&mut self, numbers: &mut [f32]) -> Result<(), Self::Error>;
-    /// Counts.
+    /// Passes counts.
     fn counts(&mut self, counts: &mut [u16]) -> Result<(), Self::Error>;
-    /// Larger whole numbers.
+    /// Passes larger whole numbers.
     fn wholes(&mut self, numbers: &mut [u32]) -> Result<(), Self::Error>;
 }
 
 impl FilmHeader {
-    /// Bytes that the film and its picture will take, for a header that makes sense. Nothing else
-    /// is done with one before.
+    /// Returns the bytes of the film and its picture, after checking the header. Every other use of
+    /// a header follows this check.
     ///
     /// # Errors
-    /// [`HeaderError`] names what can't be.
+    /// [`HeaderError`] names the invalid part.
     pub fn bytes(&self) -> Result<u64, HeaderError> {
         self.plan.check().map_err(HeaderError)?;
         let tiles = u64::from(self.plan.tiles());
@@ -77,7 +77,7 @@ impl FilmHeader {
 }
 
 impl Film {
-    /// What a file says of the film before its numbers.
+    /// Returns the header, which precedes the numbers in a file.
     pub fn header(&self) -> FilmHeader {
         FilmHeader {
             identity: self.identity.clone(),
@@ -89,7 +89,7 @@ impl Film {
         }
     }
 
-    /// A film whose numbers are all zero, to be filled by [`Self::pass`].
+    /// Returns a film of zeros, to be filled by [`Self::pass`].
     ///
     /// # Errors
     /// See [`FilmHeader::bytes`].
@@ -112,11 +112,11 @@ impl Film {
         })
     }
 
-    /// Hands over all its numbers, tile by tile of each replicate and then what is there once a
-    /// tile, in the order that files keep.
+    /// Passes all numbers to a reader or writer, in the order of the file: by replicate and tile,
+    /// then the data that exist once per tile.
     ///
     /// # Errors
-    /// The first of whoever takes them.
+    /// The first error of the reader or writer.
     pub fn pass<N: Numbers>(&mut self, numbers: &mut N) -> Result<(), N::Error> {
         let tiles = self.plan.tiles();
         for (replicate, tile) in
@@ -151,7 +151,7 @@ impl Film {
         Ok(())
     }
 
-    /// One tile in one replicate.
+    /// Passes one tile in one replicate.
     fn pass_unit<N: Numbers>(
         &mut self,
         tile: u32,

@@ -1,20 +1,20 @@
-//! What a pixel's squared error is relative to: the square of its true colour, as far as noisy
-//! samples tell it.
+//! Denominators of relative squared errors: the square of a pixel's true colour, estimated from
+//! noisy samples.
 //!
-//! The product of two replicates' means is right on average, whatever their noise; but where light
-//! is seldom found it is zero in one pixel and ten times the truth in the next, and an error
-//! relative to that says nothing. So the more two replicates differ, the more the products of
-//! neighbouring pixels count, whose mean is right where the colour changes slowly. A bright sample
-//! raises the product together with the error: whoever weighs an error takes the weights from
-//! replicates that are not in it, or says what that does.
+//! The product of two replicates' means is unbiased, whatever their noise. But where light is
+//! rarely found, the product is zero in one pixel and ten times the truth in the next, and a
+//! relative error of it means nothing. So the more two replicates differ, the more the mean product
+//! of the neighbouring pixels counts, which is right where the colour changes slowly. A bright
+//! sample raises the product together with the error. An error is therefore weighted by replicates
+//! that are not part of it, or the bias is accounted for.
 
 pub(super) use crate::metrics::RELATIVE_FLOOR as FLOOR;
 
-/// Pixels to each side that count as neighbours.
+/// Neighbouring pixels on each side.
 pub(super) const REACH: usize = 2;
 
-/// Factors that make squared errors relative, per pixel and channel of rows of `width` pixels, by
-/// the means of two replicates.
+/// Returns the weights that make squared errors relative, per pixel and channel, for rows of
+/// `width` pixels, from the means of two replicates.
 pub(super) fn weights(a: &[[f64; 3]], b: &[[f64; 3]], width: usize) -> Vec<[f64; 3]> {
     let own: Vec<[f64; 3]> = a
         .iter()
@@ -28,7 +28,7 @@ pub(super) fn weights(a: &[[f64; 3]], b: &[[f64; 3]], width: usize) -> Vec<[f64;
         width,
     );
     let weight = |a: f64, b: f64, near: f64| {
-        // One less the variance of both together over their squared mean.
+        // One less the variance of the two together over their squared mean.
         let (square, difference) = ((a + b) * (a + b), (a - b) * (a - b));
         let sure = if square > difference {
             1.0 - difference / square
@@ -43,10 +43,10 @@ pub(super) fn weights(a: &[[f64; 3]], b: &[[f64; 3]], width: usize) -> Vec<[f64;
         .collect()
 }
 
-/// Factors that make squared errors relative by the means of two replicates that are not in them,
-/// per channel: near 1/(T² + 0.01) on average for a true colour T. 1/(ab + 0.01) is too large on
-/// average, since ab is noisy: by its variance, which (a² − b²)²/4 has for a mean, over the square
-/// of ab + 0.01. Neighbours would make the factors wrong where colours change.
+/// Returns the weights per channel from the means of two replicates that are not part of the error:
+/// near 1/(T² + 0.01) on average for a true colour T. The mean of 1/(ab + 0.01) is too large
+/// because ab is noisy; the excess is the variance of ab, estimated by (a² − b²)²/4, over the
+/// square of ab + 0.01. Neighbours would bias the weights where colours change.
 pub(super) fn across(a: [f64; 3], b: [f64; 3]) -> [f64; 3] {
     core::array::from_fn(|i| {
         let (relative_to, noise) = (
@@ -57,13 +57,13 @@ pub(super) fn across(a: [f64; 3], b: [f64; 3]) -> [f64; 3] {
     })
 }
 
-/// Such factors by the means of the two replicates that are in them.
+/// Returns the weights from the means of the two replicates in the error.
 pub(super) fn within(a: [f64; 3], b: [f64; 3]) -> [f64; 3] {
     core::array::from_fn(|i| 1.0 / ((a[i] + b[i]) * (a[i] + b[i]) / 4.0 + FLOOR))
 }
 
-/// Such factors by the means of four replicates: the products of two of them have the true colour's
-/// square for a mean.
+/// Returns the weights from the means of four replicates: the mean of their pairwise products
+/// estimates the square of the true colour.
 pub(super) fn among(four: [[f64; 3]; 4]) -> [f64; 3] {
     core::array::from_fn(|i| {
         let [a, b, c, d] = four.map(|mean| mean[i]);
@@ -71,8 +71,8 @@ pub(super) fn among(four: [[f64; 3]; 4]) -> [f64; 3] {
     })
 }
 
-/// Means over neighbours to both sides, `reach` of them, along one axis: of so many pixels, `step`
-/// apart.
+/// Returns the means over `reach` neighbours on both sides along one axis of `length` pixels,
+/// `step` apart.
 pub(super) fn around(of: &[[f64; 3]], reach: usize, length: usize, step: usize) -> Vec<[f64; 3]> {
     let mean = |at: usize| {
         let place = at / step % length;

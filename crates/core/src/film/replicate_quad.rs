@@ -1,14 +1,13 @@
-//! The replicates of a film as four of each pixel, with what its layers say of them: what a
-//! denoiser reads.
+//! Four replicates of each pixel with their layers: the input of a denoiser.
 
 use super::{Film, ReplicateBuffer};
 use crate::denoise::demand::FOUR;
 use crate::settings::Aov;
 
-/// Radiance beyond which nothing is a picture any more; its square is still a number of f32.
+/// Largest radiance of a usable picture; its square is finite in f32.
 pub(crate) const BRIGHTEST: f64 = 1e15;
 
-/// What is missing in a film.
+/// Missing part of a film.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum QuadError {
     /// A layer.
@@ -17,7 +16,8 @@ pub(crate) enum QuadError {
     Replicates,
 }
 
-/// The four replicates of a film's pixels. Where a film has more, every fourth one is of the same.
+/// Four replicates of each pixel. Where a film has more, every fourth replicate is merged into the
+/// same one.
 pub(crate) struct ReplicateQuad<'a> {
     film: &'a Film,
     planes: Vec<&'a ReplicateBuffer>,
@@ -27,7 +27,7 @@ pub(crate) struct ReplicateQuad<'a> {
     depth: usize,
 }
 
-/// Finite, and no brighter than a picture can be.
+/// Returns a finite number within the range of a usable picture.
 fn clamp_to_picture(number: f64) -> f64 {
     if number.is_nan() {
         0.0
@@ -37,7 +37,7 @@ fn clamp_to_picture(number: f64) -> f64 {
 }
 
 impl Film {
-    /// Its replicates as four, if there are as many and all layers.
+    /// Returns the replicates as four, if the film has enough and all layers.
     pub(crate) fn replicate_quad(&self) -> Result<ReplicateQuad<'_>, QuadError> {
         let layers = &self.plan.layers;
         let mean = |aov| {
@@ -74,8 +74,8 @@ impl Film {
 }
 
 impl ReplicateQuad<'_> {
-    /// Means of a pixel in each of the four, by sums and how many are in them. One of which nothing
-    /// is there has the mean of the others.
+    /// Returns the means of a pixel in each of the four, from sums and counts. A replicate without
+    /// samples gets the mean of the others.
     #[inline]
     fn means(&self, sums: impl Fn(usize, &ReplicateBuffer) -> ([f64; 3], f64)) -> [[f64; 3]; FOUR] {
         let (mut total, mut count) = ([[0.0; 3]; FOUR], [0.0; FOUR]);
@@ -101,12 +101,12 @@ impl ReplicateQuad<'_> {
         })
     }
 
-    /// Radiance.
+    /// Returns the radiance.
     pub fn radiance(&self, pixel: usize) -> [[f64; 3]; FOUR] {
         self.means(|_, plane| (plane.total(pixel), f64::from(plane.samples[pixel])))
     }
 
-    /// What camera rays saw without light from elsewhere.
+    /// Returns the radiance of camera rays without scattered light.
     pub fn emission(&self, pixel: usize) -> [[f64; 3]; FOUR] {
         self.means(|_, plane| {
             (
@@ -116,7 +116,7 @@ impl ReplicateQuad<'_> {
         })
     }
 
-    /// Base colour and normal of what was hit first.
+    /// Returns the base colour and normal of the first hit.
     pub fn surface(&self, pixel: usize) -> [[[f64; 3]; FOUR]; 2] {
         let tile = self.film.plan.tile_of(pixel);
         let drawn = |replicate: usize| f64::from(self.film.drawn(tile, replicate as u32));
@@ -125,7 +125,7 @@ impl ReplicateQuad<'_> {
         })
     }
 
-    /// How far it is; less than zero where nothing was hit.
+    /// Returns the distance of the first hit; negative without one.
     pub fn depth(&self, pixel: usize) -> f32 {
         self.film.centre[self.depth][pixel]
     }

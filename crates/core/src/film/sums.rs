@@ -1,6 +1,6 @@
-//! Sums of one pixel's samples in one replicate: taken in blocks of 16 in ascending order, each
-//! folded into f64. Blocks are counted from the replicate's first sample, and one that is not full
-//! is kept apart, so that taking more samples later gives the bits of taking all at once.
+//! Sums of one pixel's samples in one replicate: blocks of 16 in ascending order, each added in
+//! f64. Blocks are counted from the replicate's first sample, and a block that is not full is kept
+//! separate. So adding samples later gives the same bits as taking all at once.
 
 use core::marker::PhantomData;
 
@@ -10,75 +10,74 @@ use raywright_bvh::{Real, Vector};
 /// Samples of a block.
 pub(crate) const BLOCK: usize = 16;
 
-/// Whether after so many samples there is a block that is not full beside full ones.
+/// Whether this number of samples ends with a partial block after full ones.
 pub(crate) fn has_open(drawn: u32) -> bool {
     drawn > BLOCK as u32 && !drawn.is_multiple_of(BLOCK as u32)
 }
 
-/// Parts that a sample's coverage is counted in: as fine as a sum of as many samples as there can
-/// be still fits.
+/// Units of a sample's coverage, as fine as the sum over the most samples permits.
 pub(crate) const WHOLE: u32 = 1 << 16;
 
-/// A coverage from 0 to 1 in parts of [`WHOLE`].
+/// Converts a coverage from 0 to 1 to units of 1/[`WHOLE`].
 #[inline(always)]
 pub(crate) fn parts<R: Real>(coverage: R) -> u32 {
-    // Mostly all or nothing, of which rounding makes nothing else.
+    // Coverage is mostly zero or one, which rounding preserves.
     (coverage * R::from_f64(f64::from(WHOLE)) + R::from_f64(0.5)).to_f64() as u32
 }
 
-/// What a pixel's samples in one replicate amount to.
+/// Sums of a pixel's samples in one replicate.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(crate) struct Sums {
-    /// Of the full blocks.
+    /// Sum of the full blocks.
     pub sum: [f64; 3],
-    /// Of the block that is not full.
+    /// Sum of the partial block.
     pub open: [f64; 3],
-    /// Root of the sum of squared deviations of the samples that were added last, from their mean.
-    /// The root, because it has the range of the samples themselves.
+    /// Square root of the sum of squared deviations of the samples added last, from their mean. The
+    /// square root has the range of the samples themselves.
     pub spread: [f32; 3],
-    /// Samples that entered.
+    /// Number of finite samples.
     pub samples: u16,
-    /// What of them something covers, in parts of [`WHOLE`], for the alpha: whole numbers, so that
-    /// no order matters.
+    /// Summed coverage in units of 1/[`WHOLE`], for the alpha: whole numbers, so that the order of
+    /// addition does not matter.
     pub covered: u32,
-    /// What of them is a ground's shadow, in such parts.
+    /// Summed coverage by a ground's shadow, in the same units.
     pub shadowed: u32,
 }
 
 impl Sums {
-    /// Of all samples.
+    /// Returns the sum of all samples.
     #[inline(always)]
     pub fn total(&self) -> [f64; 3] {
         core::array::from_fn(|i| self.sum[i] + self.open[i])
     }
 }
 
-/// Takes samples in ascending order, pixel after pixel.
+/// Accumulates samples in ascending order, pixel by pixel.
 #[derive(Default)]
 pub(crate) struct Gather<R: Real, B: Block<R>> {
     sums: Sums,
     block: B,
-    /// Samples of the block, those that did not enter included.
+    /// Samples of the block, dropped ones included.
     in_block: usize,
-    /// Samples of all pixels that entered and are covered, wholly or in part.
+    /// Finite samples of all pixels with any coverage.
     pub met: u64,
     scalar: PhantomData<R>,
 }
 
-/// What becomes of the samples of a block.
+/// Accumulator of a block's samples.
 pub(crate) trait Block<R: Real>: Default {
-    /// Goes on with a block that has the sum `open`.
+    /// Continues a block with the sum `open`.
     fn resume(&mut self, open: [f64; 3]);
-    /// Takes a finite sample.
+    /// Adds a finite sample.
     fn put(&mut self, radiance: R::Vec3);
-    /// The sum of a block that is not full; the next one starts.
+    /// Returns the sum of the partial block and starts the next one.
     fn take(&mut self) -> [f64; 3];
-    /// Ends a pixel, with the root of the sum of squared deviations where that is kept.
+    /// Ends a pixel; returns the square root of the sum of squared deviations, where it is kept.
     fn spread(&mut self) -> [f32; 3];
 }
 
 impl<R: Real, B: Block<R>> Gather<R, B> {
-    /// Goes on with a pixel that had `drawn` samples, those that did not enter included.
+    /// Continues a pixel after `drawn` samples, dropped ones included.
     #[inline(always)]
     pub fn resume(&mut self, sums: Sums, drawn: u32) {
         self.in_block = drawn as usize % BLOCK;
@@ -90,8 +89,8 @@ impl<R: Real, B: Block<R>> Gather<R, B> {
         self.block.resume(sums.open);
     }
 
-    /// Adds a sample with what of it is covered and what is shadow, in parts of [`WHOLE`]. One that
-    /// is not finite is dropped: false.
+    /// Adds a sample with its coverage and shadow, in units of 1/[`WHOLE`]. Drops a sample that is
+    /// not finite and returns false.
     #[inline(always)]
     pub fn add(&mut self, radiance: R::Vec3, [covered, shadowed]: [u32; 2]) -> bool {
         let finite = radiance.is_finite();
@@ -111,7 +110,7 @@ impl<R: Real, B: Block<R>> Gather<R, B> {
         finite
     }
 
-    /// Ends a pixel, and starts the next one from nothing.
+    /// Ends a pixel and starts the next one.
     #[inline(always)]
     pub fn finish(&mut self) -> Sums {
         self.in_block = 0;
@@ -124,13 +123,13 @@ impl<R: Real, B: Block<R>> Gather<R, B> {
     }
 }
 
-/// Sums alone, each block in the precision of the samples: for pictures without chance, where no
-/// error is estimated.
+/// Sums alone, each block in the precision of the samples, for pictures without random sampling,
+/// whose error is not estimated.
 #[derive(Default)]
 pub(crate) struct Plain<R: Real>(R::Vec3);
 
 impl<R: Real> Block<R> for Plain<R> {
-    /// A sum of such samples is one of their scalar, so it comes back as it was.
+    /// The sum of such samples is representable in their scalar, so it is restored exactly.
     #[inline(always)]
     fn resume(&mut self, sum: [f64; 3]) {
         self.0 = R::Vec3::from_f64(DVec3::from_array(sum));
@@ -153,21 +152,21 @@ impl<R: Real> Block<R> for Plain<R> {
     }
 }
 
-/// Sums with their second central moment, blocks in f64 too: where samples of 10⁴ differ by 10⁻², a
-/// sum of sixteen in f32 has lost what the error is estimated from.
+/// Sums with their second central moment, with blocks in f64: where samples of 10⁴ differ by 10⁻²,
+/// an f32 sum of sixteen has lost the digits from which the error is estimated.
 ///
 /// Deviations are taken from the pixel's first sample in one pass (Chan, Golub and LeVeque,
-/// "Algorithms for Computing the Sample Variance: Analysis and Recommendations", 1983): a sample
-/// lies no farther from the mean of n than √n standard deviations, so what is subtracted in the end
-/// is at most n times what remains, and of f64's digits more are left than f32 holds.
+/// "Algorithms for Computing the Sample Variance: Analysis and Recommendations", 1983). A sample is
+/// at most √n standard deviations from the mean of n, so the subtrahend at the end is at most n
+/// times the result, and f64 keeps more digits than f32 holds.
 #[derive(Default)]
 pub(crate) struct Moments {
-    /// The pixel's first sample, and how many have entered.
+    /// First sample of the pixel, and number of finite samples.
     first: DVec3,
     entered: u32,
     /// Sum of the block.
     block: DVec3,
-    /// Sums of deviations from the first sample, and of their squares.
+    /// Sums of the deviations from the first sample, and of their squares.
     deviation: DVec3,
     square: DVec3,
 }

@@ -1,44 +1,43 @@
-//! How far a picture probably is from the true one: what its replicates say of all its pixels
-//! together.
+//! Uncertainty of a picture: an estimate of its error against the true picture, from the replicates
+//! of all pixels.
 //!
-//! A pixel's replicates give the variance v of its mean, which is the squared error e² to be
-//! expected there. Let xᵣ be how far the mean of its replicate r of R is from the truth. Then e² −
-//! v = 2/(R(R − 1)) · Σ xᵣxₛ over the pairs r < s, whatever the distribution is: a rare bright
-//! sample is in both e² and v, and what is left are products of independent numbers. Their variance
-//! is 2 tr(C²)/(R(R − 1)) for channels of covariance C, and it has an unbiased estimate too, since
-//! the differences of two pairs of replicates are independent: (d·d′)²/4 has the mean tr(C²).
-//! Pixels are independent, since each has scrambles of its own, so both sum up over the picture,
-//! and the sum is nearly normal if many pixels share in it.
+//! A pixel's replicates give the variance v of its mean, which estimates the squared error e². Let
+//! xᵣ be the deviation of the mean of replicate r of R from the truth. Then e² − v = 2/(R(R − 1)) ·
+//! Σ xᵣxₛ over the pairs r < s, for any distribution: a rare bright sample is part of both e² and
+//! v, and the rest are products of independent numbers. Their variance is 2 tr(C²)/(R(R − 1)) for
+//! channels of covariance C. It has an unbiased estimate, too, because the differences of two pairs
+//! of replicates are independent: (d·d′)²/4 has the mean tr(C²). Pixels are independent, because
+//! each has its own scrambles. So both sum over the picture, and the sum is nearly normal if many
+//! pixels contribute.
 //!
-//! What relative errors are relative to is itself estimated, in three ways. By the mean of the
-//! replicates themselves an error is off by about the inverse of their number: a bright sample is
-//! in both, and noise makes dark pixels of others. So the means of pairs and that of all four say
-//! what that of very many would (Quenouille, "Notes on Bias in Estimation", 1956), and this is the
-//! value: right to a hundredth where noise is even. The other two are products of the pair of
-//! replicates that the error at hand is not estimated from, and those of all four. Where light is
-//! rarely found the first is too large, since the pair seldom found it too, and the second too
-//! small. Half of what they are apart, or of what their geometric mean is from the value, whichever
-//! is more, is a standard error of it. The first has noise as well, taken to be as large as the two
-//! differ in each pixel. With fewer than four replicates there is no other pair; then the value is
-//! a guess, and no interval is claimed for it.
+//! The denominator of relative errors is itself estimated, in three variants. With the mean of the
+//! replicates themselves, the relative error is wrong by about the inverse of their number: a
+//! bright sample is in both, and noise makes other pixels dark. So the means of pairs and of all
+//! four are extrapolated to very many (Quenouille, "Notes on Bias in Estimation", 1956). This is
+//! the value: accurate to a hundredth for even noise. The other two variants are the product of the
+//! pair of replicates that is not part of the error, and the products of all four. Where light is
+//! rarely found the first is too large, because the pair seldom found it, and the second too small.
+//! Half of their distance, or half of the distance of their geometric mean from the value,
+//! whichever is more, is a standard error of the value. The first variant is also noisy, by an
+//! amount taken to be the difference of the two in each pixel. With fewer than four replicates no
+//! other pair exists; then the value is a guess without an interval.
 //!
-//! The variance is a sum of which few pixels may have most, as at a lamp's ends: then it is as sure
+//! The variance is a sum that few pixels may dominate, as at a lamp's ends. Then it is as uncertain
 //! as a variance of fewer normal numbers, 2(Σq)²/Σq² for sums of q (Satterthwaite, "An Approximate
-//! Distribution of Estimates of Variance Components", 1946), and Student's factor takes the normal
-//! one's place. `benches/calibration.rs` says how often all that holds, and from how many pixels on
-//! it may be trusted.
+//! Distribution of Estimates of Variance Components", 1946), and Student's factor replaces the
+//! normal one. `benches/calibration.rs` measures how often the intervals hold, and from how many
+//! pixels on they are reliable.
 //!
-//! Where lamps are small and many, a pixel that one replicate alone saw lit is no black one, and
-//! few pixels would have all of the error if it were taken for one. `film::again` says when others
-//! vouch for such light, and what its error is relative to then; the value is the geometric mean
-//! there. Where light is not rare nobody needs to vouch for it: the means of replicates are right
-//! to a hundredth in a room lit through a window, and the geometric mean is a tenth too small
-//! there.
+//! Where lamps are small and many, a pixel that a single replicate found lit is not black; treated
+//! as black, a few such pixels would dominate the error. `film::again` tests whether other pixels
+//! confirm such light, and gives its denominator; then the value is the geometric mean. Where light
+//! is not rare it needs no confirmation: the means of replicates are accurate to a hundredth in a
+//! room lit through a window, where the geometric mean is a tenth too small.
 //!
-//! Light that no sample has found is in neither. What can be noticed is that it may be there: paths
-//! that were scattered and then went on by a mirror or through glass meet lamps and suns by chance
-//! alone, and where many did and few met one, more of that light is to be expected than was seen.
-//! The number that were found is a Poisson number, known to a sixth where it is forty.
+//! Light that no sample found is in none of these estimates. But its possibility can be detected:
+//! paths that scattered and then continued by a mirror or through glass hit lamps and suns by
+//! chance alone. Where many such paths ran and few hit a lamp, more light is to be expected than
+//! was found. The number of hits is a Poisson number, known within a sixth at forty.
 
 use core::ops::{AddAssign, Range};
 
@@ -52,65 +51,64 @@ use super::relative::{REACH, across, among, weights, within};
 use super::{Film, ReplicateBuffer};
 use crate::metrics::student_95;
 
-/// Squared errors relative to what other replicates have, and to what the pair in the error itself
-/// has, may differ by this factor: then light is so rare that no way to make them relative is
-/// right, unless it is seen again elsewhere.
+/// Largest ratio of squared errors relative to other replicates and relative to the error's own
+/// pair. Beyond it light is so rare that no denominator is right, unless the light is confirmed
+/// elsewhere.
 const APART: f64 = 4.0;
 
-/// Fewer pixels that carry the error say too little of it, if there are [`SHARE`] times as many
-/// with noise, or light that they saw is hardly seen again: [`SEEN_AGAIN`] is then what [`APART`]
-/// is for all pixels.
+/// Fewest pixels that must carry the error. Fewer are too few if [`SHARE`] times as many have
+/// noise, or if light is hardly confirmed: [`SEEN_AGAIN`] then takes the place of [`APART`].
 const FEWEST: f64 = 40.0;
 const SHARE: f64 = 4.0;
 const SEEN_AGAIN: f64 = 2.0;
 
-/// What few pixels say of the error is not off by so much. In 1,600 pictures of 20 scenes the error
-/// was never more than three times the upper end of the interval, but for those that were black.
+/// Bound on the error of an estimate from few pixels. In 1,600 pictures of 20 scenes, black ones
+/// excepted, the error was never more than three times the upper end of the interval.
 const FAR: f64 = 10.0;
 
-/// And fewer lamps met by chance alone too little of their light.
+/// Fewest lamps hit by chance alone that determine their light.
 const FEWEST_FOUND: u64 = 40;
 
-/// Where no more than one path in so many looks for such lamps, their light is too little to be
-/// missed.
+/// Fewest paths in search of such lamps, as one in this number of samples; with fewer, their light
+/// is negligible.
 const ONE_IN: u64 = 500;
 
 /// Replicates that an interval needs.
 const ENOUGH: u32 = 4;
 
-/// Rows that are looked at together.
+/// Rows per work item.
 const BAND: usize = 32;
 
-/// A number with the interval that holds what it estimates in 95 of 100 renders.
+/// An estimate with the interval that contains the estimated value in 95 of 100 renders.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct Estimate {
-    /// The most likely value.
+    /// Most likely value.
     pub value: f64,
     /// Lower end of the interval.
     pub low: f64,
-    /// Upper end.
+    /// Upper end of the interval.
     pub high: f64,
-    /// How many pixels carry most of it: (Σv)²/Σv² of their variances (Kish, "Survey Sampling",
-    /// 1965).
+    /// Effective number of pixels that carry the error: (Σv)²/Σv² of their variances (Kish, "Survey
+    /// Sampling", 1965).
     pub carriers: f64,
 }
 
-/// How far a picture is from the true one, as far as its own samples can tell: light that none of
-/// them found can't be estimated.
+/// Estimated error of a picture, as far as its own samples show it: light that no sample found
+/// cannot be included.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct Uncertainty {
-    /// Root of the mean squared error over pixels and channels, in radiance.
+    /// Root mean squared error over pixels and channels, in radiance.
     pub rmse: Estimate,
     /// Root of the mean relative squared error, (I − R)²/(R² + 0.01).
     pub root_relmse: Estimate,
-    /// Replicates of each pixel, at least.
+    /// Least number of replicates of a pixel.
     pub replicates: u32,
-    /// Why the interval of the relative error may not mean what it says; none where it does.
+    /// Reason to doubt the interval of the relative error; `None` where it is reliable.
     pub doubt: Option<Doubt>,
 }
 
 impl Uncertainty {
-    /// Whether the relative error is below another, as surely as the interval says; where few
+    /// Whether the relative error is below another, by the upper end of the interval; where few
     /// pixels carry the error, whether it is far below.
     pub fn reaches(&self, error: f64) -> bool {
         let high = self.root_relmse.high;
@@ -122,40 +120,40 @@ impl Uncertainty {
     }
 }
 
-/// Why an interval may not hold what it claims.
+/// Reason to doubt an interval.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Doubt {
-    /// There are fewer than four replicates.
+    /// Fewer than four replicates.
     FewSamples,
-    /// Lamps or small bright parts of the sky are met by way of mirrors or glass, which is by
-    /// chance alone, and few were: most of such light may be unseen.
+    /// Lamps or small bright parts of the sky are hit through mirrors or glass, by chance alone,
+    /// and few were hit: most of such light may be missing.
     LightByChance,
-    /// A few pixels have most of the error, or in each of many a few samples; or lamps were looked
-    /// for and all is black.
+    /// A few pixels have most of the error, or a few samples in each of many; or rays searched for
+    /// lamps and the picture is black.
     FewPixels,
-    /// The interval is so wide that it says nothing, as where few blocks of a denoised picture have
-    /// most of its error.
+    /// The interval is too wide to be useful, as where few blocks of a denoised picture have most
+    /// of its error.
     WideInterval,
 }
 
-/// What a pixel has, or the sum over some.
+/// Contribution of a pixel, or the sum over some pixels.
 #[derive(Clone, Copy, Default)]
 struct Sum {
-    /// Variance of the mean, weighed by what other replicates say, and by what all of them say.
+    /// Variance of the mean, weighted by the other pair of replicates, and by all four.
     variance: f64,
     among: f64,
-    /// Weighed by the mean of all, and by that of the pair alone that it is of.
+    /// Variance weighted by the mean of all, and by the mean of the pair itself.
     own: f64,
     seen: f64,
     /// Squared products of two independent differences between replicates.
     product: f64,
-    /// Squares of what the light that it is relative to may be off by where it was seen once, and
-    /// what it may be off by in all pixels alike.
+    /// Uncertainty of the denominator where light was found once: squares of the part independent
+    /// between pixels, and the part common to all.
     unsure: f64,
     prior: f64,
-    /// Squares and roots of the variance, squares of how far the two ways to weigh it are apart,
-    /// and of the products.
+    /// Squares and square roots of the variance, squared differences of its two weightings, and
+    /// squares of the products.
     square: f64,
     root: f64,
     apart: f64,
@@ -179,7 +177,7 @@ impl AddAssign for Sum {
 }
 
 impl Sum {
-    /// Of one pixel.
+    /// Returns the contribution of one pixel.
     fn of(
         Pixel {
             variance,
@@ -213,8 +211,8 @@ impl Sum {
         }
     }
 
-    /// Whether too few pixels carry the error for all that may. How many have noise is told by the
-    /// standard deviations, (Σ√v)²/Σv, of which pixels with little have a share, too.
+    /// Whether too few pixels carry the error, compared with the number of noisy pixels. That
+    /// number is (Σ√v)²/Σv, in which pixels with little noise count, too.
     fn is_carried_by_few(&self) -> bool {
         let (carriers, noisy) = (
             self.square_of_sum() / self.square,
@@ -223,23 +221,24 @@ impl Sum {
         carriers < FEWEST && (carriers < noisy / SHARE || self.variance > SEEN_AGAIN * self.seen)
     }
 
-    /// Whether light is seldom seen by two replicates.
+    /// Whether two replicates rarely find the same light.
     fn is_rare(&self) -> bool {
         self.variance > APART * self.seen
     }
 
-    /// Between both ways to weigh by products.
+    /// Returns the geometric mean of the two weightings by products.
     fn middle(&self) -> f64 {
         (self.variance * self.among).sqrt()
     }
 
-    /// What weights by means of two and of four replicates say of those by the mean of very many:
-    /// what they are off by is nearly inverse to the number.
+    /// Extrapolates the weightings by means of two and four replicates to very many: the bias is
+    /// nearly inverse to the number.
     fn of_means(&self) -> f64 {
         (2.0 * self.own - self.seen).max(self.own / 2.0)
     }
 
-    /// Of the root of the mean over so many pixels and three channels, by the sum over them.
+    /// Estimates the root of the mean over `pixels` pixels and three channels, from the sum over
+    /// them.
     fn estimate(&self, sum: f64, pixels: f64, replicates: f64) -> Estimate {
         if self.variance <= 0.0 {
             return Estimate {
@@ -250,7 +249,7 @@ impl Sum {
             };
         }
         let mean_square = sum / (3.0 * pixels);
-        // No more than equal variances of all channels would say.
+        // At least the variance that equal variances of all channels would give.
         let least = 2.0 * replicates / (3.0 * (replicates - 1.0) * pixels);
         let products =
             (self.product / (2.0 * replicates * (replicates - 1.0)) / (self.among * self.among))
@@ -263,11 +262,11 @@ impl Sum {
             self.unsure / (self.variance * self.among),
             self.prior / self.middle(),
         );
-        // What is off in all pixels alike may be so in one direction, and adds up; the squares of
-        // different causes do.
+        // Uncertainties common to all pixels may have the same sign and add up; independent causes
+        // add as squares.
         let alike = relative_to + prior;
         let spread = products + weights + chance + alike * alike;
-        // Whole degrees of freedom, rounded to fewer; those of many where no pixel says anything.
+        // Degrees of freedom, rounded down; infinite without any contribution.
         let freedom = 2.0 * self.product * self.product / self.product_square;
         let factor = student_95(if freedom.is_finite() {
             freedom as u32
@@ -290,24 +289,24 @@ impl Sum {
     }
 }
 
-/// A few rows of pixels with what their replicates say, in radiance and relative.
+/// A few rows of pixels with their contributions, in radiance and relative.
 struct Band {
     absolute: Vec<Pixel>,
     relative: Vec<Pixel>,
-    /// Relative where light that one replicate alone saw is seen again.
+    /// Relative contributions where light found by a single replicate is confirmed.
     vouched: Vec<Pixel>,
 }
 
 impl Film {
-    /// How far the picture so far is from the true one; none where chance has no part, and where
-    /// pixels have fewer than two replicates.
+    /// Estimates the error of the picture so far; `None` without random sampling, or where a pixel
+    /// has fewer than two replicates.
     pub fn uncertainty(&self) -> Option<Uncertainty> {
         self.uncertainty_and_rarity()
             .map(|(uncertainty, _)| uncertainty)
     }
 
-    /// And whether light is rare, both ways to weigh it far apart, even if others vouch for it:
-    /// then a filter that spreads it hides what it is off by.
+    /// Estimates the error, and tells whether light is rare: the two weightings are far apart, even
+    /// if other pixels confirm the light. A filter that spreads such light hides its error.
     pub(crate) fn uncertainty_and_rarity(&self) -> Option<(Uncertainty, bool)> {
         if !self.plan.random {
             return None;
@@ -321,7 +320,7 @@ impl Film {
         }
         let height = self.plan.crop.height as usize;
         let bands = (0..height.div_ceil(BAND)).into_par_iter();
-        // In order, so that the sums do not depend on who is first.
+        // In order, so that the sums do not depend on the order of completion.
         let bands: Vec<([Sum; 3], LeaveOneOut)> = bands
             .map(|band| {
                 self.band(
@@ -374,14 +373,14 @@ impl Film {
         ))
     }
 
-    /// Whether lamps or suns are met by way of mirrors or glass alone, and too few were to tell how
-    /// much of their light there is.
+    /// Whether lamps or suns are hit through mirrors or glass alone, and too few hits determine
+    /// their light.
     pub(crate) fn is_lit_by_chance(&self) -> bool {
         let is_common = self.counters.unaided.saturating_mul(ONE_IN) > self.counters.samples;
         is_common && self.counters.found < FEWEST_FOUND
     }
 
-    /// Whether rays went to lamps or to the sky, and no sample found any light.
+    /// Whether rays were cast towards lamps or the sky, and no sample found any light.
     pub(super) fn is_unlit(&self) -> bool {
         let is_black = |plane: &ReplicateBuffer| {
             (0..self.plan.pixels()).all(|pixel| plane.total(pixel) == [0.0; 3])
@@ -389,7 +388,8 @@ impl Film {
         self.counters.shadow > 0 && self.planes.iter().flatten().all(is_black)
     }
 
-    /// Sums over some rows, in radiance and relative in both ways, and what is seen again there.
+    /// Returns the sums over some rows, in radiance and relative by both weightings, and the
+    /// statistics of confirmed light.
     fn band(
         &self,
         planes: &ReplicateStats<'_>,
@@ -397,7 +397,7 @@ impl Film {
         replicates: u32,
     ) -> ([Sum; 3], LeaveOneOut) {
         let width = self.plan.crop.width as usize;
-        // With the rows that pixels have neighbours in.
+        // Includes the rows of neighbouring pixels.
         let first = rows.start.saturating_sub(REACH);
         let last = (rows.end + REACH).min(self.plan.crop.height as usize);
         let mut means = vec![Vec::with_capacity((last - first) * width); replicates as usize];
@@ -445,8 +445,8 @@ impl Film {
 }
 
 impl Band {
-    /// What four replicates say. `shares`: of what one way to pair them says, in the variance of
-    /// the mean and in the mean of products.
+    /// Adds the means of four replicates. `shares` are the weights of one pairing, in the variance
+    /// of the mean and in the mean of products.
     fn add(&mut self, four: &[Vec<[f64; 3]>], shares: [f64; 2]) {
         let pixels = self
             .absolute
@@ -479,8 +479,8 @@ impl Band {
         }
     }
 
-    /// What two or three say, weighed by themselves: differences of the first two, beside those of
-    /// the next pixel.
+    /// Adds a guess from two or three replicates, weighted by themselves: differences of the first
+    /// two, with those of the next pixel as the independent ones.
     fn guess(&mut self, means: &[Vec<[f64; 3]>], width: usize) {
         let (a, b) = (&means[0], &means[1]);
         let weights = weights(a, b, width);
@@ -492,7 +492,7 @@ impl Band {
             };
             let one: [f64; 3] = core::array::from_fn(|i| a[pixel][i] - b[pixel][i]);
             let two: [f64; 3] = core::array::from_fn(|i| a[beside][i] - b[beside][i]);
-            // A quarter of the squared difference is the variance of two replicates' mean.
+            // A quarter of the squared difference estimates the variance of two replicates' mean.
             let share = 2.0 / means.len() as f64 / 4.0;
             let of = |weights: [f64; 3], beside: [f64; 3]| {
                 let variance = share * (0..3).map(|i| weights[i] * one[i] * one[i]).sum::<f64>();

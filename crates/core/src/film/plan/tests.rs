@@ -1,11 +1,11 @@
-//! That replicates, tiles and passes leave nothing out and take nothing twice.
+//! Replicates, tiles and passes cover everything exactly once.
 
 use super::*;
 use crate::scene::{Pattern, Scene};
 use crate::settings::Sampling;
 
 impl Plan {
-    /// The same with so many replicates asked for.
+    /// Returns the plan with a requested number of replicates.
     fn with_division(self, asked: Option<u32>) -> Self {
         Self { asked, ..self }
     }
@@ -22,8 +22,8 @@ fn plan(sampling: Sampling) -> Plan {
     )
 }
 
-/// Protects: every sample belongs to one replicate, none is larger than the first or smaller by
-/// more than one, no replicate outgrows its count, and there are never more replicates than
+/// Protects: every sample belongs to one replicate. Replicates differ by at most one sample, the
+/// first is the largest, none exceeds its 16-bit count, and there are never more replicates than
 /// samples.
 #[test]
 fn samples_are_spread_evenly_over_replicates() {
@@ -79,7 +79,7 @@ fn samples_are_spread_evenly_over_replicates() {
 }
 
 /// Protects: tiles cover each pixel of the film once, whether or not their edge divides the
-/// picture's, which may be a pixel, a row, or of primes.
+/// picture's, for pictures of one pixel, one row, or prime sizes.
 #[test]
 fn f09_tiles_cover_the_film_once() {
     for (picture, size) in [[65, 33], [1, 1], [1, 97], [101, 1], [61, 53]]
@@ -106,8 +106,8 @@ fn f09_tiles_cover_the_film_once() {
     }
 }
 
-/// Protects: passes follow each other without a gap, are few samples at first, and end at full
-/// blocks from the second on; a pattern is one pass.
+/// Protects: passes follow each other without a gap, start with few samples, and end at full blocks
+/// from the second on; a pattern is a single pass.
 #[test]
 fn passes_take_all_samples_in_order() {
     let passes = |plan: &Plan| {
@@ -129,16 +129,15 @@ fn passes_take_all_samples_in_order() {
     assert_eq!(general(20), [4, 16, 20]);
     assert_eq!(general(200), [4, 16, 32, 64, 128, 192, 200]);
     assert_eq!(passes(&plan(Sampling::Pattern(Pattern::Corners))), [4]);
-    // From in between, to where the others end.
+    // A pass that starts in between ends where the regular passes end.
     assert_eq!(
         plan(Sampling::General(400)).pass(100, 70),
         Some((4, 70..100))
     );
 }
 
-/// Protects: the fewest samples that go on with a film are those that a search one by one finds,
-/// for any division, and are found where the films have more samples than a search could go
-/// through.
+/// Protects: the least number of samples that continues a film equals the result of an exhaustive
+/// search, for any division; it is also found for numbers beyond an exhaustive search.
 #[test]
 fn the_fewest_samples_that_go_on() {
     for asked in [None, Some(1), Some(2), Some(3), Some(5), Some(16)] {

@@ -1,5 +1,4 @@
-//! Samples that go where the error is: where to, how many, when it ends, and that nobody who looks
-//! on changes it.
+//! Adaptive sampling: placement, number and end of samples, independent of observers.
 
 use core::sync::atomic::{AtomicU32, Ordering};
 
@@ -12,7 +11,7 @@ use crate::scene::{Integrator, Scene};
 use crate::settings::{Aov, Sampling, Settings};
 use crate::{Ready, prepare};
 
-/// A film of so many tiles in a row, each 16 × 16 pixels.
+/// A film of a row of tiles, each 16 × 16 pixels.
 pub(super) fn row(tiles: u32, most: u32) -> Film {
     let size = [16 * tiles, 16];
     let settings = Settings {
@@ -26,7 +25,7 @@ pub(super) fn row(tiles: u32, most: u32) -> Film {
         .film("")
 }
 
-/// Takes the samples that are to be taken: replicate r of each pixel has this mean by its tile and
+/// Takes the requested samples: the mean of replicate r of each pixel is given by its tile and
 /// number of samples.
 pub(super) fn take(film: &mut Film, mean: impl Fn(u32, u32, f64) -> f64) {
     let plan = film.plan.clone();
@@ -59,8 +58,8 @@ fn total(film: &Film) -> u64 {
 }
 
 /// Protects: tiles whose samples deviate four times as much get four times as many, up to the grid
-/// of numbers; a round adds at most a quarter; what is asked for is reached, by the upper end of
-/// the interval, and no later than a sixteenth and a step too many.
+/// of counts. A round adds at most a quarter. The requested error is reached by the upper end of
+/// the interval, with at most a sixteenth and a grid step too many.
 #[test]
 fn samples_go_where_the_error_is() {
     let sigma = |tile: u32| if tile < 5 { 0.5 } else { 2.0 };
@@ -101,8 +100,8 @@ fn samples_go_where_the_error_is() {
     }
 }
 
-/// Protects: a tile that looks quiet gets its share all the same, a quarter of what the mean
-/// variance asks for.
+/// Protects: a tile that looks quiet gets at least a quarter of the samples of a tile with the mean
+/// variance.
 #[test]
 fn nothing_is_left_behind() {
     let mut film = row(12, 65_536);
@@ -140,8 +139,8 @@ fn halves_decide_for_each_other() {
     }
 }
 
-/// Protects: no pixel gets more samples than it may have, and then it is said; few to begin with
-/// are few to end with.
+/// Protects: no pixel exceeds the greatest number of samples, and reaching it is reported, also for
+/// small numbers.
 #[test]
 fn there_is_an_end() {
     for most in [4, 10, 100, 1000] {
@@ -163,9 +162,9 @@ fn there_is_an_end() {
     }
 }
 
-/// Protects: replicates count the same however many samples they have: of the means 1, 2, 3 and 6
-/// with 4, 8, 4 and 8 samples the mean is 3, and by samples it would be 10/3. Its variance is (4 +
-/// 1 + 0 + 9)/12.
+/// Protects: replicates have equal weight whatever their number of samples. Means of 1, 2, 3 and 6
+/// with 4, 8, 4 and 8 samples have the mean 3; weighted by samples it would be 10/3. The variance
+/// of the mean is (4 + 1 + 0 + 9)/12.
 #[test]
 fn replicates_count_the_same() {
     let mut film = row(1, 4096);
@@ -191,8 +190,8 @@ fn replicates_count_the_same() {
     assert!((rmse - (14.0_f64 / 12.0).sqrt()).abs() < 1e-12, "{rmse}");
 }
 
-/// Protects: coverage counts replicates the same too: of 4, 8, 4 and 8 samples those of the first
-/// are covered, which is a quarter.
+/// Protects: coverage weighs replicates equally, too: with 4, 8, 4 and 8 samples, of which those of
+/// the first replicate are covered, it is a quarter.
 #[test]
 fn coverage_counts_replicates_the_same() {
     let background = crate::settings::Background::Transparent;
@@ -236,8 +235,8 @@ fn coverage_counts_replicates_the_same() {
     );
 }
 
-/// Protects: how many samples there will be is told by the claimed error, by a claim in doubt too:
-/// a picture that needs a hundred times as many is not told to be nearly finished.
+/// Protects: the expected number of samples follows the claimed error, even of a doubted claim: a
+/// picture that needs a hundred times as many samples is not reported as nearly finished.
 #[test]
 fn the_end_is_told_by_the_claim() {
     for found in [1000, 39] {
@@ -253,8 +252,8 @@ fn the_end_is_told_by_the_claim() {
     }
 }
 
-/// Protects: an error that is in doubt is not reached, however small it is claimed to be; where
-/// that was first, and why, is remembered, and nothing is where the claim itself is too large.
+/// Protects: a doubted error does not count as reached, however small the claim. The first such
+/// event is recorded with its reason, and none where the claim itself is too large.
 #[test]
 fn doubt_goes_on() {
     let mut film = row(3, 65_536);
@@ -288,7 +287,7 @@ fn doubt_goes_on() {
     assert_eq!(film.aim(0.5, &()), Aim::Reached);
 }
 
-/// Protects: no tile has more than twice as many samples after a round, how loud it may look.
+/// Protects: no tile more than doubles its samples in a round, however noisy it looks.
 #[test]
 fn tiles_grow_by_two_at_most() {
     let mut film = row(12, 65_536);
@@ -304,9 +303,9 @@ fn tiles_grow_by_two_at_most() {
     }
 }
 
-/// Protects: black tiles beside others that vary are not given up. One alone is sampled by the
-/// variance of its neighbours, √½ of what they take; one that has none but black ones around it
-/// takes a quarter of what the mean variance asks for.
+/// Protects: black tiles beside noisy ones keep getting samples. A single black tile gets samples
+/// by the variance of its neighbours: √½ of theirs. A black tile among black ones gets a quarter of
+/// the samples of a tile with the mean variance.
 #[test]
 fn m14_black_tiles_are_not_given_up() {
     // Black tiles of eight, and the share of the last tile's samples that the first black one
@@ -332,8 +331,8 @@ fn m14_black_tiles_are_not_given_up() {
     }
 }
 
-/// Protects: pictures of rare bright samples are as bright as the truth on average, to a fifth of
-/// their standard error and a hundredth of the truth.
+/// Protects: pictures of rare bright samples are unbiased, to a fifth of their standard error and a
+/// hundredth of the truth.
 #[test]
 fn m14_rare_light_is_not_lost() {
     const RUNS: u64 = 300;
@@ -418,7 +417,7 @@ fn bits(film: &Film) -> Vec<u32> {
         .collect()
 }
 
-/// Has enough after so many tiles.
+/// Ends the render after this many tiles.
 struct EnoughAfter(AtomicU32);
 
 impl Observer for EnoughAfter {
@@ -431,8 +430,8 @@ impl Observer for EnoughAfter {
     }
 }
 
-/// Protects: where samples go is decided by the picture alone: any threads, any size of tiles that
-/// is asked for, stopped anywhere, in the middle of a round and between rounds, and gone on with.
+/// Protects: adaptive sampling depends on the picture alone: not on threads, the tile size setting,
+/// or stops in the middle of a round or between rounds.
 #[test]
 fn only_the_picture_decides() {
     let ready = of(&settings());
@@ -485,8 +484,8 @@ fn only_the_picture_decides() {
     }
 }
 
-/// Protects: a film that was stopped anywhere is a map of samples, and rendering by it gives its
-/// bits; another picture's is refused.
+/// Protects: replaying the sample counts of a stopped film gives its bits; a film of another
+/// picture is refused.
 #[test]
 fn maps_are_replayed() {
     let ready = of(&settings());

@@ -1,5 +1,5 @@
-//! Light that one replicate alone saw: when others vouch for it, what errors are relative to then,
-//! and that rare light stays in doubt.
+//! Light that a single replicate found: when other pixels confirm it, the denominator of its error,
+//! and the doubt about rare light.
 
 use super::adaptive::{row, take};
 use super::uncertainty::film;
@@ -9,7 +9,7 @@ use crate::film::{Doubt, ReplicateBuffer};
 use crate::hash::mix;
 use crate::metrics::student_95;
 
-/// Whether so many pixels with these means of four replicates vouch for light that was seen once.
+/// Whether this many pixels with these means of four replicates confirm light that was found once.
 fn vouch(pixels: &[(usize, [f64; 4])]) -> bool {
     let mut again = LeaveOneOut::default();
     for &(count, means) in pixels {
@@ -18,11 +18,10 @@ fn vouch(pixels: &[(usize, [f64; 4])]) -> bool {
     again.is_enough()
 }
 
-/// Protects: a pixel that one replicate lit says three times that the held out has nothing, one
-/// that two lit says twice that it has three times the mean of the others. Of 100 and 60 pixels
-/// that is 360/420 = 0.86, known to 2/√420 = 0.10; of 100 and 40 pixels 0.63, known to 0.10. 33 of
-/// each are enough to say anything, and 30 are not, which are 150 held out of 160; nor is any
-/// number of pixels that all replicates lit.
+/// Protects: a pixel lit in one replicate has three held-out replicates of zero; a pixel lit in two
+/// has two with three times the mean of the others. For 100 and 60 pixels the confirmed share is
+/// 360/420 = 0.86, within 2/√420 = 0.10; for 100 and 40 pixels 0.63, within 0.10. 33 of each
+/// suffice and 30 do not (150 held out of 160); pixels lit in all replicates never count.
 #[test]
 fn light_is_vouched_for_where_it_is_seen_again() {
     let (once, twice) = ([0.0, 0.0, 2.0, 0.0], [2.0, 0.0, 0.0, 2.0]);
@@ -33,11 +32,11 @@ fn light_is_vouched_for_where_it_is_seen_again() {
     );
 }
 
-/// Protects: brighter light needs more to vouch for it: 600 dim replicates with three times what
-/// was expected, and 300 of a hundredfold brightness with nothing, are 2 on average, but by the
-/// root of brightness 1/2. One replicate that is far brighter than its pixel's others does not
-/// vouch for a hundred others: it counts four times what was expected, not 270 times. Black pixels
-/// say nothing.
+/// Protects: brighter light needs more confirmation. 600 dim replicates with three times the
+/// expected light and 300 of a hundredfold brightness with none are 2 on average, but 1/2 when
+/// weighted by the root of the brightness. One replicate far brighter than its pixel's others does
+/// not confirm a hundred others: it counts four times the expected light, not 270 times. Black
+/// pixels give no information.
 #[test]
 fn bright_light_needs_more_to_vouch_for_it() {
     let dim = (300, [1.0, 1.0, 0.0, 0.0]);
@@ -50,14 +49,14 @@ fn bright_light_needs_more_to_vouch_for_it() {
     assert!(!vouch(&[(300, [0.25, 0.25, 0.0, 0.0])]) && vouch(&[(300, [0.35, 0.35, 0.0, 0.0])]));
 }
 
-/// Protects: a pixel that was lit once is weighed by the geometric mean of what 1/(T² + δ²) is on
-/// average if T has gamma distributions of shapes 3/2 and 2 and its mean m for a scale. With x =
-/// m/δ the first is 1/m² times √(2πx) − 4 + … where x is large (the second term is Γ(−1/2)/Γ(3/2)),
-/// for which √(2πx) + 1 is taken. So the geometric mean is too large by the root of the ratio of
-/// the two, the distance of both distributions by its logarithm, and the mean square over the
-/// squared mean too small by (1 − 4/√(2πx))². For an x of 1 to 10 the first is at most two fifths.
-/// Where x is small 1/(1 + 2x) is taken for the second, which is 1 − 6x² + …: too little by a share
-/// of x for the geometric mean. The integrals are sums over steps of a thousandth in log T.
+/// Protects: a pixel lit once is weighted by the geometric mean of the averages of 1/(T² + δ²) for
+/// gamma distributions of T with shapes 3/2 and 2 and scale m, its mean. With x = m/δ the first is
+/// 1/m² times √(2πx) − 4 + … for large x (the second term is Γ(−1/2)/Γ(3/2)), approximated by
+/// √(2πx) + 1. So the geometric mean is too large by the root of the ratio of the two, the distance
+/// of both distributions by its logarithm, and the mean square over the squared mean too small by
+/// (1 − 4/√(2πx))². For an x of 1 to 10 the first is at most two fifths. For small x, 1/(1 + 2x)
+/// approximates the second, which is 1 − 6x² + …: too small by a share of x for the geometric mean.
+/// The integrals are sums over steps of a thousandth in log T.
 #[test]
 fn what_was_seen_once_has_a_gamma_distribution() {
     for mean in [
@@ -110,7 +109,7 @@ fn what_was_seen_once_has_a_gamma_distribution() {
     }
 }
 
-/// Protects: what is black was lit never, and has a weight that is a number.
+/// Protects: a black pixel was never lit, and has a finite weight.
 #[test]
 fn what_is_black_is_weighed_as_black() {
     let SingleReplicateBound {
@@ -121,11 +120,11 @@ fn what_is_black_is_weighed_as_black() {
     assert_eq!((most, deviation, prior), ([100.0; 3], [0.0; 3], [0.0; 3]));
 }
 
-/// Protects: where others vouch for it, pixels that were lit once are relative to no less than a
-/// gamma distribution says, and those that were lit twice to products as ever; what all pixels
-/// alike may be off by is added up, and its square to those of what each may be. Of 100 pixels with
-/// one replicate of 2 and 100 with two, the first have a variance of 4/16 in each channel, the
-/// second of 4/12.
+/// Protects: where light is confirmed, pixels lit once have the gamma distribution's denominator at
+/// least, and pixels lit twice that of products. Uncertainties common to all pixels add up, and the
+/// square of their sum adds to the squares of the independent ones. Of 100 pixels with one
+/// replicate of 2 and 100 with two, the first have a variance of 4/16 in each channel, the second
+/// of 4/12.
 #[test]
 fn errors_of_light_that_is_vouched_for_by_hand() {
     let mut pixels = [[0.0, 2.0, 0.0, 0.0]; 200];
@@ -156,18 +155,18 @@ fn errors_of_light_that_is_vouched_for_by_hand() {
     let weights = 100.0 * (twice[0] - twice[1]).powi(2) / (across * across);
     let once = 100.0 * unsure * unsure / (across * among);
     let alike = (across / among).ln().abs() / 2.0 + 100.0 * prior / (across * among).sqrt();
-    // No less than two hundred equal variances would say.
+    // At least the variance of two hundred equal variances.
     let products = (product / 24.0 / (among * among)).max(8.0 / 9.0 / 200.0);
     let width = student_95(200) * (products + weights + once + alike * alike).sqrt();
-    // Two hundred degrees of freedom may come out as a rounding less, and one less is taken then: a
-    // factor of 1.97196 in place of 1.97190.
+    // Two hundred degrees of freedom may be rounded down by one: a factor of 1.97196 in place of
+    // 1.97190.
     let found = (found.root_relmse.high / expected).ln() * 2.0;
     assert!((found / width - 1.0).abs() < 5e-5, "{found} and {width}");
 }
 
-/// Protects: where light is not rare, an error is relative to means of replicates, even if others
-/// would vouch for light that was seen once. Dim pixels as above, of 0.31 in place of 2, have
-/// weights by two ways to pair replicates that are less than four apart.
+/// Protects: where light is not rare, an error is relative to means of replicates, even if light
+/// found once is confirmed. Dim pixels as above, of 0.31 in place of 2, have weights by two
+/// pairings that differ by less than a factor of four.
 #[test]
 fn light_that_is_not_rare_needs_no_voucher() {
     let mut pixels = [[0.0, 0.31, 0.0, 0.0]; 200];
@@ -186,15 +185,15 @@ fn light_that_is_not_rare_needs_no_voucher() {
     assert_eq!(found.doubt, None);
 }
 
-/// A share below one by an address.
+/// A uniform number below one, by an address.
 fn share(address: u64) -> f64 {
     (mix(mix(address) ^ 0xA5A5) >> 11) as f64 / (1_u64 << 53) as f64
 }
 
-/// Protects: small lamps that cover any share of a pixel are not doubted, and the error is below
-/// the upper end in 95 of 100 pictures and no more than twice nor less than half what is claimed.
-/// Where each pixel meets a lamp with one sample of a thousand, all of them or all but a fifth that
-/// have lamps of any share, every picture is doubted.
+/// Protects: small lamps that cover any share of a pixel are not doubted; the error is below the
+/// upper end in 95 of 100 pictures, and between half and twice the claim. Every picture is doubted
+/// where each pixel hits a lamp with one sample of a thousand, in all pixels or in four fifths of
+/// them.
 #[test]
 fn small_lamps_are_told_from_rare_light() {
     /// Share of a pixel that a lamp covers.
@@ -256,8 +255,8 @@ fn small_lamps_are_told_from_rare_light() {
     }
 }
 
-/// Protects: an error that is asked for is reached where lamps are small, and not where each of as
-/// many pixels was lit once.
+/// Protects: a requested error is reached with small lamps, and not where as many pixels were lit
+/// once each.
 #[test]
 fn small_lamps_do_not_go_on() {
     let aim = |is_seen_again: bool| {

@@ -1,4 +1,4 @@
-//! The film against f64, closed forms and itself in parts.
+//! The film against f64, closed forms and its own parts.
 
 mod adaptive;
 mod again;
@@ -11,8 +11,8 @@ use crate::film::Film;
 use crate::settings::{Aov, Sampling, Settings};
 use crate::{Ready, Scene, prepare};
 
-/// A lens, a lamp with a penumbra, a half-transparent sheet, glass and a sky in part of the
-/// picture: everything that draws numbers, and paths that divide.
+/// A lens, a lamp with a penumbra, a half-transparent sheet, glass, and a sky in part of the
+/// picture: everything that uses random numbers, and paths that divide.
 pub(super) fn scene() -> Scene {
     let text = r#"{ "format": 1,
         "cameras": [{ "pose": { "look_at": { "eye": [0, 1, 4], "target": [0, 0.6, 0] } },
@@ -28,7 +28,7 @@ pub(super) fn scene() -> Scene {
     serde_json::from_str(text).unwrap_or_else(|e| panic!("the scene is right: {e}"))
 }
 
-/// The scene in 11 × 7 pixels, 4 × 3 tiles and so many samples in four replicates.
+/// Settings of 11 × 7 pixels, 4 × 3 tiles and this many samples in four replicates.
 pub(super) fn settings(samples: u32) -> Settings {
     let sampling = Sampling::General(samples);
     Settings {
@@ -44,7 +44,7 @@ pub(super) fn ready(settings: &Settings) -> Ready {
     prepare(&scene(), settings, &()).unwrap_or_else(|e| panic!("{e}"))
 }
 
-/// Runs something on a pool of one thread: there, tiles are finished in order.
+/// Runs work on a pool of one thread, where tiles are finished in order.
 pub(super) fn in_order<T: Send>(work: impl FnOnce() -> T + Send) -> T {
     rayon::ThreadPoolBuilder::new()
         .num_threads(1)
@@ -53,12 +53,12 @@ pub(super) fn in_order<T: Send>(work: impl FnOnce() -> T + Send) -> T {
         .install(work)
 }
 
-/// Every layer there is.
+/// Every layer.
 pub(super) fn layers() -> Vec<Aov> {
     Aov::ALL.iter().map(|&(_, aov)| aov).collect()
 }
 
-/// What one replicate of a pixel saw, for films that are made by hand.
+/// Values of one replicate of a pixel, for constructed films.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct ReplicateSample {
     pub radiance: [f64; 3],
@@ -66,8 +66,8 @@ pub(crate) struct ReplicateSample {
     pub albedo: [f64; 3],
 }
 
-/// A film of four replicates with two samples each that saw this, all of it facing the camera at
-/// the same distance.
+/// A film of four replicates with two samples each of these values, all facing the camera at the
+/// same distance.
 pub(crate) fn film_of(size: [u32; 2], seen: impl Fn(usize, usize) -> ReplicateSample) -> Film {
     let settings = Settings {
         size,
@@ -103,7 +103,7 @@ pub(crate) fn film_of(size: [u32; 2], seen: impl Fn(usize, usize) -> ReplicateSa
     film
 }
 
-/// The film of one run.
+/// The film of a single render.
 pub(super) fn rendered(ready: &Ready) -> Film {
     let mut film = ready.film("scene");
     let whole = film.whole();

@@ -1,5 +1,5 @@
-//! Parts of a picture: rendered in any order, stopped and gone on with, merged to the bits of one
-//! run.
+//! Parts of a picture: rendered in any order, stopped, continued and merged to the bits of a single
+//! render.
 
 use core::sync::atomic::{AtomicU32, Ordering};
 use std::collections::HashMap;
@@ -50,7 +50,7 @@ fn bits(picture: &Picture) -> Vec<u32> {
         .collect()
 }
 
-/// Everything a film can hold.
+/// Settings with everything that a film can hold.
 fn full() -> Settings {
     Settings {
         aovs: layers(),
@@ -62,9 +62,9 @@ fn full() -> Settings {
 proptest! {
     #![proptest_config(ProptestConfig::with_cases(48))]
 
-    /// Protects: the union of parts has the bits of one run, layers, errors and counters included,
-    /// however tiles and replicates are divided among the parts, in whatever order they come, and
-    /// also where parts are unions themselves.
+    /// Protects: the union of parts equals a single render to the bit, layers, errors and counters
+    /// included, however tiles and replicates are divided, in any order of the parts, and where
+    /// parts are unions themselves.
     #[test]
     fn any_parts_make_the_picture_of_one_run(
         owners in proptest::collection::vec(0_usize..5, 48),
@@ -93,7 +93,7 @@ proptest! {
     }
 }
 
-/// Stops after so many tiles.
+/// Stops after this many tiles.
 struct StopAfter(AtomicU32);
 
 impl Observer for StopAfter {
@@ -106,9 +106,9 @@ impl Observer for StopAfter {
     }
 }
 
-/// Protects: a render that is stopped again and again ends with the bits of one run; what lacks
-/// samples is reported, has the mean of those it has, and after the first replicate no pixel is
-/// left out.
+/// Protects: a render that is stopped repeatedly ends with the bits of a single render. Pixels that
+/// lack samples are reported and have the mean of their present ones; after the first replicate
+/// every pixel has samples.
 #[test]
 fn a_stopped_render_goes_on() {
     let ready = ready(&full());
@@ -138,14 +138,14 @@ fn a_stopped_render_goes_on() {
     assert_eq!(steps, 48_u32.div_ceil(5));
     assert_eq!(film.counters(), whole.counters());
     assert_eq!(bits(&film.picture()), bits(&whole.picture()));
-    // Nothing is left to do, and nothing is done twice.
+    // No work is left, and none is repeated.
     ready
         .render_part(&mut film, &whole.whole(), &())
         .expect("its own film");
     assert_eq!(film.counters(), whole.counters());
 }
 
-/// Protects: what one call of `render` reports of a picture that was stopped.
+/// Protects: a single call of `render` reports the missing samples of a stopped picture.
 #[test]
 fn a_stopped_picture_says_how_much_is_missing() {
     let rendered = in_order(|| ready(&settings(6)).render(&StopAfter(AtomicU32::new(13))));
@@ -169,8 +169,8 @@ fn a_stopped_picture_says_how_much_is_missing() {
     );
 }
 
-/// Protects: where one tile is ahead of another, layers are means over the samples that each pixel
-/// has.
+/// Protects: where one tile is ahead of another, layers are means over the present samples of each
+/// pixel.
 #[test]
 fn tiles_may_be_ahead_of_others() {
     let ready = ready(&Settings {
@@ -199,7 +199,7 @@ fn tiles_may_be_ahead_of_others() {
         )
         .expect("its own film");
     for (ahead, before) in film.picture().layers.iter().zip(&before.layers) {
-        // The first tile has the first three pixels of a row; the last row belongs to another one.
+        // The first tile has the first three pixels of a row; the last row belongs to another tile.
         assert_eq!(
             ahead.samples[3..11],
             before.samples[3..11],
@@ -216,8 +216,8 @@ fn tiles_may_be_ahead_of_others() {
     }
 }
 
-/// Protects: samples never count twice, and a film of another picture or scene is refused, with
-/// what tells them apart.
+/// Protects: samples never count twice, and a film of another picture or scene is refused, with the
+/// name of the difference.
 #[test]
 fn what_does_not_belong_together_is_refused() {
     let own = ready(&settings(6));
@@ -318,7 +318,7 @@ fn what_does_not_belong_together_is_refused() {
         "pattern of samples"
     );
     assert_eq!(foreign(own.film("another scene")), "scene");
-    // How a part is computed does not matter.
+    // The manner of computation does not matter.
     let alike = other(|s| {
         (s.accelerator, s.output) = (
             raywright_bvh::AcceleratorKind::Linear,
@@ -350,8 +350,7 @@ fn what_does_not_belong_together_is_refused() {
     );
 }
 
-/// Protects: a film holds no tile and no replicate that its picture does not have, next to those
-/// that it has.
+/// Protects: a film holds no tile and no replicate outside its picture, beside those inside.
 #[test]
 fn nothing_is_held_beyond_the_picture() {
     let film = rendered(&ready(&settings(6)));
@@ -370,8 +369,8 @@ fn nothing_is_held_beyond_the_picture() {
     }
 }
 
-/// Protects: a header that says what can't be is refused before anything is made for it, and it is
-/// said what makes no sense.
+/// Protects: an invalid header is refused before any allocation, and the message names the invalid
+/// part.
 #[test]
 fn headers_that_make_no_sense_are_refused() {
     let header = serde_json::to_value(rendered(&ready(&settings(6))).header()).expect("JSON");
@@ -386,7 +385,7 @@ fn headers_that_make_no_sense_are_refused() {
             .map(|_| ())
             .map_err(|error| error.to_string())
     };
-    // Of six samples the first two of four replicates have two, the others one.
+    // Of six samples in four replicates the first two have two each, the others one.
     assert_eq!(
         [
             refused("/drawn/0", 2.into()),
@@ -414,8 +413,8 @@ fn headers_that_make_no_sense_are_refused() {
     assert_eq!(refused("/plan/crop/x", u32::MAX.into()), wrong("size"));
 }
 
-/// Protects: shares of a picture are its tiles, each in one of them, and spread over it; what is
-/// taken of a share are shares.
+/// Protects: shares of a picture contain each of its tiles once, spread over the picture; shares of
+/// a share are shares.
 #[test]
 fn shares_are_the_whole() {
     let whole = ready(&settings(6)).film("scene").whole();
@@ -437,7 +436,7 @@ fn shares_are_the_whole() {
     }
 }
 
-/// The film of a picture with so many samples, made from those with fewer, one after the other.
+/// Film of a picture whose number of samples grows step by step.
 fn grown(counts: &[u32], replicates: Option<u32>) -> Result<Film, PartError> {
     let of = |samples| {
         ready(&Settings {
@@ -460,9 +459,8 @@ fn grown(counts: &[u32], replicates: Option<u32>) -> Result<Film, PartError> {
     Ok(film)
 }
 
-/// Protects: a picture that gets more samples later has the bits of one that had them at once,
-/// layers and errors included, whether or not blocks of sums are full in between, and whether there
-/// are one, two or four replicates.
+/// Protects: adding samples later gives the bits of taking all at once, layers and errors included,
+/// whether or not blocks of sums are full in between, with one, two or four replicates.
 #[test]
 fn more_samples_later_are_more_samples_at_once() {
     let series: [&[u32]; 6] = [
@@ -502,8 +500,8 @@ fn more_samples_later_are_more_samples_at_once() {
     }
 }
 
-/// Protects: where a replicate would have to give samples back it is said, with the least number
-/// that goes on from there: 63 samples are 32 and 31, and 64 are four times 16.
+/// Protects: a film whose replicate would lose samples is refused, with the least number of samples
+/// that continues it: 63 samples are 32 and 31, and 64 are four times 16.
 #[test]
 fn fewer_samples_are_refused() {
     let refused = |counts: &[u32]| grown(counts, None).map(|_| ());
@@ -547,7 +545,7 @@ fn fewer_samples_are_refused() {
     );
 }
 
-/// Has enough as soon as there is something everywhere.
+/// Has enough as soon as every pixel has samples.
 struct Modest;
 
 impl Observer for Modest {
@@ -556,8 +554,8 @@ impl Observer for Modest {
     }
 }
 
-/// Protects: whoever asks for little gets one whole pass, the first four samples of one replicate,
-/// and then the render ends.
+/// Protects: an observer with the least demand gets a whole pass, the first four samples of one
+/// replicate, and then the render ends.
 #[test]
 fn a_pass_comes_before_enough() {
     let ready = ready(&settings(200));
@@ -584,12 +582,12 @@ fn a_pass_comes_before_enough() {
     assert!(bits(&film.picture()) == bits(&rendered(&ready).picture()));
 }
 
-/// Waits, where it is asked within a tile, until another thread is within one too.
+/// Waits within a tile until another thread works on a tile, too.
 #[derive(Default)]
 struct Company(Mutex<HashMap<ThreadId, u32>>);
 
 impl Company {
-    /// Threads that were asked more than once: before a tile, and then within it.
+    /// Returns the threads that called more than once: before a tile, and then within it.
     fn at_work(&self) -> usize {
         self.0
             .lock()
@@ -616,8 +614,8 @@ impl Observer for Company {
     }
 }
 
-/// Protects: tiles are rendered side by side, and no thread holds what another needs while it is at
-/// work on one.
+/// Protects: tiles are rendered in parallel, and no thread holds a lock that another needs while it
+/// works on a tile.
 #[test]
 fn tiles_are_rendered_side_by_side() {
     let company = Company::default();

@@ -1,4 +1,4 @@
-//! What becomes of the sums: errors, layers, counters and memory.
+//! Results from the sums: errors, layers, counters and memory.
 
 use super::{layers, ready, rendered, scene, settings};
 use crate::film::estimate::ReplicateStats;
@@ -15,7 +15,7 @@ fn render(scene: &Scene, settings: &Settings) -> Rendered {
         .render(&())
 }
 
-/// Planes of one pixel with these sums and counts.
+/// Buffers of one pixel with these sums and counts.
 fn planes(of: &[(f64, u16)]) -> Vec<ReplicateBuffer> {
     of.iter()
         .map(|&(sum, n)| ReplicateBuffer {
@@ -49,13 +49,13 @@ fn standard_errors_by_hand() {
     );
 }
 
-/// Protects: a pixel that claims next to nothing beside the variance that it and its neighbours
-/// have on average, per sample, claims a ninth, and none claims nothing where a neighbour met
-/// light: nine pixels of four replicates, of which the middle one met none, and its neighbours 4 in
-/// one replicate, a variance of 1 each, have 8/9. A pixel that no neighbour has light beside is
-/// held against the whole picture, unless nothing is in it; one that varies more than its
-/// neighbours claims what it did; a neighbour without a second replicate does not count; and one of
-/// twice the samples has twice the variance per sample.
+/// Protects: a pixel with a tiny estimate gets at least a ninth of the mean variance per sample of
+/// the pixel and its neighbours, and zero is not claimed where a neighbour found light. Nine pixels
+/// of four replicates, of which the middle one found none and the others 4 in one replicate, a
+/// variance of 1 each, have a mean of 8/9. A pixel without lit neighbours is compared with the
+/// whole picture, unless it is empty. A pixel noisier than its neighbours keeps its estimate, a
+/// neighbour without a second replicate does not count, and a neighbour with twice the samples has
+/// twice the variance per sample.
 #[test]
 fn no_error_is_far_below_the_neighbours() {
     let errors_of = |width: usize,
@@ -107,12 +107,12 @@ fn no_error_is_far_below_the_neighbours() {
     assert!((row[0] - (LEAST / 4.0).sqrt()).abs() < 1e-6, "{row:?}");
     let row = errors_of(4, &[dark, dark, dark, lit], vec![0, 0, 0, 1], &|_, _| 2);
     assert_eq!(row[0], 0.0, "nothing is there");
-    // Light of its own that does not vary is no noise.
+    // Constant light of its own is no noise.
     assert_eq!(
         errors(4, &[[3.0; 4], [3.0; 4], [3.0; 4], lit], &|_, _| 2)[0],
         0.0
     );
-    // Known by one replicate, a neighbour says nothing, and nothing is known of it.
+    // A neighbour with a single replicate gives no information, and its own error is unknown.
     let row = errors(3, &[lit, dark, lit], &|pixel, replicate| {
         if pixel == 0 && replicate > 0 { 0 } else { 2 }
     });
@@ -127,10 +127,10 @@ fn no_error_is_far_below_the_neighbours() {
     );
 }
 
-/// Protects: a channel in which neither a pixel nor its neighbours met light is held against the
-/// whole picture also where another channel has light: of four pixels of steady red, whose last has
-/// green 4 in one replicate of four, the first claims the least share of a quarter of that variance
-/// in green, and nothing in red and blue.
+/// Protects: a channel in which neither a pixel nor its neighbours found light is compared with the
+/// whole picture, also where another channel has light. Of four pixels of constant red, whose last
+/// has green 4 in one replicate of four, the first claims the least share of a quarter of that
+/// variance in green, and zero in red and blue.
 #[test]
 fn channels_are_held_against_the_picture_one_by_one() {
     let plane = |replicate: usize| {
@@ -157,9 +157,9 @@ fn channels_are_held_against_the_picture_one_by_one() {
     );
 }
 
-/// Protects: where light is rare, pixels' errors hold 93 of 100 truths and more, where those of
-/// replicates alone hold 27 and 47: of films in which each sample of 64 has the same small chance
-/// to meet light, so that most pixels met none.
+/// Protects: where light is rare, pixel intervals contain at least 93 of 100 truths, while those of
+/// replicates alone contain 27 and 47. In these films each of 64 samples has the same small chance
+/// to find light, so that most pixels found none.
 #[test]
 fn errors_of_pixels_hold_rare_light() {
     const SIDE: usize = 40;
@@ -197,8 +197,8 @@ fn errors_of_pixels_hold_rare_light() {
     }
 }
 
-/// Protects: where chance has no part the error is zero, where nothing is known of it −1, and
-/// elsewhere it is estimated from eight samples on.
+/// Protects: the error is zero without random sampling, −1 where unknown, and estimated from eight
+/// samples on.
 #[test]
 fn errors_say_what_they_are() {
     let mut still = scene();
@@ -257,9 +257,9 @@ fn errors_say_what_they_are() {
     }
 }
 
-/// Protects: the film's variance is that of the samples, within replicates and between them: of an
-/// emissive checker seen from far, whose samples are 0 or 1, n·p·(1 − p)/(n − 1) with the mean p of
-/// the picture.
+/// Protects: the film's variance is that of the samples, within and between replicates. For an
+/// emissive checker seen from far, whose samples are 0 or 1, it is n·p·(1 − p)/(n − 1) with the
+/// picture's mean p.
 #[test]
 fn m13_the_variance_is_that_of_the_samples() {
     let text = r#"{ "format": 1,
@@ -291,10 +291,9 @@ fn m13_the_variance_is_that_of_the_samples() {
     }
 }
 
-/// Protects: layers come from the picture's own camera rays. Surfaces that give off what the layer
-/// shows, under a black sky, make a picture that equals the layer, whatever the samples and the
-/// lens, and no further ray is traced for it; only the pixel-centre layers take one ray a pixel,
-/// which is counted.
+/// Protects: layers come from the picture's own camera rays. Surfaces that emit the layer's values,
+/// under a black sky, make a picture equal to the layer, for any samples and lens, and no
+/// additional ray is traced. Only the pixel-centre layers take one ray per pixel, which is counted.
 #[test]
 fn layers_show_what_the_camera_rays_of_the_picture_hit() {
     let mut scene = scene();
@@ -347,7 +346,7 @@ fn layers_show_what_the_camera_rays_of_the_picture_hit() {
     }
 }
 
-/// Protects: layers show the first hit and not what is seen in it or through it.
+/// Protects: layers show the first hit, not its reflection or the view through it.
 #[test]
 fn layers_do_not_depend_on_how_far_paths_go() {
     let aovs = vec![Aov::Albedo, Aov::Normal, Aov::Position];
@@ -370,8 +369,7 @@ fn layers_do_not_depend_on_how_far_paths_go() {
     assert!(short.picture.layers == long.picture.layers);
 }
 
-/// Protects: what memory is reckoned before the first sample is what the film and the picture take
-/// in the end.
+/// Protects: the memory estimate equals the memory that film and picture take in the end.
 #[test]
 fn memory_is_reckoned_as_it_is_taken() {
     let check = |settings: &Settings, expected: Option<u64>| {
@@ -432,9 +430,9 @@ fn memory_is_reckoned_as_it_is_taken() {
     );
 }
 
-/// Protects: what camera rays see by themselves is what a picture of camera rays alone shows under
-/// path tracing, through sheets that are absent as often; with a clamp and a veil it is a part of
-/// the colour still; and Whitted's rays see lamp and sky in it, and nothing that is lit.
+/// Protects: the emission layer equals a path-traced picture of camera rays alone, also through
+/// sheets of partial coverage. With a clamp and a veil it is still a part of the colour. Under
+/// Whitted's integrator it shows lamp and sky, and no lit surface.
 #[test]
 fn emission_is_what_camera_rays_see() {
     let channel = |rendered: &Rendered, i: usize| {
@@ -516,8 +514,8 @@ fn emission_is_what_camera_rays_see() {
     );
 }
 
-/// Protects: a picture that is to be denoised takes the same samples from 64 on, in four replicates
-/// from eight on, and shows no layer that nobody asked for.
+/// Protects: a picture to be denoised takes the same samples from 64 on, in four replicates from
+/// eight on, and shows no layer that was not requested.
 #[test]
 fn denoising_is_asked_of_the_same_picture() {
     let with = |samples, denoise| {
@@ -538,9 +536,9 @@ fn denoising_is_asked_of_the_same_picture() {
     assert_eq!(with(16, true).0.layers.len(), 1);
 }
 
-/// A half-transparent mirror sheet in the plane of a lamp that shines both ways, between a floor
-/// and a ceiling that are each other's image in it; `floor` and `ceiling` are their colours, and
-/// the sheet's is `sheet`.
+/// A half-transparent mirror sheet in the plane of a lamp that emits to both sides, between a floor
+/// and a ceiling that mirror each other in it. `floor` and `ceiling` are their colours, `sheet` is
+/// the sheet's material.
 fn between_mirrored_rooms(floor: f64, ceiling: f64, sheet: &str) -> Scene {
     let text = format!(
         r#"{{ "format": 1,
@@ -571,9 +569,9 @@ fn one_sample(scene: &Scene) -> Vec<[f32; 3]> {
     .rgb
 }
 
-/// Protects: two branches of one path share no numbers. ReplicateSample in the mirror and through
-/// it, floor and ceiling are alike to the point, so with shared numbers both would be lit from the
-/// same points of the lamp and be equal in every pixel.
+/// Protects: two branches of one path share no random numbers. Seen in the mirror and through the
+/// sheet, floor and ceiling coincide, so with shared numbers both would be lit from the same points
+/// of the lamp and be equal in every pixel.
 #[test]
 fn branches_of_a_path_draw_different_numbers() {
     let sheet = r#"{ "alpha": "blend", "opacity": 0.5, "metallic": 1, "roughness": 0 }"#;
@@ -595,16 +593,16 @@ fn branches_of_a_path_draw_different_numbers() {
         "{alike} of {} pixels are lit alike from both sides",
         pairs.len()
     );
-    // And they are alike on the mean, so that the pixels above could have been equal.
+    // The means are equal, so that the pixels above could have been equal.
     let (a, b) = pairs.iter().fold((0.0, 0.0), |(a, b), pair| {
         (a + f64::from(pair.0), b + f64::from(pair.1))
     });
     assert!((a / b - 1.0).abs() < 0.1, "{a} and {b}");
 }
 
-/// Protects: a draw on one branch shifts no number elsewhere. A black floor that asks the lamp,
-/// seen through a half-transparent sheet, sends nothing; the sheet is lit by the same points of the
-/// lamp as if the floor did not ask, or were not there.
+/// Protects: random numbers of one branch shift none elsewhere. A black floor that samples the
+/// lamp, seen through a half-transparent sheet, reflects nothing; the sheet is lit from the same
+/// points of the lamp whether or not the floor samples it, or exists.
 #[test]
 fn further_draws_shift_no_others() {
     let sheet = r#"{ "alpha": "blend", "opacity": 0.5, "metallic": 0, "roughness": 1 }"#;

@@ -65,13 +65,12 @@ fn m13_moments_of_nearly_equal_samples() {
             "{count} samples: {found} instead of {expected}"
         );
     }
-    // Their variance per sample, as one number that can be checked by hand: of a uniform spread of
-    // ±10⁻², 10⁻⁴/3.
+    // Their variance per sample, checked by hand: for a uniform spread of ±10⁻², 10⁻⁴/3.
     let variance = moment(&close_together(65_535)) / 65_534.0;
     assert!((variance / (1e-4 / 3.0) - 1.0).abs() < 0.02, "{variance}");
 }
 
-/// Protects: one sample and equal samples have no moment, exactly.
+/// Protects: a single sample and equal samples have a moment of exactly zero.
 #[test]
 fn m13_equal_samples_do_not_vary() {
     for value in [0.0, 0.1, 1e4, 3e38] {
@@ -86,7 +85,7 @@ fn m13_equal_samples_do_not_vary() {
 }
 
 /// Protects: a sample that is not finite is dropped and reported, its neighbours in the block stay,
-/// and nothing is left for the next pixel.
+/// and the next pixel starts clean.
 #[test]
 fn f04_not_finite_samples_are_dropped() {
     fn check<B: Block<f32>>(spread: f32) {
@@ -114,8 +113,8 @@ fn f04_not_finite_samples_are_dropped() {
 }
 
 proptest! {
-    /// Protects: moments of any samples, of any size, with any number of them dropped, agree with
-    /// two passes in f64 over those that entered and are never negative.
+    /// Protects: moments of any samples, of any size, with any number dropped, agree with two
+    /// passes in f64 over the finite ones, and are never negative.
     #[test]
     fn m13_moments_agree_with_two_passes(
         samples in proptest::collection::vec((-1e3_f32..1e3, any::<bool>()), 1..100),
@@ -135,15 +134,14 @@ proptest! {
         let expected = entered.iter().map(|x| (x - mean) * (x - mean)).sum::<f64>().sqrt();
         prop_assert_eq!(usize::from(found.samples), entered.len());
         prop_assert!((found.total()[2] - mean * n).abs() <= 1e-12 * mean.abs() * n);
-        // Rounding of the samples themselves bounds what any formula can know.
+        // Rounding of the samples themselves limits the accuracy of any formula.
         let allowed = 1e-6 * expected + 1e-13 * mean.abs() * n;
         prop_assert!((f64::from(found.spread[2]) - expected).abs() <= allowed, "{} instead of {expected}", found.spread[2]);
     }
 }
 
-/// Protects: coverage is counted to the nearest part, all and nothing exactly, and a sum of as many
-/// samples as there can be fits; what is covered in the least part has met something, what is not
-/// covered or is no number has not.
+/// Protects: coverage is counted to the nearest unit, with zero and one exact, and the sum over the
+/// most samples fits. The least coverage counts as a hit; zero and NaN do not.
 #[test]
 fn coverage_is_counted_in_parts() {
     assert_eq!(
@@ -162,9 +160,8 @@ fn coverage_is_counted_in_parts() {
     assert_eq!((pixel.finish().covered, pixel.met), (WHOLE + 1, 2));
 }
 
-/// Protects: sums that are gone on with, from wherever they had come, end with the bits of one run,
-/// where rounding tells orders apart: in f32 the block of 16 samples of 1/3 is not sixteen times
-/// one of them.
+/// Protects: sums continued at any point end with the bits of a single run, where rounding
+/// distinguishes orders: in f32 the block of 16 samples of 1/3 is not sixteen times one of them.
 #[test]
 fn sums_go_on_where_they_were() {
     fn check<B: Block<f32>>() {
@@ -181,7 +178,7 @@ fn sums_go_on_where_they_were() {
         };
         for (n, m) in (0..40).flat_map(|n| (n..70).map(move |m| (n, m))) {
             let mut pixel = Gather::<f32, B>::default();
-            // As a film keeps it: in one number where no block is open.
+            // As a film stores it: in one number where no block is open.
             let kept = once(n);
             let kept = if n > 0 && n % 16 == 0 {
                 Sums {

@@ -1,5 +1,4 @@
-//! Errors of whole pictures against closed forms, and against the truth of a scene whose pixels are
-//! known.
+//! Errors of whole pictures against closed forms, and against scenes whose true pixels are known.
 
 use super::{layers, ready, rendered, settings};
 use crate::film::{Counters, Doubt, Film, ReplicateBuffer};
@@ -33,11 +32,11 @@ pub(super) fn film(pixels: &[[f64; 4]]) -> Film {
     film
 }
 
-/// Protects: of replicates with the means 1, 2, 3, 4 the mean has a variance of 5/12, whose root is
-/// the error. Differences of pairs are (−1, −1), (−2, −2) and (−3, 1) in each of three channels
-/// that go together, so that their squared products are 9 times 1, 16 and 9: a mean of 78 over 24 =
-/// 2R(R − 1), relative to (3 · 5/12)² in each of fifty pixels of a hundred. Fifty equal products
-/// have a hundred degrees of freedom, for which tables have 1.98397.
+/// Protects: for replicates with the means 1, 2, 3, 4 the mean has a variance of 5/12, whose root
+/// is the error. Differences of pairs are (−1, −1), (−2, −2) and (−3, 1) in each of three fully
+/// correlated channels, so that their squared products are 9 times 1, 16 and 9: a mean of 78 over
+/// 24 = 2R(R − 1), relative to (3 · 5/12)² in each of fifty pixels of a hundred. Fifty equal
+/// products have a hundred degrees of freedom, with a factor of 1.98397 in tables.
 #[test]
 fn errors_of_pictures_by_hand() {
     let mut pixels = [[2.5; 4]; 100];
@@ -51,14 +50,14 @@ fn errors_of_pictures_by_hand() {
     assert_eq!((found.doubt, found.replicates), (None, 4));
 }
 
-/// Protects: a squared difference is relative to the product of the two replicates that are not in
-/// it, and 0.01, to that of all pairs, and to the squared means of the pair and of all: with the
-/// means 1, 1, 1 and 2 the three differences that are not 0 are relative to 1 · 1, to (3 · 1 + 3 ·
-/// 2)/6, to 1.5² and to 1.25², each 3/48 of the variance of the mean. The value is twice what means
-/// of four say less what those of two do. The interval is as wide as three hundred equal variances
-/// would say, since products of two independent differences are 0, as the two ways by products
-/// differ in a hundred pixels, and as half of what they differ in all, or their middle from the
-/// value if that is more.
+/// Protects: a squared difference is relative to 0.01 plus each of the product of the two other
+/// replicates, the product of all pairs, and the squared means of the pair and of all. With the
+/// means 1, 1, 1 and 2 the three nonzero differences are relative to 1 · 1, to (3 · 1 + 3 · 2)/6,
+/// to 1.5² and to 1.25², each 3/48 of the variance of the mean. The value is twice the result for
+/// means of four less that for means of two. The interval has three parts: three hundred equal
+/// variances, since products of two independent differences are 0; the difference of the two
+/// weightings by products in a hundred pixels; and half of their total difference, or of their
+/// middle from the value if that is more.
 #[test]
 fn relative_errors_by_hand() {
     let found = film(&[[1.0, 1.0, 1.0, 2.0]; 100])
@@ -73,7 +72,7 @@ fn relative_errors_by_hand() {
     let spread: f64 = least + weights + in_all * in_all / 4.0;
     assert!(((found.high / found.low).ln() - 1.959_963_984_540_054 * spread.sqrt()).abs() < 1e-6);
     // Pairs that differ themselves count for less, by the noise of their product: four of six, with
-    // 1 and 2. That shows in the width alone.
+    // 1 and 2. That affects the width alone.
     let found = film(&[[1.0, 2.0, 1.0, 2.0]; 100])
         .uncertainty()
         .expect("four replicates")
@@ -91,23 +90,23 @@ fn relative_errors_by_hand() {
         (across / among).ln().abs(),
         ((across * among).sqrt() / of_means).ln().abs(),
     ];
-    // In two pairings of three both differences are 1, in three channels of a weight that falls
-    // out: 6 · 100 over 24 · 25².
+    // In two pairings of three both differences are 1, in three channels of a weight that cancels:
+    // 6 · 100 over 24 · 25².
     let (relative_to, weights) = (
         apart[0].max(apart[1]) / 2.0,
         (1.0 - among / across).powi(2) / 100.0,
     );
     let width = student_95(200) * (0.04 + weights + relative_to * relative_to).sqrt();
-    // Two hundred degrees of freedom may come out as a rounding less.
+    // Two hundred degrees of freedom may be rounded down by one.
     assert!(
         ((found.high / found.low).ln() / width - 1.0).abs() < 5e-5,
         "{found:?} and {width}"
     );
 }
 
-/// Protects: a bright sample that few pixels met is in the error and in what is known of it, and so
-/// makes no interval wider; what does is that replicates differ in pairs. Nothing makes it narrower
-/// than as many normal numbers would.
+/// Protects: a bright sample that few pixels found is part of both the error and its estimate, and
+/// so does not widen the interval; differences in both pairs of replicates do. No interval is
+/// narrower than that of as many normal numbers.
 #[test]
 fn rare_bright_samples_are_in_both() {
     let width = |pixels: &[[f64; 4]]| {
@@ -119,12 +118,12 @@ fn rare_bright_samples_are_in_both() {
     assert!(width(&[[0.0, 5.0, 0.0, 5.0]; 100]) > 1.15 * least);
 }
 
-/// Protects: intervals of pictures with known noise hold their distance to the truth in 93 to 97 of
-/// 100: where noise is even, where a tenth of the pixels has nearly all of it, where channels go
-/// each its own way, and where it is skewed as that of 36 exponential numbers is.
+/// Protects: intervals of pictures with known noise contain the error in 93 to 97 of 100, for even
+/// noise, for noise nearly all in a tenth of the pixels, for independent channels, and for noise as
+/// skewed as that of 36 exponential numbers.
 #[test]
 fn intervals_hold_known_errors() {
-    /// Noise of one channel of a pixel by an address of its own.
+    /// Noise of one channel of a pixel, by its own address.
     type Noise<'a> = &'a dyn Fn(usize, u64, u64) -> f64;
     const FILMS: u64 = 1000;
     const PIXELS: usize = 300;
@@ -181,8 +180,8 @@ fn intervals_hold_known_errors() {
     }
 }
 
-/// Protects: of two replicates, a pixel is held against the next one, and the last of a row against
-/// the one before; no interval is claimed to hold.
+/// Protects: with two replicates, a pixel is compared with the next one, and the last of a row with
+/// the previous one; no reliable interval is claimed.
 #[test]
 fn two_replicates_are_held_against_neighbours() {
     let of = |pixels: &[[f64; 2]], width: u32| {
@@ -215,16 +214,16 @@ fn two_replicates_are_held_against_neighbours() {
         found.rmse
     };
     // Variances of 3/4 in the upper row, and products of 9 there alone, over 4 = 2R(R − 1); two
-    // have four degrees of freedom.
+    // products have four degrees of freedom.
     let found = of(&[[0.0, 1.0], [0.0, 1.0], [0.0, 0.0], [0.0, 0.0]], 2);
     assert!((found.value - (1.5_f64 / 12.0).sqrt()).abs() < 1e-12);
     let expected = 2.776_445 * (18.0_f64 / 4.0 / (1.5 * 1.5)).sqrt();
     assert!(((found.high / found.low).ln() - expected).abs() < 1e-5);
 }
 
-/// Protects: of three replicates the difference of the first two is known, whose square over six is
-/// the variance of the mean of three: ½ of a squared difference is that of a replicate. In three
-/// channels of difference 1 it is a half, over three channels again a sixth.
+/// Protects: with three replicates the difference of the first two is used: its square over six is
+/// the variance of the mean of three, since ½ of a squared difference is that of a replicate. In
+/// three channels of difference 1 it is a half, over three channels again a sixth.
 #[test]
 fn three_replicates_are_surer_than_two() {
     let all = Settings {
@@ -254,9 +253,9 @@ fn three_replicates_are_surer_than_two() {
     );
 }
 
-/// Protects: where replicates count the same whatever their samples are, so do their deviations:
-/// means of 0, 0 and 3 of 1, 1 and 4 samples lie about 1, with a variance of (1 + 1 + 4)/2 of which
-/// the mean of three has a third; by samples they lie about 2, 4·(1 + 1 + 1)/(6·2) = 1.
+/// Protects: where replicates have equal weight, so have their deviations. Means of 0, 0 and 3 with
+/// 1, 1 and 4 samples deviate from 1, with a variance of (1 + 1 + 4)/2, of which the mean of three
+/// has a third; weighted by samples they deviate from 2, 4·(1 + 1 + 1)/(6·2) = 1.
 #[test]
 fn deviations_count_as_their_means_do() {
     let plane = |mean: f64, n: u16| ReplicateBuffer {
@@ -275,8 +274,8 @@ fn deviations_count_as_their_means_do() {
     }
 }
 
-/// Protects: where one pixel of many carries the error it is said, and where nothing varies the
-/// error is zero and sure.
+/// Protects: an error carried by a single pixel of many is doubted; without variance the error is
+/// zero and certain.
 #[test]
 fn few_pixels_say_little() {
     let mut pixels = [[1.0, 1.01, 0.99, 1.0]; 100];
@@ -295,9 +294,9 @@ fn few_pixels_say_little() {
     );
 }
 
-/// Protects: where each of many pixels has a bright sample in one replicate alone, what the error
-/// is relative to is not known: the three others have black, so that 25 is relative to 0.01, and
-/// what the pair itself has is 2.5.
+/// Protects: where each of many pixels has a bright sample in one replicate alone, the denominator
+/// is unknown: the three others are black, so that 25 is relative to 0.01, while the pair itself
+/// has 2.5.
 #[test]
 fn light_that_others_miss_is_doubted() {
     let of = |means| film(&[means; 100]).uncertainty().expect("four replicates");
@@ -306,12 +305,12 @@ fn light_that_others_miss_is_doubted() {
         rare.root_relmse.carriers > 99.0 && rare.doubt == Some(Doubt::FewPixels),
         "{rare:?}"
     );
-    // Of 1 and 0.8 each is relative to what the other has, nearly.
+    // Of 1 and 0.8, each is nearly relative to the other.
     assert_eq!(of([1.0, 1.0, 1.0, 0.8]).doubt, None);
 }
 
-/// Protects: where paths went on by mirrors or through glass and met no lamp, or few, it is said
-/// that such light may be unseen; where they met many, and where no path did that, nothing is.
+/// Protects: where paths continued by mirrors or through glass and hit no lamp, or few, the picture
+/// is doubted. Where they hit many, or no path did so, it is not.
 #[test]
 fn light_by_chance_is_doubted() {
     let of = |unaided, found| {
@@ -334,9 +333,9 @@ fn light_by_chance_is_doubted() {
     );
 }
 
-/// Protects: a small sun that scattered paths meet in chrome is light by chance, as a lamp in a
-/// mirror is, and is doubted in a picture that met it never; no sun that is wide, and none in metal
-/// so rough that directions drawn towards the sun serve it.
+/// Protects: a small sun that scattered paths see in chrome is light by chance, as a lamp in a
+/// mirror is, and a picture that never found it is doubted. A wide sun is not, nor a sun in metal
+/// so rough that light sampling works.
 #[test]
 fn a_small_sun_in_chrome_is_met_by_chance() {
     let of = |exponent: f64, roughness: f64| {
@@ -369,8 +368,8 @@ fn a_small_sun_in_chrome_is_met_by_chance() {
     );
 }
 
-/// Protects: nothing is said where nothing is known: of one replicate, of a pixel without samples,
-/// of a pattern.
+/// Protects: the uncertainty is `None` where it is unknown: with one replicate, for a pixel without
+/// samples, for a pattern.
 #[test]
 fn nothing_is_said_of_nothing() {
     let of = |settings: Settings| rendered(&ready(&settings)).uncertainty();
@@ -402,10 +401,10 @@ fn nothing_is_said_of_nothing() {
     assert!(film.uncertainty().is_none());
 }
 
-/// Protects: small pictures, and small things before nothing, are not doubted for being small: of
-/// even noise in one pixel or ten among a thousand without any, errors are known as well as the
-/// interval says. Where few of many with noise have most of it, and where what ten saw is hardly
-/// seen again, they are doubted.
+/// Protects: small pictures, and small objects before an empty background, are not doubted for
+/// their size: for even noise in one pixel or ten among a thousand without any, the interval is
+/// right. Doubted are pictures where few of many noisy pixels have most of the noise, and where the
+/// light of ten is hardly confirmed.
 #[test]
 fn pixels_without_noise_do_not_count() {
     let noisy = [1.0, 1.1, 0.9, 1.05];
@@ -423,8 +422,8 @@ fn pixels_without_noise_do_not_count() {
     assert_eq!(doubt(&small), Some(Doubt::FewPixels));
 }
 
-/// Protects: where few pixels carry the error, one that is ten times what the upper end says is
-/// reached, and no smaller one; where too few lamps were met, none is.
+/// Protects: where few pixels carry the error, a requested error of ten times the upper end is
+/// reached, and no smaller one; where too few lamps were hit, none is.
 #[test]
 fn doubts_of_few_pixels_fall_silent_far_below() {
     let mut pixels = [[1.0, 1.01, 0.99, 1.0]; 100];
@@ -443,8 +442,8 @@ fn doubts_of_few_pixels_fall_silent_far_below() {
     assert!(!by_chance.reaches(100.0 * high));
 }
 
-/// Protects: a black picture is no right one where rays went to lamps: it is doubted, reaches no
-/// error, and of its pixels nothing is known. Where none did, nothing is wrong with it.
+/// Protects: a black picture is not accepted where rays searched for lamps: it is doubted, reaches
+/// no error, and its pixels' errors are unknown. Without such rays a black picture is valid.
 #[test]
 fn a_black_picture_is_doubted_where_there_are_lamps() {
     let of = |shadow| {
