@@ -1,9 +1,9 @@
 //! AgX, base look: Troy Sobotka, "AgX" (2022), with the Rec. 2020 matrices of Blender 4.0's
-//! configuration (Eary Chow,
-//! 2023) that Filament and three.js share, so that `agx` here means what it means in those viewers.
+//! configuration (Eary Chow, 2023), which Filament and three.js share. So `agx` has the same
+//! meaning here as in those viewers.
 //!
-//! The contrast curve is Sobotka's own sigmoid, not the polynomial that shaders put in its place:
-//! the polynomial differs from it by up to 0.006, dips below zero at black and misses white.
+//! The contrast curve is Sobotka's own sigmoid, not the polynomial that shaders substitute: the
+//! polynomial differs from it by up to 0.006, is negative near black and misses white.
 
 use super::matrix::transform;
 use raywright_bvh::scalar::Real;
@@ -20,8 +20,8 @@ const REC2020_TO_REC709: [[f64; 3]; 3] = [
     [-0.0182, -0.1006, 1.1187],
 ];
 
-/// Insets the gamut before the curve, so that strong colours move towards white; the outset partly
-/// takes it back.
+/// Contracts the gamut before the curve, so that strong colours move towards white; the outset
+/// partly reverts it.
 const INSET: [[f64; 3]; 3] = [
     [
         0.856_627_153_315_983,
@@ -62,12 +62,12 @@ const OUTSET: [[f64; 3]; 3] = [
 const LOG2_MIN: f64 = -12.473_93;
 const LOG2_MAX: f64 = 4.026_069;
 
-/// AgX with its two curves tabulated: four powers a channel are the whole cost of it otherwise.
+/// AgX with its two curves tabulated, because its cost is otherwise four powers per channel.
 #[derive(Clone, Debug)]
 pub(super) struct Agx {
     /// The contrast curve over the logarithmic scale.
     contrast: Ramp,
-    /// The curve ends in display values of a pure 2.2 display; this makes them linear again.
+    /// Converts the curve's result, display values of a pure 2.2 display, to linear values.
     linearise: Ramp,
 }
 
@@ -79,8 +79,8 @@ impl Agx {
         }
     }
 
-    /// Maps a colour with channels that are finite and not negative; channels of the result may
-    /// leave 0..1 a little.
+    /// Maps a colour with finite, non-negative channels; channels of the result may leave 0..1
+    /// slightly.
     pub(super) fn apply(&self, rgb: [f64; 3]) -> [f64; 3] {
         let inset = transform(&INSET, transform(&REC709_TO_REC2020, rgb));
         let shaped = inset.map(|x| self.contrast.at(encode_log2(x)));
@@ -89,8 +89,8 @@ impl Agx {
     }
 }
 
-/// A rising function on [0, 1] by straight lines between exact values: never falls either, and is
-/// off by less than 1e-6 for the curves used here.
+/// An increasing function on [0, 1], interpolated linearly between exact values: never decreasing,
+/// with an error below 1e-6 for the curves used here.
 #[derive(Clone, Debug)]
 struct Ramp(Vec<f64>);
 
@@ -98,7 +98,7 @@ impl Ramp {
     const STEPS: usize = 2048;
 
     fn new(exact: impl Fn(f64) -> f64) -> Self {
-        // One value past the end, so that the last one has a line to the right of it, too.
+        // One value past the end, so that the last interval has a right neighbour, too.
         Self(
             (0..=Self::STEPS + 1)
                 .map(|i| exact((i as f64 / Self::STEPS as f64).min(1.0)))
@@ -115,14 +115,14 @@ impl Ramp {
     }
 }
 
-/// Position in 0..1 on the logarithmic scale.
+/// Returns the position in 0..1 on the logarithmic scale.
 fn encode_log2(x: f64) -> f64 {
     let log2 = Real::ln(x.max(1e-10)) * core::f64::consts::LOG2_E;
     ((log2 - LOG2_MIN) / (LOG2_MAX - LOG2_MIN)).clamp(0.0, 1.0)
 }
 
-/// Sobotka's sigmoid (after Jed Smith): through the pivot with slope 2, the toe bent with power 3,
-/// the shoulder with 3.25, from exactly 0 at 0 to exactly 1 at 1.
+/// Sobotka's sigmoid (after Jed Smith): slope 2 at the pivot, power 3 in the toe, 3.25 in the
+/// shoulder, from exactly 0 at 0 to exactly 1 at 1.
 fn sigmoid(x: f64) -> f64 {
     const X_PIVOT: f64 = 10.0 / 16.5;
     const Y_PIVOT: f64 = 0.5;
@@ -146,8 +146,8 @@ fn sigmoid(x: f64) -> f64 {
 mod tests {
     use super::*;
 
-    /// Protects: the written-out scales are those of the sigmoid's definition, so both corners are
-    /// reached.
+    /// Protects: the numeric scales equal those of the sigmoid's definition, so that both corners
+    /// are reached.
     #[test]
     fn sigmoid_passes_through_its_corners_and_pivot() {
         for (x, y) in [(0.0, 0.0), (10.0 / 16.5, 0.5), (1.0, 1.0)] {
@@ -157,8 +157,8 @@ mod tests {
         assert!((slope - 2.0).abs() < 1e-5, "{slope}");
     }
 
-    /// Protects: Wrensch's published polynomial ("Minimal AgX Implementation", 2023) fits the same
-    /// curve.
+    /// Protects: the curve agrees with Wrensch's published polynomial fit ("Minimal AgX
+    /// Implementation", 2023).
     #[test]
     fn sigmoid_agrees_with_the_published_fit() {
         for i in 1..100 {
@@ -169,7 +169,7 @@ mod tests {
         }
     }
 
-    /// Protects: the tables stand for their curves within 1e-6 between the nodes, and are exact at
+    /// Protects: the tables agree with their curves within 1e-6 between the nodes, and exactly at
     /// both ends.
     #[test]
     fn tabulated_curves_are_close_to_the_exact_ones() {
@@ -188,7 +188,7 @@ mod tests {
         assert_eq!([agx.linearise.at(0.0), agx.linearise.at(1.0)], [0.0, 1.0]);
     }
 
-    /// Protects: greys stay grey, and middle grey lands on the pivot, half the display range.
+    /// Protects: greys stay grey, and middle grey maps to the pivot, half the display range.
     #[test]
     fn middle_grey_lands_on_the_pivot() {
         let half = Real::powf(0.5, 2.2);
@@ -199,8 +199,7 @@ mod tests {
         );
     }
 
-    /// Protects: a strong red turns towards white as it brightens, which is what the map is chosen
-    /// for.
+    /// Protects: a strong red turns towards white as it brightens, the purpose of this map.
     #[test]
     fn bright_colours_lose_saturation() {
         let agx = Agx::new();
@@ -208,11 +207,10 @@ mod tests {
         assert!(ratio(0.2) < ratio(2.0) && ratio(2.0) < ratio(20.0) && ratio(20.0) > 0.3);
     }
 
-    /// Protects: every entry of the matrices. The two between Rec. 709 and Rec. 2020 are those of
-    /// the standards' primaries, in four digits, which were cut in one place and rounded in the
-    /// others. Those of AgX itself are published by columns: where each primary goes on the way in,
-    /// and that on the way out the others of a column get equal shares, since that way nothing is
-    /// turned.
+    /// Protects: every entry of the matrices. The two between Rec. 709 and Rec. 2020 follow from
+    /// the standards' primaries, in four digits, one truncated and the others rounded. The matrices
+    /// of AgX are published by columns: the image of each primary on the way in. On the way out,
+    /// the other two entries of a column are equal, because hues are not rotated there.
     #[test]
     fn matrices_are_those_of_their_primaries() {
         use crate::display::tests::primaries::{REC709, REC2020, between};

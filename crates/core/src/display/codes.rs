@@ -1,17 +1,17 @@
-//! 8-bit codes of display-linear values by table: exactly what the transfer curve gives, without
-//! its power.
+//! 8-bit codes of display-linear values by a table: equal to the transfer curve's result, without
+//! computing its power.
 //!
-//! A curve never falls, so the values of one code are an interval, and 255 thresholds say
-//! everything about it. They are found by bisection over the bit patterns of f32 with the curve
-//! itself, near where its inverse has them, and a coarse table tells where to start looking.
+//! A curve is monotonic, so the values of one code are an interval, and 255 thresholds define all
+//! codes. The thresholds are found by bisection over the bit patterns of f32 with the curve itself,
+//! near the values of its inverse. A coarse table gives the start of the search.
 
 use super::curve::{decode, encode, quantise};
 use crate::scene::TransferCurve;
 
-/// Bits of an f32 below those that index the coarse table: buckets of a 128th of an octave.
+/// Low bits of an f32 that the coarse table ignores: its buckets are a 128th of an octave.
 const BUCKET_SHIFT: u32 = 16;
 
-/// The codes of one transfer curve.
+/// Code table of a transfer curve.
 #[derive(Clone, Debug)]
 pub struct CodeTable {
     /// Entry k: the least value whose code is above k; infinite for the last.
@@ -21,14 +21,14 @@ pub struct CodeTable {
 }
 
 impl CodeTable {
-    /// The table of a curve; costs some thousand evaluations of it and of its inverse.
+    /// Builds the table of a curve; costs some thousand evaluations of the curve and its inverse.
     pub fn new(curve: TransferCurve) -> Self {
         let code = |bits: u32| plain_code(curve, f32::from_bits(bits));
         let one = 1.0_f32.to_bits();
         let mut next = [f32::INFINITY; 256];
         for (k, slot) in next.iter_mut().enumerate().take(255) {
-            // Where the inverse has it, but for its rounding: `every_boundary_is_exact` holds that
-            // this is enough for all of them. Invariant: code(low) <= k < code(high).
+            // Near the value of the inverse, up to its rounding; `every_boundary_is_exact` confirms
+            // that the range suffices. Invariant: code(low) <= k < code(high).
             let near = (decode(curve, (k as f64 + 0.5) / 255.0) as f32).to_bits();
             let (mut low, mut high) = (near - 4, near + 4);
             while high - low > 1 {
@@ -41,7 +41,7 @@ impl CodeTable {
             }
             *slot = f32::from_bits(high);
         }
-        // Both ascend, so that one goes along with the other.
+        // Both ascend, so one pass suffices.
         let mut code = 0_u8;
         let first = |bucket: u32| {
             while f32::from_bits(bucket << BUCKET_SHIFT) >= next[usize::from(code)] {
@@ -55,7 +55,7 @@ impl CodeTable {
         }
     }
 
-    /// Code of a value in [0, 1].
+    /// Returns the code of a value in [0, 1].
     #[inline]
     pub fn code(&self, value: f32) -> u8 {
         // -0.0 plus 0.0 is 0.0, whose bits are in the table.
@@ -68,7 +68,7 @@ impl CodeTable {
     }
 }
 
-/// The definition that the table reproduces.
+/// Returns the code by definition, which the table reproduces.
 fn plain_code(curve: TransferCurve, value: f32) -> u8 {
     quantise(encode(curve, f64::from(value)))
 }
@@ -83,8 +83,8 @@ mod tests {
         TransferCurve::None,
     ];
 
-    /// Protects: the table is the definition at every place where a code begins, and at 32
-    /// neighbours on either side.
+    /// Protects: the table equals the definition at every code boundary, and at 32 neighbours on
+    /// either side.
     #[test]
     fn every_boundary_is_exact() {
         for curve in CURVES {
@@ -113,7 +113,7 @@ mod tests {
         }
     }
 
-    /// Protects: the table is the definition at bucket borders and at a million values of all
+    /// Protects: the table equals the definition at bucket borders and at a million values of all
     /// sizes, zero and subnormal ones included.
     #[test]
     fn values_between_boundaries_are_exact() {

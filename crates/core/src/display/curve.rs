@@ -4,11 +4,11 @@
 use crate::scene::TransferCurve;
 use raywright_bvh::scalar::Real;
 
-/// Where the two branches of the sRGB curve meet. The standard rounds it up to 0.0031308, where the
-/// curve would step down by 2.6e-8; between the two the value differs by no more than that.
+/// Joint of the two branches of the sRGB curve. The standard rounds it up to 0.0031308, where the
+/// curve would step down by 2.6e-8; between the two joints the values differ by at most that.
 const SRGB_JOINT: f64 = 0.003_130_668_442_500_634;
 
-/// Display value in 0..1 of a display-linear value in 0..1: the encoding direction.
+/// Returns the display value in 0..1 of a display-linear value in 0..1: the encoding direction.
 pub fn encode(curve: TransferCurve, linear: f64) -> f64 {
     match curve {
         // IEC 61966-2-1 (1999).
@@ -19,7 +19,7 @@ pub fn encode(curve: TransferCurve, linear: f64) -> f64 {
     }
 }
 
-/// Display-linear value in 0..1 of a stored display value in 0..1: the inverse of [`encode`].
+/// Returns the display-linear value in 0..1 of a display value in 0..1: the inverse of [`encode`].
 pub fn decode(curve: TransferCurve, value: f64) -> f64 {
     match curve {
         TransferCurve::Srgb if value <= 12.92 * SRGB_JOINT => value / 12.92,
@@ -29,13 +29,14 @@ pub fn decode(curve: TransferCurve, value: f64) -> f64 {
     }
 }
 
-/// The 8-bit code of a display value in 0..1: floor(255 v + ½), so that each code is the centre of
-/// its interval.
+/// Returns the 8-bit code of a display value in 0..1: floor(255 v + ½), so that each code is the
+/// centre of its interval.
 pub fn quantise(value: f64) -> u8 {
     (255.0 * value + 0.5) as u8
 }
 
-/// Relative luminance of a linear colour in Rec. 709 primaries with white D65 (ITU-R BT.709-6).
+/// Returns the relative luminance of a linear colour in Rec. 709 primaries with white D65 (ITU-R
+/// BT.709-6).
 pub fn luminance(rgb: [f64; 3]) -> f64 {
     0.2126 * rgb[0] + 0.7152 * rgb[1] + 0.0722 * rgb[2]
 }
@@ -68,7 +69,7 @@ mod tests {
         }
     }
 
-    /// Protects: F06: the ends are exact, for every curve.
+    /// Protects: F06: every curve is exact at 0 and 1.
     #[test]
     fn f06_zero_and_one_map_to_themselves() {
         for curve in CURVES {
@@ -78,7 +79,7 @@ mod tests {
         }
     }
 
-    /// Protects: F10: all 256 codes survive the way to linear f32, to luminance and back.
+    /// Protects: F10: all 256 codes survive the conversion to linear f32, to luminance and back.
     #[test]
     fn f10_codes_survive_the_round_trip() {
         for curve in CURVES {
@@ -99,8 +100,8 @@ mod tests {
         }
     }
 
-    /// Protects: F07: on a ramp of 4 096 steps each value gets the nearest code, and rounding
-    /// favours no side.
+    /// Protects: F07: on a ramp of 4 096 steps each value gets the nearest code, and rounding is
+    /// unbiased.
     #[test]
     fn f07_quantisation_is_centred() {
         let mut bias = 0.0;

@@ -1,39 +1,39 @@
-//! How much of a picture a display cannot tell apart, and the exposure that mends it.
+//! Clipping of a picture by a display, and the exposure that corrects it.
 
 use super::Display;
 use crate::picture::Picture;
 
-/// Shares of a picture's pixels, 0 to 1, that a display shows as what they are not.
+/// Shares of a picture's pixels, 0 to 1, whose light the display loses.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Clipping {
-    /// Pixels with a channel at its greatest code, or so near to it that twice the light looks the
+    /// Pixels with a channel at the greatest code, or so near to it that doubled radiance looks the
     /// same.
     pub clipped: f64,
-    /// Pixels that are black and have light.
+    /// Pixels shown as black although their radiance is not zero.
     pub black: f64,
 }
 
-/// Share of a picture that may be clipped, or black with light in it, before another exposure is
-/// better.
+/// Largest share of a picture that may be clipped, or black with radiance, before another exposure
+/// is better.
 pub const MOST_CLIPPED: f64 = 0.1;
 
-/// Pixels that are looked at.
+/// Number of examined pixels.
 const LOOKED_AT: usize = 1 << 14;
-/// Least code that may be clipped.
+/// Least code that may count as clipped.
 const BRIGHT: u8 = 240;
-/// Stops that are tried, up or down.
+/// Greatest change of the exposure, in stops.
 const STOPS: i32 = 12;
 
 impl Display {
-    /// What of a picture is clipped or black, of at most 16,384 of its pixels; what has no coverage
-    /// is left aside.
+    /// Returns the clipping of a picture, from at most 16,384 of its pixels; pixels without
+    /// coverage are ignored.
     pub fn clipping(self, picture: &Picture) -> Clipping {
         self.clipping_of(&colours(picture))
     }
 
-    /// The exposure in whole stops, up to twelve from the own one, by which at most
-    /// [`MOST_CLIPPED`] of a picture is clipped, or else black with light in it; none where the own
-    /// one does that, or none does.
+    /// Returns the exposure in stops, changed by up to twelve whole stops, at which at most
+    /// [`MOST_CLIPPED`] of a picture is clipped, or else black with radiance. `None` where the own
+    /// exposure suffices, or none does.
     pub fn suitable_exposure(self, picture: &Picture) -> Option<f64> {
         let colours = colours(picture);
         let share = |stops: f64| {
@@ -54,7 +54,7 @@ impl Display {
             .find(|&stops| of(share(stops)) <= MOST_CLIPPED)
     }
 
-    /// The same with the exposure that suits a picture, where another one does.
+    /// Returns the display with the suitable exposure of a picture, if it is another one.
     pub fn suited_to(self, picture: &Picture) -> Self {
         Self {
             exposure_stops: self
@@ -69,7 +69,7 @@ impl Display {
         let (mut clipped, mut black) = (0, 0);
         for &colour in colours {
             let codes = map.codes(colour);
-            // Twice the light is asked for only where it may look the same.
+            // The doubled radiance is evaluated only where it may look the same.
             let bright = codes.iter().any(|&code| code >= BRIGHT);
             let spent = || is_spent(codes, map.codes(colour.map(|channel| 2.0 * channel)));
             clipped += usize::from(bright && (codes.contains(&255) || spent()));
@@ -81,8 +81,8 @@ impl Display {
     }
 }
 
-/// Whether a bright channel shows twice its light by almost the same code: tone maps come near to
-/// the greatest one and never reach it.
+/// Whether a bright channel keeps almost the same code at twice the radiance: tone maps approach
+/// the greatest code without reaching it.
 fn is_spent(codes: [u8; 3], doubled: [u8; 3]) -> bool {
     const SAME: u8 = 3;
     codes
@@ -91,7 +91,7 @@ fn is_spent(codes: [u8; 3], doubled: [u8; 3]) -> bool {
         .any(|(&code, doubled)| code >= BRIGHT && code.abs_diff(doubled) < SAME)
 }
 
-/// Colours of pixels that show something, evenly over the picture.
+/// Returns the colours of covered pixels, evenly spread over the picture.
 fn colours(picture: &Picture) -> Vec<[f32; 3]> {
     let step = picture.rgb.len() / LOOKED_AT + 1;
     let colour = |i: usize| picture.surface_colour(i);
@@ -115,8 +115,8 @@ mod tests {
         }
     }
 
-    /// Protects: a picture that is too bright or too dark by n stops gets them back, one that is
-    /// right keeps its own, and one that no exposure mends gets none.
+    /// Protects: a picture that is n stops too bright or too dark gets an exposure changed by n, a
+    /// well exposed picture keeps its own, and a picture that no exposure corrects gets none.
     #[test]
     fn exposures_undo_what_is_too_much() {
         let display = Display::PLAIN;
@@ -137,8 +137,8 @@ mod tests {
         assert_eq!(display.suitable_exposure(&picture(Vec::new(), None)), None);
     }
 
-    /// Protects: a tone map that comes near to white and never reaches it clips as well, and white
-    /// paper in even light does not.
+    /// Protects: a tone map that approaches white without reaching it counts as clipping, too;
+    /// evenly lit white paper does not.
     #[test]
     fn nearly_white_is_clipped() {
         use crate::scene::ToneMap;
@@ -153,7 +153,7 @@ mod tests {
             };
             assert_eq!([share(0.8), share(100.0)], [0.0, 1.0], "{tone_map:?}");
         }
-        // One channel is enough, as where codes end.
+        // A single channel suffices, as at the greatest code.
         let tinted = picture(vec![[2.6, 2.2, 2.0]; 9], None);
         assert_eq!(
             Display {
@@ -166,8 +166,8 @@ mod tests {
         );
     }
 
-    /// Protects: what is not covered says nothing, and what is covered in part counts with the
-    /// colour that it shows.
+    /// Protects: uncovered pixels are ignored, and a partly covered pixel counts with its own
+    /// colour.
     #[test]
     fn empty_pixels_are_left_aside() {
         let rgb = vec![[0.0; 3], [0.0; 3], [0.4; 3], [0.9; 3]];

@@ -1,9 +1,9 @@
-//! From linear radiance to what a screen shows: exposure, tone map, transfer curve, codes.
+//! From linear radiance to display values: exposure, tone map, transfer curve, codes.
 //!
-//! Every number has a defined picture: negative radiance is black, infinite radiance is as bright
-//! as can be, and a pixel with a NaN is [`NAN_MARKER`], which no scene shows by itself. The steps
-//! are computed in f64 with our own choice of elementary functions, rounded once to f32 before the
-//! curve, and give the same bits on every machine.
+//! Every number has a defined result: negative radiance is black, infinite radiance has the
+//! greatest brightness, and a pixel with a NaN shows [`NAN_MARKER`], which no scene shows
+//! otherwise. The steps are computed in f64 with fixed implementations of elementary functions and
+//! rounded once to f32 before the curve, so that every machine gives the same bits.
 
 mod agx;
 mod codes;
@@ -26,20 +26,20 @@ use tone::Operator;
 /// Display values of a pixel that holds a NaN: pure magenta.
 pub const NAN_MARKER: [f32; 3] = [1.0, 0.0, 1.0];
 
-/// How linear radiance becomes display values.
+/// Conversion of linear radiance to display values.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Display {
-    /// How radiance becomes display-linear values in 0..1.
+    /// Tone map from radiance to display-linear values in 0..1.
     pub tone_map: ToneMap,
-    /// Curve from display-linear to stored values.
+    /// Transfer curve from display-linear to stored values.
     pub curve: TransferCurve,
-    /// Stops: radiance is multiplied by 2 to this power first.
+    /// Exposure in stops: radiance is multiplied by 2 to this power first.
     pub exposure_stops: f64,
-    /// What files keep of the values.
+    /// Format of the values in files.
     #[serde(default)]
     pub output: Output,
-    /// Display values of what lies behind what covers a picture: exactly these where nothing does.
-    /// None: the coverage is kept.
+    /// Display values of the background, shown exactly where nothing covers it. `None` keeps the
+    /// coverage.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub background: Option<[f64; 3]>,
 }
@@ -55,15 +55,15 @@ impl Display {
         background: None,
     };
 
-    /// Linear values of the background, as its codes are sRGB's: what a picture of linear numbers
-    /// has behind it. Neither exposure nor tone map has a part in it, since some codes are what no
-    /// radiance becomes.
+    /// Returns the linear values of the background, decoded as sRGB: the background of a picture of
+    /// linear numbers. Neither exposure nor tone map applies, because no radiance maps to some of
+    /// the codes.
     pub fn linear_background(&self) -> Option<[f64; 3]> {
         self.background
             .map(|background| background.map(|value| curve::decode(TransferCurve::Srgb, value)))
     }
 
-    /// What a scene asks for.
+    /// Returns the display settings of a scene.
     pub fn of(render: &Render) -> Self {
         Self {
             tone_map: render.tone_map,
@@ -73,7 +73,7 @@ impl Display {
         }
     }
 
-    /// The mapping of single pixels, with its tables made.
+    /// Prepares the mapping of single pixels, with its tables.
     pub fn prepare(self) -> DisplayMap {
         DisplayMap {
             tone: Operator::new(self.tone_map),
@@ -84,17 +84,17 @@ impl Display {
         }
     }
 
-    /// Whether what it shows of a picture has a coverage: no background lies behind it.
+    /// Whether the displayed picture has a coverage: no background lies behind it.
     pub fn has_alpha(&self, picture: &Picture) -> bool {
         picture.alpha.is_some() && self.background.is_none()
     }
 
-    /// Codes of a picture, row after row from the top: three a pixel, or four where what is shown
-    /// has a coverage; of two bytes each, the high one first, where [`Output::Sixteen`] is asked
-    /// for. [`Output::Float`] has no codes: they are those of sixteen bits.
+    /// Returns the codes of a picture, row by row from the top: three per pixel, or four with a
+    /// coverage. [`Output::Sixteen`] gives two bytes per code, the high byte first.
+    /// [`Output::Float`] has no codes; it gives those of sixteen bits.
     ///
-    /// A coverage is stored straight, as PNG wants it: colours are divided by it before they are
-    /// mapped.
+    /// A coverage is stored unassociated, as PNG requires: colours are divided by it before they
+    /// are mapped.
     pub fn to_codes(self, picture: &Picture) -> Vec<u8> {
         let map = self.prepare();
         let values = |i: usize| map.covered(picture, i);
@@ -124,8 +124,8 @@ impl Display {
         }
     }
 
-    /// The picture in display values 0..1, before they become codes; coverage and layers are left
-    /// behind.
+    /// Returns the picture in display values 0..1, before their conversion to codes, without
+    /// coverage and layers.
     pub fn to_values(self, picture: &Picture) -> Picture {
         let map = self.prepare();
         let rgb = picture.rgb.par_iter().map(|&rgb| map.values(rgb)).collect();
@@ -139,7 +139,7 @@ impl Display {
     }
 }
 
-/// Bytes of all pixels, by number and place, rows over threads.
+/// Returns the bytes of all pixels, by index and position; rows in parallel.
 fn by_rows<const N: usize>(
     picture: &Picture,
     bytes: impl Fn(usize, [u32; 2]) -> [u8; N] + Sync,
@@ -171,7 +171,7 @@ fn wide(codes: [u16; 3]) -> [u8; 6] {
     [r0, r1, g0, g1, b0, b1]
 }
 
-/// A [`Display`] that is ready for pixels.
+/// A [`Display`] prepared for pixels.
 #[derive(Clone, Debug)]
 pub struct DisplayMap {
     tone: Operator,
@@ -182,12 +182,13 @@ pub struct DisplayMap {
 }
 
 impl DisplayMap {
-    /// Display values in 0..1 of linear radiance; [`NAN_MARKER`] where a channel is NaN.
+    /// Returns the display values in 0..1 of linear radiance; [`NAN_MARKER`] where a channel is
+    /// NaN.
     pub fn values(&self, rgb: [f32; 3]) -> [f32; 3] {
         self.values_in_full(rgb).map(|value| value as f32)
     }
 
-    /// 8-bit codes of linear radiance: floor(255 v + ½) of the display value v in f64.
+    /// Returns the 8-bit codes of linear radiance: floor(255 v + ½) of the display value v in f64.
     #[inline]
     pub fn codes(&self, rgb: [f32; 3]) -> [u8; 3] {
         match self.display_linear(rgb) {
@@ -196,13 +197,14 @@ impl DisplayMap {
         }
     }
 
-    /// Display values of a pixel with the coverage that lays them over a page, or of the pixel
-    /// before the background.
+    /// Returns the display values of a pixel with the coverage for compositing over a page, or of
+    /// the pixel composited over the background.
     ///
-    /// Coverage mixes display values, not light: pages and most editors do, so that a transparent
-    /// picture on a page looks like one whose background is the page's colour. What light is left
-    /// of a shadow is a factor on light, which the curve makes one on display values: exactly so
-    /// for a power, and for white; deep shadows on greys of sRGB are up to eight codes off.
+    /// Coverage mixes display values, not light, as pages and most editors do. So a transparent
+    /// picture on a page looks like a picture with the page's colour as background. A shadow's
+    /// remaining light is a factor on light, which the curve converts to a factor on display
+    /// values. The conversion is exact for a power curve, and for white; deep shadows on greys of
+    /// sRGB differ by up to eight codes.
     fn covered(&self, picture: &Picture, pixel: usize) -> ([f64; 3], f64) {
         let [surfaces, shadow] = picture.coverage(pixel).map(f64::from);
         let (clear, colour) = (
@@ -228,7 +230,7 @@ impl DisplayMap {
         }
     }
 
-    /// Display values before they are rounded to f32.
+    /// Returns the display values in f64.
     fn values_in_full(&self, rgb: [f32; 3]) -> [f64; 3] {
         match self.display_linear(rgb) {
             Some(linear) => linear.map(|y| curve::encode(self.curve, f64::from(y))),
@@ -236,14 +238,14 @@ impl DisplayMap {
         }
     }
 
-    /// Exposed, tone-mapped and clipped to 0..1; none where a channel is NaN.
+    /// Applies exposure and tone map, and clips to 0..1; `None` where a channel is NaN.
     #[inline]
     fn display_linear(&self, rgb: [f32; 3]) -> Option<[f32; 3]> {
         let exposed = rgb.map(|x| f64::from(x) * self.factor);
         if exposed.iter().any(|x| x.is_nan()) {
             return None;
         }
-        // Below zero there is no light; the upper bound keeps the tone maps' fractions finite.
+        // Negative radiance is no light; the upper bound keeps the tone maps' fractions finite.
         let clamped = exposed.map(|x| x.clamp(0.0, f64::from(f32::MAX)));
         Some(self.tone.apply(clamped).map(|y| y.clamp(0.0, 1.0) as f32))
     }

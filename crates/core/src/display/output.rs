@@ -1,26 +1,25 @@
-//! What a file keeps of display values: codes of eight or sixteen bits, the nearest or one of two
-//! by place.
+//! Output formats of display values: codes of eight or sixteen bits, nearest or dithered.
 
 use serde::{Deserialize, Serialize};
 
-/// What a file keeps of a picture.
+/// Output format of a picture.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Output {
     /// The nearest of 256 codes of each display value.
     #[default]
     Eight,
-    /// One of the two nearest of them, so that the mean over neighbours is right and ramps have no
-    /// steps.
+    /// One of the two nearest of 256 codes, so that the mean over neighbours is right and ramps
+    /// show no steps.
     Dithered,
     /// The nearest of 65 536 codes.
     Sixteen,
-    /// Linear radiance as it is, brighter than white too: no codes at all.
+    /// Linear radiance, also brighter than white; no codes.
     Float,
 }
 
 impl Output {
-    /// Bytes of a channel before a file packs them.
+    /// Returns the bytes of a channel before compression.
     pub const fn bytes(self) -> u32 {
         match self {
             Self::Eight | Self::Dithered => 1,
@@ -29,24 +28,24 @@ impl Output {
         }
     }
 
-    /// Whether it is codes of display values.
+    /// Whether the format holds codes of display values.
     pub const fn is_coded(self) -> bool {
         !matches!(self, Self::Float)
     }
 }
 
-/// The 16-bit code of a display value in 0..1: floor(65535 v + ½).
+/// Returns the 16-bit code of a display value in 0..1: floor(65535 v + ½).
 pub(super) fn sixteen(value: f64) -> u16 {
     (65535.0 * value + 0.5) as u16
 }
 
-/// The 8-bit code of a display value in 0..1 at a place of the picture, in a channel: floor(255 v +
-/// d), where d goes evenly through [0, 1) from pixel to pixel, so that a value that is a code keeps
-/// it and the mean of any other is right.
+/// Returns the dithered 8-bit code of a display value in 0..1 at a position of the picture, in a
+/// channel: floor(255 v + d), where d is spread evenly over [0, 1) from pixel to pixel. So a value
+/// that is a code keeps it, and the mean of any other is right.
 ///
 /// d is interleaved gradient noise (Jimenez, "Next Generation Post Processing in Call of Duty:
-/// Advanced Warfare", 2014), whose neighbours are far apart: what is left is too fine to be seen.
-/// Channels are shifted against each other, so that greys err in brightness less.
+/// Advanced Warfare", 2014), whose neighbours differ strongly: the remaining noise is too fine to
+/// be visible. Channels are shifted against each other, which lowers the brightness error of greys.
 pub(super) fn dithered(value: f64, [x, y]: [u32; 2], channel: usize) -> u8 {
     const SHIFT: f64 = 5.588_238;
     let x = f64::from(x) + SHIFT * channel as f64;
@@ -59,8 +58,8 @@ pub(super) fn dithered(value: f64, [x, y]: [u32; 2], channel: usize) -> u8 {
 mod tests {
     use super::*;
 
-    /// Protects: dither has no mean of its own: over any 32 by 32 pixels the mean code of a value
-    /// is the value, to a tenth of a code, in each channel, and codes themselves stay as they are.
+    /// Protects: dither is unbiased: over any 32 by 32 pixels the mean code of a value equals the
+    /// value within a tenth of a code, in each channel; values that are codes stay unchanged.
     #[test]
     fn f07_dither_has_the_right_mean() {
         for (channel, value) in

@@ -1,5 +1,5 @@
-//! Hard values through every tone map and curve (numerics F05, F06), coverage, and the table
-//! against the definition.
+//! Extreme values through every tone map and curve (numerics F05, F06), coverage, and the code
+//! table against the definition.
 
 pub(super) mod primaries;
 
@@ -60,8 +60,8 @@ fn ascending() -> Vec<f32> {
     values
 }
 
-/// Protects: F06: greys of every size give values in 0..1 that never fall, from 0 at 0 to 1 at
-/// infinity.
+/// Protects: F06: grey values of every size map to non-decreasing values in 0..1, from 0 at 0 to 1
+/// at infinity.
 #[test]
 fn f06_greys_rise_from_zero_to_one() {
     for display in every_display() {
@@ -83,7 +83,7 @@ fn f06_greys_rise_from_zero_to_one() {
     }
 }
 
-/// Protects: F06: one infinite channel is as bright as the map allows and never becomes NaN.
+/// Protects: F06: a single infinite channel is as bright as the map allows and never becomes NaN.
 #[test]
 fn f06_one_infinite_channel_stays_in_range() {
     for display in every_display() {
@@ -97,8 +97,8 @@ fn f06_one_infinite_channel_stays_in_range() {
     }
 }
 
-/// Protects: F05: negative channels, finite or not, are black before the tone map, so no power of a
-/// negative number is taken.
+/// Protects: F05: negative channels, finite or not, become black before the tone map, so that no
+/// power of a negative number is taken.
 #[test]
 fn f05_negative_channels_are_black() {
     for display in every_display() {
@@ -113,7 +113,7 @@ fn f05_negative_channels_are_black() {
     }
 }
 
-/// Protects: F06: a NaN in any channel shows as the documented marker, whatever the settings.
+/// Protects: F06: a NaN in any channel shows as the documented marker, for all settings.
 #[test]
 fn f06_nan_is_marked() {
     for display in every_display() {
@@ -144,7 +144,7 @@ fn codes_equal_the_plain_definition() {
     }
 }
 
-/// Protects: exposure is in stops, before the tone map: one stop doubles the radiance exactly.
+/// Protects: exposure is in stops, before the tone map: a stop doubles the radiance exactly.
 #[test]
 fn exposure_doubles_by_the_stop() {
     for tone_map in MAPS {
@@ -166,8 +166,8 @@ fn exposure_doubles_by_the_stop() {
     }
 }
 
-/// Protects: a coverage is divided out before the mapping and stored beside it; where it is zero
-/// the pixel is transparent black.
+/// Protects: colours are divided by the coverage before the mapping, and the coverage is stored
+/// beside them; where it is zero the pixel is transparent black.
 #[test]
 fn coverage_is_stored_straight() {
     let picture = Picture {
@@ -186,8 +186,8 @@ fn coverage_is_stored_straight() {
     );
 }
 
-/// Protects: a coverage is a share of the pixel and no colour: no curve, tone map or exposure moves
-/// its code.
+/// Protects: a coverage is a share of the pixel, not a colour: no curve, tone map or exposure
+/// changes its code.
 #[test]
 fn coverage_is_stored_as_it_is() {
     let alpha: Vec<f32> = (0..=255).map(|code| code as f32 / 255.0).collect();
@@ -211,7 +211,7 @@ fn coverage_is_stored_as_it_is() {
     }
 }
 
-/// Protects: rows and columns keep their places, and the values picture agrees with the codes.
+/// Protects: rows and columns keep their places, and the values of a picture agree with its codes.
 #[test]
 fn a_picture_keeps_its_places() {
     let mut picture = Picture::new(3, 2);
@@ -228,7 +228,7 @@ fn a_picture_keeps_its_places() {
     assert!(codes[0] < codes[3] && codes[12] < codes[15]);
 }
 
-/// Protects: a scene's own display, each of its three settings, for every map and curve.
+/// Protects: a scene sets its own display, each of the three settings, for every map and curve.
 #[test]
 fn a_scene_says_how_it_is_shown() {
     for display in every_display() {
@@ -250,9 +250,9 @@ fn a_scene_says_how_it_is_shown() {
     }
 }
 
-/// Protects: codes of sixteen bits are two bytes a channel, the high one first, coverage too, in
-/// the order of the picture; dithered ones are one of the two nearest by place, and what has a code
-/// already keeps it.
+/// Protects: 16-bit codes are two bytes per channel, the high byte first, coverage included, in the
+/// order of the picture. Dithered codes are one of the two nearest, by position; a value exactly at
+/// a code keeps it.
 #[test]
 fn codes_of_every_kind() {
     let picture = Picture {
@@ -332,7 +332,7 @@ fn codes_of_every_kind() {
     assert_eq!(dithered.to_codes(&opaque).len(), 6);
 }
 
-/// A picture of one pixel that surfaces cover and a shadow darkens so far.
+/// A picture of one pixel with given coverages by surfaces and by a shadow.
 fn pixel_of(colour: [f32; 3], [surfaces, shadow]: [f32; 2]) -> Picture {
     let (rgb, alpha) = (
         vec![colour.map(|channel| channel * surfaces)],
@@ -346,9 +346,8 @@ fn pixel_of(colour: [f32; 3], [surfaces, shadow]: [f32; 2]) -> Picture {
     }
 }
 
-/// Protects: a background has exactly its codes where nothing covers it, by every tone map, curve
-/// and exposure and for every output, and what covers a pixel wholly shows nothing of it; a NaN is
-/// marked.
+/// Protects: a background keeps exactly its codes where it is not covered, for every tone map,
+/// curve, exposure and output; a fully covered pixel shows nothing of it; a NaN is marked.
 #[test]
 fn backgrounds_have_exactly_their_codes() {
     for display in every_display() {
@@ -417,10 +416,10 @@ fn backgrounds_have_exactly_their_codes() {
     }
 }
 
-/// Protects: a transparent picture that a page lays over its colour, code by code, is the picture
-/// with that background within two codes, for surfaces, shadows and both in a pixel; and of a
-/// shadow alone it is what its light leaves of the colour, within one code for white and for a
-/// power, eight of sRGB for greys.
+/// Protects: a transparent picture composited over a page's colour, code by code, equals the
+/// picture with that background within two codes, for surfaces, shadows and both in a pixel. A
+/// shadow alone dims the background's light within one code for white and for a power curve, within
+/// eight codes of sRGB for greys.
 #[test]
 fn pages_show_what_a_background_shows() {
     for display in every_display() {

@@ -1,11 +1,11 @@
-//! Tone maps: from exposed linear radiance, at least zero and finite, to display-linear values
+//! Tone maps: from exposed linear radiance, non-negative and finite, to display-linear values
 //! around 0..1.
 
 use super::agx::Agx;
 use super::matrix::transform;
 use crate::scene::ToneMap;
 
-/// A tone map with the tables it needs.
+/// A tone map with its tables.
 #[derive(Clone, Debug)]
 pub(super) enum Operator {
     Clip,
@@ -26,8 +26,8 @@ impl Operator {
         }
     }
 
-    /// Maps a colour whose channels are finite and not negative. Channels of the result may lie a
-    /// little outside 0..1 where the map's own matrices leave the gamut; the caller clips them.
+    /// Maps a colour with finite, non-negative channels. Channels of the result may lie slightly
+    /// outside 0..1 where the map's own matrices leave the gamut; the caller clips them.
     #[inline]
     pub(super) fn apply(&self, rgb: [f64; 3]) -> [f64; 3] {
         match self {
@@ -46,7 +46,7 @@ fn narkowicz(x: f64) -> f64 {
 }
 
 /// Stephen Hill's fit of the ACES reference rendering and sRGB output transforms ("BakingLab",
-/// 2016), with the factor 1/0.6 that the glTF viewers put before it.
+/// 2016), with the factor 1/0.6 that glTF viewers apply first.
 fn hill(rgb: [f64; 3]) -> [f64; 3] {
     const INPUT: [[f64; 3]; 3] = [
         [0.597_19, 0.354_58, 0.048_23],
@@ -65,13 +65,14 @@ fn hill(rgb: [f64; 3]) -> [f64; 3] {
 }
 
 /// The Khronos PBR neutral tone mapper: Khronos Group, "Khronos PBR Neutral Tone Mapper"
-/// specification, 2024. Keeps colours below 0.8 as they are but for the 4 % that a dielectric's
-/// reflection adds, and desaturates above.
+/// specification, 2024. Colours below 0.8 lose only the 4 % that a dielectric's reflection adds;
+/// brighter ones are desaturated.
 fn khronos_neutral(rgb: [f64; 3]) -> [f64; 3] {
     const START: f64 = 0.8 - 0.04;
     const DESATURATION: f64 = 0.15;
     let least = rgb[0].min(rgb[1]).min(rgb[2]);
-    // The least channel after the offset is taken off, written so that small numbers do not cancel.
+    // The least channel after the offset is subtracted, written so that small numbers do not
+    // cancel.
     let remainder = if least < 0.08 {
         6.25 * least * least
     } else {
@@ -100,7 +101,7 @@ mod tests {
         a.iter().zip(b).all(|(a, b)| (a - b).abs() <= tolerance)
     }
 
-    /// Protects: Narkowicz's curve at points worked out by hand from the published fraction.
+    /// Protects: Narkowicz's curve agrees with the published fraction at points computed by hand.
     #[test]
     fn aces_has_the_published_values() {
         // x = 1: 2.54/3.16; x = 0.5: 0.5·1.285/(0.5·1.805 + 0.14) = 0.6425/1.0425.
@@ -123,8 +124,8 @@ mod tests {
         ));
     }
 
-    /// Protects: a red and a blue input separate the channels as the two matrices say: rows are not
-    /// taken for columns.
+    /// Protects: Hill's matrices are not transposed: a red and a blue input separate the channels
+    /// as the two matrices specify.
     #[test]
     fn hill_does_not_transpose_its_matrices() {
         let red = apply(ToneMap::AcesHill, [0.6, 0.0, 0.0]);
@@ -137,8 +138,8 @@ mod tests {
         assert!((red[2] - (-0.003_27 * v[0] - 0.072_76 * v[1] + 1.076_02 * v[2])).abs() < 1e-12);
     }
 
-    /// Protects: the neutral map: the toe takes 4 % off, the middle is untouched otherwise, the
-    /// shoulder tends to white.
+    /// Protects: the neutral map: the toe subtracts 4 %, the middle is otherwise unchanged, the
+    /// shoulder approaches white.
     #[test]
     fn khronos_neutral_has_the_specified_values() {
         assert!(close(
@@ -160,7 +161,7 @@ mod tests {
         );
     }
 
-    /// Protects: where the neutral map's pieces meet they agree, so that no contour shows.
+    /// Protects: the pieces of the neutral map agree at their joints, so that no contour shows.
     #[test]
     fn khronos_neutral_is_continuous_at_its_joints() {
         for joint in [0.08_f64, 0.8] {

@@ -1,4 +1,4 @@
-//! From what a scene has and the settings to what is found of every effect.
+//! Findings for every effect, from the scene's facts and the settings.
 
 use self::How::{Depends, Does, Lacks, Traces, Unread};
 use super::facts::SceneFacts;
@@ -7,58 +7,59 @@ use super::{Effect, Finding, Status};
 use crate::scene::Integrator;
 use crate::settings::Settings;
 
-/// How an integrator deals with an effect that a scene has, and why.
+/// Treatment of a present effect by an integrator, with its reason.
 #[derive(Clone, Copy)]
 enum How {
-    /// It simulates it.
+    /// Simulated.
     Does(&'static str),
-    /// It simulates it by a second segment.
+    /// Simulated by additional ray segments.
     Traces(&'static str),
-    /// It leaves it out; what to do about it.
+    /// Left out; with a hint.
     Lacks(&'static str, &'static str),
-    /// It leaves out what imported files say that scenes have no words for; what to do about it.
+    /// Left out, because the scene format cannot represent these properties of an imported file;
+    /// with a hint.
     Unread(&'static str),
-    /// That depends on more.
+    /// Depends on further facts and settings.
     Depends(fn(&SceneFacts, &Settings) -> How),
 }
 
-/// What an integrator makes of an effect, and why there is none where nothing calls for it.
+/// Treatment of an effect by an integrator, and the reason for its absence.
 struct Reading(How, &'static str);
 
-/// What is known of an effect.
+/// A row of the table of effects.
 struct EffectRow {
     effect: Effect,
-    /// Path of what calls for it, where paths are followed or not.
+    /// Path of the scene's part that needs the effect, under path tracing or not.
     source: fn(&SceneFacts, bool) -> Option<&String>,
-    /// By Whitted ray tracing and by paths.
+    /// Readings by Whitted ray tracing and by path tracing.
     readings: [Reading; 2],
 }
 
-/// Both integrators read it alike.
+/// Both integrators treat the effect alike.
 const fn both(how: How, absent: &'static str) -> [Reading; 2] {
     each(how, how, absent)
 }
 
-/// Each integrator has a way of its own.
+/// The integrators treat the effect differently.
 const fn each(whitted: How, paths: How, absent: &'static str) -> [Reading; 2] {
     apart((whitted, absent), (paths, absent))
 }
 
-/// Each integrator means something else by it.
+/// The integrators treat the effect differently, with different reasons for its absence.
 const fn apart(whitted: (How, &'static str), paths: (How, &'static str)) -> [Reading; 2] {
     [Reading(whitted.0, whitted.1), Reading(paths.0, paths.1)]
 }
 
-/// Whitted's rules have no reading of it.
+/// Whitted ray tracing leaves the effect out.
 const fn for_paths(present: &'static str, absent: &'static str) -> [Reading; 2] {
     each(Lacks(present, PATH), Does(present), absent)
 }
 
-/// What to do about what paths find alone.
+/// Hint for effects that only path tracing simulates.
 const PATH: &str = "--integrator path";
-/// What to do about what is a look and no light.
+/// Hint for effects that are a look without a physical counterpart.
 const WHITTED: &str = "--integrator whitted";
-/// What to do about what samples at fixed places don't meet.
+/// Hint for effects that samples at fixed places miss.
 const SAMPLES: &str = "--spp 64, say";
 
 macro_rules! rows {
@@ -69,9 +70,10 @@ macro_rules! rows {
 }
 effects!(rows);
 
-/// The integrator that a scene calls for. One that says nothing has Whitted's, whose pictures take
-/// no chance and so no more samples than edges need, where it leaves nothing out that paths find:
-/// of classic materials. Physical ones light each other.
+/// Returns the integrator that a scene needs where the user chose none. Whitted ray tracing is used
+/// where it leaves out nothing that path tracing simulates, as for classic materials: its pictures
+/// have no noise and need only enough samples for edges. Physical materials light each other and
+/// need path tracing.
 pub(super) fn called_for(facts: &SceneFacts) -> Integrator {
     let needs_paths = |row: &EffectRow| {
         matches!(row.readings[0].0, Lacks(_, PATH)) && (row.source)(facts, false).is_some()
@@ -83,7 +85,7 @@ pub(super) fn called_for(facts: &SceneFacts) -> Integrator {
     }
 }
 
-/// What a scene calls for, in the order of [`Effect::ALL`].
+/// Returns the findings for a scene, in the order of [`Effect::ALL`].
 pub(super) fn found(facts: &SceneFacts, settings: &Settings, paths: bool) -> Vec<Finding> {
     ROWS.iter()
         .map(|row| row.found(facts, settings, paths))

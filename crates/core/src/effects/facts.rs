@@ -1,5 +1,5 @@
-//! What the reachable part of a scene contains: for each thing the path of the first place that
-//! calls for it.
+//! Facts about the reachable part of a scene: for each feature, the path of its first place in the
+//! scene.
 
 use std::collections::{BTreeMap, BTreeSet, HashSet};
 
@@ -11,7 +11,7 @@ use crate::scene::{
     Filter, Model, Physical, Projection, Scene, Shape, Sky, Weight,
 };
 
-/// Path of what calls for a thing; none where nothing does.
+/// Path of the first place with a feature; `None` without one.
 type Source = Option<String>;
 
 /// Perceptual roughness up to which Whitted shading traces a reflection as a mirror's.
@@ -30,16 +30,16 @@ pub(super) struct SceneFacts {
     pub reflection: Source,
     pub fuzz: Source,
     pub refraction: Source,
-    /// Surfaces that send rays three ways by chance.
+    /// Surfaces that reflect, transmit or diffuse each ray at random.
     pub mixture: Source,
     pub absorption: Source,
-    /// Bodies that say which of several light is in.
+    /// Bodies with a priority where several overlap.
     pub nested: Source,
     pub rough_reflection: Source,
     pub rough_refraction: Source,
-    /// What lies over, under and in surfaces.
+    /// Layers over, under and in surfaces.
     pub layers: LayerFacts,
-    /// Physical surfaces that light reaches.
+    /// Lit physical surfaces.
     pub lit_physical: Source,
     pub diffuse_physical: Source,
     pub alpha: Source,
@@ -48,7 +48,7 @@ pub(super) struct SceneFacts {
     pub varied_emission: Source,
     pub unlit: Source,
     pub image: Source,
-    /// A texture that asks for mip maps.
+    /// A texture with mipmaps.
     pub mip_maps: Source,
     pub program: Source,
     pub checker: Source,
@@ -63,23 +63,24 @@ pub(super) struct SceneFacts {
     pub sky_map: Source,
     /// A studio whose ground catches shadows.
     pub ground: Source,
-    /// The first material of which the file says more than the scene has.
+    /// The first material with properties that the scene format cannot represent.
     pub unread: Source,
-    /// All that it says, with the materials' names.
+    /// All such properties, with the materials' names.
     pub unread_parts: String,
     pub lens: Source,
     pub motion: Source,
     /// A shutter that is open for some time.
     pub exposure: Source,
-    /// A shutter that opens and closes at once: what moves is seen as it is then, and nothing is
-    /// missed.
+    /// A shutter that opens and closes at once: motion is seen at that time, and nothing is left
+    /// out.
     pub instant: bool,
 }
 
-/// Whether a material has a layer, of which some may be no metal, and some of that clear.
+/// Whether a material has a layer. The flags say whether part of the material may be non-metallic,
+/// and whether part of that may transmit.
 type HasLayer = fn(&Physical, [bool; 2]) -> bool;
 
-/// The keys of layers over, under and in surfaces, each with whether a material has one.
+/// Keys of the layers over, under and in surfaces, each with its test.
 const LAYERS: [(&str, HasLayer); 9] = [
     ("thin_walled", |m, [_, clear]| m.thin_walled && clear),
     ("specular", |m, [plain, _]| m.tints_reflections() && plain),
@@ -96,19 +97,19 @@ const LAYERS: [(&str, HasLayer); 9] = [
     }),
 ];
 
-/// Which layers a scene has, with the path of the first place that does.
+/// Layers of a scene, each with the path of its first place.
 #[derive(Clone, Debug, Default)]
 pub(super) struct LayerFacts(BTreeMap<&'static str, String>);
 
 impl LayerFacts {
-    /// Adds those of a material, of which some may be no metal, and some of that clear.
+    /// Adds the layers of a material; `parts` as in [`HasLayer`].
     fn gather(&mut self, m: &Physical, parts: [bool; 2], at: &dyn Fn(&str) -> String) {
         for (key, _) in LAYERS.iter().filter(|(_, has)| has(m, parts)) {
             self.0.entry(key).or_insert_with(|| at(key));
         }
     }
 
-    /// Path of what has one; none where nothing does.
+    /// Returns the path of a layer's first place, or `None`.
     pub fn source(&self, key: &str) -> Option<&String> {
         self.0.get(key)
     }
@@ -122,13 +123,13 @@ fn note(slot: &mut Source, present: bool, path: impl FnOnce() -> String) {
 
 #[cfg(test)]
 thread_local! {
-    /// How often this thread has walked a scene.
+    /// Number of scene traversals by this thread.
     pub(super) static WALKS: core::cell::Cell<u32> = const { core::cell::Cell::new(0) };
 }
 
-/// What several facts together call for.
+/// Combinations of several facts.
 impl SceneFacts {
-    /// Surfaces that answer to lights, and lights for them.
+    /// Returns the surfaces that lights illuminate, if the scene has both.
     pub fn lit_by_lights(&self) -> Option<&String> {
         self.lit.as_ref().and(self.light.as_ref())
     }
@@ -144,7 +145,7 @@ impl SceneFacts {
             .and(self.shadowing_light.as_ref())
     }
 
-    /// What calls for an effect, or a layer that calls for it where paths are followed.
+    /// Returns the source of an effect, or of a layer that needs the effect under path tracing.
     pub fn with_layer<'a>(
         &'a self,
         own: &'a Source,
@@ -155,14 +156,14 @@ impl SceneFacts {
             .or_else(|| self.layers.source(layer).filter(|_| paths))
     }
 
-    /// Surfaces that light of lamps changes.
+    /// Returns the surfaces that the light of lamps changes.
     pub fn answers(&self, paths: bool) -> Option<&String> {
         self.lit
             .as_ref()
             .or(self.highlight.as_ref().filter(|_| paths))
     }
 
-    /// Surfaces that light of the sky changes.
+    /// Returns the surfaces that the light of the sky changes.
     pub fn receives(&self, paths: bool) -> Option<&String> {
         if paths {
             self.answers(true)
@@ -171,7 +172,7 @@ impl SceneFacts {
         }
     }
 
-    /// Surfaces that send light on to others everywhere.
+    /// Returns the surfaces that scatter light to others in all directions.
     pub fn diffuses(&self, paths: bool) -> Option<&String> {
         if paths {
             self.lit.as_ref()
@@ -182,7 +183,7 @@ impl SceneFacts {
 }
 
 impl SceneFacts {
-    /// Asks everything of a scene seen by a camera.
+    /// Gathers all facts of a scene seen by a camera.
     pub fn gather(scene: &Scene, camera: Option<&Camera>) -> Self {
         #[cfg(test)]
         WALKS.set(WALKS.get() + 1);
@@ -252,7 +253,7 @@ impl SceneFacts {
             Some(Sky::Expression(_)) => {
                 note(&mut facts.program, true, || "sky.expression".to_owned())
             }
-            // What has no end has no ground below it.
+            // An unbounded object has no ground below it.
             Some(Sky::Studio(studio)) => {
                 let ground = studio.ground && facts.unbounded.is_none();
                 note(&mut facts.ground, ground, || "sky.studio.ground".to_owned());
@@ -277,7 +278,8 @@ impl SceneFacts {
         facts
     }
 
-    /// What importers had no words for, by its name, with the materials that show it.
+    /// Gathers the properties without a counterpart in the scene format, by name, with the
+    /// materials that have them.
     fn unread(&mut self, scene: &Scene, used: &BTreeSet<&str>) {
         const MOST: usize = 3;
         let mut parts: BTreeMap<&str, Vec<&str>> = BTreeMap::new();
@@ -314,7 +316,7 @@ impl SceneFacts {
         self.unread_parts = listed.collect::<Vec<_>>().join("; ");
     }
 
-    /// The listed objects, and one for each generator.
+    /// Gathers the facts of the listed objects, and of one object for each generator.
     fn objects(&mut self, scene: &Scene) {
         let lookup = Lookup::new(scene);
         let listed = scene
@@ -345,7 +347,7 @@ impl SceneFacts {
                 continue;
             };
             note(&mut self.mesh, true, || format!("{}.shape.mesh", path()));
-            // Only objects that show the same side share what is stored.
+            // Only objects with the same sides rule share storage.
             note(
                 &mut self.instance,
                 !shown.insert((name, object.side)),
@@ -462,7 +464,7 @@ impl SceneFacts {
             return;
         }
         let textured = m.metallic_roughness_texture.is_some();
-        // What varies may be anything somewhere.
+        // A varying value may be anything somewhere.
         let varies = textured || m.roughness.constant().is_none();
         let smooth = m
             .roughness
@@ -470,7 +472,7 @@ impl SceneFacts {
             .is_some_and(|roughness| roughness <= MIRROR_ROUGHNESS);
         let plain = textured || m.metallic.constant().is_none_or(|metallic| metallic < 1.0);
         let clear = m.may_transmit() && plain;
-        // All of the light passes everywhere, so none is diffused.
+        // All light passes everywhere, so none is diffused.
         let all_passes =
             m.may_transmit() && m.transmission == 1.0.into() && m.transmission_texture.is_none();
         note(&mut self.lit, true, || path.to_owned());

@@ -1,24 +1,24 @@
-//! The effects that the program knows, as a closed set: reports, preparation and kernels all mean
-//! the same thing by a name.
+//! The known effects as a closed set, with the same names in reports, preparation and kernels.
 
 use serde::{Serialize, Serializer};
 
 use super::table::effects;
 
-/// What an effect is to a scene.
+/// Role of an effect in a scene.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Role {
-    /// The scene is made of it: without it there would be another one to see.
+    /// The effect is an essential part of the scene and cannot be switched off.
     Scene,
-    /// It can be switched off.
+    /// The effect can be switched off.
     Switch,
-    /// It can be switched off, and lies over, under or in the metallic-roughness model.
+    /// The effect can be switched off, and is a layer over, under or in the metallic-roughness
+    /// model.
     Layer,
 }
 
 macro_rules! kinds {
     ($($(#[$doc:meta])* $variant:ident = $name:literal, $role:ident, $source:expr, $readings:expr;)*) => {
-        /// One thing that a scene may call for.
+        /// A feature that a scene may need.
         #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
         #[repr(u8)]
         pub enum Effect {
@@ -36,7 +36,7 @@ macro_rules! kinds {
                 }
             }
 
-            /// What it is to a scene.
+            /// Returns the role in a scene.
             pub(super) const fn role(self) -> Role {
                 match self {
                     $(Self::$variant => Role::$role,)*
@@ -48,7 +48,7 @@ macro_rules! kinds {
 effects!(kinds);
 
 impl Effect {
-    /// The effect of a name.
+    /// Returns the effect with this name.
     pub fn named(name: &str) -> Option<Self> {
         Self::ALL
             .iter()

@@ -1,4 +1,4 @@
-//! Scenes without any light, which models often are: how to tell, and what to put there.
+//! Scenes without light, as models often are: detection, and a substitute sky.
 
 use glam::DVec3;
 
@@ -7,7 +7,7 @@ use crate::extent::extent;
 use crate::lookup::Lookup;
 use crate::scene::{Colour, Falloff, Light, LightKind, Scene, Sky};
 
-/// The sky of a scene without any light: neutral, 1 at the zenith and 0.4 at the nadir.
+/// Returns the sky for a scene without light: neutral, 1 at the zenith and 0.4 at the nadir.
 pub fn neutral_sky() -> Sky {
     Sky::Gradient {
         bottom: Colour([0.4; 3]),
@@ -16,8 +16,8 @@ pub fn neutral_sky() -> Sky {
     }
 }
 
-/// Whether anything in a scene gives light: without, a picture of it is black, and a neutral sky is
-/// what a user wants.
+/// Whether anything in a scene emits light. Without light its picture is black, and a neutral sky
+/// is the likely wish.
 pub fn has_light(scene: &Scene) -> bool {
     let facts = SceneFacts::gather(scene, None);
     [
@@ -31,11 +31,11 @@ pub fn has_light(scene: &Scene) -> bool {
     .any(Option::is_some)
 }
 
-/// Irradiance below which light counts as none: a white surface under it is darker than a tenth of
-/// what displays show.
+/// Irradiance below which a light counts as absent: a white surface under it is darker than a tenth
+/// of the display's range.
 const DIM: f64 = 0.02;
 
-/// Whether the lights of a model reach its surfaces, by their power and reach at the distance of
+/// Whether the lights of a model reach its surfaces, by their power and range at the distance of
 /// the model's size.
 pub fn lights_reach(scene: &Scene) -> bool {
     let bounds = extent::<f32>(scene, &Lookup::new(scene)).bounds;
@@ -58,7 +58,7 @@ fn strongest(colour: [f64; 3]) -> f64 {
     colour.into_iter().fold(0.0, f64::max)
 }
 
-/// Irradiance that a light brings about to a model of this place and size.
+/// Returns the irradiance of a light on a model of this place and size.
 fn reaching(light: &Light, centre: DVec3, radius: f64) -> f64 {
     let strength = strongest(light.colour.0);
     let (position, falloff, range) = match light.kind {
@@ -80,7 +80,7 @@ fn reaching(light: &Light, centre: DVec3, radius: f64) -> f64 {
         return 0.0;
     }
     match falloff {
-        // One that stands within is as far from most of the model as half its size.
+        // A light within the model is about half the model's size away from most of it.
         Falloff::InverseSquare => {
             strength
                 / (away * away)
@@ -122,8 +122,8 @@ mod tests {
         }
     }
 
-    /// Protects: what gives light is seen wherever it hides; what only could, because nothing shows
-    /// it, does not count.
+    /// Protects: any visible source of light is found; a source that no object shows does not
+    /// count.
     #[test]
     fn light_is_found_where_it_is() {
         let dark = scene(Model::Classic(Box::default()));
@@ -151,7 +151,7 @@ mod tests {
         assert!(has_light(&ambient));
     }
 
-    /// A white sheet of edge 2 at the origin, and what else there is.
+    /// A white sheet of edge 2 at the origin, and other parts.
     fn room(parts: serde_json::Value) -> Scene {
         let sheet = serde_json::json!({ "positions": [[-1, -1, 0], [1, -1, 0], [1, 1, 0], [-1, 1, 0]],
             "indices": [[0, 1, 2], [0, 2, 3]] });
@@ -165,8 +165,8 @@ mod tests {
         serde_json::from_value(scene).expect("a scene")
     }
 
-    /// Protects: a light counts where it reaches the model with some strength, not because it is
-    /// there: by distance and range.
+    /// Protects: a light counts only if it reaches the model with some strength, by distance and
+    /// range.
     #[test]
     fn lights_count_by_what_they_bring() {
         use serde_json::json;
@@ -194,7 +194,7 @@ mod tests {
     }
 
     /// Protects: a light whose range ends within the model reaches it: the range counts from the
-    /// model's near side, and not from its centre. The sheet reaches √2 about its centre.
+    /// model's near side, not from its centre. The sheet reaches √2 about its centre.
     #[test]
     fn a_range_that_ends_within_the_model_reaches_it() {
         let reaches = |range: f64| {

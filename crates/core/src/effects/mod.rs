@@ -1,12 +1,12 @@
-//! Effects: what a scene calls for, what this render simulates, and why.
+//! Effects: the features that a scene needs, those that a render simulates, and the reasons.
 //!
-//! [`detect`] reads the scene and the settings and nothing else. An effect is **simulated**,
-//! **absent** (the scene has none of it, and then nothing is built, traced or sampled for it) or
-//! **left out** (the scene has it, this render does not do it; there is always a hint). Only what
-//! an object can show counts: an unused material calls for nothing.
+//! [`detect`] depends on the scene and the settings alone. An effect is **simulated**, **absent**
+//! (the scene has none of it, and nothing is built, traced or sampled for it) or **left out** (the
+//! scene has it, this render does not simulate it; a hint is always given). Only features of
+//! visible objects count: an unused material needs nothing.
 //!
-//! What is found decides what comes after: preparation builds for the simulated effects alone, and
-//! the kernel is the smallest one that contains them.
+//! The findings decide the later stages: preparation builds data for the simulated effects alone,
+//! and the kernel is the smallest one that contains them.
 
 mod detect;
 mod facts;
@@ -26,53 +26,53 @@ pub(crate) use setup::{RenderSetup, chosen};
 
 use serde::Serialize;
 
-/// What happens to an effect.
+/// Status of an effect.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Status {
-    /// The scene calls for it and the render does it.
+    /// The scene needs the effect, and the render simulates it.
     Simulated,
-    /// The scene does not call for it.
+    /// The scene does not need the effect.
     Absent,
-    /// The scene calls for it and the render does not do it.
+    /// The scene needs the effect, and the render does not simulate it.
     LeftOut,
 }
 
-/// One effect with its reason.
+/// An effect with its status and reason.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize)]
 pub struct Finding {
-    /// Which.
+    /// The effect.
     #[serde(rename = "name")]
     pub effect: Effect,
-    /// What happens to it.
+    /// Status of the effect.
     pub status: Status,
-    /// Why.
+    /// Reason for the status.
     pub because: String,
-    /// Path of what calls for it in the scene (`materials[1].model.classic.transmission`); none
-    /// where nothing does.
+    /// Path of the scene's part that needs the effect (`materials[1].model.classic.transmission`);
+    /// `None` for an absent effect.
     pub source: Option<String>,
-    /// What to do about it; always there when it is left out.
+    /// Hint; always given for an effect that is left out.
     pub hint: Option<String>,
 }
 
-/// Every effect the program knows, in a fixed order.
+/// Findings for every known effect, in a fixed order.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize)]
 pub struct EffectReport {
-    /// Name of the integrator that runs.
+    /// Name of the integrator.
     pub integrator: &'static str,
-    /// Why it was chosen.
+    /// Reason for its choice.
     pub because: String,
     /// One finding for each of [`Effect::ALL`], in that order.
     pub effects: Vec<Finding>,
 }
 
 impl EffectReport {
-    /// What happens to an effect.
+    /// Returns the status of an effect.
     pub fn status(&self, effect: Effect) -> Status {
         self.effects[effect as usize].status
     }
 
-    /// The effects that the scene has and the render does.
+    /// Returns the simulated effects.
     pub fn simulated(&self) -> EffectSet {
         self.effects
             .iter()
@@ -81,7 +81,7 @@ impl EffectReport {
             .collect()
     }
 
-    /// The effects that the scene has and the render does not do.
+    /// Iterates over the effects that are left out.
     pub fn left_out(&self) -> impl Iterator<Item = &Finding> {
         self.effects.iter().filter(|f| f.status == Status::LeftOut)
     }

@@ -7,12 +7,12 @@ use super::kind::{Effect, Role};
 pub struct EffectSet(u64);
 
 impl EffectSet {
-    /// No effect.
+    /// The empty set.
     pub const EMPTY: Self = Self(0);
-    /// Every effect.
+    /// The set of all effects.
     pub const ALL: Self = Self::of(Effect::ALL);
 
-    /// These effects.
+    /// Returns the set of these effects.
     pub const fn of(effects: &[Effect]) -> Self {
         let (mut bits, mut i) = (0, 0);
         while i < effects.len() {
@@ -22,32 +22,32 @@ impl EffectSet {
         Self(bits)
     }
 
-    /// Whether it is in the set.
+    /// Whether the set contains the effect.
     pub const fn has(self, effect: Effect) -> bool {
         self.0 >> effect as u8 & 1 == 1
     }
 
-    /// This set without those of another.
+    /// Returns the difference of two sets.
     pub const fn without(self, other: Self) -> Self {
         Self(self.0 & !other.0)
     }
 
-    /// What either has.
+    /// Returns the union of two sets.
     pub const fn or(self, other: Self) -> Self {
         Self(self.0 | other.0)
     }
 
-    /// What both have.
+    /// Returns the intersection of two sets.
     pub const fn and(self, other: Self) -> Self {
         Self(self.0 & other.0)
     }
 
-    /// Whether nothing is in it.
+    /// Whether the set is empty.
     pub const fn is_empty(self) -> bool {
         self.0 == 0
     }
 
-    /// What is in it, in the order of reports.
+    /// Iterates over the effects, in the order of reports.
     pub fn iter(self) -> impl Iterator<Item = Effect> {
         Effect::ALL
             .iter()
@@ -64,7 +64,7 @@ impl FromIterator<Effect> for EffectSet {
     }
 }
 
-/// The effects of a role.
+/// Returns the effects of a role.
 const fn of_role(role: Role) -> EffectSet {
     let (mut set, mut i) = (EffectSet::EMPTY, 0);
     while i < Effect::ALL.len() {
@@ -76,20 +76,19 @@ const fn of_role(role: Role) -> EffectSet {
     set
 }
 
-/// Effects of what lies over, under and in the metallic-roughness model: surfaces that have one are
-/// prepared as layered.
+/// Layers over, under and in the metallic-roughness model; surfaces with such a layer are prepared
+/// as layered.
 pub const LAYERS: EffectSet = of_role(Role::Layer);
 
-/// What can be switched off. The rest is what the scene is made of: without it there would be
-/// another scene to see.
+/// Effects that can be switched off. The others are essential parts of the scene.
 pub const SWITCHABLE: EffectSet = of_role(Role::Switch).or(LAYERS);
 
 #[cfg(test)]
 mod tests {
     use super::*;
 
-    /// Protects: every name means one effect, sets hold what was put in and nothing else, and there
-    /// is room for all.
+    /// Protects: every name denotes one effect, sets contain exactly their effects, and all effects
+    /// fit.
     #[test]
     fn names_and_sets() {
         assert!(Effect::ALL.len() <= 64);

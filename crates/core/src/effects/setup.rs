@@ -1,5 +1,4 @@
-//! What is settled of a render before anything is prepared: the integrator that runs, what it
-//! simulates and why.
+//! Decisions before preparation: the integrator, the simulated effects and the reasons.
 
 use std::borrow::Cow;
 
@@ -10,19 +9,20 @@ use super::{EffectReport, EffectSet, Finding, Status};
 use crate::scene::{Integrator, Scene};
 use crate::settings::Settings;
 
-/// What is settled of a render before anything is prepared: made once, by one walk over the scene
-/// (and one over what is left of it where effects are switched off), and handed down.
+/// Decisions before preparation, made once by a single traversal of the scene (and another one of
+/// the reduced scene where effects are switched off), and passed on.
 pub(crate) struct RenderSetup<'a> {
-    /// The scene, without what is switched off.
+    /// The scene, without the effects that are switched off.
     pub scene: Cow<'a, Scene>,
-    /// The settings, with the integrator that runs and the camera without what is switched off.
+    /// The settings, with the chosen integrator and the camera without effects that are switched
+    /// off.
     pub settings: Settings,
-    /// What is simulated, and why.
+    /// Findings for the effects.
     pub effects: EffectReport,
 }
 
 impl<'a> RenderSetup<'a> {
-    /// What these settings make of a scene.
+    /// Decides how to render a scene with these settings.
     pub fn new(scene: &'a Scene, settings: &Settings) -> Self {
         let (facts, asked) = (
             SceneFacts::gather(scene, settings.camera.as_ref()),
@@ -66,18 +66,18 @@ impl<'a> RenderSetup<'a> {
         }
     }
 
-    /// The integrator that runs.
+    /// Returns the chosen integrator.
     pub fn integrator(&self) -> Integrator {
         self.settings.integrator
     }
 }
 
-/// What the scene and the settings make of every effect.
+/// Returns the findings for every effect of a scene under these settings.
 pub fn detect(scene: &Scene, settings: &Settings) -> EffectReport {
     RenderSetup::new(scene, settings).effects
 }
 
-/// The integrator that runs.
+/// Returns the integrator that a scene gets under these settings.
 pub(crate) fn chosen(scene: &Scene, settings: &Settings) -> Integrator {
     match settings.integrator {
         Integrator::Auto => called_for(&SceneFacts::gather(scene, settings.camera.as_ref())),
@@ -85,7 +85,7 @@ pub(crate) fn chosen(scene: &Scene, settings: &Settings) -> Integrator {
     }
 }
 
-/// Why an integrator runs, where these settings asked for one or for none.
+/// Returns the reason for an integrator, chosen by the user or by the scene.
 fn reason(asked: Integrator, paths: bool, findings: &[Finding]) -> &'static str {
     match asked {
         Integrator::Whitted | Integrator::Path => "asked for",
@@ -97,8 +97,8 @@ fn reason(asked: Integrator, paths: bool, findings: &[Finding]) -> &'static str 
     }
 }
 
-/// Turns a finding of the whole scene into that of the scene without what was switched off, where
-/// `left` is what it is.
+/// Changes a finding for the whole scene to that for the scene with effects switched off; `left` is
+/// the status there.
 fn switch_off(finding: &mut Finding, left: Status, off: EffectSet) {
     let named = off.has(finding.effect);
     if finding.status == Status::Absent || !named && left != Status::Absent {
@@ -123,9 +123,9 @@ mod tests {
     use crate::dispatch;
     use crate::effects::Effect;
 
-    /// Protects: a run walks the scene once for what it calls for, whoever chooses the integrator,
-    /// and what is left of it once where effects are switched off: not anew for the estimate of
-    /// memory, the integrator and preparation.
+    /// Protects: a run traverses the scene once for its effects, whoever chooses the integrator,
+    /// and the reduced scene once where effects are switched off: not again for the memory
+    /// estimate, the integrator or preparation.
     #[test]
     fn a_run_walks_the_scene_once() {
         let scene: Scene = serde_json::from_value(json!({

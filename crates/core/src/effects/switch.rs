@@ -1,5 +1,5 @@
-//! Effects switched off by name: the scene without what calls for them, so that no later stage
-//! needs to know.
+//! Effects switched off by name: removes their causes from the scene, so that later stages need no
+//! special case.
 
 use std::sync::Arc;
 
@@ -9,9 +9,9 @@ use crate::scene::{
     Scene, Sky, physical_fields,
 };
 
-/// The scene and the view without what calls for these effects. `SkyLight`, `SoftShadows`, `Motion`
-/// and the mirror reflection of physical materials are no data of their own: preparation leaves
-/// them out where they are not simulated.
+/// Returns the scene and the camera without the causes of these effects. `SkyLight`, `SoftShadows`,
+/// `Motion` and the mirror reflection of physical materials have no separate data; preparation
+/// leaves them out where they are not simulated.
 pub(crate) fn switched_off(
     scene: &Scene,
     camera: &Option<Camera>,
@@ -93,7 +93,7 @@ fn classic(m: &mut Classic, off: EffectSet) {
         .for_each(|input| flatten(input, off));
 }
 
-/// Takes a physical material's fields of switched-off effects back to their defaults.
+/// Resets the fields of a physical material that belong to switched-off effects.
 macro_rules! switches {
     ($(#[$meta:meta])* $Name:ident
      $($(#[$of:meta])* $key:ident: $Type:ty = $default:expr, $bounds:expr $(, $effect:ident)?;)*) => {

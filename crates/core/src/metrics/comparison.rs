@@ -1,4 +1,4 @@
-//! Everything that is said about two pictures, in one structure: what `compare` prints and writes.
+//! Comparison of two pictures in one structure: the content that `compare` prints and writes.
 
 use serde::Serialize;
 
@@ -9,46 +9,47 @@ use super::{
 use crate::display::Display;
 use crate::picture::{Encoding, Picture};
 
-/// Thresholds of display values in 255ths at which pixels are counted.
+/// Thresholds of display values in 255ths, above which pixels are counted.
 const THRESHOLDS: [u32; 5] = [0, 1, 2, 8, 32];
 
-/// One of the two pictures, and what its numbers mean.
+/// A picture of a comparison with its encoding.
 #[derive(Clone, Copy, Debug)]
 pub struct Side<'a> {
-    /// The numbers.
+    /// The picture.
     pub picture: &'a Picture,
-    /// Their meaning.
+    /// Meaning of its numbers.
     pub encoding: Encoding,
 }
 
-/// A picture against a reference. Layers do not enter, and coverage has figures of its own.
+/// A picture against a reference. Layers are ignored, and coverage has separate figures.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Comparison {
-    /// Pixels a row.
+    /// Width in pixels.
     pub width: u32,
-    /// Rows.
+    /// Height in pixels.
     pub height: u32,
-    /// Whether colours and coverage are the same numbers everywhere, bit for bit.
+    /// Whether colours and coverage are equal everywhere, to the bit.
     pub identical: bool,
-    /// What `errors` is computed on: linear radiance where both pictures have it, display values
-    /// otherwise.
+    /// Encoding on which `errors` is computed: linear radiance where both pictures have it, else
+    /// display values.
     pub encoding: Encoding,
-    /// Errors of the numbers.
+    /// Errors of the colours.
     pub errors: Errors,
-    /// Pixels whose display values differ by more than a few thresholds.
+    /// Shares of the pixels whose display values differ by more than each threshold.
     pub beyond: Vec<Beyond>,
     /// FLIP of the display values at [`DEFAULT_PIXELS_PER_DEGREE`].
     pub flip: Statistics,
-    /// Largest difference of coverage (1 where a picture has none); none where neither has one.
+    /// Largest difference of coverage (1 for a picture without coverage); `None` where neither
+    /// picture has coverage.
     pub coverage: Option<f64>,
-    /// How far the coverages are apart; none where neither picture has one.
+    /// Errors of the coverage; `None` where neither picture has coverage.
     pub coverage_errors: Option<CoverageErrors>,
-    /// FLIP of each pixel, row after row from the top.
+    /// FLIP difference of each pixel, row by row from the top.
     #[serde(skip)]
     pub flip_map: Vec<f32>,
 }
 
-/// Figures of two coverages, as of grey pictures that hold them.
+/// Errors of two coverages, taken as grey pictures.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
 pub struct CoverageErrors {
     /// As in [`Errors`].
@@ -65,19 +66,19 @@ pub struct CoverageErrors {
     pub flip: f64,
 }
 
-/// How many pixels differ by more than a threshold in a channel; one that is not finite does so by
-/// any.
+/// Share of the pixels of which a channel differs by more than a threshold. A pixel that is not
+/// finite always counts.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct Beyond {
-    /// The threshold, in 255ths of the display range.
+    /// Threshold in 255ths of the display range.
     pub codes: u32,
     /// Share of all pixels, 0 to 1.
     pub share: f64,
 }
 
-/// Compares a picture with a reference of the same size. Linear pictures are shown through
-/// `display` where display values are needed: for FLIP, for counting pixels, and throughout where
-/// the other side has display values only.
+/// Compares a picture with a reference of the same size. Linear pictures are converted by `display`
+/// where display values are needed: for FLIP, for the thresholds, and for all figures where the
+/// other picture has display values only.
 pub fn compare(
     picture: Side<'_>,
     reference: Side<'_>,
@@ -89,7 +90,7 @@ pub fn compare(
     let sides = [picture, reference];
     let shown = sides.map(|side| match side.encoding {
         Encoding::Linear if both_linear => Some(display.to_values(side.picture)),
-        // Display values lie beside their coverage, and linear ones are multiplied by it.
+        // Display values are stored unassociated, linear values premultiplied.
         Encoding::Linear => Some(display.to_values(&side.picture.straight())),
         Encoding::Display => None,
     });
@@ -127,8 +128,8 @@ pub fn compare(
     })
 }
 
-/// A threshold in 255ths. A hair is added, so that codes that differ by exactly this much are not
-/// beyond it for the rounding of their quotients.
+/// Returns a threshold in 255ths, slightly increased, so that codes that differ by exactly this
+/// much are not above it after rounding.
 fn threshold(codes: u32) -> f64 {
     if codes == 0 {
         0.0
@@ -158,7 +159,7 @@ fn coverage_difference(a: &Picture, b: &Picture) -> Option<f64> {
     }))
 }
 
-/// Coverage of a pixel: all of it where the picture has none.
+/// Returns the coverage of a pixel: 1 for a picture without coverage.
 fn coverage_at(picture: &Picture, pixel: usize) -> f32 {
     picture
         .alpha
@@ -168,7 +169,7 @@ fn coverage_at(picture: &Picture, pixel: usize) -> f32 {
         .unwrap_or(1.0)
 }
 
-/// Figures of coverages whose largest difference is known.
+/// Returns the errors of two coverages with a known largest difference.
 fn coverage_errors(a: &Picture, b: &Picture, largest: f64) -> Result<CoverageErrors, MetricsError> {
     if largest == 0.0 {
         return Ok(CoverageErrors::default());
@@ -219,7 +220,7 @@ mod tests {
         }
     }
 
-    /// Protects: the same picture has no error in any figure.
+    /// Protects: a picture compared with itself has zero error in every figure.
     #[test]
     fn a_picture_is_identical_to_itself() {
         let picture = ramp();
@@ -232,8 +233,8 @@ mod tests {
         assert!(own.beyond.iter().all(|beyond| beyond.share == 0.0));
     }
 
-    /// Protects: a linear picture against its own display picture is compared as displays, through
-    /// the given display.
+    /// Protects: a linear picture against its own display picture is compared by display values,
+    /// through the given display.
     #[test]
     fn unlike_encodings_meet_as_display_values() {
         let picture = ramp();
@@ -256,8 +257,8 @@ mod tests {
         assert!(wrong.errors.rmse > 0.01 && wrong.flip.mean > 0.01);
     }
 
-    /// Protects: codes one apart are not beyond 1/255, whatever the rounding; two apart are; and
-    /// both differ.
+    /// Protects: codes that differ by one are not above 1/255, whatever the rounding; codes that
+    /// differ by two are; both count as different.
     #[test]
     fn counting_is_in_whole_codes() {
         let code = |k: u32| (f64::from(k) / 255.0) as f32;
@@ -292,7 +293,7 @@ mod tests {
         }
     }
 
-    /// Protects: a difference in coverage alone is not hidden, nor is a single bit.
+    /// Protects: a difference in coverage alone is reported, and so is a single bit.
     #[test]
     fn coverage_and_single_bits_count() {
         let picture = ramp();
@@ -321,7 +322,7 @@ mod tests {
         );
     }
 
-    /// Protects: sizes that differ are an error, not a crop.
+    /// Protects: different sizes are an error, not a crop.
     #[test]
     fn sizes_must_agree() {
         let (picture, other) = (ramp(), Picture::new(4, 16));

@@ -1,5 +1,4 @@
-//! Errors of the numbers themselves: RMSE, relative MSE, PSNR, the worst pixel, pixels beyond a
-//! threshold.
+//! Errors of the numbers: RMSE, relative MSE, PSNR, the worst pixel, and pixels above a threshold.
 
 use raywright_bvh::scalar::Real;
 use serde::Serialize;
@@ -7,38 +6,38 @@ use serde::Serialize;
 use super::{MetricsError, check};
 use crate::picture::Picture;
 
-/// Keeps the relative error of dark pixels finite: what is added to a squared colour before a
-/// squared error is divided by it.
+/// Constant added to the squared colour in the denominator of the relative error, which keeps the
+/// error of dark pixels finite.
 pub(crate) const RELATIVE_FLOOR: f64 = 0.01;
-/// One pixel in so many, the worst, is left out of the trimmed relative error.
+/// Fraction of the pixels, as one in this number, left out of the trimmed relative error.
 const TRIM: usize = 1000;
 
-/// Errors over all pixels and the three channels, in the numbers that the pictures hold. Pixels
-/// with a number that is not finite, in either picture, are left out and counted.
+/// Errors over all pixels and the three channels, in the pictures' own numbers. Pixels that are not
+/// finite in either picture are left out and counted.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Errors {
     /// Pixels compared.
     pub pixels: usize,
     /// Pixels left out because a channel is NaN or infinite.
     pub non_finite: usize,
-    /// Root of the mean squared error.
+    /// Root mean squared error.
     pub rmse: f64,
     /// Mean of (I − R)² / (R² + 0.01).
     pub relmse: f64,
     /// The same without the worst 0.1 % of the pixels (rounded down), so that a few fireflies do
-    /// not decide.
+    /// not dominate.
     pub relmse_trimmed: f64,
-    /// Peak signal-to-noise ratio in decibels for a peak of 1; none where there is no error.
+    /// Peak signal-to-noise ratio in decibels for a peak of 1; `None` without an error.
     pub psnr: Option<f64>,
     /// Mean absolute error.
     pub mean_abs: f64,
     /// Largest absolute error of a channel.
     pub max_abs: f64,
-    /// Where that is, the first in reading order; none where there is no error.
+    /// Pixel of the largest absolute error, the first in reading order; `None` without an error.
     pub worst: Option<WorstPixel>,
 }
 
-/// A pixel and what either picture has there.
+/// A pixel with its colours in both pictures.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct WorstPixel {
     /// Column from the left.
@@ -51,7 +50,7 @@ pub struct WorstPixel {
     pub reference: [f32; 3],
 }
 
-/// Errors of a picture against a reference of the same size.
+/// Computes the errors of a picture against a reference of the same size.
 pub fn errors(picture: &Picture, reference: &Picture) -> Result<Errors, MetricsError> {
     check(picture, reference)?;
     let (mut squares, mut absolutes, mut max_abs, mut worst) = (0.0, 0.0, 0.0_f64, None);
@@ -119,8 +118,8 @@ fn is_finite(rgb: &[f32; 3]) -> bool {
     rgb.iter().all(|x| x.is_finite())
 }
 
-/// The largest absolute difference of the three channels, pixel by pixel; infinite where a number
-/// is not finite.
+/// Returns the largest absolute difference of the three channels for each pixel; infinite for a
+/// pixel that is not finite.
 pub fn differences(picture: &Picture, reference: &Picture) -> Result<Vec<f32>, MetricsError> {
     check(picture, reference)?;
     let difference = |(image, truth): (&[f32; 3], &[f32; 3])| {
@@ -141,7 +140,8 @@ pub fn differences(picture: &Picture, reference: &Picture) -> Result<Vec<f32>, M
         .collect())
 }
 
-/// Share of the pixels, 0 to 1, whose difference (see [`differences`]) is above a threshold.
+/// Returns the share of the pixels, 0 to 1, whose difference (see [`differences`]) is above a
+/// threshold.
 pub fn share_beyond(differences: &[f32], threshold: f64) -> f64 {
     let beyond = differences
         .iter()
@@ -161,7 +161,7 @@ mod tests {
         }
     }
 
-    /// Protects: a picture is without error against itself, infinities and NaN apart.
+    /// Protects: a picture has zero error against itself, infinities and NaN apart.
     #[test]
     fn a_picture_equals_itself() {
         let picture = grey(3, 2, 0.7);
@@ -195,8 +195,8 @@ mod tests {
         assert_eq!(e.relmse_trimmed, e.relmse, "four pixels have no 0.1 %");
     }
 
-    /// Protects: the denominator of the relative error is the reference's: swapping the pictures
-    /// changes it.
+    /// Protects: the relative error uses the reference's denominator: swapping the pictures changes
+    /// it.
     #[test]
     fn relative_error_is_relative_to_the_reference() {
         let (dark, bright) = (grey(1, 1, 0.0), grey(1, 1, 1.0));
@@ -204,8 +204,8 @@ mod tests {
         assert!((errors(&dark, &bright).unwrap().relmse - 1.0 / 1.01).abs() < 1e-12);
     }
 
-    /// Protects: trimming takes the worst 0.1 % of the pixels away and divides by those that are
-    /// left.
+    /// Protects: trimming removes the worst 0.1 % of the pixels and divides by the number of the
+    /// remaining ones.
     #[test]
     fn trimming_leaves_the_worst_pixels_out() {
         let reference = grey(50, 40, 0.0);
@@ -223,7 +223,7 @@ mod tests {
         assert!(e.relmse > 100.0);
     }
 
-    /// Protects: F04: pixels that are not finite are counted, spoil no figure, and are beyond every
+    /// Protects: F04: pixels that are not finite are counted, change no figure, and are above every
     /// threshold.
     #[test]
     fn f04_non_finite_pixels_are_counted_not_hidden() {
@@ -242,7 +242,7 @@ mod tests {
         assert_eq!(errors(&all, &reference).unwrap().non_finite, 4);
     }
 
-    /// Protects: "Beyond" is strict, and one channel is enough.
+    /// Protects: the comparison with a threshold is strict, and a single channel suffices.
     #[test]
     fn thresholds_are_strict() {
         let reference = grey(2, 1, 0.0);
@@ -253,7 +253,7 @@ mod tests {
         assert_eq!(share_beyond(&differences, 0.2499), 0.5);
     }
 
-    /// Protects: pictures of different sizes and empty ones are errors that say so.
+    /// Protects: pictures of different sizes and empty ones return errors that name the reason.
     #[test]
     fn sizes_must_agree() {
         let error = errors(&grey(2, 3, 0.0), &grey(3, 2, 0.0)).unwrap_err();

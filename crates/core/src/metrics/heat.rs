@@ -1,11 +1,12 @@
-//! A map of numbers as a picture: black through purple and orange to pale yellow, ever lighter.
+//! Heat map: numbers as colours from black through purple and orange to pale yellow, with rising
+//! luminance.
 
 use crate::display::curve;
 use crate::picture::Picture;
 use crate::scene::TransferCurve;
 
-/// Display values at equal steps from 0 to 1. Luminance rises along the whole scale, so it also
-/// reads in grey.
+/// Display values at equal steps from 0 to 1. Luminance rises along the whole scale, so that the
+/// map is also readable in grey.
 const SCALE: [[f64; 3]; 8] = [
     [0.00, 0.00, 0.02],
     [0.14, 0.07, 0.32],
@@ -17,9 +18,9 @@ const SCALE: [[f64; 3]; 8] = [
     [0.99, 0.97, 0.76],
 ];
 
-/// A picture of one number a pixel, row after row from the top: 0 is black, `full` and everything
-/// above pale yellow, a NaN stays one. It is linear like any other picture;
-/// [`Display::PLAIN`](crate::display::Display::PLAIN) shows it as it is meant.
+/// Returns a picture of one number per pixel, row by row from the top: 0 is black, `full` and above
+/// pale yellow, NaN stays NaN. The picture is linear;
+/// [`Display::PLAIN`](crate::display::Display::PLAIN) shows it with the intended colours.
 pub fn heat_map(width: u32, height: u32, values: &[f32], full: f32) -> Picture {
     let colour = |value: &f32| {
         let rgb = scale_at(f64::from(value / full));
@@ -44,8 +45,8 @@ mod tests {
     use super::*;
     use crate::display::{Display, NAN_MARKER};
 
-    /// Protects: more error is always lighter, in luminance, so the map can be read without its
-    /// legend and in grey.
+    /// Protects: a larger value always has a higher luminance, so that the map is readable without
+    /// its legend and in grey.
     #[test]
     fn luminance_rises_with_the_value() {
         let values: Vec<f32> = (0..=1000).map(|i| i as f32 / 500.0).collect();
@@ -59,8 +60,7 @@ mod tests {
         assert!(luminance[0] < 0.01 && luminance[1000] > 0.85);
     }
 
-    /// Protects: values beyond the scale take its ends, and what is not a number is not given a
-    /// colour of the scale.
+    /// Protects: values beyond the scale get its end colours, and NaN gets no colour of the scale.
     #[test]
     fn ends_and_nan_are_defined() {
         let map = |value| {

@@ -1,5 +1,4 @@
-//! How far a picture is from a reference: errors of the numbers, what an eye would notice, and a
-//! picture of both.
+//! Metrics: error of a picture against a reference, by numbers, by visibility, and as a heat map.
 
 mod comparison;
 mod errors;
@@ -18,21 +17,21 @@ pub use statistics::{Statistics, statistics, student_95};
 
 use crate::picture::Picture;
 
-/// Why two pictures cannot be compared.
+/// Reason why two pictures cannot be compared.
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
 pub enum MetricsError {
     /// Their sizes differ.
     #[error("the pictures differ in size: {0} × {1} against {2} × {3} pixels")]
     Size(u32, u32, u32, u32),
-    /// There is nothing to compare, or a buffer does not fit its picture.
+    /// A picture is empty, or a buffer does not match its size.
     #[error("a picture has no pixels, or not as many as its size says")]
     Pixels,
-    /// The viewing condition of FLIP makes no sense.
+    /// The viewing condition of FLIP is out of range.
     #[error("{0} pixels per degree is outside 1 to 1000")]
     PixelsPerDegree(f64),
 }
 
-/// Two pictures of one size, each with a colour for every pixel.
+/// Checks that two pictures have one size and a colour for every pixel.
 fn check(picture: &Picture, reference: &Picture) -> Result<(), MetricsError> {
     if (picture.width, picture.height) != (reference.width, reference.height) {
         return Err(MetricsError::Size(

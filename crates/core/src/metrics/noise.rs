@@ -1,92 +1,90 @@
-//! Whether two pictures differ by more than their noise: tests of blocks of all sizes at one level
-//! for all of them together.
+//! Test whether two pictures differ by more than their noise: blocks of all sizes, at one level of
+//! significance for all together.
 //!
-//! The difference of two estimates of one picture has the mean zero and, pixel by pixel, the sum of
-//! their variances. So has its sum over a block, since pixels are independent, divided by the root
-//! of the summed variances it follows Student's distribution: its degrees of freedom are those of a
-//! sum of estimated variances (Satterthwaite, "An Approximate Distribution of Estimates of Variance
-//! Components", 1946), few where a few pixels have most of the noise. A block is tested in each
-//! channel by itself.
+//! The difference of two estimates of one picture has mean zero and, per pixel, the sum of their
+//! variances. The same holds for its sum over a block, because pixels are independent. Divided by
+//! the square root of the summed variances, the sum follows Student's distribution. Its degrees of
+//! freedom are those of a sum of estimated variances (Satterthwaite, "An Approximate Distribution
+//! of Estimates of Variance Components", 1946): few where a few pixels have most of the noise. Each
+//! channel of a block is tested separately.
 //!
-//! A difference that is small and wide is seen in large blocks alone, one that is small and strong
-//! in small ones. So blocks of several edges are tested, each doubling the one before and
-//! overlapping its neighbours by half. The level is divided evenly among the edges, and by
-//! Bonferroni's inequality among the tests of each: then one alarm or more in pictures that differ
-//! by noise alone has at most that probability, however the tests depend on each other.
+//! A small, wide difference shows in large blocks alone, a small, strong one in small blocks. So
+//! blocks of several edges are tested, each edge twice the previous one, with blocks that overlap
+//! by half. The level is divided evenly among the edges, and by Bonferroni's inequality among the
+//! tests of each. Then the probability of any alarm for pictures that differ by noise alone is at
+//! most the level, however the tests depend on each other.
 
 use rayon::iter::{IntoParallelIterator, ParallelIterator};
 use serde::Serialize;
 
 use super::MetricsError;
 
-/// Edge of the smallest blocks, in pixels: sums of fewer pixels are too far from normal.
+/// Edge of the smallest blocks in pixels: sums of fewer pixels are too far from normal.
 const SMALLEST: u32 = 16;
 
-/// What two ways to add the same numbers may differ by, as a share of them: no noise, and no
-/// difference either.
+/// Relative difference that the order of additions may cause: neither noise nor a difference.
 const ROUNDING: f64 = 1.0 / (1 << 20) as f64;
 
-/// A picture with what is known of its noise.
+/// A picture with its standard errors.
 #[derive(Clone, Debug)]
 pub struct NoisyPicture<'a> {
-    /// Pixels a row.
+    /// Width in pixels.
     pub width: u32,
-    /// Rows.
+    /// Height in pixels.
     pub height: u32,
     /// Radiance of each pixel.
     pub rgb: &'a [[f32; 3]],
-    /// Standard error of each; none for a picture without noise.
+    /// Standard error of each pixel; `None` for a picture without noise.
     pub standard_errors: Option<Vec<[f32; 3]>>,
-    /// Degrees of freedom of each standard error: one fewer than there are replicates.
+    /// Degrees of freedom of each standard error: one less than the number of replicates.
     pub freedom: f64,
 }
 
-/// What the tests found.
+/// Result of the tests.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct NoiseVerdict {
-    /// Probability of an alarm, or several, where there is nothing but noise.
+    /// Probability of any alarm for pictures that differ by noise alone.
     pub level: f64,
-    /// Blocks that were tested, each in three channels.
+    /// Number of tested blocks, each in three channels.
     pub blocks: usize,
-    /// Blocks whose difference is beyond noise.
+    /// Number of blocks that differ by more than noise.
     pub beyond: usize,
-    /// The block that is the least likely by noise alone; none where no pixel could be tested.
+    /// Block with the least probability by noise alone; `None` where no pixel could be tested.
     pub clearest: Option<NoiseBlock>,
-    /// Pixels that are no finite numbers in one picture, or of which one has no standard error;
-    /// they are left out.
+    /// Number of pixels left out: not finite in one picture, or without a standard error.
     pub untested: usize,
 }
 
 /// A block of a picture.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct NoiseBlock {
-    /// Its first column.
+    /// First column.
     pub x: u32,
-    /// Its first row from the top.
+    /// First row from the top.
     pub y: u32,
-    /// Its edge in pixels, before it is cut where the picture ends.
+    /// Edge in pixels, before clipping to the picture.
     pub edge: u32,
-    /// The channel, 0 to 2 for red, green and blue.
+    /// Channel, 0 to 2 for red, green and blue.
     pub channel: usize,
     /// Mean of the difference.
     pub difference: f64,
-    /// The same as a share of the reference's mean there; none where that is black.
+    /// Mean of the difference relative to the reference's mean; `None` for a black reference.
     pub share: Option<f64>,
-    /// The difference in standard errors of itself.
+    /// Difference in units of its standard error.
     pub deviation: f64,
-    /// Probability, with respect to all tests, that noise alone makes a difference as clear as that
-    /// somewhere: at most 1.
+    /// Probability, corrected for all tests, that noise alone causes a difference this clear
+    /// anywhere: at most 1.
     pub probability: f64,
 }
 
-/// What a block has in a channel, or the sum over some.
+/// Sums over a block in a channel.
 #[derive(Clone, Copy, Default)]
 struct BlockSums {
     difference: f64,
     reference: f64,
     size: f64,
     variance: f64,
-    /// Squares of the estimated variances, over their degrees of freedom.
+    /// Sum of the squared variance estimates over their degrees of freedom.
     uncertainty: f64,
     pixels: f64,
 }
@@ -103,7 +101,7 @@ impl BlockSums {
         }
     }
 
-    /// The difference in standard errors, and the probability of one that is as large or larger.
+    /// Returns the difference in standard errors, and the probability of one at least as large.
     fn test(&self) -> (f64, f64) {
         let beyond_rounding = (self.difference.abs() - ROUNDING * self.size).max(0.0);
         if beyond_rounding == 0.0 {
@@ -118,19 +116,18 @@ impl BlockSums {
     }
 }
 
-/// Probability that Student's t with so many degrees of freedom is further from zero than that, by
-/// the incomplete beta function (Abramowitz and Stegun, "Handbook of Mathematical Functions", 1964,
-/// 26.7.1 and 26.5.27).
+/// Returns the two-sided tail probability of Student's t, by the incomplete beta function
+/// (Abramowitz and Stegun, "Handbook of Mathematical Functions", 1964, 26.7.1 and 26.5.27).
 fn two_sided(t: f64, freedom: f64) -> f64 {
-    // More degrees of freedom change no digit, and infinitely many would leave no number.
+    // More degrees of freedom change no digit, and infinity would give NaN.
     let freedom = freedom.min(1e12);
     let (a, b) = (0.5 * freedom, 0.5);
     let [x, rest] = [freedom, t * t].map(|part| part / (freedom + t * t));
     if !(x > 0.0 && rest > 0.0) {
         return if x > 0.0 { 1.0 } else { 0.0 };
     }
-    // Where both gamma functions are so large that their quotient would lose digits, the first
-    // terms of its series have all of them.
+    // For large arguments the quotient of the gamma functions loses digits; the first terms of its
+    // series keep all of them.
     let quotient = if a > 1e4 {
         0.5 * libm::log(a) - 0.125 / a
     } else {
@@ -149,10 +146,10 @@ fn two_sided(t: f64, freedom: f64) -> f64 {
     }
 }
 
-/// The continued fraction below the incomplete beta function (Olver et al., "NIST Handbook of
-/// Mathematical Functions", 2010, 8.17.22) by Lentz's method ("Generating Bessel Functions in Mie
-/// Scattering Calculations Using Continued Fractions", 1976). It converges fast for
-/// `x < (a + 1) / (a + b + 2)`.
+/// Continued fraction of the incomplete beta function (Olver et al., "NIST Handbook of Mathematical
+/// Functions", 2010, 8.17.22) by Lentz's method ("Generating Bessel Functions in Mie Scattering
+/// Calculations Using Continued Fractions", 1976). It converges fast for `x < (a + 1) / (a + b +
+/// 2)`.
 fn beta_fraction(a: f64, b: f64, x: f64) -> f64 {
     const MOST: u32 = 10_000;
     let (mut value, mut numerator, mut denominator) = (1.0, 1.0, 0.0);
@@ -185,7 +182,7 @@ fn beta_fraction(a: f64, b: f64, x: f64) -> f64 {
 ///
 /// # Errors
 /// [`MetricsError::Size`] for different sizes, [`MetricsError::Pixels`] where a buffer does not
-/// fit.
+/// match its picture.
 pub fn judge_noise(
     picture: &NoisyPicture<'_>,
     reference: &NoisyPicture<'_>,
@@ -215,7 +212,7 @@ pub fn judge_noise(
     let edges: Vec<u32> = std::iter::successors(Some(SMALLEST), |edge| Some(edge * 2))
         .take_while(|edge| *edge <= largest)
         .collect();
-    // Sums of the halves of the smallest blocks, of which all others are made.
+    // Sums over squares of half the smallest edge, from which all blocks are composed.
     let step = SMALLEST / 2;
     let (columns, rows) = (width.div_ceil(step), height.div_ceil(step));
     let cells: Vec<([BlockSums; 3], usize)> = (0..columns * rows)
@@ -248,7 +245,7 @@ pub fn judge_noise(
     })
 }
 
-/// Sums over a square of pixels, and how many of them are left out.
+/// Returns the sums over a square of pixels, and the number of pixels left out.
 fn sums(
     picture: &NoisyPicture<'_>,
     reference: &NoisyPicture<'_>,
@@ -293,7 +290,7 @@ fn sums(
     (sums, untested)
 }
 
-/// What was found so far.
+/// Results so far.
 struct Found {
     level: f64,
     blocks: usize,
@@ -302,7 +299,7 @@ struct Found {
 }
 
 impl Found {
-    /// Tests all blocks of an edge, of which there are so many.
+    /// Tests all blocks of an edge; `edges` is the number of edges.
     fn test_edge(
         &mut self,
         cells: &[([BlockSums; 3], usize)],
@@ -312,7 +309,7 @@ impl Found {
     ) {
         let step = SMALLEST / 2;
         let (across, stride) = (edge / step, edge / SMALLEST);
-        // The last one is the first that reaches the end.
+        // The last block is the first that reaches the end.
         let starts = |of: u32| {
             (0..of)
                 .step_by(stride as usize)
@@ -384,7 +381,7 @@ mod tests {
     /// A colour of each pixel.
     type Colours = Vec<[f32; 3]>;
 
-    /// Two pictures of even noise, four replicates each, of which the first is brighter by a factor
+    /// Two pictures of even noise with four replicates each; the first is brighter by a factor
     /// within a square.
     fn pair(seed: u32, edge: u32, factor: f64) -> [(Colours, Colours); 2] {
         [0, 1].map(|side| {
@@ -424,9 +421,9 @@ mod tests {
         judge_noise(&a, &b, 0.05).expect("one size")
     }
 
-    /// Protects: Student's distribution by numbers of 60 digits (the incomplete beta function of
-    /// mpmath 1.3; from 1e9 degrees of freedom on the normal distribution with its first
-    /// correction), from the middle far into the tails, and its limits.
+    /// Protects: Student's distribution agrees with numbers of 60 digits (the incomplete beta
+    /// function of mpmath 1.3; from 1e9 degrees of freedom on the normal distribution with its
+    /// first correction), from the middle far into the tails, and at its limits.
     #[test]
     fn students_tails_are_exact() {
         let known = [
@@ -445,7 +442,8 @@ mod tests {
             (1e8, 1.5, 7.5417048640325e-13),
         ];
         for (t, freedom, expected) in known {
-            // The more degrees, the nearer is the argument to one, where the fraction loses digits.
+            // More degrees of freedom bring the argument nearer to one, where the fraction loses
+            // digits.
             let (found, bound) = (two_sided(t, freedom), 1e-12 + 1e-17 * freedom.min(1e12));
             assert!(
                 (found / expected - 1.0_f64).abs() < bound,
@@ -458,8 +456,8 @@ mod tests {
         );
     }
 
-    /// Protects: noise alone gives no more alarms than stated, of a hundred pairs at 5 in 100; a
-    /// bias of a tenth of the picture is found where it is.
+    /// Protects: noise alone causes no more alarms than stated, for a hundred pairs at 5 in 100; a
+    /// bias in a tenth of the picture is found at its place.
     #[test]
     fn alarms_are_as_rare_as_stated() {
         let alarms = (0..100)
@@ -475,8 +473,8 @@ mod tests {
         );
     }
 
-    /// Protects: pictures without noise differ where their numbers do, but for rounding; what is no
-    /// number is left out and counted.
+    /// Protects: pictures without noise differ exactly where their numbers differ by more than
+    /// rounding; pixels that are not finite are left out and counted.
     #[test]
     fn exact_pictures_differ_by_their_numbers() {
         let exact = |rgb: &[[f32; 3]], other: &[[f32; 3]]| {

@@ -2,29 +2,29 @@
 
 use serde::Serialize;
 
-/// How numbers are distributed. Quantiles are interpolated linearly between neighbours in order
-/// (type 7 of Hyndman and Fan, "Sample Quantiles in Statistical Packages", 1996).
+/// Distribution of numbers. Quantiles are interpolated linearly between neighbours in order (type 7
+/// of Hyndman and Fan, "Sample Quantiles in Statistical Packages", 1996).
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
 pub struct Statistics {
     /// Arithmetic mean.
     pub mean: f64,
     /// Least number.
     pub minimum: f64,
-    /// A quarter is below.
+    /// 25 % quantile.
     pub first_quartile: f64,
-    /// Half is below.
+    /// 50 % quantile.
     pub median: f64,
-    /// Three quarters are below.
+    /// 75 % quantile.
     pub third_quartile: f64,
-    /// 99 % are below.
+    /// 99 % quantile.
     pub percentile_99: f64,
-    /// 99.9 % are below.
+    /// 99.9 % quantile.
     pub percentile_99_9: f64,
     /// Greatest number.
     pub maximum: f64,
 }
 
-/// Statistics of numbers that are not NaN; all zero for none at all.
+/// Returns the statistics of numbers without NaN; all zero for an empty slice.
 pub fn statistics(values: &[f32]) -> Statistics {
     let mut sorted = values.to_vec();
     sorted.sort_unstable_by(f32::total_cmp);
@@ -49,7 +49,7 @@ fn quantile(sorted: &[f32], share: f64) -> f64 {
     let place = share * last as f64;
     let low = f64::from(sorted[place as usize]);
     let high = f64::from(sorted[(place as usize + 1).min(last)]);
-    // Equal neighbours stay what they are, infinite ones too.
+    // Equal neighbours are returned unchanged, also infinite ones.
     if low == high {
         low
     } else {
@@ -57,12 +57,12 @@ fn quantile(sorted: &[f32], share: f64) -> f64 {
     }
 }
 
-/// Student's factor: a mean ± this many standard errors holds the truth in 95 of 100 cases, where
-/// the error was estimated from independent normal values with so many degrees of freedom (one
-/// fewer than values). Infinite for none.
+/// Returns Student's factor: a mean ± this many standard errors contains the truth in 95 of 100
+/// cases, where the error was estimated from independent normal values with this many degrees of
+/// freedom (one less than values). Infinite for zero degrees.
 ///
-/// From a table up to ten degrees of freedom; beyond by the expansion in Abramowitz and Stegun,
-/// "Handbook of Mathematical Functions" (1964), 26.7.5, which there is right to five digits.
+/// Tabulated up to ten degrees of freedom; beyond by the expansion in Abramowitz and Stegun,
+/// "Handbook of Mathematical Functions" (1964), 26.7.5, accurate to five digits there.
 pub fn student_95(freedom: u32) -> f64 {
     const FEW: [f64; 10] = [
         12.706_205, 4.302_653, 3.182_446, 2.776_445, 2.570_582, 2.446_912, 2.364_624, 2.306_004,
@@ -89,8 +89,8 @@ pub fn student_95(freedom: u32) -> f64 {
 mod tests {
     use super::*;
 
-    /// Protects: the factor at values that any table of Student's distribution has, on both sides
-    /// of the seam.
+    /// Protects: the factor agrees with tables of Student's distribution, on both sides of the
+    /// switch from table to expansion.
     #[test]
     fn students_factor_is_that_of_the_tables() {
         for (freedom, factor) in [
@@ -112,7 +112,7 @@ mod tests {
         assert_eq!(student_95(0), f64::INFINITY);
     }
 
-    /// Protects: quantiles of 0, 1, …, 1000 in any order are their own ranks.
+    /// Protects: quantiles of 0, 1, …, 1000 in any order equal their ranks.
     #[test]
     fn quantiles_are_ranks() {
         let values: Vec<f32> = (0..=1000).map(|i| ((i * 389) % 1001) as f32).collect();
@@ -132,8 +132,8 @@ mod tests {
         );
     }
 
-    /// Protects: between two numbers a quantile is interpolated; of one number every quantile is
-    /// that one; of none it is zero.
+    /// Protects: a quantile between two numbers is interpolated; every quantile of a single number
+    /// is that number; quantiles of an empty slice are zero.
     #[test]
     fn few_numbers_are_enough() {
         assert_eq!(statistics(&[3.0, 1.0]).first_quartile, 1.5);
@@ -142,8 +142,8 @@ mod tests {
         assert_eq!(statistics(&[f32::INFINITY; 2]).median, f64::INFINITY);
     }
 
-    /// Protects: every entry of the table and the expansion beyond it: the factor is where
-    /// Student's density, added up from its negative to it, makes 95 %.
+    /// Protects: every entry of the table and the expansion beyond it: the integral of Student's
+    /// density from minus the factor to the factor is 95 %.
     #[test]
     fn students_factor_cuts_off_one_case_in_twenty() {
         for freedom in 1..=40 {

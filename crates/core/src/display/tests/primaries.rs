@@ -1,5 +1,5 @@
-//! Colour matrices from what they mean: the chromaticities of primaries and whites, and how whites
-//! are adapted.
+//! Colour matrices from their definition: the chromaticities of primaries and whites, and the
+//! adaptation of whites.
 
 use glam::{DMat3, DVec3};
 
@@ -25,13 +25,14 @@ fn xyz([x, y]: [f64; 2]) -> DVec3 {
     DVec3::new(x / y, 1.0, (1.0 - x - y) / y)
 }
 
-/// From linear values to CIE XYZ: each primary as strong as it takes for their sum to be the white.
+/// Returns the matrix from linear values to CIE XYZ, with the primaries scaled so that their sum is
+/// the white.
 fn to_xyz([r, g, b, white]: Space) -> DMat3 {
     let primaries = DMat3::from_cols(xyz(r), xyz(g), xyz(b));
     primaries * DMat3::from_diagonal(primaries.inverse() * xyz(white))
 }
 
-/// Bradford's adaptation of one white to another.
+/// Returns Bradford's adaptation of one white to another.
 fn adapted(from: [f64; 2], to: [f64; 2]) -> DMat3 {
     let rows = [
         [0.8951, 0.2664, -0.1614],
@@ -42,21 +43,21 @@ fn adapted(from: [f64; 2], to: [f64; 2]) -> DMat3 {
     cones.inverse() * DMat3::from_diagonal((cones * xyz(to)) / (cones * xyz(from))) * cones
 }
 
-/// From linear values of one space to those of another.
+/// Returns the matrix from linear values of one space to those of another.
 pub(in crate::display) fn between(from: Space, to: Space) -> DMat3 {
     to_xyz(to).inverse() * adapted(from[3], to[3]) * to_xyz(from)
 }
 
-/// Mixes colours of a space with their own luminance, of which `share` is left.
+/// Mixes colours of a space with their own luminance; `share` of the saturation remains.
 fn desaturated(space: Space, share: f64) -> DMat3 {
     let luminance = to_xyz(space).row(1);
     DMat3::from_cols_array_2d(&[luminance.to_array(); 3]).transpose() * (1.0 - share)
         + DMat3::IDENTITY * share
 }
 
-/// Protects: every entry of both matrices of Hill's fit. They are the way into ACES' working space
-/// with the 96 % saturation of its reference rendering, and the way back to sRGB with the 93 % of
-/// its output for a dim surround.
+/// Protects: every entry of both matrices of Hill's fit: the conversion to the working space of
+/// ACES with the 96 % saturation of its reference rendering, and the conversion back to sRGB with
+/// the 93 % of its output for a dim surround.
 #[test]
 fn hills_matrices_are_those_of_aces() {
     let into = desaturated(AP1, 0.96) * between(REC709, AP1);

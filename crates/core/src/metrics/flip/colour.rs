@@ -1,5 +1,5 @@
-//! The colour spaces of FLIP: sRGB to the linearised opponent space YCxCz for filtering, and on to
-//! Hunt-adjusted L*a*b*.
+//! Colour spaces of FLIP: from sRGB to the linearised opponent space YCxCz for filtering, and then
+//! to Hunt-adjusted L*a*b*.
 
 use glam::{DMat3, DVec3};
 use rayon::prelude::*;
@@ -10,7 +10,7 @@ use crate::display::{NAN_MARKER, curve};
 use crate::picture::Picture;
 use crate::scene::TransferCurve;
 
-/// Linear sRGB to CIE XYZ by columns, from the primaries and white point of Rec. 709 as rational
+/// Linear sRGB to CIE XYZ, by columns, from the primaries and white point of Rec. 709 as rational
 /// numbers.
 const RGB_TO_XYZ: DMat3 = DMat3::from_cols(
     DVec3::new(
@@ -30,13 +30,13 @@ const RGB_TO_XYZ: DMat3 = DMat3::from_cols(
     ),
 );
 
-/// XYZ of white, by which the opponent spaces divide.
+/// Returns the XYZ of white, by which the opponent spaces divide.
 fn white() -> DVec3 {
     RGB_TO_XYZ * DVec3::ONE
 }
 
-/// Y, Cx and Cz of every pixel (3.1): like L*, a*, b* but linear in light, so that a filter may
-/// average.
+/// Returns Y, Cx and Cz of every pixel (3.1): like L*, a*, b* but linear in light, so that a filter
+/// may average them.
 pub(super) fn srgb_to_ycxcz(picture: &Picture) -> OpponentImage {
     let white = white();
     let convert = |rgb: &[f32; 3]| {
@@ -62,8 +62,8 @@ pub(super) fn srgb_to_ycxcz(picture: &Picture) -> OpponentImage {
     })
 }
 
-/// L*, a*, b* of every pixel of filtered planes (4.1.2): clipped to the gamut, a* and b* weighted
-/// by lightness for the Hunt effect, that colours look stronger where it is brighter.
+/// Returns L*, a*, b* of every filtered pixel (4.1.2): clipped to the gamut, with a* and b*
+/// weighted by lightness for the Hunt effect, by which brighter colours look stronger.
 pub(super) fn hunt_lab(planes: &OpponentImage) -> Vec<[f32; 3]> {
     let (white, to_rgb) = (white(), RGB_TO_XYZ.inverse());
     let convert = |((y, cx), cz): ((&f32, &f32), &f32)| {
@@ -85,7 +85,7 @@ pub(super) fn hunt_lab(planes: &OpponentImage) -> Vec<[f32; 3]> {
         .collect()
 }
 
-/// The cube root of L*a*b* with its straight piece near black (CIE 15:2004).
+/// Cube root of L*a*b* with its linear piece near black (CIE 15:2004).
 fn lab_curve(t: f64) -> f64 {
     const DELTA: f64 = 6.0 / 29.0;
     if t > DELTA * DELTA * DELTA {

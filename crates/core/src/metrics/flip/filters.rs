@@ -1,4 +1,4 @@
-//! The filters of FLIP: contrast sensitivity of the eye, and detectors of edges and points.
+//! Filters of FLIP: contrast sensitivity of the eye, and detectors of edges and points.
 
 use core::f64::consts::PI;
 
@@ -7,7 +7,7 @@ use raywright_bvh::scalar::Real;
 
 use super::OpponentImage;
 
-/// One number a pixel, row after row.
+/// One number per pixel, row by row.
 #[derive(Clone, Debug)]
 pub(super) struct ScalarImage {
     pub(super) width: usize,
@@ -15,8 +15,7 @@ pub(super) struct ScalarImage {
 }
 
 impl ScalarImage {
-    /// Correlated with a kernel of odd length along rows; beyond the border its nearest pixel
-    /// continues.
+    /// Correlates with a kernel of odd length along rows; the border pixel is repeated outside.
     fn along_rows(&self, kernel: &[f32]) -> Self {
         let radius = kernel.len() / 2;
         let mut values = vec![0.0; self.values.len()];
@@ -40,7 +39,7 @@ impl ScalarImage {
         }
     }
 
-    /// The same along columns.
+    /// Correlates with a kernel along columns, in the same manner.
     fn along_columns(&self, kernel: &[f32]) -> Self {
         let radius = kernel.len() / 2;
         let rows: Vec<&[f32]> = self.values.chunks(self.width).collect();
@@ -70,19 +69,19 @@ impl ScalarImage {
     }
 }
 
-/// A contrast sensitivity function's Fourier transform (4.1.1): a sum of Gaussians
+/// Fourier transform of the contrast sensitivity functions (4.1.1): a sum of Gaussians
 /// a·√(π/b)·exp(−π²·x²/b), x in degrees. Pairs of a and b for the achromatic, red-green and
-/// blue-yellow channel; a zero means one Gaussian only.
+/// blue-yellow channel; a zero marks a channel with one Gaussian.
 const SENSITIVITY: [[(f64, f64); 2]; 3] = [
     [(1.0, 0.0047), (0.0, 1e-5)],
     [(1.0, 0.0053), (0.0, 1e-5)],
     [(34.1, 0.04), (13.5, 0.025)],
 ];
 
-/// The eye's contrast sensitivity at a viewing distance, one filter a channel.
+/// Contrast sensitivity of the eye at a viewing distance, with one filter per channel.
 pub(super) struct Spatial {
-    /// Gaussians of each channel: weights in both directions, whose products sum to one over the
-    /// channel.
+    /// Separable Gaussians of each channel: weights along rows and along columns, whose products
+    /// sum to one over the channel.
     channels: [Vec<(Vec<f32>, Vec<f32>)>; 3],
 }
 
@@ -111,7 +110,8 @@ impl Spatial {
     }
 }
 
-/// The sum over a square window is one: each Gaussian's share of it goes into its second kernel.
+/// Normalises the sum over a square window to one; each Gaussian's share is applied to its second
+/// kernel.
 fn kernels(
     gaussians: [(f64, f64); 2],
     radius: f64,
@@ -136,13 +136,14 @@ fn kernels(
         .collect()
 }
 
-/// A function at the whole numbers from −radius to radius.
+/// Samples a function at the integers from −radius to radius.
 fn taps(radius: f64, f: impl Fn(f64) -> f64) -> Vec<f64> {
     let radius = radius as i32;
     (-radius..=radius).map(|x| f(f64::from(x))).collect()
 }
 
-/// How strongly edges and points differ at each pixel, 0 to 1 (4.2), from the achromatic planes.
+/// Returns the difference of edges and points at each pixel, 0 to 1 (4.2), from the achromatic
+/// planes.
 pub(super) fn feature_differences(
     picture: &ScalarImage,
     reference: &ScalarImage,
@@ -150,7 +151,7 @@ pub(super) fn feature_differences(
 ) -> Vec<f32> {
     /// Width in degrees of the edges that the eye detects best.
     const WIDTH: f64 = 0.082;
-    /// Exponent that makes small feature differences count.
+    /// Exponent that emphasises small feature differences.
     const EXPONENT: f32 = 0.5;
     let detectors = Detectors::new(0.5 * WIDTH * pixels_per_degree);
     let [a, b] = [picture, reference].map(|plane| detectors.magnitudes(plane));
@@ -161,7 +162,7 @@ pub(super) fn feature_differences(
     a.par_iter().zip(&b).map(difference).collect()
 }
 
-/// First and second derivatives of a Gaussian: edges and points.
+/// First and second derivatives of a Gaussian, which detect edges and points.
 struct Detectors {
     smooth: Vec<f32>,
     edge: Vec<f32>,
@@ -181,7 +182,7 @@ impl Detectors {
         }
     }
 
-    /// Strength of edges and of points at each pixel, whatever their direction.
+    /// Returns the strength of edges and of points at each pixel, for any direction.
     fn magnitudes(&self, plane: &ScalarImage) -> Vec<[f32; 2]> {
         // Lightness 0..100 to 0..1, as the detectors are calibrated for.
         let values = plane.values.iter().map(|y| (y + 16.0) / 116.0).collect();
@@ -207,7 +208,7 @@ impl Detectors {
     }
 }
 
-/// Scaled so that the positive taps sum to 1 and the negative ones to −1.
+/// Scales the taps so that the positive ones sum to 1 and the negative ones to −1.
 fn balanced(taps: Vec<f64>) -> Vec<f32> {
     let positive: f64 = taps.iter().filter(|&&x| x > 0.0).sum();
     let negative: f64 = -taps.iter().filter(|&&x| x < 0.0).sum::<f64>();

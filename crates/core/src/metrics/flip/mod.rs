@@ -1,9 +1,9 @@
-//! FLIP: how strongly an eye notices the difference when two pictures alternate in the same place.
+//! FLIP: visibility of the difference when two pictures alternate in the same place.
 //!
 //! Andersson, Nilsson, Akenine-Möller, Oskarsson, Åström, Fairchild, "FLIP: A Difference Evaluator
 //! for Alternating Images", Proceedings of the ACM on Computer Graphics and Interactive Techniques
-//! 3(2), 2020. Section numbers below are the paper's. Written from the paper for low-dynamic-range
-//! pictures; every filter is a sum of separable ones and is run as such.
+//! 3(2), 2020. Section numbers below are the paper's. Implemented from the paper, for
+//! low-dynamic-range pictures; every filter is a sum of separable ones.
 
 mod colour;
 mod filters;
@@ -19,17 +19,17 @@ use crate::picture::Picture;
 /// The paper's viewing condition: a screen 0.7 m wide with 3840 pixels, seen from 0.7 m.
 pub const DEFAULT_PIXELS_PER_DEGREE: f64 = 3840.0 * core::f64::consts::PI / 180.0;
 
-/// Exponent that brings the colour differences into use of their range (4.1.3).
+/// Exponent that spreads the colour differences over their range (4.1.3).
 const COLOUR_EXPONENT: f32 = 0.7;
-/// Colour differences up to this share of the largest are spread over the range up to [`SPREAD_TO`]
+/// Colour differences up to this share of the largest are mapped to the range up to [`SPREAD_TO`]
 /// (4.1.3).
 const SPREAD_FROM: f32 = 0.4;
 const SPREAD_TO: f32 = 0.95;
 
-/// The FLIP difference of each pixel, 0 (the same) to 1, row after row from the top. Both pictures
-/// hold sRGB display values in 0..1: what is outside is clipped, and what is not a number counts as
-/// the marker that displays show for it. `pixels_per_degree` is the viewing condition,
-/// [`DEFAULT_PIXELS_PER_DEGREE`] unless there is a reason.
+/// Returns the FLIP difference of each pixel, 0 (equal) to 1, row by row from the top. Both
+/// pictures hold sRGB display values in 0..1: values outside are clipped, and NaN counts as the
+/// marker that displays show for it. `pixels_per_degree` is the viewing condition, by default
+/// [`DEFAULT_PIXELS_PER_DEGREE`].
 pub fn flip(
     picture: &Picture,
     reference: &Picture,
@@ -52,7 +52,7 @@ pub fn flip(
     Ok(pixels.into_par_iter().map(combine).collect())
 }
 
-/// Brings HyAB distances into 0..1 (4.1.3).
+/// Maps HyAB distances to 0..1 (4.1.3).
 struct Redistribution {
     largest: f32,
 }

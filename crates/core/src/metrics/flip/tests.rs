@@ -2,7 +2,7 @@
 //!
 //! The expected numbers were computed on 2026-11-21 by `flip_evaluator` 1.7 from PyPI (single
 //! precision, by the paper's authors), with `evaluate(reference, test, "LDR", applyMagma=False)` on
-//! the pictures that [`pair`] makes.
+//! the pictures that [`pair`] returns.
 
 use super::*;
 use crate::metrics::statistics;
@@ -17,7 +17,7 @@ fn from_codes(width: u32, height: u32, code: impl Fn(i32, i32) -> [i32; 3]) -> P
 }
 
 /// A reference of ramps and checks, and a picture with noise on the right, exchanged channels
-/// below, a block inverted.
+/// below, and an inverted block.
 fn pair(width: u32, height: u32) -> [Picture; 2] {
     let (w, h) = (width as i32, height as i32);
     let reference = |x: i32, y: i32| {
@@ -48,8 +48,8 @@ fn plain(code: [i32; 3]) -> Picture {
     from_codes(1, 1, |_, _| code)
 }
 
-/// Protects: whole maps: mean, quartiles, maximum and single pixels, in the middle, at the border
-/// and in the corner.
+/// Protects: FLIP maps agree with the authors' in mean, quartiles, maximum and single pixels, in
+/// the middle, at the border and in the corner.
 #[test]
 fn flip_agrees_with_its_authors() {
     let [picture, reference] = pair(96, 64);
@@ -110,8 +110,8 @@ fn flip_agrees_with_its_authors() {
     }
 }
 
-/// Protects: a picture smaller than the filters, and single colours: black and white, the largest
-/// distance, one code.
+/// Protects: FLIP also agrees for a picture smaller than the filters, and for single colours: black
+/// and white, the largest distance, one code.
 #[test]
 fn small_pictures_agree_too() {
     let [picture, reference] = pair(37, 5);
@@ -130,8 +130,7 @@ fn small_pictures_agree_too() {
     }
 }
 
-/// Protects: no difference without a difference, the same difference either way round, and all of
-/// it in 0..1.
+/// Protects: FLIP of equal pictures is zero, FLIP is symmetric, and its values lie in 0..1.
 #[test]
 fn flip_is_a_symmetric_difference() {
     let [picture, reference] = pair(40, 30);
@@ -149,8 +148,8 @@ fn flip_is_a_symmetric_difference() {
     assert!(map.iter().all(|x| (0.0..=1.0).contains(x)));
 }
 
-/// Protects: a NaN is as visible as the marker that shows it, and numbers out of range are clipped,
-/// so the map has neither.
+/// Protects: a NaN is as visible as its marker, and numbers out of range are clipped, so that the
+/// map contains neither.
 #[test]
 fn odd_numbers_are_visible() {
     let [picture, reference] = pair(20, 20);
