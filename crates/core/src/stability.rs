@@ -1,6 +1,6 @@
-//! The hard cases of numerics: what is hard about each, and the bound that it is held to. Each is a
-//! test, or several, whose name begins with its number; those that are functions here are measured
-//! by programs too.
+//! Hard cases of numerics: the difficulty of each, and the bound that it must keep. Each case is a
+//! test, or several, whose name begins with its number. The cases that are functions here are
+//! measured by programs, too.
 
 mod cameras;
 mod facets;
@@ -17,22 +17,23 @@ pub use raywright_bvh::stability::judge::{Outcome, Rays};
 /// A hard case.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct HardCase {
-    /// A letter and two digits: P primitives, T traversal, S rays that leave surfaces and shading,
-    /// M sampling, F camera and film.
+    /// A letter and two digits: P primitives, T traversal, S spawned rays and shading, M sampling,
+    /// F camera and film.
     pub number: &'static str,
-    /// What is hard.
+    /// Difficulty.
     pub hard: &'static str,
-    /// The bound, in words.
+    /// Bound, in words.
     pub bound: &'static str,
-    /// What of it this program has no such thing for, and why; none where all of it is held.
+    /// Part of the case without a counterpart in this program, with the reason; `None` where the
+    /// whole case is covered.
     pub left_out: Option<&'static str>,
 }
 
-/// One case a line: number, what is hard, bound and what is left out, with a bar between two spaces
-/// from one to the next.
+/// One case per line: number, difficulty, bound and omitted part, separated by a bar between two
+/// spaces.
 const LIST: &str = include_str!("stability/cases.txt");
 
-/// All hard cases in the order of the list.
+/// Iterates over all hard cases in the order of the list.
 pub fn hard_cases() -> impl Iterator<Item = HardCase> {
     LIST.lines().map(|line| {
         let mut parts = line.split(" | ");
@@ -47,8 +48,8 @@ pub fn hard_cases() -> impl Iterator<Item = HardCase> {
     })
 }
 
-/// Measures a case in both precisions, and by every kernel that this processor has where a tree is
-/// walked; none where the case is a test alone.
+/// Measures a case in both precisions and, for a tree traversal, with every kernel of this
+/// processor; `None` for a case that is a test alone.
 pub fn measure(number: &str, rays: Rays) -> Option<Vec<Measurement>> {
     /// A case of both precisions.
     macro_rules! both {

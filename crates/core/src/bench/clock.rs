@@ -1,35 +1,36 @@
-//! The clock of the measurements: CPU time where the system has it, so that a busy machine disturbs
-//! less, and wall-clock time elsewhere.
+//! Clock of the measurements: CPU time where the system provides it, which depends less on other
+//! load, and wall-clock time elsewhere.
 
-/// What [`thread_seconds`] counts, in words for a report.
+/// Name of the time of [`thread_seconds`], for a report.
 pub const CLOCK: &str = if cfg!(unix) {
     "thread CPU time"
 } else {
     "wall-clock time"
 };
 
-/// Seconds that the calling thread has worked; only differences mean something, and only on one
-/// thread.
+/// Returns the working time of the calling thread in seconds; only differences on one thread are
+/// meaningful.
 pub fn thread_seconds() -> f64 {
     seconds(Scope::Thread)
 }
 
-/// Seconds that all threads of the process have worked together; only differences mean something.
+/// Returns the working time of all threads of the process in seconds; only differences are
+/// meaningful.
 pub fn process_seconds() -> f64 {
     seconds(Scope::Process)
 }
 
-/// What tells how long some work takes, which returns how much it was. A test brings one that goes
-/// by the amount, so that what it decides does not depend on the machine's load.
+/// Measures the seconds of some work, which returns its amount. A test passes a stopwatch that
+/// depends on the amount alone, so that its result does not depend on the machine's load.
 pub(crate) type Stopwatch = fn(work: &mut dyn FnMut() -> u64) -> f64;
 
-/// Runs the work and returns the seconds that the thread worked.
+/// Runs the work and returns the working seconds of the thread.
 pub(super) fn of_thread(work: &mut dyn FnMut() -> u64) -> f64 {
     timed(Scope::Thread, work)
 }
 
-/// Runs the work and returns the seconds that all threads worked, which waiting for other programs
-/// does not lengthen.
+/// Runs the work and returns the working seconds of all threads, which other programs do not
+/// lengthen.
 pub(crate) fn of_process(work: &mut dyn FnMut() -> u64) -> f64 {
     timed(Scope::Process, work)
 }
@@ -40,7 +41,7 @@ fn timed(scope: Scope, work: &mut dyn FnMut() -> u64) -> f64 {
     seconds(scope) - start
 }
 
-/// Runs the work and says that each unit of it took ten nanoseconds.
+/// Runs the work and returns ten nanoseconds per unit.
 #[cfg(test)]
 pub(super) fn steady(work: &mut dyn FnMut() -> u64) -> f64 {
     work() as f64 * 1e-8
@@ -74,8 +75,8 @@ fn seconds(_: Scope) -> f64 {
 mod tests {
     use super::*;
 
-    /// Protects: time goes forward while there is work and stands still while the thread sleeps,
-    /// and another thread's work is counted by the process alone.
+    /// Protects: the clock advances during work and stands still while the thread sleeps; another
+    /// thread's work counts for the process alone.
     #[test]
     #[cfg(unix)]
     fn counts_work_and_not_waiting() {

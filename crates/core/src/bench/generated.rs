@@ -1,8 +1,9 @@
-//! Generated scenes of constant fill, and rays through them: the same for a seed on every machine.
+//! Generated scenes of constant fill, with rays through them: equal for equal seeds on every
+//! machine.
 //!
-//! N primitives are scattered in the unit cube. Their size shrinks with N^(−1/3), so that the
-//! spheres' volume is the same share of the cube whatever N is: more primitives then means more
-//! detail, not a fuller room.
+//! N primitives are scattered in the unit cube. Their size is proportional to N^(−1/3), so that the
+//! spheres fill the same share of the cube for every N: more primitives mean more detail, not a
+//! fuller room.
 
 use core::f64::consts::{PI, TAU};
 
@@ -13,17 +14,17 @@ use serde::Serialize;
 
 use crate::hash::mix;
 
-/// Share of the cube's volume that the spheres take, counting overlaps twice and what sticks out of
-/// the cube.
+/// Share of the cube's volume in the spheres, with overlaps counted twice and parts outside the
+/// cube included.
 pub const FILL: f64 = 0.01;
 
-/// What the scenes are made of.
+/// Kind of the primitives.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Kind {
     /// Spheres.
     Spheres,
-    /// Triangles, each with its corners on the sphere that it stands for.
+    /// Triangles, each with its corners on the sphere that it replaces.
     Triangles,
 }
 
@@ -32,7 +33,7 @@ impl Kind {
     pub const ALL: [(&'static str, Self); 2] =
         [("spheres", Self::Spheres), ("triangles", Self::Triangles)];
 
-    /// Plural, in lower case.
+    /// Returns the plural name, in lower case.
     pub fn name(self) -> &'static str {
         match self {
             Self::Spheres => "spheres",
@@ -41,24 +42,24 @@ impl Kind {
     }
 }
 
-/// Radius of each of N spheres that fill [`FILL`] of the unit cube.
+/// Returns the radius of each of N spheres that fill [`FILL`] of the unit cube.
 pub fn radius(count: u32) -> f64 {
     libm::cbrt(FILL * 3.0 / (4.0 * PI * f64::from(count.max(1))))
 }
 
-/// Numbers by address: stream and index, never by order of asking.
+/// Random numbers by address: stream and index, never by the order of calls.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Numbers {
     pub seed: u64,
 }
 
 impl Numbers {
-    /// A number in [0, 1): `lane` tells apart the numbers of one item.
+    /// Returns a number in [0, 1); `lane` distinguishes the numbers of an item.
     pub fn unit(self, item: u64, lane: u64) -> f64 {
         (mix(self.seed ^ mix(item << 8 | lane)) >> 11) as f64 / (1_u64 << 53) as f64
     }
 
-    /// A point in the unit cube from lanes `lane` to `lane + 2`.
+    /// Returns a point in the unit cube, from the lanes `lane` to `lane + 2`.
     fn point(self, item: u64, lane: u64) -> DVec3 {
         DVec3::new(
             self.unit(item, lane),
@@ -67,7 +68,7 @@ impl Numbers {
         )
     }
 
-    /// A point on the unit sphere, evenly distributed, from lanes `lane` and `lane + 1`
+    /// Returns a uniform point of the unit sphere, from the lanes `lane` and `lane + 1`
     /// (Archimedes' projection).
     pub fn direction(self, item: u64, lane: u64) -> DVec3 {
         let (z, angle) = (
@@ -79,7 +80,7 @@ impl Numbers {
     }
 }
 
-/// A scene of `count` primitives.
+/// Generates a scene of `count` primitives.
 ///
 /// # Errors
 /// More primitives than a tree can address.
@@ -106,8 +107,8 @@ pub fn group<R: Real>(kind: Kind, count: u32, seed: u64) -> Result<PrimitiveSet<
     Ok(group)
 }
 
-/// Rays that start outside the cube, in every direction, each towards an evenly distributed point
-/// in it.
+/// Generates rays that start outside the cube, in every direction, each towards a uniform point in
+/// the cube.
 pub fn rays<R: Real>(count: u32, seed: u64) -> Vec<Ray<R>> {
     let numbers = Numbers { seed };
     let ray = |i: u64| {
@@ -126,8 +127,7 @@ mod tests {
     use super::*;
     use raywright_bvh::{AcceleratorKind, Geometry, Interval, TraversalStats};
 
-    /// Protects: figures of different days and machines are about the same scenes; a seed and its
-    /// neighbour differ.
+    /// Protects: equal seeds give equal scenes on every machine and day; different seeds differ.
     #[test]
     fn a_seed_names_a_scene() {
         let hits = |kind, seed| -> Vec<_> {
@@ -143,15 +143,16 @@ mod tests {
             assert_ne!(hits(kind, 1), hits(kind, 2));
         }
         assert_ne!(hits(Kind::Spheres, 1), hits(Kind::Triangles, 1));
-        // A fixed value: a change of the generator would silently change what the figures mean.
+        // A fixed value: a change of the generator would silently change the meaning of the
+        // figures.
         assert_eq!(
             rays::<f32>(3, 7)[2].origin,
             glam::Vec3::new(-0.744_443, 2.062_738_2, 0.879_758_8)
         );
     }
 
-    /// Protects: constant fill means N · volume of a sphere = const, and the sizes of triangles
-    /// follow.
+    /// Protects: with constant fill, N times the volume of a sphere is constant, and the sizes of
+    /// triangles follow.
     #[test]
     fn fill_does_not_depend_on_the_count() {
         for count in [1, 10, 1_000_000] {
@@ -166,7 +167,7 @@ mod tests {
         assert!(bounds.extent().max_element() <= 2.0 * radius(1) + 1e-6);
     }
 
-    /// Protects: every ray starts outside the scene and is of unit length, and some hit while some
+    /// Protects: every ray starts outside the scene with a unit direction; some rays hit and some
     /// miss.
     #[test]
     fn rays_come_from_outside() {

@@ -1,4 +1,4 @@
-//! A scene of the user's own: its camera rays, and one bounce of each in a random direction, by
+//! Benchmark of a user's scene: its camera rays, and one bounce of each in a random direction, by
 //! scan and by tree.
 
 use glam::DVec3;
@@ -19,17 +19,18 @@ use crate::settings::Settings;
 /// Most camera rays.
 const CAMERA_RAYS: u32 = 1 << 15;
 
-/// The scan against the tree on a given scene.
+/// Scan against tree on a given scene.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Given {
-    /// Rays of the camera through a regular grid of pixel centres: neighbours do much the same.
+    /// Camera rays through a regular grid of pixel centres: coherent rays.
     pub camera: Row,
-    /// From where those hit, cosine-weighted about the normal: neighbours differ. None where
-    /// nothing was hit.
+    /// Rays from the hits of the camera rays, cosine-weighted about the normal: incoherent rays.
+    /// `None` without hits.
     pub bounce: Option<Row>,
 }
 
-/// Measures a validated scene as the settings' camera sees it. `on_row` hears of each finished row.
+/// Measures a validated scene as seen by the settings' camera. `on_row` is called with each
+/// finished row.
 ///
 /// # Errors
 /// See [`BenchError`].
@@ -86,8 +87,8 @@ fn measured(
     Ok(Given { camera, bounce })
 }
 
-/// Rays about the geometry's origin through pixel centres, every n-th column and row so that there
-/// are not too many.
+/// Returns camera rays through pixel centres, relative to the geometry's origin, from every n-th
+/// column and row, which limits their number.
 fn camera_rays(geometry: &Geometry<f32>, settings: &Settings, origin: DVec3) -> Vec<Ray<f32>> {
     let [width, height] = settings.size;
     let aspect = f64::from(width) / f64::from(height);
@@ -115,7 +116,7 @@ fn camera_rays(geometry: &Geometry<f32>, settings: &Settings, origin: DVec3) -> 
         .collect()
 }
 
-/// One ray from each hit, cosine-weighted about the normal on the side that the ray came from.
+/// Returns one ray from each hit, cosine-weighted about the normal on the side of the incoming ray.
 fn bounces(geometry: &Geometry<f32>, rays: &[Ray<f32>]) -> Vec<Ray<f32>> {
     let numbers = Numbers { seed: SEEDS[1] };
     let bounce = |(i, ray): (usize, &Ray<f32>)| {
@@ -126,8 +127,8 @@ fn bounces(geometry: &Geometry<f32>, rays: &[Ray<f32>]) -> Vec<Ray<f32>> {
         } else {
             surface.normal
         };
-        // A point of the unit sphere that touches the surface: its direction is cosine-distributed.
-        // The factor keeps it from being zero.
+        // A point of the unit sphere that touches the surface has a cosine-distributed direction.
+        // The factor excludes the zero vector.
         let direction = normal + glam::Vec3::from_f64(numbers.direction(i as u64, 0)) * 0.999;
         let direction = direction.normalize();
         Some(Ray::new(surface.spawn(direction), direction).at_time(ray.time))
@@ -143,8 +144,7 @@ mod tests {
     use crate::bench::clock::steady;
     use crate::scene::Object;
 
-    /// By a clock that goes with the work, so that what is timed does not depend on the machine's
-    /// load.
+    /// A clock that counts work, so that the result does not depend on the machine's load.
     const HASTY: Method = Method {
         care: BenchOptions {
             repeats: 1,
@@ -182,8 +182,8 @@ mod tests {
         scene
     }
 
-    /// Protects: both sets of rays are measured, within their number, and bounces start only where
-    /// something was hit.
+    /// Protects: both sets of rays are measured, within their limit, and bounces start only at
+    /// hits.
     #[test]
     fn camera_and_bounce_rays() {
         let scene = scene(30);
@@ -201,7 +201,7 @@ mod tests {
         assert_eq!(given.camera.scan.unwrap().tests_per_ray, 31.0);
     }
 
-    /// Protects: bounces leave the surface: from a lone sphere seen from outside, none hits it
+    /// Protects: bounces leave the surface: none from a single sphere seen from outside hits it
     /// again.
     #[test]
     fn bounces_leave_the_surface() {
@@ -211,7 +211,7 @@ mod tests {
         assert_eq!(given.bounce.expect("the camera sees it").hit_share, 0.0);
     }
 
-    /// Protects: a scene without objects is an error with words, not a table of NaN.
+    /// Protects: a scene without objects is an error with a message, not a table of NaN.
     #[test]
     fn nothing_to_hit() {
         let mut scene = scene(0);

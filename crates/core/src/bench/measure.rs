@@ -1,5 +1,4 @@
-//! One row of the table: the same rays through scan and tree, hits compared first, then all timed
-//! in turn.
+//! A row of the table: the same rays through scan and tree, first compared, then timed in turns.
 
 use std::hint::black_box;
 
@@ -9,25 +8,25 @@ use serde::Serialize;
 use super::clock::{Stopwatch, of_thread};
 use super::statistics::Spread;
 
-/// How carefully is measured.
+/// Extent of the measurement.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct BenchOptions {
-    /// Interleaved repeats of each, at least one.
+    /// Interleaved repetitions of each, at least one.
     pub repeats: usize,
-    /// Seconds that one timed sample should take; shorter ones show the clock and not the work.
+    /// Intended seconds of a timed sample; shorter samples measure the clock rather than the work.
     pub sample_seconds: f64,
-    /// How the tree is built.
+    /// Build quality of the tree.
     pub build: BuildQuality,
 }
 
 impl BenchOptions {
-    /// Scan and tree.
+    /// Returns scan and tree.
     pub(super) fn kinds(&self) -> [AcceleratorKind; 2] {
         [AcceleratorKind::Linear, AcceleratorKind::Tree(self.build)]
     }
 }
 
-/// How it is done: with what care, and by which clock.
+/// Method of the measurement: its extent and its clock.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Method {
     pub care: BenchOptions,
@@ -35,7 +34,7 @@ pub(super) struct Method {
 }
 
 impl Method {
-    /// By the thread's own time.
+    /// Returns the method with the thread's CPU time.
     pub fn of(care: &BenchOptions) -> Self {
         Self {
             care: *care,
@@ -46,55 +45,55 @@ impl Method {
 
 /// Fewest rays of a sample.
 const FEWEST_RAYS: usize = 16;
-/// A sample may take this many times as long as it should before it is left out.
+/// Largest ratio of a sample's time to its intended time before it is left out.
 const PATIENCE: f64 = 8.0;
 
-/// A structure that answers queries, with what its making took.
+/// A structure that answers ray queries, with the cost of its build.
 pub(super) struct Contestant<'a> {
     pub geometry: &'a Geometry<f32>,
     pub build: Spread,
     pub bytes: usize,
 }
 
-/// The two of a row.
+/// The two contestants of a row.
 pub(super) struct Contest<'a> {
     pub scan: Contestant<'a>,
     pub tree: Contestant<'a>,
 }
 
-/// Cost of one way to find the closest hit.
+/// Cost of the closest hit by one structure.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct Cost {
-    /// Nanoseconds a ray.
+    /// Nanoseconds per ray.
     pub nanoseconds: Spread,
-    /// Rays of one sample; fewer than there are where a ray takes long, evenly chosen.
+    /// Rays of a sample; an even subset where a ray takes long.
     pub rays: usize,
-    /// Nodes visited, mean over those rays.
+    /// Visited nodes, mean over these rays.
     pub nodes_per_ray: f64,
-    /// Primitives tested, mean over those rays.
+    /// Tested primitives, mean over these rays.
     pub tests_per_ray: f64,
-    /// Milliseconds to build the structure, on the pool that was there.
+    /// Milliseconds to build the structure, on the current thread pool.
     pub build_milliseconds: Spread,
     /// Bytes of primitives and structure.
     pub bytes: usize,
 }
 
-/// The scan against the tree on one scene with one set of rays.
+/// Scan against tree on one scene with one set of rays.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct Row {
     /// Primitives in the scene.
     pub primitives: usize,
     /// Share of the rays that hit something.
     pub hit_share: f64,
-    /// Every primitive tested; none where a sample would have taken too long.
+    /// Cost with every primitive tested; `None` where a sample would have taken too long.
     pub scan: Option<Cost>,
-    /// The tree.
+    /// Cost of the tree.
     pub tree: Cost,
-    /// Time of the scan over time of the tree, of samples taken one after the other.
+    /// Ratio of the times of scan and tree, from samples taken one after the other.
     pub ratio: Option<Spread>,
 }
 
-/// Two structures gave different hits, so their times mean nothing.
+/// Different hits by two structures, which make their times meaningless.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[error("scan and tree disagree on ray {ray} among {primitives} primitives: {scan} against {tree}")]
 pub struct Disagreement {
@@ -102,9 +101,9 @@ pub struct Disagreement {
     pub ray: usize,
     /// Primitives in the scene.
     pub primitives: usize,
-    /// What the scan found.
+    /// Hit of the scan.
     pub scan: String,
-    /// What the tree found.
+    /// Hit of the tree.
     pub tree: String,
 }
 
@@ -159,7 +158,7 @@ impl<'a> Challenger<'a> {
         }
     }
 
-    /// Hits are compared bit for bit: distance, parameters, primitive and instance.
+    /// Compares hits to the bit: distance, parameters, primitive and instance.
     fn compare(&self, tree: &Geometry<f32>) -> Result<(), Disagreement> {
         let bits =
             |hit: &Option<Hit<f32>>| hit.map(|h| ([h.t, h.u, h.v].map(f32::to_bits), h.order()));
@@ -203,7 +202,7 @@ fn closest(geometry: &Geometry<f32>, ray: &Ray<f32>) -> Option<Hit<f32>> {
     geometry.closest(ray, Interval::positive(), &mut ())
 }
 
-/// What is timed at once: every `step`-th ray, all of it `passes` times.
+/// Unit of timing: every `step`-th ray, all of them `passes` times.
 struct Sample<'a> {
     all: &'a [Ray<f32>],
     step: usize,
@@ -213,7 +212,7 @@ struct Sample<'a> {
 }
 
 impl<'a> Sample<'a> {
-    /// Finds out how many rays a sample needs, which also warms up caches and predictors.
+    /// Determines the number of rays of a sample, which also warms up caches and predictors.
     fn sized(geometry: &Geometry<f32>, rays: &'a [Ray<f32>], method: &Method) -> Self {
         let Method { care, stopwatch } = *method;
         let mut sample = Self {
@@ -242,17 +241,17 @@ impl<'a> Sample<'a> {
         self.all.iter().step_by(self.step)
     }
 
-    /// Rays of one pass.
+    /// Returns the rays of a pass.
     fn count(&self) -> usize {
         self.all.len().div_ceil(self.step)
     }
 
-    /// What it should take.
+    /// Returns the expected seconds of the sample.
     fn seconds(&self) -> f64 {
         self.seconds_a_ray * (self.count() * self.passes) as f64
     }
 
-    /// Seconds a ray, measured once.
+    /// Measures the seconds per ray once.
     fn time(&self, geometry: &Geometry<f32>) -> f64 {
         let rays = self.count() * self.passes;
         let mut trace = || {
@@ -283,13 +282,13 @@ impl<'a> Sample<'a> {
     }
 }
 
-/// Longest time spent on building one structure again and again, in samples.
+/// Longest time for repeated builds of a structure, in samples.
 const BUILD_PATIENCE: f64 = 8.0;
-/// Most builds in one timed batch.
+/// Most builds in a timed batch.
 const LARGEST_BATCH: usize = 256;
 
-/// Builds something several times and returns the last one with the seconds of a build. What is
-/// built from is made before the clock starts. Tiny builds are timed in batches.
+/// Builds a structure several times and returns the last one with the seconds per build. The input
+/// is created before the clock starts. Tiny builds are timed in batches.
 pub(super) fn timed_builds<I, G>(
     method: &Method,
     input: impl Fn() -> I,
@@ -307,13 +306,13 @@ pub(super) fn timed_builds<I, G>(
             size as u64
         };
         let seconds = stopwatch(&mut work);
-        // There is one, because no batch is empty.
+        // Always present, because no batch is empty.
         (
             built.unwrap_or_else(|| build(input())),
             seconds / size as f64,
         )
     };
-    // The first one warms up and is not counted unless it alone takes all the time there is.
+    // The first build warms up and does not count, unless it alone takes all the time.
     let (mut built, first) = batch(1);
     let size = ((care.sample_seconds * 0.1 / first.max(1e-9)) as usize).clamp(1, LARGEST_BATCH);
     let (mut seconds, mut spent) = (Vec::new(), first);

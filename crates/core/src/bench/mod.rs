@@ -1,10 +1,10 @@
-//! What a ray costs by scan and by tree: measured, compared, summed up. It prints nothing.
+//! Cost of a ray by scan and by tree: measured, compared, summarised. The module prints nothing.
 //!
-//! Every ray is traced on the calling thread, whose CPU time is what counts (see [`clock`]): a
-//! ray's cost is a property of the structure, not of the machine's load. Builds use the pool they
-//! are called from: one of one thread makes their times those of one thread too. All answer the
-//! same rays; their hits are compared bit for bit before any is timed, and the timed samples
-//! alternate, so that a change of the machine's speed meets both.
+//! Every ray is traced on the calling thread, whose CPU time is measured (see [`clock`]): the cost
+//! of a ray is a property of the structure, not of the machine's load. Builds use the current
+//! thread pool; on a pool of one thread their times are those of one thread, too. Both structures
+//! trace the same rays, and their hits are compared to the bit before any timing. The timed samples
+//! alternate, so that a change of the machine's speed affects both.
 
 pub mod clock;
 mod generated;
@@ -23,16 +23,16 @@ pub use given::{Given, given};
 pub use measure::{BenchOptions, Cost, Disagreement, Row};
 pub use statistics::{Crossover, PowerLaw, Spread};
 
-/// Why there is no measurement.
+/// Reason for a missing measurement.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum BenchError {
-    /// Scan and tree differ: a bug, and no times.
+    /// Scan and tree differ: a bug, without times.
     #[error(transparent)]
     Disagreement(#[from] Disagreement),
     /// More primitives than a tree can address.
     #[error(transparent)]
     Geometry(#[from] GeometryError),
-    /// The scene can't be prepared.
+    /// The scene cannot be prepared.
     #[error(transparent)]
     Prepare(#[from] PrepareError),
     /// The scene has no object.
@@ -44,26 +44,28 @@ pub enum BenchError {
 const RAYS: u32 = 1 << 16;
 /// Seeds of the scenes and of the rays through them.
 const SEEDS: [u64; 2] = [0x5eed_0001, 0x5eed_0002];
-/// Where growth exponents are fitted: below, caches and constant costs rule.
+/// Least number of primitives for the fit of growth exponents; below, caches and constant costs
+/// dominate.
 const FIT_FROM: f64 = 1e3;
 
-/// How the cost grows with the number of primitives.
+/// Growth of the cost with the number of primitives.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Series {
-    /// What the scenes are made of.
+    /// Kind of the primitives.
     pub kind: Kind,
-    /// By number of primitives, ascending.
+    /// Rows by ascending number of primitives.
     pub rows: Vec<Row>,
-    /// From where on the tree leads the scan; none where the scan was never timed.
+    /// Number of primitives from which on the tree is faster; `None` where the scan was never
+    /// timed.
     pub crossover: Option<Crossover>,
-    /// Growth of the tree's time from 1000 primitives on; none with fewer than three such rows.
+    /// Growth of the tree's time from 1000 primitives on; `None` with fewer than three such rows.
     pub tree_growth: Option<PowerLaw>,
-    /// The same of the scan's.
+    /// Growth of the scan's time.
     pub scan_growth: Option<PowerLaw>,
 }
 
-/// Sizes of generated scenes up to a largest one: powers of two to 32, then three steps a decade of
-/// 1, 3, 10, and the largest itself.
+/// Returns sizes of generated scenes up to a largest one: powers of two to 32, then three steps per
+/// decade, 1, 3, 10, and the largest itself.
 pub fn sizes(largest: u32) -> Vec<u32> {
     let small = [1, 2, 4, 8, 16, 32].into_iter();
     let decades = (2..10).flat_map(|e| {
@@ -77,8 +79,8 @@ pub fn sizes(largest: u32) -> Vec<u32> {
     sizes
 }
 
-/// Measures generated scenes of several sizes, which must ascend and not be zero. `on_row` hears of
-/// each finished row.
+/// Measures generated scenes of several sizes, which must ascend and not be zero. `on_row` is
+/// called with each finished row.
 ///
 /// # Errors
 /// See [`BenchError`].
@@ -151,8 +153,8 @@ mod tests {
 
     use super::*;
 
-    /// Care enough to run everything, not to measure anything, by a clock that goes with the work:
-    /// what is timed does not depend on the machine's load.
+    /// Options that run everything without a meaningful measurement, with a clock that counts work,
+    /// so that the result does not depend on the machine's load.
     fn hasty(sample_seconds: f64) -> Method {
         Method {
             care: BenchOptions {
@@ -164,8 +166,8 @@ mod tests {
         }
     }
 
-    /// Protects: rows are complete and plausible, and the scan's tests are exactly N: what is timed
-    /// is what is claimed.
+    /// Protects: rows are complete and plausible, and the scan tests exactly N primitives: the
+    /// timed work is the claimed work.
     #[test]
     fn a_series_of_each_kind() {
         for (_, kind) in Kind::ALL {
@@ -182,7 +184,7 @@ mod tests {
                     (row.primitives as f64, 0.0)
                 );
                 assert!(row.tree.tests_per_ray <= scan.tests_per_ray);
-                // What is tested as fast eight by eight has no node.
+                // A small set that is tested as fast eight at a time has no nodes.
                 let few = if kind == Kind::Spheres { 160 } else { 72 };
                 assert_eq!(
                     row.tree.nodes_per_ray > 0.0,
@@ -202,7 +204,7 @@ mod tests {
     }
 
     /// Protects: a scan too slow for its sample is left out, the tree is still measured, and no
-    /// ratio is made up.
+    /// ratio is reported.
     #[test]
     fn slow_scans_are_left_out() {
         let series = measured(Kind::Spheres, &[1000], &hasty(1e-9), &mut |_| ()).unwrap();
@@ -211,7 +213,7 @@ mod tests {
         assert_eq!(series.crossover, None);
     }
 
-    /// Protects: structures that differ are never timed.
+    /// Protects: structures with different hits are never timed.
     #[test]
     fn disagreement_is_an_error() {
         let geometry =
@@ -235,7 +237,7 @@ mod tests {
         assert!(verdict(&other).is_err());
     }
 
-    /// Protects: sizes ascend without repetition, end with the largest, and reach 10⁶ by thirds of
+    /// Protects: sizes ascend without repetition, end with the largest, and reach 10⁶ in thirds of
     /// a decade.
     #[test]
     fn sizes_ascend_to_the_largest() {

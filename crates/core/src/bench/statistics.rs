@@ -1,25 +1,25 @@
-//! What repeated measurements amount to: median and spread, a power law through points, and where
-//! one of two takes the lead.
+//! Statistics of repeated measurements: median and spread, a power law through points, and the
+//! crossover of two curves.
 
 use serde::Serialize;
 
 /// Repeated measurements of one quantity.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct Spread {
-    /// Half of the measurements lie below.
+    /// 50 % quantile.
     pub median: f64,
-    /// A quarter of them lie below.
+    /// 25 % quantile.
     pub lower_quartile: f64,
-    /// A quarter of them lie above.
+    /// 75 % quantile.
     pub upper_quartile: f64,
-    /// Least one.
+    /// Least measurement.
     pub min: f64,
-    /// Greatest one.
+    /// Greatest measurement.
     pub max: f64,
 }
 
 impl Spread {
-    /// Summarises finite measurements; NaN throughout where there are none. Quantiles between two
+    /// Summarises finite measurements; all NaN for an empty slice. Quantiles between two
     /// measurements are interpolated linearly.
     pub fn of(measurements: &[f64]) -> Self {
         let mut sorted = measurements.to_vec();
@@ -41,7 +41,7 @@ impl Spread {
         }
     }
 
-    /// The same in another unit.
+    /// Converts to another unit.
     pub fn scaled(self, factor: f64) -> Self {
         let Self {
             median,
@@ -61,7 +61,7 @@ impl Spread {
         }
     }
 
-    /// Half the distance between the quartiles, as a share of the median.
+    /// Returns half the distance between the quartiles relative to the median.
     pub fn relative(&self) -> f64 {
         0.5 * (self.upper_quartile - self.lower_quartile) / self.median
     }
@@ -70,11 +70,11 @@ impl Spread {
 /// y = factor · x^exponent, fitted by least squares to the logarithms.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct PowerLaw {
-    /// Growth exponent: 1 is linear; a logarithm looks like a small exponent that falls slowly.
+    /// Growth exponent: 1 is linear; a logarithm looks like a small, slowly falling exponent.
     pub exponent: f64,
     /// Standard error of the exponent, from the scatter of the points about the line.
     pub standard_error: f64,
-    /// Share of the variance of ln y that the line explains.
+    /// Share of the variance of ln y explained by the line.
     pub r_squared: f64,
     /// y at x = 1.
     pub factor: f64,
@@ -82,13 +82,13 @@ pub struct PowerLaw {
     pub from: f64,
     /// Greatest x among the points.
     pub to: f64,
-    /// How many points.
+    /// Number of points.
     pub points: usize,
 }
 
 impl PowerLaw {
-    /// Fits points with x and y above zero. None of fewer than three points, or where all have the
-    /// same x.
+    /// Fits points with x and y above zero; `None` for fewer than three points, or where all x are
+    /// equal.
     pub fn fit(points: &[(f64, f64)]) -> Option<Self> {
         if points.len() < 3 {
             return None;
@@ -128,23 +128,23 @@ impl PowerLaw {
     }
 }
 
-/// From how many primitives on one of two takes the lead and keeps it.
+/// Number of primitives from which on one of two structures stays faster.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Crossover {
-    /// It leads at every size measured.
+    /// Faster at every measured size.
     Always,
-    /// It leads from this size on, interpolated between two sizes measured.
+    /// Faster from this size on, interpolated between two measured sizes.
     At(f64),
-    /// It does not lead at the greatest size measured.
+    /// Not faster at the greatest measured size.
     Never,
 }
 
 impl Crossover {
-    /// From sizes in ascending order, each with the measured ratios of the other's time to its own.
-    /// It leads where three quarters of the ratios are above one; at a size where it does not lead
-    /// but its median is one or more, the two are level, and that size is the crossover. None
-    /// without a measurement.
+    /// Determines the crossover from sizes in ascending order, each with the measured ratios of the
+    /// other's time to its own. A structure is faster where three quarters of the ratios are above
+    /// one. A size where it is not faster but its median ratio is at least one counts as a tie, and
+    /// is the crossover. `None` without a measurement.
     pub fn of(ratios: &[(f64, Spread)]) -> Option<Self> {
         let Some(last) = ratios
             .iter()
@@ -176,8 +176,7 @@ mod tests {
         }
     }
 
-    /// Protects: median and quartiles of odd and even counts, in whatever order the measurements
-    /// came.
+    /// Protects: median and quartiles of odd and even counts, for measurements in any order.
     #[test]
     fn spread_of_known_numbers() {
         assert!(Spread::of(&[]).median.is_nan());
@@ -202,7 +201,7 @@ mod tests {
         assert!((even.relative() - 0.3).abs() < 1e-15);
     }
 
-    /// Protects: an exact power law is found again, with no error left.
+    /// Protects: an exact power law is recovered without an error.
     #[test]
     fn exact_power_law() {
         let points: Vec<(f64, f64)> = [1e3, 3e3, 1e4, 1e5, 1e6]
@@ -220,7 +219,7 @@ mod tests {
         assert_eq!((law.from, law.to, law.points), (1e3, 1e6, 5));
     }
 
-    /// Protects: standard error and R² against a case worked out by hand: ln y = 0, 1, 1 at ln x =
+    /// Protects: standard error and R² agree with a case computed by hand: ln y = 0, 1, 1 at ln x =
     /// 0, 1, 2 has slope 1/2, residuals 1/6, −1/3, 1/6, so s² = 1/6, standard error √(1/12), R² = 1
     /// − (1/6)/(2/3).
     #[test]
@@ -235,15 +234,15 @@ mod tests {
         assert!((law.r_squared - 0.75).abs() < 1e-12, "{law:?}");
     }
 
-    /// Protects: no exponent is claimed where there are too few points for an error, or no range.
+    /// Protects: no exponent is reported with too few points for an error, or without a range of x.
     #[test]
     fn no_law_without_enough_points() {
         assert_eq!(PowerLaw::fit(&[(1.0, 1.0), (2.0, 2.0)]), None);
         assert_eq!(PowerLaw::fit(&[(5.0, 1.0), (5.0, 2.0), (5.0, 3.0)]), None);
     }
 
-    /// Protects: the lead must last; a level start counts as not ahead; interpolation is in
-    /// logarithms.
+    /// Protects: a crossover must persist, a tie at the start is no lead, and interpolation is
+    /// logarithmic.
     #[test]
     fn crossovers() {
         let of = |ratios: &[(f64, f64)]| {
@@ -257,12 +256,12 @@ mod tests {
         assert_eq!(of(&[]), None);
         assert_eq!(of(&[(1.0, 1.5), (2.0, 3.0)]), Some(Crossover::Always));
         assert_eq!(of(&[(1.0, 1.5), (2.0, 0.9)]), Some(Crossover::Never));
-        // An early lead that is lost again is none.
+        // An early lead that is lost again does not count.
         let Some(Crossover::At(n)) = of(&[(1.0, 2.0), (4.0, 0.5), (16.0, 2.0), (64.0, 8.0)]) else {
             panic!("no crossover")
         };
         assert!((n - 8.0).abs() < 1e-12, "{n}");
-        // Level at 8: more than one at the median, but not clearly.
+        // A tie at 8: the median is above one, but not clearly.
         let tie = Spread {
             lower_quartile: 0.99,
             ..level(1.01)

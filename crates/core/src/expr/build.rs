@@ -1,4 +1,4 @@
-//! From grammar to graph: names are resolved, types checked, and every construct becomes
+//! From the grammar to a graph: resolves names, checks types, and turns every construct into
 //! operations.
 
 use std::collections::BTreeMap;
@@ -12,14 +12,14 @@ use super::scope::{Scope, Variable};
 use super::semantics::vanishing;
 use crate::suggest::closest;
 
-/// A part of the source that has been understood.
+/// A part of the source as a node of the graph.
 #[derive(Clone, Debug)]
 pub(super) struct Term {
     pub id: Id,
     pub span: Range<usize>,
 }
 
-/// Whole exponents up to this size are multiplied out; larger ones go through the power function.
+/// Whole exponents up to this size are multiplied out; larger ones use the power function.
 const LARGEST_WHOLE_POWER: f64 = 65536.0;
 
 pub(super) struct Builder<'a> {
@@ -41,7 +41,7 @@ impl<'a> Builder<'a> {
         self.graph.is_vector(term.id)
     }
 
-    /// A parameter, a variable of the scope or a named constant.
+    /// Resolves a parameter, a variable of the scope or a named constant.
     pub fn name(&mut self, name: &str, span: Range<usize>) -> Result<Id> {
         let parameter = self.names.get(name).copied();
         let variable = self
@@ -94,7 +94,7 @@ impl<'a> Builder<'a> {
         ExprError::new(format!("unknown name `{name}`"), span).with_hint(hint)
     }
 
-    /// What may be named here, as a sentence.
+    /// Lists the allowed names in a sentence.
     fn allowed(&self) -> String {
         const SHOWN: usize = 12;
         let mut names: Vec<&str> = self.scope.variables().iter().map(|v| v.name()).collect();
@@ -108,7 +108,7 @@ impl<'a> Builder<'a> {
         format!("names that exist here: {}{more}", names.join(", "))
     }
 
-    /// The component `name` of a vector.
+    /// Returns the component `name` of a vector.
     pub fn component(&mut self, of: Term, name: &str, span: Range<usize>) -> Result<Id> {
         let axis = match name {
             "x" | "r" => 0,
@@ -130,7 +130,7 @@ impl<'a> Builder<'a> {
         Ok(self.graph.component(of.id, axis))
     }
 
-    /// Three numbers as a vector.
+    /// Returns a vector of three numbers.
     pub fn compose(&mut self, parts: &[Term]) -> Result<Id> {
         let mut components = [self.graph.number(0.0); 3];
         for (slot, part) in components.iter_mut().zip(parts) {
@@ -139,7 +139,7 @@ impl<'a> Builder<'a> {
         Ok(self.graph.add(Operation::Compose, components))
     }
 
-    /// The same operation on a number, or on every component of a vector.
+    /// Applies an operation to a number, or to every component of a vector.
     pub fn unary(&mut self, operation: Operation, a: &Term) -> Result<Id> {
         if !self.is_vector(a) {
             return Ok(self.graph.add(operation, [a.id]));
@@ -157,7 +157,7 @@ impl<'a> Builder<'a> {
         }
     }
 
-    /// An operation on two numbers or, in every component, on a vector and another value.
+    /// Applies an operation to two numbers or, componentwise, to a vector and another value.
     pub fn binary(&mut self, operation: Operation, a: &Term, b: &Term) -> Result<Id> {
         let vectors = (self.is_vector(a), self.is_vector(b));
         if vectors == (false, false) {
@@ -188,7 +188,7 @@ impl<'a> Builder<'a> {
         })
     }
 
-    /// A number in all three components; a vector unchanged.
+    /// Repeats a number in all three components; returns a vector unchanged.
     pub fn widen(&mut self, id: Id) -> Id {
         if self.graph.is_vector(id) {
             id
@@ -197,7 +197,7 @@ impl<'a> Builder<'a> {
         }
     }
 
-    /// `make` applied to the x, y and z of the operands (a number counts as its own component).
+    /// Applies `make` to the x, y and z of the operands; a number is used for each component.
     pub fn each(&mut self, operands: [Id; 3], make: impl Fn(&mut Graph, [Id; 3]) -> Id) -> Id {
         let components = [0, 1, 2].map(|axis| {
             let parts = operands.map(|id| match self.graph.is_vector(id) {
@@ -209,7 +209,7 @@ impl<'a> Builder<'a> {
         self.graph.add(Operation::Compose, components)
     }
 
-    /// `condition ? a : b`.
+    /// Returns the node of `condition ? a : b`.
     pub fn select(&mut self, condition: &Term, a: &Term, b: &Term) -> Result<Id> {
         let c = self.expect_number(condition, "a condition")?;
         Ok(if self.is_vector(a) || self.is_vector(b) {
@@ -220,7 +220,7 @@ impl<'a> Builder<'a> {
         })
     }
 
-    /// The number a term is, or an error that says what it is needed for.
+    /// Returns the node of a number; for a vector, an error that names the purpose.
     pub fn expect_number(&self, term: &Term, what: &str) -> Result<Id> {
         if self.is_vector(term) {
             return Err(ExprError::new(
@@ -243,7 +243,7 @@ impl<'a> Builder<'a> {
     }
 }
 
-/// An operation on two numbers; a power with a constant whole exponent is multiplied out.
+/// Applies an operation to two numbers; a power with a constant whole exponent is multiplied out.
 fn binary_numbers(graph: &mut Graph, operation: Operation, a: Id, b: Id) -> Id {
     if operation == Operation::Power
         && let Some(exponent) = graph.as_number(b)

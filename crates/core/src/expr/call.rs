@@ -1,4 +1,4 @@
-//! Calls of functions: how many arguments, of which kind, and which operations they become.
+//! Function calls: number and type of the arguments, and the resulting operations.
 
 use std::ops::Range;
 
@@ -12,7 +12,7 @@ use crate::noise::MAX_OCTAVES;
 use crate::suggest::closest;
 
 impl Builder<'_> {
-    /// A function called with these arguments; `span` is the whole call and `name_span` the name.
+    /// Calls a function with these arguments; `span` is the whole call, `name_span` the name.
     pub fn call(
         &mut self,
         name: &str,
@@ -124,7 +124,7 @@ impl Builder<'_> {
         self.graph.add(Operation::Smoothstep, all)
     }
 
-    /// The arguments that are the point, and the count of octaves after them.
+    /// Splits the arguments into the point and the octave count after it.
     fn octaves<'t>(
         &self,
         octaves: Octaves,

@@ -1,19 +1,17 @@
-//! The one error of the expression language: what is wrong, where in the text, and what to write
-//! instead.
+//! Error of the expression language: message, place in the source, and hint.
 
 use std::ops::Range;
 
-/// What is wrong with an expression. `Display` gives the message alone; the caller knows the file
-/// and shows the place.
+/// Error of an expression. `Display` gives the message alone; the caller knows the file and shows
+/// the place.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[error("{message}")]
 pub struct ExprError {
-    /// One sentence without a full stop.
+    /// Message: one sentence without a full stop.
     pub message: String,
-    /// Bytes of the source that the message is about; both ends are character boundaries within the
-    /// source.
+    /// Byte range of the source that the message refers to; both ends are character boundaries.
     pub span: Range<usize>,
-    /// What to do about it, where there is something to say.
+    /// Hint for a correction, if any.
     pub hint: Option<String>,
 }
 

@@ -1,20 +1,19 @@
-//! The functions of the language, by name: one table for the parser, the messages and the
-//! documentation.
+//! Functions of the language by name: one table for the parser, the messages and the documentation.
 
 use super::operation::Operation;
 
-/// How a name followed by arguments is understood.
+/// Kind of a function, which decides its arguments.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) enum Function {
-    /// One argument, a vector componentwise.
+    /// One argument; a vector is taken componentwise.
     Unary(Operation),
-    /// One argument times a constant, a vector componentwise.
+    /// One argument times a constant; a vector is taken componentwise.
     Times(f64),
-    /// Two arguments, vectors componentwise.
+    /// Two arguments; vectors are taken componentwise.
     Binary(Operation),
     /// `atan(x)` or `atan(y, x)`.
     Atan,
-    /// Two or more arguments, vectors componentwise.
+    /// Two or more arguments; vectors are taken componentwise.
     Extremum(Operation),
     /// `clamp(x, low, high)`.
     Clamp,
@@ -38,24 +37,24 @@ pub(super) enum Function {
     Reflect,
     /// `checker(x, y)` or `checker(x, y, z)`: 0 or 1.
     Checker,
-    /// `noise(p)`, `noise(x, y)` or `noise(x, y, z)`; sums have the count of octaves as one more
+    /// `noise(p)`, `noise(x, y)` or `noise(x, y, z)`; sums take the octave count as an additional
     /// argument.
     Noise(Octaves),
-    /// The same in the plane only: `noise2(x, y)`.
+    /// Noise in the plane only: `noise2(x, y)`.
     PlaneNoise(Octaves),
 }
 
-/// What a noise function makes of the count of octaves that it is called with.
+/// Use of the octave count by a noise function.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) enum Octaves {
-    /// Takes no count.
+    /// No octave count.
     One,
     Sum,
     Turbulence,
 }
 
 impl Octaves {
-    /// The operation for this count of octaves at a point of space.
+    /// Returns the operation for this octave count at a point in space.
     pub const fn in_space(self, count: u32) -> Operation {
         match self {
             Self::One => Operation::Noise,
@@ -64,7 +63,7 @@ impl Octaves {
         }
     }
 
-    /// The operation for this count of octaves at a point of a plane.
+    /// Returns the operation for this octave count at a point in the plane.
     pub const fn in_plane(self, count: u32) -> Operation {
         match self {
             Self::One => Operation::PlaneNoise,
@@ -74,7 +73,7 @@ impl Octaves {
     }
 }
 
-/// Every function, alphabetically.
+/// All functions in alphabetical order.
 pub(super) const FUNCTIONS: &[(&str, Function)] = &[
     ("abs", Function::Unary(Operation::Abs)),
     ("acos", Function::Unary(Operation::Acos)),
@@ -119,24 +118,24 @@ pub(super) const FUNCTIONS: &[(&str, Function)] = &[
     ("vec3", Function::Vector),
 ];
 
-/// Named numbers.
+/// Named constants.
 pub(super) const CONSTANTS: &[(&str, f64)] = &[
     ("e", core::f64::consts::E),
     ("pi", core::f64::consts::PI),
     ("tau", core::f64::consts::TAU),
 ];
 
-/// Names of all functions, alphabetically: for documentation and its tests.
+/// Iterates over the names of all functions in alphabetical order, for documentation and its tests.
 pub fn function_names() -> impl Iterator<Item = &'static str> {
     FUNCTIONS.iter().map(|(name, _)| *name)
 }
 
-/// Names of all constants.
+/// Iterates over the names of all constants.
 pub fn constant_names() -> impl Iterator<Item = &'static str> {
     CONSTANTS.iter().map(|(name, _)| *name)
 }
 
-/// The function of this name.
+/// Returns the function with this name.
 pub(super) fn function(name: &str) -> Option<Function> {
     FUNCTIONS
         .iter()
@@ -144,7 +143,7 @@ pub(super) fn function(name: &str) -> Option<Function> {
         .map(|(_, function)| *function)
 }
 
-/// The constant of this name.
+/// Returns the constant with this name.
 pub(super) fn constant(name: &str) -> Option<f64> {
     CONSTANTS
         .iter()

@@ -1,8 +1,8 @@
-//! An expression as a graph of typed operations: equal operations are one node (common
-//! subexpressions), and operations on constants are computed at once, in f64.
+//! An expression as a graph of typed operations. Equal operations share a node (common
+//! subexpressions), and operations on constants are evaluated at once, in f64.
 //!
-//! Operands always come before the operation that uses them, so every pass is a loop and no depth
-//! of nesting in a source can overflow the stack here.
+//! Operands always precede the operation that uses them. So every pass is a loop, and no nesting of
+//! the source can overflow the stack here.
 
 use std::collections::HashMap;
 
@@ -11,7 +11,7 @@ use super::run;
 use super::scope::Variable;
 use super::semantics;
 
-/// The value of an expression that is the same at every hit.
+/// Value of an expression that is the same at every hit.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Constant {
     /// A number.
@@ -30,7 +30,7 @@ impl Id {
     }
 }
 
-/// One value. Numbers are kept as bits so that nodes can be compared and hashed.
+/// A value. Numbers are stored as bits, so that nodes can be compared and hashed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub(super) enum Node {
     Number(u64),
@@ -38,12 +38,12 @@ pub(super) enum Node {
     Input(Variable),
     /// Component 0, 1 or 2 of a vector.
     Component(Id, u8),
-    /// An operation on the operands that it has, the last of them repeated up to four.
+    /// An operation on its operands; the last operand is repeated up to four.
     Operation(Operation, [Id; 4]),
 }
 
 impl Node {
-    /// Is a vector; `false` for a number.
+    /// Whether the node is a vector; `false` for a number.
     pub const fn is_vector(self) -> bool {
         match self {
             Self::Number(_) | Self::Component(..) => false,
@@ -53,7 +53,7 @@ impl Node {
         }
     }
 
-    /// What it is computed from; some may come twice.
+    /// Returns the operands; an operand may occur twice.
     pub fn operands(&self) -> &[Id] {
         match self {
             Self::Number(_) | Self::Vector(_) | Self::Input(_) => &[],
@@ -62,7 +62,7 @@ impl Node {
         }
     }
 
-    /// The variable, where it is one.
+    /// Returns the variable of an input node.
     pub const fn variable(self) -> Option<Variable> {
         match self {
             Self::Input(variable) => Some(variable),
@@ -71,7 +71,7 @@ impl Node {
     }
 }
 
-/// The nodes of one expression under construction.
+/// Nodes of an expression under construction.
 #[derive(Debug, Default)]
 pub(super) struct Graph {
     nodes: Vec<Node>,
@@ -79,7 +79,7 @@ pub(super) struct Graph {
 }
 
 impl Graph {
-    /// All nodes up to this one.
+    /// Returns all nodes up to `root`.
     pub fn up_to(&self, root: Id) -> &[Node] {
         &self.nodes[..=root.index()]
     }
@@ -92,7 +92,7 @@ impl Graph {
         self.get(id).is_vector()
     }
 
-    /// The value of a constant number.
+    /// Returns the value of a constant number.
     pub fn as_number(&self, id: Id) -> Option<f64> {
         match self.get(id) {
             Node::Number(bits) => Some(f64::from_bits(bits)),
@@ -100,7 +100,7 @@ impl Graph {
         }
     }
 
-    /// The value of a constant, number or vector.
+    /// Returns the value of a constant, number or vector.
     pub fn constant(&self, id: Id) -> Option<Constant> {
         match self.get(id) {
             Node::Number(x) => Some(Constant::Number(f64::from_bits(x))),
@@ -109,17 +109,17 @@ impl Graph {
         }
     }
 
-    /// A constant.
+    /// Adds a constant.
     pub fn number(&mut self, value: f64) -> Id {
         self.intern(Node::Number(value.to_bits()))
     }
 
-    /// A variable.
+    /// Adds a variable.
     pub fn input(&mut self, variable: Variable) -> Id {
         self.intern(Node::Input(variable))
     }
 
-    /// Component 0, 1 or 2 of a vector.
+    /// Adds component 0, 1 or 2 of a vector.
     pub fn component(&mut self, of: Id, axis: u8) -> Id {
         match self.get(of) {
             Node::Vector(components) => self.intern(Node::Number(components[usize::from(axis)])),
@@ -128,22 +128,22 @@ impl Graph {
         }
     }
 
-    /// The node of this operation on one to four operands, or one that is always equal to it.
+    /// Adds an operation on one to four operands, or returns an equivalent node.
     pub fn add<const N: usize>(&mut self, operation: Operation, operands: [Id; N]) -> Id {
         let operands @ [a, b, c, _] = core::array::from_fn(|i| operands[i.min(N - 1)]);
         if let Some(constant) = self.folded(operation, operands) {
             return self.intern(constant);
         }
         match operation {
-            // Only the taken branch of a condition known beforehand remains.
+            // Only the taken branch of a constant condition remains.
             Operation::Select | Operation::SelectVectors if b == c => return b,
             Operation::Select | Operation::SelectVectors => {
                 if let Some(condition) = self.as_number(a) {
                     return if semantics::is_true(condition) { b } else { c };
                 }
             }
-            // A sum takes the product with it that it is of. What the product lacks is filled so
-            // that no bit changes.
+            // A sum absorbs its product. Missing factors are filled so that no bit of the result
+            // changes.
             Operation::Add => {
                 for (term, product) in [(a, b), (b, a)] {
                     if let Some([x, y]) = self.product(product) {
@@ -163,7 +163,7 @@ impl Graph {
                     return self.add(Operation::ProductSum, [x, minus_one, y, a]);
                 }
             }
-            // What is 0 or 1 chooses; the other end is left alone, even where it is not finite.
+            // A weight of 0 or 1 selects; the other end is ignored, even where it is not finite.
             Operation::Mix if self.is_truth(c) => return self.add(Operation::Select, [c, b, a]),
             Operation::MixVectors if self.is_truth(c) => {
                 return self.add(Operation::SelectVectors, [c, b, a]);
@@ -173,7 +173,7 @@ impl Graph {
         self.intern(Node::Operation(operation, operands))
     }
 
-    /// The factors of a product.
+    /// Returns the factors of a product.
     fn product(&self, id: Id) -> Option<[Id; 2]> {
         match self.get(id) {
             Node::Operation(Operation::Multiply, [x, y, ..]) => Some([x, y]),
@@ -181,7 +181,7 @@ impl Graph {
         }
     }
 
-    /// The value of an operation on constants, computed as a program would.
+    /// Evaluates an operation on constants exactly as a program would.
     fn folded(&self, operation: Operation, operands: [Id; 4]) -> Option<Node> {
         let row = |id: Id| match self.constant(id)? {
             Constant::Number(x) => Some([x; 4]),
@@ -196,13 +196,13 @@ impl Graph {
         })
     }
 
-    /// Is 0 or 1, whatever the hit.
+    /// Whether the value is 0 or 1 at every hit.
     fn is_truth(&self, id: Id) -> bool {
         matches!(self.get(id), Node::Operation(operation, _) if operation.is_truth())
     }
 
     fn intern(&mut self, node: Node) -> Id {
-        // The source's length bounds the count of nodes far below 2³².
+        // The length of the source bounds the number of nodes far below 2³².
         let next = Id(self.nodes.len() as u32);
         let id = *self.known.entry(node).or_insert(next);
         if id == next {

@@ -4,7 +4,7 @@ use std::ops::Range;
 
 use super::error::{ExprError, Result};
 
-/// The pieces an expression is made of. The text of a name is read back through its span.
+/// Kind of a token. The text of a name is read through its span.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) enum Lexeme {
     Number(f64),
@@ -25,7 +25,7 @@ const SYMBOLS: [&str; 23] = [
     ")", "[", "]", ",", ".",
 ];
 
-/// All tokens of `source`, the last one [`Lexeme::End`].
+/// Returns all tokens of `source`; the last one is [`Lexeme::End`].
 pub(super) fn tokens(source: &str) -> Result<Vec<Token>> {
     let mut tokens = Vec::new();
     let mut at = 0;
@@ -75,7 +75,8 @@ fn starts_with_digit(text: &str) -> bool {
     text.starts_with(|c: char| c.is_ascii_digit())
 }
 
-/// `12`, `1.5`, `.5`, `2.`, `1e-3`. An `e` without digits after it is not part of the number.
+/// Reads `12`, `1.5`, `.5`, `2.` or `1e-3`. An `e` without digits after it is not part of the
+/// number.
 fn number(rest: &str, at: usize) -> Result<(Lexeme, usize)> {
     let digits = |from: usize| {
         rest[from..]

@@ -1,28 +1,29 @@
-//! The expression language of scene files: formulas of numbers and vectors, without names to assign
-//! or loops to run.
+//! The expression language of scene files: formulas of numbers and vectors, without assignments or
+//! loops.
 //!
-//! It is used two times. While a scene is loaded, any number may be an expression of the time `t`
-//! and the scene's parameters: [`evaluate`]. At each hit, textures, weights and sky colours may be
-//! expressions that also read the hit: [`compile`], once, and then among [`Programs`] as often as
-//! needed.
+//! The language has two uses. While a scene is loaded, any number may be an expression of the time
+//! `t` and the scene's parameters: [`evaluate`]. At each hit, textures, weights and sky colours may
+//! be expressions that also read the hit: [`compile`] once, then evaluate among [`Programs`].
 //!
 //! * **Values** are numbers and vectors of three numbers, `[x, y, z]` or `vec3(x, y, z)`, with the
-//!   components `.x .y .z` (or `.r .g .b`). A number beside a vector counts in every component.
+//!   components `.x .y .z` (or `.r .g .b`). A number combined with a vector applies to every
+//!   component.
 //! * **Operators**, loosest first: `a ? b : c`, `||`, `&&`, comparisons, `+ -`, `* / %`, prefix
-//!   `- !`, `^`. Truth is a number: 1 or 0; everything but 0 and NaN is true. `%` takes the sign of
-//!   the divisor.
+//!   `- !`, `^`. A truth value is the number 1 or 0; every number but 0 and NaN is true. `%` takes
+//!   the sign of the divisor.
 //! * **Names**: `t`, the parameters, `pi`, `tau`, `e`, and the [variables](Variable) of the
 //!   [`Scope`].
-//! * **Functions** of numbers act on every component of a vector: `abs sign floor ceil round fract
-//!   mod min max clamp mix step smoothstep sqrt pow exp ln sin cos tan asin acos atan atan2 degrees
-//!   radians`. `if(c, a, b)` is `c ? a : b`: only the branch taken matters. Of vectors:
-//!   `dot cross length normalize reflect`.
+//! * **Functions** of numbers apply to every component of a vector: `abs sign floor ceil round
+//!   fract mod min max clamp mix step smoothstep sqrt pow exp ln sin cos tan asin acos atan atan2
+//!   degrees radians`. `if(c, a, b)` is `c ? a : b`: only the taken branch matters. Functions of
+//!   vectors: `dot cross length normalize reflect`.
 //! * **Patterns**: `checker(x, y)` is 0 or 1; `noise(p)` (a vector, or two or three numbers),
 //!   `fbm(p, octaves)` and `turbulence(p, octaves)` are [gradient noise](crate::noise) and its
 //!   sums; `noise2`, `fbm2`, `turbulence2` in the plane.
 //!
-//! Constant parts are computed in f64 once; the rest runs in the scalar of the renderer. A source
-//! is bounded in length and depth, a program in size; both are errors, never a hang.
+//! Constant parts are computed once in f64; the rest runs in the renderer's scalar. Length and
+//! depth of a source and the size of a program are bounded; exceeding a bound is an error, never a
+//! hang.
 
 mod build;
 mod call;
@@ -49,16 +50,16 @@ pub use program::{MAX_OPERATIONS, Program};
 pub use programs::Programs;
 pub use scope::{Inputs, Scope, Variable};
 
-/// Bytes that an expression may have.
+/// Most bytes of an expression.
 pub const MAX_SOURCE: usize = 16 * 1024;
 
-/// How deep parentheses, calls, choices, prefixes and powers may be nested.
+/// Greatest nesting depth of parentheses, calls, choices, prefixes and powers.
 pub const MAX_DEPTH: usize = 64;
 
-/// The value of an expression of `names` (the time `t` and the parameters), in f64.
+/// Evaluates an expression of `names` (the time `t` and the parameters) in f64.
 ///
 /// # Errors
-/// Anything that is not one finite number.
+/// Any source that does not yield one finite number.
 pub fn evaluate(source: &str, names: &BTreeMap<String, f64>) -> Result<f64, ExprError> {
     let (builder, term) = parser::parse(source, build::Builder::new(names, Scope::Load))?;
     let id = builder.expect_number(&term, "the value")?;
@@ -75,12 +76,12 @@ pub fn evaluate(source: &str, names: &BTreeMap<String, f64>) -> Result<f64, Expr
     }
 }
 
-/// An expression of `names` (the time `t` and the parameters, constants by now) and of the
+/// Compiles an expression of `names` (the time `t` and the parameters, as constants) and of the
 /// variables of `scope`.
 ///
 /// # Errors
-/// Text that is no expression, names that do not exist in this scope, values of the wrong kind, a
-/// program too large.
+/// Invalid text, names unknown in this scope, values of the wrong type, a program that is too
+/// large.
 pub fn compile(
     source: &str,
     names: &BTreeMap<String, f64>,
@@ -90,10 +91,10 @@ pub fn compile(
     Program::new(&builder.graph, term.id, term.span)
 }
 
-/// [`compile`] where the value must be a number: a weight.
+/// Compiles as [`compile`] and requires a number: a weight.
 ///
 /// # Errors
-/// Those of [`compile`], and a value that is a vector.
+/// Those of [`compile`], and a vector value.
 pub fn compile_number(
     source: &str,
     names: &BTreeMap<String, f64>,
@@ -104,8 +105,8 @@ pub fn compile_number(
     Program::new(&builder.graph, term.id, term.span)
 }
 
-/// Why `name` cannot be the name of a parameter, if so: it must be a word that an expression can
-/// read.
+/// Returns the reason why `name` cannot be the name of a parameter, if any: an expression must be
+/// able to read it as a word.
 pub fn parameter_name_problem(name: &str) -> Option<String> {
     let letters = |c: char| c.is_ascii_alphanumeric() || c == '_';
     if !name.starts_with(|c: char| c.is_ascii_alphabetic() || c == '_')

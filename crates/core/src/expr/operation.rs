@@ -1,7 +1,7 @@
-//! The operations of the language, one by one: nodes of the graph that a source becomes, and steps
-//! of the program that the graph becomes. What each computes is in [`run`](super::run).
+//! Operations of the language: nodes of the graph, and steps of the program. [`run`](super::run)
+//! defines the result of each.
 
-/// An operation on one to four operands a, b, c, d: numbers, or vectors where it says so.
+/// An operation on one to four operands a, b, c, d: numbers, or vectors where stated.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub(super) enum Operation {
     Negate,
@@ -25,11 +25,11 @@ pub(super) enum Operation {
     Subtract,
     Multiply,
     Divide,
-    /// a − b ⌊a/b⌋: the sign of the divisor, as in GLSL, and nearer to zero than it.
+    /// a − b ⌊a/b⌋: with the sign of the divisor, as in GLSL, and a smaller magnitude.
     Modulo,
     Power,
-    /// a to this power, where it is not zero: b is the limit [below
-    /// which](super::semantics::vanishing) it is.
+    /// a to this power; zero for magnitudes below the limit b, see
+    /// [`vanishing`](super::semantics::vanishing).
     WholePower(u32),
     Min,
     Max,
@@ -46,32 +46,32 @@ pub(super) enum Operation {
     NotEqual,
     And,
     Or,
-    /// a b c + d: a sum with a product, which formulas are mostly made of, in one step.
+    /// a b c + d: a sum with a product, the most frequent form in formulas, in one step.
     ProductSum,
-    /// From a at c = 0 to b at c = 1.
+    /// Interpolation from a at c = 0 to b at c = 1.
     Mix,
-    /// The cubic step of c between a and b.
+    /// Cubic step of c between a and b.
     Smoothstep,
     /// b where a is true, else c.
     Select,
-    /// Scalar product of vectors.
+    /// Dot product of vectors.
     Dot,
     /// Length of a vector.
     Length,
-    /// Gradient noise at a point of space.
+    /// Gradient noise at a point in space.
     Noise,
-    /// So many octaves of it.
+    /// Sum of this number of octaves of noise.
     Sum(u32),
-    /// The absolute values of so many octaves of it.
+    /// Sum of the absolute values of this number of octaves.
     Turbulence(u32),
-    /// Gradient noise at the point (a, b) of a plane.
+    /// Gradient noise at the point (a, b) in the plane.
     PlaneNoise,
     PlaneSum(u32),
     PlaneTurbulence(u32),
 
-    /// The vector (a, b, c). This and all below are vectors; everything above is a number.
+    /// The vector (a, b, c). This operation and all below yield vectors; all above yield numbers.
     Compose,
-    /// Vectors, in each component; so the next five.
+    /// Componentwise on vectors, as the next five.
     AddVectors,
     SubtractVectors,
     MultiplyVectors,
@@ -82,7 +82,7 @@ pub(super) enum Operation {
     Scale,
     /// A vector divided by a number.
     Shrink,
-    /// From vector a at c = 0 to vector b at c = 1.
+    /// Interpolation from vector a at c = 0 to vector b at c = 1.
     MixVectors,
     /// Vector b where the number a is true, else vector c.
     SelectVectors,
@@ -91,7 +91,7 @@ pub(super) enum Operation {
 }
 
 impl Operation {
-    /// Yields a vector; `false` for a number.
+    /// Whether the result is a vector; `false` for a number.
     pub const fn is_vector(self) -> bool {
         use Operation::{
             AddVectors, Compose, Cross, DivideVectors, MaxVectors, MinVectors, MixVectors,
@@ -113,7 +113,7 @@ impl Operation {
         )
     }
 
-    /// The operation on vectors that does this one in each component at once.
+    /// Returns the vector operation that applies this one to each component at once.
     pub const fn on_vectors(self) -> Option<Self> {
         match self {
             Self::Add => Some(Self::AddVectors),
@@ -126,7 +126,7 @@ impl Operation {
         }
     }
 
-    /// A truth value, 0 or 1, of two numbers that must not be vectors.
+    /// Whether the operation yields a truth value, 0 or 1, of two numbers that must not be vectors.
     pub const fn is_of_numbers_only(self) -> bool {
         use Operation::{
             And, Checker, Equal, Greater, GreaterOrEqual, Less, LessOrEqual, NotEqual, Or,
@@ -137,7 +137,7 @@ impl Operation {
         )
     }
 
-    /// Is 0 or 1, whatever the operands.
+    /// Whether the result is 0 or 1 for all operands.
     pub const fn is_truth(self) -> bool {
         self.is_of_numbers_only() || matches!(self, Self::Not | Self::Step)
     }

@@ -1,5 +1,5 @@
-//! The grammar, by recursive descent: the one place where nesting in a source becomes nesting of
-//! calls, and so the one that counts it.
+//! The grammar, by recursive descent. Nesting of the source becomes nesting of calls here alone, so
+//! the depth is counted here.
 //!
 //! ```text
 //! expression = or [ "?" expression ":" expression ]
@@ -25,7 +25,7 @@ pub(super) struct Parser<'s, 'n> {
     builder: Builder<'n>,
 }
 
-/// Understands a whole source, or says where that ends.
+/// Parses a whole source; the error points to the place where parsing failed.
 pub(super) fn parse<'n>(source: &str, builder: Builder<'n>) -> Result<(Builder<'n>, Term)> {
     if source.len() > MAX_SOURCE {
         let message = format!(
@@ -51,10 +51,10 @@ pub(super) fn parse<'n>(source: &str, builder: Builder<'n>) -> Result<(Builder<'
     }
 }
 
-/// How tightly comparisons bind.
+/// Precedence of comparisons.
 const COMPARISON: u8 = 2;
 
-/// The operator a symbol stands for between two terms, and how tightly it binds.
+/// Returns the binary operator of a symbol, and its precedence.
 fn binary_operator(lexeme: Lexeme) -> Option<(Operation, u8)> {
     let Lexeme::Symbol(symbol) = lexeme else {
         return None;
@@ -102,7 +102,7 @@ impl Parser<'_, '_> {
         found
     }
 
-    /// `symbol`, which must come here; `open` is the place of what it closes.
+    /// Expects the closing `symbol`; `open` is the place of the matching opening one.
     fn close(&mut self, symbol: &str, open: &Range<usize>) -> Result<usize> {
         let token = self.token();
         if self.take(symbol) {
@@ -118,7 +118,7 @@ impl Parser<'_, '_> {
         Err(self.left_over())
     }
 
-    /// The error for a token that cannot follow a complete term.
+    /// Returns the error for a token that cannot follow a complete term.
     fn left_over(&self) -> ExprError {
         let token = self.token();
         let text = &self.source[token.span.clone()];
@@ -147,7 +147,7 @@ impl Parser<'_, '_> {
         }
     }
 
-    /// One level deeper while `inner` runs.
+    /// Runs `inner` one level deeper.
     fn nested<T>(&mut self, inner: impl FnOnce(&mut Self) -> Result<T>) -> Result<T> {
         if self.depth == MAX_DEPTH {
             let message = format!("this expression is nested more than {MAX_DEPTH} deep");
@@ -178,7 +178,7 @@ impl Parser<'_, '_> {
         })
     }
 
-    /// Terms joined by operators that bind at least as tightly as `level`.
+    /// Parses terms joined by operators with at least the precedence `level`.
     fn operators(&mut self, level: u8) -> Result<Term> {
         let mut left = self.prefix()?;
         let mut compared = false;
@@ -317,7 +317,7 @@ impl Parser<'_, '_> {
         Ok(Term { id, span: whole })
     }
 
-    /// Expressions between commas up to the closing symbol, and where that ends.
+    /// Parses expressions between commas up to the closing symbol; returns its end, too.
     fn list(&mut self, close: &str, open: &Range<usize>) -> Result<(Vec<Term>, usize)> {
         let end = self.token().span.end;
         if self.take(close) {

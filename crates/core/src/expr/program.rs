@@ -1,5 +1,4 @@
-//! From an expression's graph to a program: steps over registers, laid out in the order in which
-//! they run.
+//! From an expression's graph to a program: steps over registers, in the order of execution.
 
 use core::ops::Range;
 
@@ -8,36 +7,37 @@ use super::graph::{Constant, Graph, Id, Node};
 use super::run::Step;
 use super::scope::Variable;
 
-/// Operations that a program may have.
+/// Most operations of a program.
 pub const MAX_OPERATIONS: usize = 1024;
 
-/// Rows of registers that a program may have: the least that will do are set up at each hit. A row
-/// holds at least one of the operations, so that there are never more.
+/// Sizes of the register file in rows; a program uses the smallest sufficient size, which is set up
+/// at each hit. A row holds the result of at least one operation, so the rows never exceed the
+/// operations.
 pub(super) const SIZES: [usize; 4] = [8, 16, 64, MAX_OPERATIONS];
 
-/// Where a program is, and what is to be known of it.
+/// Position and properties of a program in the tables.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Head {
-    /// Its first step and how many there are.
+    /// First step, and number of steps.
     pub steps: [u32; 2],
-    /// Its first row of registers and how many there are.
+    /// First row of registers, and number of rows.
     pub registers: [u32; 2],
-    /// Bit i is set where row i of the hit is read, see [`Variable::place`].
+    /// Rows of the hit that the program reads, one bit per row, see [`Variable::place`].
     pub rows: u8,
     pub is_vector: bool,
-    /// The place of the value in the registers.
+    /// Register of the value.
     pub result: u16,
-    /// The variables that it reads, see [`Variable::bit`].
+    /// Variables that the program reads, see [`Variable::bit`].
     pub reads: u32,
 }
 
-/// A compiled expression: steps over registers, the first of which hold the variables, the next
-/// ones constants, and the rest what steps computed. It runs among [`Programs`](super::Programs),
-/// in the scalar that those have.
+/// A compiled expression: steps over registers. The first registers hold the variables, the next
+/// ones constants, and the rest results of steps. The program runs among
+/// [`Programs`](super::Programs), in their scalar.
 #[derive(Clone, Debug)]
 pub struct Program {
     pub(super) steps: Vec<Step>,
-    /// The registers before the first step.
+    /// Registers before the first step.
     pub(super) registers: Vec<[f64; 4]>,
     pub(super) head: Head,
     constant: Option<Constant>,
@@ -112,12 +112,12 @@ impl Program {
         })
     }
 
-    /// The value, where it is the same at every hit.
+    /// Returns the value of a program that is the same at every hit.
     pub fn is_constant(&self) -> Option<Constant> {
         self.constant
     }
 
-    /// The value is a vector.
+    /// Whether the value is a vector.
     pub fn is_vector(&self) -> bool {
         self.head.is_vector
     }
@@ -128,19 +128,19 @@ impl Program {
     }
 }
 
-/// The registers of a program while it is made.
+/// Registers of a program under construction.
 #[derive(Default)]
 struct Layout {
     registers: Vec<[f64; 4]>,
-    /// Constant numbers so far, four to a row, and the row of the last of them.
+    /// Number of constants so far, four per row, and the row of the last one.
     numbers: (usize, usize),
-    /// Rows that hold results, each with the last use of it, and rows that do no longer.
+    /// Rows with results, each with its last use, and rows free for reuse.
     results: Vec<(u16, usize)>,
     free: Vec<u16>,
 }
 
 impl Layout {
-    /// A place for a vector, or for a number that has a row for itself.
+    /// Reserves a row for a vector, or for a number alone in its row.
     fn row(&mut self, row: [f64; 4]) -> u16 {
         self.registers.push(row);
         4 * (self.registers.len() - 1) as u16
@@ -159,7 +159,8 @@ impl Layout {
         (4 * row + lane) as u16
     }
 
-    /// A place for the result of this node, which may be that of one it is the last to use.
+    /// Reserves a row for a node's result; it may reuse the row of an operand that is no longer
+    /// needed.
     fn result(&mut self, index: usize, last_use: usize) -> u16 {
         let Self { results, free, .. } = self;
         free.extend(
@@ -173,8 +174,8 @@ impl Layout {
     }
 }
 
-/// Index of the last node that reads each one, those that read a component of it among them; none
-/// for what the last node does not need.
+/// Returns the index of the last node that reads each node, directly or through a component; `None`
+/// for nodes that the last one does not need.
 fn last_uses(nodes: &[Node]) -> Vec<Option<usize>> {
     let mut last_uses = vec![None; nodes.len()];
     if let Some(root) = last_uses.last_mut() {

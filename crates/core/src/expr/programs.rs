@@ -1,4 +1,4 @@
-//! Programs ready to be run at hits: those of a scene side by side in flat tables, in its scalar.
+//! Programs ready for evaluation at hits: all programs of a scene in flat tables, in its scalar.
 
 use raywright_bvh::scalar::{Real, Vector};
 
@@ -6,8 +6,8 @@ use super::program::{Head, MAX_OPERATIONS, Program};
 use super::run::{File, Row, Step};
 use super::scope::{Inputs, Variable};
 
-/// Programs to be evaluated at hits, from any thread and without allocating: by the index that
-/// [`Programs::add`] gave.
+/// Programs that can be evaluated at hits, from any thread and without allocation, by the index
+/// from [`Programs::add`].
 ///
 /// ```
 /// use std::collections::BTreeMap;
@@ -21,26 +21,26 @@ use super::scope::{Inputs, Variable};
 #[derive(Clone, Debug, Default)]
 pub struct Programs<R: Real> {
     steps: Vec<Step>,
-    /// The registers of each before its first step.
+    /// Registers of all programs before their first step.
     registers: Vec<Row<R>>,
     heads: Vec<Head>,
 }
 
-/// Part of a table.
+/// Returns a range of a table.
 #[inline(always)]
 fn part<T>(table: &[T], [start, count]: [u32; 2]) -> &[T] {
     &table[start as usize..][..count as usize]
 }
 
 impl<R: Real> Programs<R> {
-    /// One program, whose index is 0.
+    /// Returns a table with a single program, with index 0.
     pub fn of(program: &Program) -> Self {
         let mut programs = Self::default();
         programs.add(program);
         programs
     }
 
-    /// Adds a program and says its index.
+    /// Adds a program and returns its index.
     pub fn add(&mut self, program: &Program) -> u32 {
         let place = |len: usize, count: usize| [len as u32, count as u32];
         let steps = place(self.steps.len(), program.steps.len());
@@ -56,7 +56,7 @@ impl<R: Real> Programs<R> {
         self.heads.len() as u32 - 1
     }
 
-    /// The value's row; a number in every place.
+    /// Runs a program and returns the row of its value; a number is in every place.
     #[inline(always)]
     fn run(&self, program: u32, inputs: &Inputs<R>) -> Row<R> {
         let head = &self.heads[program as usize];
@@ -74,7 +74,7 @@ impl<R: Real> Programs<R> {
             return [R::ZERO; 4];
         };
         let mut file = File([[R::ZERO; 4]; ROWS]);
-        // Of more than eight rows at once, the compiler makes a call, which takes longer than many
+        // For more than eight rows at once, the compiler emits a call, which takes longer than many
         // a program.
         let (half, other) = file.0.split_at_mut(ROWS / 2);
         half.copy_from_slice(&registers[..ROWS / 2]);
@@ -90,19 +90,19 @@ impl<R: Real> Programs<R> {
         }
     }
 
-    /// The value as a number; the first component of a vector.
+    /// Returns the value as a number; the first component of a vector.
     ///
     /// # Panics
-    /// If there is no such program.
+    /// If the program does not exist.
     #[inline]
     pub fn scalar(&self, program: u32, inputs: &Inputs<R>) -> R {
         self.run(program, inputs)[0]
     }
 
-    /// The value as a vector; a number in every component.
+    /// Returns the value as a vector; a number is in every component.
     ///
     /// # Panics
-    /// If there is no such program.
+    /// If the program does not exist.
     #[inline]
     pub fn vector(&self, program: u32, inputs: &Inputs<R>) -> R::Vec3 {
         let [x, y, z, _] = self.run(program, inputs);
@@ -112,7 +112,7 @@ impl<R: Real> Programs<R> {
     /// Whether the value depends on this variable.
     ///
     /// # Panics
-    /// If there is no such program.
+    /// If the program does not exist.
     pub fn uses(&self, program: u32, variable: Variable) -> bool {
         self.heads[program as usize].reads & variable.bit() != 0
     }

@@ -1,4 +1,4 @@
-//! Running a program: the registers, and what each operation does to them.
+//! Execution of a program: the registers, and the effect of each operation.
 
 use raywright_bvh::scalar::{Real, Vector};
 
@@ -9,13 +9,13 @@ use super::semantics::{
 };
 use crate::noise;
 
-/// Four registers of numbers, or one of a vector in its first three places. The processor loads,
-/// computes and stores it in one piece: to read a vector in other pieces than it was written in
-/// costs more than all of a step's arithmetic.
+/// Four registers of numbers, or one of a vector in the first three places. The processor loads,
+/// computes and stores a row in one piece: reading a vector in other pieces than it was written
+/// costs more than all arithmetic of a step.
 pub(super) type Row<R> = [R; 4];
 
-/// One instruction. A register is a number's place in all rows; a vector's is that of its x, at the
-/// start of a row.
+/// An instruction. The register of a number is its place in all rows; that of a vector is the place
+/// of its x, at the start of a row.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Step {
     pub operation: Operation,
@@ -23,8 +23,8 @@ pub(super) struct Step {
     pub from: [u16; 4],
 }
 
-/// The registers of one evaluation; indices are masked, so that they need no check. The count of
-/// rows is a power of two.
+/// Registers of an evaluation. The number of rows is a power of two; indices are masked, so that
+/// they need no bounds check.
 pub(super) struct File<R, const ROWS: usize>(pub [Row<R>; ROWS]);
 
 impl<R: Real, const ROWS: usize> File<R, ROWS> {
@@ -48,9 +48,9 @@ impl<R: Real, const ROWS: usize> File<R, ROWS> {
         self.0[(usize::from(register) / 4) & (ROWS - 1)] = value.into();
     }
 
-    /// A vector by its components. Not taken from a row: to read other pieces of it than were
-    /// written takes longer than all of a step's arithmetic, and which pieces these are, the
-    /// compiler chooses where it knows that they lie together.
+    /// Reads a vector by its components, not as a row. Reading other pieces than were written takes
+    /// longer than all arithmetic of a step, and the compiler would choose other pieces where it
+    /// knows that the components are adjacent.
     #[inline(always)]
     fn point(&self, register: u16) -> R::Vec3 {
         let [x, y, z] = [0, 1, 2].map(|axis| self.number(register.wrapping_add(axis)));
@@ -62,7 +62,7 @@ impl<R: Real, const ROWS: usize> File<R, ROWS> {
         self.set_vector(register, R::Four::from([v.x(), v.y(), v.z(), R::ZERO]));
     }
 
-    /// Lays those rows of the hit out first whose bits are set in `rows`, in the order of
+    /// Stores the rows of the hit whose bits are set in `rows` first, in the order of
     /// [`Variable::place`](super::scope::Variable::place).
     #[inline(always)]
     pub fn load(&mut self, inputs: &Inputs<R>, rows: u8) {
@@ -95,13 +95,13 @@ impl<R: Real, const ROWS: usize> File<R, ROWS> {
         }
     }
 
-    /// The number that `f` makes of one.
+    /// Applies `f` to a number.
     #[inline(always)]
     fn one(&mut self, step: Step, f: impl Fn(R) -> R) {
         self.set_number(step.to, f(self.number(step.from[0])));
     }
 
-    /// The number that `f` makes of two.
+    /// Applies `f` to two numbers.
     #[inline(always)]
     fn two(&mut self, step: Step, f: impl Fn(R, R) -> R) {
         self.set_number(
@@ -110,26 +110,26 @@ impl<R: Real, const ROWS: usize> File<R, ROWS> {
         );
     }
 
-    /// The truth value that `f` makes of two numbers.
+    /// Stores the truth value of `f` on two numbers.
     #[inline(always)]
     fn test(&mut self, step: Step, f: impl Fn(R, R) -> bool) {
         self.two(step, |a, b| truth(f(a, b)));
     }
 
-    /// The number that `f` makes of three.
+    /// Applies `f` to three numbers.
     #[inline(always)]
     fn three(&mut self, step: Step, f: impl Fn(R, R, R) -> R) {
         let [a, b, c, _] = step.from.map(|register| self.number(register));
         self.set_number(step.to, f(a, b, c));
     }
 
-    /// The number that `f` makes of a vector.
+    /// Stores the number that `f` returns for a vector.
     #[inline(always)]
     fn of_point(&mut self, step: Step, f: impl Fn(R::Vec3) -> R) {
         self.set_number(step.to, f(self.point(step.from[0])));
     }
 
-    /// The vector that `f` makes of two.
+    /// Applies `f` to two vectors.
     #[inline(always)]
     fn vectors(&mut self, step: Step, f: impl Fn(R::Four, R::Four) -> R::Four) {
         self.set_vector(
@@ -138,7 +138,7 @@ impl<R: Real, const ROWS: usize> File<R, ROWS> {
         );
     }
 
-    /// The vector that `f` makes of each component of two.
+    /// Applies `f` to each component of two vectors.
     #[inline(always)]
     fn each(&mut self, step: Step, f: impl Fn(R, R) -> R) {
         let (a, b) = (self.point(step.from[0]), self.point(step.from[1]));
@@ -243,7 +243,7 @@ impl<R: Real, const ROWS: usize> File<R, ROWS> {
     }
 }
 
-/// One operation on these rows.
+/// Runs a single operation on these rows.
 pub(super) fn alone(operation: Operation, [a, b, c, d]: [Row<f64>; 4]) -> Row<f64> {
     let mut file = File([a, b, c, d, [0.0; 4], [0.0; 4], [0.0; 4], [0.0; 4]]);
     file.perform(Step {

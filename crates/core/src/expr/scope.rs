@@ -1,14 +1,14 @@
-//! The variables an expression may read at a hit, and which of them exist where.
+//! Variables of expressions at a hit, and the scopes in which they exist.
 
 use raywright_bvh::scalar::{Real, Vector};
 
-/// What an expression may read when it is evaluated at a hit. `t` and the scene's parameters are
-/// constants by then.
+/// Variable of an expression that is evaluated at a hit. `t` and the scene's parameters are
+/// constants at that time.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub enum Variable {
     /// `p`: hit point, world space, metres.
     Position,
-    /// `n`: unit shading normal on the side the ray comes from.
+    /// `n`: unit shading normal on the side of the incoming ray.
     Normal,
     /// `d`: unit direction of the incoming ray (towards the surface; for a sky, away from the eye).
     Direction,
@@ -24,10 +24,10 @@ pub enum Variable {
     V,
     /// `distance`: length of the incoming ray, metres.
     Distance,
-    /// `occluder_distance`: from the hit to what hides the light, metres; infinite where nothing
-    /// does.
+    /// `occluder_distance`: distance from the hit to the occluder of the light, metres; infinite
+    /// without one.
     OccluderDistance,
-    /// `shadow`: the share of the light that arrives, by the rule in force.
+    /// `shadow`: share of the light that arrives, by the scene's shadow rule.
     Shadow,
 }
 
@@ -47,7 +47,7 @@ impl Variable {
         Self::Shadow,
     ];
 
-    /// As written in an expression.
+    /// Returns the name in expressions.
     pub const fn name(self) -> &'static str {
         match self {
             Self::Position => "p",
@@ -64,7 +64,7 @@ impl Variable {
         }
     }
 
-    /// A vector; `false` for a number.
+    /// Whether the variable is a vector; `false` for a number.
     pub const fn is_vector(self) -> bool {
         matches!(
             self,
@@ -77,12 +77,12 @@ impl Variable {
         )
     }
 
-    /// Its bit in a set of variables.
+    /// Returns the bit in a set of variables.
     pub(super) const fn bit(self) -> u32 {
         1 << self as u32
     }
 
-    /// Which row of the hit it is in, and where in the row; a program loads the rows that it reads.
+    /// Returns the row of the hit and the place in the row; a program loads the rows that it reads.
     pub(super) const fn place(self) -> (u8, u8) {
         match self {
             Self::Position => (0, 0),
@@ -100,21 +100,21 @@ impl Variable {
     }
 }
 
-/// Where an expression stands, and so which variables it may read.
+/// Place of an expression in the scene, which decides the variables that it may read.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Scope {
     /// A number of the scene, evaluated once while loading: no variables.
     Load,
     /// A texture or weight of a surface, evaluated at a hit.
     Surface,
-    /// A weight of one light at a hit: what a surface has, and the light.
+    /// A weight of one light at a hit: the variables of a surface, and those of the light.
     Light,
     /// The colour of the sky in a direction.
     Sky,
 }
 
 impl Scope {
-    /// The variables that exist here.
+    /// Returns the variables that exist in this scope.
     pub const fn variables(self) -> &'static [Variable] {
         use Variable::{
             Direction, Distance, Normal, OccluderDistance, Origin, Position, Reflected, Shadow,
@@ -142,7 +142,7 @@ impl Scope {
         }
     }
 
-    /// For messages: "`d` does not exist …".
+    /// Describes the scope for messages: "`d` does not exist …".
     pub(super) const fn place(self) -> &'static str {
         match self {
             Self::Load => "in a number of the scene, which is evaluated once while loading",
@@ -153,7 +153,7 @@ impl Scope {
     }
 }
 
-/// Values of the variables at one hit. What a scope does not have may hold anything; [`Default`] is
+/// Values of the variables at a hit. Variables outside the scope may have any value; [`Default`] is
 /// all zero.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Inputs<R: Real> {
@@ -182,7 +182,7 @@ pub struct Inputs<R: Real> {
 }
 
 impl<R: Real> Inputs<R> {
-    /// The same in doubles.
+    /// Converts to f64.
     pub fn to_f64(&self) -> Inputs<f64> {
         let Self {
             p,

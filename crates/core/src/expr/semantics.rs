@@ -1,34 +1,33 @@
-//! Functions of numbers that are more than one operation of the processor, once for every scalar
-//! type.
+//! Numeric functions of more than one processor operation, for every scalar type.
 
 use raywright_bvh::scalar::Real;
 
-/// A truth value as a number: 1 or 0.
+/// Converts a truth value to a number: 1 or 0.
 #[inline(always)]
 pub(super) fn truth<R: Real>(value: bool) -> R {
     if value { R::ONE } else { R::ZERO }
 }
 
-/// A number as a truth value: everything but zero is true. NaN is not.
+/// Converts a number to a truth value: every number but zero and NaN is true.
 #[inline(always)]
 pub(super) fn is_true<R: Real>(value: R) -> bool {
     value.abs() > R::ZERO
 }
 
-/// The smaller number, or the one that is a number. The first of two zeros, where [`f32::min`]
-/// leaves the choice to the compiler, and with it a bit of the picture.
+/// Returns the smaller number; a number rather than NaN; the first of two zeros. [`f32::min`]
+/// leaves the zero to the compiler, and with it a bit of the picture.
 #[inline(always)]
 pub(super) fn min<R: Real>(a: R, b: R) -> R {
     if b < a || a.is_nan() { b } else { a }
 }
 
-/// The larger number, or the one that is a number; the first of two zeros.
+/// Returns the larger number; a number rather than NaN; the first of two zeros.
 #[inline(always)]
 pub(super) fn max<R: Real>(a: R, b: R) -> R {
     if b > a || a.is_nan() { b } else { a }
 }
 
-/// −1, 0 or 1; a zero or NaN unchanged.
+/// Returns −1, 0 or 1; a zero or NaN unchanged.
 #[inline(always)]
 pub(super) fn sign<R: Real>(x: R) -> R {
     if x > R::ZERO {
@@ -40,7 +39,7 @@ pub(super) fn sign<R: Real>(x: R) -> R {
     }
 }
 
-/// x − ⌊x⌋, below one: where the difference rounds to one, the number before it.
+/// Returns x − ⌊x⌋, always below one: where the difference rounds to one, the next smaller number.
 #[inline(always)]
 pub(super) fn fraction<R: Real>(x: R) -> R {
     let below_one = R::ONE - R::ROUNDOFF;
@@ -52,8 +51,8 @@ pub(super) fn fraction<R: Real>(x: R) -> R {
     }
 }
 
-/// a − b ⌊a/b⌋, from zero on and nearer to it than b: a quotient may round up to a whole number,
-/// which leaves a remainder on the wrong side, and the difference may round to b.
+/// Returns a − b ⌊a/b⌋, between zero and b, excluding b. The quotient may round up to a whole
+/// number, which leaves a remainder of the wrong sign, and the difference may round to b.
 #[inline(always)]
 pub(super) fn remainder<R: Real>(a: R, b: R) -> R {
     let rest = a - b * (a / b).floor();
@@ -86,8 +85,8 @@ pub(super) fn odd<R: Real>(x: R, y: R) -> bool {
     half - half.floor() > R::ZERO
 }
 
-/// [`Real::powi`] bit for bit, without the squaring whose result is not used: it may underflow,
-/// which is slow. `limit` is the [`vanishing`] limit of the exponent.
+/// Returns [`Real::powi`] to the bit, without the final squaring whose result is unused: it may
+/// underflow, which is slow. `limit` is the [`vanishing`] limit of the exponent.
 #[inline(always)]
 pub(super) fn power<R: Real>(mut base: R, exponent: u32, limit: R) -> R {
     if size_of::<R>() == size_of::<f32>() && base.abs() < limit {
@@ -107,26 +106,25 @@ pub(super) fn power<R: Real>(mut base: R, exponent: u32, limit: R) -> R {
     result
 }
 
-/// A magnitude below which this power of an f32 is zero. To find that out by squaring is slow,
-/// because the squares are subnormal on the way; and highlights with high powers are zero nearly
-/// everywhere.
+/// Returns a magnitude below which this power of an f32 is zero. Multiplying out is slow there,
+/// because the squares are subnormal, and highlights with high powers are zero nearly everywhere.
 pub(super) fn vanishing(exponent: u32) -> f64 {
-    // What is below 2⁻¹⁵⁰ becomes zero. The last factor is below 2⁻⁷⁵ and at most twice too large
-    // where it is subnormal; a further factor of two is more than all other roundings.
+    // Magnitudes below 2⁻¹⁵⁰ become zero. The last factor is below 2⁻⁷⁵ and at most twice too large
+    // where it is subnormal; a further factor of two exceeds all other roundings.
     libm::exp2(-152.0 / f64::from(exponent))
 }
 
-/// a where t = 0, b where t = 1, both exactly.
+/// Returns a where t = 0 and b where t = 1, both exactly.
 #[inline(always)]
 pub(super) fn mix<R: Real>(a: R, b: R, t: R) -> R {
     a * (R::ONE - t) + b * t
 }
 
-/// The cubic from 0 at `low` to 1 at `high` with level ends.
+/// Returns the cubic from 0 at `low` to 1 at `high` with zero slope at both ends.
 #[inline(always)]
 pub(super) fn smoothstep<R: Real>(low: R, high: R, x: R) -> R {
-    // Comparisons this way round are one instruction each, and none is a branch; where t is not a
-    // number, it is zero.
+    // Comparisons in this direction are one instruction each, without a branch; a NaN t becomes
+    // zero.
     let t = (x - low) / (high - low);
     let t = if t > R::ZERO { t } else { R::ZERO };
     let t = if t < R::ONE { t } else { R::ONE };
@@ -175,7 +173,7 @@ mod tests {
         assert!(fraction(R::INFINITY).is_nan() && remainder(R::ONE, R::ZERO).is_nan());
     }
 
-    /// Protects: a fraction is below one and a remainder nearer to zero than its divisor, where x −
+    /// Protects: a fraction is below one and a remainder smaller than its divisor, also where x −
     /// ⌊x⌋ rounds to one.
     #[test]
     fn s19_fractions_are_below_one() {

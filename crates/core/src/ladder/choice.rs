@@ -1,4 +1,4 @@
-//! A rung that was asked for.
+//! A chosen rung.
 
 use core::fmt;
 
@@ -9,23 +9,23 @@ use crate::scene::Scene;
 use crate::settings::{AreaShadows, Settings};
 use crate::suggest::closest;
 
-/// A rung of a ladder that was asked for.
+/// A chosen rung of a ladder.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Choice {
     pub(super) ladder: Ladder,
     pub(super) rung: &'static Rung,
 }
 
-/// Why a text names no rung.
+/// Error of a text that names no rung.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[error("{0}")]
 pub struct UnknownRung(String);
 
 impl Choice {
-    /// Reads `LADDER=RUNG`.
+    /// Parses `LADDER=RUNG`.
     ///
     /// # Errors
-    /// What is wrong with the text, with the nearest word or all of them.
+    /// [`UnknownRung`] with the mistake, and the nearest word or all of them.
     pub fn parse(text: &str) -> Result<Self, UnknownRung> {
         let (ladder, rung) = text.split_once('=').ok_or_else(|| {
             UnknownRung("expected LADDER=RUNG, such as precision=reference".to_owned())
@@ -46,29 +46,29 @@ impl Choice {
         Ok(Self { ladder, rung })
     }
 
-    /// The ladder.
+    /// Returns the ladder.
     pub fn ladder(&self) -> Ladder {
         self.ladder
     }
 
-    /// Name of the rung.
+    /// Returns the name of the rung.
     pub fn rung(&self) -> &'static str {
         self.rung.name
     }
 
-    /// What the rung is, and what it gets wrong.
+    /// Returns the description of the rung, with its error.
     pub fn about(&self) -> &'static str {
         self.rung.about
     }
 
-    /// What the rung sets.
+    /// Returns the values that the rung sets.
     pub fn value(&self) -> RungValue {
         self.rung.value
     }
 
-    /// Whether the rung is another picture than its neighbour to a scene that calls for these
-    /// effects: without lamps of a size there are no penumbras to lose, and without lights of none
-    /// nothing that passes everything.
+    /// Whether the rung gives another picture than its neighbour for a scene with these effects.
+    /// Without area lights hard shadows change nothing, and without lights of zero size neither
+    /// does switching their shadows off.
     pub fn differs(&self, present: EffectSet) -> bool {
         match self.value() {
             RungValue::Shadows(Some(AreaShadows::Hard)) => present.has(Effect::SoftShadows),
@@ -77,12 +77,12 @@ impl Choice {
         }
     }
 
-    /// Whether it can be what the others of its ladder are compared with: what makes light can't.
+    /// Whether the rung can be the reference of its ladder: a rung that creates energy cannot.
     pub fn can_be_reference(&self) -> bool {
         self.value() != RungValue::Fresnel(FresnelRule::Model)
     }
 
-    /// Puts scene and settings on the rung.
+    /// Sets scene and settings to the rung.
     pub fn apply(&self, scene: &mut Scene, settings: &mut Settings) {
         self.value().apply(scene, settings);
     }

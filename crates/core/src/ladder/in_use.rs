@@ -1,4 +1,4 @@
-//! What a ladder is set to in a scene and its settings.
+//! Rung of a ladder in a scene and its settings.
 
 use raywright_bvh::AcceleratorKind;
 
@@ -8,7 +8,8 @@ use crate::scene::{Scene, SpawnRule};
 use crate::settings::Settings;
 
 impl Ladder {
-    /// What it is set to; none where textures differ, or a tree is asked for and there is none.
+    /// Returns the value in use; `None` where textures differ, or for the build of a tree without a
+    /// tree.
     pub(super) fn value_in_use(self, scene: &Scene, settings: &Settings) -> Option<RungValue> {
         Some(match self {
             Self::Integrator => RungValue::Integrator(chosen(scene, settings)),

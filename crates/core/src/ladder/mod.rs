@@ -1,9 +1,9 @@
-//! The ladders: every choice that trades accuracy for time, under a name, with its rungs and what
-//! each gets wrong.
+//! Ladders: every choice that trades accuracy for time, by name, with its rungs and the error of
+//! each.
 //!
-//! A ladder is a closed set of rungs from fast to exact. Which rung is in use is read from scene
-//! and settings, and choosing one changes these and nothing else, so that a rung and the flag or
-//! key that means the same cannot differ.
+//! A ladder is a closed set of rungs from fast to exact. The rung in use is read from scene and
+//! settings, and choosing a rung changes these alone. So a rung cannot differ from the flag or key
+//! with the same meaning.
 
 mod choice;
 mod in_use;
@@ -21,40 +21,40 @@ pub use choice::{Choice, UnknownRung};
 pub use rungs::Ladder;
 pub use value::RungValue;
 
-/// One rung of a ladder.
+/// A rung of a ladder.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct Rung {
     /// Name in reports and on the command line.
     pub name: &'static str,
-    /// What it is, and what it gets wrong.
+    /// Description, with its error.
     pub about: &'static str,
-    /// What it sets.
+    /// Value that the rung sets.
     #[serde(skip)]
     pub value: RungValue,
 }
 
 impl Ladder {
-    /// Its rungs as choices, in the same order.
+    /// Iterates over the ladder's rungs as choices, in the same order.
     pub fn choices(self) -> impl DoubleEndedIterator<Item = Choice> {
         self.rungs()
             .iter()
             .map(move |rung| Choice { ladder: self, rung })
     }
 
-    /// Whether the picture depends on it; otherwise only time and memory do, or what a file keeps
-    /// of it.
+    /// Whether the ladder changes the picture; otherwise it changes time, memory or the file format
+    /// alone.
     pub const fn changes_pictures(self) -> bool {
         !matches!(self, Self::Build | Self::Accelerator | Self::Output)
     }
 
-    /// Whether its rungs are different pictures of equal right, so that none is the more exact one:
-    /// what the scene asks for is what the others are compared with.
+    /// Whether the rungs give different pictures of equal accuracy, so that none is the more exact;
+    /// the reference is the scene's own rung.
     pub const fn is_a_matter_of_taste(self) -> bool {
         matches!(self, Self::PixelFilter)
     }
 
-    /// Whether a render on one rung can have the random numbers of a render on another, so that
-    /// they differ by the choice alone.
+    /// Whether renders on different rungs can use the same random numbers, so that they differ by
+    /// the choice alone.
     pub const fn shares_random_numbers(self) -> bool {
         !matches!(
             self,
@@ -68,7 +68,7 @@ impl Ladder {
         )
     }
 
-    /// Whether its rungs have one mean, so that they differ in noise alone.
+    /// Whether all rungs have the same mean, so that they differ in noise alone.
     pub const fn is_free_of_bias(self) -> bool {
         matches!(
             self,
@@ -76,7 +76,8 @@ impl Ladder {
         )
     }
 
-    /// A scene reaches it when it calls for one of these; every scene does where the set is empty.
+    /// Returns the effects that the ladder affects: it matters to scenes with any of them, or to
+    /// every scene where the set is empty.
     pub const fn effects(self) -> EffectSet {
         match self {
             Self::RayOffset => EffectSet::of(&[
@@ -100,12 +101,12 @@ impl Ladder {
         }
     }
 
-    /// The rung of a name.
+    /// Returns the rung with this name.
     pub fn rung(self, name: &str) -> Option<&'static Rung> {
         self.rungs().iter().find(|rung| rung.name == name)
     }
 
-    /// Name of the rung in use; a number of samples or segments need not be that of a rung.
+    /// Returns the name of the rung in use; a number of samples or segments need not be a rung's.
     pub fn in_use(self, scene: &Scene, settings: &Settings) -> String {
         let Some(value) = self.value_in_use(scene, settings) else {
             return if self == Self::Build { "none" } else { "mixed" }.to_owned();
@@ -115,7 +116,7 @@ impl Ladder {
     }
 }
 
-/// How trees are built, by the name of a rung of [`Ladder::Build`]; none where it has no such rung.
+/// Returns the build quality of a rung of [`Ladder::Build`], or `None` for an unknown name.
 pub fn build_quality(rung: &str) -> Option<BuildQuality> {
     let RungValue::Build(quality) = Ladder::Build.rung(rung)?.value else {
         return None;
@@ -123,7 +124,7 @@ pub fn build_quality(rung: &str) -> Option<BuildQuality> {
     Some(quality)
 }
 
-/// The rung of [`Ladder::Build`] that builds trees so.
+/// Returns the rung of [`Ladder::Build`] with this build quality.
 pub fn build_rung(quality: BuildQuality) -> &'static str {
     Ladder::Build
         .rungs()
@@ -132,22 +133,22 @@ pub fn build_rung(quality: BuildQuality) -> &'static str {
         .map_or("", |rung| rung.name)
 }
 
-/// A ladder as one render stands on it.
+/// State of a ladder in a render.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct CurrentRung {
     /// Name of the ladder.
     pub ladder: &'static str,
     /// Name of the rung in use.
     pub rung: String,
-    /// The rung where nothing is said.
+    /// Default rung.
     pub default: &'static str,
-    /// Whether the picture depends on it.
+    /// Whether the ladder changes the picture.
     pub changes_pictures: bool,
     /// All rungs, from fast to exact.
     pub rungs: &'static [Rung],
 }
 
-/// The effects that a scene calls for.
+/// Returns the effects that a scene needs.
 pub fn called_for(effects: &EffectReport) -> EffectSet {
     effects
         .effects
@@ -157,18 +158,19 @@ pub fn called_for(effects: &EffectReport) -> EffectSet {
         .collect()
 }
 
-/// The ladders that a scene reaches: those whose effects it calls for.
+/// Iterates over the ladders that matter to a scene: those whose effects it has.
 pub fn reached(
     scene: &Scene,
     settings: &Settings,
     effects: &EffectReport,
 ) -> impl Iterator<Item = Ladder> + use<> {
     let present = called_for(effects);
-    // Whitted ray tracing always asks, and meets nothing by chance; paths go on from every surface.
+    // Whitted ray tracing always samples lights and hits none by chance; paths continue from every
+    // surface.
     let paths = chosen(scene, settings) == Integrator::Path;
     let is_fixed = settings.sampling.is_fixed();
     let can_be_denoised = denoise::is_possible(settings.sampling);
-    // Where samples lie at random places, or draw points of lamps.
+    // Samples at random places, or on area lights.
     let by_chance = !is_fixed
         || paths
         || present.has(Effect::SoftShadows)
@@ -177,7 +179,8 @@ pub fn reached(
         ladder.effects().is_empty() || !ladder.effects().and(present).is_empty()
     };
     Ladder::ALL.into_iter().filter(move |&ladder| match ladder {
-        // Classic surfaces have one reading by each integrator, and neither is the more exact one.
+        // Classic surfaces have a different reading in each integrator, and neither is the more
+        // exact.
         Ladder::Integrator => paths || present.has(Effect::PhysicalMaterials),
         Ladder::LightSampling | Ladder::Fresnel | Ladder::Microfacets | Ladder::Colour => {
             paths && called_for(ladder)
@@ -191,7 +194,7 @@ pub fn reached(
     })
 }
 
-/// The ladders that a scene reaches, with the rungs in use.
+/// Returns the ladders that matter to a scene, with the rungs in use.
 pub fn standings(scene: &Scene, settings: &Settings, effects: &EffectReport) -> Vec<CurrentRung> {
     let standing = |ladder: Ladder| CurrentRung {
         ladder: ladder.name(),

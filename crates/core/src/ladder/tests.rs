@@ -1,4 +1,4 @@
-//! Tests of the ladders: choosing a rung, and what is said of mistakes.
+//! Tests of the ladders: choice of a rung, and messages for mistakes.
 
 use super::value::OFFSET;
 use super::*;
@@ -19,8 +19,8 @@ fn scene() -> Scene {
     }
 }
 
-/// Protects: choosing any rung of any ladder puts scene and settings onto it and onto no other
-/// ladder's rung, from wherever they stood; the default is a rung.
+/// Protects: choosing any rung of any ladder sets scene and settings to it and changes no other
+/// ladder, from any state; the default is a rung.
 #[test]
 fn a_chosen_rung_is_in_use() {
     for ladder in Ladder::ALL {
@@ -66,8 +66,8 @@ fn a_chosen_rung_is_in_use() {
     }
 }
 
-/// Protects: rungs that would show a scene as their neighbours do are left out: hard shadows where
-/// no lamp has a size, and those of lights without size where there is none.
+/// Protects: rungs that would not change a scene's picture are left out: hard shadows without area
+/// lights, and shadows switched off without lights of zero size.
 #[test]
 fn rungs_that_are_no_other_picture_are_told() {
     let left = |present: &[Effect]| -> Vec<&'static str> {
@@ -97,7 +97,7 @@ fn rungs_that_are_no_other_picture_are_told() {
     }
 }
 
-/// Protects: a scene's own constant offset stays when the constant rung is asked for.
+/// Protects: a scene's own constant offset is kept when the constant rung is chosen.
 #[test]
 fn the_own_constant_stays() {
     let own = SpawnRule::Constant(ConstantOffset {
@@ -113,8 +113,8 @@ fn the_own_constant_stays() {
     assert_eq!(scene.classic.spawn, own);
 }
 
-/// Protects: a path tracer goes on from every surface, so that its paths have a length to choose;
-/// without mirrors Whitted's have none.
+/// Protects: path tracing continues from every surface, so the path length matters; without mirrors
+/// it does not matter to Whitted ray tracing.
 #[test]
 fn paths_have_a_length_to_choose() {
     let reached_by = |integrator| {
@@ -134,8 +134,8 @@ fn paths_have_a_length_to_choose() {
     );
 }
 
-/// Protects: the longest rung of paths is no end of them: settings may go beyond it, and its words
-/// say so and by which flag.
+/// Protects: the longest rung of paths is no limit: settings may exceed it, and its description
+/// names the flag.
 #[test]
 fn paths_may_be_longer_than_their_longest_rung() {
     let longest = Ladder::PathLength.rungs().last().expect("a rung");
@@ -155,7 +155,7 @@ fn paths_may_be_longer_than_their_longest_rung() {
     );
 }
 
-/// Protects: what is no rung is refused with the nearest word, or with all of them.
+/// Protects: an unknown rung is refused with the nearest word, or with all of them.
 #[test]
 fn mistakes_are_explained() {
     let said = |text| Choice::parse(text).expect_err("no rung").to_string();

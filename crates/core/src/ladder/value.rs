@@ -1,4 +1,4 @@
-//! What a rung sets in a scene and its settings.
+//! Values that rungs set in a scene and its settings.
 
 use raywright_bvh::{AcceleratorKind, BuildQuality};
 
@@ -12,7 +12,7 @@ use crate::settings::{
     Settings,
 };
 
-/// The constant offset of scenes that name none, in metres.
+/// Constant offset for scenes without one, in metres.
 pub(super) const OFFSET: ConstantOffset = ConstantOffset {
     offset: 1e-3,
     along: OffsetDirection::Normal,
@@ -21,25 +21,25 @@ pub(super) const OFFSET: ConstantOffset = ConstantOffset {
     shadow_min: 0.0,
 };
 
-/// What a rung means, each kind of one ladder.
+/// Value of a rung; each variant belongs to one ladder.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[expect(missing_docs, reason = "the ladders say what they are")]
 pub enum RungValue {
     Integrator(Integrator),
     Precision(PrecisionChoice),
-    /// Whether rays start at a constant distance from where they leave.
+    /// Whether spawned rays start at a constant offset.
     ConstantOffset(bool),
-    /// None: there are no shadows.
+    /// `None`: no shadows.
     Shadows(Option<AreaShadows>),
     LightSampling(LightSampling),
     Fresnel(FresnelRule),
     Microfacets(Microfacets),
-    /// Whether light that is bent has a wavelength.
+    /// Whether dispersed light has a wavelength.
     Spectral(bool),
     TextureFilter(Filter),
     PathLength(u32),
     Roulette(Roulette),
-    /// None: samples are as bright as they are.
+    /// `None`: no clamping.
     Clamp(Option<f64>),
     PixelFilter(PixelFilter),
     Samples(u32),
@@ -47,12 +47,12 @@ pub enum RungValue {
     Denoised(bool),
     Output(Output),
     Build(BuildQuality),
-    /// Whether there is a tree.
+    /// Whether a tree is used.
     Tree(bool),
 }
 
 impl RungValue {
-    /// Puts scene and settings on it.
+    /// Sets scene and settings to the value.
     pub(super) fn apply(self, scene: &mut Scene, settings: &mut Settings) {
         match self {
             Self::Integrator(value) => settings.integrator = value,
@@ -84,13 +84,13 @@ impl RungValue {
             Self::Output(value) => settings.output = value,
             Self::Build(value) => settings.accelerator = AcceleratorKind::Tree(value),
             Self::Tree(false) => settings.accelerator = AcceleratorKind::Linear,
-            // So does the tree of a build that was chosen.
+            // So does a chosen build quality.
             Self::Tree(true) if matches!(settings.accelerator, AcceleratorKind::Tree(_)) => {}
             Self::Tree(true) => settings.accelerator = AcceleratorKind::default(),
         }
     }
 
-    /// What it is called where it is no rung.
+    /// Returns the name of a value that is no rung.
     pub(super) fn number(self) -> String {
         match self {
             Self::PathLength(Settings::UNLIMITED) => "unlimited".to_owned(),

@@ -1,4 +1,4 @@
-//! F01, F02, F03: cameras that look along up or through next to no angle or straight at edges, and
+//! F01, F02, F03: cameras that look along up, through a nearly zero angle or straight at edges, and
 //! lenses without an aperture.
 
 use glam::DVec3;
@@ -34,7 +34,7 @@ fn opening(degrees: f64) -> Pinhole {
     }
 }
 
-/// A camera that looks from or along hard directions, at any angle.
+/// Draws a camera with hard positions, directions and angles.
 fn drawn(random: &mut Random) -> CameraData {
     let place = random.cube() * random.pick(&[0.0, 1.0, 1e6]);
     let pose = match random.bits() % 3 {
@@ -76,7 +76,8 @@ fn drawn(random: &mut Random) -> CameraData {
     )
 }
 
-/// F01: such cameras are refused by a message, or each pixel has a ray of its own, unit and finite.
+/// F01: degenerate cameras are refused with a message, or each pixel has its own ray, unit and
+/// finite.
 pub fn degenerate_views<R: Real>(rays: Rays) -> Vec<Measurement> {
     let outcome = judge("F01", 501, 4000, rays, |random| {
         let data = drawn(random);
@@ -118,8 +119,8 @@ pub fn degenerate_views<R: Real>(rays: Rays) -> Vec<Measurement> {
     vec![by_shapes::<R>(outcome)]
 }
 
-/// F03: a lens without an aperture has the bits of a pinhole; one that is focused at a hair's
-/// breadth or far away has rays that are numbers.
+/// F03: a lens without an aperture equals a pinhole to the bit; a lens with a tiny or huge focus
+/// distance has finite rays.
 pub fn lenses<R: Real>(rays: Rays) -> Vec<Measurement> {
     let outcome = judge("F03", 502, 20_000, rays, |random| {
         let eye = random.cube() * 10.0;
@@ -174,7 +175,7 @@ pub fn lenses<R: Real>(rays: Rays) -> Vec<Measurement> {
 }
 
 /// F02: views straight at the middle of a lattice, whose rays have zeros of either sign and lie in
-/// the planes of edges: each pixel of an odd number sees it.
+/// the planes of edges: each pixel of an odd number hits the lattice.
 pub fn symmetric_views<R: Real>(rays: Rays) -> Vec<Measurement> {
     const CELLS: i32 = 20;
     /// Every half of a cell but the border.
@@ -225,7 +226,7 @@ pub fn symmetric_views<R: Real>(rays: Rays) -> Vec<Measurement> {
                 ),
                 [ODD; 2],
             );
-            // Few enough to be shot all in either case.
+            // Few enough to trace all rays in either case.
             judge("F02", 503, ODD * ODD, rays, |random| {
                 let [x, y] = [random.index() as u32 % ODD, random.index() as u32 / ODD];
                 let ray = camera.ray(

@@ -1,5 +1,4 @@
-//! S17, S18: microfacets that are nearly smooth, and the normals of theirs that are seen at grazing
-//! views.
+//! S17, S18: nearly smooth microfacets, and their visible normals at grazing views.
 
 use core::f64::consts::PI;
 
@@ -10,11 +9,11 @@ use raywright_bvh::{Real, Vector};
 
 use crate::material::{Bsdf, Frame, Lobe};
 
-/// Roughnesses whose α is 0.1, 0.01, 0.001 and the least that there is; below that a lobe is as
-/// rough as that.
+/// Roughnesses with an α of 0.1, 0.01, 0.001, the least supported one, and below; a smaller α acts
+/// as the least.
 const ALPHAS: [f64; 6] = [0.1, 1e-2, 1e-3, 9e-4, 1e-4, 1e-6];
 
-/// White facets of an α about a normal.
+/// White microfacets of a given α.
 fn facets<R: Real>(normal: R::Vec3, alpha: f64) -> Bsdf<R> {
     let white = R::Vec3::ONE;
     Bsdf::new(normal).with(Lobe::Rough {
@@ -24,8 +23,8 @@ fn facets<R: Real>(normal: R::Vec3, alpha: f64) -> Bsdf<R> {
     })
 }
 
-/// S17: the density of facets within 5α of the normal, of light that they mirror back to where it
-/// came from; against f64 in slopes.
+/// S17: the density of microfacets within 5α of the normal, for light that they reflect back to its
+/// source, against f64 in slopes.
 pub fn narrow_lobes<R: Real>(rays: Rays) -> Vec<Measurement> {
     let drawn = |random: &mut raywright_bvh::stability::judge::Random| {
         let (n, alpha) = (stored::<R>(random.direction()), random.pick(&ALPHAS));
@@ -40,7 +39,7 @@ pub fn narrow_lobes<R: Real>(rays: Rays) -> Vec<Measurement> {
             stored::<R>((n.to_f64() + (x * turn.cos() + y * turn.sin()) * slope).normalize()),
         )
     };
-    // What facets send straight back: D/(4·cos·root), of the numbers that are stored.
+    // Retroreflection of microfacets: D/(4·cos·root), from the stored numbers.
     let wanted = |n: DVec3, h: DVec3, alpha: f64| {
         let (n, h) = (n.normalize(), h.normalize());
         let (cosine, across, a2) = (n.dot(h), n.cross(h).length_squared(), alpha * alpha);
@@ -51,7 +50,7 @@ pub fn narrow_lobes<R: Real>(rays: Rays) -> Vec<Measurement> {
     let outcome = judge("S17", 421, 200_000, rays, |random| {
         let (n, alpha, h) = drawn(random);
         let found = facets::<R>(n, alpha).eval(h, h).x().to_f64();
-        // The α of the roughness as it is stored.
+        // The α of the stored roughness.
         let roughness = R::from_f64(alpha.sqrt())
             .to_f64()
             .max(R::from_f64(0.03).to_f64());
@@ -81,8 +80,8 @@ pub fn narrow_lobes<R: Real>(rays: Rays) -> Vec<Measurement> {
     }]
 }
 
-/// S18: directions that white facets are drawn by, seen from head-on to along them and from just
-/// below: nothing weighs more than it may, and nothing is sent below the horizon.
+/// S18: sampled directions of white microfacets, seen from head-on, at grazing angles and from just
+/// below: no weight exceeds its bound, and no direction points below the horizon.
 pub fn visible_normals<R: Real>(rays: Rays) -> Vec<Measurement> {
     let outcome = judge("S18", 422, 400_000, rays, |random| {
         let (n, alpha) = (stored::<R>(random.direction()), random.pick(&ALPHAS));

@@ -1,5 +1,5 @@
-//! S13, S14, S15: how much boundaries reflect, from head-on to grazing, and between media that are
-//! nearly one.
+//! S13, S14, S15: reflectance of boundaries, from head-on to grazing, and between nearly equal
+//! media.
 
 use glam::DVec3;
 use raywright_bvh::stability::Measurement;
@@ -7,7 +7,7 @@ use raywright_bvh::stability::judge::{Outcome, Random, Rays, U, Verdict, judge};
 
 use crate::material::{Interface, dielectric};
 
-/// What is computed in f64 whatever the precision.
+/// Measurements of a computation that is f64 in both precisions.
 fn alone(outcome: &Outcome, textbook: Option<&Outcome>) -> Vec<Measurement> {
     let of = |setting: &str| Measurement {
         setting: setting.to_owned(),
@@ -17,7 +17,7 @@ fn alone(outcome: &Outcome, textbook: Option<&Outcome>) -> Vec<Measurement> {
     vec![of("robust"), of("reference")]
 }
 
-/// A ray that meets a level boundary from above at this cosine.
+/// A ray that hits a level boundary from above with this cosine.
 fn at(cosine: f64, eta: f64) -> Interface {
     Interface::new(
         DVec3::new(
@@ -30,8 +30,8 @@ fn at(cosine: f64, eta: f64) -> Interface {
     )
 }
 
-/// Reflectance without a difference of nearly equal numbers: that of the cosines is the difference
-/// of their squares over their sum. None under total reflection, where all is reflected.
+/// Returns the reflectance without a difference of nearly equal numbers: the difference of the
+/// cosines is the difference of their squares over their sum. `None` under total reflection.
 fn reflectance(cosine: f64, eta: f64) -> Option<f64> {
     let sine2 = (1.0 - cosine) * (1.0 + cosine);
     let beyond2 = 1.0 - eta * eta * sine2;
@@ -46,7 +46,7 @@ fn reflectance(cosine: f64, eta: f64) -> Option<f64> {
     Some(0.5 * (across * across + along * along))
 }
 
-/// A cosine: anywhere, next to grazing, next to head-on, and the ends.
+/// Draws a cosine: anywhere, near grazing, near head-on, and the ends.
 fn cosine(random: &mut Random) -> f64 {
     match random.bits() % 4 {
         0 => random.unit(),
@@ -56,7 +56,7 @@ fn cosine(random: &mut Random) -> f64 {
     }
 }
 
-/// S13: media of indices that are one, or nearly.
+/// S13: media with a relative index of one, or nearly one.
 pub fn matched_indices(rays: Rays) -> Vec<Measurement> {
     let drawn = |random: &mut Random| {
         let ratio = random.pick(&[1.0, 1.0003, 1.0 + 1e-6]);
@@ -88,7 +88,7 @@ pub fn matched_indices(rays: Rays) -> Vec<Measurement> {
             });
         Verdict::bounded(off, 4.0 * U, || format!("{d} at {n}"))
     });
-    // Schlick's goes to one at grazing angles whatever the indices are.
+    // Schlick's approximation approaches one at grazing angles for any indices.
     let textbook = judged(&|cosine, eta| at(cosine, eta).schlick(cosine));
     alone(
         &judged(&|cosine, eta| at(cosine, eta).fresnel()).plus(straight),
@@ -96,7 +96,7 @@ pub fn matched_indices(rays: Rays) -> Vec<Measurement> {
     )
 }
 
-/// S14: the exact equations for glasses and diamond, both ways, by the relative error.
+/// S14: the exact equations for glasses and diamond, in both directions, by the relative error.
 pub fn exact_equations(rays: Rays) -> Vec<Measurement> {
     let outcome = judge("S14", 413, 400_000, rays, |random| {
         let ior = random.pick(&[1.333, 1.5, 1.7, 2.42]);
@@ -115,7 +115,7 @@ pub fn exact_equations(rays: Rays) -> Vec<Measurement> {
                 cosine.to_bits()
             )
         };
-        // What passes, by the amplitudes across and along: the other side of the account.
+        // Transmitted light, by the amplitudes across and along: the complement of the reflectance.
         let through = if beyond2 > 0.0 && cosine > 0.0 && cosine <= 1.0 {
             let (c, b) = (cosine, beyond2.sqrt());
             let [across, along] = [2.0 * eta * c / (eta * c + b), 2.0 * eta * c / (eta * b + c)];
@@ -130,8 +130,8 @@ pub fn exact_equations(rays: Rays) -> Vec<Measurement> {
     alone(&outcome, None)
 }
 
-/// S15: Schlick's approximation against the equations, by the greatest error that is known of it;
-/// from within by the cosine of the thinner medium.
+/// S15: Schlick's approximation against the exact equations, by its known greatest error; from
+/// inside by the cosine in the thinner medium.
 pub fn schlick(rays: Rays) -> Vec<Measurement> {
     let outcome = judge("S15", 414, 40_000, rays, |random| {
         let (ior, most) = random.pick(&[(1.333, 0.059), (1.5, 0.036), (2.42, 0.076)]);

@@ -1,5 +1,5 @@
-//! What being right costs, in nanoseconds a ray or sample: the textbook's formulas and the
-//! library's timed in turns, in CPU time of one thread.
+//! Cost of robust formulas, in nanoseconds per ray or sample: textbook formulas and the library's,
+//! timed in turns, in CPU time of one thread.
 
 use core::hint::black_box;
 use std::rc::Rc;
@@ -14,27 +14,27 @@ use crate::bench::Spread;
 use crate::bench::clock::thread_seconds;
 use crate::material::{Frame, Interface, dielectric};
 
-/// What the work of a case takes, in nanoseconds.
+/// Cost of a case, in nanoseconds.
 #[derive(Clone, Copy, Debug)]
 pub struct Price {
-    /// What is done once a ray or sample.
+    /// Work per ray or sample.
     pub what: &'static str,
-    /// By the textbook's formulas in f32.
+    /// Time of the textbook's formulas in f32.
     pub textbook: Spread,
-    /// How much more it takes by the library's, round by round, in `robust` and in `reference`;
-    /// below zero where it takes less.
+    /// Additional time of the library's formulas, per round, in `robust` and in `reference`;
+    /// negative where they are faster.
     pub more: [Spread; 2],
 }
 
-/// Rounds that count, after one that does not.
+/// Counted rounds, after one that does not count.
 const ROUNDS: usize = 15;
 
-/// Samples of a contest, and how often each is taken.
+/// Samples of a contest, and repetitions of each.
 const SAMPLES: u32 = 4096;
 const TURNS: u32 = 40;
 
-/// Contests of cases whose textbook's formula is timed beside the library's; none where there is
-/// none to time.
+/// Returns the contest of a case whose textbook formula is timed beside the library's; `None`
+/// without one.
 pub fn contest(number: &str) -> Option<Contest> {
     Some(match number {
         "S09" => frames(),
@@ -44,7 +44,7 @@ pub fn contest(number: &str) -> Option<Contest> {
     })
 }
 
-/// Times a case's contest; none where it has none.
+/// Times the contest of a case; `None` without one.
 pub fn price(number: &str) -> Option<Price> {
     let Contest {
         what,
@@ -75,7 +75,7 @@ pub fn price(number: &str) -> Option<Price> {
     })
 }
 
-/// A contest over samples: by the textbook's formulas, in `robust` and in `reference`.
+/// Builds a contest over samples: textbook formulas, `robust` and `reference`.
 fn over<S: 'static>(
     what: &'static str,
     of: impl Fn(&mut Random) -> S,
@@ -118,7 +118,7 @@ fn frames() -> Contest {
     )
 }
 
-/// d − 2(d·n)n in f32 beside the mirrored direction of an interface.
+/// d − 2(d·n)n in f32 against the mirrored direction of an interface.
 fn reflections() -> Contest {
     fn mirrored<R: Real>([d, n]: [R::Vec3; 2]) {
         black_box(R::Vec3::from_f64(
@@ -143,7 +143,7 @@ fn reflections() -> Contest {
     )
 }
 
-/// Schlick's approximation in f32 beside the exact equations, which are of f64 in both precisions.
+/// Schlick's approximation in f32 against the exact equations, which use f64 in both precisions.
 fn reflectances() -> Contest {
     let schlick = |&cosine: &f32| {
         let (r0, m) = (0.04_f32, 1.0 - cosine);

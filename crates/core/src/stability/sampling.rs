@@ -1,5 +1,4 @@
-//! M01, M02, M11: random numbers at the ends of their range, what is made of them, and how even
-//! they are.
+//! M01, M02, M11: random numbers at the ends of their range, their mappings, and their uniformity.
 
 use raywright_bvh::shapes::{
     AnyShape, Cone, Cuboid, Cylinder, Disk, Ellipsoid, Quad, Sphere, Torus, Triangle,
@@ -16,8 +15,8 @@ use crate::material::cosine_sample;
 use crate::sampler::{Address, Purpose, pair};
 use crate::settings::SamplerKind;
 
-/// Numbers at the ends of [0, 1) and in its middle: none, the least, a half, the greatest below
-/// one, and that of 32 bits.
+/// Numbers at the ends of [0, 1) and in its middle: zero, the least, a half, the greatest f32 below
+/// one, and the greatest of 32 bits.
 const CORNERS: [f64; 5] = [
     0.0,
     1.0 / 8_388_608.0,
@@ -26,7 +25,7 @@ const CORNERS: [f64; 5] = [
     1.0 - 1.0 / 4_294_967_296.0,
 ];
 
-/// A case of numbers that do not depend on the precision.
+/// Measurements of numbers that do not depend on the precision.
 fn alone(outcome: &Outcome) -> Vec<Measurement> {
     ["robust", "reference"]
         .map(|setting| Measurement {
@@ -37,8 +36,8 @@ fn alone(outcome: &Outcome) -> Vec<Measurement> {
         .to_vec()
 }
 
-/// M01: numbers of every sampler, also of words that are all ones but for the last few, and places
-/// that filters make of them.
+/// M01: numbers of every sampler, also of words with all bits set but the last few, and the
+/// positions that filters map them to.
 pub fn below_one(rays: Rays) -> Vec<Measurement> {
     let most = 1.0 - U;
     let words = judge("M01 words", 301, 10_000, rays, |random| {
@@ -84,7 +83,7 @@ pub fn below_one(rays: Rays) -> Vec<Measurement> {
     alone(&drawn.plus(words).plus(filters))
 }
 
-/// One shape of each kind whose points are drawn.
+/// One sampled shape of each kind.
 fn shapes<R: Real>() -> Vec<AnyShape<R>> {
     let (c, axis) = (DVec3::new(0.3, -0.2, 0.1), DVec3::new(0.6, 1.0, -0.3));
     let (x, y) = (DVec3::new(1.5, 0.5, 0.0), DVec3::new(0.25, 0.75, 1.0));
@@ -104,13 +103,13 @@ fn shapes<R: Real>() -> Vec<AnyShape<R>> {
     ]
 }
 
-/// M02: hemispheres, cones and surfaces at the corners of the unit square and anywhere in it: unit
-/// within 2u, and a density above zero.
+/// M02: hemispheres, cones and surfaces sampled at the corners of the unit square and inside it:
+/// unit within 2u, with a positive density.
 pub fn warps<R: Real>(rays: Rays) -> Vec<Measurement> {
     let shapes = shapes::<R>();
     let roundoff = R::ROUNDOFF.to_f64();
     let outcome = judge("M02", 310, 200_000, rays, |random| {
-        // The greatest number below one of what the sampler gives, whatever the precision.
+        // The greatest number of the sampler below one, in every precision.
         let mut number = || {
             if random.sign() > 0.0 {
                 random.pick(&CORNERS).min(1.0 - U)
@@ -126,14 +125,14 @@ pub fn warps<R: Real>(rays: Rays) -> Vec<Measurement> {
         match random.bits() % 3 {
             0 => {
                 let d = cosine_sample::<R>([R::from_f64(u), R::from_f64(v)]).to_f64();
-                // The inverse: the height's square is what the first number leaves of one.
+                // Inverse: the square of the height is one less the first number.
                 let off = (d.z * d.z - (1.0 - u)).abs();
                 unit("hemisphere", d, 2.0 * roundoff)
                     .and(|| Verdict::bounded(off, 4.0 * roundoff, || told("height")))
                     .and(|| Verdict::holds(d.z > 0.0, || told("density")))
             }
             1 => {
-                // From next to no angle to all of a half-space, by the sine.
+                // From a nearly zero angle to a half-space, by the sine.
                 let share = random.pick(&[1e-7, 1e-6, 1e-3, 0.5, 0.999, 1.0 - 1e-9]);
                 let Some(cone) = DirectionCone::new(random.direction() / share, 1.0, DVec3::ZERO)
                 else {
@@ -161,9 +160,9 @@ pub fn warps<R: Real>(rays: Rays) -> Vec<Measurement> {
     vec![by_shapes::<R>(outcome)]
 }
 
-/// M11: 65 536 points of a sequence: one in each of as many intervals by each of its first two
-/// numbers, and by both together in each way to divide the square into as many oblongs; at pixels
-/// at both ends of the addresses.
+/// M11: 65 536 points of a sequence: one in each of as many intervals for each of the first two
+/// dimensions, and one in each rectangle for every division of the square into as many rectangles;
+/// at pixels at both ends of the addresses.
 pub fn stratified(rays: Rays) -> Vec<Measurement> {
     const BITS: u32 = 16;
     let outcome = judge("M11", 320, 34, rays, |random| {

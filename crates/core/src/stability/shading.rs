@@ -1,4 +1,4 @@
-//! S09, S10, S11: frames about normals, vectors made unit, and mirrors that a ray never leaves.
+//! S09, S10, S11: frames about normals, normalised vectors, and mirrors between which a ray stays.
 
 use glam::{DVec3, Vec3};
 use rayon::prelude::*;
@@ -11,7 +11,8 @@ use raywright_bvh::{
 
 use crate::material::{Bsdf, Frame, Interface, Lobe, NormalMap};
 
-/// A unit normal, as stored: anywhere, next to an axis, and along one with zeros of either sign.
+/// Draws a unit normal, as stored: anywhere, next to an axis, and along one with zeros of either
+/// sign.
 fn normal<R: Real>(random: &mut Random) -> R::Vec3 {
     let axis = random.bits() as usize % 3;
     let mut n = match random.bits() % 5 {
@@ -26,7 +27,7 @@ fn normal<R: Real>(random: &mut Random) -> R::Vec3 {
     stored::<R>(n / n.length())
 }
 
-/// How far three vectors are from unit ones across each other.
+/// Returns the deviation of three vectors from an orthonormal frame.
 fn gram(frame: [DVec3; 3]) -> f64 {
     let [t, b, n] = frame;
     let lengths = frame.map(|v| (v.length() - 1.0).abs());
@@ -42,7 +43,7 @@ fn gram(frame: [DVec3; 3]) -> f64 {
         })
 }
 
-/// The frame that divides by 1 + z, whatever the sign of z.
+/// The frame with a division by 1 + z, whatever the sign of z.
 pub(super) fn unsigned_frame(n: Vec3) -> [Vec3; 3] {
     let a = 1.0 / (1.0 + n.z);
     let b = -n.x * n.y * a;
@@ -53,7 +54,7 @@ pub(super) fn unsigned_frame(n: Vec3) -> [Vec3; 3] {
     ]
 }
 
-/// S09: any frame about a normal.
+/// S09: frames about any normal.
 pub fn frames<R: Real>(rays: Rays) -> Vec<Measurement> {
     let told = |n: R::Vec3| format!("{:08x?}", n.to_f32().to_array().map(f32::to_bits));
     let outcome = judge("S09", 401, 1_000_000, rays, |random| {
@@ -83,8 +84,8 @@ pub fn frames<R: Real>(rays: Rays) -> Vec<Measurement> {
     }]
 }
 
-/// S10: vectors of any length that are made unit: what an image says of a normal, the direction in
-/// which its columns follow each other, and a ray and a normal at a boundary.
+/// S10: normalisation of vectors of any length: the normal of a normal map, the direction of its
+/// columns, and a ray and a normal at a boundary.
 pub fn lengths<R: Real>(rays: Rays) -> Vec<Measurement> {
     let outcome = judge("S10", 402, 200_000, rays, |random| {
         let n = stored::<R>(random.direction());
@@ -130,13 +131,13 @@ pub fn lengths<R: Real>(rays: Rays) -> Vec<Measurement> {
     vec![by_shapes::<R>(outcome)]
 }
 
-/// Bounces of a case of mirrors, and rays of each kind of them.
+/// Bounces of a mirror case, and rays of each kind.
 const BOUNCES: u32 = 10_000;
 const MIRRORED: u32 = 60;
 
-/// A ray between mirrors, with the operations of a path: the nearest hit, its surface, the lobe of
-/// a mirror and the start of the next ray. How far the direction's length is from one in the end,
-/// and what `invariant` is before and after.
+/// A ray between mirrors, with the operations of a path: closest hit, surface, mirror lobe and
+/// start of the next ray. Returns the final deviation of the direction's length from one, and the
+/// change of `invariant`.
 fn mirrored<R: Real>(
     geometry: &Geometry<R>,
     mut ray: Ray<R>,
@@ -165,8 +166,8 @@ fn mirrored<R: Real>(
     Some([length, drift])
 }
 
-/// How far the lengths of directions are from one, and what stays from what it was, of each ray;
-/// none of one that escapes.
+/// Returns the deviation of each direction's length from one, and the drift of its invariant;
+/// `None` for a ray that escapes.
 fn mirrored_each(
     seed: u64,
     made: impl Fn(&mut Random) -> Option<[f64; 2]> + Sync,
@@ -177,8 +178,8 @@ fn mirrored_each(
         .collect()
 }
 
-/// S11: rays between two parallel mirrors, whose angle stays, and in a mirrored ball, whose
-/// distance from the centre stays: how long directions are, and what stays.
+/// S11: rays between two parallel mirrors, which keep their angle, and in a mirrored ball, which
+/// keep their distance from the centre: length of the directions, and drift of the invariant.
 pub fn mirrors<R: Real>(rays: Rays) -> Vec<Measurement> {
     let geometry = |shapes: &[AnyShape<R>]| {
         let mut group = PrimitiveSet::<R>::default();

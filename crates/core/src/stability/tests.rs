@@ -1,4 +1,4 @@
-//! The cases that this crate measures, held to their bounds.
+//! The measured cases of this crate, against their bounds.
 
 use std::collections::BTreeSet;
 use std::env;
@@ -8,8 +8,8 @@ use raywright_bvh::stability::judge::Rays;
 
 use super::{hard_cases, measure};
 
-/// Nothing of a case is wrong in any precision, and at most one in a thousand was too close to
-/// call; returns what was measured.
+/// Requires that no part of a case is wrong in any precision, and at most one in a thousand too
+/// close to call; returns the measurements.
 fn expect_all(number: &str) -> Vec<Measurement> {
     let rays = if env::var("RAYS").is_ok_and(|rays| rays == "all") {
         Rays::All
@@ -42,8 +42,8 @@ fn expect_all(number: &str) -> Vec<Measurement> {
     measurements
 }
 
-/// The textbook's formula fails where the case says that it is hard, in so large a share of all
-/// that is judged.
+/// Requires that the textbook's formula fails at the difficulty of the case, in at least this share
+/// of the judged cases.
 fn expect_hard(measurements: &[Measurement], least: f64) {
     let share = measurements[0]
         .textbook
@@ -57,42 +57,42 @@ fn expect_hard(measurements: &[Measurement], least: f64) {
     );
 }
 
-/// Protects: numbers are below one, whatever word they are made of, and filters place them within
-/// their radius.
+/// Protects: random numbers are below one for every word, and filters place them within their
+/// radius.
 #[test]
 fn m01_numbers_are_below_one() {
     expect_all("M01");
 }
 
-/// Protects: directions and points that are drawn at the corners of the unit square are unit,
-/// finite and have a density.
+/// Protects: directions and points sampled at the corners of the unit square are unit, finite and
+/// have a density.
 #[test]
 fn m02_corners_of_the_unit_square() {
     expect_all("M02");
 }
 
-/// Protects: a whole sequence is stratified in every way to divide the square, at either end of the
+/// Protects: a whole sequence is stratified in every division of the square, at either end of the
 /// addresses.
 #[test]
 fn m11_a_whole_sequence_is_stratified() {
     expect_all("M11");
 }
 
-/// Protects: frames about any normal are orthonormal, next to −z too, where the textbook's is not.
+/// Protects: frames about any normal are orthonormal, also near −z, where the textbook's is not.
 #[test]
 fn s09_frames_are_orthonormal() {
     expect_hard(&expect_all("S09"), 1e-2);
 }
 
-/// Protects: vectors of any length are made unit, or something else is said instead.
+/// Protects: vectors of any length are normalised, or replaced by a defined fallback.
 #[test]
 fn s10_vectors_of_any_length() {
     expect_all("S10");
 }
 
-/// Protects: ten thousand mirror bounces keep a direction's length, and what a closed form says
-/// stays. In a ball in `robust` nine rays of sixty exceed the bound, which the list says: no more
-/// than those.
+/// Protects: ten thousand mirror bounces keep a direction's length and the invariant of the closed
+/// form. In a ball in `robust` nine rays of sixty exceed the bound, as the list states; no more
+/// than those may.
 #[test]
 fn s11_mirror_bounces() {
     for Measurement {
@@ -107,59 +107,60 @@ fn s11_mirror_bounces() {
     }
 }
 
-/// Protects: media of nearly one index turn no ray and reflect next to nothing.
+/// Protects: media of nearly equal index deflect no ray and reflect nearly nothing.
 #[test]
 fn s13_matched_indices() {
     expect_hard(&expect_all("S13"), 1e-2);
 }
 
-/// Protects: Fresnel's equations keep their digits, and what is not reflected passes.
+/// Protects: Fresnel's equations keep their digits, and reflected and transmitted light add up to
+/// all.
 #[test]
 fn s14_exact_equations() {
     expect_all("S14");
 }
 
-/// Protects: Schlick's approximation is as far off as is known of it, from within too.
+/// Protects: Schlick's approximation is within its known error, also from inside.
 #[test]
 fn s15_schlick() {
     expect_hard(&expect_all("S15"), 0.1);
 }
 
-/// Protects: facets that are nearly smooth have a density, where the textbook's form has lost it.
+/// Protects: nearly smooth microfacets have a density where the textbook's form has lost it.
 #[test]
 fn s17_narrow_lobes() {
     expect_hard(&expect_all("S17"), 0.1);
 }
 
-/// Protects: no direction that facets are drawn by weighs more than they reflect, at grazing views
-/// too.
+/// Protects: no sampled direction of microfacets has a weight above their reflectance, also at
+/// grazing views.
 #[test]
 fn s18_visible_normals() {
     expect_all("S18");
 }
 
-/// Protects: cameras that can't be told which way is up are refused, and each pixel of all others
-/// has a ray.
+/// Protects: cameras without a defined up direction are refused, and each pixel of all others has a
+/// ray.
 #[test]
 fn f01_degenerate_views() {
     expect_all("F01");
 }
 
-/// Protects: no row or column of an odd number of pixels looks through the edges that it is aimed
-/// at.
+/// Protects: no row or column of an odd number of pixels looks through the edges at which it is
+/// aimed.
 #[test]
 fn f02_symmetric_views() {
     expect_all("F02");
 }
 
-/// Protects: a lens without an aperture is a pinhole, and focus at any distance gives rays.
+/// Protects: a lens without an aperture is a pinhole, and any focus distance gives finite rays.
 #[test]
 fn f03_lenses() {
     expect_all("F03");
 }
 
-/// Protects: the list is whole: each number once, none missing between a letter's first and last,
-/// and each with what is hard and a bound.
+/// Protects: the list is complete: each number once, none missing between a letter's first and
+/// last, and each with a difficulty and a bound.
 #[test]
 fn the_list_is_whole() {
     let numbers: BTreeSet<_> = hard_cases().map(|case| case.number.to_owned()).collect();
@@ -170,7 +171,7 @@ fn the_list_is_whole() {
     assert_eq!(numbers, wanted.collect());
     assert_eq!(hard_cases().count(), numbers.len());
     assert!(hard_cases().all(|case| !case.hard.is_empty() && !case.bound.is_empty()));
-    // A bar is an absolute value too.
+    // A bar is also an absolute value.
     let bound = |number: &str| {
         hard_cases()
             .find(|case| case.number == number)

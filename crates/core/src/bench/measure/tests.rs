@@ -1,11 +1,10 @@
-//! What the benchmark makes of times that are given to it, by hand.
+//! Results of the benchmark for given times, by hand.
 
 use super::*;
 use crate::bench::{Kind, group};
 
-/// Protects: the ratio says how many times as long the scan takes as the tree, sample by sample: of
-/// 6 and 2, 5 and 2, and 8 and 4 seconds, the median is 2.5. Where the scan was not timed there is
-/// none.
+/// Protects: the ratio is the time of the scan over that of the tree, sample by sample: of 6 and 2,
+/// 5 and 2, and 8 and 4 seconds, the median is 2.5. Without a timed scan it is `None`.
 #[test]
 fn a_ratio_is_scan_over_tree() {
     let geometry = Geometry::new(group(Kind::Spheres, 3, 1).unwrap(), AcceleratorKind::Linear);
@@ -37,9 +36,9 @@ fn a_ratio_is_scan_over_tree() {
     assert_eq!((slow.ratio(), slow.cost()), (None, None));
 }
 
-/// Protects: a sample takes the time that it was given: at ten nanoseconds a test and three
-/// primitives, 30 ns a ray, 3333 rays fill 0.1 ms. Of many rays every so many are taken, of few
-/// each is taken again, and never fewer than sixteen.
+/// Protects: a sample fills its intended time: at ten nanoseconds a test and three primitives, 30
+/// ns a ray, 3333 rays fill 0.1 ms. Many rays are thinned out evenly, few are repeated, with at
+/// least sixteen.
 #[test]
 fn samples_fill_their_time() {
     let geometry =

@@ -1,4 +1,4 @@
-//! What the language means, and what it refuses.
+//! Meaning of the language, and the sources that it refuses.
 
 use std::collections::BTreeMap;
 
@@ -11,7 +11,7 @@ fn value(source: &str) -> f64 {
     evaluate(source, &names()).unwrap_or_else(|e| panic!("{source}: {e} at {:?}", e.span))
 }
 
-/// The message, the text it points at, and the hint.
+/// Returns the message, the text that it points to, and the hint.
 fn refused(source: &str) -> (String, String, String) {
     match evaluate(source, &names()) {
         Ok(value) => panic!("{source} is {value}"),
@@ -57,7 +57,7 @@ fn named_numbers() {
     assert_eq!(value("ln(e)"), 1.0);
 }
 
-/// Protects: every function against its definition.
+/// Protects: every function agrees with its definition.
 #[test]
 fn functions() {
     for (source, expected) in [
@@ -100,8 +100,8 @@ fn functions() {
     }
 }
 
-/// Protects: vectors act componentwise with vectors and with numbers, and geometry has its own
-/// functions.
+/// Protects: vectors combine componentwise with vectors and with numbers, and geometric functions
+/// apply to whole vectors.
 #[test]
 fn vectors() {
     for (source, expected) in [
@@ -133,7 +133,7 @@ fn vectors() {
     }
 }
 
-/// Protects: interpolation meets its ends exactly, whatever the rounding in between.
+/// Protects: interpolation is exact at its ends, whatever the rounding in between.
 #[test]
 fn mix_is_exact_at_the_ends() {
     for (a, b) in [(0.1, 0.7), (-3.3, 1e10), (1e-10, 5.0)] {
@@ -142,7 +142,7 @@ fn mix_is_exact_at_the_ends() {
     }
 }
 
-/// Protects: what happens in the branch not taken is of no consequence.
+/// Protects: the value of the branch not taken does not matter.
 #[test]
 fn only_the_taken_branch_matters() {
     assert_eq!(value("0 > 1 ? 1/0 : 2"), 2.0);
@@ -150,7 +150,7 @@ fn only_the_taken_branch_matters() {
     assert_eq!(value("sqrt(-1) ? 1 : 2"), 2.0);
 }
 
-/// Protects: a number of the scene is finite; on the way to it, arithmetic is IEEE.
+/// Protects: a number of the scene must be finite; intermediate arithmetic is IEEE.
 #[test]
 fn values_must_be_finite() {
     assert_eq!(value("1/(1/0)"), 0.0);
@@ -165,7 +165,7 @@ fn values_must_be_finite() {
     );
 }
 
-/// Protects: errors point at the place and say what to do.
+/// Protects: errors point to the place and give a hint.
 #[test]
 fn errors_point_at_the_place() {
     for (source, message, place, hint) in [
@@ -296,7 +296,7 @@ fn errors_point_at_the_place() {
     }
 }
 
-/// Protects: a parameter that hides something else is an error where it is used, not a surprise.
+/// Protects: a parameter with the name of a constant or variable is an error where it is used.
 #[test]
 fn an_ambiguous_name_is_refused() {
     let names = BTreeMap::from([("pi".to_owned(), 3.0)]);
@@ -304,7 +304,7 @@ fn an_ambiguous_name_is_refused() {
     assert_eq!(evaluate("2", &names), Ok(2.0));
 }
 
-/// Protects: hostile sources are refused in bounded time and stack, however they nest or go on.
+/// Protects: hostile sources are refused in bounded time and stack, however deep or long.
 #[test]
 fn hostile_sources_are_refused() {
     for (open, close) in [
@@ -342,7 +342,7 @@ fn hostile_sources_are_refused() {
     );
 }
 
-/// Protects: no text at all makes the parser panic, and every span lies on character boundaries.
+/// Protects: no text makes the parser panic, and every span lies on character boundaries.
 #[test]
 fn any_text_is_survived() {
     let pieces = [
@@ -377,8 +377,8 @@ fn parameter_names() {
     assert!(parameter_name_problem("t").is_some());
 }
 
-/// Protects: noise functions are those of [`crate::noise`], in space for a vector or three numbers,
-/// in the plane for two.
+/// Protects: noise functions equal those of [`crate::noise`], in space for a vector or three
+/// numbers, in the plane for two.
 #[test]
 fn noise_functions() {
     use crate::noise::{fbm2, fbm3, noise2, noise3, turbulence2, turbulence3};

@@ -1,4 +1,4 @@
-//! Tests of the expression language: what it means, and what its programs compute.
+//! Tests of the expression language: meaning, and results of compiled programs.
 
 mod language;
 mod oracle;
@@ -34,7 +34,7 @@ fn hit() -> Inputs<f64> {
     }
 }
 
-/// The same hit in single precision.
+/// The same hit in f32.
 fn narrow(hit: &Inputs<f64>) -> Inputs<f32> {
     let v = |v: DVec3| v.as_vec3();
     Inputs {

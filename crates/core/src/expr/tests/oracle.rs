@@ -1,5 +1,5 @@
-//! Compiled programs against a walk over random trees: the meaning of an expression in as few words
-//! as possible.
+//! Compiled programs against a direct evaluation of random trees, which defines the meaning of an
+//! expression as briefly as possible.
 
 use glam::DVec3;
 use raywright_bvh::scalar::{Real, Vector};
@@ -25,7 +25,7 @@ type Value<R> = (bool, [R; 3]);
 const COMPARISONS: [&str; 8] = ["<", "<=", ">", ">=", "==", "!=", "&&", "||"];
 
 impl Tree {
-    /// As it is written in a scene, in parentheses throughout.
+    /// Returns the source text, in parentheses throughout.
     fn source(&self) -> String {
         let Of(name, parts) = self else {
             return match self {
@@ -44,8 +44,8 @@ impl Tree {
         }
     }
 
-    /// The part of the tree that decides: the branch of a choice that is always taken, or either of
-    /// two that are equal.
+    /// Returns the part of the tree that decides: the branch of a choice that is always taken, or
+    /// either of two equal ones.
     fn settled(&self) -> &Self {
         match self {
             Of("?", parts) if parts[1] == parts[2] => parts[1].settled(),
@@ -68,7 +68,7 @@ impl Tree {
         }
     }
 
-    /// Is 0 or 1 but not known beforehand, so that an interpolation by it is a choice.
+    /// Whether the value is 0 or 1 but not constant, so that an interpolation by it is a choice.
     fn chooses(&self) -> bool {
         let settled = self.settled();
         matches!(settled, Of(name, _) if COMPARISONS.contains(name) || ["!", "step", "checker"].contains(name))
@@ -220,11 +220,10 @@ impl Tree {
     }
 }
 
-/// Grows trees of at most a given depth.
+/// Generates trees of at most a given depth.
 struct Random {
     state: u64,
-    /// With constants in them, which are computed beforehand, in f64 whatever the renderer's
-    /// scalar.
+    /// Whether trees contain constants, which are folded in f64 whatever the renderer's scalar.
     constants: bool,
 }
 
@@ -361,7 +360,7 @@ impl Random {
     }
 }
 
-/// Equal bit for bit, but that one NaN is as good as another.
+/// Whether two values are equal to the bit; any two NaN count as equal.
 fn same<R: Real>(program: R::Vec3, walk: [R; 3]) -> bool {
     (0..3).all(|axis| {
         let (a, b) = (program.axis(axis).to_f64(), walk[axis].to_f64());
@@ -389,8 +388,7 @@ fn check<R: Real>(tree: &Tree, hits: &[Inputs<R>]) {
     }
 }
 
-/// Hits with numbers of every kind that a formula may meet: whole, negative, zero of both signs,
-/// infinite.
+/// Hits with all kinds of numbers: whole, negative, zero of both signs, infinite.
 fn hits() -> Vec<Inputs<f64>> {
     let v = DVec3::new;
     let zeros = Inputs {
@@ -414,8 +412,8 @@ fn hits() -> Vec<Inputs<f64>> {
     ]
 }
 
-/// Protects: what is computed beforehand, shared, taken into one step or kept in a register changes
-/// no bit of a value, be it the sign of a zero.
+/// Protects: constant folding, sharing, fused steps and register reuse change no bit of a value,
+/// not even the sign of a zero.
 #[test]
 fn programs_mean_what_their_trees_mean() {
     let hits = hits();
@@ -434,7 +432,7 @@ fn programs_mean_what_their_trees_mean() {
     }
 }
 
-/// Protects: the same in f32. Without constants, which are computed in f64 beforehand.
+/// Protects: the same holds in f32, without constants, which are folded in f64.
 #[test]
 fn programs_mean_what_their_trees_mean_in_single_precision() {
     let hits: Vec<Inputs<f32>> = hits().iter().map(narrow).collect();

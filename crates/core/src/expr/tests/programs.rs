@@ -1,4 +1,5 @@
-//! Compiled programs against the meaning of each operation, and what they say about themselves.
+//! Compiled programs against the meaning of each operation, and the properties that programs
+//! report.
 
 use glam::DVec3;
 use raywright_bvh::scalar::Real;
@@ -7,7 +8,7 @@ use super::{hit, names};
 use crate::expr::semantics::{power, vanishing};
 use crate::expr::{Constant, MAX_OPERATIONS, Programs, Scope, Variable, compile, compile_number};
 
-/// Protects: every variable reads its own input, and only in the scopes that have it.
+/// Protects: every variable reads its own input, and exists only in its scopes.
 #[test]
 fn variables_belong_to_scopes() {
     for (source, scope, expected) in [
@@ -47,7 +48,8 @@ fn variables_belong_to_scopes() {
     );
 }
 
-/// Protects: what the preparation asks a program: constant or not, which variables, which kind.
+/// Protects: the properties that preparation reads from a program: constant or not, its variables,
+/// its type.
 #[test]
 fn programs_describe_themselves() {
     let surface = |source| compile(source, &names(), Scope::Surface).expect("compiles");
@@ -71,8 +73,8 @@ fn programs_describe_themselves() {
     );
 }
 
-/// Protects: programs that lie in one table keep their own steps, constants, rows and variables,
-/// whatever their sizes and order.
+/// Protects: programs in one table keep their own steps, constants, rows and variables, whatever
+/// their sizes and order.
 #[test]
 fn programs_lie_side_by_side() {
     let sum = |count: usize| {
@@ -135,8 +137,7 @@ fn oversized_programs_are_refused() {
     assert!(error.message.contains("the limit is"), "{error}");
 }
 
-/// Protects: a power that is known to be zero before it is multiplied out is what multiplying out
-/// gives, bit for bit.
+/// Protects: a power that the limit declares zero equals the multiplied-out result to the bit.
 #[test]
 fn powers_vanish_where_their_squares_do() {
     for exponent in (0..600).chain([1023, 1024, 1025, 4095, 32_769, 65_535, 65_536]) {
