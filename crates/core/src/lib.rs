@@ -29,11 +29,13 @@
 //!
 //! The crate starts no threads. Preparation and rendering run on the rayon pool from which they are
 //! called: the global pool, unless the caller installs another. An [`Observer`] can stop both.
+//!
+//! ```
 //! use core::sync::atomic::{AtomicBool, Ordering};
 //! use raywright_core::prepare::PrepareError;
 //! use raywright_core::{Observer, Scene, Settings, prepare};
 //!
-//! /// Set from wherever the user says so.
+//! /// Set by the user interface.
 //! struct Stop(AtomicBool);
 //!
 //! impl Observer for Stop {
