@@ -1,11 +1,10 @@
-//! The view that shows a whole scene: from where, and how far away, for a scene that has no camera
-//! of its own.
+//! Framing: a view that shows a whole scene, for a scene without a camera.
 //!
-//! What is framed is the silhouette, not a box around it. Its outline is that of the convex hull,
-//! of which few points matter: for each of some thousand directions about the middle the farthest
-//! point is kept, in a space in which the box around everything is a cube, so that needles and
-//! sheets are as well known as balls. Millions of vertices are looked at once, and every view after
-//! that costs as much as a few thousand points.
+//! The silhouette is framed, not a box around it. Its outline is that of the convex hull, for which
+//! few points suffice. For each of some thousand directions about the middle, the farthest point is
+//! kept, in a space where the bounding box is a cube, so that needles and sheets are resolved as
+//! well as balls. Millions of vertices are visited once; every later view costs as much as a few
+//! thousand points.
 
 mod outline;
 
@@ -21,26 +20,26 @@ use outline::{FINE, Outlines, outermost};
 /// Share of the picture's tighter side that a framed silhouette fills.
 pub const FILL: f64 = 0.78;
 
-/// Vertical field of view of a framed camera where none is asked for, in degrees.
+/// Default vertical field of view of a framed camera, in degrees.
 pub const FIELD_OF_VIEW: f64 = 40.0;
 
-/// Where a camera stands about what it shows.
+/// Direction from which a camera looks at its target.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct View {
-    /// Degrees about +y: 0 stands on the +z side, 90 on the +x side.
+    /// Degrees about +y: 0 is on the +z side, 90 on the +x side.
     pub azimuth: f64,
     /// Degrees above the horizon, -90 to 90.
     pub elevation: f64,
 }
 
 impl View {
-    /// From slightly above and to the side.
+    /// The default view: slightly from above and from the side.
     pub const USUAL: Self = Self {
         azimuth: 30.0,
         elevation: 20.0,
     };
 
-    /// Views with names: the six sides and the one along a cube's diagonal.
+    /// Named views: the six sides and the view along a cube's diagonal.
     pub const NAMED: [(&'static str, Self); 7] = [
         (
             "front",
@@ -93,7 +92,7 @@ impl View {
         ),
     ];
 
-    /// Unit vectors to the right, up and back of a camera that stands there.
+    /// Returns the unit vectors to the right, up and back of a camera with this view.
     fn axes(self) -> [DVec3; 3] {
         let back = towards(self.azimuth.to_radians(), self.elevation.to_radians());
         let right = towards((self.azimuth + 90.0).to_radians(), 0.0);
@@ -101,30 +100,30 @@ impl View {
     }
 }
 
-/// What framing asks of a scene.
+/// Data of a scene for framing.
 #[derive(Clone, Debug)]
 pub struct Silhouette {
-    /// Points whose convex hull is nearly the scene's.
+    /// Points whose convex hull approximates the scene's.
     points: Vec<DVec3>,
     faces: FacingAreas,
 }
 
-/// Which way surfaces face.
+/// Orientation of surfaces, weighted by area.
 #[derive(Clone, Copy, Debug, Default)]
 struct FacingAreas {
-    /// Area of all triangles that were looked at.
+    /// Area of the examined triangles.
     area: f64,
-    /// Their normals by area.
+    /// Sum of their normals, weighted by area.
     sum: DVec3,
-    /// How far the same face away from the middle, by area.
+    /// Sum of the normals' components away from the middle, weighted by area.
     outward: f64,
 }
 
-/// Triangles that are asked which way they face, about.
+/// Approximate number of examined triangles.
 const FACES: usize = 1 << 18;
 
 impl Silhouette {
-    /// Looks at everything of a scene that has an end.
+    /// Examines all bounded parts of a scene.
     pub fn of(scene: &Scene) -> Self {
         let lookup = Lookup::new(scene);
         let outlines = Outlines::of(scene, &lookup);
@@ -134,7 +133,7 @@ impl Silhouette {
         Self { points, faces }
     }
 
-    /// That of a box.
+    /// Returns the silhouette of a box.
     pub fn of_box(bounds: &Aabb) -> Self {
         let points = if bounds.is_empty() {
             Vec::new()
@@ -147,9 +146,8 @@ impl Silhouette {
         }
     }
 
-    /// The view in which a scene is seen where none is asked for: flat things from their front,
-    /// rooms through the side that is open, and everything else from slightly above and to the
-    /// side.
+    /// Returns the default view of a scene: flat objects from their front, rooms through their open
+    /// side, and all others slightly from above and from the side.
     pub fn front(&self) -> View {
         let extent = Aabb::from_points(self.points.iter().copied()).extent();
         let FacingAreas { area, sum, outward } = self.faces;
@@ -169,8 +167,8 @@ impl Silhouette {
                     elevation: 0.0,
                 };
             }
-            // What lies is seen from above, and straight from there only where there is nothing
-            // else to see.
+            // A lying object is seen obliquely from above, and straight from above only where
+            // nothing else is visible.
             Some(_) if thin(SHEET).is_some() => {
                 return View {
                     azimuth: 0.0,
@@ -185,8 +183,9 @@ impl Silhouette {
             }
             None => {}
         }
-        // Of a closed surface the normals cancel. What is open and faces inwards is a room, whose
-        // open side they point to; what faces mostly one way is a relief.
+        // The normals of a closed surface cancel. An open surface that faces inwards is a room, and
+        // the normals point to its open side; a surface that faces mostly in one direction is a
+        // relief.
         let open = if outward < 0.0 {
             sum.length() > ROOM * area
         } else {
@@ -194,8 +193,7 @@ impl Silhouette {
         };
         let level = sum.x.hypot(sum.z);
         match open {
-            // Stairs face up as much as forward, and roundings must not decide which of the two
-            // counts.
+            // Stairs face up as much as forward, and rounding must not decide between the two.
             true if level > (1.0 + 1e-6) * sum.y.abs() => {
                 let azimuth = libm::atan2(sum.x, sum.z).to_degrees();
                 let straight = 90.0 * (azimuth / 90.0).round();
@@ -216,9 +214,9 @@ impl Silhouette {
         }
     }
 
-    /// The camera of a vertical field of view in degrees that stands there and shows everything:
-    /// the silhouette is in the middle and fills [`FILL`] of the side of the picture that it comes
-    /// nearest to, whatever the angle and the picture's aspect.
+    /// Returns the camera with a vertical field of view in degrees that shows everything from this
+    /// view. The silhouette is centred and fills [`FILL`] of the picture's tighter side, for every
+    /// field of view and aspect.
     pub fn frame(&self, view: View, vertical_fov: f64, aspect: f64) -> Camera {
         let corners = Aabb::around(DVec3::ZERO, DVec3::ONE).corners();
         let points = if self.points.is_empty() {
@@ -236,7 +234,7 @@ impl Silhouette {
             .map(|p| DVec3::new(p.dot(right), p.dot(up), p.dot(back)))
             .collect();
         // A camera at (x, y, d) has everything between its sides where |p.x - x| <= slope * (d -
-        // p.z): how far the sides lean on both ends.
+        // p.z): the extent of both sides in slanted coordinates.
         let ends = |axis: usize, slope: f64| {
             let lean = |sign: f64| {
                 local
@@ -250,8 +248,8 @@ impl Silhouette {
         let least =
             [0, 1].map(|axis| ends(axis, slopes[axis]).iter().sum::<f64>() / (2.0 * slopes[axis]));
         let nearest = local.iter().map(|p| p.z).fold(f64::NEG_INFINITY, f64::max);
-        // What has no size across the view is seen from as far as it is deep, and a point from a
-        // metre.
+        // An object without an extent across the view is seen from its depth away, and a point from
+        // a metre.
         let room = if size > 0.0 {
             0.01 * size
         } else {
@@ -259,7 +257,7 @@ impl Silhouette {
         };
         let distance = least[0].max(least[1]).max(nearest + room);
         // The slope at which this distance would be the least one: between such sides the
-        // silhouette is in the middle.
+        // silhouette is centred.
         let middle = |axis: usize| {
             let (mut low, mut high) = (0.0, slopes[axis]);
             for _ in 0..48 {
@@ -275,7 +273,7 @@ impl Silhouette {
             0.5 * (one - other)
         };
         let target = centre + right * middle(0) + up * middle(1);
-        // The world's up where that is not along the view.
+        // The world's up direction, unless the view is along it.
         let upright = if view.elevation.abs() > 80.0 {
             up
         } else {
@@ -300,17 +298,18 @@ impl Silhouette {
     }
 }
 
-/// Thickness over the shorter side across it up to which something is flat, and up to which it is a
+/// Ratio of thickness to the shorter side up to which an object is flat, and up to which it is a
 /// sheet.
 const FLAT: f64 = 0.15;
 const SHEET: f64 = 0.02;
 
-/// Share of the area that is not faced back, of a room with an open side and of a relief.
+/// Share of the area not balanced by opposite normals, for a room with an open side and for a
+/// relief.
 const ROOM: f64 = 0.1;
 const RELIEF: f64 = 0.5;
 
 impl FacingAreas {
-    /// Of every so many triangles of a scene.
+    /// Gathers every `step`-th triangle of a scene.
     fn of(scene: &Scene, lookup: &Lookup<'_>, middle: DVec3, step: usize) -> Self {
         let mut faces = Self::default();
         for shown in all(scene) {

@@ -1,4 +1,5 @@
-//! Rendering: tiles over threads, samples over pixels. Nothing here allocates or locks per ray.
+//! Rendering: parallel over tiles, sequential over pixels and samples. Nothing here allocates or
+//! locks per ray.
 
 mod ahead;
 mod first_hits;
@@ -31,23 +32,23 @@ use crate::sampler::{Address, Purpose, Sequence, fours, pair};
 use crate::scene::Pattern;
 use crate::settings::{Aov, Crop, Sampling, Settings};
 
-/// A picture with what it took.
+/// A picture with the figures of its render.
 #[derive(Clone, Debug)]
 pub struct Rendered {
-    /// The picture; where it was not finished, the mean of the samples so far, black without any.
+    /// The picture; of an unfinished render, the mean of the samples so far, black without any.
     pub picture: Picture,
-    /// The same denoised, or why it can't be; none where nobody asked.
+    /// The denoised picture, or the reason why it is missing; `None` where it was not requested.
     pub denoised: Option<Result<Denoised, DenoiseError>>,
     /// Rays and samples.
     pub counters: Counters,
-    /// Pixels that lack samples because the observer stopped the render.
+    /// Number of pixels that lack samples because the observer stopped the render.
     pub unfinished: u64,
-    /// Whether there are no such pixels.
+    /// Whether no pixel lacks samples.
     pub finished: bool,
 }
 
 impl Rendered {
-    /// What a film amounts to so far, denoised where it is to be.
+    /// Returns the picture of a film so far, denoised where requested.
     pub fn of(film: &Film, observer: &dyn Observer) -> Self {
         let denoised = film.is_to_be_denoised().then(|| denoise(film, observer));
         Self {
@@ -56,12 +57,12 @@ impl Rendered {
         }
     }
 
-    /// What a film amounts to so far, as it is.
+    /// Returns the picture of a film so far, without denoising.
     pub fn noisy(film: &Film) -> Self {
         Self::with_picture(film, film.picture())
     }
 
-    /// The same where the film's picture is there already.
+    /// Returns the result for a picture of the film that already exists.
     fn with_picture(film: &Film, picture: Picture) -> Self {
         let unfinished = film.unfinished();
         Self {
@@ -73,18 +74,18 @@ impl Rendered {
         }
     }
 
-    /// The denoised picture with what is claimed of it, where there is one.
+    /// Returns the denoised picture with its error estimate, if any.
     pub fn denoised(&self) -> Option<&Denoised> {
         self.denoised.as_ref()?.as_ref().ok()
     }
 
-    /// The picture that is to be looked at: the denoised one where there is one.
+    /// Returns the picture to show: the denoised one, if any.
     pub fn shown(&self) -> &Picture {
         self.denoised()
             .map_or(&self.picture, |denoised| &denoised.picture)
     }
 
-    /// The same before a colour that is seen where nothing covers it, in place of its coverage.
+    /// Returns the pictures composited over a background colour, without coverage.
     #[must_use]
     pub fn over(&self, colour: [f64; 3]) -> Self {
         let over = |denoised: &Denoised| Denoised {
@@ -102,8 +103,7 @@ impl Rendered {
         }
     }
 
-    /// All numbers there are: the picture as it was sampled, with its layers and those of the
-    /// denoised one.
+    /// Returns all layers: the sampled picture, with its layers and those of the denoised one.
     pub fn all_layers(&self) -> Cow<'_, Picture> {
         let Some(denoised) = self.denoised() else {
             return Cow::Borrowed(&self.picture);
@@ -114,9 +114,9 @@ impl Rendered {
     }
 }
 
-/// Renders what `part` names and the film lacks on the current thread pool, in passes over the
-/// picture that each add some samples of one replicate, so that a render that is stopped has
-/// something everywhere, and nearly the same of it.
+/// Renders the samples that `part` names and the film lacks, on the current thread pool. Passes
+/// over the picture each add some samples of one replicate, so that a stopped render has nearly
+/// equal numbers of samples everywhere.
 pub(crate) fn render<'a, R: Real, T: LightTransport<'a, R>>(
     (scene, camera): (&'a Prepared<R>, &Camera<R>),
     settings: &Settings,
@@ -126,7 +126,7 @@ pub(crate) fn render<'a, R: Real, T: LightTransport<'a, R>>(
 ) {
     let (plan, draws) = (film.plan().clone(), settings.filter.draws());
     let queue = Mutex::new(Queue::new(film, part));
-    // A call of its own: in the loop's condition the lock would be held until the work is done.
+    // A separate statement: in the loop's condition, the lock would be held until the work is done.
     let exchange = |finished: Option<TileUpdate>| lock(&queue).exchange(finished, observer);
     let work = || {
         let mut finished = None;
@@ -165,9 +165,9 @@ pub(crate) fn render<'a, R: Real, T: LightTransport<'a, R>>(
         }
         lock(&queue).end(finished, &tracer.into_light_usage(), observer);
     };
-    // Each thread takes the next one, so that they are finished nearly in order and none waits for
-    // another. Not a broadcast, which ends only when every thread of the pool has taken part: a
-    // caller's pool may have other things to do.
+    // Each thread takes the next unit, so that units are finished nearly in order and no thread
+    // waits for another. Not a broadcast, which ends only when every thread of the pool has taken
+    // part: a caller's pool may have other work.
     rayon::scope(|scope| (0..rayon::current_num_threads()).for_each(|_| scope.spawn(|_| work())));
 }
 
@@ -177,19 +177,19 @@ fn lock<'a, T>(mutex: &'a Mutex<T>) -> MutexGuard<'a, T> {
         .unwrap_or_else(|poisoned| poisoned.into_inner())
 }
 
-/// What of a sample is covered and what is shadow, in parts that sums are taken of.
+/// Returns the coverage and the shadow of a sample, in the units of the sums.
 #[inline(always)]
 fn shares<R: Real>(brought: &PathResult<R>) -> [u32; 2] {
     [parts(brought.coverage), parts(brought.shadow)]
 }
 
-/// Some samples of one tile in one replicate.
+/// A unit of work: some samples of one tile in one replicate.
 struct UnitJob<'a, R: Real, T> {
     camera: &'a Camera<R>,
     settings: &'a Settings,
     plan: &'a Plan,
     draws: &'a Draws,
-    /// In film coordinates, relative to the crop.
+    /// Position in the film, relative to the crop.
     area: Crop,
     tile: u32,
     replicate: u32,
@@ -199,7 +199,7 @@ struct UnitJob<'a, R: Real, T> {
 }
 
 impl<'t, R: Real, T: LightTransport<'t, R>> UnitJob<'_, R, T> {
-    /// None where the observer stopped it halfway.
+    /// Renders the unit; `None` where the observer stopped it halfway.
     fn run(&self, start: &ReplicateBuffer, tracer: &mut T) -> Option<TileUpdate> {
         match self.plan.random {
             true => self.gather::<Moments>(start, tracer),
@@ -282,20 +282,20 @@ impl<'t, R: Real, T: LightTransport<'t, R>> UnitJob<'_, R, T> {
         })
     }
 
-    /// Rows of the whole picture that the tile lies in.
+    /// Returns the tile's rows in the whole picture.
     fn rows(&self) -> Range<u32> {
         let first = self.plan.crop.y + self.area.y;
         first..first + self.area.height
     }
 
-    /// Columns of the whole picture that the tile lies in.
+    /// Returns the tile's columns in the whole picture.
     fn columns(&self) -> Range<u32> {
         let first = self.plan.crop.x + self.area.x;
         first..first + self.area.width
     }
 
-    /// Pixels that are the means of their corners; how many samples were dropped, and how many met
-    /// something.
+    /// Computes pixels as the means of their corners; returns the number of dropped samples, and of
+    /// samples that hit a surface.
     fn corners<B: Block<R>>(
         &self,
         tracer: &mut T,
@@ -333,15 +333,15 @@ impl<'t, R: Real, T: LightTransport<'t, R>> UnitJob<'_, R, T> {
         (dropped, pixel.met)
     }
 
-    /// Radiance and coverage at the corners of the tile's pixels, each traced once for the up to
-    /// four pixels that share it, and their first hits and what was seen without light from
-    /// elsewhere, where layers ask for them.
+    /// Returns radiance and coverage at the corners of the tile's pixels, each traced once for the
+    /// up to four pixels that share it. Where layers need them, also the first hits and the
+    /// radiance without scattered light.
     #[expect(clippy::type_complexity, reason = "two lists for one caller")]
     fn lattice(
         &self,
         tracer: &mut T,
     ) -> (Vec<(R::Vec3, [u32; 2])>, Vec<(Option<FirstHit>, [f64; 3])>) {
-        // One more each way than there are pixels.
+        // One more in each direction than pixels.
         let inclusive = |range: Range<u32>| range.start..range.end + 1;
         let (columns, rows) = (inclusive(self.columns()), inclusive(self.rows()));
         let count = columns.len() * rows.len();
@@ -395,10 +395,10 @@ impl<'t, R: Real, T: LightTransport<'t, R>> UnitJob<'_, R, T> {
         }
     }
 
-    /// Makes at most so many samples from one of a pixel on: those of this pixel, then of the next
-    /// ones; of paths those of the next rows too.
+    /// Generates at most `most` samples, starting with one of a pixel: those of this pixel, then of
+    /// the next ones; for path tracing also of the next rows.
     fn make_samples(&self, [x, y]: [u32; 2], index: u32, most: usize, samples: &mut Samples<R>) {
-        // A row of its own leaves one point together.
+        // Packets hold camera rays of one row, which start at one point.
         let end = if T::BATCH > PACKET {
             self.rows().end
         } else {
@@ -456,7 +456,7 @@ impl<'t, R: Real, T: LightTransport<'t, R>> UnitJob<'_, R, T> {
         }
     }
 
-    /// The camera ray of a sample, through a place in its pixel.
+    /// Returns the camera ray of a sample through a position in its pixel.
     #[inline]
     fn sample_ray(&self, address: Address, [u, v]: [f32; 2]) -> Ray<R> {
         let [x, y] = address.pixel;
@@ -475,8 +475,8 @@ impl<'t, R: Real, T: LightTransport<'t, R>> UnitJob<'_, R, T> {
         camera.ray_during(at(x, u), at(y, v), lens, share)
     }
 
-    /// The layers that show what the rays through the middles of pixels hit first. Those rays are
-    /// traced for them alone.
+    /// Returns the layers of the first hits of pixel-centre rays, which are traced for these layers
+    /// alone.
     fn centre_layers(&self, tracer: &mut T) -> Vec<Vec<f32>> {
         let layers = &self.plan.layers.centre;
         let mut buffers = vec![Vec::new(); layers.len()];

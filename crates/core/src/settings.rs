@@ -1,4 +1,4 @@
-//! What a render is asked for besides the scene: every choice that the command line can override,
+//! Settings of a render besides the scene: every choice that the command line can override,
 //! resolved to plain values.
 
 mod check;
@@ -15,14 +15,13 @@ use crate::scene::{Camera, Integrator, Pattern, Scene};
 pub use check::SettingsError;
 pub use rungs::{AreaShadows, LightSampling, Microfacets, PrecisionChoice, Roulette, SamplerKind};
 
-/// Replicates that so many samples of the general sampler are divided into, where nothing else is
-/// asked for: as few as the estimate of the error allows, because each is less even than all
-/// samples together would be.
+/// Returns the default number of replicates for a number of samples of the general sampler: as few
+/// as the error estimate allows, because each replicate is less uniform than all samples together.
 ///
-/// Two are the fewest that say anything, and from eight samples on they hold what they claim; but
-/// one degree of freedom makes wide intervals (Student's factor for 95 % is 12.7). From 64 samples
-/// on, which are four times sixteen, four hold what they claim (factor 3.18) at little cost.
-/// `benches/README.md` has the figures of 1 to 8.
+/// Two replicates are the fewest that give an estimate, and their intervals hold from eight samples
+/// on. But one degree of freedom makes wide intervals (Student's factor for 95 % is 12.7). From 64
+/// samples on, which are four times sixteen, the intervals of four replicates hold (factor 3.18) at
+/// little cost. `benches/README.md` has the figures of 1 to 8.
 pub fn replicates(samples: u32) -> u32 {
     match samples {
         0..8 => 1,
@@ -31,18 +30,19 @@ pub fn replicates(samples: u32) -> u32 {
     }
 }
 
-/// Where in a pixel its samples lie.
+/// Placement of samples in a pixel.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Sampling {
     /// A fixed pattern.
     Pattern(Pattern),
-    /// So many samples of the general sampler, at least one.
+    /// Samples of the general sampler, at least one.
     General(u32),
 }
 
 impl Sampling {
-    /// `--spp`: the count of the scene's pattern keeps it, one sample of a pattern scene is the
-    /// pixel's centre, anything else uses the general sampler. None: as the scene says.
+    /// Resolves `--spp`. The pattern's own count keeps the pattern, one sample of a pattern scene
+    /// is the pixel's centre, and any other number uses the general sampler. `None`: as in the
+    /// scene.
     pub fn resolve(scene: &Scene, spp: Option<u32>) -> Self {
         match (scene.render.pattern, spp) {
             (Some(pattern), None) => Self::Pattern(pattern),
@@ -53,7 +53,7 @@ impl Sampling {
         }
     }
 
-    /// Samples a pixel.
+    /// Returns the samples per pixel.
     pub fn count(self) -> u32 {
         match self {
             Self::Pattern(pattern) => pattern.count(),
@@ -61,7 +61,7 @@ impl Sampling {
         }
     }
 
-    /// The fixed pattern, if it is one.
+    /// Returns the fixed pattern, if any.
     pub fn pattern(self) -> Option<Pattern> {
         match self {
             Self::Pattern(pattern) => Some(pattern),
@@ -69,33 +69,33 @@ impl Sampling {
         }
     }
 
-    /// Whether every sample's place is the same in all pixels.
+    /// Whether all pixels have the same sample positions.
     pub fn is_fixed(self) -> bool {
         matches!(self, Self::Pattern(_))
     }
 }
 
-/// A part of the picture in pixels, counted from the top left.
+/// A rectangle of the picture in pixels, counted from the top left.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Crop {
     /// First column.
     pub x: u32,
     /// First row.
     pub y: u32,
-    /// Columns, above zero.
+    /// Width, above zero.
     pub width: u32,
-    /// Rows, above zero.
+    /// Height, above zero.
     pub height: u32,
 }
 
-/// What camera rays see that hit nothing.
+/// Background: radiance of camera rays that hit nothing.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Background {
     /// The sky.
     #[default]
     Environment,
-    /// Nothing: alpha 0, black; reflections and light still come from the sky. A studio's ground
-    /// keeps its shadows, as black that covers.
+    /// Transparent black; reflections and light still come from the sky. A studio's ground keeps
+    /// its shadows, as covering black.
     Transparent,
 }
 
@@ -109,8 +109,8 @@ pub enum Aov {
     Normal,
     /// Position of the first hit, mean over the samples that hit.
     Position,
-    /// What camera rays see without light from elsewhere: lamps, the sky and what shows its colour
-    /// as it is; mean over the samples.
+    /// Radiance of camera rays without scattered light: lamps, the sky and unlit surfaces; mean
+    /// over the samples.
     Emission,
     /// Distance along the pixel-centre ray, −1 for the sky.
     Depth,
@@ -118,10 +118,10 @@ pub enum Aov {
     Object,
     /// Index of its material, −1 for the sky.
     Material,
-    /// Samples that entered the pixel.
+    /// Number of finite samples.
     Samples,
-    /// Standard error of the pixel's mean, per channel, from the means of its replicates: 0 where
-    /// chance has no part, −1 where fewer than two replicates leave it unknown (fewer than eight
+    /// Standard error of the pixel's mean, per channel, from the means of its replicates: 0 without
+    /// random sampling, −1 where fewer than two replicates leave it unknown (fewer than eight
     /// samples, or a fixed pattern under random lights).
     StandardError,
 }
@@ -141,97 +141,96 @@ impl Aov {
     ];
 }
 
-/// Everything a render is asked for besides the scene.
+/// Settings of a render besides the scene.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Settings {
     /// Width and height of the whole picture in pixels, 1 to [`Settings::MOST_EDGE`].
     pub size: [u32; 2],
-    /// The part that is rendered; none: all of it.
+    /// Rendered part of the picture; `None`: the whole.
     pub crop: Option<Crop>,
-    /// The view; none: framed automatically.
+    /// Camera; `None`: framed automatically.
     pub camera: Option<Camera>,
     /// Samples of a pixel, 1 to [`Settings::MOST_SAMPLES`].
     pub sampling: Sampling,
-    /// How much of a pixel's surroundings counts towards it, where samples lie at random places.
+    /// Pixel filter: the weight of a pixel's surroundings in the pixel; used for samples at random
+    /// places.
     pub filter: PixelFilter,
-    /// Ray segments a path may have, at least one, of which Whitted's integrator takes
-    /// [`Settings::MOST_SEGMENTS`] at most;
-    /// [`Settings::UNLIMITED`]: as many as chance allows.
+    /// Greatest number of ray segments of a path, at least one; Whitted's integrator uses at most
+    /// [`Settings::MOST_SEGMENTS`]. [`Settings::UNLIMITED`]: only Russian roulette ends paths.
     pub max_depth: u32,
-    /// Radiance to which the brightest channel of a path-traced sample is brought where it is above
-    /// it: fewer fireflies for light that is lost. None: nothing is lost.
+    /// Greatest radiance of the brightest channel of a path-traced sample; brighter samples are
+    /// scaled down. Fewer fireflies at the price of lost light. `None`: no clamping.
     pub clamp: Option<f64>,
-    /// How light is computed.
+    /// Integrator.
     pub integrator: Integrator,
-    /// How a path tracer finds light that has a size.
+    /// Sampling of area lights by path tracing.
     pub light_sampling: LightSampling,
-    /// By which formulas surfaces reflect.
+    /// Reflection formulas of surfaces.
     pub fresnel: FresnelRule,
-    /// What becomes of light that microfacets send to each other.
+    /// Treatment of light scattered between microfacets.
     pub microfacets: Microfacets,
-    /// Which part of a lamp has to be seen for its light to arrive.
+    /// Part of a lamp that must be visible for its light to arrive.
     pub area_shadows: AreaShadows,
-    /// When chance ends paths.
+    /// Start of Russian roulette.
     pub roulette: Roulette,
-    /// Where random numbers come from.
+    /// Source of random numbers.
     pub sampler: SamplerKind,
-    /// What files keep of the picture, which does not depend on it.
+    /// Output format of files; pictures do not depend on it.
     pub output: Output,
     /// Seed of the general sampler.
     pub seed: u64,
-    /// Number of the picture in a sequence, so that neighbours in it do not share their noise.
+    /// Frame number in an animation, so that neighbouring frames have different noise.
     pub frame: u32,
-    /// Independent parts that the general sampler's samples are taken in, where there are as many
-    /// samples; the spread of their means is what errors are estimated from. None: [`replicates`]
-    /// says how many.
+    /// Number of independent parts of the samples, where there are as many samples; errors are
+    /// estimated from the spread of their means. `None`: see [`replicates`].
     pub replicates: Option<u32>,
-    /// Whether the picture is denoised once it is there: less noise for a bias that it tells
-    /// itself. Its samples are taken in four replicates then, from eight on, and it keeps the
-    /// layers that [`crate::denoise`] reads.
+    /// Whether the finished picture is denoised: less noise for a bias that is estimated with it.
+    /// The samples are then taken in four replicates, from eight samples on, and the layers that
+    /// [`crate::denoise`] reads are kept.
     pub denoise: bool,
-    /// Root relMSE that the picture may have, above zero: samples are added where the error is
-    /// until the upper end of its interval is below, at most as many as `sampling` says. None:
-    /// every pixel takes those.
+    /// Requested root relMSE of the picture, above zero. Samples are added where the error is,
+    /// until the upper end of its interval is below, at most as many as in `sampling`. `None`:
+    /// every pixel takes the samples of `sampling`.
     pub max_error: Option<f64>,
-    /// Arithmetic.
+    /// Precision of the arithmetic.
     pub precision: PrecisionChoice,
     /// Scan or tree.
     pub accelerator: AcceleratorKind,
-    /// Effects that are switched off, of [`crate::effects::SWITCHABLE`].
+    /// Switched-off effects, from [`crate::effects::SWITCHABLE`].
     pub without: EffectSet,
-    /// What camera rays see that hit nothing.
+    /// Radiance of camera rays that hit nothing.
     pub background: Background,
-    /// Whether edges of triangles are drawn where camera rays meet them first.
+    /// Whether the edges of triangles are drawn at the first hits of camera rays.
     pub wireframe: bool,
-    /// Extra layers.
+    /// Additional layers.
     pub aovs: Vec<Aov>,
     /// Edge of a tile in pixels; pictures do not depend on it.
     pub tile_size: u32,
-    /// Bytes that [`Memory`](crate::Memory) may take in all, by what is told of it before anything
-    /// is built; none: no limit.
+    /// Greatest total of [`Memory`](crate::Memory) in bytes, checked by the estimate before the
+    /// preparation; `None`: no limit.
     pub max_memory: Option<u64>,
 }
 
 impl Settings {
-    /// Segments that a path may be limited to at most.
+    /// Greatest limit on the segments of a path.
     pub const MOST_SEGMENTS: u32 = 64;
 
-    /// Pixels that an edge of a picture may have.
+    /// Greatest edge of a picture in pixels.
     pub const MOST_EDGE: u32 = 65_536;
 
-    /// Samples that a pixel may have: as many as the sampler's sequence holds.
+    /// Greatest number of samples of a pixel: the length of the sampler's sequence.
     pub const MOST_SAMPLES: u32 = 65_536;
 
-    /// No limit on the segments of a path: chance alone ends it.
+    /// No limit on the segments of a path: only Russian roulette ends it.
     pub const UNLIMITED: u32 = u32::MAX;
 
-    /// Radiance behind a studio's ground where what is before it is kept apart: that of a white
-    /// page, or as much of it as a limit leaves.
+    /// Returns the radiance behind a studio's ground in a picture with coverage: that of a white
+    /// page, or the clamp if lower.
     pub(crate) fn page_radiance(&self) -> f64 {
         self.clamp.map_or(1.0, |most| most.min(1.0))
     }
 
-    /// What the scene itself asks for, with its first camera.
+    /// Returns the scene's own settings, with its first camera.
     pub fn of(scene: &Scene) -> Self {
         Self {
             size: scene.render.size,
@@ -270,7 +269,7 @@ impl Settings {
 mod tests {
     use super::*;
 
-    /// Protects: one picture below 8 samples, two below 64, four from there on:
+    /// Protects: one replicate below 8 samples, two below 64, four from there on:
     /// docs/decisions/0033-replicates.md.
     #[test]
     fn pictures_are_divided_by_their_samples() {

@@ -1,9 +1,9 @@
-//! The lights of the default studio, as they stand for a camera.
+//! Lights of the default studio, relative to a camera.
 //!
-//! Key, fill and rim are lobes around directions far away over a gradient: a sky that is drawn in
-//! closed form, so that soft light costs little noise. They go round with the camera's azimuth, as
-//! a photographer's stand about the camera while the model turns, so that every side of a model is
-//! seen in the same light; heights are the world's.
+//! Key, fill and rim light are lobes around distant directions over a gradient: a sky sampled in
+//! closed form, so that soft light costs little noise. The lights turn with the camera's azimuth,
+//! as a photographer's lights stand around the camera while the model turns, so that every side of
+//! a model is seen in the same light. Their heights are fixed in the world.
 
 use core::f64::consts::TAU;
 
@@ -21,14 +21,14 @@ struct SoftLight {
     /// Degrees to the right of the camera, as seen from the model, and above the horizon.
     azimuth: f64,
     elevation: f64,
-    /// Radiance in its middle.
+    /// Radiance in the middle of the lobe.
     radiance: f64,
-    /// Sharpness of its lobe.
+    /// Sharpness of the lobe.
     exponent: u32,
 }
 
-/// Key, fill and rim. What they send to a surface that faces them is 2/(exponent + 2) of their
-/// radiance, over π.
+/// Key, fill and rim light. The irradiance on a surface that faces a light is 2π/(exponent + 2)
+/// times its radiance.
 const LIGHTS: [SoftLight; 3] = [
     SoftLight {
         azimuth: -40.0,
@@ -50,7 +50,7 @@ const LIGHTS: [SoftLight; 3] = [
     },
 ];
 
-/// The sky that lights a scene in a studio, seen by a camera.
+/// Returns the sky that lights a scene in a studio, for a camera.
 pub(crate) fn lights(studio: &Studio, camera: &Camera) -> Sky {
     let turn = azimuth(camera) - studio.rotation.to_radians();
     let suns = LIGHTS.iter().map(|light| Sun {
@@ -71,16 +71,16 @@ pub(crate) fn lights(studio: &Studio, camera: &Camera) -> Sky {
     }
 }
 
-/// The unit direction of an azimuth, 0 along +z and a quarter of a turn along +x, and an elevation,
-/// in radians.
+/// Returns the unit direction of an azimuth, 0 along +z and a quarter turn along +x, and an
+/// elevation, in radians.
 pub(crate) fn towards(azimuth: f64, elevation: f64) -> DVec3 {
     let (sin, cos) = libm::sincos(azimuth);
     let (height, level) = libm::sincos(elevation);
     DVec3::new(level * sin, height, level * cos)
 }
 
-/// Where a camera stands about what it looks at, in radians; of one that looks straight down or up,
-/// where it would come down to.
+/// Returns the azimuth of a camera about its target, in radians; for a view straight down or up,
+/// the azimuth after tilting the camera to the horizon.
 fn azimuth(camera: &Camera) -> f64 {
     let (back, up) = match pose_at(camera, opening(camera)) {
         Pose::LookAt { eye, target, up } => {

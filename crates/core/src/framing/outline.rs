@@ -1,5 +1,5 @@
-//! Points by which a silhouette is known: those that lie farthest out, found in two walks that keep
-//! none of the others.
+//! Outline points of a silhouette: the outermost points, found in two passes without storing the
+//! others.
 
 use std::collections::HashMap;
 
@@ -12,23 +12,23 @@ use crate::lookup::Lookup;
 use crate::scene::{MeshData, Scene, Shape};
 use crate::shape::any_shape;
 
-/// Directions along an edge of the cube of directions: of a mesh or scene, and of a mesh that is
+/// Directions along an edge of the cube of directions: for a mesh or scene, and for a mesh that is
 /// shown often.
 pub(super) const FINE: usize = 64;
 const COARSE: usize = 12;
 
-/// Uses of a mesh up to which each is looked at finely.
+/// Uses of a mesh up to which each use gets the fine outline.
 const OFTEN: u64 = 4;
 
-/// Points of all objects together; of further objects the corners of a box stand for them. Points
-/// are looked at and not kept.
+/// Greatest number of points of all objects; beyond it, objects are represented by the corners of
+/// their boxes. Points are visited, not stored.
 const POINTS: usize = 1 << 22;
 
-/// The outermost points of each mesh of a scene, and those of a ball of radius 1.
+/// Outermost points of each mesh of a scene, and of a ball of radius 1.
 pub(super) struct Outlines<'a> {
     meshes: HashMap<&'a str, Vec<DVec3>>,
     ball: Vec<DVec3>,
-    /// Triangles of all objects.
+    /// Number of triangles of all objects.
     pub triangles: usize,
 }
 
@@ -63,9 +63,9 @@ impl<'a> Outlines<'a> {
         }
     }
 
-    /// Goes through the points of all objects where these are in the world.
+    /// Visits the points of all objects in world space.
     pub fn visit(&self, scene: &Scene, visit: &mut dyn FnMut(DVec3)) {
-        // What is added to zeros without taking their sign.
+        // The additive identity, which keeps the sign of zeros.
         const NOWHERE: DVec3 = DVec3::splat(-0.0);
         let mut seen = 0;
         for shown in all(scene) {
@@ -102,7 +102,7 @@ impl<'a> Outlines<'a> {
     }
 }
 
-/// Which positions the triangles of a mesh use.
+/// Returns for each position whether a triangle uses it.
 fn used(data: &MeshData) -> Vec<bool> {
     let mut used = vec![false; data.positions.len()];
     data.indices
@@ -112,14 +112,14 @@ fn used(data: &MeshData) -> Vec<bool> {
     used
 }
 
-/// The positions that triangles of a mesh use, each once.
+/// Iterates over the used positions, each once.
 fn corners(data: &MeshData, used: &[bool]) -> impl Iterator<Item = DVec3> {
     let used = used.iter().enumerate().filter(|(_, used)| **used);
     used.map(|(i, _)| position(data, i as u32))
         .filter(|point| point.is_finite())
 }
 
-/// Points on a ball of radius 1.
+/// Returns points on a ball of radius 1.
 fn ball() -> Vec<DVec3> {
     let direction = |cell: usize| {
         let (face, row, column) = (
@@ -137,7 +137,7 @@ fn ball() -> Vec<DVec3> {
     (0..6 * COARSE * COARSE).map(direction).collect()
 }
 
-/// Points around a shape: the corners of the box around it.
+/// Returns the corners of the box around a shape.
 fn around(shape: &Shape) -> Vec<DVec3> {
     let bounds = any_shape::<f64>(shape, DVec3::ZERO)
         .and_then(|shape| shape.bounds())
@@ -147,9 +147,9 @@ fn around(shape: &Shape) -> Vec<DVec3> {
         .map_or(Vec::new(), |bounds| bounds.corners().to_vec())
 }
 
-/// For each cell of a cube of directions about the middle of some points, the one that lies
-/// farthest, in a space where the box around them is a cube; of equals the first. Few points are
-/// all kept. The points are gone through twice, so that any number of them takes no memory.
+/// Returns the farthest point for each cell of a cube of directions about the middle, in a space
+/// where the bounding box is a cube; of equals the first. Few points are all kept. The points are
+/// visited twice, so that their number takes no memory.
 pub(super) fn outermost(points: impl Fn(&mut dyn FnMut(DVec3)), edge: usize) -> Vec<DVec3> {
     let cells = 6 * edge * edge;
     let (mut few, mut count, mut bounds) = (Vec::new(), 0_usize, Aabb::EMPTY);
@@ -194,7 +194,7 @@ pub(super) fn outermost(points: impl Fn(&mut dyn FnMut(DVec3)), edge: usize) -> 
         .flatten()
         .map(|(_, point)| point)
         .collect();
-    // All of them at one place.
+    // All points coincide.
     if outermost.is_empty() {
         vec![centre]
     } else {

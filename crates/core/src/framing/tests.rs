@@ -17,7 +17,7 @@ fn scene(objects: Value, meshes: Value) -> Scene {
     .expect("a scene")
 }
 
-/// A mesh called `m` of some quads, and an object that shows it.
+/// A mesh `m` of some quads, and an object that shows it.
 fn quads(quads: &[[[f64; 3]; 4]]) -> Scene {
     let positions: Vec<[f64; 3]> = quads.iter().flatten().copied().collect();
     let indices: Vec<[usize; 3]> = (0..quads.len())
@@ -27,8 +27,8 @@ fn quads(quads: &[[[f64; 3]; 4]]) -> Scene {
     scene(json!([{ "shape": { "mesh": "m" } }]), json!([mesh]))
 }
 
-/// How far points of a framed picture reach from its middle, from -1 to 1 each way: left, right,
-/// bottom and top.
+/// Returns the extents of points in a framed picture, relative to its middle, from -1 to 1: left,
+/// right, bottom and top.
 fn reach(camera: &Camera, points: &[DVec3], aspect: f64) -> [f64; 4] {
     let (eye, frame) = crate::camera::axes(&camera.pose);
     let Projection::Pinhole(Pinhole {
@@ -59,8 +59,8 @@ fn reach(camera: &Camera, points: &[DVec3], aspect: f64) -> [f64; 4] {
     reach
 }
 
-/// Protects: whatever the shape, the view, the angle and the picture, the silhouette is in the
-/// middle and fills its share of the tighter side; at every scale and place too.
+/// Protects: for every shape, view, field of view and picture, the silhouette is centred and fills
+/// its share of the tighter side, at every scale and place.
 #[test]
 fn silhouettes_fill_their_share() {
     let box_of = |low: [f64; 3], high: [f64; 3]| {
@@ -125,8 +125,8 @@ fn silhouettes_fill_their_share() {
     }
 }
 
-/// Protects: what many vertices make is framed as well by the few that are kept of them, also where
-/// it is a needle and leans; vertices that no triangle shows count for nothing.
+/// Protects: the few kept points frame a mesh of many vertices equally well, also for a slanted
+/// needle; unused vertices do not count.
 #[test]
 fn few_points_stand_for_many() {
     const N: usize = 300;
@@ -154,7 +154,7 @@ fn few_points_stand_for_many() {
 }
 
 /// Protects: sheets are seen from the side that they face, boards from a side, rooms through their
-/// open side, terrain from above, and what is none of these from above and to the side.
+/// open side, terrain from above, and all others from above and from the side.
 #[test]
 fn flat_and_open_things_are_seen_from_their_front() {
     let at = |azimuth: f64, elevation: f64| View { azimuth, elevation };
@@ -211,8 +211,8 @@ fn flat_and_open_things_are_seen_from_their_front() {
     );
 }
 
-/// Protects: a mirrored sheet is seen from the side that it faces after mirroring, and a room that
-/// stands a little askew straight, but one that stands half around as it stands.
+/// Protects: a mirrored sheet is seen from the side that it faces after mirroring. A slightly
+/// rotated room is seen straight, one rotated by half a right angle as it stands.
 #[test]
 fn mirrored_and_turned_things_are_seen_from_their_front() {
     let sheet = [
@@ -240,7 +240,7 @@ fn mirrored_and_turned_things_are_seen_from_their_front() {
             elevation: 0.0
         }
     );
-    // Inward faces all around but towards +z.
+    // Inward faces on all sides but towards +z.
     let side =
         |[x, z]: [f64; 2], [u, w]: [f64; 2]| [[x, -1.0, z], [u, -1.0, w], [u, 1.0, w], [x, 1.0, z]];
     let room = [
@@ -259,7 +259,7 @@ fn mirrored_and_turned_things_are_seen_from_their_front() {
     assert!((turned(40.0) - 40.0).abs() < 1e-4, "{}", turned(40.0));
 }
 
-/// Protects: what moves is framed with both ends of its way.
+/// Protects: a moving object is framed with both ends of its motion.
 #[test]
 fn moving_things_are_framed_from_start_to_end() {
     let cube = json!([{ "shape": { "box": { "min": [-1, -1, -1], "max": [1, 1, 1] } }, "transform_end": [{ "translate": [8, 0, 0] }] }]);
@@ -273,8 +273,8 @@ fn moving_things_are_framed_from_start_to_end() {
     assert!((0.5 * (right - left) - FILL).abs() < 0.01, "{left} {right}");
 }
 
-/// Protects: what has no size one way or another is framed by a camera of numbers that sees it: a
-/// point, a line along the view and across it, nothing at all.
+/// Protects: scenes without an extent along some axes get a finite camera that sees them: a point,
+/// a line along the view and across it, an empty scene.
 #[test]
 fn degenerate_scenes_have_a_view() {
     let line = |a: [f64; 3], b: [f64; 3]| quads(&[[a, b, b, a]]);
@@ -304,9 +304,9 @@ fn degenerate_scenes_have_a_view() {
     }
 }
 
-/// Protects: points that are gone through and not kept are the ones that keeping all of them would
-/// find: of a few objects all, of many the outermost, those of further objects by their boxes,
-/// moving ones at both ends, to the bit.
+/// Protects: points visited without storage equal, to the bit, those found by storing all: all
+/// points of few objects, the outermost of many, boxes for objects beyond the limit, both ends of
+/// moving ones.
 #[test]
 fn outlines_are_found_without_keeping_points() {
     let ball = |x: f64, radius: f64| json!({ "shape": { "sphere": { "centre": [x, 0.1 * x, 3], "radius": radius } } });

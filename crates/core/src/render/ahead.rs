@@ -1,13 +1,12 @@
-//! Samples, made some ahead of being asked for: camera rays that leave one point find together what
-//! they hit, and paths go a segment at a time side by side; in less time and with the same bits.
+//! Samples generated in batches: camera rays with a common origin are traversed together, and paths
+//! advance segment by segment in parallel; faster, with the same bits.
 
 use raywright_bvh::{Ray, Real, Vector};
 
 use crate::integrator::{CameraRays, FirstHit, LightTransport, PathResult, PathResults};
 use crate::sampler::{Address, Sequence};
 
-/// Samples that are to be taken: their addresses, their camera rays, and what it takes to make
-/// them.
+/// Samples of a batch: their addresses, their camera rays, and the data to generate them.
 pub(super) struct Samples<R: Real> {
     pub addresses: Vec<Address>,
     pub rays: Vec<Ray<R>>,
@@ -15,7 +14,7 @@ pub(super) struct Samples<R: Real> {
     pub places: Vec<[f32; 4]>,
 }
 
-/// The samples made so far, and which one is next.
+/// Results of a batch, and the index of the next one.
 pub(super) struct Ahead<R: Real> {
     samples: Samples<R>,
     results: PathResults<R>,
@@ -39,8 +38,8 @@ impl<R: Real> Default for Ahead<R> {
 }
 
 impl<R: Real> Ahead<R> {
-    /// What the next sample brings: the first of those that `make` adds, at most so many, where
-    /// none is left that was made ahead.
+    /// Returns the result of the next sample. Where none is left, `make` adds samples, at most a
+    /// given number, and the batch is traced.
     #[inline(always)]
     pub fn next<'a, T: LightTransport<'a, R>>(
         &mut self,
@@ -64,8 +63,8 @@ impl<R: Real> Ahead<R> {
         Some(result)
     }
 
-    /// What the camera ray of the sample that came last hit first, none for the sky, and what it
-    /// saw without light from elsewhere; nothing where layers ask for none.
+    /// Returns the first hit of the last sample's camera ray, none for the sky, and its radiance
+    /// without scattered light; empty where no layer needs them.
     #[inline(always)]
     pub fn first(&self) -> (Option<&FirstHit>, [f64; 3]) {
         let (first, direct) = self.results.first(self.next - 1);

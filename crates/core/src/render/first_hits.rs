@@ -1,10 +1,10 @@
-//! Layers of what camera rays meet first, beside a picture: means over the samples of each pixel.
+//! Layers of first hits beside a picture: means over the samples of each pixel.
 
 use crate::film::{Plan, ReplicateBuffer};
 use crate::integrator::FirstHit;
 use crate::settings::Aov;
 
-/// Sums of the layers that come from first hits, for one pixel.
+/// Sums of the layers of first hits, for one pixel.
 pub(super) struct FirstHitSums<'a> {
     plan: &'a Plan,
     sums: Vec<[f64; 3]>,
@@ -20,7 +20,7 @@ impl<'a> FirstHitSums<'a> {
         }
     }
 
-    /// Goes on with a pixel of a plane that has some samples.
+    /// Continues a pixel with its earlier samples.
     pub fn resume(&mut self, plane: &ReplicateBuffer, pixel: usize) {
         for (sum, layer) in self.sums.iter_mut().zip(&plane.layers) {
             *sum = layer.get(pixel).copied().unwrap_or([0.0; 3]);
@@ -28,8 +28,8 @@ impl<'a> FirstHitSums<'a> {
         self.hits = plane.first_hits.get(pixel).copied().unwrap_or(0);
     }
 
-    /// Adds what a sample's camera ray met, which is asked for only where a layer shows it.
-    /// `entered`: whether the sample did.
+    /// Adds the first hit of a sample's camera ray, which is computed only where a layer shows it.
+    /// `entered`: whether the sample was finite.
     #[inline(always)]
     pub fn add<'f>(
         &mut self,
@@ -46,7 +46,7 @@ impl<'a> FirstHitSums<'a> {
         self.hits += u16::from(first.is_some());
         for (sum, (aov, _)) in self.sums.iter_mut().zip(&self.plan.layers.mean) {
             let value = match (aov, first) {
-                // What is a part of the colour counts as that does.
+                // A part of the colour counts as the colour does.
                 (Aov::Emission, _) if entered => direct,
                 (Aov::Emission, _) | (_, None) => continue,
                 (Aov::Albedo, Some(first)) => first.albedo,
@@ -57,7 +57,7 @@ impl<'a> FirstHitSums<'a> {
         }
     }
 
-    /// Hands the sums of the pixel over and starts the next one.
+    /// Appends the sums of the pixel and starts the next one.
     #[inline(always)]
     pub fn push(&mut self, plane: &mut ReplicateBuffer) {
         if self.sums.is_empty() {

@@ -1,5 +1,5 @@
-//! Who renders what next: all tiles in passes over the picture, so that a render that is stopped
-//! has something everywhere.
+//! Order of work: all tiles in passes over the picture, so that a stopped render has samples
+//! everywhere.
 
 use core::ops::Range;
 use std::cmp::Reverse;
@@ -9,26 +9,26 @@ use crate::film::{Film, Part, ReplicateBuffer, TileUpdate};
 use crate::light::LightUsage;
 use crate::observer::Observer;
 
-/// What is to be rendered, in order, and the film that it goes to.
+/// Units of work in order, and the film for their results.
 pub(super) struct Queue<'f> {
     film: &'f mut Film,
-    /// What comes next of each tile in each replicate that is not finished and not being worked on:
-    /// the pass, the replicate, the tile. Whoever finds nothing here can leave: what is being
-    /// worked on is continued by who works on it.
+    /// Next pass of each tile in each replicate that is neither finished nor in progress: pass,
+    /// replicate, tile. A thread that finds the heap empty can leave: units in progress are
+    /// continued by their own threads.
     waiting: BinaryHeap<Reverse<(u32, u32, u32)>>,
-    /// Tiles of the part that have no samples at all.
+    /// Number of the part's tiles without any samples.
     bare: usize,
-    /// Samples of all pixels, taken and to be taken.
+    /// Samples of all pixels: finished, and total.
     done: u64,
     total: u64,
 }
 
-/// Work for a thread.
+/// Unit of work for a thread.
 pub(super) struct Next {
     pub tile: u32,
     pub replicate: u32,
     pub samples: Range<u32>,
-    /// What is there already.
+    /// Sums so far.
     pub start: ReplicateBuffer,
 }
 
@@ -55,8 +55,8 @@ impl<'f> Queue<'f> {
         }
     }
 
-    /// Takes what is finished, and gives the next piece of work, if there is any and the observer
-    /// has not got enough. One lock a tile.
+    /// Stores a finished unit, and returns the next one, if any and unless the observer has enough.
+    /// One lock per tile.
     pub fn exchange(
         &mut self,
         finished: Option<TileUpdate>,
@@ -76,7 +76,7 @@ impl<'f> Queue<'f> {
         })
     }
 
-    /// The pass that comes next of a tile in a replicate, and its samples.
+    /// Returns the next pass of a tile in a replicate, and its samples.
     fn next(&self, tile: u32, replicate: u32) -> Option<(u32, Range<u32>)> {
         self.film.plan().pass(
             self.film.goal(tile, replicate),
@@ -84,7 +84,7 @@ impl<'f> Queue<'f> {
         )
     }
 
-    /// Takes what a worker leaves when it goes.
+    /// Stores the last results of a worker that leaves.
     pub fn end(
         &mut self,
         finished: Option<TileUpdate>,

@@ -1,4 +1,4 @@
-//! A render on its way, as whoever looks on sees it.
+//! A render in progress, as an observer sees it.
 
 use core::ops::RangeInclusive;
 use std::cell::OnceCell;
@@ -8,8 +8,7 @@ use crate::film::{Film, Uncertainty};
 use crate::observer::Observer;
 use crate::picture::Picture;
 
-/// What there is of a picture so far. Each part of it is made where it is first asked for, and
-/// lent: nothing is copied.
+/// State of a render so far. Each part is computed on first use and borrowed; nothing is copied.
 pub struct RenderStage<'a> {
     film: &'a Film,
     picture: OnceCell<Picture>,
@@ -17,7 +16,7 @@ pub struct RenderStage<'a> {
 }
 
 impl<'a> RenderStage<'a> {
-    /// What a film has by now.
+    /// Returns the state of a film.
     pub fn of(film: &'a Film) -> Self {
         Self {
             film,
@@ -26,30 +25,30 @@ impl<'a> RenderStage<'a> {
         }
     }
 
-    /// The film itself.
+    /// Returns the film.
     pub fn film(&self) -> &'a Film {
         self.film
     }
 
-    /// The picture with its layers: of each pixel the mean of the samples that it has, black
-    /// without any.
+    /// Returns the picture with its layers: the mean of each pixel's samples so far, black without
+    /// any.
     pub fn picture(&self) -> &Picture {
         self.picture.get_or_init(|| self.film.picture())
     }
 
-    /// Fewest and most samples of a pixel.
+    /// Returns the least and the greatest number of samples of a pixel.
     pub fn samples(&self) -> RangeInclusive<u32> {
         self.film.samples(&self.film.whole())
     }
 
-    /// How far the picture probably is from the true one, with its interval; none where nothing can
-    /// be told yet, or chance has no part.
+    /// Returns the estimated error of the picture with its interval; `None` where it is not yet
+    /// known, or without random sampling.
     pub fn error(&self) -> Option<Uncertainty> {
         *self.error.get_or_init(|| self.film.uncertainty())
     }
 
-    /// What is to be shown: as [`Self::picture`], denoised where the picture is to be and can be by
-    /// now.
+    /// Returns the picture to show: [`Self::picture`], denoised where requested and already
+    /// possible.
     pub fn rendered(self, observer: &dyn Observer) -> Rendered {
         match self.picture.into_inner() {
             Some(picture) if !self.film.is_to_be_denoised() => {

@@ -1,14 +1,14 @@
-//! Settings that no picture can be made with are refused before anything is built.
+//! Checks of settings before anything is built.
 
 use super::{Crop, Sampling, Settings};
 
-/// What is wrong with settings.
+/// Error of settings.
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
 pub enum SettingsError {
-    /// A picture has pixels, but not too many.
+    /// The size of the picture is zero or too large.
     #[error("a picture of {} x {} pixels can't be made: each edge takes 1 to {} pixels", .0[0], .0[1], Settings::MOST_EDGE)]
     Size([u32; 2]),
-    /// A crop has pixels and lies inside the picture.
+    /// The crop is empty or reaches outside the picture.
     #[error("the crop of {} x {} pixels at {}, {} reaches outside the picture of {} x {} pixels or is empty", .crop.width, .crop.height, .crop.x, .crop.y, .size[0], .size[1])]
     Crop {
         /// The crop.
@@ -16,29 +16,29 @@ pub enum SettingsError {
         /// Size of the picture.
         size: [u32; 2],
     },
-    /// A pixel takes samples, but not too many.
+    /// The number of samples per pixel is zero or too large.
     #[error("a pixel can't have {0} samples: it takes 1 to {most}", most = Settings::MOST_SAMPLES)]
     Samples(u32),
-    /// A path has segments.
+    /// The path length is zero.
     #[error(
         "a path can't be limited to no segments at all: it takes at least one, that of the camera's ray"
     )]
     Depth,
-    /// A number that has to be above zero is not, or is not finite.
+    /// A number that must be above zero is not, or is not finite.
     #[error("`{name}` is {value}, but has to be a finite number above 0")]
     Number {
-        /// Which field.
+        /// Name of the field.
         name: &'static str,
-        /// Its value.
+        /// Value of the field.
         value: f64,
     },
 }
 
 impl Settings {
-    /// Refuses settings that no picture can be made with; preparation asks it first.
+    /// Checks the settings; preparation calls it first.
     ///
     /// # Errors
-    /// The first [`SettingsError`] that holds.
+    /// The first [`SettingsError`] that applies.
     pub fn check(&self) -> Result<(), SettingsError> {
         if !self
             .size
@@ -89,8 +89,8 @@ mod tests {
         }
     }
 
-    /// Protects: the least and the most of each number pass, what is one beyond is named by its
-    /// field, and no sum wraps round.
+    /// Protects: the least and the greatest value of each number pass, values beyond them are
+    /// refused with the name of their field, and no sum overflows.
     #[test]
     fn limits_are_kept() {
         type E = SettingsError;

@@ -1,9 +1,8 @@
-//! The choices of a render that are rungs of a ladder: closed sets, each with the one that a scene
-//! gets which says nothing.
+//! Settings that are rungs of a ladder: closed sets, each with its default.
 
-/// A rung of the arithmetic ladder (`--precision`). All rungs trace the same samples: positions in
-/// the pixel, on the lens and on lights are the same f32 numbers, so what differs between their
-/// pictures is arithmetic alone.
+/// Rung of the precision ladder (`--precision`). All rungs use the same samples: positions in the
+/// pixel, on the lens and on lights are the same f32 numbers, so that their pictures differ by
+/// arithmetic alone.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 pub enum PrecisionChoice {
     /// f32 storage, cancellation-free intersections with an f64 core.
@@ -13,35 +12,34 @@ pub enum PrecisionChoice {
     Reference,
 }
 
-/// How a path tracer finds light that has a size: a rung of the ladder of light sampling. All are
-/// right in the mean; what differs is noise. Lights without size are always asked, and what a
-/// mirror or smooth glass shows is always met.
+/// Rung of the ladder of light sampling: how path tracing finds area lights. All rungs are unbiased
+/// and differ in noise. Lights without size are always sampled, and lights seen in a mirror or
+/// smooth glass are always hit.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 pub enum LightSampling {
-    /// Paths meet it by chance.
+    /// Paths hit lights by chance.
     Scattering,
-    /// Each vertex asks one light for it.
+    /// Each vertex samples one light.
     Lights,
-    /// Both, each in the share in which it is the better one.
+    /// Both, combined by multiple importance sampling.
     #[default]
     Both,
 }
 
-/// What becomes of light that microfacets send to each other, under path tracing.
+/// Treatment of light scattered between microfacets, under path tracing.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Microfacets {
-    /// It is lost.
+    /// The light is lost.
     Single,
-    /// It is given back, so that white metal sends back all.
+    /// The light is compensated, so that white metal reflects all light.
     #[default]
     Compensated,
 }
 
-/// Where the random numbers of a pixel's samples come from. All are right in the mean; what differs
-/// is noise.
+/// Source of the random numbers of a pixel's samples. All are unbiased and differ in noise.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 pub enum SamplerKind {
-    /// Each number by itself.
+    /// Independent numbers.
     Independent,
     /// Sixteen at a time on a jittered grid of four by four.
     Stratified,
@@ -50,8 +48,7 @@ pub enum SamplerKind {
     Sobol,
 }
 
-/// From which segment on chance decides whether a path goes on (Russian roulette). All are right in
-/// the mean; what differs is time and noise.
+/// Segment at which Russian roulette starts. All choices are unbiased and differ in time and noise.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 pub enum Roulette {
     /// From the first surface on.
@@ -59,16 +56,16 @@ pub enum Roulette {
     /// From the fourth segment on.
     #[default]
     Late,
-    /// Never, but for paths without a limit, which end by chance alone.
+    /// Never, except for paths without a limit, which only Russian roulette ends.
     Off,
 }
 
-/// Which part of a lamp with a size has to be seen for its light to arrive.
+/// Part of an area light that must be visible for its light to arrive.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 pub enum AreaShadows {
-    /// Its middle: shadows are hard.
+    /// The middle: hard shadows.
     Hard,
-    /// The point that was drawn: penumbras are right in the mean.
+    /// The sampled point: unbiased penumbras.
     #[default]
     Soft,
 }

@@ -28,8 +28,8 @@ fn look(eye: [f64; 3], up: [f64; 3]) -> Pose {
     }
 }
 
-/// Protects: the key light stands at the camera's left however the pose is given, above what is
-/// seen, also from straight above and below, and turns as environments do.
+/// Protects: the key light stands to the left of the camera for every kind of pose, above the
+/// target, also for views straight down and up, and rotates as environment maps do.
 #[test]
 fn lights_go_round_with_the_camera() {
     let own = Studio::default();
@@ -67,7 +67,7 @@ fn lights_go_round_with_the_camera() {
         (key(&own, look([0.0, -5.0, 0.0], [0.0, 0.0, 1.0])) - front).length() < 1e-12,
         "from below, the front at the head"
     );
-    // What was along +x is along +z.
+    // The light from +x is now at +z.
     let turned = key(
         &Studio {
             rotation: 90.0,
@@ -109,8 +109,8 @@ fn strength_multiplies_all_light() {
     assert_eq!(of(1.0)[..6], [3.8, 0.4, 5.0, BELOW, BELOW, BELOW]);
 }
 
-/// Protects: a white surface that faces the camera is bright and not clipped, and its sides are no
-/// darker than a quarter of that.
+/// Protects: a white surface that faces the camera is bright and not clipped, and its sides have at
+/// least a quarter of that brightness.
 #[test]
 fn white_is_bright_and_nowhere_clipped() {
     let camera = camera(look([0.0, 1.0, 5.0], [0.0, 1.0, 0.0]));

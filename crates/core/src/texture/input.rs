@@ -1,6 +1,6 @@
-//! Inputs that may vary over a surface, as they are read: constants stay constants, everything else
-//! is evaluated where a ray hit. What they refer to lies in flat tables, so an input is a number or
-//! two itself.
+//! Inputs that may vary over a surface, as prepared for shading: constants stay constants, all
+//! others are evaluated at the hit. The data they refer to lie in flat tables, so an input itself
+//! is one or two numbers.
 
 use core::cell::Cell;
 use core::ops::Range;
@@ -14,51 +14,52 @@ use crate::expr::{Inputs, Programs, Variable};
 use crate::interaction::{Beam, Interaction};
 use crate::scene::{Channel, ImageData};
 
-/// The tables that inputs refer to by index.
+/// Tables that inputs refer to by index.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Sources<R: Real> {
     pub programs: Programs<R>,
-    /// Of a scene whose coordinates are counted from an origin.
+    /// Present for a scene whose coordinates are relative to a storage origin.
     pub far: Option<Box<FarPrograms>>,
     pub textures: Vec<TextureUse<R>>,
-    /// Which of them each material reads.
+    /// Range of texture uses for each material.
     pub of_materials: Vec<Range<u32>>,
-    /// Each once, however many textures show it; the scene's own, because pixels are not copied.
+    /// Images, each once, however many textures show it; shared with the scene, so that pixels are
+    /// not copied.
     pub images: Vec<Arc<ImageData>>,
-    /// Mip maps of images, for each colour space in which one is read with them; empty where no
-    /// texture asks for any.
+    /// Mipmaps of images, one for each colour space in which an image is read with them; empty
+    /// where no texture needs them.
     pub pyramids: Vec<Vec<ImageData>>,
     pub codes: Codes<R>,
 }
 
-/// Programs of a scene far from zero: they see the world's coordinates, which take doubles there.
+/// Programs of a scene far from zero: they read world coordinates, which need f64 there.
 #[derive(Clone, Debug)]
 pub(crate) struct FarPrograms {
-    /// What stored coordinates are counted from.
+    /// Storage origin of the coordinates.
     pub origin: DVec3,
-    /// The scene's programs by the same indices.
+    /// The scene's programs, by the same indices.
     pub programs: Programs<f64>,
 }
 
 /// A use of a texture.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct TextureUse<R: Real> {
-    /// Its place in the table of images.
+    /// Index in the table of images.
     pub image: u32,
     pub sampler: Sampler<R>,
-    /// The image's mip maps in their table; none: it is read as it is.
+    /// Index of the image's mipmaps; `None`: the image is read at full size.
     pub pyramid: Option<u32>,
-    /// Of a mesh's sets of texture coordinates.
+    /// Index of the mesh's set of texture coordinates.
     pub set: usize,
     /// Expressions in place of the surface's own coordinates.
     pub coordinates: Option<[Input<R>; 2]>,
-    /// The first use that finds the same texels wherever it is asked, as the maps of a material
-    /// mostly do; none: what is found depends on more than a set of coordinates.
+    /// First use with the same texel footprint at every hit, as for most textures of a material.
+    /// `None` where the footprint depends on more than a set of coordinates.
     pub lies_as: Option<u32>,
 }
 
 impl<R: Real> TextureUse<R> {
-    /// Where it reads its image, where that depends on a set of coordinates alone.
+    /// Returns the texel footprint, where it depends on a set of coordinates alone.
     #[inline(always)]
     fn place(&self, here: &ShadingContext<'_, R>) -> Option<Place<R>> {
         let first = self.lies_as?;
@@ -116,7 +117,7 @@ impl<R: Real> TextureUse<R> {
 }
 
 impl<R: Real> Sources<R> {
-    /// Reads inputs at an interaction.
+    /// Returns the context for evaluating inputs at an interaction.
     #[inline(always)]
     pub fn at<'a>(&'a self, at: &'a Interaction<R>) -> ShadingContext<'a, R> {
         ShadingContext {
@@ -128,8 +129,8 @@ impl<R: Real> Sources<R> {
         }
     }
 
-    /// Has the texels brought near that a material's textures will read at an interaction, as far
-    /// as texture coordinates alone say which, and notes where they lie.
+    /// Prefetches the texels that a material's textures will read at an interaction, where texture
+    /// coordinates alone determine them, and stores their footprint.
     #[inline(always)]
     pub fn prefetch(&self, at: &mut Interaction<R>) {
         let Range { start, end } = self.of_materials[at.material as usize];
@@ -151,7 +152,7 @@ impl<R: Real> Sources<R> {
                 _ => texture.place_in(image, at),
             };
             at.lies = Some((first, place));
-            // Channels of one image are uses of their own.
+            // Channels of one image are separate uses.
             if asked != Some((first, texture.image)) {
                 asked = Some((first, texture.image));
                 place.prefetch(image);
@@ -160,20 +161,19 @@ impl<R: Real> Sources<R> {
     }
 }
 
-/// Where inputs are read, and of what light where one is weighed.
+/// Context of inputs: an interaction, and a light where its contribution is evaluated.
 pub(crate) struct ShadingContext<'a, R: Real> {
     sources: &'a Sources<R>,
     pub at: &'a Interaction<R>,
     pub beam: Beam<R>,
-    /// The use of a texture that was read last and its texel: several inputs may read channels of
-    /// one.
+    /// The last texture use with its texel, because several inputs may read channels of one texel.
     last: Cell<Option<(u32, [R; 4])>>,
-    /// Where the use that was read last lies: see [`TextureUse::lies_as`].
+    /// Footprint of the last texture use: see [`TextureUse::lies_as`].
     place: Cell<Option<(u32, Place<R>)>>,
 }
 
 impl<R: Real> ShadingContext<'_, R> {
-    /// The value of a program as a vector; a number in every component.
+    /// Returns the value of a program as a vector; a number is in every component.
     #[inline(always)]
     fn run(&self, program: u32) -> R::Vec3 {
         match &self.sources.far {
@@ -196,7 +196,7 @@ impl<R: Real> ShadingContext<'_, R> {
         R::Vec3::from_f64(far.programs.vector(program, &inputs))
     }
 
-    /// Whether the point lies in an odd cell of a pattern in the world's x and z.
+    /// Whether the point lies in an odd cell of a pattern in world x and z.
     #[inline(always)]
     fn is_odd_cell(&self, frequency: R) -> bool {
         let p = self.at.surface.point;
@@ -224,7 +224,7 @@ impl<R: Real> ShadingContext<'_, R> {
 /// A number or a colour of a material.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) enum Input<R: Real> {
-    /// The same everywhere; a number in every component.
+    /// A constant; a number is in every component.
     Constant(R::Vec3),
     /// Two colours in cells of world x and z.
     Checker {
@@ -233,12 +233,12 @@ pub(crate) enum Input<R: Real> {
         frequency: R,
     },
     Program(u32),
-    /// A use of a texture, and which of its channels; none: the colour.
+    /// A texture use and its channel; `None`: the colour.
     Texture(u32, Option<Channel>),
 }
 
 impl<R: Real> Input<R> {
-    /// Its value as a colour.
+    /// Returns the value as a colour.
     #[inline(always)]
     pub fn colour(&self, here: &ShadingContext<'_, R>) -> R::Vec3 {
         match *self {
@@ -265,7 +265,7 @@ impl<R: Real> Input<R> {
         }
     }
 
-    /// Its value as a number; of a colour the red part.
+    /// Returns the value as a number; the red channel of a colour.
     #[inline(always)]
     pub fn number(&self, here: &ShadingContext<'_, R>) -> R {
         match *self {
@@ -288,7 +288,8 @@ impl<R: Real> Input<R> {
         }
     }
 
-    /// Its value as a texture coordinate, the one number that an expression may make negative.
+    /// Returns the value as a texture coordinate, the only number for which an expression may be
+    /// negative.
     #[inline(always)]
     fn coordinate(&self, here: &ShadingContext<'_, R>) -> R {
         match *self {
@@ -297,13 +298,13 @@ impl<R: Real> Input<R> {
         }
     }
 
-    /// Zero everywhere.
+    /// Whether the input is zero everywhere.
     #[inline(always)]
     pub fn is_zero(&self) -> bool {
         matches!(self, Self::Constant(c) if *c == R::Vec3::ZERO)
     }
 
-    /// Another channel of the same texture; any other input is itself.
+    /// Returns another channel of the same texture; any other input is returned unchanged.
     pub fn channel(self, channel: Channel) -> Self {
         if let Self::Texture(texture, _) = self {
             Self::Texture(texture, Some(channel))
@@ -312,7 +313,7 @@ impl<R: Real> Input<R> {
         }
     }
 
-    /// Whether it depends on one of these variables by an expression.
+    /// Whether the input is an expression of one of these variables.
     pub fn reads(&self, sources: &Sources<R>, variables: &[Variable]) -> bool {
         match self {
             Self::Program(program) => variables
@@ -323,8 +324,7 @@ impl<R: Real> Input<R> {
     }
 }
 
-/// What an expression makes of a colour: parts below zero have no meaning and are zero; what is no
-/// number stays none.
+/// Clamps negative channels of an expression's colour to zero; NaN stays NaN.
 #[inline(always)]
 fn clamp_negative<R: Real>(colour: R::Vec3) -> R::Vec3 {
     R::Vec3::new(
@@ -345,7 +345,7 @@ fn is_odd_cell<R: Real>([x, z]: [R; 2], frequency: R) -> bool {
     half.floor() != half
 }
 
-/// An input, and the image of a key of its own that multiplies it.
+/// Product of an input and the image under its separate key.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Product<R: Real> {
     pub own: Input<R>,
@@ -353,7 +353,7 @@ pub(crate) struct Product<R: Real> {
 }
 
 impl<R: Real> Product<R> {
-    /// The value as a number.
+    /// Returns the value as a number.
     #[inline(always)]
     pub fn number(&self, here: &ShadingContext<'_, R>) -> R {
         let own = self.own.number(here);
@@ -364,7 +364,7 @@ impl<R: Real> Product<R> {
         }
     }
 
-    /// A colour times the value.
+    /// Returns a colour times the value.
     #[inline(always)]
     pub fn tint(&self, here: &ShadingContext<'_, R>, colour: R::Vec3) -> R::Vec3 {
         let own = colour * self.own.colour(here);
@@ -375,7 +375,7 @@ impl<R: Real> Product<R> {
         }
     }
 
-    /// The value of the input itself where no hit changes it.
+    /// Returns the input's own value where it is constant.
     pub fn constant(&self) -> Option<R::Vec3> {
         match self.own {
             Input::Constant(c) => Some(c),
@@ -383,16 +383,16 @@ impl<R: Real> Product<R> {
         }
     }
 
-    /// The value where it is the same everywhere.
+    /// Returns the value where it is constant everywhere.
     pub fn even(&self) -> Option<R::Vec3> {
         self.constant().filter(|_| self.image.is_none())
     }
 }
 
-/// An image of directions about the normal.
+/// A normal map.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Bump<R: Real> {
     pub image: Input<R>,
-    /// Factor of the directions across the normal.
+    /// Factor of the tangential directions.
     pub scale: R,
 }

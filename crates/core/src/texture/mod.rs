@@ -1,5 +1,5 @@
-//! What varies over a surface: inputs that are constants, expressions or images, and how images are
-//! read. It knows where a ray hit, and nothing of materials, lights or how any of it is prepared.
+//! Inputs that vary over a surface: constants, expressions and images, and image sampling. The
+//! module depends on the interaction, but not on materials, lights or preparation.
 
 mod input;
 pub(crate) mod pyramid;

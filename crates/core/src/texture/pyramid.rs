@@ -1,5 +1,5 @@
-//! Mip maps (Williams, "Pyramidal Parametrics", 1983): an image at halves of its size, for textures
-//! that are read by the width of a ray's cone. Built only for textures that ask for them.
+//! Mipmaps (Williams, "Pyramidal Parametrics", 1983): an image at halves of its size, for textures
+//! filtered by the width of a ray's cone. Built only for textures that need them.
 
 use rayon::prelude::*;
 use raywright_bvh::Real;
@@ -7,9 +7,9 @@ use raywright_bvh::Real;
 use super::sampler::{Codes, texel};
 use crate::scene::{ImageData, Pixels};
 
-/// What an image looks like from afar: each level half as wide and high as the one before, rounded
-/// down, to a single texel. The image itself is level 0 and not among them. Colours are linear, so
-/// that black and white make the grey of half the light.
+/// Returns the levels of an image: each half as wide and high as the previous one, rounded down, to
+/// a single texel. The image itself is level 0 and not included. Colours are linear, so that black
+/// and white average to half the light.
 pub(crate) fn levels(image: &ImageData, srgb: bool) -> Vec<ImageData> {
     let (mut levels, codes): (Vec<ImageData>, _) = (Vec::new(), Codes::new());
     while let Some([width, height]) =
@@ -37,7 +37,7 @@ pub(crate) fn levels(image: &ImageData, srgb: bool) -> Vec<ImageData> {
     levels
 }
 
-/// Bytes of all levels of an image of this size.
+/// Returns the bytes of all levels of an image of this size.
 pub(crate) fn bytes_of(width: u32, height: u32) -> u64 {
     let (mut size, mut texels) = ([width, height], 0);
     while let Some(next) = halved(size) {
@@ -47,18 +47,18 @@ pub(crate) fn bytes_of(width: u32, height: u32) -> u64 {
     texels * size_of::<[f32; 4]>() as u64
 }
 
-/// The size of the next level; none after a single texel.
+/// Returns the size of the next level; `None` after a single texel.
 fn halved([width, height]: [u32; 2]) -> Option<[u32; 2]> {
     (width > 1 || height > 1).then(|| [(width / 2).max(1), (height / 2).max(1)])
 }
 
-/// For each of `to` texels side by side: the first of `from` that it covers, and what share of its
-/// own each has in it. Sizes that are no powers of two divide texels, so that every one counts as
-/// much as every other.
+/// For each of `to` texels along an axis, returns the first of the `from` texels that it covers,
+/// and the weight of each covered one. Sizes that are not powers of two divide texels, so that all
+/// texels have equal weight.
 fn shares(from: u32, to: u32) -> Vec<(usize, Vec<f64>)> {
     let (from, to) = (u64::from(from), u64::from(to));
     let covered = |i: u64| {
-        // In units in which a texel of the old is `to` wide and one of the new `from`.
+        // In units in which a texel of the old level is `to` wide and one of the new level `from`.
         let (start, end) = (i * from, (i + 1) * from);
         let first = start / to;
         let share = |k: u64| (end.min((k + 1) * to) - start.max(k * to)) as f64 / from as f64;

@@ -9,7 +9,7 @@ use crate::scene::{
     ColourSpace, Filter, ImageData, Pixels, Texture, TextureRef, TransferCurve, Wrap,
 };
 
-/// How texels are found and read: what a use of a texture says besides its image and where on it.
+/// Sampling of a texture use: its settings besides the image and the coordinates.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Sampler<R: Real> {
     srgb: bool,
@@ -19,17 +19,17 @@ pub(crate) struct Sampler<R: Real> {
     factor: R::Vec3,
 }
 
-/// What of an image a sample is to stand for.
+/// Footprint of a texture sample in its image.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Footprint<'a, R> {
-    /// The image's mip maps; empty: the image alone is read.
+    /// Mipmaps of the image; empty: the image alone is read.
     pub levels: &'a [ImageData],
-    /// Side of a square of texture coordinates, before the use's own map.
+    /// Edge of a square in texture coordinates, before the use's own map.
     pub side: R,
 }
 
 impl<R: Real> Sampler<R> {
-    /// How to read this use of a texture.
+    /// Prepares the sampling of a texture use.
     pub fn new(texture: &Texture, reference: &TextureRef) -> Self {
         Self {
             srgb: texture.colour_space == ColourSpace::Srgb,
@@ -42,7 +42,7 @@ impl<R: Real> Sampler<R> {
         }
     }
 
-    /// The filtered texel of an image: linear red, green, blue, with the factor, and alpha.
+    /// Returns the filtered texel of an image: linear red, green, blue times the factor, and alpha.
     pub fn texel(
         &self,
         image: &ImageData,
@@ -56,20 +56,20 @@ impl<R: Real> Sampler<R> {
         }
     }
 
-    /// [`Self::texel`] of the image itself, at its [`Self::place`].
+    /// Returns [`Self::texel`] of the full-size image, at its [`Self::place`].
     #[inline(always)]
     pub fn texel_at(&self, image: &ImageData, codes: &Codes<R>, place: &Place<R>) -> [R; 4] {
         self.weighed(self.read(image, codes, place))
     }
 
-    /// Where texture coordinates lie in an image: the same for all whose sizes are alike, under
-    /// uses that [`Self::lies_as`] this one.
+    /// Returns the texel footprint of texture coordinates in an image: equal for all images of
+    /// equal size, under uses that [`Self::lies_as`] this one.
     #[inline(always)]
     pub fn place(&self, image: &ImageData, coordinates: [R; 2]) -> Place<R> {
         self.place_of(image, self.mapped(coordinates))
     }
 
-    /// Whether another use finds the same texels.
+    /// Whether another use reads the same texels.
     pub fn lies_as(&self, other: &Self) -> bool {
         let nearest = |sampler: &Self| sampler.filter == Filter::Nearest;
         nearest(self) == nearest(other)
@@ -87,7 +87,7 @@ impl<R: Real> Sampler<R> {
         ]
     }
 
-    /// Coordinates under the use's own map.
+    /// Applies the use's own map to coordinates.
     #[inline(always)]
     fn mapped(&self, [u, v]: [R; 2]) -> [R; 2] {
         match self.transform {
@@ -96,8 +96,8 @@ impl<R: Real> Sampler<R> {
         }
     }
 
-    /// Between the two levels whose texels are as large as the footprint. Nearer than the image's
-    /// own texels, and of images without an area, it is the image.
+    /// Interpolates between the two levels whose texels are as large as the footprint. For smaller
+    /// footprints, and for images without an area, the result is that of the full-size image.
     #[inline(never)]
     fn seen_afar(
         &self,
@@ -124,9 +124,9 @@ impl<R: Real> Sampler<R> {
         }
     }
 
-    /// The level, not a whole one, whose texels have the area of a footprint (Akenine-Möller et
+    /// Returns the fractional level whose texels have the area of a footprint (Akenine-Möller et
     /// al., "Texture Level of Detail Strategies for Real-Time Ray Tracing", 2019, equation 20.3 and
-    /// following); −∞ where there is none.
+    /// following); −∞ for an empty footprint.
     fn level(&self, image: &ImageData, side: f64) -> f64 {
         let stretch = self
             .transform
@@ -162,7 +162,7 @@ impl<R: Real> Sampler<R> {
         }
     }
 
-    /// All four texels are asked for before any is waited for: mostly they lie in no cache.
+    /// All four texels are loaded before any is used, because they are rarely cached.
     #[inline(always)]
     fn read(&self, image: &ImageData, codes: &Codes<R>, place: &Place<R>) -> [R; 4] {
         if self.filter == Filter::Nearest {
@@ -184,17 +184,17 @@ impl<R: Real> Sampler<R> {
     }
 }
 
-/// Texels around a point of an image, and where it lies between them.
+/// The four texels around a point of an image, and the position between them.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Place<R> {
-    /// Upper left and right, lower left and right, as places in the list of pixels.
+    /// Upper left and right, lower left and right, as indices of the pixels.
     corners: [usize; 4],
-    /// From left to right and from top to bottom, in [0, 1).
+    /// Weights from left to right and from top to bottom, in [0, 1).
     weights: [R; 2],
 }
 
 impl<R> Place<R> {
-    /// Has the texels brought near. The right ones mostly are where the left ones are.
+    /// Prefetches the texels. The right ones mostly share a cache line with the left ones.
     #[inline(always)]
     pub fn prefetch(&self, image: &ImageData) {
         let [upper, _, lower, _] = self.corners;
@@ -205,7 +205,7 @@ impl<R> Place<R> {
     }
 }
 
-/// What the codes of an image stand for.
+/// Numbers of the codes of an image.
 #[derive(Clone, Debug)]
 pub(crate) struct Codes<R> {
     shares: [R; 256],
@@ -223,7 +223,7 @@ impl<R: Real> Codes<R> {
         }
     }
 
-    /// Alpha is a share of the largest code always.
+    /// Alpha is always linear in the code.
     #[inline(always)]
     fn linear(&self, [r, g, b, a]: [u8; 4], srgb: bool) -> [R; 4] {
         let colours = if srgb { &self.srgb } else { &self.shares };
@@ -243,7 +243,7 @@ impl<R: Real> Default for Codes<R> {
     }
 }
 
-/// A pixel of an image as linear numbers.
+/// Returns a pixel of an image as linear numbers.
 #[inline(always)]
 pub(super) fn texel<R: Real>(image: &ImageData, codes: &Codes<R>, srgb: bool, at: usize) -> [R; 4] {
     match &image.pixels {
@@ -255,15 +255,15 @@ pub(super) fn texel<R: Real>(image: &ImageData, codes: &Codes<R>, srgb: bool, at
 #[inline(always)]
 fn blend<R: Real>([ar, ag, ab, aa]: [R; 4], [br, bg, bb, ba]: [R; 4], weight: R) -> [R; 4] {
     let one = |a: R, b: R| a * (R::ONE - weight) + b * weight;
-    // A mask asks on which side of its cutoff alpha lies: between two texels it is never beyond
-    // both.
+    // An alpha mask compares alpha with its cutoff: between two texels, alpha never leaves their
+    // range.
     let alpha = Real::clamp(one(aa, ba), Real::min(aa, ba), Real::max(aa, ba));
     [one(ar, br), one(ag, bg), one(ab, bb), alpha]
 }
 
-/// A coordinate in texels. Whole turns of a repeating image are removed first, so that large tile
-/// counts keep their precision; what is not a number reads the first texel. In f64 whatever the
-/// precision: there an f32 just below a seam, or below a border between texels, stays below it.
+/// Converts a coordinate to texels. Whole turns of a repeating image are removed first, so that
+/// large tile counts keep their precision; NaN and infinity read the first texel. Computed in f64
+/// for every precision: an f32 just below a seam, or below a border between texels, stays below it.
 #[inline(always)]
 fn scaled(u: f64, size: u32, wrap: Wrap) -> f64 {
     if !u.is_finite() {
@@ -277,17 +277,19 @@ fn scaled(u: f64, size: u32, wrap: Wrap) -> f64 {
     }
 }
 
-/// What is left without the whole turns; below one, where the difference would round to it.
+/// Returns the coordinate without its whole turns, always below one, also where the difference
+/// rounds to one.
 #[inline(always)]
 fn fraction(u: f64) -> f64 {
     (u - Real::floor(u)).min(1.0_f64.next_down())
 }
 
-/// The texel that a whole coordinate means. Whatever the rounding before, it lies in the image.
+/// Returns the index of a texel under the wrap mode. Whatever the rounding before, it lies in the
+/// image.
 #[inline(always)]
 fn index(texel: f64, size: u32, wrap: Wrap) -> usize {
     let (i, n) = (texel as i64, i64::from(size));
-    // Whole turns are gone already, so that at most one is left: no division.
+    // Whole turns are already removed, so at most one remains: no division.
     let turned = |i: i64, n: i64| {
         if i < 0 {
             i + n
@@ -308,7 +310,7 @@ fn index(texel: f64, size: u32, wrap: Wrap) -> usize {
     i as usize
 }
 
-/// An sRGB code as a linear number.
+/// Returns an sRGB code as a linear number.
 pub(crate) fn decoded(code: u8) -> f64 {
     static CODES: LazyLock<Codes<f64>> = LazyLock::new(Codes::new);
     CODES.srgb[usize::from(code)]

@@ -1,4 +1,4 @@
-//! Cameras: poses that look somewhere, projections that open somewhat.
+//! Cameras: poses with a defined view, projections with a positive opening.
 
 use glam::DVec3;
 

@@ -1,5 +1,5 @@
-//! The collector of problems: it knows where in the scene the checks are, and has the checks that
-//! many values share.
+//! Collector of problems: tracks the current path in the scene, and provides the checks that many
+//! values share.
 
 use std::collections::{BTreeMap, HashMap};
 use std::fmt::{self, Display, Write as _};
@@ -10,27 +10,27 @@ use crate::lookup::{Lookup, Names};
 use crate::scene::{Colour, Material, Scene, Triple};
 use crate::suggest::closest;
 
-/// Shortest and longest direction: beyond these, squares of its length do not fit a double.
+/// Shortest and longest direction: beyond these, the squared length does not fit an f64.
 const SHORTEST_DIRECTION: f64 = 1e-100;
 const LONGEST_DIRECTION: f64 = 1e100;
 
-/// Greatest absolute value of a number that is no length, such as a radiance: its sums must fit the
-/// renderer's f32.
+/// Greatest absolute value of a number that is no length, for example a radiance: its sums must fit
+/// the renderer's f32.
 pub const GREATEST: f64 = 1e30;
 
-/// Greatest intensity of a light that weakens with the square of the distance: a million at
-/// [`FARTHEST`], and within f32.
+/// Greatest intensity of a light with inverse-square falloff: a million at [`FARTHEST`], and within
+/// f32.
 pub const GREATEST_INTENSITY: f64 = 1e37;
 
-/// Names that are compared with unknown ones for "did you mean", about a second's worth: a hundred
-/// unknown names against as many as a scene may have would take minutes.
+/// Most comparisons with unknown names for "did you mean", about a second's worth: a hundred
+/// unknown names against a large scene's names would take minutes.
 const COMPARISONS: usize = 1_000_000;
 
 pub(super) struct Check<'a> {
     path: String,
     problems: Vec<Problem>,
     names: Lookup<'a>,
-    /// Of [`COMPARISONS`], those that are left.
+    /// Remaining comparisons of [`COMPARISONS`].
     comparisons: usize,
     /// `t` and the parameters.
     numbers: BTreeMap<String, f64>,
@@ -53,18 +53,18 @@ impl<'a> Check<'a> {
         self.problems
     }
 
-    /// How many problems were found so far.
+    /// Returns the number of problems so far.
     pub fn problems(&self) -> usize {
         self.problems.len()
     }
 
-    /// Checks what is under a key.
+    /// Checks the value under a key.
     pub fn inside(&mut self, key: impl Display, checks: impl FnOnce(&mut Self)) {
         let dot = if self.path.is_empty() { "" } else { "." };
         self.under(format_args!("{dot}{key}"), checks);
     }
 
-    /// Checks what is under a step of the path.
+    /// Checks the value under a step of the path.
     fn under(&mut self, step: fmt::Arguments<'_>, checks: impl FnOnce(&mut Self)) {
         let length = self.path.len();
         // Writing to a String cannot fail.
@@ -73,7 +73,7 @@ impl<'a> Check<'a> {
         self.path.truncate(length);
     }
 
-    /// Checks an element of the array here.
+    /// Checks an element of the current array.
     pub fn element(&mut self, index: usize, checks: impl FnOnce(&mut Self)) {
         self.under(format_args!("[{index}]"), checks);
     }
@@ -87,13 +87,13 @@ impl<'a> Check<'a> {
         });
     }
 
-    /// Notes a problem here.
+    /// Reports a problem at the current path.
     pub fn report(&mut self, message: impl Into<String>) {
         self.push(message.into(), None, None);
     }
 
-    /// Notes a problem of a value: its name and what is said of it. With an empty key, the value is
-    /// the one here.
+    /// Reports a problem of a value by its name and a predicate. With an empty key, the value is
+    /// the one at the current path.
     fn value(&mut self, key: &str, said: impl Display) {
         if key.is_empty() {
             self.report(format!("{} {said}", self.here()));
@@ -104,7 +104,7 @@ impl<'a> Check<'a> {
         }
     }
 
-    /// Notes a problem here, with advice.
+    /// Reports a problem at the current path, with a hint.
     pub fn advise(&mut self, message: impl Into<String>, hint: impl Into<String>) {
         self.push(message.into(), Some(hint.into()), None);
     }
@@ -125,12 +125,12 @@ impl<'a> Check<'a> {
         }
     }
 
-    /// The key here, for messages.
+    /// Returns the current key, for messages.
     fn here(&self) -> String {
         format!("`{}`", self.path.rsplit('.').next().unwrap_or_default())
     }
 
-    /// Names of an array must differ, and those that others refer to must exist.
+    /// Checks that the names of an array are unique and, where needed, not empty.
     pub fn names<T>(&mut self, key: &str, items: &[T], name: impl Fn(&T) -> &String, needed: bool) {
         let mut seen: HashMap<&str, usize> = HashMap::new();
         for (i, item) in items.iter().enumerate() {
@@ -149,12 +149,12 @@ impl<'a> Check<'a> {
         }
     }
 
-    /// The material of a name.
+    /// Returns the material with this name.
     pub fn material(&self, name: &str) -> Option<&'a Material> {
         self.names.material(name).map(|(_, material)| material)
     }
 
-    /// A name must be defined. `what` is the kind of thing: "material".
+    /// Checks that a name is defined. `what` is the kind of the item: "material".
     pub fn refers(
         &mut self,
         key: &str,
@@ -191,15 +191,15 @@ impl<'a> Check<'a> {
         });
     }
 
-    /// An expression of the hit for a colour must compile. Where it is the same at every hit, no
-    /// part of it may be negative.
+    /// Checks an expression evaluated at hits for a colour: it must compile. A constant value must
+    /// not have a negative channel.
     pub fn expression(&mut self, source: &str, scope: Scope) {
         let program = expr::compile(source, &self.numbers, scope);
         self.not_negative_program(program);
     }
 
-    /// An expression of the hit for a weight must compile and be a number. Where it is the same at
-    /// every hit, it may not be negative.
+    /// Checks an expression evaluated at hits for a weight: it must compile and be a number. A
+    /// constant value must not be negative.
     pub fn number_expression(&mut self, source: &str, scope: Scope) {
         let program = expr::compile_number(source, &self.numbers, scope);
         self.not_negative_program(program);
@@ -214,7 +214,8 @@ impl<'a> Check<'a> {
         }
     }
 
-    /// An expression of the hit for a texture coordinate must compile and be a number of any sign.
+    /// Checks an expression evaluated at hits for a texture coordinate: it must compile and be a
+    /// number of any sign.
     pub fn coordinate_expression(&mut self, source: &str, scope: Scope) {
         if let Err(error) = expr::compile_number(source, &self.numbers, scope) {
             self.wrong_expression(error);
@@ -226,7 +227,7 @@ impl<'a> Check<'a> {
         self.push(message, error.hint, Some(error.span));
     }
 
-    /// A number within a range, both ends included.
+    /// Checks a number against a range, both ends included.
     pub fn within(&mut self, key: &str, value: f64, least: f64, greatest: f64) {
         if !(least..=greatest).contains(&value) {
             self.value(
@@ -236,7 +237,7 @@ impl<'a> Check<'a> {
         }
     }
 
-    /// Zero, or a number within a range, both ends included.
+    /// Checks a number that must be zero or within a range, both ends included.
     pub fn zero_or_within(&mut self, key: &str, value: f64, least: f64, greatest: f64) {
         if value != 0.0 && !(least..=greatest).contains(&value) {
             self.value(
@@ -246,7 +247,7 @@ impl<'a> Check<'a> {
         }
     }
 
-    /// A number within a range, both ends excluded.
+    /// Checks a number against a range, both ends excluded.
     pub fn between(&mut self, key: &str, value: f64, low: f64, high: f64) {
         if !(value > low && value < high) {
             self.value(
@@ -256,12 +257,12 @@ impl<'a> Check<'a> {
         }
     }
 
-    /// A whole number within a range, both ends included.
+    /// Checks a whole number against a range, both ends included.
     pub fn count(&mut self, key: &str, value: u32, least: u32, greatest: u32) {
         self.within(key, f64::from(value), f64::from(least), f64::from(greatest));
     }
 
-    /// Any number that can be worked with.
+    /// Checks that a number is finite and not too large.
     pub fn finite(&mut self, key: &str, value: f64) {
         if !value.is_finite() {
             self.value(key, format_args!("must be a finite number, not {value}"));
@@ -276,7 +277,7 @@ impl<'a> Check<'a> {
         }
     }
 
-    /// A factor that is not negative.
+    /// Checks that a factor is not negative.
     pub fn not_negative(&mut self, key: &str, value: f64) {
         if value < 0.0 {
             self.value(key, format_args!("must not be negative, as {value} is"));
@@ -285,7 +286,7 @@ impl<'a> Check<'a> {
         }
     }
 
-    /// A length above zero.
+    /// Checks that a length is above zero.
     pub fn length(&mut self, key: &str, value: f64) {
         if value <= 0.0 {
             self.value(key, format_args!("must be above zero, not {value}"));
@@ -297,7 +298,7 @@ impl<'a> Check<'a> {
         }
     }
 
-    /// A point in space.
+    /// Checks a point in space.
     pub fn point(&mut self, key: &str, point: Triple) {
         if point.iter().any(|x| !x.is_finite()) {
             self.value(
@@ -312,7 +313,7 @@ impl<'a> Check<'a> {
         }
     }
 
-    /// A direction of any length above zero.
+    /// Checks a direction of any length above zero.
     pub fn direction(&mut self, key: &str, direction: Triple) {
         let longest = direction
             .iter()
@@ -332,13 +333,13 @@ impl<'a> Check<'a> {
         }
     }
 
-    /// A colour without negative parts.
+    /// Checks that a colour has no negative channel.
     pub fn light(&mut self, key: &str, colour: Colour) {
         self.light_up_to(key, colour, GREATEST);
     }
 
-    /// The intensity of a light that weakens with the square of a distance, which may be great:
-    /// what arrives is bounded.
+    /// Checks the intensity of a light with inverse-square falloff, which may be large because the
+    /// irradiance is bounded.
     pub fn intensity(&mut self, key: &str, colour: Colour) {
         self.light_up_to(key, colour, GREATEST_INTENSITY);
     }
@@ -357,7 +358,7 @@ impl<'a> Check<'a> {
     }
 }
 
-/// `[1, 2, 3]`; what would be a row of zeros as a power of ten, as in `[1e-30, 1, 1]`.
+/// Formats `[1, 2, 3]`; numbers with many zeros in powers of ten, as in `[1e-30, 1, 1]`.
 pub(crate) fn list(values: &[f64]) -> String {
     let plain = |x: f64| x == 0.0 || !x.is_finite() || (1e-6..1e6).contains(&x.abs());
     let number = |x: &f64| {

@@ -17,7 +17,7 @@ pub(super) fn model(check: &mut Check<'_>, model: &Model) {
     }
 }
 
-/// The terms that are evaluated where the ray hits.
+/// Checks the terms that are evaluated at the hit.
 fn classic(check: &mut Check<'_>, material: &Classic) {
     check.inside("colour", |check| colour_input(check, &material.colour));
     check.inside("local", |check| {
@@ -80,7 +80,7 @@ fn mixture(check: &mut Check<'_>, m: &Mixture) {
     check.light("absorption", m.absorption);
 }
 
-/// The terms that send further rays.
+/// Checks the terms that spawn rays.
 fn traced(check: &mut Check<'_>, material: &Classic) {
     if material.reflection.is_some() && material.transmission.is_some() {
         let message =
@@ -131,7 +131,7 @@ fn physical(check: &mut Check<'_>, material: &Physical) {
     }
 }
 
-/// What a constant may be.
+/// Checks a constant against its bounds.
 fn bounded(check: &mut Check<'_>, constant: Option<ConstantValue>, bounds: Bounds) {
     match (constant, bounds) {
         (Some(ConstantValue::Number(number)), Bounds::Within(least, most)) => {
@@ -159,7 +159,7 @@ fn weight(check: &mut Check<'_>, weight: &Weight, scope: Scope) {
     }
 }
 
-/// An expression in place of a texture coordinate, which may have any sign.
+/// Checks an expression in place of a texture coordinate, which may have any sign.
 fn coordinate(check: &mut Check<'_>, coordinate: &Weight) {
     match coordinate {
         Weight::Number(value) => check.finite("", *value),
@@ -174,7 +174,7 @@ fn colour_input(check: &mut Check<'_>, input: &ColourInput) {
     }
 }
 
-/// What holds for every input that is not the same everywhere.
+/// Checks an input that is not constant.
 fn varying(check: &mut Check<'_>, input: &dyn FieldValue) {
     match input.expression() {
         Some((source, true)) => check.number_expression(source, Scope::Surface),

@@ -41,8 +41,8 @@ pub(super) fn mesh(check: &mut Check<'_>, mesh: &Mesh) {
     });
 }
 
-/// Objects whose material reads a set of texture coordinates that their mesh does not have, each
-/// pair of the two once. Such a picture can be made, with (0, 0) for the missing set.
+/// Returns the objects whose material reads a set of texture coordinates that their mesh lacks,
+/// each pair of the two once. The picture is still rendered, with (0, 0) for the missing set.
 pub fn missing_uv_sets(scene: &Scene) -> Vec<Problem> {
     let lookup = Lookup::new(scene);
     let listed = scene
@@ -84,8 +84,8 @@ pub fn missing_uv_sets(scene: &Scene) -> Vec<Problem> {
     problems
 }
 
-/// What is wrong with the arrays of a mesh, at most one problem for each array: path within the
-/// mesh, and message.
+/// Checks the arrays of a mesh; returns at most one problem for each array: path within the mesh,
+/// and message.
 pub fn mesh_data(data: &MeshData) -> Vec<(String, String)> {
     let vertices = data.positions.len();
     let mut problems = Vec::new();
@@ -132,7 +132,7 @@ pub fn mesh_data(data: &MeshData) -> Vec<(String, String)> {
     problems
 }
 
-/// An array with one entry a vertex, or none at all.
+/// Checks an array that must be empty or have one entry per vertex.
 fn attribute<const N: usize>(
     problems: &mut Vec<(String, String)>,
     name: &str,

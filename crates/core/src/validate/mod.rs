@@ -1,9 +1,9 @@
-//! Whether a scene makes sense: every rule that its types alone do not enforce, all problems at
-//! once, each with its path.
+//! Validation: every rule that the scene's types do not enforce; reports all problems at once, each
+//! with its path.
 //!
-//! Pure: no files are read, nothing is changed. Whoever reads a file turns the paths into places of
-//! it. A scene without problems can be prepared; what preparation may still refuse is its size, and
-//! shapes that its precision can't store.
+//! Validation reads no files and changes nothing. The reader of a file maps the paths to places in
+//! the file. A scene without problems can be prepared; preparation may still refuse its size, and
+//! shapes that its precision cannot store.
 
 mod camera;
 mod check;
@@ -25,36 +25,36 @@ pub(crate) use object::no_area;
 use self::check::Check;
 use crate::scene::{FORMAT, Scene};
 
-/// Problems that are collected before the rest is left unsaid.
+/// Greatest number of reported problems.
 pub(crate) const MOST: usize = 100;
 
-/// Greatest absolute coordinate, in world units: beyond it, squares of distances no longer fit the
+/// Greatest absolute coordinate, in world units: beyond it, squared distances do not fit the
 /// renderer's f32.
 pub const FARTHEST: f64 = 1e15;
 
-/// Least width over height of a camera's view.
+/// Least aspect ratio (width over height) of a camera.
 pub const LEAST_ASPECT: f64 = 1e-3;
-/// Greatest width over height of a camera's view.
+/// Greatest aspect ratio (width over height) of a camera.
 pub const MOST_ASPECT: f64 = 1e3;
 
-/// Least radius, size or distance between things that must not coincide, in world units.
+/// Least radius, size or distance between points that must not coincide, in world units.
 pub const SMALLEST: f64 = 1e-15;
 
-/// One thing that is wrong.
+/// A problem of a scene.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Problem {
-    /// Where, from the root: `objects[3].shape.sphere.radius`. Empty: the scene as a whole. The
-    /// last steps may be absent from a file that leaves a key out.
+    /// Path from the root: `objects[3].shape.sphere.radius`; empty for the scene as a whole. The
+    /// last steps may be absent from a file that omits a key.
     pub path: String,
-    /// What is wrong, in one sentence without a full stop.
+    /// Message: one sentence without a full stop.
     pub message: String,
-    /// What to do about it, where there is something to say.
+    /// Hint for a correction, if any.
     pub hint: Option<String>,
-    /// In a text value, the bytes that are meant; none: all of it.
+    /// Byte range in a text value; `None`: the whole value.
     pub within: Option<Range<usize>>,
 }
 
-/// Everything that is wrong with a scene, in the order of its parts; at most a hundred problems.
+/// Returns all problems of a scene, in the order of its parts; at most a hundred.
 pub fn validate(scene: &Scene) -> Vec<Problem> {
     let mut check = Check::new(scene);
     if scene.format != FORMAT {

@@ -1,6 +1,5 @@
-//! What moves must be there all the way: objects whose map can be inverted at every time, cameras
-//! that look somewhere at every time. Both ends are right by themselves before the way between them
-//! is asked.
+//! Motion: an object's map must be invertible at every time, and a camera's view must be defined at
+//! every time. Both ends are checked before the motion between them.
 
 use glam::{DAffine3, DMat3, DVec3};
 use raywright_bvh::Motion;
@@ -12,11 +11,11 @@ use crate::scene::{Camera, Material, Object, Pose};
 /// Sine of the least angle between a camera's view and its up direction.
 pub(super) const PARALLEL: f64 = 1e-6;
 
-/// Pieces of a camera's way that are looked at to tell whether it looks somewhere all along: far
-/// more than it takes, and few enough for a way that is nearly wrong everywhere.
+/// Most pieces of a camera's motion that are examined: far more than usually necessary, and few
+/// enough for a motion that is nearly degenerate everywhere.
 const MOST_PIECES: usize = 4096;
 
-/// An object whose two ends are right.
+/// Checks the motion of an object whose two ends are valid.
 pub(super) fn object(check: &mut Check<'_>, object: &Object) {
     let Some(ends) = ends(object) else { return };
     if Motion::new(ends).is_err() {
@@ -40,7 +39,7 @@ pub(super) fn object(check: &mut Check<'_>, object: &Object) {
     }
 }
 
-/// The shutter of a camera, and the way of one whose two poses are right.
+/// Checks the shutter of a camera, and its motion where both poses are valid.
 pub(super) fn camera(check: &mut Check<'_>, camera: &Camera, right: bool) {
     if let Some([open, close]) = camera.shutter
         && !(0.0 <= open && open <= close && close <= 1.0)
@@ -106,11 +105,11 @@ fn way(check: &mut Check<'_>, start: &Pose, end: &Pose) {
     }
 }
 
-/// Whether a view and its up direction, both on their way from one end to the other, are surely
-/// never parallel and neither is ever nothing. Their cross product is a quadratic curve: it lies
-/// within the triangle of its coefficients over Bernstein's polynomials, and keeps away from zero
-/// where those are all on one side. Where that does not tell, both halves are asked; what
-/// [`MOST_PIECES`] do not tell is refused.
+/// Whether a view and its up direction, both interpolated linearly, are certainly never parallel
+/// and never zero. Their cross product is a quadratic curve. It lies within the triangle of its
+/// Bernstein coefficients, and is never zero where these are all on one side of a plane through the
+/// origin. Where this is inconclusive, both halves are examined; a motion undecided after
+/// [`MOST_PIECES`] is refused.
 fn looks_somewhere(view: [DVec3; 2], up: [DVec3; 2]) -> bool {
     let mut waiting = vec![(view, up)];
     for _ in 0..MOST_PIECES {

@@ -6,10 +6,10 @@ use super::check::{Check, list};
 use super::{motion, transform};
 use crate::scene::{Generator, GeneratorKind, ModelFile, Object, Shape, Triple};
 
-/// Sine of the angle between the edges of a figure below which it has no area.
+/// Sine of the angle between two edges below which they span no area.
 const FLAT: f64 = 1e-12;
 
-/// Whether two edges that have a length span none between them.
+/// Whether two edges with a length span no area.
 pub(crate) fn no_area(u: DVec3, v: DVec3) -> bool {
     let (u, v) = (u.normalize_or_zero(), v.normalize_or_zero());
     u != DVec3::ZERO && v != DVec3::ZERO && u.cross(v).length() < FLAT
@@ -67,7 +67,7 @@ pub(super) fn generator(check: &mut Check<'_>, generator: &Generator) {
     check.inside("object", |check| object(check, &generator.object));
 }
 
-/// Every size above zero, every direction longer than zero.
+/// Checks that every size and the length of every direction are above zero.
 fn shape(check: &mut Check<'_>, shape: &Shape) {
     match *shape {
         Shape::Mesh(ref name) => check.refers("mesh", name, "mesh", |names| &names.meshes),
@@ -213,8 +213,8 @@ fn triangle(check: &mut Check<'_>, vertices: &[Triple; 3]) {
     }
 }
 
-/// Two corners of a box; the second must be above the first in every axis, or for a place to
-/// scatter in not below.
+/// Checks two corners of a box: the second must be above the first in every axis, or not below it
+/// where they may touch, as for a scatter generator.
 fn corners(check: &mut Check<'_>, min: Triple, max: Triple, may_touch: bool) {
     check.point("min", min);
     check.inside("max", |check| {

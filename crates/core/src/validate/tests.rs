@@ -1,4 +1,4 @@
-//! Each rule, broken once: the problem must be found, at its path.
+//! Each rule violated once: the problem must be reported at its path.
 
 use crate::scene::*;
 
@@ -7,7 +7,7 @@ use super::{Problem, mesh_data, validate};
 const HERE: [f64; 3] = [0.0; 3];
 const ABOVE: [f64; 3] = [0.0, 1.0, 0.0];
 
-/// A scene with one of everything, without problems.
+/// A valid scene with one of everything.
 fn sound() -> Scene {
     let texture = || TextureRef {
         name: "wood".into(),
@@ -122,7 +122,7 @@ fn broken(break_it: impl FnOnce(&mut Scene)) -> Vec<Problem> {
     validate(&scene)
 }
 
-/// The one problem that a change makes, as `path: message`.
+/// Returns the single problem caused by a change, as `path: message`.
 fn one(break_it: impl FnOnce(&mut Scene)) -> String {
     match broken(break_it).as_slice() {
         [problem] => format!("{}: {}", problem.path, problem.message),
@@ -130,7 +130,7 @@ fn one(break_it: impl FnOnce(&mut Scene)) -> String {
     }
 }
 
-/// The one problem that a shape has, from the path of its kind on.
+/// Returns the single problem of a shape, from the path of its kind on.
 fn shape(shape: Shape) -> String {
     let problem = one(|scene| scene.objects[0].shape = shape);
     problem
@@ -151,14 +151,14 @@ fn physical(physical: Physical) -> String {
     one(|scene| scene.materials[1].model = Model::Physical(Box::new(physical)))
 }
 
-/// Protects: a sound scene has no problems.
+/// Protects: a valid scene has no problems.
 #[test]
 fn a_sound_scene_has_no_problems() {
     assert_eq!(validate(&sound()), []);
     assert_eq!(validate(&Scene::default()), []);
 }
 
-/// Protects: another format is the only problem of its scene.
+/// Protects: an unknown format is the only problem reported for its scene.
 #[test]
 fn another_format_is_the_only_problem_of_its_scene() {
     assert_eq!(
@@ -215,7 +215,7 @@ fn picture_settings_have_ranges() {
     );
 }
 
-/// Protects: cameras look somewhere and open somewhat.
+/// Protects: cameras have a defined view and a positive opening.
 #[test]
 fn cameras_look_somewhere_and_open_somewhat() {
     let pose = |pose| one(|s| s.cameras[0].pose = pose);
@@ -284,7 +284,7 @@ fn cameras_look_somewhere_and_open_somewhat() {
     assert!(one(|s| s.cameras[0].name = "1".into()).contains("cannot be the name of a camera"));
 }
 
-/// Protects: lights and skies are sensible.
+/// Protects: lights and skies must have valid angles, directions and strengths.
 #[test]
 fn lights_and_skies_are_sensible() {
     let light = |kind| one(|s| s.lights[0].kind = kind);
@@ -453,9 +453,9 @@ fn materials_have_ranges_and_expressions_that_compile() {
     );
 }
 
-/// Protects: what has no meaning below zero is refused at its place: every colour, weight and
-/// strength of a scene, written as a number or as an expression that is negative whatever a ray
-/// hits. Texture coordinates, normal scales and fuzz may have any sign.
+/// Protects: values without a meaning below zero are refused at their path: every colour, weight
+/// and strength of a scene, as a number or as an expression that is negative at every hit. Texture
+/// coordinates, normal scales and fuzz may have any sign.
 #[test]
 fn negative_light_is_refused() {
     const RED: Colour = Colour([-1.0, 0.5, 0.5]);
@@ -653,7 +653,7 @@ fn negative_light_is_refused() {
     );
 }
 
-/// Protects: an expression's problem says where in the text.
+/// Protects: the problem of an expression names its place in the text.
 #[test]
 fn an_expression_s_problem_says_where_in_the_text() {
     let classic = Classic {
@@ -699,7 +699,7 @@ fn names_are_unique_and_references_exist() {
     assert_eq!(hints[0].hint.as_deref(), Some("did you mean `red`?"));
 }
 
-/// Protects: sizes are above zero and directions lead somewhere.
+/// Protects: sizes and lengths of directions must be above zero.
 #[test]
 fn sizes_are_above_zero_and_directions_lead_somewhere() {
     assert_eq!(
@@ -834,7 +834,7 @@ fn lists_have_no_rows_of_zeros() {
     );
 }
 
-/// Protects: transforms leave something to see.
+/// Protects: transforms must be invertible and not too extreme.
 #[test]
 fn transforms_leave_something_to_see() {
     assert!(transform(TransformStep::Scale([1.0, 0.0, 1.0])).contains("may be zero"));
@@ -870,7 +870,7 @@ fn transforms_leave_something_to_see() {
     );
 }
 
-/// Protects: generators have places and sound objects.
+/// Protects: generators need valid positions and a valid object.
 #[test]
 fn generators_have_places_and_sound_objects() {
     let generator = |kind, object| broken(|s| s.generators = vec![Generator { kind, object }]);
@@ -905,7 +905,7 @@ fn generators_have_places_and_sound_objects() {
     );
 }
 
-/// Protects: mesh arrays are finite and fit each other.
+/// Protects: mesh arrays must be finite and match each other.
 #[test]
 fn mesh_arrays_are_finite_and_fit_each_other() {
     let problem = |break_it: fn(&mut MeshData)| {
@@ -948,14 +948,14 @@ fn mesh_arrays_are_finite_and_fit_each_other() {
     assert_eq!(scene[0].path, "meshes[0].source.inline.indices[0]");
 }
 
-/// Protects: a flood of problems is cut off.
+/// Protects: the number of reported problems is limited.
 #[test]
 fn a_flood_of_problems_is_cut_off() {
     assert_eq!(broken(|s| s.objects = vec![ball(-1.0); 5000]).len(), 100);
 }
 
-/// Protects: a light may be as strong as its distance asks for, and one that does not weaken may
-/// not.
+/// Protects: the intensity of a light may grow with the square of its distance; that of a light
+/// without falloff may not.
 #[test]
 fn intensities_go_with_the_square_of_the_distance() {
     let with = |falloff, colour| {

@@ -1,4 +1,4 @@
-//! Affine transforms: what they map to nothing cannot be hit.
+//! Affine transforms: a singular map leaves nothing to hit.
 
 use glam::{DMat3, DVec3};
 
@@ -10,11 +10,11 @@ use crate::scene::TransformStep;
 /// Least and greatest absolute scale factor.
 const SCALES: std::ops::RangeInclusive<f64> = 1e-15..=1e15;
 
-/// Least volume spanned by the unit vectors along a matrix's rows: below it the matrix flattens
-/// space.
+/// Least volume spanned by the unit vectors along a matrix's rows: below it the matrix counts as
+/// singular.
 const FLAT: f64 = 1e-12;
 
-/// The steps under a key of an object.
+/// Checks the steps under a key of an object.
 pub(super) fn steps(check: &mut Check<'_>, key: &str, steps: &[TransformStep]) {
     let before = check.problems();
     check.each(key, steps, |check, step| match *step {
@@ -33,7 +33,7 @@ pub(super) fn steps(check: &mut Check<'_>, key: &str, steps: &[TransformStep]) {
         }),
         TransformStep::Matrix(rows) => check.inside("matrix", |check| matrix(check, &rows)),
     });
-    // Steps that are sound one by one can still shrink or enlarge beyond measure together.
+    // Individually valid steps can combine to an extreme scale.
     let whole = affine(steps);
     if check.problems() == before
         && !(whole.is_finite()

@@ -1,4 +1,4 @@
-//! Levels against what they stand for: the mean of the image, whatever its size.
+//! Mipmap levels against their meaning: the mean of the image, whatever its size.
 
 use super::*;
 
@@ -27,9 +27,8 @@ fn means(image: &ImageData) -> [f64; 4] {
     sum.map(|sum| sum / pixels.len() as f64)
 }
 
-/// Protects: every level has the image's mean and half the size of the one before, down to one
-/// texel, and takes the memory that was told beforehand: of single texels, lines, powers of two and
-/// sizes that are none.
+/// Protects: every level has the image's mean and half the size of the previous one, down to one
+/// texel, and the estimated memory, for single texels, lines, powers of two and other sizes.
 #[test]
 fn levels_keep_the_mean() {
     for [width, height] in [
@@ -72,8 +71,8 @@ fn levels_keep_the_mean() {
     );
 }
 
-/// Protects: five texels become two by their shares, and a half of the light of black and white is
-/// not the half of their codes.
+/// Protects: five texels are divided into two by weights, and black and white average to half the
+/// light, not half of the codes.
 #[test]
 fn texels_are_divided_and_light_is_averaged() {
     assert_eq!(

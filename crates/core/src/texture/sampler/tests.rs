@@ -1,12 +1,11 @@
-//! Texels against an oracle in whole numbers: which ones a coordinate means, how they are blended,
-//! what their codes stand for.
+//! Texels against an oracle in integers: selection by coordinate, interpolation, decoding of codes.
 
 use std::sync::LazyLock;
 
 use super::super::pyramid;
 use super::*;
 
-/// Columns and rows of the picture under test; neither a power of two nor alike.
+/// Width and height of the test image; neither a power of two nor equal.
 const SIZE: [u32; 2] = [5, 2];
 
 fn sampler<R: Real>(filter: Filter, wrap: [Wrap; 2]) -> Sampler<R> {
@@ -19,7 +18,7 @@ fn sampler<R: Real>(filter: Filter, wrap: [Wrap; 2]) -> Sampler<R> {
     }
 }
 
-/// Texels that hold their own number.
+/// Texels that hold their own index.
 fn numbered() -> ImageData {
     let pixels = (0..SIZE[0] * SIZE[1]).map(|i| [i as f32; 4]).collect();
     ImageData {
@@ -34,7 +33,7 @@ fn read<R: Real>(sampler: &Sampler<R>, u: R, v: R) -> f64 {
     sampler.filtered(&NUMBERED, &Codes::new(), [u, v])[0].to_f64()
 }
 
-/// ⌊u·n⌋ without rounding: a double is a whole number times a power of two.
+/// ⌊u·n⌋ without rounding: an f64 is an integer times a power of two.
 fn whole_part(u: f64, n: u32) -> i64 {
     let bits = u.abs().to_bits();
     let exponent = (bits >> 52) as i32;
@@ -46,7 +45,7 @@ fn whole_part(u: f64, n: u32) -> i64 {
     }
 }
 
-/// The texel that a whole coordinate means, by counting.
+/// Returns the texel of an integer coordinate, by counting.
 fn wrapped(k: i64, n: u32, wrap: Wrap) -> i64 {
     let n = i64::from(n);
     match wrap {
@@ -57,8 +56,8 @@ fn wrapped(k: i64, n: u32, wrap: Wrap) -> i64 {
     }
 }
 
-/// A texel number along one axis for a coordinate: a whole one, or the mean of the two that it lies
-/// between.
+/// Returns the expected value along one axis for a coordinate: a texel, or the weighted mean of the
+/// two neighbours.
 fn expected(u: f64, n: u32, filter: Filter, wrap: Wrap) -> f64 {
     let texel = |k: i64| wrapped(k, n, wrap) as f64;
     match filter {
@@ -103,7 +102,7 @@ fn agrees<R: Real>(tolerance: f64) {
         .flat_map(|f| WRAPS.map(|w| (f, w)))
     {
         for u in coordinates() {
-            // What is read is the stored number, and the oracle takes that one.
+            // The stored number is read, and the oracle uses the same number.
             let (stored, middle) = (R::from_f64(u), R::from_f64(0.5));
             // Along u in the upper row, whose middle is 1/4; along v in the middle column.
             let along_u = read(
@@ -126,15 +125,15 @@ fn agrees<R: Real>(tolerance: f64) {
     }
 }
 
-/// Protects: the texel for every wrap mode, filter, axis and precision, at seams, for negative
-/// coordinates and many tiles.
+/// Protects: the right texel for every wrap mode, filter, axis and precision, at seams, for
+/// negative coordinates and many tiles.
 #[test]
 fn s19_texels_are_the_ones_that_counting_finds() {
     agrees::<f32>(3e-6);
     agrees::<f64>(1e-9);
 }
 
-/// Protects: what is not a number, or not finite, reads some texel of the image.
+/// Protects: a coordinate that is NaN or infinite reads some texel of the image.
 #[test]
 fn s19_any_coordinate_reads_a_texel() {
     for filter in [Filter::Nearest, Filter::Bilinear] {
@@ -187,8 +186,7 @@ fn s19_a_repeating_texture_is_continuous_at_its_seam() {
     }
 }
 
-/// Protects: texels have the digits of the precision that reads them, where `reference` means all
-/// of f64.
+/// Protects: texels are decoded with the digits of the precision; for `reference`, all of f64.
 #[test]
 fn codes_are_decoded_in_the_precision_that_reads_them() {
     let curve = |c: f64| {
@@ -220,9 +218,9 @@ fn codes_are_decoded_in_the_precision_that_reads_them() {
     }
 }
 
-/// Protects: the level is the one whose texels are as wide as the footprint, in between it is both
-/// in their shares, nearer than the image it is the image and farther than the last level its mean,
-/// in every wrap mode and for sizes that are no powers of two.
+/// Protects: the selected level has texels as wide as the footprint, with interpolation between
+/// levels. Small footprints read the image, large ones the mean of the last level, in every wrap
+/// mode and for sizes that are not powers of two.
 #[test]
 fn footprints_choose_levels() {
     let image = numbered();
@@ -246,7 +244,7 @@ fn footprints_choose_levels() {
                 (f64::INFINITY, all),
                 (f64::NAN, own),
             ] {
-                // Of a square of so many texels a side: the image is 5 by 2 of them.
+                // A square of this many texels: the image is 5 by 2 of them.
                 let side = texels / f64::from(SIZE[0] * SIZE[1]).sqrt();
                 let [found, ..] = sampler.texel(
                     &image,
@@ -264,8 +262,8 @@ fn footprints_choose_levels() {
             }
         }
     }
-    // Under a map that makes the image twice as small in both directions, it is the next level;
-    // mirrored as well.
+    // Under a map that halves the image in both directions, the next level is read; mirrored as
+    // well.
     let stretched = Sampler {
         transform: Some([[0.0, 2.0, 0.0], [2.0, 0.0, 0.0]]),
         ..sampler::<f64>(Filter::Mipmaps, [Wrap::Repeat; 2])
@@ -284,8 +282,8 @@ fn footprints_choose_levels() {
     assert!((found - expected).abs() < 1e-6, "{found}, not {expected}");
 }
 
-/// Protects: uses that lie alike find the same texels, whatever their codes and factors are; uses
-/// that find others do not.
+/// Protects: uses with equal footprints read the same texels, whatever their codes and factors;
+/// other uses do not.
 #[test]
 fn places_are_shared_where_texels_are() {
     let (image, codes) = (numbered(), Codes::new());
@@ -326,9 +324,9 @@ fn places_are_shared_where_texels_are() {
     }
 }
 
-/// Protects: two uses share a place only where they find the same texels: alike in wrapping each
-/// way, in the map of coordinates, and in whether one texel is read or four; colour spaces and
-/// factors find the same.
+/// Protects: two uses share a footprint only where they read the same texels: equal wrap modes in
+/// both directions, equal map of coordinates, and the same number of texels, one or four. Colour
+/// spaces and factors do not matter.
 #[test]
 fn uses_that_lie_alike() {
     let plain = sampler::<f64>(Filter::Bilinear, [Wrap::Repeat; 2]);
@@ -385,7 +383,7 @@ fn uses_that_lie_alike() {
             "{i}"
         );
         assert!(other.lies_as(other), "{i}");
-        // What is said to lie alike does, everywhere about the image.
+        // Equal footprints are claimed only where they are equal everywhere about the image.
         for place in (-20..=30).map(|i| 0.1 * f64::from(i) + 0.013) {
             let found = [&plain, other]
                 .map(|use_of| use_of.place(&numbered(), [place, 0.7 - place]).corners);

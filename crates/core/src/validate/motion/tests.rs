@@ -1,5 +1,5 @@
-//! Ways on which something is nowhere, each with its place and what to do about it, and those that
-//! only come near.
+//! Motions that are degenerate at some time, each with its place and hint, and motions that only
+//! come near.
 
 use serde_json::{Value, json};
 
@@ -38,8 +38,8 @@ fn turned(degrees: f64) -> Value {
     json!([{ "rotate": { "axis": [0, 1, 0], "degrees": degrees } }])
 }
 
-/// Protects: an object must have an inverse at every time, each end by itself and on the way; what
-/// gives off light the same everywhere can't move. The message stands at the end, with advice.
+/// Protects: an object's map must be invertible at every time, at each end and in between; an
+/// object with constant emission cannot move. The message refers to the end, with a hint.
 #[test]
 fn objects_are_there_all_the_way() {
     let end = |steps: Value| json!({ "transform_end": steps });
@@ -86,8 +86,8 @@ fn objects_are_there_all_the_way() {
     );
 }
 
-/// Protects: a camera has a view and an upwards at every time, whichever way its pose is told, with
-/// ends of one kind; views that pass close by are fine.
+/// Protects: a camera's view and up direction must be defined at every time, for every kind of
+/// pose, with ends of the same kind; motions that pass close by a degenerate view are valid.
 #[test]
 fn cameras_look_somewhere_all_the_way() {
     let from_to = |pose: Value, end: Value| json!({ "pose": pose, "pose_end": end });
@@ -101,7 +101,7 @@ fn cameras_look_somewhere_all_the_way() {
     let start = || look([0.0, 0.0, 5.0], [0.0; 3]);
     for fine in [
         from_to(start(), look([5.0, 1.0, 0.0], [0.0; 3])),
-        // Looks down on its way, but for a thousandth.
+        // Looks down on its path, but for a thousandth.
         from_to(
             look([0.001, 5.0, 5.0], [0.0; 3]),
             look([0.001, 5.0, -5.0], [0.0; 3]),
@@ -124,7 +124,7 @@ fn cameras_look_somewhere_all_the_way() {
         ),
         from_to(start(), look([0.0, 0.0, -3.0], [0.0; 3])),
         from_to(axes(1.0, 1.0), axes(-1.0, 1.0)),
-        // Hardly fine at either end and nowhere between: asked without end, it would take hours.
+        // Hardly valid at either end and degenerate between: an unlimited search would take hours.
         from_to(
             look([1.001e-6, 1.0, 0.0], [0.0; 3]),
             look([1.001, 1e6, 0.0], [0.0; 3]),
